@@ -1,0 +1,51 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "armtrue/kinematics/chain.h"
+
+namespace armtrue {
+
+/// Every parameter of the geometric model has one index, in the order of the Jacobian's columns:
+///     0..5    base   x y z rx ry rz
+///     6..40   links  alpha d theta r beta, link by link
+///     41..46  tool   x y z rx ry rz
+///     47      instrument.scale (relative error of the instrument's lengths)
+///     48..    targets, x y z each
+/// The pose of base or tool moves by its translation in the axes of its parent frame, and by a
+/// rotation vector in those axes on the left: R <- exp(r) R, about the pose's own origin.
+inline constexpr int kBaseParameters = 0;
+inline constexpr int kLinkParameters = 6;
+inline constexpr int kToolParameters = 41;
+inline constexpr int kGeometricParameters = 47;
+inline constexpr int kInstrumentScale = 47;
+inline constexpr int kTargetParameters = 48;
+
+enum class LinkParameter { alpha, d, theta, r, beta };
+
+constexpr int link_parameter(int link, LinkParameter which) {
+  return kLinkParameters + 5 * link + static_cast<int>(which);
+}
+
+/// Number of parameters of a chain, its targets included.
+inline int parameter_count(const KinematicChain& chain) {
+  return kTargetParameters + 3 * static_cast<int>(chain.targets.size());
+}
+
+/// What a parameter is measured in, within the SI.
+enum class ParameterUnit { metre, radian, one };
+ParameterUnit parameter_unit(int index);
+
+/// `A1.alpha`, `base.x`, `tool.rz`, `instrument.scale`, `target 2.x`.
+std::string parameter_name(const KinematicChain& chain, int index);
+
+/// The inverse of parameter_name; nothing if the chain has no such parameter.
+std::optional<int> find_parameter(const KinematicChain& chain, std::string_view name);
+
+/// Moves one parameter by `delta` (m or rad). instrument.scale is not a property of the chain and
+/// leaves it as it is.
+void move_parameter(KinematicChain& chain, int index, double delta);
+
+}  // namespace armtrue

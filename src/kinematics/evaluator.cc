@@ -1,0 +1,193 @@
+#include "armtrue/kinematics/evaluator.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+namespace armtrue {
+namespace {
+
+using Eigen::Vector3d;
+
+// A frame on its way along the chain, and the one link that carries it on. The axes are kept as
+// three vectors because each elementary rotation mixes just two of them.
+struct MovingFrame {
+  Vector3d x, y, z, origin;
+
+  explicit MovingFrame(const Pose& pose)
+      : x(pose.rotation.col(0)),
+        y(pose.rotation.col(1)),
+        z(pose.rotation.col(2)),
+        origin(pose.translation) {}
+
+  Pose pose() const {
+    Pose result;
+    result.rotation << x, y, z;
+    result.translation = origin;
+    return result;
+  }
+  void rotate_y(double cosine, double sine) {
+    const Vector3d old_x = x;
+    x = cosine * old_x - sine * z;
+    z = sine * old_x + cosine * z;
+  }
+  void rotate_x(double cosine, double sine) {
+    const Vector3d old_y = y;
+    y = cosine * old_y + sine * z;
+    z = cosine * z - sine * old_y;
+  }
+  void rotate_z(double cosine, double sine) {
+    const Vector3d old_x = x;
+    x = cosine * old_x + sine * y;
+    y = cosine * y - sine * old_x;
+  }
+};
+
+// What the derivatives of one link's parameters need: its axes and a point of each.
+struct LinkAxes {
+  Vector3d y, x, x_origin, z, z_origin;
+};
+
+void set_rotation_column(PoseJacobian& jacobian, int column, const Vector3d& axis,
+                         const Vector3d& lever) {
+  jacobian.col(column) << axis.cross(lever), axis;
+}
+
+void set_translation_column(PoseJacobian& jacobian, int column, const Vector3d& axis) {
+  jacobian.col(column) << axis, Vector3d::Zero();
+}
+
+}  // namespace
+
+ChainEvaluator::ChainEvaluator(const KinematicChain& chain) : base_(chain.base), tool_(chain.tool) {
+  for (int j = 0; j < kLinks; ++j) {
+    const Link& link = chain.links[j];
+    links_[j] = {std::cos(link.alpha),
+                 std::sin(link.alpha),
+                 std::cos(link.beta),
+                 std::sin(link.beta),
+                 link.alpha,
+                 link.d,
+                 link.theta,
+                 link.r,
+                 link.beta,
+                 j < kJoints ? link.sign : 0.0};
+  }
+}
+
+template <bool kWithOffsets, bool kWithJacobian>
+Pose ChainEvaluator::evaluate(const JointVector& q, const ParameterOffsets* offsets,
+                              PoseJacobian* jacobian) const {
+  MovingFrame frame(base_);
+  if constexpr (kWithOffsets) {
+    const auto twist = offsets->segment<6>(kBaseParameters);
+    if (!twist.isZero(0.0))
+      frame = MovingFrame(
+          {rotation_exp(twist.tail<3>()) * base_.rotation, base_.translation + twist.head<3>()});
+  }
+  const Vector3d base_origin = frame.origin;
+
+  std::array<LinkAxes, kLinks> axes;
+  for (int j = 0; j < kLinks; ++j) {
+    const Trigonometry& link = links_[j];
+    double cos_alpha = link.cos_alpha, sin_alpha = link.sin_alpha;
+    double cos_beta = link.cos_beta, sin_beta = link.sin_beta;
+    double d = link.d, theta = link.theta, r = link.r;
+    if (j < kJoints) theta += link.sign * q[j];
+    if constexpr (kWithOffsets) {
+      const double* offset = offsets->data() + kLinkParameters + 5 * j;
+      if (offset[0] != 0) {
+        cos_alpha = std::cos(link.alpha + offset[0]);
+        sin_alpha = std::sin(link.alpha + offset[0]);
+      }
+      d += offset[1];
+      theta += offset[2];
+      r += offset[3];
+      if (offset[4] != 0) {
+        cos_beta = std::cos(link.beta + offset[4]);
+        sin_beta = std::sin(link.beta + offset[4]);
+      }
+    }
+    if constexpr (kWithJacobian) axes[j].y = frame.y;
+    frame.rotate_y(cos_beta, sin_beta);
+    if constexpr (kWithJacobian) {
+      axes[j].x = frame.x;
+      axes[j].x_origin = frame.origin;
+    }
+    frame.rotate_x(cos_alpha, sin_alpha);
+    frame.origin += d * frame.x + r * frame.z;
+    if constexpr (kWithJacobian) {
+      axes[j].z = frame.z;
+      axes[j].z_origin = frame.origin;
+    }
+    frame.rotate_z(std::cos(theta), std::sin(theta));
+  }
+
+  const Pose a_from_7 = frame.pose();
+  Pose tool = tool_;
+  if constexpr (kWithOffsets) {
+    const auto twist = offsets->segment<6>(kToolParameters);
+    if (!twist.isZero(0.0))
+      tool = {rotation_exp(twist.tail<3>()) * tool_.rotation, tool_.translation + twist.head<3>()};
+  }
+  const Pose a_from_measured = a_from_7 * tool;
+
+  if constexpr (kWithJacobian) {
+    PoseJacobian& columns = *jacobian;
+    const Vector3d& end = a_from_measured.translation;
+    for (int i = 0; i < 3; ++i) {
+      set_translation_column(columns, kBaseParameters + i, Vector3d::Unit(i));
+      set_rotation_column(columns, kBaseParameters + 3 + i, Vector3d::Unit(i), end - base_origin);
+      set_translation_column(columns, kToolParameters + i, a_from_7.rotation.col(i));
+      set_rotation_column(columns, kToolParameters + 3 + i, a_from_7.rotation.col(i),
+                          Vector3d::Zero());
+    }
+    for (int j = 0; j < kLinks; ++j) {
+      const LinkAxes& link = axes[j];
+      const int first = kLinkParameters + 5 * j;
+      set_rotation_column(columns, first + 0, link.x, end - link.x_origin);
+      set_translation_column(columns, first + 1, link.x);
+      set_rotation_column(columns, first + 2, link.z, end - link.z_origin);
+      set_translation_column(columns, first + 3, link.z);
+      set_rotation_column(columns, first + 4, link.y, end - link.x_origin);
+    }
+  }
+  return a_from_measured;
+}
+
+Pose ChainEvaluator::pose(const JointVector& q) const {
+  return evaluate<false, false>(q, nullptr, nullptr);
+}
+
+Pose ChainEvaluator::pose(const JointVector& q, const ParameterOffsets& offsets) const {
+  return evaluate<true, false>(q, &offsets, nullptr);
+}
+
+Pose ChainEvaluator::pose(const JointVector& q, PoseJacobian& jacobian) const {
+  return evaluate<false, true>(q, nullptr, &jacobian);
+}
+
+Pose ChainEvaluator::pose(const JointVector& q, const ParameterOffsets& offsets,
+                          PoseJacobian& jacobian) const {
+  return evaluate<true, true>(q, &offsets, &jacobian);
+}
+
+std::array<Pose, kLinks> ChainEvaluator::link_frames(const JointVector& q) const {
+  std::array<Pose, kLinks> frames;
+  MovingFrame frame{Pose{}};
+  for (int j = 0; j < kLinks; ++j) {
+    const Trigonometry& link = links_[j];
+    const double theta = link.theta + (j < kJoints ? link.sign * q[j] : 0.0);
+    frame.rotate_y(link.cos_beta, link.sin_beta);
+    frame.rotate_x(link.cos_alpha, link.sin_alpha);
+    frame.origin += link.d * frame.x + link.r * frame.z;
+    frame.rotate_z(std::cos(theta), std::sin(theta));
+    frames[j] = frame.pose();
+  }
+  return frames;
+}
+
+void move_to_point(PoseJacobian& jacobian, const Vector3d& lever) {
+  jacobian.topRows<3>() -= cross_matrix(lever) * jacobian.bottomRows<3>();
+}
+
+}  // namespace armtrue

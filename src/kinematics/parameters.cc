@@ -1,0 +1,69 @@
+#include "armtrue/kinematics/parameters.h"
+
+#include <stdexcept>
+
+namespace armtrue {
+namespace {
+
+constexpr const char* kTwistNames[] = {"x", "y", "z", "rx", "ry", "rz"};
+constexpr const char* kLinkParameterNames[] = {"alpha", "d", "theta", "r", "beta"};
+
+void move_pose(Pose& pose, int component, double delta) {
+  if (component < 3) {
+    pose.translation[component] += delta;
+    return;
+  }
+  Eigen::Vector3d w = Eigen::Vector3d::Zero();
+  w[component - 3] = delta;
+  pose.rotation = rotation_exp(w) * pose.rotation;
+}
+
+}  // namespace
+
+ParameterUnit parameter_unit(int index) {
+  if (index == kInstrumentScale) return ParameterUnit::one;
+  if (index >= kTargetParameters) return ParameterUnit::metre;
+  if (index < kLinkParameters) return index < 3 ? ParameterUnit::metre : ParameterUnit::radian;
+  if (index >= kToolParameters)
+    return index - kToolParameters < 3 ? ParameterUnit::metre : ParameterUnit::radian;
+  const auto which = static_cast<LinkParameter>((index - kLinkParameters) % 5);
+  return which == LinkParameter::d || which == LinkParameter::r ? ParameterUnit::metre
+                                                                : ParameterUnit::radian;
+}
+
+std::string parameter_name(const KinematicChain& chain, int index) {
+  if (index < 0 || index >= parameter_count(chain)) throw std::out_of_range("no such parameter");
+  if (index < kLinkParameters) return std::string("base.") + kTwistNames[index];
+  if (index < kToolParameters) {
+    const int k = index - kLinkParameters;
+    return chain.links[k / 5].name + "." + kLinkParameterNames[k % 5];
+  }
+  if (index < kInstrumentScale) return std::string("tool.") + kTwistNames[index - kToolParameters];
+  if (index == kInstrumentScale) return "instrument.scale";
+  const int k = index - kTargetParameters;
+  return "target " + chain.targets[k / 3].name + "." + kTwistNames[k % 3];
+}
+
+std::optional<int> find_parameter(const KinematicChain& chain, std::string_view name) {
+  for (int index = 0; index < parameter_count(chain); ++index)
+    if (parameter_name(chain, index) == name) return index;
+  return std::nullopt;
+}
+
+void move_parameter(KinematicChain& chain, int index, double delta) {
+  if (index < 0 || index >= parameter_count(chain)) throw std::out_of_range("no such parameter");
+  if (index < kLinkParameters) return move_pose(chain.base, index, delta);
+  if (index < kToolParameters) {
+    const int k = index - kLinkParameters;
+    Link& link = chain.links[k / 5];
+    double* const members[] = {&link.alpha, &link.d, &link.theta, &link.r, &link.beta};
+    *members[k % 5] += delta;
+    return;
+  }
+  if (index < kInstrumentScale) return move_pose(chain.tool, index - kToolParameters, delta);
+  if (index == kInstrumentScale) return;
+  const int k = index - kTargetParameters;
+  chain.targets[k / 3].position[k % 3] += delta;
+}
+
+}  // namespace armtrue
