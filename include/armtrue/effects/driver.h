@@ -1,0 +1,38 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace armtrue {
+
+/// What makes a parameter change from one reading to the next.
+enum class DriverKind {
+  joint_angle,     ///< encoder angle of one joint, or of two (a series of both)
+  gravity_torque,  ///< torque of gravity about the axis of one joint [N m]
+  arrival,         ///< direction in which one joint came to its pose: -1, 0, 1
+  time,            ///< [s]
+  temperature,     ///< of one sensor [deg C]
+  payload,         ///< [kg]
+  force,           ///< generalised force of the tool load on the parameter itself [N m or N]
+  moment,          ///< generalised force of gravity on the parameter itself [N m or N]
+  position,        ///< the reading itself; only for instrument.scale
+};
+
+struct Driver {
+  DriverKind kind = DriverKind::joint_angle;
+  int joint = -1;         ///< 0-based; joint_angle, gravity_torque and arrival
+  int second_joint = -1;  ///< 0-based; joint_angle of two joints
+  std::string where;      ///< temperature: the sensor's name, as in the column temp_<where>_c
+
+  bool operator==(const Driver&) const = default;
+};
+
+/// As in the files: `joint-angle 4`, `joint-angle 2,4`, `gravity-torque 2`, `temperature air`, ...
+std::string to_string(const Driver& driver);
+std::optional<Driver> parse_driver(std::string_view text);
+
+/// SI unit of the driver's value, for messages: "rad", "N m", "s", ...; empty if it has none.
+std::string unit_of(const Driver& driver);
+
+}  // namespace armtrue

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "armtrue/effects/effect.h"
+#include "armtrue/kinematics/chain.h"
+
+namespace armtrue {
+
+/// A rigid body of the arm, for the torques of gravity.
+struct Body {
+  int link = 0;  ///< 0-based; the body moves with this link
+  double mass_kg = 0;
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< of mass, in the link's frame [m]
+};
+
+/// Noise of the instrument, per axis, one standard deviation; 0 = not stated.
+struct InstrumentNoise {
+  double position = 0;     ///< [m]
+  double orientation = 0;  ///< [rad]
+};
+
+/// A robot as its file describes it: the model that predicts a pose, and what identification is
+/// allowed to change in it.
+struct Robot {
+  std::string name;
+  KinematicChain chain;
+  std::vector<Body> bodies;                       ///< may be empty: torques are then a generic basis
+  Eigen::Vector3d gravity{0, 0, -9.81};           ///< in R_0 [m/s^2]
+  std::vector<Effect> effects;
+
+  std::vector<std::string> identify{"auto"};      ///< {"auto"}, {"paper-25"}, or parameter names
+  InstrumentNoise noise;
+  std::map<std::string, double> priors;           ///< standard deviation about the nominal value [SI]
+  std::map<std::string, double> std;              ///< of identified parameters [SI]
+};
+
+}  // namespace armtrue

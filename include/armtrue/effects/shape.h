@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace armtrue {
+
+/// How a parameter follows its driver x.
+enum class ShapeKind {
+  linear,       ///< x
+  harmonic,     ///< sin n x, cos n x
+  sign,         ///< sign of x
+  step,         ///< 0 before `at`, 1 from it on
+  exponential,  ///< 1 - exp(-x / tau)
+  series,       ///< a basis on a fixed range
+};
+
+/// Bases of a series on u = (x - low) / (high - low), clamped to [0, 1].
+enum class SeriesBasis {
+  cosine,  ///< cos k pi u, k = 1 .. count
+  spline,  ///< cubic B-splines on a uniform clamped knot vector, less one (their sum is constant)
+};
+
+struct Shape {
+  ShapeKind kind = ShapeKind::linear;
+  int harmonic = 1;  ///< n
+  double at = 0;     ///< step: t* [s]
+  double tau = 0;    ///< exponential [s]
+
+  SeriesBasis basis = SeriesBasis::cosine;
+  int count = 0;                              ///< functions of the series, for each driver
+  std::array<double, 2> low{}, high{};        ///< range of the driver, of the second one [SI]
+
+  bool operator==(const Shape&) const = default;
+};
+
+/// As in the files: `linear`, `harmonic 2`, `sign`, `step`, `exponential`, `series`. The inner
+/// values (at, tau, basis, count, range) stand in keys of their own.
+std::string to_string(const Shape& shape);
+std::optional<Shape> parse_shape(std::string_view text);
+
+/// Number of values that a shape makes of one driver value (of two, for a product series).
+int value_count(const Shape& shape, bool two_drivers = false);
+
+/// Writes those values to `out`. `x2` is read for a product series only.
+void evaluate(const Shape& shape, double x, double* out);
+void evaluate_product(const Shape& shape, double x, double x2, double* out);
+
+}  // namespace armtrue

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "armtrue/effects/context.h"
+
+namespace armtrue {
+
+/// Measured poses, one row a reading, in order of visit. Columns are vectors of their own, so that a
+/// million rows cost only what they hold; an optional column is empty when absent.
+struct Campaign {
+  std::string source;  ///< file name, for messages
+
+  std::vector<int> pose;              ///< index into pose_ids; rows that share it are replicates
+  std::vector<std::string> pose_ids;
+  std::vector<int> line;              ///< line in the file
+  std::vector<JointVector> q;         ///< [rad]
+  std::vector<Eigen::Vector3d> position;  ///< in R_A [m]
+
+  // Optional columns.
+  std::vector<int> repeat;
+  std::vector<Eigen::Quaterniond> orientation;  ///< R_A from the measured frame, unit
+  std::vector<double> time_s;
+  std::vector<int> target;                 ///< index into target_names
+  std::vector<std::string> target_names;
+  std::vector<double> sigma_position;      ///< per axis [m]
+  std::vector<double> sigma_orientation;   ///< per axis [rad]
+  std::vector<std::array<std::int8_t, kJoints>> arrival;
+  std::vector<double> payload_kg;
+  std::vector<Eigen::Vector3d> force_n;
+  std::vector<std::string> temperature_names;
+  std::vector<std::array<double, kMaxTemperatures>> temperature_c;
+  std::vector<int> session;                ///< index into session_names
+  std::vector<std::string> session_names;
+
+  int skipped_rows = 0;  ///< rows without a measurement
+
+  int rows() const { return static_cast<int>(q.size()); }
+  bool has_orientation() const { return !orientation.empty(); }
+  Context context(int row) const;
+
+  /// The rows of the given indices, in that order; pose ids that no longer occur stay in the list.
+  Campaign select(const std::vector<int>& rows) const;
+};
+
+/// Fills `arrival` from the previous row where the file does not state it: the sign of each joint's
+/// last motion, 0 before its first. Motions below 1e-4 deg are none.
+void derive_arrival(Campaign& campaign);
+
+}  // namespace armtrue
