@@ -13,15 +13,15 @@ namespace armtrue {
 struct Coefficient {
   std::string name;  ///< "c"; "sin", "cos"; "rx", ...
   double value = 0;
-  double std = 0;                     ///< 0 if it was not identified here
+  double std = 0;  ///< 0 if it was not identified here
   std::array<double, 2> ci95{0, 0};
 };
 
 /// A parameter that is not constant:
 ///     parameter(context) = constant + sum_k c_k shape_k(driver(context)).
-/// `parameter` is the name of one parameter, or of a group of six (`base`, `tool`), each of which then has
-/// its own coefficients, in the order x y z rx ry rz; with the driver `moment` a group is its rotation
-/// vector, which follows the vector of the moment with one common coefficient.
+/// `parameter` is the name of one parameter, or of a group of six (`base`, `tool`), each of which
+/// then has its own coefficients, in the order x y z rx ry rz; with the driver `moment` a group is
+/// its rotation vector, which follows the vector of the moment with one common coefficient.
 struct Effect {
   std::string name;
   std::string parameter;

@@ -28,14 +28,14 @@ struct InstrumentNoise {
 struct Robot {
   std::string name;
   KinematicChain chain;
-  std::vector<Body> bodies;                       ///< may be empty: torques are then a generic basis
-  Eigen::Vector3d gravity{0, 0, -9.81};           ///< in R_0 [m/s^2]
+  std::vector<Body> bodies;              ///< may be empty: torques are then a generic basis
+  Eigen::Vector3d gravity{0, 0, -9.81};  ///< in R_0 [m/s^2]
   std::vector<Effect> effects;
 
-  std::vector<std::string> identify{"auto"};      ///< {"auto"}, {"paper-25"}, or parameter names
+  std::vector<std::string> identify{"auto"};  ///< {"auto"}, {"paper-25"}, or parameter names
   InstrumentNoise noise;
-  std::map<std::string, double> priors;           ///< standard deviation about the nominal value [SI]
-  std::map<std::string, double> std;              ///< of identified parameters [SI]
+  std::map<std::string, double> priors;  ///< standard deviation about the nominal value [SI]
+  std::map<std::string, double> std;     ///< of identified parameters [SI]
 };
 
 }  // namespace armtrue

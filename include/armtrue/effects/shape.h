@@ -17,10 +17,12 @@ enum class ShapeKind {
   series,       ///< a basis on a fixed range
 };
 
-/// Bases of a series on u = (x - low) / (high - low), clamped to [0, 1].
+/// Bases of a series. Cosine and spline stand on u = (x - low) / (high - low), clamped to [0, 1].
 enum class SeriesBasis {
-  cosine,  ///< cos k pi u, k = 1 .. count
-  spline,  ///< cubic B-splines on a uniform clamped knot vector, less one (their sum is constant)
+  cosine,   ///< cos k pi u, k = 1 .. count
+  spline,   ///< `count` cubic B-splines on uniform clamped knots, the last one left out (their sum
+            ///< is 1)
+  fourier,  ///< sin k x, cos k x, k = 1 .. count; x an angle
 };
 
 struct Shape {
@@ -30,8 +32,8 @@ struct Shape {
   double tau = 0;    ///< exponential [s]
 
   SeriesBasis basis = SeriesBasis::cosine;
-  int count = 0;                              ///< functions of the series, for each driver
-  std::array<double, 2> low{}, high{};        ///< range of the driver, of the second one [SI]
+  int count = 0;                        ///< order of the series, for each driver
+  std::array<double, 2> low{}, high{};  ///< range of the driver, of the second one [SI]
 
   bool operator==(const Shape&) const = default;
 };
@@ -41,10 +43,11 @@ struct Shape {
 std::string to_string(const Shape& shape);
 std::optional<Shape> parse_shape(std::string_view text);
 
-/// Number of values that a shape makes of one driver value (of two, for a product series).
+/// Number of values that a shape makes of one driver value; of two, for a series of products.
 int value_count(const Shape& shape, bool two_drivers = false);
 
-/// Writes those values to `out`. `x2` is read for a product series only.
+/// Writes those values to `out`. `x2` is the second driver of a product series: all
+/// products of the values at x with those at x2, the first running slowest.
 void evaluate(const Shape& shape, double x, double* out);
 void evaluate_product(const Shape& shape, double x, double x2, double* out);
 

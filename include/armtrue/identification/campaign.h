@@ -11,31 +11,31 @@
 
 namespace armtrue {
 
-/// Measured poses, one row a reading, in order of visit. Columns are vectors of their own, so that a
-/// million rows cost only what they hold; an optional column is empty when absent.
+/// Measured poses, one row a reading, in order of visit. Columns are vectors of their own, so that
+/// a million rows cost only what they hold; an optional column is empty when absent.
 struct Campaign {
   std::string source;  ///< file name, for messages
 
-  std::vector<int> pose;              ///< index into pose_ids; rows that share it are replicates
+  std::vector<int> pose;  ///< index into pose_ids; rows that share it are replicates
   std::vector<std::string> pose_ids;
-  std::vector<int> line;              ///< line in the file
-  std::vector<JointVector> q;         ///< [rad]
+  std::vector<int> line;                  ///< line in the file
+  std::vector<JointVector> q;             ///< [rad]
   std::vector<Eigen::Vector3d> position;  ///< in R_A [m]
 
   // Optional columns.
   std::vector<int> repeat;
   std::vector<Eigen::Quaterniond> orientation;  ///< R_A from the measured frame, unit
   std::vector<double> time_s;
-  std::vector<int> target;                 ///< index into target_names
+  std::vector<int> target;  ///< index into target_names
   std::vector<std::string> target_names;
-  std::vector<double> sigma_position;      ///< per axis [m]
-  std::vector<double> sigma_orientation;   ///< per axis [rad]
+  std::vector<double> sigma_position;     ///< per axis [m]
+  std::vector<double> sigma_orientation;  ///< per axis [rad]
   std::vector<std::array<std::int8_t, kJoints>> arrival;
   std::vector<double> payload_kg;
   std::vector<Eigen::Vector3d> force_n;
   std::vector<std::string> temperature_names;
   std::vector<std::array<double, kMaxTemperatures>> temperature_c;
-  std::vector<int> session;                ///< index into session_names
+  std::vector<int> session;  ///< index into session_names
   std::vector<std::string> session_names;
 
   int skipped_rows = 0;  ///< rows without a measurement

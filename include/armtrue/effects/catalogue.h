@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "armtrue/effects/effect.h"
+#include "armtrue/effects/robot.h"
+
+namespace armtrue {
+
+/// One kind of effect that robots are known to have, for every joint that can have it.
+struct CatalogueEntry {
+  enum class Joint { none, own, previous, fixed };
+
+  std::string name;
+  std::string parameter;  ///< alpha, d, theta, r, beta (of each joint), or base, base.rx, tool, ...
+  std::vector<int> joints;  ///< 0-based; the joints whose parameter it is
+  Driver driver;            ///< its joint is filled in as `driver_joint` says
+  Joint driver_joint = Joint::none;
+  Shape shape;
+  bool only_positive = false;  ///< a negative coefficient would not be this effect (compliance)
+  std::string separated_by;    ///< what to measure to tell it from its likes, in words
+};
+
+using Catalogue = std::vector<CatalogueEntry>;
+
+/// The effects, without coefficients, that the catalogue allows on this robot.
+std::vector<Effect> expand(const CatalogueEntry& entry, const Robot& robot);
+
+}  // namespace armtrue

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "armtrue/effects/context.h"
+#include "armtrue/effects/robot.h"
+#include "armtrue/kinematics/evaluator.h"
+
+namespace armtrue {
+
+/// Frames of the arm in one context: R_0 from R_1 ... R_7.
+using ArmFrames = std::array<Pose, kLinks>;
+
+/// The generalised force of gravity on a parameter of the chain: the work of the weights per unit
+/// of the parameter, g . sum_k m_k d(com_k)/d(parameter) [N m for an angle, N for a length]. For
+/// A_j.theta it is the torque of gravity on joint j.
+///
+/// Without masses it is a basis that spans the torque of any distribution of mass in the carrying
+/// links: the first moments of link j itself and of those after it whose axes stay parallel to
+/// joint j (for A2 the sine and cosine of the arm's and of the forearm's angle), per kg m. Lighter
+/// links, whose torque turns with the wrist, are left out: they would cost coefficients and carry
+/// next to nothing.
+class GravityLoad {
+ public:
+  GravityLoad(const Robot& robot, int parameter);
+
+  /// 1 with masses; without, the size of the basis, 0 if gravity does no work on this parameter.
+  int value_count() const;
+  void values(const Context& context, const ArmFrames& frames, double* out) const;
+
+ private:
+  struct FirstMoment {
+    int link, axis;
+  };
+  struct Motion;  // what the parameter moves: an axis, a point of it, and whether it turns
+  Motion motion(const ArmFrames& frames) const;
+  double first_moment_value(const FirstMoment& moment, const ArmFrames& frames) const;
+  void choose_basis(const Robot& robot, const ChainEvaluator& evaluator);
+
+  int parameter_;
+  int link_;  // first link that moves with the parameter; kLinks for the tool
+  Eigen::Matrix3d base_rotation_;
+  std::array<double, kLinks> beta_{};
+  Eigen::Vector3d gravity_;
+  Eigen::Vector3d payload_point_;  // in R_7
+  std::vector<Body> bodies_;
+  std::vector<FirstMoment> basis_;
+};
+
+}  // namespace armtrue

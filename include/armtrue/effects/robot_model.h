@@ -1,0 +1,80 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "armtrue/effects/context.h"
+#include "armtrue/effects/gravity.h"
+#include "armtrue/effects/robot.h"
+#include "armtrue/kinematics/evaluator.h"
+
+namespace armtrue {
+
+/// An effect resolved for one robot: which parameters its coefficients move, and by what.
+/// Drivers and torques come from the robot's chain as it stands when the effect is bound; what
+/// calibration changes in it later (1e-3 of a length) changes an effect by as little.
+class BoundEffect {
+ public:
+  /// offset[parameter] += coefficient * value
+  struct Term {
+    int parameter, coefficient, value;
+  };
+
+  /// Throws std::invalid_argument if the robot or the campaign lacks what the effect names.
+  BoundEffect(const Effect& effect, const Robot& robot,
+              const std::vector<std::string>& temperature_names = {});
+
+  int coefficient_count() const { return coefficient_count_; }
+  int value_count() const { return value_count_; }
+  const std::vector<Term>& terms() const { return terms_; }
+  /// The parameters moved, each once.
+  const std::vector<int>& parameters() const { return parameters_; }
+  const std::vector<std::string>& coefficient_names() const { return coefficient_names_; }
+  bool needs_frames() const { return !loads_.empty(); }
+  bool needs_jacobian() const { return driver_.kind == DriverKind::force; }
+
+  /// `frames` is read if needs_frames(); `jacobian`, at the context's pose, if needs_jacobian().
+  void values(const Context& context, const ArmFrames* frames, const PoseJacobian* jacobian,
+              double* out) const;
+
+ private:
+  double scalar_driver(const Context& context, const ArmFrames* frames,
+                       const PoseJacobian* jacobian) const;
+
+  Driver driver_;
+  Shape shape_;
+  int temperature_ = -1;
+  std::vector<GravityLoad> loads_;
+  std::vector<int> parameters_;
+  std::vector<Term> terms_;
+  std::vector<std::string> coefficient_names_;
+  int coefficient_count_ = 0, value_count_ = 0;
+};
+
+/// Predicts poses: the chain, with the effects that the robot file declares.
+class RobotModel {
+ public:
+  explicit RobotModel(const Robot& robot, const std::vector<std::string>& temperature_names = {});
+
+  /// What the instrument reads of the measured frame: R_A from it, lengths times the instrument's
+  /// scale.
+  Pose pose(const Context& context) const;
+
+  /// The same for a target, an index into the chain's targets, or -1 for the measured frame's
+  /// origin.
+  Eigen::Vector3d point(const Context& context, int target) const;
+
+  const ChainEvaluator& chain() const { return chain_; }
+
+  /// What the effects add to each parameter, instrument.scale last.
+  Eigen::Matrix<double, kGeometricParameters + 1, 1> offsets(const Context& context) const;
+
+ private:
+  ChainEvaluator chain_;
+  std::vector<Target> targets_;
+  std::vector<BoundEffect> effects_;
+  std::vector<std::vector<double>> coefficients_;
+};
+
+}  // namespace armtrue

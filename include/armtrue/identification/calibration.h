@@ -1,0 +1,56 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <string>
+#include <vector>
+
+#include "armtrue/effects/robot.h"
+#include "armtrue/identification/campaign.h"
+#include "armtrue/identification/identifiability.h"
+#include "armtrue/identification/observation.h"
+
+namespace armtrue {
+
+struct CalibrationOptions {
+  bool robust = true;  ///< false: least squares whatever the residuals look like
+  int max_iterations = 200;
+};
+
+struct CalibrationResult {
+  Robot robot;  ///< with the identified values, and their standard deviations in `std`
+  IdentifiableSet set;
+  std::vector<std::string> names;  ///< of the unknowns: geometric parameters, then coefficients
+  Eigen::VectorXd change;          ///< from the start [SI]
+  Eigen::MatrixXd covariance;      ///< of the unknowns [SI], from the spread of the residuals
+  ReadingScale scale;              ///< spread of the readings about the model, per axis
+  double degrees_of_freedom = 0;   ///< of Student's t that describes the residuals; 0 = Gaussian
+  std::vector<double> weights;     ///< of each row; a row far below 1 looks like a blunder
+  int rank = 0;
+  double condition = 0;                   ///< of the Jacobian in m and rad
+  std::array<double, 5> observability{};  ///< O1 ... O5
+  bool converged = false;
+  int iterations = 0;
+  std::string termination;  ///< the solver's own words
+};
+
+/// Identifies the geometric parameters that `robot.identify` allows and the campaign can show, and
+/// the coefficients of the robot's effects, from measured poses.
+///
+/// Maximum likelihood under Student's t with its degrees of freedom and the spreads of position and
+/// orientation taken from the residuals: Levenberg-Marquardt (Ceres) on the folded residual block.
+/// A base far from the measurements is first set by rigid registration of the points.
+/// Lack of convergence and of rank are reported in the result. Throws std::invalid_argument if
+/// there are fewer readings than unknowns or the robot and the campaign do not fit together.
+///
+/// O1 = (s_1 ... s_L)^(1/L) / sqrt(n), O2 = s_L / s_1, O3 = s_L, O4 = s_L^2 / s_1, O5 = 1 / sum
+/// 1/s_i with s the singular values of the Jacobian of n poses (Borm, Menq 1991; Driels, Pathre
+/// 1990; Nahvi et al. 1994; Nahvi, Hollerbach 1996; Sun, Hollerbach 2008).
+CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
+                            const CalibrationOptions& options = {});
+
+/// The same with the geometric parameters given; used to refit a model after an effect is added.
+CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
+                            const IdentifiableSet& set, const CalibrationOptions& options = {});
+
+}  // namespace armtrue

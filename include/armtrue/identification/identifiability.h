@@ -1,0 +1,41 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "armtrue/effects/robot.h"
+#include "armtrue/identification/campaign.h"
+
+namespace armtrue {
+
+/// A parameter that this campaign cannot tell from the ones kept, and the strongest of those.
+struct AbsorbedParameter {
+  int parameter;
+  /// (parameter, share): moving this one by 1 looks like moving those by `share` (mixed units: m,
+  /// rad). Empty if the parameter moves nothing that was measured.
+  std::vector<std::pair<int, double>> absorbed_by;
+};
+
+struct IdentifiableSet {
+  std::vector<int> kept;  ///< in the order of parameter indices
+  std::vector<AbsorbedParameter> absorbed;
+};
+
+/// Chooses the geometric parameters that the campaign can identify among those that
+/// `robot.identify` allows: `auto` (all), `paper-25`, or names.
+///
+/// Rank-revealing QR with columns of unit norm, taken in a fixed order of preference, so that the
+/// set does not depend on a platform's rounding: base, targets, tool, then over all links theta,
+/// alpha, d, r, and beta last, so that beta enters only where two axes are parallel (Hayati). A
+/// column is absorbed when less than 1e-6 of it is left beside those before it. The columns are
+/// taken on the arm's ideal structure (link angles within 1 deg of a right angle count as right),
+/// because near-parallel axes are what makes a set ill-conditioned. Throws std::invalid_argument
+/// for a name that the robot does not have.
+IdentifiableSet choose_identifiable(const Robot& robot, const Campaign& campaign);
+
+/// The parameters of the names in `identify`, before identifiability is asked.
+std::vector<int> allowed_parameters(const Robot& robot, const Campaign& campaign);
+
+}  // namespace armtrue

@@ -1,0 +1,92 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "armtrue/effects/robot_model.h"
+#include "armtrue/identification/campaign.h"
+
+namespace armtrue {
+
+/// Spread of the readings about the model, per axis, one standard deviation.
+struct ReadingScale {
+  double position = 1;     ///< [m]
+  double orientation = 1;  ///< [rad]
+};
+
+/// The readings of a campaign against the model of one robot: residuals, measured minus model, and
+/// the model's derivatives, divided by the standard deviation of each reading so that position and
+/// orientation can stand in one sum of squares.
+///
+/// The unknowns x are changes from the robot given: of the chosen geometric parameters, then of the
+/// coefficients of all its effects. Rotations of base and tool compose as exp(x_r) R.
+class ObservationModel {
+ public:
+  /// `geometric`: parameter indices. Rows with a `sigma_mm` or `sigma_deg` of their own keep their
+  /// ratio to `scale` (taken as the standard deviation of a row whose own sigma is the median).
+  ObservationModel(const Campaign& campaign, const Robot& robot, std::vector<int> geometric,
+                   const ReadingScale& scale);
+
+  int rows() const { return campaign_.rows(); }
+  int row_size() const { return campaign_.has_orientation() ? 6 : 3; }
+  int unknowns() const { return geometric_count() + coefficient_count_; }
+  int geometric_count() const { return static_cast<int>(geometric_.size()); }
+  const std::vector<int>& geometric() const { return geometric_; }
+  const Campaign& campaign() const { return campaign_; }
+  /// Robot and campaign names for each unknown: `A2.d`, `joint compliance A2.theta c`.
+  std::vector<std::string> unknown_names() const;
+
+  /// The robot at x.
+  Robot robot_at(const Eigen::VectorXd& x) const;
+
+  /// A model of the same readings at one value of x, for reading rows from several threads.
+  class At;
+  At at(const Eigen::VectorXd& x) const;
+
+  const ReadingScale& scale() const { return scale_; }
+  void set_scale(const ReadingScale& scale) { scale_ = scale; }
+  /// Standard deviations of one row: position [m], orientation [rad].
+  ReadingScale row_scale(int row) const;
+
+ private:
+  friend class At;
+  void evaluate_effect_values(const Robot& robot);
+  Eigen::Vector3d turn_of(const Eigen::VectorXd& x, int first_parameter) const;
+
+  const Campaign& campaign_;
+  Robot robot_;
+  std::vector<int> geometric_;
+  std::vector<int> targets_;  // the campaign's targets as indices into the robot's; empty if none
+  std::vector<BoundEffect> effects_;
+  std::vector<int> first_coefficient_, first_value_;
+  int coefficient_count_ = 0;
+  Eigen::MatrixXd effect_values_;  // values x rows
+  ReadingScale scale_;
+  double median_sigma_position_ = 0, median_sigma_orientation_ = 0;
+};
+
+class ObservationModel::At {
+ public:
+  /// The residual of one row, in R_A: measured minus model, [m], and [rad] as the rotation vector
+  /// of measured * model^-1 (zero without orientations). Not whitened.
+  Eigen::Matrix<double, 6, 1> residual(int row) const;
+
+  /// Writes the whitened block of one row: row_size() x (unknowns() + 1), the derivatives of the
+  /// model in the first columns, the residual in the last.
+  void block(int row, Eigen::Ref<Eigen::MatrixXd> out) const;
+
+ private:
+  friend class ObservationModel;
+  At(const ObservationModel& model, const Eigen::VectorXd& x);
+  void offsets(int row, ParameterOffsets& offsets, double& scale) const;
+  Pose predict(int row, PoseJacobian* jacobian, double& scale) const;
+  Eigen::Matrix<double, 6, 1> residual(int row, const Pose& measured_frame, double scale) const;
+
+  const ObservationModel& model_;
+  Robot robot_;
+  ChainEvaluator chain_;
+  Eigen::Matrix3d base_turn_, tool_turn_;  // d(turn in R_A)/d(unknown turn)
+};
+
+}  // namespace armtrue

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "armtrue/effects/catalogue.h"
+#include "armtrue/identification/calibration.h"
+
+namespace armtrue {
+
+struct TraceOptions {
+  std::uint64_t seed = 1;
+  int flips = 99;  ///< sign-flipped residuals for each family-wise p-value
+  double significance = 0.05;
+  int max_effects = 12;
+  bool beyond_catalogue = true;                      ///< search parameter x driver x basis as well
+  std::function<void(const std::string&)> progress;  ///< called with what is being done
+};
+
+/// Something that this campaign cannot tell from an effect that was found.
+struct Rival {
+  Effect effect;
+  double correlation = 0;  ///< share of the found effect's projected contribution it can imitate
+  double delta_ebic = 0;   ///< how much worse it explains the readings
+};
+
+/// Why an effect was added.
+struct Evidence {
+  double delta_ebic =
+      0;  ///< fall of EBIC (gamma 1) when it is added to all the others; positive is better
+  double p_value = 1;               ///< family-wise, of the best candidate under sign-flips by pose
+  double cross_validated_gain = 0;  ///< share of the mean squared whitened residual
+  double cross_validated_gain_error = 0;  ///< its standard error
+};
+
+struct TracedEffect {
+  Effect effect;  ///< with its coefficients
+  Evidence evidence;
+  std::vector<Rival> indistinguishable;
+  bool from_catalogue = false;
+  bool only_prediction = false;  ///< found by the open search: no cause is known
+};
+
+/// A candidate that was looked at in the last scan.
+struct RankedCandidate {
+  Effect effect;
+  int degrees_of_freedom = 0;
+  double left = 0, gain = 0, score = 0;
+  bool from_catalogue = false;
+};
+
+struct TraceResult {
+  CalibrationResult fit;                  ///< the model with all effects, on the readings given
+  std::vector<CalibrationResult> stages;  ///< geometry alone, then with each effect as it was added
+  std::vector<TracedEffect> effects;
+  std::vector<RankedCandidate> ranking;  ///< of the last scan, best first
+  std::vector<Effect> not_separable;     ///< catalogue effects that no campaign like this can show
+  double best_score = 0;   ///< of the last scan; not positive if nothing is left to explain
+  double remaining_p = 1;  ///< family-wise p-value of the best candidate that was not added
+};
+
+/// Finds the effects that the model lacks, one by one: scan of the catalogue, and of what lies
+/// beyond it, on the residual projected off everything already in the model; the best is added if
+/// EBIC falls, its family-wise p under sign-flips is below the significance, the cross-validated
+/// gain exceeds its standard error and its size is physically possible. After every addition all is
+/// refitted jointly, and effects are dropped or exchanged where that lowers EBIC.
+TraceResult trace(const Robot& robot, const Campaign& campaign, const Catalogue& catalogue,
+                  const TraceOptions& options = {});
+
+}  // namespace armtrue

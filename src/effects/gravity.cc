@@ -1,0 +1,117 @@
+#include "armtrue/effects/gravity.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "armtrue/effects/sampling.h"
+
+namespace armtrue {
+
+using Eigen::Vector3d;
+
+// Axes and points in R_0.
+struct GravityLoad::Motion {
+  Vector3d axis, point;
+  bool turns;
+
+  Vector3d velocity(const Vector3d& at) const { return turns ? axis.cross(at - point) : axis; }
+};
+
+GravityLoad::GravityLoad(const Robot& robot, int parameter)
+    : parameter_(parameter),
+      base_rotation_(robot.chain.base.rotation),
+      gravity_(robot.gravity),
+      payload_point_(robot.chain.tool.translation),
+      bodies_(robot.bodies) {
+  if (parameter < kLinkParameters)
+    link_ = 0;
+  else if (parameter < kToolParameters)
+    link_ = (parameter - kLinkParameters) / 5;
+  else
+    link_ = kLinks;
+  for (int j = 0; j < kLinks; ++j) beta_[j] = robot.chain.links[j].beta;
+  if (bodies_.empty()) choose_basis(robot, ChainEvaluator(robot.chain));
+}
+
+int GravityLoad::value_count() const {
+  return bodies_.empty() ? static_cast<int>(basis_.size()) : 1;
+}
+
+GravityLoad::Motion GravityLoad::motion(const ArmFrames& frames) const {
+  if (parameter_ < kLinkParameters) {
+    const Vector3d axis = base_rotation_.transpose() * Vector3d::Unit(parameter_ % 3);
+    return {axis, Vector3d::Zero(), parameter_ >= 3};
+  }
+  const Pose previous = link_ == 0 ? Pose{} : frames[link_ - 1];
+  switch (static_cast<LinkParameter>((parameter_ - kLinkParameters) % 5)) {
+    case LinkParameter::alpha:
+    case LinkParameter::d: {
+      const Vector3d x = std::cos(beta_[link_]) * previous.rotation.col(0) -
+                         std::sin(beta_[link_]) * previous.rotation.col(2);
+      return {x, previous.translation, parameter_unit(parameter_) == ParameterUnit::radian};
+    }
+    case LinkParameter::beta:
+      return {previous.rotation.col(1), previous.translation, true};
+    case LinkParameter::theta:
+      return {frames[link_].rotation.col(2), frames[link_].translation, true};
+    case LinkParameter::r:
+      break;
+  }
+  return {frames[link_].rotation.col(2), frames[link_].translation, false};
+}
+
+double GravityLoad::first_moment_value(const FirstMoment& moment, const ArmFrames& frames) const {
+  const Motion moved = motion(frames);
+  const Vector3d arm = frames[moment.link].rotation.col(moment.axis);
+  return moved.turns ? gravity_.dot(moved.axis.cross(arm)) : 0.0;
+}
+
+void GravityLoad::choose_basis(const Robot& robot, const ChainEvaluator& evaluator) {
+  if (link_ >= kJoints) return;
+  // The links that carry weight for this parameter: its own and those whose axes stay parallel. A
+  // parameter that does not turn about the joint's own axis also feels the next link turn.
+  const bool own_axis = parameter_ == link_parameter(link_, LinkParameter::theta);
+  std::vector<int> links{link_};
+  if (!own_axis && link_ + 1 < kJoints) links.push_back(link_ + 1);
+  const auto parallel_to_previous = [&](int j) {
+    return std::abs(std::sin(robot.chain.links[j].alpha)) < 1e-2 &&
+           std::abs(std::sin(robot.chain.links[j].beta)) < 1e-2;
+  };
+  for (int j = links.back() + 1; j < kJoints && parallel_to_previous(j); ++j) links.push_back(j);
+
+  // Keep what is independent of the constant and of what is kept already.
+  const std::vector<JointVector> poses = sample_joint_space(robot.chain, 64);
+  Eigen::MatrixXd kept = Eigen::MatrixXd::Ones(static_cast<int>(poses.size()), 1) / 8.0;
+  for (int link : links)
+    for (int axis = 0; axis < 3; ++axis) {
+      Eigen::VectorXd column(static_cast<int>(poses.size()));
+      for (int i = 0; i < column.size(); ++i)
+        column[i] = first_moment_value({link, axis}, evaluator.link_frames(poses[i]));
+      const double norm = column.norm();
+      for (int twice = 0; twice < 2; ++twice) column -= kept * (kept.transpose() * column);
+      if (norm < 1e-9 || column.norm() < 1e-2 * norm) continue;
+      kept.conservativeResize(Eigen::NoChange, kept.cols() + 1);
+      kept.rightCols<1>() = column.normalized();
+      basis_.push_back({link, axis});
+    }
+}
+
+void GravityLoad::values(const Context& context, const ArmFrames& frames, double* out) const {
+  if (bodies_.empty()) {
+    for (size_t k = 0; k < basis_.size(); ++k) out[k] = first_moment_value(basis_[k], frames);
+    return;
+  }
+  out[0] = 0;
+  if (link_ >= kLinks) return;
+  const Motion moved = motion(frames);
+  for (const Body& body : bodies_)
+    if (body.link >= link_)
+      out[0] += body.mass_kg * gravity_.dot(moved.velocity(frames[body.link] * body.centre));
+  if (context.payload_kg != 0)
+    out[0] += context.payload_kg * gravity_.dot(moved.velocity(frames.back() * payload_point_));
+}
+
+}  // namespace armtrue

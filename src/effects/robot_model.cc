@@ -1,0 +1,186 @@
+#include "armtrue/effects/robot_model.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace armtrue {
+namespace {
+
+bool is_group(const std::string& parameter) { return parameter == "base" || parameter == "tool"; }
+
+constexpr const char* kTwistNames[] = {"x", "y", "z", "rx", "ry", "rz"};
+
+std::vector<int> moved_parameters(const Effect& effect, const Robot& robot) {
+  if (!is_group(effect.parameter)) {
+    const auto index = find_parameter(robot.chain, effect.parameter);
+    if (!index || *index > kInstrumentScale)
+      throw std::invalid_argument("effect '" + effect.name + "': the robot has no parameter '" +
+                                  effect.parameter + "'");
+    return {*index};
+  }
+  const int first = effect.parameter == "base" ? kBaseParameters : kToolParameters;
+  // A moment turns a group about the moment's own axis; every other driver may move it any way.
+  std::vector<int> parameters;
+  for (int i = effect.driver.kind == DriverKind::moment ? 3 : 0; i < 6; ++i)
+    parameters.push_back(first + i);
+  return parameters;
+}
+
+// Names of the values of a shape, as the coefficients are called in files.
+std::vector<std::string> value_names(const Shape& shape, int count) {
+  if (shape.kind == ShapeKind::harmonic) return {"sin", "cos"};
+  if (count == 1) return {"c"};
+  std::vector<std::string> names;
+  for (int k = 1; k <= count; ++k) names.push_back("c" + std::to_string(k));
+  return names;
+}
+
+}  // namespace
+
+BoundEffect::BoundEffect(const Effect& effect, const Robot& robot,
+                         const std::vector<std::string>& temperature_names)
+    : driver_(effect.driver), shape_(effect.shape), parameters_(moved_parameters(effect, robot)) {
+  const auto fail = [&](const std::string& why) {
+    throw std::invalid_argument("effect '" + effect.name + "': " + why);
+  };
+  if (driver_.kind == DriverKind::temperature) {
+    const auto found = std::find(temperature_names.begin(), temperature_names.end(), driver_.where);
+    if (found == temperature_names.end())
+      fail("the measurements have no column temp_" + driver_.where + "_c");
+    temperature_ = static_cast<int>(found - temperature_names.begin());
+  }
+  if (driver_.second_joint >= 0 && shape_.kind != ShapeKind::series)
+    fail("two joint angles need the shape 'series'");
+  if (driver_.kind == DriverKind::gravity_torque)
+    loads_.emplace_back(robot, link_parameter(driver_.joint, LinkParameter::theta));
+  if (driver_.kind == DriverKind::moment)
+    for (int parameter : parameters_) loads_.emplace_back(robot, parameter);
+
+  // Without masses a load is a basis of several values, which only a linear law can use.
+  int load_values = 1;
+  for (const GravityLoad& load : loads_) load_values = std::max(load_values, load.value_count());
+  if (load_values > 1 && shape_.kind != ShapeKind::linear)
+    fail("the shape '" + to_string(shape_) + "' of a torque needs the robot's masses");
+  for (const GravityLoad& load : loads_)
+    if (load.value_count() != load_values && load.value_count() != 0)
+      fail("the gravity basis differs between the components of '" + effect.parameter + "'");
+
+  const bool vector_driver = driver_.kind == DriverKind::moment && parameters_.size() > 1;
+  const int values = std::max(load_values, armtrue::value_count(shape_, driver_.second_joint >= 0));
+  const std::vector<std::string> names = value_names(shape_, values);
+  if (vector_driver) {
+    // Component i of value k drives parameter i with coefficient k.
+    const int components = static_cast<int>(parameters_.size());
+    value_count_ = components * values;
+    coefficient_count_ = values;
+    coefficient_names_ = names;
+    for (int i = 0; i < components; ++i)
+      for (int k = 0; k < values; ++k) terms_.push_back({parameters_[i], k, i * values + k});
+    return;
+  }
+  value_count_ = values;
+  coefficient_count_ = values * static_cast<int>(parameters_.size());
+  for (size_t i = 0; i < parameters_.size(); ++i)
+    for (int k = 0; k < values; ++k) {
+      const int coefficient = static_cast<int>(i) * values + k;
+      terms_.push_back({parameters_[i], coefficient, k});
+      coefficient_names_.push_back(parameters_.size() == 1 ? names[k]
+                                   : values == 1           ? kTwistNames[i]
+                                                           : kTwistNames[i] + (" " + names[k]));
+    }
+}
+
+double BoundEffect::scalar_driver(const Context& context, const ArmFrames* frames,
+                                  const PoseJacobian* jacobian) const {
+  switch (driver_.kind) {
+    case DriverKind::joint_angle:
+      return context.q[driver_.joint];
+    case DriverKind::arrival:
+      return context.arrival[driver_.joint];
+    case DriverKind::time:
+      return context.time_s;
+    case DriverKind::temperature:
+      return context.temperature_c[temperature_];
+    case DriverKind::payload:
+      return context.payload_kg;
+    case DriverKind::force:
+      return jacobian->col(parameters_.front()).head<3>().dot(context.force_n);
+    case DriverKind::position:
+      return 1.0;
+    case DriverKind::gravity_torque:
+    case DriverKind::moment:
+      break;
+  }
+  double load = 0;
+  loads_.front().values(context, *frames, &load);
+  return load;
+}
+
+void BoundEffect::values(const Context& context, const ArmFrames* frames,
+                         const PoseJacobian* jacobian, double* out) const {
+  if (driver_.second_joint >= 0)
+    return evaluate_product(shape_, context.q[driver_.joint], context.q[driver_.second_joint], out);
+  const bool linear_loads = !loads_.empty() && shape_.kind == ShapeKind::linear;
+  if (!linear_loads) return evaluate(shape_, scalar_driver(context, frames, jacobian), out);
+  const int values = value_count_ / static_cast<int>(loads_.size());
+  for (size_t i = 0; i < loads_.size(); ++i) {
+    double* const component = out + static_cast<int>(i) * values;
+    std::fill(component, component + values, 0.0);
+    if (loads_[i].value_count() > 0) loads_[i].values(context, *frames, component);
+  }
+}
+
+RobotModel::RobotModel(const Robot& robot, const std::vector<std::string>& temperature_names)
+    : chain_(robot.chain), targets_(robot.chain.targets) {
+  for (const Effect& effect : robot.effects) {
+    effects_.emplace_back(effect, robot, temperature_names);
+    if (effects_.back().coefficient_count() != static_cast<int>(effect.coefficients.size()))
+      throw std::invalid_argument("effect '" + effect.name + "' has " +
+                                  std::to_string(effect.coefficients.size()) +
+                                  " coefficients; its parameter, driver and shape need " +
+                                  std::to_string(effects_.back().coefficient_count()));
+    auto& values = coefficients_.emplace_back();
+    for (const Coefficient& c : effect.coefficients) values.push_back(c.value);
+  }
+}
+
+Eigen::Matrix<double, kGeometricParameters + 1, 1> RobotModel::offsets(
+    const Context& context) const {
+  Eigen::Matrix<double, kGeometricParameters + 1, 1> offsets;
+  offsets.setZero();
+  ArmFrames frames;
+  PoseJacobian jacobian;
+  bool have_frames = false, have_jacobian = false;
+  std::vector<double> values;
+  for (size_t e = 0; e < effects_.size(); ++e) {
+    const BoundEffect& effect = effects_[e];
+    if (effect.needs_frames() && !have_frames) {
+      frames = chain_.link_frames(context.q);
+      have_frames = true;
+    }
+    if (effect.needs_jacobian() && !have_jacobian) {
+      chain_.pose(context.q, jacobian);
+      have_jacobian = true;
+    }
+    values.resize(effect.value_count());
+    effect.values(context, &frames, &jacobian, values.data());
+    for (const BoundEffect::Term& term : effect.terms())
+      offsets[term.parameter] += coefficients_[e][term.coefficient] * values[term.value];
+  }
+  return offsets;
+}
+
+Pose RobotModel::pose(const Context& context) const {
+  if (effects_.empty()) return chain_.pose(context.q);
+  const auto all = offsets(context);
+  Pose pose = chain_.pose(context.q, all.head<kGeometricParameters>());
+  pose.translation *= 1.0 + all[kInstrumentScale];
+  return pose;
+}
+
+Eigen::Vector3d RobotModel::point(const Context& context, int target) const {
+  const Pose measured = pose(context);
+  return target < 0 ? measured.translation : measured * targets_[target].position;
+}
+
+}  // namespace armtrue

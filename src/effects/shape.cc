@@ -1,0 +1,147 @@
+#include "armtrue/effects/shape.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+namespace armtrue {
+namespace {
+
+constexpr int kSplineDegree = 3;
+constexpr int kMaxSeriesValues = 64;
+
+// The count + 1 cubic B-splines on uniform clamped knots over [0, 1], the last one left out: with
+// the parameter's constant they span the same curves. Cox and de Boor's recursion.
+void spline_values(int count, double u, double* out) {
+  const int splines = count + 1;
+  const int intervals = splines - kSplineDegree;
+  const auto knot = [&](int i) {
+    return std::clamp(static_cast<double>(i - kSplineDegree) / intervals, 0.0, 1.0);
+  };
+  const int interval = std::min(static_cast<int>(u * intervals), intervals - 1);
+  double basis[kSplineDegree + 1] = {1.0};
+  for (int degree = 1; degree <= kSplineDegree; ++degree) {
+    double saved = 0.0;
+    for (int k = 0; k < degree; ++k) {
+      const double right = knot(interval + kSplineDegree + 1 + k);
+      const double left = knot(interval + kSplineDegree + 1 + k - degree);
+      const double share = basis[k] / (right - left);
+      basis[k] = saved + (right - u) * share;
+      saved = (u - left) * share;
+    }
+    basis[degree] = saved;
+  }
+  std::fill(out, out + count, 0.0);
+  for (int k = 0; k <= kSplineDegree; ++k)
+    if (interval + k < count) out[interval + k] = basis[k];
+}
+
+void series_values(const Shape& shape, int driver, double x, double* out) {
+  if (shape.basis == SeriesBasis::fourier) {
+    for (int k = 1; k <= shape.count; ++k) {
+      out[2 * k - 2] = std::sin(k * x);
+      out[2 * k - 1] = std::cos(k * x);
+    }
+    return;
+  }
+  const double u =
+      std::clamp((x - shape.low[driver]) / (shape.high[driver] - shape.low[driver]), 0.0, 1.0);
+  if (shape.basis == SeriesBasis::spline) return spline_values(shape.count, u, out);
+  for (int k = 1; k <= shape.count; ++k) out[k - 1] = std::cos(k * std::numbers::pi * u);
+}
+
+int series_count(const Shape& shape) {
+  return shape.basis == SeriesBasis::fourier ? 2 * shape.count : shape.count;
+}
+
+struct Word {
+  ShapeKind kind;
+  std::string_view text;
+};
+
+constexpr Word kWords[] = {
+    {ShapeKind::linear, "linear"},
+    {ShapeKind::harmonic, "harmonic"},
+    {ShapeKind::sign, "sign"},
+    {ShapeKind::step, "step"},
+    {ShapeKind::exponential, "exponential"},
+    {ShapeKind::series, "series"},
+};
+
+}  // namespace
+
+std::string to_string(const Shape& shape) {
+  std::string text;
+  for (const Word& word : kWords)
+    if (word.kind == shape.kind) text = word.text;
+  return shape.kind == ShapeKind::harmonic ? text + " " + std::to_string(shape.harmonic) : text;
+}
+
+std::optional<Shape> parse_shape(std::string_view text) {
+  const size_t space = text.find(' ');
+  for (const Word& word : kWords) {
+    if (word.text != text.substr(0, space)) continue;
+    Shape shape;
+    shape.kind = word.kind;
+    if (word.kind != ShapeKind::harmonic)
+      return space == std::string_view::npos ? std::optional(shape) : std::nullopt;
+    if (space == std::string_view::npos) return std::nullopt;
+    const std::string_view number = text.substr(space + 1);
+    const auto [end, error] =
+        std::from_chars(number.data(), number.data() + number.size(), shape.harmonic);
+    const bool whole = error == std::errc{} && end == number.data() + number.size();
+    return whole && shape.harmonic >= 1 ? std::optional(shape) : std::nullopt;
+  }
+  return std::nullopt;
+}
+
+int value_count(const Shape& shape, bool two_drivers) {
+  switch (shape.kind) {
+    case ShapeKind::harmonic:
+      return 2;
+    case ShapeKind::series: {
+      const int count = series_count(shape);
+      return two_drivers ? count * count : count;
+    }
+    default:
+      return 1;
+  }
+}
+
+void evaluate(const Shape& shape, double x, double* out) {
+  switch (shape.kind) {
+    case ShapeKind::linear:
+      out[0] = x;
+      return;
+    case ShapeKind::harmonic:
+      out[0] = std::sin(shape.harmonic * x);
+      out[1] = std::cos(shape.harmonic * x);
+      return;
+    case ShapeKind::sign:
+      out[0] = (x > 0) - (x < 0);
+      return;
+    case ShapeKind::step:
+      out[0] = x >= shape.at ? 1.0 : 0.0;
+      return;
+    case ShapeKind::exponential:
+      out[0] = 1.0 - std::exp(-x / shape.tau);
+      return;
+    case ShapeKind::series:
+      return series_values(shape, 0, x, out);
+  }
+}
+
+void evaluate_product(const Shape& shape, double x, double x2, double* out) {
+  const int count = series_count(shape);
+  if (count > kMaxSeriesValues)
+    throw std::invalid_argument("a product series has at most 64 values");
+  double first[kMaxSeriesValues], second[kMaxSeriesValues];
+  series_values(shape, 0, x, first);
+  series_values(shape, 1, x2, second);
+  for (int a = 0; a < count; ++a)
+    for (int b = 0; b < count; ++b) out[a * count + b] = first[a] * second[b];
+}
+
+}  // namespace armtrue

@@ -1,0 +1,346 @@
+#include "armtrue/identification/calibration.h"
+
+#include <ceres/ceres.h>
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "armtrue/identification/statistics.h"
+#include "fold.h"
+#include "registration.h"
+
+namespace armtrue {
+namespace {
+
+constexpr double kSmallestScale = 1e-9;  // m, rad: noise-free simulations must not divide by zero
+constexpr int kRowsForStart = 4096;      // a larger campaign starts from an even choice of its rows
+constexpr int kMaxRounds = 6;
+
+// Prior knowledge of an unknown: (x - mean) / deviation is one more residual.
+struct Prior {
+  int unknown;
+  double deviation;
+};
+
+// The whole campaign as one residual block of p + 1 residuals: the triangle of its fold. Their sum
+// of squares is the robust loss, their Jacobian that of the weighted rows, so Levenberg-Marquardt
+// takes the same steps as on all rows.
+class FoldedCost : public ceres::CostFunction {
+ public:
+  FoldedCost(const ObservationModel& model, const ReadingLaw& law, const std::vector<Prior>& priors)
+      : model_(model), law_(law), priors_(priors) {
+    mutable_parameter_block_sizes()->push_back(model.unknowns());
+    set_num_residuals(model.unknowns() + 1 + static_cast<int>(priors.size()));
+  }
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    const int p = model_.unknowns();
+    const Eigen::Map<const Eigen::VectorXd> x(parameters[0], p);
+    const ObservationModel::At at = model_.at(x);
+    Eigen::Map<Eigen::VectorXd> r(residuals, num_residuals());
+    r.setZero();
+    for (size_t k = 0; k < priors_.size(); ++k)
+      r[p + 1 + static_cast<int>(k)] = x[priors_[k].unknown] / priors_[k].deviation;
+    if (!jacobians || !jacobians[0]) {
+      r[p] = std::sqrt(total_loss(at, model_, law_));
+      return std::isfinite(r[p]);
+    }
+    const Fold folded = fold(at, model_, law_);
+    r.head(p) = folded.factor.col(p).head(p);
+    // What the linear part does not explain; no unknown moves it.
+    r[p] = std::sqrt(std::max(0.0, folded.loss - r.head(p).squaredNorm()));
+    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> jacobian(
+        jacobians[0], num_residuals(), p);
+    jacobian.setZero();
+    jacobian.topRows(p) = -folded.factor.topLeftCorner(p, p);
+    for (size_t k = 0; k < priors_.size(); ++k)
+      jacobian(p + 1 + static_cast<int>(k), priors_[k].unknown) = 1.0 / priors_[k].deviation;
+    return std::isfinite(r[p]) && jacobian.allFinite();
+  }
+
+ private:
+  const ObservationModel& model_;
+  const ReadingLaw law_;
+  const std::vector<Prior>& priors_;
+};
+
+struct Solution {
+  bool converged = false;
+  int iterations = 0;
+  std::string termination;
+};
+
+Solution solve(const ObservationModel& model, const ReadingLaw& law,
+               const std::vector<Prior>& priors, int max_iterations, double tolerance,
+               Eigen::VectorXd& x) {
+  if (x.size() == 0) return {true, 0, "nothing to identify"};
+  ceres::Problem problem;
+  problem.AddResidualBlock(new FoldedCost(model, law, priors), nullptr, x.data());
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_QR;
+  options.max_num_iterations = max_iterations;
+  options.function_tolerance = tolerance;
+  options.gradient_tolerance = 0;
+  options.parameter_tolerance = 1e-14;
+  // Nearly linear problems with nearly invisible directions: start with hardly any damping.
+  options.initial_trust_region_radius = 1e8;
+  options.max_trust_region_radius = 1e20;
+  options.logging_type = ceres::SILENT;
+  options.num_threads = 1;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  return {summary.termination_type == ceres::CONVERGENCE,
+          std::max(0, static_cast<int>(summary.iterations.size()) - 1), summary.message};
+}
+
+double log_likelihood(const std::vector<Eigen::Vector2d>& norms, const ReadingScale& scale,
+                      double dof, bool with_orientation) {
+  const int d = with_orientation ? 6 : 3;
+  const double n = static_cast<double>(norms.size());
+  const ReadingLaw law{dof};
+  double loss = 0;
+  for (const Eigen::Vector2d& s : norms)
+    loss += law.loss(s[0] / (scale.position * scale.position) +
+                         (with_orientation ? s[1] / (scale.orientation * scale.orientation) : 0.0),
+                     d);
+  double value = -0.5 * loss - 3 * n * std::log(scale.position);
+  if (with_orientation) value -= 3 * n * std::log(scale.orientation);
+  if (dof > 0)
+    value +=
+        n * (std::lgamma(0.5 * (dof + d)) - std::lgamma(0.5 * dof) - 0.5 * d * std::log(dof / 2));
+  return value;
+}
+
+// Spreads by expectation-maximisation for fixed degrees of freedom. `norms` are unwhitened (m^2,
+// rad^2).
+ReadingScale spread(const std::vector<Eigen::Vector2d>& norms, ReadingScale scale, double dof,
+                    bool with_orientation, double correction) {
+  const int d = with_orientation ? 6 : 3;
+  const ReadingLaw law{dof};
+  const double n = static_cast<double>(norms.size());
+  for (int round = 0; round < (dof > 0 ? 30 : 1); ++round) {
+    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    for (const Eigen::Vector2d& s : norms) {
+      const double squared =
+          s[0] / (scale.position * scale.position) +
+          (with_orientation ? s[1] / (scale.orientation * scale.orientation) : 0.0);
+      sum += law.weight(squared, d) * s;
+    }
+    scale.position = std::max(kSmallestScale, std::sqrt(correction * sum[0] / (3 * n)));
+    if (with_orientation)
+      scale.orientation = std::max(kSmallestScale, std::sqrt(correction * sum[1] / (3 * n)));
+  }
+  return scale;
+}
+
+struct Residuals {
+  ReadingScale scale;
+  ReadingLaw law;
+};
+
+// The law and the spreads that make the residuals most likely. Gaussian unless Student's t is
+// better by more than the price of its one parameter (BIC).
+Residuals describe(const std::vector<Eigen::Vector2d>& norms, const ReadingScale& start,
+                   bool with_orientation, double correction, bool robust) {
+  Residuals best{spread(norms, start, 0, with_orientation, correction), {0}};
+  if (!robust) return best;
+  double best_value = log_likelihood(norms, best.scale, 0, with_orientation) +
+                      0.5 * std::log(static_cast<double>(norms.size()));
+  for (double dof : {2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 14.0, 20.0, 30.0}) {
+    const ReadingScale scale = spread(norms, start, dof, with_orientation, correction);
+    const double value = log_likelihood(norms, scale, dof, with_orientation);
+    if (value > best_value) {
+      best_value = value;
+      best = {scale, {dof}};
+    }
+  }
+  return best;
+}
+
+// Squared norms in m^2 and rad^2: with the model's own scale taken out again, row ratios kept.
+std::vector<Eigen::Vector2d> raw_norms(const ObservationModel& model, const Eigen::VectorXd& x) {
+  std::vector<Eigen::Vector2d> norms = squared_norms(model.at(x), model);
+  const ReadingScale scale = model.scale();
+  for (Eigen::Vector2d& s : norms) {
+    s[0] *= scale.position * scale.position;
+    s[1] *= scale.orientation * scale.orientation;
+  }
+  return norms;
+}
+
+ReadingScale median_scale(const std::vector<Eigen::Vector2d>& norms) {
+  constexpr double kMedianOfChiSquare3 = 2.365973884;
+  std::vector<double> position, orientation;
+  for (const Eigen::Vector2d& s : norms) {
+    position.push_back(s[0]);
+    orientation.push_back(s[1]);
+  }
+  const auto scale = [](const std::vector<double>& s) {
+    return std::max(kSmallestScale, std::sqrt(median(s) / kMedianOfChiSquare3));
+  };
+  return {scale(position), scale(orientation)};
+}
+
+bool close(const ReadingScale& a, const ReadingScale& b) {
+  const auto same = [](double u, double v) { return std::abs(u - v) <= 1e-3 * std::max(u, v); };
+  return same(a.position, b.position) && same(a.orientation, b.orientation);
+}
+
+Solution fit(ObservationModel& model, ReadingLaw& law, const std::vector<Prior>& priors,
+             const CalibrationOptions& options, double tolerance, Eigen::VectorXd& x) {
+  const bool with_orientation = model.row_size() == 6;
+  const double equations = static_cast<double>(model.rows()) * model.row_size();
+  const double correction = equations / std::max(1.0, equations - model.unknowns());
+  model.set_scale(median_scale(raw_norms(model, x)));
+  if (options.robust) law = {4.0};
+  Solution solution;
+  int iterations = 0;
+  for (int round = 0; round < kMaxRounds; ++round) {
+    const int left = options.max_iterations - iterations;
+    solution = solve(model, law, priors, left, round == 0 ? 1e-6 : tolerance, x);
+    iterations += solution.iterations;
+    if (iterations >= options.max_iterations) break;
+    const Residuals next =
+        describe(raw_norms(model, x), model.scale(), with_orientation, correction, options.robust);
+    const bool settled = round > 0 && close(next.scale, model.scale()) &&
+                         next.law.degrees_of_freedom == law.degrees_of_freedom;
+    model.set_scale(next.scale);
+    law = next.law;
+    if (settled) break;
+  }
+  solution.iterations = iterations;
+  return solution;
+}
+
+void set_statistics(const ObservationModel& model, const ReadingLaw& law,
+                    const std::vector<Prior>& priors, const Eigen::VectorXd& x,
+                    CalibrationResult& result) {
+  const int p = model.unknowns();
+  const ObservationModel::At at = model.at(x);
+  const Fold folded = fold(at, model, law);
+  Eigen::MatrixXd information =
+      folded.factor.topLeftCorner(p, p).transpose() * folded.factor.topLeftCorner(p, p);
+  for (const Prior& prior : priors)
+    information(prior.unknown, prior.unknown) += 1.0 / (prior.deviation * prior.deviation);
+  // Columns of unit norm before inverting: m and rad differ by orders of magnitude.
+  const Eigen::VectorXd unit = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd scaled = unit.asDiagonal() * information * unit.asDiagonal();
+  result.covariance = unit.asDiagonal() *
+                      Eigen::MatrixXd(scaled.completeOrthogonalDecomposition().pseudoInverse()) *
+                      unit.asDiagonal();
+  result.names = model.unknown_names();
+
+  // Observability in the units of the literature: rows as long as one position reading's noise.
+  const int g = model.geometric_count();
+  if (g > 0) {
+    const Eigen::VectorXd s =
+        model.scale().position *
+        Eigen::JacobiSVD<Eigen::MatrixXd>(folded.factor.topLeftCorner(p, g)).singularValues();
+    const double n = std::max(1, static_cast<int>(model.campaign().rows()));
+    result.rank = static_cast<int>((s.array() > 1e-10 * s[0]).count());
+    result.condition = s[0] / s[g - 1];
+    result.observability = {std::exp(s.array().max(1e-300).log().mean()) / std::sqrt(n),
+                            s[g - 1] / s[0], s[g - 1], s[g - 1] * s[g - 1] / s[0],
+                            1.0 / s.cwiseInverse().sum()};
+  }
+  const std::vector<Eigen::Vector2d> norms = squared_norms(at, model);
+  result.weights.resize(norms.size());
+  for (size_t i = 0; i < norms.size(); ++i)
+    result.weights[i] = law.weight(norms[i].sum(), model.row_size());
+}
+
+void set_robot(const ObservationModel& model, const Eigen::VectorXd& x, CalibrationResult& result) {
+  result.robot = model.robot_at(x);
+  result.robot.std.clear();
+  int k = 0;
+  for (; k < model.geometric_count(); ++k)
+    result.robot.std[result.names[k]] = std::sqrt(result.covariance(k, k));
+  for (Effect& effect : result.robot.effects)
+    for (Coefficient& c : effect.coefficients) {
+      c.std = std::sqrt(result.covariance(k, k));
+      c.ci95 = {c.value - 1.959964 * c.std, c.value + 1.959964 * c.std};
+      ++k;
+    }
+}
+
+std::vector<Prior> priors_of(const Robot& robot, const ObservationModel& model) {
+  std::vector<Prior> priors;
+  for (int k = 0; k < model.geometric_count(); ++k) {
+    const auto found = robot.priors.find(parameter_name(robot.chain, model.geometric()[k]));
+    if (found != robot.priors.end()) priors.push_back({k, found->second});
+  }
+  return priors;
+}
+
+// A base that misses by more than this is not a calibration error but a set-up nobody told us.
+constexpr double kFarBase = 0.05;  // m
+
+Robot with_base_near(const Robot& robot, const Campaign& campaign, const IdentifiableSet& set) {
+  for (int k = 0; k < 6; ++k)
+    if (std::find(set.kept.begin(), set.kept.end(), kBaseParameters + k) == set.kept.end())
+      return robot;
+  const auto typical_miss = [&](const Robot& candidate) {
+    const ObservationModel model(campaign, candidate, {}, {1.0, 1.0});
+    return median_scale(raw_norms(model, Eigen::VectorXd::Zero(model.unknowns()))).position;
+  };
+  if (typical_miss(robot) < kFarBase) return robot;
+  Robot moved = robot;
+  moved.chain.base = register_base(robot, campaign);
+  return typical_miss(moved) < typical_miss(robot) ? moved : robot;
+}
+
+}  // namespace
+
+CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
+                            const CalibrationOptions& options) {
+  return calibrate(robot, campaign, choose_identifiable(robot, campaign), options);
+}
+
+CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
+                            const IdentifiableSet& set, const CalibrationOptions& options) {
+  const Robot start = with_base_near(robot, campaign, set);
+  ObservationModel model(campaign, start, set.kept, {1.0, 1.0});
+  const std::vector<Prior> priors = priors_of(start, model);
+  const int equations = model.rows() * model.row_size() + static_cast<int>(priors.size());
+  if (equations <= model.unknowns())
+    throw std::invalid_argument(
+        std::to_string(model.rows()) + " readings give " + std::to_string(equations) +
+        " equations for " + std::to_string(model.unknowns()) +
+        " unknowns; measure more poses, or identify fewer parameters (--identify)");
+
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(model.unknowns());
+  ReadingLaw law;
+  int iterations = 0;
+  if (model.rows() > 2 * kRowsForStart) {
+    std::vector<int> chosen(kRowsForStart);
+    for (int i = 0; i < kRowsForStart; ++i)
+      chosen[i] = static_cast<int>(static_cast<long>(i) * model.rows() / kRowsForStart);
+    const Campaign part = campaign.select(chosen);
+    ObservationModel part_model(part, start, set.kept, {1.0, 1.0});
+    iterations = fit(part_model, law, priors, options, 1e-10, x).iterations;
+    model.set_scale(part_model.scale());
+  }
+  CalibrationResult result;
+  Solution solution;
+  if (iterations > 0) {
+    solution = solve(model, law, priors, options.max_iterations, 1e-7, x);
+    solution.iterations += iterations;
+  } else {
+    solution = fit(model, law, priors, options, 1e-14, x);
+  }
+  result.set = set;
+  result.change = x;
+  result.converged = solution.converged;
+  result.iterations = solution.iterations;
+  result.termination = solution.termination;
+  result.scale = model.scale();
+  result.degrees_of_freedom = law.degrees_of_freedom;
+  set_statistics(model, law, priors, x, result);
+  set_robot(model, x, result);
+  return result;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,63 @@
+#include "armtrue/identification/campaign.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace armtrue {
+
+Context Campaign::context(int row) const {
+  Context context;
+  context.q = q[row];
+  if (!arrival.empty()) context.arrival = arrival[row];
+  if (!time_s.empty()) context.time_s = time_s[row];
+  if (!payload_kg.empty()) context.payload_kg = payload_kg[row];
+  if (!force_n.empty()) context.force_n = force_n[row];
+  if (!temperature_c.empty()) context.temperature_c = temperature_c[row];
+  return context;
+}
+
+Campaign Campaign::select(const std::vector<int>& rows) const {
+  Campaign chosen;
+  chosen.source = source;
+  chosen.pose_ids = pose_ids;
+  chosen.target_names = target_names;
+  chosen.temperature_names = temperature_names;
+  chosen.session_names = session_names;
+  const auto pick = [&](const auto& from, auto& to) {
+    if (from.empty()) return;
+    to.reserve(rows.size());
+    for (int row : rows) to.push_back(from[row]);
+  };
+  pick(pose, chosen.pose);
+  pick(line, chosen.line);
+  pick(q, chosen.q);
+  pick(position, chosen.position);
+  pick(repeat, chosen.repeat);
+  pick(orientation, chosen.orientation);
+  pick(time_s, chosen.time_s);
+  pick(target, chosen.target);
+  pick(sigma_position, chosen.sigma_position);
+  pick(sigma_orientation, chosen.sigma_orientation);
+  pick(arrival, chosen.arrival);
+  pick(payload_kg, chosen.payload_kg);
+  pick(force_n, chosen.force_n);
+  pick(temperature_c, chosen.temperature_c);
+  pick(session, chosen.session);
+  return chosen;
+}
+
+void derive_arrival(Campaign& campaign) {
+  constexpr double kLeastMotion = 1e-4 * std::numbers::pi / 180;
+  std::array<std::int8_t, kJoints> direction{};
+  campaign.arrival.clear();
+  campaign.arrival.reserve(campaign.q.size());
+  for (size_t row = 0; row < campaign.q.size(); ++row) {
+    for (int j = 0; row > 0 && j < kJoints; ++j) {
+      const double motion = campaign.q[row][j] - campaign.q[row - 1][j];
+      if (std::abs(motion) > kLeastMotion) direction[j] = motion > 0 ? 1 : -1;
+    }
+    campaign.arrival.push_back(direction);
+  }
+}
+
+}  // namespace armtrue

@@ -1,0 +1,314 @@
+#include "candidates.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <set>
+
+#include "armtrue/effects/gravity.h"
+#include "armtrue/effects/sampling.h"
+
+namespace armtrue {
+namespace {
+
+constexpr int kStepGrid = 32;
+constexpr int kMostCycles = 300;  // per turn: motor order behind a reducer
+
+struct TimeSpan {
+  std::vector<double> times;  // distinct, ascending
+  double duration() const { return times.back() - times.front(); }
+};
+
+TimeSpan time_span(const Campaign& campaign) {
+  const std::set<double> distinct(campaign.time_s.begin(), campaign.time_s.end());
+  return {{distinct.begin(), distinct.end()}};
+}
+
+bool has_time(const TimeSpan& span) { return span.times.size() > 2; }
+
+// Between readings, evenly over their number; the ends leave too few readings to show a step.
+std::vector<double> step_times(const TimeSpan& span, int count) {
+  std::vector<double> steps;
+  const size_t n = span.times.size();
+  for (int k = 1; k <= count; ++k) {
+    const size_t i = n * static_cast<size_t>(k) / static_cast<size_t>(count + 1);
+    if (i < 1 || i >= n) continue;
+    const double at = 0.5 * (span.times[i - 1] + span.times[i]);
+    if (steps.empty() || at > steps.back()) steps.push_back(at);
+  }
+  return steps;
+}
+
+std::vector<double> time_constants(const TimeSpan& span) {
+  std::vector<double> constants;
+  for (double share : {0.05, 0.1, 0.2, 0.4, 0.8}) constants.push_back(share * span.duration());
+  return constants;
+}
+
+// One shape without inner values, or each of its grid.
+std::vector<Shape> with_inner_values(const Shape& shape, const TimeSpan& span) {
+  std::vector<Shape> shapes;
+  if (shape.kind == ShapeKind::step)
+    for (double at : step_times(span, kStepGrid)) {
+      shapes.push_back(shape);
+      shapes.back().at = at;
+    }
+  else if (shape.kind == ShapeKind::exponential)
+    for (double tau : time_constants(span)) {
+      shapes.push_back(shape);
+      shapes.back().tau = tau;
+    }
+  else
+    shapes.push_back(shape);
+  return shapes;
+}
+
+template <typename Values>
+bool varies(const Values& values) {
+  return std::any_of(values.begin(), values.end(),
+                     [&](const auto& value) { return value != values.front(); });
+}
+
+// Whether the campaign holds what drives the effect, and it changes.
+bool is_driven(const Driver& driver, const Campaign& campaign, const TimeSpan& span) {
+  switch (driver.kind) {
+    case DriverKind::time:
+      return has_time(span);
+    case DriverKind::temperature: {
+      const auto& names = campaign.temperature_names;
+      return std::find(names.begin(), names.end(), driver.where) != names.end();
+    }
+    case DriverKind::payload:
+      return varies(campaign.payload_kg);
+    case DriverKind::force:
+      return varies(campaign.force_n);
+    case DriverKind::arrival:
+      return !campaign.arrival.empty();
+    default:
+      return true;
+  }
+}
+
+// Ranges come from the travel limits, never from the data: a range that follows the data makes
+// predictions elsewhere worse.
+Shape series_on_joint(const Robot& robot, int joint, SeriesBasis basis, int count) {
+  Shape shape;
+  shape.kind = ShapeKind::series;
+  shape.basis = basis;
+  shape.count = count;
+  const Link& link = robot.chain.links[joint];
+  shape.low[0] = std::isfinite(link.min) ? link.min : -std::numbers::pi;
+  shape.high[0] = std::isfinite(link.max) ? link.max : std::numbers::pi;
+  return shape;
+}
+
+Shape harmonic(int n) {
+  Shape shape;
+  shape.kind = ShapeKind::harmonic;
+  shape.harmonic = n;
+  return shape;
+}
+
+class OpenSearch {
+ public:
+  OpenSearch(const Robot& robot, const Campaign& campaign)
+      : robot_(robot), campaign_(campaign), span_(time_span(campaign)) {}
+
+  // The angles of the joints: by far the likeliest place of an unknown error.
+  void add_joint_errors() {
+    for (int j = 0; j < kJoints; ++j) {
+      const std::string parameter = name(link_parameter(j, LinkParameter::theta));
+      for (int d = 0; d < kJoints; ++d) add_angle_shapes(parameter, d);
+      for (int d = 0; d < kJoints; ++d) add(parameter, {DriverKind::arrival, d, -1, ""}, sign());
+      add_torque_series(parameter, j);
+      add_time_shapes(parameter);
+    }
+    close_stage();
+    for (int j = 0; j < kJoints; ++j)
+      for (int n = 4; n <= kMostCycles; ++n)
+        add(name(link_parameter(j, LinkParameter::theta)), {DriverKind::joint_angle, j, -1, ""},
+            harmonic(n));
+    close_stage();
+  }
+
+  // Every other parameter, one at a time.
+  void add_other_parameters() {
+    for (int k = 0; k < kGeometricParameters; ++k) {
+      if (is_joint_angle(k)) continue;
+      for (int d = 0; d < kJoints; ++d) add_angle_shapes(name(k), d);
+      for (int d = 0; d < kJoints; ++d) add(name(k), {DriverKind::arrival, d, -1, ""}, sign());
+      add_time_shapes(name(k));
+      if (k < kToolParameters && parameter_unit(k) == ParameterUnit::radian)
+        add(name(k), {DriverKind::moment, -1, -1, ""}, Shape{});
+    }
+    close_stage();
+  }
+
+  // Joint errors that need two angles.
+  void add_products() {
+    for (int j = 0; j < kJoints; ++j)
+      for (int a = 0; a < kJoints; ++a)
+        for (int b = a + 1; b < kJoints; ++b) {
+          Shape shape;
+          shape.kind = ShapeKind::series;
+          shape.basis = SeriesBasis::fourier;
+          shape.count = 1;
+          add(name(link_parameter(j, LinkParameter::theta)), {DriverKind::joint_angle, a, b, ""},
+              shape);
+        }
+    close_stage();
+  }
+
+  std::vector<Candidate> take() { return std::move(candidates_); }
+
+ private:
+  std::string name(int parameter) const { return parameter_name(robot_.chain, parameter); }
+  static bool is_joint_angle(int k) {
+    return k >= kLinkParameters && k < kLinkParameters + 5 * kJoints &&
+           (k - kLinkParameters) % 5 == static_cast<int>(LinkParameter::theta);
+  }
+  static Shape sign() {
+    Shape shape;
+    shape.kind = ShapeKind::sign;
+    return shape;
+  }
+
+  void add(const std::string& parameter, const Driver& driver, const Shape& shape) {
+    if (!is_driven(driver, campaign_, span_)) return;
+    Candidate candidate;
+    candidate.effect = {"unexplained", parameter, driver, shape, {}};
+    candidates_.push_back(std::move(candidate));
+  }
+
+  void add_angle_shapes(const std::string& parameter, int joint) {
+    const Driver driver{DriverKind::joint_angle, joint, -1, ""};
+    add(parameter, driver, Shape{});
+    for (int n : {1, 2, 3}) add(parameter, driver, harmonic(n));
+    add(parameter, driver, series_on_joint(robot_, joint, SeriesBasis::cosine, 6));
+    add(parameter, driver, series_on_joint(robot_, joint, SeriesBasis::spline, 8));
+  }
+
+  void add_time_shapes(const std::string& parameter) {
+    const Driver driver{DriverKind::time, -1, -1, ""};
+    if (!has_time(span_)) return;
+    add(parameter, driver, Shape{});
+    for (ShapeKind kind : {ShapeKind::step, ShapeKind::exponential}) {
+      Shape shape;
+      shape.kind = kind;
+      for (const Shape& inner : with_inner_values(shape, span_)) add(parameter, driver, inner);
+    }
+    Shape series;
+    series.kind = ShapeKind::series;
+    series.count = 4;
+    series.low[0] = span_.times.front();
+    series.high[0] = span_.times.back();
+    add(parameter, driver, series);
+    for (const std::string& where : campaign_.temperature_names)
+      add(parameter, {DriverKind::temperature, -1, -1, where}, Shape{});
+  }
+
+  // A torque that does not act in proportion: free play, stiffening, saturation.
+  void add_torque_series(const std::string& parameter, int joint) {
+    if (robot_.bodies.empty()) return;
+    const GravityLoad load(robot_, link_parameter(joint, LinkParameter::theta));
+    const ChainEvaluator chain(robot_.chain);
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const JointVector& q : sample_joint_space(robot_.chain, 512)) {
+      Context context;
+      context.q = q;
+      double torque = 0;
+      load.values(context, chain.link_frames(q), &torque);
+      low = std::min(low, torque);
+      high = std::max(high, torque);
+    }
+    if (high - low < 1.0) return;  // N m: gravity does not turn this joint
+    const Driver driver{DriverKind::gravity_torque, joint, -1, ""};
+    Shape series;
+    series.kind = ShapeKind::series;
+    series.basis = SeriesBasis::spline;
+    series.count = 4;
+    series.low[0] = low;
+    series.high[0] = high;
+    add(parameter, driver, series);
+    add(parameter, driver, sign());
+  }
+
+  void close_stage() {
+    const double choices = std::log(static_cast<double>(std::max<size_t>(1, candidates_.size())));
+    for (size_t k = stage_; k < candidates_.size(); ++k) candidates_[k].log_choices = choices;
+    stage_ = candidates_.size();
+  }
+
+  const Robot& robot_;
+  const Campaign& campaign_;
+  TimeSpan span_;
+  std::vector<Candidate> candidates_;
+  size_t stage_ = 0;
+};
+
+}  // namespace
+
+std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Robot& robot,
+                                            const Campaign& campaign) {
+  const TimeSpan span = time_span(campaign);
+  std::vector<Candidate> candidates;
+  for (const CatalogueEntry& entry : catalogue)
+    for (const Effect& effect : expand(entry, robot)) {
+      std::vector<Driver> drivers{effect.driver};
+      if (effect.driver.kind == DriverKind::temperature && effect.driver.where.empty()) {
+        drivers.clear();
+        for (const std::string& where : campaign.temperature_names)
+          drivers.push_back({DriverKind::temperature, -1, -1, where});
+      }
+      for (const Driver& driver : drivers) {
+        if (!is_driven(driver, campaign, span)) continue;
+        for (const Shape& shape : with_inner_values(effect.shape, span)) {
+          Candidate candidate{effect, 0, entry.only_positive, true};
+          candidate.effect.driver = driver;
+          candidate.effect.shape = shape;
+          candidates.push_back(std::move(candidate));
+        }
+      }
+    }
+  for (Candidate& candidate : candidates)
+    candidate.log_choices = std::log(static_cast<double>(candidates.size()));
+  return candidates;
+}
+
+std::vector<Candidate> open_candidates(const Robot& robot, const Campaign& campaign) {
+  OpenSearch search(robot, campaign);
+  search.add_joint_errors();
+  search.add_products();
+  search.add_other_parameters();
+  return search.take();
+}
+
+std::vector<Candidate> refined_candidates(const Candidate& candidate, const Campaign& campaign) {
+  const Shape& shape = candidate.effect.shape;
+  std::vector<Candidate> refined;
+  const TimeSpan span = time_span(campaign);
+  const auto add = [&](const Shape& inner) {
+    refined.push_back(candidate);
+    refined.back().effect.shape = inner;
+  };
+  if (shape.kind == ShapeKind::step) {
+    const double reach = 2.0 * span.duration() / kStepGrid;
+    for (double at :
+         step_times(span, static_cast<int>(std::min<size_t>(span.times.size(), 2000)))) {
+      if (std::abs(at - shape.at) > reach) continue;
+      Shape inner = shape;
+      inner.at = at;
+      add(inner);
+    }
+  } else if (shape.kind == ShapeKind::exponential) {
+    for (double factor : {0.5, 0.6, 0.7, 0.85, 1.0, 1.2, 1.4, 1.7, 2.0}) {
+      Shape inner = shape;
+      inner.tau = shape.tau * factor;
+      add(inner);
+    }
+  }
+  return refined;
+}
+
+}  // namespace armtrue

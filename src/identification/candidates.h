@@ -1,0 +1,22 @@
+#pragma once
+
+#include <vector>
+
+#include "armtrue/effects/catalogue.h"
+#include "armtrue/identification/campaign.h"
+#include "scan.h"
+
+namespace armtrue {
+
+/// The catalogue's effects that this campaign could show, inner values (t*, tau) on a grid.
+std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Robot& robot,
+                                            const Campaign& campaign);
+
+/// Every parameter against every driver, in bases that assume no cause.
+std::vector<Candidate> open_candidates(const Robot& robot, const Campaign& campaign);
+
+/// The same effect with finer inner values about those it has; none if its shape has no inner
+/// value.
+std::vector<Candidate> refined_candidates(const Candidate& candidate, const Campaign& campaign);
+
+}  // namespace armtrue

@@ -1,0 +1,81 @@
+#include "cross_validation.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <random>
+#include <vector>
+
+namespace armtrue {
+namespace {
+
+constexpr int kFolds = 10;
+
+// Fisher and Yates with the engine's own numbers: std::shuffle differs between libraries.
+void shuffle(std::vector<int>& items, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  for (size_t i = items.size(); i > 1; --i) std::swap(items[i - 1], items[random() % i]);
+}
+
+}  // namespace
+
+CrossValidation CrossValidation::of(const Linearization& fit, const Eigen::MatrixXd& columns,
+                                    std::uint64_t seed) {
+  const int size = fit.row_size_, rank = static_cast<int>(fit.basis_.cols());
+  // In an orthonormal basis the normal equations lose nothing.
+  Eigen::MatrixXd added = columns - fit.basis_ * (fit.basis_.transpose() * columns);
+  for (int c = 0; c < added.cols(); ++c) {
+    for (int b = 0; b < c; ++b) added.col(c) -= added.col(b) * added.col(b).dot(added.col(c));
+    const double norm = added.col(c).norm();
+    if (norm > 1e-12 * columns.col(c).norm()) added.col(c) /= norm;
+  }
+  Eigen::MatrixXd predictors(fit.basis_.rows(), rank + added.cols());
+  predictors << fit.basis_, added;
+
+  std::map<int, std::vector<int>> rows_of_pose;
+  for (int row = 0; row < fit.rows(); ++row) rows_of_pose[fit.pose_[row]].push_back(row);
+  std::vector<int> poses;
+  for (const auto& [pose, rows] : rows_of_pose) poses.push_back(pose);
+  shuffle(poses, seed);
+
+  const int folds = std::min<int>(kFolds, static_cast<int>(poses.size()));
+  std::vector<double> gains;
+  double before_total = 0;
+  for (int f = 0; f < folds; ++f) {
+    std::vector<int> indices;
+    std::vector<std::pair<int, int>> extents;  // of each pose left out, within indices
+    for (size_t i = static_cast<size_t>(f); i < poses.size(); i += static_cast<size_t>(folds)) {
+      const int begin = static_cast<int>(indices.size());
+      for (int row : rows_of_pose[poses[i]])
+        for (int k = 0; k < size; ++k) indices.push_back(row * size + k);
+      extents.emplace_back(begin, static_cast<int>(indices.size()) - begin);
+    }
+    const Eigen::MatrixXd left_out = predictors(indices, Eigen::all);
+    const Eigen::VectorXd residual = fit.residual_(indices);
+    // All readings less the ones left out.
+    Eigen::MatrixXd gram = predictors.transpose() * predictors - left_out.transpose() * left_out;
+    gram.diagonal().array() += 1e-10;
+    const Eigen::VectorXd slope =
+        predictors.transpose() * fit.residual_ - left_out.transpose() * residual;
+    const Eigen::VectorXd without =
+        residual -
+        left_out.leftCols(rank) * gram.topLeftCorner(rank, rank).ldlt().solve(slope.head(rank));
+    const Eigen::VectorXd with = residual - left_out * gram.ldlt().solve(slope);
+    for (const auto& [begin, count] : extents) {
+      const double before = without.segment(begin, count).squaredNorm();
+      before_total += before;
+      gains.push_back(before - with.segment(begin, count).squaredNorm());
+    }
+  }
+  double mean = 0, squares = 0;
+  for (double gain : gains) mean += gain;
+  const double n = static_cast<double>(gains.size());
+  mean /= n;
+  for (double gain : gains) squares += (gain - mean) * (gain - mean);
+  const double per_pose = before_total / n;
+  if (per_pose <= 0 || n < 2) return {};
+  return {mean / per_pose, std::sqrt(squares / (n - 1) / n) / per_pose};
+}
+
+}  // namespace armtrue

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "scan.h"
+
+namespace armtrue {
+
+/// What adding columns to a fit is worth on poses that did not take part in it.
+struct CrossValidation {
+  double gain = 0;   ///< fall of the mean squared whitened residual, as a share of it
+  double error = 0;  ///< standard error of the gain, over poses
+
+  /// Leaves out a tenth of the poses at a time, in an order drawn from `seed`; linear in all
+  /// unknowns.
+  static CrossValidation of(const Linearization& fit, const Eigen::MatrixXd& columns,
+                            std::uint64_t seed);
+};
+
+}  // namespace armtrue

@@ -1,0 +1,99 @@
+#include "fold.h"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "ordered_blocks.h"
+
+namespace armtrue {
+namespace {
+
+constexpr int kRowsPerBlock = 4096;  // unit of work of a thread
+constexpr int kRowsPerFactor = 64;   // folded at once; small enough to stay in cache
+
+// Folds `rows` (m x n) into the triangle `factor` (n x n) above it.
+void fold_into(Eigen::MatrixXd& factor, const Eigen::Ref<const Eigen::MatrixXd>& rows) {
+  const Eigen::Index n = factor.cols();
+  Eigen::MatrixXd stacked(n + rows.rows(), n);
+  stacked << factor, rows;
+  Eigen::HouseholderQR<Eigen::Ref<Eigen::MatrixXd>> qr(stacked);
+  factor = stacked.topRows(n).triangularView<Eigen::Upper>();
+}
+
+Eigen::Vector2d row_norms(const ObservationModel::At& at, const ObservationModel& model, int row) {
+  const Eigen::Matrix<double, 6, 1> r = at.residual(row);
+  const ReadingScale sigma = model.row_scale(row);
+  return {r.head<3>().squaredNorm() / (sigma.position * sigma.position),
+          r.tail<3>().squaredNorm() / (sigma.orientation * sigma.orientation)};
+}
+
+}  // namespace
+
+double ReadingLaw::weight(double squared_norm, int dimension) const {
+  if (degrees_of_freedom <= 0) return 1.0;
+  return (degrees_of_freedom + dimension) / (degrees_of_freedom + squared_norm);
+}
+
+double ReadingLaw::loss(double squared_norm, int dimension) const {
+  if (degrees_of_freedom <= 0) return squared_norm;
+  return (degrees_of_freedom + dimension) * std::log1p(squared_norm / degrees_of_freedom);
+}
+
+Fold fold(const ObservationModel::At& at, const ObservationModel& model, const ReadingLaw& law) {
+  const int columns = model.unknowns() + 1, size = model.row_size();
+  const auto fold_block = [&](int begin, int end) {
+    Fold block{Eigen::MatrixXd::Zero(columns, columns), 0.0};
+    Eigen::MatrixXd rows(kRowsPerFactor * size, columns);
+    int filled = 0;
+    for (int row = begin; row < end; ++row) {
+      auto out = rows.middleRows(filled * size, size);
+      at.block(row, out);
+      const double squared_norm = out.rightCols<1>().squaredNorm();
+      block.loss += law.loss(squared_norm, size);
+      if (law.degrees_of_freedom > 0) out *= std::sqrt(law.weight(squared_norm, size));
+      if (++filled == kRowsPerFactor || row + 1 == end) {
+        fold_into(block.factor, rows.topRows(filled * size));
+        filled = 0;
+      }
+    }
+    return block;
+  };
+  Fold total{Eigen::MatrixXd::Zero(columns, columns), 0.0};
+  for_ordered_blocks<Fold>(model.rows(), kRowsPerBlock, fold_block, [&](const Fold& block) {
+    total.loss += block.loss;
+    fold_into(total.factor, block.factor);
+  });
+  return total;
+}
+
+double total_loss(const ObservationModel::At& at, const ObservationModel& model,
+                  const ReadingLaw& law) {
+  double total = 0;
+  for_ordered_blocks<double>(
+      model.rows(), kRowsPerBlock,
+      [&](int begin, int end) {
+        double loss = 0;
+        for (int row = begin; row < end; ++row)
+          loss += law.loss(row_norms(at, model, row).sum(), model.row_size());
+        return loss;
+      },
+      [&](double loss) { total += loss; });
+  return total;
+}
+
+std::vector<Eigen::Vector2d> squared_norms(const ObservationModel::At& at,
+                                           const ObservationModel& model) {
+  std::vector<Eigen::Vector2d> norms(model.rows());
+  for_ordered_blocks<int>(
+      model.rows(), kRowsPerBlock,
+      [&](int begin, int end) {
+        for (int row = begin; row < end; ++row) norms[row] = row_norms(at, model, row);
+        return 0;
+      },
+      [](int) {});
+  return norms;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,147 @@
+#include "armtrue/identification/identifiability.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "armtrue/identification/observation.h"
+#include "armtrue/kinematics/parameters.h"
+
+namespace armtrue {
+namespace {
+
+constexpr double kLeftOfColumn = 1e-6;
+constexpr double kRightAngleTolerance = std::numbers::pi / 180;
+constexpr int kMaxRows = 4000;  // rank needs no more; thinned evenly
+
+double snap_to_right_angle(double angle) {
+  constexpr double kRight = std::numbers::pi / 2;
+  const double nearest = std::round(angle / kRight) * kRight;
+  return std::abs(angle - nearest) < kRightAngleTolerance ? nearest : angle;
+}
+
+Robot ideal_structure(Robot robot) {
+  for (Link& link : robot.chain.links) {
+    link.alpha = snap_to_right_angle(link.alpha);
+    link.beta = snap_to_right_angle(link.beta);
+  }
+  robot.effects.clear();
+  return robot;
+}
+
+std::vector<int> preference_order(const KinematicChain& chain) {
+  std::vector<int> order;
+  for (int k = 0; k < 6; ++k) order.push_back(kBaseParameters + k);
+  for (int k = kTargetParameters; k < parameter_count(chain); ++k) order.push_back(k);
+  for (int k = 0; k < 6; ++k) order.push_back(kToolParameters + k);
+  for (LinkParameter which : {LinkParameter::theta, LinkParameter::alpha, LinkParameter::d,
+                              LinkParameter::r, LinkParameter::beta})
+    for (int j = 0; j < kLinks; ++j) order.push_back(link_parameter(j, which));
+  return order;
+}
+
+// Table 2 of the seed paper.
+std::vector<int> paper_25() {
+  std::vector<int> set;
+  const auto add = [&](LinkParameter which, std::initializer_list<int> joints) {
+    for (int joint : joints) set.push_back(link_parameter(joint - 1, which));
+  };
+  add(LinkParameter::alpha, {1, 2, 3, 4, 5, 6});
+  add(LinkParameter::d, {1, 2, 3, 4, 5, 6, 7});
+  add(LinkParameter::r, {1, 2, 4, 5, 6});
+  add(LinkParameter::theta, {1, 2, 3, 4, 5, 6});
+  add(LinkParameter::beta, {3});
+  return set;
+}
+
+std::vector<int> thinned_rows(const Campaign& campaign) {
+  const int rows = campaign.rows(), kept = std::min(rows, kMaxRows);
+  std::vector<int> indices(kept);
+  for (int i = 0; i < kept; ++i) indices[i] = static_cast<int>(static_cast<long>(i) * rows / kept);
+  return indices;
+}
+
+}  // namespace
+
+std::vector<int> allowed_parameters(const Robot& robot, const Campaign& campaign) {
+  std::vector<int> allowed;
+  const bool with_targets = !campaign.target_names.empty();
+  for (const std::string& name : robot.identify) {
+    if (name == "auto") {
+      for (int k : preference_order(robot.chain))
+        if (k < kTargetParameters || with_targets) allowed.push_back(k);
+    } else if (name == "paper-25") {
+      for (int k : paper_25()) allowed.push_back(k);
+    } else if (name == "base" || name == "tool") {
+      const int first = name == "base" ? kBaseParameters : kToolParameters;
+      for (int k = 0; k < 6; ++k) allowed.push_back(first + k);
+      if (name == "tool" && with_targets)
+        for (int k = kTargetParameters; k < parameter_count(robot.chain); ++k) allowed.push_back(k);
+    } else {
+      const auto index = find_parameter(robot.chain, name);
+      if (!index || *index == kInstrumentScale)
+        throw std::invalid_argument("identify: the robot has no parameter '" + name +
+                                    "'; use auto, paper-25, base, tool, or names such as A2.d, "
+                                    "base.x, tool.rz");
+      allowed.push_back(*index);
+    }
+  }
+  return allowed;
+}
+
+IdentifiableSet choose_identifiable(const Robot& robot, const Campaign& campaign) {
+  const std::vector<int> allowed = allowed_parameters(robot, campaign);
+  std::vector<int> order;
+  for (int k : preference_order(robot.chain))
+    if (std::find(allowed.begin(), allowed.end(), k) != allowed.end()) order.push_back(k);
+
+  const Campaign rows = campaign.select(thinned_rows(campaign));
+  // Lengths weigh against angles as at arm's length: only the ratio matters, and little.
+  const ObservationModel model(rows, ideal_structure(robot), order, {1.0, 1.0});
+  const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
+  const int size = model.row_size(), columns = model.unknowns();
+  Eigen::MatrixXd jacobian(model.rows() * size, columns + 1);
+  for (int row = 0; row < model.rows(); ++row) at.block(row, jacobian.middleRows(row * size, size));
+
+  IdentifiableSet set;
+  Eigen::MatrixXd basis(jacobian.rows(), columns);
+  Eigen::MatrixXd triangle = Eigen::MatrixXd::Zero(columns, columns);  // kept columns in the basis
+  std::vector<int> kept;
+  for (int c = 0; c < columns; ++c) {
+    const int rank = static_cast<int>(kept.size());
+    Eigen::VectorXd column = jacobian.col(c);
+    const double norm = column.norm();
+    Eigen::VectorXd shares = Eigen::VectorXd::Zero(rank);
+    for (int twice = 0; twice < 2; ++twice) {  // once more for what rounding left
+      const Eigen::VectorXd part = basis.leftCols(rank).transpose() * column;
+      column -= basis.leftCols(rank) * part;
+      shares += part;
+    }
+    if (norm > 1e-12 && column.norm() > kLeftOfColumn * norm && rank < jacobian.rows()) {
+      triangle.col(rank).head(rank) = shares;
+      triangle(rank, rank) = column.norm();
+      basis.col(rank) = column.normalized();
+      kept.push_back(order[c]);
+      continue;
+    }
+    AbsorbedParameter absorbed{order[c], {}};
+    if (norm > 1e-12) {
+      const Eigen::VectorXd solution =
+          triangle.topLeftCorner(rank, rank).triangularView<Eigen::Upper>().solve(shares);
+      for (int k = 0; k < rank; ++k)
+        if (std::abs(solution[k]) > 1e-4) absorbed.absorbed_by.emplace_back(kept[k], solution[k]);
+      std::stable_sort(absorbed.absorbed_by.begin(), absorbed.absorbed_by.end(),
+                       [](const auto& a, const auto& b) {  // equal shares keep their order
+                         return std::round(std::abs(a.second) * 1e6) >
+                                std::round(std::abs(b.second) * 1e6);
+                       });
+    }
+    set.absorbed.push_back(std::move(absorbed));
+  }
+  std::sort(kept.begin(), kept.end());
+  set.kept = kept;
+  return set;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,229 @@
+#include "armtrue/identification/observation.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "armtrue/identification/statistics.h"
+
+namespace armtrue {
+namespace {
+
+void turn_columns(PoseJacobian& jacobian, int first, const Eigen::Matrix3d& turn) {
+  if (turn.isIdentity(0.0)) return;
+  const Eigen::Matrix<double, 6, 3> columns = jacobian.middleCols<3>(first);
+  jacobian.middleCols<3>(first) = columns * turn;
+}
+
+std::vector<int> match_targets(const Campaign& campaign, const Robot& robot) {
+  std::vector<int> indices;
+  for (const std::string& name : campaign.target_names) {
+    const auto& targets = robot.chain.targets;
+    const auto found = std::find_if(targets.begin(), targets.end(),
+                                    [&](const Target& target) { return target.name == name; });
+    if (found == targets.end())
+      throw std::invalid_argument("the measurements name the target '" + name +
+                                  "', which the robot file does not have; add its offset in the "
+                                  "measured frame under 'targets'");
+    indices.push_back(static_cast<int>(found - targets.begin()));
+  }
+  return indices;
+}
+
+}  // namespace
+
+ObservationModel::ObservationModel(const Campaign& campaign, const Robot& robot,
+                                   std::vector<int> geometric, const ReadingScale& scale)
+    : campaign_(campaign),
+      robot_(robot),
+      geometric_(std::move(geometric)),
+      targets_(match_targets(campaign, robot)),
+      scale_(scale),
+      median_sigma_position_(median(campaign.sigma_position)),
+      median_sigma_orientation_(median(campaign.sigma_orientation)) {
+  evaluate_effect_values(robot);
+}
+
+// Drivers do not move with the unknowns (see BoundEffect), so each is evaluated once per row.
+void ObservationModel::evaluate_effect_values(const Robot& robot) {
+  int value_count = 0;
+  bool needs_frames = false, needs_jacobian = false;
+  for (const Effect& effect : robot.effects) {
+    const BoundEffect& bound = effects_.emplace_back(effect, robot, campaign_.temperature_names);
+    first_coefficient_.push_back(coefficient_count_);
+    first_value_.push_back(value_count);
+    coefficient_count_ += bound.coefficient_count();
+    value_count += bound.value_count();
+    needs_frames |= bound.needs_frames();
+    needs_jacobian |= bound.needs_jacobian();
+  }
+  if (value_count == 0) return;
+  effect_values_.resize(value_count, rows());
+  const ChainEvaluator chain(robot.chain);
+  for (int row = 0; row < rows(); ++row) {
+    const Context context = campaign_.context(row);
+    ArmFrames frames;
+    PoseJacobian jacobian;
+    if (needs_frames) frames = chain.link_frames(context.q);
+    if (needs_jacobian) chain.pose(context.q, jacobian);
+    for (size_t e = 0; e < effects_.size(); ++e)
+      effects_[e].values(context, &frames, &jacobian, &effect_values_(first_value_[e], row));
+  }
+}
+
+std::vector<std::string> ObservationModel::unknown_names() const {
+  std::vector<std::string> names;
+  for (int index : geometric_) names.push_back(parameter_name(robot_.chain, index));
+  for (size_t e = 0; e < effects_.size(); ++e)
+    for (const std::string& coefficient : effects_[e].coefficient_names())
+      names.push_back(robot_.effects[e].name + " " + robot_.effects[e].parameter + " " +
+                      coefficient);
+  return names;
+}
+
+Robot ObservationModel::robot_at(const Eigen::VectorXd& x) const {
+  Robot robot = robot_;
+  const auto is_turn = [](int index, int first) { return index >= first + 3 && index < first + 6; };
+  for (int k = 0; k < geometric_count(); ++k)
+    if (!is_turn(geometric_[k], kBaseParameters) && !is_turn(geometric_[k], kToolParameters))
+      move_parameter(robot.chain, geometric_[k], x[k]);
+  robot.chain.base.rotation =
+      rotation_exp(turn_of(x, kBaseParameters)) * robot_.chain.base.rotation;
+  robot.chain.tool.rotation =
+      rotation_exp(turn_of(x, kToolParameters)) * robot_.chain.tool.rotation;
+  int k = geometric_count();
+  for (size_t e = 0; e < effects_.size(); ++e) {
+    robot.effects[e].coefficients.resize(effects_[e].coefficient_count());
+    for (int c = 0; c < effects_[e].coefficient_count(); ++c) {
+      robot.effects[e].coefficients[c].name = effects_[e].coefficient_names()[c];
+      robot.effects[e].coefficients[c].value += x[k++];
+    }
+  }
+  return robot;
+}
+
+ReadingScale ObservationModel::row_scale(int row) const {
+  ReadingScale scale = scale_;
+  if (median_sigma_position_ > 0)
+    scale.position *= campaign_.sigma_position[row] / median_sigma_position_;
+  if (median_sigma_orientation_ > 0)
+    scale.orientation *= campaign_.sigma_orientation[row] / median_sigma_orientation_;
+  return scale;
+}
+
+Eigen::Vector3d ObservationModel::turn_of(const Eigen::VectorXd& x, int first_parameter) const {
+  Eigen::Vector3d turn = Eigen::Vector3d::Zero();
+  for (int k = 0; k < geometric_count(); ++k)
+    if (geometric_[k] >= first_parameter + 3 && geometric_[k] < first_parameter + 6)
+      turn[geometric_[k] - first_parameter - 3] = x[k];
+  return turn;
+}
+
+ObservationModel::At ObservationModel::at(const Eigen::VectorXd& x) const { return At(*this, x); }
+
+ObservationModel::At::At(const ObservationModel& model, const Eigen::VectorXd& x)
+    : model_(model), robot_(model.robot_at(x)), chain_(robot_.chain) {
+  // exp(x + dx) = exp(Jl(x) dx) exp(x), and Jl(x) = Jr(-x).
+  base_turn_ = inverse_right_jacobian(-model.turn_of(x, kBaseParameters)).inverse();
+  tool_turn_ = inverse_right_jacobian(-model.turn_of(x, kToolParameters)).inverse();
+}
+
+void ObservationModel::At::offsets(int row, ParameterOffsets& offsets, double& scale) const {
+  offsets.setZero();
+  scale = 1.0;
+  for (size_t e = 0; e < model_.effects_.size(); ++e)
+    for (const BoundEffect::Term& term : model_.effects_[e].terms()) {
+      const double offset = robot_.effects[e].coefficients[term.coefficient].value *
+                            model_.effect_values_(model_.first_value_[e] + term.value, row);
+      if (term.parameter == kInstrumentScale)
+        scale += offset;
+      else
+        offsets[term.parameter] += offset;
+    }
+}
+
+Pose ObservationModel::At::predict(int row, PoseJacobian* jacobian, double& scale) const {
+  const JointVector& q = model_.campaign_.q[row];
+  scale = 1.0;
+  Pose frame;
+  if (model_.effects_.empty()) {
+    frame = jacobian ? chain_.pose(q, *jacobian) : chain_.pose(q);
+  } else {
+    ParameterOffsets offset;
+    offsets(row, offset, scale);
+    frame = jacobian ? chain_.pose(q, offset, *jacobian) : chain_.pose(q, offset);
+  }
+  if (!model_.targets_.empty()) {
+    const int target = model_.targets_[model_.campaign_.target[row]];
+    const Eigen::Vector3d lever = frame.rotation * robot_.chain.targets[target].position;
+    if (jacobian) move_to_point(*jacobian, lever);
+    frame.translation += lever;
+  }
+  return frame;
+}
+
+Eigen::Matrix<double, 6, 1> ObservationModel::At::residual(int row, const Pose& frame,
+                                                           double scale) const {
+  Eigen::Matrix<double, 6, 1> residual;
+  residual.head<3>() = model_.campaign_.position[row] - scale * frame.translation;
+  if (model_.campaign_.has_orientation())
+    residual.tail<3>() = rotation_log(model_.campaign_.orientation[row].toRotationMatrix() *
+                                      frame.rotation.transpose());
+  else
+    residual.tail<3>().setZero();
+  return residual;
+}
+
+Eigen::Matrix<double, 6, 1> ObservationModel::At::residual(int row) const {
+  double scale = 1;
+  const Pose frame = predict(row, nullptr, scale);
+  return residual(row, frame, scale);
+}
+
+void ObservationModel::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const {
+  PoseJacobian jacobian;
+  double scale = 1;
+  const Pose frame = predict(row, &jacobian, scale);
+  Eigen::Matrix<double, 6, 1> r = residual(row, frame, scale);
+  const int size = model_.row_size();
+  // A turn e of the model turns the residual by -Jr^-1(residual) e; near zero that is -e.
+  if (size == 6 && r.tail<3>().squaredNorm() > 1e-6)
+    jacobian.bottomRows<3>() = inverse_right_jacobian(r.tail<3>()) * jacobian.bottomRows<3>();
+  if (scale != 1.0) jacobian.topRows<3>() *= scale;
+  turn_columns(jacobian, kBaseParameters + 3, base_turn_);
+  turn_columns(jacobian, kToolParameters + 3, tool_turn_);
+
+  const ReadingScale sigma = model_.row_scale(row);
+  Eigen::Matrix<double, 6, 1> weight;
+  weight.head<3>().setConstant(1.0 / sigma.position);
+  weight.tail<3>().setConstant(1.0 / sigma.orientation);
+
+  for (int k = 0; k < model_.geometric_count(); ++k) {
+    const int index = model_.geometric_[k];
+    if (index < kGeometricParameters) {
+      out.col(k) = jacobian.col(index).head(size).cwiseProduct(weight.head(size));
+      continue;
+    }
+    out.col(k).setZero();
+    if (index == kInstrumentScale) {
+      out.col(k).head<3>() = frame.translation / sigma.position;
+    } else if (!model_.targets_.empty()) {
+      const int target = (index - kTargetParameters) / 3, axis = (index - kTargetParameters) % 3;
+      if (target == model_.targets_[model_.campaign_.target[row]])
+        out.col(k).head<3>() = frame.rotation.col(axis) / sigma.position;
+    }
+  }
+  const int first = model_.geometric_count();
+  if (model_.coefficient_count_ > 0) out.middleCols(first, model_.coefficient_count_).setZero();
+  for (size_t e = 0; e < model_.effects_.size(); ++e)
+    for (const BoundEffect::Term& term : model_.effects_[e].terms()) {
+      const double value = model_.effect_values_(model_.first_value_[e] + term.value, row);
+      auto column = out.col(first + model_.first_coefficient_[e] + term.coefficient);
+      if (term.parameter == kInstrumentScale)
+        column.head<3>() += frame.translation * (value / sigma.position);
+      else
+        column += (jacobian.col(term.parameter).head(size).cwiseProduct(weight.head(size))) * value;
+    }
+  out.col(model_.unknowns()) = r.head(size).cwiseProduct(weight.head(size));
+}
+
+}  // namespace armtrue

@@ -1,0 +1,57 @@
+#include "armtrue/identification/statistics.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace armtrue {
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 == 1) return *middle;
+  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
+}
+
+ErrorSummary summarize(std::vector<double> errors) {
+  ErrorSummary summary;
+  if (errors.empty()) return summary;
+  std::sort(errors.begin(), errors.end());
+  double sum = 0, sum_of_squares = 0;
+  for (double error : errors) {
+    sum += error;
+    sum_of_squares += error * error;
+  }
+  const double count = static_cast<double>(errors.size());
+  summary.mean = sum / count;
+  summary.rms = std::sqrt(sum_of_squares / count);
+  // Linear between order statistics.
+  const double place = 0.95 * (count - 1);
+  const auto below = static_cast<size_t>(place);
+  const auto above = std::min(below + 1, errors.size() - 1);
+  summary.p95 =
+      errors[below] + (place - static_cast<double>(below)) * (errors[above] - errors[below]);
+  summary.max = errors.back();
+  return summary;
+}
+
+double robust_deviation(const std::vector<double>& deviations) {
+  constexpr double kMedianToDeviation = 1.482602218505602;
+  constexpr double kDeviationWithinThree = 0.9866;  // of a normal law cut at three deviations
+  std::vector<double> sizes;
+  for (double d : deviations) sizes.push_back(std::abs(d));
+  double deviation = kMedianToDeviation * median(sizes);
+  for (int round = 0; round < 10; ++round) {
+    double sum = 0, count = 0;
+    for (double size : sizes)
+      if (size <= 3 * deviation) {
+        sum += size * size;
+        ++count;
+      }
+    if (count == 0) break;
+    deviation = std::sqrt(sum / count) / kDeviationWithinThree;
+  }
+  return deviation;
+}
+
+}  // namespace armtrue
