@@ -4,19 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <random>
 #include <vector>
+
+#include "shuffle.h"
 
 namespace armtrue {
 namespace {
 
 constexpr int kFolds = 10;
-
-// Fisher and Yates with the engine's own numbers: std::shuffle differs between libraries.
-void shuffle(std::vector<int>& items, std::uint64_t seed) {
-  std::mt19937_64 random(seed);
-  for (size_t i = items.size(); i > 1; --i) std::swap(items[i - 1], items[random() % i]);
-}
 
 }  // namespace
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 #include <optional>
+#include <set>
 
 #include "candidates.h"
 #include "cross_validation.h"
@@ -42,6 +43,8 @@ class Tracer {
   TraceResult run() {
     while (static_cast<int>(chosen_.size()) < options_.max_effects && step()) {
       revise();
+      // Adding and dropping may not go round in circles: a model seen before ends the search.
+      if (!seen_.insert(signature()).second) break;
       result_.stages.push_back(result_.fit);
     }
     describe();
@@ -49,6 +52,15 @@ class Tracer {
   }
 
  private:
+  // The chosen effects whatever their order; inner values do not count.
+  std::multiset<std::string> signature() const {
+    std::multiset<std::string> names;
+    for (const Candidate& candidate : chosen_)
+      names.insert(candidate.effect.parameter + "|" + to_string(candidate.effect.driver) + "|" +
+                   to_string(candidate.effect.shape));
+    return names;
+  }
+
   void note(const std::string& what) const {
     if (options_.progress) options_.progress(what);
   }
@@ -254,6 +266,7 @@ class Tracer {
   std::vector<Candidate> candidates_;
   std::optional<CandidateScan> scan_;
   std::vector<Candidate> chosen_;
+  std::set<std::multiset<std::string>> seen_;
 };
 
 }  // namespace

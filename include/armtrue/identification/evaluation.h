@@ -1,0 +1,46 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "armtrue/effects/robot.h"
+#include "armtrue/identification/campaign.h"
+#include "armtrue/identification/statistics.h"
+
+namespace armtrue {
+
+/// Errors of a robot on measured poses, reading by reading.
+struct Evaluation {
+  std::vector<Eigen::Matrix<double, 6, 1>> residuals;  ///< measured minus model, R_A [m, rad]
+  std::vector<double> position;                        ///< norms [m]
+  std::vector<double> orientation;                     ///< norms [rad]; empty without orientations
+};
+
+/// Throws std::invalid_argument if the campaign lacks a target, or what an effect is driven by.
+Evaluation evaluate(const Robot& robot, const Campaign& campaign);
+
+/// Where the noise floor comes from.
+struct NoiseFloor {
+  enum class Source { replicates, instrument, none };
+  Source source = Source::none;
+  double position = 0;         ///< per axis, one standard deviation [m]
+  double orientation = 0;      ///< [rad]; 0 without orientations
+  int degrees_of_freedom = 0;  ///< of the replicates
+};
+
+/// Scatter of the replicates about their own mean residual, pose by pose and target by target,
+/// estimated robustly; where no pose is repeated, what the robot file says of the instrument.
+/// Replicates taken in a row at standstill show the instrument, not the arm's return to a pose.
+NoiseFloor noise_floor(const Robot& robot, const Campaign& campaign, const Evaluation& evaluation);
+
+/// Mean length of an error that is only noise: three axes of a normal law.
+double mean_error_of_noise(double deviation_per_axis);
+
+/// Lack of fit against pure error: probability of a ratio of mean squares this large if the model
+/// lacked nothing (F test on the position residuals; `unknowns` were fitted). Against a floor that
+/// is only known from the instrument, chi-square. Nothing without any floor.
+std::optional<double> lack_of_fit_p(const Evaluation& evaluation, const Campaign& campaign,
+                                    const NoiseFloor& floor, int unknowns);
+
+}  // namespace armtrue

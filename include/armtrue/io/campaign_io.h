@@ -1,0 +1,45 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "armtrue/identification/campaign.h"
+
+namespace armtrue {
+
+struct CampaignFile {
+  Campaign campaign;
+  std::string sha256;
+  std::vector<std::string> unknown_columns;  ///< not used; worth one word to the user
+};
+
+/// Reads measured poses (the measurements contract) from a file, or from standard input for "-".
+/// Directions of arrival that the file does not state are taken from the previous row.
+/// Throws InputError: a missing or malformed column, a replicate at other joint angles, a repeat
+/// that stands twice, no measured row at all.
+CampaignFile read_campaign(const std::string& path);
+
+/// The same columns as text; `repeat`, `t_s`, orientation (as A, B, C), target and arrival where
+/// the campaign has them.
+std::string write_campaign(const Campaign& campaign);
+
+/// One commanded configuration.
+struct JointTarget {
+  std::string pose;
+  JointVector q;
+};
+
+/// Reads `pose,q1_deg..q6_deg`. Throws InputError.
+std::vector<JointTarget> read_joint_targets(const std::string& path);
+std::string write_joint_targets(const std::vector<JointTarget>& targets);
+
+/// One row of a residuals file: measured minus model, in R_A.
+struct ResidualRow {
+  int row;                               ///< of the campaign
+  std::string split;                     ///< training, held-out or all
+  Eigen::Matrix<double, 6, 1> residual;  ///< [m], [rad]
+};
+
+std::string write_residuals(const Campaign& campaign, const std::vector<ResidualRow>& residuals);
+
+}  // namespace armtrue

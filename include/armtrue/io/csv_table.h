@@ -1,0 +1,57 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "armtrue/io/source.h"
+
+namespace armtrue {
+
+/// A CSV file as the file contract has it: one header row; comma and decimal point, or semicolon
+/// and decimal comma (told from the header); CRLF, a BOM, blank lines at the end and lines that
+/// begin with # are accepted. Rows are read one at a time. Errors throw InputError with file, line,
+/// column and content.
+class CsvTable {
+ public:
+  explicit CsvTable(Source& source);
+
+  const std::vector<std::string>& columns() const { return columns_; }
+  std::optional<int> find(std::string_view column) const;
+
+  /// A quantity by its name without unit: finds `x_mm` or `x_m` for ("x", ...) and how to make SI
+  /// of it.
+  struct Quantity {
+    int column;
+    double unit;
+  };
+  std::optional<Quantity> find_length(std::string_view name) const;  ///< _mm or _m
+  std::optional<Quantity> find_angle(std::string_view name) const;   ///< _deg or _rad
+
+  /// Reads the next row of data; false at the end.
+  bool next_row();
+  int line_number() const { return source_.line_number(); }
+  std::string_view text(int column) const { return fields_[column]; }
+  bool is_empty(int column) const { return fields_[column].empty(); }
+  double number(int column) const;
+  double number(const Quantity& quantity) const { return quantity.unit * number(quantity.column); }
+  int integer(int column) const;
+
+  /// file:line: column 'name': what
+  [[noreturn]] void fail(int column, const std::string& what) const;
+  /// The error of a missing column, with the nearest name that is there.
+  [[noreturn]] void fail_missing(const std::vector<std::string>& missing) const;
+
+ private:
+  void split(std::string_view line, std::vector<std::string_view>& fields) const;
+
+  Source& source_;
+  char separator_ = ',';
+  std::string line_;  // kept when a decimal comma has to be rewritten
+  std::vector<std::string> columns_;
+  std::vector<std::string_view> fields_;
+};
+
+}  // namespace armtrue

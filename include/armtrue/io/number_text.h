@@ -1,0 +1,14 @@
+#pragma once
+
+#include <string>
+
+namespace armtrue {
+
+/// The shortest decimal that reads back as exactly this number.
+std::string number_text(double value);
+
+/// The shortest decimal v with v * unit == si, as a file that holds v would be read; if rounding
+/// leaves none, the nearest one.
+std::string number_text(double si, double unit);
+
+}  // namespace armtrue

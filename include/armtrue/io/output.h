@@ -1,0 +1,17 @@
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace armtrue {
+
+/// Output that could not be written.
+class OutputError : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Writes a product: to standard output for "-" or "", else to a temporary file beside `path` that
+/// then takes its place, so that a file is replaced whole or not at all. Throws OutputError.
+void write_output(const std::string& path, const std::string& text);
+
+}  // namespace armtrue

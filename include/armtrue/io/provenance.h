@@ -1,0 +1,16 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace armtrue {
+
+/// How a document came to be.
+struct Provenance {
+  std::string command;
+  std::string version;
+  std::vector<std::pair<std::string, std::string>> inputs;  ///< file, SHA-256
+};
+
+}  // namespace armtrue

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <string>
+
+#include "armtrue/identification/calibration.h"
+#include "armtrue/identification/evaluation.h"
+#include "armtrue/identification/loop.h"
+#include "armtrue/io/provenance.h"
+
+namespace armtrue {
+
+/// The calibrated robot with a `calibration:` map: convergence, rank, condition, observability,
+/// errors, and every absorbed parameter with what absorbs it.
+std::string write_calibration(const CalibrationResult& result, const Campaign& campaign,
+                              const Provenance& provenance);
+
+/// armtrue-summary/1: errors of a robot on a campaign.
+std::string write_summary(const Evaluation& evaluation, const Robot& robot,
+                          const Campaign& campaign, const Provenance& provenance);
+
+/// armtrue-ranking/1: what the tracer found and the best candidates it did not add.
+std::string write_ranking(const TraceResult& result, const Provenance& provenance);
+
+/// armtrue-loop/1.
+std::string write_loop(const LoopResult& result, const LoopOptions& options,
+                       const Provenance& provenance, const std::string& next_poses);
+
+/// The stages and the held-out errors as a table for a terminal.
+std::string before_after_table(const LoopResult& result);
+
+}  // namespace armtrue

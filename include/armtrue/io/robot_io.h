@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+
+#include "armtrue/effects/catalogue.h"
+#include "armtrue/effects/robot.h"
+#include "armtrue/io/provenance.h"
+
+namespace armtrue {
+
+struct RobotFile {
+  Robot robot;
+  std::string name;  ///< of the file, for messages and provenance
+  std::string sha256;
+};
+
+/// Reads an armtrue-robot/1 document. Throws InputError with file, line and key.
+RobotFile read_robot(const std::string& path);
+Robot parse_robot(const std::string& text, const std::string& file);
+
+/// The document, without provenance if that names no command. Numbers read back exactly.
+std::string write_robot(const Robot& robot, const Provenance& provenance = {});
+
+/// Reads an armtrue-catalogue/1 document. Throws InputError.
+Catalogue read_catalogue(const std::string& path);
+
+}  // namespace armtrue

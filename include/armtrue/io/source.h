@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace armtrue {
+
+/// A file, or standard input for "-" or "", read line by line in chunks, with the SHA-256 of its
+/// bytes. Errors throw InputError.
+class Source {
+ public:
+  explicit Source(const std::string& path);
+  ~Source();
+  Source(const Source&) = delete;
+  Source& operator=(const Source&) = delete;
+
+  /// For messages: the path, or "<stdin>".
+  const std::string& name() const { return name_; }
+
+  /// The next line without its end (LF or CRLF); false at the end of the file. Valid until the next
+  /// call.
+  bool next_line(std::string_view& line);
+  int line_number() const { return line_number_; }
+
+  /// Everything that is left.
+  std::string read_all();
+
+  /// SHA-256 in hexadecimal, once everything is read.
+  std::string sha256();
+
+ private:
+  bool fill();
+
+  std::string name_;
+  std::FILE* file_;
+  struct Digest;
+  std::unique_ptr<Digest> digest_;
+  std::vector<char> buffer_;
+  size_t begin_ = 0, end_ = 0;
+  bool at_end_ = false;
+  int line_number_ = 0;
+};
+
+}  // namespace armtrue

@@ -1,0 +1,101 @@
+#include "armtrue/identification/evaluation.h"
+
+#include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/fisher_f.hpp>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <utility>
+
+#include "armtrue/identification/observation.h"
+
+namespace armtrue {
+namespace {
+
+// Rows of one pose and target, and their mean residual.
+struct Replicates {
+  std::vector<int> rows;
+  Eigen::Matrix<double, 6, 1> mean;
+};
+
+std::vector<Replicates> replicates_of(const Campaign& campaign, const Evaluation& evaluation) {
+  std::map<std::pair<int, int>, Replicates> groups;
+  for (int row = 0; row < campaign.rows(); ++row)
+    groups[{campaign.pose[row], campaign.target.empty() ? 0 : campaign.target[row]}].rows.push_back(
+        row);
+  std::vector<Replicates> list;
+  for (auto& [key, group] : groups) {
+    group.mean.setZero();
+    for (int row : group.rows) group.mean += evaluation.residuals[row];
+    group.mean /= static_cast<double>(group.rows.size());
+    list.push_back(std::move(group));
+  }
+  return list;
+}
+
+}  // namespace
+
+Evaluation evaluate(const Robot& robot, const Campaign& campaign) {
+  const ObservationModel model(campaign, robot, {}, {1.0, 1.0});
+  const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
+  Evaluation evaluation;
+  for (int row = 0; row < campaign.rows(); ++row) {
+    const Eigen::Matrix<double, 6, 1> residual = at.residual(row);
+    evaluation.residuals.push_back(residual);
+    evaluation.position.push_back(residual.head<3>().norm());
+    if (campaign.has_orientation()) evaluation.orientation.push_back(residual.tail<3>().norm());
+  }
+  return evaluation;
+}
+
+NoiseFloor noise_floor(const Robot& robot, const Campaign& campaign, const Evaluation& evaluation) {
+  NoiseFloor floor;
+  std::vector<double> position, orientation;
+  for (const Replicates& group : replicates_of(campaign, evaluation)) {
+    const double m = static_cast<double>(group.rows.size());
+    if (m < 2) continue;
+    floor.degrees_of_freedom += 3 * static_cast<int>(m - 1);
+    for (int row : group.rows) {
+      const Eigen::Matrix<double, 6, 1> deviation =
+          std::sqrt(m / (m - 1)) * (evaluation.residuals[row] - group.mean);
+      for (int i = 0; i < 3; ++i) position.push_back(deviation[i]);
+      for (int i = 3; i < 6; ++i) orientation.push_back(deviation[i]);
+    }
+  }
+  constexpr int kFewestReplicates = 20;  // degrees of freedom; fewer say less than the data sheet
+  if (floor.degrees_of_freedom >= kFewestReplicates) {
+    floor.source = NoiseFloor::Source::replicates;
+    floor.position = robust_deviation(position);
+    if (campaign.has_orientation()) floor.orientation = robust_deviation(orientation);
+  } else if (robot.noise.position > 0) {
+    floor.source = NoiseFloor::Source::instrument;
+    floor.position = robot.noise.position;
+    if (campaign.has_orientation()) floor.orientation = robot.noise.orientation;
+  }
+  return floor;
+}
+
+double mean_error_of_noise(double deviation_per_axis) {
+  return deviation_per_axis * std::sqrt(8 / std::numbers::pi);
+}
+
+std::optional<double> lack_of_fit_p(const Evaluation& evaluation, const Campaign& campaign,
+                                    const NoiseFloor& floor, int unknowns) {
+  if (floor.source == NoiseFloor::Source::none || floor.position <= 0) return std::nullopt;
+  // Position takes about half of the unknowns where orientation was fitted too.
+  const double fitted = campaign.has_orientation() ? 0.5 * unknowns : unknowns;
+  double between = 0, groups = 0;
+  for (const Replicates& group : replicates_of(campaign, evaluation)) {
+    between += static_cast<double>(group.rows.size()) * group.mean.head<3>().squaredNorm();
+    ++groups;
+  }
+  const double freedom = 3 * groups - fitted;
+  if (freedom < 1) return std::nullopt;
+  const double ratio = between / (floor.position * floor.position);
+  if (floor.source == NoiseFloor::Source::instrument)
+    return boost::math::cdf(boost::math::complement(boost::math::chi_squared(freedom), ratio));
+  const boost::math::fisher_f law(freedom, floor.degrees_of_freedom);
+  return boost::math::cdf(boost::math::complement(law, ratio / freedom));
+}
+
+}  // namespace armtrue

@@ -1,0 +1,193 @@
+#include "armtrue/identification/loop.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <random>
+#include <set>
+#include <stdexcept>
+
+#include "shuffle.h"
+
+namespace armtrue {
+namespace {
+
+constexpr double kBlunderWeight = 0.05;  // some fourteen standard deviations under Student's t
+constexpr double kSignificance = 0.05;
+
+int count_poses(const Campaign& campaign) {
+  return static_cast<int>(std::set<int>(campaign.pose.begin(), campaign.pose.end()).size());
+}
+
+StageErrors errors_of(const Evaluation& evaluation) {
+  StageErrors errors{summarize(evaluation.position), std::nullopt};
+  if (!evaluation.orientation.empty()) errors.orientation = summarize(evaluation.orientation);
+  return errors;
+}
+
+// Interval of mean(a) - mean(b) when poses, with all their rows, are drawn again.
+std::array<double, 2> paired_bootstrap(const std::vector<double>& a, const std::vector<double>& b,
+                                       const std::vector<int>& pose, int draws,
+                                       std::uint64_t seed) {
+  std::map<int, std::pair<double, double>> by_pose;  // sum of differences, rows
+  for (size_t row = 0; row < a.size(); ++row) {
+    by_pose[pose[row]].first += a[row] - b[row];
+    by_pose[pose[row]].second += 1;
+  }
+  std::vector<std::pair<double, double>> poses;
+  for (const auto& [id, sums] : by_pose) poses.push_back(sums);
+  if (poses.size() < 2) return {0, 0};
+  std::mt19937_64 random(seed);
+  std::vector<double> means(draws);
+  for (double& mean : means) {
+    double sum = 0, rows = 0;
+    for (size_t k = 0; k < poses.size(); ++k) {
+      const auto& drawn = poses[random() % poses.size()];
+      sum += drawn.first;
+      rows += drawn.second;
+    }
+    mean = sum / rows;
+  }
+  std::sort(means.begin(), means.end());
+  const auto quantile = [&](double share) {
+    return means[static_cast<size_t>(share * (static_cast<double>(draws) - 1) + 0.5)];
+  };
+  return {quantile(0.025), quantile(0.975)};
+}
+
+Stage stage_of(const std::string& name, int parameters, const Robot& robot,
+               const Campaign& training, const Campaign& held_out) {
+  Stage stage{name, parameters, errors_of(evaluate(robot, training)), {}};
+  if (held_out.rows() > 0) stage.held_out = errors_of(evaluate(robot, held_out));
+  return stage;
+}
+
+// The nominal robot as it is met in a cell: only base and tool have been set up.
+Robot placed(const Robot& robot, const Campaign& campaign) {
+  Robot placed = robot;
+  placed.identify = {"base", "tool"};
+  CalibrationOptions options;
+  return calibrate(placed, campaign, options).robot;
+}
+
+Robot without_effect(const Robot& robot, const Campaign& campaign, const IdentifiableSet& set,
+                     size_t effect) {
+  Robot reduced = robot;
+  reduced.effects.erase(reduced.effects.begin() + static_cast<std::ptrdiff_t>(effect));
+  return calibrate(reduced, campaign, set).robot;
+}
+
+std::vector<int> blunders(const CalibrationResult& fit, const Campaign& campaign) {
+  std::vector<int> lines;
+  if (fit.degrees_of_freedom <= 0) return lines;
+  for (int row = 0; row < campaign.rows(); ++row)
+    if (fit.weights[row] < kBlunderWeight) lines.push_back(campaign.line[row]);
+  return lines;
+}
+
+bool has_other_cause(const TracedEffect& traced) {
+  return std::any_of(traced.indistinguishable.begin(), traced.indistinguishable.end(),
+                     [](const Rival& rival) {
+                       return rival.correlation >= 0.95 && rival.effect.name != "unexplained";
+                     });
+}
+
+Verdict conclude(const LoopResult& result) {
+  const bool left = result.lack_of_fit && *result.lack_of_fit < kSignificance;
+  const auto& effects = result.trace.effects;
+  // A floor that only shows the instrument makes every arm look unexplained; what remains then
+  // counts only if a candidate still shows.
+  const bool significant = left && (result.noise.source == NoiseFloor::Source::replicates ||
+                                    result.trace.remaining_p < kSignificance);
+  if (significant) return Verdict::unexplained;
+  if (effects.empty()) return Verdict::nothing_to_explain;
+  return std::any_of(effects.begin(), effects.end(), has_other_cause) ? Verdict::not_separable
+                                                                      : Verdict::closed;
+}
+
+}  // namespace
+
+std::string to_string(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::closed:
+      return "closed";
+    case Verdict::nothing_to_explain:
+      return "nothing-to-explain";
+    case Verdict::not_separable:
+      return "not-separable";
+    case Verdict::unexplained:
+      break;
+  }
+  return "unexplained";
+}
+
+std::string describe(const Effect& effect) {
+  return effect.parameter + " follows " + to_string(effect.driver) + " (" +
+         to_string(effect.shape) + ")";
+}
+
+Split split_by_pose(const Campaign& campaign, double share, std::uint64_t seed) {
+  const std::set<int> distinct(campaign.pose.begin(), campaign.pose.end());
+  std::vector<int> poses(distinct.begin(), distinct.end());
+  shuffle(poses, seed);
+  const auto count = static_cast<size_t>(std::lround(share * static_cast<double>(poses.size())));
+  const std::set<int> held_out(poses.begin(), poses.begin() + static_cast<std::ptrdiff_t>(count));
+  Split split;
+  for (int row = 0; row < campaign.rows(); ++row)
+    (held_out.contains(campaign.pose[row]) ? split.held_out : split.training).push_back(row);
+  return split;
+}
+
+LoopResult close_loop(const Robot& robot, const Campaign& training, const Campaign& held_out,
+                      const Catalogue& catalogue, const LoopOptions& options) {
+  LoopResult result;
+  result.training_poses = count_poses(training);
+  result.held_out_poses = count_poses(held_out);
+  result.rows = training.rows() + held_out.rows();
+  result.trace = trace(robot, training, catalogue, options.trace);
+
+  const Robot nominal = placed(robot, training);
+  result.stages.push_back(stage_of("nominal", 0, nominal, training, held_out));
+  for (size_t k = 0; k < result.trace.stages.size(); ++k) {
+    const CalibrationResult& fit = result.trace.stages[k];
+    const std::string name = k == 0 ? "geometric" : "+ " + describe(fit.robot.effects.back());
+    result.stages.push_back(
+        stage_of(name, static_cast<int>(fit.names.size()), fit.robot, training, held_out));
+  }
+  const Robot& final_robot = result.trace.fit.robot;
+  const Robot& geometric_robot = result.trace.stages.front().robot;
+  result.excluded_rows = blunders(result.trace.fit, training);
+
+  const Evaluation on_training = evaluate(final_robot, training);
+  result.noise = noise_floor(robot, training, on_training);
+  result.lack_of_fit = lack_of_fit_p(on_training, training, result.noise,
+                                     static_cast<int>(result.trace.fit.names.size()));
+  result.floor = mean_error_of_noise(result.noise.position);
+
+  if (held_out.rows() > 0) {
+    const Evaluation before = evaluate(geometric_robot, held_out);
+    const Evaluation after = evaluate(final_robot, held_out);
+    result.before = summarize(before.position).mean;
+    result.after = summarize(after.position).mean;
+    const double reducible = result.before * result.before - result.floor * result.floor;
+    if (reducible > 0)
+      result.reducible_removed = std::clamp(
+          (result.before * result.before - result.after * result.after) / reducible, 0.0, 1.0);
+    result.gain_ci95 = paired_bootstrap(before.position, after.position, held_out.pose,
+                                        options.bootstrap, options.trace.seed);
+    const size_t declared = final_robot.effects.size() - result.trace.effects.size();
+    for (size_t k = 0; k < result.trace.effects.size(); ++k) {
+      const Evaluation without = evaluate(
+          without_effect(final_robot, training, result.trace.fit.set, declared + k), held_out);
+      HeldOutGain& gain = result.gains.emplace_back();
+      gain.position = summarize(without.position).mean - result.after;
+      gain.ci95 = paired_bootstrap(without.position, after.position, held_out.pose,
+                                   options.bootstrap, options.trace.seed);
+    }
+  }
+  if (!result.trace.ranking.empty()) result.pattern = describe(result.trace.ranking.front().effect);
+  result.verdict = conclude(result);
+  return result;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,387 @@
+#include "armtrue/io/campaign_io.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <set>
+#include <tuple>
+#include <unordered_set>
+
+#include "armtrue/io/csv_table.h"
+#include "armtrue/io/input_error.h"
+#include "armtrue/io/number_text.h"
+#include "armtrue/io/units.h"
+
+namespace armtrue {
+namespace {
+
+constexpr double kSameConfiguration = 0.1 * kDegree;
+constexpr double kUnitQuaternion = 1e-3;
+
+std::string joint_column(int j) { return "q" + std::to_string(j + 1); }
+
+// Texts to indices, in the order of their first appearance.
+class Index {
+ public:
+  explicit Index(std::vector<std::string>& names)
+      : names_(names), places_(64, Hash{&names}, Equal{&names}) {}
+
+  int of(std::string_view text) {
+    if (!names_.empty() && names_.back() == text) return static_cast<int>(names_.size()) - 1;
+    if (const auto found = places_.find(text); found != places_.end()) return *found;
+    names_.emplace_back(text);
+    const int place = static_cast<int>(names_.size()) - 1;
+    places_.insert(place);
+    return place;
+  }
+
+ private:
+  struct Hash {
+    using is_transparent = void;
+    const std::vector<std::string>* names;
+    size_t operator()(std::string_view text) const { return std::hash<std::string_view>{}(text); }
+    size_t operator()(int place) const { return (*this)(std::string_view((*names)[place])); }
+  };
+  struct Equal {
+    using is_transparent = void;
+    const std::vector<std::string>* names;
+    bool operator()(int a, int b) const { return a == b; }
+    bool operator()(std::string_view text, int place) const { return (*names)[place] == text; }
+    bool operator()(int place, std::string_view text) const { return (*names)[place] == text; }
+  };
+  std::vector<std::string>& names_;
+  std::unordered_set<int, Hash, Equal> places_;
+};
+
+using Quantity = CsvTable::Quantity;
+
+// Finds the columns of one file and appends its rows to a campaign.
+class CampaignReader {
+ public:
+  CampaignReader(CsvTable& table, Campaign& campaign)
+      : table_(table),
+        campaign_(campaign),
+        poses_(campaign.pose_ids),
+        targets_(campaign.target_names),
+        sessions_(campaign.session_names) {
+    find_columns();
+  }
+
+  void read() {
+    while (table_.next_row()) read_row();
+    if (campaign_.rows() == 0)
+      throw InputError(campaign_.source + ": has no measured row (" +
+                       std::to_string(campaign_.skipped_rows) + " without a measurement)");
+    check_repeats();
+    if (!arrival_.front()) derive_arrival(campaign_);
+  }
+
+  std::vector<std::string> unknown_columns() const {
+    std::vector<std::string> unknown;
+    for (size_t c = 0; c < table_.columns().size(); ++c)
+      if (!used_.contains(static_cast<int>(c))) unknown.push_back(table_.columns()[c]);
+    return unknown;
+  }
+
+ private:
+  template <typename Found>
+  Found use(Found found) {
+    if (found) {
+      if constexpr (requires { found->column; })
+        used_.insert(found->column);
+      else
+        used_.insert(*found);
+    }
+    return found;
+  }
+
+  void find_columns() {
+    std::vector<std::string> missing;
+    const auto need = [&](auto found, const std::string& name) {
+      if (!use(found)) missing.push_back(name);
+      return found;
+    };
+    pose_ = need(table_.find("pose"), "pose");
+    for (int j = 0; j < kJoints; ++j)
+      q_[j] = need(table_.find_angle(joint_column(j)), joint_column(j) + "_deg");
+    position_[0] = need(table_.find_length("x"), "x_mm");
+    position_[1] = need(table_.find_length("y"), "y_mm");
+    position_[2] = need(table_.find_length("z"), "z_mm");
+    if (!missing.empty()) table_.fail_missing(missing);
+
+    repeat_ = use(table_.find("repeat"));
+    time_ = use(table_.find("t_s"));
+    target_ = use(table_.find("target"));
+    session_ = use(table_.find("session"));
+    payload_ = use(table_.find("payload_kg"));
+    sigma_position_ = use(table_.find_length("sigma"));
+    sigma_orientation_ = use(table_.find_angle("sigma"));
+    abc_ = group("an orientation by angles",
+                 std::array{table_.find_angle("a"), table_.find_angle("b"), table_.find_angle("c")},
+                 {"a_deg", "b_deg", "c_deg"});
+    quaternion_ = group(
+        "an orientation by quaternion",
+        std::array{table_.find("qw"), table_.find("qx"), table_.find("qy"), table_.find("qz")},
+        {"qw", "qx", "qy", "qz"});
+    if (abc_[0] && quaternion_[0])
+      throw InputError(campaign_.source +
+                       ": has both a_deg,b_deg,c_deg and qw,qx,qy,qz; keep one of them");
+    force_ =
+        group("a force", std::array{table_.find("fx_n"), table_.find("fy_n"), table_.find("fz_n")},
+              {"fx_n", "fy_n", "fz_n"});
+    std::array<std::optional<int>, kJoints> arrival;
+    for (int j = 0; j < kJoints; ++j) arrival[j] = table_.find("dir" + std::to_string(j + 1));
+    arrival_ =
+        group("directions of arrival", arrival, {"dir1", "dir2", "dir3", "dir4", "dir5", "dir6"});
+    for (size_t c = 0; c < table_.columns().size(); ++c) {
+      const std::string& name = table_.columns()[c];
+      if (!name.starts_with("temp_") || !name.ends_with("_c") || name.size() < 8) continue;
+      if (temperatures_.size() == kMaxTemperatures)
+        table_.fail(static_cast<int>(c), "more than 8 temperatures; remove the least useful");
+      temperatures_.push_back(static_cast<int>(c));
+      used_.insert(static_cast<int>(c));
+      campaign_.temperature_names.push_back(name.substr(5, name.size() - 7));
+    }
+  }
+
+  // Columns that make sense only together.
+  template <typename Columns>
+  Columns group(const std::string& what, const Columns& columns,
+                const std::vector<std::string>& names) {
+    std::vector<std::string> missing;
+    for (size_t i = 0; i < columns.size(); ++i)
+      if (!columns[i]) missing.push_back(names[i]);
+    if (missing.size() == columns.size()) return columns;
+    if (!missing.empty())
+      throw InputError(campaign_.source + ": " + what + " also needs the column '" +
+                       missing.front() + "'");
+    for (const auto& column : columns) use(column);
+    return columns;
+  }
+
+  bool is_unmeasured() const {
+    const auto empty = [&](const auto& quantity) { return table_.is_empty(quantity->column); };
+    return std::all_of(position_.begin(), position_.end(), empty);
+  }
+
+  void read_row() {
+    if (is_unmeasured()) {
+      ++campaign_.skipped_rows;
+      return;
+    }
+    Campaign& c = campaign_;
+    if (table_.is_empty(*pose_))
+      table_.fail(*pose_, "is empty; every row needs the id of its pose");
+    const int pose = poses_.of(table_.text(*pose_));
+    JointVector q;
+    for (int j = 0; j < kJoints; ++j) q[j] = table_.number(*q_[j]);
+    check_configuration(pose, q);
+    c.pose.push_back(pose);
+    c.line.push_back(table_.line_number());
+    c.q.push_back(q);
+    c.position.emplace_back(table_.number(*position_[0]), table_.number(*position_[1]),
+                            table_.number(*position_[2]));
+    if (repeat_) c.repeat.push_back(table_.integer(*repeat_));
+    if (time_) c.time_s.push_back(table_.number(*time_));
+    if (target_) c.target.push_back(targets_.of(table_.text(*target_)));
+    if (session_) c.session.push_back(sessions_.of(table_.text(*session_)));
+    if (payload_) c.payload_kg.push_back(table_.number(*payload_));
+    if (sigma_position_) c.sigma_position.push_back(positive(*sigma_position_));
+    if (sigma_orientation_) c.sigma_orientation.push_back(positive(*sigma_orientation_));
+    if (abc_[0])
+      c.orientation.emplace_back(rotation_from_abc(table_.number(*abc_[0]), table_.number(*abc_[1]),
+                                                   table_.number(*abc_[2])));
+    if (quaternion_[0]) c.orientation.push_back(quaternion());
+    if (force_[0])
+      c.force_n.emplace_back(table_.number(*force_[0]), table_.number(*force_[1]),
+                             table_.number(*force_[2]));
+    if (arrival_[0]) {
+      std::array<std::int8_t, kJoints> directions;
+      for (int j = 0; j < kJoints; ++j) {
+        const int direction = table_.integer(*arrival_[j]);
+        if (direction < -1 || direction > 1)
+          table_.fail(*arrival_[j], "'" + std::to_string(direction) + "' is not -1, 0 or 1");
+        directions[j] = static_cast<std::int8_t>(direction);
+      }
+      c.arrival.push_back(directions);
+    }
+    if (!temperatures_.empty()) {
+      auto& temperatures = c.temperature_c.emplace_back();
+      for (size_t i = 0; i < temperatures_.size(); ++i)
+        temperatures[i] = table_.number(temperatures_[i]);
+    }
+  }
+
+  double positive(const Quantity& quantity) const {
+    const double value = table_.number(quantity);
+    if (value <= 0) table_.fail(quantity.column, "a standard deviation must be above zero");
+    return value;
+  }
+
+  Eigen::Quaterniond quaternion() const {
+    const Eigen::Quaterniond q(table_.number(*quaternion_[0]), table_.number(*quaternion_[1]),
+                               table_.number(*quaternion_[2]), table_.number(*quaternion_[3]));
+    if (std::abs(q.norm() - 1) > kUnitQuaternion)
+      table_.fail(*quaternion_[0], fmt::format("the quaternion has norm {:.4g}, not 1; are the "
+                                               "columns in the order qw,qx,qy,qz?",
+                                               q.norm()));
+    return q.normalized();
+  }
+
+  void check_configuration(int pose, const JointVector& q) {
+    if (pose == static_cast<int>(first_row_of_pose_.size())) {
+      first_row_of_pose_.push_back(campaign_.rows());
+      return;
+    }
+    const int first = first_row_of_pose_[pose];
+    for (int j = 0; j < kJoints; ++j) {
+      const double difference = std::abs(q[j] - campaign_.q[first][j]);
+      if (difference > kSameConfiguration)
+        table_.fail(
+            q_[j]->column,
+            fmt::format("pose '{}' stands {:.4g} deg away from its reading in line {}; rows "
+                        "that share a pose id are replicates of one configuration: give "
+                        "different configurations different ids",
+                        campaign_.pose_ids[pose], difference / kDegree, campaign_.line[first]));
+    }
+  }
+
+  void check_repeats() const {
+    const Campaign& c = campaign_;
+    if (c.repeat.empty()) return;
+    std::vector<int> order(c.rows());
+    std::iota(order.begin(), order.end(), 0);
+    const auto key = [&](int row) {
+      return std::tuple(c.pose[row], c.repeat[row], c.target.empty() ? 0 : c.target[row]);
+    };
+    std::sort(order.begin(), order.end(),
+              [&](int a, int b) { return std::tuple(key(a), a) < std::tuple(key(b), b); });
+    for (size_t i = 1; i < order.size(); ++i)
+      if (key(order[i]) == key(order[i - 1]))
+        throw InputError(fmt::format(
+            "{}:{}: column 'repeat': repeat {} of pose '{}' already stands in line {}; number the "
+            "readings of a pose 1, 2, 3 ...",
+            c.source, c.line[order[i]], c.repeat[order[i]], c.pose_ids[c.pose[order[i]]],
+            c.line[order[i - 1]]));
+  }
+
+  CsvTable& table_;
+  Campaign& campaign_;
+  Index poses_, targets_, sessions_;
+  std::set<int> used_;
+  std::vector<int> first_row_of_pose_;
+
+  std::optional<int> pose_, repeat_, time_, target_, session_, payload_;
+  std::array<std::optional<Quantity>, kJoints> q_;
+  std::array<std::optional<Quantity>, 3> position_, abc_;
+  std::array<std::optional<int>, 4> quaternion_;
+  std::array<std::optional<int>, 3> force_;
+  std::array<std::optional<int>, kJoints> arrival_;
+  std::optional<Quantity> sigma_position_, sigma_orientation_;
+  std::vector<int> temperatures_;
+};
+
+}  // namespace
+
+CampaignFile read_campaign(const std::string& path) {
+  Source source(path);
+  CampaignFile file;
+  file.campaign.source = source.name();
+  CsvTable table(source);
+  CampaignReader reader(table, file.campaign);
+  reader.read();
+  file.unknown_columns = reader.unknown_columns();
+  file.sha256 = source.sha256();
+  return file;
+}
+
+std::string write_campaign(const Campaign& campaign) {
+  std::string text = "pose";
+  if (!campaign.repeat.empty()) text += ",repeat";
+  if (!campaign.time_s.empty()) text += ",t_s";
+  for (int j = 0; j < kJoints; ++j) text += "," + joint_column(j) + "_deg";
+  text += ",x_mm,y_mm,z_mm";
+  if (campaign.has_orientation()) text += ",a_deg,b_deg,c_deg";
+  if (!campaign.target.empty()) text += ",target";
+  if (!campaign.arrival.empty())
+    for (int j = 0; j < kJoints; ++j) text += ",dir" + std::to_string(j + 1);
+  text += "\n";
+  for (int row = 0; row < campaign.rows(); ++row) {
+    text += campaign.pose_ids[campaign.pose[row]];
+    const auto add = [&](const std::string& cell) { (text += ",") += cell; };
+    if (!campaign.repeat.empty()) add(std::to_string(campaign.repeat[row]));
+    if (!campaign.time_s.empty()) add(number_text(campaign.time_s[row]));
+    for (int j = 0; j < kJoints; ++j) add(number_text(campaign.q[row][j], kDegree));
+    for (int i = 0; i < 3; ++i) add(number_text(campaign.position[row][i], kMillimetre));
+    if (campaign.has_orientation()) {
+      const Eigen::Vector3d abc = abc_from_rotation(campaign.orientation[row].toRotationMatrix());
+      for (int i = 0; i < 3; ++i) add(number_text(abc[i], kDegree));
+    }
+    if (!campaign.target.empty()) add(campaign.target_names[campaign.target[row]]);
+    if (!campaign.arrival.empty())
+      for (int direction : campaign.arrival[row]) add(std::to_string(direction));
+    text += "\n";
+  }
+  return text;
+}
+
+std::vector<JointTarget> read_joint_targets(const std::string& path) {
+  Source source(path);
+  CsvTable table(source);
+  std::vector<std::string> missing;
+  const auto pose = table.find("pose");
+  if (!pose) missing.emplace_back("pose");
+  std::array<std::optional<Quantity>, kJoints> q;
+  for (int j = 0; j < kJoints; ++j)
+    if (!(q[j] = table.find_angle(joint_column(j)))) missing.push_back(joint_column(j) + "_deg");
+  if (!missing.empty()) table.fail_missing(missing);
+  std::vector<JointTarget> targets;
+  while (table.next_row()) {
+    JointTarget& target = targets.emplace_back();
+    target.pose = table.text(*pose);
+    for (int j = 0; j < kJoints; ++j) target.q[j] = table.number(*q[j]);
+  }
+  if (targets.empty()) throw InputError(source.name() + ": has no row");
+  return targets;
+}
+
+std::string write_joint_targets(const std::vector<JointTarget>& targets) {
+  std::string text = "pose";
+  for (int j = 0; j < kJoints; ++j) text += "," + joint_column(j) + "_deg";
+  text += "\n";
+  for (const JointTarget& target : targets) {
+    text += target.pose;
+    for (int j = 0; j < kJoints; ++j) text += "," + number_text(target.q[j], kDegree);
+    text += "\n";
+  }
+  return text;
+}
+
+std::string write_residuals(const Campaign& campaign, const std::vector<ResidualRow>& residuals) {
+  std::string text =
+      "pose,repeat,split,dx_mm,dy_mm,dz_mm,rx_mrad,ry_mrad,rz_mrad,position_error_mm,"
+      "orientation_error_mrad\n";
+  for (const ResidualRow& entry : residuals) {
+    text += campaign.pose_ids[campaign.pose[entry.row]] + "," +
+            (campaign.repeat.empty() ? "" : std::to_string(campaign.repeat[entry.row])) + "," +
+            entry.split;
+    const auto add = [&](double value, double unit) { text += "," + number_text(value / unit); };
+    for (int i = 0; i < 3; ++i) add(entry.residual[i], kMillimetre);
+    if (campaign.has_orientation())
+      for (int i = 3; i < 6; ++i) add(entry.residual[i], kMilliradian);
+    else
+      text += ",,,";
+    add(entry.residual.head<3>().norm(), kMillimetre);
+    if (campaign.has_orientation())
+      add(entry.residual.tail<3>().norm(), kMilliradian);
+    else
+      text += ",";
+    text += "\n";
+  }
+  return text;
+}
+
+}  // namespace armtrue

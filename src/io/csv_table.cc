@@ -1,0 +1,166 @@
+#include "armtrue/io/csv_table.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <numeric>
+
+#include "armtrue/io/input_error.h"
+#include "armtrue/io/units.h"
+
+namespace armtrue {
+namespace {
+
+std::string_view trim(std::string_view text) {
+  const auto blank = [](char c) { return c == ' ' || c == '\t'; };
+  while (!text.empty() && blank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && blank(text.back())) text.remove_suffix(1);
+  if (text.size() >= 2 && text.front() == '"' && text.back() == '"')
+    text = text.substr(1, text.size() - 2);
+  return text;
+}
+
+// Levenshtein distance, for "did you mean".
+int edit_distance(std::string_view a, std::string_view b) {
+  std::vector<int> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), 0);
+  for (size_t i = 1; i <= a.size(); ++i) {
+    int diagonal = row[0];
+    row[0] = static_cast<int>(i);
+    for (size_t k = 1; k <= b.size(); ++k) {
+      const int substituted = diagonal + (a[i - 1] != b[k - 1]);
+      diagonal = row[k];
+      row[k] = std::min({row[k] + 1, row[k - 1] + 1, substituted});
+    }
+  }
+  return row.back();
+}
+
+}  // namespace
+
+CsvTable::CsvTable(Source& source) : source_(source) {
+  std::string_view line;
+  do {
+    if (!source_.next_line(line))
+      throw InputError(source_.name() +
+                       ": is empty; expected a header row such as "
+                       "pose,q1_deg,...,q6_deg,x_mm,y_mm,z_mm");
+  } while (trim(line).empty() || line.front() == '#');
+  separator_ = line.find(';') != std::string_view::npos ? ';' : ',';
+  std::vector<std::string_view> names;
+  split(line, names);
+  for (std::string_view name : names) {
+    if (std::find(columns_.begin(), columns_.end(), name) != columns_.end())
+      throw InputError(source_.name() + ":" + std::to_string(source_.line_number()) +
+                       ": the column '" + std::string(name) + "' stands twice; remove one");
+    columns_.emplace_back(name);
+  }
+}
+
+void CsvTable::split(std::string_view line, std::vector<std::string_view>& fields) const {
+  fields.clear();
+  size_t begin = 0;
+  while (true) {
+    const auto* found =
+        static_cast<const char*>(std::memchr(line.data() + begin, separator_, line.size() - begin));
+    const size_t end = found ? static_cast<size_t>(found - line.data()) : line.size();
+    fields.push_back(trim(line.substr(begin, end - begin)));
+    if (!found) return;
+    begin = end + 1;
+  }
+}
+
+std::optional<int> CsvTable::find(std::string_view column) const {
+  const auto found = std::find(columns_.begin(), columns_.end(), column);
+  if (found == columns_.end()) return std::nullopt;
+  return static_cast<int>(found - columns_.begin());
+}
+
+std::optional<CsvTable::Quantity> CsvTable::find_length(std::string_view name) const {
+  if (const auto column = find(std::string(name) + "_mm")) return Quantity{*column, kMillimetre};
+  if (const auto column = find(std::string(name) + "_m")) return Quantity{*column, 1.0};
+  return std::nullopt;
+}
+
+std::optional<CsvTable::Quantity> CsvTable::find_angle(std::string_view name) const {
+  if (const auto column = find(std::string(name) + "_deg")) return Quantity{*column, kDegree};
+  if (const auto column = find(std::string(name) + "_rad")) return Quantity{*column, 1.0};
+  return std::nullopt;
+}
+
+bool CsvTable::next_row() {
+  std::string_view line;
+  int blank_line = 0;
+  while (source_.next_line(line)) {
+    if (!line.empty() && line.front() == '#') continue;
+    if (trim(line).empty()) {
+      blank_line = source_.line_number();
+      continue;
+    }
+    if (blank_line)
+      throw InputError(source_.name() + ":" + std::to_string(blank_line) +
+                       ": blank line between rows; blank lines may only end a file");
+    if (separator_ == ';') {
+      line_ = line;
+      std::replace(line_.begin(), line_.end(), ',', '.');
+      line = line_;
+    }
+    split(line, fields_);
+    if (fields_.size() != columns_.size())
+      throw InputError(source_.name() + ":" + std::to_string(source_.line_number()) + ": has " +
+                       std::to_string(fields_.size()) + " fields where the header has " +
+                       std::to_string(columns_.size()) + ": '" + std::string(line.substr(0, 60)) +
+                       "'; complete or remove the row");
+    return true;
+  }
+  return false;
+}
+
+void CsvTable::fail(int column, const std::string& what) const {
+  throw InputError(source_.name() + ":" + std::to_string(source_.line_number()) + ": column '" +
+                   columns_[column] + "': " + what);
+}
+
+void CsvTable::fail_missing(const std::vector<std::string>& missing) const {
+  std::string message = source_.name() + ": missing column" + (missing.size() > 1 ? "s" : "");
+  for (size_t i = 0; i < missing.size(); ++i)
+    message += (i ? ", " : " ") + ("'" + missing[i] + "'");
+  for (const std::string& name : missing) {
+    const auto nearest = std::min_element(columns_.begin(), columns_.end(),
+                                          [&](const std::string& a, const std::string& b) {
+                                            return edit_distance(a, name) < edit_distance(b, name);
+                                          });
+    if (nearest != columns_.end() && edit_distance(*nearest, name) <= 4) {
+      message += "; is '" + *nearest + "' meant to be '" + name + "'?";
+      break;
+    }
+  }
+  throw InputError(message + " The header has: " + [&] {
+    std::string list;
+    for (const std::string& column : columns_) list += (list.empty() ? "" : ",") + column;
+    return list;
+  }());
+}
+
+double CsvTable::number(int column) const {
+  std::string_view field = fields_[column];
+  if (!field.empty() && field.front() == '+') field.remove_prefix(1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
+  if (error != std::errc{} || end != field.data() + field.size())
+    fail(column,
+         "'" + std::string(fields_[column]) + "' is no number; correct it or remove the row");
+  if (!std::isfinite(value))
+    fail(column, "'" + std::string(field) + "' is not finite; correct it or remove the row");
+  return value;
+}
+
+int CsvTable::integer(int column) const {
+  const double value = number(column);
+  if (value != std::floor(value) || std::abs(value) > 2e9)
+    fail(column, "'" + std::string(fields_[column]) + "' is no whole number");
+  return static_cast<int>(value);
+}
+
+}  // namespace armtrue

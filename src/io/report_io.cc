@@ -1,0 +1,282 @@
+#include "armtrue/io/report_io.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "armtrue/io/units.h"
+#include "armtrue/kinematics/parameters.h"
+#include "yaml_text.h"
+
+namespace armtrue {
+namespace {
+
+YAML::Node text_or_null(const std::string& text) {
+  return text.empty() ? YAML::Node(YAML::NodeType::Null) : YAML::Node(text);
+}
+
+// Four significant digits are all that a statistic carries.
+std::string rounded(double value) { return fmt::format("{:.4g}", value); }
+
+YAML::Node error_node(const ErrorSummary& errors, double unit) {
+  return flow_map({{"mean", rounded(errors.mean / unit)},
+                   {"rms", rounded(errors.rms / unit)},
+                   {"p95", rounded(errors.p95 / unit)},
+                   {"max", rounded(errors.max / unit)}});
+}
+
+YAML::Node stage_errors_node(const StageErrors& errors) {
+  YAML::Node node;
+  node["position_mm"] = error_node(errors.position, kMillimetre);
+  if (errors.orientation) node["orientation_mrad"] = error_node(*errors.orientation, kMilliradian);
+  return node;
+}
+
+YAML::Node noise_node(const NoiseFloor& noise) {
+  static constexpr const char* kSources[] = {"replicates", "instrument", "none"};
+  std::vector<std::pair<std::string, std::string>> entries{
+      {"source", kSources[static_cast<int>(noise.source)]},
+      {"position_mm", rounded(noise.position / kMillimetre)}};
+  if (noise.orientation > 0)
+    entries.emplace_back("orientation_mrad", rounded(noise.orientation / kMilliradian));
+  return flow_map(entries);
+}
+
+std::string unit_text(const Robot& robot, const std::string& parameter) {
+  const auto index = find_parameter(robot.chain, parameter);
+  if (!index) return "m or rad";
+  switch (parameter_unit(*index)) {
+    case ParameterUnit::metre:
+      return "m";
+    case ParameterUnit::radian:
+      return "rad";
+    case ParameterUnit::one:
+      break;
+  }
+  return "1";
+}
+
+YAML::Node rivals_node(const std::vector<Rival>& rivals) {
+  YAML::Node list(YAML::NodeType::Sequence);
+  for (const Rival& rival : rivals)
+    list.push_back(flow_map({{"parameter", rival.effect.parameter},
+                             {"driver", to_string(rival.effect.driver)},
+                             {"shape", to_string(rival.effect.shape)},
+                             {"correlation", fmt::format("{:.3f}", rival.correlation)},
+                             {"delta_ebic", fmt::format("{:.1f}", rival.delta_ebic)}}));
+  if (rivals.empty()) return flow(list);
+  return list;
+}
+
+std::string statement(const TracedEffect& effect) {
+  if (effect.only_prediction)
+    return "prediction improves; no known cause, see parameter and driver";
+  if (effect.indistinguishable.empty())
+    return "cause shown: no other candidate explains these readings";
+  return "prediction improves; cause is one of the class under indistinguishable";
+}
+
+YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain, const Robot& robot) {
+  YAML::Node node = effect_node(traced.effect, unit_text(robot, traced.effect.parameter));
+  std::vector<std::pair<std::string, std::string>> evidence{
+      {"delta_ebic", rounded(traced.evidence.delta_ebic)},
+      {"p_value", rounded(traced.evidence.p_value)},
+      {"cross_validated_gain", rounded(traced.evidence.cross_validated_gain)},
+      {"cross_validated_gain_std", rounded(traced.evidence.cross_validated_gain_error)}};
+  if (gain) evidence.emplace_back("held_out_gain_mm", rounded(gain->position / kMillimetre));
+  YAML::Node evidence_node = flow_map(evidence);
+  if (gain) {
+    YAML::Node interval;
+    for (double bound : gain->ci95) interval.push_back(rounded(bound / kMillimetre));
+    evidence_node["held_out_gain_ci95_mm"] = flow(interval);
+  }
+  node["evidence"] = evidence_node;
+  node["indistinguishable"] = rivals_node(traced.indistinguishable);
+  node["description"] = statement(traced);
+  return node;
+}
+
+// The strongest absorbers of one parameter.
+std::string absorbers(const KinematicChain& chain, const AbsorbedParameter& absorbed) {
+  if (absorbed.absorbed_by.empty()) return "moves nothing that was measured";
+  std::string text;
+  constexpr size_t kMost = 4;
+  for (size_t i = 0; i < std::min(kMost, absorbed.absorbed_by.size()); ++i) {
+    text += (i ? ", " : "") + parameter_name(chain, absorbed.absorbed_by[i].first);
+  }
+  if (absorbed.absorbed_by.size() > kMost)
+    text += fmt::format(" and {} more", absorbed.absorbed_by.size() - kMost);
+  return text;
+}
+
+YAML::Node calibration_node(const CalibrationResult& result, const Campaign& campaign) {
+  const Robot& robot = result.robot;
+  YAML::Node node;
+  node["converged"] = result.converged ? "true" : "false";
+  node["iterations"] = std::to_string(result.iterations);
+  node["poses"] = std::to_string(campaign.pose_ids.size());
+  node["rows"] = std::to_string(campaign.rows());
+  node["unknowns"] = std::to_string(result.names.size());
+  node["rank"] = std::to_string(result.rank);
+  node["condition"] = rounded(result.condition);
+  YAML::Node observability;
+  for (size_t k = 0; k < result.observability.size(); ++k)
+    observability["O" + std::to_string(k + 1)] = rounded(result.observability[k]);
+  node["observability"] = flow(observability);
+  std::vector<std::pair<std::string, std::string>> spread{
+      {"position_mm", rounded(result.scale.position / kMillimetre)}};
+  if (campaign.has_orientation())
+    spread.emplace_back("orientation_mrad", rounded(result.scale.orientation / kMilliradian));
+  node["residual_spread"] = flow_map(spread);
+  node["residual_law"] = result.degrees_of_freedom > 0
+                             ? fmt::format("student-t {:g}", result.degrees_of_freedom)
+                             : std::string("normal");
+  node["training"] = stage_errors_node([&] {
+    const Evaluation evaluation = evaluate(robot, campaign);
+    StageErrors errors{summarize(evaluation.position), std::nullopt};
+    if (!evaluation.orientation.empty()) errors.orientation = summarize(evaluation.orientation);
+    return errors;
+  }());
+  YAML::Node identified(YAML::NodeType::Sequence);
+  for (int k : result.set.kept) identified.push_back(parameter_name(robot.chain, k));
+  node["identified"] = flow(identified);
+  for (const AbsorbedParameter& absorbed : result.set.absorbed)
+    node["absorbed"][parameter_name(robot.chain, absorbed.parameter)] =
+        absorbers(robot.chain, absorbed);
+  return node;
+}
+
+}  // namespace
+
+std::string write_calibration(const CalibrationResult& result, const Campaign& campaign,
+                              const Provenance& provenance) {
+  YAML::Node root = robot_node(result.robot, provenance);
+  root["calibration"] = calibration_node(result, campaign);
+  return print_document(root);
+}
+
+std::string write_summary(const Evaluation& evaluation, const Robot& robot,
+                          const Campaign& campaign, const Provenance& provenance) {
+  YAML::Node root;
+  root["format"] = "armtrue-summary/1";
+  root["provenance"] = provenance_node(provenance);
+  root["robot"] = robot.name;
+  root["poses"] = std::to_string(campaign.pose_ids.size());
+  root["rows"] = std::to_string(campaign.rows());
+  root["skipped_rows"] = std::to_string(campaign.skipped_rows);
+  root["noise_floor"] = noise_node(noise_floor(robot, campaign, evaluation));
+  root["position_mm"] = error_node(summarize(evaluation.position), kMillimetre);
+  if (!evaluation.orientation.empty())
+    root["orientation_mrad"] = error_node(summarize(evaluation.orientation), kMilliradian);
+  YAML::Node axes;
+  for (int i = 0; i < 3; ++i) {
+    double sum = 0, low = 1e300, high = -1e300;
+    for (const auto& residual : evaluation.residuals) {
+      sum += residual[i];
+      low = std::min(low, residual[i]);
+      high = std::max(high, residual[i]);
+    }
+    axes[std::string(1, "xyz"[i])] =
+        flow_map({{"mean", rounded(sum / kMillimetre / static_cast<double>(campaign.rows()))},
+                  {"min", rounded(low / kMillimetre)},
+                  {"max", rounded(high / kMillimetre)}});
+  }
+  root["axes_mm"] = axes;
+  return print_document(root);
+}
+
+std::string write_ranking(const TraceResult& result, const Provenance& provenance) {
+  YAML::Node root;
+  root["format"] = "armtrue-ranking/1";
+  root["provenance"] = provenance_node(provenance);
+  root["effects"] = YAML::Node(YAML::NodeType::Sequence);
+  for (const TracedEffect& traced : result.effects)
+    root["effects"].push_back(traced_node(traced, nullptr, result.fit.robot));
+  root["remaining"] = flow_map(
+      {{"best_delta_ebic", rounded(result.best_score)}, {"p_value", rounded(result.remaining_p)}});
+  for (const RankedCandidate& ranked : result.ranking)
+    root["candidates"].push_back(
+        flow_map({{"name", ranked.effect.name},
+                  {"parameter", ranked.effect.parameter},
+                  {"driver", to_string(ranked.effect.driver)},
+                  {"shape", to_string(ranked.effect.shape)},
+                  {"degrees_of_freedom", std::to_string(ranked.degrees_of_freedom)},
+                  {"left", rounded(ranked.left)},
+                  {"delta_ebic", rounded(ranked.score)}}));
+  root["not_separable"] = YAML::Node(YAML::NodeType::Sequence);
+  for (const Effect& effect : result.not_separable)
+    root["not_separable"].push_back(flow_map({{"name", effect.name},
+                                              {"parameter", effect.parameter},
+                                              {"driver", to_string(effect.driver)}}));
+  return print_document(root);
+}
+
+std::string write_loop(const LoopResult& result, const LoopOptions& options,
+                       const Provenance& provenance, const std::string& next_poses) {
+  const Robot& robot = result.trace.fit.robot;
+  YAML::Node root;
+  root["format"] = "armtrue-loop/1";
+  root["provenance"] = provenance_node(provenance);
+  root["verdict"] = to_string(result.verdict);
+  root["noise_floor"] = noise_node(result.noise);
+  YAML::Node data =
+      flow_map({{"poses", std::to_string(result.training_poses + result.held_out_poses)},
+                {"rows", std::to_string(result.rows)},
+                {"held_out_poses", std::to_string(result.held_out_poses)},
+                {"seed", std::to_string(options.trace.seed)}});
+  YAML::Node excluded(YAML::NodeType::Sequence);
+  for (int line : result.excluded_rows) excluded.push_back(std::to_string(line));
+  data["excluded_rows"] = flow(excluded);
+  root["data"] = data;
+  for (const Stage& stage : result.stages) {
+    YAML::Node node;
+    node["name"] = stage.name;
+    node["parameters"] = std::to_string(stage.parameters);
+    node["training"] = stage_errors_node(stage.training);
+    if (result.held_out_poses > 0) node["held_out"] = stage_errors_node(stage.held_out);
+    root["stages"].push_back(node);
+  }
+  root["effects"] = YAML::Node(YAML::NodeType::Sequence);
+  for (size_t k = 0; k < result.trace.effects.size(); ++k)
+    root["effects"].push_back(traced_node(
+        result.trace.effects[k], k < result.gains.size() ? &result.gains[k] : nullptr, robot));
+  if (result.trace.effects.empty()) root["effects"] = flow(root["effects"]);
+  YAML::Node before_after = flow_map({{"before_mm", rounded(result.before / kMillimetre)},
+                                      {"after_mm", rounded(result.after / kMillimetre)},
+                                      {"floor_mm", rounded(result.floor / kMillimetre)},
+                                      {"reducible_removed", rounded(result.reducible_removed)}});
+  YAML::Node interval;
+  for (double bound : result.gain_ci95) interval.push_back(rounded(bound / kMillimetre));
+  before_after["gain_ci95_mm"] = flow(interval);
+  root["before_after"] = before_after;
+  YAML::Node remaining;
+  remaining["lack_of_fit_p"] = text_or_null(result.lack_of_fit ? rounded(*result.lack_of_fit) : "");
+  remaining["pattern"] = text_or_null(result.pattern);
+  remaining["pattern_p"] = rounded(result.trace.remaining_p);
+  root["remaining"] = flow(remaining);
+  root["not_separable"] = YAML::Node(YAML::NodeType::Sequence);
+  for (const Effect& effect : result.trace.not_separable)
+    root["not_separable"].push_back(flow_map({{"name", effect.name},
+                                              {"parameter", effect.parameter},
+                                              {"driver", to_string(effect.driver)}}));
+  root["next_poses"] = text_or_null(next_poses);
+  return print_document(root);
+}
+
+std::string before_after_table(const LoopResult& result) {
+  std::string table = fmt::format("{:<44} {:>6} {:>12} {:>12} {:>12}\n", "stage", "unkn.",
+                                  "training", "held-out", "held-out");
+  table +=
+      fmt::format("{:<44} {:>6} {:>12} {:>12} {:>12}\n", "", "", "mean mm", "mean mm", "max mm");
+  for (const Stage& stage : result.stages)
+    table += fmt::format("{:<44} {:>6} {:>12.4f} {:>12.4f} {:>12.4f}\n", stage.name.substr(0, 44),
+                         stage.parameters, stage.training.position.mean / kMillimetre,
+                         stage.held_out.position.mean / kMillimetre,
+                         stage.held_out.position.max / kMillimetre);
+  table += fmt::format("{:<44} {:>6} {:>12} {:>12.4f}\n", "noise floor", "", "",
+                       result.floor / kMillimetre);
+  table += fmt::format("verdict: {}\n", to_string(result.verdict));
+  return table;
+}
+
+}  // namespace armtrue

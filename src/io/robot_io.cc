@@ -1,0 +1,369 @@
+#include "armtrue/io/robot_io.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "armtrue/io/input_error.h"
+#include "armtrue/io/source.h"
+#include "armtrue/io/units.h"
+#include "armtrue/kinematics/parameters.h"
+#include "yaml_map.h"
+#include "yaml_text.h"
+
+namespace armtrue {
+namespace {
+
+Pose read_pose(YamlMap map) {
+  Pose pose;
+  pose.translation =
+      Eigen::Vector3d(map.number("x_mm"), map.number("y_mm"), map.number("z_mm")) * kMillimetre;
+  pose.rotation = rotation_from_abc(map.number("a_deg") * kDegree, map.number("b_deg") * kDegree,
+                                    map.number("c_deg") * kDegree);
+  map.finish();
+  return pose;
+}
+
+Link read_link(YamlMap map, bool driven) {
+  Link link;
+  link.name = map.text("name");
+  const std::string joint = map.text("joint");
+  if (joint != (driven ? "revolute" : "fixed"))
+    map.fail("joint", std::string("must be '") + (driven ? "revolute" : "fixed") +
+                          "': the chain has six revolute links, then one fixed");
+  link.alpha = map.number("alpha_deg") * kDegree;
+  link.d = map.number("d_mm") * kMillimetre;
+  link.theta = map.number("theta_deg") * kDegree;
+  link.r = map.number("r_mm") * kMillimetre;
+  link.beta = map.number("beta_deg", 0) * kDegree;
+  link.sign = map.number("sign", 1);
+  if (link.sign != 1 && link.sign != -1) map.fail("sign", "must be 1 or -1");
+  if (map.has("min_deg")) link.min = map.number("min_deg") * kDegree;
+  if (map.has("max_deg")) link.max = map.number("max_deg") * kDegree;
+  if (link.min >= link.max) map.fail("max_deg", "must be above min_deg");
+  map.finish();
+  return link;
+}
+
+int link_index(const YamlMap& map, const KinematicChain& chain, const std::string& name) {
+  for (int j = 0; j < kLinks; ++j)
+    if (chain.links[j].name == name) return j;
+  map.fail("link", "the robot has no link '" + name + "'");
+}
+
+Shape read_shape(YamlMap& map) {
+  const auto shape = parse_shape(map.text("shape"));
+  if (!shape)
+    map.fail("shape", "'" + map.text("shape") +
+                          "' is none of linear, harmonic <n>, sign, step, exponential, series");
+  return *shape;
+}
+
+void read_series(YamlMap series, bool two_drivers, Shape& shape) {
+  const std::string basis = series.text("basis");
+  if (basis == "cosine")
+    shape.basis = SeriesBasis::cosine;
+  else if (basis == "spline")
+    shape.basis = SeriesBasis::spline;
+  else if (basis == "fourier")
+    shape.basis = SeriesBasis::fourier;
+  else
+    series.fail("basis", "'" + basis + "' is none of cosine, spline, fourier");
+  const double count = series.number("count");
+  const int least = shape.basis == SeriesBasis::spline ? 3 : 1;
+  if (count != std::floor(count) || count < least || count > 30)
+    series.fail("count", "must be a whole number from " + std::to_string(least) + " to 30");
+  shape.count = static_cast<int>(count);
+  const auto read_range = [&](const std::string& key, int driver) {
+    const std::vector<double> range = series.numbers(key, 2);
+    if (range[0] >= range[1]) series.fail(key, "must ascend");
+    shape.low[driver] = range[0];
+    shape.high[driver] = range[1];
+  };
+  if (shape.basis != SeriesBasis::fourier) {
+    read_range("range", 0);
+    if (two_drivers) read_range("second_range", 1);
+  }
+  series.finish();
+}
+
+Effect read_effect(YamlMap map, const KinematicChain& chain) {
+  Effect effect;
+  effect.name = map.text("name");
+  effect.parameter = map.text("parameter");
+  if (effect.parameter != "base" && effect.parameter != "tool" &&
+      !find_parameter(chain, effect.parameter))
+    map.fail("parameter", "the robot has no parameter '" + effect.parameter + "'");
+  const auto driver = parse_driver(map.text("driver"));
+  if (!driver)
+    map.fail("driver", "'" + map.text("driver") +
+                           "' is none of joint-angle <j>[,<k>], gravity-torque <j>, arrival <j>, "
+                           "time, temperature <where>, payload, force, moment");
+  effect.driver = *driver;
+  effect.shape = read_shape(map);
+  if (effect.shape.kind == ShapeKind::step) effect.shape.at = map.number("at_s");
+  if (effect.shape.kind == ShapeKind::exponential) {
+    effect.shape.tau = map.number("tau_s");
+    if (effect.shape.tau <= 0) map.fail("tau_s", "must be above zero");
+  }
+  if (effect.shape.kind == ShapeKind::series)
+    read_series(map.map("series"), effect.driver.second_joint >= 0, effect.shape);
+  for (YamlMap& entry : map.maps("coefficients")) {
+    Coefficient& c = effect.coefficients.emplace_back();
+    c.name = entry.text("name", "c");
+    c.value = entry.number("value");
+    c.std = entry.number("std", 0);
+    if (entry.has("ci95")) {
+      const std::vector<double> interval = entry.numbers("ci95", 2);
+      c.ci95 = {interval[0], interval[1]};
+    }
+    entry.ignore("unit");
+    entry.finish();
+  }
+  // What close-loop says about an effect does not change what it predicts.
+  for (const char* key : {"evidence", "indistinguishable", "cause", "description", "curve"})
+    map.ignore(key);
+  map.finish();
+  return effect;
+}
+
+double file_unit(int parameter) {
+  return parameter_unit(parameter) == ParameterUnit::metre ? kMillimetre : kDegree;
+}
+
+std::map<std::string, double> read_deviations(YamlMap map, const KinematicChain& chain) {
+  std::map<std::string, double> deviations;
+  for (const std::string& key : map.keys()) {
+    const auto parameter = find_parameter(chain, key);
+    if (!parameter) map.fail(key, "the robot has no parameter '" + key + "'");
+    const double value = map.number(key);
+    if (value <= 0) map.fail(key, "a standard deviation must be above zero");
+    deviations[key] = value * file_unit(*parameter);
+  }
+  return deviations;
+}
+
+void read_masses(YamlMap& document, Robot& robot) {
+  for (YamlMap& entry : document.maps("masses")) {
+    Body& body = robot.bodies.emplace_back();
+    body.link = link_index(entry, robot.chain, entry.text("link"));
+    body.mass_kg = entry.number("mass_kg");
+    if (body.mass_kg <= 0) entry.fail("mass_kg", "must be above zero");
+    const std::vector<double> centre = entry.numbers("com_mm", 3);
+    body.centre = Eigen::Vector3d(centre[0], centre[1], centre[2]) * kMillimetre;
+    entry.finish();
+  }
+}
+
+YAML::Node pose_node(const Pose& pose) {
+  const Eigen::Vector3d abc = abc_from_rotation(pose.rotation);
+  // A rotation holds its angles to 1e-15 rad; further digits would be rounding.
+  const auto angle = [](double radians) {
+    const double degrees = radians / kDegree;
+    return number_text(std::abs(degrees) < 1e-13 ? 0.0
+                                                 : std::stod(fmt::format("{:.14g}", degrees)));
+  };
+  return flow_map({{"x_mm", number_text(pose.translation.x(), kMillimetre)},
+                   {"y_mm", number_text(pose.translation.y(), kMillimetre)},
+                   {"z_mm", number_text(pose.translation.z(), kMillimetre)},
+                   {"a_deg", angle(abc[0])},
+                   {"b_deg", angle(abc[1])},
+                   {"c_deg", angle(abc[2])}});
+}
+
+YAML::Node link_node(const Link& link, bool driven) {
+  std::vector<std::pair<std::string, std::string>> entries{
+      {"name", link.name},
+      {"joint", driven ? "revolute" : "fixed"},
+      {"alpha_deg", number_text(link.alpha, kDegree)},
+      {"d_mm", number_text(link.d, kMillimetre)},
+      {"theta_deg", number_text(link.theta, kDegree)},
+      {"r_mm", number_text(link.r, kMillimetre)},
+      {"beta_deg", number_text(link.beta, kDegree)}};
+  if (driven) {
+    entries.emplace_back("sign", number_text(link.sign));
+    if (std::isfinite(link.min)) entries.emplace_back("min_deg", number_text(link.min, kDegree));
+    if (std::isfinite(link.max)) entries.emplace_back("max_deg", number_text(link.max, kDegree));
+  }
+  return flow_map(entries);
+}
+
+std::string si_unit(const Robot& robot, const std::string& parameter) {
+  const auto index = find_parameter(robot.chain, parameter);
+  if (!index) return "m or rad";
+  switch (parameter_unit(*index)) {
+    case ParameterUnit::metre:
+      return "m";
+    case ParameterUnit::radian:
+      return "rad";
+    case ParameterUnit::one:
+      break;
+  }
+  return "1";
+}
+
+CatalogueEntry read_entry(YamlMap map) {
+  CatalogueEntry entry;
+  entry.name = map.text("name");
+  entry.parameter = map.text("parameter");
+  const bool of_a_joint = entry.parameter == "alpha" || entry.parameter == "beta" ||
+                          entry.parameter == "theta" || entry.parameter == "d" ||
+                          entry.parameter == "r";
+  if (map.has("joints")) {
+    if (!of_a_joint) map.fail("joints", "only alpha, d, theta, r and beta belong to joints");
+    for (const std::string& text : map.texts("joints")) {
+      if (text.size() != 1 || text[0] < '1' || text[0] > '6')
+        map.fail("joints", "'" + text + "' is no joint from 1 to 6");
+      entry.joints.push_back(text[0] - '1');
+    }
+  } else if (of_a_joint) {
+    for (int j = 0; j < kJoints; ++j) entry.joints.push_back(j);
+  }
+  std::string driver = map.text("driver");
+  for (const auto& [word, which] : {std::pair{" own", CatalogueEntry::Joint::own},
+                                    std::pair{" previous", CatalogueEntry::Joint::previous}})
+    if (driver.ends_with(word)) {
+      if (entry.joints.empty()) map.fail("driver", "'" + driver + "' needs a parameter of a joint");
+      entry.driver_joint = which;
+      driver.replace(driver.size() - std::string(word).size(), std::string::npos, " 1");
+    }
+  // "temperature" alone stands for every sensor of the campaign.
+  const auto parsed =
+      driver == "temperature"
+          ? Driver{DriverKind::temperature, -1, -1, ""}
+          : parse_driver(driver).value_or(Driver{DriverKind::joint_angle, -1, -1, "?"});
+  if (parsed.where == "?") map.fail("driver", "'" + driver + "' is no driver");
+  entry.driver = parsed;
+  if (entry.driver_joint == CatalogueEntry::Joint::none && parsed.joint >= 0)
+    entry.driver_joint = CatalogueEntry::Joint::fixed;
+  entry.shape = read_shape(map);
+  if (entry.shape.kind == ShapeKind::series) read_series(map.map("series"), false, entry.shape);
+  entry.only_positive = map.text("sign", "any") == "positive";
+  entry.separated_by = map.text("separated_by", "");
+  map.finish();
+  return entry;
+}
+
+}  // namespace
+
+Robot parse_robot(const std::string& text, const std::string& file) {
+  YamlMap document = read_document(text, file, "armtrue-robot/1");
+  Robot robot;
+  robot.name = document.text("name");
+  robot.chain.base = read_pose(document.map("base"));
+  std::vector<YamlMap> links = document.maps("links");
+  if (links.size() != kLinks)
+    document.fail("links", "has " + std::to_string(links.size()) +
+                               " entries; the chain has seven, six revolute and then one fixed");
+  for (int j = 0; j < kLinks; ++j) robot.chain.links[j] = read_link(links[j], j < kJoints);
+  robot.chain.tool = read_pose(document.map("tool"));
+  if (document.has("targets")) {
+    YamlMap targets = document.map("targets");
+    for (const std::string& name : targets.keys()) {
+      const std::vector<double> p = targets.numbers(name, 3);
+      robot.chain.targets.push_back({name, Eigen::Vector3d(p[0], p[1], p[2]) * kMillimetre});
+    }
+  }
+  read_masses(document, robot);
+  if (document.has("gravity_m_s2")) {
+    const std::vector<double> g = document.numbers("gravity_m_s2", 3);
+    robot.gravity = {g[0], g[1], g[2]};
+  }
+  if (document.has("identify")) robot.identify = document.texts("identify");
+  for (const std::string& name : robot.identify)
+    if (name != "auto" && name != "paper-25" && name != "base" && name != "tool" &&
+        !find_parameter(robot.chain, name))
+      document.fail("identify", "the robot has no parameter '" + name + "'");
+  if (document.has("noise")) {
+    YamlMap noise = document.map("noise");
+    robot.noise.position = noise.number("position_mm", 0) * kMillimetre;
+    robot.noise.orientation = noise.number("orientation_mrad", 0) * kMilliradian;
+    if (robot.noise.position < 0) noise.fail("position_mm", "must not be negative");
+    if (robot.noise.orientation < 0) noise.fail("orientation_mrad", "must not be negative");
+    noise.finish();
+  }
+  if (document.has("priors")) robot.priors = read_deviations(document.map("priors"), robot.chain);
+  if (document.has("std")) robot.std = read_deviations(document.map("std"), robot.chain);
+  for (const YamlMap& entry : document.maps("effects"))
+    robot.effects.push_back(read_effect(entry, robot.chain));
+  document.ignore("provenance");
+  document.ignore("calibration");
+  document.finish();
+  return robot;
+}
+
+RobotFile read_robot(const std::string& path) {
+  Source source(path);
+  RobotFile file;
+  file.name = source.name();
+  file.robot = parse_robot(source.read_all(), source.name());
+  file.sha256 = source.sha256();
+  return file;
+}
+
+YAML::Node robot_node(const Robot& robot, const Provenance& provenance) {
+  YAML::Node root;
+  root["format"] = "armtrue-robot/1";
+  if (!provenance.command.empty()) root["provenance"] = provenance_node(provenance);
+  root["name"] = robot.name;
+  root["base"] = pose_node(robot.chain.base);
+  for (int j = 0; j < kLinks; ++j)
+    root["links"].push_back(link_node(robot.chain.links[j], j < kJoints));
+  root["tool"] = pose_node(robot.chain.tool);
+  for (const Target& target : robot.chain.targets) {
+    YAML::Node position;
+    for (int i = 0; i < 3; ++i) position.push_back(number_text(target.position[i], kMillimetre));
+    root["targets"][target.name] = flow(position);
+  }
+  for (const Body& body : robot.bodies) {
+    YAML::Node centre;
+    for (int i = 0; i < 3; ++i) centre.push_back(number_text(body.centre[i], kMillimetre));
+    YAML::Node entry = flow_map(
+        {{"link", robot.chain.links[body.link].name}, {"mass_kg", number_text(body.mass_kg)}});
+    entry["com_mm"] = flow(centre);
+    root["masses"].push_back(entry);
+  }
+  root["gravity_m_s2"] = flow_list({robot.gravity.x(), robot.gravity.y(), robot.gravity.z()});
+  if (robot.identify.size() == 1 &&
+      (robot.identify.front() == "auto" || robot.identify.front() == "paper-25")) {
+    root["identify"] = robot.identify.front();
+  } else {
+    root["identify"] = flow(YAML::Node(robot.identify));
+  }
+  std::vector<std::pair<std::string, std::string>> noise;
+  if (robot.noise.position > 0)
+    noise.emplace_back("position_mm", number_text(robot.noise.position, kMillimetre));
+  if (robot.noise.orientation > 0)
+    noise.emplace_back("orientation_mrad", number_text(robot.noise.orientation, kMilliradian));
+  if (!noise.empty()) root["noise"] = flow_map(noise);
+  const auto deviations = [&](const char* key, const std::map<std::string, double>& values) {
+    for (int k = 0; k < parameter_count(robot.chain); ++k) {
+      const std::string name = parameter_name(robot.chain, k);
+      const auto found = values.find(name);
+      if (found != values.end()) root[key][name] = number_text(found->second, file_unit(k));
+    }
+  };
+  deviations("priors", robot.priors);
+  deviations("std", robot.std);
+  if (robot.effects.empty()) root["effects"] = flow(YAML::Node(YAML::NodeType::Sequence));
+  for (const Effect& effect : robot.effects)
+    root["effects"].push_back(effect_node(effect, si_unit(robot, effect.parameter)));
+  return root;
+}
+
+std::string write_robot(const Robot& robot, const Provenance& provenance) {
+  return print_document(robot_node(robot, provenance));
+}
+
+Catalogue read_catalogue(const std::string& path) {
+  Source source(path);
+  YamlMap document = read_document(source.read_all(), source.name(), "armtrue-catalogue/1");
+  Catalogue catalogue;
+  for (const YamlMap& entry : document.maps("effects")) catalogue.push_back(read_entry(entry));
+  if (catalogue.empty()) document.fail("effects", "is empty");
+  document.finish();
+  return catalogue;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,112 @@
+#include "armtrue/io/source.h"
+
+#include <openssl/evp.h>
+#include <sys/stat.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "armtrue/io/input_error.h"
+
+namespace armtrue {
+namespace {
+
+constexpr size_t kChunk = 1 << 20;
+constexpr size_t kLongestLine = 16 << 20;
+
+}  // namespace
+
+struct Source::Digest {
+  EVP_MD_CTX* context = EVP_MD_CTX_new();
+  Digest() { EVP_DigestInit_ex(context, EVP_sha256(), nullptr); }
+  ~Digest() { EVP_MD_CTX_free(context); }
+};
+
+Source::Source(const std::string& path)
+    : name_(path.empty() || path == "-" ? "<stdin>" : path), digest_(std::make_unique<Digest>()) {
+  if (name_ == "<stdin>") {
+    file_ = stdin;
+  } else {
+    struct stat status {};
+    if (stat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode))
+      throw InputError(path + ": is a folder; name a file in it");
+    file_ = std::fopen(path.c_str(), "rb");
+    if (!file_)
+      throw InputError(path + ": " + std::strerror(errno) + "; check the name of the file");
+  }
+  buffer_.resize(kChunk);
+}
+
+Source::~Source() {
+  if (file_ && file_ != stdin) std::fclose(file_);
+}
+
+bool Source::fill() {
+  if (at_end_) return false;
+  if (begin_ > 0) {
+    std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
+    end_ -= begin_;
+    begin_ = 0;
+  }
+  if (end_ == buffer_.size()) {
+    if (buffer_.size() >= kLongestLine)
+      throw InputError(name_ + ":" + std::to_string(line_number_ + 1) +
+                       ": the line does not end; is this a text file?");
+    buffer_.resize(2 * buffer_.size());
+  }
+  const size_t count = std::fread(buffer_.data() + end_, 1, buffer_.size() - end_, file_);
+  if (count == 0) {
+    if (std::ferror(file_)) throw InputError(name_ + ": " + std::strerror(errno));
+    at_end_ = true;
+    return false;
+  }
+  EVP_DigestUpdate(digest_->context, buffer_.data() + end_, count);
+  end_ += count;
+  return true;
+}
+
+bool Source::next_line(std::string_view& line) {
+  size_t searched = 0;
+  while (true) {
+    const char* start = buffer_.data() + begin_;
+    const auto* newline =
+        static_cast<const char*>(std::memchr(start + searched, '\n', end_ - begin_ - searched));
+    if (newline) {
+      line = {start, static_cast<size_t>(newline - start)};
+      begin_ += line.size() + 1;
+      break;
+    }
+    searched = end_ - begin_;
+    if (fill()) continue;
+    if (begin_ == end_) return false;
+    line = {buffer_.data() + begin_, end_ - begin_};
+    begin_ = end_;
+    break;
+  }
+  if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+  if (++line_number_ == 1 && line.substr(0, 3) == "\xEF\xBB\xBF") line.remove_prefix(3);
+  return true;
+}
+
+std::string Source::read_all() {
+  while (fill()) {
+  }
+  std::string text(buffer_.data() + begin_, end_ - begin_);
+  begin_ = end_;
+  return text;
+}
+
+std::string Source::sha256() {
+  unsigned char bytes[EVP_MAX_MD_SIZE];
+  unsigned int size = 0;
+  EVP_DigestFinal_ex(digest_->context, bytes, &size);
+  std::string text;
+  for (unsigned int i = 0; i < size; ++i) {
+    constexpr char kDigits[] = "0123456789abcdef";
+    text += kDigits[bytes[i] >> 4];
+    text += kDigits[bytes[i] & 15];
+  }
+  return text;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,130 @@
+#include "yaml_map.h"
+
+#include <charconv>
+#include <cmath>
+
+#include "armtrue/io/input_error.h"
+
+namespace armtrue {
+
+YamlMap::YamlMap(const YAML::Node& node, std::string file, std::string what)
+    : node_(node), file_(std::move(file)), what_(std::move(what)) {
+  if (!node_.IsMap())
+    throw InputError(file_ + ":" + std::to_string(node_.Mark().line + 1) + ": " + what_ +
+                     " must be a map of keys");
+  std::set<std::string> seen;
+  for (const auto& entry : node_) {
+    const auto key = entry.first.as<std::string>();
+    if (!seen.insert(key).second)
+      throw InputError(file_ + ":" + std::to_string(entry.first.Mark().line + 1) + ": key '" + key +
+                       "' stands twice in " + what_ + "; remove one");
+  }
+}
+
+void YamlMap::fail(const std::string& key, const std::string& why) const {
+  int line = node_.Mark().line;
+  if (node_[key]) line = node_[key].Mark().line;
+  throw InputError(file_ + ":" + std::to_string(line + 1) + ": key '" + key + "' of " + what_ +
+                   ": " + why);
+}
+
+bool YamlMap::has(const std::string& key) {
+  asked_.insert(key);
+  return static_cast<bool>(node_[key]);
+}
+
+YAML::Node YamlMap::need(const std::string& key) {
+  if (!has(key)) fail(key, "is missing");
+  return node_[key];
+}
+
+double YamlMap::number_of(const YAML::Node& node, const std::string& key) const {
+  if (!node.IsScalar()) fail(key, "must be a number");
+  const std::string& text = node.Scalar();
+  const char* begin = text.data() + (text.starts_with('+') ? 1 : 0);
+  double value = 0;
+  const auto [end, error] = std::from_chars(begin, text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value))
+    fail(key, "'" + text + "' is no finite number");
+  return value;
+}
+
+double YamlMap::number(const std::string& key) { return number_of(need(key), key); }
+
+double YamlMap::number(const std::string& key, double otherwise) {
+  return has(key) ? number(key) : otherwise;
+}
+
+std::string YamlMap::text(const std::string& key) {
+  const YAML::Node node = need(key);
+  if (!node.IsScalar()) fail(key, "must be a text");
+  return node.Scalar();
+}
+
+std::string YamlMap::text(const std::string& key, const std::string& otherwise) {
+  return has(key) ? text(key) : otherwise;
+}
+
+std::vector<double> YamlMap::numbers(const std::string& key, size_t count) {
+  const YAML::Node node = need(key);
+  if (!node.IsSequence() || node.size() != count)
+    fail(key, "must be a list of " + std::to_string(count) + " numbers");
+  std::vector<double> values;
+  for (const auto& item : node) values.push_back(number_of(item, key));
+  return values;
+}
+
+YamlMap YamlMap::map(const std::string& key) { return {need(key), file_, "'" + key + "'"}; }
+
+std::vector<YamlMap> YamlMap::maps(const std::string& key) {
+  std::vector<YamlMap> items;
+  if (!has(key) || node_[key].IsNull()) return items;
+  if (!node_[key].IsSequence()) fail(key, "must be a list");
+  for (const auto& item : node_[key]) items.emplace_back(item, file_, "an entry of '" + key + "'");
+  return items;
+}
+
+std::vector<std::string> YamlMap::texts(const std::string& key) {
+  const YAML::Node node = need(key);
+  if (node.IsScalar()) return {node.Scalar()};
+  if (!node.IsSequence()) fail(key, "must be a text or a list of texts");
+  std::vector<std::string> items;
+  for (const auto& item : node) {
+    if (!item.IsScalar()) fail(key, "must be a list of texts");
+    items.push_back(item.Scalar());
+  }
+  return items;
+}
+
+std::vector<std::string> YamlMap::keys() const {
+  std::vector<std::string> names;
+  for (const auto& entry : node_) names.push_back(entry.first.as<std::string>());
+  return names;
+}
+
+void YamlMap::finish() const {
+  for (const auto& entry : node_) {
+    const auto key = entry.first.as<std::string>();
+    if (!asked_.contains(key))
+      throw InputError(file_ + ":" + std::to_string(entry.first.Mark().line + 1) + ": key '" + key +
+                       "' is not known in " + what_ + "; correct or remove it");
+  }
+}
+
+YamlMap read_document(const std::string& text, const std::string& file, const std::string& format) {
+  YAML::Node root;
+  try {
+    root = YAML::Load(text);
+  } catch (const YAML::Exception& error) {
+    throw InputError(file + ":" + std::to_string(error.mark.line + 1) +
+                     ": is no valid YAML: " + error.msg);
+  }
+  if (!root || root.IsNull())
+    throw InputError(file + ": is empty; expected 'format: " + format + "'");
+  YamlMap document(root, file, "the document");
+  if (document.text("format", "") != format)
+    document.fail("format", "expected 'format: " + format + "'");
+  return document;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <yaml-cpp/yaml.h>
+
+#include <array>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace armtrue {
+
+/// A YAML map read strictly: every key is asked for once, and one that nobody asked for is an
+/// error. Errors throw InputError with file, line and key.
+class YamlMap {
+ public:
+  YamlMap(const YAML::Node& node, std::string file, std::string what);
+
+  bool has(const std::string& key);
+  double number(const std::string& key);
+  double number(const std::string& key, double otherwise);
+  std::string text(const std::string& key);
+  std::string text(const std::string& key, const std::string& otherwise);
+  std::vector<double> numbers(const std::string& key, size_t count);
+  YamlMap map(const std::string& key);
+  std::vector<YamlMap> maps(const std::string& key);       ///< empty if the key is not there
+  std::vector<std::string> texts(const std::string& key);  ///< one scalar or a list of them
+  std::vector<std::string> keys() const;
+  void ignore(const std::string& key) { asked_.insert(key); }
+
+  /// Throws if a key is left that nobody asked for.
+  void finish() const;
+
+  [[noreturn]] void fail(const std::string& key, const std::string& why) const;
+
+ private:
+  YAML::Node need(const std::string& key);
+  double number_of(const YAML::Node& node, const std::string& key) const;
+
+  YAML::Node node_;
+  std::string file_, what_;
+  std::set<std::string> asked_;
+};
+
+/// Parses a document and checks its `format:`.
+YamlMap read_document(const std::string& text, const std::string& file, const std::string& format);
+
+}  // namespace armtrue

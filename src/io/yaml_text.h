@@ -1,0 +1,34 @@
+#pragma once
+
+#include <yaml-cpp/yaml.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "armtrue/effects/robot.h"
+#include "armtrue/io/number_text.h"
+#include "armtrue/io/provenance.h"
+
+namespace armtrue {
+
+// Documents are built as trees of nodes, whose keys keep their order, and printed once. Numbers are
+// put in as text, so that they read back exactly.
+
+inline YAML::Node flow(YAML::Node node) {
+  node.SetStyle(YAML::EmitterStyle::Flow);
+  return node;
+}
+
+/// A map on one line.
+YAML::Node flow_map(const std::vector<std::pair<std::string, std::string>>& entries);
+/// A list on one line.
+YAML::Node flow_list(const std::vector<double>& values);
+
+YAML::Node effect_node(const Effect& effect, const std::string& unit_of_parameter);
+YAML::Node robot_node(const Robot& robot, const Provenance& provenance);
+YAML::Node provenance_node(const Provenance& provenance);
+
+std::string print_document(const YAML::Node& root);
+
+}  // namespace armtrue
