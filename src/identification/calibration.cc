@@ -258,6 +258,7 @@ void set_robot(const ObservationModel& model, const Eigen::VectorXd& x, Calibrat
   int k = 0;
   for (; k < model.geometric_count(); ++k)
     result.robot.std[result.names[k]] = std::sqrt(result.covariance(k, k));
+  if (!model.fits_effects()) return;
   for (Effect& effect : result.robot.effects)
     for (Coefficient& c : effect.coefficients) {
       c.std = std::sqrt(result.covariance(k, k));
@@ -302,7 +303,7 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
 CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
                             const IdentifiableSet& set, const CalibrationOptions& options) {
   const Robot start = with_base_near(robot, campaign, set);
-  ObservationModel model(campaign, start, set.kept, {1.0, 1.0});
+  ObservationModel model(campaign, start, set.kept, {1.0, 1.0}, options.fit_effects);
   const std::vector<Prior> priors = priors_of(start, model);
   const int equations = model.rows() * model.row_size() + static_cast<int>(priors.size());
   if (equations <= model.unknowns())
@@ -319,7 +320,7 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
     for (int i = 0; i < kRowsForStart; ++i)
       chosen[i] = static_cast<int>(static_cast<long>(i) * model.rows() / kRowsForStart);
     const Campaign part = campaign.select(chosen);
-    ObservationModel part_model(part, start, set.kept, {1.0, 1.0});
+    ObservationModel part_model(part, start, set.kept, {1.0, 1.0}, options.fit_effects);
     iterations = fit(part_model, law, priors, options, 1e-10, x).iterations;
     model.set_scale(part_model.scale());
   }
@@ -341,6 +342,16 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
   set_statistics(model, law, priors, x, result);
   set_robot(model, x, result);
   return result;
+}
+
+Robot refit_set_up(const Robot& robot, const Campaign& campaign,
+                   const std::vector<std::string>& what) {
+  Robot links_only = robot;
+  links_only.identify = what;
+  links_only.effects.clear();
+  CalibrationOptions options;
+  options.fit_effects = false;
+  return calibrate(robot, campaign, choose_identifiable(links_only, campaign), options).robot;
 }
 
 }  // namespace armtrue

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "armtrue/effects/sampling.h"
 #include "armtrue/identification/observation.h"
 #include "armtrue/kinematics/parameters.h"
 
@@ -142,6 +143,21 @@ IdentifiableSet choose_identifiable(const Robot& robot, const Campaign& campaign
   std::sort(kept.begin(), kept.end());
   set.kept = kept;
   return set;
+}
+
+std::vector<int> lost_to_poses(const Robot& robot, const Campaign& campaign,
+                               const IdentifiableSet& set) {
+  constexpr int kPoses = 200;
+  Campaign everywhere = campaign.select(std::vector<int>(kPoses, 0));
+  everywhere.q = sample_joint_space(robot.chain, kPoses);
+  for (int row = 0; row < kPoses && !campaign.target.empty(); ++row)
+    everywhere.target[row] = row % static_cast<int>(campaign.target_names.size());
+  const IdentifiableSet possible = choose_identifiable(robot, everywhere);
+  std::vector<int> lost;
+  if (possible.kept.size() <= set.kept.size()) return lost;
+  for (int k : possible.kept)
+    if (std::find(set.kept.begin(), set.kept.end(), k) == set.kept.end()) lost.push_back(k);
+  return lost;
 }
 
 }  // namespace armtrue

@@ -32,12 +32,14 @@ std::vector<int> match_targets(const Campaign& campaign, const Robot& robot) {
 }  // namespace
 
 ObservationModel::ObservationModel(const Campaign& campaign, const Robot& robot,
-                                   std::vector<int> geometric, const ReadingScale& scale)
+                                   std::vector<int> geometric, const ReadingScale& scale,
+                                   bool fit_effects)
     : campaign_(campaign),
       robot_(robot),
       geometric_(std::move(geometric)),
       targets_(match_targets(campaign, robot)),
       scale_(scale),
+      fit_effects_(fit_effects),
       median_sigma_position_(median(campaign.sigma_position)),
       median_sigma_orientation_(median(campaign.sigma_orientation)) {
   evaluate_effect_values(robot);
@@ -73,7 +75,7 @@ void ObservationModel::evaluate_effect_values(const Robot& robot) {
 std::vector<std::string> ObservationModel::unknown_names() const {
   std::vector<std::string> names;
   for (int index : geometric_) names.push_back(parameter_name(robot_.chain, index));
-  for (size_t e = 0; e < effects_.size(); ++e)
+  for (size_t e = 0; fit_effects_ && e < effects_.size(); ++e)
     for (const std::string& coefficient : effects_[e].coefficient_names())
       names.push_back(robot_.effects[e].name + " " + robot_.effects[e].parameter + " " +
                       coefficient);
@@ -91,7 +93,7 @@ Robot ObservationModel::robot_at(const Eigen::VectorXd& x) const {
   robot.chain.tool.rotation =
       rotation_exp(turn_of(x, kToolParameters)) * robot_.chain.tool.rotation;
   int k = geometric_count();
-  for (size_t e = 0; e < effects_.size(); ++e) {
+  for (size_t e = 0; fit_effects_ && e < effects_.size(); ++e) {
     robot.effects[e].coefficients.resize(effects_[e].coefficient_count());
     for (int c = 0; c < effects_[e].coefficient_count(); ++c) {
       robot.effects[e].coefficients[c].name = effects_[e].coefficient_names()[c];
@@ -212,6 +214,8 @@ void ObservationModel::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const
         out.col(k).head<3>() = frame.rotation.col(axis) / sigma.position;
     }
   }
+  out.col(model_.unknowns()) = r.head(size).cwiseProduct(weight.head(size));
+  if (!model_.fit_effects_) return;
   const int first = model_.geometric_count();
   if (model_.coefficient_count_ > 0) out.middleCols(first, model_.coefficient_count_).setZero();
   for (size_t e = 0; e < model_.effects_.size(); ++e)
@@ -223,7 +227,6 @@ void ObservationModel::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const
       else
         column += (jacobian.col(term.parameter).head(size).cwiseProduct(weight.head(size))) * value;
     }
-  out.col(model_.unknowns()) = r.head(size).cwiseProduct(weight.head(size));
 }
 
 }  // namespace armtrue

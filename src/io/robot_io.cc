@@ -337,15 +337,18 @@ YAML::Node robot_node(const Robot& robot, const Provenance& provenance) {
   if (robot.noise.orientation > 0)
     noise.emplace_back("orientation_mrad", number_text(robot.noise.orientation, kMilliradian));
   if (!noise.empty()) root["noise"] = flow_map(noise);
-  const auto deviations = [&](const char* key, const std::map<std::string, double>& values) {
+  const auto deviations = [&](const char* key, const std::map<std::string, double>& values,
+                              const auto& text) {
     for (int k = 0; k < parameter_count(robot.chain); ++k) {
       const std::string name = parameter_name(robot.chain, k);
       const auto found = values.find(name);
-      if (found != values.end()) root[key][name] = number_text(found->second, file_unit(k));
+      if (found != values.end()) root[key][name] = text(found->second, file_unit(k));
     }
   };
-  deviations("priors", robot.priors);
-  deviations("std", robot.std);
+  deviations("priors", robot.priors, [](double si, double unit) { return number_text(si, unit); });
+  // An estimate's deviation is known to a few digits at best.
+  deviations("std", robot.std,
+             [](double si, double unit) { return fmt::format("{:.4g}", si / unit); });
   if (robot.effects.empty()) root["effects"] = flow(YAML::Node(YAML::NodeType::Sequence));
   for (const Effect& effect : robot.effects)
     root["effects"].push_back(effect_node(effect, si_unit(robot, effect.parameter)));
@@ -356,14 +359,18 @@ std::string write_robot(const Robot& robot, const Provenance& provenance) {
   return print_document(robot_node(robot, provenance));
 }
 
-Catalogue read_catalogue(const std::string& path) {
-  Source source(path);
-  YamlMap document = read_document(source.read_all(), source.name(), "armtrue-catalogue/1");
+Catalogue parse_catalogue(const std::string& text, const std::string& file) {
+  YamlMap document = read_document(text, file, "armtrue-catalogue/1");
   Catalogue catalogue;
   for (const YamlMap& entry : document.maps("effects")) catalogue.push_back(read_entry(entry));
   if (catalogue.empty()) document.fail("effects", "is empty");
   document.finish();
   return catalogue;
+}
+
+Catalogue read_catalogue(const std::string& path) {
+  Source source(path);
+  return parse_catalogue(source.read_all(), source.name());
 }
 
 }  // namespace armtrue

@@ -1,5 +1,7 @@
 #include "yaml_text.h"
 
+#include <fmt/format.h>
+
 namespace armtrue {
 namespace {
 
@@ -59,8 +61,10 @@ YAML::Node effect_node(const Effect& effect, const std::string& unit_of_paramete
     coefficient["name"] = c.name;
     coefficient["value"] = number_text(c.value);
     if (c.std > 0) {
-      coefficient["std"] = number_text(c.std);
-      coefficient["ci95"] = flow_list({c.ci95[0], c.ci95[1]});
+      coefficient["std"] = fmt::format("{:.4g}", c.std);
+      YAML::Node interval;
+      for (double bound : c.ci95) interval.push_back(fmt::format("{:.5g}", bound));
+      coefficient["ci95"] = flow(interval);
     }
     coefficient["unit"] = unit;
     node["coefficients"].push_back(flow(coefficient));

@@ -13,7 +13,8 @@
 namespace armtrue {
 
 struct CalibrationOptions {
-  bool robust = true;  ///< false: least squares whatever the residuals look like
+  bool robust = true;       ///< false: least squares whatever the residuals look like
+  bool fit_effects = true;  ///< false: the robot's effects predict, but keep their coefficients
   int max_iterations = 200;
 };
 
@@ -52,5 +53,10 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
 /// The same with the geometric parameters given; used to refit a model after an effect is added.
 CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
                             const IdentifiableSet& set, const CalibrationOptions& options = {});
+
+/// A robot carried to another set-up: only what `what` names (base, tool, single parameters) is
+/// fitted, its links and effects stay as they are.
+Robot refit_set_up(const Robot& robot, const Campaign& campaign,
+                   const std::vector<std::string>& what);
 
 }  // namespace armtrue

@@ -35,6 +35,10 @@ struct IdentifiableSet {
 /// for a name that the robot does not have.
 IdentifiableSet choose_identifiable(const Robot& robot, const Campaign& campaign);
 
+/// Parameters that poses all over the travel of the joints would show, but these poses do not.
+std::vector<int> lost_to_poses(const Robot& robot, const Campaign& campaign,
+                               const IdentifiableSet& set);
+
 /// The parameters of the names in `identify`, before identifiability is asked.
 std::vector<int> allowed_parameters(const Robot& robot, const Campaign& campaign);
 

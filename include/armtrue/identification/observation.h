@@ -19,18 +19,20 @@ struct ReadingScale {
 /// the model's derivatives, divided by the standard deviation of each reading so that position and
 /// orientation can stand in one sum of squares.
 ///
-/// The unknowns x are changes from the robot given: of the chosen geometric parameters, then of the
-/// coefficients of all its effects. Rotations of base and tool compose as exp(x_r) R.
+/// The unknowns x are changes from the robot given: of the chosen geometric parameters, then,
+/// unless they are kept as they are, of the coefficients of all its effects. Rotations of base and
+/// tool compose as exp(x_r) R.
 class ObservationModel {
  public:
   /// `geometric`: parameter indices. Rows with a `sigma_mm` or `sigma_deg` of their own keep their
   /// ratio to `scale` (taken as the standard deviation of a row whose own sigma is the median).
   ObservationModel(const Campaign& campaign, const Robot& robot, std::vector<int> geometric,
-                   const ReadingScale& scale);
+                   const ReadingScale& scale, bool fit_effects = true);
 
   int rows() const { return campaign_.rows(); }
   int row_size() const { return campaign_.has_orientation() ? 6 : 3; }
-  int unknowns() const { return geometric_count() + coefficient_count_; }
+  int unknowns() const { return geometric_count() + (fit_effects_ ? coefficient_count_ : 0); }
+  bool fits_effects() const { return fit_effects_; }
   int geometric_count() const { return static_cast<int>(geometric_.size()); }
   const std::vector<int>& geometric() const { return geometric_; }
   const Campaign& campaign() const { return campaign_; }
@@ -63,6 +65,7 @@ class ObservationModel {
   int coefficient_count_ = 0;
   Eigen::MatrixXd effect_values_;  // values x rows
   ReadingScale scale_;
+  bool fit_effects_;
   double median_sigma_position_ = 0, median_sigma_orientation_ = 0;
 };
 

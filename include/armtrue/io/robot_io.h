@@ -23,5 +23,6 @@ std::string write_robot(const Robot& robot, const Provenance& provenance = {});
 
 /// Reads an armtrue-catalogue/1 document. Throws InputError.
 Catalogue read_catalogue(const std::string& path);
+Catalogue parse_catalogue(const std::string& text, const std::string& file);
 
 }  // namespace armtrue

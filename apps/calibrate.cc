@@ -1,0 +1,71 @@
+#include <fmt/format.h>
+
+#include "armtrue/identification/calibration.h"
+#include "armtrue/identification/evaluation.h"
+#include "armtrue/io/output.h"
+#include "armtrue/io/report_io.h"
+#include "armtrue/io/units.h"
+#include "command_line.h"
+
+using namespace armtrue;
+
+namespace {
+
+int work(app::Command& command, const std::string& robot_path, const std::string& identify,
+         const std::string& residuals_path, double max_error_mm) {
+  Robot robot = command.robot(robot_path).robot;
+  if (!identify.empty()) robot.identify = app::split_list(identify);
+  const Campaign campaign = command.campaign(command.input, robot);
+  command.progress("identifying");
+  const CalibrationResult result = calibrate(robot, campaign);
+  if (!residuals_path.empty()) {
+    const Evaluation evaluation = evaluate(result.robot, campaign);
+    std::vector<ResidualRow> rows;
+    for (int row = 0; row < campaign.rows(); ++row)
+      rows.push_back({row, "training", evaluation.residuals[row]});
+    write_output(residuals_path, write_residuals(campaign, rows));
+  }
+  write_output(command.output, write_calibration(result, campaign, command.provenance()));
+
+  if (!result.converged) {
+    command.warn("not converged: " + result.termination);
+    return app::kNotReached;
+  }
+  if (const auto lost = lost_to_poses(robot, campaign, result.set); !lost.empty()) {
+    std::string names;
+    for (int k : lost) names += (names.empty() ? "" : ", ") + parameter_name(robot.chain, k);
+    command.warn("these poses cannot show " + names +
+                 ", which other poses could; measure poses that move every joint over its travel");
+    return app::kNotReached;
+  }
+  if (max_error_mm > 0) {
+    const double worst = summarize(evaluate(result.robot, campaign).position).max / kMillimetre;
+    if (worst > max_error_mm) {
+      command.warn(
+          fmt::format("the largest error, {:.4g} mm, is above {:g} mm", worst, max_error_mm));
+      return app::kNotReached;
+    }
+  }
+  return app::kSuccess;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  app::Command command("calibrate", "Identify the parameters of a robot from measured poses.",
+                       "calibrate --robot robot.yaml measured.csv > calibrated.yaml");
+  std::string robot, identify, residuals;
+  double max_error_mm = 0;
+  command.add_input("Measured poses");
+  command.add_output();
+  command.options().add_option("--robot", robot, "The nominal robot")->required();
+  command.options().add_option("--identify", identify,
+                               "auto, paper-25, or a list such as A1.alpha,A2.d,base,tool.z; "
+                               "replaces 'identify' of the robot file");
+  command.options().add_option("--residuals", residuals,
+                               "Write the residual of every reading here");
+  command.options().add_option("--max-error-mm", max_error_mm,
+                               "Exit with 3 if a training error is larger");
+  return command.run(argc, argv,
+                     [&] { return work(command, robot, identify, residuals, max_error_mm); });
+}

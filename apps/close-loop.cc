@@ -1,0 +1,91 @@
+#include "armtrue/identification/loop.h"
+#include "armtrue/io/input_error.h"
+#include "armtrue/io/output.h"
+#include "armtrue/io/report_io.h"
+#include "command_line.h"
+
+using namespace armtrue;
+
+namespace {
+
+struct Paths {
+  std::string robot, catalogue, test, robot_out, residuals;
+};
+
+std::vector<ResidualRow> residual_rows(const Robot& robot, const Campaign& all,
+                                       const Split& split) {
+  const Evaluation evaluation = evaluate(robot, all);
+  std::vector<std::string> name(all.rows(), "training");
+  for (int row : split.held_out) name[row] = "held-out";
+  std::vector<ResidualRow> rows;
+  for (int row = 0; row < all.rows(); ++row)
+    rows.push_back({row, name[row], evaluation.residuals[row]});
+  return rows;
+}
+
+int work(app::Command& command, const Paths& paths, double held_out_share, bool only_catalogue) {
+  const Robot robot = command.robot(paths.robot).robot;
+  const Campaign all = command.campaign(command.input, robot);
+  Campaign training, held_out;
+  Split split;
+  if (paths.test.empty()) {
+    split = split_by_pose(all, held_out_share, command.seed);
+    training = all.select(split.training);
+    held_out = all.select(split.held_out);
+  } else {
+    training = all;
+    held_out = command.campaign(paths.test, robot);
+  }
+  LoopOptions options;
+  options.trace.seed = command.seed;
+  options.trace.beyond_catalogue = !only_catalogue;
+  options.trace.progress = [&](const std::string& what) { command.progress(what); };
+  const LoopResult result =
+      close_loop(robot, training, held_out, app::catalogue(paths.catalogue), options);
+
+  const Provenance provenance = command.provenance();
+  if (!paths.robot_out.empty())
+    write_output(paths.robot_out, write_calibration(result.trace.fit, training, provenance));
+  if (!paths.residuals.empty())
+    write_output(paths.residuals,
+                 write_residuals(all, residual_rows(result.trace.fit.robot, all, split)));
+  write_output(command.output, write_loop(result, options, provenance, ""));
+  command.tell(before_after_table(result));
+  if (!result.trace.fit.converged) {
+    command.warn("not converged: " + result.trace.fit.termination);
+    return app::kNotReached;
+  }
+  return app::kSuccess;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  app::Command command(
+      "close-loop",
+      "Calibrate, trace the residual to what the model lacks, add it, and report the error before "
+      "and "
+      "after on poses that took no part.",
+      "close-loop --robot robot.yaml measured.csv --robot-out closed.yaml > loop.yaml");
+  Paths paths;
+  double held_out = 0.25;
+  bool only_catalogue = false;
+  command.add_input("Measured poses");
+  command.add_output();
+  command.add_seed();
+  CLI::App& options = command.options();
+  options.add_option("--robot", paths.robot, "The nominal robot")->required();
+  auto* share = options.add_option("--held-out", held_out, "Share of the poses set aside")
+                    ->check(CLI::Range(0.0, 0.9))
+                    ->capture_default_str();
+  options
+      .add_option("--test", paths.test,
+                  "Measured poses that take no part, from a file of their own")
+      ->excludes(share);
+  options.add_option("--robot-out", paths.robot_out, "Write the robot with its effects here");
+  options.add_option("--residuals", paths.residuals,
+                     "Write the final residual of every reading here");
+  options.add_option("--catalogue", paths.catalogue, "Effects to look for");
+  options.add_flag("--only-catalogue", only_catalogue, "Do not search beyond the catalogue");
+  return command.run(argc, argv, [&] { return work(command, paths, held_out, only_catalogue); });
+}

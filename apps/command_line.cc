@@ -1,0 +1,128 @@
+#include "command_line.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+
+#include "armtrue/identification/diagnosis.h"
+#include "armtrue/io/input_error.h"
+#include "armtrue/io/output.h"
+
+namespace armtrue::app {
+namespace {
+
+double seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+}  // namespace
+
+Command::Command(std::string name, const std::string& purpose, const std::string& example)
+    : name_(std::move(name)), app_(purpose, name_) {
+  app_.footer(
+      "Example:\n  " + example +
+      "\n\nExit codes: 0 success, 1 bad data or input/output, 2 usage, 3 a criterion failed.");
+  app_.set_version_flag("--version", name_ + " (armtrue) " ARMTRUE_VERSION);
+  app_.add_flag("-v,--verbose", verbose, "Say what is done");
+  app_.add_flag("-q,--quiet", quiet, "No warnings");
+}
+
+void Command::add_input(const std::string& what) {
+  app_.add_option("file", input, what + "; standard input if absent or -");
+}
+
+void Command::add_output() {
+  app_.add_option("-o,--output", output, "Where the product goes; standard output if absent or -");
+}
+
+void Command::add_seed() {
+  app_.add_option("--seed", seed, "Seed of all random choices")->capture_default_str();
+}
+
+int Command::run(int argc, char** argv, const std::function<int()>& work) {
+  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is a write error like any other
+  try {
+    app_.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app_.exit(error) == 0 ? kSuccess : kBadUsage;
+  }
+  started_ = seconds();
+  int code = kBadInput;
+  try {
+    code = work();
+  } catch (const std::exception& error) {
+    if (progress_shown_) std::fputs("\r\033[K", stderr);
+    progress_shown_ = false;
+    fmt::print(stderr, "{}: {}\n", name_, error.what());
+  }
+  if (progress_shown_) std::fputs("\r\033[K", stderr);
+  return code;
+}
+
+void Command::warn(const std::string& message) const {
+  if (!quiet) fmt::print(stderr, "{}: {}\n", name_, message);
+}
+
+void Command::tell(const std::string& message) const {
+  if (verbose) fmt::print(stderr, "{}", message);
+}
+
+void Command::progress(const std::string& message) {
+  if (quiet || !isatty(STDERR_FILENO) || seconds() - started_ < 1.0) return;
+  fmt::print(stderr, "\r\033[K{}: {} ...", name_, message);
+  std::fflush(stderr);
+  progress_shown_ = true;
+}
+
+RobotFile Command::robot(const std::string& path) {
+  RobotFile file = read_robot(path);
+  inputs_.emplace_back(file.name, file.sha256);
+  return file;
+}
+
+Campaign Command::campaign(const std::string& path, const Robot& robot) {
+  progress("reading measurements");
+  CampaignFile file = read_campaign(path);
+  inputs_.emplace_back(file.campaign.source, file.sha256);
+  if (!file.unknown_columns.empty()) {
+    std::string list;
+    for (const std::string& column : file.unknown_columns)
+      list += (list.empty() ? "" : ", ") + column;
+    warn("columns not used: " + list);
+  }
+  if (file.campaign.skipped_rows > 0)
+    warn(fmt::format("{} rows without a measurement skipped", file.campaign.skipped_rows));
+  for (const std::string& name : file.campaign.target_names)
+    if (std::none_of(robot.chain.targets.begin(), robot.chain.targets.end(),
+                     [&](const Target& target) { return target.name == name; }))
+      throw InputError(file.campaign.source + ": the target '" + name +
+                       "' is not in the robot file; add its offset under 'targets'");
+  if (const auto findings = diagnose(robot, file.campaign); !findings.empty())
+    throw InputError(file.campaign.source + ": " + findings.front());
+  return std::move(file.campaign);
+}
+
+Provenance Command::provenance() const { return {name_, ARMTRUE_VERSION, inputs_}; }
+
+std::vector<std::string> split_list(const std::string& text) {
+  std::vector<std::string> items;
+  size_t begin = 0;
+  while (begin <= text.size()) {
+    const size_t end = std::min(text.find(',', begin), text.size());
+    if (end > begin) items.push_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return items;
+}
+
+Catalogue catalogue(const std::string& path) {
+  extern const char* const kShippedCatalogue;
+  return path.empty() ? parse_catalogue(kShippedCatalogue, "the shipped catalogue")
+                      : read_catalogue(path);
+}
+
+}  // namespace armtrue::app

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <string>
+
+#include "armtrue/effects/catalogue.h"
+#include "armtrue/io/campaign_io.h"
+#include "armtrue/io/provenance.h"
+#include "armtrue/io/robot_io.h"
+
+namespace armtrue::app {
+
+/// Exit codes, the same for every command.
+inline constexpr int kSuccess = 0;
+inline constexpr int kBadInput = 1;  ///< bad data, or reading or writing failed
+inline constexpr int kBadUsage = 2;
+inline constexpr int kNotReached = 3;  ///< it ran, but a criterion failed
+
+/// One command: its options, those that all commands share, and its work. The constructor opens no
+/// file.
+class Command {
+ public:
+  Command(std::string name, const std::string& purpose, const std::string& example);
+
+  /// For the command's own options.
+  CLI::App& options() { return app_; }
+  /// The options that most commands need, each added on request.
+  void add_input(const std::string& what);
+  void add_output();
+  void add_seed();
+
+  std::string input = "-";
+  std::string output = "-";
+  std::uint64_t seed = 1;
+  bool verbose = false, quiet = false;
+
+  /// Parses the arguments and runs `work`, whose result is the exit code. Errors become a message
+  /// on stderr and their exit code.
+  int run(int argc, char** argv, const std::function<int()>& work);
+
+  /// A word to the user on stderr, unless -q.
+  void warn(const std::string& message) const;
+  /// Shown on stderr only with -v.
+  void tell(const std::string& message) const;
+  /// What is being done: on stderr, only on a terminal and only after a second of work.
+  void progress(const std::string& message);
+
+  /// Reads a robot and a campaign, keeps their sums for the provenance, and passes warnings on.
+  RobotFile robot(const std::string& path);
+  /// Throws InputError if the numbers give a mistake of units, frames or signs away.
+  Campaign campaign(const std::string& path, const Robot& robot);
+  Provenance provenance() const;
+
+ private:
+  std::string name_;
+  CLI::App app_;
+  std::vector<std::pair<std::string, std::string>> inputs_;
+  double started_ = 0;
+  bool progress_shown_ = false;
+};
+
+/// Splits `A1.alpha,A2.d` at its commas.
+std::vector<std::string> split_list(const std::string& text);
+
+/// The catalogue from a file, or the one that armtrue ships for "".
+Catalogue catalogue(const std::string& path);
+
+}  // namespace armtrue::app

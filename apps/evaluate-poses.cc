@@ -1,0 +1,47 @@
+#include <fmt/format.h>
+
+#include "armtrue/identification/calibration.h"
+#include "armtrue/identification/evaluation.h"
+#include "armtrue/io/output.h"
+#include "armtrue/io/report_io.h"
+#include "armtrue/io/units.h"
+#include "command_line.h"
+
+using namespace armtrue;
+
+int main(int argc, char** argv) {
+  app::Command command("evaluate-poses", "Errors of a robot model on measured poses.",
+                       "evaluate-poses --robot calibrated.yaml --refit base,tool other-cell.csv");
+  std::string robot_path, refit, residuals_path;
+  double max_error_mm = 0;
+  command.add_input("Measured poses");
+  command.add_output();
+  command.options().add_option("--robot", robot_path, "The robot to judge")->required();
+  command.options().add_option(
+      "--refit", refit, "Fit these first, as base,tool for a robot carried to another set-up");
+  command.options().add_option("--residuals", residuals_path,
+                               "Write the residual of every reading here");
+  command.options().add_option("--max-error-mm", max_error_mm, "Exit with 3 if the mean is larger");
+  return command.run(argc, argv, [&] {
+    Robot robot = command.robot(robot_path).robot;
+    const Campaign campaign = command.campaign(command.input, robot);
+    if (!refit.empty()) {
+      command.progress("refitting " + refit);
+      robot = refit_set_up(robot, campaign, app::split_list(refit));
+    }
+    const Evaluation evaluation = evaluate(robot, campaign);
+    if (!residuals_path.empty()) {
+      std::vector<ResidualRow> rows;
+      for (int row = 0; row < campaign.rows(); ++row)
+        rows.push_back({row, "all", evaluation.residuals[row]});
+      write_output(residuals_path, write_residuals(campaign, rows));
+    }
+    write_output(command.output, write_summary(evaluation, robot, campaign, command.provenance()));
+    const double mean = summarize(evaluation.position).mean / kMillimetre;
+    if (max_error_mm > 0 && mean > max_error_mm) {
+      command.warn(fmt::format("the mean error, {:.4g} mm, is above {:g} mm", mean, max_error_mm));
+      return app::kNotReached;
+    }
+    return app::kSuccess;
+  });
+}

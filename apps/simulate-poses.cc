@@ -1,0 +1,57 @@
+#include "armtrue/identification/simulation.h"
+#include "armtrue/io/output.h"
+#include "armtrue/io/units.h"
+#include "command_line.h"
+
+using namespace armtrue;
+
+int main(int argc, char** argv) {
+  app::Command command(
+      "simulate-poses", "Measured poses as a robot would give them.",
+      "simulate-poses --robot nominal.yaml --truth truth.yaml --count 60 --repeats 3 "
+      "--noise-mm 0.095 --noise-mrad 0.15 > measured.csv");
+  std::string robot_path, truth_path;
+  SimulationOptions simulation;
+  double noise_mm = 0, noise_mrad = 0;
+  bool points = false;
+  std::vector<double> box;
+  std::string order = "random";
+  command.add_output();
+  command.add_seed();
+  CLI::App& options = command.options();
+  options.add_option("--robot", robot_path, "The robot that is commanded")->required();
+  options.add_option("--truth", truth_path, "The robot that is measured; the same if absent");
+  options.add_option("--count", simulation.poses, "Number of poses")
+      ->required()
+      ->check(CLI::Range(1, 10000000));
+  options.add_option("--repeats", simulation.repeats, "Visits of each pose")
+      ->check(CLI::Range(1, 1000));
+  options.add_option("--noise-mm", noise_mm, "Noise of the position, per axis")
+      ->check(CLI::NonNegativeNumber);
+  options.add_option("--noise-mrad", noise_mrad, "Noise of the orientation, per axis")
+      ->check(CLI::NonNegativeNumber);
+  options.add_option("--blunders", simulation.blunders, "Share of readings 2 to 20 mm off")
+      ->check(CLI::Range(0.0, 0.5));
+  options.add_flag("--points", points, "Positions only");
+  options.add_option("--order", order, "Order of the visits: random, or sorted by the first joint")
+      ->check(CLI::IsMember({"random", "sorted"}))
+      ->capture_default_str();
+  options.add_option("--box-mm", box, "Working box x0,x1,y0,y1,z0,z1 in R_A")
+      ->delimiter(',')
+      ->expected(6);
+  return command.run(argc, argv, [&] {
+    const Robot robot = command.robot(robot_path).robot;
+    const Robot truth = truth_path.empty() ? robot : command.robot(truth_path).robot;
+    simulation.noise_position = noise_mm * kMillimetre;
+    simulation.noise_orientation = noise_mrad * kMilliradian;
+    simulation.orientation = !points;
+    simulation.order = order == "random" ? VisitOrder::random : VisitOrder::sorted;
+    simulation.seed = command.seed;
+    if (!box.empty())
+      simulation.box = Box{Eigen::Vector3d(box[0], box[2], box[4]) * kMillimetre,
+                           Eigen::Vector3d(box[1], box[3], box[5]) * kMillimetre};
+    command.progress("simulating");
+    write_output(command.output, write_campaign(simulate(robot, truth, simulation)));
+    return app::kSuccess;
+  });
+}

@@ -1,0 +1,11 @@
+# The layers are static libraries: whoever links them needs what they link.
+include(CMakeFindDependencyMacro)
+find_dependency(Eigen3 3.4)
+find_dependency(Boost 1.74)
+find_dependency(Ceres)
+find_dependency(yaml-cpp)
+find_dependency(fmt)
+find_dependency(OpenSSL)
+find_dependency(Threads)
+find_dependency(urdfdom)
+include(${CMAKE_CURRENT_LIST_DIR}/armtrueTargets.cmake)
