@@ -330,7 +330,7 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
     solution = solve(model, law, priors, options.max_iterations, 1e-7, x);
     solution.iterations += iterations;
   } else {
-    solution = fit(model, law, priors, options, 1e-14, x);
+    solution = fit(model, law, priors, options, 1e-12, x);
   }
   result.set = set;
   result.change = x;

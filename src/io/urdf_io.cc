@@ -50,15 +50,14 @@ std::string link_xml(const std::string& name, const std::string& content = "") {
 // The bodies of one link as one, with no moment of inertia: statics need none.
 std::string inertial_xml(const Robot& robot, int link) {
   double mass = 0;
-  Vector3d moment = Vector3d::Zero();
+  Pose centre;
   for (const Body& body : robot.bodies)
     if (body.link == link) {
       mass += body.mass_kg;
-      moment += body.mass_kg * body.centre;
+      // Running mean: a single body keeps its centre to the last digit.
+      centre.translation += (body.mass_kg / mass) * (body.centre - centre.translation);
     }
   if (mass == 0) return "";
-  Pose centre;
-  centre.translation = moment / mass;
   return fmt::format(
       "    <inertial>{}<mass value=\"{}\"/><inertia ixx=\"0\" ixy=\"0\" ixz=\"0\" iyy=\"0\" "
       "iyz=\"0\" izz=\"0\"/></inertial>\n",
