@@ -1,0 +1,204 @@
+#include <ceres/jet.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <kdl/chain.hpp>
+#include <kdl/chainfksolverpos_recursive.hpp>
+#include <numbers>
+
+#include "armtrue/io/robot_io.h"
+#include "armtrue/kinematics/evaluator.h"
+#include "support/autodiff_chain.h"
+#include "support/random_chain.h"
+
+namespace armtrue {
+namespace {
+
+using armtrue_oracle::Uniform;
+
+KinematicChain random_chain(Uniform& uniform, bool with_beta) {
+  KinematicChain chain;
+  for (Link& link : chain.links) {
+    link.alpha = uniform(-3, 3);
+    link.d = uniform(-1.5, 1.5);
+    link.theta = uniform(-3, 3);
+    link.r = uniform(-1.5, 1.5);
+    link.beta = with_beta ? uniform(-0.3, 0.3) : 0;
+    link.sign = uniform(0, 1) < 0.5 ? -1 : 1;
+    link.name = "L" + std::to_string(&link - chain.links.data() + 1);
+  }
+  for (Pose* pose : {&chain.base, &chain.tool}) {
+    pose->rotation = rotation_exp({uniform(-2, 2), uniform(-1, 1), uniform(-1, 1)});
+    pose->translation = {uniform(-2, 2), uniform(-2, 2), uniform(-2, 2)};
+  }
+  return chain;
+}
+
+JointVector random_angles(Uniform& uniform) {
+  JointVector q;
+  for (int j = 0; j < kJoints; ++j) q[j] = uniform(-3, 3);
+  return q;
+}
+
+// KDL's own modified Denavit-Hartenberg segments (Craig), which know no beta.
+Pose kdl_pose(const KinematicChain& chain, const JointVector& q) {
+  KDL::Chain arm;
+  KDL::JntArray angles(kJoints);
+  KDL::Frame before = KDL::Frame::Identity();
+  for (int j = 0; j < kLinks; ++j) {
+    const Link& link = chain.links[j];
+    // Craig's frame before the joint turns, then the joint about its z.
+    before = before * KDL::Frame::DH_Craig1989(link.d, link.alpha, link.r, link.theta);
+    if (j == kJoints) break;
+    arm.addSegment(KDL::Segment(KDL::Joint(KDL::Joint::None), before));
+    arm.addSegment(KDL::Segment(KDL::Joint(KDL::Joint::RotZ, link.sign), KDL::Frame::Identity()));
+    before = KDL::Frame::Identity();
+    angles(static_cast<unsigned>(j)) = q[j];
+  }
+  arm.addSegment(KDL::Segment(KDL::Joint(KDL::Joint::None), before));
+  KDL::ChainFkSolverPos_recursive solver(arm);
+  KDL::Frame frame;
+  solver.JntToCart(angles, frame);
+  Pose pose;
+  for (int i = 0; i < 3; ++i) {
+    pose.translation[i] = frame.p[i];
+    for (int k = 0; k < 3; ++k) pose.rotation(i, k) = frame.M(i, k);
+  }
+  return chain.base * pose * chain.tool;
+}
+
+TEST(Chain, EqualsKdlOnRandomChains) {
+  Uniform uniform(11);
+  for (int i = 0; i < 200; ++i) {
+    const KinematicChain chain = random_chain(uniform, false);
+    const JointVector q = random_angles(uniform);
+    const Pose own = ChainEvaluator(chain).pose(q), kdl = kdl_pose(chain, q);
+    EXPECT_LT((own.translation - kdl.translation).norm(), 1e-12);
+    EXPECT_LT((own.rotation - kdl.rotation).norm(), 1e-12);
+  }
+}
+
+TEST(Chain, FlangeOfTheKr360StandsWhereThePublishedCheckSays) {
+  const Robot robot = read_robot(ARMTRUE_CONFIG "/robots/kr360.yaml").robot;
+  JointVector q = JointVector::Zero();
+  q[1] = -std::numbers::pi / 2;
+  q[2] = std::numbers::pi / 4;
+  const Eigen::Vector3d flange = ChainEvaluator(robot.chain).pose(q).translation * 1000;
+  EXPECT_NEAR(flange.x(), 1468.736, 1e-3);
+  EXPECT_NEAR(flange.y(), 0, 1e-3);
+  EXPECT_NEAR(flange.z(), 3235.955, 1e-3);
+}
+
+TEST(Chain, BothEncoderZerosOfTheKr360AreTheSameArm) {
+  const Robot kuka = read_robot(ARMTRUE_CONFIG "/robots/kr360.yaml").robot;
+  const Robot eq1 = read_robot(ARMTRUE_CONFIG "/robots/kr360-eq1-zero.yaml").robot;
+  Uniform uniform(12);
+  for (int i = 0; i < 20; ++i) {
+    const JointVector q = random_angles(uniform);
+    JointVector shifted = q;
+    for (int j = 0; j < kJoints; ++j)
+      shifted[j] += kuka.chain.links[j].theta - eq1.chain.links[j].theta;
+    EXPECT_LT((ChainEvaluator(kuka.chain).pose(q).translation -
+               ChainEvaluator(eq1.chain).pose(shifted).translation)
+                  .norm(),
+              1e-12);
+  }
+}
+
+using Jet = ceres::Jet<double, kGeometricParameters>;
+
+Eigen::Matrix4d matrix(const Pose& pose) {
+  Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
+  m.topLeftCorner<3, 3>() = pose.rotation;
+  m.topRightCorner<3, 1>() = pose.translation;
+  return m;
+}
+
+// d(pose)/d(parameters) of the independent chain; rotation rows are the axial part of dR R^T.
+PoseJacobian autodiff_jacobian(const KinematicChain& chain, const JointVector& q,
+                               const Eigen::Vector3d& point) {
+  Jet p[kGeometricParameters];
+  double sign[kJoints];
+  for (int k = 0; k < kGeometricParameters; ++k) p[k] = Jet(0.0, k);
+  for (int j = 0; j < kLinks; ++j) {
+    const Link& link = chain.links[j];
+    const double values[] = {link.alpha, link.d, link.theta, link.r, link.beta};
+    for (int i = 0; i < 5; ++i) p[link_parameter(j, LinkParameter::alpha) + i].a = values[i];
+    if (j < kJoints) sign[j] = link.sign;
+  }
+  const auto frame =
+      armtrue_oracle::chain<Jet>(p, q.data(), sign, matrix(chain.base), matrix(chain.tool));
+  PoseJacobian jacobian;
+  for (int k = 0; k < kGeometricParameters; ++k) {
+    Eigen::Matrix3d r, dr;
+    for (int i = 0; i < 3; ++i) {
+      jacobian(i, k) = frame(i, 3).v[k];
+      for (int c = 0; c < 3; ++c) {
+        r(i, c) = frame(i, c).a;
+        dr(i, c) = frame(i, c).v[k];
+        jacobian(i, k) += frame(i, c).v[k] * point[c];
+      }
+    }
+    const Eigen::Matrix3d spin = dr * r.transpose();
+    jacobian.col(k).tail<3>() << spin(2, 1), spin(0, 2), spin(1, 0);
+  }
+  return jacobian;
+}
+
+void expect_same_columns(const KinematicChain& chain, const PoseJacobian& own,
+                         const PoseJacobian& expected) {
+  for (int k = 0; k < kGeometricParameters; ++k)
+    EXPECT_LT((own.col(k) - expected.col(k)).norm(), 1e-9 * (expected.col(k).norm() + 1e-3))
+        << "column " << parameter_name(chain, k);
+}
+
+TEST(Jacobian, EveryColumnEqualsAutodiff) {
+  Uniform uniform(13);
+  for (int i = 0; i < 50; ++i) {
+    const KinematicChain chain = random_chain(uniform, true);
+    const JointVector q = random_angles(uniform);
+    PoseJacobian own;
+    const Pose pose = ChainEvaluator(chain).pose(q, own);
+    expect_same_columns(chain, own, autodiff_jacobian(chain, q, Eigen::Vector3d::Zero()));
+    // The same for a reflector off the tool's origin.
+    const Eigen::Vector3d target(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));
+    move_to_point(own, pose.rotation * target);
+    expect_same_columns(chain, own, autodiff_jacobian(chain, q, target));
+  }
+}
+
+TEST(Jacobian, OffsetsEqualAChainWithMovedParameters) {
+  Uniform uniform(14);
+  for (int i = 0; i < 50; ++i) {
+    const KinematicChain chain = random_chain(uniform, true);
+    const JointVector q = random_angles(uniform);
+    ParameterOffsets offsets = ParameterOffsets::Zero();
+    KinematicChain moved = chain;
+    for (int k = 0; k < kGeometricParameters; ++k) {
+      // One turn each of base and tool: rotation vectors do not add component by component.
+      const bool turn = k == 4 || k == 5 || k == kToolParameters + 3 || k == kToolParameters + 4;
+      if (turn) continue;
+      offsets[k] = uniform(-0.01, 0.01);
+      move_parameter(moved, k, offsets[k]);
+    }
+    PoseJacobian own, expected;
+    const Pose a = ChainEvaluator(chain).pose(q, offsets, own);
+    const Pose b = ChainEvaluator(moved).pose(q, expected);
+    EXPECT_LT((a.translation - b.translation).norm(), 1e-13);
+    EXPECT_LT((a.rotation - b.rotation).norm(), 1e-13);
+    expect_same_columns(chain, own, expected);
+  }
+}
+
+TEST(Parameters, NamesFindTheirIndexAndMoveWhatTheySay) {
+  Uniform uniform(15);
+  KinematicChain chain = random_chain(uniform, true);
+  chain.targets.push_back({"7", {0, 0, 0}});
+  for (int k = 0; k < parameter_count(chain); ++k)
+    EXPECT_EQ(find_parameter(chain, parameter_name(chain, k)), k) << parameter_name(chain, k);
+  EXPECT_FALSE(find_parameter(chain, "L8.alpha"));
+  EXPECT_EQ(find_parameter(chain, "target 7.y"), kTargetParameters + 1);
+}
+
+}  // namespace
+}  // namespace armtrue

@@ -1,0 +1,365 @@
+#include "oracle.h"
+
+#include <yaml-cpp/yaml.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iomanip>
+#include <stdexcept>
+
+namespace armtrue_oracle {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kDeg = kPi / 180;
+constexpr double kSecondsPerVisit = 20;
+
+KDL::Rotation abc(double a, double b, double c) { return KDL::Rotation::RPY(c, b, a); }
+
+KDL::Frame read_frame(const YAML::Node& node) {
+  const auto value = [&](const char* key) { return node[key].as<double>(); };
+  return {abc(value("a_deg") * kDeg, value("b_deg") * kDeg, value("c_deg") * kDeg),
+          KDL::Vector(value("x_mm"), value("y_mm"), value("z_mm")) / 1000};
+}
+
+KDL::Frame link_frame(const OracleLink& link, double q) {
+  return KDL::Frame(KDL::Rotation::RotY(link.beta)) * KDL::Frame(KDL::Rotation::RotX(link.alpha)) *
+         KDL::Frame(KDL::Vector(link.d, 0, 0)) *
+         KDL::Frame(KDL::Rotation::RotZ(link.theta + link.sign * q)) *
+         KDL::Frame(KDL::Vector(0, 0, link.r));
+}
+
+// The parameters of an arm as one list, for the numeric Jacobian of the refit.
+std::vector<double*> parameters(OracleArm& arm) {
+  std::vector<double*> list;
+  for (OracleLink& link : arm.links)
+    for (double* value : {&link.alpha, &link.d, &link.theta, &link.r, &link.beta}) list.push_back(value);
+  return list;
+}
+
+Eigen::Matrix<double, 6, 1> difference(const KDL::Frame& from, const KDL::Frame& to) {
+  const KDL::Vector turn = KDL::diff(from.M, to.M);
+  Eigen::Matrix<double, 6, 1> d;
+  for (int i = 0; i < 3; ++i) {
+    d[i] = to.p[i] - from.p[i];
+    d[i + 3] = turn[i];
+  }
+  return d;
+}
+
+struct Visit {
+  int pose, repeat;
+  Moment moment;
+};
+
+OracleArm changed(const OracleArm& arm, const HiddenEffect& effect, const Moment& moment,
+                  double amplitude) {
+  if (!effect || amplitude == 0) return arm;
+  OracleArm unit = arm;
+  effect(moment, unit);
+  // Effects are small: scale what the unit effect changed.
+  OracleArm scaled = arm;
+  std::vector<double*> to = parameters(scaled), from = parameters(unit);
+  OracleArm original = arm;
+  const std::vector<double*> base = parameters(original);
+  for (size_t k = 0; k < to.size(); ++k) *to[k] = *base[k] + amplitude * (*from[k] - *base[k]);
+  const KDL::Twist twist = KDL::diff(arm.base, unit.base);
+  scaled.base = KDL::addDelta(arm.base, twist * amplitude);
+  return scaled;
+}
+
+// Share of an effect that a geometric refit leaves: RMS of position, and of orientation.
+std::pair<double, double> left_after_refit(const OracleArm& arm, const std::vector<Visit>& visits,
+                                           const HiddenEffect& effect) {
+  constexpr double kStep = 1e-6;
+  const int n = static_cast<int>(visits.size());
+  OracleArm moved = arm;
+  const std::vector<double*> list = parameters(moved);
+  const int columns = static_cast<int>(list.size()) + 12;
+  Eigen::MatrixXd jacobian(6 * n, columns);
+  Eigen::VectorXd signal(6 * n);
+  for (int v = 0; v < n; ++v) {
+    const auto& q = visits[v].moment.q;
+    const KDL::Frame here = forward(arm, q);
+    for (size_t k = 0; k < list.size(); ++k) {
+      const double old = *list[k];
+      *list[k] = old + kStep;
+      jacobian.col(static_cast<int>(k)).segment<6>(6 * v) = difference(here, forward(moved, q)) / kStep;
+      *list[k] = old;
+    }
+    for (int k = 0; k < 6; ++k) {
+      KDL::Twist twist = KDL::Twist::Zero();
+      twist[k] = kStep;
+      OracleArm base = arm, tool = arm;
+      base.base = KDL::addDelta(arm.base, twist);
+      tool.tool = KDL::addDelta(arm.tool, twist);
+      jacobian.col(columns - 12 + k).segment<6>(6 * v) = difference(here, forward(base, q)) / kStep;
+      jacobian.col(columns - 6 + k).segment<6>(6 * v) = difference(here, forward(tool, q)) / kStep;
+    }
+    // A small share of the unit effect, so that the difference stays linear.
+    constexpr double kShare = 1e-3;
+    signal.segment<6>(6 * v) =
+        difference(here, forward(changed(arm, effect, visits[v].moment, kShare), q)) / kShare;
+  }
+  const Eigen::VectorXd left =
+      signal - jacobian * jacobian.completeOrthogonalDecomposition().solve(signal);
+  double position = 0, orientation = 0;
+  for (int v = 0; v < n; ++v) {
+    position += left.segment<3>(6 * v).squaredNorm();
+    orientation += left.segment<3>(6 * v + 3).squaredNorm();
+  }
+  return {std::sqrt(position / n), std::sqrt(orientation / n)};
+}
+
+std::vector<Visit> plan_visits(const OracleArm& arm, int poses, int repeats, Dice& dice) {
+  std::vector<std::array<double, 6>> commanded;
+  while (static_cast<int>(commanded.size()) < poses) {
+    std::array<double, 6> q{};
+    for (int j = 0; j < 6; ++j) {
+      // Within the middle of the travel, and less than half a turn of the wrist, as cells are.
+      const double low = std::max(arm.links[j].min, -kPi), high = std::min(arm.links[j].max, kPi);
+      q[j] = dice.uniform(0.95 * low, 0.95 * high);
+    }
+    if (forward(arm, q).p.z() > 0.4) commanded.push_back(q);  // above the floor
+  }
+  std::vector<Visit> visits;
+  std::array<double, 6> last{};
+  for (int repeat = 1; repeat <= repeats; ++repeat) {
+    std::vector<int> order(static_cast<size_t>(poses));
+    for (int pose = 0; pose < poses; ++pose) order[static_cast<size_t>(pose)] = pose;
+    for (int i = poses - 1; i > 0; --i)
+      std::swap(order[static_cast<size_t>(i)], order[static_cast<size_t>(dice.below(i + 1))]);
+    for (int pose : order) {
+      Visit visit{pose, repeat, moment_of(arm, commanded[static_cast<size_t>(pose)])};
+      visit.moment.time_s = kSecondsPerVisit * static_cast<double>(visits.size());
+      for (size_t j = 0; j < 6; ++j) visit.moment.arrival[j] = visit.moment.q[j] >= last[j] ? 1 : -1;
+      last = visit.moment.q;
+      visits.push_back(visit);
+    }
+  }
+  return visits;
+}
+
+OracleArm true_arm(const OracleArm& nominal, Dice& dice) {
+  OracleArm arm = nominal;
+  for (OracleLink& link : arm.links) {
+    for (double* angle : {&link.alpha, &link.theta, &link.beta}) *angle += 3e-4 * dice.normal();
+    for (double* length : {&link.d, &link.r}) *length += 4e-4 * dice.normal();
+  }
+  const auto twist = [&] {
+    KDL::Twist t;
+    for (int i = 0; i < 3; ++i) t[i] = 2e-3 * dice.normal();
+    for (int i = 3; i < 6; ++i) t[i] = 1e-3 * dice.normal();
+    return t;
+  };
+  arm.base = KDL::addDelta(arm.base, twist());
+  arm.tool = KDL::addDelta(arm.tool, twist());
+  for (OracleMass& mass : arm.masses) {
+    mass.kg *= 1 + (dice.below(2) ? 1 : -1) * dice.uniform(0.1, 0.3);
+    mass.centre = mass.centre + KDL::Vector(dice.uniform(-0.03, 0.03), dice.uniform(-0.03, 0.03),
+                                            dice.uniform(-0.03, 0.03));
+  }
+  return arm;
+}
+
+void write_csv(const std::string& path, const OracleArm& arm, const std::vector<Visit>& visits,
+               const Hidden& truth, double amplitude, const CampaignPlan& plan, Dice& dice,
+               double& mean_noise_mm) {
+  std::ofstream out(path);
+  out << "pose,repeat,t_s,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,z_mm";
+  if (plan.orientation) out << ",a_deg,b_deg,c_deg";
+  out << ",dir1,dir2,dir3,dir4,dir5,dir6\n" << std::setprecision(12);
+  double sum = 0;
+  for (const Visit& visit : visits) {
+    KDL::Frame frame =
+        forward(changed(arm, truth.effect, visit.moment, amplitude), visit.moment.q);
+    KDL::Vector noise;
+    for (int i = 0; i < 3; ++i) noise[i] = 1e-3 * plan.noise_mm * dice.normal();
+    sum += 1000 * noise.Norm();
+    if (dice.uniform(0, 1) < plan.blunders)
+      for (int i = 0; i < 3; ++i) noise[i] += 5e-3 * dice.normal();
+    frame.p = frame.p + noise;
+    KDL::Vector turn;
+    for (int i = 0; i < 3; ++i) turn[i] = 1e-3 * plan.noise_mrad * dice.normal();
+    frame.M = KDL::addDelta(frame.M, turn);
+    out << visit.pose + 1 << ',' << visit.repeat << ',' << visit.moment.time_s;
+    for (double q : visit.moment.q) out << ',' << q / kDeg;
+    for (int i = 0; i < 3; ++i) out << ',' << 1000 * frame.p[i];
+    if (plan.orientation) {
+      double roll, pitch, yaw;
+      frame.M.GetRPY(roll, pitch, yaw);
+      out << ',' << yaw / kDeg << ',' << pitch / kDeg << ',' << roll / kDeg;
+    }
+    for (int direction : visit.moment.arrival) out << ',' << direction;
+    out << '\n';
+  }
+  if (!out.flush()) throw std::runtime_error("cannot write " + path);
+  mean_noise_mm = sum / static_cast<double>(visits.size());
+}
+
+std::string joint_text(int j) { return std::to_string(j + 1); }
+
+}  // namespace
+
+OracleArm read_arm(const std::string& path) {
+  const YAML::Node root = YAML::LoadFile(path);
+  OracleArm arm;
+  arm.base = read_frame(root["base"]);
+  arm.tool = read_frame(root["tool"]);
+  std::vector<std::string> names;
+  for (size_t j = 0; j < 7; ++j) {
+    const YAML::Node node = root["links"][j];
+    names.push_back(node["name"].as<std::string>());
+    const auto value = [&](const char* key) { return node[key] ? node[key].as<double>() : 0.0; };
+    OracleLink& link = arm.links[j];
+    link = {value("alpha_deg") * kDeg, value("d_mm") / 1000,    value("theta_deg") * kDeg,
+            value("r_mm") / 1000,      value("beta_deg") * kDeg, j < 6 ? value("sign") : 0,
+            value("min_deg") * kDeg,   value("max_deg") * kDeg};
+  }
+  for (const YAML::Node& node : root["masses"]) {
+    OracleMass mass;
+    const auto name = node["link"].as<std::string>();
+    mass.link = static_cast<int>(std::find(names.begin(), names.end(), name) - names.begin());
+    mass.kg = node["mass_kg"].as<double>();
+    const YAML::Node c = node["com_mm"];
+    mass.centre = KDL::Vector(c[0].as<double>(), c[1].as<double>(), c[2].as<double>()) / 1000;
+    arm.masses.push_back(mass);
+  }
+  return arm;
+}
+
+KDL::Frame forward(const OracleArm& arm, const std::array<double, 6>& q) {
+  KDL::Frame frame = arm.base;
+  for (size_t j = 0; j < 7; ++j) frame = frame * link_frame(arm.links[j], j < 6 ? q[j] : 0);
+  return frame * arm.tool;
+}
+
+Moment moment_of(const OracleArm& arm, const std::array<double, 6>& q) {
+  Moment moment;
+  moment.q = q;
+  std::array<KDL::Frame, 7> frames;
+  KDL::Frame frame = KDL::Frame::Identity();
+  for (size_t j = 0; j < 7; ++j) frames[j] = frame = frame * link_frame(arm.links[j], j < 6 ? q[j] : 0);
+  moment.overturning = KDL::Vector::Zero();
+  for (const OracleMass& mass : arm.masses) {
+    const KDL::Vector centre = frames[static_cast<size_t>(mass.link)] * mass.centre;
+    const KDL::Vector weight = mass.kg * arm.gravity;
+    moment.overturning = moment.overturning + centre * weight;
+    for (size_t j = 0; j < 6; ++j)
+      if (mass.link >= static_cast<int>(j))
+        moment.torque[j] += KDL::dot(frames[j].M.UnitZ(), (centre - frames[j].p) * weight);
+  }
+  return moment;
+}
+
+double Dice::uniform(double low, double high) {
+  return low + (high - low) * (static_cast<double>(engine_()) + 0.5) / 4294967296.0;
+}
+
+double Dice::normal() {
+  const double radius = std::sqrt(-2 * std::log(uniform(0, 1)));
+  return radius * std::cos(2 * kPi * uniform(0, 1));
+}
+
+std::vector<std::string> families() {
+  return {"null",  "compliance", "harmonic", "ratio", "coupling", "backlash",  "thermal",
+          "drift", "knock",      "remaster", "tilt",  "wobble",   "x-product", "x-bump"};
+}
+
+Hidden hidden(const std::string& family, Dice& dice, double duration_s) {
+  const auto on_theta = [&](int j, std::string driver, std::function<double(const Moment&)> law) {
+    return Hidden{family, "A" + joint_text(j) + ".theta", std::move(driver),
+                  [j, law](const Moment& m, OracleArm& arm) {
+                    arm.links[static_cast<size_t>(j)].theta += law(m);
+                  }};
+  };
+  const auto angle = [](int j) { return "joint-angle " + joint_text(j); };
+  if (family == "null") return {family, "", "", {}};
+  if (family == "compliance") {
+    const int j = 1 + dice.below(2);
+    return on_theta(j, "gravity-torque " + joint_text(j),
+                    [j](const Moment& m) { return 1e-6 * m.torque[static_cast<size_t>(j)]; });
+  }
+  if (family == "harmonic") {
+    const int j = dice.below(2) ? 0 : 3;
+    const double phase = dice.uniform(0, 2 * kPi);
+    return on_theta(j, angle(j),
+                    [j, phase](const Moment& m) { return std::sin(m.q[static_cast<size_t>(j)] + phase); });
+  }
+  if (family == "ratio")
+    return on_theta(4, angle(4), [](const Moment& m) { return m.q[4]; });
+  if (family == "coupling")
+    return on_theta(4, angle(3), [](const Moment& m) { return m.q[3]; });
+  if (family == "backlash") {
+    const int j = dice.below(3);
+    return on_theta(j, "arrival " + joint_text(j), [j](const Moment& m) {
+      return 0.5 * m.arrival[static_cast<size_t>(j)];
+    });
+  }
+  if (family == "thermal") {
+    const double tau = dice.uniform(0.2, 0.5) * duration_s;
+    return {family, "A4.r", "time", [tau](const Moment& m, OracleArm& arm) {
+              arm.links[3].r += 1 - std::exp(-m.time_s / tau);
+            }};
+  }
+  if (family == "drift" || family == "knock") {
+    KDL::Twist way;
+    for (int i = 0; i < 3; ++i) way[i] = dice.normal();
+    for (int i = 3; i < 6; ++i) way[i] = 0.2 * dice.normal();
+    const double at = dice.uniform(0.35, 0.65) * duration_s;
+    const bool step = family == "knock";
+    return {family, "base", "time", [=](const Moment& m, OracleArm& arm) {
+              const double size = step ? (m.time_s >= at ? 1.0 : 0.0) : m.time_s / duration_s;
+              arm.base = KDL::addDelta(arm.base, way * (1e-3 * size));
+            }};
+  }
+  if (family == "remaster") {
+    const int j = 1 + dice.below(4);
+    const double at = dice.uniform(0.35, 0.65) * duration_s;
+    return on_theta(j, "time", [at](const Moment& m) { return m.time_s >= at ? 1.0 : 0.0; });
+  }
+  if (family == "tilt")
+    return {family, "base", "moment", [](const Moment& m, OracleArm& arm) {
+              arm.base = KDL::Frame(KDL::Rot(arm.base.M * m.overturning * 1e-7) * arm.base.M, arm.base.p);
+            }};
+  if (family == "wobble")
+    return {family, "A5.alpha", angle(3),
+            [](const Moment& m, OracleArm& arm) { arm.links[4].alpha += std::sin(m.q[3]); }};
+  if (family == "x-product")
+    return on_theta(2, "joint-angle 1,4",
+                    [](const Moment& m) { return std::sin(m.q[0]) * std::sin(m.q[3]); });
+  if (family == "x-bump")
+    return on_theta(4, angle(4), [](const Moment& m) {
+      const double u = (m.q[4] - 40 * kDeg) / (25 * kDeg);
+      return std::exp(-0.5 * u * u);
+    });
+  throw std::invalid_argument("no family " + family);
+}
+
+Written write_campaign(const OracleArm& nominal, const std::string& family, double size_mm,
+                       const CampaignPlan& plan, const std::string& directory) {
+  Dice dice(plan.seed);
+  const OracleArm arm = true_arm(nominal, dice);
+  const std::vector<Visit> visits = plan_visits(arm, 2 * plan.poses, plan.repeats, dice);
+  Written written;
+  written.truth = hidden(family, dice, visits.back().moment.time_s);
+  if (written.truth.effect) {
+    const auto [position, orientation] = left_after_refit(arm, visits, written.truth.effect);
+    const bool moves_points = position > 0.2 * orientation;
+    written.amplitude = moves_points ? 1e-3 * size_mm / position : 1e-3 * size_mm / orientation;
+  }
+  // Every second pose takes no part; its visits stand among the others in time.
+  std::vector<Visit> train, test;
+  for (const Visit& visit : visits) (visit.pose % 2 == 0 ? train : test).push_back(visit);
+  double unused = 0;
+  CampaignPlan clean = plan;
+  clean.blunders = 0;
+  write_csv(directory + "/train.csv", arm, train, written.truth, written.amplitude, plan, dice, unused);
+  write_csv(directory + "/test.csv", arm, test, written.truth, written.amplitude, clean, dice,
+            written.floor_mean_mm);
+  return written;
+}
+
+}  // namespace armtrue_oracle

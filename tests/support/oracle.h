@@ -1,0 +1,89 @@
+#pragma once
+
+// An arm simulated another way: KDL frames, weights summed in world axes, its own random numbers. The tests
+// give what it writes to the commands, which must find out what was hidden in it.
+
+#include <array>
+#include <functional>
+#include <kdl/frames.hpp>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace armtrue_oracle {
+
+struct OracleLink {
+  double alpha = 0, d = 0, theta = 0, r = 0, beta = 0, sign = 1, min = 0, max = 0;  // m, rad
+};
+struct OracleMass {
+  int link = 0;
+  double kg = 0;
+  KDL::Vector centre;
+};
+struct OracleArm {
+  KDL::Frame base, tool;
+  std::array<OracleLink, 7> links;
+  std::vector<OracleMass> masses;
+  KDL::Vector gravity{0, 0, -9.81};
+};
+
+/// Reads an armtrue-robot/1 file, as far as the oracle needs it.
+OracleArm read_arm(const std::string& path);
+
+/// What an effect may depend on.
+struct Moment {
+  std::array<double, 6> q{};
+  std::array<int, 6> arrival{};
+  double time_s = 0;
+  std::array<double, 6> torque{};   // of gravity about each joint [N m]
+  KDL::Vector overturning;          // of all weights about the base origin, axes of R_0 [N m]
+};
+/// An effect changes the arm for the moment of one reading.
+using HiddenEffect = std::function<void(const Moment&, OracleArm&)>;
+
+KDL::Frame forward(const OracleArm& arm, const std::array<double, 6>& q);
+Moment moment_of(const OracleArm& arm, const std::array<double, 6>& q);
+
+class Dice {
+ public:
+  explicit Dice(unsigned seed) : engine_(seed) {}
+  double uniform(double low, double high);
+  double normal();
+  int below(int n) { return static_cast<int>(engine_() % static_cast<unsigned>(n)); }
+
+ private:
+  std::mt19937 engine_;
+};
+
+struct CampaignPlan {
+  int poses = 60, repeats = 3;
+  double noise_mm = 0.095, noise_mrad = 0.15;
+  double blunders = 0;
+  bool orientation = true;
+  unsigned seed = 1;
+};
+
+struct Hidden {
+  std::string family;
+  std::string parameter, driver;  // as armtrue should name them; empty for none
+  HiddenEffect effect;            // of unit size
+};
+
+/// The families that the tests hide: null, compliance, harmonic, ratio, coupling, backlash, thermal, drift,
+/// knock, remaster, tilt, wobble, x-product, x-bump.
+std::vector<std::string> families();
+Hidden hidden(const std::string& family, Dice& dice, double duration_s);
+
+struct Written {
+  Hidden truth;
+  double amplitude = 0;
+  double floor_mean_mm = 0;  ///< mean error of the held-out readings against the true poses
+};
+
+/// Writes DIR/train.csv and DIR/test.csv: a true arm whose geometry differs from `nominal` by some 0.3 mm and
+/// 0.3 mrad everywhere, its masses by 10 to 30 %, and the hidden effect scaled so that `size_mm` RMS of it is
+/// left in position after the best geometric refit (in orientation, by 1 mrad per mm, where it moves no point).
+Written write_campaign(const OracleArm& nominal, const std::string& family, double size_mm,
+                       const CampaignPlan& plan, const std::string& directory);
+
+}  // namespace armtrue_oracle
