@@ -179,8 +179,12 @@ Pose RobotModel::pose(const Context& context) const {
 }
 
 Eigen::Vector3d RobotModel::point(const Context& context, int target) const {
-  const Pose measured = pose(context);
-  return target < 0 ? measured.translation : measured * targets_[target].position;
+  const Eigen::Vector3d position =
+      target < 0 ? Eigen::Vector3d::Zero() : targets_[static_cast<size_t>(target)].position;
+  if (effects_.empty()) return chain_.pose(context.q) * position;
+  const auto all = offsets(context);
+  return (1.0 + all[kInstrumentScale]) *
+         (chain_.pose(context.q, all.head<kGeometricParameters>()) * position);
 }
 
 }  // namespace armtrue

@@ -1,0 +1,129 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <cmath>
+
+#include "armtrue/effects/gravity.h"
+#include "armtrue/effects/robot_model.h"
+#include "armtrue/effects/sampling.h"
+#include "armtrue/io/robot_io.h"
+#include "armtrue/kinematics/parameters.h"
+#include "support/oracle.h"
+
+namespace armtrue {
+namespace {
+
+const std::string kRobotFile = ARMTRUE_CONFIG "/robots/kr360-spindle.yaml";
+
+double load(const Robot& robot, int parameter, const JointVector& q) {
+  const GravityLoad gravity(robot, parameter);
+  Context context;
+  context.q = q;
+  double value = 0;
+  gravity.values(context, ChainEvaluator(robot.chain).link_frames(q), &value);
+  return value;
+}
+
+// Weights summed in world axes by the oracle.
+TEST(Gravity, TorquesEqualTheOracles) {
+  const Robot robot = read_robot(kRobotFile).robot;
+  const auto arm = armtrue_oracle::read_arm(kRobotFile);
+  for (const JointVector& q : sample_joint_space(robot.chain, 30)) {
+    const auto moment = armtrue_oracle::moment_of(arm, {q[0], q[1], q[2], q[3], q[4], q[5]});
+    for (int j = 0; j < kJoints; ++j)
+      EXPECT_NEAR(load(robot, link_parameter(j, LinkParameter::theta), q),
+                  moment.torque[static_cast<size_t>(j)], 1e-8);
+    for (int i = 0; i < 3; ++i)
+      EXPECT_NEAR(load(robot, kBaseParameters + 3 + i, q), moment.overturning[i], 1e-8);
+  }
+}
+
+// The generalised force on any parameter is the fall of potential energy with it.
+TEST(Gravity, LoadIsTheGradientOfPotentialEnergy) {
+  const Robot robot = read_robot(kRobotFile).robot;
+  const auto energy = [&](const KinematicChain& chain, const JointVector& q) {
+    const ArmFrames frames = ChainEvaluator(chain).link_frames(q);
+    double sum = 0;
+    for (const Body& body : robot.bodies)
+      sum -= body.mass_kg * robot.gravity.dot(frames[body.link] * body.centre);
+    return sum;
+  };
+  const JointVector q = sample_joint_space(robot.chain, 5).back();
+  for (int k = kLinkParameters; k < kToolParameters; ++k) {
+    constexpr double kStep = 1e-6;
+    KinematicChain up = robot.chain, down = robot.chain;
+    move_parameter(up, k, kStep);
+    move_parameter(down, k, -kStep);
+    EXPECT_NEAR(load(robot, k, q), -(energy(up, q) - energy(down, q)) / (2 * kStep), 1e-4)
+        << parameter_name(robot.chain, k);
+  }
+}
+
+// Without masses the torque of any mass in arm and forearm lies in the span of the basis.
+TEST(Gravity, GenericBasisSpansTheArmsTorque) {
+  Robot robot = read_robot(kRobotFile).robot;
+  robot.bodies = {{1, 400, {-0.5, 0.03, 0.02}}, {2, 300, {0.03, -0.3, 0.01}}};
+  Robot massless = robot;
+  massless.bodies.clear();
+  const int parameter = link_parameter(1, LinkParameter::theta);
+  const GravityLoad generic(massless, parameter);
+  EXPECT_EQ(generic.value_count(), 4);  // sine and cosine of arm and forearm
+  EXPECT_EQ(GravityLoad(massless, link_parameter(0, LinkParameter::theta)).value_count(), 0);
+  const auto poses = sample_joint_space(robot.chain, 60);
+  Eigen::MatrixXd basis(60, generic.value_count() + 1);
+  Eigen::VectorXd torque(60);
+  for (int i = 0; i < 60; ++i) {
+    Context context;
+    context.q = poses[i];
+    Eigen::VectorXd values(generic.value_count());
+    generic.values(context, ChainEvaluator(robot.chain).link_frames(poses[i]), values.data());
+    basis.row(i) << values.transpose(), 1.0;
+    torque[i] = load(robot, parameter, poses[i]);
+  }
+  const Eigen::VectorXd left =
+      torque - basis * basis.completeOrthogonalDecomposition().solve(torque);
+  EXPECT_LT(left.norm(), 1e-8 * torque.norm());
+}
+
+TEST(RobotModel, AnEffectMovesItsParameter) {
+  Robot robot = read_robot(kRobotFile).robot;
+  Effect coupling{"wrist coupling", "A5.theta", *parse_driver("joint-angle 4"), *parse_shape("linear"), {}};
+  coupling.coefficients.push_back({"c", 0.01, 0, {0, 0}});
+  Robot with = robot;
+  with.effects.push_back(coupling);
+  Context context;
+  context.q << 0.1, -1.2, 0.7, 0.9, 0.4, -0.3;
+  move_parameter(robot.chain, link_parameter(4, LinkParameter::theta), 0.01 * 0.9);
+  const Pose expected = RobotModel(robot).pose(context), got = RobotModel(with).pose(context);
+  EXPECT_LT((expected.translation - got.translation).norm(), 1e-14);
+  EXPECT_LT((expected.rotation - got.rotation).norm(), 1e-14);
+}
+
+TEST(RobotModel, InstrumentScaleStretchesEveryReading) {
+  Robot robot = read_robot(kRobotFile).robot;
+  robot.chain.targets.push_back({"1", {0.1, 0.2, 0.3}});
+  Context context;
+  context.q << 0.1, -1.2, 0.7, 0.9, 0.4, -0.3;
+  const Eigen::Vector3d before = RobotModel(robot).point(context, 0);
+  robot.effects.push_back({"scale", "instrument.scale", *parse_driver("position"), *parse_shape("linear"),
+                           {{"c", 1e-4, 0, {0, 0}}}});
+  EXPECT_LT((RobotModel(robot).point(context, 0) - before * 1.0001).norm(), 1e-14);
+}
+
+TEST(RobotModel, WhatItLacksIsNamed) {
+  Robot robot = read_robot(kRobotFile).robot;
+  robot.effects.push_back({"growth", "A2.d", *parse_driver("temperature air"), *parse_shape("linear"),
+                           {{"c", 1e-5, 0, {0, 0}}}});
+  try {
+    const RobotModel model(robot);
+    FAIL() << "a missing temperature went unseen";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("temp_air_c"), std::string::npos) << error.what();
+  }
+  robot.effects[0].driver = *parse_driver("time");
+  robot.effects[0].coefficients.clear();
+  EXPECT_THROW(RobotModel{robot}, std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace armtrue

@@ -1,0 +1,88 @@
+#include "armtrue/effects/shape.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "armtrue/effects/driver.h"
+
+namespace armtrue {
+namespace {
+
+std::vector<double> values(const Shape& shape, double x) {
+  std::vector<double> out(static_cast<size_t>(value_count(shape)));
+  evaluate(shape, x, out.data());
+  return out;
+}
+
+TEST(Shape, NamesReadBack) {
+  for (const char* text : {"linear", "harmonic 1", "harmonic 47", "sign", "step", "exponential", "series"})
+    EXPECT_EQ(to_string(parse_shape(text).value()), text);
+  for (const char* text : {"", "harmonic", "harmonic 0", "harmonic x", "linear 2", "cubic"})
+    EXPECT_FALSE(parse_shape(text)) << text;
+}
+
+TEST(Driver, NamesReadBack) {
+  for (const char* text : {"joint-angle 4", "joint-angle 2,4", "gravity-torque 6", "arrival 1", "time",
+                           "temperature air", "payload", "force", "moment", "position"})
+    EXPECT_EQ(to_string(parse_driver(text).value()), text);
+  for (const char* text : {"", "joint-angle", "joint-angle 7", "arrival 1,2", "time 3", "temperature"})
+    EXPECT_FALSE(parse_driver(text)) << text;
+}
+
+TEST(Shape, StepAndExponentialFollowTheirInnerValues) {
+  Shape step;
+  step.kind = ShapeKind::step;
+  step.at = 5;
+  EXPECT_EQ(values(step, 4.999)[0], 0);
+  EXPECT_EQ(values(step, 5)[0], 1);
+  Shape growth;
+  growth.kind = ShapeKind::exponential;
+  growth.tau = 2;
+  EXPECT_DOUBLE_EQ(values(growth, 2)[0], 1 - std::exp(-1));
+}
+
+// Together with the one left out, splines sum to 1 and are never negative: check by the clamped end, where only
+// the missing one is left.
+TEST(Shape, SplinesAreAClampedBasis) {
+  Shape spline;
+  spline.kind = ShapeKind::series;
+  spline.basis = SeriesBasis::spline;
+  spline.count = 8;
+  spline.low[0] = -2;
+  spline.high[0] = 3;
+  EXPECT_DOUBLE_EQ(values(spline, -2)[0], 1);
+  double at_end = 0;
+  for (double v : values(spline, 3)) at_end += std::abs(v);
+  EXPECT_NEAR(at_end, 0, 1e-15);
+  double previous = 1;
+  for (double x = -2; x <= 3; x += 0.01) {
+    double sum = 0;
+    for (double v : values(spline, x)) {
+      EXPECT_GE(v, 0);
+      sum += v;
+    }
+    EXPECT_LE(sum, 1 + 1e-12);
+    EXPECT_NEAR(sum, previous, 0.05) << "jump at " << x;  // continuous
+    previous = sum;
+  }
+  EXPECT_EQ(values(spline, -9), values(spline, -2));  // clamped outside the range
+}
+
+TEST(Shape, ProductSeriesHoldsEveryProduct) {
+  Shape shape;
+  shape.kind = ShapeKind::series;
+  shape.basis = SeriesBasis::fourier;
+  shape.count = 1;
+  double out[4];
+  ASSERT_EQ(value_count(shape, true), 4);
+  evaluate_product(shape, 0.3, 1.1, out);
+  EXPECT_DOUBLE_EQ(out[0], std::sin(0.3) * std::sin(1.1));
+  EXPECT_DOUBLE_EQ(out[1], std::sin(0.3) * std::cos(1.1));
+  EXPECT_DOUBLE_EQ(out[2], std::cos(0.3) * std::sin(1.1));
+  EXPECT_DOUBLE_EQ(out[3], std::cos(0.3) * std::cos(1.1));
+}
+
+}  // namespace
+}  // namespace armtrue

@@ -1,0 +1,152 @@
+#include "armtrue/identification/calibration.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "armtrue/identification/evaluation.h"
+#include "armtrue/identification/simulation.h"
+#include "armtrue/io/robot_io.h"
+#include "armtrue/kinematics/parameters.h"
+
+namespace armtrue {
+namespace {
+
+Robot shipped(const std::string& name) {
+  return read_robot(ARMTRUE_CONFIG "/robots/" + name + ".yaml").robot;
+}
+
+Campaign measured(const Robot& truth, int poses, unsigned seed, double noise_mm = 0,
+                  double noise_mrad = 0) {
+  SimulationOptions options;
+  options.poses = poses;
+  options.seed = seed;
+  options.noise_position = 1e-3 * noise_mm;
+  options.noise_orientation = 1e-3 * noise_mrad;
+  return simulate(shipped("kr360-spindle"), truth, options);
+}
+
+// Largest deviation of the links' lengths [m] and angles [rad], of those that paper-25 identifies.
+std::pair<double, double> worst(const Robot& found, const Robot& truth, const IdentifiableSet& set) {
+  double length = 0, angle = 0;
+  for (int k : set.kept) {
+    const Link& a = found.chain.links[(k - kLinkParameters) / 5];
+    const Link& b = truth.chain.links[(k - kLinkParameters) / 5];
+    const double differences[] = {a.alpha - b.alpha, a.d - b.d, a.theta - b.theta, a.r - b.r,
+                                  a.beta - b.beta};
+    const double difference = std::abs(differences[(k - kLinkParameters) % 5]);
+    (parameter_unit(k) == ParameterUnit::metre ? length : angle) =
+        std::max(parameter_unit(k) == ParameterUnit::metre ? length : angle, difference);
+  }
+  return {length, angle};
+}
+
+// Table 3 of the seed paper: noise-free poses of table 4, identified from table 1 without the spindle.
+TEST(Calibration, TableThreeConvergesFromTenPosesUp) {
+  const Robot truth = shipped("kr360-table4");
+  Robot table1 = shipped("kr360");
+  table1.identify = {"paper-25"};
+  for (int poses : {10, 20, 40, 60, 80}) {
+    const CalibrationResult result = calibrate(table1, measured(truth, poses, 7));
+    EXPECT_TRUE(result.converged) << poses << " poses: " << result.termination;
+    const auto [length, angle] = worst(result.robot, truth, result.set);
+    EXPECT_LT(length, 1e-9) << poses << " poses";
+    EXPECT_LT(angle, 1e-9) << poses << " poses";
+    std::printf("table 3: %d poses, %d iterations\n", poses, result.iterations);
+  }
+}
+
+TEST(Calibration, ConditionOfThePapersSetIsAboutTen) {
+  Robot robot = shipped("kr360-spindle");
+  robot.identify = {"paper-25"};
+  const double condition = calibrate(robot, measured(shipped("kr360-table4"), 60, 3)).condition;
+  EXPECT_GT(condition, 5);
+  EXPECT_LT(condition, 20);
+}
+
+// 500 campaigns: 95 per cent intervals hold the truth in 93 to 97 per cent.
+TEST(Calibration, StatedDeviationsCoverTheTruth) {
+  const Robot truth = shipped("kr360-table4");
+  Robot robot = shipped("kr360-spindle");
+  robot.identify = {"paper-25"};
+  int inside = 0, all = 0;
+  double squares = 0;
+  for (unsigned seed = 1; seed <= 500; ++seed) {
+    const CalibrationResult result = calibrate(robot, measured(truth, 60, seed, 0.095, 0.15));
+    for (int k : result.set.kept) {
+      const Link& a = result.robot.chain.links[(k - kLinkParameters) / 5];
+      const Link& b = truth.chain.links[(k - kLinkParameters) / 5];
+      const double differences[] = {a.alpha - b.alpha, a.d - b.d, a.theta - b.theta, a.r - b.r,
+                                    a.beta - b.beta};
+      const double score = differences[(k - kLinkParameters) % 5] /
+                           result.robot.std.at(parameter_name(robot.chain, k));
+      squares += score * score;
+      inside += std::abs(score) <= 1.959964;
+      ++all;
+    }
+  }
+  const double coverage = static_cast<double>(inside) / all;
+  std::printf("coverage of 95 %% intervals: %.4f, spread of scores %.4f\n", coverage,
+              std::sqrt(squares / all));
+  EXPECT_GT(coverage, 0.93);
+  EXPECT_LT(coverage, 0.97);
+}
+
+TEST(Calibration, BlundersDoNotMoveTheResultAndAreSeen) {
+  const Robot robot = shipped("kr360-spindle"), truth = shipped("kr360-table4");
+  SimulationOptions options;
+  options.poses = 60;
+  options.repeats = 3;
+  options.noise_position = 0.095e-3;
+  options.noise_orientation = 0.15e-3;
+  options.blunders = 0.05;
+  const Campaign campaign = simulate(robot, truth, options);
+  const CalibrationResult result = calibrate(robot, campaign);
+  const std::vector<double> errors = evaluate(result.robot, campaign).position;
+  for (int row = 0; row < campaign.rows(); ++row)
+    EXPECT_EQ(result.weights[row] < 0.05, errors[row] > 1.5e-3) << "row " << row;
+  options.blunders = 0;
+  options.seed = 99;
+  const double clean = summarize(evaluate(result.robot, simulate(robot, truth, options)).position).mean;
+  EXPECT_LT(clean, 1.06 * mean_error_of_noise(0.095e-3));
+}
+
+TEST(Calibration, FindsABaseThatNobodyKnew) {
+  const Robot robot = shipped("kr360-spindle");
+  Robot truth = shipped("kr360-table4");
+  truth.chain.base.rotation = rotation_exp({0.2, -0.4, 2.5});
+  truth.chain.base.translation = {4, -3, 1};
+  const CalibrationResult result = calibrate(robot, measured(truth, 40, 5));
+  EXPECT_TRUE(result.converged);
+  EXPECT_LT(summarize(evaluate(result.robot, measured(truth, 20, 6)).position).max, 1e-8);
+}
+
+TEST(Calibration, PriorsHoldWhatTheDataCannot) {
+  Robot robot = shipped("kr360-spindle");
+  const Campaign campaign = measured(shipped("kr360-table4"), 30, 4, 0.095, 0.15);
+  robot.priors["A3.beta"] = 1e-9;
+  const CalibrationResult result = calibrate(robot, campaign);
+  EXPECT_NEAR(result.robot.chain.links[2].beta, 0, 1e-8);
+  EXPECT_LT(result.robot.std.at("A3.beta"), 2e-9);
+}
+
+TEST(Calibration, CoefficientsOfDeclaredEffectsAreIdentified) {
+  const Robot truth = shipped("kr360-undeclared");
+  Robot robot = shipped("kr360-spindle");
+  robot.bodies = truth.bodies;
+  robot.effects = truth.effects;
+  robot.effects[0].coefficients[0].value = 0;
+  const CalibrationResult result = calibrate(robot, measured(truth, 80, 8, 0.02, 0.03));
+  const Coefficient& found = result.robot.effects[0].coefficients[0];
+  EXPECT_NEAR(found.value, truth.effects[0].coefficients[0].value, 4 * found.std);
+  EXPECT_LT(found.std, 0.05 * found.value);
+}
+
+TEST(Calibration, FewerReadingsThanUnknownsIsAnError) {
+  EXPECT_THROW(calibrate(shipped("kr360-spindle"), measured(shipped("kr360-table4"), 2, 1)),
+               std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace armtrue
