@@ -1,0 +1,94 @@
+#include "armtrue/io/campaign_io.h"
+
+#include <gtest/gtest.h>
+
+#include "armtrue/io/input_error.h"
+#include "armtrue/io/units.h"
+#include "temporary_file.h"
+
+namespace armtrue {
+namespace {
+
+constexpr const char* kHeader = "pose,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,z_mm";
+
+Campaign read(const std::string& text) { return read_campaign(TemporaryFile(text).path).campaign; }
+
+void expect_error(const std::string& text, const std::string& expected) {
+  try {
+    read(text);
+    FAIL() << "no error; expected: " << expected;
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find(expected), std::string::npos) << error.what();
+  }
+}
+
+TEST(CampaignIo, ColumnsComeInAnyOrderAndUnit) {
+  const Campaign a = read(std::string(kHeader) + "\n7,1,2,3,4,5,6,1000,2000,3000\n");
+  const Campaign b = read("z_m,y_m,x_m,q6_deg,q5_deg,q4_deg,q3_deg,q2_deg,q1_rad,pose\n"
+                          "3,2,1,6,5,4,3,2,0.017453292519943295,7\n");
+  EXPECT_EQ(a.pose_ids, std::vector<std::string>{"7"});
+  EXPECT_LT((a.q[0] - b.q[0]).norm(), 1e-15);
+  EXPECT_LT((a.position[0] - b.position[0]).norm(), 1e-15);
+}
+
+TEST(CampaignIo, CommentsBlankEndAndDecimalCommaAreAccepted) {
+  const Campaign campaign = read("\xEF\xBB\xBF# made by hand\r\npose;q1_deg;q2_deg;q3_deg;q4_deg;q5_deg;q6_deg;"
+                                 "x_mm;y_mm;z_mm\r\n# note\r\n1;1,5;2;3;4;5;6;10,25;20;30\r\n\r\n");
+  ASSERT_EQ(campaign.rows(), 1);
+  EXPECT_NEAR(campaign.q[0][0], 1.5 * kDegree, 1e-15);
+  EXPECT_NEAR(campaign.position[0].x(), 10.25e-3, 1e-15);
+}
+
+TEST(CampaignIo, ReplicatesShareTheirPoseAndArrivalComesFromThePreviousRow) {
+  const Campaign campaign = read(std::string(kHeader) +
+                                 "\na,0,0,0,0,0,0,1,1,1\nb,10,-5,0,0,0,0,1,1,1\na,0,0,0,0,0,0,1,1,1\n");
+  EXPECT_EQ(campaign.pose, (std::vector<int>{0, 1, 0}));
+  EXPECT_EQ(campaign.arrival[0][0], 0);
+  EXPECT_EQ(campaign.arrival[1][0], 1);
+  EXPECT_EQ(campaign.arrival[1][1], -1);
+  EXPECT_EQ(campaign.arrival[2][0], -1);
+  EXPECT_EQ(campaign.arrival[2][2], 0);
+}
+
+TEST(CampaignIo, AnglesAndQuaternionsAreTheSameRotation) {
+  const std::string row = "\n1,0,0,0,0,0,0,1,1,1,";
+  const Campaign abc = read(std::string(kHeader) + ",a_deg,b_deg,c_deg" + row + "90,0,0\n");
+  const Campaign quaternion =
+      read(std::string(kHeader) + ",qw,qx,qy,qz" + row + "0.70710678,0,0,0.70710678\n");
+  EXPECT_LT(abc.orientation[0].angularDistance(quaternion.orientation[0]), 1e-7);
+}
+
+TEST(CampaignIo, ErrorsNameLineColumnAndContent) {
+  const std::string header = std::string(kHeader) + "\n", row = "1,0,0,0,0,0,0,1,1,1\n";
+  expect_error("", "is empty");
+  expect_error(header, "has no measured row");
+  expect_error("pose,x_mm\n1,2\n", "missing columns 'q1_deg', 'q2_deg'");
+  expect_error(header + row + "2,0,0,0,0,0,0,1,1\n", ":3: has 9 fields where the header has 10");
+  expect_error(header + row + "\n" + row, ":3: blank line between rows");
+  expect_error(header + "1,0,0,zero,0,0,0,1,1,1\n", ":2: column 'q3_deg': 'zero' is no number");
+  expect_error(header + "1,0,0,0,0,0,0,1,inf,1\n", ":2: column 'y_mm': 'inf' is not finite");
+  expect_error(header + "1,0,0,0,0,0,0,1,,1\n", ":2: column 'y_mm': '' is no number");
+  expect_error(header + ",0,0,0,0,0,0,1,1,1\n", ":2: column 'pose': is empty");
+  expect_error(header + row + "1,5,0,0,0,0,0,1,1,1\n", "replicates of one configuration");
+  expect_error(std::string(kHeader) + ",a_deg\n1,0,0,0,0,0,0,1,1,1,0\n", "also needs the column 'b_deg'");
+  expect_error(std::string(kHeader) + ",qw,qx,qy,qz\n1,0,0,0,0,0,0,1,1,1,1,1,0,0\n", "has norm 1.414");
+  expect_error(std::string(kHeader) + ",dir1,dir2,dir3,dir4,dir5,dir6\n1,0,0,0,0,0,0,1,1,1,2,0,0,0,0,0\n",
+               "'2' is not -1, 0 or 1");
+  expect_error(std::string(kHeader) + ",sigma_mm\n1,0,0,0,0,0,0,1,1,1,0\n", "must be above zero");
+}
+
+TEST(CampaignIo, RowsWithoutMeasurementAreCounted) {
+  const Campaign campaign =
+      read(std::string(kHeader) + "\n1,0,0,0,0,0,0,,,\n2,0,0,0,0,0,0,1,1,1\n");
+  EXPECT_EQ(campaign.rows(), 1);
+  EXPECT_EQ(campaign.skipped_rows, 1);
+}
+
+TEST(CampaignIo, WhatIsWrittenReadsBackTheSame) {
+  const std::string text = "pose,repeat,t_s,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,z_mm,dir1,dir2,dir3,"
+                           "dir4,dir5,dir6\nA,1,0.5,1.25,2,3,4,5,6.125,100.001,2,-3.5,0,1,-1,0,0,1\n";
+  EXPECT_EQ(write_campaign(read(text)), text);
+}
+
+}  // namespace
+}  // namespace armtrue

@@ -1,0 +1,109 @@
+#include "armtrue/io/robot_io.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "armtrue/io/input_error.h"
+#include "armtrue/kinematics/parameters.h"
+
+namespace armtrue {
+namespace {
+
+std::string text_of(const std::string& name) {
+  std::ifstream file(ARMTRUE_CONFIG "/robots/" + name + ".yaml");
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const size_t place = text.find(from);
+  EXPECT_NE(place, std::string::npos) << from;
+  return text.replace(place, from.size(), to);
+}
+
+void expect_error(const std::string& text, const std::string& expected) {
+  try {
+    parse_robot(text, "r.yaml");
+    FAIL() << "no error; expected: " << expected;
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find(expected), std::string::npos) << error.what();
+  }
+}
+
+TEST(RobotIo, WhatIsWrittenReadsBackTheSame) {
+  for (const char* name : {"kr360", "kr360-eq1-zero", "kr360-spindle", "kr360-table4", "kr360-undeclared"}) {
+    const std::string once = write_robot(parse_robot(text_of(name), name));
+    EXPECT_EQ(write_robot(parse_robot(once, name)), once) << name;
+  }
+}
+
+TEST(RobotIo, EveryKindOfEffectReadsBack) {
+  const std::string effects = R"(effects:
+  - {name: a, parameter: A2.theta, driver: gravity-torque 2, shape: linear, coefficients: [{name: c, value: 1e-7, unit: rad/(N m)}]}
+  - {name: b, parameter: base, driver: time, shape: step, at_s: 120.5, coefficients: [{value: 1}, {value: 2}]}
+  - {name: c, parameter: A4.r, driver: time, shape: exponential, tau_s: 900, coefficients: [{value: 3e-4, std: 1e-5, ci95: [2e-4, 4e-4]}]}
+  - name: d
+    parameter: A3.theta
+    driver: joint-angle 2,4
+    shape: series
+    series: {basis: fourier, count: 1}
+    coefficients: [{value: 1}, {value: 2}, {value: 3}, {value: 4}]
+    evidence: {p_value: 0.01}
+    indistinguishable: []
+  - {name: e, parameter: A5.theta, driver: joint-angle 5, shape: series, series: {basis: spline, count: 8, range: [-2, 2]}}
+)";
+  const Robot robot = parse_robot(replaced(text_of("kr360"), "effects: []\n", effects), "r.yaml");
+  ASSERT_EQ(robot.effects.size(), 5u);
+  EXPECT_EQ(robot.effects[1].shape.at, 120.5);
+  EXPECT_EQ(robot.effects[2].coefficients[0].ci95[1], 4e-4);
+  EXPECT_EQ(robot.effects[3].driver.second_joint, 3);
+  const Robot again = parse_robot(write_robot(robot), "again");
+  ASSERT_EQ(again.effects.size(), robot.effects.size());
+  for (size_t k = 0; k < again.effects.size(); ++k) {
+    EXPECT_EQ(again.effects[k].driver, robot.effects[k].driver);
+    EXPECT_EQ(again.effects[k].shape, robot.effects[k].shape);
+    ASSERT_EQ(again.effects[k].coefficients.size(), robot.effects[k].coefficients.size());
+    for (size_t c = 0; c < again.effects[k].coefficients.size(); ++c)
+      EXPECT_EQ(again.effects[k].coefficients[c].value, robot.effects[k].coefficients[c].value);
+  }
+}
+
+TEST(RobotIo, ErrorsNameLineAndKey) {
+  const std::string good = text_of("kr360");
+  expect_error("", "r.yaml: is empty");
+  expect_error("format: armtrue-loop/1\n", "r.yaml:1: key 'format'");
+  expect_error("a: [1, 2\n", "is no valid YAML");
+  expect_error(replaced(good, "noise:", "nois:"), "key 'nois' is not known");
+  expect_error(replaced(good, "joint: revolute", "joint: prismatic"), "r.yaml:6: key 'joint'");
+  expect_error(replaced(good, "d_mm: 500", "d_mm: five"), "r.yaml:7: key 'd_mm'");
+  expect_error(replaced(good, "d_mm: 500, ", ""), "key 'd_mm' of an entry of 'links': is missing");
+  expect_error(replaced(good, "sign: 1", "sign: 2"), "must be 1 or -1");
+  expect_error(replaced(good, "min_deg: -185", "min_deg: 200"), "must be above min_deg");
+  expect_error(replaced(good, "link: A1, mass", "link: B1, mass"), "has no link 'B1'");
+  expect_error(replaced(good, "mass_kg: 851", "mass_kg: -1"), "must be above zero");
+  expect_error(replaced(good, "identify: auto", "identify: [A1.alpha, A9.d]"), "no parameter 'A9.d'");
+  expect_error(replaced(good, "effects: []", "effects: [{name: a, parameter: A2.theta, driver: moon, shape: linear}]"),
+               "key 'driver'");
+  expect_error(replaced(good, "effects: []", "effects: [{name: a, parameter: A2.theta, driver: time, shape: step}]"),
+               "key 'at_s'");
+}
+
+TEST(RobotIo, TheShippedCatalogueReads) {
+  const Catalogue catalogue = read_catalogue(ARMTRUE_CONFIG "/effects/catalogue.yaml");
+  const Robot robot = parse_robot(text_of("kr360"), "kr360");
+  int effects = 0;
+  for (const CatalogueEntry& entry : catalogue)
+    for (const Effect& effect : expand(entry, robot)) {
+      EXPECT_TRUE(effect.parameter == "base" || effect.parameter == "tool" ||
+                  find_parameter(robot.chain, effect.parameter))
+          << effect.parameter;
+      ++effects;
+    }
+  EXPECT_GT(effects, 100);
+}
+
+}  // namespace
+}  // namespace armtrue
