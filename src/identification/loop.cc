@@ -85,6 +85,15 @@ std::vector<int> blunders(const CalibrationResult& fit, const Campaign& campaign
   return lines;
 }
 
+Campaign without_lines(const Campaign& campaign, const std::vector<int>& lines) {
+  if (lines.empty()) return campaign;
+  const std::set<int> dropped(lines.begin(), lines.end());
+  std::vector<int> rows;
+  for (int row = 0; row < campaign.rows(); ++row)
+    if (!dropped.contains(campaign.line[row])) rows.push_back(row);
+  return campaign.select(rows);
+}
+
 bool has_other_cause(const TracedEffect& traced) {
   return std::any_of(traced.indistinguishable.begin(), traced.indistinguishable.end(),
                      [](const Rival& rival) {
@@ -158,9 +167,10 @@ LoopResult close_loop(const Robot& robot, const Campaign& training, const Campai
   const Robot& geometric_robot = result.trace.stages.front().robot;
   result.excluded_rows = blunders(result.trace.fit, training);
 
-  const Evaluation on_training = evaluate(final_robot, training);
-  result.noise = noise_floor(robot, training, on_training);
-  result.lack_of_fit = lack_of_fit_p(on_training, training, result.noise,
+  const Campaign sound = without_lines(training, result.excluded_rows);
+  const Evaluation on_training = evaluate(final_robot, sound);
+  result.noise = noise_floor(robot, sound, on_training);
+  result.lack_of_fit = lack_of_fit_p(on_training, sound, result.noise,
                                      static_cast<int>(result.trace.fit.names.size()));
   result.floor = mean_error_of_noise(result.noise.position);
 

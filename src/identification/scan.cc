@@ -53,6 +53,14 @@ double estimate_design_effect(const Eigen::VectorXd& residual, const std::vector
   return 1.0 + (size - 1) * std::max(0.0, icc);
 }
 
+// Poses numbered from zero in the order of their first row; returns how many there are.
+int number_poses(const std::vector<int>& pose, std::vector<int>& group_of_row) {
+  std::map<int, int> numbers;
+  for (int id : pose)
+    group_of_row.push_back(numbers.try_emplace(id, static_cast<int>(numbers.size())).first->second);
+  return static_cast<int>(numbers.size());
+}
+
 // An orthonormal basis of the columns; columns that depend on the others are left out.
 Eigen::MatrixXd orthonormal_basis(const Eigen::MatrixXd& columns) {
   Eigen::MatrixXd scaled = columns;
@@ -342,23 +350,27 @@ std::vector<CandidateScore> CandidateScan::score(const Linearization& fit) const
 
 double CandidateScan::family_wise_p(const Linearization& fit, double best_score, int flips,
                                     std::uint64_t seed) const {
-  // One sign for each pose in each draw; the same for every candidate.
+  // One sign for each pose in each draw; the same for every candidate. What flips together is
+  // summed first.
+  std::vector<int> group_of_row;
+  const int poses = number_poses(fit.pose_, group_of_row);
   std::mt19937_64 random(seed);
-  int poses = 0;
-  for (int pose : fit.pose_) poses = std::max(poses, pose + 1);
-  Eigen::MatrixXd signs_of_pose(poses, flips);
+  Eigen::MatrixXf signs(poses, flips);
   for (int f = 0; f < flips; ++f)
-    for (int pose = 0; pose < poses; ++pose) signs_of_pose(pose, f) = random() >> 63 ? 1.0 : -1.0;
+    for (int pose = 0; pose < poses; ++pose) signs(pose, f) = random() >> 63 ? 1.0f : -1.0f;
+  const auto by_pose = [&](const Eigen::MatrixXd& rows) {
+    Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(poses, rows.cols());
+    for (int row = 0; row < rows.rows(); ++row) sums.row(group_of_row[row]) += rows.row(row);
+    return Eigen::MatrixXf(sums.cast<float>());  // a rank among draws needs no more digits
+  };
   const int n = fit.rows(), size = fit.row_size_;
-  Eigen::MatrixXd signs(n, flips), basis_by_row(n, fit.basis_.cols());
-  for (int row = 0; row < n; ++row) {
-    signs.row(row) = signs_of_pose.row(fit.pose_[row]);
+  Eigen::MatrixXd basis_by_row(n, fit.basis_.cols());
+  for (int row = 0; row < n; ++row)
     basis_by_row.row(row) = fit.residual_.segment(row * size, size).transpose() *
                             fit.basis_.middleRows(row * size, size);
-  }
-  const Eigen::MatrixXd on_basis = basis_by_row.transpose() * signs;  // rank x flips
-  const Eigen::RowVectorXd norms =
-      (fit.residual_norm() - on_basis.colwise().squaredNorm().array()).matrix();
+  const Eigen::MatrixXf on_basis = by_pose(basis_by_row).transpose() * signs;  // rank x flips
+  const Eigen::RowVectorXf norms =
+      (static_cast<float>(fit.residual_norm()) - on_basis.colwise().squaredNorm().array()).matrix();
 
   Eigen::VectorXd best = Eigen::VectorXd::Constant(flips, -std::numeric_limits<double>::infinity());
   for_ordered_blocks<Eigen::VectorXd>(
@@ -371,15 +383,21 @@ double CandidateScan::family_wise_p(const Linearization& fit, double best_score,
           for (int candidate : groups_[g]) {
             const Projection projection = project(fit, candidate, values);
             if (projection.degrees_of_freedom == 0) continue;
-            const int k = bound_[candidate].coefficient_count();
-            Eigen::MatrixXd weighted = Eigen::MatrixXd::Zero(n, k);
+            Eigen::MatrixXd weighted =
+                Eigen::MatrixXd::Zero(n, bound_[candidate].coefficient_count());
             for (const BoundEffect::Term& term : bound_[candidate].terms())
               weighted.col(term.coefficient) +=
                   values.col(term.value).cwiseProduct(fit.residual_products_.col(term.parameter));
-            Eigen::MatrixXd slopes = weighted.transpose() * signs;
-            slopes.noalias() -= projection.on_basis.transpose() * on_basis;
-            const Eigen::RowVectorXd gains =
-                slopes.cwiseProduct(projection.inverse * slopes).colwise().sum();
+            // In units in which the inverse is near one: columns differ by orders of magnitude.
+            const Eigen::VectorXd unit = projection.inverse.diagonal().cwiseSqrt();
+            const Eigen::VectorXd back = (unit.array() > 0).select(unit.cwiseInverse(), 0.0);
+            const Eigen::MatrixXf inverse =
+                (back.asDiagonal() * projection.inverse * back.asDiagonal()).cast<float>();
+            const Eigen::MatrixXf sums = by_pose(weighted * unit.asDiagonal());
+            Eigen::MatrixXf slopes = sums.transpose() * signs;
+            slopes.noalias() -=
+                (projection.on_basis * unit.asDiagonal()).cast<float>().transpose() * on_basis;
+            const Eigen::RowVectorXf gains = slopes.cwiseProduct(inverse * slopes).colwise().sum();
             for (int f = 0; f < flips; ++f)
               block_best[f] = std::max(
                   block_best[f],

@@ -42,6 +42,8 @@ class Linearization {
 
   /// The residual replaced by another vector of the same rows (whitened), projected.
   void set_residual(const Eigen::VectorXd& residual);
+  /// Takes a whitened contribution out of the residual.
+  void explain(const Eigen::VectorXd& contribution) { set_residual(residual_ - contribution); }
   /// The same fit without the columns of one effect: what that effect explains becomes residual.
   Linearization without_effect(int effect) const;
   /// Whitened contribution of one effect to the readings.

@@ -16,7 +16,8 @@ namespace {
 constexpr double kPossibleVariation = 0.02;  // m or rad: a larger one is no effect but a mistake
 constexpr double kSameProjection = 0.95;     // correlation from which two candidates are one class
 constexpr double kSameEvidence = 6.0;        // EBIC: odds of 20 to 1
-constexpr int kTrials = 8;                   // candidates that may fail the later gates in one step
+constexpr size_t kNearMisses = 300;
+constexpr int kTrials = 8;  // candidates that may fail the later gates in one step
 
 class Tracer {
  public:
@@ -96,23 +97,29 @@ class Tracer {
       const CrossValidation cv =
           CrossValidation::of(fit, scan_->columns(fit, candidate), options_.seed);
       if (cv.gain <= cv.error) continue;
-      const double p =
-          scan_->family_wise_p(fit, scores[candidate].score, options_.flips, options_.seed);
+      const double p = family_wise_p(fit, candidate, scores[candidate]);
       if (p >= options_.significance) {
         result_.remaining_p = p;
         return false;
       }
-      add(refine(fit, candidate), p, cv);
+      add(refine(fit, *scan_, candidate), order, p, cv);
       return true;
     }
-    result_.remaining_p =
-        scan_->family_wise_p(fit, result_.best_score, options_.flips, options_.seed);
+    result_.remaining_p = family_wise_p(fit, order.front(), scores[order.front()]);
     return false;
   }
 
+  // Signs are flipped on what the candidate leaves (ter Braak 1992): flipping its own effect along would hide a
+  // strong effect in the scatter it causes, while on a residual without any effect both ways agree.
+  double family_wise_p(const Linearization& fit, int candidate, const CandidateScore& score) const {
+    Linearization noise = fit;
+    noise.explain(scan_->columns(fit, candidate) * score.coefficients);
+    return scan_->family_wise_p(noise, score.score, options_.flips, options_.seed);
+  }
+
   // The same candidate with its inner values (t*, tau) where they explain most.
-  Candidate refine(const Linearization& fit, int candidate) const {
-    const Candidate& found = scan_->candidates()[candidate];
+  Candidate refine(const Linearization& fit, const CandidateScan& among, int candidate) const {
+    const Candidate& found = among.candidates()[candidate];
     const std::vector<Candidate> finer = refined_candidates(found, campaign_);
     if (finer.empty()) return found;
     const CandidateScan scan(finer, result_.fit.robot, campaign_);
@@ -120,8 +127,19 @@ class Tracer {
     return scan.candidates()[best_first(scores).front()];
   }
 
-  void add(const Candidate& candidate, double p, const CrossValidation& cv) {
+  // The candidates that came nearest when an effect was chosen: if another took its place by
+  // mistake, it is among them, and looking there only makes revisions cheap.
+  CandidateScan near_misses(const std::vector<int>& order) const {
+    std::vector<Candidate> nearest;
+    for (size_t k = 0; k < std::min<size_t>(order.size(), kNearMisses); ++k)
+      nearest.push_back(scan_->candidates()[order[k]]);
+    return {nearest, result_.fit.robot, campaign_};
+  }
+
+  void add(const Candidate& candidate, const std::vector<int>& order, double p,
+           const CrossValidation& cv) {
     chosen_.push_back(candidate);
+    near_misses_.push_back(near_misses(order));
     TracedEffect traced;
     traced.from_catalogue = candidate.from_catalogue;
     traced.evidence.p_value = p;
@@ -168,23 +186,25 @@ class Tracer {
       for (size_t k = 0; k < chosen_.size() && !changed; ++k) {
         const Linearization reduced = fit.without_effect(declared_ + static_cast<int>(k));
         const double own = alone(chosen_[k]).score(reduced).front().score;
-        const std::vector<CandidateScore> scores = scan_->score(reduced);
+        const CandidateScan& near = near_misses_[k];
+        const std::vector<CandidateScore> scores = near.score(reduced);
         int best = -1;
         for (int candidate : best_first(scores)) {
           if (scores[candidate].score <= std::max(own, 0.0) + 2.0) break;
-          if (!is_possible(*scan_, reduced, candidate, scores[candidate])) continue;
+          if (!is_possible(near, reduced, candidate, scores[candidate])) continue;
           best = candidate;
           break;
         }
         std::vector<Effect> coefficients = result_.fit.robot.effects;
         if (best >= 0) {
-          const Candidate better = refine(reduced, best);
+          const Candidate better = refine(reduced, near, best);
           if (same(better.effect, chosen_[k].effect)) continue;
           chosen_[k] = better;
           result_.effects[k].from_catalogue = better.from_catalogue;
           coefficients[declared_ + k] = {};
         } else if (own <= 0) {
           chosen_.erase(chosen_.begin() + static_cast<std::ptrdiff_t>(k));
+          near_misses_.erase(near_misses_.begin() + static_cast<std::ptrdiff_t>(k));
           result_.effects.erase(result_.effects.begin() + static_cast<std::ptrdiff_t>(k));
           coefficients.erase(coefficients.begin() + declared_ + static_cast<std::ptrdiff_t>(k));
         } else {
@@ -266,6 +286,7 @@ class Tracer {
   std::vector<Candidate> candidates_;
   std::optional<CandidateScan> scan_;
   std::vector<Candidate> chosen_;
+  std::vector<CandidateScan> near_misses_;  // of each chosen effect
   std::set<std::multiset<std::string>> seen_;
 };
 

@@ -1,0 +1,144 @@
+// The loop on campaigns of the oracle, which shares no code with armtrue: what was hidden must be named, added, and
+// the error on poses that took no part must fall to the floor. The estimating side reads the CSV and the nominal
+// robot, nothing else.
+
+#include "armtrue/identification/loop.h"
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <filesystem>
+
+#include "armtrue/io/campaign_io.h"
+#include "armtrue/io/robot_io.h"
+#include "armtrue/io/units.h"
+#include "support/oracle.h"
+
+namespace armtrue {
+namespace {
+
+const std::string kNominal = ARMTRUE_CONFIG "/robots/kr360-spindle.yaml";
+
+class HiddenCampaign {
+ public:
+  HiddenCampaign(const std::string& family, double size_mm, armtrue_oracle::CampaignPlan plan) {
+    char name[] = "/tmp/armtrue-loop-XXXXXX";
+    folder_ = mkdtemp(name);
+    written = armtrue_oracle::write_campaign(armtrue_oracle::read_arm(kNominal), family, size_mm, plan,
+                                             folder_);
+    training = read_campaign(folder_ + "/train.csv").campaign;
+    held_out = read_campaign(folder_ + "/test.csv").campaign;
+  }
+  ~HiddenCampaign() { std::filesystem::remove_all(folder_); }
+
+  armtrue_oracle::Written written;
+  Campaign training, held_out;
+
+ private:
+  std::string folder_;
+};
+
+bool names(const armtrue_oracle::Hidden& truth, const Effect& effect) {
+  const bool parameter = effect.parameter == truth.parameter ||
+                         (truth.parameter == "base" && effect.parameter.starts_with("base."));
+  return parameter && to_string(effect.driver) == truth.driver;
+}
+
+bool names(const armtrue_oracle::Hidden& truth, const TracedEffect& traced) {
+  if (names(truth, traced.effect)) return true;
+  for (const Rival& rival : traced.indistinguishable)
+    if (names(truth, rival.effect)) return true;
+  return false;
+}
+
+std::string listed(const LoopResult& result) {
+  std::string text;
+  for (const TracedEffect& traced : result.trace.effects) {
+    text += describe(traced.effect) + " [";
+    for (const Rival& rival : traced.indistinguishable) text += describe(rival.effect) + "; ";
+    text += "]\n";
+  }
+  return text;
+}
+
+LoopResult closed(const HiddenCampaign& campaign) {
+  const Robot robot = read_robot(kNominal).robot;
+  const Catalogue catalogue = read_catalogue(ARMTRUE_CONFIG "/effects/catalogue.yaml");
+  return close_loop(robot, campaign.training, campaign.held_out, catalogue);
+}
+
+class Family : public testing::TestWithParam<std::string> {};
+
+TEST_P(Family, IsNamedAddedAndGone) {
+  armtrue_oracle::CampaignPlan plan;
+  plan.seed = 41;
+  const HiddenCampaign campaign(GetParam(), 0.12, plan);
+  const LoopResult result = closed(campaign);
+  const auto& truth = campaign.written.truth;
+  ASSERT_FALSE(result.trace.effects.empty());
+  EXPECT_TRUE(names(truth, result.trace.effects.front()))
+      << "hidden: " << truth.parameter << " by " << truth.driver << "\nfound: " << listed(result);
+  const double floor = campaign.written.floor_mean_mm * kMillimetre;
+  EXPECT_LT(result.after, 1.06 * floor);
+  EXPECT_NE(result.verdict, Verdict::nothing_to_explain);
+  for (const TracedEffect& traced : result.trace.effects) {
+    EXPECT_GT(traced.evidence.delta_ebic, 0);
+    EXPECT_LT(traced.evidence.p_value, 0.01);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Hidden, Family,
+                         testing::Values("compliance", "harmonic", "ratio", "coupling", "backlash",
+                                         "thermal", "drift", "knock", "remaster", "tilt", "wobble",
+                                         "x-product", "x-bump"),
+                         [](const auto& instance) {
+                           std::string name = instance.param;
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
+                         });
+
+TEST(Nothing, IsSaidWhenNothingIsHidden) {
+  for (unsigned seed : {51u, 52u, 53u}) {
+    armtrue_oracle::CampaignPlan plan;
+    plan.seed = seed;
+    plan.blunders = seed == 53u ? 0.04 : 0;
+    const LoopResult result = closed(HiddenCampaign("null", 0, plan));
+    EXPECT_TRUE(result.trace.effects.empty()) << "seed " << seed << "\n" << listed(result);
+    EXPECT_EQ(result.verdict, Verdict::nothing_to_explain) << "seed " << seed;
+    EXPECT_EQ(result.excluded_rows.empty(), seed != 53u);
+  }
+}
+
+TEST(Split, KeepsPosesWhole) {
+  armtrue_oracle::CampaignPlan plan;
+  const HiddenCampaign campaign("null", 0, plan);
+  const Split split = split_by_pose(campaign.training, 0.25, 3);
+  EXPECT_EQ(split.held_out.size(), 45u);
+  EXPECT_EQ(split.training.size(), 135u);
+  for (int a : split.held_out)
+    for (int b : split.training) ASSERT_NE(campaign.training.pose[a], campaign.training.pose[b]);
+}
+
+// Sign-flips are about the null, so p is uniform there: count how often it falls below 0.2.
+TEST(FamilyWiseP, IsCalibratedOnNull) {
+  int low = 0;
+  constexpr int kCampaigns = 40;
+  for (unsigned seed = 100; seed < 100 + kCampaigns; ++seed) {
+    armtrue_oracle::CampaignPlan plan;
+    plan.seed = seed;
+    const HiddenCampaign campaign("null", 0, plan);
+    TraceOptions options;
+    options.beyond_catalogue = false;
+    options.max_effects = 1;
+    const TraceResult result =
+        trace(read_robot(kNominal).robot, campaign.training,
+              read_catalogue(ARMTRUE_CONFIG "/effects/catalogue.yaml"), options);
+    low += result.remaining_p <= 0.2;
+  }
+  // Binomial(40, 0.2): 1 to 16 in all but one case of ten thousand.
+  EXPECT_GE(low, 1);
+  EXPECT_LE(low, 16);
+}
+
+}  // namespace
+}  // namespace armtrue
