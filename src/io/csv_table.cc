@@ -37,6 +37,11 @@ int edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
+// A forgotten unit is the likeliest slip: q3 is nearer to q3_deg than q1_deg is.
+int distance_without_unit(const std::string& a, const std::string& b) {
+  return edit_distance(a.substr(0, a.rfind('_')), b.substr(0, b.rfind('_')));
+}
+
 }  // namespace
 
 CsvTable::CsvTable(Source& source) : source_(source) {
@@ -127,11 +132,11 @@ void CsvTable::fail_missing(const std::vector<std::string>& missing) const {
   for (size_t i = 0; i < missing.size(); ++i)
     message += (i ? ", " : " ") + ("'" + missing[i] + "'");
   for (const std::string& name : missing) {
-    const auto nearest = std::min_element(columns_.begin(), columns_.end(),
-                                          [&](const std::string& a, const std::string& b) {
-                                            return edit_distance(a, name) < edit_distance(b, name);
-                                          });
-    if (nearest != columns_.end() && edit_distance(*nearest, name) <= 4) {
+    const auto nearest = std::min_element(
+        columns_.begin(), columns_.end(), [&](const std::string& a, const std::string& b) {
+          return distance_without_unit(a, name) < distance_without_unit(b, name);
+        });
+    if (nearest != columns_.end() && distance_without_unit(*nearest, name) <= 2) {
       message += "; is '" + *nearest + "' meant to be '" + name + "'?";
       break;
     }
