@@ -17,19 +17,19 @@ constexpr int kFolds = 10;
 
 CrossValidation CrossValidation::of(const Linearization& fit, const Eigen::MatrixXd& columns,
                                     std::uint64_t seed) {
-  const int size = fit.row_size_, rank = static_cast<int>(fit.basis_.cols());
+  const int size = fit.row_size(), rank = static_cast<int>(fit.basis().cols());
   // In an orthonormal basis the normal equations lose nothing.
-  Eigen::MatrixXd added = columns - fit.basis_ * (fit.basis_.transpose() * columns);
+  Eigen::MatrixXd added = columns - fit.basis() * (fit.basis().transpose() * columns);
   for (int c = 0; c < added.cols(); ++c) {
     for (int b = 0; b < c; ++b) added.col(c) -= added.col(b) * added.col(b).dot(added.col(c));
     const double norm = added.col(c).norm();
     if (norm > 1e-12 * columns.col(c).norm()) added.col(c) /= norm;
   }
-  Eigen::MatrixXd predictors(fit.basis_.rows(), rank + added.cols());
-  predictors << fit.basis_, added;
+  Eigen::MatrixXd predictors(fit.basis().rows(), rank + added.cols());
+  predictors << fit.basis(), added;
 
   std::map<int, std::vector<int>> rows_of_pose;
-  for (int row = 0; row < fit.rows(); ++row) rows_of_pose[fit.pose_[row]].push_back(row);
+  for (int row = 0; row < fit.rows(); ++row) rows_of_pose[fit.pose()[row]].push_back(row);
   std::vector<int> poses;
   for (const auto& [pose, rows] : rows_of_pose) poses.push_back(pose);
   shuffle(poses, seed);
@@ -47,12 +47,12 @@ CrossValidation CrossValidation::of(const Linearization& fit, const Eigen::Matri
       extents.emplace_back(begin, static_cast<int>(indices.size()) - begin);
     }
     const Eigen::MatrixXd left_out = predictors(indices, Eigen::all);
-    const Eigen::VectorXd residual = fit.residual_(indices);
+    const Eigen::VectorXd residual = fit.residual()(indices);
     // All readings less the ones left out.
     Eigen::MatrixXd gram = predictors.transpose() * predictors - left_out.transpose() * left_out;
     gram.diagonal().array() += 1e-10;
     const Eigen::VectorXd slope =
-        predictors.transpose() * fit.residual_ - left_out.transpose() * residual;
+        predictors.transpose() * fit.residual() - left_out.transpose() * residual;
     const Eigen::VectorXd without =
         residual -
         left_out.leftCols(rank) * gram.topLeftCorner(rank, rank).ldlt().solve(slope.head(rank));

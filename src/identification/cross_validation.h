@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "scan.h"
+#include "linearization.h"
 
 namespace armtrue {
 

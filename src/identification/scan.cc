@@ -1,12 +1,12 @@
 #include "scan.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <random>
-#include <set>
+#include <string>
 
 #include "ordered_blocks.h"
 
@@ -15,232 +15,130 @@ namespace {
 
 // Less than this of a candidate's own norm left after projection is rounding, not evidence.
 constexpr double kSmallestLeft = 1e-5;
+// A column of which less than this (squared) is left beside the candidate's other columns.
+constexpr double kSmallestPivot = 1e-6;
+constexpr int kCandidatesPerBlock = 64;
 
-// How much the readings of one pose agree beyond what independent readings would: the variance
-// inflation 1 + (m - 1) icc of one-way analysis of variance on the position residuals, with the
-// unknowns counted against the poses, which determine them.
-double estimate_design_effect(const Eigen::VectorXd& residual, const std::vector<int>& pose,
-                              int row_size, double unknowns) {
-  struct Group {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    double squares = 0;
-    int count = 0;
-  };
-  std::map<int, Group> groups;
-  for (size_t row = 0; row < pose.size(); ++row) {
-    const Eigen::Vector3d r = residual.segment<3>(static_cast<int>(row) * row_size);
-    Group& group = groups[pose[row]];
-    group.sum += r;
-    group.squares += r.squaredNorm();
-    ++group.count;
-  }
-  double between = 0, within = 0, within_freedom = 0, sum_of_sizes_squared = 0;
-  for (const auto& [id, group] : groups) {
-    const double m = group.count;
-    between += group.sum.squaredNorm() / m;
-    within += group.squares - group.sum.squaredNorm() / m;
-    within_freedom += 3 * (m - 1);
-    sum_of_sizes_squared += m * m;
-  }
-  const double poses = static_cast<double>(groups.size()), rows = static_cast<double>(pose.size());
-  const double between_freedom = 3 * poses - 0.5 * unknowns;  // orientation carries about half
-  if (within_freedom < 1 || between_freedom < 1 || within <= 0) return 1.0;
-  const double mean_square_between = between / between_freedom;
-  const double mean_square_within = within / within_freedom;
-  const double size = sum_of_sizes_squared / rows;
-  const double icc = (mean_square_between - mean_square_within) /
-                     (mean_square_between + (size - 1) * mean_square_within);
-  return 1.0 + (size - 1) * std::max(0.0, icc);
+// What decides the values of a candidate in every context.
+std::string value_key(const Effect& effect) {
+  const Shape& shape = effect.shape;
+  std::string key = to_string(effect.driver) + "|" + to_string(shape) + "|" +
+                    std::to_string(static_cast<int>(shape.basis)) + "|" +
+                    std::to_string(shape.count) + "|" + std::to_string(shape.at) + "|" +
+                    std::to_string(shape.tau) + "|" + std::to_string(shape.high[0]);
+  if (effect.driver.kind == DriverKind::moment || effect.driver.kind == DriverKind::force)
+    key += "|" + effect.parameter;
+  return key;
 }
 
-// Poses numbered from zero in the order of their first row; returns how many there are.
-int number_poses(const std::vector<int>& pose, std::vector<int>& group_of_row) {
+bool same(const Context& a, const Context& b) {
+  return a.q == b.q && a.arrival == b.arrival && a.time_s == b.time_s &&
+         a.payload_kg == b.payload_kg && a.force_n == b.force_n &&
+         a.temperature_c == b.temperature_c;
+}
+
+// Poses numbered from zero in the order of their first row.
+std::vector<int> number_poses(const std::vector<int>& pose, int& count) {
   std::map<int, int> numbers;
+  std::vector<int> group_of_row;
   for (int id : pose)
     group_of_row.push_back(numbers.try_emplace(id, static_cast<int>(numbers.size())).first->second);
-  return static_cast<int>(numbers.size());
-}
-
-// An orthonormal basis of the columns; columns that depend on the others are left out.
-Eigen::MatrixXd orthonormal_basis(const Eigen::MatrixXd& columns) {
-  Eigen::MatrixXd scaled = columns;
-  for (int k = 0; k < scaled.cols(); ++k) {
-    const double norm = scaled.col(k).norm();
-    if (norm > 0) scaled.col(k) /= norm;
-  }
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(scaled);
-  qr.setThreshold(1e-9);
-  const auto rank = qr.rank();
-  return qr.householderQ() * Eigen::MatrixXd::Identity(columns.rows(), rank);
+  count = static_cast<int>(numbers.size());
+  return group_of_row;
 }
 
 }  // namespace
 
-Linearization::Linearization(const CalibrationResult& fit, const Campaign& campaign)
-    : row_size_(campaign.has_orientation() ? 6 : 3), pose_(campaign.pose) {
-  std::vector<int> all(parameter_count(fit.robot.chain));
-  for (size_t k = 0; k < all.size(); ++k) all[k] = static_cast<int>(k);
-  const ObservationModel model(campaign, fit.robot, all, fit.scale);
-  const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
-  const int size = row_size_, n = campaign.rows() * size, columns = model.unknowns();
-  Eigen::MatrixXd blocks(n, columns + 1);
+CandidateScan::CandidateScan(const std::vector<Candidate>& candidates, const Robot& robot,
+                             const Campaign& campaign) {
+  std::vector<Context> moments;
+  for (int row = 0; row < campaign.rows(); ++row) {
+    const Context context = campaign.context(row);
+    if (moments.empty() || !same(context, moments.back())) moments.push_back(context);
+    moment_of_row_.push_back(static_cast<int>(moments.size()) - 1);
+  }
+
+  std::vector<BoundEffect> sources;  // of values, each once
+  std::vector<int> first_value;      // of each source
+  int value_count = 0;
+  std::map<std::string, int> source_of_key;
+  std::vector<std::map<int, int>> column_of_value(kTargetParameters);
+  for (const Candidate& candidate : candidates) {
+    BoundEffect bound(candidate.effect, robot, campaign.temperature_names);
+    if (bound.coefficient_count() == 0) continue;  // gravity does no work on this parameter
+    const auto [place, is_new] =
+        source_of_key.try_emplace(value_key(candidate.effect), static_cast<int>(sources.size()));
+    if (is_new) {
+      first_value.push_back(value_count);
+      value_count += bound.value_count();
+    }
+    std::vector<Term> terms;
+    for (const BoundEffect::Term& term : bound.terms()) {
+      const int value = first_value[place->second] + term.value;
+      column_of_value[term.parameter].try_emplace(value, 0);
+      terms.push_back({term.coefficient, term.parameter, value});  // the column is filled in below
+    }
+    candidates_.push_back(candidate);
+    terms_.push_back(std::move(terms));
+    coefficient_count_.push_back(bound.coefficient_count());
+    if (is_new) sources.push_back(std::move(bound));
+  }
+  for (auto& columns : column_of_value) {
+    first_column_.push_back(static_cast<int>(value_of_column_.size()));
+    for (auto& [value, column] : columns) {
+      column = static_cast<int>(value_of_column_.size());
+      value_of_column_.push_back(value);
+    }
+  }
+  first_column_.push_back(static_cast<int>(value_of_column_.size()));
+  for (auto& terms : terms_)
+    for (Term& term : terms) term.column = column_of_value[term.parameter][term.column];
+
+  bool needs_frames = false, needs_jacobian = false;
+  for (const BoundEffect& source : sources) {
+    needs_frames |= source.needs_frames();
+    needs_jacobian |= source.needs_jacobian();
+  }
+  const ChainEvaluator chain(robot.chain);
+  values_.resize(static_cast<int>(moments.size()), value_count);
   for_ordered_blocks<int>(
-      campaign.rows(), 1024,
+      static_cast<int>(moments.size()), 64,
       [&](int begin, int end) {
-        Eigen::MatrixXd block(size, columns + 1);
-        for (int row = begin; row < end; ++row) {
-          at.block(row, block);
-          blocks.middleRows(row * size, size) = std::sqrt(fit.weights[row]) * block;
+        Eigen::VectorXd values(value_count);
+        ArmFrames frames;
+        PoseJacobian jacobian;
+        for (int moment = begin; moment < end; ++moment) {
+          if (needs_frames) frames = chain.link_frames(moments[moment].q);
+          if (needs_jacobian) chain.pose(moments[moment].q, jacobian);
+          for (size_t s = 0; s < sources.size(); ++s)
+            sources[s].values(moments[moment], &frames, &jacobian, values.data() + first_value[s]);
+          values_.row(moment) = values.cast<float>();
         }
         return 0;
       },
       [](int) {});
-  const int coefficients = columns - static_cast<int>(all.size());
-  jacobian_ = blocks.leftCols(kTargetParameters);
-  model_.resize(n, static_cast<int>(fit.set.kept.size()) + coefficients);
-  for (size_t k = 0; k < fit.set.kept.size(); ++k)
-    model_.col(static_cast<int>(k)) = blocks.col(fit.set.kept[k]);
-  model_.rightCols(coefficients) = blocks.middleCols(static_cast<int>(all.size()), coefficients);
-  int column = static_cast<int>(fit.set.kept.size());
-  effect_coefficients_.resize(coefficients);
-  int c = 0;
-  for (const Effect& effect : fit.robot.effects) {
-    first_effect_column_.push_back(column);
-    column += static_cast<int>(effect.coefficients.size());
-    for (const Coefficient& coefficient : effect.coefficients)
-      effect_coefficients_[c++] = coefficient.value;
-  }
-  first_effect_column_.push_back(column);
-  full_residual_ = blocks.rightCols<1>();
-  equations_ = static_cast<double>(n);
-  project();
-  design_effect_ =
-      estimate_design_effect(residual_, pose_, row_size_, static_cast<double>(model_.cols()));
-}
-
-void Linearization::project() {
-  basis_ = orthonormal_basis(model_);
-  const int rank = static_cast<int>(basis_.cols()), parameters = static_cast<int>(jacobian_.cols());
-  const int size = row_size_;
-  basis_products_.assign(parameters, Eigen::MatrixXd(rows(), rank));
-  for_ordered_blocks<int>(
-      parameters, 4,
-      [&](int begin, int end) {
-        for (int c = begin; c < end; ++c)
-          for (int row = 0; row < rows(); ++row)
-            basis_products_[c].row(row).noalias() =
-                jacobian_.col(c).segment(row * size, size).transpose() *
-                basis_.middleRows(row * size, size);
-        return 0;
-      },
-      [](int) {});
-  set_residual(full_residual_);
-}
-
-void Linearization::set_residual(const Eigen::VectorXd& residual) {
-  residual_ = residual - basis_ * (basis_.transpose() * residual);
-  residual_norm_ = residual_.squaredNorm();
-  const int size = row_size_;
-  residual_products_.resize(rows(), jacobian_.cols());
-  for (int c = 0; c < jacobian_.cols(); ++c)
-    for (int row = 0; row < rows(); ++row)
-      residual_products_(row, c) =
-          jacobian_.col(c).segment(row * size, size).dot(residual_.segment(row * size, size));
-}
-
-Eigen::VectorXd Linearization::contribution(int effect) const {
-  const int first = first_effect_column_[effect];
-  const int count = first_effect_column_[effect + 1] - first;
-  const int offset = first - first_effect_column_[0];
-  return model_.middleCols(first, count) * effect_coefficients_.segment(offset, count);
-}
-
-Linearization Linearization::without_effect(int effect) const {
-  Linearization reduced = *this;
-  const int first = first_effect_column_[effect];
-  const int count = first_effect_column_[effect + 1] - first;
-  const auto tail = model_.cols() - first - count;
-  reduced.full_residual_ = full_residual_ + contribution(effect);
-  reduced.model_.resize(Eigen::NoChange, model_.cols() - count);
-  reduced.model_ << model_.leftCols(first), model_.rightCols(tail);
-  reduced.first_effect_column_.erase(reduced.first_effect_column_.begin() + effect);
-  for (size_t e = static_cast<size_t>(effect); e < reduced.first_effect_column_.size(); ++e)
-    reduced.first_effect_column_[e] -= count;
-  const int offset = first - first_effect_column_[0];
-  Eigen::VectorXd coefficients(effect_coefficients_.size() - count);
-  coefficients << effect_coefficients_.head(offset),
-      effect_coefficients_.tail(effect_coefficients_.size() - offset - count);
-  reduced.effect_coefficients_ = coefficients;
-  reduced.project();
-  return reduced;
-}
-
-CandidateScan::CandidateScan(const std::vector<Candidate>& candidates, const Robot& robot,
-                             const Campaign& campaign)
-    : robot_(robot) {
-  // Candidates that read the same values of driver and shape stand together, to compute them once.
-  std::map<std::string, std::vector<int>> groups;
-  std::vector<std::string> order;
-  bool needs_frames = false, needs_jacobian = false;
-  for (const Candidate& candidate : candidates) {
-    BoundEffect bound(candidate.effect, robot, campaign.temperature_names);
-    if (bound.coefficient_count() == 0) continue;  // gravity does no work on this parameter
-    needs_frames |= bound.needs_frames();
-    needs_jacobian |= bound.needs_jacobian();
-    const Effect& e = candidate.effect;
-    std::string key = to_string(e.driver) + "|" + to_string(e.shape) + "|" +
-                      std::to_string(static_cast<int>(e.shape.basis)) + "|" +
-                      std::to_string(e.shape.count) + "|" + std::to_string(e.shape.at) + "|" +
-                      std::to_string(e.shape.tau);
-    if (e.driver.kind == DriverKind::moment || e.driver.kind == DriverKind::force)
-      key += "|" + e.parameter;
-    const auto [place, is_new] = groups.try_emplace(key);
-    if (is_new) order.push_back(key);
-    place->second.push_back(static_cast<int>(candidates_.size()));
-    candidates_.push_back(candidate);
-    bound_.push_back(std::move(bound));
-  }
-  for (const std::string& key : order) groups_.push_back(groups[key]);
-
-  const ChainEvaluator chain(robot.chain);
-  for (int row = 0; row < campaign.rows(); ++row) {
-    contexts_.push_back(campaign.context(row));
-    if (needs_frames) frames_.push_back(chain.link_frames(contexts_.back().q));
-    if (needs_jacobian) chain.pose(contexts_.back().q, jacobians_.emplace_back());
-  }
-}
-
-Eigen::MatrixXd CandidateScan::values_of(int candidate) const {
-  const BoundEffect& bound = bound_[candidate];
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> values(
-      static_cast<int>(contexts_.size()), bound.value_count());
-  for (size_t row = 0; row < contexts_.size(); ++row)
-    bound.values(contexts_[row], frames_.empty() ? nullptr : &frames_[row],
-                 jacobians_.empty() ? nullptr : &jacobians_[row],
-                 values.row(static_cast<int>(row)).data());
-  return values;
 }
 
 Eigen::MatrixXd CandidateScan::columns(const Linearization& fit, int candidate) const {
-  const Eigen::MatrixXd values = values_of(candidate);
-  const int size = fit.row_size_;
-  Eigen::MatrixXd columns =
-      Eigen::MatrixXd::Zero(fit.rows() * size, bound_[candidate].coefficient_count());
-  for (const BoundEffect::Term& term : bound_[candidate].terms())
+  const int size = fit.row_size();
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(fit.rows() * size, coefficient_count_[candidate]);
+  for (const Term& term : terms_[candidate]) {
+    const auto values = values_.col(value_of_column_[term.column]);
     for (int row = 0; row < fit.rows(); ++row)
       columns.col(term.coefficient).segment(row * size, size) +=
-          values(row, term.value) * fit.jacobian_.col(term.parameter).segment(row * size, size);
+          static_cast<double>(values[moment_of_row_[row]]) *
+          fit.jacobian().col(term.parameter).segment(row * size, size);
+  }
   return columns;
 }
 
-double CandidateScan::variation(const Linearization& fit, int candidate,
-                                const Eigen::VectorXd& coefficients) const {
-  const Eigen::MatrixXd values = values_of(candidate);
+double CandidateScan::variation(int candidate, const Eigen::VectorXd& coefficients) const {
   std::map<int, Eigen::VectorXd> offsets;
-  for (const BoundEffect::Term& term : bound_[candidate].terms()) {
+  for (const Term& term : terms_[candidate]) {
     auto& offset =
-        offsets.try_emplace(term.parameter, Eigen::VectorXd::Zero(fit.rows())).first->second;
-    offset += coefficients[term.coefficient] * values.col(term.value);
+        offsets.try_emplace(term.parameter, Eigen::VectorXd::Zero(values_.rows())).first->second;
+    offset +=
+        coefficients[term.coefficient] * values_.col(value_of_column_[term.column]).cast<double>();
   }
   double largest = 0;
   for (const auto& [parameter, offset] : offsets)
@@ -248,46 +146,113 @@ double CandidateScan::variation(const Linearization& fit, int candidate,
   return largest;
 }
 
-// What one candidate needs to be scored against any residual: the projections of its columns.
-struct CandidateScan::Projection {
-  Eigen::MatrixXd on_basis;  // rank x coefficients
-  Eigen::MatrixXd
-      inverse;  // of the Gram matrix of what is left of the columns; zero where dependent
-  int degrees_of_freedom = 0;
-  double left = 0;
-};
+// Sums over the rows of each moment of d(row)/d(parameter) . columns(row): moments x columns.
+template <typename Columns>
+Eigen::MatrixXd ProjectedCandidates::moment_sums(int parameter, const Columns& columns) const {
+  const int size = fit_.row_size();
+  Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(columns.cols(), scan_.values_.rows());
+  const auto derivative = fit_.jacobian().col(parameter);
+  for (int row = 0; row < fit_.rows(); ++row)
+    for (int axis = 0; axis < size; ++axis)
+      if (derivative[row * size + axis] != 0)
+        sums.col(scan_.moment_of_row_[row]) +=
+            derivative[row * size + axis] * columns.row(row * size + axis).transpose();
+  return sums.transpose();
+}
 
-CandidateScan::Projection CandidateScan::project(const Linearization& fit, int candidate,
-                                                 const Eigen::MatrixXd& values) const {
-  const BoundEffect& bound = bound_[candidate];
-  const int k = bound.coefficient_count(), size = fit.row_size_;
-  Projection projection;
-  projection.on_basis = Eigen::MatrixXd::Zero(fit.basis_.cols(), k);
-  Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(k, k);
-  if (bound.parameters().size() == 1) {
-    const int c = bound.parameters().front();
-    const Eigen::VectorXd squares =
-        fit.jacobian_.col(c).reshaped(size, fit.rows()).colwise().squaredNorm().transpose();
-    projection.on_basis.noalias() = fit.basis_products_[c].transpose() * values;
-    gram.noalias() = values.transpose() * squares.asDiagonal() * values;
-  } else {
-    for (const BoundEffect::Term& term : bound.terms())
-      projection.on_basis.col(term.coefficient).noalias() +=
-          fit.basis_products_[term.parameter].transpose() * values.col(term.value);
-    const Eigen::MatrixXd whole = columns(fit, candidate);
-    gram.noalias() = whole.transpose() * whole;
-  }
+ProjectedCandidates::ProjectedCandidates(const CandidateScan& scan, const Linearization& fit)
+    : scan_(scan),
+      fit_(fit),
+      on_basis_(fit.basis().cols(), static_cast<int>(scan.value_of_column_.size())),
+      slopes_(static_cast<int>(scan.value_of_column_.size())),
+      grams_(scan.candidates_.size()) {
+  const int moments = static_cast<int>(scan.values_.rows());
+  // Transposed once, so that the rows of a reading lie side by side.
+  Eigen::MatrixXd target(fit.basis().rows(), fit.basis().cols() + 1);
+  target << fit.basis(), fit.residual();
+  const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> by_row = target;
+  std::vector<Eigen::VectorXd> squares(kTargetParameters);
+  for_ordered_blocks<int>(
+      kTargetParameters, 1,
+      [&](int parameter, int) {
+        const int first = scan.first_column_[parameter];
+        const int count = scan.first_column_[parameter + 1] - first;
+        if (count == 0) return 0;
+        const Eigen::MatrixXd sums = moment_sums(parameter, by_row);
+        const Eigen::Index rank = fit.basis().cols();
+        for (int begin = 0; begin < count; begin += 256) {
+          const int end = std::min(count, begin + 256);
+          Eigen::MatrixXd values(moments, end - begin);
+          for (int k = begin; k < end; ++k)
+            values.col(k - begin) =
+                scan.values_.col(scan.value_of_column_[first + k]).cast<double>();
+          on_basis_.middleCols(first + begin, end - begin).noalias() =
+              sums.leftCols(rank).transpose() * values;
+          slopes_.segment(first + begin, end - begin).noalias() =
+              values.transpose() * sums.col(rank);
+        }
+        squares[parameter] = Eigen::VectorXd::Zero(moments);
+        for (int row = 0; row < fit.rows(); ++row)
+          squares[parameter][scan.moment_of_row_[row]] +=
+              fit.jacobian()
+                  .col(parameter)
+                  .segment(row * fit.row_size(), fit.row_size())
+                  .squaredNorm();
+        return 0;
+      },
+      [](int) {});
+
+  for_ordered_blocks<int>(
+      static_cast<int>(scan.candidates_.size()), kCandidatesPerBlock,
+      [&](int begin, int end) {
+        for (int candidate = begin; candidate < end; ++candidate) {
+          const auto& terms = scan.terms_[candidate];
+          const int k = scan.coefficient_count_[candidate];
+          const bool one_parameter = std::all_of(terms.begin(), terms.end(), [&](const auto& term) {
+            return term.parameter == terms.front().parameter;
+          });
+          if (!one_parameter) {
+            const Eigen::MatrixXd whole = scan.columns(fit, candidate);
+            grams_[candidate].noalias() = whole.transpose() * whole;
+            continue;
+          }
+          Eigen::MatrixXd values(moments, k);
+          for (const auto& term : terms)
+            values.col(term.coefficient) =
+                scan.values_.col(scan.value_of_column_[term.column]).cast<double>();
+          grams_[candidate].noalias() =
+              values.transpose() * squares[terms.front().parameter].asDiagonal() * values;
+        }
+        return 0;
+      },
+      [](int) {});
+}
+
+Eigen::MatrixXd ProjectedCandidates::on_basis(int candidate) const {
+  Eigen::MatrixXd result =
+      Eigen::MatrixXd::Zero(on_basis_.rows(), scan_.coefficient_count_[candidate]);
+  for (const auto& term : scan_.terms_[candidate])
+    result.col(term.coefficient) += on_basis_.col(term.column);
+  return result;
+}
+
+ProjectedCandidates::Solution ProjectedCandidates::solve(int candidate,
+                                                         const Eigen::MatrixXd& projected,
+                                                         const Eigen::MatrixXd& returned) const {
+  const int k = scan_.coefficient_count_[candidate];
+  Eigen::MatrixXd gram = grams_[candidate];
   const Eigen::VectorXd own = gram.diagonal();
-  gram.noalias() -= projection.on_basis.transpose() * projection.on_basis;
+  gram.noalias() -= projected.transpose() * projected;
+  if (returned.size() > 0) gram.noalias() += returned.transpose() * returned;
 
-  // Pivoted Cholesky in units of each column's own norm; a pivot below the threshold is nothing
-  // new.
-  projection.inverse = Eigen::MatrixXd::Zero(k, k);
+  // Cholesky column by column, in units of each column's own norm; a pivot below the threshold is
+  // nothing new.
+  Solution solution{Eigen::MatrixXd(0, k), 0, 0};
   std::vector<int> kept;
   for (int c = 0; c < k; ++c) {
     if (own[c] <= 0) continue;
     const double left = std::max(0.0, gram(c, c)) / own[c];
-    projection.left = std::max(projection.left, std::sqrt(left));
+    solution.left = std::max(solution.left, std::sqrt(left));
     if (left < kSmallestLeft * kSmallestLeft) continue;
     std::vector<int> trial = kept;
     trial.push_back(c);
@@ -295,52 +260,55 @@ CandidateScan::Projection CandidateScan::project(const Linearization& fit, int c
     const Eigen::MatrixXd scaled = unit.asDiagonal() * gram(trial, trial) * unit.asDiagonal();
     const Eigen::LLT<Eigen::MatrixXd> llt(scaled);
     if (llt.info() != Eigen::Success) continue;
-    const double pivot =
-        llt.matrixLLT()(static_cast<int>(trial.size()) - 1, static_cast<int>(trial.size()) - 1);
-    if (pivot * pivot < 1e-6) continue;
+    const auto last = static_cast<Eigen::Index>(trial.size()) - 1;
+    const double pivot = llt.matrixLLT()(last, last);
+    if (pivot * pivot < kSmallestPivot) continue;
     kept = trial;
   }
-  projection.degrees_of_freedom = static_cast<int>(kept.size());
+  solution.degrees_of_freedom = static_cast<int>(kept.size());
   if (!kept.empty()) {
     const Eigen::VectorXd unit = gram.diagonal()(kept).cwiseSqrt().cwiseInverse();
     const Eigen::MatrixXd scaled = unit.asDiagonal() * gram(kept, kept) * unit.asDiagonal();
-    const int m = static_cast<int>(kept.size());
-    projection.inverse(kept, kept) =
-        unit.asDiagonal() * scaled.llt().solve(Eigen::MatrixXd::Identity(m, m)) * unit.asDiagonal();
+    const auto m = static_cast<Eigen::Index>(kept.size());
+    solution.whitening = Eigen::MatrixXd::Zero(m, k);
+    solution.whitening(Eigen::all, kept) =
+        Eigen::MatrixXd(scaled.llt().matrixL().solve(Eigen::MatrixXd::Identity(m, m))) *
+        unit.asDiagonal();
   }
-  return projection;
+  return solution;
 }
 
-double CandidateScan::ebic_fall(const Linearization& fit, int candidate, int degrees_of_freedom,
-                                double gain, double residual_norm) const {
+double ProjectedCandidates::ebic_fall(double log_choices, int degrees_of_freedom, double gain,
+                                      double residual_norm) const {
   if (degrees_of_freedom == 0) return -std::numeric_limits<double>::infinity();
-  const double n = fit.equations() / fit.design_effect();
+  const double n = fit_.equations();
   const double left = std::max(1e-12, 1.0 - gain / residual_norm);
-  return -n * std::log(left) - degrees_of_freedom * std::log(n) -
-         2.0 * candidates_[candidate].log_choices;
+  return -n * std::log(left) - degrees_of_freedom * std::log(n) - 2.0 * log_choices;
 }
 
-std::vector<CandidateScore> CandidateScan::score(const Linearization& fit) const {
-  std::vector<CandidateScore> scores(candidates_.size());
+std::vector<CandidateScore> ProjectedCandidates::scores(const Linearization::Loss& loss,
+                                                        bool with_residual) const {
+  const double norm = (with_residual ? fit_.residual_norm() : 0.0) + loss.residual.squaredNorm();
+  std::vector<CandidateScore> scores(scan_.candidates_.size());
   for_ordered_blocks<int>(
-      static_cast<int>(groups_.size()), 8,
+      static_cast<int>(scores.size()), kCandidatesPerBlock,
       [&](int begin, int end) {
-        for (int g = begin; g < end; ++g) {
-          const Eigen::MatrixXd values = values_of(groups_[g].front());
-          for (int candidate : groups_[g]) {
-            const Projection projection = project(fit, candidate, values);
-            Eigen::VectorXd slope = Eigen::VectorXd::Zero(bound_[candidate].coefficient_count());
-            for (const BoundEffect::Term& term : bound_[candidate].terms())
-              slope[term.coefficient] +=
-                  values.col(term.value).dot(fit.residual_products_.col(term.parameter));
-            CandidateScore& score = scores[candidate];
-            score.degrees_of_freedom = projection.degrees_of_freedom;
-            score.left = projection.left;
-            score.coefficients = projection.inverse * slope;
-            score.gain = slope.dot(score.coefficients);
-            score.score = ebic_fall(fit, candidate, score.degrees_of_freedom, score.gain,
-                                    fit.residual_norm());
-          }
+        for (int candidate = begin; candidate < end; ++candidate) {
+          const Eigen::MatrixXd projected = on_basis(candidate);
+          const Eigen::MatrixXd returned = loss.span.transpose() * projected;
+          const Solution solution = solve(candidate, projected, returned);
+          Eigen::VectorXd slope = returned.transpose() * loss.residual;
+          if (with_residual)
+            for (const auto& term : scan_.terms_[candidate])
+              slope[term.coefficient] += slopes_[term.column];
+          CandidateScore& score = scores[candidate];
+          score.degrees_of_freedom = solution.degrees_of_freedom;
+          score.left = solution.left;
+          const Eigen::VectorXd whitened = solution.whitening * slope;
+          score.coefficients = solution.whitening.transpose() * whitened;
+          score.gain = whitened.squaredNorm();
+          score.score = ebic_fall(scan_.candidates_[candidate].log_choices,
+                                  score.degrees_of_freedom, score.gain, norm);
         }
         return 0;
       },
@@ -348,61 +316,113 @@ std::vector<CandidateScore> CandidateScan::score(const Linearization& fit) const
   return scores;
 }
 
-double CandidateScan::family_wise_p(const Linearization& fit, double best_score, int flips,
-                                    std::uint64_t seed) const {
+std::vector<CandidateScore> ProjectedCandidates::scores() const {
+  return scores({Eigen::MatrixXd(fit_.basis().cols(), 0), Eigen::VectorXd(0)}, true);
+}
+
+std::vector<CandidateScore> ProjectedCandidates::scores_without(int effect) const {
+  return scores(fit_.without_effect(effect), true);
+}
+
+std::vector<double> ProjectedCandidates::correlations(int effect) const {
+  Linearization::Loss loss = fit_.without_effect(effect);
+  const double whole = std::max(1e-300, loss.residual.squaredNorm());
+  std::vector<double> cosines;
+  for (const CandidateScore& share : scores(loss, false))
+    cosines.push_back(std::sqrt(std::clamp(share.gain / whole, 0.0, 1.0)));
+  return cosines;
+}
+
+CandidateScore ProjectedCandidates::score_of_effect(int effect, double log_choices) const {
+  const Linearization::Loss loss = fit_.without_effect(effect);
+  CandidateScore score;
+  score.degrees_of_freedom = static_cast<int>(loss.span.cols());
+  score.gain = loss.residual.squaredNorm();
+  score.score = ebic_fall(log_choices, score.degrees_of_freedom, score.gain,
+                          fit_.residual_norm() + score.gain);
+  return score;
+}
+
+Eigen::VectorXd ProjectedCandidates::residual_beside(int candidate,
+                                                     const Eigen::VectorXd& coefficients) const {
+  const Eigen::VectorXd explained = scan_.columns(fit_, candidate) * coefficients;
+  return fit_.residual() - (explained - fit_.basis() * (fit_.basis().transpose() * explained));
+}
+
+double ProjectedCandidates::family_wise_p(const Eigen::VectorXd& residual, double best_score,
+                                          int flips, std::uint64_t seed) const {
   // One sign for each pose in each draw; the same for every candidate. What flips together is
-  // summed first.
-  std::vector<int> group_of_row;
-  const int poses = number_poses(fit.pose_, group_of_row);
+  // summed first. A rank among draws needs no more digits than float has, once the projection has
+  // been done in double.
+  int poses = 0;
+  const std::vector<int> pose_of_row = number_poses(fit_.pose(), poses);
+  std::vector<int> pose_of_moment(scan_.values_.rows());
+  for (int row = 0; row < fit_.rows(); ++row)
+    pose_of_moment[scan_.moment_of_row_[row]] = pose_of_row[row];
   std::mt19937_64 random(seed);
   Eigen::MatrixXf signs(poses, flips);
   for (int f = 0; f < flips; ++f)
     for (int pose = 0; pose < poses; ++pose) signs(pose, f) = random() >> 63 ? 1.0f : -1.0f;
-  const auto by_pose = [&](const Eigen::MatrixXd& rows) {
-    Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(poses, rows.cols());
-    for (int row = 0; row < rows.rows(); ++row) sums.row(group_of_row[row]) += rows.row(row);
-    return Eigen::MatrixXf(sums.cast<float>());  // a rank among draws needs no more digits
-  };
-  const int n = fit.rows(), size = fit.row_size_;
-  Eigen::MatrixXd basis_by_row(n, fit.basis_.cols());
-  for (int row = 0; row < n; ++row)
-    basis_by_row.row(row) = fit.residual_.segment(row * size, size).transpose() *
-                            fit.basis_.middleRows(row * size, size);
-  const Eigen::MatrixXf on_basis = by_pose(basis_by_row).transpose() * signs;  // rank x flips
+
+  const int size = fit_.row_size();
+  Eigen::MatrixXd basis_by_pose = Eigen::MatrixXd::Zero(poses, fit_.basis().cols());
+  for (int row = 0; row < fit_.rows(); ++row)
+    basis_by_pose.row(pose_of_row[row]) +=
+        residual.segment(row * size, size).transpose() * fit_.basis().middleRows(row * size, size);
+  const Eigen::MatrixXf flipped_on_basis = basis_by_pose.transpose().cast<float>() * signs;
   const Eigen::RowVectorXf norms =
-      (static_cast<float>(fit.residual_norm()) - on_basis.colwise().squaredNorm().array()).matrix();
+      static_cast<float>(residual.squaredNorm()) - flipped_on_basis.colwise().squaredNorm().array();
+
+  // Of every column, its product with every draw of the residual.
+  Eigen::MatrixXf slopes(slopes_.size(), flips);
+  for_ordered_blocks<int>(
+      kTargetParameters, 1,
+      [&](int parameter, int) {
+        const int first = scan_.first_column_[parameter];
+        const int count = scan_.first_column_[parameter + 1] - first;
+        if (count == 0) return 0;
+        const Eigen::VectorXd products = moment_sums(parameter, residual);
+        for (int begin = 0; begin < count; begin += 256) {
+          const int width = std::min(256, count - begin);
+          Eigen::MatrixXd by_pose = Eigen::MatrixXd::Zero(poses, width);
+          for (int k = 0; k < width; ++k) {
+            const auto values = scan_.values_.col(scan_.value_of_column_[first + begin + k]);
+            for (int moment = 0; moment < values.size(); ++moment)
+              by_pose(pose_of_moment[moment], k) +=
+                  static_cast<double>(values[moment]) * products[moment];
+          }
+          by_pose.noalias() -= basis_by_pose * on_basis_.middleCols(first + begin, width);
+          slopes.middleRows(first + begin, width).noalias() =
+              by_pose.transpose().cast<float>() * signs;
+        }
+        return 0;
+      },
+      [](int) {});
 
   Eigen::VectorXd best = Eigen::VectorXd::Constant(flips, -std::numeric_limits<double>::infinity());
   for_ordered_blocks<Eigen::VectorXd>(
-      static_cast<int>(groups_.size()), 8,
+      static_cast<int>(grams_.size()), kCandidatesPerBlock,
       [&](int begin, int end) {
         Eigen::VectorXd block_best =
             Eigen::VectorXd::Constant(flips, -std::numeric_limits<double>::infinity());
-        for (int g = begin; g < end; ++g) {
-          const Eigen::MatrixXd values = values_of(groups_[g].front());
-          for (int candidate : groups_[g]) {
-            const Projection projection = project(fit, candidate, values);
-            if (projection.degrees_of_freedom == 0) continue;
-            Eigen::MatrixXd weighted =
-                Eigen::MatrixXd::Zero(n, bound_[candidate].coefficient_count());
-            for (const BoundEffect::Term& term : bound_[candidate].terms())
-              weighted.col(term.coefficient) +=
-                  values.col(term.value).cwiseProduct(fit.residual_products_.col(term.parameter));
-            // In units in which the inverse is near one: columns differ by orders of magnitude.
-            const Eigen::VectorXd unit = projection.inverse.diagonal().cwiseSqrt();
-            const Eigen::VectorXd back = (unit.array() > 0).select(unit.cwiseInverse(), 0.0);
-            const Eigen::MatrixXf inverse =
-                (back.asDiagonal() * projection.inverse * back.asDiagonal()).cast<float>();
-            const Eigen::MatrixXf sums = by_pose(weighted * unit.asDiagonal());
-            Eigen::MatrixXf slopes = sums.transpose() * signs;
-            slopes.noalias() -=
-                (projection.on_basis * unit.asDiagonal()).cast<float>().transpose() * on_basis;
-            const Eigen::RowVectorXf gains = slopes.cwiseProduct(inverse * slopes).colwise().sum();
-            for (int f = 0; f < flips; ++f)
-              block_best[f] = std::max(
-                  block_best[f],
-                  ebic_fall(fit, candidate, projection.degrees_of_freedom, gains[f], norms[f]));
-          }
+        for (int candidate = begin; candidate < end; ++candidate) {
+          const Solution solution = solve(candidate, on_basis(candidate), {});
+          if (solution.degrees_of_freedom == 0) continue;
+          Eigen::MatrixXf slope = Eigen::MatrixXf::Zero(scan_.coefficient_count_[candidate], flips);
+          for (const auto& term : scan_.terms_[candidate])
+            slope.row(term.coefficient) += slopes.row(term.column);
+          // In units in which the slopes are near one: columns differ by orders of magnitude.
+          const Eigen::VectorXd unit = grams_[candidate].diagonal().cwiseSqrt();
+          const Eigen::VectorXd inverse = (unit.array() > 0).select(unit.cwiseInverse(), 0.0);
+          slope = inverse.cast<float>().asDiagonal() * slope;
+          const Eigen::RowVectorXf gains =
+              ((solution.whitening * unit.asDiagonal()).cast<float>() * slope)
+                  .colwise()
+                  .squaredNorm();
+          for (int f = 0; f < flips; ++f)
+            block_best[f] =
+                std::max(block_best[f], ebic_fall(scan_.candidates_[candidate].log_choices,
+                                                  solution.degrees_of_freedom, gains[f], norms[f]));
         }
         return block_best;
       },

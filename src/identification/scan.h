@@ -2,11 +2,10 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <string>
 #include <vector>
 
 #include "armtrue/effects/robot_model.h"
-#include "armtrue/identification/calibration.h"
+#include "linearization.h"
 
 namespace armtrue {
 
@@ -27,81 +26,90 @@ struct CandidateScore {
   Eigen::VectorXd coefficients;
 };
 
-/// A fit seen from close by: the derivatives of every row with respect to every parameter, whitened
-/// and weighted, what they span, and the residual that is left. Scanning candidates costs, for each
-/// row, only products of small vectors that are computed once, here.
-class Linearization {
- public:
-  Linearization(const CalibrationResult& fit, const Campaign& campaign);
-
-  int rows() const { return static_cast<int>(pose_.size()); }
-  double residual_norm() const { return residual_norm_; }  ///< sum of squares
-  double equations() const { return equations_; }
-  /// Variance inflation by readings that repeat a pose: 1 if replicates are independent.
-  double design_effect() const { return design_effect_; }
-
-  /// The residual replaced by another vector of the same rows (whitened), projected.
-  void set_residual(const Eigen::VectorXd& residual);
-  /// Takes a whitened contribution out of the residual.
-  void explain(const Eigen::VectorXd& contribution) { set_residual(residual_ - contribution); }
-  /// The same fit without the columns of one effect: what that effect explains becomes residual.
-  Linearization without_effect(int effect) const;
-  /// Whitened contribution of one effect to the readings.
-  Eigen::VectorXd contribution(int effect) const;
-
- private:
-  friend class CandidateScan;
-  friend struct CrossValidation;
-  void project();
-
-  int row_size_ = 3;
-  std::vector<int> pose_;
-  Eigen::MatrixXd jacobian_;              // all parameters: (rows * row_size) x parameters
-  Eigen::MatrixXd model_;                 // the columns of the fit
-  std::vector<int> first_effect_column_;  // per effect, and one past the last
-  Eigen::VectorXd effect_coefficients_;
-  Eigen::VectorXd residual_, full_residual_;
-  Eigen::MatrixXd basis_;  // orthonormal, of model_
-  double residual_norm_ = 0, equations_ = 0, design_effect_ = 1;
-  std::vector<Eigen::MatrixXd> basis_products_;  // per parameter: rows x rank
-  Eigen::MatrixXd residual_products_;            // rows x parameters
-};
-
-/// Scores candidates against a linearization.
+/// Many candidates and what their drivers and shapes read in every row of a campaign, computed
+/// once: candidates that differ in the parameter alone share it.
 class CandidateScan {
  public:
   CandidateScan(const std::vector<Candidate>& candidates, const Robot& robot,
                 const Campaign& campaign);
 
+  /// Those given, less those that drive nothing on this robot.
   const std::vector<Candidate>& candidates() const { return candidates_; }
-  std::vector<CandidateScore> score(const Linearization& fit) const;
-
-  /// Family-wise p-value of the best score: how often the best of all candidates scores as high on
-  /// residuals whose signs are flipped pose by pose. `flips` draws, by `seed`.
-  double family_wise_p(const Linearization& fit, double best_score, int flips,
-                       std::uint64_t seed) const;
-
-  /// Largest standard deviation over the rows of what the candidate adds to a parameter [m, rad].
-  double variation(const Linearization& fit, int candidate,
-                   const Eigen::VectorXd& coefficients) const;
 
   /// Whitened columns of one candidate, before projection.
   Eigen::MatrixXd columns(const Linearization& fit, int candidate) const;
 
+  /// Largest standard deviation over the campaign of what the candidate adds to a parameter
+  /// [m, rad].
+  double variation(int candidate, const Eigen::VectorXd& coefficients) const;
+
  private:
-  struct Projection;
-  Projection project(const Linearization& fit, int candidate, const Eigen::MatrixXd& values) const;
-  double ebic_fall(const Linearization& fit, int candidate, int degrees_of_freedom, double gain,
-                   double residual_norm) const;
-  Eigen::MatrixXd values_of(int candidate) const;  // rows x values
+  friend class ProjectedCandidates;
+
+  // A column is the derivative with respect to one parameter times one value of a driver's shape;
+  // the columns of one parameter stand together.
+  struct Term {
+    int coefficient, parameter, column;
+  };
 
   std::vector<Candidate> candidates_;
-  std::vector<BoundEffect> bound_;
-  std::vector<std::vector<int>> groups_;  // candidates whose values are the same
-  Robot robot_;
-  std::vector<Context> contexts_;
-  std::vector<ArmFrames> frames_;
-  std::vector<PoseJacobian> jacobians_;  // only if a driver needs them
+  std::vector<std::vector<Term>> terms_;
+  std::vector<int> coefficient_count_;
+  std::vector<int> moment_of_row_;  // rows whose context is the same share a moment
+  Eigen::MatrixXf values_;          // moments x values; a candidate needs no more digits
+  std::vector<int> value_of_column_, first_column_;  // per column; per parameter and one past
+};
+
+/// All candidates as one fit leaves them: projected off everything that is in the model, never the
+/// raw columns on the residual of a frozen model, which would shrink the estimate.
+class ProjectedCandidates {
+ public:
+  /// Refers to both arguments.
+  ProjectedCandidates(const CandidateScan& scan, const Linearization& fit);
+
+  /// Each candidate beside all that is in the model.
+  std::vector<CandidateScore> scores() const;
+
+  /// Each candidate in the place of one effect of the model.
+  std::vector<CandidateScore> scores_without(int effect) const;
+
+  /// How well each candidate can imitate one effect of the model: the cosine of the angle between
+  /// what that effect explains and what the candidate can, both projected off the rest.
+  std::vector<double> correlations(int effect) const;
+
+  /// An effect of the model beside the others; `log_choices` as for a candidate.
+  CandidateScore score_of_effect(int effect, double log_choices) const;
+
+  /// Family-wise p-value of `best_score`: how often the best of all candidates scores as high on
+  /// `residual` (of all rows, whitened) with signs flipped pose by pose.
+  double family_wise_p(const Eigen::VectorXd& residual, double best_score, int flips,
+                       std::uint64_t seed) const;
+
+  /// The residual less what a candidate explains of it.
+  Eigen::VectorXd residual_beside(int candidate, const Eigen::VectorXd& coefficients) const;
+
+ private:
+  // What makes the columns that are left of a candidate orthonormal, dependent ones left out:
+  // with the inverse of their Gram matrix, whitening^T whitening = inverse.
+  struct Solution {
+    Eigen::MatrixXd whitening;  // degrees of freedom x coefficients
+    int degrees_of_freedom = 0;
+    double left = 0;
+  };
+  Eigen::MatrixXd on_basis(int candidate) const;
+  Solution solve(int candidate, const Eigen::MatrixXd& projected,
+                 const Eigen::MatrixXd& returned) const;
+  std::vector<CandidateScore> scores(const Linearization::Loss& loss, bool with_residual) const;
+  double ebic_fall(double log_choices, int degrees_of_freedom, double gain,
+                   double residual_norm) const;
+  template <typename Columns>
+  Eigen::MatrixXd moment_sums(int parameter, const Columns& columns) const;
+
+  const CandidateScan& scan_;
+  const Linearization& fit_;
+  Eigen::MatrixXd on_basis_;            // rank x columns
+  Eigen::VectorXd slopes_;              // columns
+  std::vector<Eigen::MatrixXd> grams_;  // of the raw columns, per candidate
 };
 
 }  // namespace armtrue

@@ -16,7 +16,8 @@ namespace {
 constexpr double kPossibleVariation = 0.02;  // m or rad: a larger one is no effect but a mistake
 constexpr double kSameProjection = 0.95;     // correlation from which two candidates are one class
 constexpr double kSameEvidence = 6.0;        // EBIC: odds of 20 to 1
-constexpr size_t kNearMisses = 300;
+constexpr double kClearlyBetter = 2.0;       // EBIC, before an effect gives way to another
+constexpr int kRevisions = 4;
 constexpr int kTrials = 8;  // candidates that may fail the later gates in one step
 
 class Tracer {
@@ -75,78 +76,64 @@ class Tracer {
   }
 
   // Of the right sign, and no larger than such a thing can be.
-  bool is_possible(const CandidateScan& scan, const Linearization& fit, int candidate,
-                   const CandidateScore& score) const {
+  bool is_possible(const CandidateScan& scan, int candidate, const CandidateScore& score) const {
     if (scan.candidates()[candidate].only_positive && score.coefficients.maxCoeff() <= 0)
       return false;
-    return scan.variation(fit, candidate, score.coefficients) < kPossibleVariation;
+    return scan.variation(candidate, score.coefficients) < kPossibleVariation;
   }
 
   // One forward step; false if nothing more is to be added.
   bool step() {
     note("scanning for effect " + std::to_string(chosen_.size() + 1));
     const Linearization fit(result_.fit, campaign_);
-    const std::vector<CandidateScore> scores = scan_->score(fit);
+    const ProjectedCandidates projected(*scan_, fit);
+    const std::vector<CandidateScore> scores = projected.scores();
     const std::vector<int> order = best_first(scores);
     rank(scores, order);
     result_.best_score = scores[order.front()].score;
     for (int trial = 0; trial < kTrials && trial < static_cast<int>(order.size()); ++trial) {
       const int candidate = order[trial];
       if (scores[candidate].score <= 0) break;
-      if (!is_possible(*scan_, fit, candidate, scores[candidate])) continue;
+      if (!is_possible(*scan_, candidate, scores[candidate])) continue;
       const CrossValidation cv =
           CrossValidation::of(fit, scan_->columns(fit, candidate), options_.seed);
       if (cv.gain <= cv.error) continue;
-      const double p = family_wise_p(fit, candidate, scores[candidate]);
+      const double p = family_wise_p(projected, candidate, scores[candidate]);
       if (p >= options_.significance) {
         result_.remaining_p = p;
         return false;
       }
-      add(refine(fit, *scan_, candidate), order, p, cv);
+      chosen_.push_back(refine(scan_->candidates()[candidate], fit, -1));
+      TracedEffect traced;
+      traced.evidence.p_value = p;
+      traced.evidence.cross_validated_gain = cv.gain;
+      traced.evidence.cross_validated_gain_error = cv.error;
+      result_.effects.push_back(traced);
+      refit({});
       return true;
     }
-    result_.remaining_p = family_wise_p(fit, order.front(), scores[order.front()]);
+    result_.remaining_p = family_wise_p(projected, order.front(), scores[order.front()]);
     return false;
   }
 
-  // Signs are flipped on what the candidate leaves (ter Braak 1992): flipping its own effect along would hide a
-  // strong effect in the scatter it causes, while on a residual without any effect both ways agree.
-  double family_wise_p(const Linearization& fit, int candidate, const CandidateScore& score) const {
-    Linearization noise = fit;
-    noise.explain(scan_->columns(fit, candidate) * score.coefficients);
-    return scan_->family_wise_p(noise, score.score, options_.flips, options_.seed);
+  // Signs are flipped on what the candidate leaves (ter Braak 1992): flipping its own effect along
+  // would hide a strong effect in the scatter it causes, while on a residual without any effect
+  // both ways agree.
+  double family_wise_p(const ProjectedCandidates& projected, int candidate,
+                       const CandidateScore& score) const {
+    return projected.family_wise_p(projected.residual_beside(candidate, score.coefficients),
+                                   score.score, options_.flips, options_.seed);
   }
 
-  // The same candidate with its inner values (t*, tau) where they explain most.
-  Candidate refine(const Linearization& fit, const CandidateScan& among, int candidate) const {
-    const Candidate& found = among.candidates()[candidate];
+  // The same candidate with its inner values (t*, tau) where they explain most, beside all that is
+  // in the model or, if `effect` is not negative, in the place of that effect.
+  Candidate refine(const Candidate& found, const Linearization& fit, int effect) const {
     const std::vector<Candidate> finer = refined_candidates(found, campaign_);
     if (finer.empty()) return found;
     const CandidateScan scan(finer, result_.fit.robot, campaign_);
-    const std::vector<CandidateScore> scores = scan.score(fit);
+    const ProjectedCandidates projected(scan, fit);
+    const auto scores = effect < 0 ? projected.scores() : projected.scores_without(effect);
     return scan.candidates()[best_first(scores).front()];
-  }
-
-  // The candidates that came nearest when an effect was chosen: if another took its place by
-  // mistake, it is among them, and looking there only makes revisions cheap.
-  CandidateScan near_misses(const std::vector<int>& order) const {
-    std::vector<Candidate> nearest;
-    for (size_t k = 0; k < std::min<size_t>(order.size(), kNearMisses); ++k)
-      nearest.push_back(scan_->candidates()[order[k]]);
-    return {nearest, result_.fit.robot, campaign_};
-  }
-
-  void add(const Candidate& candidate, const std::vector<int>& order, double p,
-           const CrossValidation& cv) {
-    chosen_.push_back(candidate);
-    near_misses_.push_back(near_misses(order));
-    TracedEffect traced;
-    traced.from_catalogue = candidate.from_catalogue;
-    traced.evidence.p_value = p;
-    traced.evidence.cross_validated_gain = cv.gain;
-    traced.evidence.cross_validated_gain_error = cv.error;
-    result_.effects.push_back(traced);
-    refit({});
   }
 
   // Refits the geometry and all effects; `start` are coefficients to start from, else zero for new
@@ -172,49 +159,47 @@ class Tracer {
     return a.parameter == b.parameter && a.driver == b.driver && a.shape == b.shape;
   }
 
-  CandidateScan alone(const Candidate& candidate) const {
-    return CandidateScan({candidate}, result_.fit.robot, campaign_);
-  }
-
   // Drops effects that the others have made idle, and exchanges those that another now explains
   // better.
   void revise() {
     if (chosen_.size() < 2) return;
-    for (int round = 0; round < 4; ++round) {
-      const Linearization fit(result_.fit, campaign_);
-      bool changed = false;
-      for (size_t k = 0; k < chosen_.size() && !changed; ++k) {
-        const Linearization reduced = fit.without_effect(declared_ + static_cast<int>(k));
-        const double own = alone(chosen_[k]).score(reduced).front().score;
-        const CandidateScan& near = near_misses_[k];
-        const std::vector<CandidateScore> scores = near.score(reduced);
-        int best = -1;
-        for (int candidate : best_first(scores)) {
-          if (scores[candidate].score <= std::max(own, 0.0) + 2.0) break;
-          if (!is_possible(near, reduced, candidate, scores[candidate])) continue;
-          best = candidate;
-          break;
-        }
-        std::vector<Effect> coefficients = result_.fit.robot.effects;
-        if (best >= 0) {
-          const Candidate better = refine(reduced, near, best);
-          if (same(better.effect, chosen_[k].effect)) continue;
-          chosen_[k] = better;
-          result_.effects[k].from_catalogue = better.from_catalogue;
-          coefficients[declared_ + k] = {};
-        } else if (own <= 0) {
-          chosen_.erase(chosen_.begin() + static_cast<std::ptrdiff_t>(k));
-          near_misses_.erase(near_misses_.begin() + static_cast<std::ptrdiff_t>(k));
-          result_.effects.erase(result_.effects.begin() + static_cast<std::ptrdiff_t>(k));
-          coefficients.erase(coefficients.begin() + declared_ + static_cast<std::ptrdiff_t>(k));
-        } else {
-          continue;
-        }
-        refit(coefficients);
-        changed = true;
+    for (int round = 0; round < kRevisions; ++round)
+      if (!revise_one()) return;
+  }
+
+  bool revise_one() {
+    const Linearization fit(result_.fit, campaign_);
+    const ProjectedCandidates projected(*scan_, fit);
+    for (size_t k = 0; k < chosen_.size(); ++k) {
+      const int effect = declared_ + static_cast<int>(k);
+      const double own = projected.score_of_effect(effect, chosen_[k].log_choices).score;
+      const std::vector<CandidateScore> scores = projected.scores_without(effect);
+      std::vector<Effect> coefficients = result_.fit.robot.effects;
+      if (const auto better = better_than(std::max(own, 0.0), scores)) {
+        const Candidate other = refine(scan_->candidates()[*better], fit, effect);
+        if (same(other.effect, chosen_[k].effect)) continue;
+        chosen_[k] = other;
+        coefficients[effect] = {};
+      } else if (own <= 0) {
+        chosen_.erase(chosen_.begin() + static_cast<std::ptrdiff_t>(k));
+        result_.effects.erase(result_.effects.begin() + static_cast<std::ptrdiff_t>(k));
+        coefficients.erase(coefficients.begin() + effect);
+      } else {
+        continue;
       }
-      if (!changed) return;
+      refit(coefficients);
+      return true;
     }
+    return false;
+  }
+
+  // The best possible candidate that is clearly better than `score`.
+  std::optional<int> better_than(double score, const std::vector<CandidateScore>& scores) const {
+    for (int candidate : best_first(scores)) {
+      if (scores[candidate].score <= score + kClearlyBetter) break;
+      if (is_possible(*scan_, candidate, scores[candidate])) return candidate;
+    }
+    return std::nullopt;
   }
 
   void rank(const std::vector<CandidateScore>& scores, const std::vector<int>& order) {
@@ -242,29 +227,29 @@ class Tracer {
     if (chosen_.empty()) return;
     note("looking for what cannot be told apart");
     const Linearization fit(result_.fit, campaign_);
+    const ProjectedCandidates projected(*scan_, fit);
     for (size_t k = 0; k < chosen_.size(); ++k) {
+      const int effect = declared_ + static_cast<int>(k);
       TracedEffect& traced = result_.effects[k];
-      traced.effect = result_.fit.robot.effects[declared_ + k];
+      traced.effect = result_.fit.robot.effects[effect];
+      traced.from_catalogue = chosen_[k].from_catalogue;
       traced.only_prediction = !traced.from_catalogue;
-      Linearization reduced = fit.without_effect(declared_ + static_cast<int>(k));
-      const CandidateScore own = alone(chosen_[k]).score(reduced).front();
+      const CandidateScore own = projected.score_of_effect(effect, chosen_[k].log_choices);
       traced.evidence.delta_ebic = own.score;
-      const std::vector<CandidateScore> scores = scan_->score(reduced);
-      reduced.set_residual(fit.contribution(declared_ + static_cast<int>(k)));
-      const std::vector<CandidateScore> shares = scan_->score(reduced);
-      const double whole = std::max(1e-300, reduced.residual_norm());
+      const std::vector<CandidateScore> scores = projected.scores_without(effect);
+      const std::vector<double> correlations = projected.correlations(effect);
       std::vector<Rival> rivals;
       for (int candidate : best_first(scores)) {
         const Candidate& other = scan_->candidates()[candidate];
         if (same_place(other.effect, chosen_[k].effect) ||
             scores[candidate].degrees_of_freedom == 0)
           continue;
-        const double correlation = std::sqrt(std::clamp(shares[candidate].gain / whole, 0.0, 1.0));
+        const double correlation = correlations[candidate];
         const double behind = own.score - scores[candidate].score;
         const bool simple =
             scores[candidate].degrees_of_freedom <= std::max(2, own.degrees_of_freedom);
         if (!(simple && correlation >= kSameProjection) && behind > kSameEvidence) continue;
-        if (!is_possible(*scan_, reduced, candidate, scores[candidate])) continue;
+        if (!is_possible(*scan_, candidate, scores[candidate])) continue;
         if (std::any_of(rivals.begin(), rivals.end(),
                         [&](const Rival& rival) { return same_place(rival.effect, other.effect); }))
           continue;
@@ -286,7 +271,6 @@ class Tracer {
   std::vector<Candidate> candidates_;
   std::optional<CandidateScan> scan_;
   std::vector<Candidate> chosen_;
-  std::vector<CandidateScan> near_misses_;  // of each chosen effect
   std::set<std::multiset<std::string>> seen_;
 };
 

@@ -12,7 +12,7 @@ namespace armtrue {
 
 struct TraceOptions {
   std::uint64_t seed = 1;
-  int flips = 199; ///< sign-flipped residuals for each family-wise p-value
+  int flips = 199;             ///< sign-flipped residuals for each family-wise p-value
   double significance = 0.01;  ///< of each addition: a healthy robot in a hundred may be accused
   int max_effects = 12;
   bool beyond_catalogue = true;                      ///< search parameter x driver x basis as well

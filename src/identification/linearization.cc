@@ -1,0 +1,137 @@
+#include "linearization.h"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "armtrue/identification/observation.h"
+#include "ordered_blocks.h"
+
+namespace armtrue {
+namespace {
+
+constexpr double kSmallestPivot = 1e-9;  // of columns of unit length
+
+// How much the readings of one pose agree beyond what independent readings would: the variance
+// inflation 1 + (m - 1) icc of one-way analysis of variance on the position residuals, with the
+// unknowns counted against the poses, which determine them.
+double estimate_design_effect(const Eigen::VectorXd& residual, const std::vector<int>& pose,
+                              int row_size, double unknowns) {
+  struct Group {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    double squares = 0;
+    int count = 0;
+  };
+  std::map<int, Group> groups;
+  for (size_t row = 0; row < pose.size(); ++row) {
+    const Eigen::Vector3d r = residual.segment<3>(static_cast<int>(row) * row_size);
+    Group& group = groups[pose[row]];
+    group.sum += r;
+    group.squares += r.squaredNorm();
+    ++group.count;
+  }
+  double between = 0, within = 0, within_freedom = 0, sum_of_sizes_squared = 0;
+  for (const auto& [id, group] : groups) {
+    const double m = group.count;
+    between += group.sum.squaredNorm() / m;
+    within += group.squares - group.sum.squaredNorm() / m;
+    within_freedom += 3 * (m - 1);
+    sum_of_sizes_squared += m * m;
+  }
+  const double poses = static_cast<double>(groups.size()), rows = static_cast<double>(pose.size());
+  const double between_freedom = 3 * poses - 0.5 * unknowns;  // orientation carries about half
+  if (within_freedom < 1 || between_freedom < 1 || within <= 0) return 1.0;
+  const double mean_square_between = between / between_freedom;
+  const double mean_square_within = within / within_freedom;
+  const double size = sum_of_sizes_squared / rows;
+  const double icc = (mean_square_between - mean_square_within) /
+                     (mean_square_between + (size - 1) * mean_square_within);
+  return 1.0 + (size - 1) * std::max(0.0, icc);
+}
+
+// Columns of unit length; columns of nothing stay nothing.
+Eigen::MatrixXd normalized(Eigen::MatrixXd columns) {
+  for (int k = 0; k < columns.cols(); ++k) columns.col(k).normalize();
+  return columns;
+}
+
+// An orthonormal basis of the columns; columns that depend on the others are left out.
+Eigen::MatrixXd orthonormal_basis(const Eigen::MatrixXd& columns) {
+  // Tall columns are first folded by a blocked decomposition, which is several times faster.
+  Eigen::HouseholderQR<Eigen::MatrixXd> tall(columns);
+  const Eigen::Index p = std::min(columns.rows(), columns.cols());
+  const Eigen::MatrixXd triangle = tall.matrixQR().topRows(p).triangularView<Eigen::Upper>();
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> small(triangle);
+  small.setThreshold(kSmallestPivot);
+  Eigen::MatrixXd chosen = Eigen::MatrixXd::Zero(columns.rows(), small.rank());
+  chosen.topRows(p) = small.householderQ() * Eigen::MatrixXd::Identity(p, small.rank());
+  return tall.householderQ() * chosen;
+}
+
+}  // namespace
+
+Linearization::Linearization(const CalibrationResult& fit, const Campaign& campaign)
+    : row_size_(campaign.has_orientation() ? 6 : 3), pose_(campaign.pose) {
+  std::vector<int> all(parameter_count(fit.robot.chain));
+  for (size_t k = 0; k < all.size(); ++k) all[k] = static_cast<int>(k);
+  const ObservationModel model(campaign, fit.robot, all, fit.scale);
+  const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
+  const int size = row_size_, columns = model.unknowns();
+  Eigen::MatrixXd blocks(campaign.rows() * size, columns + 1);
+  for_ordered_blocks<int>(
+      campaign.rows(), 1024,
+      [&](int begin, int end) {
+        Eigen::MatrixXd block(size, columns + 1);
+        for (int row = begin; row < end; ++row) {
+          at.block(row, block);
+          blocks.middleRows(row * size, size) = std::sqrt(fit.weights[row]) * block;
+        }
+        return 0;
+      },
+      [](int) {});
+  jacobian_ = blocks.leftCols(kTargetParameters);
+
+  const int kept = static_cast<int>(fit.set.kept.size());
+  const int coefficients = columns - static_cast<int>(all.size());
+  Eigen::MatrixXd fitted(blocks.rows(), kept + coefficients);
+  fitted << blocks(Eigen::all, fit.set.kept),
+      blocks.middleCols(static_cast<int>(all.size()), coefficients);
+  const Eigen::VectorXd readings = blocks.rightCols<1>();
+  const Eigen::VectorXd length = fitted.colwise().norm();
+  fitted = normalized(std::move(fitted));
+  basis_ = orthonormal_basis(fitted);
+  fitted_ = basis_.transpose() * fitted;
+  explained_ = basis_.transpose() * readings;
+  residual_ = readings - basis_ * explained_;
+  residual_norm_ = residual_.squaredNorm();
+
+  int column = kept;
+  for (const Effect& effect : fit.robot.effects) {
+    first_effect_column_.push_back(column);
+    Eigen::VectorXd contribution = Eigen::VectorXd::Zero(basis_.cols());
+    for (const Coefficient& coefficient : effect.coefficients) {
+      contribution += fitted_.col(column) * (length[column] * coefficient.value);
+      ++column;
+    }
+    contribution_.push_back(contribution);
+  }
+  first_effect_column_.push_back(column);
+  design_effect_ =
+      estimate_design_effect(residual_, pose_, row_size_, static_cast<double>(kept + coefficients));
+}
+
+Linearization::Loss Linearization::without_effect(int effect) const {
+  const int first = first_effect_column_[effect], after = first_effect_column_[effect + 1];
+  Eigen::MatrixXd rest(fitted_.rows(), fitted_.cols() - (after - first));
+  rest << fitted_.leftCols(first), fitted_.rightCols(fitted_.cols() - after);
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rest);
+  qr.setThreshold(kSmallestPivot);
+  const Eigen::Index rank = fitted_.rows(), own = rank - qr.rank();
+  Loss loss;
+  loss.span = (qr.householderQ() * Eigen::MatrixXd::Identity(rank, rank)).rightCols(own);
+  loss.residual = loss.span.transpose() * (explained_ + contribution_[effect]);
+  return loss;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "armtrue/identification/calibration.h"
+
+namespace armtrue {
+
+/// A fit seen from close by: the derivatives of every reading with respect to every parameter,
+/// whitened and weighted, what the fitted ones span, and the residual that is left.
+class Linearization {
+ public:
+  Linearization(const CalibrationResult& fit, const Campaign& campaign);
+
+  int rows() const { return static_cast<int>(pose_.size()); }
+  int row_size() const { return row_size_; }
+  /// Index of the pose of each row; rows of one pose need not be independent.
+  const std::vector<int>& pose() const { return pose_; }
+  /// (rows * row_size) x kTargetParameters.
+  const Eigen::MatrixXd& jacobian() const { return jacobian_; }
+  /// Orthonormal basis of the fitted columns, (rows * row_size) x rank.
+  const Eigen::MatrixXd& basis() const { return basis_; }
+  /// Orthogonal to the basis.
+  const Eigen::VectorXd& residual() const { return residual_; }
+  double residual_norm() const { return residual_norm_; }  ///< sum of squares
+  /// How many independent equations the readings are worth.
+  double equations() const { return static_cast<double>(residual_.size()) / design_effect_; }
+
+  /// What the model loses with one of its effects, in coordinates of the basis.
+  struct Loss {
+    Eigen::MatrixXd span;      ///< rank x independent columns, orthonormal: what only it spans
+    Eigen::VectorXd residual;  ///< what it explains of the readings, in that span
+  };
+  Loss without_effect(int effect) const;
+
+ private:
+  int row_size_ = 3;
+  std::vector<int> pose_;
+  Eigen::MatrixXd jacobian_;
+  Eigen::MatrixXd basis_;
+  Eigen::MatrixXd fitted_;     // the fitted columns in coordinates of the basis, of unit length
+  Eigen::VectorXd explained_;  // the readings in coordinates of the basis, but for the constants
+  std::vector<int> first_effect_column_;       // per effect, and one past the last
+  std::vector<Eigen::VectorXd> contribution_;  // of each effect, in coordinates of the basis
+  Eigen::VectorXd residual_;
+  double residual_norm_ = 0, design_effect_ = 1;
+};
+
+}  // namespace armtrue
