@@ -24,13 +24,29 @@ struct Prior {
   double deviation;
 };
 
+// A fold and what it was made at: the solver's last is what the statistics need.
+struct LastFold {
+  Eigen::VectorXd x;
+  ReadingScale scale;
+  double degrees_of_freedom = -1;
+  Fold folded;
+
+  bool is_at(const Eigen::VectorXd& other, const ObservationModel& model,
+             const ReadingLaw& law) const {
+    return x.size() == other.size() && x == other && scale.position == model.scale().position &&
+           scale.orientation == model.scale().orientation &&
+           degrees_of_freedom == law.degrees_of_freedom;
+  }
+};
+
 // The whole campaign as one residual block of p + 1 residuals: the triangle of its fold. Their sum
 // of squares is the robust loss, their Jacobian that of the weighted rows, so Levenberg-Marquardt
 // takes the same steps as on all rows.
 class FoldedCost : public ceres::CostFunction {
  public:
-  FoldedCost(const ObservationModel& model, const ReadingLaw& law, const std::vector<Prior>& priors)
-      : model_(model), law_(law), priors_(priors) {
+  FoldedCost(const ObservationModel& model, const ReadingLaw& law, const std::vector<Prior>& priors,
+             LastFold& last)
+      : model_(model), law_(law), priors_(priors), last_(last) {
     mutable_parameter_block_sizes()->push_back(model.unknowns());
     set_num_residuals(model.unknowns() + 1 + static_cast<int>(priors.size()));
   }
@@ -48,7 +64,8 @@ class FoldedCost : public ceres::CostFunction {
       r[p] = std::sqrt(total_loss(at, model_, law_));
       return std::isfinite(r[p]);
     }
-    const Fold folded = fold(at, model_, law_);
+    last_ = {x, model_.scale(), law_.degrees_of_freedom, fold(at, model_, law_)};
+    const Fold& folded = last_.folded;
     r.head(p) = folded.factor.col(p).head(p);
     // What the linear part does not explain; no unknown moves it.
     r[p] = std::sqrt(std::max(0.0, folded.loss - r.head(p).squaredNorm()));
@@ -65,6 +82,7 @@ class FoldedCost : public ceres::CostFunction {
   const ObservationModel& model_;
   const ReadingLaw law_;
   const std::vector<Prior>& priors_;
+  LastFold& last_;
 };
 
 struct Solution {
@@ -75,10 +93,10 @@ struct Solution {
 
 Solution solve(const ObservationModel& model, const ReadingLaw& law,
                const std::vector<Prior>& priors, int max_iterations, double tolerance,
-               Eigen::VectorXd& x) {
+               Eigen::VectorXd& x, LastFold& last) {
   if (x.size() == 0) return {true, 0, "nothing to identify"};
   ceres::Problem problem;
-  problem.AddResidualBlock(new FoldedCost(model, law, priors), nullptr, x.data());
+  problem.AddResidualBlock(new FoldedCost(model, law, priors, last), nullptr, x.data());
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
   options.max_num_iterations = max_iterations;
@@ -190,7 +208,8 @@ bool close(const ReadingScale& a, const ReadingScale& b) {
 }
 
 Solution fit(ObservationModel& model, ReadingLaw& law, const std::vector<Prior>& priors,
-             const CalibrationOptions& options, double tolerance, Eigen::VectorXd& x) {
+             const CalibrationOptions& options, double tolerance, Eigen::VectorXd& x,
+             LastFold& last) {
   const bool with_orientation = model.row_size() == 6;
   const double equations = static_cast<double>(model.rows()) * model.row_size();
   const double correction = equations / std::max(1.0, equations - model.unknowns());
@@ -200,7 +219,7 @@ Solution fit(ObservationModel& model, ReadingLaw& law, const std::vector<Prior>&
   int iterations = 0;
   for (int round = 0; round < kMaxRounds; ++round) {
     const int left = options.max_iterations - iterations;
-    solution = solve(model, law, priors, left, round == 0 ? 1e-6 : tolerance, x);
+    solution = solve(model, law, priors, left, round == 0 ? 1e-6 : tolerance, x, last);
     iterations += solution.iterations;
     if (iterations >= options.max_iterations) break;
     const Residuals next =
@@ -217,10 +236,10 @@ Solution fit(ObservationModel& model, ReadingLaw& law, const std::vector<Prior>&
 
 void set_statistics(const ObservationModel& model, const ReadingLaw& law,
                     const std::vector<Prior>& priors, const Eigen::VectorXd& x,
-                    CalibrationResult& result) {
+                    const LastFold& last, CalibrationResult& result) {
   const int p = model.unknowns();
   const ObservationModel::At at = model.at(x);
-  const Fold folded = fold(at, model, law);
+  const Fold folded = last.is_at(x, model, law) ? last.folded : fold(at, model, law);
   Eigen::MatrixXd information =
       folded.factor.topLeftCorner(p, p).transpose() * folded.factor.topLeftCorner(p, p);
   for (const Prior& prior : priors)
@@ -314,6 +333,7 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
 
   Eigen::VectorXd x = Eigen::VectorXd::Zero(model.unknowns());
   ReadingLaw law;
+  LastFold last;
   int iterations = 0;
   if (model.rows() > 2 * kRowsForStart) {
     std::vector<int> chosen(kRowsForStart);
@@ -321,16 +341,16 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
       chosen[i] = static_cast<int>(static_cast<long>(i) * model.rows() / kRowsForStart);
     const Campaign part = campaign.select(chosen);
     ObservationModel part_model(part, start, set.kept, {1.0, 1.0}, options.fit_effects);
-    iterations = fit(part_model, law, priors, options, 1e-10, x).iterations;
+    iterations = fit(part_model, law, priors, options, 1e-10, x, last).iterations;
     model.set_scale(part_model.scale());
   }
   CalibrationResult result;
   Solution solution;
   if (iterations > 0) {
-    solution = solve(model, law, priors, options.max_iterations, 1e-7, x);
+    solution = solve(model, law, priors, options.max_iterations, 1e-7, x, last);
     solution.iterations += iterations;
   } else {
-    solution = fit(model, law, priors, options, 1e-12, x);
+    solution = fit(model, law, priors, options, 1e-12, x, last);
   }
   result.set = set;
   result.change = x;
@@ -339,7 +359,7 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
   result.termination = solution.termination;
   result.scale = model.scale();
   result.degrees_of_freedom = law.degrees_of_freedom;
-  set_statistics(model, law, priors, x, result);
+  set_statistics(model, law, priors, x, last, result);
   set_robot(model, x, result);
   return result;
 }

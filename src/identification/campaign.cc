@@ -19,7 +19,15 @@ Context Campaign::context(int row) const {
 Campaign Campaign::select(const std::vector<int>& rows) const {
   Campaign chosen;
   chosen.source = source;
-  chosen.pose_ids = pose_ids;
+  std::vector<int> new_index(pose_ids.size(), -1);
+  for (int row : rows) {
+    int& index = new_index[pose[row]];
+    if (index < 0) {
+      index = static_cast<int>(chosen.pose_ids.size());
+      chosen.pose_ids.push_back(pose_ids[pose[row]]);
+    }
+    chosen.pose.push_back(index);
+  }
   chosen.target_names = target_names;
   chosen.temperature_names = temperature_names;
   chosen.session_names = session_names;
@@ -28,7 +36,6 @@ Campaign Campaign::select(const std::vector<int>& rows) const {
     to.reserve(rows.size());
     for (int row : rows) to.push_back(from[row]);
   };
-  pick(pose, chosen.pose);
   pick(line, chosen.line);
   pick(q, chosen.q);
   pick(position, chosen.position);

@@ -80,8 +80,9 @@ std::vector<JointVector> random_configurations(const Robot& robot, int count,
   const ChainEvaluator evaluator(robot.chain);
   std::vector<JointVector> configurations;
   constexpr int kTriesPerPose = 5000;
-  for (int tries = 0; static_cast<int>(configurations.size()) < count; ++tries) {
-    if (tries > kTriesPerPose * (static_cast<int>(configurations.size()) + 1))
+  int tries = 0;  // since the last that was found
+  while (static_cast<int>(configurations.size()) < count) {
+    if (++tries > kTriesPerPose)
       throw std::invalid_argument(
           "the box cannot be reached within the travel limits; enlarge or move it");
     JointVector q;
@@ -94,6 +95,7 @@ std::vector<JointVector> random_configurations(const Robot& robot, int count,
       if (!inside(*box, evaluator.pose(q).translation)) continue;
     }
     configurations.push_back(q);
+    tries = 0;
   }
   return configurations;
 }

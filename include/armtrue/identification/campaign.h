@@ -44,7 +44,7 @@ struct Campaign {
   bool has_orientation() const { return !orientation.empty(); }
   Context context(int row) const;
 
-  /// The rows of the given indices, in that order; pose ids that no longer occur stay in the list.
+  /// The rows of the given indices, in that order, with the pose ids that occur in them.
   Campaign select(const std::vector<int>& rows) const;
 };
 
