@@ -47,13 +47,24 @@ struct LinkAxes {
   Vector3d y, x, x_origin, z, z_origin;
 };
 
-void set_rotation_column(PoseJacobian& jacobian, int column, const Vector3d& axis,
-                         const Vector3d& lever) {
-  jacobian.col(column) << axis.cross(lever), axis;
+// Written out, not by comma initialisers, which the compiler does not see through: half the time of
+// a pose goes into these.
+inline void set_column(PoseJacobian& jacobian, int column, const Vector3d& moved,
+                       const Vector3d& turned) {
+  double* const out = jacobian.data() + PoseJacobian::RowsAtCompileTime * column;
+  for (int i = 0; i < 3; ++i) {
+    out[i] = moved[i];
+    out[3 + i] = turned[i];
+  }
 }
 
-void set_translation_column(PoseJacobian& jacobian, int column, const Vector3d& axis) {
-  jacobian.col(column) << axis, Vector3d::Zero();
+inline void set_rotation_column(PoseJacobian& jacobian, int column, const Vector3d& axis,
+                                const Vector3d& lever) {
+  set_column(jacobian, column, axis.cross(lever), axis);
+}
+
+inline void set_translation_column(PoseJacobian& jacobian, int column, const Vector3d& axis) {
+  set_column(jacobian, column, axis, Vector3d::Zero());
 }
 
 }  // namespace
