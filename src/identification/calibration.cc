@@ -28,14 +28,13 @@ struct Prior {
 struct LastFold {
   Eigen::VectorXd x;
   ReadingScale scale;
-  double degrees_of_freedom = -1;
+  ReadingLaw law;
   Fold folded;
 
   bool is_at(const Eigen::VectorXd& other, const ObservationModel& model,
-             const ReadingLaw& law) const {
+             const ReadingLaw& other_law) const {
     return x.size() == other.size() && x == other && scale.position == model.scale().position &&
-           scale.orientation == model.scale().orientation &&
-           degrees_of_freedom == law.degrees_of_freedom;
+           scale.orientation == model.scale().orientation && law == other_law;
   }
 };
 
@@ -64,7 +63,7 @@ class FoldedCost : public ceres::CostFunction {
       r[p] = std::sqrt(total_loss(at, model_, law_));
       return std::isfinite(r[p]);
     }
-    last_ = {x, model_.scale(), law_.degrees_of_freedom, fold(at, model_, law_)};
+    last_ = {x, model_.scale(), law_, fold(at, model_, law_)};
     const Fold& folded = last_.folded;
     r.head(p) = folded.factor.col(p).head(p);
     // What the linear part does not explain; no unknown moves it.
@@ -114,44 +113,53 @@ Solution solve(const ObservationModel& model, const ReadingLaw& law,
           std::max(0, static_cast<int>(summary.iterations.size()) - 1), summary.message};
 }
 
+// Squared norm of a row, whitened; `s` is unwhitened (m^2, rad^2).
+double whitened(const Eigen::Vector2d& s, const ReadingScale& scale, bool with_orientation) {
+  return s[0] / (scale.position * scale.position) +
+         (with_orientation ? s[1] / (scale.orientation * scale.orientation) : 0.0);
+}
+
 double log_likelihood(const std::vector<Eigen::Vector2d>& norms, const ReadingScale& scale,
-                      double dof, bool with_orientation) {
+                      const ReadingLaw& law, bool with_orientation) {
   const int d = with_orientation ? 6 : 3;
-  const double n = static_cast<double>(norms.size());
-  const ReadingLaw law{dof};
-  double loss = 0;
-  for (const Eigen::Vector2d& s : norms)
-    loss += law.loss(s[0] / (scale.position * scale.position) +
-                         (with_orientation ? s[1] / (scale.orientation * scale.orientation) : 0.0),
-                     d);
-  double value = -0.5 * loss - 3 * n * std::log(scale.position);
+  const double n = static_cast<double>(norms.size()), dof = law.degrees_of_freedom;
+  double value = -3 * n * std::log(scale.position);
   if (with_orientation) value -= 3 * n * std::log(scale.orientation);
+  for (size_t row = 0; row < norms.size(); ++row) {
+    const double variance = law.variance_of(static_cast<int>(row));
+    value -= 0.5 * law.loss(whitened(norms[row], scale, with_orientation), d, variance) / variance;
+    if (dof > 0) value -= 0.5 * d * std::log(variance);
+  }
   if (dof > 0)
     value +=
         n * (std::lgamma(0.5 * (dof + d)) - std::lgamma(0.5 * dof) - 0.5 * d * std::log(dof / 2));
   return value;
 }
 
-// Spreads by expectation-maximisation for fixed degrees of freedom. `norms` are unwhitened (m^2,
-// rad^2).
-ReadingScale spread(const std::vector<Eigen::Vector2d>& norms, ReadingScale scale, double dof,
-                    bool with_orientation, double correction) {
+// Spreads by expectation-maximisation under a law. `norms` are unwhitened (m^2, rad^2).
+ReadingScale spread(const std::vector<Eigen::Vector2d>& norms, ReadingScale scale,
+                    const ReadingLaw& law, bool with_orientation, double correction) {
   const int d = with_orientation ? 6 : 3;
-  const ReadingLaw law{dof};
   const double n = static_cast<double>(norms.size());
-  for (int round = 0; round < (dof > 0 ? 30 : 1); ++round) {
+  for (int round = 0; round < (law.degrees_of_freedom > 0 ? 30 : 1); ++round) {
     Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-    for (const Eigen::Vector2d& s : norms) {
-      const double squared =
-          s[0] / (scale.position * scale.position) +
-          (with_orientation ? s[1] / (scale.orientation * scale.orientation) : 0.0);
-      sum += law.weight(squared, d) * s;
+    for (size_t row = 0; row < norms.size(); ++row) {
+      const double variance = law.variance_of(static_cast<int>(row));
+      sum += law.weight(whitened(norms[row], scale, with_orientation), d, variance) / variance *
+             norms[row];
     }
     scale.position = std::max(kSmallestScale, std::sqrt(correction * sum[0] / (3 * n)));
     if (with_orientation)
       scale.orientation = std::max(kSmallestScale, std::sqrt(correction * sum[1] / (3 * n)));
   }
   return scale;
+}
+
+std::vector<double> variances(const std::vector<Eigen::Vector2d>& norms, const Campaign& campaign,
+                              const ReadingScale& scale, bool with_orientation) {
+  std::vector<double> whole;
+  for (const Eigen::Vector2d& s : norms) whole.push_back(whitened(s, scale, with_orientation));
+  return pose_variances(campaign, whole, with_orientation ? 6 : 3);
 }
 
 struct Residuals {
@@ -161,18 +169,21 @@ struct Residuals {
 
 // The law and the spreads that make the residuals most likely. Gaussian unless Student's t is
 // better by more than the price of its one parameter (BIC).
-Residuals describe(const std::vector<Eigen::Vector2d>& norms, const ReadingScale& start,
-                   bool with_orientation, double correction, bool robust) {
-  Residuals best{spread(norms, start, 0, with_orientation, correction), {0}};
+Residuals describe(const std::vector<Eigen::Vector2d>& norms, const Campaign& campaign,
+                   const ReadingScale& start, bool with_orientation, double correction,
+                   bool robust) {
+  Residuals best{spread(norms, start, {0}, with_orientation, correction), {0}};
   if (!robust) return best;
-  double best_value = log_likelihood(norms, best.scale, 0, with_orientation) +
+  const std::vector<double> variance = variances(norms, campaign, start, with_orientation);
+  double best_value = log_likelihood(norms, best.scale, best.law, with_orientation) +
                       0.5 * std::log(static_cast<double>(norms.size()));
   for (double dof : {2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 14.0, 20.0, 30.0}) {
-    const ReadingScale scale = spread(norms, start, dof, with_orientation, correction);
-    const double value = log_likelihood(norms, scale, dof, with_orientation);
+    const ReadingLaw law{dof, variance};
+    const ReadingScale scale = spread(norms, start, law, with_orientation, correction);
+    const double value = log_likelihood(norms, scale, law, with_orientation);
     if (value > best_value) {
       best_value = value;
-      best = {scale, {dof}};
+      best = {scale, law};
     }
   }
   return best;
@@ -222,8 +233,8 @@ Solution fit(ObservationModel& model, ReadingLaw& law, const std::vector<Prior>&
     solution = solve(model, law, priors, left, round == 0 ? 1e-6 : tolerance, x, last);
     iterations += solution.iterations;
     if (iterations >= options.max_iterations) break;
-    const Residuals next =
-        describe(raw_norms(model, x), model.scale(), with_orientation, correction, options.robust);
+    const Residuals next = describe(raw_norms(model, x), model.campaign(), model.scale(),
+                                    with_orientation, correction, options.robust);
     const bool settled = round > 0 && close(next.scale, model.scale()) &&
                          next.law.degrees_of_freedom == law.degrees_of_freedom;
     model.set_scale(next.scale);
@@ -251,6 +262,17 @@ void set_statistics(const ObservationModel& model, const ReadingLaw& law,
                       Eigen::MatrixXd(scaled.completeOrthogonalDecomposition().pseudoInverse()) *
                       unit.asDiagonal();
   result.names = model.unknown_names();
+  const std::vector<Eigen::Vector2d> norms = squared_norms(at, model);
+  result.weights.resize(norms.size());
+  double weighted = 0;
+  for (size_t i = 0; i < norms.size(); ++i) {
+    const double variance = law.variance_of(static_cast<int>(i));
+    result.weights[i] = law.weight(norms[i].sum(), model.row_size(), variance);
+    weighted += result.weights[i] * norms[i].sum();
+  }
+  // Poses that are off as a whole count fully, and widen every interval.
+  result.covariance *=
+      std::max(1.0, weighted / static_cast<double>(model.rows() * model.row_size()));
 
   // Observability in the units of the literature: rows as long as one position reading's noise.
   const int g = model.geometric_count();
@@ -265,10 +287,6 @@ void set_statistics(const ObservationModel& model, const ReadingLaw& law,
                             s[g - 1] / s[0], s[g - 1], s[g - 1] * s[g - 1] / s[0],
                             1.0 / s.cwiseInverse().sum()};
   }
-  const std::vector<Eigen::Vector2d> norms = squared_norms(at, model);
-  result.weights.resize(norms.size());
-  for (size_t i = 0; i < norms.size(); ++i)
-    result.weights[i] = law.weight(norms[i].sum(), model.row_size());
 }
 
 void set_robot(const ObservationModel& model, const Eigen::VectorXd& x, CalibrationResult& result) {
@@ -343,6 +361,8 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
     ObservationModel part_model(part, start, set.kept, {1.0, 1.0}, options.fit_effects);
     iterations = fit(part_model, law, priors, options, 1e-10, x, last).iterations;
     model.set_scale(part_model.scale());
+    if (law.degrees_of_freedom > 0)
+      law.variance = variances(raw_norms(model, x), campaign, model.scale(), model.row_size() == 6);
   }
   CalibrationResult result;
   Solution solution;

@@ -3,7 +3,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-#include <functional>
+#include <limits>
 
 #include "ordered_blocks.h"
 
@@ -31,14 +31,42 @@ Eigen::Vector2d row_norms(const ObservationModel::At& at, const ObservationModel
 
 }  // namespace
 
-double ReadingLaw::weight(double squared_norm, int dimension) const {
+double ReadingLaw::weight(double squared_norm, int dimension, double row_variance) const {
   if (degrees_of_freedom <= 0) return 1.0;
-  return (degrees_of_freedom + dimension) / (degrees_of_freedom + squared_norm);
+  return (degrees_of_freedom + dimension) / (degrees_of_freedom + squared_norm / row_variance);
 }
 
-double ReadingLaw::loss(double squared_norm, int dimension) const {
+double ReadingLaw::loss(double squared_norm, int dimension, double row_variance) const {
   if (degrees_of_freedom <= 0) return squared_norm;
-  return (degrees_of_freedom + dimension) * std::log1p(squared_norm / degrees_of_freedom);
+  return row_variance * (degrees_of_freedom + dimension) *
+         std::log1p(squared_norm / (row_variance * degrees_of_freedom));
+}
+
+std::vector<double> pose_variances(const Campaign& campaign, const std::vector<double>& norms,
+                                   int dimension) {
+  if (static_cast<int>(campaign.pose_ids.size()) >= campaign.rows()) return {};  // all alone
+  struct Smallest {
+    double best = std::numeric_limits<double>::infinity(), second = best;
+    int best_row = -1;
+  };
+  std::vector<Smallest> poses(campaign.pose_ids.size());
+  for (int row = 0; row < campaign.rows(); ++row) {
+    Smallest& pose = poses[campaign.pose[row]];
+    if (norms[row] < pose.best) {
+      pose.second = pose.best;
+      pose.best = norms[row];
+      pose.best_row = row;
+    } else {
+      pose.second = std::min(pose.second, norms[row]);
+    }
+  }
+  std::vector<double> variances(norms.size(), 1.0);
+  for (int row = 0; row < campaign.rows(); ++row) {
+    const Smallest& pose = poses[campaign.pose[row]];
+    const double other = pose.best_row == row ? pose.second : pose.best;
+    if (std::isfinite(other)) variances[row] = std::max(1.0, other / dimension);
+  }
+  return variances;
 }
 
 Fold fold(const ObservationModel::At& at, const ObservationModel& model, const ReadingLaw& law) {
@@ -51,8 +79,9 @@ Fold fold(const ObservationModel::At& at, const ObservationModel& model, const R
       auto out = rows.middleRows(filled * size, size);
       at.block(row, out);
       const double squared_norm = out.rightCols<1>().squaredNorm();
-      block.loss += law.loss(squared_norm, size);
-      if (law.degrees_of_freedom > 0) out *= std::sqrt(law.weight(squared_norm, size));
+      const double variance = law.variance_of(row);
+      block.loss += law.loss(squared_norm, size, variance);
+      if (law.degrees_of_freedom > 0) out *= std::sqrt(law.weight(squared_norm, size, variance));
       if (++filled == kRowsPerFactor || row + 1 == end) {
         fold_into(block.factor, rows.topRows(filled * size));
         filled = 0;
@@ -76,7 +105,7 @@ double total_loss(const ObservationModel::At& at, const ObservationModel& model,
       [&](int begin, int end) {
         double loss = 0;
         for (int row = begin; row < end; ++row)
-          loss += law.loss(row_norms(at, model, row).sum(), model.row_size());
+          loss += law.loss(row_norms(at, model, row).sum(), model.row_size(), law.variance_of(row));
         return loss;
       },
       [&](double loss) { total += loss; });

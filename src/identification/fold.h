@@ -12,14 +12,26 @@ namespace armtrue {
 /// is thrown away, and structure that the model still lacks only lowers the weight of its worst
 /// rows. Source: Lange, Little, Taylor, "Robust statistical modeling using the t distribution",
 /// 1989.
+///
+/// A blunder strikes one reading; what the model lacks strikes every reading of a pose. Where all
+/// of them are off, each is only judged against the others: `variance` is above 1 there.
 struct ReadingLaw {
-  double degrees_of_freedom = 0;  ///< 0: Gaussian
+  double degrees_of_freedom = 0;   ///< 0: Gaussian
+  std::vector<double> variance{};  ///< of each row, in units of the campaign's; empty: 1
 
-  /// Weight of a row whose whitened residual has this squared norm; 1 on average.
-  double weight(double squared_norm, int dimension) const;
-  /// Twice the negative log-likelihood of the row, up to a constant; its derivative is the weight.
-  double loss(double squared_norm, int dimension) const;
+  bool operator==(const ReadingLaw&) const = default;
+  double variance_of(int row) const { return variance.empty() ? 1.0 : variance[row]; }
+  /// Weight of a row whose whitened residual has this squared norm; near 1 on average.
+  double weight(double squared_norm, int dimension, double row_variance = 1.0) const;
+  /// Twice the negative log-likelihood of the row, in units of its variance and up to a constant;
+  /// its derivative is the weight.
+  double loss(double squared_norm, int dimension, double row_variance = 1.0) const;
 };
+
+/// Variances for ReadingLaw from the squared norms of the whitened residuals: of a row, the mean
+/// square of the best of the other readings of its pose, and at least 1.
+std::vector<double> pose_variances(const Campaign& campaign, const std::vector<double>& norms,
+                                   int dimension);
 
 /// All rows of a campaign folded into an upper triangular factor: `factor` is (p+1) x (p+1), its
 /// first p columns the R of the weighted Jacobian, its last the residual in the same basis.

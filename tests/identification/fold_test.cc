@@ -31,7 +31,7 @@ TEST(Fold, KeepsTheNormalEquationsOfAllRows) {
   const Setting setting(300);
   const ObservationModel model(setting.campaign, setting.robot, setting.parameters, {1e-4, 2e-4});
   const auto at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
-  for (const ReadingLaw& law : {ReadingLaw{0}, ReadingLaw{4}}) {
+  for (const ReadingLaw& law : {ReadingLaw{0, {}}, ReadingLaw{4, {}}}) {
     Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(model.unknowns() + 1, model.unknowns() + 1);
     double loss = 0;
     Eigen::MatrixXd block(6, model.unknowns() + 1);
@@ -52,16 +52,16 @@ TEST(Fold, GivesTheSameBytesEveryTime) {
   const Setting setting(9000);  // several blocks, over the threads there are
   const ObservationModel model(setting.campaign, setting.robot, {0, 1, 7, 12, 20, 30, 41}, {1, 1});
   const auto at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
-  const Fold first = fold(at, model, {4});
+  const Fold first = fold(at, model, {4, {}});
   for (int i = 0; i < 3; ++i) {
-    const Fold again = fold(at, model, {4});
+    const Fold again = fold(at, model, {4, {}});
     EXPECT_EQ(first.loss, again.loss);
     EXPECT_TRUE(first.factor == again.factor);
   }
 }
 
 TEST(Fold, WeightIsTheDerivativeOfTheLoss) {
-  const ReadingLaw law{5};
+  const ReadingLaw law{5, {}};
   for (double s : {0.1, 1.0, 6.0, 400.0}) {
     const double h = 1e-6 * s;
     EXPECT_NEAR((law.loss(s + h, 6) - law.loss(s - h, 6)) / (2 * h), law.weight(s, 6), 1e-6);
