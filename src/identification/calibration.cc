@@ -18,10 +18,20 @@ constexpr double kSmallestScale = 1e-9;  // m, rad: noise-free simulations must 
 constexpr int kRowsForStart = 4096;      // a larger campaign starts from an even choice of its rows
 constexpr int kMaxRounds = 6;
 
-// Prior knowledge of an unknown: (x - mean) / deviation is one more residual.
+// No effect moves a parameter by more than about this; the data alone may leave a curve free where
+// they do not reach, and it must not run away there.
+constexpr double kLargestEffect = 0.05;  // m, rad
+
+// Prior knowledge of an unknown: (start + x) / deviation is one more residual, where `start` is how
+// far the robot given already lies from what is expected.
 struct Prior {
   int unknown;
   double deviation;
+  double start = 0;
+
+  double residual(const Eigen::Ref<const Eigen::VectorXd>& x) const {
+    return (start + x[unknown]) / deviation;
+  }
 };
 
 // A fold and what it was made at: the solver's last is what the statistics need.
@@ -58,7 +68,7 @@ class FoldedCost : public ceres::CostFunction {
     Eigen::Map<Eigen::VectorXd> r(residuals, num_residuals());
     r.setZero();
     for (size_t k = 0; k < priors_.size(); ++k)
-      r[p + 1 + static_cast<int>(k)] = x[priors_[k].unknown] / priors_[k].deviation;
+      r[p + 1 + static_cast<int>(k)] = priors_[k].residual(x);
     if (!jacobians || !jacobians[0]) {
       r[p] = std::sqrt(total_loss(at, model_, law_));
       return std::isfinite(r[p]);
@@ -310,6 +320,14 @@ std::vector<Prior> priors_of(const Robot& robot, const ObservationModel& model) 
     const auto found = robot.priors.find(parameter_name(robot.chain, model.geometric()[k]));
     if (found != robot.priors.end()) priors.push_back({k, found->second});
   }
+  if (!model.fits_effects()) return priors;
+  int k = model.geometric_count();
+  for (const Effect& effect : robot.effects)
+    for (const Coefficient& c : effect.coefficients) {
+      const double value = model.mean_square_value(k - model.geometric_count());
+      if (value > 0) priors.push_back({k, kLargestEffect / std::sqrt(value), c.value});
+      ++k;
+    }
   return priors;
 }
 

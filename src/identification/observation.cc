@@ -82,6 +82,16 @@ std::vector<std::string> ObservationModel::unknown_names() const {
   return names;
 }
 
+double ObservationModel::mean_square_value(int coefficient) const {
+  double largest = 0;
+  for (size_t e = 0; e < effects_.size(); ++e)
+    for (const BoundEffect::Term& term : effects_[e].terms())
+      if (first_coefficient_[e] + term.coefficient == coefficient)
+        largest = std::max(largest,
+                           effect_values_.row(first_value_[e] + term.value).squaredNorm() / rows());
+  return largest;
+}
+
 Robot ObservationModel::robot_at(const Eigen::VectorXd& x) const {
   Robot robot = robot_;
   const auto is_turn = [](int index, int first) { return index >= first + 3 && index < first + 6; };

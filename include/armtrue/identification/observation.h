@@ -39,6 +39,9 @@ class ObservationModel {
   /// Robot and campaign names for each unknown: `A2.d`, `joint compliance A2.theta c`.
   std::vector<std::string> unknown_names() const;
 
+  /// Mean square, over the rows, of what a coefficient of the effects is multiplied by.
+  double mean_square_value(int coefficient) const;
+
   /// The robot at x.
   Robot robot_at(const Eigen::VectorXd& x) const;
 
