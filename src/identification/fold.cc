@@ -10,8 +10,12 @@
 namespace armtrue {
 namespace {
 
-constexpr int kRowsPerBlock = 4096;  // unit of work of a thread
-constexpr int kRowsPerFactor = 64;   // folded at once; small enough to stay in cache
+constexpr int kRowsPerBlock = 1024;  // least unit of work of a thread
+constexpr int kRowsPerFactor = 256;  // folded at once; small enough to stay in cache
+
+// Fixed by the number of rows alone, so that the result does not depend on the machine; at most
+// 256 blocks, whose results wait for each other in memory.
+int rows_per_block(int rows) { return std::max(kRowsPerBlock, (rows + 255) / 256); }
 
 // Folds `rows` (m x n) into the triangle `factor` (n x n) above it.
 void fold_into(Eigen::MatrixXd& factor, const Eigen::Ref<const Eigen::MatrixXd>& rows) {
@@ -90,10 +94,11 @@ Fold fold(const ObservationModel::At& at, const ObservationModel& model, const R
     return block;
   };
   Fold total{Eigen::MatrixXd::Zero(columns, columns), 0.0};
-  for_ordered_blocks<Fold>(model.rows(), kRowsPerBlock, fold_block, [&](const Fold& block) {
-    total.loss += block.loss;
-    fold_into(total.factor, block.factor);
-  });
+  for_ordered_blocks<Fold>(model.rows(), rows_per_block(model.rows()), fold_block,
+                           [&](const Fold& block) {
+                             total.loss += block.loss;
+                             fold_into(total.factor, block.factor);
+                           });
   return total;
 }
 
@@ -101,7 +106,7 @@ double total_loss(const ObservationModel::At& at, const ObservationModel& model,
                   const ReadingLaw& law) {
   double total = 0;
   for_ordered_blocks<double>(
-      model.rows(), kRowsPerBlock,
+      model.rows(), rows_per_block(model.rows()),
       [&](int begin, int end) {
         double loss = 0;
         for (int row = begin; row < end; ++row)
@@ -116,7 +121,7 @@ std::vector<Eigen::Vector2d> squared_norms(const ObservationModel::At& at,
                                            const ObservationModel& model) {
   std::vector<Eigen::Vector2d> norms(model.rows());
   for_ordered_blocks<int>(
-      model.rows(), kRowsPerBlock,
+      model.rows(), rows_per_block(model.rows()),
       [&](int begin, int end) {
         for (int row = begin; row < end; ++row) norms[row] = row_norms(at, model, row);
         return 0;
