@@ -46,6 +46,12 @@ void series_values(const Shape& shape, int driver, double x, double* out) {
     }
     return;
   }
+  if (shape.basis == SeriesBasis::saturating || shape.basis == SeriesBasis::bump) {
+    const double z =
+        (2 * x - shape.low[driver] - shape.high[driver]) / (shape.high[driver] - shape.low[driver]);
+    out[0] = shape.basis == SeriesBasis::bump ? std::exp(-0.5 * z * z) : std::tanh(z);
+    return;
+  }
   const double u =
       std::clamp((x - shape.low[driver]) / (shape.high[driver] - shape.low[driver]), 0.0, 1.0);
   if (shape.basis == SeriesBasis::spline) return spline_values(shape.count, u, out);
@@ -53,6 +59,7 @@ void series_values(const Shape& shape, int driver, double x, double* out) {
 }
 
 int series_count(const Shape& shape) {
+  if (shape.basis == SeriesBasis::saturating || shape.basis == SeriesBasis::bump) return 1;
   return shape.basis == SeriesBasis::fourier ? 2 * shape.count : shape.count;
 }
 

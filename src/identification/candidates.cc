@@ -185,8 +185,24 @@ class OpenSearch {
     const Driver driver{DriverKind::joint_angle, joint, -1, ""};
     add(parameter, driver, Shape{});
     for (int n : {1, 2, 3}) add(parameter, driver, harmonic(n));
+    if (is_joint_angle(*find_parameter(robot_.chain, parameter))) add_bumps(parameter, driver);
     add(parameter, driver, series_on_joint(robot_, joint, SeriesBasis::cosine, 6));
     add(parameter, driver, series_on_joint(robot_, joint, SeriesBasis::spline, 8));
+  }
+
+  // Something local: a dent in a track, a collision of cables. Neighbours overlap at half height.
+  void add_bumps(const std::string& parameter, const Driver& driver) {
+    const Shape whole = series_on_joint(robot_, driver.joint, SeriesBasis::bump, 1);
+    for (int parts : {4, 8}) {
+      const double part = (whole.high[0] - whole.low[0]) / parts;
+      for (int k = 0; k <= parts; ++k) {
+        Shape shape = whole;
+        const double middle = whole.low[0] + k * part;
+        shape.low[0] = middle - 0.5 * part;
+        shape.high[0] = middle + 0.5 * part;
+        add(parameter, driver, shape);
+      }
+    }
   }
 
   void add_time_shapes(const std::string& parameter) {
@@ -232,6 +248,15 @@ class OpenSearch {
     series.high[0] = high;
     add(parameter, driver, series);
     add(parameter, driver, sign());
+    for (double share : {0.4, 0.2, 0.1, 0.05}) {
+      Shape saturating;
+      saturating.kind = ShapeKind::series;
+      saturating.basis = SeriesBasis::saturating;
+      saturating.count = 1;
+      saturating.high[0] = share * std::max(std::abs(low), std::abs(high));
+      saturating.low[0] = -saturating.high[0];
+      add(parameter, driver, saturating);
+    }
   }
 
   void close_stage() {

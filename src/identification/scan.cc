@@ -25,7 +25,8 @@ std::string value_key(const Effect& effect) {
   std::string key = to_string(effect.driver) + "|" + to_string(shape) + "|" +
                     std::to_string(static_cast<int>(shape.basis)) + "|" +
                     std::to_string(shape.count) + "|" + std::to_string(shape.at) + "|" +
-                    std::to_string(shape.tau) + "|" + std::to_string(shape.high[0]);
+                    std::to_string(shape.tau) + "|" + std::to_string(shape.low[0]) + "|" +
+                    std::to_string(shape.high[0]);
   if (effect.driver.kind == DriverKind::moment || effect.driver.kind == DriverKind::force)
     key += "|" + effect.parameter;
   return key;

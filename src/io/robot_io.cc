@@ -68,8 +68,12 @@ void read_series(YamlMap series, bool two_drivers, Shape& shape) {
     shape.basis = SeriesBasis::spline;
   else if (basis == "fourier")
     shape.basis = SeriesBasis::fourier;
+  else if (basis == "saturating")
+    shape.basis = SeriesBasis::saturating;
+  else if (basis == "bump")
+    shape.basis = SeriesBasis::bump;
   else
-    series.fail("basis", "'" + basis + "' is none of cosine, spline, fourier");
+    series.fail("basis", "'" + basis + "' is none of cosine, spline, fourier, saturating, bump");
   const double count = series.number("count");
   const int least = shape.basis == SeriesBasis::spline ? 3 : 1;
   if (count != std::floor(count) || count < least || count > 30)

@@ -11,6 +11,10 @@ const char* basis_name(SeriesBasis basis) {
       return "cosine";
     case SeriesBasis::spline:
       return "spline";
+    case SeriesBasis::saturating:
+      return "saturating";
+    case SeriesBasis::bump:
+      return "bump";
     case SeriesBasis::fourier:
       break;
   }

@@ -23,6 +23,9 @@ enum class SeriesBasis {
   spline,   ///< `count` cubic B-splines on uniform clamped knots, the last one left out (their sum
             ///< is 1)
   fourier,  ///< sin k x, cos k x, k = 1 .. count; x an angle
+  saturating,  ///< tanh(2 u - 1), u not clamped: full outside the range; one value
+  bump,        ///< exp(-(2 u - 1)^2 / 2), u not clamped: one standard deviation to either side of
+               ///< the middle of the range; one value
 };
 
 struct Shape {
