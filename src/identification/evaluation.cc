@@ -12,6 +12,8 @@
 namespace armtrue {
 namespace {
 
+constexpr double kBlunderWeight = 0.05;  // some fourteen standard deviations under Student's t
+
 // Rows of one pose and target, and their mean residual.
 struct Replicates {
   std::vector<int> rows;
@@ -96,6 +98,20 @@ std::optional<double> lack_of_fit_p(const Evaluation& evaluation, const Campaign
     return boost::math::cdf(boost::math::complement(boost::math::chi_squared(freedom), ratio));
   const boost::math::fisher_f law(freedom, floor.degrees_of_freedom);
   return boost::math::cdf(boost::math::complement(law, ratio / freedom));
+}
+
+FitQuality assess(const CalibrationResult& fit, const Campaign& campaign) {
+  FitQuality quality;
+  std::vector<int> sound;
+  for (int row = 0; row < campaign.rows(); ++row)
+    (fit.degrees_of_freedom > 0 && fit.weights[row] < kBlunderWeight ? quality.blunders : sound)
+        .push_back(row);
+  const Campaign readings = quality.blunders.empty() ? campaign : campaign.select(sound);
+  const Evaluation evaluation = evaluate(fit.robot, readings);
+  quality.noise = noise_floor(fit.robot, readings, evaluation);
+  quality.lack_of_fit =
+      lack_of_fit_p(evaluation, readings, quality.noise, static_cast<int>(fit.names.size()));
+  return quality;
 }
 
 }  // namespace armtrue

@@ -12,7 +12,6 @@
 namespace armtrue {
 namespace {
 
-constexpr double kBlunderWeight = 0.05;  // some fourteen standard deviations under Student's t
 constexpr double kSignificance = 0.05;
 
 int count_poses(const Campaign& campaign) {
@@ -75,23 +74,6 @@ Robot without_effect(const Robot& robot, const Campaign& campaign, const Identif
   Robot reduced = robot;
   reduced.effects.erase(reduced.effects.begin() + static_cast<std::ptrdiff_t>(effect));
   return calibrate(reduced, campaign, set).robot;
-}
-
-std::vector<int> blunders(const CalibrationResult& fit, const Campaign& campaign) {
-  std::vector<int> lines;
-  if (fit.degrees_of_freedom <= 0) return lines;
-  for (int row = 0; row < campaign.rows(); ++row)
-    if (fit.weights[row] < kBlunderWeight) lines.push_back(campaign.line[row]);
-  return lines;
-}
-
-Campaign without_lines(const Campaign& campaign, const std::vector<int>& lines) {
-  if (lines.empty()) return campaign;
-  const std::set<int> dropped(lines.begin(), lines.end());
-  std::vector<int> rows;
-  for (int row = 0; row < campaign.rows(); ++row)
-    if (!dropped.contains(campaign.line[row])) rows.push_back(row);
-  return campaign.select(rows);
 }
 
 bool has_other_cause(const TracedEffect& traced) {
@@ -165,13 +147,10 @@ LoopResult close_loop(const Robot& robot, const Campaign& training, const Campai
   }
   const Robot& final_robot = result.trace.fit.robot;
   const Robot& geometric_robot = result.trace.stages.front().robot;
-  result.excluded_rows = blunders(result.trace.fit, training);
-
-  const Campaign sound = without_lines(training, result.excluded_rows);
-  const Evaluation on_training = evaluate(final_robot, sound);
-  result.noise = noise_floor(robot, sound, on_training);
-  result.lack_of_fit = lack_of_fit_p(on_training, sound, result.noise,
-                                     static_cast<int>(result.trace.fit.names.size()));
+  const FitQuality quality = assess(result.trace.fit, training);
+  for (int row : quality.blunders) result.excluded_rows.push_back(training.line[row]);
+  result.noise = quality.noise;
+  result.lack_of_fit = quality.lack_of_fit;
   result.floor = mean_error_of_noise(result.noise.position);
 
   if (held_out.rows() > 0) {

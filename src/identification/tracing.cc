@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 
+#include "armtrue/identification/evaluation.h"
 #include "candidates.h"
 #include "cross_validation.h"
 #include "scan.h"
@@ -17,6 +18,7 @@ constexpr double kPossibleVariation = 0.02;  // m or rad: a larger one is no eff
 constexpr double kSameProjection = 0.95;     // correlation from which two candidates are one class
 constexpr double kSameEvidence = 6.0;        // EBIC: odds of 20 to 1
 constexpr double kClearlyBetter = 2.0;       // EBIC, before an effect gives way to another
+constexpr double kLackOfFit = 0.01;          // p from which the fit is said to lack something
 constexpr int kRevisions = 4;
 constexpr int kTrials = 8;  // candidates that may fail the later gates in one step
 
@@ -99,7 +101,7 @@ class Tracer {
           CrossValidation::of(fit, scan_->columns(fit, candidate), options_.seed);
       if (cv.gain <= cv.error) continue;
       const double p = family_wise_p(projected, candidate, scores[candidate]);
-      if (p >= options_.significance) {
+      if (p >= significance()) {
         result_.remaining_p = p;
         return false;
       }
@@ -121,8 +123,17 @@ class Tracer {
   // both ways agree.
   double family_wise_p(const ProjectedCandidates& projected, int candidate,
                        const CandidateScore& score) const {
-    return projected.family_wise_p(projected.residual_beside(candidate, score.coefficients),
-                                   score.score, options_.flips, options_.seed);
+    const Eigen::VectorXd residual = projected.residual_beside(candidate, score.coefficients);
+    const double p = projected.family_wise_p(residual, score.score, options_.flips, options_.seed);
+    if (p >= options_.significance || p < significance()) return p;
+    return projected.family_wise_p(residual, score.score, 10 * options_.flips, options_.seed);
+  }
+
+  // An effect without a lack of fit is a stranger claim, and needs the stronger evidence.
+  double significance() const {
+    const auto lack_of_fit = assess(result_.fit, campaign_).lack_of_fit;
+    return lack_of_fit && *lack_of_fit < kLackOfFit ? options_.significance
+                                                    : options_.significance_without_lack_of_fit;
   }
 
   // The same candidate with its inner values (t*, tau) where they explain most, beside all that is

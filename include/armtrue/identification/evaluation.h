@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "armtrue/effects/robot.h"
+#include "armtrue/identification/calibration.h"
 #include "armtrue/identification/campaign.h"
 #include "armtrue/identification/statistics.h"
 
@@ -42,5 +43,13 @@ double mean_error_of_noise(double deviation_per_axis);
 /// is only known from the instrument, chi-square. Nothing without any floor.
 std::optional<double> lack_of_fit_p(const Evaluation& evaluation, const Campaign& campaign,
                                     const NoiseFloor& floor, int unknowns);
+
+/// A fit against the noise of its own readings, blunders apart.
+struct FitQuality {
+  std::vector<int> blunders;  ///< rows whose weight is next to nothing: 14 standard deviations
+  NoiseFloor noise;
+  std::optional<double> lack_of_fit;  ///< as lack_of_fit_p
+};
+FitQuality assess(const CalibrationResult& fit, const Campaign& campaign);
 
 }  // namespace armtrue

@@ -12,8 +12,10 @@ namespace armtrue {
 
 struct TraceOptions {
   std::uint64_t seed = 1;
-  int flips = 199;             ///< sign-flipped residuals for each family-wise p-value
-  double significance = 0.01;  ///< of each addition: a healthy robot in a hundred may be accused
+  int flips = 199;  ///< sign-flipped residuals for each family-wise p-value
+  /// Of each addition where the fit lacks something against the noise, and where it does not or no
+  /// noise is known: there ten times as many flips decide.
+  double significance = 0.02, significance_without_lack_of_fit = 0.002;
   int max_effects = 12;
   bool beyond_catalogue = true;                      ///< search parameter x driver x basis as well
   std::function<void(const std::string&)> progress;  ///< called with what is being done
