@@ -45,10 +45,11 @@ class Tracer {
   }
 
   TraceResult run() {
-    while (static_cast<int>(chosen_.size()) < options_.max_effects && step()) {
-      revise();
-      // Adding and dropping may not go round in circles: a model seen before ends the search.
-      if (!seen_.insert(signature()).second) break;
+    bool may_revise = true;
+    while (step()) {
+      if (may_revise) revise();
+      // Adding and dropping may not go round in circles: once a model comes back, what is in stays.
+      may_revise &= seen_.insert(signature()).second;
       result_.stages.push_back(result_.fit);
     }
     describe();
@@ -101,7 +102,7 @@ class Tracer {
           CrossValidation::of(fit, scan_->columns(fit, candidate), options_.seed);
       if (cv.gain <= cv.error) continue;
       const double p = family_wise_p(projected, candidate, scores[candidate]);
-      if (p >= significance()) {
+      if (p >= significance() || static_cast<int>(chosen_.size()) == options_.max_effects) {
         result_.remaining_p = p;
         return false;
       }
