@@ -22,6 +22,8 @@ constexpr double kRoughTolerance = 1e-6;  // of the cost
 // No effect moves a parameter by more than about this; the data alone may leave a curve free where
 // they do not reach, and it must not run away there.
 constexpr double kLargestEffect = 0.005;  // m, rad
+constexpr double kTypicalCurve = 5e-4, kSmallestCurve = 1e-6;
+constexpr size_t kLeastOfCurve = 3;  // coefficients
 
 // Prior knowledge of an unknown: (start + x) / deviation is one more residual, where `start` is how
 // far the robot given already lies from what is expected.
@@ -29,6 +31,7 @@ struct Prior {
   int unknown;
   double deviation;
   double start = 0;
+  int curve = -1;  // which of the effects that are curves, if one
 
   double residual(const Eigen::Ref<const Eigen::VectorXd>& x) const {
     return (start + x[unknown]) / deviation;
@@ -94,6 +97,43 @@ class FoldedCost : public ceres::CostFunction {
   const std::vector<Prior>& priors_;
   LastFold& last_;
 };
+
+// The coefficients of a curve are many, and the data may leave some of them nearly free. They are
+// taken as draws from one normal law whose deviation is what makes the data most likely (MacKay
+// 1992): the curve is as large as the data ask for, and stays small where they say nothing.
+// Returns whether the deviations have settled.
+bool update_curves(const Eigen::MatrixXd& factor, const Eigen::VectorXd& x,
+                   std::vector<Prior>& priors) {
+  int curves = 0;
+  for (const Prior& prior : priors) curves = std::max(curves, prior.curve + 1);
+  if (curves == 0) return true;
+  const Eigen::Index p = x.size();
+  const Eigen::MatrixXd triangle = factor.topLeftCorner(p, p);
+  Eigen::MatrixXd information = triangle.transpose() * triangle;
+  for (const Prior& prior : priors)
+    information(prior.unknown, prior.unknown) += 1.0 / (prior.deviation * prior.deviation);
+  const Eigen::VectorXd unit = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd scaled = unit.asDiagonal() * information * unit.asDiagonal();
+  const Eigen::MatrixXd inverse = scaled.ldlt().solve(Eigen::MatrixXd::Identity(p, p));
+  bool settled = true;
+  for (int curve = 0; curve < curves; ++curve) {
+    double determined = 0, squares = 0, old = 0;
+    for (const Prior& prior : priors) {
+      if (prior.curve != curve) continue;
+      const double variance =
+          inverse(prior.unknown, prior.unknown) * unit[prior.unknown] * unit[prior.unknown];
+      old = prior.deviation;
+      determined += std::clamp(1.0 - variance / (old * old), 0.0, 1.0);
+      squares += (prior.start + x[prior.unknown]) * (prior.start + x[prior.unknown]);
+    }
+    const double deviation =
+        std::clamp(std::sqrt(squares / std::max(determined, 0.5)), kSmallestCurve, kLargestEffect);
+    settled = settled && std::abs(deviation - old) < 0.1 * old;
+    for (Prior& prior : priors)
+      if (prior.curve == curve) prior.deviation = deviation;
+  }
+  return settled;
+}
 
 struct Solution {
   bool converged = false;
@@ -229,7 +269,7 @@ bool close(const ReadingScale& a, const ReadingScale& b) {
   return same(a.position, b.position) && same(a.orientation, b.orientation);
 }
 
-Solution fit(ObservationModel& model, ReadingLaw& law, const std::vector<Prior>& priors,
+Solution fit(ObservationModel& model, ReadingLaw& law, std::vector<Prior>& priors,
              const CalibrationOptions& options, double tolerance, Eigen::VectorXd& x,
              LastFold& last) {
   const bool with_orientation = model.row_size() == 6;
@@ -251,6 +291,7 @@ Solution fit(ObservationModel& model, ReadingLaw& law, const std::vector<Prior>&
                                     with_orientation, correction, options.robust);
     settled =
         close(next.scale, model.scale()) && next.law.degrees_of_freedom == law.degrees_of_freedom;
+    settled = update_curves(last.folded.factor, x, priors) && settled;
     model.set_scale(next.scale);
     law = next.law;
   }
@@ -324,13 +365,20 @@ std::vector<Prior> priors_of(const Robot& robot, const ObservationModel& model) 
     if (found != robot.priors.end()) priors.push_back({k, found->second});
   }
   if (!model.fits_effects()) return priors;
-  int k = model.geometric_count();
-  for (const Effect& effect : robot.effects)
+  int k = model.geometric_count(), curves = 0;
+  for (const Effect& effect : robot.effects) {
+    const bool is_curve =
+        effect.shape.kind == ShapeKind::series && effect.coefficients.size() >= kLeastOfCurve;
     for (const Coefficient& c : effect.coefficients) {
       const double value = model.mean_square_value(k - model.geometric_count());
-      if (value > 0) priors.push_back({k, kLargestEffect / std::sqrt(value), c.value});
+      if (is_curve)
+        priors.push_back({k, kTypicalCurve, c.value, curves});
+      else if (value > 0)
+        priors.push_back({k, kLargestEffect / std::sqrt(value), c.value});
       ++k;
     }
+    curves += is_curve;
+  }
   return priors;
 }
 
@@ -362,7 +410,7 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
                             const IdentifiableSet& set, const CalibrationOptions& options) {
   const Robot start = with_base_near(robot, campaign, set);
   ObservationModel model(campaign, start, set.kept, {1.0, 1.0}, options.fit_effects);
-  const std::vector<Prior> priors = priors_of(start, model);
+  std::vector<Prior> priors = priors_of(start, model);
   const int equations = model.rows() * model.row_size() + static_cast<int>(priors.size());
   if (equations <= model.unknowns())
     throw std::invalid_argument(
