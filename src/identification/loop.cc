@@ -1,5 +1,6 @@
 #include "armtrue/identification/loop.h"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -7,6 +8,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "armtrue/identification/observation.h"
 #include "shuffle.h"
 
 namespace armtrue {
@@ -69,11 +71,28 @@ Robot placed(const Robot& robot, const Campaign& campaign) {
   return calibrate(placed, campaign, options).robot;
 }
 
-Robot without_effect(const Robot& robot, const Campaign& campaign, const IdentifiableSet& set,
-                     size_t effect) {
-  Robot reduced = robot;
+// The fit with one effect's coefficients held at zero, all else adjusted to it: the constrained
+// minimum of the quadratic that the covariance describes.
+Robot without_effect(const CalibrationResult& fit, const Campaign& campaign, size_t effect) {
+  auto first = static_cast<Eigen::Index>(fit.set.kept.size());
+  for (size_t e = 0; e < effect; ++e)
+    first += static_cast<Eigen::Index>(fit.robot.effects[e].coefficients.size());
+  const auto& coefficients = fit.robot.effects[effect].coefficients;
+  const auto count = static_cast<Eigen::Index>(coefficients.size());
+  Eigen::VectorXd value(count);
+  for (Eigen::Index k = 0; k < count; ++k) value[k] = coefficients[static_cast<size_t>(k)].value;
+  // In units of their standard deviations, which differ by orders of magnitude.
+  const Eigen::VectorXd unit = fit.covariance.diagonal().segment(first, count).cwiseSqrt();
+  const Eigen::VectorXd inverse = (unit.array() > 0).select(unit.cwiseInverse(), 0.0);
+  const Eigen::MatrixXd correlation = inverse.asDiagonal() *
+                                      fit.covariance.block(first, first, count, count) *
+                                      inverse.asDiagonal();
+  const Eigen::VectorXd change =
+      -fit.covariance.middleCols(first, count) * inverse.asDiagonal() *
+      correlation.completeOrthogonalDecomposition().solve(inverse.cwiseProduct(value));
+  Robot reduced = ObservationModel(campaign, fit.robot, fit.set.kept, fit.scale).robot_at(change);
   reduced.effects.erase(reduced.effects.begin() + static_cast<std::ptrdiff_t>(effect));
-  return calibrate(reduced, campaign, set).robot;
+  return reduced;
 }
 
 bool has_other_cause(const TracedEffect& traced) {
@@ -166,8 +185,8 @@ LoopResult close_loop(const Robot& robot, const Campaign& training, const Campai
                                         options.bootstrap, options.trace.seed);
     const size_t declared = final_robot.effects.size() - result.trace.effects.size();
     for (size_t k = 0; k < result.trace.effects.size(); ++k) {
-      const Evaluation without = evaluate(
-          without_effect(final_robot, training, result.trace.fit.set, declared + k), held_out);
+      const Evaluation without =
+          evaluate(without_effect(result.trace.fit, training, declared + k), held_out);
       HeldOutGain& gain = result.gains.emplace_back();
       gain.position = summarize(without.position).mean - result.after;
       gain.ci95 = paired_bootstrap(without.position, after.position, held_out.pose,

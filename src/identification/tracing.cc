@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -66,6 +67,19 @@ class Tracer {
     return names;
   }
 
+  // All candidates against the fit as it stands.
+  struct View {
+    Linearization fit;
+    ProjectedCandidates projected;
+
+    View(const CandidateScan& scan, const CalibrationResult& result, const Campaign& campaign)
+        : fit(result, campaign), projected(scan, fit) {}
+  };
+  const View& view() {
+    if (!view_) view_ = std::make_unique<View>(*scan_, result_.fit, campaign_);
+    return *view_;
+  }
+
   void note(const std::string& what) const {
     if (options_.progress) options_.progress(what);
   }
@@ -88,8 +102,7 @@ class Tracer {
   // One forward step; false if nothing more is to be added.
   bool step() {
     note("scanning for effect " + std::to_string(chosen_.size() + 1));
-    const Linearization fit(result_.fit, campaign_);
-    const ProjectedCandidates projected(*scan_, fit);
+    const auto& [fit, projected] = view();
     const std::vector<CandidateScore> scores = projected.scores();
     const std::vector<int> order = best_first(scores);
     rank(scores, order);
@@ -165,6 +178,7 @@ class Tracer {
       robot.effects.push_back(effect);
     }
     result_.fit = calibrate(robot, campaign_, result_.fit.set);
+    view_.reset();
   }
 
   static bool same(const Effect& a, const Effect& b) {
@@ -180,8 +194,7 @@ class Tracer {
   }
 
   bool revise_one() {
-    const Linearization fit(result_.fit, campaign_);
-    const ProjectedCandidates projected(*scan_, fit);
+    const auto& [fit, projected] = view();
     for (size_t k = 0; k < chosen_.size(); ++k) {
       const int effect = declared_ + static_cast<int>(k);
       const double own = projected.score_of_effect(effect, chosen_[k].log_choices).score;
@@ -238,8 +251,7 @@ class Tracer {
   void describe() {
     if (chosen_.empty()) return;
     note("looking for what cannot be told apart");
-    const Linearization fit(result_.fit, campaign_);
-    const ProjectedCandidates projected(*scan_, fit);
+    const auto& [fit, projected] = view();
     for (size_t k = 0; k < chosen_.size(); ++k) {
       const int effect = declared_ + static_cast<int>(k);
       TracedEffect& traced = result_.effects[k];
@@ -279,6 +291,7 @@ class Tracer {
   const Campaign& campaign_;
   const TraceOptions& options_;
   TraceResult result_;
+  std::unique_ptr<View> view_;
   int declared_ = 0;
   std::vector<Candidate> candidates_;
   std::optional<CandidateScan> scan_;

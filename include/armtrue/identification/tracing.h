@@ -16,7 +16,7 @@ struct TraceOptions {
   /// Of each addition where the fit lacks something against the noise, and where it does not or no
   /// noise is known: there ten times as many flips decide.
   double significance = 0.02, significance_without_lack_of_fit = 0.002;
-  int max_effects = 24;
+  int max_effects = 16;
   bool beyond_catalogue = true;                      ///< search parameter x driver x basis as well
   std::function<void(const std::string&)> progress;  ///< called with what is being done
 };
