@@ -172,6 +172,10 @@ LoopResult close_loop(const Robot& robot, const Campaign& training, const Campai
   result.lack_of_fit = quality.lack_of_fit;
   result.floor = mean_error_of_noise(result.noise.position);
 
+  const size_t declared = final_robot.effects.size() - result.trace.effects.size();
+  for (size_t k = 0; k < result.trace.effects.size(); ++k)
+    result.curves.push_back(effect_curve(result.trace.fit, training, declared + k));
+
   if (held_out.rows() > 0) {
     const Evaluation before = evaluate(geometric_robot, held_out);
     const Evaluation after = evaluate(final_robot, held_out);
@@ -183,7 +187,6 @@ LoopResult close_loop(const Robot& robot, const Campaign& training, const Campai
           (result.before * result.before - result.after * result.after) / reducible, 0.0, 1.0);
     result.gain_ci95 = paired_bootstrap(before.position, after.position, held_out.pose,
                                         options.bootstrap, options.trace.seed);
-    const size_t declared = final_robot.effects.size() - result.trace.effects.size();
     for (size_t k = 0; k < result.trace.effects.size(); ++k) {
       const Evaluation without =
           evaluate(without_effect(result.trace.fit, training, declared + k), held_out);

@@ -68,15 +68,80 @@ YAML::Node rivals_node(const std::vector<Rival>& rivals) {
   return list;
 }
 
+// "0.8 mrad" of a length or an angle.
+std::string size_text(const Robot& robot, const std::string& parameter, double value) {
+  const bool is_length = unit_text(robot, parameter) == "m";
+  return fmt::format("{:.3g} {}", value / (is_length ? kMillimetre : kMilliradian),
+                     is_length ? "mm" : "mrad");
+}
+
+std::string driver_text(const Effect& effect, double value) {
+  switch (effect.driver.kind) {
+    case DriverKind::joint_angle:
+      return fmt::format("{:.0f} deg", value / kDegree);
+    case DriverKind::time:
+      return fmt::format("{:.0f} s", value);
+    default:
+      return fmt::format("{:.1f} degC", value);
+  }
+}
+
+// The course of an effect in words: "0.8 mrad peak at 90 deg, even".
+std::string course(const Effect& effect, const std::vector<CurvePoint>& curve, const Robot& robot) {
+  if (effect.shape.kind == ShapeKind::harmonic)
+    return fmt::format(
+        "{} cycles per turn, amplitude {}", effect.shape.harmonic,
+        size_text(robot, effect.parameter,
+                  std::hypot(effect.coefficients[0].value, effect.coefficients[1].value)));
+  if (curve.empty()) return "";
+  const auto peak =
+      std::max_element(curve.begin(), curve.end(), [](const CurvePoint& a, const CurvePoint& b) {
+        return std::abs(a.value) < std::abs(b.value);
+      });
+  std::string text = fmt::format("{} at {}", size_text(robot, effect.parameter, peak->value),
+                                 driver_text(effect, peak->driver));
+  if (effect.driver.kind != DriverKind::joint_angle) return text;
+  double even = 0, odd = 0;
+  for (size_t i = 0; i < curve.size(); ++i) {
+    const double a = curve[i].value, b = curve[curve.size() - 1 - i].value;
+    even += (a + b) * (a + b);
+    odd += (a - b) * (a - b);
+  }
+  const bool about_zero = std::abs(curve.front().driver + curve.back().driver) <
+                          0.1 * (curve.back().driver - curve.front().driver);
+  if (about_zero && even > 9 * odd) text += ", even";
+  if (about_zero && odd > 9 * even) text += ", odd";
+  return text;
+}
+
 std::string statement(const TracedEffect& effect) {
-  if (effect.only_prediction)
-    return "prediction improves; no known cause, see parameter and driver";
+  if (effect.only_prediction) return "prediction improves; no known cause";
   if (effect.indistinguishable.empty())
     return "cause shown: no other candidate explains these readings";
   return "prediction improves; cause is one of the class under indistinguishable";
 }
 
-YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain, const Robot& robot) {
+YAML::Node curve_node(const Effect& effect, const std::vector<CurvePoint>& curve,
+                      const Robot& robot) {
+  const bool is_length = unit_text(robot, effect.parameter) == "m";
+  const bool is_angle = effect.driver.kind == DriverKind::joint_angle;
+  YAML::Node drivers, values, half_widths;
+  for (const CurvePoint& point : curve) {
+    drivers.push_back(fmt::format("{:.5g}", is_angle ? point.driver / kDegree : point.driver));
+    values.push_back(rounded(point.value / (is_length ? kMillimetre : kMilliradian)));
+    half_widths.push_back(rounded(point.half_width / (is_length ? kMillimetre : kMilliradian)));
+  }
+  YAML::Node node;
+  node[is_angle                                 ? "driver_deg"
+       : effect.driver.kind == DriverKind::time ? "driver_s"
+                                                : "driver_c"] = flow(drivers);
+  node[is_length ? "value_mm" : "value_mrad"] = flow(values);
+  node[is_length ? "half_width_mm" : "half_width_mrad"] = flow(half_widths);
+  return node;
+}
+
+YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain,
+                       const std::vector<CurvePoint>& curve, const Robot& robot) {
   YAML::Node node = effect_node(traced.effect, unit_text(robot, traced.effect.parameter));
   std::vector<std::pair<std::string, std::string>> evidence{
       {"delta_ebic", rounded(traced.evidence.delta_ebic)},
@@ -92,7 +157,11 @@ YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain, cons
   }
   node["evidence"] = evidence_node;
   node["indistinguishable"] = rivals_node(traced.indistinguishable);
-  node["description"] = statement(traced);
+  const std::string words = course(traced.effect, curve, robot);
+  node["description"] = traced.effect.parameter + " depends on " + to_string(traced.effect.driver) +
+                        (words.empty() ? "" : ", " + words) + "; " + statement(traced);
+  if (!curve.empty() && traced.effect.shape.kind == ShapeKind::series)
+    node["curve"] = curve_node(traced.effect, curve, robot);
   return node;
 }
 
@@ -191,7 +260,7 @@ std::string write_ranking(const TraceResult& result, const Provenance& provenanc
   root["provenance"] = provenance_node(provenance);
   root["effects"] = YAML::Node(YAML::NodeType::Sequence);
   for (const TracedEffect& traced : result.effects)
-    root["effects"].push_back(traced_node(traced, nullptr, result.fit.robot));
+    root["effects"].push_back(traced_node(traced, nullptr, {}, result.fit.robot));
   root["remaining"] = flow_map(
       {{"best_delta_ebic", rounded(result.best_score)}, {"p_value", rounded(result.remaining_p)}});
   for (const RankedCandidate& ranked : result.ranking)
@@ -238,8 +307,9 @@ std::string write_loop(const LoopResult& result, const LoopOptions& options,
   }
   root["effects"] = YAML::Node(YAML::NodeType::Sequence);
   for (size_t k = 0; k < result.trace.effects.size(); ++k)
-    root["effects"].push_back(traced_node(
-        result.trace.effects[k], k < result.gains.size() ? &result.gains[k] : nullptr, robot));
+    root["effects"].push_back(traced_node(result.trace.effects[k],
+                                          k < result.gains.size() ? &result.gains[k] : nullptr,
+                                          result.curves[k], robot));
   if (result.trace.effects.empty()) root["effects"] = flow(root["effects"]);
   YAML::Node before_after = flow_map({{"before_mm", rounded(result.before / kMillimetre)},
                                       {"after_mm", rounded(result.after / kMillimetre)},

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "armtrue/identification/effect_curve.h"
 #include "armtrue/identification/evaluation.h"
 #include "armtrue/identification/tracing.h"
 
@@ -48,10 +49,11 @@ struct LoopResult {
   std::vector<int> excluded_rows;  ///< lines of the training file that the final fit calls blunders
   std::vector<Stage> stages;
   TraceResult trace;
-  std::vector<HeldOutGain> gains;  ///< per effect of the trace
-  double before = 0, after = 0;    ///< mean held-out position error, geometric and final [m]
-  double floor = 0;                ///< what a perfect model would score [m]
-  double reducible_removed = 0;    ///< (before^2 - after^2) / (before^2 - floor^2), in [0, 1]
+  std::vector<HeldOutGain> gains;               ///< per effect of the trace
+  std::vector<std::vector<CurvePoint>> curves;  ///< per effect of the trace; see effect_curve
+  double before = 0, after = 0;  ///< mean held-out position error, geometric and final [m]
+  double floor = 0;              ///< what a perfect model would score [m]
+  double reducible_removed = 0;  ///< (before^2 - after^2) / (before^2 - floor^2), in [0, 1]
   std::array<double, 2> gain_ci95{0, 0};  ///< of before - after, paired bootstrap over poses [m]
   std::optional<double> lack_of_fit;      ///< p, of the final model on the training poses
   std::string pattern;                    ///< what the best remaining candidate would be, in words

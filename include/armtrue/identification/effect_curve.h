@@ -1,0 +1,23 @@
+#pragma once
+
+#include <vector>
+
+#include "armtrue/identification/calibration.h"
+
+namespace armtrue {
+
+/// What a parameter departs by at one value of a driver, about the mean over the campaign: a
+/// constant belongs to the parameter itself.
+struct CurvePoint {
+  double driver = 0;      ///< [SI]
+  double value = 0;       ///< [m, rad]
+  double half_width = 0;  ///< of the 95 % interval [m, rad]
+};
+
+/// The curve of one effect of a fit, with all others that make the same parameter follow the same
+/// driver, over the values that the driver took, `points` of them evenly spaced. Empty unless one
+/// parameter follows one joint angle, the time or a temperature.
+std::vector<CurvePoint> effect_curve(const CalibrationResult& fit, const Campaign& campaign,
+                                     size_t effect, int points = 41);
+
+}  // namespace armtrue
