@@ -350,8 +350,8 @@ Eigen::VectorXd ProjectedCandidates::residual_beside(int candidate,
   return fit_.residual() - (explained - fit_.basis() * (fit_.basis().transpose() * explained));
 }
 
-double ProjectedCandidates::family_wise_p(const Eigen::VectorXd& residual, double best_score,
-                                          int flips, std::uint64_t seed) const {
+std::vector<double> ProjectedCandidates::best_of_flipped(const Eigen::VectorXd& residual, int flips,
+                                                         std::uint64_t seed) const {
   // One sign for each pose in each draw; the same for every candidate. What flips together is
   // summed first. A rank among draws needs no more digits than float has, once the projection has
   // been done in double.
@@ -428,8 +428,7 @@ double ProjectedCandidates::family_wise_p(const Eigen::VectorXd& residual, doubl
         return block_best;
       },
       [&](const Eigen::VectorXd& block) { best = best.cwiseMax(block); });
-  const auto as_high = (best.array() >= best_score).count();
-  return (1.0 + static_cast<double>(as_high)) / (1.0 + flips);
+  return {best.begin(), best.end()};
 }
 
 }  // namespace armtrue

@@ -80,10 +80,10 @@ class ProjectedCandidates {
   /// An effect of the model beside the others; `log_choices` as for a candidate.
   CandidateScore score_of_effect(int effect, double log_choices) const;
 
-  /// Family-wise p-value of `best_score`: how often the best of all candidates scores as high on
-  /// `residual` (of all rows, whitened) with signs flipped pose by pose.
-  double family_wise_p(const Eigen::VectorXd& residual, double best_score, int flips,
-                       std::uint64_t seed) const;
+  /// The null run: the score of the best of all candidates on `residual` (of all rows, whitened)
+  /// with signs flipped pose by pose, once for each draw.
+  std::vector<double> best_of_flipped(const Eigen::VectorXd& residual, int flips,
+                                      std::uint64_t seed) const;
 
   /// The residual less what a candidate explains of it.
   Eigen::VectorXd residual_beside(int candidate, const Eigen::VectorXd& coefficients) const;

@@ -324,6 +324,10 @@ std::string write_loop(const LoopResult& result, const LoopOptions& options,
   remaining["pattern"] = text_or_null(result.pattern);
   remaining["pattern_p"] = rounded(result.trace.remaining_p);
   root["remaining"] = flow(remaining);
+  const NullRun& null_run = result.trace.null_run;
+  root["null_run"] = flow_map({{"flips", std::to_string(null_run.flips)},
+                               {"false_add_rate", rounded(null_run.false_add_rate)},
+                               {"delta_ebic_95", rounded(null_run.score_95)}});
   root["not_separable"] = YAML::Node(YAML::NodeType::Sequence);
   for (const Effect& effect : result.trace.not_separable)
     root["not_separable"].push_back(flow_map({{"name", effect.name},

@@ -53,13 +53,22 @@ struct RankedCandidate {
   bool from_catalogue = false;
 };
 
+/// The last scan repeated on residuals whose signs are flipped pose by pose: what the search finds
+/// where there is nothing.
+struct NullRun {
+  int flips = 0;
+  double false_add_rate = 0;  ///< share of the draws in which an effect would have been added
+  double score_95 = 0;        ///< EBIC fall that the best candidate exceeds in one draw of twenty
+};
+
 struct TraceResult {
   CalibrationResult fit;                  ///< the model with all effects, on the readings given
   std::vector<CalibrationResult> stages;  ///< geometry alone, then with each effect as it was added
   std::vector<TracedEffect> effects;
   std::vector<RankedCandidate> ranking;  ///< of the last scan, best first
   std::vector<Effect> not_separable;     ///< catalogue effects that no campaign like this can show
-  double best_score = 0;   ///< of the last scan; not positive if nothing is left to explain
+  double best_score = 0;  ///< of the last scan; not positive if nothing is left to explain
+  NullRun null_run;
   double remaining_p = 1;  ///< family-wise p-value of the best candidate that was not added
 };
 
