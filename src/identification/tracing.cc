@@ -20,7 +20,7 @@ constexpr double kPossibleVariation = 0.02;  // m or rad: a larger one is no eff
 constexpr double kSameProjection = 0.95;     // correlation from which two candidates are one class
 constexpr double kSameEvidence = 6.0;        // EBIC: odds of 20 to 1
 constexpr double kClearlyBetter = 2.0;       // EBIC, before an effect gives way to another
-constexpr double kLackOfFit = 0.01;          // p from which the fit is said to lack something
+constexpr double kLackOfFit = 0.01;          // p from which the fit clearly lacks something
 constexpr int kRevisions = 4;
 constexpr int kTrials = 8;  // candidates that may fail the later gates in one step
 
@@ -172,9 +172,10 @@ class Tracer {
 
   // An effect without a lack of fit is a stranger claim, and needs the stronger evidence.
   double significance() const {
-    const auto lack_of_fit = assess(result_.fit, campaign_).lack_of_fit;
-    return lack_of_fit && *lack_of_fit < kLackOfFit ? options_.significance
-                                                    : options_.significance_without_lack_of_fit;
+    const double lack_of_fit = assess(result_.fit, campaign_).lack_of_fit.value_or(1.0);
+    const double missing = std::clamp(std::log(lack_of_fit) / std::log(kLackOfFit), 0.0, 1.0);
+    return options_.significance_without_lack_of_fit *
+           std::pow(options_.significance / options_.significance_without_lack_of_fit, missing);
   }
 
   // The same candidate with its inner values (t*, tau) where they explain most, beside all that is

@@ -13,8 +13,9 @@ namespace armtrue {
 struct TraceOptions {
   std::uint64_t seed = 1;
   int flips = 199;  ///< sign-flipped residuals for each family-wise p-value
-  /// Of each addition where the fit lacks something against the noise, and where it does not or no
-  /// noise is known: there ten times as many flips decide.
+  /// Of each addition where the fit clearly lacks something against the noise (p of 0.01), and
+  /// where it does not at all or no noise is known, where ten times as many flips decide; in
+  /// proportion to the logarithms between.
   double significance = 0.02, significance_without_lack_of_fit = 0.002;
   int max_effects = 16;
   bool beyond_catalogue = true;                      ///< search parameter x driver x basis as well
