@@ -2,6 +2,7 @@
 #include "armtrue/io/input_error.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/report_io.h"
+#include "armtrue/report/loop_report.h"
 #include "command_line.h"
 
 using namespace armtrue;
@@ -9,7 +10,7 @@ using namespace armtrue;
 namespace {
 
 struct Paths {
-  std::string robot, catalogue, test, robot_out, residuals;
+  std::string robot, catalogue, test, robot_out, residuals, report;
 };
 
 std::vector<ResidualRow> residual_rows(const Robot& robot, const Campaign& all,
@@ -50,6 +51,9 @@ int work(app::Command& command, const Paths& paths, double held_out_share, bool 
     write_output(paths.residuals,
                  write_residuals(all, residual_rows(result.trace.fit.robot, all, split)));
   write_output(command.output, write_loop(result, options, provenance, ""));
+  if (!paths.report.empty())
+    write_output(paths.report,
+                 loop_report(result, effect_descriptions(result), robot.name + ": " + all.source));
   command.tell(before_after_table(result));
   if (!result.trace.fit.converged) {
     command.warn("not converged: " + result.trace.fit.termination);
@@ -85,6 +89,7 @@ int main(int argc, char** argv) {
   options.add_option("--robot-out", paths.robot_out, "Write the robot with its effects here");
   options.add_option("--residuals", paths.residuals,
                      "Write the final residual of every reading here");
+  options.add_option("--report", paths.report, "Write a page with plots (HTML) here");
   options.add_option("--catalogue", paths.catalogue, "Effects to look for");
   options.add_flag("--only-catalogue", only_catalogue, "Do not search beyond the catalogue");
   return command.run(argc, argv, [&] { return work(command, paths, held_out, only_catalogue); });

@@ -4,7 +4,7 @@
 #include "armtrue/identification/evaluation.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/report_io.h"
-#include "armtrue/io/units.h"
+#include "armtrue/kinematics/units.h"
 #include "command_line.h"
 
 using namespace armtrue;

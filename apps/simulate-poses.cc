@@ -1,6 +1,6 @@
 #include "armtrue/identification/simulation.h"
 #include "armtrue/io/output.h"
-#include "armtrue/io/units.h"
+#include "armtrue/kinematics/units.h"
 #include "command_line.h"
 
 using namespace armtrue;

@@ -179,6 +179,8 @@ LoopResult close_loop(const Robot& robot, const Campaign& training, const Campai
   if (held_out.rows() > 0) {
     const Evaluation before = evaluate(geometric_robot, held_out);
     const Evaluation after = evaluate(final_robot, held_out);
+    result.errors_before = before.position;
+    result.errors_after = after.position;
     result.before = summarize(before.position).mean;
     result.after = summarize(after.position).mean;
     const double reducible = result.before * result.before - result.floor * result.floor;

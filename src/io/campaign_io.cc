@@ -13,7 +13,7 @@
 #include "armtrue/io/csv_table.h"
 #include "armtrue/io/input_error.h"
 #include "armtrue/io/number_text.h"
-#include "armtrue/io/units.h"
+#include "armtrue/kinematics/units.h"
 
 namespace armtrue {
 namespace {

@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "armtrue/io/input_error.h"
-#include "armtrue/io/units.h"
+#include "armtrue/kinematics/units.h"
 
 namespace armtrue {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "armtrue/io/units.h"
 #include "armtrue/kinematics/parameters.h"
+#include "armtrue/kinematics/units.h"
 #include "yaml_text.h"
 
 namespace armtrue {
@@ -121,6 +121,13 @@ std::string statement(const TracedEffect& effect) {
   return "prediction improves; cause is one of the class under indistinguishable";
 }
 
+std::string in_words(const TracedEffect& traced, const std::vector<CurvePoint>& curve,
+                     const Robot& robot) {
+  const std::string words = course(traced.effect, curve, robot);
+  return traced.effect.parameter + " depends on " + to_string(traced.effect.driver) +
+         (words.empty() ? "" : ", " + words) + "; " + statement(traced);
+}
+
 YAML::Node curve_node(const Effect& effect, const std::vector<CurvePoint>& curve,
                       const Robot& robot) {
   const bool is_length = unit_text(robot, effect.parameter) == "m";
@@ -157,9 +164,7 @@ YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain,
   }
   node["evidence"] = evidence_node;
   node["indistinguishable"] = rivals_node(traced.indistinguishable);
-  const std::string words = course(traced.effect, curve, robot);
-  node["description"] = traced.effect.parameter + " depends on " + to_string(traced.effect.driver) +
-                        (words.empty() ? "" : ", " + words) + "; " + statement(traced);
+  node["description"] = in_words(traced, curve, robot);
   if (!curve.empty() && traced.effect.shape.kind == ShapeKind::series)
     node["curve"] = curve_node(traced.effect, curve, robot);
   return node;
@@ -335,6 +340,14 @@ std::string write_loop(const LoopResult& result, const LoopOptions& options,
                                               {"driver", to_string(effect.driver)}}));
   root["next_poses"] = text_or_null(next_poses);
   return print_document(root);
+}
+
+std::vector<std::string> effect_descriptions(const LoopResult& result) {
+  std::vector<std::string> descriptions;
+  for (size_t k = 0; k < result.trace.effects.size(); ++k)
+    descriptions.push_back(
+        in_words(result.trace.effects[k], result.curves[k], result.trace.fit.robot));
+  return descriptions;
 }
 
 std::string before_after_table(const LoopResult& result) {

@@ -7,7 +7,7 @@
 
 #include "armtrue/io/input_error.h"
 #include "armtrue/io/source.h"
-#include "armtrue/io/units.h"
+#include "armtrue/kinematics/units.h"
 #include "armtrue/kinematics/parameters.h"
 #include "yaml_map.h"
 #include "yaml_text.h"

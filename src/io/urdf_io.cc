@@ -15,7 +15,7 @@
 
 #include "armtrue/io/input_error.h"
 #include "armtrue/io/number_text.h"
-#include "armtrue/io/units.h"
+#include "armtrue/kinematics/units.h"
 
 namespace armtrue {
 namespace {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "armtrue/io/input_error.h"
-#include "armtrue/io/units.h"
+#include "armtrue/kinematics/units.h"
 #include "temporary_file.h"
 
 namespace armtrue {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "armtrue/io/units.h"
+#include "armtrue/kinematics/units.h"
 
 namespace armtrue {
 namespace {

@@ -61,7 +61,7 @@ def violations(root):
 
 
 def self_test():
-    assert broken_rule("src/kinematics/pose.cc", "armtrue/io/units.h")
+    assert broken_rule("src/kinematics/pose.cc", "armtrue/io/output.h")
     assert broken_rule("src/effects/shape.cc", "ceres/ceres.h")
     assert broken_rule("include/armtrue/io/robot_io.h", "yaml-cpp/yaml.h")
     assert broken_rule("src/identification/loop.cc", "armtrue/io/output.h")

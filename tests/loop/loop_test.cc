@@ -11,7 +11,7 @@
 
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/robot_io.h"
-#include "armtrue/io/units.h"
+#include "armtrue/kinematics/units.h"
 #include "support/oracle.h"
 
 namespace armtrue {

@@ -49,6 +49,7 @@ struct LoopResult {
   std::vector<int> excluded_rows;  ///< lines of the training file that the final fit calls blunders
   std::vector<Stage> stages;
   TraceResult trace;
+  std::vector<double> errors_before, errors_after;  ///< of each held-out reading [m]
   std::vector<HeldOutGain> gains;               ///< per effect of the trace
   std::vector<std::vector<CurvePoint>> curves;  ///< per effect of the trace; see effect_curve
   double before = 0, after = 0;  ///< mean held-out position error, geometric and final [m]

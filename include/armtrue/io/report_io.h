@@ -25,6 +25,9 @@ std::string write_ranking(const TraceResult& result, const Provenance& provenanc
 std::string write_loop(const LoopResult& result, const LoopOptions& options,
                        const Provenance& provenance, const std::string& next_poses);
 
+/// One sentence for each effect of a loop, as in its document.
+std::vector<std::string> effect_descriptions(const LoopResult& result);
+
 /// The stages and the held-out errors as a table for a terminal.
 std::string before_after_table(const LoopResult& result);
 

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <string>
+
+namespace armtrue {
+
+/// The SVG that gnuplot draws of a script (without `set terminal` and `set output`). Throws
+/// std::runtime_error with the remedy if gnuplot is missing or rejects the script.
+std::string plot_svg(const std::string& script, int width, int height);
+
+/// Text as a quoted string of gnuplot.
+std::string quoted(const std::string& text);
+
+}  // namespace armtrue

@@ -1,0 +1,167 @@
+#include "armtrue/report/loop_report.h"
+
+#include <algorithm>
+#include <sstream>
+
+#include "armtrue/kinematics/units.h"
+#include "gnuplot.h"
+
+namespace armtrue {
+namespace {
+
+constexpr int kWidth = 720, kHeight = 300;
+constexpr int kBins = 30;
+
+std::string escaped(const std::string& text) {
+  std::string result;
+  for (char c : text) switch (c) {
+      case '&':
+        result += "&amp;";
+        break;
+      case '<':
+        result += "&lt;";
+        break;
+      case '>':
+        result += "&gt;";
+        break;
+      default:
+        result += c;
+    }
+  return result;
+}
+
+std::string number(double value) {
+  std::ostringstream text;
+  text.precision(4);
+  text << value;
+  return text.str();
+}
+
+std::string stages_plot(const LoopResult& result) {
+  std::ostringstream script;
+  script << "set style data histogram\nset style fill solid 0.7\nset boxwidth 0.8\nset grid ytics\n"
+            "set ylabel 'held-out position error, mm'\nset yrange [0:*]\nset key top right\n"
+            "set xtics noenhanced\n$d << END\n";
+  // The nominal robot would dwarf the rest.
+  for (size_t k = 1; k < result.stages.size(); ++k) {
+    const ErrorSummary& errors = result.stages[k].held_out.position;
+    script << (k == 1 ? std::string("geometry") : "+" + std::to_string(k - 1)) << " "
+           << errors.mean / kMillimetre << " " << errors.p95 / kMillimetre << "\n";
+  }
+  script << "END\nplot $d using 2:xtic(1) title 'mean', '' using 3 title '95 % of the readings', "
+         << result.floor / kMillimetre << " title 'noise floor (mean)' with lines lw 2 dt 2\n";
+  return plot_svg(script.str(), kWidth, kHeight);
+}
+
+std::string histogram_plot(const LoopResult& result) {
+  const double largest =
+      *std::max_element(result.errors_before.begin(), result.errors_before.end());
+  const double width = std::max(1e-9, largest / kBins);
+  std::vector<int> before(kBins + 1), after(kBins + 1);
+  const auto bin = [&](double error) { return std::min(kBins, static_cast<int>(error / width)); };
+  for (double error : result.errors_before) ++before[bin(error)];
+  for (double error : result.errors_after) ++after[bin(error)];
+  std::ostringstream script;
+  script << "set style fill solid 0.5\nset grid ytics\nset xlabel 'position error, mm'\n"
+            "set ylabel 'held-out readings'\n$d << END\n";
+  for (int k = 0; k <= kBins; ++k)
+    script << (k + 0.5) * width / kMillimetre << " " << before[k] << " " << after[k] << "\n";
+  script << "END\nset boxwidth " << 0.9 * width / kMillimetre
+         << "\nplot $d using 1:2 with boxes title 'geometry alone', "
+            "'' using 1:3 with boxes title 'with the effects'\n";
+  return plot_svg(script.str(), kWidth, kHeight);
+}
+
+std::string curve_plot(const Effect& effect, const std::vector<CurvePoint>& curve,
+                       const KinematicChain& chain) {
+  const bool is_angle = effect.driver.kind == DriverKind::joint_angle;
+  const bool is_length =
+      parameter_unit(*find_parameter(chain, effect.parameter)) == ParameterUnit::metre;
+  const double unit = is_length ? kMillimetre : kMilliradian;
+  const char* driver_unit = is_angle                                 ? ", deg"
+                            : effect.driver.kind == DriverKind::time ? ", s"
+                                                                     : ", deg C";
+  std::ostringstream script;
+  script << "set grid\nset key off\nset xlabel " << quoted(to_string(effect.driver) + driver_unit)
+         << " noenhanced\nset ylabel " << quoted(effect.parameter + (is_length ? ", mm" : ", mrad"))
+         << " noenhanced\n$d << END\n";
+  for (const CurvePoint& point : curve)
+    script << (is_angle ? point.driver / kDegree : point.driver) << " " << point.value / unit << " "
+           << (point.value - point.half_width) / unit << " "
+           << (point.value + point.half_width) / unit << "\n";
+  script
+      << "END\nplot $d using 1:3:4 with filledcurves fs solid 0.3, '' using 1:2 with lines lw 2\n";
+  return plot_svg(script.str(), kWidth, kHeight - 40);
+}
+
+std::string stages_table(const LoopResult& result) {
+  std::ostringstream html;
+  html << "<table><tr><th>stage</th><th>unknowns</th><th>training mean, mm</th>"
+          "<th>held-out mean, mm</th><th>held-out 95 %, mm</th><th>held-out max, mm</th></tr>\n";
+  for (const Stage& stage : result.stages) {
+    const ErrorSummary& held_out = stage.held_out.position;
+    html << "<tr><td>" << escaped(stage.name) << "</td><td>" << stage.parameters << "</td><td>"
+         << number(stage.training.position.mean / kMillimetre) << "</td><td>"
+         << number(held_out.mean / kMillimetre) << "</td><td>" << number(held_out.p95 / kMillimetre)
+         << "</td><td>" << number(held_out.max / kMillimetre) << "</td></tr>\n";
+  }
+  html << "</table>\n";
+  return html.str();
+}
+
+void write_effect(std::ostringstream& html, const LoopResult& result, size_t k,
+                  const std::string& description) {
+  const TracedEffect& traced = result.trace.effects[k];
+  html << "<h3>" << escaped(describe(traced.effect)) << "</h3>\n<p>" << escaped(description)
+       << "</p>\n<p>EBIC falls by " << number(traced.evidence.delta_ebic) << ", family-wise p "
+       << number(traced.evidence.p_value);
+  if (k < result.gains.size())
+    html << ", held-out gain " << number(result.gains[k].position / kMillimetre)
+         << " mm (95 %: " << number(result.gains[k].ci95[0] / kMillimetre) << " to "
+         << number(result.gains[k].ci95[1] / kMillimetre) << ")";
+  html << ".</p>\n";
+  if (!traced.indistinguishable.empty()) {
+    html << "<p>This data cannot tell it from:</p><ul>\n";
+    for (const Rival& rival : traced.indistinguishable)
+      html << "<li>" << escaped(describe(rival.effect)) << ", correlation "
+           << number(rival.correlation) << "</li>\n";
+    html << "</ul>\n";
+  }
+  if (!result.curves[k].empty())
+    html << curve_plot(traced.effect, result.curves[k], result.trace.fit.robot.chain);
+}
+
+}  // namespace
+
+std::string loop_report(const LoopResult& result, const std::vector<std::string>& descriptions,
+                        const std::string& title) {
+  std::ostringstream html;
+  html << "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>"
+       << escaped(title)
+       << "</title><style>body{font-family:sans-serif;max-width:800px;margin:2em auto}"
+          "table{border-collapse:collapse}td,th{padding:.2em .6em;text-align:right;"
+          "border-bottom:1px solid #ccc}td:first-child,th:first-child{text-align:left}"
+          "</style></head><body>\n<h1>"
+       << escaped(title) << "</h1>\n<p>Verdict: <b>" << to_string(result.verdict) << "</b>. "
+       << result.training_poses << " poses to learn from, " << result.held_out_poses
+       << " held out.";
+  if (!result.excluded_rows.empty())
+    html << " " << result.excluded_rows.size() << " readings look like blunders.";
+  html << "</p>\n" << stages_table(result);
+  if (!result.errors_before.empty())
+    html << "<h2>Error on the poses that took no part</h2>\n"
+         << stages_plot(result) << histogram_plot(result);
+  if (!result.trace.effects.empty()) html << "<h2>Effects</h2>\n";
+  for (size_t k = 0; k < result.trace.effects.size(); ++k)
+    write_effect(html, result, k, descriptions[k]);
+  html << "<h2>What remains</h2>\n<p>";
+  if (result.lack_of_fit)
+    html << "Lack of fit against the noise: p " << number(*result.lack_of_fit) << ". ";
+  if (!result.pattern.empty())
+    html << "Best candidate that was not added: " << escaped(result.pattern) << ", p "
+         << number(result.trace.remaining_p) << ".";
+  html << "</p>\n</body></html>\n";
+  return html.str();
+}
+
+}  // namespace armtrue
