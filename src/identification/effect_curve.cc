@@ -6,8 +6,10 @@
 namespace armtrue {
 
 std::vector<CurvePoint> effect_curve(const CalibrationResult& fit, const Campaign& campaign,
-                                     size_t effect, int points) {
+                                     size_t effect) {
   const Effect& e = fit.robot.effects[effect];
+  const int points =
+      e.shape.kind == ShapeKind::harmonic ? std::clamp(8 * e.shape.harmonic, 41, 801) : 41;
   const Driver& driver = e.driver;
   if (driver.second_joint >= 0 || !find_parameter(fit.robot.chain, e.parameter)) return {};
   const auto reading = [&](int row) -> double {

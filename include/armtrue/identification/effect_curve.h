@@ -15,9 +15,9 @@ struct CurvePoint {
 };
 
 /// The curve of one effect of a fit, with all others that make the same parameter follow the same
-/// driver, over the values that the driver took, `points` of them evenly spaced. Empty unless one
-/// parameter follows one joint angle, the time or a temperature.
+/// driver, at even steps over the values that the driver took, fine enough for its shape. Empty
+/// unless one parameter follows one joint angle, the time or a temperature.
 std::vector<CurvePoint> effect_curve(const CalibrationResult& fit, const Campaign& campaign,
-                                     size_t effect, int points = 41);
+                                     size_t effect);
 
 }  // namespace armtrue
