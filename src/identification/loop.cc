@@ -15,6 +15,7 @@ namespace armtrue {
 namespace {
 
 constexpr double kSignificance = 0.05;
+constexpr double kFarFromFloor = 2.0;
 
 int count_poses(const Campaign& campaign) {
   return static_cast<int>(std::set<int>(campaign.pose.begin(), campaign.pose.end()).size());
@@ -110,7 +111,11 @@ Verdict conclude(const LoopResult& result) {
   const bool significant = left && (result.noise.source == NoiseFloor::Source::replicates ||
                                     result.trace.remaining_p < kSignificance);
   if (significant) return Verdict::unexplained;
-  if (effects.empty()) return Verdict::nothing_to_explain;
+  // Poses that took no part may show what too few training poses could not.
+  if (effects.empty())
+    return result.floor > 0 && result.after > kFarFromFloor * result.floor
+               ? Verdict::unexplained
+               : Verdict::nothing_to_explain;
   return std::any_of(effects.begin(), effects.end(), has_other_cause) ? Verdict::not_separable
                                                                       : Verdict::closed;
 }

@@ -316,13 +316,19 @@ std::string write_loop(const LoopResult& result, const LoopOptions& options,
                                           k < result.gains.size() ? &result.gains[k] : nullptr,
                                           result.curves[k], robot));
   if (result.trace.effects.empty()) root["effects"] = flow(root["effects"]);
-  YAML::Node before_after = flow_map({{"before_mm", rounded(result.before / kMillimetre)},
-                                      {"after_mm", rounded(result.after / kMillimetre)},
-                                      {"floor_mm", rounded(result.floor / kMillimetre)},
-                                      {"reducible_removed", rounded(result.reducible_removed)}});
+  const bool held_out = result.held_out_poses > 0;
+  const auto if_held_out = [&](double value) {
+    return text_or_null(held_out ? rounded(value) : "");
+  };
+  YAML::Node before_after;
+  before_after["before_mm"] = if_held_out(result.before / kMillimetre);
+  before_after["after_mm"] = if_held_out(result.after / kMillimetre);
+  before_after["floor_mm"] = rounded(result.floor / kMillimetre);
+  before_after["reducible_removed"] = if_held_out(result.reducible_removed);
   YAML::Node interval;
   for (double bound : result.gain_ci95) interval.push_back(rounded(bound / kMillimetre));
-  before_after["gain_ci95_mm"] = flow(interval);
+  if (held_out) before_after["gain_ci95_mm"] = flow(interval);
+  before_after = flow(before_after);
   root["before_after"] = before_after;
   YAML::Node remaining;
   remaining["lack_of_fit_p"] = text_or_null(result.lack_of_fit ? rounded(*result.lack_of_fit) : "");
