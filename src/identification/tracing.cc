@@ -286,6 +286,10 @@ class Tracer {
       traced.effect = result_.fit.robot.effects[effect];
       traced.from_catalogue = chosen_[k].from_catalogue;
       traced.only_prediction = !traced.from_catalogue;
+      traced.incomplete =
+          std::count_if(chosen_.begin(), chosen_.end(), [&](const Candidate& other) {
+            return same_place(other.effect, chosen_[k].effect);
+          }) > 1;
       const CandidateScore own = projected.score_of_effect(effect, chosen_[k].log_choices);
       traced.evidence.delta_ebic = own.score;
       const std::vector<CandidateScore> scores = projected.scores_without(effect);

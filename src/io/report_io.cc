@@ -116,6 +116,8 @@ std::string course(const Effect& effect, const std::vector<CurvePoint>& curve, c
 
 std::string statement(const TracedEffect& effect) {
   if (effect.only_prediction) return "prediction improves; no known cause";
+  if (effect.incomplete)
+    return "incomplete: what it leaves still follows the same driver, see the other effect on it";
   if (effect.indistinguishable.empty())
     return "cause shown: no other candidate explains these readings";
   return "prediction improves; cause is one of the class under indistinguishable";

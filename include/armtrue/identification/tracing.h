@@ -44,6 +44,7 @@ struct TracedEffect {
   std::vector<Rival> indistinguishable;
   bool from_catalogue = false;
   bool only_prediction = false;  ///< found by the open search: no cause is known
+  bool incomplete = false;       ///< its parameter follows its driver in a further effect too
 };
 
 /// A candidate that was looked at in the last scan.
