@@ -5,51 +5,15 @@
 #include "armtrue/identification/loop.h"
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
-#include <filesystem>
-
-#include "armtrue/io/campaign_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
-#include "support/oracle.h"
+#include "support/hidden_campaign.h"
 
 namespace armtrue {
 namespace {
 
 const std::string kNominal = ARMTRUE_CONFIG "/robots/kr360-spindle.yaml";
-
-class HiddenCampaign {
- public:
-  HiddenCampaign(const std::string& family, double size_mm, armtrue_oracle::CampaignPlan plan) {
-    char name[] = "/tmp/armtrue-loop-XXXXXX";
-    folder_ = mkdtemp(name);
-    written = armtrue_oracle::write_campaign(armtrue_oracle::read_arm(kNominal), family, size_mm, plan,
-                                             folder_);
-    training = read_campaign(folder_ + "/train.csv").campaign;
-    held_out = read_campaign(folder_ + "/test.csv").campaign;
-  }
-  ~HiddenCampaign() { std::filesystem::remove_all(folder_); }
-
-  armtrue_oracle::Written written;
-  Campaign training, held_out;
-
- private:
-  std::string folder_;
-};
-
-bool names(const armtrue_oracle::Hidden& truth, const Effect& effect) {
-  const bool parameter = effect.parameter == truth.parameter ||
-                         (truth.parameter == "base" && effect.parameter.starts_with("base."));
-  return parameter && to_string(effect.driver) == truth.driver;
-}
-
-bool names(const armtrue_oracle::Hidden& truth, const TracedEffect& traced) {
-  if (names(truth, traced.effect)) return true;
-  for (const Rival& rival : traced.indistinguishable)
-    if (names(truth, rival.effect)) return true;
-  return false;
-}
 
 std::string listed(const LoopResult& result) {
   std::string text;
@@ -72,7 +36,7 @@ class Family : public testing::TestWithParam<std::string> {};
 TEST_P(Family, IsNamedAddedAndGone) {
   armtrue_oracle::CampaignPlan plan;
   plan.seed = 41;
-  const HiddenCampaign campaign(GetParam(), 0.12, plan);
+  const HiddenCampaign campaign(kNominal, GetParam(), 0.12, plan);
   const LoopResult result = closed(campaign);
   const auto& truth = campaign.written.truth;
   ASSERT_FALSE(result.trace.effects.empty());
@@ -101,7 +65,7 @@ INSTANTIATE_TEST_SUITE_P(Hidden, Family,
 TEST(Carried, TheClosedRobotBeatsGeometryAlone) {
   armtrue_oracle::CampaignPlan plan;
   plan.seed = 61;
-  const HiddenCampaign campaign("compliance", 0.12, plan);
+  const HiddenCampaign campaign(kNominal, "compliance", 0.12, plan);
   const LoopResult result = closed(campaign);
   const KinematicChain& chain = result.trace.fit.robot.chain;
   const Pose moved{rotation_exp({0.3, -0.2, 1.1}), {0.8, -2.0, 0.4}};
@@ -128,7 +92,7 @@ TEST(Nothing, IsSaidWhenNothingIsHidden) {
     armtrue_oracle::CampaignPlan plan;
     plan.seed = seed;
     plan.blunders = seed == 53u ? 0.04 : 0;
-    const LoopResult result = closed(HiddenCampaign("null", 0, plan));
+    const LoopResult result = closed(HiddenCampaign(kNominal, "null", 0, plan));
     EXPECT_TRUE(result.trace.effects.empty()) << "seed " << seed << "\n" << listed(result);
     EXPECT_EQ(result.verdict, Verdict::nothing_to_explain) << "seed " << seed;
     EXPECT_EQ(result.excluded_rows.empty(), seed != 53u);
@@ -137,7 +101,7 @@ TEST(Nothing, IsSaidWhenNothingIsHidden) {
 
 TEST(Split, KeepsPosesWhole) {
   armtrue_oracle::CampaignPlan plan;
-  const HiddenCampaign campaign("null", 0, plan);
+  const HiddenCampaign campaign(kNominal, "null", 0, plan);
   const Split split = split_by_pose(campaign.training, 0.25, 3);
   EXPECT_EQ(split.held_out.size(), 45u);
   EXPECT_EQ(split.training.size(), 135u);
@@ -152,7 +116,7 @@ TEST(FamilyWiseP, IsCalibratedOnNull) {
   for (unsigned seed = 100; seed < 100 + kCampaigns; ++seed) {
     armtrue_oracle::CampaignPlan plan;
     plan.seed = seed;
-    const HiddenCampaign campaign("null", 0, plan);
+    const HiddenCampaign campaign(kNominal, "null", 0, plan);
     TraceOptions options;
     options.beyond_catalogue = false;
     options.max_effects = 1;

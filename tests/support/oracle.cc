@@ -341,7 +341,8 @@ Hidden hidden(const std::string& family, Dice& dice, double duration_s) {
 Written write_campaign(const OracleArm& nominal, const std::string& family, double size_mm,
                        const CampaignPlan& plan, const std::string& directory) {
   Dice dice(plan.seed);
-  const OracleArm arm = true_arm(nominal, dice);
+  OracleArm arm = true_arm(nominal, dice);
+  if (plan.known_masses) arm.masses = nominal.masses;
   const std::vector<Visit> visits = plan_visits(arm, 2 * plan.poses, plan.repeats, dice);
   Written written;
   written.truth = hidden(family, dice, visits.back().moment.time_s);

@@ -60,6 +60,7 @@ struct CampaignPlan {
   double noise_mm = 0.095, noise_mrad = 0.15;
   double blunders = 0;
   bool orientation = true;
+  bool known_masses = false;  // the true arm weighs what the nominal one does
   unsigned seed = 1;
 };
 
