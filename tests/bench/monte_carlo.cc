@@ -16,7 +16,7 @@
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
 #include "bench/two_threads.h"
-#include "support/hidden_campaign.h"
+#include "loop/hidden_campaign.h"
 
 namespace {
 

@@ -20,9 +20,9 @@ THIRD_PARTY = {
     "urdf": ["src/io/"],
     "tinyxml": ["src/io/"],
     "openssl/": ["src/io/"],
-    "CLI/": ["apps/"],
+    "CLI/": ["apps/", "tests/bench/"],
     "kdl/": ["tests/"],
-    "boost/": ["src/identification/"],
+    "boost/": ["src/identification/", "tests/bench/"],
 }
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]')
 

@@ -8,7 +8,7 @@
 
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
-#include "support/hidden_campaign.h"
+#include "loop/hidden_campaign.h"
 
 namespace armtrue {
 namespace {
