@@ -71,7 +71,8 @@ int main(int argc, char** argv) {
   options
       .add_option("--floor-mm", floor_mm, "Height in R_0 below which neither links nor tool may go")
       ->capture_default_str();
-  options.add_flag("--points", points, "Only positions will be measured");
+  options.add_flag("--points", points,
+                   "Positions only; with --given, what is read there is read again");
   return command.run(argc, argv, [&] {
     const Robot robot = command.robot(robot_path).robot;
     const Campaign given = given_path.empty() ? Campaign() : command.campaign(given_path, robot);
@@ -85,6 +86,7 @@ int main(int argc, char** argv) {
     if (!zone.empty())
       plan.zone =
           Zone{Eigen::Vector3d(zone[0], zone[1], zone[2]) * kMillimetre, zone[3] * kMillimetre};
+    command.progress("planning");
     const PosePlanner planner(robot, plan, given);
     const std::vector<JointVector> planned = planner.plan(count);
     if (command.verbose)

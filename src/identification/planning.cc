@@ -156,8 +156,9 @@ PosePlanner::PosePlanner(const Robot& robot, const PlanOptions& options, const C
   if (given_rows_ > 0) {  // what is planned is read as what is given
     options_.orientation = given.has_orientation();
     if (given.target_names.empty()) robot_.chain.targets.clear();
+  } else if (!robot_.chain.targets.empty()) {
+    options_.orientation = false;
   }
-  if (!robot_.chain.targets.empty()) options_.orientation = false;
   cloud_ = draw(candidate_count(), options_.box, options_.seed);
 
   // A box may leave unseen what the given poses show.
@@ -170,6 +171,10 @@ PosePlanner::PosePlanner(const Robot& robot, const PlanOptions& options, const C
     }
   const Campaign everything = readings(seen);
   unknowns_ = choose_identifiable(robot_, everything).kept;
+  if (unknowns_.empty())
+    throw std::invalid_argument(
+        "no pose shows any of the parameters that 'identify' of the robot allows; allow others, or "
+        "measure orientations too");
   typical_ = triangle(everything) / std::sqrt(static_cast<double>(seen.size()));
 
   // Only derivatives count. They do not depend on the positions read, and on the orientations read
@@ -197,9 +202,7 @@ std::vector<JointVector> PosePlanner::draw(int count, const std::optional<Box>& 
     return drawn;
   }
   throw std::invalid_argument(
-      "hardly any configuration keeps the links and the tool above the floor; lower it, or move "
-      "the "
-      "box up");
+      "hardly any configuration keeps links and tool above the floor; lower it or move the box up");
 }
 
 std::vector<JointVector> PosePlanner::zone_configurations() const {

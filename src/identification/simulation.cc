@@ -111,8 +111,7 @@ Campaign simulate(const std::vector<JointVector>& commanded, const Robot& truth,
   Random random(options.seed ^ 0x9e3779b97f4a7c15ULL);
   Campaign campaign;
   campaign.source = "simulated";
-  for (int pose = 0; pose < poses; ++pose)
-    campaign.pose_ids.push_back(std::to_string(pose + 1));
+  for (int pose = 0; pose < poses; ++pose) campaign.pose_ids.push_back(std::to_string(pose + 1));
   for (const Target& target : truth.chain.targets) campaign.target_names.push_back(target.name);
   const int targets = std::max<int>(1, static_cast<int>(truth.chain.targets.size()));
 

@@ -48,7 +48,8 @@ class PosePlanner {
  public:
   /// `given`: poses already measured, of which only configurations, targets and sigmas count; no
   /// rows: none. Throws std::invalid_argument if the box cannot be reached, hardly any
-  /// configuration stays above the floor, or none has its point within the zone.
+  /// configuration stays above the floor, none has its point within the zone, or no allowed
+  /// parameter is identifiable.
   PosePlanner(const Robot& robot, const PlanOptions& options, const Campaign& given = {});
 
   /// `count` different configurations, at most candidate_count(), that with the given poses make
@@ -56,7 +57,8 @@ class PosePlanner {
   /// variance of the position predicted in it smallest (I-optimal). Greedy start, then each pose is
   /// exchanged for the best candidate until no exchange helps (Fedorov, "Theory of Optimal
   /// Experiments", 1972, in the variant of Cook and Nachtsheim 1980; for robots Borm and Menq
-  /// 1991). A local optimum; the same for the same seed.
+  /// 1991). A local optimum; the same for the same seed. Random poses all over the travel are
+  /// nearly as good for all of it; planning pays for a zone, in a box, and where poses are few.
   std::vector<JointVector> plan(int count) const;
 
   /// Random configurations under the same limits, for comparison.
