@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <unordered_set>
 
 #include "armtrue/identification/planning.h"
 #include "armtrue/io/output.h"
@@ -12,13 +12,13 @@ using namespace armtrue;
 namespace {
 
 std::string comparison(const PlanQuality& planned, const PlanQuality& random, bool with_zone) {
-  std::string table = fmt::format("{:<38}{:>13}{:>13}\n", "", "planned", "random");
+  std::string table = fmt::format("{:<40}{:>13}{:>13}\n", "", "planned", "random");
   const auto add = [&](const std::string& what, double a, double b) {
-    table += fmt::format("{:<38}{:>13.5g}{:>13.5g}\n", what, a, b);
+    table += fmt::format("{:<40}{:>13.5g}{:>13.5g}\n", what, a, b);
   };
   for (size_t k = 0; k < planned.observability.size(); ++k)
     add(fmt::format("O{}", k + 1), planned.observability[k], random.observability[k]);
-  add("expected error over the travel, mm", planned.cloud_deviation / kMillimetre,
+  add("expected error over the candidates, mm", planned.cloud_deviation / kMillimetre,
       random.cloud_deviation / kMillimetre);
   if (with_zone)
     add("expected error in the zone, mm", planned.zone_deviation / kMillimetre,
@@ -28,12 +28,12 @@ std::string comparison(const PlanQuality& planned, const PlanQuality& random, bo
 
 // Numbers go on where those of the given poses leave off, so that both fit into one file.
 std::vector<JointTarget> with_new_ids(const std::vector<JointVector>& configurations,
-                                      const std::vector<std::string>& taken) {
+                                      const std::vector<std::string>& given_ids) {
+  const std::unordered_set<std::string> taken(given_ids.begin(), given_ids.end());
   std::vector<JointTarget> targets;
   for (int number = 1; targets.size() < configurations.size(); ++number) {
     const std::string id = std::to_string(number);
-    if (std::find(taken.begin(), taken.end(), id) == taken.end())
-      targets.push_back({id, configurations[targets.size()]});
+    if (!taken.contains(id)) targets.push_back({id, configurations[targets.size()]});
   }
   return targets;
 }
@@ -42,9 +42,8 @@ std::vector<JointTarget> with_new_ids(const std::vector<JointVector>& configurat
 
 int main(int argc, char** argv) {
   app::Command command("plan-poses",
-                       "The poses from which a calibration is best. An arm that strikes itself or "
-                       "what stands around "
-                       "it is not seen: check the poses before the arm drives to them.",
+                       "The poses from which a calibration is best. Collisions are not seen: check "
+                       "the poses before the arm drives to them.",
                        "plan-poses --robot nominal.yaml --count 40 > targets.csv");
   std::string robot_path, given_path;
   int count = 0;
