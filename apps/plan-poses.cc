@@ -4,7 +4,7 @@
 
 #include "armtrue/identification/planning.h"
 #include "armtrue/io/output.h"
-#include "armtrue/io/units.h"
+#include "armtrue/kinematics/units.h"
 #include "command_line.h"
 
 using namespace armtrue;
