@@ -12,10 +12,11 @@ using namespace armtrue;
 namespace {
 
 int work(app::Command& command, const std::string& robot_path, const std::string& identify,
-         const std::string& residuals_path, double max_error_mm) {
+         const std::string& residuals_path, const std::string& zone, double max_error_mm) {
   Robot robot = command.robot(robot_path).robot;
   if (!identify.empty()) robot.identify = app::split_list(identify);
-  const Campaign campaign = command.campaign(command.input, robot);
+  Campaign campaign = command.campaign(command.input, robot);
+  if (!zone.empty()) favour(campaign, app::zone(zone));
   command.progress("identifying");
   const CalibrationResult result = calibrate(robot, campaign);
   if (!residuals_path.empty()) {
@@ -54,7 +55,7 @@ int work(app::Command& command, const std::string& robot_path, const std::string
 int main(int argc, char** argv) {
   app::Command command("calibrate", "Identify the parameters of a robot from measured poses.",
                        "calibrate --robot robot.yaml measured.csv > calibrated.yaml");
-  std::string robot, identify, residuals;
+  std::string robot, identify, residuals, zone;
   double max_error_mm = 0;
   command.add_input("Measured poses");
   command.add_output();
@@ -64,8 +65,12 @@ int main(int argc, char** argv) {
                                "replaces 'identify' of the robot file");
   command.options().add_option("--residuals", residuals,
                                "Write the residual of every reading here");
+  app::add_zone(
+      command.options(), zone,
+      "Sphere x,y,z,radius in R_A in which the arm shall be accurate: readings count less "
+      "the farther outside they lie");
   command.options().add_option("--max-error-mm", max_error_mm,
                                "Exit with 3 if a training error is larger");
   return command.run(argc, argv,
-                     [&] { return work(command, robot, identify, residuals, max_error_mm); });
+                     [&] { return work(command, robot, identify, residuals, zone, max_error_mm); });
 }

@@ -4,13 +4,16 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 
 #include "armtrue/identification/diagnosis.h"
 #include "armtrue/io/input_error.h"
 #include "armtrue/io/output.h"
+#include "armtrue/kinematics/units.h"
 
 namespace armtrue::app {
 namespace {
@@ -123,6 +126,33 @@ Catalogue catalogue(const std::string& path) {
   extern const char* const kShippedCatalogue;
   return path.empty() ? parse_catalogue(kShippedCatalogue, "the shipped catalogue")
                       : read_catalogue(path);
+}
+
+void add_zone(CLI::App& options, std::string& zone, const std::string& help) {
+  // One text, not four values: those would take the file that follows for the fourth.
+  options.add_option("--zone-mm,--zone", zone, help)->check([](const std::string& text) {
+    try {
+      app::zone(text);
+      return std::string();
+    } catch (const std::invalid_argument& error) {
+      return std::string(error.what());
+    }
+  });
+}
+
+Zone zone(const std::string& text) {
+  std::vector<double> numbers;
+  for (const std::string& item : split_list(text)) {
+    char* end = nullptr;
+    numbers.push_back(std::strtod(item.c_str(), &end));
+    if (*end != '\0' || !std::isfinite(numbers.back()))
+      throw std::invalid_argument("'" + item + "' is not a number; give x,y,z,radius in mm");
+  }
+  if (numbers.size() != 4)
+    throw std::invalid_argument("'" + text + "' is not four numbers; give x,y,z,radius in mm");
+  if (numbers[3] <= 0) throw std::invalid_argument("the radius must be above zero");
+  return {Eigen::Vector3d(numbers[0], numbers[1], numbers[2]) * kMillimetre,
+          numbers[3] * kMillimetre};
 }
 
 }  // namespace armtrue::app

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "armtrue/effects/catalogue.h"
+#include "armtrue/identification/zone.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/provenance.h"
 #include "armtrue/io/robot_io.h"
@@ -65,5 +66,9 @@ std::vector<std::string> split_list(const std::string& text);
 
 /// The catalogue from a file, or the one that armtrue ships for "".
 Catalogue catalogue(const std::string& path);
+
+/// --zone x,y,z,radius [mm], and the zone it stands for; std::invalid_argument if it is none.
+void add_zone(CLI::App& options, std::string& zone, const std::string& help);
+Zone zone(const std::string& text);
 
 }  // namespace armtrue::app

@@ -45,11 +45,11 @@ int main(int argc, char** argv) {
                        "The poses from which a calibration is best. Collisions are not seen: check "
                        "the poses before the arm drives to them.",
                        "plan-poses --robot nominal.yaml --count 40 > targets.csv");
-  std::string robot_path, given_path;
+  std::string robot_path, given_path, zone;
   int count = 0;
   double floor_mm = 0;
   bool points = false;
-  std::vector<double> box, zone;
+  std::vector<double> box;
   command.add_output();
   command.add_seed();
   CLI::App& options = command.options();
@@ -58,12 +58,9 @@ int main(int argc, char** argv) {
       ->required()
       ->check(CLI::Range(1, PosePlanner::candidate_count()));
   options.add_option("--given", given_path, "Measured poses that the planned ones shall complete");
-  options
-      .add_option("--zone-mm,--zone", zone,
-                  "Sphere x,y,z,radius in R_A in which the arm shall be accurate; everywhere if "
-                  "absent")
-      ->delimiter(',')
-      ->expected(4);
+  app::add_zone(options, zone,
+                "Sphere x,y,z,radius in R_A in which the arm shall be accurate; everywhere if "
+                "absent");
   options.add_option("--box-mm", box, "Working box x0,x1,y0,y1,z0,z1 in R_A of the poses")
       ->delimiter(',')
       ->expected(6);
@@ -82,9 +79,7 @@ int main(int argc, char** argv) {
     if (!box.empty())
       plan.box = Box{Eigen::Vector3d(box[0], box[2], box[4]) * kMillimetre,
                      Eigen::Vector3d(box[1], box[3], box[5]) * kMillimetre};
-    if (!zone.empty())
-      plan.zone =
-          Zone{Eigen::Vector3d(zone[0], zone[1], zone[2]) * kMillimetre, zone[3] * kMillimetre};
+    if (!zone.empty()) plan.zone = app::zone(zone);
     command.progress("planning");
     const PosePlanner planner(robot, plan, given);
     const std::vector<JointVector> planned = planner.plan(count);

@@ -10,14 +10,9 @@
 #include "armtrue/identification/campaign.h"
 #include "armtrue/identification/observation.h"
 #include "armtrue/identification/simulation.h"
+#include "armtrue/identification/zone.h"
 
 namespace armtrue {
-
-/// Sphere in R_A [m].
-struct Zone {
-  Eigen::Vector3d centre;
-  double radius;
-};
 
 struct PlanOptions {
   bool orientation = true;   ///< is read; false: positions only. Given poses decide for themselves
