@@ -1,27 +1,74 @@
+#include <fmt/format.h>
+
+#include "armtrue/identification/change.h"
 #include "armtrue/identification/tracing.h"
+#include "armtrue/io/input_error.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/report_io.h"
 #include "command_line.h"
 
 using namespace armtrue;
 
+namespace {
+
+// What the previous calibration left; where it does not say, the instrument's noise stands in.
+ReadingScale spread_of(const RobotFile& previous, const app::Command& command) {
+  if (previous.residual_spread) {
+    command.tell(previous.name + ": spread of the readings from its calibration\n");
+    return *previous.residual_spread;
+  }
+  const InstrumentNoise& noise = previous.robot.noise;
+  if (noise.position <= 0)
+    throw InputError(previous.name +
+                     ": neither calibration: residual_spread nor noise: position_mm; give the "
+                     "robot as calibrate wrote it, or add the noise of the instrument");
+  command.warn(previous.name +
+               ": no calibration: residual_spread; the instrument's noise stands in for it");
+  return {noise.position, noise.orientation};
+}
+
+int report_change(app::Command& command, const std::string& path) {
+  const RobotFile previous = command.robot(path);
+  const Campaign campaign = command.campaign(command.input, previous.robot);
+  const ChangeResult result = detect_change(previous.robot, spread_of(previous, command), campaign);
+  for (int row : result.blunders)
+    command.warn(fmt::format("{}:{}: pose {} is off alone and takes no part", campaign.source,
+                             campaign.line[row], campaign.pose_ids[campaign.pose[row]]));
+  write_output(command.output,
+               write_change(result, previous.robot, campaign, command.provenance()));
+  if (result.holds) return app::kSuccess;
+  const Move& best = result.moves.front();
+  command.warn(fmt::format("the calibration does not hold (p = {:.2g}); {}", result.p_value,
+                           best.p_value < kChangeSignificance ? best.what + " explains it best"
+                                                              : "no one move explains it"));
+  return app::kNotReached;
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
   app::Command command(
       "trace-residual",
       "Trace what the model of a robot lacks: which parameter is not constant, and "
-      "what it depends on.",
-      "trace-residual --robot robot.yaml measured.csv > ranking.yaml");
-  std::string robot_path, catalogue_path;
+      "what it depends on. With --since: whether a calibration still holds, and which parameter "
+      "has moved if not (then exit code 3).",
+      "trace-residual --robot robot.yaml measured.csv > ranking.yaml\n"
+      "  trace-residual --since calibrated.yaml ten-new-poses.csv > change.yaml");
+  std::string robot_path, previous_path, catalogue_path;
   bool only_catalogue = false;
   command.add_input("Measured poses");
   command.add_output();
   command.add_seed();
-  command.options()
-      .add_option("--robot", robot_path, "The robot, nominal or calibrated")
-      ->required();
+  CLI::Option_group* model = command.options().add_option_group("Model");
+  model->add_option("--robot", robot_path, "The robot, nominal or calibrated");
+  model->add_option(
+      "--since", previous_path,
+      "A robot as calibrate or close-loop --robot-out wrote it: has it changed since?");
+  model->require_option(1);
   command.options().add_option("--catalogue", catalogue_path, "Effects to look for");
   command.options().add_flag("--only-catalogue", only_catalogue, "Do not search beyond it");
   return command.run(argc, argv, [&] {
+    if (!previous_path.empty()) return report_change(command, previous_path);
     const Robot robot = command.robot(robot_path).robot;
     const Campaign campaign = command.campaign(command.input, robot);
     TraceOptions options;

@@ -172,6 +172,35 @@ YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain,
   return node;
 }
 
+// "change_mm" or "change_deg", with its deviation and interval.
+YAML::Node change_node(const KinematicChain& chain, const ParameterChange& change) {
+  const bool is_length = parameter_unit(change.parameter) == ParameterUnit::metre;
+  const double unit = is_length ? kMillimetre : kDegree;
+  const std::string suffix = is_length ? "_mm" : "_deg";
+  YAML::Node node, interval;
+  for (double bound : change.ci95()) interval.push_back(rounded(bound / unit));
+  node["parameter"] = parameter_name(chain, change.parameter);
+  node["change" + suffix] = rounded(change.value / unit);
+  node["std" + suffix] = rounded(change.std / unit);
+  node["ci95" + suffix] = flow(interval);
+  return flow(node);
+}
+
+YAML::Node move_node(const KinematicChain& chain, const Move& move) {
+  YAML::Node node;
+  if (move.changes.size() == 1) {
+    node = change_node(chain, move.changes.front());
+  } else {
+    node["parameter"] = move.what;
+    for (const ParameterChange& change : move.changes)
+      node["changes"].push_back(change_node(chain, change));
+  }
+  node["delta_bic"] = rounded(move.delta_bic);
+  node["p_value"] = rounded(move.p_value);
+  node["p_value_left"] = rounded(move.p_value_left);
+  return node;
+}
+
 // The strongest absorbers of one parameter.
 std::string absorbers(const KinematicChain& chain, const AbsorbedParameter& absorbed) {
   if (absorbed.absorbed_by.empty()) return "moves nothing that was measured";
@@ -284,6 +313,38 @@ std::string write_ranking(const TraceResult& result, const Provenance& provenanc
     root["not_separable"].push_back(flow_map({{"name", effect.name},
                                               {"parameter", effect.parameter},
                                               {"driver", to_string(effect.driver)}}));
+  return print_document(root);
+}
+
+std::string write_change(const ChangeResult& result, const Robot& previous,
+                         const Campaign& campaign, const Provenance& provenance) {
+  YAML::Node root;
+  root["format"] = "armtrue-change/1";
+  root["provenance"] = provenance_node(provenance);
+  root["robot"] = previous.name;
+  root["holds"] = result.holds ? "true" : "false";
+  root["p_value"] = rounded(result.p_value);
+  root["poses"] = std::to_string(campaign.pose_ids.size());
+  root["rows"] = std::to_string(campaign.rows());
+  YAML::Node excluded(YAML::NodeType::Sequence);
+  for (int row : result.blunders) excluded.push_back(std::to_string(campaign.line[row]));
+  root["excluded_rows"] = flow(excluded);
+  std::vector<std::pair<std::string, std::string>> spread{
+      {"position_mm", rounded(result.scale.position / kMillimetre)}};
+  if (campaign.has_orientation())
+    spread.emplace_back("orientation_mrad", rounded(result.scale.orientation / kMilliradian));
+  root["spread"] = flow_map(spread);
+  root["mean_error_mm"] = flow_map({{"before", rounded(result.before / kMillimetre)},
+                                    {"after", rounded(result.after / kMillimetre)}});
+  YAML::Node moved(YAML::NodeType::Sequence), indistinguishable(YAML::NodeType::Sequence);
+  for (int k = 0; !result.holds && k < static_cast<int>(result.moves.size()); ++k) {
+    const bool in_class = k <= result.indistinguishable;
+    if (in_class || result.moves[k].p_value < kChangeSignificance)
+      moved.push_back(move_node(previous.chain, result.moves[k]));
+    if (k > 0 && in_class) indistinguishable.push_back(result.moves[k].what);
+  }
+  root["moved"] = result.holds ? flow(moved) : moved;
+  root["indistinguishable"] = flow(indistinguishable);
   return print_document(root);
 }
 

@@ -7,8 +7,8 @@
 
 #include "armtrue/io/input_error.h"
 #include "armtrue/io/source.h"
-#include "armtrue/kinematics/units.h"
 #include "armtrue/kinematics/parameters.h"
+#include "armtrue/kinematics/units.h"
 #include "yaml_map.h"
 #include "yaml_text.h"
 
@@ -249,11 +249,22 @@ CatalogueEntry read_entry(YamlMap map) {
   return entry;
 }
 
-}  // namespace
+// Of what a calibration says about itself, only the spread is ever read back.
+std::optional<ReadingScale> read_residual_spread(YamlMap calibration) {
+  if (!calibration.has("residual_spread")) return std::nullopt;
+  YamlMap spread = calibration.map("residual_spread");
+  const ReadingScale scale{spread.number("position_mm") * kMillimetre,
+                           spread.number("orientation_mrad", 0) * kMilliradian};
+  if (scale.position < 0) spread.fail("position_mm", "must not be negative");
+  if (scale.orientation < 0) spread.fail("orientation_mrad", "must not be negative");
+  spread.finish();
+  return scale;
+}
 
-Robot parse_robot(const std::string& text, const std::string& file) {
+RobotFile parse_file(const std::string& text, const std::string& file) {
   YamlMap document = read_document(text, file, "armtrue-robot/1");
-  Robot robot;
+  RobotFile result;
+  Robot& robot = result.robot;
   robot.name = document.text("name");
   robot.chain.base = read_pose(document.map("base"));
   std::vector<YamlMap> links = document.maps("links");
@@ -291,17 +302,23 @@ Robot parse_robot(const std::string& text, const std::string& file) {
   if (document.has("std")) robot.std = read_deviations(document.map("std"), robot.chain);
   for (const YamlMap& entry : document.maps("effects"))
     robot.effects.push_back(read_effect(entry, robot.chain));
+  if (document.has("calibration"))
+    result.residual_spread = read_residual_spread(document.map("calibration"));
   document.ignore("provenance");
-  document.ignore("calibration");
   document.finish();
-  return robot;
+  return result;
+}
+
+}  // namespace
+
+Robot parse_robot(const std::string& text, const std::string& file) {
+  return parse_file(text, file).robot;
 }
 
 RobotFile read_robot(const std::string& path) {
   Source source(path);
-  RobotFile file;
+  RobotFile file = parse_file(source.read_all(), source.name());
   file.name = source.name();
-  file.robot = parse_robot(source.read_all(), source.name());
   file.sha256 = source.sha256();
   return file;
 }

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "armtrue/identification/calibration.h"
+#include "armtrue/identification/change.h"
 #include "armtrue/identification/evaluation.h"
 #include "armtrue/identification/loop.h"
 #include "armtrue/io/provenance.h"
@@ -20,6 +21,11 @@ std::string write_summary(const Evaluation& evaluation, const Robot& robot,
 
 /// armtrue-ranking/1: what the tracer found and the best candidates it did not add.
 std::string write_ranking(const TraceResult& result, const Provenance& provenance);
+
+/// armtrue-change/1: whether a calibration still holds and, if not, what has moved: every move
+/// whose p-value is below kChangeSignificance or that cannot be told from the best.
+std::string write_change(const ChangeResult& result, const Robot& previous,
+                         const Campaign& campaign, const Provenance& provenance);
 
 /// armtrue-loop/1.
 std::string write_loop(const LoopResult& result, const LoopOptions& options,

@@ -1,15 +1,19 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "armtrue/effects/catalogue.h"
 #include "armtrue/effects/robot.h"
+#include "armtrue/identification/observation.h"
 #include "armtrue/io/provenance.h"
 
 namespace armtrue {
 
 struct RobotFile {
   Robot robot;
+  /// What its calibration left, per axis; 0 for orientations that it did not have.
+  std::optional<ReadingScale> residual_spread;
   std::string name;  ///< of the file, for messages and provenance
   std::string sha256;
 };

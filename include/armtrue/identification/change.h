@@ -1,0 +1,67 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "armtrue/effects/robot.h"
+#include "armtrue/identification/campaign.h"
+#include "armtrue/identification/observation.h"
+
+namespace armtrue {
+
+/// Probability below which a calibration is said not to hold, and a move to be shown.
+inline constexpr double kChangeSignificance = 0.01;
+
+/// How far one parameter has moved since the previous calibration, if only its hypothesis is true.
+struct ParameterChange {
+  int parameter;  ///< index
+  double value;   ///< [m or rad]
+  double std;     ///< of `value`, with what the previous calibration did not know
+  std::array<double, 2> ci95() const { return {value - 1.959964 * std, value + 1.959964 * std}; }
+};
+
+/// A hypothesis of what has moved: one identified parameter of a link, `base` (the tracker moved or
+/// was knocked) or `tool` (the tool or its targets were seated anew).
+struct Move {
+  std::string what;
+  std::vector<ParameterChange> changes;  ///< one; of base and tool all that these readings show
+  double delta_bic = 0;                  ///< fall of BIC against nothing moved; positive is better
+  double p_value = 1;                    ///< of the fall of chi-square, times the number of moves
+  double p_value_left = 1;               ///< of all that is left once this has moved
+};
+
+struct ChangeResult {
+  bool holds = true;
+  double p_value = 1;            ///< of the residuals if nothing has moved
+  ReadingScale scale;            ///< spread of the readings that was taken, per axis
+  std::vector<int> blunders;     ///< rows that are off alone; they take no part
+  std::vector<Move> moves;       ///< by BIC, best first
+  int indistinguishable = 0;     ///< moves after the first that these readings cannot tell from it
+  double before = 0, after = 0;  ///< mean position error, nothing and the first moved [m]
+};
+
+/// Whether a calibration still holds on a few new poses and, if not, which parameter has moved.
+///
+/// The new residuals against the previous robot, its effects as they are, are taken as
+/// r = J x + e: x the errors of the previous parameters, with the standard deviations in
+/// `previous.std`, taken as independent of each other (their covariance is not in the file; what
+/// correlates most makes the test only more cautious); e the `spread` that the previous calibration
+/// left, or the scatter of the new replicates if that is larger. Replicates of a pose share what
+/// the model lacks there, so together they count as one reading.
+/// It holds unless the chi-square of r under that covariance has a probability below
+/// kChangeSignificance. A move is x with its parameter set free, by Gauss-Newton; all are compared
+/// by BIC, and those within 6 of the best cannot be told from it (Kass, Raftery, "Bayes factors",
+/// 1995: strong evidence).
+///
+/// Blunders are found under Student's t with 4 degrees of freedom, in the hypothesis (nothing or
+/// one move) that is best under that law, so that a change is not taken for blunders nor they for
+/// it; if more than three in ten rows look like blunders, none is one.
+///
+/// A zero offset that calibration leaves to base or tool (A1.theta, A6.theta) shows
+/// as a move of base or tool. Throws std::invalid_argument if `previous.std` is empty or the spread
+/// of what was measured is not above zero.
+ChangeResult detect_change(const Robot& previous, const ReadingScale& spread,
+                           const Campaign& campaign);
+
+}  // namespace armtrue
