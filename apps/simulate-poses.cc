@@ -10,7 +10,7 @@ int main(int argc, char** argv) {
       "simulate-poses", "Measured poses as a robot would give them.",
       "simulate-poses --robot nominal.yaml --truth truth.yaml --count 60 --repeats 3 "
       "--noise-mm 0.095 --noise-mrad 0.15 > measured.csv");
-  std::string robot_path, truth_path;
+  std::string robot_path, truth_path, targets_path;
   SimulationOptions simulation;
   double noise_mm = 0, noise_mrad = 0;
   bool points = false;
@@ -21,9 +21,12 @@ int main(int argc, char** argv) {
   CLI::App& options = command.options();
   options.add_option("--robot", robot_path, "The robot that is commanded")->required();
   options.add_option("--truth", truth_path, "The robot that is measured; the same if absent");
-  options.add_option("--count", simulation.poses, "Number of poses")
-      ->required()
+  CLI::Option_group* const poses = options.add_option_group("Poses");
+  poses->add_option("--count", simulation.poses, "Number of random poses")
       ->check(CLI::Range(1, 10000000));
+  poses->add_option("--targets", targets_path,
+                    "The poses, as plan-poses writes them; - is standard input");
+  poses->require_option(1);
   options.add_option("--repeats", simulation.repeats, "Visits of each pose")
       ->check(CLI::Range(1, 1000));
   options.add_option("--noise-mm", noise_mm, "Noise of the position, per axis")
@@ -51,7 +54,18 @@ int main(int argc, char** argv) {
       simulation.box = Box{Eigen::Vector3d(box[0], box[2], box[4]) * kMillimetre,
                            Eigen::Vector3d(box[1], box[3], box[5]) * kMillimetre};
     command.progress("simulating");
-    write_output(command.output, write_campaign(simulate(robot, truth, simulation)));
+    Campaign campaign;
+    if (targets_path.empty()) {
+      campaign = simulate(robot, truth, simulation);
+    } else {
+      std::vector<JointVector> commanded;
+      const std::vector<JointTarget> targets = read_joint_targets(targets_path);
+      for (const JointTarget& target : targets) commanded.push_back(target.q);
+      campaign = simulate(commanded, truth, simulation);
+      for (size_t pose = 0; pose < targets.size(); ++pose)
+        campaign.pose_ids[pose] = targets[pose].pose;
+    }
+    write_output(command.output, write_campaign(campaign));
     return app::kSuccess;
   });
 }

@@ -375,12 +375,9 @@ void set_statistics(const SessionModels& model, const ReadingLaw& law,
     const Eigen::VectorXd s =
         model.scale().position *
         Eigen::JacobiSVD<Eigen::MatrixXd>(factor(Eigen::seqN(0, p), geometric)).singularValues();
-    const double n = std::max(1, static_cast<int>(model.campaign().rows()));
     result.rank = static_cast<int>((s.array() > 1e-10 * s[0]).count());
     result.condition = s[0] / s[g - 1];
-    result.observability = {std::exp(s.array().max(1e-300).log().mean()) / std::sqrt(n),
-                            s[g - 1] / s[0], s[g - 1], s[g - 1] * s[g - 1] / s[0],
-                            1.0 / s.cwiseInverse().sum()};
+    result.observability = observability(s, model.rows());
   }
 }
 
@@ -509,6 +506,13 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
   set_statistics(model, law, priors, x, last, result);
   set_robot(model, x, result);
   return result;
+}
+
+std::array<double, 5> observability(const Eigen::VectorXd& s, int poses) {
+  const double largest = s[0], smallest = s[s.size() - 1];
+  return {std::exp(s.array().max(1e-300).log().mean()) / std::sqrt(std::max(1, poses)),
+          smallest / largest, smallest, smallest * smallest / largest,
+          1.0 / s.cwiseInverse().sum()};
 }
 
 Robot refit_set_up(const Robot& robot, const Campaign& campaign,

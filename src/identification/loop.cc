@@ -15,7 +15,7 @@
 namespace armtrue {
 namespace {
 
-constexpr double kSignificance = 0.05;
+constexpr double kSignificance = 0.01;
 constexpr double kFarFromFloor = 2.0;
 
 int count_poses(const Campaign& campaign) {

@@ -101,20 +101,24 @@ std::vector<JointVector> random_configurations(const Robot& robot, int count,
 }
 
 Campaign simulate(const Robot& robot, const Robot& truth, const SimulationOptions& options) {
-  const std::vector<JointVector> commanded =
-      random_configurations(robot, options.poses, options.box, options.seed);
+  return simulate(random_configurations(robot, options.poses, options.box, options.seed), truth,
+                  options);
+}
+
+Campaign simulate(const std::vector<JointVector>& commanded, const Robot& truth,
+                  const SimulationOptions& options) {
+  const int poses = static_cast<int>(commanded.size());
   Random random(options.seed ^ 0x9e3779b97f4a7c15ULL);
   Campaign campaign;
   campaign.source = "simulated";
-  for (int pose = 0; pose < options.poses; ++pose)
-    campaign.pose_ids.push_back(std::to_string(pose + 1));
+  for (int pose = 0; pose < poses; ++pose) campaign.pose_ids.push_back(std::to_string(pose + 1));
   for (const Target& target : truth.chain.targets) campaign.target_names.push_back(target.name);
   const int targets = std::max<int>(1, static_cast<int>(truth.chain.targets.size()));
 
   // The visits first: an effect may depend on the direction in which the arm arrives.
   double time = 0;
-  std::vector<int> order(options.poses);
-  for (int pose = 0; pose < options.poses; ++pose) order[pose] = pose;
+  std::vector<int> order(poses);
+  for (int pose = 0; pose < poses; ++pose) order[pose] = pose;
   for (int repeat = 0; repeat < options.repeats; ++repeat) {
     if (options.order == VisitOrder::random)
       shuffle(order, random.next());

@@ -47,16 +47,17 @@ struct CalibrationResult {
 /// stand in `robot.sessions`.
 /// Lack of convergence and of rank are reported in the result. Throws std::invalid_argument if
 /// there are fewer readings than unknowns or the robot and the campaign do not fit together.
-///
-/// O1 = (s_1 ... s_L)^(1/L) / sqrt(n), O2 = s_L / s_1, O3 = s_L, O4 = s_L^2 / s_1, O5 = 1 / sum
-/// 1/s_i with s the singular values of the Jacobian of n poses (Borm, Menq 1991; Driels, Pathre
-/// 1990; Nahvi et al. 1994; Nahvi, Hollerbach 1996; Sun, Hollerbach 2008).
 CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
                             const CalibrationOptions& options = {});
 
 /// The same with the geometric parameters given; used to refit a model after an effect is added.
 CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
                             const IdentifiableSet& set, const CalibrationOptions& options = {});
+
+/// O1 = (s_1 ... s_L)^(1/L) / sqrt(n), O2 = s_L / s_1, O3 = s_L, O4 = s_L^2 / s_1, O5 = 1 / sum
+/// 1/s_i with s the singular values, largest first, of the Jacobian of n poses (Borm, Menq 1991;
+/// Driels, Pathre 1990; Nahvi et al. 1994; Nahvi, Hollerbach 1996; Sun, Hollerbach 2008).
+std::array<double, 5> observability(const Eigen::VectorXd& singular_values, int poses);
 
 /// A robot carried to another set-up: only what `what` names (base, tool, single parameters) is
 /// fitted, its links and effects stay as they are.

@@ -38,6 +38,10 @@ struct SimulationOptions {
 /// reached.
 Campaign simulate(const Robot& robot, const Robot& truth, const SimulationOptions& options);
 
+/// The same with the configurations given; `poses` and `box` of the options are not read.
+Campaign simulate(const std::vector<JointVector>& commanded, const Robot& truth,
+                  const SimulationOptions& options);
+
 /// Random configurations, as simulate() commands them.
 std::vector<JointVector> random_configurations(const Robot& robot, int count,
                                                const std::optional<Box>& box, std::uint64_t seed);
