@@ -10,6 +10,7 @@
 #include "armtrue/identification/statistics.h"
 #include "fold.h"
 #include "registration.h"
+#include "sessions.h"
 
 namespace armtrue {
 namespace {
@@ -38,7 +39,7 @@ struct Prior {
   }
 };
 
-// A fold and what it was made at: the solver's last is what the statistics need.
+// A fold of one session and what it was made at: the solver's last is what the statistics need.
 struct LastFold {
   Eigen::VectorXd x;
   ReadingScale scale;
@@ -52,28 +53,38 @@ struct LastFold {
   }
 };
 
-// The whole campaign as one residual block of p + 1 residuals: the triangle of its fold. Their sum
+// One session, or the whole campaign where it has no more, as one residual block of p + 1
+// residuals: the triangle of its fold. Its parameter blocks are the session's runs. Their sum
 // of squares is the robust loss, their Jacobian that of the weighted rows, so Levenberg-Marquardt
 // takes the same steps as on all rows.
 class FoldedCost : public ceres::CostFunction {
  public:
-  FoldedCost(const ObservationModel& model, const ReadingLaw& law, const std::vector<Prior>& priors,
-             LastFold& last)
-      : model_(model), law_(law), priors_(priors), last_(last) {
-    mutable_parameter_block_sizes()->push_back(model.unknowns());
-    set_num_residuals(model.unknowns() + 1 + static_cast<int>(priors.size()));
+  FoldedCost(const SessionModels& models, int session, const ReadingLaw& law,
+             const std::vector<Prior>& priors, LastFold& last)
+      : model_(models.model(session)),
+        law_(models.law_of(session, law)),
+        priors_(priors),
+        last_(last) {
+    for (const SessionModels::Run& run : models.runs(session))
+      mutable_parameter_block_sizes()->push_back(run.count);
+    set_num_residuals(model_.unknowns() + 1 + static_cast<int>(priors.size()));
   }
 
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override {
     const int p = model_.unknowns();
-    const Eigen::Map<const Eigen::VectorXd> x(parameters[0], p);
+    Eigen::VectorXd x(p);
+    int filled = 0;
+    for (size_t b = 0; b < parameter_block_sizes().size(); ++b) {
+      std::copy_n(parameters[b], parameter_block_sizes()[b], x.data() + filled);
+      filled += parameter_block_sizes()[b];
+    }
     const ObservationModel::At at = model_.at(x);
     Eigen::Map<Eigen::VectorXd> r(residuals, num_residuals());
     r.setZero();
     for (size_t k = 0; k < priors_.size(); ++k)
       r[p + 1 + static_cast<int>(k)] = priors_[k].residual(x);
-    if (!jacobians || !jacobians[0]) {
+    if (!jacobians) {
       r[p] = std::sqrt(total_loss(at, model_, law_));
       return std::isfinite(r[p]);
     }
@@ -82,19 +93,26 @@ class FoldedCost : public ceres::CostFunction {
     r.head(p) = folded.factor.col(p).head(p);
     // What the linear part does not explain; no unknown moves it.
     r[p] = std::sqrt(std::max(0.0, folded.loss - r.head(p).squaredNorm()));
-    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> jacobian(
-        jacobians[0], num_residuals(), p);
-    jacobian.setZero();
+    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+    Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(num_residuals(), p);
     jacobian.topRows(p) = -folded.factor.topLeftCorner(p, p);
     for (size_t k = 0; k < priors_.size(); ++k)
       jacobian(p + 1 + static_cast<int>(k), priors_[k].unknown) = 1.0 / priors_[k].deviation;
+    int taken = 0;
+    for (size_t b = 0; b < parameter_block_sizes().size(); ++b) {
+      const int columns = parameter_block_sizes()[b];
+      if (jacobians[b])
+        Eigen::Map<RowMajor>(jacobians[b], num_residuals(), columns) =
+            jacobian.middleCols(taken, columns);
+      taken += columns;
+    }
     return std::isfinite(r[p]) && jacobian.allFinite();
   }
 
  private:
   const ObservationModel& model_;
   const ReadingLaw law_;
-  const std::vector<Prior>& priors_;
+  const std::vector<Prior> priors_;
   LastFold& last_;
 };
 
@@ -141,14 +159,24 @@ struct Solution {
   std::string termination;
 };
 
-Solution solve(const ObservationModel& model, const ReadingLaw& law,
-               const std::vector<Prior>& priors, int max_iterations, double tolerance,
-               Eigen::VectorXd& x, LastFold& last) {
+Solution solve(const SessionModels& models, const ReadingLaw& law, const std::vector<Prior>& priors,
+               int max_iterations, double tolerance, Eigen::VectorXd& x,
+               std::vector<LastFold>& last) {
+  last.resize(models.sessions());
   if (x.size() == 0) return {true, 0, "nothing to identify"};
   ceres::Problem problem;
-  problem.AddResidualBlock(new FoldedCost(model, law, priors, last), nullptr, x.data());
+  for (int s = 0; s < models.sessions(); ++s) {
+    std::vector<double*> blocks;
+    for (const SessionModels::Run& run : models.runs(s)) blocks.push_back(x.data() + run.first);
+    // Priors are of the robot and its first base, all of them unknowns of the first session.
+    problem.AddResidualBlock(
+        new FoldedCost(models, s, law, s == 0 ? priors : std::vector<Prior>{}, last[s]), nullptr,
+        blocks);
+  }
   ceres::Solver::Options options;
-  options.linear_solver_type = ceres::DENSE_QR;
+  // No session sees another's base.
+  options.linear_solver_type =
+      models.sessions() == 1 ? ceres::DENSE_QR : ceres::SPARSE_NORMAL_CHOLESKY;
   options.max_num_iterations = max_iterations;
   options.function_tolerance = tolerance;
   options.gradient_tolerance = 0;
@@ -241,9 +269,9 @@ Residuals describe(const std::vector<Eigen::Vector2d>& norms, const Campaign& ca
 }
 
 // Squared norms in m^2 and rad^2: with the model's own scale taken out again, row ratios kept.
-std::vector<Eigen::Vector2d> raw_norms(const ObservationModel& model, const Eigen::VectorXd& x) {
-  std::vector<Eigen::Vector2d> norms = squared_norms(model.at(x), model);
-  const ReadingScale scale = model.scale();
+std::vector<Eigen::Vector2d> raw_norms(const SessionModels& models, const Eigen::VectorXd& x) {
+  std::vector<Eigen::Vector2d> norms = models.squared_norms(x);
+  const ReadingScale scale = models.scale();
   for (Eigen::Vector2d& s : norms) {
     s[0] *= scale.position * scale.position;
     s[1] *= scale.orientation * scale.orientation;
@@ -269,9 +297,16 @@ bool close(const ReadingScale& a, const ReadingScale& b) {
   return same(a.position, b.position) && same(a.orientation, b.orientation);
 }
 
-Solution fit(ObservationModel& model, ReadingLaw& law, std::vector<Prior>& priors,
+// The triangle of all rows, from the last fold of each session.
+Eigen::MatrixXd joint_factor(const SessionModels& models, const std::vector<LastFold>& last) {
+  std::vector<Eigen::MatrixXd> factors;
+  for (const LastFold& session : last) factors.push_back(session.folded.factor);
+  return models.join(factors);
+}
+
+Solution fit(SessionModels& model, ReadingLaw& law, std::vector<Prior>& priors,
              const CalibrationOptions& options, double tolerance, Eigen::VectorXd& x,
-             LastFold& last) {
+             std::vector<LastFold>& last) {
   const bool with_orientation = model.row_size() == 6;
   const double equations = static_cast<double>(model.rows()) * model.row_size();
   const double correction = equations / std::max(1.0, equations - model.unknowns());
@@ -291,7 +326,7 @@ Solution fit(ObservationModel& model, ReadingLaw& law, std::vector<Prior>& prior
                                     with_orientation, correction, options.robust);
     settled =
         close(next.scale, model.scale()) && next.law.degrees_of_freedom == law.degrees_of_freedom;
-    settled = update_curves(last.folded.factor, x, priors) && settled;
+    settled = update_curves(joint_factor(model, last), x, priors) && settled;
     model.set_scale(next.scale);
     law = next.law;
   }
@@ -299,14 +334,20 @@ Solution fit(ObservationModel& model, ReadingLaw& law, std::vector<Prior>& prior
   return solution;
 }
 
-void set_statistics(const ObservationModel& model, const ReadingLaw& law,
+void set_statistics(const SessionModels& model, const ReadingLaw& law,
                     const std::vector<Prior>& priors, const Eigen::VectorXd& x,
-                    const LastFold& last, CalibrationResult& result) {
+                    std::vector<LastFold> last, CalibrationResult& result) {
   const int p = model.unknowns();
-  const ObservationModel::At at = model.at(x);
-  const Fold folded = last.is_at(x, model, law) ? last.folded : fold(at, model, law);
-  Eigen::MatrixXd information =
-      folded.factor.topLeftCorner(p, p).transpose() * folded.factor.topLeftCorner(p, p);
+  last.resize(model.sessions());
+  for (int s = 0; s < model.sessions(); ++s) {
+    const ObservationModel& session = model.model(s);
+    const Eigen::VectorXd own = model.unknowns_of(s, x);
+    const ReadingLaw own_law = model.law_of(s, law);
+    if (!last[s].is_at(own, session, own_law))
+      last[s].folded = fold(session.at(own), session, own_law);
+  }
+  const Eigen::MatrixXd factor = joint_factor(model, last);
+  Eigen::MatrixXd information = factor.topLeftCorner(p, p).transpose() * factor.topLeftCorner(p, p);
   for (const Prior& prior : priors)
     information(prior.unknown, prior.unknown) += 1.0 / (prior.deviation * prior.deviation);
   // Columns of unit norm before inverting: m and rad differ by orders of magnitude.
@@ -316,7 +357,7 @@ void set_statistics(const ObservationModel& model, const ReadingLaw& law,
                       Eigen::MatrixXd(scaled.completeOrthogonalDecomposition().pseudoInverse()) *
                       unit.asDiagonal();
   result.names = model.unknown_names();
-  const std::vector<Eigen::Vector2d> norms = squared_norms(at, model);
+  const std::vector<Eigen::Vector2d> norms = model.squared_norms(x);
   result.weights.resize(norms.size());
   double weighted = 0;
   for (size_t i = 0; i < norms.size(); ++i) {
@@ -329,18 +370,18 @@ void set_statistics(const ObservationModel& model, const ReadingLaw& law,
       std::max(1.0, weighted / static_cast<double>(model.rows() * model.row_size()));
 
   // Observability in the units of the literature: rows as long as one position reading's noise.
-  const int g = model.geometric_count();
-  if (g > 0) {
+  const std::vector<int> geometric = model.geometric_unknowns();
+  if (const int g = static_cast<int>(geometric.size()); g > 0) {
     const Eigen::VectorXd s =
         model.scale().position *
-        Eigen::JacobiSVD<Eigen::MatrixXd>(folded.factor.topLeftCorner(p, g)).singularValues();
+        Eigen::JacobiSVD<Eigen::MatrixXd>(factor(Eigen::seqN(0, p), geometric)).singularValues();
     result.rank = static_cast<int>((s.array() > 1e-10 * s[0]).count());
     result.condition = s[0] / s[g - 1];
     result.observability = observability(s, model.rows());
   }
 }
 
-void set_robot(const ObservationModel& model, const Eigen::VectorXd& x, CalibrationResult& result) {
+void set_robot(const SessionModels& model, const Eigen::VectorXd& x, CalibrationResult& result) {
   result.robot = model.robot_at(x);
   result.robot.std.clear();
   int k = 0;
@@ -355,7 +396,7 @@ void set_robot(const ObservationModel& model, const Eigen::VectorXd& x, Calibrat
     }
 }
 
-std::vector<Prior> priors_of(const Robot& robot, const ObservationModel& model) {
+std::vector<Prior> priors_of(const Robot& robot, const SessionModels& model) {
   std::vector<Prior> priors;
   for (int k = 0; k < model.geometric_count(); ++k) {
     const auto found = robot.priors.find(parameter_name(robot.chain, model.geometric()[k]));
@@ -382,18 +423,38 @@ std::vector<Prior> priors_of(const Robot& robot, const ObservationModel& model) 
 // A base that misses by more than this is not a calibration error but a set-up nobody told us.
 constexpr double kFarBase = 0.05;  // m
 
-Robot with_base_near(const Robot& robot, const Campaign& campaign, const IdentifiableSet& set) {
-  for (int k = 0; k < 6; ++k)
-    if (std::find(set.kept.begin(), set.kept.end(), kBaseParameters + k) == set.kept.end())
-      return robot;
+Robot with_base_near(const Robot& robot, const Campaign& campaign) {
   const auto typical_miss = [&](const Robot& candidate) {
-    const ObservationModel model(campaign, candidate, {}, {1.0, 1.0});
+    const SessionModels model(campaign, candidate, {}, {1.0, 1.0});
     return median_scale(raw_norms(model, Eigen::VectorXd::Zero(model.unknowns()))).position;
   };
   if (typical_miss(robot) < kFarBase) return robot;
   Robot moved = robot;
   moved.chain.base = register_base(robot, campaign);
   return typical_miss(moved) < typical_miss(robot) ? moved : robot;
+}
+
+// The robot to start from, with a base for each session.
+Robot starting_robot(const Robot& robot, const Campaign& campaign, const IdentifiableSet& set) {
+  bool finds_first_base = true;
+  for (int k = 0; k < 6; ++k)
+    finds_first_base &=
+        std::find(set.kept.begin(), set.kept.end(), kBaseParameters + k) != set.kept.end();
+  const std::vector<std::vector<int>> sessions = rows_by_session(campaign);
+  if (sessions.size() == 1) {
+    const Robot there = robot_at_row(robot, campaign, 0);
+    return finds_first_base ? with_base_near(there, campaign) : there;
+  }
+  Robot start = robot;
+  start.sessions.clear();
+  for (size_t s = 0; s < sessions.size(); ++s) {
+    const Campaign readings = campaign.select(sessions[s]);
+    Robot there = robot_at_row(robot, readings, 0);
+    if (s > 0 || finds_first_base) there = with_base_near(there, readings);
+    if (s == 0) start.chain.base = there.chain.base;
+    start.sessions[readings.session_names[readings.session.front()]] = there.chain.base;
+  }
+  return start;
 }
 
 }  // namespace
@@ -405,8 +466,8 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
 
 CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
                             const IdentifiableSet& set, const CalibrationOptions& options) {
-  const Robot start = with_base_near(robot, campaign, set);
-  ObservationModel model(campaign, start, set.kept, {1.0, 1.0}, options.fit_effects);
+  const Robot start = starting_robot(robot, campaign, set);
+  SessionModels model(campaign, start, set.kept, {1.0, 1.0}, options.fit_effects);
   std::vector<Prior> priors = priors_of(start, model);
   const int equations = model.rows() * model.row_size() + static_cast<int>(priors.size());
   if (equations <= model.unknowns())
@@ -417,14 +478,11 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
 
   Eigen::VectorXd x = Eigen::VectorXd::Zero(model.unknowns());
   ReadingLaw law;
-  LastFold last;
+  std::vector<LastFold> last;
   int iterations = 0;
   if (model.rows() > 2 * kRowsForStart) {
-    std::vector<int> chosen(kRowsForStart);
-    for (int i = 0; i < kRowsForStart; ++i)
-      chosen[i] = static_cast<int>(static_cast<long>(i) * model.rows() / kRowsForStart);
-    const Campaign part = campaign.select(chosen);
-    ObservationModel part_model(part, start, set.kept, {1.0, 1.0}, options.fit_effects);
+    const Campaign part = campaign.select(thinned_rows(campaign, kRowsForStart));
+    SessionModels part_model(part, start, set.kept, {1.0, 1.0}, options.fit_effects);
     iterations = fit(part_model, law, priors, options, 1e-10, x, last).iterations;
     model.set_scale(part_model.scale());
     if (law.degrees_of_freedom > 0)

@@ -9,6 +9,7 @@
 #include "armtrue/identification/evaluation.h"
 #include "armtrue/identification/statistics.h"
 #include "registration.h"
+#include "sessions.h"
 
 namespace armtrue {
 namespace {
@@ -122,12 +123,18 @@ void try_hypotheses(const Robot& robot, const Campaign& campaign,
 
 }  // namespace
 
-std::vector<std::string> diagnose(const Robot& robot, const Campaign& all) {
+std::vector<std::string> diagnose(const Robot& given, const Campaign& all) {
+  // One base must fit what is looked at: the session with most rows.
+  const std::vector<std::vector<int>> sessions = rows_by_session(all);
+  const std::vector<int>& own =
+      *std::max_element(sessions.begin(), sessions.end(),
+                        [](const auto& a, const auto& b) { return a.size() < b.size(); });
+  const long available = static_cast<long>(own.size());
+  const long looked_at = std::min<long>(available, kRowsLookedAt);
   std::vector<int> rows;
-  for (int i = 0; i < std::min(all.rows(), kRowsLookedAt); ++i)
-    rows.push_back(
-        static_cast<int>(static_cast<long>(i) * all.rows() / std::min(all.rows(), kRowsLookedAt)));
+  for (long i = 0; i < looked_at; ++i) rows.push_back(own[i * available / looked_at]);
   const Campaign campaign = all.select(rows);
+  const Robot robot = robot_at_row(given, campaign, 0);
   std::vector<std::string> findings;
   if (campaign.rows() < 4) return findings;  // a base fits any three points
   const double miss = median_miss(robot, campaign);

@@ -1,5 +1,6 @@
 #include "armtrue/identification/evaluation.h"
 
+#include <array>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
@@ -7,24 +8,25 @@
 #include <numbers>
 #include <utility>
 
-#include "armtrue/identification/observation.h"
+#include "sessions.h"
 
 namespace armtrue {
 namespace {
 
 constexpr double kBlunderWeight = 0.05;  // some fourteen standard deviations under Student's t
 
-// Rows of one pose and target, and their mean residual.
+// Rows of one session, pose and target, and their mean residual.
 struct Replicates {
   std::vector<int> rows;
   Eigen::Matrix<double, 6, 1> mean;
 };
 
 std::vector<Replicates> replicates_of(const Campaign& campaign, const Evaluation& evaluation) {
-  std::map<std::pair<int, int>, Replicates> groups;
+  std::map<std::array<int, 3>, Replicates> groups;
   for (int row = 0; row < campaign.rows(); ++row)
-    groups[{campaign.pose[row], campaign.target.empty() ? 0 : campaign.target[row]}].rows.push_back(
-        row);
+    groups[{campaign.pose[row], campaign.target.empty() ? 0 : campaign.target[row],
+            campaign.session.empty() ? 0 : campaign.session[row]}]
+        .rows.push_back(row);
   std::vector<Replicates> list;
   for (auto& [key, group] : groups) {
     group.mean.setZero();
@@ -38,12 +40,16 @@ std::vector<Replicates> replicates_of(const Campaign& campaign, const Evaluation
 }  // namespace
 
 Evaluation evaluate(const Robot& robot, const Campaign& campaign) {
-  const ObservationModel model(campaign, robot, {}, {1.0, 1.0});
-  const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
+  const SessionModels models(campaign, robot, {}, {1.0, 1.0});
   Evaluation evaluation;
-  for (int row = 0; row < campaign.rows(); ++row) {
-    const Eigen::Matrix<double, 6, 1> residual = at.residual(row);
-    evaluation.residuals.push_back(residual);
+  evaluation.residuals.resize(campaign.rows());
+  for (int s = 0; s < models.sessions(); ++s) {
+    const ObservationModel& model = models.model(s);
+    const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
+    for (int row = 0; row < model.rows(); ++row)
+      evaluation.residuals[models.rows_of(s)[row]] = at.residual(row);
+  }
+  for (const Eigen::Matrix<double, 6, 1>& residual : evaluation.residuals) {
     evaluation.position.push_back(residual.head<3>().norm());
     if (campaign.has_orientation()) evaluation.orientation.push_back(residual.tail<3>().norm());
   }

@@ -6,15 +6,16 @@
 #include <stdexcept>
 
 #include "armtrue/effects/sampling.h"
-#include "armtrue/identification/observation.h"
 #include "armtrue/kinematics/parameters.h"
+#include "sessions.h"
 
 namespace armtrue {
 namespace {
 
 constexpr double kLeftOfColumn = 1e-6;
 constexpr double kRightAngleTolerance = std::numbers::pi / 180;
-constexpr int kMaxRows = 4000;  // rank needs no more; thinned evenly
+constexpr int kBaseOfFurtherSession = -1;  // no parameter of the chain
+constexpr int kMaxRows = 4000;             // rank needs no more; thinned evenly
 
 double snap_to_right_angle(double angle) {
   constexpr double kRight = std::numbers::pi / 2;
@@ -56,13 +57,6 @@ std::vector<int> paper_25() {
   return set;
 }
 
-std::vector<int> thinned_rows(const Campaign& campaign) {
-  const int rows = campaign.rows(), kept = std::min(rows, kMaxRows);
-  std::vector<int> indices(kept);
-  for (int i = 0; i < kept; ++i) indices[i] = static_cast<int>(static_cast<long>(i) * rows / kept);
-  return indices;
-}
-
 }  // namespace
 
 std::vector<int> allowed_parameters(const Robot& robot, const Campaign& campaign) {
@@ -97,19 +91,20 @@ IdentifiableSet choose_identifiable(const Robot& robot, const Campaign& campaign
   for (int k : preference_order(robot.chain))
     if (std::find(allowed.begin(), allowed.end(), k) != allowed.end()) order.push_back(k);
 
-  const Campaign rows = campaign.select(thinned_rows(campaign));
+  const Campaign rows =
+      campaign.select(thinned_rows(campaign, std::min(campaign.rows(), kMaxRows)));
   // Lengths weigh against angles as at arm's length: only the ratio matters, and little.
-  const ObservationModel model(rows, ideal_structure(robot), order, {1.0, 1.0});
-  const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
-  const int size = model.row_size(), columns = model.unknowns();
-  Eigen::MatrixXd jacobian(model.rows() * size, columns + 1);
-  for (int row = 0; row < model.rows(); ++row) at.block(row, jacobian.middleRows(row * size, size));
+  const SessionModels models(rows, ideal_structure(robot), order, {1.0, 1.0});
+  const int columns = models.unknowns(), asked = static_cast<int>(order.size());
+  const Eigen::MatrixXd jacobian = models.blocks();
 
   IdentifiableSet set;
   Eigen::MatrixXd basis(jacobian.rows(), columns);
   Eigen::MatrixXd triangle = Eigen::MatrixXd::Zero(columns, columns);  // kept columns in the basis
   std::vector<int> kept;
-  for (int c = 0; c < columns; ++c) {
+  for (int step = 0; step < columns; ++step) {
+    // The bases of further sessions first: nothing else says where the instrument stood.
+    const int c = (asked + step) % columns;
     const int rank = static_cast<int>(kept.size());
     Eigen::VectorXd column = jacobian.col(c);
     const double norm = column.norm();
@@ -123,15 +118,20 @@ IdentifiableSet choose_identifiable(const Robot& robot, const Campaign& campaign
       triangle.col(rank).head(rank) = shares;
       triangle(rank, rank) = column.norm();
       basis.col(rank) = column.normalized();
-      kept.push_back(order[c]);
+      kept.push_back(c < asked ? order[c] : kBaseOfFurtherSession);
       continue;
     }
+    if (c >= asked)
+      throw std::invalid_argument("the readings of session '" + models.name(1 + (c - asked) / 6) +
+                                  "' do not show where its instrument stood; measure more poses in "
+                                  "it, or leave it out");
     AbsorbedParameter absorbed{order[c], {}};
     if (norm > 1e-12) {
       const Eigen::VectorXd solution =
           triangle.topLeftCorner(rank, rank).triangularView<Eigen::Upper>().solve(shares);
       for (int k = 0; k < rank; ++k)
-        if (std::abs(solution[k]) > 1e-4) absorbed.absorbed_by.emplace_back(kept[k], solution[k]);
+        if (std::abs(solution[k]) > 1e-4 && kept[k] != kBaseOfFurtherSession)
+          absorbed.absorbed_by.emplace_back(kept[k], solution[k]);
       std::stable_sort(absorbed.absorbed_by.begin(), absorbed.absorbed_by.end(),
                        [](const auto& a, const auto& b) {  // equal shares keep their order
                          return std::round(std::abs(a.second) * 1e6) >
@@ -140,6 +140,7 @@ IdentifiableSet choose_identifiable(const Robot& robot, const Campaign& campaign
     }
     set.absorbed.push_back(std::move(absorbed));
   }
+  std::erase(kept, kBaseOfFurtherSession);
   std::sort(kept.begin(), kept.end());
   set.kept = kept;
   return set;

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "armtrue/identification/observation.h"
+#include "sessions.h"
 #include "shuffle.h"
 
 namespace armtrue {
@@ -155,6 +156,7 @@ Split split_by_pose(const Campaign& campaign, double share, std::uint64_t seed) 
 
 LoopResult close_loop(const Robot& robot, const Campaign& training, const Campaign& held_out,
                       const Catalogue& catalogue, const LoopOptions& options) {
+  require_one_session(training, held_out);
   LoopResult result;
   result.training_poses = count_poses(training);
   result.held_out_poses = count_poses(held_out);

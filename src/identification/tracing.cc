@@ -12,6 +12,7 @@
 #include "candidates.h"
 #include "cross_validation.h"
 #include "scan.h"
+#include "sessions.h"
 
 namespace armtrue {
 namespace {
@@ -335,7 +336,8 @@ class Tracer {
 
 TraceResult trace(const Robot& robot, const Campaign& campaign, const Catalogue& catalogue,
                   const TraceOptions& options) {
-  return Tracer(robot, campaign, catalogue, options).run();
+  require_one_session(campaign);
+  return Tracer(robot_at_row(robot, campaign, 0), campaign, catalogue, options).run();
 }
 
 }  // namespace armtrue

@@ -267,6 +267,11 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
   Robot& robot = result.robot;
   robot.name = document.text("name");
   robot.chain.base = read_pose(document.map("base"));
+  if (document.has("sessions")) {
+    YamlMap sessions = document.map("sessions");
+    for (const std::string& name : sessions.keys())
+      robot.sessions[name] = read_pose(sessions.map(name));
+  }
   std::vector<YamlMap> links = document.maps("links");
   if (links.size() != kLinks)
     document.fail("links", "has " + std::to_string(links.size()) +
@@ -329,6 +334,7 @@ YAML::Node robot_node(const Robot& robot, const Provenance& provenance) {
   if (!provenance.command.empty()) root["provenance"] = provenance_node(provenance);
   root["name"] = robot.name;
   root["base"] = pose_node(robot.chain.base);
+  for (const auto& [name, base] : robot.sessions) root["sessions"][name] = pose_node(base);
   for (int j = 0; j < kLinks; ++j)
     root["links"].push_back(link_node(robot.chain.links[j], j < kJoints));
   root["tool"] = pose_node(robot.chain.tool);

@@ -40,6 +40,23 @@ TEST(RobotIo, WhatIsWrittenReadsBackTheSame) {
   }
 }
 
+TEST(RobotIo, SessionsReadBack) {
+  const std::string sessions =
+      "sessions:\n"
+      "  day 2: {x_mm: 3000, y_mm: -1.5, z_mm: 0.1, a_deg: 20, b_deg: 1, c_deg: -2}\n"
+      "  day 1: {x_mm: 0, y_mm: 0, z_mm: 0, a_deg: 0, b_deg: 0, c_deg: 0}\n"
+      "links:";
+  const Robot robot = parse_robot(replaced(text_of("kr360"), "links:", sessions), "r.yaml");
+  ASSERT_EQ(robot.sessions.size(), 2u);
+  EXPECT_DOUBLE_EQ(robot.sessions.at("day 2").translation.x(), 3);
+  const std::string once = write_robot(robot);
+  EXPECT_NE(once.find("  day 2: {x_mm: 3000, y_mm: -1.5, z_mm: 0.1, a_deg: 20,"), std::string::npos)
+      << once;
+  EXPECT_EQ(write_robot(parse_robot(once, "once")), once);
+  expect_error(replaced(text_of("kr360"), "links:", "sessions: {a: {x_mm: 1}}\nlinks:"),
+               "of 'a': is missing");
+}
+
 TEST(RobotIo, EveryKindOfEffectReadsBack) {
   const std::string effects = R"(effects:
   - {name: a, parameter: A2.theta, driver: gravity-torque 2, shape: linear, coefficients: [{name: c, value: 1e-7, unit: rad/(N m)}]}

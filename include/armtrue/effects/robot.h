@@ -28,6 +28,9 @@ struct InstrumentNoise {
 struct Robot {
   std::string name;
   KinematicChain chain;
+  /// R_A from R_0 in each session of a campaign that had several, by name. `chain.base` is that of
+  /// the first, and holds for readings of no or of an unknown session.
+  std::map<std::string, Pose> sessions;
   std::vector<Body> bodies;              ///< may be empty: torques are then a generic basis
   Eigen::Vector3d gravity{0, 0, -9.81};  ///< in R_0 [m/s^2]
   std::vector<Effect> effects;

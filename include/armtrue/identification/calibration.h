@@ -21,12 +21,13 @@ struct CalibrationOptions {
 struct CalibrationResult {
   Robot robot;  ///< with the identified values, and their standard deviations in `std`
   IdentifiableSet set;
-  std::vector<std::string> names;  ///< of the unknowns: geometric parameters, then coefficients
-  Eigen::VectorXd change;          ///< from the start [SI]
-  Eigen::MatrixXd covariance;      ///< of the unknowns [SI], from the spread of the residuals
-  ReadingScale scale;              ///< spread of the readings about the model, per axis
-  double degrees_of_freedom = 0;   ///< of Student's t that describes the residuals; 0 = Gaussian
-  std::vector<double> weights;     ///< of each row; a row far below 1 looks like a blunder
+  /// Of the unknowns: geometric parameters, coefficients, the bases of further sessions.
+  std::vector<std::string> names;
+  Eigen::VectorXd change;         ///< from the start [SI]
+  Eigen::MatrixXd covariance;     ///< of the unknowns [SI], from the spread of the residuals
+  ReadingScale scale;             ///< spread of the readings about the model, per axis
+  double degrees_of_freedom = 0;  ///< of Student's t that describes the residuals; 0 = Gaussian
+  std::vector<double> weights;    ///< of each row; a row far below 1 looks like a blunder
   int rank = 0;
   double condition = 0;                   ///< of the Jacobian in m and rad
   std::array<double, 5> observability{};  ///< O1 ... O5
@@ -41,6 +42,9 @@ struct CalibrationResult {
 /// Maximum likelihood under Student's t with its degrees of freedom and the spreads of position and
 /// orientation taken from the residuals: Levenberg-Marquardt (Ceres) on the folded residual block.
 /// A base far from the measurements is first set by rigid registration of the points.
+/// Several sessions are solved jointly, sparse: the robot is common, each further session adds the
+/// six unknowns of its base, which count in covariance, rank and observability; the bases found
+/// stand in `robot.sessions`.
 /// Lack of convergence and of rank are reported in the result. Throws std::invalid_argument if
 /// there are fewer readings than unknowns or the robot and the campaign do not fit together.
 CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,

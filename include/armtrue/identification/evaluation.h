@@ -18,6 +18,7 @@ struct Evaluation {
   std::vector<double> orientation;                     ///< norms [rad]; empty without orientations
 };
 
+/// Every row against the base of its session (see Robot::sessions), in whose R_A its residual is.
 /// Throws std::invalid_argument if the campaign lacks a target, or what an effect is driven by.
 Evaluation evaluate(const Robot& robot, const Campaign& campaign);
 
@@ -30,9 +31,9 @@ struct NoiseFloor {
   int degrees_of_freedom = 0;  ///< of the replicates
 };
 
-/// Scatter of the replicates about their own mean residual, pose by pose and target by target,
-/// estimated robustly; where no pose is repeated, what the robot file says of the instrument.
-/// Replicates taken in a row at standstill show the instrument, not the arm's return to a pose.
+/// Scatter of the replicates about their own mean residual, by session, pose and target, estimated
+/// robustly; where no pose is repeated, what the robot file says of the instrument. Replicates
+/// taken in a row at standstill show the instrument, not the arm's return to a pose.
 NoiseFloor noise_floor(const Robot& robot, const Campaign& campaign, const Evaluation& evaluation);
 
 /// Mean length of an error that is only noise: three axes of a normal law.

@@ -15,9 +15,9 @@ struct ReadingScale {
   double orientation = 1;  ///< [rad]
 };
 
-/// The readings of a campaign against the model of one robot: residuals, measured minus model, and
-/// the model's derivatives, divided by the standard deviation of each reading so that position and
-/// orientation can stand in one sum of squares.
+/// The readings of one session against the model of one robot (its base is `chain.base`):
+/// residuals, measured minus model, and the model's derivatives, divided by the standard deviation
+/// of each reading so that position and orientation can stand in one sum of squares.
 ///
 /// The unknowns x are changes from the robot given: of the chosen geometric parameters, then,
 /// unless they are kept as they are, of the coefficients of all its effects. Rotations of base and
