@@ -1,6 +1,7 @@
 #include "armtrue/io/csv_table.h"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstring>
@@ -37,9 +38,14 @@ int edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
-// A forgotten unit is the likeliest slip: q3 is nearer to q3_deg than q1_deg is.
+// A forgotten unit or another case are the likeliest slips: Q3 is nearer to q3_deg than q1_deg is.
 int distance_without_unit(const std::string& a, const std::string& b) {
-  return edit_distance(a.substr(0, a.rfind('_')), b.substr(0, b.rfind('_')));
+  const auto stem = [](const std::string& name) {
+    std::string lower = name.substr(0, name.rfind('_'));
+    for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return lower;
+  };
+  return edit_distance(stem(a), stem(b));
 }
 
 }  // namespace

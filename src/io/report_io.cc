@@ -42,20 +42,6 @@ YAML::Node noise_node(const NoiseFloor& noise) {
   return flow_map(entries);
 }
 
-std::string unit_text(const Robot& robot, const std::string& parameter) {
-  const auto index = find_parameter(robot.chain, parameter);
-  if (!index) return "m or rad";
-  switch (parameter_unit(*index)) {
-    case ParameterUnit::metre:
-      return "m";
-    case ParameterUnit::radian:
-      return "rad";
-    case ParameterUnit::one:
-      break;
-  }
-  return "1";
-}
-
 YAML::Node rivals_node(const std::vector<Rival>& rivals) {
   YAML::Node list(YAML::NodeType::Sequence);
   for (const Rival& rival : rivals)
@@ -70,7 +56,7 @@ YAML::Node rivals_node(const std::vector<Rival>& rivals) {
 
 // "0.8 mrad" of a length or an angle.
 std::string size_text(const Robot& robot, const std::string& parameter, double value) {
-  const bool is_length = unit_text(robot, parameter) == "m";
+  const bool is_length = unit_of_parameter(robot, parameter) == "m";
   return fmt::format("{:.3g} {}", value / (is_length ? kMillimetre : kMilliradian),
                      is_length ? "mm" : "mrad");
 }
@@ -132,7 +118,7 @@ std::string in_words(const TracedEffect& traced, const std::vector<CurvePoint>& 
 
 YAML::Node curve_node(const Effect& effect, const std::vector<CurvePoint>& curve,
                       const Robot& robot) {
-  const bool is_length = unit_text(robot, effect.parameter) == "m";
+  const bool is_length = unit_of_parameter(robot, effect.parameter) == "m";
   const bool is_angle = effect.driver.kind == DriverKind::joint_angle;
   YAML::Node drivers, values, half_widths;
   for (const CurvePoint& point : curve) {
@@ -151,7 +137,7 @@ YAML::Node curve_node(const Effect& effect, const std::vector<CurvePoint>& curve
 
 YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain,
                        const std::vector<CurvePoint>& curve, const Robot& robot) {
-  YAML::Node node = effect_node(traced.effect, unit_text(robot, traced.effect.parameter));
+  YAML::Node node = effect_node(traced.effect, unit_of_parameter(robot, traced.effect.parameter));
   std::vector<std::pair<std::string, std::string>> evidence{
       {"delta_ebic", rounded(traced.evidence.delta_ebic)},
       {"p_value", rounded(traced.evidence.p_value)},

@@ -193,20 +193,6 @@ YAML::Node link_node(const Link& link, bool driven) {
   return flow_map(entries);
 }
 
-std::string si_unit(const Robot& robot, const std::string& parameter) {
-  const auto index = find_parameter(robot.chain, parameter);
-  if (!index) return "m or rad";
-  switch (parameter_unit(*index)) {
-    case ParameterUnit::metre:
-      return "m";
-    case ParameterUnit::radian:
-      return "rad";
-    case ParameterUnit::one:
-      break;
-  }
-  return "1";
-}
-
 CatalogueEntry read_entry(YamlMap map) {
   CatalogueEntry entry;
   entry.name = map.text("name");
@@ -378,7 +364,7 @@ YAML::Node robot_node(const Robot& robot, const Provenance& provenance) {
              [](double si, double unit) { return fmt::format("{:.4g}", si / unit); });
   if (robot.effects.empty()) root["effects"] = flow(YAML::Node(YAML::NodeType::Sequence));
   for (const Effect& effect : robot.effects)
-    root["effects"].push_back(effect_node(effect, si_unit(robot, effect.parameter)));
+    root["effects"].push_back(effect_node(effect, unit_of_parameter(robot, effect.parameter)));
   return root;
 }
 

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "armtrue/kinematics/parameters.h"
+
 namespace armtrue {
 namespace {
 
@@ -33,6 +35,20 @@ YAML::Node flow_list(const std::vector<double>& values) {
   YAML::Node node(YAML::NodeType::Sequence);
   for (double value : values) node.push_back(number_text(value));
   return flow(node);
+}
+
+std::string unit_of_parameter(const Robot& robot, const std::string& parameter) {
+  const auto index = find_parameter(robot.chain, parameter);
+  if (!index) return "m or rad";
+  switch (parameter_unit(*index)) {
+    case ParameterUnit::metre:
+      return "m";
+    case ParameterUnit::radian:
+      return "rad";
+    case ParameterUnit::one:
+      break;
+  }
+  return "1";
 }
 
 YAML::Node effect_node(const Effect& effect, const std::string& unit_of_parameter) {

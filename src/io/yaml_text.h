@@ -25,6 +25,9 @@ YAML::Node flow_map(const std::vector<std::pair<std::string, std::string>>& entr
 /// A list on one line.
 YAML::Node flow_list(const std::vector<double>& values);
 
+/// SI unit of a parameter or group of parameters: "m", "rad", "1", "m or rad".
+std::string unit_of_parameter(const Robot& robot, const std::string& parameter);
+
 YAML::Node effect_node(const Effect& effect, const std::string& unit_of_parameter);
 YAML::Node robot_node(const Robot& robot, const Provenance& provenance);
 YAML::Node provenance_node(const Provenance& provenance);

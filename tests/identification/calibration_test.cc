@@ -112,6 +112,31 @@ TEST(Calibration, BlundersDoNotMoveTheResultAndAreSeen) {
   EXPECT_LT(clean, 1.06 * mean_error_of_noise(0.095e-3));
 }
 
+// A pose whose three readings are off together is what the model lacks; one that is off alone is a
+// blunder.
+TEST(Calibration, PosesThatAreOffAsAWholeKeepTheirWeight) {
+  SimulationOptions options;
+  options.poses = 60;
+  options.repeats = 3;
+  options.noise_position = 1e-4;
+  options.noise_orientation = 1.5e-4;
+  options.seed = 5;
+  const Robot robot = shipped("kr360-spindle");
+  Campaign campaign = simulate(robot, shipped("kr360-table4"), options);
+  int alone = -1;
+  for (int row = 0; row < campaign.rows(); ++row) {
+    const std::string& id = campaign.pose_ids[campaign.pose[row]];
+    if (id == "7" || id == "19" || id == "40") campaign.position[row].z() += 2e-3;
+    if (id == "25" && campaign.repeat[row] == 2) alone = row;
+  }
+  campaign.position[alone].x() += 5e-3;
+  const CalibrationResult result = calibrate(robot, campaign);
+  EXPECT_LT(result.weights[alone], 0.05);
+  for (int row = 0; row < campaign.rows(); ++row) {
+    if (row != alone) EXPECT_GT(result.weights[row], 0.2) << "row " << row;
+  }
+}
+
 TEST(Calibration, FindsABaseThatNobodyKnew) {
   const Robot robot = shipped("kr360-spindle");
   Robot truth = shipped("kr360-table4");
