@@ -56,7 +56,7 @@ int main(int argc, char** argv) {
   options.add_option("--robot", robot_path, "The robot that will be measured")->required();
   options.add_option("--count", count, "Number of poses")
       ->required()
-      ->check(CLI::Range(1, PosePlanner::candidate_count()));
+      ->check(CLI::Range(1, kCloudSize));
   options.add_option("--given", given_path, "Measured poses that the planned ones shall complete");
   app::add_zone(options, zone,
                 "Sphere x,y,z,radius in R_A in which the arm shall be accurate; everywhere if "

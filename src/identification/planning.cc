@@ -9,45 +9,17 @@
 #include <stdexcept>
 
 #include "armtrue/identification/calibration.h"
-#include "armtrue/identification/identifiability.h"
+#include "exchange.h"
 #include "fold.h"
 
 namespace armtrue {
 namespace {
 
-constexpr double kUsualPositionNoise = 1e-4;     // m
-constexpr double kUsualOrientationNoise = 1e-4;  // rad
-constexpr double kOnTheFloor = 1e-9;             // m; a frame in the plane of the base is above it
-constexpr int kDrawsPerConfiguration = 64;
 constexpr int kDrawsForZone = 200000;  // forward kinematics is cheap, and a zone is small
 
 // Share of an average pose that is known of every unknown from the start, so that the first poses,
 // too few for full rank, have a criterion.
 constexpr double kKnownFromStart = 1e-6;
-constexpr double kWorthExchanging = 1e-6;  // relative gain
-constexpr int kMaxPasses = 100;
-
-Robot geometric_only(Robot robot) {
-  robot.effects.clear();
-  return robot;
-}
-
-ReadingScale noise_of(const Robot& robot) {
-  return {robot.noise.position > 0 ? robot.noise.position : kUsualPositionNoise,
-          robot.noise.orientation > 0 ? robot.noise.orientation : kUsualOrientationNoise};
-}
-
-bool is_above(double floor, const ChainEvaluator& evaluator, const KinematicChain& chain,
-              const JointVector& q) {
-  const std::array<Pose, kLinks> frames = evaluator.link_frames(q);
-  const auto above = [&](const Eigen::Vector3d& point) { return point.z() >= floor - kOnTheFloor; };
-  const Pose tool = frames.back() * chain.tool;
-  return std::all_of(frames.begin(), frames.end(),
-                     [&](const Pose& frame) { return above(frame.translation); }) &&
-         above(tool.translation) &&
-         std::all_of(chain.targets.begin(), chain.targets.end(),
-                     [&](const Target& target) { return above(tool * target.position); });
-}
 
 Eigen::MatrixXd upper_triangle(const Eigen::MatrixXd& rows) {
   return Eigen::HouseholderQR<Eigen::MatrixXd>(rows)
@@ -60,69 +32,35 @@ Eigen::MatrixXd divided_by(const Eigen::MatrixXd& rows, const Eigen::MatrixXd& t
   return triangle.triangularView<Eigen::Upper>().solve<Eigen::OnTheRight>(rows);
 }
 
-// The search. Unknowns are scaled so that an average pose has the identity as its information:
-// determinants and variances then stay near 1 whatever the units.
-class Exchange {
+// What a design is worth. Unknowns are scaled so that an average pose has the identity as its
+// information: determinants and variances then stay near 1 whatever the units.
+class Information {
  public:
   // `blocks`: unknowns x (candidates * block), the transposed derivatives of each candidate.
   // `aim`: the criterion is |aim information^-1/2|^2; empty: the determinant.
-  Exchange(Eigen::MatrixXd blocks, int block, Eigen::MatrixXd information, Eigen::MatrixXd aim)
+  Information(Eigen::MatrixXd blocks, int block, Eigen::MatrixXd information, Eigen::MatrixXd aim)
       : blocks_(std::move(blocks)),
         block_(block),
         information_(std::move(information)),
-        aim_(std::move(aim)),
-        is_chosen_(static_cast<size_t>(blocks_.cols() / block), false) {}
+        aim_(std::move(aim)) {}
 
-  std::vector<int> choose(int count) {
-    std::vector<int> chosen;
-    for (int k = 0; k < count; ++k) {
-      const Eigen::VectorXd gains = gains_of_adding();
-      chosen.push_back(best_free(gains));
-      set_chosen(chosen.back(), true);
-    }
-    bool exchanged = true;
-    for (int pass = 0; pass < kMaxPasses && exchanged; ++pass) {
-      exchanged = false;
-      for (int& candidate : chosen) {
-        set_chosen(candidate, false);
-        const Eigen::VectorXd gains = gains_of_adding();
-        const int best = best_free(gains);
-        if (gains[best] > (1 + kWorthExchanging) * gains[candidate]) {
-          candidate = best;
-          exchanged = true;
-        }
-        set_chosen(candidate, true);
-      }
-    }
-    return chosen;
-  }
-
- private:
   void set_chosen(int candidate, bool chosen) {
     const auto rows = blocks_.middleCols(candidate * block_, block_);
     if (chosen)
       information_ += rows * rows.transpose();
     else
       information_ -= rows * rows.transpose();
-    is_chosen_[candidate] = chosen;
-  }
-
-  int best_free(const Eigen::VectorXd& gains) const {
-    int best = -1;
-    for (int i = 0; i < gains.size(); ++i)
-      if (!is_chosen_[i] && (best < 0 || gains[i] > gains[best])) best = i;
-    return best;
   }
 
   // With the information M = L L^T and P = L^-1 B^T of a candidate's block B:
   // log det(M + B^T B) - log det M = log det(I + P^T P), and the variance of the aim A falls by
   // tr((I + P^T P)^-1 Q^T Q), Q = A L^-T P (Woodbury).
-  Eigen::VectorXd gains_of_adding() const {
+  Eigen::VectorXd values_of_adding() const {
     const Eigen::LLT<Eigen::MatrixXd> llt(information_);
     const Eigen::MatrixXd p = llt.matrixL().solve(blocks_);
     Eigen::MatrixXd q;
     if (aim_.size() > 0) q = llt.matrixU().solve<Eigen::OnTheRight>(aim_) * p;
-    Eigen::VectorXd gains(static_cast<Eigen::Index>(is_chosen_.size()));
+    Eigen::VectorXd gains(blocks_.cols() / block_);
     Eigen::MatrixXd gram(block_, block_);
     Eigen::LLT<Eigen::MatrixXd> gram_llt(block_);
     for (Eigen::Index i = 0; i < gains.size(); ++i) {
@@ -139,79 +77,32 @@ class Exchange {
     return gains;
   }
 
+ private:
   const Eigen::MatrixXd blocks_;
   const int block_;
   Eigen::MatrixXd information_;
   const Eigen::MatrixXd aim_;
-  std::vector<bool> is_chosen_;
 };
 
 }  // namespace
 
 PosePlanner::PosePlanner(const Robot& robot, const PlanOptions& options, const Campaign& given)
-    : robot_(geometric_only(robot)),
-      options_(options),
-      noise_(noise_of(robot)),
-      given_rows_(given.rows()) {
-  if (given_rows_ > 0) {  // what is planned is read as what is given
-    options_.orientation = given.has_orientation();
-    if (given.target_names.empty()) robot_.chain.targets.clear();
-  } else if (!robot_.chain.targets.empty()) {
-    options_.orientation = false;
-  }
-  cloud_ = draw(candidate_count(), options_.box, options_.seed);
-
-  // A box may leave unseen what the given poses show.
-  std::vector<JointVector> seen = cloud_;
-  std::vector<bool> is_in(given.pose_ids.size(), false);
-  for (int row = 0; row < given_rows_; ++row)
-    if (!is_in[given.pose[row]]) {
-      is_in[given.pose[row]] = true;
-      seen.push_back(given.q[row]);
-    }
-  const Campaign everything = readings(seen);
-  unknowns_ = choose_identifiable(robot_, everything).kept;
-  if (unknowns_.empty())
-    throw std::invalid_argument(
-        "no pose shows any of the parameters that 'identify' of the robot allows; allow others, or "
-        "measure orientations too");
-  typical_ = triangle(everything) / std::sqrt(static_cast<double>(seen.size()));
-
-  // Only derivatives count. They do not depend on the positions read, and on the orientations read
-  // only as far as these lie off the model.
-  Campaign as_predicted = given;
-  const ChainEvaluator evaluator(robot_.chain);
-  for (size_t row = 0; row < as_predicted.orientation.size(); ++row)
-    as_predicted.orientation[row] = evaluator.pose(given.q[row]).rotation;
-  given_ = triangle(as_predicted);
-
-  cloud_position_ = position_triangle(cloud_);
-  if (options_.zone) zone_position_ = position_triangle(zone_configurations());
-}
-
-std::vector<JointVector> PosePlanner::draw(int count, const std::optional<Box>& box,
-                                           std::uint64_t seed) const {
-  const ChainEvaluator evaluator(robot_.chain);
-  for (int draws = 2; draws <= kDrawsPerConfiguration; draws *= 2) {
-    std::vector<JointVector> drawn = random_configurations(robot_, draws * count, box, seed);
-    std::erase_if(drawn, [&](const JointVector& q) {
-      return !is_above(options_.floor, evaluator, robot_.chain, q);
-    });
-    if (static_cast<int>(drawn.size()) < count) continue;
-    drawn.resize(count);
-    return drawn;
-  }
-  throw std::invalid_argument(
-      "hardly any configuration keeps links and tool above the floor; lower it or move the box up");
+    : zone_(options.zone), cloud_(pose_cloud(robot, options, given)) {
+  const std::vector<JointVector> seen = with_given(cloud_);
+  typical_ = triangle(readings(cloud_, seen)) / std::sqrt(static_cast<double>(seen.size()));
+  given_ = triangle(cloud_.given);
+  cloud_position_ = position_triangle(cloud_.configurations);
+  if (zone_) zone_position_ = position_triangle(zone_configurations());
 }
 
 std::vector<JointVector> PosePlanner::zone_configurations() const {
-  const ChainEvaluator evaluator(robot_.chain);
+  const Robot& robot = cloud_.robot;
+  const ChainEvaluator evaluator(robot.chain);
   std::vector<JointVector> drawn =
-      random_configurations(robot_, kDrawsForZone, std::nullopt, options_.seed);
+      random_configurations(robot, kDrawsForZone, std::nullopt, cloud_.options.seed);
   std::erase_if(drawn, [&](const JointVector& q) {
-    return (evaluator.pose(q).translation - options_.zone->centre).norm() > options_.zone->radius ||
-           !is_above(options_.floor, evaluator, robot_.chain, q);
+    return (evaluator.pose(q).translation - zone_->centre).norm() > zone_->radius ||
+           !is_above(cloud_.options.floor, robot, q);
   });
   if (drawn.empty())
     throw std::invalid_argument(
@@ -220,27 +111,8 @@ std::vector<JointVector> PosePlanner::zone_configurations() const {
   return drawn;
 }
 
-Campaign PosePlanner::readings(const std::vector<JointVector>& configurations) const {
-  const ChainEvaluator evaluator(robot_.chain);
-  const std::vector<Target>& targets = robot_.chain.targets;
-  Campaign campaign;
-  for (const Target& target : targets) campaign.target_names.push_back(target.name);
-  for (size_t pose = 0; pose < configurations.size(); ++pose) {
-    campaign.pose_ids.push_back(std::to_string(pose + 1));
-    for (size_t reading = 0; reading < std::max<size_t>(1, targets.size()); ++reading) {
-      campaign.pose.push_back(static_cast<int>(pose));
-      campaign.q.push_back(configurations[pose]);
-      const Pose frame = evaluator.pose(configurations[pose]);
-      campaign.position.push_back(frame.translation);
-      if (!targets.empty()) campaign.target.push_back(static_cast<int>(reading));
-      if (options_.orientation) campaign.orientation.emplace_back(frame.rotation);
-    }
-  }
-  return campaign;
-}
-
 Eigen::MatrixXd PosePlanner::triangle(const Campaign& campaign) const {
-  const ObservationModel model(campaign, robot_, unknowns_, noise_);
+  const ObservationModel model(campaign, cloud_.robot, cloud_.unknowns, cloud_.noise);
   const int p = model.unknowns();
   if (campaign.rows() == 0) return Eigen::MatrixXd::Zero(p, p);
   return fold(model.at(Eigen::VectorXd::Zero(p)), model, ReadingLaw{}).factor.topLeftCorner(p, p);
@@ -248,20 +120,20 @@ Eigen::MatrixXd PosePlanner::triangle(const Campaign& campaign) const {
 
 Eigen::MatrixXd PosePlanner::position_triangle(
     const std::vector<JointVector>& configurations) const {
-  Campaign points = readings(configurations);
+  Campaign points = readings(cloud_, configurations);
   points.orientation.clear();
-  const ObservationModel model(points, robot_, unknowns_, {1.0, 1.0});
+  const ObservationModel model(points, cloud_.robot, cloud_.unknowns, {1.0, 1.0});
   const int p = model.unknowns();
   return fold(model.at(Eigen::VectorXd::Zero(p)), model, ReadingLaw{}).factor.topLeftCorner(p, p) /
          std::sqrt(static_cast<double>(points.rows()));
 }
 
 std::vector<JointVector> PosePlanner::plan(int count) const {
-  if (count > candidate_count())
+  if (count > kCloudSize)
     throw std::invalid_argument("more poses are asked for than there are candidates, " +
-                                std::to_string(candidate_count()));
-  const Campaign campaign = readings(cloud_);
-  const ObservationModel model(campaign, robot_, unknowns_, noise_);
+                                std::to_string(kCloudSize));
+  const Campaign campaign = readings(cloud_, cloud_.configurations);
+  const ObservationModel model(campaign, cloud_.robot, cloud_.unknowns, cloud_.noise);
   const int p = model.unknowns(), size = model.row_size();
   const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(p));
   Eigen::MatrixXd rows(model.rows() * size, p), row(size, p + 1);
@@ -272,20 +144,21 @@ std::vector<JointVector> PosePlanner::plan(int count) const {
   const Eigen::MatrixXd given = divided_by(given_, typical_);
   const Eigen::MatrixXd information =
       given.transpose() * given + kKnownFromStart * Eigen::MatrixXd::Identity(p, p);
-  Exchange exchange(divided_by(rows, typical_).transpose(),
-                    static_cast<int>(rows.rows() / candidate_count()), information,
-                    options_.zone ? divided_by(zone_position_, typical_) : Eigen::MatrixXd());
+  Information design(divided_by(rows, typical_).transpose(),
+                     static_cast<int>(rows.rows() / kCloudSize), information,
+                     zone_ ? divided_by(zone_position_, typical_) : Eigen::MatrixXd());
   std::vector<JointVector> planned;
-  for (int candidate : exchange.choose(count)) planned.push_back(cloud_[candidate]);
+  for (int candidate : choose_by_exchange(design, kCloudSize, count))
+    planned.push_back(cloud_.configurations[candidate]);
   return planned;
 }
 
 std::vector<JointVector> PosePlanner::random(int count, std::uint64_t seed) const {
-  return draw(count, options_.box, seed);
+  return random_poses(cloud_, count, seed);
 }
 
 PlanQuality PosePlanner::quality(const std::vector<JointVector>& configurations) const {
-  const Campaign campaign = readings(configurations);
+  const Campaign campaign = readings(cloud_, configurations);
   const Eigen::Index p = typical_.cols();
   Eigen::MatrixXd rows(2 * p, p);
   rows << given_, triangle(campaign);
@@ -293,18 +166,18 @@ PlanQuality PosePlanner::quality(const std::vector<JointVector>& configurations)
 
   PlanQuality quality;
   const Eigen::VectorXd s =
-      noise_.position * Eigen::JacobiSVD<Eigen::MatrixXd>(all).singularValues();
-  quality.observability = observability(s, given_rows_ + campaign.rows());
+      cloud_.noise.position * Eigen::JacobiSVD<Eigen::MatrixXd>(all).singularValues();
+  quality.observability = observability(s, cloud_.given.rows() + campaign.rows());
   const double infinity = std::numeric_limits<double>::infinity();
   if (s[p - 1] <= 1e-10 * s[0]) {
     quality.log_determinant = -infinity;
     quality.cloud_deviation = infinity;
-    quality.zone_deviation = options_.zone ? infinity : 0;
+    quality.zone_deviation = zone_ ? infinity : 0;
     return quality;
   }
   quality.log_determinant = 2 * all.diagonal().cwiseAbs().array().log().sum();
   quality.cloud_deviation = divided_by(cloud_position_, all).norm();
-  quality.zone_deviation = options_.zone ? divided_by(zone_position_, all).norm() : 0;
+  quality.zone_deviation = zone_ ? divided_by(zone_position_, all).norm() : 0;
   return quality;
 }
 

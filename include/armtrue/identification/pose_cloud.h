@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "armtrue/effects/robot.h"
+#include "armtrue/identification/campaign.h"
+#include "armtrue/identification/observation.h"
+#include "armtrue/identification/simulation.h"
+
+namespace armtrue {
+
+/// Which poses may be planned, and how they will be read.
+struct CloudOptions {
+  bool orientation = true;  ///< is read; false: positions only. Given poses decide for themselves
+  std::optional<Box> box;   ///< of the measured point; absent: the whole travel of the joints
+  double floor = 0;  ///< height in R_0 that no link origin and no point of the tool passes [m]
+  std::uint64_t seed = 1;
+};
+
+/// The poses that a plan is chosen from: random configurations within the travel limits, above the
+/// floor; an arm that strikes itself or what stands around it is not seen. With targets every pose
+/// reads each of them.
+struct PoseCloud {
+  Robot robot;  ///< without effects; without targets if the given poses read none
+  CloudOptions options;
+  Campaign given;      ///< poses already measured, with the orientations that the robot predicts
+  ReadingScale noise;  ///< the robot's; 0.1 mm and 0.1 mrad where it states none
+  std::vector<JointVector> configurations;
+  std::vector<int> unknowns;  ///< what choose_identifiable() finds in cloud and given poses
+};
+
+inline constexpr int kCloudSize = 2000;
+
+/// `given`: configurations, targets, sigmas and what drives effects count. Throws
+/// std::invalid_argument if the box cannot be reached, hardly any configuration stays above the
+/// floor, or no allowed parameter is identifiable.
+PoseCloud pose_cloud(const Robot& robot, const CloudOptions& options, const Campaign& given = {});
+
+/// Random configurations under the limits of the cloud.
+std::vector<JointVector> random_poses(const PoseCloud& cloud, int count, std::uint64_t seed);
+
+/// The configurations of the cloud and of the given poses, each pose once.
+std::vector<JointVector> with_given(const PoseCloud& cloud);
+
+/// What the robot would read there, without noise and without context.
+Campaign readings(const PoseCloud& cloud, const std::vector<JointVector>& configurations);
+
+/// No link origin, no point of the tool and no target below the height.
+bool is_above(double floor, const Robot& robot, const JointVector& q);
+
+}  // namespace armtrue

@@ -1,0 +1,103 @@
+#include "armtrue/identification/pose_cloud.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+#include "armtrue/identification/identifiability.h"
+
+namespace armtrue {
+namespace {
+
+constexpr double kUsualPositionNoise = 1e-4;     // m
+constexpr double kUsualOrientationNoise = 1e-4;  // rad
+constexpr double kOnTheFloor = 1e-9;             // m; a frame in the plane of the base is above it
+constexpr int kDrawsPerConfiguration = 64;
+
+}  // namespace
+
+bool is_above(double floor, const Robot& robot, const JointVector& q) {
+  const KinematicChain& chain = robot.chain;
+  const std::array<Pose, kLinks> frames = ChainEvaluator(chain).link_frames(q);
+  const auto above = [&](const Eigen::Vector3d& point) { return point.z() >= floor - kOnTheFloor; };
+  const Pose tool = frames.back() * chain.tool;
+  return std::all_of(frames.begin(), frames.end(),
+                     [&](const Pose& frame) { return above(frame.translation); }) &&
+         above(tool.translation) &&
+         std::all_of(chain.targets.begin(), chain.targets.end(),
+                     [&](const Target& target) { return above(tool * target.position); });
+}
+
+PoseCloud pose_cloud(const Robot& robot, const CloudOptions& options, const Campaign& given) {
+  PoseCloud cloud{robot, options, given, {}, {}, {}};
+  cloud.robot.effects.clear();
+  cloud.noise = {robot.noise.position > 0 ? robot.noise.position : kUsualPositionNoise,
+                 robot.noise.orientation > 0 ? robot.noise.orientation : kUsualOrientationNoise};
+  if (given.rows() > 0) {  // what is planned is read as what is given
+    cloud.options.orientation = given.has_orientation();
+    if (given.target_names.empty()) cloud.robot.chain.targets.clear();
+  } else if (!robot.chain.targets.empty()) {
+    cloud.options.orientation = false;
+  }
+  // Only derivatives count. They do not depend on the positions read, and on the orientations read
+  // only as far as these lie off the model.
+  const ChainEvaluator evaluator(cloud.robot.chain);
+  for (size_t row = 0; row < cloud.given.orientation.size(); ++row)
+    cloud.given.orientation[row] = evaluator.pose(given.q[row]).rotation;
+
+  cloud.configurations = random_poses(cloud, kCloudSize, options.seed);
+  // A box may leave unseen what the given poses show.
+  cloud.unknowns = choose_identifiable(cloud.robot, readings(cloud, with_given(cloud))).kept;
+  if (cloud.unknowns.empty())
+    throw std::invalid_argument(
+        "no pose shows any of the parameters that 'identify' of the robot allows; allow others, or "
+        "measure orientations too");
+  return cloud;
+}
+
+std::vector<JointVector> random_poses(const PoseCloud& cloud, int count, std::uint64_t seed) {
+  const CloudOptions& options = cloud.options;
+  for (int draws = 2; draws <= kDrawsPerConfiguration; draws *= 2) {
+    std::vector<JointVector> drawn =
+        random_configurations(cloud.robot, draws * count, options.box, seed);
+    std::erase_if(drawn,
+                  [&](const JointVector& q) { return !is_above(options.floor, cloud.robot, q); });
+    if (static_cast<int>(drawn.size()) < count) continue;
+    drawn.resize(count);
+    return drawn;
+  }
+  throw std::invalid_argument(
+      "hardly any configuration keeps links and tool above the floor; lower it or move the box up");
+}
+
+std::vector<JointVector> with_given(const PoseCloud& cloud) {
+  std::vector<JointVector> all = cloud.configurations;
+  std::vector<bool> is_in(cloud.given.pose_ids.size(), false);
+  for (int row = 0; row < cloud.given.rows(); ++row)
+    if (!is_in[cloud.given.pose[row]]) {
+      is_in[cloud.given.pose[row]] = true;
+      all.push_back(cloud.given.q[row]);
+    }
+  return all;
+}
+
+Campaign readings(const PoseCloud& cloud, const std::vector<JointVector>& configurations) {
+  const ChainEvaluator evaluator(cloud.robot.chain);
+  const std::vector<Target>& targets = cloud.robot.chain.targets;
+  Campaign campaign;
+  for (const Target& target : targets) campaign.target_names.push_back(target.name);
+  for (size_t pose = 0; pose < configurations.size(); ++pose) {
+    campaign.pose_ids.push_back(std::to_string(pose + 1));
+    for (size_t reading = 0; reading < std::max<size_t>(1, targets.size()); ++reading) {
+      campaign.pose.push_back(static_cast<int>(pose));
+      campaign.q.push_back(configurations[pose]);
+      const Pose frame = evaluator.pose(configurations[pose]);
+      campaign.position.push_back(frame.translation);
+      if (!targets.empty()) campaign.target.push_back(static_cast<int>(reading));
+      if (cloud.options.orientation) campaign.orientation.emplace_back(frame.rotation);
+    }
+  }
+  return campaign;
+}
+
+}  // namespace armtrue
