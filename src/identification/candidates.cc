@@ -289,7 +289,7 @@ std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Ro
       for (const Driver& driver : drivers) {
         if (!is_driven(driver, campaign, span)) continue;
         for (const Shape& shape : with_inner_values(effect.shape, span)) {
-          Candidate candidate{effect, 0, entry.only_positive, true};
+          Candidate candidate{effect, 0, entry.only_positive, true, entry.separated_by};
           candidate.effect.driver = driver;
           candidate.effect.shape = shape;
           candidates.push_back(std::move(candidate));

@@ -1,9 +1,9 @@
 #include "linearization.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 
 #include "armtrue/identification/observation.h"
 #include "ordered_blocks.h"
@@ -121,17 +121,34 @@ Linearization::Linearization(const CalibrationResult& fit, const Campaign& campa
       estimate_design_effect(residual_, pose_, row_size_, static_cast<double>(kept + coefficients));
 }
 
-Linearization::Loss Linearization::without_effect(int effect) const {
+Eigen::ColPivHouseholderQR<Eigen::MatrixXd> Linearization::all_but(int effect) const {
   const int first = first_effect_column_[effect], after = first_effect_column_[effect + 1];
   Eigen::MatrixXd rest(fitted_.rows(), fitted_.cols() - (after - first));
   rest << fitted_.leftCols(first), fitted_.rightCols(fitted_.cols() - after);
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rest);
   qr.setThreshold(kSmallestPivot);
+  return qr;
+}
+
+Linearization::Loss Linearization::without_effect(int effect) const {
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr = all_but(effect);
   const Eigen::Index rank = fitted_.rows(), own = rank - qr.rank();
   Loss loss;
   loss.span = (qr.householderQ() * Eigen::MatrixXd::Identity(rank, rank)).rightCols(own);
   loss.residual = loss.span.transpose() * (explained_ + contribution_[effect]);
   return loss;
+}
+
+std::vector<int> Linearization::most_refitted(int effect, const Eigen::VectorXd& imitation,
+                                              int count) const {
+  const Eigen::VectorXd moved =
+      all_but(effect).solve(basis_.transpose() * imitation - contribution_[effect]);
+  std::vector<int> order(static_cast<size_t>(first_effect_column_.front()));
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](int a, int b) { return std::abs(moved[a]) > std::abs(moved[b]); });
+  order.resize(std::min(order.size(), static_cast<size_t>(count)));
+  return order;
 }
 
 }  // namespace armtrue

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/QR>
 #include <vector>
 
 #include "armtrue/identification/calibration.h"
@@ -34,7 +34,13 @@ class Linearization {
   };
   Loss without_effect(int effect) const;
 
+  /// The fitted geometric parameters (as in the set, from 0) that move most when something that
+  /// imitates one effect (its share in all rows, whitened) takes its place.
+  std::vector<int> most_refitted(int effect, const Eigen::VectorXd& imitation, int count) const;
+
  private:
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> all_but(int effect) const;
+
   int row_size_ = 3;
   std::vector<int> pose_;
   Eigen::MatrixXd jacobian_;

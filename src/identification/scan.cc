@@ -325,13 +325,12 @@ std::vector<CandidateScore> ProjectedCandidates::scores_without(int effect) cons
   return scores(fit_.without_effect(effect), true);
 }
 
-std::vector<double> ProjectedCandidates::correlations(int effect) const {
-  Linearization::Loss loss = fit_.without_effect(effect);
+std::vector<CandidateScore> ProjectedCandidates::imitations(int effect) const {
+  const Linearization::Loss loss = fit_.without_effect(effect);
   const double whole = std::max(1e-300, loss.residual.squaredNorm());
-  std::vector<double> cosines;
-  for (const CandidateScore& share : scores(loss, false))
-    cosines.push_back(std::sqrt(std::clamp(share.gain / whole, 0.0, 1.0)));
-  return cosines;
+  std::vector<CandidateScore> imitations = scores(loss, false);
+  for (CandidateScore& one : imitations) one.gain = std::clamp(one.gain / whole, 0.0, 1.0);
+  return imitations;
 }
 
 CandidateScore ProjectedCandidates::score_of_effect(int effect, double log_choices) const {

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "armtrue/effects/robot_model.h"
@@ -15,6 +16,7 @@ struct Candidate {
   double log_choices = 0;  ///< ln of how many candidates were tried up to and including its kind
   bool only_positive = false;
   bool from_catalogue = false;
+  std::string separated_by{};  ///< in words, from the catalogue
 };
 
 /// What a candidate would explain.
@@ -73,9 +75,10 @@ class ProjectedCandidates {
   /// Each candidate in the place of one effect of the model.
   std::vector<CandidateScore> scores_without(int effect) const;
 
-  /// How well each candidate can imitate one effect of the model: the cosine of the angle between
-  /// what that effect explains and what the candidate can, both projected off the rest.
-  std::vector<double> correlations(int effect) const;
+  /// How each candidate can imitate one effect of the model: the coefficients with which it comes
+  /// closest to what that effect explains, both projected off the rest; the gain is the squared
+  /// cosine of the angle between them.
+  std::vector<CandidateScore> imitations(int effect) const;
 
   /// An effect of the model beside the others; `log_choices` as for a candidate.
   CandidateScore score_of_effect(int effect, double log_choices) const;

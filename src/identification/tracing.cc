@@ -22,6 +22,7 @@ constexpr double kSameProjection = 0.95;     // correlation from which two candi
 constexpr double kSameEvidence = 6.0;        // EBIC: odds of 20 to 1
 constexpr double kClearlyBetter = 2.0;       // EBIC, before an effect gives way to another
 constexpr double kLackOfFit = 0.01;          // p from which the fit clearly lacks something
+constexpr int kRefitted = 3;  // parameters named of those that are refitted for a rival
 constexpr int kRevisions = 4;
 constexpr int kTrials = 8;  // candidates that may fail the later gates in one step
 
@@ -262,18 +263,18 @@ class Tracer {
       if (result_.ranking.size() == 20) break;
       const CandidateScore& score = scores[candidate];
       if (score.degrees_of_freedom == 0) break;
-      RankedCandidate ranked{scan_->candidates()[candidate].effect,
-                             score.degrees_of_freedom,
-                             score.left,
-                             score.gain,
-                             score.score,
-                             scan_->candidates()[candidate].from_catalogue};
-      result_.ranking.push_back(std::move(ranked));
+      result_.ranking.push_back(ranked(scan_->candidates()[candidate], score));
     }
     result_.not_separable.clear();
     for (size_t k = 0; k < scores.size(); ++k)
       if (scores[k].degrees_of_freedom == 0 && scan_->candidates()[k].from_catalogue)
-        result_.not_separable.push_back(scan_->candidates()[k].effect);
+        result_.not_separable.push_back(ranked(scan_->candidates()[k], scores[k]));
+  }
+
+  static RankedCandidate ranked(const Candidate& candidate, const CandidateScore& score) {
+    return {
+        candidate.effect, candidate.separated_by,  score.degrees_of_freedom, score.left, score.gain,
+        score.score,      candidate.from_catalogue};
   }
 
   // Evidence of each effect beside all the others, and what cannot be told from it.
@@ -287,6 +288,7 @@ class Tracer {
       traced.effect = result_.fit.robot.effects[effect];
       traced.from_catalogue = chosen_[k].from_catalogue;
       traced.only_prediction = !traced.from_catalogue;
+      traced.separated_by = chosen_[k].separated_by;
       traced.incomplete =
           std::count_if(chosen_.begin(), chosen_.end(), [&](const Candidate& other) {
             return same_place(other.effect, chosen_[k].effect);
@@ -294,14 +296,14 @@ class Tracer {
       const CandidateScore own = projected.score_of_effect(effect, chosen_[k].log_choices);
       traced.evidence.delta_ebic = own.score;
       const std::vector<CandidateScore> scores = projected.scores_without(effect);
-      const std::vector<double> correlations = projected.correlations(effect);
+      const std::vector<CandidateScore> imitations = projected.imitations(effect);
       std::vector<Rival> rivals;
       for (int candidate : best_first(scores)) {
         const Candidate& other = scan_->candidates()[candidate];
         if (same_place(other.effect, chosen_[k].effect) ||
             scores[candidate].degrees_of_freedom == 0)
           continue;
-        const double correlation = correlations[candidate];
+        const double correlation = std::sqrt(imitations[candidate].gain);
         const double behind = own.score - scores[candidate].score;
         const bool simple =
             scores[candidate].degrees_of_freedom <= std::max(2, own.degrees_of_freedom);
@@ -310,10 +312,20 @@ class Tracer {
         if (std::any_of(rivals.begin(), rivals.end(),
                         [&](const Rival& rival) { return same_place(rival.effect, other.effect); }))
           continue;
-        rivals.push_back({other.effect, correlation, behind});
+        rivals.push_back({other.effect, correlation, behind,
+                          refitted(effect, candidate, imitations[candidate]), other.separated_by});
       }
       traced.indistinguishable = std::move(rivals);
     }
+  }
+
+  std::vector<std::string> refitted(int effect, int candidate, const CandidateScore& imitation) {
+    const Linearization& fit = view().fit;
+    std::vector<std::string> names;
+    for (int k : fit.most_refitted(effect, scan_->columns(fit, candidate) * imitation.coefficients,
+                                   kRefitted))
+      names.push_back(parameter_name(result_.fit.robot.chain, result_.fit.set.kept[k]));
+    return names;
   }
 
   // The same cause as far as a name goes: parameter and driver.

@@ -27,6 +27,10 @@ struct Rival {
   Effect effect;
   double correlation = 0;  ///< share of the found effect's projected contribution it can imitate
   double delta_ebic = 0;   ///< how much worse it explains the readings
+  /// What is refitted when it takes the effect's place: the geometric parameters that move most, by
+  /// what their change does to the readings.
+  std::vector<std::string> refitted;
+  std::string separated_by;  ///< what to measure to tell it from its likes; empty if not known
 };
 
 /// Why an effect was added.
@@ -42,6 +46,7 @@ struct TracedEffect {
   Effect effect;  ///< with its coefficients
   Evidence evidence;
   std::vector<Rival> indistinguishable;
+  std::string separated_by;  ///< as of a rival
   bool from_catalogue = false;
   bool only_prediction = false;  ///< found by the open search: no cause is known
   bool incomplete = false;       ///< its parameter follows its driver in a further effect too
@@ -50,6 +55,7 @@ struct TracedEffect {
 /// A candidate that was looked at in the last scan.
 struct RankedCandidate {
   Effect effect;
+  std::string separated_by;
   int degrees_of_freedom = 0;
   double left = 0, gain = 0, score = 0;
   bool from_catalogue = false;
@@ -68,7 +74,8 @@ struct TraceResult {
   std::vector<CalibrationResult> stages;  ///< geometry alone, then with each effect as it was added
   std::vector<TracedEffect> effects;
   std::vector<RankedCandidate> ranking;  ///< of the last scan, best first
-  std::vector<Effect> not_separable;     ///< catalogue effects that no campaign like this can show
+  /// Catalogue effects that no campaign like this can show.
+  std::vector<RankedCandidate> not_separable;
   double best_score = 0;  ///< of the last scan; not positive if nothing is left to explain
   NullRun null_run;
   double remaining_p = 1;  ///< family-wise p-value of the best candidate that was not added
