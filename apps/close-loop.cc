@@ -1,4 +1,5 @@
 #include "armtrue/identification/loop.h"
+#include "armtrue/identification/separation.h"
 #include "armtrue/io/input_error.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/report_io.h"
@@ -9,8 +10,10 @@ using namespace armtrue;
 
 namespace {
 
+constexpr int kNextPoses = 15;
+
 struct Paths {
-  std::string robot, catalogue, test, robot_out, residuals, report;
+  std::string robot, catalogue, test, robot_out, residuals, report, next_poses;
 };
 
 std::vector<ResidualRow> residual_rows(const Robot& robot, const Campaign& all,
@@ -22,6 +25,19 @@ std::vector<ResidualRow> residual_rows(const Robot& robot, const Campaign& all,
   for (int row = 0; row < all.rows(); ++row)
     rows.push_back({row, name[row], evaluation.residuals[row]});
   return rows;
+}
+
+// Writes the poses that tell apart what was found from what it cannot be told from; returns whether
+// there are any.
+bool write_next_poses(const app::Command& command, const std::string& path,
+                      const TraceResult& found, const Campaign& measured) {
+  CloudOptions options;
+  options.seed = command.seed;
+  const SeparationPlan plan =
+      plan_separation(found.fit.robot, found.effects, kNextPoses, options, measured);
+  if (!plan.poses.empty())
+    write_output(path, write_joint_targets(app::numbered(plan.poses, measured.pose_ids)));
+  return !plan.poses.empty();
 }
 
 int work(app::Command& command, const Paths& paths, double held_out_share, bool only_catalogue) {
@@ -50,7 +66,15 @@ int work(app::Command& command, const Paths& paths, double held_out_share, bool 
   if (!paths.residuals.empty())
     write_output(paths.residuals,
                  write_residuals(all, residual_rows(result.trace.fit.robot, all, split)));
-  write_output(command.output, write_loop(result, options, provenance, ""));
+  bool has_next_poses = false;
+  if (!paths.next_poses.empty()) {
+    command.progress("planning the next poses");
+    has_next_poses = write_next_poses(command, paths.next_poses, result.trace, all);
+    if (!has_next_poses)
+      command.warn(paths.next_poses + " is not written: there is nothing that poses would tell apart");
+  }
+  write_output(command.output,
+               write_loop(result, options, provenance, has_next_poses ? paths.next_poses : ""));
   if (!paths.report.empty())
     write_output(paths.report,
                  loop_report(result, effect_descriptions(result), robot.name + ": " + all.source));
@@ -90,6 +114,9 @@ int main(int argc, char** argv) {
   options.add_option("--residuals", paths.residuals,
                      "Write the final residual of every reading here");
   options.add_option("--report", paths.report, "Write a page with plots (HTML) here");
+  options.add_option("--next-poses", paths.next_poses,
+                     "Write 15 poses that tell apart what this data cannot here, if any do; "
+                     "plan-poses --separate plans others");
   options.add_option("--catalogue", paths.catalogue, "Effects to look for");
   options.add_flag("--only-catalogue", only_catalogue, "Do not search beyond the catalogue");
   return command.run(argc, argv, [&] { return work(command, paths, held_out, only_catalogue); });

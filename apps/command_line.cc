@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <unordered_set>
 
 #include "armtrue/identification/diagnosis.h"
 #include "armtrue/io/input_error.h"
@@ -120,6 +121,17 @@ std::vector<std::string> split_list(const std::string& text) {
     begin = end + 1;
   }
   return items;
+}
+
+std::vector<JointTarget> numbered(const std::vector<JointVector>& configurations,
+                                  const std::vector<std::string>& taken) {
+  const std::unordered_set<std::string> ids(taken.begin(), taken.end());
+  std::vector<JointTarget> targets;
+  for (int number = 1; targets.size() < configurations.size(); ++number) {
+    const std::string id = std::to_string(number);
+    if (!ids.contains(id)) targets.push_back({id, configurations[targets.size()]});
+  }
+  return targets;
 }
 
 Catalogue catalogue(const std::string& path) {

@@ -64,6 +64,10 @@ class Command {
 /// Splits `A1.alpha,A2.d` at its commas.
 std::vector<std::string> split_list(const std::string& text);
 
+/// Targets with numbers for ids, less those that are taken, so that both fit into one file.
+std::vector<JointTarget> numbered(const std::vector<JointVector>& configurations,
+                                  const std::vector<std::string>& taken);
+
 /// The catalogue from a file, or the one that armtrue ships for "".
 Catalogue catalogue(const std::string& path);
 

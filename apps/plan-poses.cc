@@ -1,9 +1,13 @@
 #include <fmt/format.h>
 
-#include <unordered_set>
+#include <algorithm>
+#include <set>
 
+#include "armtrue/identification/loop.h"
 #include "armtrue/identification/planning.h"
+#include "armtrue/identification/separation.h"
 #include "armtrue/io/output.h"
+#include "armtrue/io/report_io.h"
 #include "armtrue/kinematics/units.h"
 #include "command_line.h"
 
@@ -26,26 +30,45 @@ std::string comparison(const PlanQuality& planned, const PlanQuality& random, bo
   return table;
 }
 
-// Numbers go on where those of the given poses leave off, so that both fit into one file.
-std::vector<JointTarget> with_new_ids(const std::vector<JointVector>& configurations,
-                                      const std::vector<std::string>& given_ids) {
-  const std::unordered_set<std::string> taken(given_ids.begin(), given_ids.end());
-  std::vector<JointTarget> targets;
-  for (int number = 1; targets.size() < configurations.size(); ++number) {
-    const std::string id = std::to_string(number);
-    if (!taken.contains(id)) targets.push_back({id, configurations[targets.size()]});
+std::string follows(const Effect& effect) { return "'" + describe(effect) + "'"; }
+
+std::string power_table(const SeparationPlan& plan) {
+  std::string table = fmt::format(
+      "power at 5 %, with {:.3g} mm and {:.3g} mrad of noise\n{:>7}{:>9}{:>9}   truth, rival\n",
+      plan.noise.position / kMillimetre, plan.noise.orientation / kMilliradian, "given", "planned",
+      "random");
+  for (const SeparatedPair& pair : plan.pairs)
+    table +=
+        fmt::format("{:>7.2f}{:>9.2f}{:>9.2f}   {}, {}\n", pair.power_given, pair.power_planned,
+                    pair.power_random, follows(pair.truth), follows(pair.rival));
+  return table;
+}
+
+// What poses leave undecided, and what would decide it.
+void warn_of_what_is_left(const app::Command& command, const SeparationPlan& plan) {
+  std::set<std::pair<std::string, std::string>> told;
+  for (const SeparatedPair& pair : plan.pairs) {
+    const std::string truth = follows(pair.truth), rival = follows(pair.rival);
+    if (pair.by_poses || !told.insert(std::minmax(truth, rival)).second) continue;
+    std::string readings;
+    for (const std::string& reading : pair.readings)
+      readings += (readings.empty() ? "; what would: " : "; or ") + reading;
+    command.warn(fmt::format("no poses tell {} from {}, which refitted predicts alike{}", truth,
+                             rival, readings));
   }
-  return targets;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   app::Command command("plan-poses",
-                       "The poses from which a calibration is best. Collisions are not seen: check "
-                       "the poses before the arm drives to them.",
-                       "plan-poses --robot nominal.yaml --count 40 > targets.csv");
-  std::string robot_path, given_path, zone;
+                       "The poses from which a calibration is best or, with --separate, those that "
+                       "tell apart what a campaign could not (exit code 3 if no poses do). "
+                       "Collisions are not seen: check the poses before the arm drives to them.",
+                       "plan-poses --robot nominal.yaml --count 40 > targets.csv\n"
+                       "  plan-poses --robot calibrated.yaml --given measured.csv --separate "
+                       "loop.yaml --count 15 > targets.csv");
+  std::string robot_path, given_path, findings_path, zone;
   int count = 0;
   double floor_mm = 0;
   bool points = false;
@@ -58,6 +81,9 @@ int main(int argc, char** argv) {
       ->required()
       ->check(CLI::Range(1, kCloudSize));
   options.add_option("--given", given_path, "Measured poses that the planned ones shall complete");
+  options.add_option("--separate", findings_path,
+                     "What close-loop or trace-residual wrote: tell its effects from those it "
+                     "calls indistinguishable; -v shows the expected power");
   app::add_zone(options, zone,
                 "Sphere x,y,z,radius in R_A in which the arm shall be accurate; everywhere if "
                 "absent");
@@ -69,6 +95,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   options.add_flag("--points", points,
                    "Positions only; with --given, what is read there is read again");
+  options.get_option("--separate")->excludes(options.get_option("--zone"));
   return command.run(argc, argv, [&] {
     const Robot robot = command.robot(robot_path).robot;
     const Campaign given = given_path.empty() ? Campaign() : command.campaign(given_path, robot);
@@ -81,13 +108,27 @@ int main(int argc, char** argv) {
                      Eigen::Vector3d(box[1], box[3], box[5]) * kMillimetre};
     if (!zone.empty()) plan.zone = app::zone(zone);
     command.progress("planning");
+    if (!findings_path.empty()) {
+      const SeparationPlan separation =
+          plan_separation(robot, read_findings(findings_path, robot.chain), count, plan, given);
+      if (separation.pairs.empty())
+        command.warn(findings_path +
+                     ": no effect has an entry under 'indistinguishable'; there is "
+                     "nothing to separate");
+      warn_of_what_is_left(command, separation);
+      command.tell(power_table(separation));
+      if (separation.poses.empty()) return app::kNotReached;
+      write_output(command.output,
+                   write_joint_targets(app::numbered(separation.poses, given.pose_ids)));
+      return app::kSuccess;
+    }
     const PosePlanner planner(robot, plan, given);
     const std::vector<JointVector> planned = planner.plan(count);
     if (command.verbose)
       command.tell(comparison(planner.quality(planned),
                               planner.quality(planner.random(count, command.seed + 1)),
                               !zone.empty()));
-    write_output(command.output, write_joint_targets(with_new_ids(planned, given.pose_ids)));
+    write_output(command.output, write_joint_targets(app::numbered(planned, given.pose_ids)));
     return app::kSuccess;
   });
 }

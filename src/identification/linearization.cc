@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 
 #include "armtrue/identification/observation.h"
 #include "ordered_blocks.h"
@@ -12,6 +11,7 @@ namespace armtrue {
 namespace {
 
 constexpr double kSmallestPivot = 1e-9;  // of columns of unit length
+constexpr double kWorthNaming = 0.1;     // of what an effect does to the readings
 
 // How much the readings of one pose agree beyond what independent readings would: the variance
 // inflation 1 + (m - 1) icc of one-way analysis of variance on the position residuals, with the
@@ -143,8 +143,9 @@ std::vector<int> Linearization::most_refitted(int effect, const Eigen::VectorXd&
                                               int count) const {
   const Eigen::VectorXd moved =
       all_but(effect).solve(basis_.transpose() * imitation - contribution_[effect]);
-  std::vector<int> order(static_cast<size_t>(first_effect_column_.front()));
-  std::iota(order.begin(), order.end(), 0);
+  std::vector<int> order;
+  for (int k = 0; k < first_effect_column_.front(); ++k)
+    if (std::abs(moved[k]) > kWorthNaming * contribution_[effect].norm()) order.push_back(k);
   std::stable_sort(order.begin(), order.end(),
                    [&](int a, int b) { return std::abs(moved[a]) > std::abs(moved[b]); });
   order.resize(std::min(order.size(), static_cast<size_t>(count)));

@@ -34,8 +34,8 @@ class Linearization {
   };
   Loss without_effect(int effect) const;
 
-  /// The fitted geometric parameters (as in the set, from 0) that move most when something that
-  /// imitates one effect (its share in all rows, whitened) takes its place.
+  /// The fitted geometric parameters (as in the set, from 0) that move most, by a tenth of the
+  /// effect or more, when what imitates it (in all rows, whitened) takes its place.
   std::vector<int> most_refitted(int effect, const Eigen::VectorXd& imitation, int count) const;
 
  private:

@@ -267,8 +267,15 @@ class Tracer {
     }
     result_.not_separable.clear();
     for (size_t k = 0; k < scores.size(); ++k)
-      if (scores[k].degrees_of_freedom == 0 && scan_->candidates()[k].from_catalogue)
+      if (scores[k].degrees_of_freedom == 0 && scan_->candidates()[k].from_catalogue &&
+          !is_in_model(scan_->candidates()[k].effect))
         result_.not_separable.push_back(ranked(scan_->candidates()[k], scores[k]));
+  }
+
+  bool is_in_model(const Effect& effect) const {
+    const auto& effects = result_.fit.robot.effects;
+    return std::any_of(effects.begin(), effects.end(),
+                       [&](const Effect& other) { return same(other, effect); });
   }
 
   static RankedCandidate ranked(const Candidate& candidate, const CandidateScore& score) {

@@ -4,8 +4,10 @@
 
 #include <cmath>
 
+#include "armtrue/io/source.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
+#include "effect_io.h"
 #include "yaml_text.h"
 
 namespace armtrue {
@@ -44,14 +46,38 @@ YAML::Node noise_node(const NoiseFloor& noise) {
 
 YAML::Node rivals_node(const std::vector<Rival>& rivals) {
   YAML::Node list(YAML::NodeType::Sequence);
-  for (const Rival& rival : rivals)
-    list.push_back(flow_map({{"parameter", rival.effect.parameter},
-                             {"driver", to_string(rival.effect.driver)},
-                             {"shape", to_string(rival.effect.shape)},
-                             {"correlation", fmt::format("{:.3f}", rival.correlation)},
-                             {"delta_ebic", fmt::format("{:.1f}", rival.delta_ebic)}}));
+  for (const Rival& rival : rivals) {
+    YAML::Node node = effect_form_node(rival.effect);
+    node["correlation"] = fmt::format("{:.3f}", rival.correlation);
+    node["delta_ebic"] = fmt::format("{:.1f}", rival.delta_ebic);
+    if (!rival.separated_by.empty()) node["separated_by"] = rival.separated_by;
+    list.push_back(flow(node));
+  }
   if (rivals.empty()) return flow(list);
   return list;
+}
+
+std::string listed(const std::vector<std::string>& items) {
+  std::string text;
+  for (size_t k = 0; k < items.size(); ++k)
+    text += (k == 0 ? "" : k + 1 < items.size() ? ", " : " and ") + items[k];
+  return text;
+}
+
+// Which change of the model these readings do not show.
+std::string unidentifiable(const TracedEffect& traced, const Rival& rival) {
+  const double apart = std::sqrt(std::max(0.0, 1.0 - rival.correlation * rival.correlation));
+  std::string text = fmt::format(
+      "more of '{}' and less of '{}'{}: they differ here by {:.2g} % of their size",
+      describe(traced.effect), describe(rival.effect),
+      rival.refitted.empty() ? "" : ", with " + listed(rival.refitted) + " refitted", 100 * apart);
+  std::vector<std::string> readings;
+  for (const std::string& reading : {traced.separated_by, rival.separated_by})
+    if (!reading.empty() && (readings.empty() || readings.front() != reading))
+      readings.push_back(reading);
+  if (!readings.empty()) text += "; what would tell: " + readings.front();
+  if (readings.size() > 1) text += "; or " + readings.back();
+  return text;
 }
 
 // "0.8 mrad" of a length or an angle.
@@ -152,10 +178,25 @@ YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain,
   }
   node["evidence"] = evidence_node;
   node["indistinguishable"] = rivals_node(traced.indistinguishable);
+  for (const Rival& rival : traced.indistinguishable)
+    node["unidentifiable"].push_back(unidentifiable(traced, rival));
+  if (!traced.separated_by.empty()) node["separated_by"] = traced.separated_by;
   node["description"] = in_words(traced, curve, robot);
   if (!curve.empty() && traced.effect.shape.kind == ShapeKind::series)
     node["curve"] = curve_node(traced.effect, curve, robot);
   return node;
+}
+
+YAML::Node not_separable_node(const std::vector<RankedCandidate>& candidates) {
+  YAML::Node list(YAML::NodeType::Sequence);
+  for (const RankedCandidate& candidate : candidates) {
+    YAML::Node node = flow_map({{"name", candidate.effect.name},
+                                {"parameter", candidate.effect.parameter},
+                                {"driver", to_string(candidate.effect.driver)}});
+    if (!candidate.separated_by.empty()) node["separated_by"] = candidate.separated_by;
+    list.push_back(node);
+  }
+  return list;
 }
 
 // "change_mm" or "change_deg", with its deviation and interval.
@@ -294,12 +335,30 @@ std::string write_ranking(const TraceResult& result, const Provenance& provenanc
                   {"degrees_of_freedom", std::to_string(ranked.degrees_of_freedom)},
                   {"left", rounded(ranked.left)},
                   {"delta_ebic", rounded(ranked.score)}}));
-  root["not_separable"] = YAML::Node(YAML::NodeType::Sequence);
-  for (const Effect& effect : result.not_separable)
-    root["not_separable"].push_back(flow_map({{"name", effect.name},
-                                              {"parameter", effect.parameter},
-                                              {"driver", to_string(effect.driver)}}));
+  root["not_separable"] = not_separable_node(result.not_separable);
   return print_document(root);
+}
+
+std::vector<TracedEffect> read_findings(const std::string& path, const KinematicChain& chain) {
+  Source source(path);
+  YamlMap document =
+      read_document(source.read_all(), source.name(), {"armtrue-ranking/1", "armtrue-loop/1"});
+  std::vector<TracedEffect> found;
+  for (YamlMap& entry : document.maps("effects")) {
+    TracedEffect& traced = found.emplace_back();
+    traced.separated_by = entry.text("separated_by", "");
+    for (YamlMap& other : entry.maps("indistinguishable")) {
+      Rival& rival = traced.indistinguishable.emplace_back();
+      rival.effect = read_effect_form(other, chain);
+      rival.effect.name = other.text("name", "rival");
+      rival.correlation = other.number("correlation", 0);
+      rival.delta_ebic = other.number("delta_ebic", 0);
+      rival.separated_by = other.text("separated_by", "");
+      other.finish();
+    }
+    traced.effect = read_effect(entry, chain);
+  }
+  return found;
 }
 
 std::string write_change(const ChangeResult& result, const Robot& previous,
@@ -388,11 +447,7 @@ std::string write_loop(const LoopResult& result, const LoopOptions& options,
   root["null_run"] = flow_map({{"flips", std::to_string(null_run.flips)},
                                {"false_add_rate", rounded(null_run.false_add_rate)},
                                {"delta_ebic_95", rounded(null_run.score_95)}});
-  root["not_separable"] = YAML::Node(YAML::NodeType::Sequence);
-  for (const Effect& effect : result.trace.not_separable)
-    root["not_separable"].push_back(flow_map({{"name", effect.name},
-                                              {"parameter", effect.parameter},
-                                              {"driver", to_string(effect.driver)}}));
+  root["not_separable"] = not_separable_node(result.trace.not_separable);
   root["next_poses"] = text_or_null(next_poses);
   return print_document(root);
 }

@@ -1,5 +1,6 @@
 #include "yaml_map.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -111,7 +112,11 @@ void YamlMap::finish() const {
   }
 }
 
-YamlMap read_document(const std::string& text, const std::string& file, const std::string& format) {
+YamlMap read_document(const std::string& text, const std::string& file,
+                      const std::vector<std::string>& formats) {
+  std::string expected = "expected 'format: " + formats.front();
+  for (size_t k = 1; k < formats.size(); ++k) expected += " or " + formats[k];
+  expected += "'";
   YAML::Node root;
   try {
     root = YAML::Load(text);
@@ -119,11 +124,10 @@ YamlMap read_document(const std::string& text, const std::string& file, const st
     throw InputError(file + ":" + std::to_string(error.mark.line + 1) +
                      ": is no valid YAML: " + error.msg);
   }
-  if (!root || root.IsNull())
-    throw InputError(file + ": is empty; expected 'format: " + format + "'");
+  if (!root || root.IsNull()) throw InputError(file + ": is empty; " + expected);
   YamlMap document(root, file, "the document");
-  if (document.text("format", "") != format)
-    document.fail("format", "expected 'format: " + format + "'");
+  if (std::find(formats.begin(), formats.end(), document.text("format", "")) == formats.end())
+    document.fail("format", expected);
   return document;
 }
 

@@ -42,7 +42,8 @@ class YamlMap {
   std::set<std::string> asked_;
 };
 
-/// Parses a document and checks its `format:`.
-YamlMap read_document(const std::string& text, const std::string& file, const std::string& format);
+/// Parses a document and checks its `format:`, which must be one of those.
+YamlMap read_document(const std::string& text, const std::string& file,
+                      const std::vector<std::string>& formats);
 
 }  // namespace armtrue

@@ -51,7 +51,7 @@ std::string unit_of_parameter(const Robot& robot, const std::string& parameter) 
   return "1";
 }
 
-YAML::Node effect_node(const Effect& effect, const std::string& unit_of_parameter) {
+YAML::Node effect_form_node(const Effect& effect) {
   YAML::Node node;
   node["name"] = effect.name;
   node["parameter"] = effect.parameter;
@@ -71,6 +71,12 @@ YAML::Node effect_node(const Effect& effect, const std::string& unit_of_paramete
     }
     node["series"] = flow(series);
   }
+  return node;
+}
+
+YAML::Node effect_node(const Effect& effect, const std::string& unit_of_parameter) {
+  YAML::Node node = effect_form_node(effect);
+  const Shape& shape = effect.shape;
   std::string unit = unit_of_parameter;
   const std::string driver_unit = unit_of(effect.driver);
   if (shape.kind == ShapeKind::linear && !driver_unit.empty())

@@ -28,6 +28,8 @@ YAML::Node flow_list(const std::vector<double>& values);
 /// SI unit of a parameter or group of parameters: "m", "rad", "1", "m or rad".
 std::string unit_of_parameter(const Robot& robot, const std::string& parameter);
 
+/// Name, parameter, driver and shape with its inner values.
+YAML::Node effect_form_node(const Effect& effect);
 YAML::Node effect_node(const Effect& effect, const std::string& unit_of_parameter);
 YAML::Node robot_node(const Robot& robot, const Provenance& provenance);
 YAML::Node provenance_node(const Provenance& provenance);

@@ -113,6 +113,14 @@ std::pair<double, double> left_after_refit(const OracleArm& arm, const std::vect
   return {std::sqrt(position / n), std::sqrt(orientation / n)};
 }
 
+void add_visit(std::vector<Visit>& visits, int pose, int repeat, const Moment& moment) {
+  const std::array<double, 6> last = visits.empty() ? std::array<double, 6>{} : visits.back().moment.q;
+  Visit visit{pose, repeat, moment};
+  visit.moment.time_s = kSecondsPerVisit * static_cast<double>(visits.size());
+  for (size_t j = 0; j < 6; ++j) visit.moment.arrival[j] = visit.moment.q[j] >= last[j] ? 1 : -1;
+  visits.push_back(visit);
+}
+
 std::vector<Visit> plan_visits(const OracleArm& arm, int poses, int repeats, Dice& dice) {
   std::vector<std::array<double, 6>> commanded;
   while (static_cast<int>(commanded.size()) < poses) {
@@ -125,18 +133,13 @@ std::vector<Visit> plan_visits(const OracleArm& arm, int poses, int repeats, Dic
     if (forward(arm, q).p.z() > 0.4) commanded.push_back(q);  // above the floor
   }
   std::vector<Visit> visits;
-  std::array<double, 6> last{};
   for (int repeat = 1; repeat <= repeats; ++repeat) {
     std::vector<int> order(static_cast<size_t>(poses));
     for (int pose = 0; pose < poses; ++pose) order[static_cast<size_t>(pose)] = pose;
     for (int i = poses - 1; i > 0; --i)
       std::swap(order[static_cast<size_t>(i)], order[static_cast<size_t>(dice.below(i + 1))]);
     for (int pose : order) {
-      Visit visit{pose, repeat, moment_of(arm, commanded[static_cast<size_t>(pose)])};
-      visit.moment.time_s = kSecondsPerVisit * static_cast<double>(visits.size());
-      for (size_t j = 0; j < 6; ++j) visit.moment.arrival[j] = visit.moment.q[j] >= last[j] ? 1 : -1;
-      last = visit.moment.q;
-      visits.push_back(visit);
+      add_visit(visits, pose, repeat, moment_of(arm, commanded[static_cast<size_t>(pose)]));
     }
   }
   return visits;
@@ -361,6 +364,18 @@ Written write_campaign(const OracleArm& nominal, const std::string& family, doub
   write_csv(directory + "/test.csv", arm, test, written.truth, written.amplitude, clean, dice,
             written.floor_mean_mm);
   return written;
+}
+
+void write_visits(const OracleArm& nominal, const HiddenEffect& effect,
+                  const std::vector<std::array<double, 6>>& commanded, const CampaignPlan& plan,
+                  const std::string& path) {
+  Dice dice(plan.seed);
+  OracleArm arm = true_arm(nominal, dice);
+  if (plan.known_masses) arm.masses = nominal.masses;
+  std::vector<Visit> visits;
+  for (const auto& q : commanded) add_visit(visits, static_cast<int>(visits.size()), 1, moment_of(arm, q));
+  double unused = 0;
+  write_csv(path, arm, visits, {"", "", "", effect}, 1, plan, dice, unused);
 }
 
 }  // namespace armtrue_oracle

@@ -87,4 +87,10 @@ struct Written {
 Written write_campaign(const OracleArm& nominal, const std::string& family, double size_mm,
                        const CampaignPlan& plan, const std::string& directory);
 
+/// Writes a campaign of one visit to each pose, in their order: the true arm of the plan's seed, with the effect as
+/// it is.
+void write_visits(const OracleArm& nominal, const HiddenEffect& effect,
+                  const std::vector<std::array<double, 6>>& commanded, const CampaignPlan& plan,
+                  const std::string& path);
+
 }  // namespace armtrue_oracle

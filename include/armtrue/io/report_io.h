@@ -22,6 +22,10 @@ std::string write_summary(const Evaluation& evaluation, const Robot& robot,
 /// armtrue-ranking/1: what the tracer found and the best candidates it did not add.
 std::string write_ranking(const TraceResult& result, const Provenance& provenance);
 
+/// The effects of an armtrue-ranking/1 or armtrue-loop/1 document, with what cannot be told from
+/// them; other statements are not read. Throws InputError.
+std::vector<TracedEffect> read_findings(const std::string& path, const KinematicChain& chain);
+
 /// armtrue-change/1: whether a calibration still holds and, if not, what has moved: every move
 /// whose p-value is below kChangeSignificance or that cannot be told from the best.
 std::string write_change(const ChangeResult& result, const Robot& previous,

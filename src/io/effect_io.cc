@@ -1,0 +1,94 @@
+#include "effect_io.h"
+
+#include <cmath>
+
+#include "armtrue/kinematics/parameters.h"
+
+namespace armtrue {
+Shape read_shape(YamlMap& map) {
+  const auto shape = parse_shape(map.text("shape"));
+  if (!shape)
+    map.fail("shape", "'" + map.text("shape") +
+                          "' is none of linear, harmonic <n>, sign, step, exponential, series");
+  return *shape;
+}
+
+void read_series(YamlMap series, bool two_drivers, Shape& shape) {
+  const std::string basis = series.text("basis");
+  if (basis == "cosine")
+    shape.basis = SeriesBasis::cosine;
+  else if (basis == "spline")
+    shape.basis = SeriesBasis::spline;
+  else if (basis == "fourier")
+    shape.basis = SeriesBasis::fourier;
+  else if (basis == "saturating")
+    shape.basis = SeriesBasis::saturating;
+  else if (basis == "bump")
+    shape.basis = SeriesBasis::bump;
+  else
+    series.fail("basis", "'" + basis + "' is none of cosine, spline, fourier, saturating, bump");
+  const double count = series.number("count");
+  const int least = shape.basis == SeriesBasis::spline ? 3 : 1;
+  if (count != std::floor(count) || count < least || count > 30)
+    series.fail("count", "must be a whole number from " + std::to_string(least) + " to 30");
+  shape.count = static_cast<int>(count);
+  const auto read_range = [&](const std::string& key, int driver) {
+    const std::vector<double> range = series.numbers(key, 2);
+    if (range[0] >= range[1]) series.fail(key, "must ascend");
+    shape.low[driver] = range[0];
+    shape.high[driver] = range[1];
+  };
+  if (shape.basis != SeriesBasis::fourier) {
+    read_range("range", 0);
+    if (two_drivers) read_range("second_range", 1);
+  }
+  series.finish();
+}
+
+Effect read_effect_form(YamlMap& map, const KinematicChain& chain) {
+  Effect effect;
+  effect.parameter = map.text("parameter");
+  if (effect.parameter != "base" && effect.parameter != "tool" &&
+      !find_parameter(chain, effect.parameter))
+    map.fail("parameter", "the robot has no parameter '" + effect.parameter + "'");
+  const auto driver = parse_driver(map.text("driver"));
+  if (!driver)
+    map.fail("driver", "'" + map.text("driver") +
+                           "' is none of joint-angle <j>[,<k>], gravity-torque <j>, arrival <j>, "
+                           "time, temperature <where>, payload, force, moment");
+  effect.driver = *driver;
+  effect.shape = read_shape(map);
+  if (effect.shape.kind == ShapeKind::step) effect.shape.at = map.number("at_s");
+  if (effect.shape.kind == ShapeKind::exponential) {
+    effect.shape.tau = map.number("tau_s");
+    if (effect.shape.tau <= 0) map.fail("tau_s", "must be above zero");
+  }
+  if (effect.shape.kind == ShapeKind::series)
+    read_series(map.map("series"), effect.driver.second_joint >= 0, effect.shape);
+  return effect;
+}
+
+Effect read_effect(YamlMap map, const KinematicChain& chain) {
+  Effect effect = read_effect_form(map, chain);
+  effect.name = map.text("name");
+  for (YamlMap& entry : map.maps("coefficients")) {
+    Coefficient& c = effect.coefficients.emplace_back();
+    c.name = entry.text("name", "c");
+    c.value = entry.number("value");
+    c.std = entry.number("std", 0);
+    if (entry.has("ci95")) {
+      const std::vector<double> interval = entry.numbers("ci95", 2);
+      c.ci95 = {interval[0], interval[1]};
+    }
+    entry.ignore("unit");
+    entry.finish();
+  }
+  // What close-loop says about an effect does not change what it predicts.
+  for (const char* key : {"evidence", "indistinguishable", "cause", "description", "curve",
+                          "unidentifiable", "separated_by"})
+    map.ignore(key);
+  map.finish();
+  return effect;
+}
+
+}  // namespace armtrue
