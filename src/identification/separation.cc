@@ -9,7 +9,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "armtrue/identification/evaluation.h"
+#include "armtrue/identification/calibration.h"
 #include "exchange.h"
 #include "fold.h"
 #include "sessions.h"
@@ -327,14 +327,23 @@ class Separation {
   }
 
  private:
-  // Replicates show what the readings scatter by; the effects found may be what makes them differ.
+  // What the given readings scatter by about the model with all that was found, if they are enough
+  // to show it; never less than the instrument.
   void set_noise(Robot robot, const std::vector<TracedEffect>& found, const Campaign& given) {
-    if (given.rows() == 0) return;
-    for (const TracedEffect& one : found) robot.effects.push_back(one.effect);
-    const NoiseFloor floor = noise_floor(robot, given, evaluate(robot, given));
-    if (floor.source != NoiseFloor::Source::replicates || floor.position <= 0) return;
-    cloud_.noise.position = floor.position;
-    if (floor.orientation > 0) cloud_.noise.orientation = floor.orientation;
+    size_t unknowns = cloud_.unknowns.size();
+    for (const TracedEffect& one : found) {
+      robot.effects.push_back(one.effect);
+      unknowns += one.effect.coefficients.size();
+    }
+    const int row_size = given.has_orientation() ? 6 : 3;
+    if (given.rows() * row_size < 2 * static_cast<int>(unknowns)) return;
+    const ReadingScale spread = calibrate(robot, given).scale;
+    const auto set = [](double shown, double stated, double& noise) {
+      if (shown > 0) noise = std::max(shown, stated);
+    };
+    set(spread.position, robot.noise.position, cloud_.noise.position);
+    if (given.has_orientation())
+      set(spread.orientation, robot.noise.orientation, cloud_.noise.orientation);
   }
 
   // Standardised columns of cloud and given poses, and the sizes of the members.
@@ -429,6 +438,18 @@ class Separation {
   std::vector<Pair> pairs_;
 };
 
+// Without masses gravity is a basis that follows the chain as it was identified.
+void require_coefficients(const Effect& effect, const Robot& robot,
+                          const std::vector<std::string>& temperature_names) {
+  const int needed = BoundEffect(effect, robot, temperature_names).coefficient_count();
+  const auto has = static_cast<int>(effect.coefficients.size());
+  if (has != needed)
+    throw std::invalid_argument("effect '" + effect.name + "' of " + effect.parameter + " has " +
+                                std::to_string(has) + " coefficients where this robot needs " +
+                                std::to_string(needed) +
+                                "; give the robot as it was identified (close-loop --robot-out)");
+}
+
 }  // namespace
 
 SeparationPlan plan_separation(const Robot& robot, const std::vector<TracedEffect>& found,
@@ -438,9 +459,8 @@ SeparationPlan plan_separation(const Robot& robot, const std::vector<TracedEffec
                                 std::to_string(kCloudSize));
   require_one_session(given);
   const Robot placed = given.rows() > 0 ? robot_at_row(robot, given, 0) : robot;
-  Robot checked = placed;  // coefficients as many as each effect needs
-  for (const TracedEffect& one : found) checked.effects.push_back(one.effect);
-  RobotModel(checked, given.temperature_names);
+  for (const TracedEffect& one : found)
+    require_coefficients(one.effect, placed, given.temperature_names);
   return Separation(placed, found, count, options, given).plan(count);
 }
 

@@ -24,7 +24,9 @@ struct SeparatedPair {
 struct SeparationPlan {
   std::vector<JointVector> poses;  ///< to be visited in this order; empty if no pair is by_poses
   std::vector<SeparatedPair> pairs;
-  ReadingScale noise;  ///< per axis, that the power is for: of the replicates, else the cloud's
+  /// Per axis, that the power is for: the spread of the given readings about the model with what
+  /// was found, at least the robot's; the cloud's where too few are given to show it.
+  ReadingScale noise;
 };
 
 /// Chooses `count` poses, at most kCloudSize, that best tell apart an effect that was found and
@@ -37,7 +39,8 @@ struct SeparationPlan {
 /// square is the noncentrality of the chi-square with as many degrees of freedom as the truth has
 /// coefficients by which the likelihood ratio rejects the rival.
 ///
-/// `found` may hold several classes; effects without rivals are fitted along. Every planned pose is
+/// `found` may hold several classes; effects without rivals are fitted along. Readings count as
+/// independent. Every planned pose is
 /// read once (each target), after the given ones, at their pace, under the load and temperature of
 /// the last. Throws std::invalid_argument as pose_cloud() does, if the given poses are of several
 /// sessions, or an effect is driven by what they do not hold.
