@@ -30,23 +30,28 @@ bool same(const Effect& a, const Effect& b) {
   return a.parameter == b.parameter && a.driver == b.driver && a.shape == b.shape;
 }
 
+// Columns, standardised: those orthonormal, in units of an average pose, that others span.
+struct Standard {
+  Eigen::MatrixXd of_raw;           // raw columns times this are the standardised ones
+  Eigen::MatrixXd of_coefficients;  // this times raw coefficients gives the standardised ones
+};
+
 // Geometry and all effects but one, which are fitted whoever is right, and the members of the class
-// of that one, of which one is.
-//
-// Columns are standardised: nuisances are orthonormal over cloud and given poses, in units of an
-// average pose; members are projected off them and of unit length.
+// of that one, of which one is. Columns are standardised over cloud and given poses: nuisances
+// together, each member's by themselves once projected off the nuisances.
 struct Contest {
   struct Member {
     Effect effect;
     std::string separated_by;
-    int first = 0, count = 0;  // columns among those of the members
-    Eigen::VectorXd size;      // coefficients of the standardised columns
+    int raw_count = 0;
+    int first = 0, count = 0;  // standardised columns, among those of the members
+    Standard standard{};       // of what is left beside the nuisances
+    Eigen::VectorXd size{};    // of the standardised columns
   };
   Robot robot;  // its effects: the others, then the members
   std::vector<Member> members;
-  int nuisances = 0;
-  Eigen::MatrixXd standard;  // of raw columns, on the right
-  Eigen::VectorXd unit;      // of the members' columns [standardised per SI]; 0: nothing is left
+  int nuisances = 0;         // standardised columns
+  Eigen::MatrixXd standard;  // of all raw columns, on the right
 };
 
 Contest contest_about(size_t which, const Robot& robot, const std::vector<TracedEffect>& found) {
@@ -54,9 +59,9 @@ Contest contest_about(size_t which, const Robot& robot, const std::vector<Traced
   contest.robot = robot;
   for (size_t k = 0; k < found.size(); ++k)
     if (k != which) contest.robot.effects.push_back(found[k].effect);
-  contest.members.push_back({found[which].effect, found[which].separated_by, 0, 0, {}});
+  contest.members.push_back({found[which].effect, found[which].separated_by});
   for (const Rival& rival : found[which].indistinguishable)
-    contest.members.push_back({rival.effect, rival.separated_by, 0, 0, {}});
+    contest.members.push_back({rival.effect, rival.separated_by});
   return contest;
 }
 
@@ -109,55 +114,70 @@ Eigen::MatrixXd given_derivatives(const Contest& contest, const PoseCloud& cloud
       .factor.topLeftCorner(columns, columns);
 }
 
-// Adds the members' effects and counts columns.
+// Adds the members' effects.
 void enter_members(Contest& contest, const std::vector<std::string>& temperature_names) {
-  int column = 0;
   for (Contest::Member& member : contest.members) {
-    member.first = column;
-    member.count = BoundEffect(member.effect, contest.robot, temperature_names).coefficient_count();
-    if (member.count == 0)
+    member.raw_count =
+        BoundEffect(member.effect, contest.robot, temperature_names).coefficient_count();
+    if (member.raw_count == 0)
       throw std::invalid_argument("effect '" + member.effect.name + "': nothing drives " +
                                   member.effect.parameter + " by " +
                                   to_string(member.effect.driver) + " on this robot");
-    column += member.count;
     contest.robot.effects.push_back(member.effect);
   }
 }
 
-void standardise(Contest& contest, const Eigen::MatrixXd& rows, double poses) {
-  const Contest::Member& last = contest.members.back();
-  const Eigen::Index count = last.first + last.count, raw = rows.cols() - count;
-  const Eigen::VectorXd length =
-      rows.leftCols(raw).colwise().norm().cwiseMax(std::numeric_limits<double>::min());
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr = [&] {
-    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> decomposition;
-    decomposition.setThreshold(kSmallestPivot);
-    decomposition.compute(rows.leftCols(raw) * length.cwiseInverse().asDiagonal());
-    return decomposition;
-  }();
+// Columns of which less than `smallest` of their norm in `whole` is new are left out.
+Standard standard_of(const Eigen::MatrixXd& columns, const Eigen::VectorXd& whole, double smallest,
+                     double poses) {
+  const Eigen::VectorXd norm = columns.colwise().norm();
+  const Eigen::VectorXd unit =
+      (norm.array() > smallest * whole.array()).select(norm.cwiseInverse(), 0.0);
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
+  qr.setThreshold(smallest);
+  qr.compute(columns * unit.asDiagonal());
   const Eigen::Index rank = qr.rank();
-  Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(raw, rank);
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(columns.cols(), rank);
   inverse.topRows(rank) = qr.matrixR()
                               .topLeftCorner(rank, rank)
                               .triangularView<Eigen::Upper>()
                               .solve(Eigen::MatrixXd::Identity(rank, rank));
-  const Eigen::MatrixXd nuisance =
-      std::sqrt(poses) * length.cwiseInverse().asDiagonal() * (qr.colsPermutation() * inverse);
-  const Eigen::MatrixXd basis = rows.leftCols(raw) * nuisance;
-  const auto members = rows.rightCols(count);
+  Standard standard;
+  standard.of_raw = std::sqrt(poses) * unit.asDiagonal() * (qr.colsPermutation() * inverse);
+  standard.of_coefficients = (columns * standard.of_raw).transpose() * columns / poses;
+  return standard;
+}
+
+void standardise(Contest& contest, const Eigen::MatrixXd& rows, double poses) {
+  Eigen::Index raw_members = 0;
+  for (const Contest::Member& member : contest.members) raw_members += member.raw_count;
+  const Eigen::Index raw = rows.cols() - raw_members;
+  const Eigen::MatrixXd nuisances = rows.leftCols(raw), members = rows.rightCols(raw_members);
+  const Standard nuisance =
+      standard_of(nuisances, nuisances.colwise().norm(), kSmallestPivot, poses);
+  const Eigen::MatrixXd basis = nuisances * nuisance.of_raw;
   const Eigen::MatrixXd along = basis.transpose() * members / poses;
   const Eigen::MatrixXd left = members - basis * along;
+  const Eigen::VectorXd whole = members.colwise().norm();
 
-  contest.nuisances = static_cast<int>(rank);
-  contest.unit = left.colwise().norm().transpose() / std::sqrt(poses);
-  const Eigen::VectorXd whole = members.colwise().norm().transpose() / std::sqrt(poses);
-  contest.unit = (contest.unit.array() > kSmallestLeft * whole.array()).select(contest.unit, 0.0);
-  const Eigen::VectorXd to_unit =
-      (contest.unit.array() > 0).select(contest.unit.cwiseInverse(), 0.0);
-  contest.standard = Eigen::MatrixXd::Zero(rows.cols(), rank + count);
-  contest.standard.topLeftCorner(raw, rank) = nuisance;
-  contest.standard.topRightCorner(raw, count) = -nuisance * along * to_unit.asDiagonal();
-  contest.standard.bottomRightCorner(count, count) = to_unit.asDiagonal();
+  contest.nuisances = static_cast<int>(basis.cols());
+  Eigen::Index taken = 0;
+  int count = 0;
+  Eigen::MatrixXd of_raw = Eigen::MatrixXd::Zero(raw_members, raw_members);
+  for (Contest::Member& member : contest.members) {
+    member.standard = standard_of(left.middleCols(taken, member.raw_count),
+                                  whole.segment(taken, member.raw_count), kSmallestLeft, poses);
+    member.first = count;
+    member.count = static_cast<int>(member.standard.of_raw.cols());
+    of_raw.block(taken, count, member.raw_count, member.count) = member.standard.of_raw;
+    taken += member.raw_count;
+    count += member.count;
+  }
+  const Eigen::MatrixXd used = of_raw.leftCols(count);
+  contest.standard = Eigen::MatrixXd::Zero(rows.cols(), contest.nuisances + count);
+  contest.standard.topLeftCorner(raw, contest.nuisances) = nuisance.of_raw;
+  contest.standard.topRightCorner(raw, count) = -nuisance.of_raw * along * used;
+  contest.standard.bottomRightCorner(raw_members, count) = used;
 }
 
 // A design as the members see it: their inner products once the nuisances are fitted.
@@ -195,9 +215,9 @@ struct Imitation {
 
 double power(double noncentrality, int degrees_of_freedom) {
   constexpr double kCertain = 1e4;
+  if (noncentrality <= 0) return kLevel;
   const double limit =
       quantile(complement(boost::math::chi_squared_distribution<>(degrees_of_freedom), kLevel));
-  if (noncentrality <= 0) return kLevel;
   return cdf(complement(boost::math::non_central_chi_squared_distribution<>(
                             degrees_of_freedom, std::min(noncentrality, kCertain)),
                         limit));
@@ -360,18 +380,15 @@ class Separation {
     everything_.push_back(given_.back() + candidates_.back() * candidates_.back().transpose());
 
     Contest::Member& found = contest.members.front();
-    found.size.resize(found.count);
-    for (int c = 0; c < found.count; ++c)
-      found.size[c] = found.effect.coefficients[c].value * contest.unit[found.first + c];
+    Eigen::VectorXd coefficients(found.raw_count);
+    for (int c = 0; c < found.raw_count; ++c) coefficients[c] = found.effect.coefficients[c].value;
+    found.size = found.standard.of_coefficients * coefficients;
     const Fitted fitted(given.rows() > 0 ? given_.back() : everything_.back(), contest.nuisances);
     for (Contest::Member& member : contest.members) {
       if (&member == &found) continue;
       member.size = Imitation(fitted, found, member).size;
-      member.effect.coefficients.resize(member.count);
-      for (int c = 0; c < member.count; ++c) {
-        const double unit = contest.unit[member.first + c];
-        member.effect.coefficients[c].value = unit > 0 ? member.size[c] / unit : 0;
-      }
+      coefficients = member.standard.of_raw * member.size;
+      for (double value : coefficients) member.effect.coefficients.push_back({"", value});
     }
   }
 

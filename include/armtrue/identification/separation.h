@@ -37,13 +37,13 @@ struct SeparationPlan {
 /// experiments for discriminating between two rival models", Biometrika 62, 1975). The smallest
 /// over all ordered pairs that poses can tell is made largest, by exchange over the cloud. Its
 /// square is the noncentrality of the chi-square with as many degrees of freedom as the truth has
-/// coefficients by which the likelihood ratio rejects the rival.
+/// independent coefficients by which the likelihood ratio rejects the rival.
 ///
 /// `found` may hold several classes; effects without rivals are fitted along. Readings count as
-/// independent. Every planned pose is
-/// read once (each target), after the given ones, at their pace, under the load and temperature of
-/// the last. Throws std::invalid_argument as pose_cloud() does, if the given poses are of several
-/// sessions, or an effect is driven by what they do not hold.
+/// independent. Every planned pose is read once (each target), after the given ones, at their pace,
+/// under the load and temperature of the last. Throws std::invalid_argument as pose_cloud() does,
+/// if the given poses are of several sessions, an effect is driven by what they do not hold, or its
+/// coefficients are not those that this robot needs.
 SeparationPlan plan_separation(const Robot& robot, const std::vector<TracedEffect>& found,
                                int count, const CloudOptions& options, const Campaign& given = {});
 
