@@ -85,9 +85,9 @@ Eigen::VectorXd correlate(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
   return correlation.head(length);
 }
 
-// Mean square distance of some hundreds of samples, were the clocks `offset` apart.
+// Mean square distance of some thousands of samples, were the clocks `offset` apart.
 double misfit(const Path& programmed, const Path& measured, double offset) {
-  const Eigen::Index step = std::max<Eigen::Index>(1, measured.samples() / 500);
+  const Eigen::Index step = std::max<Eigen::Index>(1, measured.samples() / 5000);
   const Eigen::VectorXd time = measured.time(Eigen::seq(0, Eigen::last, step));
   const Eigen::Matrix3Xd position = measured.position(Eigen::all, Eigen::seq(0, Eigen::last, step));
   return (position - position_at(programmed, time.array() - offset)).colwise().squaredNorm().mean();
