@@ -71,7 +71,8 @@ int work(app::Command& command, const Paths& paths, double held_out_share, bool 
     command.progress("planning the next poses");
     has_next_poses = write_next_poses(command, paths.next_poses, result.trace, all);
     if (!has_next_poses)
-      command.warn(paths.next_poses + " is not written: there is nothing that poses would tell apart");
+      command.warn(paths.next_poses +
+                   " is not written: there is nothing that poses would tell apart");
   }
   write_output(command.output,
                write_loop(result, options, provenance, has_next_poses ? paths.next_poses : ""));
