@@ -82,7 +82,7 @@ int main(int argc, char** argv) {
   return command.run(argc, argv, [&] {
     const Robot robot = command.robot(robot_path).robot;
     const Robot truth = truth_path.empty() ? robot : command.robot(truth_path).robot;
-    const PathFile programmed = read_path(command.input, KeepRows::yes);
+    const PathFile programmed = command.path(command.input, KeepRows::yes);
     if (orientation.size() == 3)
       pass.joints.orientation = rotation_from_abc(
           orientation[0] * kDegree, orientation[1] * kDegree, orientation[2] * kDegree);
