@@ -30,10 +30,12 @@ class Command {
   void add_input(const std::string& what);
   void add_output();
   void add_seed();
+  void add_new_sessions();
 
   std::string input = "-";
   std::string output = "-";
   std::uint64_t seed = 1;
+  std::vector<double> new_sessions_s;
   bool verbose = false, quiet = false;
 
   /// Parses the arguments and runs `work`, whose result is the exit code. Errors become a message
@@ -49,11 +51,14 @@ class Command {
 
   /// Reads a robot and a campaign, keeps their sums for the provenance, and passes warnings on.
   RobotFile robot(const std::string& path);
-  /// Throws InputError if the numbers give a mistake of units, frames or signs away.
+  /// Begins the new sessions that were asked for. Throws InputError if the numbers give a mistake
+  /// of units, frames or signs away.
   Campaign campaign(const std::string& path, const Robot& robot);
   Provenance provenance() const;
 
  private:
+  void begin_new_sessions(Campaign& campaign, bool is_input) const;
+
   std::string name_;
   CLI::App app_;
   std::vector<std::pair<std::string, std::string>> inputs_;

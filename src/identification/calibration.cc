@@ -387,6 +387,20 @@ void set_robot(const SessionModels& model, const Eigen::VectorXd& x, Calibration
   int k = 0;
   for (; k < model.geometric_count(); ++k)
     result.robot.std[result.names[k]] = std::sqrt(result.covariance(k, k));
+  const int own = static_cast<int>(model.own().size());
+  for (int s = 1; s < model.sessions(); ++s) {
+    // Of the base along the axes of the session's own R_A.
+    Eigen::MatrixXd turn = Eigen::MatrixXd::Identity(own, own);
+    turn.topLeftCorner<3, 3>() = turn.block<3, 3>(3, 3) =
+        model.common_from_own(s).rotation.transpose();
+    const int first = model.first_own(s);
+    const Eigen::MatrixXd covariance =
+        turn * result.covariance.block(first, first, own, own) * turn.transpose();
+    Session& session = result.robot.sessions.at(model.name(s));
+    session.std.clear();
+    for (int i = 0; i < own; ++i)
+      session.std[parameter_name(result.robot.chain, model.own()[i])] = std::sqrt(covariance(i, i));
+  }
   if (!model.fits_effects()) return;
   for (Effect& effect : result.robot.effects)
     for (Coefficient& c : effect.coefficients) {
@@ -434,7 +448,7 @@ Robot with_base_near(const Robot& robot, const Campaign& campaign) {
   return typical_miss(moved) < typical_miss(robot) ? moved : robot;
 }
 
-// The robot to start from, with a base for each session.
+// The robot to start from, as it is in the first session, with a base for each.
 Robot starting_robot(const Robot& robot, const Campaign& campaign, const IdentifiableSet& set) {
   bool finds_first_base = true;
   for (int k = 0; k < 6; ++k)
@@ -451,8 +465,11 @@ Robot starting_robot(const Robot& robot, const Campaign& campaign, const Identif
     const Campaign readings = campaign.select(sessions[s]);
     Robot there = robot_at_row(robot, readings, 0);
     if (s > 0 || finds_first_base) there = with_base_near(there, readings);
-    if (s == 0) start.chain.base = there.chain.base;
-    start.sessions[readings.session_names[readings.session.front()]] = there.chain.base;
+    if (s == 0) start.chain = there.chain;
+    const std::string& name = readings.session_names[readings.session.front()];
+    const auto known = robot.sessions.find(name);
+    if (known != robot.sessions.end()) start.sessions[name] = known->second;
+    start.sessions[name].base = there.chain.base;
   }
   return start;
 }
@@ -519,10 +536,16 @@ Robot refit_set_up(const Robot& robot, const Campaign& campaign,
                    const std::vector<std::string>& what) {
   Robot links_only = robot;
   links_only.identify = what;
+  links_only.identify_per_session.clear();
   links_only.effects.clear();
+  Robot start = robot;
+  start.identify_per_session.clear();
   CalibrationOptions options;
   options.fit_effects = false;
-  return calibrate(robot, campaign, choose_identifiable(links_only, campaign), options).robot;
+  Robot refitted =
+      calibrate(start, campaign, choose_identifiable(links_only, campaign), options).robot;
+  refitted.identify_per_session = robot.identify_per_session;
+  return refitted;
 }
 
 }  // namespace armtrue

@@ -1,5 +1,6 @@
 #include "armtrue/identification/campaign.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -55,16 +56,42 @@ Campaign Campaign::select(const std::vector<int>& rows) const {
 
 void derive_arrival(Campaign& campaign) {
   constexpr double kLeastMotion = 1e-4 * std::numbers::pi / 180;
-  std::array<std::int8_t, kJoints> direction{};
+  struct LastVisit {
+    int row = -1;
+    std::array<std::int8_t, kJoints> direction{};
+  };
+  std::vector<LastVisit> sessions(std::max<size_t>(1, campaign.session_names.size()));
   campaign.arrival.clear();
   campaign.arrival.reserve(campaign.q.size());
-  for (size_t row = 0; row < campaign.q.size(); ++row) {
-    for (int j = 0; row > 0 && j < kJoints; ++j) {
-      const double motion = campaign.q[row][j] - campaign.q[row - 1][j];
-      if (std::abs(motion) > kLeastMotion) direction[j] = motion > 0 ? 1 : -1;
+  for (int row = 0; row < campaign.rows(); ++row) {
+    LastVisit& last = sessions[campaign.session.empty() ? 0 : campaign.session[row]];
+    for (int j = 0; last.row >= 0 && j < kJoints; ++j) {
+      const double motion = campaign.q[row][j] - campaign.q[last.row][j];
+      if (std::abs(motion) > kLeastMotion) last.direction[j] = motion > 0 ? 1 : -1;
     }
-    campaign.arrival.push_back(direction);
+    last.row = row;
+    campaign.arrival.push_back(last.direction);
   }
+}
+
+void begin_sessions(Campaign& campaign, const std::vector<double>& times_s) {
+  std::vector<std::string> names;
+  std::vector<int> sessions;
+  for (int row = 0; row < campaign.rows(); ++row) {
+    const auto part =
+        std::to_string(1 + std::count_if(times_s.begin(), times_s.end(),
+                                         [&](double t) { return t <= campaign.time_s[row]; }));
+    std::string name = part;
+    if (!campaign.session.empty()) {
+      name = campaign.session_names[campaign.session[row]];
+      if (part != "1") name += " (" + part + ")";
+    }
+    const auto known = std::find(names.begin(), names.end(), name);
+    sessions.push_back(static_cast<int>(known - names.begin()));
+    if (known == names.end()) names.push_back(name);
+  }
+  campaign.session = std::move(sessions);
+  campaign.session_names = std::move(names);
 }
 
 }  // namespace armtrue

@@ -29,6 +29,8 @@ YAML::Node flow_list(const std::vector<double>& values);
 std::string unit_of_parameter(const Robot& robot, const std::string& parameter);
 
 YAML::Node effect_node(const Effect& effect, const std::string& unit_of_parameter);
+/// What each session of a robot has for itself.
+YAML::Node sessions_node(const Robot& robot);
 YAML::Node robot_node(const Robot& robot, const Provenance& provenance);
 YAML::Node provenance_node(const Provenance& provenance);
 

@@ -48,7 +48,7 @@ TEST(RobotIo, SessionsReadBack) {
       "links:";
   const Robot robot = parse_robot(replaced(text_of("kr360"), "links:", sessions), "r.yaml");
   ASSERT_EQ(robot.sessions.size(), 2u);
-  EXPECT_DOUBLE_EQ(robot.sessions.at("day 2").translation.x(), 3);
+  EXPECT_DOUBLE_EQ(robot.sessions.at("day 2").base.translation.x(), 3);
   const std::string once = write_robot(robot);
   EXPECT_NE(once.find("  day 2: {x_mm: 3000, y_mm: -1.5, z_mm: 0.1, a_deg: 20,"), std::string::npos)
       << once;
