@@ -11,6 +11,7 @@
 #include "armtrue/identification/evaluation.h"
 #include "candidates.h"
 #include "cross_validation.h"
+#include "registration.h"
 #include "scan.h"
 #include "sessions.h"
 
@@ -44,10 +45,9 @@ class Tracer {
         candidates_[k].log_choices =
             std::log(std::exp(candidates_[k].log_choices) + static_cast<double>(known));
     }
-    // Moments and forces are taken along the axes of R_A, so the base must be where it was found.
-    Robot placed = robot;
-    placed.chain.base = result_.fit.robot.chain.base;
-    scan_.emplace(candidates_, placed, in_common_frame(campaign, result_.fit.robot));
+    // Moments and forces are taken along the axes of R_A, so each base must be where it was.
+    const Robot start = starting_robot(robot, campaign, result_.fit.set);
+    scan_.emplace(candidates_, start, in_common_frame(campaign, start));
   }
 
   TraceResult run() {

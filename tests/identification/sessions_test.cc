@@ -310,9 +310,10 @@ TEST(Sessions, AnEffectOnTheBaseActsAlongTheAxesOfTheRobot) {
     campaign.orientation[row] =
         Eigen::Quaterniond(second_from_first.rotation) * campaign.orientation[row];
   }
+  // Moments are those of the nominal chain, 1e-3 off; along other axes it would be millimetres.
   const CalibrationResult result = calibrate(robot, campaign);
-  EXPECT_NEAR(result.robot.effects[0].coefficients[0].value, 1e-7, 1e-11);
-  EXPECT_LT(summarize(evaluate(result.robot, campaign).position).max, 1e-7);
+  EXPECT_NEAR(result.robot.effects[0].coefficients[0].value, 1e-7, 1e-10);
+  EXPECT_LT(summarize(evaluate(result.robot, campaign).position).max, 1e-5);
 }
 
 // An instrument that is wrong by a scale is so about itself.
