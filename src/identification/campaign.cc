@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 namespace armtrue {
@@ -56,21 +57,24 @@ Campaign Campaign::select(const std::vector<int>& rows) const {
 
 void derive_arrival(Campaign& campaign) {
   constexpr double kLeastMotion = 1e-4 * std::numbers::pi / 180;
-  struct LastVisit {
-    int row = -1;
+  struct Joints {
+    JointVector moved_last;  // small motions add up, so that a slow joint is seen to move too
     std::array<std::int8_t, kJoints> direction{};
   };
-  std::vector<LastVisit> sessions(std::max<size_t>(1, campaign.session_names.size()));
+  std::map<int, Joints> sessions;
   campaign.arrival.clear();
   campaign.arrival.reserve(campaign.q.size());
-  for (int row = 0; row < campaign.rows(); ++row) {
-    LastVisit& last = sessions[campaign.session.empty() ? 0 : campaign.session[row]];
-    for (int j = 0; last.row >= 0 && j < kJoints; ++j) {
-      const double motion = campaign.q[row][j] - campaign.q[last.row][j];
-      if (std::abs(motion) > kLeastMotion) last.direction[j] = motion > 0 ? 1 : -1;
+  for (size_t row = 0; row < campaign.q.size(); ++row) {
+    const int session = campaign.session.empty() ? 0 : campaign.session[row];
+    auto& [moved_last, direction] =
+        sessions.try_emplace(session, Joints{campaign.q[row]}).first->second;
+    for (int j = 0; j < kJoints; ++j) {
+      const double motion = campaign.q[row][j] - moved_last[j];
+      if (std::abs(motion) <= kLeastMotion) continue;
+      direction[j] = motion > 0 ? 1 : -1;
+      moved_last[j] = campaign.q[row][j];
     }
-    last.row = row;
-    campaign.arrival.push_back(last.direction);
+    campaign.arrival.push_back(direction);
   }
 }
 
