@@ -37,6 +37,8 @@ std::string unit_of_parameter(const Robot& robot, const std::string& parameter);
 /// Name, parameter, driver and shape with its inner values.
 YAML::Node effect_form_node(const Effect& effect);
 YAML::Node effect_node(const Effect& effect, const std::string& unit_of_parameter);
+/// What each session of a robot has for itself.
+YAML::Node sessions_node(const Robot& robot);
 YAML::Node robot_node(const Robot& robot, const Provenance& provenance);
 YAML::Node provenance_node(const Provenance& provenance);
 
