@@ -474,11 +474,12 @@ SeparationPlan plan_separation(const Robot& robot, const std::vector<TracedEffec
   if (count > kCloudSize)
     throw std::invalid_argument("more poses are asked for than there are candidates, " +
                                 std::to_string(kCloudSize));
-  require_one_session(given);
-  const Robot placed = given.rows() > 0 ? robot_at_row(robot, given, 0) : robot;
+  const Campaign continued =
+      given.rows() > 0 ? given.select(rows_by_session(given).back()) : Campaign();
+  const Robot placed = given.rows() > 0 ? robot_at_row(robot, continued, 0) : robot;
   for (const TracedEffect& one : found)
-    require_coefficients(one.effect, placed, given.temperature_names);
-  return Separation(placed, found, count, options, given).plan(count);
+    require_coefficients(one.effect, placed, continued.temperature_names);
+  return Separation(placed, found, count, options, continued).plan(count);
 }
 
 }  // namespace armtrue

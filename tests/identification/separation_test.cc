@@ -304,6 +304,22 @@ TEST(SeparationPlan, FollowsTimeOnAfterTheGivenPoses) {
         << pair.truth.parameter << " " << pair.rival.parameter;
 }
 
+TEST(SeparationPlan, ContinuesTheLastSession) {
+  const Robot robot = read_robot(kNominal).robot;
+  std::vector<JointVector> poses = over_a_bench();
+  for (const JointVector& q : random_poses(pose_cloud(robot, {}), 30, 5)) poses.push_back(q);
+  Campaign both = simulate(poses, robot, {});
+  both.session_names = {"second", "first"};
+  std::vector<int> last;
+  for (int row = 0; row < both.rows(); ++row) {
+    both.session.push_back(row < 30 ? 0 : 1);
+    if (row >= 30) last.push_back(row);
+  }
+  const TracedEffect found = coupling_or_wobble().found;
+  const SeparationPlan plan = plan_separation(robot, {found}, 4, {}, both);
+  EXPECT_EQ(plan.poses, plan_separation(robot, {found}, 4, {}, both.select(last)).poses);
+}
+
 TEST(SeparationPlan, RefusesWhatThePosesDoNotHold) {
   TracedEffect found;
   found.effect = {"thermal growth", "A4.r", driver("temperature air"), {}, {{"c", 1e-5}}};
