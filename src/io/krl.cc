@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "armtrue/io/input_error.h"
-#include "armtrue/io/number_text.h"
 #include "armtrue/io/source.h"
 #include "armtrue/kinematics/pose.h"
 #include "armtrue/kinematics/units.h"
@@ -343,12 +342,16 @@ class Writer {
     if (move.circle_angle) pose_ = unknown();
   }
 
-  // A target that cannot be corrected counts as a use of its name none the less.
+  // What cannot be corrected is a use of its names none the less, and what it gives is inherited.
   void leave(const KrlMove& move) {
+    const bool circle = move.motion == KrlMotion::circle;
+    const bool via = move.auxiliary.kind == KrlTargetKind::frame;
+    const bool to = move.target.kind == KrlTargetKind::frame;
     KrlValues pose = pose_;
-    for (const KrlTarget* target : {&move.auxiliary, &move.target})
-      if (target->kind == KrlTargetKind::frame) write_target(*target, unknown(), pose);
-    pose_ = unknown();
+    if (via) write_target(move.auxiliary, unknown(), pose);
+    pose = common(pose_, pose);
+    if (to) write_target(move.target, unknown(), pose);
+    pose_ = to && (via || !circle) ? pose : unknown();
   }
 
   void note_surroundings(const KrlMove& move) {

@@ -14,6 +14,7 @@
 #include <sstream>
 
 #include "armtrue/io/input_error.h"
+#include "temporary_file.h"
 
 namespace armtrue {
 namespace {
@@ -206,6 +207,12 @@ TEST(Krl, WithoutDisplacementEveryByteStands) {
     EXPECT_GT(result.corrected, 3);
     EXPECT_EQ(result.inserted, 0);
   }
+}
+
+TEST(Krl, ALongProgramIsReadWhole) {
+  std::string text;
+  while (text.size() < 40'000'000) text += "LIN {X 0,Y 0,Z 0} C_DIS ; and so on\r\n";
+  EXPECT_EQ(read_krl(TemporaryFile(text).path).src.text, text);
 }
 
 TEST(Krl, OnlyTheNumbersOfCorrectedMovesChange) {
@@ -469,8 +476,18 @@ RC_GTEST_PROP(Krl, AnyProgramOfLinesAndArcsFollowsTheCorrectedPath, ()) {
   for (int i = 0; i < moves; ++i) {
     const Vector3d start = corners.back();
     if (*rc::gen::arbitrary<bool>()) {
-      corners.push_back({number(-900, 900), number(-900, 900), number(-100, 100)});
-      src += "LIN " + frame(corners.back()) + " C_DIS\n";
+      // What stays as it was is left out.
+      Vector3d end = start;
+      src += "LIN {";
+      for (const int axis :
+           *rc::gen::elementOf(std::vector<std::vector<int>>{{0}, {1, 2}, {0, 1, 2}})) {
+        end[axis] = number(-900, 900);
+        std::ostringstream entry;
+        entry << (src.back() == '{' ? "" : ",") << "XYZ"[axis] << ' ' << end[axis];
+        src += entry.str();
+      }
+      src += "} C_DIS\n";
+      corners.push_back(end);
     } else {  // half a circle about a point beside, level
       const Vector3d radius(number(200, 600), number(200, 600), 0);
       const Vector3d across(-radius.y(), radius.x(), 0);

@@ -44,16 +44,20 @@ struct CorrectedKrl {
 /// displaced to `corrected` (3 x samples, [m]).
 ///
 /// Points of PTP, LIN, CIRC, their spline forms and SPL count: a frame {X .., Y .., ..}, or a name
-/// that the .src or the .dat gives a frame. In the order of the text they are looked for on the
-/// path (see places_in_order); what is not on it is left alone, as are axis angles, relative moves,
-/// names declared elsewhere or used for more than moves, and expressions. Where the path between
-/// two points is bent by the correction, LIN .. C_DIS (SLIN .. C_SPL) are inserted with the
-/// orientation and external axes between; a CIRC becomes several.
+/// that the .src or the .dat gives a frame. In the order of the text they are looked for on the path
+/// (see places_in_order); what is not on it is left alone, as are axis angles, names declared
+/// elsewhere or used for more than moves, and expressions, and relative moves, which start from the
+/// corrected point before them. Warnings name all of them.
 ///
-/// Only X, Y, Z change, rounded to 0.0001 mm, trailing zeros as far as they were there; a component
-/// that was left out, and so came from the move before, is added where that no longer holds. A
-/// named point is changed in its declaration, or, if its moves need different corrections or others
-/// use it, written into the moves. Every other byte stands; without displacement all do.
+/// Where the path between two points is bent by the correction, LIN .. C_DIS (SLIN .. C_SPL) are
+/// inserted with the orientation and external axes between; a CIRC becomes several, whose auxiliary
+/// points lie half-way on each. Nothing is inserted in a spline block or behind a TRIGGER.
+///
+/// Only X, Y, Z change, rounded to 0.0001 mm (finer where more decimals were written), without
+/// zeros at the end that were not there; a component that was left out, and so came from the move
+/// before, is added where that no longer holds. A named point is changed in its declaration, or, if
+/// its moves need different corrections or others use it, written into the moves. Every other byte
+/// stands; without displacement all do.
 ///
 /// Throws InputError if no point lies on the path.
 CorrectedKrl correct_krl(const KrlProgram& program, const Path& programmed,
