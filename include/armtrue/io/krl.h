@@ -44,8 +44,8 @@ struct CorrectedKrl {
 /// displaced to `corrected` (3 x samples, [m]).
 ///
 /// Points of PTP, LIN, CIRC, their spline forms and SPL count: a frame {X .., Y .., ..}, or a name
-/// that the .src or the .dat gives a frame. In the order of the text they are looked for on the path
-/// (see places_in_order); what is not on it is left alone, as are axis angles, names declared
+/// that the .src or the .dat gives a frame. In the order of the text they are looked for on the
+/// path (see places_in_order); what is not on it is left alone, as are axis angles, names declared
 /// elsewhere or used for more than moves, and expressions, and relative moves, which start from the
 /// corrected point before them. Warnings name all of them.
 ///
