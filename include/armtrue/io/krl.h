@@ -34,9 +34,9 @@ struct KrlCorrectionOptions {
 struct CorrectedKrl {
   std::string src;
   std::optional<std::string> dat;  ///< where the program has one, changed or not
-  int corrected = 0;               ///< points of moves that lie on the path
-  int inserted = 0;                ///< moves
-  int left_alone = 0;              ///< moves that lie off the path or cannot be corrected
+  int corrected = 0;               ///< moves whose end lies on the path
+  int inserted = 0;                ///< new moves
+  int left_alone = 0;              ///< all other moves
   std::vector<std::string> warnings;
 };
 
