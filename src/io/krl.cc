@@ -418,8 +418,10 @@ class Writer {
           const Knot& knot = knots[divisions[i]];
           KrlValues pose = between(plan.start, plan.end, knot.t);
           pose.head<3>() = start + knot.t * (end - start) + knot.displacement;
-          insert(move, std::string(src(move.keyword_end, move.target.begin)) +
-                           target_text(move.target, pose, pose_));
+          insert(move,
+                 std::string(src(move.keyword_end, move.target.begin)) +
+                     target_text(move.target, pose, pose_),
+                 false);
         }
     }
     write_end(move, plan);
@@ -444,47 +446,65 @@ class Writer {
         plan, path_, displacement_,
         [&](const Vector3d& sample) { return place_on_arc(*arc, sample, options_.match); });
     const double via = arc->foot(position(plan.auxiliary));
-    std::vector<size_t> divisions = divide_arc(*arc, via, knots, options_.tolerance);
-    if (!may_insert(move, plan, divisions.size() - 2)) divisions = {0, knots.size() - 1};
+    const std::vector<size_t> divisions = divide_arc(*arc, via, knots, options_.tolerance);
+    if (!may_insert(move, plan, divisions.size() - 2)) {
+      KrlValues auxiliary = unknown();
+      auxiliary.head<3>() = position(plan.auxiliary) + displacement_at(knots, via);
+      write_auxiliary(move, auxiliary);
+      write_end(move, plan);
+      return;
+    }
     for (size_t i = 1; i < divisions.size(); ++i) {
-      const bool last = i + 1 == divisions.size(), whole = divisions.size() == 2;
       const Knot& knot = knots[divisions[i]];
-      const double middle = whole ? via : (knots[divisions[i - 1]].t + knot.t) / 2;
+      const double middle = (knots[divisions[i - 1]].t + knot.t) / 2;
+      const bool last = i + 1 == divisions.size();
+      const bool straight =
+          is_straight(*arc, knots, divisions[i - 1], divisions[i], options_.tolerance);
       const auto at = [&](double t) {
         KrlValues pose = between(plan.start, plan.end, t);
         pose.head<3>() = arc->at(t) + displacement_at(knots, t);
         return pose;
       };
-      KrlValues auxiliary = whole ? unknown() : at(middle), end = last ? plan.end : at(knot.t);
-      auxiliary.head<3>() =
-          (whole ? position(plan.auxiliary) : arc->at(middle)) + displacement_at(knots, middle);
-      end.head<3>() = (last ? position(plan.end) : arc->at(knot.t)) + knot.displacement;
+      KrlValues auxiliary = at(middle);
       // What the auxiliary point does not say, it need not.
       for (int k = 3; k < kKrlComponents; ++k)
         if (!std::isfinite(frame(move.auxiliary).values[k])) auxiliary[k] = kUnknown;
-      KrlValues via_pose = pose_;
-      if (last) {
-        write_target(move.auxiliary, auxiliary, via_pose);
-        pose_ = common(pose_, via_pose);
-        write_target(move.target, end, pose_);
-      } else {
+      if (!last) {
         std::string points(src(move.keyword_end, move.auxiliary.begin));
-        points += target_text(move.auxiliary, auxiliary, via_pose);
-        points += src(move.auxiliary.end, move.target.begin);
-        pose_ = common(pose_, via_pose);
-        points += target_text(move.target, end, pose_);
-        insert(move, points);
+        if (!straight) {
+          KrlValues via_pose = pose_;
+          points += target_text(move.auxiliary, auxiliary, via_pose);
+          points += src(move.auxiliary.end, move.target.begin);
+          pose_ = common(pose_, via_pose);
+        }
+        insert(move, points + target_text(move.target, at(knot.t), pose_), straight);
+        continue;
       }
+      if (straight) {
+        KrlValues unused = pose_;
+        write_target(move.auxiliary, unknown(), unused);
+        edits_.push_back(
+            {false, move.begin, move.target.begin,
+             line_keyword(move) + std::string(src(move.keyword_end, move.auxiliary.begin))});
+      } else {
+        write_auxiliary(move, auxiliary);
+      }
+      write_end(move, plan);
     }
+  }
+
+  void write_auxiliary(const KrlMove& move, const KrlValues& auxiliary) {
+    KrlValues pose = pose_;
+    write_target(move.auxiliary, auxiliary, pose);
+    pose_ = common(pose_, pose);
   }
 
   // Each point by its own displacement.
   void write_circle_points(const KrlMove& move, const PlannedMove& plan) {
-    KrlValues auxiliary = unknown(), pose = pose_;
+    KrlValues auxiliary = unknown();
     if (std::isfinite(plan.auxiliary_place))
       auxiliary.head<3>() = displaced(plan.auxiliary, plan.auxiliary_place).head<3>();
-    write_target(move.auxiliary, auxiliary, pose);
-    pose_ = common(pose_, pose);
+    write_auxiliary(move, auxiliary);
     write_end(move, plan);
     if (std::isfinite(plan.auxiliary_place) || std::isfinite(plan.end_place))
       warnings_.add(move.line,
@@ -501,10 +521,13 @@ class Writer {
     return false;
   }
 
-  // A move like this one, blended, on a line of its own before it.
-  void insert(const KrlMove& move, const std::string& points) {
+  static std::string line_keyword(const KrlMove& move) { return move.spline ? "SLIN" : "LIN"; }
+
+  // A move like this one (or a straight one), blended, on a line of its own before it.
+  void insert(const KrlMove& move, const std::string& points, bool straight) {
     const std::string& text = program_.src.text;
-    std::string line(src(move.line_begin, move.keyword_end));
+    std::string line(src(move.line_begin, move.begin));
+    line += straight ? line_keyword(move) : std::string(src(move.begin, move.keyword_end));
     const std::string_view rest = src(move.target.end, move.end);
     line += points;
     line += rest;

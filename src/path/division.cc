@@ -119,4 +119,17 @@ std::vector<size_t> divide_arc(const Arc& arc, double via, const std::vector<Kno
   });
 }
 
+bool is_straight(const Arc& arc, const std::vector<Knot>& knots, size_t first, size_t last,
+                 double tolerance) {
+  const auto displaced = [&](double t) -> Eigen::Vector3d {
+    return arc.at(t) + displacement_at(knots, t);
+  };
+  const Eigen::Vector3d start = displaced(knots[first].t);
+  const Eigen::Vector3d along = (displaced(knots[last].t) - start).normalized();
+  const auto near = [&](double t) { return along.cross(displaced(t) - start).norm() <= tolerance; };
+  for (size_t k = first + 1; k < last; ++k)
+    if (!near(knots[k].t)) return false;
+  return near((knots[first].t + knots[last].t) / 2);
+}
+
 }  // namespace armtrue

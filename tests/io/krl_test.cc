@@ -455,6 +455,30 @@ void expect_follows(const KrlProgram& before, const Path& path, const Eigen::Mat
   EXPECT_LT(worst, tolerance + rounding + chord_of_oracle);
 }
 
+// A step of the correction is passed on a piece too short for a circle.
+TEST(Krl, PiecesOfACircleThatAreStraightAreLines) {
+  std::vector<Vector3d> corners;
+  for (int k = 0; k <= 400; ++k)
+    corners.push_back({100 * std::cos(k * M_PI / 400), 100 * std::sin(k * M_PI / 400), 0});
+  const Path path = path_through(corners);
+  const auto stepped = [&](Eigen::Index from) {
+    Eigen::Matrix3Xd corrected = path.position;
+    for (Eigen::Index i = from; i < corrected.cols(); ++i) corrected(2, i) += 0.1 * kMm;
+    return corrected;
+  };
+  const KrlProgram half =
+      program("LIN {X 100,Y 0,Z 0}\n scirc  {X 0,Y 100,Z 0} , {X -100,Y 0,Z 0} ; half\n");
+  EXPECT_THAT(lines_of(correct_krl(half, path, stepped(200)).src),
+              ElementsAre("LIN {X 100,Y 0,Z 0}",
+                          " scirc  {X 70.9878,Y 70.4325,Z 0} , {X 0.7854,Y 99.9969,Z 0} C_SPL",
+                          " SLIN  {X 0,Y 100,Z 0.1} C_SPL",
+                          " scirc  {X -70.7107,Y 70.7107,Z 0.1} , {X -100,Y 0,Z 0.1} ; half"));
+  EXPECT_THAT(lines_of(correct_krl(half, path, stepped(400)).src),
+              ElementsAre("LIN {X 100,Y 0,Z 0}",
+                          " scirc  {X 0.3927,Y 99.9992,Z 0} , {X -99.9969,Y 0.7854,Z 0} C_SPL",
+                          " SLIN  {X -100,Y 0,Z 0.1} ; half"));
+}
+
 TEST(Krl, ATaughtProgramFollowsTheCorrectedPath) {
   const Path path = contour();
   expect_follows(read_krl(kFolder + "kontur.src"), path, displaced(path, [](const Vector3d& p) {

@@ -50,8 +50,9 @@ struct CorrectedKrl {
 /// corrected point before them. Warnings name all of them.
 ///
 /// Where the path between two points is bent by the correction, LIN .. C_DIS (SLIN .. C_SPL) are
-/// inserted with the orientation and external axes between; a CIRC becomes several, whose auxiliary
-/// points lie half-way on each. Nothing is inserted in a spline block or behind a TRIGGER.
+/// inserted with the orientation and external axes between; a CIRC becomes several, or
+/// LIN where a piece is straight; their auxiliary points lie half-way on each. Nothing is inserted
+/// in a spline block or behind a TRIGGER.
 ///
 /// Only X, Y, Z change, rounded to 0.0001 mm (finer where more decimals were written), without
 /// zeros at the end that were not there; a component that was left out, and so came from the move

@@ -42,4 +42,9 @@ std::vector<size_t> divide_line(const std::vector<Knot>& knots, double tolerance
 std::vector<size_t> divide_arc(const Arc& arc, double via, const std::vector<Knot>& knots,
                                double tolerance);
 
+/// Whether a straight line does for the displaced arc between two of its knots: a controller takes
+/// no circle through points that are almost in line.
+bool is_straight(const Arc& arc, const std::vector<Knot>& knots, size_t first, size_t last,
+                 double tolerance);
+
 }  // namespace armtrue
