@@ -10,6 +10,7 @@ namespace armtrue {
 namespace {
 
 constexpr double kLeaves = 6, kReturns = 3;  // standard deviations of the magnitude in air
+constexpr double kMostHidden = 2;            // a weak force: times its visible growth
 constexpr Eigen::Index kFewestBlocks = 5;    // below, no part of the record is its quiet one
 constexpr int kMostRounds = 20;
 
@@ -72,7 +73,12 @@ std::vector<Run> runs_above(const Eigen::VectorXd& magnitude, double high, doubl
   return runs;
 }
 
-Instant between(double a, double b) { return {(a + b) / 2, std::abs(b - a) / 2}; }
+// From a sample in air to one at half the level. A force that grows evenly may be hidden in the
+// noise for a share of that time more.
+Instant between(double in_air, double at_half, double hidden) {
+  const double earliest = in_air + (in_air - at_half) * hidden;
+  return {(earliest + at_half) / 2, std::abs(at_half - earliest) / 2};
+}
 
 }  // namespace
 
@@ -88,8 +94,9 @@ EngagementRecord find_engagement(const Eigen::VectorXd& time, const Eigen::Matri
   if (n / width < kFewestBlocks) return record;
   const Eigen::VectorXd magnitude = signal.colwise().norm().transpose();
   const Air air = quiet_level(magnitude, width);
+  const double high = air.mean + kLeaves * air.deviation;
   const double low = air.mean + kReturns * air.deviation;
-  std::vector<Run> runs = runs_above(magnitude, air.mean + kLeaves * air.deviation, low, width);
+  std::vector<Run> runs = runs_above(magnitude, high, low, width);
   std::erase_if(runs, [&](const Run& run) { return time[run.last] - time[run.first] < shortest; });
   if (runs.empty()) return record;
 
@@ -98,6 +105,9 @@ EngagementRecord find_engagement(const Eigen::VectorXd& time, const Eigen::Matri
     for (Eigen::Index i = run.first; i <= run.last; ++i) engaged.push_back(magnitude[i]);
   const double level = median(engaged);
   if (level < 2 * air.mean) return record;
+  // A sample within the noise may be one of the force `high`, lessened by noise.
+  const double hidden =
+      level / 2 > high ? std::min(high / (level / 2 - high), kMostHidden) : kMostHidden;
 
   Eigen::Index past = 0, quiet = 0;  // first sample after the run before; samples in air
   for (const Run& run : runs) {
@@ -108,8 +118,8 @@ EngagementRecord find_engagement(const Eigen::VectorXd& time, const Eigen::Matri
     while (fall > run.first && !strong(fall)) --fall;
     const Eigen::Index after = std::min(run.last + 1, n - 1);
     Engagement interval;
-    if (magnitude[before] <= low) interval.entry = between(time[before], time[rise]);
-    if (run.last < n - 1) interval.exit = between(time[fall], time[after]);
+    if (magnitude[before] <= low) interval.entry = between(time[before], time[rise], hidden);
+    if (run.last < n - 1) interval.exit = between(time[after], time[fall], hidden);
     record.intervals.push_back(interval);
     for (Eigen::Index i = past; i < before; ++i, ++quiet) record.noise += signal.col(i).cwiseAbs2();
     past = after;

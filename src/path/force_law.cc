@@ -18,9 +18,9 @@ double rms(const Eigen::MatrixXd& values) {
                    static_cast<double>(std::max<Eigen::Index>(values.size(), 1)));
 }
 
-// What stands beside the force: nothing, or a constant and the steps (half of the direction each,
-// so that a coefficient is a whole step).
-struct Backlash {
+// Deviation without force: zero, or a constant and steps (columns of half the direction, so that a
+// coefficient is a whole step).
+struct Unforced {
   Eigen::MatrixXd columns;  // n x (0 or 1 + steps)
   std::vector<ReversalStep> steps;
 };
@@ -31,10 +31,9 @@ Eigen::MatrixXd unexplained(const Eigen::MatrixXd& columns, const Eigen::MatrixX
   return values - columns * columns.householderQr().solve(values);
 }
 
-Backlash backlash_of(const Eigen::MatrixXd& direction) {
-  const Eigen::Index n = direction.cols();
-  Backlash backlash{Eigen::MatrixXd(n, 0), {}};
-  Eigen::MatrixXd& columns = backlash.columns;
+Unforced unforced(const Eigen::MatrixXd& direction, Eigen::Index n, bool through_origin) {
+  Unforced result{Eigen::MatrixXd::Ones(n, through_origin ? 0 : 1), {}};
+  Eigen::MatrixXd& columns = result.columns;
   for (Eigen::Index axis = 0; axis < direction.rows(); ++axis) {
     const Eigen::VectorXd row = direction.row(axis).transpose();
     if (row.maxCoeff() - row.minCoeff() < kReverses) continue;
@@ -43,7 +42,7 @@ Backlash backlash_of(const Eigen::MatrixXd& direction) {
     if (unexplained(columns, column).norm() > kStepOfItsOwn * column.norm()) {
       columns.conservativeResize(Eigen::NoChange, columns.cols() + 1);
       columns.rightCols(1) = column;
-      backlash.steps.push_back({{axis}, {}});
+      result.steps.push_back({{axis}, {}});
       continue;
     }
     const auto steps = columns.rightCols(columns.cols() - 1);
@@ -52,40 +51,41 @@ Backlash backlash_of(const Eigen::MatrixXd& direction) {
         .cwiseAbs()
         .cwiseQuotient(steps.colwise().norm().transpose())
         .maxCoeff(&most_like);
-    backlash.steps[static_cast<size_t>(most_like)].axes.push_back(axis);
+    result.steps[static_cast<size_t>(most_like)].axes.push_back(axis);
   }
-  return backlash;
+  return result;
 }
 
-// Regression of `response` on force columns, whose noise covariance is `noise`, and the backlash.
+// Regression of `response` on force columns, whose noise covariance is `noise`, and on the columns
+// beside it.
 Regression regress(const Eigen::MatrixXd& force, const Eigen::MatrixXd& noise,
-                   const Eigen::MatrixXd& backlash, const Eigen::VectorXd& response) {
-  Eigen::MatrixXd columns(force.rows(), force.cols() + backlash.cols());
-  columns << force, backlash;
+                   const Eigen::MatrixXd& beside, const Eigen::VectorXd& response) {
+  Eigen::MatrixXd columns(force.rows(), force.cols() + beside.cols());
+  columns << force, beside;
   Eigen::MatrixXd all_noise = Eigen::MatrixXd::Zero(columns.cols(), columns.cols());
   all_noise.topLeftCorner(noise.rows(), noise.cols()) = noise;
   return regress_autocorrelated(columns, response, all_noise);
 }
 
-ForceLine line(const Eigen::VectorXd& force, double noise, const Eigen::MatrixXd& backlash,
+ForceLine line(const Eigen::VectorXd& force, double noise, const Eigen::MatrixXd& beside,
                const Eigen::VectorXd& response) {
   ForceLine result;
-  const double observed = rms(unexplained(backlash, force));
+  const double observed = rms(unexplained(beside, force));
   const double floor = std::max(noise, kRelativeRank * rms(force));
   // The observed power holds the noise once more.
   if (!(observed > std::hypot(kStandsOut * floor, noise))) return result;
   const Regression fit =
-      regress(force, Eigen::MatrixXd::Constant(1, 1, noise * noise), backlash, response);
+      regress(force, Eigen::MatrixXd::Constant(1, 1, noise * noise), beside, response);
   result.k = fit.coefficients.front();
-  const double total = unexplained(backlash, response).squaredNorm();
+  const double total = unexplained(beside, response).squaredNorm();
   result.r2 = total > 0 ? 1 - fit.residual.squaredNorm() / total : 0;
   return result;
 }
 
-// Principal directions of what the backlash columns leave of the force, strongest first.
+// Principal directions of what the columns beside leave of the force, strongest first.
 std::array<ForceDirection, 3> principal_directions(const ForceRecord& record,
-                                                   const Eigen::MatrixXd& backlash) {
-  const Eigen::MatrixXd own = unexplained(backlash, record.force.transpose());
+                                                   const Eigen::MatrixXd& beside) {
+  const Eigen::MatrixXd own = unexplained(beside, record.force.transpose());
   Eigen::Matrix3d power = own.transpose() * own / static_cast<double>(own.rows());
   power.diagonal() -= record.force_noise.cwiseAbs2();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(power);
@@ -101,37 +101,36 @@ std::array<ForceDirection, 3> principal_directions(const ForceRecord& record,
   return directions;
 }
 
-void fit_compliance(const ForceRecord& record, Backlash& backlash, ForceLaw& law) {
-  law.directions = principal_directions(record, backlash.columns);
+// Fills compliance, offset and steps of a law whose directions are known.
+void fit_compliance(const ForceRecord& record, const Eigen::MatrixXd& beside, ForceLaw& law) {
   Eigen::Matrix3Xd known(3, 0);
   for (const ForceDirection& d : law.directions) {
     const double noise = record.force_noise.cwiseProduct(d.direction).norm();
-    const double floor = std::max(kStandsOut * noise, kRelativeRank * rms(record.force));
-    if (!(d.rms > floor)) break;
+    if (!(d.rms > std::max(kStandsOut * noise, kRelativeRank * rms(record.force)))) break;
     known.conservativeResize(Eigen::NoChange, known.cols() + 1);
     known.rightCols(1) = d.direction;
   }
   law.rank = static_cast<int>(known.cols());
+  if (law.rank > 0)
+    law.condition = law.directions[0].rms / law.directions[static_cast<size_t>(law.rank) - 1].rms;
+  if (known.cols() + beside.cols() == 0) return;
   const Eigen::MatrixXd force = record.force.transpose() * known;
   const Eigen::Matrix3d covariance = record.force_noise.cwiseAbs2().asDiagonal();
   const Eigen::MatrixXd noise = known.transpose() * covariance * known;
-  if (force.cols() + backlash.columns.cols() == 0) return;
-  for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    const Regression fit =
-        regress(force, noise, backlash.columns, record.deviation.row(axis).transpose());
-    const auto a = static_cast<size_t>(axis);
-    for (size_t i = 0; i < static_cast<size_t>(law.rank); ++i) {
+  if (beside.cols() > 0) law.offset.emplace();
+  for (size_t a = 0; a < 3; ++a) {
+    const auto axis = static_cast<Eigen::Index>(a);
+    const Regression fit = regress(force, noise, beside, record.deviation.row(axis).transpose());
+    auto coefficient = fit.coefficients.begin();
+    for (size_t i = 0; i < static_cast<size_t>(law.rank); ++i, ++coefficient) {
       ForceDirection& d = law.directions[i];
       if (!d.compliance) d.compliance.emplace();
-      (*d.compliance)[a] = fit.coefficients[i];
-      law.compliance.row(axis) += fit.coefficients[i].value * d.direction.transpose();
+      (*d.compliance)[a] = *coefficient;
+      law.compliance.row(axis) += coefficient->value * d.direction.transpose();
     }
-    const size_t first_step = static_cast<size_t>(law.rank) + 1;  // after the constant
-    for (size_t s = 0; s < backlash.steps.size(); ++s)
-      backlash.steps[s].step[a] = fit.coefficients[first_step + s];
+    if (law.offset) (*law.offset)[a] = *coefficient++;
+    for (ReversalStep& reversal : law.reversals) reversal.step[a] = *coefficient++;
   }
-  if (law.rank > 0)
-    law.condition = law.directions[0].rms / law.directions[static_cast<size_t>(law.rank) - 1].rms;
 }
 
 }  // namespace
@@ -141,20 +140,28 @@ ForceLaw force_law(const ForceRecord& record) {
   const bool has_directions = record.direction.rows() > 0;
   if (record.force.cols() != n || (has_directions && record.direction.cols() != n))
     throw std::invalid_argument("force law: sizes disagree");
-  Backlash backlash =
-      has_directions ? backlash_of(record.direction) : Backlash{Eigen::MatrixXd(n, 0), {}};
-  if (n < 2 * (3 + backlash.columns.cols()))
+  if (n == 0) throw std::invalid_argument("force law: too few samples");
+  const Unforced beside = unforced(record.direction, n, record.through_origin);
+  if (n < 2 * (3 + beside.columns.cols()))
     throw std::invalid_argument("force law: too few samples");
   ForceLaw law;
   for (Eigen::Index a = 0; a < 3; ++a)
     law.axis[static_cast<size_t>(a)] = line(record.force.row(a).transpose(), record.force_noise[a],
-                                            backlash.columns, record.deviation.row(a).transpose());
-  const double noise = record.force_noise.norm();
-  if (rms(record.force) * std::sqrt(3.0) > kStandsOut * noise)
-    law.magnitude =
-        line_through_origin(record.force.colwise().norm(), record.deviation.colwise().norm());
-  fit_compliance(record, backlash, law);
-  law.reversals = std::move(backlash.steps);
+                                            beside.columns, record.deviation.row(a).transpose());
+  law.directions = principal_directions(record, beside.columns);
+  law.reversals = beside.steps;
+  fit_compliance(record, beside.columns, law);
+  if (law.rank > 0) {
+    Eigen::Matrix3Xd forced = record.deviation;
+    for (size_t a = 0; a < 3; ++a) {
+      const auto axis = static_cast<Eigen::Index>(a);
+      if (law.offset) forced.row(axis).array() -= (*law.offset)[a].value;
+      for (size_t s = 0; s < law.reversals.size(); ++s)
+        forced.row(axis) -= law.reversals[s].step[a].value *
+                            beside.columns.col(static_cast<Eigen::Index>(s) + 1).transpose();
+    }
+    law.magnitude = line_through_origin(record.force.colwise().norm(), forced.colwise().norm());
+  }
   return law;
 }
 

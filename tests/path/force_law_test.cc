@@ -62,7 +62,9 @@ TEST(ForceLaw, ExactDataGiveTheWholeCompliance) {
 
 TEST(ForceLaw, LinesThroughTheOrigin) {
   const Eigen::Matrix3Xd force = varied_force();
-  const ForceLaw law = force_law({.deviation = 2.2e-5 * force, .force = force});
+  const ForceLaw law =
+      force_law({.deviation = 2.2e-5 * force, .force = force, .through_origin = true});
+  EXPECT_FALSE(law.offset);
   for (const ForceLine& line : law.axis) {
     ASSERT_TRUE(line.k);
     EXPECT_NEAR(line.k->value, 2.2e-5, 1e-18);
@@ -143,6 +145,7 @@ TEST(ForceLaw, ReversalsDoNotBiasTheForcePart) {
   }
   ForceRecord blind = record;
   blind.direction.resize(0, 0);
+  blind.through_origin = true;
   EXPECT_GT((force_law(blind).compliance - stiffness_inverse()).norm(), 2e-6);
 }
 
@@ -156,7 +159,7 @@ TEST(ForceLaw, AxesThatReverseTogetherShareOneStep) {
   EXPECT_EQ(law.reversals[1].axes, (std::vector<Eigen::Index>{1, 2}));
 }
 
-TEST(ForceLaw, AConstantForceCannotBeToldFromTheConstantOfABacklash) {
+TEST(ForceLaw, AConstantForceCannotBeToldFromAnOffset) {
   const Backlash backlash;
   Eigen::Matrix3Xd force = Eigen::Vector3d(5, 40, -15).replicate(1, kSamples);
   const ForceLaw law = force_law({.deviation = 2e-5 * force + backlash.deviation(),

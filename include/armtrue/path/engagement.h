@@ -26,8 +26,9 @@ struct EngagementRecord {
 /// deviation. The quietest part of the record is taken for air. The tool enters where the magnitude
 /// leaves the air's mean by six of its standard deviations for good, and is out once it has stayed
 /// within three for `shortest` [s]; what lasts less is no engagement. An entry lies between the
-/// last sample within the noise and the first at half the engaged level (an exit likewise), which
-/// holds for a slow entry and for a sudden one behind a low pass without phase.
+/// last sample within the noise, less the time for which an even growth hides in it, and the first
+/// at half the engaged level (an exit likewise). That holds for a slow entry, whose beginning is
+/// meant, and for a sudden one behind a low pass without phase.
 ///
 /// Nothing is found if the engaged level is not twice that of air: the tool was in the material
 /// throughout, or never, or the signal does not show it. From deviations everything else that moves

@@ -10,6 +10,7 @@
 namespace armtrue {
 
 /// What a registered pass says about force and deviation: one column per sample, in one clock.
+/// Leave out samples at standstill: friction and the servos hold the tool elsewhere there.
 struct ForceRecord {
   /// Measured minus programmed position [m]. Give the part normal to the path where the tangential
   /// one holds what registration and servo lag left.
@@ -21,13 +22,16 @@ struct ForceRecord {
   /// Sign of motion of each joint or axis that may have backlash, a row each (motion_directions()),
   /// through the same low pass if the deviation went through one. No rows: no backlash.
   Eigen::MatrixXd direction;
+  /// The deviation without force is zero, as the paper has it. Else it is a constant, which the air
+  /// shows: an offset of the frame or half a backlash would be taken for force.
+  bool through_origin = false;
 };
 
 /// deviation = k * force, as the paper's figure 8, where k is in m/N.
 struct ForceLine {
   std::optional<Estimate> k;  ///< empty where no force stands out of its noise
-  /// Share of the squared deviation that the force explains: of that about zero; where an axis
-  /// reverses, of what its steps and their constant leave.
+  /// Share of the squared deviation that the force explains: of the deviation from what it is
+  /// without force (zero, or the constant and steps that fit best).
   double r2 = 0;
 };
 
@@ -48,7 +52,8 @@ struct ReversalStep {
 
 struct ForceLaw {
   std::array<ForceLine, 3> axis;  ///< deviation x on force x, y on y, z on z
-  /// |deviation| on |force|, through the origin. Noise and backlash lengthen |deviation|.
+  /// |deviation| on |force| through the origin, once `offset` and `reversals` are taken off; the
+  /// interval takes these as exact. Noise lengthens |deviation| by half its variance across it.
   ForceLine magnitude;
   std::array<ForceDirection, 3> directions;  ///< strongest first
   /// Sum over the known directions of compliance * direction' [m/N]: what it says of a force along
@@ -56,14 +61,15 @@ struct ForceLaw {
   Eigen::Matrix3d compliance = Eigen::Matrix3d::Zero();
   int rank = 0;          ///< number of known directions
   double condition = 1;  ///< strongest over weakest known direction
+  /// Deviation without force, at the mean of `direction` [m]; empty if it is zero.
+  std::optional<std::array<Estimate, 3>> offset;
   std::vector<ReversalStep> reversals;
 };
 
 /// Fits all of it by least squares with intervals for residuals that wander slowly
-/// (regress_autocorrelated()). Lines and compliance go through the origin; where an axis reverses,
-/// a constant and a step per axis stand beside the force, because deviation at mid-backlash is zero
-/// in no particular frame. Throws std::invalid_argument if sizes disagree or samples are fewer than
-/// twice the unknowns.
+/// (regress_autocorrelated()). A step of each axis that reverses stands beside the force, with a
+/// constant even through the origin: which side of a backlash is zero is not known. Throws
+/// std::invalid_argument if sizes disagree or samples are fewer than twice the unknowns.
 ForceLaw force_law(const ForceRecord& record);
 
 /// y = k x through the origin, rows and columns of both taken together: predicted against measured
