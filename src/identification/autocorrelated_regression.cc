@@ -11,57 +11,54 @@
 namespace armtrue {
 namespace {
 
-constexpr Eigen::Index kMostBins = 4096;  // the correlation of more samples is that of their sums
+constexpr Eigen::Index kMostBins = 4096;  // more samples are summed in as many bins first
 constexpr double kWindow = 5;             // correlation times summed over
 constexpr double kSamplesPerCosine = 4;   // effective ones
 constexpr double kDependent = 1e-12;  // eigenvalue of a normal matrix of unit diagonal: rounding
 constexpr double kFewestCosines = 2, kMostCosines = 24;  // beyond, Student's t hardly gains
 
-// Integrated correlation time, in samples, of what is left of a series by `fitted` columns: how
-// many make one independent one.
-double correlation_time(const Eigen::VectorXd& series, Eigen::Index fitted) {
-  const Eigen::Index width = (series.size() + kMostBins - 1) / kMostBins;
-  const Eigen::Index bins = series.size() / width;
-  Eigen::VectorXd sums(bins);
-  for (Eigen::Index b = 0; b < bins; ++b) sums[b] = series.segment(b * width, width).sum();
-  const double power = sums.squaredNorm();
-  if (power == 0) return 1;
+// Columns and residual times the weights of an estimate, summed over bins of consecutive samples.
+struct WeightedSums {
+  Eigen::MatrixXd columns;   // bins x p
+  Eigen::VectorXd residual;  // bins
+  Eigen::VectorXd passed;    // share of the squared weights before the middle of each bin
+  double samples_per_bin = 1;
+};
+
+WeightedSums sum_weighted(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual,
+                          const Eigen::VectorXd& weight) {
+  const Eigen::Index n = weight.size(), width = (n + kMostBins - 1) / kMostBins;
+  const Eigen::Index bins = (n + width - 1) / width;
+  WeightedSums sums{Eigen::MatrixXd(bins, columns.cols()), Eigen::VectorXd(bins),
+                    Eigen::VectorXd(bins), static_cast<double>(width)};
+  const double total = weight.squaredNorm();
+  double passed = 0;
+  for (Eigen::Index b = 0; b < bins; ++b) {
+    const Eigen::Index first = b * width, count = std::min(width, n - first);
+    const auto w = weight.segment(first, count);
+    sums.columns.row(b) = w.transpose() * columns.middleRows(first, count);
+    sums.residual[b] = w.dot(residual.segment(first, count));
+    const double share = w.squaredNorm() / total;
+    sums.passed[b] = passed + share / 2;
+    passed += share;
+  }
+  return sums;
+}
+
+// Integrated correlation time, in samples, of what is left by the fitted columns: how many samples
+// make one independent one.
+double correlation_time(const WeightedSums& sums) {
+  const Eigen::Index bins = sums.residual.size();
+  const double power = sums.residual.squaredNorm();
+  if (power == 0) return sums.samples_per_bin;
   double time = 1;
   Eigen::Index lag = 1;
   for (; lag < bins && static_cast<double>(lag) < kWindow * time; ++lag)
-    time += 2 * sums.head(bins - lag).dot(sums.tail(bins - lag)) / power;
+    time += 2 * sums.residual.head(bins - lag).dot(sums.residual.tail(bins - lag)) / power;
   // Each fitted column leaves each of the 2 lag + 1 correlations short by time / bins.
-  const auto fitted_lags = static_cast<double>(fitted * (2 * lag + 1));
+  const auto fitted_lags = static_cast<double>(sums.columns.cols() * (2 * lag + 1));
   time = std::max(time, 1.0) * (1 + fitted_lags / static_cast<double>(bins));
-  return time * static_cast<double>(width);
-}
-
-// Projections on the cosines 1, 2, ... of the weights' own time, so that a cosine has nothing in
-// common with the estimate: `columns` and `residual` summed with weight * cosine.
-struct Projections {
-  Eigen::MatrixXd columns;   // cosines x p
-  Eigen::VectorXd residual;  // cosines
-};
-
-Projections project(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual,
-                    const Eigen::VectorXd& weight, Eigen::Index cosines) {
-  Projections sums{Eigen::MatrixXd::Zero(cosines, columns.cols()), Eigen::VectorXd::Zero(cosines)};
-  const double total = weight.squaredNorm();
-  double passed = 0;
-  for (Eigen::Index i = 0; i < weight.size(); ++i) {
-    const double share = weight[i] * weight[i] / total;
-    const double base = std::cos(std::numbers::pi * (passed + share / 2));
-    passed += share;
-    double before = weight[i], cosine = weight[i] * base;  // Chebyshev's recurrence
-    for (Eigen::Index j = 0; j < cosines; ++j) {
-      sums.columns.row(j) += cosine * columns.row(i);
-      sums.residual[j] += cosine * residual[i];
-      const double next = 2 * base * cosine - before;
-      before = cosine;
-      cosine = next;
-    }
-  }
-  return sums;
+  return time * sums.samples_per_bin;
 }
 
 // Standard deviation and half width of the interval of the coefficient whose value is
@@ -72,17 +69,22 @@ struct Spread {
 
 Spread spread(const Eigen::MatrixXd& columns, const Eigen::MatrixXd& inverse_normal,
               const Eigen::VectorXd& residual, const Eigen::VectorXd& weight) {
+  const WeightedSums sums = sum_weighted(columns, residual, weight);
   const double total = weight.squaredNorm();
   const double samples = total * total / weight.array().square().square().sum();
-  const double wanted = samples / (kSamplesPerCosine *
-                                   correlation_time(weight.cwiseProduct(residual), columns.cols()));
-  const auto cosines = static_cast<Eigen::Index>(std::clamp(wanted, kFewestCosines, kMostCosines));
-  const Projections sums = project(columns, residual, weight, cosines);
+  const auto cosines = static_cast<Eigen::Index>(std::clamp(
+      samples / (kSamplesPerCosine * correlation_time(sums)), kFewestCosines, kMostCosines));
+  // Cosines of the weights' own time have nothing in common with the estimate.
+  Eigen::MatrixXd cosine(sums.passed.size(), cosines);
+  for (Eigen::Index j = 0; j < cosines; ++j)
+    cosine.col(j) = (std::numbers::pi * static_cast<double>(j + 1) * sums.passed).array().cos();
+  const Eigen::MatrixXd on_columns = cosine.transpose() * sums.columns;
+  const Eigen::VectorXd on_residual = cosine.transpose() * sums.residual;
   // Weighted cosines are orthogonal in their own time, each of square norm total / 2; what they
   // share with the columns the residual cannot show.
-  Eigen::MatrixXd gram = -sums.columns * inverse_normal * sums.columns.transpose();
+  Eigen::MatrixXd gram = -on_columns * inverse_normal * on_columns.transpose();
   gram.diagonal().array() += total / 2;
-  const double energy = sums.residual.dot(gram.ldlt().solve(sums.residual));
+  const double energy = on_residual.dot(gram.ldlt().solve(on_residual));
   const auto freedom = static_cast<double>(cosines);
   const double std = std::sqrt(std::max(energy, 0.0) / freedom * total);
   const boost::math::students_t law(freedom);

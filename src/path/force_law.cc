@@ -1,9 +1,11 @@
 #include "armtrue/path/force_law.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <cmath>
 #include <stdexcept>
+
+#include "armtrue/path/path.h"
 
 namespace armtrue {
 namespace {
@@ -28,7 +30,8 @@ struct Unforced {
 // What the columns leave of `values` (n x m).
 Eigen::MatrixXd unexplained(const Eigen::MatrixXd& columns, const Eigen::MatrixXd& values) {
   if (columns.cols() == 0) return values;
-  return values - columns * columns.householderQr().solve(values);
+  const Eigen::MatrixXd normal = columns.transpose() * columns;
+  return values - columns * normal.ldlt().solve(columns.transpose() * values);
 }
 
 Unforced unforced(const Eigen::MatrixXd& direction, Eigen::Index n, bool through_origin) {
@@ -73,7 +76,8 @@ ForceLine line(const Eigen::VectorXd& force, double noise, const Eigen::MatrixXd
   const double observed = rms(unexplained(beside, force));
   const double floor = std::max(noise, kRelativeRank * rms(force));
   // The observed power holds the noise once more.
-  if (!(observed > std::hypot(kStandsOut * floor, noise))) return result;
+  if (!(observed > std::hypot(kStandsOut * floor, noise)) || rms(response) < kStandstill)
+    return result;
   const Regression fit =
       regress(force, Eigen::MatrixXd::Constant(1, 1, noise * noise), beside, response);
   result.k = fit.coefficients.front();

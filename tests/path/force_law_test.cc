@@ -111,6 +111,13 @@ TEST(ForceLaw, AnAxisWithoutForceHasNoLine) {
   EXPECT_FALSE(air.magnitude.k);
 }
 
+TEST(ForceLaw, AnAxisWhoseDeviationWasTakenOffHasNoLine) {
+  const Eigen::Matrix3Xd force = varied_force();
+  Eigen::Matrix3Xd deviation = 2e-5 * force;
+  deviation.row(0).setZero();
+  EXPECT_FALSE(force_law({.deviation = deviation, .force = force}).axis[0].k);
+}
+
 // Backlash of two joints: the deviation changes by `step` where their motion turns.
 struct Backlash {
   Eigen::MatrixXd direction = Eigen::MatrixXd::Ones(3, kSamples);  // the third never turns

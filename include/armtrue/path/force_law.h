@@ -12,8 +12,8 @@ namespace armtrue {
 /// What a registered pass says about force and deviation: one column per sample, in one clock.
 /// Leave out samples at standstill: friction and the servos hold the tool elsewhere there.
 struct ForceRecord {
-  /// Measured minus programmed position [m]. Give the part normal to the path where the tangential
-  /// one holds what registration and servo lag left.
+  /// Measured minus programmed position [m], the part along the path too: without it, a compliance
+  /// is what it leaves across the path, which on a curve changes all the way.
   Eigen::Matrix3Xd deviation;
   Eigen::Matrix3Xd force;  ///< on the tool [N], same axes, through the same low pass
   /// RMS noise of `force` per axis [N], through that low pass too (find_engagement() measures it in
@@ -29,7 +29,8 @@ struct ForceRecord {
 
 /// deviation = k * force, as the paper's figure 8, where k is in m/N.
 struct ForceLine {
-  std::optional<Estimate> k;  ///< empty where no force stands out of its noise
+  std::optional<Estimate> k;  ///< empty where no force stands out of its noise, or no
+                              ///< deviation is given
   /// Share of the squared deviation that the force explains: of the deviation from what it is
   /// without force (zero, or the constant and steps that fit best).
   double r2 = 0;
