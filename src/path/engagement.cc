@@ -109,7 +109,11 @@ EngagementRecord find_engagement(const Eigen::VectorXd& time, const Eigen::Matri
   const double hidden =
       level / 2 > high ? std::min(high / (level / 2 - high), kMostHidden) : kMostHidden;
 
-  Eigen::Index past = 0, quiet = 0;  // first sample after the run before; samples in air
+  Eigen::Index past = 0;  // first sample in air after the run before
+  Eigen::Index quiet = 0;
+  const auto add_air = [&](Eigen::Index from, Eigen::Index to) {
+    for (Eigen::Index i = from; i < to; ++i, ++quiet) record.noise += signal.col(i).cwiseAbs2();
+  };
   for (const Run& run : runs) {
     const auto strong = [&](Eigen::Index i) { return magnitude[i] >= level / 2; };
     Eigen::Index before = run.first, rise = run.first, fall = run.last;
@@ -121,10 +125,10 @@ EngagementRecord find_engagement(const Eigen::VectorXd& time, const Eigen::Matri
     if (magnitude[before] <= low) interval.entry = between(time[before], time[rise], hidden);
     if (run.last < n - 1) interval.exit = between(time[after], time[fall], hidden);
     record.intervals.push_back(interval);
-    for (Eigen::Index i = past; i < before; ++i, ++quiet) record.noise += signal.col(i).cwiseAbs2();
-    past = after;
+    add_air(past, before);
+    past = run.last + 1;
   }
-  for (Eigen::Index i = past; i < n; ++i, ++quiet) record.noise += signal.col(i).cwiseAbs2();
+  add_air(past, n);
   record.noise = (record.noise / static_cast<double>(std::max<Eigen::Index>(quiet, 1))).cwiseSqrt();
   return record;
 }
