@@ -105,17 +105,30 @@ double coarse_offset(const Path& programmed, const Path& measured) {
   const auto offset_of = [&](double k) {
     return measured.time[0] - programmed.time[0] + (k - static_cast<double>(last)) * period;
   };
-  Eigen::Index peak = 0;
-  const double highest = correlation.maxCoeff(&peak);
-  constexpr double kAsGood = 0.97;
-  Eigen::Index low = peak, high = peak;
-  while (low > 0 && correlation[low - 1] > kAsGood * highest) --low;
-  while (high + 1 < correlation.size() && correlation[high + 1] > kAsGood * highest) ++high;
-  double best = offset_of(static_cast<double>(peak));
+  // Rasters fit again one line further, stretches at constant speed anywhere: the best peaks and
+  // places evenly spread between them.
+  const double good = 0.97 * correlation.maxCoeff();
+  std::vector<Eigen::Index> peaks, places;
+  for (Eigen::Index k = 0; k < correlation.size(); ++k) {
+    if (correlation[k] < good) continue;
+    places.push_back(k);
+    const Eigen::Index from = std::max<Eigen::Index>(k - 3, 0);
+    const Eigen::Index to = std::min(k + 3, correlation.size() - 1);
+    if (correlation[k] == correlation.segment(from, to - from + 1).maxCoeff()) peaks.push_back(k);
+  }
+  constexpr size_t kTried = 100;
+  const auto higher = [&](Eigen::Index a, Eigen::Index b) {
+    return correlation[a] > correlation[b];
+  };
+  std::sort(peaks.begin(), peaks.end(), higher);
+  peaks.resize(std::min(peaks.size(), kTried));
+  const double highest = offset_of(static_cast<double>(peaks.front()));
+  for (size_t k = 0; k < places.size(); k += std::max<size_t>(1, places.size() / kTried))
+    peaks.push_back(places[k]);
+  double best = highest;
   double least =
       kLargestDeviation * kLargestDeviation;  // further off it is not positions that agree
-  const Eigen::Index step = std::max<Eigen::Index>(1, (high - low) / 200);
-  for (Eigen::Index k = low; k <= high; k += step) {
+  for (const Eigen::Index k : peaks) {
     const double offset = offset_of(static_cast<double>(k));
     const double here = misfit(programmed, measured, offset);
     if (here >= least) continue;
@@ -135,7 +148,11 @@ Slopes follow(const Path& path, const Eigen::VectorXd& times) {
   Eigen::Index k = 0;
   const Eigen::Index last = path.samples() - 1;
   for (Eigen::Index i = 0; i < times.size(); ++i) {
-    while (k + 1 < last && path.time[k + 1] < times[i]) ++k;
+    if (k + 1 < last && path.time[k + 1] < times[i]) ++k;  // the usual case
+    if (k + 1 < last && path.time[k + 1] < times[i]) {
+      const double* const begin = path.time.data();
+      k = std::lower_bound(begin + k + 1, begin + last, times[i]) - begin - 1;
+    }
     const Eigen::Vector3d slope =
         (path.position.col(k + 1) - path.position.col(k)) / (path.time[k + 1] - path.time[k]);
     const double ahead = std::clamp(times[i], path.time[0], path.time[last]) - path.time[k];
