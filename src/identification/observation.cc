@@ -33,13 +33,14 @@ std::vector<int> match_targets(const Campaign& campaign, const Robot& robot) {
 
 ObservationModel::ObservationModel(const Campaign& campaign, const Robot& robot,
                                    std::vector<int> geometric, const ReadingScale& scale,
-                                   bool fit_effects)
+                                   bool fit_effects, const Eigen::Vector3d& instrument)
     : campaign_(campaign),
       robot_(robot),
       geometric_(std::move(geometric)),
       targets_(match_targets(campaign, robot)),
       scale_(scale),
       fit_effects_(fit_effects),
+      instrument_(instrument),
       median_sigma_position_(median(campaign.sigma_position)),
       median_sigma_orientation_(median(campaign.sigma_orientation)) {
   evaluate_effect_values(robot);
@@ -176,7 +177,9 @@ Pose ObservationModel::At::predict(int row, PoseJacobian* jacobian, double& scal
 Eigen::Matrix<double, 6, 1> ObservationModel::At::residual(int row, const Pose& frame,
                                                            double scale) const {
   Eigen::Matrix<double, 6, 1> residual;
-  residual.head<3>() = model_.campaign_.position[row] - scale * frame.translation;
+  const Eigen::Vector3d& instrument = model_.instrument_;
+  residual.head<3>() =
+      model_.campaign_.position[row] - (instrument + scale * (frame.translation - instrument));
   if (model_.campaign_.has_orientation())
     residual.tail<3>() = rotation_log(model_.campaign_.orientation[row].toRotationMatrix() *
                                       frame.rotation.transpose());
@@ -204,6 +207,7 @@ void ObservationModel::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const
   turn_columns(jacobian, kBaseParameters + 3, base_turn_);
   turn_columns(jacobian, kToolParameters + 3, tool_turn_);
 
+  const Eigen::Vector3d seen = frame.translation - model_.instrument_;
   const ReadingScale sigma = model_.row_scale(row);
   Eigen::Matrix<double, 6, 1> weight;
   weight.head<3>().setConstant(1.0 / sigma.position);
@@ -217,7 +221,7 @@ void ObservationModel::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const
     }
     out.col(k).setZero();
     if (index == kInstrumentScale) {
-      out.col(k).head<3>() = frame.translation / sigma.position;
+      out.col(k).head<3>() = seen / sigma.position;
     } else if (!model_.targets_.empty()) {
       const int target = (index - kTargetParameters) / 3, axis = (index - kTargetParameters) % 3;
       if (target == model_.targets_[model_.campaign_.target[row]])
@@ -233,7 +237,7 @@ void ObservationModel::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const
       const double value = model_.effect_values_(model_.first_value_[e] + term.value, row);
       auto column = out.col(first + model_.first_coefficient_[e] + term.coefficient);
       if (term.parameter == kInstrumentScale)
-        column.head<3>() += frame.translation * (value / sigma.position);
+        column.head<3>() += seen * (value / sigma.position);
       else
         column += (jacobian.col(term.parameter).head(size).cwiseProduct(weight.head(size))) * value;
     }

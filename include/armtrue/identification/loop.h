@@ -50,8 +50,8 @@ struct LoopResult {
   std::vector<Stage> stages;
   TraceResult trace;
   std::vector<double> errors_before, errors_after;  ///< of each held-out reading [m]
-  std::vector<HeldOutGain> gains;               ///< per effect of the trace
-  std::vector<std::vector<CurvePoint>> curves;  ///< per effect of the trace; see effect_curve
+  std::vector<HeldOutGain> gains;                   ///< per effect of the trace
+  std::vector<std::vector<CurvePoint>> curves;      ///< per effect of the trace; see effect_curve
   double before = 0, after = 0;  ///< mean held-out position error, geometric and final [m]
   double floor = 0;              ///< what a perfect model would score [m]
   double reducible_removed = 0;  ///< (before^2 - after^2) / (before^2 - floor^2), in [0, 1]
@@ -68,6 +68,7 @@ struct Split {
 Split split_by_pose(const Campaign& campaign, double share, std::uint64_t seed);
 
 /// The loop: geometry, tracing and refit on `training` alone; `held_out` is used once, to report.
+/// Throws std::invalid_argument if a session of `held_out` has no reading in `training`.
 LoopResult close_loop(const Robot& robot, const Campaign& training, const Campaign& held_out,
                       const Catalogue& catalogue, const LoopOptions& options = {});
 

@@ -15,7 +15,7 @@ struct ReadingScale {
   double orientation = 1;  ///< [rad]
 };
 
-/// The readings of one session against the model of one robot (its base is `chain.base`):
+/// Readings in one R_A against the model of one robot:
 /// residuals, measured minus model, and the model's derivatives, divided by the standard deviation
 /// of each reading so that position and orientation can stand in one sum of squares.
 ///
@@ -26,8 +26,10 @@ class ObservationModel {
  public:
   /// `geometric`: parameter indices. Rows with a `sigma_mm` or `sigma_deg` of their own keep their
   /// ratio to `scale` (taken as the standard deviation of a row whose own sigma is the median).
+  /// `instrument`: where it stands in R_A, the point that instrument.scale leaves where it is.
   ObservationModel(const Campaign& campaign, const Robot& robot, std::vector<int> geometric,
-                   const ReadingScale& scale, bool fit_effects = true);
+                   const ReadingScale& scale, bool fit_effects = true,
+                   const Eigen::Vector3d& instrument = Eigen::Vector3d::Zero());
 
   int rows() const { return campaign_.rows(); }
   int row_size() const { return campaign_.has_orientation() ? 6 : 3; }
@@ -69,6 +71,7 @@ class ObservationModel {
   Eigen::MatrixXd effect_values_;  // values x rows
   ReadingScale scale_;
   bool fit_effects_;
+  Eigen::Vector3d instrument_;
   double median_sigma_position_ = 0, median_sigma_orientation_ = 0;
 };
 
