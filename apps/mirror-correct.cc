@@ -1,7 +1,11 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+
 #include "armtrue/io/input_error.h"
+#include "armtrue/io/krl.h"
 #include "armtrue/io/mirror_io.h"
 #include "armtrue/io/output.h"
-#include "armtrue/io/path_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/path/mirror.h"
 #include "command_line.h"
@@ -16,6 +20,22 @@ Eigen::Matrix3Xd previous_correction(const PathFile& previous, const PathFile& p
     throw InputError(previous.source + ": its times are not those of " + programmed.source +
                      "; --previous takes what mirror-correct wrote for the same program");
   return previous.path.position;
+}
+
+std::string program_report(const std::string& name, const CorrectedKrl& corrected) {
+  return fmt::format("{}: {} points corrected, {} moves inserted, {} moves left alone\n", name,
+                     corrected.corrected, corrected.inserted, corrected.left_alone);
+}
+
+// The .dat first: a .src that calls for points which are not there yet would be worse.
+void write_program(const CorrectedKrl& corrected, const std::filesystem::path& program,
+                   std::filesystem::path out) {
+  if (out.empty())
+    out = std::filesystem::path(program).replace_filename(program.stem().string() + "-corrected" +
+                                                          program.extension().string());
+  if (corrected.dat)
+    write_output(std::filesystem::path(out).replace_extension(".dat"), *corrected.dat);
+  write_output(out, corrected.src);
 }
 
 // "auto" leaves the choice to the data.
@@ -39,7 +59,8 @@ int main(int argc, char** argv) {
   app::Command command("mirror-correct",
                        "A programmed path, corrected by the mirror of what was measured across it.",
                        "mirror-correct --programmed path.csv --measured pass.csv > corrected.csv");
-  std::string programmed_path, previous_path, summary_path, deviation_path;
+  std::string programmed_path, previous_path, summary_path, deviation_path, program_path,
+      program_out;
   std::string cutoff = "1.5625", gain = "auto", points = "turning";
   std::vector<std::string> measured_paths;
   double max_mm = 0, offset = 0;
@@ -75,6 +96,12 @@ int main(int argc, char** argv) {
   CLI::Option* const offset_option =
       options.add_option("--offset-s", offset,
                          "The instrument's clock is this far ahead of the program's; not fitted");
+  CLI::Option* const program_option = options.add_option(
+      "--program", program_path, "KUKA program (.src, with its .dat) of the programmed path");
+  options
+      .add_option("--program-out", program_out,
+                  "Write the corrected program here, its .dat beside it [NAME-corrected.src]")
+      ->needs(program_option);
   options.add_option("--summary", summary_path, "Write clocks, noise, deviation and forecast here");
   options.add_option("--deviation", deviation_path, "Write the deviation and its trend here");
   return command.run(argc, argv, [&] {
@@ -100,6 +127,13 @@ int main(int argc, char** argv) {
     if (!summary_path.empty())
       write_output(summary_path, write_mirror(result, mirror, names, command.provenance()));
     if (!deviation_path.empty()) write_output(deviation_path, write_deviation(result.deviation));
+    if (!program_path.empty()) {
+      const KrlProgram program = read_krl(program_path);
+      const CorrectedKrl corrected = correct_krl(program, programmed.path, result.position);
+      for (const std::string& warning : corrected.warnings) command.warn(warning);
+      command.tell(program_report(program.src.name, corrected));
+      write_program(corrected, program_path, program_out);
+    }
     write_output(command.output, write_path_like(programmed, result.position));
     return app::kSuccess;
   });

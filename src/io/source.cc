@@ -89,10 +89,11 @@ bool Source::next_line(std::string_view& line) {
 }
 
 std::string Source::read_all() {
-  while (fill()) {
-  }
-  std::string text(buffer_.data() + begin_, end_ - begin_);
-  begin_ = end_;
+  std::string text;
+  do {
+    text.append(buffer_.data() + begin_, end_ - begin_);
+    begin_ = end_;
+  } while (fill());
   return text;
 }
 

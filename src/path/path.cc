@@ -1,12 +1,6 @@
 #include "armtrue/path/path.h"
 
 namespace armtrue {
-namespace {
-
-constexpr double kStandstill = 1e-9;  // [m] between neighbours: rounding, no motion
-
-}  // namespace
-
 Eigen::VectorXd arc_length(const Path& path) {
   Eigen::VectorXd length = Eigen::VectorXd::Zero(path.samples());
   for (Eigen::Index i = 1; i < path.samples(); ++i)

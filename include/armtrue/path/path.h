@@ -6,6 +6,9 @@
 
 namespace armtrue {
 
+/// Neighbouring samples nearer than this do not move: it is rounding [m].
+inline constexpr double kStandstill = 1e-9;
+
 /// A tool path sampled in time, as programmed or as an instrument recorded it. One column per
 /// sample; what was not recorded has no columns.
 struct Path {

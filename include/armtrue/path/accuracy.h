@@ -1,0 +1,65 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "armtrue/identification/statistics.h"
+#include "armtrue/path/path.h"
+
+namespace armtrue {
+
+/// RMS of form that machining asks for [m] (the paper's application).
+inline constexpr double kFormGoal = 0.050e-3;
+
+/// Where a pass meets the planes normal to the command path.
+struct PlaneCrossings {
+  std::vector<Eigen::Index> sample;  ///< of the command path, increasing; its planes that are met
+  Eigen::Matrix3Xd deviation;        ///< in the plane, from that sample to the pass [m]
+  Eigen::Index missed = 0;           ///< planes not met
+};
+
+/// Intersections of a measured pass, a polygon registered in the clock of `command`, with the plane
+/// through each sample of `command` normal to its tangent; of several that nearest in time, within
+/// 0.5 s. Samples at standstill have no plane of their own; at a corner the tangent is the mean of
+/// both sides. Throws std::invalid_argument if either path has fewer than two samples.
+PlaneCrossings cross_normal_planes(const Path& command, const Path& measured);
+
+/// Path accuracy and repeatability, ISO 9283:1998, 8.2 and 8.3, position. In plane i let p_ij be
+/// the intersection of pass j of n, b_i their barycentre, c_i the command, l_ij = |p_ij - b_i|:
+///     AT_p = max_i |b_i - c_i|,    RT_p = max_i (mean_j l_ij + 3 S_i),
+/// S_i the standard deviation of l_ij over j (n - 1). The standard has n = 10; with one pass AT_p
+/// is its largest deviation. Noise of the instrument is in both.
+struct PathAccuracy {
+  double at = 0;                                ///< [m]
+  std::optional<double> rt;                     ///< [m]; empty for one pass
+  Eigen::Index at_sample = -1, rt_sample = -1;  ///< of the command path, where they are reached
+  Eigen::Index planes = 0;                      ///< met by all passes; the others take no part
+  Eigen::Index missed = 0;                      ///< not met by some pass
+};
+
+/// `passes`: cross_normal_planes() of each. Throws std::invalid_argument if there is none, or no
+/// plane that all of them meet.
+PathAccuracy path_accuracy(const std::vector<PlaneCrossings>& passes);
+
+/// Mean, RMS, 95th percentile and maximum of |deviation| per axis and of its length [m].
+struct PathErrors {
+  std::array<ErrorSummary, 3> axis;
+  ErrorSummary whole;
+};
+
+/// `deviation` 3 x n, usually that of PlaneCrossings. The form goal is held if
+/// whole.rms <= kFormGoal.
+PathErrors path_errors(const Eigen::Matrix3Xd& deviation);
+
+/// Share of the mean error that is gone, 1 - after / before, as the paper's table 6: negative if it
+/// grew, empty where there was no error before.
+struct Reduction {
+  std::array<std::optional<double>, 3> axis;  ///< of the mean |deviation| of each axis
+  std::optional<double> whole;                ///< of the mean length, not the mean of the axes
+};
+
+Reduction reduction(const PathErrors& before, const PathErrors& after);
+
+}  // namespace armtrue

@@ -1,0 +1,134 @@
+#include "armtrue/identification/autocorrelated_regression.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+namespace armtrue {
+namespace {
+
+constexpr Eigen::Index kMostBins = 4096;  // more samples are summed in as many bins first
+constexpr double kWindow = 5;             // correlation times summed over
+constexpr double kSamplesPerCosine = 4;   // effective ones
+constexpr double kDependent = 1e-12;  // eigenvalue of a normal matrix of unit diagonal: rounding
+constexpr double kFewestCosines = 2, kMostCosines = 24;  // beyond, Student's t hardly gains
+
+// Columns and residual times the weights of an estimate, summed over bins of consecutive samples.
+struct WeightedSums {
+  Eigen::MatrixXd columns;   // bins x p
+  Eigen::VectorXd residual;  // bins
+  Eigen::VectorXd passed;    // share of the squared weights before the middle of each bin
+  double samples_per_bin = 1;
+};
+
+WeightedSums sum_weighted(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual,
+                          const Eigen::VectorXd& weight) {
+  const Eigen::Index n = weight.size(), width = (n + kMostBins - 1) / kMostBins;
+  const Eigen::Index bins = (n + width - 1) / width;
+  WeightedSums sums{Eigen::MatrixXd(bins, columns.cols()), Eigen::VectorXd(bins),
+                    Eigen::VectorXd(bins), static_cast<double>(width)};
+  const double total = weight.squaredNorm();
+  double passed = 0;
+  for (Eigen::Index b = 0; b < bins; ++b) {
+    const Eigen::Index first = b * width, count = std::min(width, n - first);
+    const auto w = weight.segment(first, count);
+    sums.columns.row(b) = w.transpose() * columns.middleRows(first, count);
+    sums.residual[b] = w.dot(residual.segment(first, count));
+    const double share = w.squaredNorm() / total;
+    sums.passed[b] = passed + share / 2;
+    passed += share;
+  }
+  return sums;
+}
+
+// Integrated correlation time, in samples, of what is left by the fitted columns: how many samples
+// make one independent one.
+double correlation_time(const WeightedSums& sums) {
+  const Eigen::Index bins = sums.residual.size();
+  const double power = sums.residual.squaredNorm();
+  if (power == 0) return sums.samples_per_bin;
+  double time = 1;
+  Eigen::Index lag = 1;
+  for (; lag < bins && static_cast<double>(lag) < kWindow * time; ++lag)
+    time += 2 * sums.residual.head(bins - lag).dot(sums.residual.tail(bins - lag)) / power;
+  // Each fitted column leaves each of the 2 lag + 1 correlations short by time / bins.
+  const auto fitted_lags = static_cast<double>(sums.columns.cols() * (2 * lag + 1));
+  time = std::max(time, 1.0) * (1 + fitted_lags / static_cast<double>(bins));
+  return time * sums.samples_per_bin;
+}
+
+// Standard deviation and half width of the interval of the coefficient whose value is
+// weight' * response.
+struct Spread {
+  double std = 0, half_width = 0;
+};
+
+Spread spread(const Eigen::MatrixXd& columns, const Eigen::MatrixXd& inverse_normal,
+              const Eigen::VectorXd& residual, const Eigen::VectorXd& weight) {
+  const WeightedSums sums = sum_weighted(columns, residual, weight);
+  const double total = weight.squaredNorm();
+  const double samples = total * total / weight.array().square().square().sum();
+  const auto cosines = static_cast<Eigen::Index>(std::clamp(
+      samples / (kSamplesPerCosine * correlation_time(sums)), kFewestCosines, kMostCosines));
+  // Cosines of the weights' own time have nothing in common with the estimate.
+  Eigen::MatrixXd cosine(sums.passed.size(), cosines);
+  for (Eigen::Index j = 0; j < cosines; ++j)
+    cosine.col(j) = (std::numbers::pi * static_cast<double>(j + 1) * sums.passed).array().cos();
+  const Eigen::MatrixXd on_columns = cosine.transpose() * sums.columns;
+  const Eigen::VectorXd on_residual = cosine.transpose() * sums.residual;
+  // Weighted cosines are orthogonal in their own time, each of square norm total / 2; what they
+  // share with the columns the residual cannot show.
+  Eigen::MatrixXd gram = -on_columns * inverse_normal * on_columns.transpose();
+  gram.diagonal().array() += total / 2;
+  const double energy = on_residual.dot(gram.ldlt().solve(on_residual));
+  const auto freedom = static_cast<double>(cosines);
+  const double std = std::sqrt(std::max(energy, 0.0) / freedom * total);
+  const boost::math::students_t law(freedom);
+  return {std, std * boost::math::quantile(law, 0.975)};
+}
+
+// Of a normal matrix, its columns scaled alike.
+Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& normal) {
+  const auto dependent = [] { throw std::invalid_argument("regression: dependent columns"); };
+  if (!(normal.diagonal().minCoeff() > 0)) dependent();
+  const Eigen::VectorXd scale = normal.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scale.asDiagonal() * normal *
+                                                              scale.asDiagonal());
+  if (!(solver.eigenvalues()[0] > kDependent)) dependent();
+  return scale.asDiagonal() * solver.eigenvectors() *
+         solver.eigenvalues().cwiseInverse().asDiagonal() * solver.eigenvectors().transpose() *
+         scale.asDiagonal();
+}
+
+}  // namespace
+
+Regression regress_autocorrelated(const Eigen::MatrixXd& columns, const Eigen::VectorXd& response,
+                                  const Eigen::MatrixXd& noise) {
+  const Eigen::Index n = columns.rows(), p = columns.cols();
+  if (response.size() != n || noise.rows() != p || noise.cols() != p)
+    throw std::invalid_argument("regression: sizes disagree");
+  if (n <= p) throw std::invalid_argument("regression: fewer samples than unknowns");
+  const Eigen::MatrixXd observed = columns.transpose() * columns;
+  const Eigen::MatrixXd normal = observed - static_cast<double>(n) * noise;
+  const Eigen::MatrixXd inverse_normal = inverse_of(normal);
+  const Eigen::VectorXd value = inverse_normal * (columns.transpose() * response);
+  Regression result;
+  result.residual = response - columns * value;
+  // What the columns themselves explain of the residual is the correction for their noise.
+  const Eigen::MatrixXd inverse_observed = inverse_of(observed);
+  const Eigen::VectorXd unexplained =
+      result.residual - columns * (inverse_observed * (columns.transpose() * result.residual));
+  for (Eigen::Index k = 0; k < p; ++k) {
+    const Eigen::VectorXd weight = columns * inverse_normal.col(k);
+    const Spread s = spread(columns, inverse_observed, unexplained, weight);
+    result.coefficients.push_back(
+        {value[k], s.std, {value[k] - s.half_width, value[k] + s.half_width}});
+  }
+  return result;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,135 @@
+#include "armtrue/path/accuracy.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace armtrue {
+namespace {
+
+constexpr double kMostTimeApart = 0.5;  // [s] of a plane and where it is met
+
+struct Plane {
+  Eigen::Vector3d point, normal;
+  double time;
+};
+
+// The pass where segment s, from sample s to s + 1, goes through the plane.
+std::optional<Eigen::Vector3d> meet(const Plane& plane, const Path& pass, Eigen::Index s) {
+  const Eigen::Vector3d from = pass.position.col(s), to = pass.position.col(s + 1);
+  const double a = plane.normal.dot(from - plane.point), b = plane.normal.dot(to - plane.point);
+  if ((a > 0 && b > 0) || (a < 0 && b < 0) || a == b) return std::nullopt;
+  return from + (to - from) * (a / (a - b));
+}
+
+// Outwards from segment `start`, the one with the plane's own time.
+std::optional<Eigen::Vector3d> meet_nearest(const Plane& plane, const Path& pass,
+                                            Eigen::Index start) {
+  Eigen::Index below = start, above = start + 1;
+  const Eigen::Index segments = pass.samples() - 1;
+  const auto time_apart = [&](Eigen::Index s) {
+    return std::max({pass.time[s] - plane.time, plane.time - pass.time[s + 1], 0.0});
+  };
+  while (true) {
+    const double back = below >= 0 ? time_apart(below) : 2 * kMostTimeApart;
+    const double ahead = above < segments ? time_apart(above) : 2 * kMostTimeApart;
+    if (std::min(back, ahead) > kMostTimeApart) return std::nullopt;
+    const Eigen::Index s = back <= ahead ? below-- : above++;
+    if (const auto point = meet(plane, pass, s)) return point;
+  }
+}
+
+}  // namespace
+
+PlaneCrossings cross_normal_planes(const Path& command, const Path& measured) {
+  if (command.samples() < 2 || measured.samples() < 2)
+    throw std::invalid_argument("path accuracy: a path needs two samples");
+  const Eigen::Matrix3Xd tangent = tangents(command);
+  PlaneCrossings crossings;
+  crossings.deviation.resize(3, command.samples());
+  Eigen::Index segment = 0;
+  for (Eigen::Index i = 0; i < command.samples(); ++i) {
+    const bool stands =
+        i > 0 && (command.position.col(i) - command.position.col(i - 1)).norm() <= kStandstill;
+    if (stands || tangent.col(i).isZero()) continue;
+    const Plane plane{command.position.col(i), tangent.col(i), command.time[i]};
+    while (segment + 2 < measured.samples() && measured.time[segment + 1] < plane.time) ++segment;
+    const auto point = meet_nearest(plane, measured, segment);
+    if (!point) {
+      ++crossings.missed;
+      continue;
+    }
+    crossings.deviation.col(static_cast<Eigen::Index>(crossings.sample.size())) =
+        *point - plane.point;
+    crossings.sample.push_back(i);
+  }
+  crossings.deviation.conservativeResize(Eigen::NoChange,
+                                         static_cast<Eigen::Index>(crossings.sample.size()));
+  return crossings;
+}
+
+PathAccuracy path_accuracy(const std::vector<PlaneCrossings>& passes) {
+  if (passes.empty()) throw std::invalid_argument("path accuracy: no pass");
+  const auto n = static_cast<Eigen::Index>(passes.size());
+  PathAccuracy accuracy;
+  std::vector<size_t> next(passes.size(), 0);
+  for (const Eigen::Index sample : passes.front().sample) {
+    Eigen::Matrix3Xd met(3, n);
+    bool all = true;
+    for (size_t j = 0; j < passes.size(); ++j) {
+      const std::vector<Eigen::Index>& samples = passes[j].sample;
+      while (next[j] < samples.size() && samples[next[j]] < sample) ++next[j];
+      all = all && next[j] < samples.size() && samples[next[j]] == sample;
+      if (all)
+        met.col(static_cast<Eigen::Index>(j)) =
+            passes[j].deviation.col(static_cast<Eigen::Index>(next[j]));
+    }
+    if (!all) continue;
+    ++accuracy.planes;
+    const Eigen::Vector3d barycentre = met.rowwise().mean();
+    if (accuracy.at_sample < 0 || barycentre.norm() > accuracy.at) {
+      accuracy.at = barycentre.norm();
+      accuracy.at_sample = sample;
+    }
+    if (n < 2) continue;
+    const Eigen::VectorXd radius = (met.colwise() - barycentre).colwise().norm().transpose();
+    const double mean = radius.mean();
+    const double deviation =
+        std::sqrt((radius.array() - mean).square().sum() / static_cast<double>(n - 1));
+    if (const double rt = mean + 3 * deviation; !accuracy.rt || rt > *accuracy.rt) {
+      accuracy.rt = rt;
+      accuracy.rt_sample = sample;
+    }
+  }
+  if (accuracy.planes == 0)
+    throw std::invalid_argument("path accuracy: no plane that all passes meet");
+  for (const PlaneCrossings& pass : passes) {
+    const auto planes = static_cast<Eigen::Index>(pass.sample.size()) + pass.missed;
+    accuracy.missed = std::max(accuracy.missed, planes - accuracy.planes);
+  }
+  return accuracy;
+}
+
+PathErrors path_errors(const Eigen::Matrix3Xd& deviation) {
+  const auto summary = [](const Eigen::VectorXd& sizes) {
+    return summarize({sizes.begin(), sizes.end()});
+  };
+  PathErrors errors;
+  for (Eigen::Index a = 0; a < 3; ++a)
+    errors.axis[static_cast<size_t>(a)] = summary(deviation.row(a).cwiseAbs().transpose());
+  errors.whole = summary(deviation.colwise().norm().transpose());
+  return errors;
+}
+
+Reduction reduction(const PathErrors& before, const PathErrors& after) {
+  const auto gone = [](const ErrorSummary& b, const ErrorSummary& a) -> std::optional<double> {
+    if (b.mean == 0) return std::nullopt;
+    return 1 - a.mean / b.mean;
+  };
+  Reduction result;
+  for (size_t a = 0; a < 3; ++a) result.axis[a] = gone(before.axis[a], after.axis[a]);
+  result.whole = gone(before.whole, after.whole);
+  return result;
+}
+
+}  // namespace armtrue

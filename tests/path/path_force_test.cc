@@ -1,0 +1,144 @@
+// From the record of a machining pass to its law of force: the whole way, on the cell that shares
+// nothing with armtrue.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "armtrue/path/engagement.h"
+#include "armtrue/path/force_law.h"
+#include "armtrue/path/low_pass.h"
+#include "armtrue/path/mirror.h"
+#include "path/plant_pass.h"
+
+namespace armtrue {
+namespace {
+
+struct Registered {
+  EngagementRecord engagement;
+  ForceLaw law;
+};
+
+Eigen::Matrix2d axes_of(const plant::Options& options) {
+  const double c = std::cos(options.axes_angle), s = std::sin(options.axes_angle);
+  return (Eigen::Matrix2d() << c, s, -s, c).finished();
+}
+
+Registered law_of(const plant::Program& program, const plant::Options& options,
+                  const ClockOptions& clock) {
+  const Path programmed = path_of(program);
+  const Path measured = record_of(plant::run(program, program.position, options));
+  const PathDeviation d = mirror_correct(programmed, {measured}, {.clock = clock}).deviation;
+  const EngagementRecord engagement = find_engagement(d.time, d.force);
+  const LowPass filter(4, 1 / 0.64, 1 / d.period);
+
+  Path grid;
+  grid.time = d.time;
+  grid.position = position_at(programmed, d.time);
+  const Eigen::Matrix3Xd deviation = d.normal + tangents(grid) * d.along.asDiagonal();
+  const Eigen::MatrixXd direction =
+      motion_directions(axes_of(options) * grid.position.topRows(2), 1e-6);
+  // In motion only.
+  constexpr double kNear = 1e-3;
+  Eigen::Index first = 0, last = d.time.size() - 1;
+  const double length = d.arc_length[last];
+  while (d.arc_length[first] < kNear) ++first;
+  while (d.arc_length[last] > length - kNear) --last;
+  const auto moving = [&](const Eigen::MatrixXd& samples) {
+    return filter(samples).middleCols(first, last - first + 1).eval();
+  };
+  return {engagement, force_law({.deviation = moving(deviation),
+                                 .force = moving(d.force),
+                                 .force_noise = engagement.noise * std::sqrt(filter.noise_share()),
+                                 .direction = moving(direction)})};
+}
+
+bool holds(const Estimate& estimate, double truth) {
+  return estimate.ci95[0] <= truth && truth <= estimate.ci95[1];
+}
+
+bool holds(const std::optional<Instant>& instant, double truth) {
+  return instant && std::abs(instant->time - truth) <= instant->uncertainty;
+}
+
+// When the program has gone so far, going by sample.
+double time_at(const plant::Program& program, double arc_length) {
+  Eigen::Index i = 1;
+  while (program.arc_length[i] < arc_length) ++i;
+  const double share = (arc_length - program.arc_length[i - 1]) /
+                       (program.arc_length[i] - program.arc_length[i - 1]);
+  return program.time[i - 1] + share * (program.time[i] - program.time[i - 1]);
+}
+
+// How many of the intervals hold the truth.
+struct Count {
+  int held = 0, all = 0;
+  void operator()(bool holds) {
+    held += holds;
+    ++all;
+  }
+  double share() const { return static_cast<double>(held) / all; }
+};
+
+constexpr int kPasses = 60;
+
+// A line leaves the clock, and so the part along it, half unknown; what is across it must be right.
+TEST(ForceOfAPass, ALineShowsItsComplianceAndItsEngagement) {
+  const plant::Program program = plant::program(plant::Shape::line);
+  Count lines, compliances, instants;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    const plant::Options options = cell(pass);
+    const auto [engagement, law] = law_of(program, options, {});
+    const Eigen::Vector3d u = options.force_per_depth.normalized();
+    ASSERT_TRUE(law.axis[1].k);
+    lines(holds(*law.axis[1].k, options.compliance.row(1).dot(u) / u[1]));
+    EXPECT_GT(law.axis[1].r2, 0.9);
+    EXPECT_EQ(law.rank, 1);  // the direction of the force never changes
+    const Eigen::Vector3d truth = options.compliance * law.directions[0].direction;
+    for (const int a : {1, 2})
+      compliances(holds((*law.directions[0].compliance)[static_cast<size_t>(a)], truth[a]));
+    ASSERT_EQ(engagement.intervals.size(), 1U);
+    instants(holds(engagement.intervals[0].entry, time_at(program, program.entry)));
+    instants(holds(engagement.intervals[0].exit, time_at(program, program.exit)));
+  }
+  std::printf("held: k %d of %d, compliance %d of %d, entry and exit %d of %d\n", lines.held,
+              lines.all, compliances.held, compliances.all, instants.held, instants.all);
+  EXPECT_GE(lines.share(), 0.90);  // 95 expected; 60 passes
+  EXPECT_GE(compliances.share(), 0.90);
+  EXPECT_EQ(instants.held, instants.all);
+}
+
+// With the clock known the whole deviation is: compliance and reversals on every shape.
+TEST(ForceOfAPass, ForceAndReversalsAreToldApartOnEveryShape) {
+  Count compliances, steps;
+  for (const plant::Shape shape : kShapes) {
+    const plant::Program program = plant::program(shape);
+    for (int pass = 0; pass < kPasses; ++pass) {
+      plant::Options options = cell(pass);
+      options.lag = options.clock_rate = 0;
+      const ForceLaw law = law_of(program, options, {.offset = options.clock_offset}).law;
+      for (const ForceDirection& d : law.directions) {
+        if (!d.compliance) continue;
+        const Eigen::Vector3d truth = options.compliance * d.direction;
+        for (int a = 0; a < 3; ++a)
+          compliances(holds((*d.compliance)[static_cast<size_t>(a)], truth[a]));
+      }
+      for (const ReversalStep& reversal : law.reversals) {
+        if (reversal.axes.size() > 1) continue;  // both turned at once
+        const Eigen::Index axis = reversal.axes.front();
+        const Eigen::Vector2d truth = -options.reversal_step[static_cast<size_t>(axis)] *
+                                      axes_of(options).row(axis).transpose();
+        for (int a = 0; a < 2; ++a) steps(holds(reversal.step[static_cast<size_t>(a)], truth[a]));
+      }
+    }
+  }
+  std::printf("held: compliance %d of %d, steps %d of %d\n", compliances.held, compliances.all,
+              steps.held, steps.all);
+  EXPECT_GE(compliances.share(), 0.93);
+  EXPECT_LE(compliances.share(), 0.97);
+  EXPECT_GE(steps.share(), 0.91);  // some stretches between reversals hold few independent samples
+}
+
+}  // namespace
+}  // namespace armtrue
