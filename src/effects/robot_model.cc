@@ -131,7 +131,7 @@ void BoundEffect::values(const Context& context, const ArmFrames* frames,
 }
 
 RobotModel::RobotModel(const Robot& robot, const std::vector<std::string>& temperature_names)
-    : chain_(robot.chain), targets_(robot.chain.targets) {
+    : chain_(robot.chain), targets_(robot.chain.targets), anchors_(robot.chain.anchors) {
   for (const Effect& effect : robot.effects) {
     effects_.emplace_back(effect, robot, temperature_names);
     if (effects_.back().coefficient_count() != static_cast<int>(effect.coefficients.size()))
@@ -185,6 +185,12 @@ Eigen::Vector3d RobotModel::point(const Context& context, int target) const {
   const auto all = offsets(context);
   return (1.0 + all[kInstrumentScale]) *
          (chain_.pose(context.q, all.head<kGeometricParameters>()) * position);
+}
+
+double RobotModel::distance(const Context& context, int target, int anchor) const {
+  const double scale = effects_.empty() ? 1.0 : 1.0 + offsets(context)[kInstrumentScale];
+  const Anchor& from = anchors_[static_cast<size_t>(anchor)];
+  return scale * (point(context, target) / scale - from.position).norm() + from.zero;
 }
 
 }  // namespace armtrue

@@ -1,5 +1,6 @@
 #include "armtrue/identification/campaign.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -16,6 +17,16 @@ Context Campaign::context(int row) const {
   return context;
 }
 
+int Campaign::channel(int row) const {
+  const int targets = std::max(1, static_cast<int>(target_names.size()));
+  return (anchor.empty() ? 0 : anchor[row] * targets) + (target.empty() ? 0 : target[row]);
+}
+
+int Campaign::pose_by_anchor(int row) const {
+  if (anchor.empty()) return pose[row];
+  return pose[row] * static_cast<int>(anchor_names.size()) + anchor[row];
+}
+
 Campaign Campaign::select(const std::vector<int>& rows) const {
   Campaign chosen;
   chosen.source = source;
@@ -29,6 +40,7 @@ Campaign Campaign::select(const std::vector<int>& rows) const {
     chosen.pose.push_back(index);
   }
   chosen.target_names = target_names;
+  chosen.anchor_names = anchor_names;
   chosen.temperature_names = temperature_names;
   chosen.session_names = session_names;
   const auto pick = [&](const auto& from, auto& to) {
@@ -39,10 +51,12 @@ Campaign Campaign::select(const std::vector<int>& rows) const {
   pick(line, chosen.line);
   pick(q, chosen.q);
   pick(position, chosen.position);
+  pick(distance, chosen.distance);
   pick(repeat, chosen.repeat);
   pick(orientation, chosen.orientation);
   pick(time_s, chosen.time_s);
   pick(target, chosen.target);
+  pick(anchor, chosen.anchor);
   pick(sigma_position, chosen.sigma_position);
   pick(sigma_orientation, chosen.sigma_orientation);
   pick(arrival, chosen.arrival);

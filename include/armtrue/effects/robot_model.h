@@ -65,6 +65,9 @@ class RobotModel {
   /// origin.
   Eigen::Vector3d point(const Context& context, int target) const;
 
+  /// What is read of the target from an anchor, an index into the chain's anchors.
+  double distance(const Context& context, int target, int anchor) const;
+
   const ChainEvaluator& chain() const { return chain_; }
 
   /// What the effects add to each parameter, instrument.scale last.
@@ -73,6 +76,7 @@ class RobotModel {
  private:
   ChainEvaluator chain_;
   std::vector<Target> targets_;
+  std::vector<Anchor> anchors_;
   std::vector<BoundEffect> effects_;
   std::vector<std::vector<double>> coefficients_;
 };

@@ -44,14 +44,15 @@ struct LoopOptions {
 
 struct LoopResult {
   Verdict verdict = Verdict::unexplained;
+  bool of_distances = false;  ///< position errors are those of distances
   NoiseFloor noise;
   int training_poses = 0, held_out_poses = 0, rows = 0;
   std::vector<int> excluded_rows;  ///< lines of the training file that the final fit calls blunders
   std::vector<Stage> stages;
   TraceResult trace;
   std::vector<double> errors_before, errors_after;  ///< of each held-out reading [m]
-  std::vector<HeldOutGain> gains;               ///< per effect of the trace
-  std::vector<std::vector<CurvePoint>> curves;  ///< per effect of the trace; see effect_curve
+  std::vector<HeldOutGain> gains;                   ///< per effect of the trace
+  std::vector<std::vector<CurvePoint>> curves;      ///< per effect of the trace; see effect_curve
   double before = 0, after = 0;  ///< mean held-out position error, geometric and final [m]
   double floor = 0;              ///< what a perfect model would score [m]
   double reducible_removed = 0;  ///< (before^2 - after^2) / (before^2 - floor^2), in [0, 1]
