@@ -123,6 +123,7 @@ class OpenSearch {
       for (int d = 0; d < kJoints; ++d) add(parameter, {DriverKind::arrival, d, -1, ""}, sign());
       add_torque_series(parameter, j);
       add_time_shapes(parameter);
+      add_conditions(parameter);
     }
     close_stage();
     for (int j = 0; j < kJoints; ++j)
@@ -139,6 +140,7 @@ class OpenSearch {
       for (int d = 0; d < kJoints; ++d) add_angle_shapes(name(k), d);
       for (int d = 0; d < kJoints; ++d) add(name(k), {DriverKind::arrival, d, -1, ""}, sign());
       add_time_shapes(name(k));
+      add_conditions(name(k));
       if (k < kToolParameters && parameter_unit(k) == ParameterUnit::radian)
         add(name(k), {DriverKind::moment, -1, -1, ""}, Shape{});
     }
@@ -220,8 +222,12 @@ class OpenSearch {
     series.low[0] = span_.times.front();
     series.high[0] = span_.times.back();
     add(parameter, driver, series);
+  }
+
+  void add_conditions(const std::string& parameter) {
     for (const std::string& where : campaign_.temperature_names)
       add(parameter, {DriverKind::temperature, -1, -1, where}, Shape{});
+    add(parameter, {DriverKind::payload, -1, -1, ""}, Shape{});
   }
 
   // A torque that does not act in proportion: free play, stiffening, saturation.

@@ -142,8 +142,11 @@ double CandidateScan::variation(int candidate, const Eigen::VectorXd& coefficien
         coefficients[term.coefficient] * values_.col(value_of_column_[term.column]).cast<double>();
   }
   double largest = 0;
-  for (const auto& [parameter, offset] : offsets)
-    largest = std::max(largest, std::sqrt((offset.array() - offset.mean()).square().mean()));
+  for (const auto& [parameter, offset] : offsets) {
+    // The model has no constant that takes up the mean of a scale.
+    const double constant = parameter == kInstrumentScale ? 0 : offset.mean();
+    largest = std::max(largest, std::sqrt((offset.array() - constant).square().mean()));
+  }
   return largest;
 }
 

@@ -40,7 +40,7 @@ class CandidateScan {
   Eigen::MatrixXd columns(const Linearization& fit, int candidate) const;
 
   /// Largest standard deviation over the campaign of what the candidate adds to a parameter
-  /// [m, rad].
+  /// [m, rad]; of the instrument's scale, which is no unknown itself, the RMS.
   double variation(int candidate, const Eigen::VectorXd& coefficients) const;
 
  private:

@@ -8,7 +8,7 @@ BELOW = {
     "kinematics": set(),
     "effects": {"kinematics"},
     "identification": {"kinematics", "effects"},
-    "path": {"kinematics"},
+    "path": {"kinematics", "effects", "identification"},
     "io": {"kinematics", "effects", "identification", "path"},
     "report": {"kinematics", "effects", "identification", "path"},
 }

@@ -34,7 +34,7 @@ class HiddenCampaign {
 
 inline bool names(const armtrue_oracle::Hidden& truth, const Effect& effect) {
   const bool parameter = effect.parameter == truth.parameter ||
-                         (truth.parameter == "base" && effect.parameter.starts_with("base."));
+                         effect.parameter.starts_with(truth.parameter + ".");  // of a group
   return parameter && to_string(effect.driver) == truth.driver;
 }
 

@@ -7,6 +7,10 @@
 #include <cmath>
 #include <fstream>
 #include <iomanip>
+#include <kdl/chain.hpp>
+#include <kdl/chainjnttojacsolver.hpp>
+#include <map>
+#include <optional>
 #include <stdexcept>
 
 namespace armtrue_oracle {
@@ -35,7 +39,8 @@ KDL::Frame link_frame(const OracleLink& link, double q) {
 std::vector<double*> parameters(OracleArm& arm) {
   std::vector<double*> list;
   for (OracleLink& link : arm.links)
-    for (double* value : {&link.alpha, &link.d, &link.theta, &link.r, &link.beta}) list.push_back(value);
+    for (double* value : {&link.alpha, &link.d, &link.theta, &link.r, &link.beta})
+      list.push_back(value);
   return list;
 }
 
@@ -65,8 +70,9 @@ OracleArm changed(const OracleArm& arm, const HiddenEffect& effect, const Moment
   OracleArm original = arm;
   const std::vector<double*> base = parameters(original);
   for (size_t k = 0; k < to.size(); ++k) *to[k] = *base[k] + amplitude * (*from[k] - *base[k]);
-  const KDL::Twist twist = KDL::diff(arm.base, unit.base);
-  scaled.base = KDL::addDelta(arm.base, twist * amplitude);
+  scaled.base = KDL::addDelta(arm.base, KDL::diff(arm.base, unit.base) * amplitude);
+  scaled.tool = KDL::addDelta(arm.tool, KDL::diff(arm.tool, unit.tool) * amplitude);
+  scaled.scale += amplitude * (unit.scale - arm.scale);
   return scaled;
 }
 
@@ -86,7 +92,8 @@ std::pair<double, double> left_after_refit(const OracleArm& arm, const std::vect
     for (size_t k = 0; k < list.size(); ++k) {
       const double old = *list[k];
       *list[k] = old + kStep;
-      jacobian.col(static_cast<int>(k)).segment<6>(6 * v) = difference(here, forward(moved, q)) / kStep;
+      jacobian.col(static_cast<int>(k)).segment<6>(6 * v) =
+          difference(here, forward(moved, q)) / kStep;
       *list[k] = old;
     }
     for (int k = 0; k < 6; ++k) {
@@ -103,14 +110,63 @@ std::pair<double, double> left_after_refit(const OracleArm& arm, const std::vect
     signal.segment<6>(6 * v) =
         difference(here, forward(changed(arm, effect, visits[v].moment, kShare), q)) / kShare;
   }
-  const Eigen::VectorXd left =
+  Eigen::VectorXd left =
       signal - jacobian * jacobian.completeOrthogonalDecomposition().solve(signal);
+  constexpr double kNothing = 1e-5;
+  if (left.norm() < kNothing * signal.norm()) left = signal;
   double position = 0, orientation = 0;
   for (int v = 0; v < n; ++v) {
     position += left.segment<3>(6 * v).squaredNorm();
     orientation += left.segment<3>(6 * v + 3).squaredNorm();
   }
   return {std::sqrt(position / n), std::sqrt(orientation / n)};
+}
+
+// Torques about the joints that hold a force on the measured frame: J^T w.
+std::array<double, 6> force_torques(const OracleArm& arm, const Moment& moment) {
+  KDL::Chain chain;
+  const KDL::Joint rigid(KDL::Joint::Fixed), turning(KDL::Joint::RotZ);
+  KDL::Frame before = arm.base;
+  KDL::JntArray theta(6);
+  for (size_t j = 0; j < 6; ++j) {
+    const OracleLink& link = arm.links[j];
+    OracleLink unturned = link;
+    unturned.theta = unturned.r = 0;
+    chain.addSegment(KDL::Segment(rigid, before * link_frame(unturned, 0)));
+    chain.addSegment(KDL::Segment(turning, KDL::Frame(KDL::Vector(0, 0, link.r))));
+    theta(static_cast<unsigned>(j)) = link.theta + link.sign * moment.q[j];
+    before = KDL::Frame::Identity();
+  }
+  chain.addSegment(KDL::Segment(rigid, link_frame(arm.links[6], 0) * arm.tool));
+  KDL::Jacobian jacobian(6);
+  KDL::ChainJntToJacSolver(chain).JntToJac(theta, jacobian);
+  std::array<double, 6> torques{};
+  for (unsigned j = 0; j < 6; ++j) torques[j] = KDL::dot(jacobian.getColumn(j).vel, moment.force);
+  return torques;
+}
+
+// Two days with a cold start each, every second run with a load, and in most poses a force of the
+// cut.
+void vary_conditions(const OracleArm& arm, std::vector<Visit>& visits, Dice& dice) {
+  constexpr double kLoadKg = 150, kForceN = 1000, kAirCuts = 0.3, kWarmUpK = 8, kWarmUp = 0.3;
+  std::map<int, KDL::Vector> force_of_pose;
+  const double day = 0.5 * visits.back().moment.time_s;
+  for (Visit& visit : visits) {
+    const auto [place, is_new] = force_of_pose.try_emplace(visit.pose);
+    if (is_new && dice.uniform(0, 1) > kAirCuts)
+      for (int i = 0; i < 3; ++i) place->second[i] = dice.uniform(-kForceN, kForceN);
+    const Moment unloaded = visit.moment;
+    const double payload_kg = visit.repeat % 2 == 0 ? kLoadKg : 0;
+    OracleArm loaded = arm;
+    loaded.masses.push_back({6, payload_kg, arm.tool.p});
+    Moment& moment = visit.moment = moment_of(loaded, unloaded.q);
+    moment.arrival = unloaded.arrival;
+    moment.time_s = unloaded.time_s;
+    moment.payload_kg = payload_kg;
+    moment.force = place->second;
+    moment.force_torque = force_torques(arm, moment);
+    moment.temperature_c += kWarmUpK * (1 - std::exp(-std::fmod(moment.time_s / day, 1) / kWarmUp));
+  }
 }
 
 std::vector<Visit> plan_visits(const OracleArm& arm, int poses, int repeats, Dice& dice) {
@@ -134,7 +190,8 @@ std::vector<Visit> plan_visits(const OracleArm& arm, int poses, int repeats, Dic
     for (int pose : order) {
       Visit visit{pose, repeat, moment_of(arm, commanded[static_cast<size_t>(pose)])};
       visit.moment.time_s = kSecondsPerVisit * static_cast<double>(visits.size());
-      for (size_t j = 0; j < 6; ++j) visit.moment.arrival[j] = visit.moment.q[j] >= last[j] ? 1 : -1;
+      for (size_t j = 0; j < 6; ++j)
+        visit.moment.arrival[j] = visit.moment.q[j] >= last[j] ? 1 : -1;
       last = visit.moment.q;
       visits.push_back(visit);
     }
@@ -203,7 +260,9 @@ void write_csv(const std::string& path, const OracleArm& arm, const std::vector<
   out << (!plan.anchors.empty() ? ",anchor,l_mm"
           : plan.orientation    ? ",x_mm,y_mm,z_mm,a_deg,b_deg,c_deg"
                                 : ",x_mm,y_mm,z_mm");
-  out << ",dir1,dir2,dir3,dir4,dir5,dir6\n" << std::setprecision(12);
+  out << ",dir1,dir2,dir3,dir4,dir5,dir6";
+  if (truth.conditions) out << ",payload_kg,fx_n,fy_n,fz_n,temp_arm_c";
+  out << '\n' << std::setprecision(12);
   double sum = 0;
   const size_t rows_per_visit = std::max<size_t>(1, plan.anchors.size());
   for (const Visit& visit : visits) {
@@ -217,6 +276,11 @@ void write_csv(const std::string& path, const OracleArm& arm, const std::vector<
       else
         write_distance(out, frame.p, row, plan, dice, sum);
       for (int direction : visit.moment.arrival) out << ',' << direction;
+      if (truth.conditions) {
+        out << ',' << visit.moment.payload_kg;
+        for (int i = 0; i < 3; ++i) out << ',' << visit.moment.force[i];
+        out << ',' << visit.moment.temperature_c;
+      }
       out << '\n';
     }
   }
@@ -225,6 +289,143 @@ void write_csv(const std::string& path, const OracleArm& arm, const std::vector<
 }
 
 std::string joint_text(int j) { return std::to_string(j + 1); }
+
+using Law = std::function<double(const Moment&)>;
+
+Hidden on_theta(const std::string& family, int j, const std::string& driver, const Law& law) {
+  return {family, "A" + joint_text(j) + ".theta", driver,
+          [j, law](const Moment& m, OracleArm& arm) {
+            arm.links[static_cast<size_t>(j)].theta += law(m);
+          }};
+}
+
+Hidden under_changing_conditions(Hidden hidden) {
+  hidden.conditions = true;
+  return hidden;
+}
+
+// The families that follow joint angles, or the way to them.
+std::optional<Hidden> by_angle(const std::string& family, Dice& dice) {
+  const auto angle = [](int j) { return "joint-angle " + joint_text(j); };
+  if (family == "harmonic" || family == "harmonic-2") {
+    const int n = family == "harmonic" ? 1 : 2;
+    const int j = dice.below(2) ? 0 : 3;
+    const double phase = dice.uniform(0, 2 * kPi);
+    return on_theta(family, j, angle(j), [=](const Moment& m) {
+      return std::sin(n * m.q[static_cast<size_t>(j)] + phase);
+    });
+  }
+  if (family == "ratio")
+    return on_theta(family, 4, angle(4), [](const Moment& m) { return m.q[4]; });
+  if (family == "coupling") {
+    constexpr std::array kPairs{std::pair{4, 3}, std::pair{5, 3}, std::pair{5, 4}};
+    const auto [j, by] = kPairs[static_cast<size_t>(dice.below(3))];
+    const auto k = static_cast<size_t>(by);
+    return on_theta(family, j, angle(by), [k](const Moment& m) { return m.q[k]; });
+  }
+  if (family == "wobble")
+    return Hidden{family, "A5.alpha", angle(3),
+                  [](const Moment& m, OracleArm& arm) { arm.links[4].alpha += std::sin(m.q[3]); }};
+  if (family == "backlash") {
+    const int j = dice.below(3);
+    return on_theta(family, j, "arrival " + joint_text(j),
+                    [j](const Moment& m) { return 0.5 * m.arrival[static_cast<size_t>(j)]; });
+  }
+  if (family == "x-product")
+    return on_theta(family, 2, "joint-angle 1,4",
+                    [](const Moment& m) { return std::sin(m.q[0]) * std::sin(m.q[3]); });
+  if (family == "x-bump")
+    return on_theta(family, 4, angle(4), [](const Moment& m) {
+      const double u = (m.q[4] - 40 * kDeg) / (25 * kDeg);
+      return std::exp(-0.5 * u * u);
+    });
+  return std::nullopt;
+}
+
+// The families that follow weights and forces.
+std::optional<Hidden> by_load(const std::string& family, Dice& dice) {
+  if (family == "compliance" || family == "two-payloads") {
+    const int j = 1 + dice.below(2);
+    Hidden compliance =
+        on_theta(family, j, "gravity-torque " + joint_text(j),
+                 [j](const Moment& m) { return 1e-6 * m.torque[static_cast<size_t>(j)]; });
+    compliance.conditions = family == "two-payloads";
+    return compliance;
+  }
+  if (family == "tilt")
+    return Hidden{family, "base", "moment", [](const Moment& m, OracleArm& arm) {
+                    const KDL::Vector turn = arm.base.M * m.overturning * 1e-7;
+                    arm.base = KDL::Frame(KDL::Rot(turn) * arm.base.M, arm.base.p);
+                  }};
+  if (family == "bending") {
+    const int j = 1 + dice.below(3);
+    const bool about_x = dice.below(2) == 1;
+    return Hidden{family, "A" + joint_text(j) + (about_x ? ".alpha" : ".beta"), "moment",
+                  [=](const Moment& m, OracleArm& arm) {
+                    const KDL::Vector turn = 1e-7 * m.bending[static_cast<size_t>(j)];
+                    OracleLink& link = arm.links[static_cast<size_t>(j)];
+                    (about_x ? link.alpha : link.beta) += about_x ? turn.x() : turn.y();
+                  }};
+  }
+  if (family == "cutting") {
+    const int j = dice.below(3);
+    return under_changing_conditions(on_theta(family, j, "force", [j](const Moment& m) {
+      return 1e-6 * m.force_torque[static_cast<size_t>(j)];
+    }));
+  }
+  if (family == "x-payload") {
+    const int j = 1 + dice.below(4);
+    return under_changing_conditions(
+        on_theta(family, j, "payload", [](const Moment& m) { return 1e-6 * m.payload_kg; }));
+  }
+  return std::nullopt;
+}
+
+// The families that follow the clock, or the temperature.
+std::optional<Hidden> in_time(const std::string& family, Dice& dice, double duration_s) {
+  if (family == "thermal") {
+    const double tau = dice.uniform(0.2, 0.5) * duration_s;
+    return Hidden{family, "A4.r", "time", [tau](const Moment& m, OracleArm& arm) {
+                    arm.links[3].r += 1 - std::exp(-m.time_s / tau);
+                  }};
+  }
+  if (family == "warm-up")
+    return under_changing_conditions(
+        {family, "A3.d", "temperature arm",
+         [](const Moment& m, OracleArm& arm) { arm.links[2].d += 1e-5 * m.temperature_c; }});
+  if (family == "zero-drift") {
+    const int j = 1 + dice.below(4);
+    const double tau = dice.uniform(0.2, 0.5) * duration_s;
+    return on_theta(family, j, "time",
+                    [tau](const Moment& m) { return 1 - std::exp(-m.time_s / tau); });
+  }
+  if (family == "remaster") {
+    const int j = 1 + dice.below(4);
+    const double at = dice.uniform(0.35, 0.65) * duration_s;
+    return on_theta(family, j, "time",
+                    [at](const Moment& m) { return m.time_s >= at ? 1.0 : 0.0; });
+  }
+  if (family == "drift" || family == "knock") {
+    KDL::Twist way;
+    for (int i = 0; i < 3; ++i) way[i] = dice.normal();
+    for (int i = 3; i < 6; ++i) way[i] = 0.2 * dice.normal();
+    const double at = dice.uniform(0.35, 0.65) * duration_s;
+    const bool step = family == "knock";
+    return Hidden{family, "base", "time", [=](const Moment& m, OracleArm& arm) {
+                    const double size = step ? (m.time_s >= at ? 1.0 : 0.0) : m.time_s / duration_s;
+                    arm.base = KDL::addDelta(arm.base, way * (1e-3 * size));
+                  }};
+  }
+  if (family == "reseated") {
+    KDL::Vector way;
+    for (int i = 0; i < 3; ++i) way[i] = 1e-3 * dice.normal();
+    const double at = dice.uniform(0.35, 0.65) * duration_s;
+    return Hidden{family, "tool", "time", [=](const Moment& m, OracleArm& arm) {
+                    if (m.time_s >= at) arm.tool.p = arm.tool * way;
+                  }};
+  }
+  return std::nullopt;
+}
 
 }  // namespace
 
@@ -239,7 +440,7 @@ OracleArm read_arm(const std::string& path) {
     names.push_back(node["name"].as<std::string>());
     const auto value = [&](const char* key) { return node[key] ? node[key].as<double>() : 0.0; };
     OracleLink& link = arm.links[j];
-    link = {value("alpha_deg") * kDeg, value("d_mm") / 1000,    value("theta_deg") * kDeg,
+    link = {value("alpha_deg") * kDeg, value("d_mm") / 1000,     value("theta_deg") * kDeg,
             value("r_mm") / 1000,      value("beta_deg") * kDeg, j < 6 ? value("sign") : 0,
             value("min_deg") * kDeg,   value("max_deg") * kDeg};
   }
@@ -258,7 +459,8 @@ OracleArm read_arm(const std::string& path) {
 KDL::Frame forward(const OracleArm& arm, const std::array<double, 6>& q) {
   KDL::Frame frame = arm.base;
   for (size_t j = 0; j < 7; ++j) frame = frame * link_frame(arm.links[j], j < 6 ? q[j] : 0);
-  return frame * arm.tool;
+  frame = frame * arm.tool;
+  return {frame.M, arm.scale * frame.p};
 }
 
 Moment moment_of(const OracleArm& arm, const std::array<double, 6>& q) {
@@ -266,15 +468,19 @@ Moment moment_of(const OracleArm& arm, const std::array<double, 6>& q) {
   moment.q = q;
   std::array<KDL::Frame, 7> frames;
   KDL::Frame frame = KDL::Frame::Identity();
-  for (size_t j = 0; j < 7; ++j) frames[j] = frame = frame * link_frame(arm.links[j], j < 6 ? q[j] : 0);
+  for (size_t j = 0; j < 7; ++j)
+    frames[j] = frame = frame * link_frame(arm.links[j], j < 6 ? q[j] : 0);
   moment.overturning = KDL::Vector::Zero();
   for (const OracleMass& mass : arm.masses) {
     const KDL::Vector centre = frames[static_cast<size_t>(mass.link)] * mass.centre;
     const KDL::Vector weight = mass.kg * arm.gravity;
     moment.overturning = moment.overturning + centre * weight;
     for (size_t j = 0; j < 6; ++j)
-      if (mass.link >= static_cast<int>(j))
+      if (mass.link >= static_cast<int>(j)) {
         moment.torque[j] += KDL::dot(frames[j].M.UnitZ(), (centre - frames[j].p) * weight);
+        const KDL::Frame end = j == 0 ? KDL::Frame::Identity() : frames[j - 1];
+        moment.bending[j] = moment.bending[j] + end.M.Inverse((centre - end.p) * weight);
+      }
   }
   return moment;
 }
@@ -289,77 +495,20 @@ double Dice::normal() {
 }
 
 std::vector<std::string> families() {
-  return {"null",  "compliance", "harmonic", "ratio", "coupling", "backlash",  "thermal",
-          "drift", "knock",      "remaster", "tilt",  "wobble",   "x-product", "x-bump"};
+  return {"null",       "compliance", "two-payloads", "harmonic", "harmonic-2", "ratio",
+          "coupling",   "wobble",     "bending",      "backlash", "thermal",    "warm-up",
+          "zero-drift", "remaster",   "drift",        "knock",    "tilt",       "cutting",
+          "reseated",   "scale",      "x-product",    "x-bump",   "x-payload"};
 }
 
 Hidden hidden(const std::string& family, Dice& dice, double duration_s) {
-  const auto on_theta = [&](int j, std::string driver, std::function<double(const Moment&)> law) {
-    return Hidden{family, "A" + joint_text(j) + ".theta", std::move(driver),
-                  [j, law](const Moment& m, OracleArm& arm) {
-                    arm.links[static_cast<size_t>(j)].theta += law(m);
-                  }};
-  };
-  const auto angle = [](int j) { return "joint-angle " + joint_text(j); };
   if (family == "null") return {family, "", "", {}};
-  if (family == "compliance") {
-    const int j = 1 + dice.below(2);
-    return on_theta(j, "gravity-torque " + joint_text(j),
-                    [j](const Moment& m) { return 1e-6 * m.torque[static_cast<size_t>(j)]; });
-  }
-  if (family == "harmonic") {
-    const int j = dice.below(2) ? 0 : 3;
-    const double phase = dice.uniform(0, 2 * kPi);
-    return on_theta(j, angle(j),
-                    [j, phase](const Moment& m) { return std::sin(m.q[static_cast<size_t>(j)] + phase); });
-  }
-  if (family == "ratio")
-    return on_theta(4, angle(4), [](const Moment& m) { return m.q[4]; });
-  if (family == "coupling")
-    return on_theta(4, angle(3), [](const Moment& m) { return m.q[3]; });
-  if (family == "backlash") {
-    const int j = dice.below(3);
-    return on_theta(j, "arrival " + joint_text(j), [j](const Moment& m) {
-      return 0.5 * m.arrival[static_cast<size_t>(j)];
-    });
-  }
-  if (family == "thermal") {
-    const double tau = dice.uniform(0.2, 0.5) * duration_s;
-    return {family, "A4.r", "time", [tau](const Moment& m, OracleArm& arm) {
-              arm.links[3].r += 1 - std::exp(-m.time_s / tau);
-            }};
-  }
-  if (family == "drift" || family == "knock") {
-    KDL::Twist way;
-    for (int i = 0; i < 3; ++i) way[i] = dice.normal();
-    for (int i = 3; i < 6; ++i) way[i] = 0.2 * dice.normal();
-    const double at = dice.uniform(0.35, 0.65) * duration_s;
-    const bool step = family == "knock";
-    return {family, "base", "time", [=](const Moment& m, OracleArm& arm) {
-              const double size = step ? (m.time_s >= at ? 1.0 : 0.0) : m.time_s / duration_s;
-              arm.base = KDL::addDelta(arm.base, way * (1e-3 * size));
-            }};
-  }
-  if (family == "remaster") {
-    const int j = 1 + dice.below(4);
-    const double at = dice.uniform(0.35, 0.65) * duration_s;
-    return on_theta(j, "time", [at](const Moment& m) { return m.time_s >= at ? 1.0 : 0.0; });
-  }
-  if (family == "tilt")
-    return {family, "base", "moment", [](const Moment& m, OracleArm& arm) {
-              arm.base = KDL::Frame(KDL::Rot(arm.base.M * m.overturning * 1e-7) * arm.base.M, arm.base.p);
-            }};
-  if (family == "wobble")
-    return {family, "A5.alpha", angle(3),
-            [](const Moment& m, OracleArm& arm) { arm.links[4].alpha += std::sin(m.q[3]); }};
-  if (family == "x-product")
-    return on_theta(2, "joint-angle 1,4",
-                    [](const Moment& m) { return std::sin(m.q[0]) * std::sin(m.q[3]); });
-  if (family == "x-bump")
-    return on_theta(4, angle(4), [](const Moment& m) {
-      const double u = (m.q[4] - 40 * kDeg) / (25 * kDeg);
-      return std::exp(-0.5 * u * u);
-    });
+  if (family == "scale")
+    return {family, "instrument.scale", "position",
+            [](const Moment&, OracleArm& arm) { arm.scale += 1e-5; }};
+  if (const auto found = by_angle(family, dice)) return *found;
+  if (const auto found = by_load(family, dice)) return *found;
+  if (const auto found = in_time(family, dice, duration_s)) return *found;
   throw std::invalid_argument("no family " + family);
 }
 
@@ -368,9 +517,10 @@ Written write_campaign(const OracleArm& nominal, const std::string& family, doub
   Dice dice(plan.seed);
   OracleArm arm = true_arm(nominal, dice);
   if (plan.known_masses) arm.masses = nominal.masses;
-  const std::vector<Visit> visits = plan_visits(arm, 2 * plan.poses, plan.repeats, dice);
+  std::vector<Visit> visits = plan_visits(arm, 2 * plan.poses, plan.repeats, dice);
   Written written;
   written.truth = hidden(family, dice, visits.back().moment.time_s);
+  if (written.truth.conditions) vary_conditions(arm, visits, dice);
   if (written.truth.effect) {
     const auto [position, orientation] = left_after_refit(arm, visits, written.truth.effect);
     const bool moves_points = position > 0.2 * orientation;
@@ -382,7 +532,8 @@ Written write_campaign(const OracleArm& nominal, const std::string& family, doub
   double unused = 0;
   CampaignPlan clean = plan;
   clean.blunders = 0;
-  write_csv(directory + "/train.csv", arm, train, written.truth, written.amplitude, plan, dice, unused);
+  write_csv(directory + "/train.csv", arm, train, written.truth, written.amplitude, plan, dice,
+            unused);
   write_csv(directory + "/test.csv", arm, test, written.truth, written.amplitude, clean, dice,
             written.floor_mean_mm);
   return written;

@@ -1,7 +1,7 @@
 #pragma once
 
-// An arm simulated another way: KDL frames, weights summed in world axes, its own random numbers. The tests
-// give what it writes to the commands, which must find out what was hidden in it.
+// An arm simulated another way: KDL frames, weights summed in world axes, its own random numbers.
+// The tests give what it writes to the commands, which must find out what was hidden in it.
 
 #include <array>
 #include <functional>
@@ -25,6 +25,7 @@ struct OracleArm {
   std::array<OracleLink, 7> links;
   std::vector<OracleMass> masses;
   KDL::Vector gravity{0, 0, -9.81};
+  double scale = 1;  // of the lengths that the instrument reads
 };
 
 /// Reads an armtrue-robot/1 file, as far as the oracle needs it.
@@ -35,8 +36,14 @@ struct Moment {
   std::array<double, 6> q{};
   std::array<int, 6> arrival{};
   double time_s = 0;
-  std::array<double, 6> torque{};   // of gravity about each joint [N m]
-  KDL::Vector overturning;          // of all weights about the base origin, axes of R_0 [N m]
+  std::array<double, 6> torque{};  // of gravity about each joint [N m]
+  // Of the weights beyond frame j about its origin, in its axes; frame 0 is R_0 [N m].
+  std::array<KDL::Vector, 6> bending{};
+  KDL::Vector overturning;               // of all weights about the base origin, axes of R_0 [N m]
+  double payload_kg = 0;                 // carried at the measured frame
+  KDL::Vector force;                     // on the measured frame, axes of R_A [N]
+  std::array<double, 6> force_torque{};  // of it about each joint [N m]
+  double temperature_c = 20;
 };
 /// An effect changes the arm for the moment of one reading.
 using HiddenEffect = std::function<void(const Moment&, OracleArm&)>;
@@ -74,10 +81,10 @@ struct Hidden {
   std::string family;
   std::string parameter, driver;  // as armtrue should name them; empty for none
   HiddenEffect effect;            // of unit size
+  bool conditions = false;        // payload, force and temperature change, and are logged
 };
 
-/// The families that the tests hide: null, compliance, harmonic, ratio, coupling, backlash, thermal, drift,
-/// knock, remaster, tilt, wobble, x-product, x-bump.
+/// The families that the tests hide; x- are those that no catalogue knows.
 std::vector<std::string> families();
 Hidden hidden(const std::string& family, Dice& dice, double duration_s);
 
@@ -87,9 +94,10 @@ struct Written {
   double floor_mean_mm = 0;  ///< mean error of the held-out readings against the true poses
 };
 
-/// Writes DIR/train.csv and DIR/test.csv: a true arm whose geometry differs from `nominal` by some 0.3 mm and
-/// 0.3 mrad everywhere, its masses by 10 to 30 %, and the hidden effect scaled so that `size_mm` RMS of it is
-/// left in position after the best geometric refit (in orientation, by 1 mrad per mm, where it moves no point).
+/// Writes DIR/train.csv and DIR/test.csv: a true arm whose geometry differs from `nominal` by some
+/// 0.3 mm and 0.3 mrad everywhere, its masses by 10 to 30 %, and the hidden effect scaled so that
+/// `size_mm` RMS of it is left in position after the best geometric refit (in orientation, by 1
+/// mrad per mm, where it moves no point; all that it moves, where the refit leaves nothing).
 Written write_campaign(const OracleArm& nominal, const std::string& family, double size_mm,
                        const CampaignPlan& plan, const std::string& directory);
 

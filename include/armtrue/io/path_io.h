@@ -1,0 +1,37 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "armtrue/path/path.h"
+
+namespace armtrue {
+
+struct PathFile {
+  std::string source;  ///< for messages
+  Path path;
+  std::vector<int> line;  ///< of each sample
+  int lost = 0;           ///< rows whose position is empty; they are no samples
+  std::string sha256;
+  std::vector<std::string> unknown_columns;  ///< not used; worth one word to the user
+  /// The file as it was read, for write_path_like(): column names, and the rows, comma-separated.
+  std::vector<std::string> columns;
+  std::string rows;
+};
+
+enum class KeepRows { no, yes };
+
+/// Reads `t_s,x_mm,y_mm,z_mm` and, where they are there, `a_deg,b_deg,c_deg`, `q1_deg..q6_deg` and
+/// `fx_n,fy_n,fz_n`. Rows with an empty position are lost samples. Throws InputError: a missing or
+/// malformed column, time that does not increase, an orientation, joint or force group that is not
+/// complete; with KeepRows::yes also a lost sample.
+PathFile read_path(const std::string& file, KeepRows keep = KeepRows::no);
+
+/// The same columns as text.
+std::string write_path(const Path& path);
+
+/// The rows of `file` (read with KeepRows::yes) with other positions; every other column, and a
+/// position that did not move, stands as it was read. New positions are rounded to a nanometre.
+std::string write_path_like(const PathFile& file, const Eigen::Matrix3Xd& position);
+
+}  // namespace armtrue

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "armtrue/kinematics/pose.h"
+#include "armtrue/path/path.h"
+
+namespace armtrue {
+
+/// How the instrument's clock and frame lie to the program's.
+struct ClockFit {
+  /// t_instrument = offset + (1 + rate) * t_program [s]. A constant lag of the servos is a part of
+  /// the offset: no record can tell them apart.
+  double offset = 0, rate = 0;
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  ///< of offset and rate
+  Pose program_from_instrument;                          ///< identity unless asked for
+  /// Noise of the instrument per axis [m], one standard deviation, as far as it is not smooth.
+  double noise = 0;
+
+  double program_time(double instrument_time) const {
+    return (instrument_time - offset) / (1 + rate);
+  }
+  /// Standard deviation of the offset in the middle of the record, where it is known best [s].
+  double offset_deviation = 0;
+};
+
+struct ClockOptions {
+  bool fit_frame = false;  ///< refine the frame of the instrument too
+  std::optional<double>
+      offset;  ///< both clocks are known to be this far apart [s]: nothing is fitted
+};
+
+/// Finds the clocks of a record. The offset comes first from the correlation of the two speeds,
+/// which no frame can disturb. Then offset, rate and, if asked, frame are refined by generalised
+/// least squares: what the tool deviates by is a random process (Ornstein and Uhlenbeck's, its law
+/// fitted to the data by axis) and the clock is what such a process cannot explain, so that a
+/// deviation along the path is neither taken for time nor the other way round.
+/// Throws std::invalid_argument, with the remedy, if the tool stands still in either path, if the
+/// paths do not overlap in time, if their sizes show different units, if they lie more than 10 mm
+/// apart (then naming the rigid motion that would join them) or if the offset stays unknown.
+ClockFit fit_clock(const Path& programmed, const Path& measured, const ClockOptions& options = {});
+
+/// Position of a path at times in increasing order, linear between samples; before the first and
+/// after the last sample the path stands there.
+Eigen::Matrix3Xd position_at(const Path& path, const Eigen::VectorXd& times);
+
+}  // namespace armtrue

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "armtrue/identification/statistics.h"
+#include "armtrue/path/clock.h"
+#include "armtrue/path/path.h"
+
+namespace armtrue {
+
+/// How the trend of the deviation becomes a correction.
+enum class CorrectionPoints {
+  turning,  ///< straight lines between its turning points (seed paper, figure 10), and where those
+            ///< lines would leave it by more than its own uncertainty
+  spline,   ///< the smoothing spline itself
+};
+
+struct MirrorOptions {
+  int order = 4;                            ///< of the Butterworth filter, each way
+  std::optional<double> cutoff = 1 / 0.64;  ///< [Hz]; nothing: the one of least expected error
+  CorrectionPoints points = CorrectionPoints::turning;
+  std::optional<double> gain;  ///< nothing: the share of the trend that is no noise
+  double max = std::numeric_limits<double>::infinity();  ///< longest correction [m]
+  ClockOptions clock;
+  /// What the controller ran in these passes, sampled like the programmed path, if that was not the
+  /// programmed path itself but an earlier correction of it.
+  std::optional<Eigen::Matrix3Xd> executed;
+  /// Program times [begin, end] outside of which nothing is corrected; empty: everywhere.
+  std::vector<std::pair<double, double>> engaged;
+};
+
+/// A record against its program.
+struct Pass {
+  ClockFit clock;
+  int samples = 0;
+  int lost = 0;            ///< samples missing between the first and the last
+  double longest_gap = 0;  ///< [s]
+};
+
+/// Deviation (measured minus programmed) on a uniform grid of program times, mean of the passes.
+struct PathDeviation {
+  double period = 0;           ///< [s]
+  Eigen::VectorXd time;        ///< of the program [s]
+  Eigen::VectorXd arc_length;  ///< of the program [m]
+  Eigen::Matrix3Xd normal;     ///< across the programmed path [m]
+  Eigen::VectorXd along;       ///< in the direction of motion [m]; no correction is made of it
+  Eigen::Matrix3Xd force;      ///< [N]; no columns if a record has none
+  Eigen::Matrix3Xd trend;      ///< of `normal`, without noise [m]
+  std::vector<Eigen::Index> breaks;  ///< first samples after a corner, reversal, entry or exit:
+                                     ///< there the trend may jump
+  double noise = 0;   ///< of one sample of `normal`, per axis [m]
+  double spread = 0;  ///< from pass to pass, per axis [m]; 0 for a single pass
+};
+
+struct MirrorResult {
+  std::vector<Pass> passes;
+  PathDeviation deviation;
+  Eigen::Matrix3Xd position;         ///< corrected, sampled like the programmed path [m]
+  Eigen::Matrix3Xd correction;       ///< the same minus the programmed path
+  std::vector<Eigen::Index> points;  ///< samples of the program where the correction bends
+  double cutoff = 0;                 ///< [Hz]
+  double gain = 1;
+  int clipped = 0;            ///< samples whose correction was cut to `max`
+  ErrorSummary before;        ///< length of the trend while the tool moves [m]
+  double expected_after = 0;  ///< mean distance from the programmed path in the next pass [m]
+  /// With `executed`: mean distance that the program itself would have shown in these passes [m].
+  std::optional<double> uncorrected;
+};
+
+/// The mirror correction of the seed paper (3.2.3), made for daily use: deviations across the path
+/// are averaged over the passes, smoothed piece by piece between corners, reversals and steps, and
+/// taken off the programmed path. Throws std::invalid_argument as fit_clock() does, and if the
+/// record is too slow for the cut-off.
+MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& measured,
+                            const MirrorOptions& options);
+
+}  // namespace armtrue

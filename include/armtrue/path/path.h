@@ -1,0 +1,31 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "armtrue/kinematics/chain.h"
+
+namespace armtrue {
+
+/// A tool path sampled in time, as programmed or as an instrument recorded it. One column per
+/// sample; what was not recorded has no columns.
+struct Path {
+  Eigen::VectorXd time;                              ///< [s], strictly increasing
+  Eigen::Matrix3Xd position;                         ///< of the tool tip [m]
+  Eigen::Matrix3Xd orientation;                      ///< KUKA angles a, b, c [rad]
+  Eigen::Matrix<double, kJoints, Eigen::Dynamic> q;  ///< encoder angles [rad]
+  Eigen::Matrix3Xd force;                            ///< on the tool [N], axes of the positions
+
+  Eigen::Index samples() const { return time.size(); }
+  bool has_orientation() const { return orientation.cols() > 0; }
+  bool has_joints() const { return q.cols() > 0; }
+  bool has_force() const { return force.cols() > 0; }
+};
+
+/// Length of the polygon up to each sample [m]; starts at 0.
+Eigen::VectorXd arc_length(const Path& path);
+
+/// Unit tangent at each sample, by central differences; where the tool stands still, that of the
+/// nearest sample that moves. All zero if nothing moves.
+Eigen::Matrix3Xd tangents(const Path& path);
+
+}  // namespace armtrue

@@ -1,0 +1,228 @@
+#include "armtrue/io/path_io.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "armtrue/io/csv_table.h"
+#include "armtrue/io/input_error.h"
+#include "armtrue/io/number_text.h"
+#include "armtrue/kinematics/units.h"
+
+namespace armtrue {
+namespace {
+
+using Quantity = CsvTable::Quantity;
+constexpr double kNanometre = 1e-9;
+
+std::optional<Quantity> find_plain(const CsvTable& table, const std::string& name) {
+  if (const auto column = table.find(name)) return Quantity{*column, 1.0};
+  return std::nullopt;
+}
+
+// The columns of one vector quantity: all of them, or none.
+template <size_t N>
+std::optional<std::array<Quantity, N>> group(const CsvTable& table,
+                                             const std::array<std::optional<Quantity>, N>& found,
+                                             const std::array<std::string, N>& names) {
+  std::vector<std::string> missing;
+  for (size_t i = 0; i < N; ++i)
+    if (!found[i]) missing.push_back(names[i]);
+  if (missing.size() == N) return std::nullopt;
+  if (!missing.empty()) table.fail_missing(missing);
+  std::array<Quantity, N> columns;
+  for (size_t i = 0; i < N; ++i) columns[i] = *found[i];
+  return columns;
+}
+
+struct PathColumns {
+  std::vector<int> used() const {
+    std::vector<int> all{time.column};
+    const auto add = [&](const auto& columns) {
+      for (const Quantity& column : columns) all.push_back(column.column);
+    };
+    add(position);
+    if (orientation) add(*orientation);
+    if (force) add(*force);
+    if (q) add(*q);
+    return all;
+  }
+
+  Quantity time;
+  std::array<Quantity, 3> position;
+  std::optional<std::array<Quantity, 3>> orientation, force;
+  std::optional<std::array<Quantity, kJoints>> q;
+};
+
+std::array<std::optional<Quantity>, 3> find_position(const CsvTable& table) {
+  return {table.find_length("x"), table.find_length("y"), table.find_length("z")};
+}
+
+PathColumns find_columns(const CsvTable& table) {
+  PathColumns columns;
+  const auto time = find_plain(table, "t_s");
+  const auto position = group<3>(table, find_position(table), {"x_mm", "y_mm", "z_mm"});
+  std::vector<std::string> missing;
+  if (!time) missing.push_back("t_s");
+  if (!position) missing.insert(missing.end(), {"x_mm", "y_mm", "z_mm"});
+  if (!missing.empty()) table.fail_missing(missing);
+  columns.time = *time;
+  columns.position = *position;
+  columns.orientation =
+      group<3>(table, {table.find_angle("a"), table.find_angle("b"), table.find_angle("c")},
+               {"a_deg", "b_deg", "c_deg"});
+  columns.force = group<3>(
+      table, {find_plain(table, "fx_n"), find_plain(table, "fy_n"), find_plain(table, "fz_n")},
+      {"fx_n", "fy_n", "fz_n"});
+  std::array<std::optional<Quantity>, kJoints> q;
+  std::array<std::string, kJoints> names;
+  for (int j = 0; j < kJoints; ++j) {
+    const std::string name = "q" + std::to_string(j + 1);
+    q[j] = table.find_angle(name);
+    names[j] = name + "_deg";
+  }
+  columns.q = group<kJoints>(table, q, names);
+  return columns;
+}
+
+// Numbers of all samples, one group after the other, until their count is known.
+class SampleBuffer {
+ public:
+  template <size_t N>
+  void add(const CsvTable& table, const std::array<Quantity, N>& columns) {
+    for (const Quantity& column : columns) values_.push_back(table.number(column));
+  }
+  template <int N>
+  Eigen::Matrix<double, N, Eigen::Dynamic> matrix() const {
+    return Eigen::Map<const Eigen::Matrix<double, N, Eigen::Dynamic>>(
+        values_.data(), N, static_cast<Eigen::Index>(values_.size()) / N);
+  }
+
+ private:
+  std::vector<double> values_;
+};
+
+bool is_lost(const CsvTable& table, const std::array<Quantity, 3>& position) {
+  int empty = 0;
+  for (const Quantity& column : position) empty += table.is_empty(column.column);
+  if (empty == 0) return false;
+  if (empty == 3) return true;
+  for (const Quantity& column : position)
+    if (table.is_empty(column.column))
+      table.fail(column.column,
+                 "is empty while the others of the position are not; complete the "
+                 "row, or empty all three for a lost sample");
+  return false;
+}
+
+}  // namespace
+
+PathFile read_path(const std::string& file, KeepRows keep) {
+  Source source(file);
+  CsvTable table(source);
+  const PathColumns columns = find_columns(table);
+  PathFile result;
+  result.source = source.name();
+  result.columns = table.columns();
+  const std::vector<int> used = columns.used();
+  for (int c = 0; c < static_cast<int>(result.columns.size()); ++c)
+    if (std::find(used.begin(), used.end(), c) == used.end())
+      result.unknown_columns.push_back(result.columns[c]);
+  SampleBuffer position, orientation, force, q;
+  std::vector<double> time;
+  while (table.next_row()) {
+    if (is_lost(table, columns.position)) {
+      if (keep == KeepRows::yes)
+        table.fail(columns.position[0].column, "is empty; a programmed path has no lost samples");
+      ++result.lost;
+      continue;
+    }
+    const double t = table.number(columns.time);
+    if (!time.empty() && t <= time.back())
+      table.fail(columns.time.column, "'" + std::string(table.text(columns.time.column)) +
+                                          "' is not later than the sample before (" +
+                                          number_text(time.back()) +
+                                          "); sort the rows by time and remove doubled ones");
+    time.push_back(t);
+    result.line.push_back(table.line_number());
+    position.add(table, columns.position);
+    if (columns.orientation) orientation.add(table, *columns.orientation);
+    if (columns.force) force.add(table, *columns.force);
+    if (columns.q) q.add(table, *columns.q);
+    if (keep == KeepRows::yes) {
+      for (size_t c = 0; c < result.columns.size(); ++c) {
+        if (c) result.rows += ',';
+        result.rows += table.text(static_cast<int>(c));
+      }
+      result.rows += '\n';
+    }
+  }
+  if (time.size() < 2)
+    throw InputError(result.source + ": has " + std::to_string(time.size()) +
+                     " samples; a path needs at least two");
+  result.path.time =
+      Eigen::Map<const Eigen::VectorXd>(time.data(), static_cast<Eigen::Index>(time.size()));
+  result.path.position = position.matrix<3>();
+  result.path.orientation = orientation.matrix<3>();
+  result.path.force = force.matrix<3>();
+  result.path.q = q.matrix<kJoints>();
+  result.sha256 = source.sha256();
+  return result;
+}
+
+std::string write_path(const Path& path) {
+  std::string text = "t_s,x_mm,y_mm,z_mm";
+  if (path.has_orientation()) text += ",a_deg,b_deg,c_deg";
+  if (path.has_joints())
+    for (int j = 0; j < kJoints; ++j) text += ",q" + std::to_string(j + 1) + "_deg";
+  if (path.has_force()) text += ",fx_n,fy_n,fz_n";
+  text += '\n';
+  const auto add = [&](const auto& values, double unit) {
+    for (Eigen::Index k = 0; k < values.size(); ++k) text += ',' + number_text(values[k], unit);
+  };
+  for (Eigen::Index i = 0; i < path.samples(); ++i) {
+    text += number_text(path.time[i]);
+    add(path.position.col(i), kMillimetre);
+    if (path.has_orientation()) add(path.orientation.col(i), kDegree);
+    if (path.has_joints()) add(path.q.col(i), kDegree);
+    if (path.has_force()) add(path.force.col(i), 1);
+    text += '\n';
+  }
+  return text;
+}
+
+std::string write_path_like(const PathFile& file, const Eigen::Matrix3Xd& position) {
+  std::array<size_t, 3> place{};
+  std::array<double, 3> unit{};
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::string name(1, "xyz"[axis]);
+    for (size_t c = 0; c < file.columns.size(); ++c) {
+      if (file.columns[c] != name + "_mm" && file.columns[c] != name + "_m") continue;
+      place[axis] = c;
+      unit[axis] = file.columns[c] == name + "_mm" ? kMillimetre : 1;
+    }
+  }
+  std::string text;
+  text.reserve(file.rows.size() * 5 / 4);
+  for (size_t c = 0; c < file.columns.size(); ++c) text += (c ? "," : "") + file.columns[c];
+  text += '\n';
+  size_t begin = 0;
+  for (Eigen::Index i = 0; i < position.cols(); ++i) {
+    for (size_t c = 0; c < file.columns.size(); ++c) {
+      const size_t end = file.rows.find_first_of(",\n", begin);
+      int axis = -1;
+      for (int k = 0; k < 3; ++k)
+        if (place[k] == c && position(k, i) != file.path.position(k, i)) axis = k;
+      if (axis < 0)
+        text.append(file.rows, begin, end - begin);
+      else
+        text += number_text(std::round(position(axis, i) / kNanometre) / (unit[axis] / kNanometre));
+      text += c + 1 < file.columns.size() ? ',' : '\n';
+      begin = end + 1;
+    }
+  }
+  return text;
+}
+
+}  // namespace armtrue

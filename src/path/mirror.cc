@@ -1,0 +1,431 @@
+#include "armtrue/path/mirror.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <stdexcept>
+
+#include "armtrue/path/low_pass.h"
+#include "breaks.h"
+#include "smoothing_spline.h"
+
+namespace armtrue {
+namespace {
+
+// Mean of the length of a vector whose square has mean 1: two normal components (Rayleigh's law).
+const double kMeanOfRms = std::sqrt(std::numbers::pi) / 2;
+
+Eigen::Index nearest_sample(const Path& path, double time, Eigen::Index from) {
+  const Eigen::Index last = path.samples() - 1;
+  while (from < last && path.time[from + 1] <= time) ++from;
+  if (from < last && path.time[from + 1] - time < time - path.time[from]) return from + 1;
+  return from;
+}
+
+double median_period(const Path& path) {
+  std::vector<double> periods;
+  for (Eigen::Index i = 1; i < path.samples(); ++i)
+    periods.push_back(path.time[i] - path.time[i - 1]);
+  return median(std::move(periods));
+}
+
+// Sums what the passes say about the deviation, on one grid of program times.
+class DeviationGrid {
+ public:
+  DeviationGrid(const Path& programmed, const std::vector<Path>& measured,
+                const std::vector<Pass>& passes)
+      : programmed_(programmed), tangent_(tangents(programmed)) {
+    double begin = programmed.time[programmed.samples() - 1], end = programmed.time[0];
+    for (size_t p = 0; p < measured.size(); ++p) {
+      const ClockFit& clock = passes[p].clock;
+      period_ = std::max(period_, median_period(measured[p]) / (1 + clock.rate));
+      begin = std::min(begin, clock.program_time(measured[p].time[0]));
+      end = std::max(end, clock.program_time(measured[p].time[measured[p].samples() - 1]));
+      with_force_ = with_force_ && measured[p].has_force();
+    }
+    begin_ = std::max(begin, programmed.time[0]);
+    end = std::min(end, programmed.time[programmed.samples() - 1]);
+    count_ = static_cast<Eigen::Index>((end - begin_) / period_) + 1;
+    weight_ = Eigen::VectorXd::Zero(count_);
+    deviation_ = Eigen::Matrix3Xd::Zero(3, count_);
+    force_ = Eigen::Matrix3Xd::Zero(3, with_force_ ? count_ : 0);
+  }
+
+  // Each reading goes to the nearest place of the grid: a deviation changes little in half a period
+  // and interpolation would take noise out of some samples only.
+  void add(const Path& measured, const Eigen::Matrix3Xd& deviation, const ClockFit& clock) {
+    for (Eigen::Index i = 0; i < measured.samples(); ++i) {
+      const auto place = static_cast<Eigen::Index>(
+          std::lround((clock.program_time(measured.time[i]) - begin_) / period_));
+      if (place < 0 || place >= count_) continue;
+      weight_[place] += 1;
+      deviation_.col(place) += deviation.col(i);
+      if (with_force_) force_.col(place) += measured.force.col(i);
+    }
+  }
+
+  PathDeviation mean() {
+    for (Eigen::Index i = 0; i < count_; ++i) {
+      if (weight_[i] == 0) continue;
+      deviation_.col(i) /= weight_[i];
+      if (with_force_) force_.col(i) /= weight_[i];
+    }
+    fill_gaps();
+    PathDeviation result;
+    result.period = period_;
+    result.time = Eigen::VectorXd::LinSpaced(count_, begin_,
+                                             begin_ + period_ * static_cast<double>(count_ - 1));
+    result.arc_length.resize(count_);
+    result.normal.resize(3, count_);
+    result.along.resize(count_);
+    result.force = force_;
+    const Eigen::VectorXd length = arc_length(programmed_);
+    Eigen::Index sample = 0;
+    for (Eigen::Index i = 0; i < count_; ++i) {
+      sample = nearest_sample(programmed_, result.time[i], sample);
+      const Eigen::Vector3d along = tangent_.col(sample);
+      result.arc_length[i] = length[sample];
+      result.along[i] = along.dot(deviation_.col(i));
+      result.normal.col(i) = deviation_.col(i) - result.along[i] * along;
+      sample = std::max<Eigen::Index>(sample - 1, 0);
+    }
+    return result;
+  }
+
+ private:
+  void fill_gaps() {
+    Eigen::Index known = -1;
+    for (Eigen::Index i = 0; i < count_; ++i) {
+      if (weight_[i] == 0) continue;
+      for (Eigen::Index k = known + 1; k < i; ++k) {
+        const double share =
+            known < 0 ? 1 : static_cast<double>(k - known) / static_cast<double>(i - known);
+        const Eigen::Index from = std::max<Eigen::Index>(known, 0);
+        const auto fill = [&](Eigen::Matrix3Xd& values) {
+          values.col(k) =
+              share * values.col(i) + (1 - share) * (known < 0 ? Eigen::Vector3d::Zero().eval()
+                                                               : Eigen::Vector3d(values.col(from)));
+        };
+        fill(deviation_);
+        if (with_force_) fill(force_);
+      }
+      known = i;
+    }
+    for (Eigen::Index k = known + 1; k < count_; ++k) {
+      deviation_.col(k) = deviation_.col(known);
+      if (with_force_) force_.col(k) = force_.col(known);
+    }
+  }
+
+  const Path& programmed_;
+  Eigen::Matrix3Xd tangent_;
+  double period_ = 0, begin_ = 0;
+  bool with_force_ = true;
+  Eigen::Index count_ = 0;
+  Eigen::VectorXd weight_;
+  Eigen::Matrix3Xd deviation_, force_;
+};
+
+// White noise per axis of samples across the path: what third differences show, since no deviation
+// worth a correction changes as fast. Their median, so that jumps do not count.
+double white_noise(const Eigen::Matrix3Xd& samples) {
+  std::vector<double> squares;
+  for (Eigen::Index i = 3; i < samples.cols(); ++i)
+    squares.push_back(
+        (samples.col(i) - 3 * samples.col(i - 1) + 3 * samples.col(i - 2) - samples.col(i - 3))
+            .squaredNorm());
+  if (squares.empty()) return 0;
+  // |.|^2 of two normal components of variance 20 s^2 has the median 2 ln 2 * 20 s^2.
+  return std::sqrt(median(std::move(squares)) / (40 * std::numbers::ln2));
+}
+
+using Smoother = std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)>;
+
+Smoother smoother(const MirrorOptions& options, double cutoff, double rate) {
+  if (options.points == CorrectionPoints::spline)
+    return [=](const Eigen::MatrixXd& samples) { return smoothing_spline(samples, cutoff, rate); };
+  return [filter = LowPass(options.order, cutoff, rate)](const Eigen::MatrixXd& samples) {
+    return filter(samples);
+  };
+}
+
+double noise_share(const MirrorOptions& options, double cutoff, double rate) {
+  return options.points == CorrectionPoints::spline
+             ? smoothing_spline_noise_share(cutoff, rate)
+             : LowPass(options.order, cutoff, rate).noise_share();
+}
+
+// Smooths every piece by itself.
+Eigen::Matrix3Xd smooth(const PathDeviation& deviation, const Smoother& smoother) {
+  Eigen::Matrix3Xd trend(3, deviation.normal.cols());
+  Eigen::Index begin = 0;
+  for (size_t piece = 0; piece <= deviation.breaks.size(); ++piece) {
+    const Eigen::Index end =
+        piece < deviation.breaks.size() ? deviation.breaks[piece] : deviation.normal.cols();
+    trend.middleCols(begin, end - begin) =
+        smoother(deviation.normal.middleCols(begin, end - begin));
+    begin = end;
+  }
+  return trend;
+}
+
+// Mean square of what the trend misses of the true deviation, by Stein's unbiased estimate: what it
+// leaves of the samples, less the noise, plus twice the noise that it kept.
+double expected_square(const PathDeviation& deviation, const Eigen::Matrix3Xd& trend,
+                       double share) {
+  const auto n = static_cast<double>(trend.cols());
+  const double kept = share + static_cast<double>(deviation.breaks.size() + 1) / n;
+  const double left = (deviation.normal - trend).colwise().squaredNorm().sum() / n;
+  const double noise = 2 * deviation.noise * deviation.noise;
+  return std::max(left - noise + 2 * noise * kept, noise * kept);
+}
+
+// The cut-off with the least expected error.
+double best_cutoff(const PathDeviation& deviation, const MirrorOptions& options, double rate) {
+  double best = 0, least = std::numeric_limits<double>::infinity();
+  const double duration = deviation.time[deviation.time.size() - 1] - deviation.time[0];
+  for (double cutoff = std::max(0.1, 2 / duration); cutoff < 0.3 * rate; cutoff *= 1.25) {
+    const double here =
+        expected_square(deviation, smooth(deviation, smoother(options, cutoff, rate)),
+                        noise_share(options, cutoff, rate));
+    if (here >= least) continue;
+    least = here;
+    best = cutoff;
+  }
+  return best;
+}
+
+// Samples that a polygon through some of them needs so as to stay within `tolerance` (Ramer,
+// Douglas and Peucker), the turning points of each component among them if they stand out.
+void add_corners(const Eigen::Matrix3Xd& values, Eigen::Index begin, Eigen::Index end,
+                 double tolerance, std::vector<Eigen::Index>& corners) {
+  std::vector<std::pair<Eigen::Index, Eigen::Index>> open{{begin, end}};
+  corners.push_back(begin);
+  corners.push_back(end);
+  while (!open.empty()) {
+    const auto [first, last] = open.back();
+    open.pop_back();
+    Eigen::Index farthest = -1;
+    double largest = tolerance;
+    for (Eigen::Index i = first + 1; i < last; ++i) {
+      const double share = static_cast<double>(i - first) / static_cast<double>(last - first);
+      const double off =
+          (values.col(i) - (1 - share) * values.col(first) - share * values.col(last)).norm();
+      if (off <= largest) continue;
+      largest = off;
+      farthest = i;
+    }
+    if (farthest < 0) continue;
+    corners.push_back(farthest);
+    open.emplace_back(first, farthest);
+    open.emplace_back(farthest, last);
+  }
+}
+
+// Turning points of one component that stand out by more than `prominence`.
+void add_turning_points(const Eigen::RowVectorXd& values, Eigen::Index begin, double prominence,
+                        std::vector<Eigen::Index>& points) {
+  Eigen::Index low = 0, high = 0;  // of the stretch since the last turning point
+  int direction = 0;
+  for (Eigen::Index i = 1; i < values.size(); ++i) {
+    if (values[i] > values[high]) high = i;
+    if (values[i] < values[low]) low = i;
+    if (direction >= 0 && values[high] - values[i] > prominence) {
+      if (direction > 0 || high > 0) points.push_back(begin + high);
+      direction = -1;
+      low = i;
+    } else if (direction <= 0 && values[i] - values[low] > prominence) {
+      if (direction < 0 || low > 0) points.push_back(begin + low);
+      direction = 1;
+      high = i;
+    }
+    if (direction > 0) low = i;
+    if (direction < 0) high = i;
+  }
+}
+
+// Makes the trend straight between its correction points; returns these.
+std::vector<Eigen::Index> straighten(PathDeviation& deviation, CorrectionPoints how,
+                                     double uncertainty) {
+  std::vector<Eigen::Index> points;
+  Eigen::Index begin = 0;
+  for (size_t piece = 0; piece <= deviation.breaks.size(); ++piece) {
+    const Eigen::Index end =
+        piece < deviation.breaks.size() ? deviation.breaks[piece] : deviation.normal.cols();
+    std::vector<Eigen::Index> turning{begin, end - 1};
+    if (how == CorrectionPoints::turning)
+      for (int axis = 0; axis < 3; ++axis)
+        add_turning_points(deviation.trend.row(axis).segment(begin, end - begin), begin,
+                           uncertainty, turning);
+    std::sort(turning.begin(), turning.end());
+    const double tolerance = how == CorrectionPoints::turning ? uncertainty : uncertainty / 4;
+    for (size_t k = 1; k < turning.size(); ++k)
+      add_corners(deviation.trend, turning[k - 1], turning[k], tolerance, points);
+    begin = end;
+  }
+  std::sort(points.begin(), points.end());
+  points.erase(std::unique(points.begin(), points.end()), points.end());
+  if (how == CorrectionPoints::spline) return points;
+  for (size_t k = 1; k < points.size(); ++k) {
+    const Eigen::Index first = points[k - 1], last = points[k];
+    for (Eigen::Index i = first + 1; i < last; ++i) {
+      const double share = static_cast<double>(i - first) / static_cast<double>(last - first);
+      deviation.trend.col(i) =
+          (1 - share) * deviation.trend.col(first) + share * deviation.trend.col(last);
+    }
+  }
+  return points;
+}
+
+// The trend at the samples of the program, across its path; a jump comes half a period before the
+// first sample after it.
+Eigen::Matrix3Xd trend_on(const Path& programmed, const PathDeviation& deviation) {
+  std::vector<bool> jumps(static_cast<size_t>(deviation.time.size()), false);
+  for (const Eigen::Index b : deviation.breaks) jumps[static_cast<size_t>(b)] = true;
+  const Eigen::Matrix3Xd tangent = tangents(programmed);
+  Eigen::Matrix3Xd trend(3, programmed.samples());
+  const Eigen::Index last = deviation.time.size() - 1;
+  for (Eigen::Index i = 0; i < programmed.samples(); ++i) {
+    const double place = std::clamp((programmed.time[i] - deviation.time[0]) / deviation.period,
+                                    0.0, static_cast<double>(last));
+    const auto k = std::min(static_cast<Eigen::Index>(place), std::max<Eigen::Index>(last - 1, 0));
+    const Eigen::Index next = std::min(k + 1, last);
+    double share = place - static_cast<double>(k);
+    if (jumps[static_cast<size_t>(next)] && next != k) share = share < 0.5 ? 0 : 1;
+    const Eigen::Vector3d value =
+        (1 - share) * deviation.trend.col(k) + share * deviation.trend.col(next);
+    trend.col(i) = value - tangent.col(i).dot(value) * tangent.col(i);
+  }
+  return trend;
+}
+
+Eigen::VectorXd moving(const Path& programmed) {
+  Eigen::VectorXd moves = Eigen::VectorXd::Zero(programmed.samples());
+  for (Eigen::Index i = 1; i + 1 < programmed.samples(); ++i)
+    moves[i] = programmed.position.col(i + 1) != programmed.position.col(i - 1);
+  return moves;
+}
+
+ErrorSummary lengths_in_motion(const Eigen::Matrix3Xd& vectors, const Eigen::VectorXd& moves) {
+  std::vector<double> lengths;
+  for (Eigen::Index i = 0; i < vectors.cols(); ++i)
+    if (moves[i] != 0) lengths.push_back(vectors.col(i).norm());
+  return summarize(std::move(lengths));
+}
+
+Pass register_pass(const Path& programmed, const Path& measured, const ClockOptions& options) {
+  Pass pass;
+  pass.clock = fit_clock(programmed, measured, options);
+  pass.samples = static_cast<int>(measured.samples());
+  const double period = median_period(measured);
+  for (Eigen::Index i = 1; i < measured.samples(); ++i) {
+    const double gap = measured.time[i] - measured.time[i - 1];
+    pass.lost += static_cast<int>(std::lround(gap / period)) - 1;
+    if (gap > 1.5 * period) pass.longest_gap = std::max(pass.longest_gap, gap);
+  }
+  return pass;
+}
+
+// Measured minus programmed, each sample at its own time.
+Eigen::Matrix3Xd deviations(const Path& programmed, const Path& measured, const ClockFit& clock) {
+  const Eigen::VectorXd time = (measured.time.array() - clock.offset) / (1 + clock.rate);
+  const Eigen::Matrix3Xd turned = clock.program_from_instrument.rotation * measured.position;
+  return (turned - position_at(programmed, time)).colwise() +
+         clock.program_from_instrument.translation;
+}
+
+}  // namespace
+
+MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& measured,
+                            const MirrorOptions& options) {
+  if (measured.empty()) throw std::invalid_argument("there is no measured pass");
+  Path executed = programmed;
+  if (options.executed) executed.position = *options.executed;
+  MirrorResult result;
+  for (const Path& path : measured)
+    result.passes.push_back(register_pass(executed, path, options.clock));
+
+  DeviationGrid grid(programmed, measured, result.passes);
+  std::vector<Eigen::Matrix3Xd> single;
+  for (size_t p = 0; p < measured.size(); ++p) {
+    const Eigen::Matrix3Xd deviation = deviations(programmed, measured[p], result.passes[p].clock);
+    grid.add(measured[p], deviation, result.passes[p].clock);
+    if (measured.size() > 1) {
+      DeviationGrid own(programmed, measured, result.passes);
+      own.add(measured[p], deviation, result.passes[p].clock);
+      single.push_back(own.mean().normal);
+    }
+  }
+  PathDeviation& deviation = result.deviation;
+  deviation = grid.mean();
+  deviation.noise = white_noise(deviation.normal);
+  const double rate = 1 / deviation.period;
+  const auto window = static_cast<Eigen::Index>(std::ceil(0.32 * rate));
+  std::vector<Eigen::Index> likely;
+  for (const double time : program_breaks(programmed))
+    likely.push_back(std::lround((time - deviation.time[0]) * rate));
+  deviation.breaks = find_jumps(deviation.normal, deviation.noise, window, likely);
+
+  result.cutoff = options.cutoff ? *options.cutoff : best_cutoff(deviation, options, rate);
+  const double share = noise_share(options, result.cutoff, rate);
+  deviation.trend = smooth(deviation, smoother(options, result.cutoff, rate));
+  const double uncertainty = std::numbers::sqrt2 * deviation.noise * std::sqrt(share);
+  const std::vector<Eigen::Index> points = straighten(deviation, options.points, uncertainty);
+
+  double missed = expected_square(deviation, deviation.trend, share);
+  if (!single.empty()) {
+    // What differs from pass to pass, slower than the noise, comes back in the next one.
+    const Smoother low_pass = smoother(options, result.cutoff, rate);
+    double square = 0;
+    for (const Eigen::Matrix3Xd& pass : single) {
+      PathDeviation other = deviation;
+      other.normal = pass - deviation.normal;
+      square += smooth(other, low_pass).colwise().squaredNorm().mean();
+    }
+    const auto passes = static_cast<double>(single.size());
+    const double noise = 2 * deviation.noise * deviation.noise * passes * share;
+    const double spread = std::max(0.0, square / (passes - 1) - noise);
+    deviation.spread = std::sqrt(spread / 2);
+    missed += spread * (1 + 1 / passes);
+  }
+
+  const Eigen::Matrix3Xd trend = trend_on(programmed, deviation);
+  const Eigen::VectorXd moves = moving(programmed);
+  result.before = lengths_in_motion(trend, moves);
+  const double power = result.before.rms * result.before.rms;
+  result.gain = options.gain ? *options.gain
+                : power > 0  ? std::max(0.0, 1 - std::min(missed, power) / power)
+                             : 0;
+  const double not_corrected = (1 - result.gain) * (1 - result.gain);
+  result.expected_after =
+      kMeanOfRms * std::sqrt(result.gain * result.gain * missed + not_corrected * power);
+
+  result.correction = -result.gain * trend;
+  if (options.executed) {
+    const Eigen::Matrix3Xd previous = *options.executed - programmed.position;
+    result.uncorrected = lengths_in_motion(trend - previous, moves).mean;
+    result.correction += previous;
+  }
+  if (!options.engaged.empty())
+    for (Eigen::Index i = 0; i < programmed.samples(); ++i)
+      if (std::none_of(options.engaged.begin(), options.engaged.end(), [&](const auto& stretch) {
+            return stretch.first <= programmed.time[i] && programmed.time[i] <= stretch.second;
+          }))
+        result.correction.col(i).setZero();
+  for (Eigen::Index i = 0; i < programmed.samples(); ++i) {
+    const double length = result.correction.col(i).norm();
+    if (length <= options.max) continue;
+    result.correction.col(i) *= options.max / length;
+    ++result.clipped;
+  }
+  result.position = programmed.position + result.correction;
+  Eigen::Index sample = 0;
+  for (const Eigen::Index point : points) {
+    sample = nearest_sample(programmed, deviation.time[point], sample);
+    if (result.points.empty() || result.points.back() != sample) result.points.push_back(sample);
+  }
+  return result;
+}
+
+}  // namespace armtrue
