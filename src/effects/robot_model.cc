@@ -95,6 +95,8 @@ double BoundEffect::scalar_driver(const Context& context, const ArmFrames* frame
   switch (driver_.kind) {
     case DriverKind::joint_angle:
       return context.q[driver_.joint];
+    case DriverKind::motor_torque:
+      return context.motor_torque_nm[driver_.joint];
     case DriverKind::arrival:
       return context.arrival[driver_.joint];
     case DriverKind::time:
@@ -133,6 +135,10 @@ void BoundEffect::values(const Context& context, const ArmFrames* frames,
 RobotModel::RobotModel(const Robot& robot, const std::vector<std::string>& temperature_names)
     : chain_(robot.chain), targets_(robot.chain.targets), anchors_(robot.chain.anchors) {
   for (const Effect& effect : robot.effects) {
+    if (effect.driver.kind == DriverKind::motor_torque)
+      throw std::invalid_argument("effect '" + effect.name +
+                                  "' follows a measured motor torque, which nobody knows of a pose "
+                                  "that was not measured; let it follow gravity-torque");
     effects_.emplace_back(effect, robot, temperature_names);
     if (effects_.back().coefficient_count() != static_cast<int>(effect.coefficients.size()))
       throw std::invalid_argument("effect '" + effect.name + "' has " +

@@ -12,6 +12,7 @@ Context Campaign::context(int row) const {
   if (!arrival.empty()) context.arrival = arrival[row];
   if (!time_s.empty()) context.time_s = time_s[row];
   if (!payload_kg.empty()) context.payload_kg = payload_kg[row];
+  if (!motor_torque_nm.empty()) context.motor_torque_nm = motor_torque_nm[row];
   if (!force_n.empty()) context.force_n = force_n[row];
   if (!temperature_c.empty()) context.temperature_c = temperature_c[row];
   return context;
@@ -61,6 +62,7 @@ Campaign Campaign::select(const std::vector<int>& rows) const {
   pick(sigma_orientation, chosen.sigma_orientation);
   pick(arrival, chosen.arrival);
   pick(payload_kg, chosen.payload_kg);
+  pick(motor_torque_nm, chosen.motor_torque_nm);
   pick(force_n, chosen.force_n);
   pick(temperature_c, chosen.temperature_c);
   pick(session, chosen.session);

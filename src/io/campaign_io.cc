@@ -136,10 +136,15 @@ class CampaignReader {
     force_ =
         group("a force", std::array{table_.find("fx_n"), table_.find("fy_n"), table_.find("fz_n")},
               {"fx_n", "fy_n", "fz_n"});
-    std::array<std::optional<int>, kJoints> arrival;
-    for (int j = 0; j < kJoints; ++j) arrival[j] = table_.find("dir" + std::to_string(j + 1));
+    std::array<std::optional<int>, kJoints> arrival, motor_torque;
+    for (int j = 0; j < kJoints; ++j) {
+      arrival[j] = table_.find("dir" + std::to_string(j + 1));
+      motor_torque[j] = table_.find("tau" + std::to_string(j + 1) + "_nm");
+    }
     arrival_ =
         group("directions of arrival", arrival, {"dir1", "dir2", "dir3", "dir4", "dir5", "dir6"});
+    motor_torque_ = group("a set of motor torques", motor_torque,
+                          {"tau1_nm", "tau2_nm", "tau3_nm", "tau4_nm", "tau5_nm", "tau6_nm"});
     for (size_t c = 0; c < table_.columns().size(); ++c) {
       const std::string& name = table_.columns()[c];
       if (!name.starts_with("temp_") || !name.ends_with("_c") || name.size() < 8) continue;
@@ -212,6 +217,10 @@ class CampaignReader {
         directions[j] = static_cast<std::int8_t>(direction);
       }
       c.arrival.push_back(directions);
+    }
+    if (motor_torque_[0]) {
+      auto& torques = c.motor_torque_nm.emplace_back();
+      for (size_t j = 0; j < torques.size(); ++j) torques[j] = table_.number(*motor_torque_[j]);
     }
     if (!temperatures_.empty()) {
       auto& temperatures = c.temperature_c.emplace_back();
@@ -329,7 +338,7 @@ class CampaignReader {
   std::array<std::optional<Quantity>, 3> position_, abc_;
   std::array<std::optional<int>, 4> quaternion_;
   std::array<std::optional<int>, 3> force_;
-  std::array<std::optional<int>, kJoints> arrival_;
+  std::array<std::optional<int>, kJoints> arrival_, motor_torque_;
   std::optional<Quantity> sigma_position_, sigma_orientation_;
   std::vector<int> temperatures_;
 };

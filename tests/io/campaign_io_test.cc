@@ -116,6 +116,13 @@ TEST(CampaignIo, DistancesReadBackTheSame) {
   EXPECT_EQ(write_campaign(read(text)), text);
 }
 
+TEST(CampaignIo, MotorTorquesAreRead) {
+  const std::string header = std::string(kHeader) + ",tau1_nm,tau2_nm,tau3_nm,tau4_nm,tau5_nm";
+  const Campaign campaign = read(header + ",tau6_nm\n1,0,0,0,0,0,0,1,1,1,10,-20.5,30,0,0,6\n");
+  EXPECT_EQ(campaign.motor_torque_nm.front(), (std::array<double, 6>{10, -20.5, 30, 0, 0, 6}));
+  expect_error(header + "\n1,0,0,0,0,0,0,1,1,1,0,0,0,0,0\n", "a set of motor torques also needs the column 'tau6_nm'");
+}
+
 TEST(CampaignIo, RowsWithoutMeasurementAreCounted) {
   const Campaign campaign =
       read(std::string(kHeader) + "\n1,0,0,0,0,0,0,,,\n2,0,0,0,0,0,0,1,1,1\n");

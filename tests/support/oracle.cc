@@ -262,6 +262,7 @@ void write_csv(const std::string& path, const OracleArm& arm, const std::vector<
                                 : ",x_mm,y_mm,z_mm");
   out << ",dir1,dir2,dir3,dir4,dir5,dir6";
   if (truth.conditions) out << ",payload_kg,fx_n,fy_n,fz_n,temp_arm_c";
+  if (plan.motor_torque) out << ",tau1_nm,tau2_nm,tau3_nm,tau4_nm,tau5_nm,tau6_nm";
   out << '\n' << std::setprecision(12);
   double sum = 0;
   const size_t rows_per_visit = std::max<size_t>(1, plan.anchors.size());
@@ -281,6 +282,8 @@ void write_csv(const std::string& path, const OracleArm& arm, const std::vector<
         for (int i = 0; i < 3; ++i) out << ',' << visit.moment.force[i];
         out << ',' << visit.moment.temperature_c;
       }
+      if (plan.motor_torque)
+        for (double torque : visit.moment.torque) out << ',' << -torque;
       out << '\n';
     }
   }

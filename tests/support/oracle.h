@@ -73,6 +73,7 @@ struct CampaignPlan {
   double blunders = 0;
   bool orientation = true;
   bool known_masses = false;  // the true arm weighs what the nominal one does
+  bool motor_torque = false;  // is logged: what holds the true arm against gravity
   std::vector<OracleAnchor> anchors{};  // if any, distances from each are read instead of poses
   unsigned seed = 1;
 };

@@ -52,7 +52,8 @@ class BoundEffect {
   int coefficient_count_ = 0, value_count_ = 0;
 };
 
-/// Predicts poses: the chain, with the effects that the robot file declares.
+/// Predicts poses: the chain, with the effects that the robot file declares. Throws
+/// std::invalid_argument for one that follows what only a measurement tells (motor torque).
 class RobotModel {
  public:
   explicit RobotModel(const Robot& robot, const std::vector<std::string>& temperature_names = {});

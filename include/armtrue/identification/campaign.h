@@ -43,6 +43,7 @@ struct Campaign {
   std::vector<double> sigma_orientation;  ///< per axis [rad]
   std::vector<std::array<std::int8_t, kJoints>> arrival;
   std::vector<double> payload_kg;
+  std::vector<std::array<double, kJoints>> motor_torque_nm;
   std::vector<Eigen::Vector3d> force_n;
   std::vector<std::string> temperature_names;
   std::vector<std::array<double, kMaxTemperatures>> temperature_c;
