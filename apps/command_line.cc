@@ -91,12 +91,7 @@ Campaign Command::campaign(const std::string& path, const Robot& robot) {
   progress("reading measurements");
   CampaignFile file = read_campaign(path);
   inputs_.emplace_back(file.campaign.source, file.sha256);
-  if (!file.unknown_columns.empty()) {
-    std::string list;
-    for (const std::string& column : file.unknown_columns)
-      list += (list.empty() ? "" : ", ") + column;
-    warn("columns not used: " + list);
-  }
+  warn_of_unknown(file.unknown_columns);
   if (file.campaign.skipped_rows > 0)
     warn(fmt::format("{} rows without a measurement skipped", file.campaign.skipped_rows));
   for (const std::string& name : file.campaign.target_names)
@@ -107,6 +102,20 @@ Campaign Command::campaign(const std::string& path, const Robot& robot) {
   if (const auto findings = diagnose(robot, file.campaign); !findings.empty())
     throw InputError(file.campaign.source + ": " + findings.front());
   return std::move(file.campaign);
+}
+
+PathFile Command::path(const std::string& path, KeepRows keep) {
+  PathFile file = read_path(path, keep);
+  inputs_.emplace_back(file.source, file.sha256);
+  if (keep == KeepRows::no) warn_of_unknown(file.unknown_columns);
+  return file;
+}
+
+void Command::warn_of_unknown(const std::vector<std::string>& columns) const {
+  if (columns.empty()) return;
+  std::string list;
+  for (const std::string& column : columns) list += (list.empty() ? "" : ", ") + column;
+  warn("columns not used: " + list);
 }
 
 Provenance Command::provenance() const { return {name_, ARMTRUE_VERSION, inputs_}; }

@@ -7,6 +7,7 @@
 #include "armtrue/effects/catalogue.h"
 #include "armtrue/identification/zone.h"
 #include "armtrue/io/campaign_io.h"
+#include "armtrue/io/path_io.h"
 #include "armtrue/io/provenance.h"
 #include "armtrue/io/robot_io.h"
 
@@ -51,9 +52,13 @@ class Command {
   RobotFile robot(const std::string& path);
   /// Throws InputError if the numbers give a mistake of units, frames or signs away.
   Campaign campaign(const std::string& path, const Robot& robot);
+  /// Columns that the command does not know are named, unless the rows are kept for the output.
+  PathFile path(const std::string& path, KeepRows keep = KeepRows::no);
   Provenance provenance() const;
 
  private:
+  void warn_of_unknown(const std::vector<std::string>& columns) const;
+
   std::string name_;
   CLI::App app_;
   std::vector<std::pair<std::string, std::string>> inputs_;

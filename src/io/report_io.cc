@@ -15,16 +15,6 @@ YAML::Node text_or_null(const std::string& text) {
   return text.empty() ? YAML::Node(YAML::NodeType::Null) : YAML::Node(text);
 }
 
-// Four significant digits are all that a statistic carries.
-std::string rounded(double value) { return fmt::format("{:.4g}", value); }
-
-YAML::Node error_node(const ErrorSummary& errors, double unit) {
-  return flow_map({{"mean", rounded(errors.mean / unit)},
-                   {"rms", rounded(errors.rms / unit)},
-                   {"p95", rounded(errors.p95 / unit)},
-                   {"max", rounded(errors.max / unit)}});
-}
-
 YAML::Node stage_errors_node(const StageErrors& errors) {
   YAML::Node node;
   node["position_mm"] = error_node(errors.position, kMillimetre);

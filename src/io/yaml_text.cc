@@ -37,6 +37,15 @@ YAML::Node flow_list(const std::vector<double>& values) {
   return flow(node);
 }
 
+std::string rounded(double value) { return fmt::format("{:.4g}", value); }
+
+YAML::Node error_node(const ErrorSummary& errors, double unit) {
+  return flow_map({{"mean", rounded(errors.mean / unit)},
+                   {"rms", rounded(errors.rms / unit)},
+                   {"p95", rounded(errors.p95 / unit)},
+                   {"max", rounded(errors.max / unit)}});
+}
+
 std::string unit_of_parameter(const Robot& robot, const std::string& parameter) {
   const auto index = find_parameter(robot.chain, parameter);
   if (!index) return "m or rad";

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "armtrue/effects/robot.h"
+#include "armtrue/identification/statistics.h"
 #include "armtrue/io/number_text.h"
 #include "armtrue/io/provenance.h"
 
@@ -24,6 +25,11 @@ inline YAML::Node flow(YAML::Node node) {
 YAML::Node flow_map(const std::vector<std::pair<std::string, std::string>>& entries);
 /// A list on one line.
 YAML::Node flow_list(const std::vector<double>& values);
+
+/// Four significant digits, which are all that a statistic carries.
+std::string rounded(double value);
+
+YAML::Node error_node(const ErrorSummary& errors, double unit);
 
 /// SI unit of a parameter or group of parameters: "m", "rad", "1", "m or rad".
 std::string unit_of_parameter(const Robot& robot, const std::string& parameter);

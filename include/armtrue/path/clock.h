@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <utility>
 
 #include "armtrue/kinematics/pose.h"
 #include "armtrue/path/path.h"
@@ -23,6 +24,9 @@ struct ClockFit {
   }
   /// Standard deviation of the offset in the middle of the record, where it is known best [s].
   double offset_deviation = 0;
+  std::pair<double, double> offset_ci95() const {
+    return {offset - 1.96 * offset_deviation, offset + 1.96 * offset_deviation};
+  }
 };
 
 struct ClockOptions {

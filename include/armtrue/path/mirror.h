@@ -51,8 +51,8 @@ struct PathDeviation {
   Eigen::Matrix3Xd trend;      ///< of `normal`, without noise [m]
   std::vector<Eigen::Index> breaks;  ///< first samples after a corner, reversal, entry or exit:
                                      ///< there the trend may jump
-  double noise = 0;   ///< of one sample of `normal`, per axis [m]
-  double spread = 0;  ///< from pass to pass, per axis [m]; 0 for a single pass
+  double noise = 0;                  ///< of one sample of `normal`, per axis [m]
+  double spread = 0;                 ///< from pass to pass, per axis [m]; 0 for a single pass
 };
 
 struct MirrorResult {
