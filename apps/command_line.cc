@@ -18,6 +18,33 @@
 namespace armtrue::app {
 namespace {
 
+// Throws std::invalid_argument, which says what was expected.
+std::vector<double> parse_numbers(const std::string& text, size_t count, const std::string& form) {
+  std::vector<double> numbers;
+  for (const std::string& item : split_list(text)) {
+    char* end = nullptr;
+    numbers.push_back(std::strtod(item.c_str(), &end));
+    if (*end != '\0' || !std::isfinite(numbers.back()))
+      throw std::invalid_argument("'" + item + "' is not a number; give " + form);
+  }
+  if (numbers.size() != count)
+    throw std::invalid_argument(fmt::format("'{}' has {} numbers instead of {}; give {}", text,
+                                            numbers.size(), count, form));
+  return numbers;
+}
+
+// CLI11 takes nan for a number, and for one in every range.
+void check_finite(const CLI::App& app) {
+  for (const CLI::App* group : app.get_subcommands([](const CLI::App*) { return true; }))
+    check_finite(*group);
+  for (const CLI::Option* option : app.get_options()) {
+    if (!option->get_type_name().starts_with("FLOAT")) continue;
+    for (const std::string& text : option->results())
+      if (!std::isfinite(std::strtod(text.c_str(), nullptr)))
+        throw CLI::ValidationError(option->get_name(), "'" + text + "' is not finite");
+  }
+}
+
 double seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
@@ -50,6 +77,7 @@ int Command::run(int argc, char** argv, const std::function<int()>& work) {
   std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is a write error like any other
   try {
     app_.parse(argc, argv);
+    check_finite(app_);
   } catch (const CLI::ParseError& error) {
     return app_.exit(error) == 0 ? kSuccess : kBadUsage;
   }
@@ -131,6 +159,20 @@ std::vector<std::string> split_list(const std::string& text) {
   return items;
 }
 
+void add_numbers(CLI::App& options, const std::string& name, std::vector<double>& numbers,
+                 size_t count, const std::string& form, const std::string& help) {
+  options.add_option_function<std::string>(
+      name,
+      [&numbers, name, count, form](const std::string& text) {
+        try {
+          numbers = parse_numbers(text, count, form);
+        } catch (const std::invalid_argument& error) {
+          throw CLI::ValidationError(name, error.what());
+        }
+      },
+      help);
+}
+
 Catalogue catalogue(const std::string& path) {
   extern const char* const kShippedCatalogue;
   return path.empty() ? parse_catalogue(kShippedCatalogue, "the shipped catalogue")
@@ -138,7 +180,6 @@ Catalogue catalogue(const std::string& path) {
 }
 
 void add_zone(CLI::App& options, std::string& zone, const std::string& help) {
-  // One text, not four values: those would take the file that follows for the fourth.
   options.add_option("--zone-mm,--zone", zone, help)->check([](const std::string& text) {
     try {
       app::zone(text);
@@ -150,15 +191,7 @@ void add_zone(CLI::App& options, std::string& zone, const std::string& help) {
 }
 
 Zone zone(const std::string& text) {
-  std::vector<double> numbers;
-  for (const std::string& item : split_list(text)) {
-    char* end = nullptr;
-    numbers.push_back(std::strtod(item.c_str(), &end));
-    if (*end != '\0' || !std::isfinite(numbers.back()))
-      throw std::invalid_argument("'" + item + "' is not a number; give x,y,z,radius in mm");
-  }
-  if (numbers.size() != 4)
-    throw std::invalid_argument("'" + text + "' is not four numbers; give x,y,z,radius in mm");
+  const std::vector<double> numbers = parse_numbers(text, 4, "x,y,z,radius in mm");
   if (numbers[3] <= 0) throw std::invalid_argument("the radius must be above zero");
   return {Eigen::Vector3d(numbers[0], numbers[1], numbers[2]) * kMillimetre,
           numbers[3] * kMillimetre};

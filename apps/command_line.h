@@ -69,6 +69,11 @@ class Command {
 /// Splits `A1.alpha,A2.d` at its commas.
 std::vector<std::string> split_list(const std::string& text);
 
+/// An option of `count` numbers at commas, such as `x,y,z,radius in mm` (the `form`, for messages).
+/// One text, not several values: those would take the file that follows for one more.
+void add_numbers(CLI::App& options, const std::string& name, std::vector<double>& numbers,
+                 size_t count, const std::string& form, const std::string& help);
+
 /// The catalogue from a file, or the one that armtrue ships for "".
 Catalogue catalogue(const std::string& path);
 

@@ -72,12 +72,16 @@ Campaign Campaign::select(const std::vector<int>& rows) const {
 void derive_arrival(Campaign& campaign) {
   constexpr double kLeastMotion = 1e-4 * std::numbers::pi / 180;
   std::array<std::int8_t, kJoints> direction{};
+  JointVector moved_last;  // small motions add up, so that a slow joint is seen to move too
   campaign.arrival.clear();
   campaign.arrival.reserve(campaign.q.size());
   for (size_t row = 0; row < campaign.q.size(); ++row) {
-    for (int j = 0; row > 0 && j < kJoints; ++j) {
-      const double motion = campaign.q[row][j] - campaign.q[row - 1][j];
-      if (std::abs(motion) > kLeastMotion) direction[j] = motion > 0 ? 1 : -1;
+    if (row == 0) moved_last = campaign.q[row];
+    for (int j = 0; j < kJoints; ++j) {
+      const double motion = campaign.q[row][j] - moved_last[j];
+      if (std::abs(motion) <= kLeastMotion) continue;
+      direction[j] = motion > 0 ? 1 : -1;
+      moved_last[j] = campaign.q[row][j];
     }
     campaign.arrival.push_back(direction);
   }

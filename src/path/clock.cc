@@ -85,9 +85,9 @@ Eigen::VectorXd correlate(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
   return correlation.head(length);
 }
 
-// Mean square distance of some hundreds of samples, were the clocks `offset` apart.
+// Mean square distance of some thousands of samples, were the clocks `offset` apart.
 double misfit(const Path& programmed, const Path& measured, double offset) {
-  const Eigen::Index step = std::max<Eigen::Index>(1, measured.samples() / 500);
+  const Eigen::Index step = std::max<Eigen::Index>(1, measured.samples() / 5000);
   const Eigen::VectorXd time = measured.time(Eigen::seq(0, Eigen::last, step));
   const Eigen::Matrix3Xd position = measured.position(Eigen::all, Eigen::seq(0, Eigen::last, step));
   return (position - position_at(programmed, time.array() - offset)).colwise().squaredNorm().mean();
@@ -105,16 +105,30 @@ double coarse_offset(const Path& programmed, const Path& measured) {
   const auto offset_of = [&](double k) {
     return measured.time[0] - programmed.time[0] + (k - static_cast<double>(last)) * period;
   };
-  Eigen::Index peak = 0;
-  const double highest = correlation.maxCoeff(&peak);
-  constexpr double kAsGood = 0.97;
-  Eigen::Index low = peak, high = peak;
-  while (low > 0 && correlation[low - 1] > kAsGood * highest) --low;
-  while (high + 1 < correlation.size() && correlation[high + 1] > kAsGood * highest) ++high;
-  double best = offset_of(static_cast<double>(peak));
-  double least = misfit(programmed, measured, best);
-  const Eigen::Index step = std::max<Eigen::Index>(1, (high - low) / 200);
-  for (Eigen::Index k = low; k <= high; k += step) {
+  // Rasters fit again one line further, stretches at constant speed anywhere: the best peaks and
+  // places evenly spread between them.
+  const double good = 0.97 * correlation.maxCoeff();
+  std::vector<Eigen::Index> peaks, places;
+  for (Eigen::Index k = 0; k < correlation.size(); ++k) {
+    if (correlation[k] < good) continue;
+    places.push_back(k);
+    const Eigen::Index from = std::max<Eigen::Index>(k - 3, 0);
+    const Eigen::Index to = std::min(k + 3, correlation.size() - 1);
+    if (correlation[k] == correlation.segment(from, to - from + 1).maxCoeff()) peaks.push_back(k);
+  }
+  constexpr size_t kTried = 100;
+  const auto higher = [&](Eigen::Index a, Eigen::Index b) {
+    return correlation[a] > correlation[b];
+  };
+  std::sort(peaks.begin(), peaks.end(), higher);
+  peaks.resize(std::min(peaks.size(), kTried));
+  const double highest = offset_of(static_cast<double>(peaks.front()));
+  for (size_t k = 0; k < places.size(); k += std::max<size_t>(1, places.size() / kTried))
+    peaks.push_back(places[k]);
+  double best = highest;
+  double least =
+      kLargestDeviation * kLargestDeviation;  // further off it is not positions that agree
+  for (const Eigen::Index k : peaks) {
     const double offset = offset_of(static_cast<double>(k));
     const double here = misfit(programmed, measured, offset);
     if (here >= least) continue;
@@ -134,7 +148,11 @@ Slopes follow(const Path& path, const Eigen::VectorXd& times) {
   Eigen::Index k = 0;
   const Eigen::Index last = path.samples() - 1;
   for (Eigen::Index i = 0; i < times.size(); ++i) {
-    while (k + 1 < last && path.time[k + 1] < times[i]) ++k;
+    if (k + 1 < last && path.time[k + 1] < times[i]) ++k;  // the usual case
+    if (k + 1 < last && path.time[k + 1] < times[i]) {
+      const double* const begin = path.time.data();
+      k = std::lower_bound(begin + k + 1, begin + last, times[i]) - begin - 1;
+    }
     const Eigen::Vector3d slope =
         (path.position.col(k + 1) - path.position.col(k)) / (path.time[k + 1] - path.time[k]);
     const double ahead = std::clamp(times[i], path.time[0], path.time[last]) - path.time[k];
@@ -176,11 +194,11 @@ Eigen::VectorXd jump_shares(const Path& programmed, const Eigen::VectorXd& times
   const double speed = before.colwise().norm().maxCoeff();
   Eigen::VectorXd share = Eigen::VectorXd::Zero(times.size());
   for (Eigen::Index i = 1; i < times.size();) {
-    if (change[i] < kChange * speed) {
+    if (!(change[i] >= kChange * speed)) {
       ++i;
       continue;
     }
-    Eigen::Index end = i;
+    Eigen::Index end = i + 1;
     while (end < times.size() && change[end] >= kChange * speed) ++end;
     share.segment(i, end - i).setConstant(1 / static_cast<double>(end - i));
     i = end;
@@ -386,21 +404,35 @@ void check_units(const Path& programmed, const Path& measured) {
                                   "; correct the column");
 }
 
-// The rigid motion that joins the paths best, for a message.
-std::string rigid_motion(const Path& programmed, const Path& measured, const ClockFit& clock) {
-  const Eigen::Matrix3Xd wanted =
-      position_at(programmed, (measured.time.array() - clock.offset) / (1 + clock.rate));
-  const Eigen::Matrix4d motion = Eigen::umeyama(measured.position, wanted, false);
-  const Eigen::Matrix3Xd joined = (motion.topLeftCorner<3, 3>() * measured.position).colwise() +
-                                  Eigen::Vector3d(motion.topRightCorner<3, 1>());
-  const Eigen::Vector3d abc = abc_from_rotation(motion.topLeftCorner<3, 3>()) / kDegree;
-  const Eigen::Vector3d shift = motion.topRightCorner<3, 1>() / kMillimetre;
-  std::array<char, 256> buffer{};
-  std::snprintf(buffer.data(), buffer.size(),
-                "x %.3f, y %.3f, z %.3f mm, a %.4f, b %.4f, c %.4f deg would leave %.3f mm",
-                shift[0], shift[1], shift[2], abc[0], abc[1], abc[2],
+// Frame and clock together, from a first offset.
+ClockFit fit_with_frame(const Path& programmed, const Path& measured, double offset) {
+  ClockFit fit;
+  fit.offset = offset;
+  const Eigen::Matrix4d motion = Eigen::umeyama(
+      measured.position, position_at(programmed, measured.time.array() - offset), false);
+  fit.program_from_instrument = {motion.topLeftCorner<3, 3>(), motion.topRightCorner<3, 1>()};
+  ClockEstimator(programmed, measured, true).refine(fit);
+  return fit;
+}
+
+[[noreturn]] void fail_frame(const Path& programmed, const Path& measured, double offset) {
+  const ClockFit fit = fit_with_frame(programmed, measured, offset);
+  const Pose& motion = fit.program_from_instrument;
+  const Eigen::VectorXd time = (measured.time.array() - fit.offset) / (1 + fit.rate);
+  const Eigen::Matrix3Xd wanted = position_at(programmed, time);
+  const Eigen::Matrix3Xd joined =
+      (motion.rotation * measured.position).colwise() + motion.translation;
+  const Eigen::Vector3d shift = motion.translation / kMillimetre;
+  const Eigen::Vector3d abc = abc_from_rotation(motion.rotation) / kDegree;
+  std::array<char, 400> message{};
+  std::snprintf(message.data(), message.size(),
+                "the measured path lies %.4g mm from the programmed one, in another frame or of "
+                "another pass; moved by x %.3f, y %.3f, z %.3f mm, a %.4f, b %.4f, c %.4f deg it "
+                "would lie %.3f mm away: apply that to the record or use --fit-frame",
+                std::sqrt(misfit(programmed, measured, offset)) / kMillimetre, shift[0], shift[1],
+                shift[2], abc[0], abc[1], abc[2],
                 (joined - wanted).colwise().norm().mean() / kMillimetre);
-  return buffer.data();
+  throw std::invalid_argument(message.data());
 }
 
 void check_overlap(const Path& programmed, const Path& measured, const ClockFit& fit) {
@@ -423,24 +455,19 @@ Eigen::Matrix3Xd position_at(const Path& path, const Eigen::VectorXd& times) {
 
 ClockFit fit_clock(const Path& programmed, const Path& measured, const ClockOptions& options) {
   check_motion(programmed, "programmed");
-  check_motion(measured, "measured");
   check_units(programmed, measured);
+  check_motion(measured, "measured");
   ClockFit fit;
   fit.offset = options.offset ? *options.offset : coarse_offset(programmed, measured);
   check_overlap(programmed, measured, fit);
-  if (options.fit_frame) {
-    const Eigen::Matrix4d motion = Eigen::umeyama(
-        measured.position, position_at(programmed, measured.time.array() - fit.offset), false);
-    fit.program_from_instrument = {motion.topLeftCorner<3, 3>(), motion.topRightCorner<3, 1>()};
-  } else if (misfit(programmed, measured, fit.offset) > kLargestDeviation * kLargestDeviation) {
-    throw std::invalid_argument(
-        "the measured path lies " +
-        text("%.4g", std::sqrt(misfit(programmed, measured, fit.offset)) / kMillimetre) +
-        " mm from the programmed one, in another frame or of another pass; moved by " +
-        rigid_motion(programmed, measured, fit) + ": apply that to the record or use --fit-frame");
-  }
+  const bool apart =
+      misfit(programmed, measured, fit.offset) > kLargestDeviation * kLargestDeviation;
+  if (apart && !options.fit_frame) fail_frame(programmed, measured, fit.offset);
   if (options.offset) return fit;
-  ClockEstimator(programmed, measured, options.fit_frame).refine(fit);
+  if (options.fit_frame)
+    fit = fit_with_frame(programmed, measured, fit.offset);
+  else
+    ClockEstimator(programmed, measured, false).refine(fit);
   check_overlap(programmed, measured, fit);
   if (!(fit.offset_deviation < kWorstOffset))
     throw std::invalid_argument(

@@ -1,6 +1,7 @@
 #include "deviation_law.h"
 
 #include <Eigen/QR>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -56,7 +57,7 @@ double cost(const DeviationLaw& law, const AxisSamples& samples, double* best_sc
   if (!best_scale) return total + 0.5 * rest.squaredNorm();
   const double size = rest.squaredNorm() / free;
   *best_scale = std::sqrt(size);
-  return total + 0.5 * free * std::log(size);
+  return total + 0.5 * free * std::log(std::max(size, std::numeric_limits<double>::min()));
 }
 
 DeviationLaw fit_law(const AxisSamples& samples) {
@@ -66,7 +67,11 @@ DeviationLaw fit_law(const AxisSamples& samples) {
   const AxisSamples some{samples.time.segment(begin, count), samples.share.segment(begin, count),
                          samples.columns.middleRows(begin, count)};
   const double duration = some.time[count - 1] - some.time[0];
-  const double typical = std::sqrt(some.columns.col(0).squaredNorm() / static_cast<double>(count));
+  // Nothing is read to less than this [m]; a simulated record without noise must not divide by
+  // zero.
+  constexpr double kFinest = 1e-7;
+  const double typical =
+      std::max(kFinest, std::sqrt(some.columns.col(0).squaredNorm() / static_cast<double>(count)));
   DeviationLaw best;
   double least = std::numeric_limits<double>::infinity();
   // The overall size follows in closed form, so a grid over the other two suffices.
@@ -77,7 +82,7 @@ DeviationLaw fit_law(const AxisSamples& samples) {
       const double here = cost({ratio * noise, time, noise}, some, &scale);
       if (here >= least) continue;
       least = here;
-      best = {scale * ratio * noise, time, scale * noise};
+      best = {scale * ratio * noise, time, std::max(scale * noise, kFinest)};
     }
   }
   return best;

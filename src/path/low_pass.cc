@@ -73,7 +73,7 @@ void LowPass::run(Eigen::VectorXd& samples) const {
 
 Eigen::MatrixXd LowPass::operator()(const Eigen::MatrixXd& samples) const {
   const Eigen::Index n = samples.cols();
-  const auto settled = static_cast<Eigen::Index>(std::ceil(3 * sample_rate_ / cutoff_));
+  const auto settled = static_cast<Eigen::Index>(std::ceil(5 * sample_rate_ / cutoff_));
   const auto fitted = std::min<Eigen::Index>(
       n, std::max<Eigen::Index>(4, static_cast<Eigen::Index>(0.5 * sample_rate_ / cutoff_)));
   Eigen::MatrixXd result(samples.rows(), n);

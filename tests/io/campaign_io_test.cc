@@ -50,6 +50,16 @@ TEST(CampaignIo, ReplicatesShareTheirPoseAndArrivalComesFromThePreviousRow) {
   EXPECT_EQ(campaign.arrival[2][2], 0);
 }
 
+TEST(CampaignIo, AJointThatCreepsArrivesFromWhereItCame) {
+  std::string text = std::string(kHeader) + "\n";
+  for (int i = 0; i <= 10; ++i)  // each step alone is too small to tell from noise
+    text += std::to_string(i) + ",0," + std::to_string(5e-5 * i) + ",0,0,0,0,1,1,1\n";
+  const Campaign campaign = read(text);
+  EXPECT_EQ(campaign.arrival[1][1], 0);
+  EXPECT_EQ(campaign.arrival[10][1], 1);
+  EXPECT_EQ(campaign.arrival[10][0], 0);
+}
+
 TEST(CampaignIo, AnglesAndQuaternionsAreTheSameRotation) {
   const std::string row = "\n1,0,0,0,0,0,0,1,1,1,";
   const Campaign abc = read(std::string(kHeader) + ",a_deg,b_deg,c_deg" + row + "90,0,0\n");

@@ -1,0 +1,99 @@
+#include "armtrue/path/joint_path.h"
+
+#include <cmath>
+#include <cstdio>
+
+#include "armtrue/effects/sampling.h"
+#include "armtrue/kinematics/evaluator.h"
+#include "armtrue/kinematics/inverse.h"
+#include "armtrue/kinematics/units.h"
+
+namespace armtrue {
+namespace {
+
+constexpr double kOtherRobot = 10e-3;  // [m] between a position and that of the path's own angles
+constexpr int kStarts = 64;            // enough for each of the eight branches of an arm
+
+std::string text(double value, const char* unit) {
+  char buffer[40];
+  std::snprintf(buffer, sizeof buffer, "%.3f %s", value, unit);
+  return buffer;
+}
+
+std::string degrees(double angle) { return text(angle / kDegree, "deg"); }
+
+Eigen::Matrix3d orientation_at(const Path& path, const ChainEvaluator& chain,
+                               const JointPathOptions& options, Eigen::Index i) {
+  if (path.has_orientation())
+    return rotation_from_abc(path.orientation(0, i), path.orientation(1, i),
+                             path.orientation(2, i));
+  if (options.orientation) return *options.orientation;
+  if (path.has_joints()) return chain.pose(path.q.col(i)).rotation;
+  if (options.start) return chain.pose(*options.start).rotation;
+  throw UnreachableSample(
+      i,
+      "states neither an orientation (a_deg, b_deg, c_deg) nor joint angles; give the "
+      "orientation, or joint angles near the start");
+}
+
+void check_own_angles(const Path& path, const ChainEvaluator& chain, Eigen::Index i) {
+  const double apart = (chain.pose(path.q.col(i)).translation - path.position.col(i)).norm();
+  if (apart > kOtherRobot)
+    throw UnreachableSample(
+        i, "its joint angles put the tool " + text(apart / kMillimetre, "mm") +
+               " away from its position; the angles belong to another robot, base or tool: give "
+               "the robot file they were made with, or take the columns q1_deg to q6_deg out");
+}
+
+void check_travel(const KinematicChain& chain, const JointVector& q, Eigen::Index i) {
+  const int j = joint_beyond_travel(chain, q);
+  if (j < 0) return;
+  const Link& link = chain.links[static_cast<size_t>(j)];
+  throw UnreachableSample(i, "joint " + link.name + " would stand at " + degrees(q[j]) +
+                                 ", outside its travel of " + degrees(link.min) + " to " +
+                                 degrees(link.max) +
+                                 "; move the part, turn the tool or start on another branch");
+}
+
+JointVector first_angles(const Path& path, const KinematicChain& chain, const Pose& wanted,
+                         const JointPathOptions& options) {
+  if (options.start) return *options.start;
+  if (path.has_joints()) return path.q.col(0);
+  const auto q = inverse_kinematics(chain, wanted, sample_joint_space(chain, kStarts));
+  if (!q)
+    throw UnreachableSample(
+        0,
+        "cannot be reached with this orientation within the travel of the joints; move the "
+        "part or turn the tool");
+  return *q;
+}
+
+}  // namespace
+
+Eigen::Matrix<double, kJoints, Eigen::Dynamic> joint_path(const Path& programmed,
+                                                          const KinematicChain& chain,
+                                                          const JointPathOptions& options) {
+  const ChainEvaluator evaluator(chain);
+  Eigen::Matrix<double, kJoints, Eigen::Dynamic> angles(kJoints, programmed.samples());
+  for (Eigen::Index i = 0; i < programmed.samples(); ++i) {
+    if (programmed.has_joints()) check_own_angles(programmed, evaluator, i);
+    const Pose wanted{orientation_at(programmed, evaluator, options, i),
+                      programmed.position.col(i)};
+    const JointVector start =
+        i > 0 ? JointVector(angles.col(i - 1)) : first_angles(programmed, chain, wanted, options);
+    const InverseResult found = inverse_kinematics(chain, wanted, start);
+    if (!found.reached)
+      throw UnreachableSample(i,
+                              "cannot be reached with this orientation; the nearest the robot "
+                              "comes is " +
+                                  text(found.position_error / kMillimetre, "mm") + " and " +
+                                  degrees(found.orientation_error) +
+                                  " away; move the part, turn the tool or start on another "
+                                  "branch");
+    check_travel(chain, found.q, i);
+    angles.col(i) = found.q;
+  }
+  return angles;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,133 @@
+#include "armtrue/path/clock.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "armtrue/kinematics/units.h"
+#include "plant_pass.h"
+
+namespace armtrue {
+namespace {
+
+using ::testing::ContainsRegex;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+// Of the middle of the record, where the fit states it; a constant lag belongs to the offset.
+double offset_error(const ClockFit& fit, const plant::Record& record,
+                    const plant::Options& options) {
+  const double middle =
+      (0.5 * (record.time[0] + record.time[record.time.size() - 1]) - options.clock_offset) /
+      (1 + options.clock_rate);
+  return fit.offset + fit.rate * middle - options.clock_offset - options.lag -
+         options.clock_rate * middle;
+}
+
+TEST(Clock, AnIdealRecordGivesItsClockBack) {
+  for (const plant::Shape shape : kShapes) {
+    const plant::Program program = plant::program(shape);
+    plant::Options options = plant::ideal();
+    options.clock_offset = 12.3456;
+    options.clock_rate = 80e-6;
+    options.period = 0.032;
+    const plant::Record record = plant::run(program, program.position, options);
+    const ClockFit fit = fit_clock(path_of(program), record_of(record));
+    EXPECT_NEAR(fit.offset, options.clock_offset, 2e-4);
+    EXPECT_NEAR(fit.rate, options.clock_rate, 2e-5);
+  }
+}
+
+// Cutting forces, reversals, a servo that lags, noise: the offset lies within its uncertainty.
+TEST(Clock, TheOffsetIsWithinItsStatedUncertainty) {
+  int runs = 0, within = 0;
+  double largest = 0;
+  for (const plant::Shape shape : kShapes) {
+    const plant::Program program = plant::program(shape);
+    for (int k = 0; k < 12; ++k) {
+      plant::Options options = cell(k);
+      options.repeatability = 0.03e-3;
+      const plant::Record record = plant::run(program, program.position, options);
+      const ClockFit fit = fit_clock(path_of(program), record_of(record));
+      ++runs;
+      within += std::abs(offset_error(fit, record, options)) < 1.96 * fit.offset_deviation;
+      largest = std::max(largest, 1.96 * fit.offset_deviation);
+    }
+  }
+  EXPECT_GE(within, 43) << "of " << runs;  // 45.6 expected; 5 misses have a chance of 8 %
+  EXPECT_LT(largest, 15e-3);
+}
+
+TEST(Clock, AFrameIsFittedOnRequest) {
+  const plant::Program program = plant::program(plant::Shape::spiral);
+  const plant::Options options = cell(3);
+  const plant::Record record = plant::run(program, program.position, options);
+  const Pose instrument_from_program{rotation_from_abc(0.3, -0.1, 0.05), {0.5, -0.2, 1}};
+  Path measured = record_of(record);
+  measured.position = (instrument_from_program.rotation * measured.position).colwise() +
+                      instrument_from_program.translation;
+  measured.force.resize(3, 0);
+  EXPECT_THAT([&] { fit_clock(path_of(program), measured); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("--fit-frame")));
+  ClockOptions with_frame;
+  with_frame.fit_frame = true;
+  const ClockFit fit = fit_clock(path_of(program), measured, with_frame);
+  EXPECT_LT(std::abs(offset_error(fit, record, options)), 3 * fit.offset_deviation);
+  const Eigen::Vector3d centre = program.position.rowwise().mean();
+  EXPECT_LT((fit.program_from_instrument * (instrument_from_program * centre) - centre).norm(),
+            1e-3);
+}
+
+TEST(Clock, AForeignFrameIsNamed) {
+  const plant::Program program = plant::program(plant::Shape::corner);
+  const plant::Record record = plant::run(program, program.position, plant::Options());
+  Path measured = record_of(record);
+  measured.position.colwise() += Eigen::Vector3d(0, 0.1, 0);
+  EXPECT_THAT([&] { fit_clock(path_of(program), measured); },
+              ThrowsMessage<std::invalid_argument>(ContainsRegex(", y -(99.9|100.0)")));
+}
+
+TEST(Clock, RefusesWhatHasNoInformation) {
+  const plant::Program program = plant::program(plant::Shape::line);
+  const Path programmed = path_of(program);
+  const plant::Record record = plant::run(program, program.position, plant::Options());
+  Path measured = record_of(record);
+
+  Path standing = measured;
+  standing.position = programmed.position.col(0).replicate(1, measured.samples());
+  EXPECT_THAT([&] { fit_clock(programmed, standing); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("the measured path stands still")));
+  Path parked = programmed;
+  parked.position.colwise() = Eigen::Vector3d(1, 0, 0);
+  EXPECT_THAT([&] { fit_clock(parked, measured); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("the programmed path stands still")));
+
+  Path metres = measured;
+  metres.position *= 1e-3;
+  EXPECT_THAT([&] { fit_clock(programmed, metres); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("in m where the column says mm")));
+
+  ClockOptions apart;
+  apart.offset = 1000;
+  EXPECT_THAT([&] { fit_clock(programmed, measured, apart); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("do not overlap in time")));
+}
+
+// A stretch at constant speed, read in a frame of its own: any offset goes with some frame.
+TEST(Clock, RefusesARecordThatFitsAnywhere) {
+  const plant::Program program = plant::program(plant::Shape::line);
+  const plant::Record record = plant::run(program, program.position, plant::Options());
+  const Path all = record_of(record);
+  Path middle;
+  const Eigen::Index begin = all.samples() / 3, count = all.samples() / 3;
+  middle.time = all.time.segment(begin, count);
+  middle.position = all.position.middleCols(begin, count);
+  ClockOptions with_frame;
+  with_frame.fit_frame = true;
+  EXPECT_THAT([&] { fit_clock(path_of(program), middle, with_frame); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("does not show how the clocks lie")));
+}
+
+}  // namespace
+}  // namespace armtrue

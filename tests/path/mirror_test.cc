@@ -1,0 +1,148 @@
+#include "armtrue/path/mirror.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "plant_pass.h"
+
+namespace armtrue {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+struct Passes {
+  double before = 0, after = 0, second = 0, expected = 0;  // mean distance from the path [m]
+};
+
+// Correct, cut again, correct once more; mean of some cells.
+Passes run_passes(plant::Shape shape, const MirrorOptions& options) {
+  constexpr int kCells = 6;
+  const plant::Program program = plant::program(shape);
+  const Path programmed = path_of(program);
+  Passes sum;
+  for (int k = 0; k < kCells; ++k) {
+    const auto cut = [&](const Eigen::Matrix3Xd& commanded, int pass) {
+      plant::Options cell_options = cell(k);
+      cell_options.pass_seed = static_cast<std::uint64_t>(100 * k + pass);
+      return plant::run(program, commanded, cell_options);
+    };
+    const plant::Record first = cut(program.position, 1);
+    const MirrorResult corrected = mirror_correct(programmed, {record_of(first)}, options);
+    const plant::Record second = cut(corrected.position, 2);
+    MirrorOptions again = options;
+    again.executed = corrected.position;
+    const MirrorResult twice = mirror_correct(programmed, {record_of(second)}, again);
+    const plant::Record third = cut(twice.position, 3);
+    sum.before += plant::mean_distance(program, first.true_position) / kCells;
+    sum.after += plant::mean_distance(program, second.true_position) / kCells;
+    sum.second += plant::mean_distance(program, third.true_position) / kCells;
+    sum.expected += corrected.expected_after / kCells;
+  }
+  return sum;
+}
+
+TEST(Mirror, TakesTheDeviationOffInOnePass) {
+  for (const plant::Shape shape : kShapes) {
+    const Passes passes = run_passes(shape, {});
+    EXPECT_LT(passes.after, 0.12 * passes.before) << static_cast<int>(shape);
+    EXPECT_LT(passes.second, 0.07 * passes.before) << static_cast<int>(shape);
+    EXPECT_NEAR(passes.expected, passes.after, 0.25 * passes.after) << static_cast<int>(shape);
+  }
+}
+
+TEST(Mirror, TakesMoreOffWithTheCutoffOfTheData) {
+  MirrorOptions options;
+  options.cutoff.reset();
+  for (const plant::Shape shape : kShapes) {
+    const Passes passes = run_passes(shape, options);
+    EXPECT_LT(passes.after, 0.09 * passes.before) << static_cast<int>(shape);
+    EXPECT_LT(passes.second, 0.07 * passes.before) << static_cast<int>(shape);
+  }
+}
+
+// The forecast has to hold where passes differ by more than the noise, too.
+TEST(Mirror, SeveralPassesShowTheSpreadAndForecastIt) {
+  const plant::Program program = plant::program(plant::Shape::arc);
+  double expected = 0, after = 0, spread = 0;
+  constexpr int kCells = 6;
+  for (int k = 0; k < kCells; ++k) {
+    plant::Options options = cell(k);
+    options.repeatability = 0.06e-3;
+    std::vector<Path> passes;
+    for (int pass = 0; pass < 4; ++pass) {
+      options.pass_seed = static_cast<std::uint64_t>(100 * k + pass);
+      options.clock_offset += 0.2;
+      passes.push_back(record_of(plant::run(program, program.position, options)));
+    }
+    const MirrorResult result = mirror_correct(path_of(program), passes, {});
+    options.pass_seed = static_cast<std::uint64_t>(100 * k + 50);
+    after +=
+        plant::mean_distance(program, plant::run(program, result.position, options).true_position) /
+        kCells;
+    expected += result.expected_after / kCells;
+    spread += result.deviation.spread / kCells;
+  }
+  EXPECT_NEAR(spread, 0.06e-3, 0.015e-3);
+  EXPECT_NEAR(expected, after, 0.2 * after);
+}
+
+// What is exact comes back exactly: a step at a corner is not rounded, a reversal not smeared.
+TEST(Mirror, StepsAreKept) {
+  const plant::Program program = plant::program(plant::Shape::corner);
+  plant::Options options = plant::ideal();
+  options.period = 0.032;
+  options.depth = 0;
+  options.reversal_step = {0.3e-3, 0.2e-3};
+  options.noise = 0.02e-3;
+  const plant::Record record = plant::run(program, program.position, options);
+  const MirrorResult result = mirror_correct(path_of(program), {record_of(record)}, {});
+  const plant::Record again = plant::run(program, result.position, options);
+  // At every sample in motion but the few that a step falls into.
+  const Eigen::VectorXd left = plant::distances(program, again.true_position);
+  std::vector<double> moving;
+  for (Eigen::Index i = 1; i + 1 < left.size(); ++i)
+    if (program.position.col(i + 1) != program.position.col(i - 1)) moving.push_back(left[i]);
+  std::sort(moving.begin(), moving.end());
+  EXPECT_LT(moving[moving.size() * 98 / 100], 0.04e-3);
+}
+
+TEST(Mirror, WithoutDeviationNothingIsCorrected) {
+  const plant::Program program = plant::program(plant::Shape::line);
+  plant::Options options = plant::ideal();
+  options.period = 0.032;
+  options.noise = 0.095e-3;
+  const MirrorResult result = mirror_correct(
+      path_of(program), {record_of(plant::run(program, program.position, options))}, {});
+  EXPECT_LT(result.correction.colwise().norm().mean(), 0.03e-3);
+}
+
+TEST(Mirror, CorrectsAcrossThePathOnlyAndWithinBounds) {
+  const plant::Program program = plant::program(plant::Shape::spiral);
+  const Path programmed = path_of(program);
+  const Path measured = record_of(plant::run(program, program.position, cell(1)));
+  MirrorOptions options;
+  options.max = 0.4e-3;
+  options.engaged = {{5, 9}};
+  const MirrorResult result = mirror_correct(programmed, {measured}, options);
+  const Eigen::Matrix3Xd tangent = tangents(programmed);
+  EXPECT_GT(result.clipped, 0);
+  for (Eigen::Index i = 0; i < programmed.samples(); ++i) {
+    EXPECT_LT(result.correction.col(i).norm(), 0.4e-3 + 1e-12);
+    EXPECT_LT(std::abs(tangent.col(i).dot(result.correction.col(i))), 1e-12);
+    if (programmed.time[i] < 5 || programmed.time[i] > 9)
+      EXPECT_TRUE(result.correction.col(i).isZero());
+  }
+}
+
+TEST(Mirror, RefusesACutoffThatTheRecordIsTooSlowFor) {
+  const plant::Program program = plant::program(plant::Shape::line);
+  const Path measured = record_of(plant::run(program, program.position, cell(1)));
+  MirrorOptions options;
+  options.cutoff = 20;
+  EXPECT_THAT([&] { mirror_correct(path_of(program), {measured}, options); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("samples per second")));
+}
+
+}  // namespace
+}  // namespace armtrue
