@@ -12,9 +12,11 @@ using namespace armtrue;
 namespace {
 
 int work(app::Command& command, const std::string& robot_path, const std::string& identify,
-         const std::string& residuals_path, const std::string& zone, double max_error_mm) {
+         const std::string& per_session, const std::string& residuals_path, const std::string& zone,
+         double max_error_mm) {
   Robot robot = command.robot(robot_path).robot;
   if (!identify.empty()) robot.identify = app::split_list(identify);
+  if (!per_session.empty()) robot.identify_per_session = app::split_list(per_session);
   Campaign campaign = command.campaign(command.input, robot);
   if (!zone.empty()) favour(campaign, app::zone(zone));
   command.progress("identifying");
@@ -54,8 +56,9 @@ int work(app::Command& command, const std::string& robot_path, const std::string
 
 int main(int argc, char** argv) {
   app::Command command("calibrate", "Identify the parameters of a robot from measured poses.",
-                       "calibrate --robot robot.yaml measured.csv > calibrated.yaml");
-  std::string robot, identify, residuals, zone;
+                       "calibrate --robot robot.yaml measured.csv > calibrated.yaml\n"
+                       "  calibrate --robot robot.yaml --new-session-at-s 1234 knocked.csv");
+  std::string robot, identify, per_session, residuals, zone;
   double max_error_mm = 0;
   command.add_input("Measured poses");
   command.add_output();
@@ -63,6 +66,11 @@ int main(int argc, char** argv) {
   command.options().add_option("--identify", identify,
                                "auto, paper-25, or a list such as A1.alpha,A2.d,base,tool.z; "
                                "replaces 'identify' of the robot file");
+  command.options().add_option("--identify-per-session", per_session,
+                               "Zero offsets that each session has for itself beside its base, "
+                               "such as A2.theta,A5.theta after a re-mastering; replaces "
+                               "'identify_per_session' of the robot file");
+  command.add_new_sessions();
   command.options().add_option("--residuals", residuals,
                                "Write the residual of every reading here");
   app::add_zone(
@@ -71,6 +79,7 @@ int main(int argc, char** argv) {
       "the farther outside they lie");
   command.options().add_option("--max-error-mm", max_error_mm,
                                "Exit with 3 if a training error is larger");
-  return command.run(argc, argv,
-                     [&] { return work(command, robot, identify, residuals, zone, max_error_mm); });
+  return command.run(argc, argv, [&] {
+    return work(command, robot, identify, per_session, residuals, zone, max_error_mm);
+  });
 }

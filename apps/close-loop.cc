@@ -70,13 +70,15 @@ int main(int argc, char** argv) {
       "Calibrate, trace the residual to what the model lacks, add it, and report the error before "
       "and "
       "after on poses that took no part.",
-      "close-loop --robot robot.yaml measured.csv --robot-out closed.yaml > loop.yaml");
+      "close-loop --robot robot.yaml measured.csv --robot-out closed.yaml > loop.yaml\n"
+      "  close-loop --robot robot.yaml knocked.csv --new-session-at-s 1234 > loop.yaml");
   Paths paths;
   double held_out = 0.25;
   bool only_catalogue = false;
   command.add_input("Measured poses");
   command.add_output();
   command.add_seed();
+  command.add_new_sessions();
   CLI::App& options = command.options();
   options.add_option("--robot", paths.robot, "The nominal robot")->required();
   auto* share = options.add_option("--held-out", held_out, "Share of the poses set aside")

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -73,6 +74,14 @@ void Command::add_seed() {
   app_.add_option("--seed", seed, "Seed of all random choices")->capture_default_str();
 }
 
+void Command::add_new_sessions() {
+  app_.add_option("--new-session-at-s", new_sessions_s,
+                  "From this time on the instrument stood elsewhere: a session with a base of its "
+                  "own begins, as after a knock of the tracker, which loop.yaml shows as a step of "
+                  "the base (its at_s is the time). May be given several times")
+      ->allow_extra_args(false);  // or the file that follows would be taken for another time
+}
+
 int Command::run(int argc, char** argv, const std::function<int()>& work) {
   std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is a write error like any other
   try {
@@ -127,9 +136,25 @@ Campaign Command::campaign(const std::string& path, const Robot& robot) {
                      [&](const Target& target) { return target.name == name; }))
       throw InputError(file.campaign.source + ": the target '" + name +
                        "' is not in the robot file; add its offset under 'targets'");
+  begin_new_sessions(file.campaign, path == input);
   if (const auto findings = diagnose(robot, file.campaign); !findings.empty())
     throw InputError(file.campaign.source + ": " + findings.front());
   return std::move(file.campaign);
+}
+
+void Command::begin_new_sessions(Campaign& campaign, bool is_input) const {
+  if (new_sessions_s.empty()) return;
+  const std::vector<double>& times = campaign.time_s;
+  if (times.empty())
+    throw InputError(campaign.source +
+                     ": --new-session-at-s needs the time of each reading; add the column t_s");
+  const auto [first, last] = std::minmax_element(times.begin(), times.end());
+  for (double start : new_sessions_s)
+    if (is_input && !(start > *first && start <= *last))  // held-out poses may be of one side
+      throw InputError(fmt::format(
+          "{}: --new-session-at-s {} leaves no reading on one side; t_s goes from {} to {}",
+          campaign.source, start, *first, *last));
+  begin_sessions(campaign, new_sessions_s);
 }
 
 PathFile Command::path(const std::string& path, KeepRows keep) {

@@ -31,10 +31,12 @@ class Command {
   void add_input(const std::string& what);
   void add_output();
   void add_seed();
+  void add_new_sessions();
 
   std::string input = "-";
   std::string output = "-";
   std::uint64_t seed = 1;
+  std::vector<double> new_sessions_s;
   bool verbose = false, quiet = false;
 
   /// Parses the arguments and runs `work`, whose result is the exit code. Errors become a message
@@ -50,13 +52,15 @@ class Command {
 
   /// Reads a robot and a campaign, keeps their sums for the provenance, and passes warnings on.
   RobotFile robot(const std::string& path);
-  /// Throws InputError if the numbers give a mistake of units, frames or signs away.
+  /// Begins the new sessions that were asked for. Throws InputError if the numbers give a mistake
+  /// of units, frames or signs away.
   Campaign campaign(const std::string& path, const Robot& robot);
   /// Columns that the command does not know are named, unless the rows are kept for the output.
   PathFile path(const std::string& path, KeepRows keep = KeepRows::no);
   Provenance provenance() const;
 
  private:
+  void begin_new_sessions(Campaign& campaign, bool is_input) const;
   void warn_of_unknown(const std::vector<std::string>& columns) const;
 
   std::string name_;

@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
   double max_error_mm = 0;
   command.add_input("Measured poses");
   command.add_output();
+  command.add_new_sessions();
   command.options().add_option("--robot", robot_path, "The robot to judge")->required();
   command.options().add_option(
       "--refit", refit, "Fit these first, as base,tool for a robot carried to another set-up");

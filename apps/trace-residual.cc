@@ -59,6 +59,7 @@ int main(int argc, char** argv) {
   command.add_input("Measured poses");
   command.add_output();
   command.add_seed();
+  command.add_new_sessions();
   CLI::Option_group* model = command.options().add_option_group("Model");
   model->add_option("--robot", robot_path, "The robot, nominal or calibrated");
   model->add_option(

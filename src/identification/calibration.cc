@@ -388,6 +388,20 @@ void set_robot(const SessionModels& model, const Eigen::VectorXd& x, Calibration
   int k = 0;
   for (; k < model.geometric_count(); ++k)
     result.robot.std[result.names[k]] = std::sqrt(result.covariance(k, k));
+  const int own = static_cast<int>(model.own().size());
+  for (int s = 1; s < model.sessions(); ++s) {
+    // Of the base along the axes of the session's own R_A.
+    Eigen::MatrixXd turn = Eigen::MatrixXd::Identity(own, own);
+    turn.topLeftCorner<3, 3>() = turn.block<3, 3>(3, 3) =
+        model.common_from_own(s).rotation.transpose();
+    const int first = model.first_own(s);
+    const Eigen::MatrixXd covariance =
+        turn * result.covariance.block(first, first, own, own) * turn.transpose();
+    Session& session = result.robot.sessions.at(model.name(s));
+    session.std.clear();
+    for (int i = 0; i < own; ++i)
+      session.std[parameter_name(result.robot.chain, model.own()[i])] = std::sqrt(covariance(i, i));
+  }
   if (!model.fits_effects()) return;
   for (Effect& effect : result.robot.effects)
     for (Coefficient& c : effect.coefficients) {
@@ -419,47 +433,6 @@ std::vector<Prior> priors_of(const Robot& robot, const SessionModels& model) {
     curves += is_curve;
   }
   return priors;
-}
-
-// A base that misses by more than this is not a calibration error but a set-up nobody told us.
-constexpr double kFarBase = 0.05;  // m
-
-Robot with_base_near(const Robot& robot, const Campaign& campaign) {
-  const auto typical_miss = [&](const Robot& candidate) {
-    const SessionModels model(campaign, candidate, {}, {1.0, 1.0});
-    const Eigen::VectorXd here = Eigen::VectorXd::Zero(model.unknowns());
-    return median_scale(raw_norms(model, here), campaign.reading_size()).position;
-  };
-  if (typical_miss(robot) < kFarBase) return robot;
-  Robot moved = robot;
-  moved.chain.base = registered_base(robot, campaign);
-  return typical_miss(moved) < typical_miss(robot) ? moved : robot;
-}
-
-// The robot to start from, with a base for each session.
-Robot starting_robot(const Robot& robot, const Campaign& campaign, const IdentifiableSet& set) {
-  // Fewer than three anchors show its translation at best; its rotation then stays as it is.
-  const int components =
-      campaign.has_distances() && match_anchors(campaign, robot.chain).size() < 3 ? 3 : 6;
-  bool finds_first_base = true;
-  for (int k = 0; k < components; ++k)
-    finds_first_base &=
-        std::find(set.kept.begin(), set.kept.end(), kBaseParameters + k) != set.kept.end();
-  const std::vector<std::vector<int>> sessions = rows_by_session(campaign);
-  if (sessions.size() == 1) {
-    const Robot there = robot_at_row(robot, campaign, 0);
-    return finds_first_base ? with_base_near(there, campaign) : there;
-  }
-  Robot start = robot;
-  start.sessions.clear();
-  for (size_t s = 0; s < sessions.size(); ++s) {
-    const Campaign readings = campaign.select(sessions[s]);
-    Robot there = robot_at_row(robot, readings, 0);
-    if (s > 0 || finds_first_base) there = with_base_near(there, readings);
-    if (s == 0) start.chain.base = there.chain.base;
-    start.sessions[readings.session_names[readings.session.front()]] = there.chain.base;
-  }
-  return start;
 }
 
 }  // namespace
@@ -524,10 +497,16 @@ Robot refit_set_up(const Robot& robot, const Campaign& campaign,
                    const std::vector<std::string>& what) {
   Robot links_only = robot;
   links_only.identify = what;
+  links_only.identify_per_session.clear();
   links_only.effects.clear();
+  Robot start = robot;
+  start.identify_per_session.clear();
   CalibrationOptions options;
   options.fit_effects = false;
-  return calibrate(robot, campaign, choose_identifiable(links_only, campaign), options).robot;
+  Robot refitted =
+      calibrate(start, campaign, choose_identifiable(links_only, campaign), options).robot;
+  refitted.identify_per_session = robot.identify_per_session;
+  return refitted;
 }
 
 }  // namespace armtrue

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 namespace armtrue {
@@ -71,12 +72,17 @@ Campaign Campaign::select(const std::vector<int>& rows) const {
 
 void derive_arrival(Campaign& campaign) {
   constexpr double kLeastMotion = 1e-4 * std::numbers::pi / 180;
-  std::array<std::int8_t, kJoints> direction{};
-  JointVector moved_last;  // small motions add up, so that a slow joint is seen to move too
+  struct Joints {
+    JointVector moved_last;  // small motions add up, so that a slow joint is seen to move too
+    std::array<std::int8_t, kJoints> direction{};
+  };
+  std::map<int, Joints> sessions;
   campaign.arrival.clear();
   campaign.arrival.reserve(campaign.q.size());
   for (size_t row = 0; row < campaign.q.size(); ++row) {
-    if (row == 0) moved_last = campaign.q[row];
+    const int session = campaign.session.empty() ? 0 : campaign.session[row];
+    auto& [moved_last, direction] =
+        sessions.try_emplace(session, Joints{campaign.q[row]}).first->second;
     for (int j = 0; j < kJoints; ++j) {
       const double motion = campaign.q[row][j] - moved_last[j];
       if (std::abs(motion) <= kLeastMotion) continue;
@@ -85,6 +91,26 @@ void derive_arrival(Campaign& campaign) {
     }
     campaign.arrival.push_back(direction);
   }
+}
+
+void begin_sessions(Campaign& campaign, const std::vector<double>& times_s) {
+  std::vector<std::string> names;
+  std::vector<int> sessions;
+  for (int row = 0; row < campaign.rows(); ++row) {
+    const auto part =
+        std::to_string(1 + std::count_if(times_s.begin(), times_s.end(),
+                                         [&](double t) { return t <= campaign.time_s[row]; }));
+    std::string name = part;
+    if (!campaign.session.empty()) {
+      name = campaign.session_names[campaign.session[row]];
+      if (part != "1") name += " (" + part + ")";
+    }
+    const auto known = std::find(names.begin(), names.end(), name);
+    sessions.push_back(static_cast<int>(known - names.begin()));
+    if (known == names.end()) names.push_back(name);
+  }
+  campaign.session = std::move(sessions);
+  campaign.session_names = std::move(names);
 }
 
 }  // namespace armtrue

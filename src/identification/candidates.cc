@@ -138,7 +138,7 @@ class OpenSearch {
   // Every other parameter, one at a time.
   void add_other_parameters() {
     for (int k = 0; k < kGeometricParameters; ++k) {
-      if (is_joint_angle(k)) continue;
+      if (is_zero_offset(k)) continue;
       for (int d = 0; d < kJoints; ++d) add_angle_shapes(name(k), d);
       for (int d = 0; d < kJoints; ++d) add(name(k), {DriverKind::arrival, d, -1, ""}, sign());
       add_time_shapes(name(k));
@@ -168,10 +168,6 @@ class OpenSearch {
 
  private:
   std::string name(int parameter) const { return parameter_name(robot_.chain, parameter); }
-  static bool is_joint_angle(int k) {
-    return k >= kLinkParameters && k < kLinkParameters + 5 * kJoints &&
-           (k - kLinkParameters) % 5 == static_cast<int>(LinkParameter::theta);
-  }
   static Shape sign() {
     Shape shape;
     shape.kind = ShapeKind::sign;
@@ -189,7 +185,7 @@ class OpenSearch {
     const Driver driver{DriverKind::joint_angle, joint, -1, ""};
     add(parameter, driver, Shape{});
     for (int n : {1, 2, 3}) add(parameter, driver, harmonic(n));
-    if (is_joint_angle(*find_parameter(robot_.chain, parameter))) add_bumps(parameter, driver);
+    if (is_zero_offset(*find_parameter(robot_.chain, parameter))) add_bumps(parameter, driver);
     add(parameter, driver, series_on_joint(robot_, joint, SeriesBasis::cosine, 6));
     add(parameter, driver, series_on_joint(robot_, joint, SeriesBasis::spline, 8));
   }

@@ -13,6 +13,7 @@
 #include "armtrue/identification/statistics.h"
 #include "armtrue/kinematics/parameters.h"
 #include "fold.h"
+#include "sessions.h"
 
 namespace armtrue {
 namespace {
@@ -234,8 +235,13 @@ Robot moved_robot(const Problem& problem, const Move& move) {
 
 }  // namespace
 
-ChangeResult detect_change(const Robot& previous, const ReadingScale& spread,
+ChangeResult detect_change(const Robot& calibrated, const ReadingScale& spread,
                            const Campaign& campaign) {
+  if (rows_by_session(campaign).size() > 1)
+    throw std::invalid_argument(
+        "the measurements are of several sessions; what has moved is asked of one at a time: give "
+        "the rows of one");
+  const Robot previous = robot_at_row(calibrated, campaign, 0);
   if (previous.std.empty())
     throw std::invalid_argument(
         "the previous robot states no 'std' of its parameters; give one that calibrate or "

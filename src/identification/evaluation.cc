@@ -46,8 +46,13 @@ Evaluation evaluate(const Robot& robot, const Campaign& campaign) {
   for (int s = 0; s < models.sessions(); ++s) {
     const ObservationModel& model = models.model(s);
     const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
-    for (int row = 0; row < model.rows(); ++row)
-      evaluation.residuals[models.rows_of(s)[row]] = at.residual(row);
+    const Eigen::Matrix3d own_from_common = models.common_from_own(s).rotation.transpose();
+    for (int row = 0; row < model.rows(); ++row) {
+      Eigen::Matrix<double, 6, 1>& residual = evaluation.residuals[models.rows_of(s)[row]];
+      residual = at.residual(row);
+      residual.head<3>() = own_from_common * residual.head<3>();
+      residual.tail<3>() = own_from_common * residual.tail<3>();
+    }
   }
   for (const Eigen::Matrix<double, 6, 1>& residual : evaluation.residuals) {
     evaluation.position.push_back(residual.head<3>().norm());

@@ -14,8 +14,8 @@ namespace {
 
 constexpr double kLeftOfColumn = 1e-6;
 constexpr double kRightAngleTolerance = std::numbers::pi / 180;
-constexpr int kBaseOfFurtherSession = -1;  // no parameter of the chain
-constexpr int kMaxRows = 4000;             // rank needs no more; thinned evenly
+constexpr int kOfFurtherSession = -1;  // no parameter of the chain
+constexpr int kMaxRows = 4000;         // rank needs no more; thinned evenly
 
 double snap_to_right_angle(double angle) {
   constexpr double kRight = std::numbers::pi / 2;
@@ -59,6 +59,23 @@ std::vector<int> paper_25() {
   add(LinkParameter::theta, {1, 2, 3, 4, 5, 6});
   add(LinkParameter::beta, {3});
   return set;
+}
+
+// `unknown`: among the own ones of all further sessions.
+[[noreturn]] void fail_of_session(const SessionModels& models, const KinematicChain& chain,
+                                  int unknown) {
+  const int count = static_cast<int>(models.own().size());
+  const int parameter = models.own()[unknown % count];
+  const std::string readings =
+      "the readings of session '" + models.name(1 + unknown / count) + "' do not show ";
+  if (parameter < kLinkParameters)
+    throw std::invalid_argument(readings +
+                                "where its instrument stood; measure more poses in it, or leave it "
+                                "out");
+  throw std::invalid_argument(
+      readings + "its own " + parameter_name(chain, parameter) +
+      ", which its own base can imitate; take it out of identify_per_session, or measure more "
+      "poses in the session");
 }
 
 }  // namespace
@@ -112,7 +129,7 @@ IdentifiableSet choose_identifiable(const Robot& robot, const Campaign& campaign
   Eigen::MatrixXd triangle = Eigen::MatrixXd::Zero(columns, columns);  // kept columns in the basis
   std::vector<int> kept;
   for (int step = 0; step < columns; ++step) {
-    // The bases of further sessions first: nothing else says where the instrument stood.
+    // What further sessions have of their own first: nothing else says where the instrument stood.
     const int c = (asked + step) % columns;
     const int rank = static_cast<int>(kept.size());
     Eigen::VectorXd column = jacobian.col(c);
@@ -127,19 +144,16 @@ IdentifiableSet choose_identifiable(const Robot& robot, const Campaign& campaign
       triangle.col(rank).head(rank) = shares;
       triangle(rank, rank) = column.norm();
       basis.col(rank) = column.normalized();
-      kept.push_back(c < asked ? order[c] : kBaseOfFurtherSession);
+      kept.push_back(c < asked ? order[c] : kOfFurtherSession);
       continue;
     }
-    if (c >= asked)
-      throw std::invalid_argument("the readings of session '" + models.name(1 + (c - asked) / 6) +
-                                  "' do not show where its instrument stood; measure more poses in "
-                                  "it, or leave it out");
+    if (c >= asked) fail_of_session(models, robot.chain, c - asked);
     AbsorbedParameter absorbed{order[c], {}};
     if (norm > 1e-12) {
       const Eigen::VectorXd solution =
           triangle.topLeftCorner(rank, rank).triangularView<Eigen::Upper>().solve(shares);
       for (int k = 0; k < rank; ++k)
-        if (std::abs(solution[k]) > 1e-4 && kept[k] != kBaseOfFurtherSession)
+        if (std::abs(solution[k]) > 1e-4 && kept[k] != kOfFurtherSession)
           absorbed.absorbed_by.emplace_back(kept[k], solution[k]);
       std::stable_sort(absorbed.absorbed_by.begin(), absorbed.absorbed_by.end(),
                        [](const auto& a, const auto& b) {  // equal shares keep their order
@@ -149,7 +163,7 @@ IdentifiableSet choose_identifiable(const Robot& robot, const Campaign& campaign
     }
     set.absorbed.push_back(std::move(absorbed));
   }
-  std::erase(kept, kBaseOfFurtherSession);
+  std::erase(kept, kOfFurtherSession);
   std::sort(kept.begin(), kept.end());
   set.kept = kept;
   return set;

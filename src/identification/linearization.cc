@@ -5,8 +5,7 @@
 #include <cmath>
 #include <map>
 
-#include "armtrue/identification/observation.h"
-#include "ordered_blocks.h"
+#include "sessions.h"
 
 namespace armtrue {
 namespace {
@@ -79,28 +78,25 @@ Linearization::Linearization(const CalibrationResult& fit, const Campaign& campa
     : row_size_(campaign.reading_size().all()), pose_(campaign.pose) {
   std::vector<int> all(parameter_count(fit.robot.chain));
   for (size_t k = 0; k < all.size(); ++k) all[k] = static_cast<int>(k);
-  const ObservationModel model(campaign, fit.robot, all, fit.scale);
-  const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
-  const int size = row_size_, columns = model.unknowns();
-  Eigen::MatrixXd blocks(campaign.rows() * size, columns + 1);
-  for_ordered_blocks<int>(
-      campaign.rows(), 1024,
-      [&](int begin, int end) {
-        Eigen::MatrixXd block(size, columns + 1);
-        for (int row = begin; row < end; ++row) {
-          at.block(row, block);
-          blocks.middleRows(row * size, size) = std::sqrt(fit.weights[row]) * block;
-        }
-        return 0;
-      },
-      [](int) {});
+  const SessionModels models(campaign, fit.robot, all, fit.scale);
+  const int size = row_size_;
+  Eigen::MatrixXd blocks = models.blocks();
+  for (int row = 0; row < campaign.rows(); ++row)
+    blocks.middleRows(row * size, size) *= std::sqrt(fit.weights[row]);
   jacobian_ = blocks.leftCols(kTargetParameters);
+  // What a session has of its own is fitted in columns of its own, but an effect moves it in all.
+  for (int s = 1; s < models.sessions(); ++s)
+    for (size_t k = 0; k < models.own().size(); ++k) {
+      const auto own = blocks.col(models.first_own(s) + static_cast<int>(k));
+      for (int row : models.rows_of(s))
+        jacobian_.col(models.own()[k]).segment(row * size, size) = own.segment(row * size, size);
+    }
 
   const int kept = static_cast<int>(fit.set.kept.size());
-  const int coefficients = columns - static_cast<int>(all.size());
-  Eigen::MatrixXd fitted(blocks.rows(), kept + coefficients);
+  const int others = models.unknowns() - static_cast<int>(all.size());
+  Eigen::MatrixXd fitted(blocks.rows(), kept + others);
   fitted << blocks(Eigen::all, fit.set.kept),
-      blocks.middleCols(static_cast<int>(all.size()), coefficients);
+      blocks.middleCols(static_cast<int>(all.size()), others);
   const Eigen::VectorXd readings = blocks.rightCols<1>();
   const Eigen::VectorXd length = fitted.colwise().norm();
   fitted = normalized(std::move(fitted));
@@ -121,8 +117,7 @@ Linearization::Linearization(const CalibrationResult& fit, const Campaign& campa
     contribution_.push_back(contribution);
   }
   first_effect_column_.push_back(column);
-  design_effect_ =
-      estimate_design_effect(residual_, campaign, static_cast<double>(kept + coefficients));
+  design_effect_ = estimate_design_effect(residual_, campaign, static_cast<double>(kept + others));
 }
 
 Linearization::Loss Linearization::without_effect(int effect) const {

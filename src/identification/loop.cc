@@ -8,7 +8,6 @@
 #include <set>
 #include <stdexcept>
 
-#include "armtrue/identification/observation.h"
 #include "sessions.h"
 #include "shuffle.h"
 
@@ -69,6 +68,7 @@ Stage stage_of(const std::string& name, int parameters, const Robot& robot,
 Robot placed(const Robot& robot, const Campaign& campaign) {
   Robot placed = robot;
   placed.identify = {"base", "tool"};
+  placed.identify_per_session.clear();
   CalibrationOptions options;
   return calibrate(placed, campaign, options).robot;
 }
@@ -92,7 +92,7 @@ Robot without_effect(const CalibrationResult& fit, const Campaign& campaign, siz
   const Eigen::VectorXd change =
       -fit.covariance.middleCols(first, count) * inverse.asDiagonal() *
       correlation.completeOrthogonalDecomposition().solve(inverse.cwiseProduct(value));
-  Robot reduced = ObservationModel(campaign, fit.robot, fit.set.kept, fit.scale).robot_at(change);
+  Robot reduced = SessionModels(campaign, fit.robot, fit.set.kept, fit.scale).robot_at(change);
   reduced.effects.erase(reduced.effects.begin() + static_cast<std::ptrdiff_t>(effect));
   return reduced;
 }
@@ -102,6 +102,25 @@ bool has_other_cause(const TracedEffect& traced) {
                      [](const Rival& rival) {
                        return rival.correlation >= 0.95 && rival.effect.name != "unexplained";
                      });
+}
+
+// Where the instrument stood is learnt from the training poses.
+void require_known_sessions(const Campaign& training, const Campaign& held_out) {
+  const auto names_of = [](const Campaign& campaign) {
+    std::set<std::string> names;
+    for (int session : campaign.session) names.insert(campaign.session_names[session]);
+    return names;
+  };
+  const std::set<std::string> known = names_of(training);
+  for (const std::string& name : names_of(held_out))
+    if (!known.contains(name))
+      throw std::invalid_argument("session '" + name +
+                                  "' has held-out poses but no training pose that shows where its "
+                                  "instrument stood; measure more poses in it, or leave it out");
+  if (known.size() > 1 && held_out.rows() > 0 && held_out.session.empty())
+    throw std::invalid_argument(
+        "the training poses are of several sessions, and the held-out poses do not say of which "
+        "they are; add the column 'session'");
 }
 
 Verdict conclude(const LoopResult& result) {
@@ -156,7 +175,7 @@ Split split_by_pose(const Campaign& campaign, double share, std::uint64_t seed) 
 
 LoopResult close_loop(const Robot& robot, const Campaign& training, const Campaign& held_out,
                       const Catalogue& catalogue, const LoopOptions& options) {
-  require_one_session(training, held_out);
+  require_known_sessions(training, held_out);
   LoopResult result;
   result.of_distances = training.has_distances();
   result.training_poses = count_poses(training);

@@ -64,7 +64,7 @@ std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& c
 
 ObservationModel::ObservationModel(const Campaign& campaign, const Robot& robot,
                                    std::vector<int> geometric, const ReadingScale& scale,
-                                   bool fit_effects)
+                                   bool fit_effects, const Eigen::Vector3d& instrument)
     : campaign_(campaign),
       robot_(robot),
       geometric_(std::move(geometric)),
@@ -72,6 +72,7 @@ ObservationModel::ObservationModel(const Campaign& campaign, const Robot& robot,
       anchors_(match_anchors(campaign, robot.chain)),
       scale_(scale),
       fit_effects_(fit_effects),
+      instrument_(instrument),
       median_sigma_position_(median(campaign.sigma_position)),
       median_sigma_orientation_(median(campaign.sigma_orientation)) {
   evaluate_effect_values(robot);
@@ -207,7 +208,7 @@ ObservationModel::At::Prediction ObservationModel::At::predict(int row,
     if (jacobian) move_to_point(*jacobian, lever);
     frame.translation += lever;
   }
-  predicted.position = frame.translation;
+  predicted.position = frame.translation - model_.instrument_;
   if (!model_.anchors_.empty()) {
     const Eigen::Vector3d wire =
         frame.translation - robot_.chain.anchors[model_.anchor_of(row)].position;
@@ -220,17 +221,16 @@ ObservationModel::At::Prediction ObservationModel::At::predict(int row,
 Eigen::Matrix<double, 6, 1> ObservationModel::At::residual(int row,
                                                            const Prediction& predicted) const {
   const Campaign& campaign = model_.campaign_;
-  Eigen::Matrix<double, 6, 1> residual;
-  residual.head<3>() = -predicted.scale * predicted.position;
+  Eigen::Matrix<double, 6, 1> residual = Eigen::Matrix<double, 6, 1>::Zero();
   if (model_.anchors_.empty())
-    residual.head<3>() += campaign.position[row];
+    residual.head<3>() =
+        campaign.position[row] - (model_.instrument_ + predicted.scale * predicted.position);
   else
-    residual[0] += campaign.distance[row] - robot_.chain.anchors[model_.anchor_of(row)].zero;
+    residual[0] = campaign.distance[row] - robot_.chain.anchors[model_.anchor_of(row)].zero -
+                  predicted.scale * predicted.position[0];
   if (campaign.has_orientation())
     residual.tail<3>() = rotation_log(campaign.orientation[row].toRotationMatrix() *
                                       predicted.frame.rotation.transpose());
-  else
-    residual.tail<3>().setZero();
   return residual;
 }
 
@@ -258,7 +258,7 @@ void ObservationModel::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const
   weight.head<3>().setConstant(1.0 / sigma.position);
   weight.tail<3>().setConstant(1.0 / sigma.orientation);
 
-  // Where what was measured goes with something else than the chain: its motion, in rows of `out`.
+  // Those rows of a column that are of the position: one of a distance, three of a point.
   const auto position_rows = [&](auto&& column) { return column.head(is_distance ? 1 : 3); };
   const int first_anchor = first_anchor_parameter(robot_.chain);
   for (int k = 0; k < model_.geometric_count(); ++k) {

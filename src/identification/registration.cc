@@ -3,15 +3,19 @@
 #include <Eigen/Geometry>
 #include <Eigen/QR>
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/identification/observation.h"
 #include "armtrue/identification/statistics.h"
+#include "sessions.h"
 
 namespace armtrue {
 namespace {
 
+// A base that misses by more than this is not a calibration error but a set-up nobody told us.
+constexpr double kFarBase = 0.08;         // m
 constexpr int kFewestDistances = 5;       // one more than the unknowns
 constexpr int kAnchorsThatShowATurn = 3;  // of the base
 
@@ -117,6 +121,53 @@ Pose registered_base(const Robot& robot, const Campaign& campaign) {
   if (count >= kAnchorsThatShowATurn) return register_points(in_0, in_a);
   const Eigen::Matrix3d& rotation = robot.chain.base.rotation;
   return {rotation, (in_a - rotation * in_0).rowwise().mean()};
+}
+
+namespace {
+
+Robot with_base_near(const Robot& robot, const Campaign& campaign) {
+  const auto typical_miss = [&](const Robot& candidate) {
+    const SessionModels model(campaign, candidate, {}, {1.0, 1.0});
+    std::vector<double> squares;
+    for (const Eigen::Vector2d& norms :
+         model.squared_norms(Eigen::VectorXd::Zero(model.unknowns())))
+      squares.push_back(norms[0]);
+    return std::sqrt(median(std::move(squares)));
+  };
+  if (typical_miss(robot) < kFarBase) return robot;
+  Robot moved = robot;
+  moved.chain.base = registered_base(robot, campaign);
+  return typical_miss(moved) < typical_miss(robot) ? moved : robot;
+}
+
+}  // namespace
+
+Robot starting_robot(const Robot& robot, const Campaign& campaign, const IdentifiableSet& set) {
+  // Fewer than three anchors show its translation at best; its rotation then stays as it is.
+  const bool shows_turn = !campaign.has_distances() ||
+                          match_anchors(campaign, robot.chain).size() >= kAnchorsThatShowATurn;
+  bool finds_first_base = true;
+  for (int k = 0; k < (shows_turn ? 6 : 3); ++k)
+    finds_first_base &=
+        std::find(set.kept.begin(), set.kept.end(), kBaseParameters + k) != set.kept.end();
+  const std::vector<std::vector<int>> sessions = rows_by_session(campaign);
+  if (sessions.size() == 1) {
+    const Robot there = robot_at_row(robot, campaign, 0);
+    return finds_first_base ? with_base_near(there, campaign) : there;
+  }
+  Robot start = robot;
+  start.sessions.clear();
+  for (size_t s = 0; s < sessions.size(); ++s) {
+    const Campaign readings = campaign.select(sessions[s]);
+    Robot there = robot_at_row(robot, readings, 0);
+    if (s > 0 || finds_first_base) there = with_base_near(there, readings);
+    if (s == 0) start.chain = there.chain;
+    const std::string& name = readings.session_names[readings.session.front()];
+    const auto known = robot.sessions.find(name);
+    if (known != robot.sessions.end()) start.sessions[name] = known->second;
+    start.sessions[name].base = there.chain.base;
+  }
+  return start;
 }
 
 }  // namespace armtrue

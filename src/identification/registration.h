@@ -2,6 +2,7 @@
 
 #include "armtrue/effects/robot.h"
 #include "armtrue/identification/campaign.h"
+#include "armtrue/identification/identifiability.h"
 
 namespace armtrue {
 
@@ -12,5 +13,9 @@ namespace armtrue {
 /// places in the file; fewer than three anchors leave the base's rotation as it is. Throws as
 /// match_anchors().
 Pose registered_base(const Robot& robot, const Campaign& campaign);
+
+/// The robot that calibration starts from: as it is in the first session, with a base for each. A
+/// base that is far off and to be found is registered.
+Robot starting_robot(const Robot& robot, const Campaign& campaign, const IdentifiableSet& set);
 
 }  // namespace armtrue

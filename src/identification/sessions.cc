@@ -3,18 +3,27 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <numeric>
-#include <set>
 #include <stdexcept>
 
 #include "armtrue/identification/statistics.h"
+#include "armtrue/kinematics/parameters.h"
+#include "ordered_blocks.h"
 
 namespace armtrue {
 namespace {
 
 constexpr int kFewestRowsOfSession = 50;
+constexpr int kRowsPerBlock = 1024;  // least unit of work of a thread
 
 std::string session_name(const Campaign& campaign, int row) {
-  return campaign.session.empty() ? "" : campaign.session_names[campaign.session[row]];
+  return campaign.session.empty() || row >= campaign.rows()
+             ? ""
+             : campaign.session_names[campaign.session[row]];
+}
+
+Pose common_from(const Robot& robot, const std::string& session) {
+  const auto known = robot.sessions.find(session);
+  return known == robot.sessions.end() ? Pose{} : robot.chain.base * inverse(known->second.base);
 }
 
 double median_ratio(const std::vector<double>& part, const std::vector<double>& whole) {
@@ -22,12 +31,15 @@ double median_ratio(const std::vector<double>& part, const std::vector<double>& 
   return of_whole > 0 ? median(part) / of_whole : 1.0;
 }
 
-// Those of a further session: all of its base, and what is common.
-std::vector<int> with_whole_base(const std::vector<int>& geometric) {
-  std::vector<int> all(kLinkParameters);
-  std::iota(all.begin(), all.end(), kBaseParameters);
+bool contains(const std::vector<int>& parameters, int parameter) {
+  return std::find(parameters.begin(), parameters.end(), parameter) != parameters.end();
+}
+
+// Those of a further session: all that is its own, then what is common.
+std::vector<int> with_all_own(std::vector<int> own, const std::vector<int>& geometric) {
+  std::vector<int> all = own;
   for (int k : geometric)
-    if (k >= kLinkParameters) all.push_back(k);
+    if (!contains(own, k)) all.push_back(k);
   return all;
 }
 
@@ -57,52 +69,85 @@ std::vector<int> thinned_rows(const Campaign& campaign, int count) {
 Robot robot_at_row(const Robot& robot, const Campaign& campaign, int row) {
   Robot there = robot;
   there.sessions.clear();
-  if (row >= campaign.rows()) return there;
   const auto found = robot.sessions.find(session_name(campaign, row));
-  if (found != robot.sessions.end()) there.chain.base = found->second;
+  if (found == robot.sessions.end()) return there;
+  there.chain.base = found->second.base;
+  for (const auto& [link, theta] : found->second.theta) there.chain.links[link].theta = theta;
+  for (const auto& [name, deviation] : found->second.std) there.std[name] = deviation;
   return there;
 }
 
-void require_one_session(const Campaign& training, const Campaign& held_out) {
-  std::set<std::string> names;
-  for (const Campaign* campaign : {&training, &held_out})
-    for (int session : campaign->session) names.insert(campaign->session_names[session]);
-  if (names.size() > 1)
-    throw std::invalid_argument(
-        "the measurements are of " + std::to_string(names.size()) +
-        " sessions with a base frame each; effects are traced in one session at a time: calibrate "
-        "on all of them, then trace the rows of one");
+Campaign in_common_frame(Campaign campaign, const Robot& robot) {
+  if (campaign.has_distances()) return campaign;  // of one session, see SessionModels
+  for (int row = 0; row < campaign.rows() && !robot.sessions.empty(); ++row) {
+    const Pose common_from_own = common_from(robot, session_name(campaign, row));
+    campaign.position[row] = common_from_own * campaign.position[row];
+    if (campaign.has_orientation())
+      campaign.orientation[row] =
+          Eigen::Quaterniond(common_from_own.rotation) * campaign.orientation[row];
+    if (!campaign.force_n.empty())
+      campaign.force_n[row] = common_from_own.rotation * campaign.force_n[row];
+  }
+  return campaign;
+}
+
+std::vector<int> own_parameters(const Robot& robot) {
+  std::vector<int> own(kLinkParameters);
+  std::iota(own.begin(), own.end(), kBaseParameters);
+  for (const std::string& name : robot.identify_per_session) {
+    if (name == "base") continue;  // always
+    const auto parameter = find_parameter(robot.chain, name);
+    if (!parameter || !is_zero_offset(*parameter))
+      throw std::invalid_argument("identify_per_session: '" + name +
+                                  "' is no zero offset of the robot; a session has its base for "
+                                  "itself and, if named here, offsets such as A2.theta");
+    if (!contains(own, *parameter)) own.push_back(*parameter);
+  }
+  return own;
 }
 
 SessionModels::SessionModels(const Campaign& campaign, const Robot& robot,
                              const std::vector<int>& geometric, const ReadingScale& scale,
                              bool fit_effects)
-    : campaign_(campaign), robot_(robot), rows_(rows_by_session(campaign)) {
+    : campaign_(campaign),
+      robot_(robot),
+      own_(own_parameters(robot)),
+      rows_(rows_by_session(campaign)) {
   const size_t count = rows_.size();
-  if (count > 1) {
+  if (count > 1 || robot.sessions.contains(session_name(campaign, 0))) {
+    if (campaign.has_distances())
+      throw std::invalid_argument(
+          campaign.source +
+          ": distances are of one session: give each place of the instrument an anchor of its own, "
+          "in the column 'anchor', and leave out the column 'session'");
     campaigns_.reserve(count);
-    for (const std::vector<int>& rows : rows_) campaigns_.push_back(campaign.select(rows));
+    for (const std::vector<int>& rows : rows_)
+      campaigns_.push_back(in_common_frame(campaign.select(rows), robot));
   }
-  const int own_base = static_cast<int>(
-      std::count_if(geometric.begin(), geometric.end(), [](int k) { return k < kLinkParameters; }));
   models_.reserve(count);
   for (size_t s = 0; s < count; ++s) {
-    const Campaign& readings = count > 1 ? campaigns_[s] : campaign;
-    names_.push_back(readings.rows() > 0 ? session_name(readings, 0) : "");
-    models_.emplace_back(readings, robot_at_row(robot, readings, 0),
-                         s == 0 ? geometric : with_whole_base(geometric), scale, fit_effects);
+    const Campaign& readings = campaigns_.empty() ? campaign : campaigns_[s];
+    names_.push_back(session_name(readings, 0));
+    common_from_own_.push_back(common_from(robot, names_.back()));
+    Robot there = robot_at_row(robot, readings, 0);
+    there.chain.base = robot.chain.base;
+    models_.emplace_back(readings, there, s == 0 ? geometric : with_all_own(own_, geometric), scale,
+                         fit_effects, common_from_own_.back().translation);
     ratio_.push_back({median_ratio(readings.sigma_position, campaign.sigma_position),
                       median_ratio(readings.sigma_orientation, campaign.sigma_orientation)});
-    const int first_unknowns = models_.front().unknowns();
-    if (count == 1) {
-      runs_.push_back({{0, first_unknowns}});
-      continue;
-    }
-    std::vector<Run> runs{
-        s == 0 ? Run{0, own_base} : Run{first_unknowns + 6 * (static_cast<int>(s) - 1), 6},
-        {own_base, first_unknowns - own_base}};
-    std::erase_if(runs, [](const Run& run) { return run.count == 0; });
-    runs_.push_back(std::move(runs));
+  }
+  // The unknowns of the first session in turns of its own and of common ones.
+  runs_.resize(count);
+  const auto is_own = [&](int unknown) {
+    return count > 1 && unknown < geometric_count() && contains(own_, this->geometric()[unknown]);
+  };
+  for (int s = 1; s < sessions(); ++s)
+    runs_[s].push_back({first_own(s), static_cast<int>(own_.size())});
+  const int all = models_.front().unknowns();
+  for (int begin = 0, end = 0; begin < all; begin = end) {
+    while (end < all && is_own(end) == is_own(begin)) ++end;
+    runs_.front().push_back({begin, end - begin});
+    for (int s = 1; s < sessions() && !is_own(begin); ++s) runs_[s].push_back({begin, end - begin});
   }
   set_scale(scale);
 }
@@ -120,16 +165,15 @@ Eigen::VectorXd SessionModels::unknowns_of(int session, const Eigen::VectorXd& x
 std::vector<int> SessionModels::geometric_unknowns() const {
   std::vector<int> indices(geometric_count());
   std::iota(indices.begin(), indices.end(), 0);
-  for (int k = models_.front().unknowns(); k < unknowns(); ++k) indices.push_back(k);
+  for (int k = first_own(1); k < unknowns(); ++k) indices.push_back(k);
   return indices;
 }
 
 std::vector<std::string> SessionModels::unknown_names() const {
   std::vector<std::string> names = models_.front().unknown_names();
   for (int s = 1; s < sessions(); ++s)
-    for (int k = 0; k < 6; ++k)
-      names.push_back("session " + names_[s] + " " +
-                      parameter_name(robot_.chain, kBaseParameters + k));
+    for (int k : own_)
+      names.push_back("session " + names_[s] + " " + parameter_name(robot_.chain, k));
   return names;
 }
 
@@ -142,8 +186,16 @@ double SessionModels::mean_square_value(int coefficient) const {
 
 Robot SessionModels::robot_at(const Eigen::VectorXd& x) const {
   Robot robot = models_.front().robot_at(unknowns_of(0, x));
-  for (int s = 0; sessions() > 1 && s < sessions(); ++s)
-    robot.sessions[names_[s]] = models_[s].robot_at(unknowns_of(s, x)).chain.base;
+  for (int s = 0; sessions() > 1 && s < sessions(); ++s) {
+    const KinematicChain chain = models_[s].robot_at(unknowns_of(s, x)).chain;
+    Session& session = robot.sessions[names_[s]];
+    const auto known = robot_.sessions.find(names_[s]);
+    if (known != robot_.sessions.end()) session = known->second;
+    session.base = inverse(common_from_own_[s]) * chain.base;
+    for (int k : own_)
+      if (is_zero_offset(k)) session.theta.try_emplace((k - kLinkParameters) / 5);
+    for (auto& [link, theta] : session.theta) theta = chain.links[link].theta;
+  }
   return robot;
 }
 
@@ -171,23 +223,33 @@ std::vector<Eigen::Vector2d> SessionModels::squared_norms(const Eigen::VectorXd&
   return norms;
 }
 
+void SessionModels::scatter(int session, const Eigen::Ref<const Eigen::MatrixXd>& block,
+                            Eigen::Ref<Eigen::MatrixXd> out) const {
+  int taken = 0;
+  for (const Run& run : runs_[session]) {
+    out.middleCols(run.first, run.count) = block.middleCols(taken, run.count);
+    taken += run.count;
+  }
+  out.rightCols<1>() = block.rightCols<1>();
+}
+
 Eigen::MatrixXd SessionModels::blocks() const {
   const int size = row_size();
   Eigen::MatrixXd all = Eigen::MatrixXd::Zero(rows() * size, unknowns() + 1);
   for (int s = 0; s < sessions(); ++s) {
     const ObservationModel& model = models_[s];
     const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
-    Eigen::MatrixXd block(size, model.unknowns() + 1);
-    for (int row = 0; row < model.rows(); ++row) {
-      at.block(row, block);
-      auto out = all.middleRows(rows_[s][row] * size, size);
-      int taken = 0;
-      for (const Run& run : runs_[s]) {
-        out.middleCols(run.first, run.count) = block.middleCols(taken, run.count);
-        taken += run.count;
-      }
-      out.rightCols<1>() = block.rightCols<1>();
-    }
+    for_ordered_blocks<int>(
+        model.rows(), kRowsPerBlock,
+        [&](int begin, int end) {
+          Eigen::MatrixXd block(size, model.unknowns() + 1);
+          for (int row = begin; row < end; ++row) {
+            at.block(row, block);
+            scatter(s, block, all.middleRows(rows_[s][row] * size, size));
+          }
+          return 0;
+        },
+        [](int) {});
   }
   return all;
 }
@@ -201,13 +263,7 @@ Eigen::MatrixXd SessionModels::join(const std::vector<Eigen::MatrixXd>& factors)
   Eigen::Index top = 0;
   for (int s = 0; s < sessions(); ++s) {
     const Eigen::MatrixXd& factor = factors[s];
-    auto out = stacked.middleRows(top, factor.rows());
-    int taken = 0;
-    for (const Run& run : runs_[s]) {
-      out.middleCols(run.first, run.count) = factor.middleCols(taken, run.count);
-      taken += run.count;
-    }
-    out.rightCols<1>() = factor.rightCols<1>();
+    scatter(s, factor, stacked.middleRows(top, factor.rows()));
     top += factor.rows();
   }
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(stacked);

@@ -16,21 +16,28 @@ std::vector<std::vector<int>> rows_by_session(const Campaign& campaign);
 /// About `count` rows, evenly chosen, and of every session enough to place its base.
 std::vector<int> thinned_rows(const Campaign& campaign, int count);
 
-/// The robot where it stood at one row: its base is that of the row's session, or as it is if the
+/// The robot as it was at one row: with what the row's session has of its own, or as it is if the
 /// robot does not know the session.
 Robot robot_at_row(const Robot& robot, const Campaign& campaign, int row);
 
-/// Throws std::invalid_argument if the rows are of more than one session.
-void require_one_session(const Campaign& training, const Campaign& held_out = {});
+/// The readings as an instrument that never moved would have given them: those of each session that
+/// the robot knows, moved from its own R_A to that of `robot.chain.base`.
+Campaign in_common_frame(Campaign campaign, const Robot& robot);
 
-/// The readings of several sessions against one robot, with a base of its own in each: one
-/// ObservationModel per session.
+/// What each session has for itself: the base, then the zero offsets of
+/// `robot.identify_per_session`. Throws std::invalid_argument for a name that is no zero offset.
+std::vector<int> own_parameters(const Robot& robot);
+
+/// The readings of several sessions against one robot, with a base, and zero offsets if asked for,
+/// of its own in each: one ObservationModel per session, all in the R_A of `robot.chain.base`, so
+/// that a base that gives way does so along the same axes of the robot in every session.
 ///
-/// The unknowns x are those of the first session (geometric parameters, its base among them as far
-/// as they are asked for, then coefficients), then the six of the base of each further session.
+/// The unknowns x are those of the first session (geometric parameters as far as they are asked
+/// for, then coefficients), then the own parameters of each further session.
 class SessionModels {
  public:
-  /// `geometric`: as for ObservationModel, those of the base first.
+  /// `geometric`: as for ObservationModel. Throws std::invalid_argument for distances of several
+  /// sessions: a further place of the instrument is a further anchor.
   SessionModels(const Campaign& campaign, const Robot& robot, const std::vector<int>& geometric,
                 const ReadingScale& scale, bool fit_effects = true);
   SessionModels(const SessionModels&) = delete;  // the models refer to the campaigns held here
@@ -41,23 +48,31 @@ class SessionModels {
   /// Rows of the campaign that make up a session's rows.
   const std::vector<int>& rows_of(int session) const { return rows_[session]; }
   const std::string& name(int session) const { return names_[session]; }
+  /// The R_A that the models share, from that of a session.
+  const Pose& common_from_own(int session) const { return common_from_own_[session]; }
 
   /// A run of unknowns within x.
   struct Run {
     int first, count;
   };
-  /// The runs of x that, joined, are the unknowns of one session's model: its base, then what is
-  /// common to all. One run where there is only one session.
+  /// The runs of x that, joined, are the unknowns of one session's model. No two sessions' runs
+  /// overlap unless they are the same. One run where there is only one session.
   const std::vector<Run>& runs(int session) const { return runs_[session]; }
   Eigen::VectorXd unknowns_of(int session, const Eigen::VectorXd& x) const;
 
   const Campaign& campaign() const { return campaign_; }
   int rows() const { return campaign_.rows(); }
   int row_size() const { return models_.front().row_size(); }
-  int unknowns() const { return models_.front().unknowns() + 6 * (sessions() - 1); }
+  int unknowns() const { return first_own(sessions()); }
+  /// The own parameters of a session, the same for each; those of a further session stand in x from
+  /// first_own(session) on.
+  const std::vector<int>& own() const { return own_; }
+  int first_own(int session) const {
+    return models_.front().unknowns() + static_cast<int>(own_.size()) * (session - 1);
+  }
   int geometric_count() const { return models_.front().geometric_count(); }
   const std::vector<int>& geometric() const { return models_.front().geometric(); }
-  /// Indices within x of the geometric unknowns, the bases of all sessions included.
+  /// Indices within x of the geometric unknowns, those of all sessions included.
   std::vector<int> geometric_unknowns() const;
   bool fits_effects() const { return models_.front().fits_effects(); }
   /// As ObservationModel; those of further sessions read `session day 2 base.x`.
@@ -80,11 +95,17 @@ class SessionModels {
   Eigen::MatrixXd join(const std::vector<Eigen::MatrixXd>& factors) const;
 
  private:
+  // Columns of one session's model to where they stand among the unknowns, the residual last.
+  void scatter(int session, const Eigen::Ref<const Eigen::MatrixXd>& block,
+               Eigen::Ref<Eigen::MatrixXd> out) const;
+
   const Campaign& campaign_;
   Robot robot_;
+  std::vector<int> own_;
   std::vector<std::string> names_;
   std::vector<std::vector<int>> rows_;
-  std::vector<Campaign> campaigns_;  // one per session; empty if there is only one
+  std::vector<Pose> common_from_own_;
+  std::vector<Campaign> campaigns_;  // one per session; empty if the one given will do
   std::vector<ObservationModel> models_;
   std::vector<std::vector<Run>> runs_;
   std::vector<ReadingScale>

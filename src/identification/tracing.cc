@@ -11,6 +11,7 @@
 #include "armtrue/identification/evaluation.h"
 #include "candidates.h"
 #include "cross_validation.h"
+#include "registration.h"
 #include "scan.h"
 #include "sessions.h"
 
@@ -44,7 +45,9 @@ class Tracer {
         candidates_[k].log_choices =
             std::log(std::exp(candidates_[k].log_choices) + static_cast<double>(known));
     }
-    scan_.emplace(candidates_, robot, campaign);
+    // Moments and forces are taken along the axes of R_A, so each base must be where it was.
+    const Robot start = starting_robot(robot, campaign, result_.fit.set);
+    scan_.emplace(candidates_, start, in_common_frame(campaign, start));
   }
 
   TraceResult run() {
@@ -184,7 +187,8 @@ class Tracer {
   Candidate refine(const Candidate& found, const Linearization& fit, int effect) const {
     const std::vector<Candidate> finer = refined_candidates(found, campaign_);
     if (finer.empty()) return found;
-    const CandidateScan scan(finer, result_.fit.robot, campaign_);
+    const Robot& robot = result_.fit.robot;
+    const CandidateScan scan(finer, robot, in_common_frame(campaign_, robot));
     const ProjectedCandidates projected(scan, fit);
     const auto scores = effect < 0 ? projected.scores() : projected.scores_without(effect);
     return scan.candidates()[best_first(scores).front()];
@@ -336,8 +340,7 @@ class Tracer {
 
 TraceResult trace(const Robot& robot, const Campaign& campaign, const Catalogue& catalogue,
                   const TraceOptions& options) {
-  require_one_session(campaign);
-  return Tracer(robot_at_row(robot, campaign, 0), campaign, catalogue, options).run();
+  return Tracer(robot, campaign, catalogue, options).run();
 }
 
 }  // namespace armtrue

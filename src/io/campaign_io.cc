@@ -312,7 +312,8 @@ class CampaignReader {
     std::vector<int> order(c.rows());
     std::iota(order.begin(), order.end(), 0);
     const auto key = [&](int row) {
-      return std::tuple(c.pose[row], c.repeat[row], c.channel(row));
+      return std::tuple(c.pose[row], c.repeat[row], c.channel(row),
+                        c.session.empty() ? 0 : c.session[row]);
     };
     std::sort(order.begin(), order.end(),
               [&](int a, int b) { return std::tuple(key(a), a) < std::tuple(key(b), b); });

@@ -102,8 +102,14 @@ std::string statement(const TracedEffect& effect) {
 std::string in_words(const TracedEffect& traced, const std::vector<CurvePoint>& curve,
                      const Robot& robot) {
   const std::string words = course(traced.effect, curve, robot);
-  return traced.effect.parameter + " depends on " + to_string(traced.effect.driver) +
-         (words.empty() ? "" : ", " + words) + "; " + statement(traced);
+  std::string text = traced.effect.parameter + " depends on " + to_string(traced.effect.driver) +
+                     (words.empty() ? "" : ", " + words) + "; " + statement(traced);
+  // A knock is no property of the robot.
+  if (traced.effect.parameter.starts_with("base") &&
+      traced.effect.driver.kind == DriverKind::time && traced.effect.shape.kind == ShapeKind::step)
+    text += "; --new-session-at-s " + number_text(traced.effect.shape.at) +
+            " makes a session of its own of what follows";
+  return text;
 }
 
 YAML::Node curve_node(const Effect& effect, const std::vector<CurvePoint>& curve,
@@ -350,6 +356,7 @@ std::string write_loop(const LoopResult& result, const LoopOptions& options,
     if (result.held_out_poses > 0) node["held_out"] = stage_errors_node(stage.held_out);
     root["stages"].push_back(node);
   }
+  if (!robot.sessions.empty()) root["sessions"] = sessions_node(robot);
   root["effects"] = YAML::Node(YAML::NodeType::Sequence);
   for (size_t k = 0; k < result.trace.effects.size(); ++k)
     root["effects"].push_back(traced_node(result.trace.effects[k],

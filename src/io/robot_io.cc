@@ -149,6 +149,27 @@ std::map<std::string, double> read_deviations(YamlMap map, const KinematicChain&
   return deviations;
 }
 
+bool is_zero_offset(const KinematicChain& chain, const std::string& name) {
+  const auto parameter = find_parameter(chain, name);
+  return parameter && armtrue::is_zero_offset(*parameter);
+}
+
+Session read_session(YamlMap map, const KinematicChain& chain) {
+  Session session;
+  if (map.has("theta_deg")) {
+    YamlMap zeros = map.map("theta_deg");
+    for (const std::string& name : zeros.keys()) {
+      if (!is_zero_offset(chain, name + ".theta"))
+        zeros.fail(name, "the robot has no driven link '" + name + "'");
+      const int parameter = *find_parameter(chain, name + ".theta");
+      session.theta[(parameter - kLinkParameters) / 5] = zeros.number(name) * kDegree;
+    }
+  }
+  if (map.has("std")) session.std = read_deviations(map.map("std"), chain);
+  session.base = read_pose(map);
+  return session;
+}
+
 void read_masses(YamlMap& document, Robot& robot) {
   for (YamlMap& entry : document.maps("masses")) {
     Body& body = robot.bodies.emplace_back();
@@ -192,6 +213,34 @@ YAML::Node link_node(const Link& link, bool driven) {
     if (std::isfinite(link.max)) entries.emplace_back("max_deg", number_text(link.max, kDegree));
   }
   return flow_map(entries);
+}
+
+template <typename Text>
+YAML::Node deviations_node(const std::map<std::string, double>& values, const KinematicChain& chain,
+                           const Text& text) {
+  YAML::Node node;
+  for (int k = 0; k < parameter_count(chain); ++k) {
+    const std::string name = parameter_name(chain, k);
+    const auto found = values.find(name);
+    if (found != values.end()) node[name] = text(found->second, file_unit(k));
+  }
+  return node;
+}
+
+// An estimate's deviation is known to a few digits at best.
+YAML::Node std_node(const std::map<std::string, double>& values, const KinematicChain& chain) {
+  return deviations_node(values, chain,
+                         [](double si, double unit) { return fmt::format("{:.4g}", si / unit); });
+}
+
+YAML::Node session_node(const Session& session, const KinematicChain& chain) {
+  YAML::Node node = pose_node(session.base);
+  std::vector<std::pair<std::string, std::string>> zeros;
+  for (const auto& [link, theta] : session.theta)
+    zeros.emplace_back(chain.links[link].name, number_text(theta, kDegree));
+  if (!zeros.empty()) node["theta_deg"] = flow_map(zeros);
+  if (!session.std.empty()) node["std"] = flow(std_node(session.std, chain));
+  return node;
 }
 
 CatalogueEntry read_entry(YamlMap map) {
@@ -254,17 +303,17 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
   Robot& robot = result.robot;
   robot.name = document.text("name");
   robot.chain.base = read_pose(document.map("base"));
-  if (document.has("sessions")) {
-    YamlMap sessions = document.map("sessions");
-    for (const std::string& name : sessions.keys())
-      robot.sessions[name] = read_pose(sessions.map(name));
-  }
   std::vector<YamlMap> links = document.maps("links");
   if (links.size() != kLinks)
     document.fail("links", "has " + std::to_string(links.size()) +
                                " entries; the chain has seven, six revolute and then one fixed");
   for (int j = 0; j < kLinks; ++j) robot.chain.links[j] = read_link(links[j], j < kJoints);
   robot.chain.tool = read_pose(document.map("tool"));
+  if (document.has("sessions")) {
+    YamlMap sessions = document.map("sessions");
+    for (const std::string& name : sessions.keys())
+      robot.sessions[name] = read_session(sessions.map(name), robot.chain);
+  }
   if (document.has("targets")) {
     YamlMap targets = document.map("targets");
     for (const std::string& name : targets.keys()) {
@@ -293,6 +342,11 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
     if (name != "auto" && name != "paper-25" && name != "base" && name != "tool" &&
         !find_parameter(robot.chain, name))
       document.fail("identify", "the robot has no parameter '" + name + "'");
+  if (document.has("identify_per_session"))
+    robot.identify_per_session = document.texts("identify_per_session");
+  for (const std::string& name : robot.identify_per_session)
+    if (!is_zero_offset(robot.chain, name))
+      document.fail("identify_per_session", "'" + name + "' is no zero offset such as A2.theta");
   if (document.has("noise")) {
     YamlMap noise = document.map("noise");
     robot.noise.position = noise.number("position_mm", 0) * kMillimetre;
@@ -326,13 +380,20 @@ RobotFile read_robot(const std::string& path) {
   return file;
 }
 
+YAML::Node sessions_node(const Robot& robot) {
+  YAML::Node node;
+  for (const auto& [name, session] : robot.sessions)
+    node[name] = session_node(session, robot.chain);
+  return node;
+}
+
 YAML::Node robot_node(const Robot& robot, const Provenance& provenance) {
   YAML::Node root;
   root["format"] = "armtrue-robot/1";
   if (!provenance.command.empty()) root["provenance"] = provenance_node(provenance);
   root["name"] = robot.name;
   root["base"] = pose_node(robot.chain.base);
-  for (const auto& [name, base] : robot.sessions) root["sessions"][name] = pose_node(base);
+  if (!robot.sessions.empty()) root["sessions"] = sessions_node(robot);
   for (int j = 0; j < kLinks; ++j)
     root["links"].push_back(link_node(robot.chain.links[j], j < kJoints));
   root["tool"] = pose_node(robot.chain.tool);
@@ -362,24 +423,18 @@ YAML::Node robot_node(const Robot& robot, const Provenance& provenance) {
   } else {
     root["identify"] = flow(YAML::Node(robot.identify));
   }
+  if (!robot.identify_per_session.empty())
+    root["identify_per_session"] = flow(YAML::Node(robot.identify_per_session));
   std::vector<std::pair<std::string, std::string>> noise;
   if (robot.noise.position > 0)
     noise.emplace_back("position_mm", number_text(robot.noise.position, kMillimetre));
   if (robot.noise.orientation > 0)
     noise.emplace_back("orientation_mrad", number_text(robot.noise.orientation, kMilliradian));
   if (!noise.empty()) root["noise"] = flow_map(noise);
-  const auto deviations = [&](const char* key, const std::map<std::string, double>& values,
-                              const auto& text) {
-    for (int k = 0; k < parameter_count(robot.chain); ++k) {
-      const std::string name = parameter_name(robot.chain, k);
-      const auto found = values.find(name);
-      if (found != values.end()) root[key][name] = text(found->second, file_unit(k));
-    }
-  };
-  deviations("priors", robot.priors, [](double si, double unit) { return number_text(si, unit); });
-  // An estimate's deviation is known to a few digits at best.
-  deviations("std", robot.std,
-             [](double si, double unit) { return fmt::format("{:.4g}", si / unit); });
+  if (!robot.priors.empty())
+    root["priors"] = deviations_node(robot.priors, robot.chain,
+                                     [](double si, double unit) { return number_text(si, unit); });
+  if (!robot.std.empty()) root["std"] = std_node(robot.std, robot.chain);
   if (robot.effects.empty()) root["effects"] = flow(YAML::Node(YAML::NodeType::Sequence));
   for (const Effect& effect : robot.effects)
     root["effects"].push_back(effect_node(effect, unit_of_parameter(robot, effect.parameter)));

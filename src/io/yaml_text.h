@@ -35,6 +35,8 @@ YAML::Node error_node(const ErrorSummary& errors, double unit);
 std::string unit_of_parameter(const Robot& robot, const std::string& parameter);
 
 YAML::Node effect_node(const Effect& effect, const std::string& unit_of_parameter);
+/// What each session of a robot has for itself.
+YAML::Node sessions_node(const Robot& robot);
 YAML::Node robot_node(const Robot& robot, const Provenance& provenance);
 YAML::Node provenance_node(const Provenance& provenance);
 

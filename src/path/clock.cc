@@ -22,6 +22,7 @@ namespace {
 
 // Quartz keeps time to 1e-4; the pass rarely lasts long enough to say so by itself.
 constexpr double kRateDeviation = 2e-4;
+constexpr double kOffsetDeviation = 1;       // [s], about the first offset: so far off it never is
 constexpr double kLargestDeviation = 10e-3;  // [m]: beyond it the frames differ, not the path
 constexpr double kWorstOffset = 0.1;         // [s], one standard deviation
 constexpr double kDrag = 0.15e-3;            // [m]: friction holds the tool back by about this
@@ -219,7 +220,9 @@ class ClockEstimator {
     axes_ = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(motion * motion.transpose())
                 .eigenvectors()
                 .transpose();
-    laws_.fill({1e-3, 2, 0.1e-3});  // before anything is known
+    // Before anything is known: a millimetre, and what the first offset may be wrong by.
+    const double speed = motion.colwise().norm().maxCoeff() / median_period(programmed);
+    laws_.fill({1e-3 + speed * median_period(measured_), 2, 0.1e-3});
   }
 
   void refine(ClockFit& fit) {
@@ -307,6 +310,7 @@ class ClockEstimator {
           normal(place(a), place(b)) += products(1 + a, 1 + b);
       }
     }
+    normal(0, 0) += 1 / (kOffsetDeviation * kOffsetDeviation);
     const double rate_weight = 1 / (kRateDeviation * kRateDeviation);
     normal(1, 1) += rate_weight;
     right[1] -= rate_weight * fit.rate;

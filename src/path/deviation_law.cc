@@ -17,7 +17,7 @@ Whitened whiten(const DeviationLaw& law, const AxisSamples& samples) {
   const double power = law.deviation * law.deviation;
   const double noise = law.noise * law.noise;
   const double jump = law.jump * law.jump;
-  Whitened white{samples.columns, 0};
+  Whitened white{samples.columns};
   double variance = power;
   Eigen::RowVectorXd mean = Eigen::RowVectorXd::Zero(white.columns.cols());
   Eigen::RowVectorXd innovation(white.columns.cols());
@@ -31,6 +31,8 @@ Whitened whiten(const DeviationLaw& law, const AxisSamples& samples) {
     innovation = white.columns.row(i) - mean;
     if (std::abs(innovation[0]) * scale > kBlunder) {
       white.columns.row(i).setZero();
+      white.log_determinant += 0.5 * kBlunder * kBlunder - std::log(scale);
+      ++white.blunders;
       continue;
     }
     mean += variance * scale * scale * innovation;
@@ -45,7 +47,7 @@ double cost(const DeviationLaw& law, const AxisSamples& samples, double* best_sc
   const Whitened white = whiten(law, samples);
   double total = white.log_determinant;
   Eigen::VectorXd rest = white.columns.col(0);
-  auto free = static_cast<double>(rest.size());
+  auto free = static_cast<double>(rest.size() - white.blunders);
   const auto regressors = white.columns.rightCols(white.columns.cols() - 1);
   if (!regressors.isZero(0)) {
     // Restricted: otherwise what the regressors take would look like less deviation.
@@ -54,6 +56,7 @@ double cost(const DeviationLaw& law, const AxisSamples& samples, double* best_sc
     free -= static_cast<double>(solver.rank());
     total += solver.matrixR().diagonal().head(solver.rank()).cwiseAbs().array().log().sum();
   }
+  if (free < 1) return std::numeric_limits<double>::infinity();
   if (!best_scale) return total + 0.5 * rest.squaredNorm();
   const double size = rest.squaredNorm() / free;
   *best_scale = std::sqrt(size);

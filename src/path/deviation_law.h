@@ -22,10 +22,11 @@ struct AxisSamples {
 
 /// The columns of independent numbers of unit variance that stand for samples of the law (the
 /// innovations of its Kalman filter). A sample whose data lies more than five deviations off its
-/// prediction is a blunder; its row becomes zero. `log_determinant` is half that of the covariance.
+/// prediction is a blunder; its row becomes zero and it costs as if it lay just there.
 struct Whitened {
   Eigen::MatrixXd columns;
-  double log_determinant = 0;
+  double log_determinant = 0;  ///< half that of the covariance, and what the blunders cost
+  int blunders = 0;
 };
 Whitened whiten(const DeviationLaw& law, const AxisSamples& samples);
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <numbers>
 #include <sstream>
 
 #include "armtrue/io/input_error.h"
@@ -43,18 +44,30 @@ TEST(RobotIo, WhatIsWrittenReadsBackTheSame) {
 TEST(RobotIo, SessionsReadBack) {
   const std::string sessions =
       "sessions:\n"
-      "  day 2: {x_mm: 3000, y_mm: -1.5, z_mm: 0.1, a_deg: 20, b_deg: 1, c_deg: -2}\n"
+      "  day 2: {x_mm: 3000, y_mm: -1.5, z_mm: 0.1, a_deg: 20, b_deg: 1, c_deg: -2,\n"
+      "          theta_deg: {A2: 0.5, A5: -1}, std: {base.x: 0.02, A2.theta: 0.001}}\n"
       "  day 1: {x_mm: 0, y_mm: 0, z_mm: 0, a_deg: 0, b_deg: 0, c_deg: 0}\n"
+      "identify_per_session: [A2.theta, A5.theta]\n"
       "links:";
   const Robot robot = parse_robot(replaced(text_of("kr360"), "links:", sessions), "r.yaml");
   ASSERT_EQ(robot.sessions.size(), 2u);
-  EXPECT_DOUBLE_EQ(robot.sessions.at("day 2").translation.x(), 3);
+  EXPECT_DOUBLE_EQ(robot.sessions.at("day 2").base.translation.x(), 3);
+  EXPECT_DOUBLE_EQ(robot.sessions.at("day 2").theta.at(4), -std::numbers::pi / 180);
+  EXPECT_DOUBLE_EQ(robot.sessions.at("day 2").std.at("base.x"), 2e-5);
+  EXPECT_EQ(robot.identify_per_session, (std::vector<std::string>{"A2.theta", "A5.theta"}));
   const std::string once = write_robot(robot);
+  EXPECT_NE(once.find("theta_deg: {A2: 0.5, A5: -1}, std: {base.x: 0.02, A2.theta: 0.001}}"),
+            std::string::npos)
+      << once;
   EXPECT_NE(once.find("  day 2: {x_mm: 3000, y_mm: -1.5, z_mm: 0.1, a_deg: 20,"), std::string::npos)
       << once;
   EXPECT_EQ(write_robot(parse_robot(once, "once")), once);
   expect_error(replaced(text_of("kr360"), "links:", "sessions: {a: {x_mm: 1}}\nlinks:"),
                "of 'a': is missing");
+  expect_error(replaced(text_of("kr360"), "links:", "sessions: {a: {theta_deg: {A9: 1}}}\nlinks:"),
+               "the robot has no driven link 'A9'");
+  expect_error(replaced(text_of("kr360"), "links:", "identify_per_session: [A2.d]\nlinks:"),
+               "'A2.d' is no zero offset");
 }
 
 TEST(RobotIo, AnchorsReadBack) {

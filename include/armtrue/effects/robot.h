@@ -23,19 +23,29 @@ struct InstrumentNoise {
   double orientation = 0;  ///< [rad]
 };
 
+/// What a session of a campaign has for itself: a station of the instrument, a day.
+struct Session {
+  Pose base;  ///< R_A from R_0
+  /// Zero offsets (Link::theta) of its own, by 0-based link [rad]; the others are the chain's.
+  std::map<int, double> theta;
+  std::map<std::string, double> std;  ///< as Robot::std; of the first session they stand there
+};
+
 /// A robot as its file describes it: the model that predicts a pose, and what identification is
 /// allowed to change in it.
 struct Robot {
   std::string name;
   KinematicChain chain;
-  /// R_A from R_0 in each session of a campaign that had several, by name. `chain.base` is that of
-  /// the first, and holds for readings of no or of an unknown session.
-  std::map<std::string, Pose> sessions;
+  /// The sessions of a campaign that had several, by name. `chain` is as in the first, and holds
+  /// for readings of no or of an unknown session.
+  std::map<std::string, Session> sessions;
   std::vector<Body> bodies;              ///< may be empty: torques are then a generic basis
   Eigen::Vector3d gravity{0, 0, -9.81};  ///< in R_0 [m/s^2]
   std::vector<Effect> effects;
 
   std::vector<std::string> identify{"auto"};  ///< {"auto"}, {"paper-25"}, or parameter names
+  /// Zero offsets, such as A2.theta, that each session has for itself, as it has its base.
+  std::vector<std::string> identify_per_session;
   InstrumentNoise noise;
   std::map<std::string, double> priors;  ///< standard deviation about the nominal value [SI]
   std::map<std::string, double> std;     ///< of identified parameters [SI]

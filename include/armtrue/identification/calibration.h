@@ -21,7 +21,8 @@ struct CalibrationOptions {
 struct CalibrationResult {
   Robot robot;  ///< with the identified values, and their standard deviations in `std`
   IdentifiableSet set;
-  /// Of the unknowns: geometric parameters, coefficients, the bases of further sessions.
+  /// Of the unknowns: geometric parameters, coefficients, what further sessions have of their own
+  /// (`session day 2 base.x`).
   std::vector<std::string> names;
   Eigen::VectorXd change;         ///< from the start [SI]
   Eigen::MatrixXd covariance;     ///< of the unknowns [SI], from the spread of the residuals
@@ -43,8 +44,8 @@ struct CalibrationResult {
 /// orientation taken from the residuals: Levenberg-Marquardt (Ceres) on the folded residual block.
 /// A base far from the measurements is first set by rigid registration of the points or anchors.
 /// Several sessions are solved jointly, sparse: the robot is common, each further session adds the
-/// six unknowns of its base, which count in covariance, rank and observability; the bases found
-/// stand in `robot.sessions`.
+/// six unknowns of its base and the zero offsets of `robot.identify_per_session`, which count in
+/// covariance, rank and observability; what is found stands in `robot.sessions`.
 /// Lack of convergence and of rank are reported in the result. Throws std::invalid_argument if
 /// there are fewer readings than unknowns or the robot and the campaign do not fit together.
 CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
@@ -60,7 +61,8 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
 std::array<double, 5> observability(const Eigen::VectorXd& singular_values, int poses);
 
 /// A robot carried to another set-up: only what `what` names (base, tool, single parameters) is
-/// fitted, its links and effects stay as they are.
+/// fitted, its links and effects stay as they are. Each session of the campaign has a base of its
+/// own; zero offsets that `robot` knows of a session are kept.
 Robot refit_set_up(const Robot& robot, const Campaign& campaign,
                    const std::vector<std::string>& what);
 

@@ -68,8 +68,13 @@ struct Campaign {
   Campaign select(const std::vector<int>& rows) const;
 };
 
-/// Fills `arrival` from the previous row where the file does not state it: the sign of each joint's
-/// last motion, 0 before its first. Motions below 1e-4 deg are none.
+/// Fills `arrival` from the previous row of the same session where the file does not state it: the
+/// sign of each joint's last motion, 0 before its first. Motions below 1e-4 deg are none.
 void derive_arrival(Campaign& campaign);
+
+/// From each of the times on, readings are of a session of their own, as after a knock of the
+/// tracker. The sessions are called 1, 2, ... or, where they had names, `day 1`, `day 1 (2)`, ...
+/// The campaign has times.
+void begin_sessions(Campaign& campaign, const std::vector<double>& times_s);
 
 }  // namespace armtrue

@@ -60,8 +60,9 @@ struct ChangeResult {
 /// it; if more than three in ten rows look like blunders, none is one.
 ///
 /// A zero offset that calibration leaves to base or tool (A1.theta, A6.theta) shows
-/// as a move of base or tool. Throws std::invalid_argument if `previous.std` is empty or the spread
-/// of what was measured is not above zero.
+/// as a move of base or tool. In a session that the previous robot knows its base is that of the
+/// session. Throws std::invalid_argument if `previous.std` is empty, the spread of what was
+/// measured is not above zero, or the campaign has several sessions.
 ChangeResult detect_change(const Robot& previous, const ReadingScale& spread,
                            const Campaign& campaign);
 

@@ -35,8 +35,9 @@ struct IdentifiableSet {
 /// column is absorbed when less than 1e-6 of it is left beside those before it. The columns are
 /// taken on the arm's ideal structure (link angles within 1 deg of a right angle count as right),
 /// because near-parallel axes are what makes a set ill-conditioned. The bases of further sessions
-/// are unknown beside the set, whatever `identify` says. Throws std::invalid_argument for a name
-/// that the robot does not have, or a session whose readings do not show its base.
+/// and their own zero offsets are unknown beside the set, whatever `identify` says. Throws
+/// std::invalid_argument for a name that the robot does not have, or a session whose readings do
+/// not show what it has of its own.
 IdentifiableSet choose_identifiable(const Robot& robot, const Campaign& campaign);
 
 /// Parameters that poses all over the travel of the joints would show, but these poses do not.

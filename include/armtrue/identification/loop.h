@@ -69,6 +69,7 @@ struct Split {
 Split split_by_pose(const Campaign& campaign, double share, std::uint64_t seed);
 
 /// The loop: geometry, tracing and refit on `training` alone; `held_out` is used once, to report.
+/// Throws std::invalid_argument if a session of `held_out` has no reading in `training`.
 LoopResult close_loop(const Robot& robot, const Campaign& training, const Campaign& held_out,
                       const Catalogue& catalogue, const LoopOptions& options = {});
 

@@ -20,7 +20,7 @@ struct ReadingScale {
 /// std::invalid_argument, with file and line, if the robot does not have the anchor.
 std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& chain);
 
-/// The readings of one session against the model of one robot (its base is `chain.base`):
+/// Readings in one R_A against the model of one robot:
 /// residuals, measured minus model, and the model's derivatives, divided by the standard deviation
 /// of each reading so that position and orientation can stand in one sum of squares.
 ///
@@ -31,8 +31,10 @@ class ObservationModel {
  public:
   /// `geometric`: parameter indices. Rows with a `sigma_mm` or `sigma_deg` of their own keep their
   /// ratio to `scale` (taken as the standard deviation of a row whose own sigma is the median).
+  /// `instrument`: where it stands in R_A, the point that instrument.scale leaves where it is.
   ObservationModel(const Campaign& campaign, const Robot& robot, std::vector<int> geometric,
-                   const ReadingScale& scale, bool fit_effects = true);
+                   const ReadingScale& scale, bool fit_effects = true,
+                   const Eigen::Vector3d& instrument = Eigen::Vector3d::Zero());
 
   int rows() const { return campaign_.rows(); }
   int row_size() const { return campaign_.reading_size().all(); }
@@ -78,6 +80,7 @@ class ObservationModel {
   Eigen::MatrixXd effect_values_;  // values x rows
   ReadingScale scale_;
   bool fit_effects_;
+  Eigen::Vector3d instrument_;
   double median_sigma_position_ = 0, median_sigma_orientation_ = 0;
 };
 
@@ -99,7 +102,7 @@ class ObservationModel::At {
   // A row as the model sees it.
   struct Prediction {
     Pose frame;                 // R_A from the measured frame, its origin at the target
-    Eigen::Vector3d position;   // what instrument.scale scales: the point, or the distance first
+    Eigen::Vector3d position;   // scaled: the point from the instrument, or the distance first
     Eigen::Vector3d direction;  // of a distance: from the anchor, unit
     double scale;
   };

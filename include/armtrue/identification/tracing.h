@@ -79,6 +79,8 @@ struct TraceResult {
 /// EBIC falls, its family-wise p under sign-flips is below the significance, the cross-validated
 /// gain exceeds its standard error and its size is physically possible. After every addition all is
 /// refitted jointly, and effects are dropped or exchanged where that lowers EBIC.
+/// Several sessions share the effects; what each has of its own is in the model from the start, so
+/// that no effect takes it over.
 TraceResult trace(const Robot& robot, const Campaign& campaign, const Catalogue& catalogue,
                   const TraceOptions& options = {});
 

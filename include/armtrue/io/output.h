@@ -11,7 +11,8 @@ class OutputError : public std::runtime_error {
 };
 
 /// Writes a product: to standard output for "-" or "", else to a temporary file beside `path` that
-/// then takes its place, so that a file is replaced whole or not at all. Throws OutputError.
+/// then takes its place, so that a file is replaced whole or not at all. What is no regular file
+/// (/dev/null, a pipe) is written to as it stands. Throws OutputError.
 void write_output(const std::string& path, const std::string& text);
 
 }  // namespace armtrue

@@ -30,6 +30,13 @@ constexpr int link_parameter(int link, LinkParameter which) {
   return kLinkParameters + 5 * link + static_cast<int>(which);
 }
 
+/// Whether a parameter is the zero offset (theta) of a driven joint, whose link is
+/// (index - kLinkParameters) / 5.
+constexpr bool is_zero_offset(int index) {
+  return index >= kLinkParameters && index < kLinkParameters + 5 * kJoints &&
+         (index - kLinkParameters) % 5 == static_cast<int>(LinkParameter::theta);
+}
+
 /// Index of the first anchor's x.
 inline int first_anchor_parameter(const KinematicChain& chain) {
   return kTargetParameters + 3 * static_cast<int>(chain.targets.size());
