@@ -120,12 +120,11 @@ Eigen::MatrixXd PosePlanner::triangle(const Campaign& campaign) const {
 
 Eigen::MatrixXd PosePlanner::position_triangle(
     const std::vector<JointVector>& configurations) const {
-  Campaign points = readings(cloud_, configurations);
-  points.orientation.clear();
-  const ObservationModel model(points, cloud_.robot, cloud_.unknowns, {1.0, 1.0});
+  const Campaign read = points(cloud_, configurations);
+  const ObservationModel model(read, cloud_.robot, cloud_.unknowns, {1.0, 1.0});
   const int p = model.unknowns();
   return fold(model.at(Eigen::VectorXd::Zero(p)), model, ReadingLaw{}).factor.topLeftCorner(p, p) /
-         std::sqrt(static_cast<double>(points.rows()));
+         std::sqrt(static_cast<double>(read.rows()));
 }
 
 std::vector<JointVector> PosePlanner::plan(int count) const {

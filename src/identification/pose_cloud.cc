@@ -36,7 +36,8 @@ PoseCloud pose_cloud(const Robot& robot, const CloudOptions& options, const Camp
   if (given.rows() > 0) {  // what is planned is read as what is given
     cloud.options.orientation = given.has_orientation();
     if (given.target_names.empty()) cloud.robot.chain.targets.clear();
-  } else if (!robot.chain.targets.empty()) {
+    if (!given.has_distances()) cloud.robot.chain.anchors.clear();
+  } else if (!robot.chain.targets.empty() || !robot.chain.anchors.empty()) {
     cloud.options.orientation = false;
   }
   // Only derivatives count. They do not depend on the positions read, and on the orientations read
@@ -81,21 +82,42 @@ std::vector<JointVector> with_given(const PoseCloud& cloud) {
   return all;
 }
 
-Campaign readings(const PoseCloud& cloud, const std::vector<JointVector>& configurations) {
-  const ChainEvaluator evaluator(cloud.robot.chain);
-  const std::vector<Target>& targets = cloud.robot.chain.targets;
+Campaign points(const PoseCloud& cloud, const std::vector<JointVector>& configurations) {
+  const KinematicChain& chain = cloud.robot.chain;
+  const ChainEvaluator evaluator(chain);
+  const size_t targets = chain.targets.size(), anchors = chain.anchors.size();
   Campaign campaign;
-  for (const Target& target : targets) campaign.target_names.push_back(target.name);
+  for (const Target& target : chain.targets) campaign.target_names.push_back(target.name);
   for (size_t pose = 0; pose < configurations.size(); ++pose) {
     campaign.pose_ids.push_back(std::to_string(pose + 1));
-    for (size_t reading = 0; reading < std::max<size_t>(1, targets.size()); ++reading) {
+    const Pose frame = evaluator.pose(configurations[pose]);
+    for (size_t channel = 0; channel < std::max<size_t>(1, targets) * std::max<size_t>(1, anchors);
+         ++channel) {
       campaign.pose.push_back(static_cast<int>(pose));
       campaign.q.push_back(configurations[pose]);
-      const Pose frame = evaluator.pose(configurations[pose]);
       campaign.position.push_back(frame.translation);
-      if (!targets.empty()) campaign.target.push_back(static_cast<int>(reading));
-      if (cloud.options.orientation) campaign.orientation.emplace_back(frame.rotation);
+      if (targets > 0) campaign.target.push_back(static_cast<int>(channel % targets));
     }
+  }
+  return campaign;
+}
+
+Campaign readings(const PoseCloud& cloud, const std::vector<JointVector>& configurations) {
+  const KinematicChain& chain = cloud.robot.chain;
+  Campaign campaign = points(cloud, configurations);
+  const size_t targets = std::max<size_t>(1, chain.targets.size());
+  const size_t anchors = chain.anchors.size();
+  if (anchors > 0) {
+    for (const Anchor& anchor : chain.anchors) campaign.anchor_names.push_back(anchor.name);
+    for (size_t row = 0; row < campaign.q.size(); ++row)
+      campaign.anchor.push_back(static_cast<int>(row / targets % anchors));
+    campaign.position.clear();
+    campaign.distance.assign(campaign.q.size(), 1.0);  // only derivatives count
+  }
+  if (cloud.options.orientation) {
+    const ChainEvaluator evaluator(chain);
+    for (const JointVector& q : campaign.q)
+      campaign.orientation.emplace_back(evaluator.pose(q).rotation);
   }
   return campaign;
 }

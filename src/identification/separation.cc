@@ -77,6 +77,7 @@ Campaign visits(const PoseCloud& cloud, const std::vector<JointVector>& configur
   keep_last(cloud.given.payload_kg, campaign.payload_kg);
   keep_last(cloud.given.force_n, campaign.force_n);
   keep_last(cloud.given.temperature_c, campaign.temperature_c);
+  keep_last(cloud.given.motor_torque_nm, campaign.motor_torque_nm);
   campaign.temperature_names = cloud.given.temperature_names;
   return campaign;
 }
@@ -355,8 +356,7 @@ class Separation {
       robot.effects.push_back(one.effect);
       unknowns += one.effect.coefficients.size();
     }
-    const int row_size = given.has_orientation() ? 6 : 3;
-    if (given.rows() * row_size < 2 * static_cast<int>(unknowns)) return;
+    if (given.rows() * given.reading_size().all() < 2 * static_cast<int>(unknowns)) return;
     const ReadingScale spread = calibrate(robot, given).scale;
     const auto set = [](double shown, double stated, double& noise) {
       if (shown > 0) noise = std::max(shown, stated);

@@ -53,9 +53,10 @@ Effect read_effect_form(YamlMap& map, const KinematicChain& chain) {
     map.fail("parameter", "the robot has no parameter '" + effect.parameter + "'");
   const auto driver = parse_driver(map.text("driver"));
   if (!driver)
-    map.fail("driver", "'" + map.text("driver") +
-                           "' is none of joint-angle <j>[,<k>], gravity-torque <j>, arrival <j>, "
-                           "time, temperature <where>, payload, force, moment");
+    map.fail("driver",
+             "'" + map.text("driver") +
+                 "' is none of joint-angle <j>[,<k>], gravity-torque <j>, motor-torque <j>, "
+                 "arrival <j>, time, temperature <where>, payload, force, moment");
   effect.driver = *driver;
   effect.shape = read_shape(map);
   if (effect.shape.kind == ShapeKind::step) effect.shape.at = map.number("at_s");

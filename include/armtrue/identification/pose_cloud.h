@@ -13,7 +13,8 @@ namespace armtrue {
 
 /// Which poses may be planned, and how they will be read.
 struct CloudOptions {
-  bool orientation = true;  ///< is read; false: positions only. Given poses decide for themselves
+  bool orientation = true;  ///< is read; false: positions only. Given poses decide for themselves,
+                            ///< targets and anchors come without
   std::optional<Box> box;   ///< of the measured point; absent: the whole travel of the joints
   double floor = 0;  ///< height in R_0 that no link origin and no point of the tool passes [m]
   std::uint64_t seed = 1;
@@ -21,9 +22,9 @@ struct CloudOptions {
 
 /// The poses that a plan is chosen from: random configurations within the travel limits, above the
 /// floor; an arm that strikes itself or what stands around it is not seen. With targets every pose
-/// reads each of them.
+/// reads each of them; with anchors, their distances from each.
 struct PoseCloud {
-  Robot robot;  ///< without effects; without targets if the given poses read none
+  Robot robot;  ///< without effects; without targets and anchors if the given poses read none
   CloudOptions options;
   Campaign given;      ///< poses already measured, with the orientations that the robot predicts
   ReadingScale noise;  ///< the robot's; 0.1 mm and 0.1 mrad where it states none
@@ -44,7 +45,11 @@ std::vector<JointVector> random_poses(const PoseCloud& cloud, int count, std::ui
 /// The configurations of the cloud and of the given poses, each pose once.
 std::vector<JointVector> with_given(const PoseCloud& cloud);
 
-/// What the robot would read there, without noise and without context.
+/// Of every target, once for each anchor, where it would be; without noise and context.
+Campaign points(const PoseCloud& cloud, const std::vector<JointVector>& configurations);
+
+/// What would be read there: points, or distances from the anchors, and orientations; of which only
+/// the derivatives count.
 Campaign readings(const PoseCloud& cloud, const std::vector<JointVector>& configurations);
 
 /// No link origin, no point of the tool and no target below the height.
