@@ -8,6 +8,7 @@
 #include "armtrue/io/output.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/path/mirror.h"
+#include "armtrue/report/mirror_report.h"
 #include "command_line.h"
 
 using namespace armtrue;
@@ -38,6 +39,26 @@ void write_program(const CorrectedKrl& corrected, const std::filesystem::path& p
   write_output(out, corrected.src);
 }
 
+// When the tool was in the material, from the force or, without one, from the deviation.
+EngagementRecord engagement(const PathDeviation& deviation) {
+  return find_engagement(deviation.time,
+                         deviation.force.cols() > 0 ? deviation.force : deviation.normal);
+}
+
+// What the force has to do with the deviation; nothing without a force.
+std::optional<ForceLaw> force_law(const PathDeviation& deviation, const Path& programmed) {
+  if (deviation.force.cols() == 0) return std::nullopt;
+  Path on_grid;
+  on_grid.time = deviation.time;
+  on_grid.position = position_at(programmed, deviation.time);
+  ForceRecord record;
+  record.deviation = deviation.normal + tangents(on_grid) * deviation.along.asDiagonal();
+  record.force = deviation.force;
+  record.force_noise = engagement(deviation).noise;
+  record.direction = motion_directions(on_grid.position);
+  return armtrue::force_law(record);
+}
+
 // "auto" leaves the choice to the data.
 std::optional<double> number_or_auto(const std::string& text) {
   if (text == "auto") return std::nullopt;
@@ -60,7 +81,7 @@ int main(int argc, char** argv) {
                        "A programmed path, corrected by the mirror of what was measured across it.",
                        "mirror-correct --programmed path.csv --measured pass.csv > corrected.csv");
   std::string programmed_path, previous_path, summary_path, deviation_path, program_path,
-      program_out;
+      program_out, report_path;
   std::string cutoff = "1.5625", gain = "auto", points = "turning";
   std::vector<std::string> measured_paths;
   double max_mm = 0, offset = 0;
@@ -104,6 +125,7 @@ int main(int argc, char** argv) {
       ->needs(program_option);
   options.add_option("--summary", summary_path, "Write clocks, noise, deviation and forecast here");
   options.add_option("--deviation", deviation_path, "Write the deviation and its trend here");
+  options.add_option("--report", report_path, "Write a page with plots (HTML) here");
   return command.run(argc, argv, [&] {
     command.progress("reading");
     const PathFile programmed = command.path(programmed_path, KeepRows::yes);
@@ -127,6 +149,11 @@ int main(int argc, char** argv) {
     if (!summary_path.empty())
       write_output(summary_path, write_mirror(result, mirror, names, command.provenance()));
     if (!deviation_path.empty()) write_output(deviation_path, write_deviation(result.deviation));
+    if (!report_path.empty())
+      write_output(report_path,
+                   mirror_report(programmed.path, result, mirror, engagement(result.deviation),
+                                 force_law(result.deviation, programmed.path), names,
+                                 "Mirror correction of " + programmed.source));
     if (!program_path.empty()) {
       const KrlProgram program = read_krl(program_path);
       const CorrectedKrl corrected = correct_krl(program, programmed.path, result.position);
