@@ -97,9 +97,8 @@ Marks marks(const PathDeviation& deviation, const EngagementRecord& engagement) 
 std::string deviation_plot(const PathDeviation& deviation, const EngagementRecord& engagement) {
   std::vector<Curve> curves;
   for (int axis = 0; axis < 3; ++axis)
-    curves.push_back(
-        {deviation.time, deviation.normal.row(axis).transpose() / kMillimetre,
-         "with lines title '" + std::string(kAxisNames[axis]) + "'" + in_colour(axis)});
+    curves.push_back({deviation.time, deviation.normal.row(axis).transpose() / kMillimetre,
+                      "with lines" + in_colour(axis) + " title " + quoted(kAxisNames[axis])});
   const Marks marked = marks(deviation, engagement);
   return draw("set xlabel 'time of the program, s'\nset ylabel 'deviation across the path, mm'\n" +
                   marked.settings.str(),
@@ -121,10 +120,10 @@ std::string trend_plot(const Path& programmed, const MirrorResult& result) {
       value[k] = trend[std::clamp<Eigen::Index>(place, 0, trend.size() - 1)];
     }
     curves.push_back(
-        {deviation.time, trend, "with lines lw 2 title '" + name + "'" + in_colour(axis)});
-    curves.push_back(
-        {time, value,
-         "with points pt 7 ps 0.5 title '" + name + ", correction points'" + in_colour(axis)});
+        {deviation.time, trend, "with lines lw 2" + in_colour(axis) + " title " + quoted(name)});
+    curves.push_back({time, value,
+                      "with points pt 7 ps 0.5" + in_colour(axis) + " title " +
+                          quoted(name + ", correction points")});
   }
   return draw("set xlabel 'time of the program, s'\nset ylabel 'trend, mm'\n", curves);
 }
