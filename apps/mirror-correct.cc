@@ -149,11 +149,6 @@ int main(int argc, char** argv) {
     if (!summary_path.empty())
       write_output(summary_path, write_mirror(result, mirror, names, command.provenance()));
     if (!deviation_path.empty()) write_output(deviation_path, write_deviation(result.deviation));
-    if (!report_path.empty())
-      write_output(report_path,
-                   mirror_report(programmed.path, result, mirror, engagement(result.deviation),
-                                 force_law(result.deviation, programmed.path), names,
-                                 "Mirror correction of " + programmed.source));
     if (!program_path.empty()) {
       const KrlProgram program = read_krl(program_path);
       const CorrectedKrl corrected = correct_krl(program, programmed.path, result.position);
@@ -162,6 +157,11 @@ int main(int argc, char** argv) {
       write_program(corrected, program_path, program_out);
     }
     write_output(command.output, write_path_like(programmed, result.position));
+    if (!report_path.empty())
+      write_output(report_path,
+                   mirror_report(programmed.path, result, mirror, engagement(result.deviation),
+                                 force_law(result.deviation, programmed.path), names,
+                                 "Mirror correction of " + programmed.source));
     return app::kSuccess;
   });
 }

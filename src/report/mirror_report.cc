@@ -46,7 +46,7 @@ std::string draw(const std::string& settings, const std::vector<Curve>& curves,
                  const std::string& lines = "", int height = kHeight) {
   std::ostringstream script;
   script.precision(8);
-  script << "set grid\nset key outside below\n" << settings;
+  script << "set grid\nset key tmargin center horizontal\n" << settings;
   for (size_t k = 0; k < curves.size(); ++k) {
     script << "$c" << k << " << END\n";
     for (const Eigen::Index i : thinned(curves[k].y))
@@ -186,14 +186,14 @@ std::string before_after_plot(const Path& programmed, const MirrorResult& result
   };
   std::ostringstream expected;
   expected << ", " << result.expected_after / kMillimetre
-           << " with lines lw 2 dt 2 lc rgb '#000000' title 'expected in the next pass, mean'";
+           << " with lines lw 2 dt 2 lc rgb '#000000' title 'expected mean'";
   return draw(
       "set xlabel 'arc length, mm'\nset ylabel 'distance from the path, mm'\n"
       "set yrange [0:*]\n",
       {{arc, length(deviation.normal), "with lines lc rgb '#ff9896' title 'measured'"},
        {arc, length(deviation.normal + new_correction(programmed, result, options)),
-        "with lines lc rgb '#98df8a' title 'the same less the correction, with noise'"},
-       {arc, length(deviation.trend), "with lines lw 2 lc rgb '#d62728' title 'trend before'"}},
+        "with lines lc rgb '#98df8a' title 'less the correction'"},
+       {arc, length(deviation.trend), "with lines lw 2 lc rgb '#d62728' title 'trend'"}},
       expected.str());
 }
 
@@ -280,7 +280,10 @@ std::string mirror_report(const Path& programmed, const MirrorResult& result,
   std::string html = numbers_table(result, passes);
   html += "<h2>Deviation</h2>\n" + deviation_plot(result.deviation, engagement);
   html += "<h2>Path</h2>\n" + path_plot(programmed, result);
-  html += "<h2>Before and after</h2>\n" + before_after_plot(programmed, result, options);
+  html +=
+      "<h2>Before and after</h2>\n<p>The record less the correction still holds its noise; the "
+      "expected mean of the next pass does not.</p>\n" +
+      before_after_plot(programmed, result, options);
   html += "<h2>Trend and correction points</h2>\n" + trend_plot(programmed, result);
   if (force)
     html += "<h2>Deviation against force</h2>\n" + force_line(*force) +
