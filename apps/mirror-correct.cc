@@ -7,6 +7,7 @@
 #include "armtrue/io/mirror_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/path/joint_path.h"
 #include "armtrue/path/mirror.h"
 #include "armtrue/report/mirror_report.h"
 #include "command_line.h"
@@ -39,24 +40,69 @@ void write_program(const CorrectedKrl& corrected, const std::filesystem::path& p
   write_output(out, corrected.src);
 }
 
-// When the tool was in the material, from the force or, without one, from the deviation.
-EngagementRecord engagement(const PathDeviation& deviation) {
-  return find_engagement(deviation.time,
-                         deviation.force.cols() > 0 ? deviation.force : deviation.normal);
+std::vector<Path> read_passes(app::Command& command, const std::vector<std::string>& files,
+                              std::vector<std::string>& names) {
+  std::vector<Path> passes;
+  for (const std::string& file : files) {
+    PathFile pass = command.path(file);
+    names.push_back(pass.source);
+    passes.push_back(std::move(pass.path));
+  }
+  return passes;
 }
 
-// What the force has to do with the deviation; nothing without a force.
-std::optional<ForceLaw> force_law(const PathDeviation& deviation, const Path& programmed) {
-  if (deviation.force.cols() == 0) return std::nullopt;
-  Path on_grid;
-  on_grid.time = deviation.time;
-  on_grid.position = position_at(programmed, deviation.time);
-  ForceRecord record;
-  record.deviation = deviation.normal + tangents(on_grid) * deviation.along.asDiagonal();
-  record.force = deviation.force;
-  record.force_noise = engagement(deviation).noise;
-  record.direction = motion_directions(on_grid.position);
-  return armtrue::force_law(record);
+PassAccuracy accuracy_of(const Path& programmed, const std::vector<Path>& passes,
+                         const std::vector<ClockFit>& clocks) {
+  std::vector<PlaneCrossings> crossings;
+  Eigen::Index count = 0;
+  for (size_t p = 0; p < passes.size(); ++p) {
+    crossings.push_back(cross_normal_planes(programmed, registered(passes[p], clocks[p])));
+    count += crossings.back().deviation.cols();
+  }
+  Eigen::Matrix3Xd deviation(3, count);
+  count = 0;
+  for (const PlaneCrossings& pass : crossings) {
+    deviation.middleCols(count, pass.deviation.cols()) = pass.deviation;
+    count += pass.deviation.cols();
+  }
+  return {path_accuracy(crossings), path_errors(deviation)};
+}
+
+// What the passes show beside the correction.
+void describe(MirrorReport& report, const Path& programmed, const std::vector<Path>& passes,
+              const std::vector<Path>& earlier, const std::optional<Robot>& robot) {
+  const PathDeviation& deviation = report.result.deviation;
+  std::vector<ClockFit> clocks;
+  for (const Pass& pass : report.result.passes) clocks.push_back(pass.clock);
+  report.accuracy = accuracy_of(programmed, passes, clocks);
+  if (!earlier.empty()) {
+    std::vector<ClockFit> earlier_clocks;
+    for (const Path& pass : earlier)
+      earlier_clocks.push_back(fit_clock(programmed, pass, report.options.clock));
+    report.before = accuracy_of(programmed, earlier, earlier_clocks);
+  }
+  report.force = force_law(deviation, programmed);
+  if (!robot || deviation.force.cols() == 0) return;
+  const Eigen::Matrix3Xd force = interpolate(deviation.time, deviation.force, programmed.time);
+  Eigen::Matrix3Xd predicted =
+      deviation_from_force(RobotModel(*robot), joint_path(programmed, robot->chain), force);
+  const Eigen::Matrix3Xd tangent = tangents(programmed);
+  for (Eigen::Index i = 0; i < predicted.cols(); ++i)
+    predicted.col(i) -= tangent.col(i).dot(predicted.col(i)) * tangent.col(i);
+  report.robot = line_through_origin(interpolate(programmed.time, predicted, deviation.time),
+                                     deviation.normal);
+}
+
+std::string pass_as_poses(const PathFile& programmed, const std::optional<Robot>& robot,
+                          const PathDeviation& deviation) {
+  if (!programmed.path.has_joints() && !robot)
+    throw InputError(programmed.source +
+                     ": --poses needs the joint angles of the program: add q1_deg to q6_deg, or "
+                     "give --robot");
+  constexpr int kBlock = 10;  // samples of the instrument to a pose
+  return write_pass_as_poses(programmed.path,
+                             robot ? joint_path(programmed.path, robot->chain) : programmed.path.q,
+                             deviation, kBlock);
 }
 
 // "auto" leaves the choice to the data.
@@ -81,9 +127,9 @@ int main(int argc, char** argv) {
                        "A programmed path, corrected by the mirror of what was measured across it.",
                        "mirror-correct --programmed path.csv --measured pass.csv > corrected.csv");
   std::string programmed_path, previous_path, summary_path, deviation_path, program_path,
-      program_out, report_path;
+      program_out, robot_path, poses_path, report_path;
   std::string cutoff = "1.5625", gain = "auto", points = "turning";
-  std::vector<std::string> measured_paths;
+  std::vector<std::string> measured_paths, before_paths;
   double max_mm = 0, offset = 0;
   MirrorOptions mirror;
   command.add_output();
@@ -91,10 +137,25 @@ int main(int argc, char** argv) {
   options
       .add_option("--programmed", programmed_path, "The path as it should be: t_s,x_mm,y_mm,z_mm")
       ->required();
-  options
-      .add_option("--measured", measured_paths,
-                  "One or more recorded passes, each with a clock of its own; - is standard input")
-      ->required();
+  CLI::Option_group* const source = options.add_option_group("Deviation");
+  source->add_option(
+      "--measured", measured_paths,
+      "One or more recorded passes, each with a clock of its own; - is standard input");
+  bool from_force = false;
+  CLI::Option* const force_option = source->add_flag(
+      "--from-force", from_force,
+      "No pass was measured: what the forces in the program's file make --robot give way");
+  source->require_option(1);
+  CLI::Option* const robot_option = options.add_option(
+      "--robot", robot_path,
+      "Robot file with effects that a force drives: its prediction is compared with the pass");
+  force_option->needs(robot_option);
+  options.add_flag("--engaged-only", mirror.engaged_only, "Correct only where the tool cuts");
+  options.add_option("--before", before_paths,
+                     "Recorded passes before the correction, to tell what it gained");
+  options.add_option("--poses", poses_path,
+                     "Write the pass as measured poses for close-loop here; the joint angles are "
+                     "those of the program's file or, with --robot, calculated");
   options.add_option("--previous", previous_path,
                      "The corrected path that these passes ran; the new correction adds to it");
   options.add_option("--order", mirror.order, "Order of the Butterworth filter, each way")
@@ -125,43 +186,63 @@ int main(int argc, char** argv) {
       ->needs(program_option);
   options.add_option("--summary", summary_path, "Write clocks, noise, deviation and forecast here");
   options.add_option("--deviation", deviation_path, "Write the deviation and its trend here");
-  options.add_option("--report", report_path, "Write a page with plots (HTML) here");
+  options
+      .add_option("--report", report_path,
+                  "Write a page with plots (HTML) of the measured passes here")
+      ->excludes(force_option);
   return command.run(argc, argv, [&] {
     command.progress("reading");
     const PathFile programmed = command.path(programmed_path, KeepRows::yes);
-    std::vector<Path> passes;
-    std::vector<std::string> names;
-    for (const std::string& path : measured_paths) {
-      PathFile pass = command.path(path);
-      names.push_back(pass.source);
-      passes.push_back(std::move(pass.path));
-    }
-    if (!previous_path.empty())
-      mirror.executed = previous_correction(command.path(previous_path, KeepRows::yes), programmed);
+    std::optional<Robot> robot;
+    if (!robot_path.empty()) robot = command.robot(robot_path).robot;
     mirror.cutoff = number_or_auto(cutoff);
     mirror.gain = number_or_auto(gain);
     mirror.points = points == "spline" ? CorrectionPoints::spline : CorrectionPoints::turning;
     if (max_mm > 0) mirror.max = max_mm * kMillimetre;
     if (*offset_option) mirror.clock.offset = offset;
-    command.progress("correcting");
-    const MirrorResult result = mirror_correct(programmed.path, passes, mirror);
-    command.tell(mirror_table(result, names));
-    if (!summary_path.empty())
-      write_output(summary_path, write_mirror(result, mirror, names, command.provenance()));
-    if (!deviation_path.empty()) write_output(deviation_path, write_deviation(result.deviation));
+    Eigen::Matrix3Xd corrected;
+    if (from_force) {
+      if (!programmed.path.has_force())
+        throw InputError(programmed.source +
+                         ": --from-force needs the forces of the cut: add fx_n, fy_n and fz_n");
+      corrected = correct_from_force(
+          programmed.path,
+          deviation_from_force(RobotModel(*robot), joint_path(programmed.path, robot->chain),
+                               programmed.path.force),
+          mirror);
+    } else {
+      MirrorReport report;
+      report.options = mirror;
+      std::vector<Path> passes = read_passes(command, measured_paths, report.files);
+      if (!previous_path.empty())
+        report.options.executed =
+            previous_correction(command.path(previous_path, KeepRows::yes), programmed);
+      command.progress("correcting");
+      report.result = mirror_correct(programmed.path, passes, report.options);
+      std::vector<std::string> earlier_files;
+      std::vector<Path> earlier = read_passes(command, before_paths, earlier_files);
+      describe(report, programmed.path, passes, earlier, robot);
+      command.tell(mirror_table(report));
+      if (!summary_path.empty())
+        write_output(summary_path, write_mirror(report, command.provenance()));
+      if (!deviation_path.empty())
+        write_output(deviation_path, write_deviation(report.result.deviation));
+      if (!poses_path.empty())
+        write_output(poses_path, pass_as_poses(programmed, robot, report.result.deviation));
+      if (!report_path.empty())
+        write_output(report_path,
+                     mirror_report(programmed.path, report.result, report.options, report.force,
+                                   report.files, "Mirror correction of " + programmed.source));
+      corrected = report.result.position;
+    }
     if (!program_path.empty()) {
       const KrlProgram program = read_krl(program_path);
-      const CorrectedKrl corrected = correct_krl(program, programmed.path, result.position);
-      for (const std::string& warning : corrected.warnings) command.warn(warning);
-      command.tell(program_report(program.src.name, corrected));
-      write_program(corrected, program_path, program_out);
+      const CorrectedKrl rewritten = correct_krl(program, programmed.path, corrected);
+      for (const std::string& warning : rewritten.warnings) command.warn(warning);
+      command.tell(program_report(program.src.name, rewritten));
+      write_program(rewritten, program_path, program_out);
     }
-    write_output(command.output, write_path_like(programmed, result.position));
-    if (!report_path.empty())
-      write_output(report_path,
-                   mirror_report(programmed.path, result, mirror, engagement(result.deviation),
-                                 force_law(result.deviation, programmed.path), names,
-                                 "Mirror correction of " + programmed.source));
+    write_output(command.output, write_path_like(programmed, corrected));
     return app::kSuccess;
   });
 }

@@ -40,10 +40,109 @@ YAML::Node pass_node(const Pass& pass, const std::string& file) {
   return node;
 }
 
+YAML::Node accuracy_node(const PassAccuracy& accuracy) {
+  YAML::Node node;
+  node["at_mm"] = millimetres(accuracy.path.at);
+  node["rt_mm"] = accuracy.path.rt ? YAML::Node(millimetres(*accuracy.path.rt))
+                                   : YAML::Node(YAML::NodeType::Null);
+  node["planes"] = std::to_string(accuracy.path.planes);
+  for (size_t axis = 0; axis < 3; ++axis)
+    node[std::string(1, "xyz"[axis]) + "_mm"] = error_node(accuracy.errors.axis[axis], kMillimetre);
+  node["whole_mm"] = error_node(accuracy.errors.whole, kMillimetre);
+  node["goal_rms_mm"] = millimetres(kFormGoal);
+  node["goal_held"] = accuracy.errors.whole.rms <= kFormGoal ? "true" : "false";
+  return node;
+}
+
+YAML::Node reduction_node(const Reduction& gained) {
+  const auto share = [](const std::optional<double>& value) {
+    return value ? YAML::Node(rounded(*value)) : YAML::Node(YAML::NodeType::Null);
+  };
+  YAML::Node node;
+  for (size_t axis = 0; axis < 3; ++axis)
+    node[std::string(1, "xyz"[axis])] = share(gained.axis[axis]);
+  node["whole"] = share(gained.whole);
+  return flow(node);
+}
+
+YAML::Node engaged_node(const PathDeviation& deviation) {
+  const auto instant_node = [](const std::optional<Instant>& instant) {
+    return instant ? YAML::Node(fmt::format("{:.3f}", instant->time))
+                   : YAML::Node(YAML::NodeType::Null);
+  };
+  YAML::Node list(YAML::NodeType::Sequence);
+  for (const Engagement& engagement : deviation.engagement.intervals) {
+    YAML::Node stretch;
+    stretch["entry"] = instant_node(engagement.entry);
+    stretch["exit"] = instant_node(engagement.exit);
+    list.push_back(flow(stretch));
+  }
+  return list;
+}
+
+YAML::Node estimate_node(const std::optional<Estimate>& estimate, double unit) {
+  if (!estimate) return YAML::Node(YAML::NodeType::Null);
+  YAML::Node node;
+  node["value"] = rounded(estimate->value / unit);
+  node["std"] = rounded(estimate->std / unit);
+  for (const double bound : estimate->ci95) node["ci95"].push_back(rounded(bound / unit));
+  node["ci95"].SetStyle(YAML::EmitterStyle::Flow);
+  return flow(node);
+}
+
+YAML::Node line_node(const ForceLine& line) {
+  YAML::Node node;
+  node["k_mm_n"] = estimate_node(line.k, kMillimetre);
+  node["r2"] = rounded(line.r2);
+  return flow(node);
+}
+
+// How much of the deviation that the robot file predicts from the force was measured: 1 is right.
+YAML::Node line_of_robot(const ForceLine& line) {
+  YAML::Node node;
+  node["measured_over_predicted"] = estimate_node(line.k, 1);
+  node["r2"] = rounded(line.r2);
+  return flow(node);
+}
+
+YAML::Node force_node(const ForceLaw& law) {
+  YAML::Node node;
+  for (size_t axis = 0; axis < 3; ++axis)
+    node[std::string(1, "xyz"[axis])] = line_node(law.axis[axis]);
+  node["magnitude"] = line_node(law.magnitude);
+  node["rank"] = std::to_string(law.rank);
+  node["condition"] = rounded(law.condition);
+  for (const ForceDirection& direction : law.directions) {
+    YAML::Node entry;
+    entry["direction"] =
+        flow_list({direction.direction[0], direction.direction[1], direction.direction[2]});
+    entry["rms_n"] = rounded(direction.rms);
+    if (direction.compliance)
+      for (size_t axis = 0; axis < 3; ++axis)
+        entry["compliance_mm_n"][std::string(1, "xyz"[axis])] =
+            estimate_node((*direction.compliance)[axis], kMillimetre);
+    else
+      entry["compliance_mm_n"] = YAML::Node(YAML::NodeType::Null);
+    node["directions"].push_back(entry);
+  }
+  node["reversals"] = flow(YAML::Node(YAML::NodeType::Sequence));
+  for (const ReversalStep& reversal : law.reversals) {
+    YAML::Node entry;
+    for (const Eigen::Index axis : reversal.axes)
+      entry["axes"].push_back(std::string(1, "xyz"[static_cast<size_t>(axis)]));
+    entry["axes"].SetStyle(YAML::EmitterStyle::Flow);
+    for (size_t axis = 0; axis < 3; ++axis)
+      entry["step_mm"][std::string(1, "xyz"[axis])] =
+          estimate_node(reversal.step[axis], kMillimetre);
+    node["reversals"].push_back(entry);
+  }
+  return node;
+}
+
 }  // namespace
 
-std::string write_mirror(const MirrorResult& result, const MirrorOptions& options,
-                         const std::vector<std::string>& files, const Provenance& provenance) {
+std::string write_mirror(const MirrorReport& report, const Provenance& provenance) {
+  const auto& [result, options, files, accuracy, before, force, robot] = report;
   YAML::Node root;
   root["format"] = "armtrue-mirror/1";
   root["provenance"] = provenance_node(provenance);
@@ -57,9 +156,10 @@ std::string write_mirror(const MirrorResult& result, const MirrorOptions& option
   filter.emplace_back("chosen", options.cutoff ? "given" : "auto");
   root["filter"] = flow_map(filter);
   const PathDeviation& deviation = result.deviation;
-  root["noise"] =
-      flow_map({{"sample_mm", millimetres(deviation.noise)},
-                {"pass_to_pass_mm", files.size() > 1 ? millimetres(deviation.spread) : "null"}});
+  std::vector<std::pair<std::string, std::string>> noise{
+      {"sample_mm", millimetres(deviation.noise)}};
+  if (files.size() > 1) noise.emplace_back("pass_to_pass_mm", millimetres(deviation.spread));
+  root["noise"] = flow_map(noise);
   root["deviation_mm"] = error_node(result.before, kMillimetre);
   if (result.uncorrected) root["uncorrected_mean_mm"] = millimetres(*result.uncorrected);
   root["expected_after_mean_mm"] = millimetres(result.expected_after);
@@ -72,10 +172,19 @@ std::string write_mirror(const MirrorResult& result, const MirrorOptions& option
                 {"points", std::to_string(result.points.size())},
                 {"largest_mm", millimetres(result.correction.colwise().norm().maxCoeff())},
                 {"clipped_samples", std::to_string(result.clipped)}});
+  root["accuracy"] = accuracy_node(accuracy);
+  if (before) {
+    root["before"] = accuracy_node(*before);
+    root["reduction"] = reduction_node(reduction(before->errors, accuracy.errors));
+  }
+  if (!deviation.engagement.intervals.empty()) root["engaged_s"] = engaged_node(deviation);
+  if (force) root["force"] = force_node(*force);
+  if (robot) root["robot"] = line_of_robot(*robot);
   return print_document(root);
 }
 
-std::string mirror_table(const MirrorResult& result, const std::vector<std::string>& files) {
+std::string mirror_table(const MirrorReport& report) {
+  const auto& [result, options, files, accuracy, before, force, robot] = report;
   std::string table;
   for (size_t p = 0; p < files.size(); ++p) {
     const Pass& pass = result.passes[p];
@@ -93,6 +202,25 @@ std::string mirror_table(const MirrorResult& result, const std::vector<std::stri
   row("expected after the correction, mm", result.expected_after);
   row("noise of a sample, mm", result.deviation.noise);
   if (files.size() > 1) row("spread from pass to pass, mm", result.deviation.spread);
+  row("path accuracy AT (ISO 9283), mm", accuracy.path.at);
+  if (accuracy.path.rt) row("path repeatability RT, mm", *accuracy.path.rt);
+  table += fmt::format("{:<44}{:>9.3f}  (goal {:.3f}: {})\n", "RMS of these passes, mm",
+                       accuracy.errors.whole.rms / kMillimetre, kFormGoal / kMillimetre,
+                       accuracy.errors.whole.rms <= kFormGoal ? "held" : "not held");
+  if (before) {
+    const Reduction gained = reduction(before->errors, accuracy.errors);
+    const auto per_cent = [](const std::optional<double>& share) {
+      return share ? fmt::format("{:.0f}", 100 * *share) : std::string("-");
+    };
+    table += fmt::format("error reduced by, per cent: x {}, y {}, z {}, whole {}\n",
+                         per_cent(gained.axis[0]), per_cent(gained.axis[1]),
+                         per_cent(gained.axis[2]), per_cent(gained.whole));
+  }
+  if (force && force->magnitude.k)
+    table += fmt::format("deviation over force: {:.4f} mm/N [{:.4f}, {:.4f}], R2 {:.2f}\n",
+                         force->magnitude.k->value / kMillimetre,
+                         force->magnitude.k->ci95[0] / kMillimetre,
+                         force->magnitude.k->ci95[1] / kMillimetre, force->magnitude.r2);
   table += fmt::format(
       "cut-off {:.3g} Hz, gain {:.3f}, {} correction points, {} breaks, {} samples clipped\n",
       result.cutoff, result.gain, result.points.size(), result.deviation.breaks.size(),
@@ -112,6 +240,47 @@ std::string write_deviation(const PathDeviation& deviation) {
                         deviation.time[i], deviation.arc_length[i] / kMillimetre, normal[0],
                         normal[1], normal[2], deviation.along[i] / kMillimetre, trend[0], trend[1],
                         trend[2], breaks ? 1 : 0);
+  }
+  return text;
+}
+
+std::string write_pass_as_poses(const Path& programmed,
+                                const Eigen::Matrix<double, kJoints, Eigen::Dynamic>& q,
+                                const PathDeviation& deviation, int block) {
+  const bool with_force = deviation.force.cols() > 0;
+  std::string text = "pose,t_s";
+  for (int j = 1; j <= kJoints; ++j) text += fmt::format(",q{}_deg", j);
+  text += with_force ? ",x_mm,y_mm,z_mm,fx_n,fy_n,fz_n\n" : ",x_mm,y_mm,z_mm\n";
+  Path on_grid;
+  on_grid.time = deviation.time;
+  on_grid.position = position_at(programmed, deviation.time);
+  const Eigen::Matrix3Xd measured =
+      on_grid.position + deviation.normal + tangents(on_grid) * deviation.along.asDiagonal();
+  const Eigen::MatrixXd angles = interpolate(programmed.time, q, deviation.time);
+  size_t next_break = 0;
+  int pose = 0;
+  for (Eigen::Index begin = 0; begin + block <= deviation.time.size();) {
+    while (next_break < deviation.breaks.size() && deviation.breaks[next_break] <= begin)
+      ++next_break;
+    const bool jumps =
+        next_break < deviation.breaks.size() && deviation.breaks[next_break] < begin + block;
+    if (jumps) {
+      begin = deviation.breaks[next_break];
+      continue;
+    }
+    if (on_grid.position.col(begin) != on_grid.position.col(begin + block - 1)) {
+      text +=
+          fmt::format("{},{}", ++pose, number_text(deviation.time.segment(begin, block).mean()));
+      const auto add = [&](const auto& values, double unit) {
+        const Eigen::VectorXd mean = values.middleCols(begin, block).rowwise().mean();
+        for (const double value : mean) text += ',' + number_text(value, unit);
+      };
+      add(angles, kDegree);
+      add(measured, kMillimetre);
+      if (with_force) add(deviation.force, 1);
+      text += '\n';
+    }
+    begin += block;
   }
   return text;
 }

@@ -123,7 +123,9 @@ PathErrors path_errors(const Eigen::Matrix3Xd& deviation) {
 
 Reduction reduction(const PathErrors& before, const PathErrors& after) {
   const auto gone = [](const ErrorSummary& b, const ErrorSummary& a) -> std::optional<double> {
-    if (b.mean == 0) return std::nullopt;
+    constexpr double kNone =
+        1e-9;  // [m]: what rounding leaves across an axis that the path follows
+    if (b.mean < kNone) return std::nullopt;
     return 1 - a.mean / b.mean;
   };
   Reduction result;

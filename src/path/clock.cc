@@ -35,17 +35,6 @@ std::string text(const char* format, double value) {
   return buffer.data();
 }
 
-double median_period(const Path& path) {
-  std::vector<double> periods(static_cast<size_t>(path.samples() - 1));
-  for (size_t i = 0; i < periods.size(); ++i) {
-    const auto k = static_cast<Eigen::Index>(i);
-    periods[i] = path.time[k + 1] - path.time[k];
-  }
-  const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
-  std::nth_element(periods.begin(), middle, periods.end());
-  return *middle;
-}
-
 double extent(const Path& path) {
   return (path.position.rowwise().maxCoeff() - path.position.rowwise().minCoeff()).norm();
 }
@@ -139,28 +128,18 @@ double coarse_offset(const Path& programmed, const Path& measured) {
   return best;
 }
 
-struct Slopes {
-  Eigen::Matrix3Xd position, velocity;
-};
-
-// Position and velocity of the polygon; nothing moves outside the program.
-Slopes follow(const Path& path, const Eigen::VectorXd& times) {
-  Slopes at{Eigen::Matrix3Xd(3, times.size()), Eigen::Matrix3Xd::Zero(3, times.size())};
+// Velocity of the polygon; nothing moves outside the program.
+Eigen::Matrix3Xd velocity_at(const Path& path, const Eigen::VectorXd& times) {
+  const Eigen::Index n = path.samples();
+  Eigen::Matrix3Xd velocity = Eigen::Matrix3Xd::Zero(3, times.size());
   Eigen::Index k = 0;
-  const Eigen::Index last = path.samples() - 1;
   for (Eigen::Index i = 0; i < times.size(); ++i) {
-    if (k + 1 < last && path.time[k + 1] < times[i]) ++k;  // the usual case
-    if (k + 1 < last && path.time[k + 1] < times[i]) {
-      const double* const begin = path.time.data();
-      k = std::lower_bound(begin + k + 1, begin + last, times[i]) - begin - 1;
-    }
-    const Eigen::Vector3d slope =
+    if (times[i] < path.time[0] || times[i] > path.time[n - 1]) continue;
+    while (k + 2 < n && path.time[k + 1] < times[i]) ++k;
+    velocity.col(i) =
         (path.position.col(k + 1) - path.position.col(k)) / (path.time[k + 1] - path.time[k]);
-    const double ahead = std::clamp(times[i], path.time[0], path.time[last]) - path.time[k];
-    at.position.col(i) = path.position.col(k) + ahead * slope;
-    if (times[i] >= path.time[0] && times[i] <= path.time[last]) at.velocity.col(i) = slope;
   }
-  return at;
+  return velocity;
 }
 
 // Samples of a long record that tell the clock as well as all of them: some runs, evenly spread,
@@ -246,14 +225,14 @@ class ClockEstimator {
     const Eigen::Index n = measured_.samples();
     const Pose& frame = fit.program_from_instrument;
     const Eigen::VectorXd time = (measured_.time.array() - fit.offset) / (1 + fit.rate);
-    const Slopes at = follow(programmed_, time);
+    const Eigen::Matrix3Xd wanted = position_at(programmed_, time);
     const Eigen::Matrix3Xd deviation =
-        axes_ * ((frame.rotation * measured_.position - at.position).colwise() + frame.translation);
-    const Eigen::Matrix3Xd by_offset = axes_ * at.velocity / (1 + fit.rate);
+        axes_ * ((frame.rotation * measured_.position - wanted).colwise() + frame.translation);
+    const Eigen::Matrix3Xd by_offset = axes_ * velocity_at(programmed_, time) / (1 + fit.rate);
     const Eigen::VectorXd share = jump_shares(programmed_, time);
     Path motion;
     motion.time = time;
-    motion.position = at.position;
+    motion.position = wanted;
     const Eigen::Matrix3Xd along = axes_ * tangents(motion);
     Eigen::VectorXd before_start = Eigen::VectorXd::Zero(n);
     for (Eigen::Index i = 0; i < n && by_offset.col(i).isZero(0); ++i) before_start[i] = 1;
@@ -452,10 +431,6 @@ void check_overlap(const Path& programmed, const Path& measured, const ClockFit&
 }
 
 }  // namespace
-
-Eigen::Matrix3Xd position_at(const Path& path, const Eigen::VectorXd& times) {
-  return follow(path, times).position;
-}
 
 ClockFit fit_clock(const Path& programmed, const Path& measured, const ClockOptions& options) {
   check_motion(programmed, "programmed");

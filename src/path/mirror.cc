@@ -23,13 +23,6 @@ Eigen::Index nearest_sample(const Path& path, double time, Eigen::Index from) {
   return from;
 }
 
-double median_period(const Path& path) {
-  std::vector<double> periods;
-  for (Eigen::Index i = 1; i < path.samples(); ++i)
-    periods.push_back(path.time[i] - path.time[i - 1]);
-  return median(std::move(periods));
-}
-
 // Sums what the passes say about the deviation, on one grid of program times.
 class DeviationGrid {
  public:
@@ -327,12 +320,16 @@ Pass register_pass(const Path& programmed, const Path& measured, const ClockOpti
   return pass;
 }
 
+bool engaged(const EngagementRecord& record, double time) {
+  return std::any_of(record.intervals.begin(), record.intervals.end(), [&](const Engagement& e) {
+    return (!e.entry || e.entry->time <= time) && (!e.exit || time <= e.exit->time);
+  });
+}
+
 // Measured minus programmed, each sample at its own time.
 Eigen::Matrix3Xd deviations(const Path& programmed, const Path& measured, const ClockFit& clock) {
-  const Eigen::VectorXd time = (measured.time.array() - clock.offset) / (1 + clock.rate);
-  const Eigen::Matrix3Xd turned = clock.program_from_instrument.rotation * measured.position;
-  return (turned - position_at(programmed, time)).colwise() +
-         clock.program_from_instrument.translation;
+  const Path own = registered(measured, clock);
+  return own.position - position_at(programmed, own.time);
 }
 
 }  // namespace
@@ -362,9 +359,14 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& mea
   deviation.noise = white_noise(deviation.normal);
   const double rate = 1 / deviation.period;
   const auto window = static_cast<Eigen::Index>(std::ceil(0.32 * rate));
+  deviation.engagement = find_engagement(
+      deviation.time, deviation.force.cols() > 0 ? deviation.force : deviation.normal);
+  std::vector<double> times = program_breaks(programmed);
+  for (const Engagement& engagement : deviation.engagement.intervals)
+    for (const auto& instant : {engagement.entry, engagement.exit})
+      if (instant) times.push_back(instant->time);
   std::vector<Eigen::Index> likely;
-  for (const double time : program_breaks(programmed))
-    likely.push_back(std::lround((time - deviation.time[0]) * rate));
+  for (const double time : times) likely.push_back(std::lround((time - deviation.time[0]) * rate));
   deviation.breaks = find_jumps(deviation.normal, deviation.noise, window, likely);
 
   result.cutoff = options.cutoff ? *options.cutoff : best_cutoff(deviation, options, rate);
@@ -407,12 +409,9 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& mea
     result.uncorrected = lengths_in_motion(trend - previous, moves).mean;
     result.correction += previous;
   }
-  if (!options.engaged.empty())
+  if (options.engaged_only)
     for (Eigen::Index i = 0; i < programmed.samples(); ++i)
-      if (std::none_of(options.engaged.begin(), options.engaged.end(), [&](const auto& stretch) {
-            return stretch.first <= programmed.time[i] && programmed.time[i] <= stretch.second;
-          }))
-        result.correction.col(i).setZero();
+      if (!engaged(deviation.engagement, programmed.time[i])) result.correction.col(i).setZero();
   for (Eigen::Index i = 0; i < programmed.samples(); ++i) {
     const double length = result.correction.col(i).norm();
     if (length <= options.max) continue;
@@ -426,6 +425,45 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& mea
     if (result.points.empty() || result.points.back() != sample) result.points.push_back(sample);
   }
   return result;
+}
+
+Eigen::Matrix3Xd correct_from_force(const Path& programmed, const Eigen::Matrix3Xd& deviation,
+                                    const MirrorOptions& options) {
+  const LowPass filter(options.order, options.cutoff.value_or(kPaperCutoff),
+                       1 / median_period(programmed));
+  const Eigen::Matrix3Xd smooth = filter(deviation);
+  const Eigen::Matrix3Xd tangent = tangents(programmed);
+  Eigen::Matrix3Xd position = programmed.position;
+  for (Eigen::Index i = 0; i < programmed.samples(); ++i) {
+    Eigen::Vector3d correction =
+        -options.gain.value_or(1) *
+        (smooth.col(i) - tangent.col(i).dot(smooth.col(i)) * tangent.col(i));
+    const double length = correction.norm();
+    if (length > options.max) correction *= options.max / length;
+    position.col(i) += correction;
+  }
+  return position;
+}
+
+std::optional<ForceLaw> force_law(const PathDeviation& deviation, const Path& programmed) {
+  if (deviation.force.cols() == 0) return std::nullopt;
+  Path on_grid;
+  on_grid.time = deviation.time;
+  on_grid.position = position_at(programmed, deviation.time);
+  ForceRecord record;
+  record.deviation = deviation.normal + tangents(on_grid) * deviation.along.asDiagonal();
+  record.force = deviation.force;
+  record.force_noise = deviation.engagement.noise;
+  record.direction = motion_directions(on_grid.position);
+  return force_law(record);
+}
+
+Path registered(const Path& measured, const ClockFit& clock) {
+  Path path = measured;
+  path.time = (measured.time.array() - clock.offset) / (1 + clock.rate);
+  path.position = (clock.program_from_instrument.rotation * measured.position).colwise() +
+                  clock.program_from_instrument.translation;
+  return path;
 }
 
 }  // namespace armtrue

@@ -1,6 +1,34 @@
 #include "armtrue/path/path.h"
 
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "armtrue/identification/statistics.h"
+
 namespace armtrue {
+double median_period(const Path& path) {
+  std::vector<double> periods;
+  for (Eigen::Index i = 1; i < path.samples(); ++i)
+    periods.push_back(path.time[i] - path.time[i - 1]);
+  return median(std::move(periods));
+}
+
+Eigen::MatrixXd interpolate(const Eigen::VectorXd& time, const Eigen::MatrixXd& values,
+                            const Eigen::VectorXd& at) {
+  Eigen::MatrixXd result(values.rows(), at.size());
+  const Eigen::Index last = time.size() - 1;
+  Eigen::Index k = 0;
+  for (Eigen::Index i = 0; i < at.size(); ++i) {
+    if (k + 1 < last && time[k + 1] < at[i]) ++k;  // the usual case
+    if (k + 1 < last && time[k + 1] < at[i])
+      k = std::lower_bound(time.begin() + k + 1, time.begin() + last, at[i]) - time.begin() - 1;
+    const double share = std::clamp((at[i] - time[k]) / (time[k + 1] - time[k]), 0.0, 1.0);
+    result.col(i) = (1 - share) * values.col(k) + share * values.col(k + 1);
+  }
+  return result;
+}
+
 Eigen::VectorXd arc_length(const Path& path) {
   Eigen::VectorXd length = Eigen::VectorXd::Zero(path.samples());
   for (Eigen::Index i = 1; i < path.samples(); ++i)

@@ -74,7 +74,7 @@ struct Marks {
   }
 };
 
-Marks marks(const PathDeviation& deviation, const EngagementRecord& engagement) {
+Marks marks(const PathDeviation& deviation) {
   constexpr const char* kBreak = "lw 1 dt 2 lc rgb '#888888'";
   constexpr const char* kEntry = "lw 2 lc rgb '#000000'";
   constexpr const char* kExit = "lw 2 dt 4 lc rgb '#000000'";
@@ -83,7 +83,7 @@ Marks marks(const PathDeviation& deviation, const EngagementRecord& engagement) 
   for (const Eigen::Index b : deviation.breaks) result.add(deviation.time[b], kBreak);
   if (!deviation.breaks.empty()) result.explain(kBreak, "break of the trend");
   bool entries = false, exits = false;
-  for (const Engagement& interval : engagement.intervals) {
+  for (const Engagement& interval : deviation.engagement.intervals) {
     if (interval.entry) result.add(interval.entry->time, kEntry);
     if (interval.exit) result.add(interval.exit->time, kExit);
     entries = entries || interval.entry;
@@ -94,12 +94,12 @@ Marks marks(const PathDeviation& deviation, const EngagementRecord& engagement) 
   return result;
 }
 
-std::string deviation_plot(const PathDeviation& deviation, const EngagementRecord& engagement) {
+std::string deviation_plot(const PathDeviation& deviation) {
   std::vector<Curve> curves;
   for (int axis = 0; axis < 3; ++axis)
     curves.push_back({deviation.time, deviation.normal.row(axis).transpose() / kMillimetre,
                       "with lines" + in_colour(axis) + " title " + quoted(kAxisNames[axis])});
-  const Marks marked = marks(deviation, engagement);
+  const Marks marked = marks(deviation);
   return draw("set xlabel 'time of the program, s'\nset ylabel 'deviation across the path, mm'\n" +
                   marked.settings.str(),
               curves, marked.key.str());
@@ -274,11 +274,10 @@ std::string force_line(const ForceLaw& law) {
 }  // namespace
 
 std::string mirror_report(const Path& programmed, const MirrorResult& result,
-                          const MirrorOptions& options, const EngagementRecord& engagement,
-                          const std::optional<ForceLaw>& force,
+                          const MirrorOptions& options, const std::optional<ForceLaw>& force,
                           const std::vector<std::string>& passes, const std::string& title) {
   std::string html = numbers_table(result, passes);
-  html += "<h2>Deviation</h2>\n" + deviation_plot(result.deviation, engagement);
+  html += "<h2>Deviation</h2>\n" + deviation_plot(result.deviation);
   html += "<h2>Path</h2>\n" + path_plot(programmed, result);
   html +=
       "<h2>Before and after</h2>\n<p>The record less the correction still holds its noise; the "

@@ -45,8 +45,4 @@ struct ClockOptions {
 /// apart (then naming the rigid motion that would join them) or if the offset stays unknown.
 ClockFit fit_clock(const Path& programmed, const Path& measured, const ClockOptions& options = {});
 
-/// Position of a path at times in increasing order, linear between samples; before the first and
-/// after the last sample the path stands there.
-Eigen::Matrix3Xd position_at(const Path& path, const Eigen::VectorXd& times);
-
 }  // namespace armtrue

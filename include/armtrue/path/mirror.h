@@ -7,6 +7,8 @@
 
 #include "armtrue/identification/statistics.h"
 #include "armtrue/path/clock.h"
+#include "armtrue/path/engagement.h"
+#include "armtrue/path/force_law.h"
 #include "armtrue/path/path.h"
 
 namespace armtrue {
@@ -18,9 +20,12 @@ enum class CorrectionPoints {
   spline,   ///< the smoothing spline itself
 };
 
+/// The seed paper's: a period of 20 samples of 32 ms [Hz].
+inline constexpr double kPaperCutoff = 1 / 0.64;
+
 struct MirrorOptions {
-  int order = 4;                            ///< of the Butterworth filter, each way
-  std::optional<double> cutoff = 1 / 0.64;  ///< [Hz]; nothing: the one of least expected error
+  int order = 4;                                ///< of the Butterworth filter, each way
+  std::optional<double> cutoff = kPaperCutoff;  ///< [Hz]; nothing: the one of least expected error
   CorrectionPoints points = CorrectionPoints::turning;
   std::optional<double> gain;  ///< nothing: the share of the trend that is no noise
   double max = std::numeric_limits<double>::infinity();  ///< longest correction [m]
@@ -28,8 +33,7 @@ struct MirrorOptions {
   /// What the controller ran in these passes, sampled like the programmed path, if that was not the
   /// programmed path itself but an earlier correction of it.
   std::optional<Eigen::Matrix3Xd> executed;
-  /// Program times [begin, end] outside of which nothing is corrected; empty: everywhere.
-  std::vector<std::pair<double, double>> engaged;
+  bool engaged_only = false;  ///< correct only where the tool is in the material
 };
 
 /// A record against its program.
@@ -51,6 +55,7 @@ struct PathDeviation {
   Eigen::Matrix3Xd trend;      ///< of `normal`, without noise [m]
   std::vector<Eigen::Index> breaks;  ///< first samples after a corner, reversal, entry or exit:
                                      ///< there the trend may jump
+  EngagementRecord engagement;       ///< from the force or, without one, from `normal`
   double noise = 0;                  ///< of one sample of `normal`, per axis [m]
   double spread = 0;                 ///< from pass to pass, per axis [m]; 0 for a single pass
 };
@@ -76,5 +81,18 @@ struct MirrorResult {
 /// record is too slow for the cut-off.
 MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& measured,
                             const MirrorOptions& options);
+
+/// A correction without any measured pass: the opposite, across the path, of what the recorded
+/// forces of `programmed` make the robot deviate by (deviation_from_force()), through the
+/// Butterworth filter of the options. Returns the corrected positions, sampled like the programmed
+/// path [m].
+Eigen::Matrix3Xd correct_from_force(const Path& programmed, const Eigen::Matrix3Xd& deviation,
+                                    const MirrorOptions& options);
+
+/// What force and reversals have to do with the deviation; nothing without a force.
+std::optional<ForceLaw> force_law(const PathDeviation& deviation, const Path& programmed);
+
+/// A recorded pass in the clock and the frame of the program.
+Path registered(const Path& measured, const ClockFit& clock);
 
 }  // namespace armtrue

@@ -24,6 +24,19 @@ struct Path {
   bool has_force() const { return force.cols() > 0; }
 };
 
+/// Median of the time between samples [s]: the sample period, whatever is lost.
+double median_period(const Path& path);
+
+/// Values (a column per `time`, increasing) at the times `at`, increasing too: linear between
+/// samples, those of the ends before and after them.
+Eigen::MatrixXd interpolate(const Eigen::VectorXd& time, const Eigen::MatrixXd& values,
+                            const Eigen::VectorXd& at);
+
+/// Positions of the tool at other times; before and after the path it stands [m].
+inline Eigen::Matrix3Xd position_at(const Path& path, const Eigen::VectorXd& times) {
+  return interpolate(path.time, path.position, times);
+}
+
 /// Length of the polygon up to each sample [m]; starts at 0.
 Eigen::VectorXd arc_length(const Path& path);
 

@@ -4,7 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/path/engagement.h"
 #include "armtrue/path/force_law.h"
 #include "armtrue/path/mirror.h"
 
@@ -17,8 +16,7 @@ namespace armtrue {
 /// records are thinned, their extremes kept. Plots come from gnuplot; throws std::runtime_error if
 /// it cannot be run.
 std::string mirror_report(const Path& programmed, const MirrorResult& result,
-                          const MirrorOptions& options, const EngagementRecord& engagement,
-                          const std::optional<ForceLaw>& force,
+                          const MirrorOptions& options, const std::optional<ForceLaw>& force,
                           const std::vector<std::string>& passes, const std::string& title);
 
 }  // namespace armtrue
