@@ -17,6 +17,7 @@ struct Word {
 constexpr Word kWords[] = {
     {DriverKind::joint_angle, "joint-angle", "rad", true},
     {DriverKind::gravity_torque, "gravity-torque", "N m", true},
+    {DriverKind::motor_torque, "motor-torque", "N m", true},
     {DriverKind::arrival, "arrival", "", true},
     {DriverKind::time, "time", "s", false},
     {DriverKind::temperature, "temperature", "K", false},

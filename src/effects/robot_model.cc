@@ -95,6 +95,8 @@ double BoundEffect::scalar_driver(const Context& context, const ArmFrames* frame
   switch (driver_.kind) {
     case DriverKind::joint_angle:
       return context.q[driver_.joint];
+    case DriverKind::motor_torque:
+      return context.motor_torque_nm[driver_.joint];
     case DriverKind::arrival:
       return context.arrival[driver_.joint];
     case DriverKind::time:
@@ -131,8 +133,12 @@ void BoundEffect::values(const Context& context, const ArmFrames* frames,
 }
 
 RobotModel::RobotModel(const Robot& robot, const std::vector<std::string>& temperature_names)
-    : chain_(robot.chain), targets_(robot.chain.targets) {
+    : chain_(robot.chain), targets_(robot.chain.targets), anchors_(robot.chain.anchors) {
   for (const Effect& effect : robot.effects) {
+    if (effect.driver.kind == DriverKind::motor_torque)
+      throw std::invalid_argument("effect '" + effect.name +
+                                  "' follows a measured motor torque, which nobody knows of a pose "
+                                  "that was not measured; let it follow gravity-torque");
     effects_.emplace_back(effect, robot, temperature_names);
     if (effects_.back().coefficient_count() != static_cast<int>(effect.coefficients.size()))
       throw std::invalid_argument("effect '" + effect.name + "' has " +
@@ -185,6 +191,12 @@ Eigen::Vector3d RobotModel::point(const Context& context, int target) const {
   const auto all = offsets(context);
   return (1.0 + all[kInstrumentScale]) *
          (chain_.pose(context.q, all.head<kGeometricParameters>()) * position);
+}
+
+double RobotModel::distance(const Context& context, int target, int anchor) const {
+  const double scale = effects_.empty() ? 1.0 : 1.0 + offsets(context)[kInstrumentScale];
+  const Anchor& from = anchors_[static_cast<size_t>(anchor)];
+  return scale * (point(context, target) / scale - from.position).norm() + from.zero;
 }
 
 }  // namespace armtrue

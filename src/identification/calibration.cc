@@ -193,20 +193,20 @@ Solution solve(const SessionModels& models, const ReadingLaw& law, const std::ve
 }
 
 // Squared norm of a row, whitened; `s` is unwhitened (m^2, rad^2).
-double whitened(const Eigen::Vector2d& s, const ReadingScale& scale, bool with_orientation) {
+double whitened(const Eigen::Vector2d& s, const ReadingScale& scale, const ReadingSize& size) {
   return s[0] / (scale.position * scale.position) +
-         (with_orientation ? s[1] / (scale.orientation * scale.orientation) : 0.0);
+         (size.orientation > 0 ? s[1] / (scale.orientation * scale.orientation) : 0.0);
 }
 
 double log_likelihood(const std::vector<Eigen::Vector2d>& norms, const ReadingScale& scale,
-                      const ReadingLaw& law, bool with_orientation) {
-  const int d = with_orientation ? 6 : 3;
+                      const ReadingLaw& law, const ReadingSize& size) {
+  const int d = size.all();
   const double n = static_cast<double>(norms.size()), dof = law.degrees_of_freedom;
-  double value = -3 * n * std::log(scale.position);
-  if (with_orientation) value -= 3 * n * std::log(scale.orientation);
+  double value = -size.position * n * std::log(scale.position);
+  if (size.orientation > 0) value -= size.orientation * n * std::log(scale.orientation);
   for (size_t row = 0; row < norms.size(); ++row) {
     const double variance = law.variance_of(static_cast<int>(row));
-    value -= 0.5 * law.loss(whitened(norms[row], scale, with_orientation), d, variance) / variance;
+    value -= 0.5 * law.loss(whitened(norms[row], scale, size), d, variance) / variance;
     if (dof > 0) value -= 0.5 * d * std::log(variance);
   }
   if (dof > 0)
@@ -217,28 +217,29 @@ double log_likelihood(const std::vector<Eigen::Vector2d>& norms, const ReadingSc
 
 // Spreads by expectation-maximisation under a law. `norms` are unwhitened (m^2, rad^2).
 ReadingScale spread(const std::vector<Eigen::Vector2d>& norms, ReadingScale scale,
-                    const ReadingLaw& law, bool with_orientation, double correction) {
-  const int d = with_orientation ? 6 : 3;
+                    const ReadingLaw& law, const ReadingSize& size, double correction) {
+  const int d = size.all();
   const double n = static_cast<double>(norms.size());
   for (int round = 0; round < (law.degrees_of_freedom > 0 ? 30 : 1); ++round) {
     Eigen::Vector2d sum = Eigen::Vector2d::Zero();
     for (size_t row = 0; row < norms.size(); ++row) {
       const double variance = law.variance_of(static_cast<int>(row));
-      sum += law.weight(whitened(norms[row], scale, with_orientation), d, variance) / variance *
-             norms[row];
+      sum += law.weight(whitened(norms[row], scale, size), d, variance) / variance * norms[row];
     }
-    scale.position = std::max(kSmallestScale, std::sqrt(correction * sum[0] / (3 * n)));
-    if (with_orientation)
-      scale.orientation = std::max(kSmallestScale, std::sqrt(correction * sum[1] / (3 * n)));
+    scale.position = std::max(kSmallestScale, std::sqrt(correction * sum[0] / (size.position * n)));
+    if (size.orientation > 0)
+      scale.orientation =
+          std::max(kSmallestScale, std::sqrt(correction * sum[1] / (size.orientation * n)));
   }
   return scale;
 }
 
 std::vector<double> variances(const std::vector<Eigen::Vector2d>& norms, const Campaign& campaign,
-                              const ReadingScale& scale, bool with_orientation) {
+                              const ReadingScale& scale) {
+  const ReadingSize size = campaign.reading_size();
   std::vector<double> whole;
-  for (const Eigen::Vector2d& s : norms) whole.push_back(whitened(s, scale, with_orientation));
-  return pose_variances(campaign, whole, with_orientation ? 6 : 3);
+  for (const Eigen::Vector2d& s : norms) whole.push_back(whitened(s, scale, size));
+  return pose_variances(campaign, whole, size.all());
 }
 
 struct Residuals {
@@ -249,17 +250,17 @@ struct Residuals {
 // The law and the spreads that make the residuals most likely. Gaussian unless Student's t is
 // better by more than the price of its one parameter (BIC).
 Residuals describe(const std::vector<Eigen::Vector2d>& norms, const Campaign& campaign,
-                   const ReadingScale& start, bool with_orientation, double correction,
-                   bool robust) {
-  Residuals best{spread(norms, start, {0}, with_orientation, correction), {0}};
+                   const ReadingScale& start, double correction, bool robust) {
+  const ReadingSize size = campaign.reading_size();
+  Residuals best{spread(norms, start, {0}, size, correction), {0}};
   if (!robust) return best;
-  const std::vector<double> variance = variances(norms, campaign, start, with_orientation);
-  double best_value = log_likelihood(norms, best.scale, best.law, with_orientation) +
+  const std::vector<double> variance = variances(norms, campaign, start);
+  double best_value = log_likelihood(norms, best.scale, best.law, size) +
                       0.5 * std::log(static_cast<double>(norms.size()));
   for (double dof : {2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 14.0, 20.0, 30.0}) {
     const ReadingLaw law{dof, variance};
-    const ReadingScale scale = spread(norms, start, law, with_orientation, correction);
-    const double value = log_likelihood(norms, scale, law, with_orientation);
+    const ReadingScale scale = spread(norms, start, law, size, correction);
+    const double value = log_likelihood(norms, scale, law, size);
     if (value > best_value) {
       best_value = value;
       best = {scale, law};
@@ -279,17 +280,18 @@ std::vector<Eigen::Vector2d> raw_norms(const SessionModels& models, const Eigen:
   return norms;
 }
 
-ReadingScale median_scale(const std::vector<Eigen::Vector2d>& norms) {
-  constexpr double kMedianOfChiSquare3 = 2.365973884;
+ReadingScale median_scale(const std::vector<Eigen::Vector2d>& norms, const ReadingSize& size) {
+  constexpr double kMedianOfChiSquare1 = 0.4549364231, kMedianOfChiSquare3 = 2.365973884;
   std::vector<double> position, orientation;
   for (const Eigen::Vector2d& s : norms) {
     position.push_back(s[0]);
     orientation.push_back(s[1]);
   }
-  const auto scale = [](const std::vector<double>& s) {
-    return std::max(kSmallestScale, std::sqrt(median(s) / kMedianOfChiSquare3));
+  const auto scale = [](const std::vector<double>& s, double median_of_noise) {
+    return std::max(kSmallestScale, std::sqrt(median(s) / median_of_noise));
   };
-  return {scale(position), scale(orientation)};
+  return {scale(position, size.position == 1 ? kMedianOfChiSquare1 : kMedianOfChiSquare3),
+          scale(orientation, kMedianOfChiSquare3)};
 }
 
 bool close(const ReadingScale& a, const ReadingScale& b) {
@@ -307,10 +309,9 @@ Eigen::MatrixXd joint_factor(const SessionModels& models, const std::vector<Last
 Solution fit(SessionModels& model, ReadingLaw& law, std::vector<Prior>& priors,
              const CalibrationOptions& options, double tolerance, Eigen::VectorXd& x,
              std::vector<LastFold>& last) {
-  const bool with_orientation = model.row_size() == 6;
   const double equations = static_cast<double>(model.rows()) * model.row_size();
   const double correction = equations / std::max(1.0, equations - model.unknowns());
-  model.set_scale(median_scale(raw_norms(model, x)));
+  model.set_scale(median_scale(raw_norms(model, x), model.campaign().reading_size()));
   if (options.robust) law = {4.0};
   // Roughly while the law of the residuals is still settling, to the end once it has.
   Solution solution;
@@ -322,8 +323,8 @@ Solution fit(SessionModels& model, ReadingLaw& law, std::vector<Prior>& priors,
                      last_round ? tolerance : kRoughTolerance, x, last);
     iterations += solution.iterations;
     if (last_round || iterations >= options.max_iterations) break;
-    const Residuals next = describe(raw_norms(model, x), model.campaign(), model.scale(),
-                                    with_orientation, correction, options.robust);
+    const Residuals next =
+        describe(raw_norms(model, x), model.campaign(), model.scale(), correction, options.robust);
     settled =
         close(next.scale, model.scale()) && next.law.degrees_of_freedom == law.degrees_of_freedom;
     settled = update_curves(joint_factor(model, last), x, priors) && settled;
@@ -463,7 +464,7 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
     iterations = fit(part_model, law, priors, options, 1e-10, x, last).iterations;
     model.set_scale(part_model.scale());
     if (law.degrees_of_freedom > 0)
-      law.variance = variances(raw_norms(model, x), campaign, model.scale(), model.row_size() == 6);
+      law.variance = variances(raw_norms(model, x), campaign, model.scale());
   }
   CalibrationResult result;
   Solution solution;

@@ -13,9 +13,20 @@ Context Campaign::context(int row) const {
   if (!arrival.empty()) context.arrival = arrival[row];
   if (!time_s.empty()) context.time_s = time_s[row];
   if (!payload_kg.empty()) context.payload_kg = payload_kg[row];
+  if (!motor_torque_nm.empty()) context.motor_torque_nm = motor_torque_nm[row];
   if (!force_n.empty()) context.force_n = force_n[row];
   if (!temperature_c.empty()) context.temperature_c = temperature_c[row];
   return context;
+}
+
+int Campaign::channel(int row) const {
+  const int targets = std::max(1, static_cast<int>(target_names.size()));
+  return (anchor.empty() ? 0 : anchor[row] * targets) + (target.empty() ? 0 : target[row]);
+}
+
+int Campaign::pose_by_anchor(int row) const {
+  if (anchor.empty()) return pose[row];
+  return pose[row] * static_cast<int>(anchor_names.size()) + anchor[row];
 }
 
 Campaign Campaign::select(const std::vector<int>& rows) const {
@@ -31,6 +42,7 @@ Campaign Campaign::select(const std::vector<int>& rows) const {
     chosen.pose.push_back(index);
   }
   chosen.target_names = target_names;
+  chosen.anchor_names = anchor_names;
   chosen.temperature_names = temperature_names;
   chosen.session_names = session_names;
   const auto pick = [&](const auto& from, auto& to) {
@@ -41,14 +53,17 @@ Campaign Campaign::select(const std::vector<int>& rows) const {
   pick(line, chosen.line);
   pick(q, chosen.q);
   pick(position, chosen.position);
+  pick(distance, chosen.distance);
   pick(repeat, chosen.repeat);
   pick(orientation, chosen.orientation);
   pick(time_s, chosen.time_s);
   pick(target, chosen.target);
+  pick(anchor, chosen.anchor);
   pick(sigma_position, chosen.sigma_position);
   pick(sigma_orientation, chosen.sigma_orientation);
   pick(arrival, chosen.arrival);
   pick(payload_kg, chosen.payload_kg);
+  pick(motor_torque_nm, chosen.motor_torque_nm);
   pick(force_n, chosen.force_n);
   pick(temperature_c, chosen.temperature_c);
   pick(session, chosen.session);

@@ -79,6 +79,8 @@ bool is_driven(const Driver& driver, const Campaign& campaign, const TimeSpan& s
       const auto& names = campaign.temperature_names;
       return std::find(names.begin(), names.end(), driver.where) != names.end();
     }
+    case DriverKind::motor_torque:
+      return !campaign.motor_torque_nm.empty();
     case DriverKind::payload:
       return varies(campaign.payload_kg);
     case DriverKind::force:

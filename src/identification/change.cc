@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "armtrue/identification/evaluation.h"
+#include "armtrue/identification/identifiability.h"
 #include "armtrue/identification/statistics.h"
 #include "armtrue/kinematics/parameters.h"
 #include "fold.h"
@@ -37,7 +38,7 @@ struct Hypothesis {
 struct Problem {
   ObservationModel model;
   Eigen::VectorXd deviations;  // of the unknowns; 0: not identified, so held unless free
-  std::vector<double> shares;  // of each row in its pose and target
+  std::vector<double> shares;  // of each row in its pose and channel
   double equations = 0;        // replicates counted once
 };
 
@@ -48,12 +49,18 @@ struct Fit {
   double loss = 0;              // chi-square, or twice the negative log-likelihood
 };
 
+bool is_place_of_anchor(const KinematicChain& chain, int parameter) {
+  const int k = parameter - first_anchor_parameter(chain);
+  return k >= 0 && k % 4 < 3;
+}
+
 Problem make_problem(const Robot& previous, const Campaign& campaign, const ReadingScale& scale) {
   std::vector<int> unknowns;
   std::vector<double> deviations;
   for (int k = 0; k < parameter_count(previous.chain); ++k) {
     const auto found = previous.std.find(parameter_name(previous.chain, k));
-    const bool of_set_up = k < kLinkParameters || (k >= kToolParameters && k < kInstrumentScale);
+    const bool of_set_up = k < kLinkParameters || (k >= kToolParameters && k < kInstrumentScale) ||
+                           (campaign.has_distances() && is_place_of_anchor(previous.chain, k));
     if (found == previous.std.end() && !of_set_up) continue;
     unknowns.push_back(k);
     deviations.push_back(found == previous.std.end() ? 0 : found->second);
@@ -63,9 +70,7 @@ Problem make_problem(const Robot& previous, const Campaign& campaign, const Read
                   {},
                   0};
   std::map<std::pair<int, int>, int> replicates;
-  const auto key = [&](int row) {
-    return std::pair{campaign.pose[row], campaign.target.empty() ? 0 : campaign.target[row]};
-  };
+  const auto key = [&](int row) { return std::pair{campaign.pose[row], campaign.channel(row)}; };
   for (int row = 0; row < campaign.rows(); ++row) ++replicates[key(row)];
   for (int row = 0; row < campaign.rows(); ++row)
     problem.shares.push_back(1.0 / replicates[key(row)]);
@@ -73,7 +78,14 @@ Problem make_problem(const Robot& previous, const Campaign& campaign, const Read
   return problem;
 }
 
-// The base, the tool and every identified parameter of a link; only what moves these readings.
+// What of the base these readings show: of distances from one anchor, its translation.
+std::vector<int> visible_of_base(Robot robot, const Campaign& campaign) {
+  robot.identify = {"base"};
+  return choose_identifiable(robot, campaign).kept;
+}
+
+// The base, the tool, one anchor of several and every identified parameter of a link; only what
+// moves these readings.
 std::vector<Hypothesis> moves_of(const Robot& previous, const Problem& problem) {
   const ObservationModel& model = problem.model;
   const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
@@ -83,19 +95,27 @@ std::vector<Hypothesis> moves_of(const Robot& previous, const Problem& problem) 
     at.block(row, block);
     squares += block.leftCols(model.unknowns()).colwise().squaredNorm().transpose();
   }
+  const std::vector<int> visible = visible_of_base(previous, model.campaign());
+  const int first_anchor = first_anchor_parameter(previous.chain);
   Hypothesis base{"base", {}}, tool{"tool", {}};
-  std::vector<Hypothesis> links;
+  std::vector<Hypothesis> links, anchors(previous.chain.anchors.size());
   for (int k = 0; k < model.unknowns(); ++k) {
     const int parameter = model.geometric()[k];
     if (squares[k] <= 1e-12 * squares.maxCoeff()) continue;
-    if (parameter < kLinkParameters)
-      base.free.push_back(k);
-    else if (parameter < kToolParameters)
+    if (parameter < kLinkParameters) {
+      if (std::ranges::count(visible, parameter) > 0) base.free.push_back(k);
+    } else if (parameter < kToolParameters)
       links.push_back({parameter_name(previous.chain, parameter), {k}});
     else if (parameter < kInstrumentScale)
       tool.free.push_back(k);
+    else if (is_place_of_anchor(previous.chain, parameter))
+      anchors[(parameter - first_anchor) / 4].free.push_back(k);
   }
   std::vector<Hypothesis> moves{base, tool};
+  for (size_t a = 0; a < anchors.size() && anchors.size() > 1; ++a) {  // a single one is the base
+    anchors[a].what = "anchor " + previous.chain.anchors[a].name;
+    moves.push_back(anchors[a]);
+  }
   std::erase_if(moves, [](const Hypothesis& move) { return move.free.empty(); });
   moves.insert(moves.end(), links.begin(), links.end());
   return moves;

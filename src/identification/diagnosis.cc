@@ -22,14 +22,14 @@ constexpr int kRowsLookedAt = 500;
 
 double median_miss(Robot robot, const Campaign& campaign) {
   robot.effects.clear();
-  robot.chain.base = register_base(robot, campaign);
+  robot.chain.base = registered_base(robot, campaign);
   return median(evaluate(robot, campaign).position);
 }
 
 // How far the turns of tool and base that the orientations ask for differ from pose to pose.
 double median_turn(Robot robot, const Campaign& campaign) {
   robot.effects.clear();
-  robot.chain.base = register_base(robot, campaign);
+  robot.chain.base = registered_base(robot, campaign);
   const RobotModel model(robot);
   // The tool's own turn is unknown: take it from each reading, compare with the first ones.
   std::vector<Eigen::Quaterniond> turns;
@@ -51,7 +51,12 @@ struct Hypothesis {
   std::function<void(Robot&, Campaign&)> change;
 };
 
-std::vector<Hypothesis> position_hypotheses() {
+void scale_lengths(Campaign& campaign, double factor) {
+  for (Eigen::Vector3d& p : campaign.position) p *= factor;
+  for (double& l : campaign.distance) l *= factor;
+}
+
+std::vector<Hypothesis> position_hypotheses(bool of_distances) {
   std::vector<Hypothesis> hypotheses;
   hypotheses.push_back(
       {"the joint angles look like radians under a _deg name; name the columns "
@@ -59,18 +64,16 @@ std::vector<Hypothesis> position_hypotheses() {
        [](Robot&, Campaign& c) {
          for (JointVector& q : c.q) q *= 180 / std::numbers::pi;
        }});
+  hypotheses.push_back({of_distances
+                            ? "the distances look like metres under a _mm name; name the column l_m"
+                            : "the positions look like metres under a _mm name; name the columns "
+                              "x_m,y_m,z_m",
+                        [](Robot&, Campaign& c) { scale_lengths(c, 1000); }});
   hypotheses.push_back(
-      {"the positions look like metres under a _mm name; name the columns "
-       "x_m,y_m,z_m",
-       [](Robot&, Campaign& c) {
-         for (Eigen::Vector3d& p : c.position) p *= 1000;
-       }});
-  hypotheses.push_back(
-      {"the positions look like millimetres under a _m name; name the columns "
-       "x_mm,y_mm,z_mm",
-       [](Robot&, Campaign& c) {
-         for (Eigen::Vector3d& p : c.position) p /= 1000;
-       }});
+      {of_distances ? "the distances look like millimetres under a _m name; name the column l_mm"
+                    : "the positions look like millimetres under a _m name; name the columns "
+                      "x_mm,y_mm,z_mm",
+       [](Robot&, Campaign& c) { scale_lengths(c, 1e-3); }});
   for (int j = 0; j < kJoints; ++j)
     hypotheses.push_back({"joint " + std::to_string(j + 1) +
                               " seems to count the other way; change its 'sign' in the "
@@ -139,7 +142,8 @@ std::vector<std::string> diagnose(const Robot& given, const Campaign& all) {
   if (campaign.rows() < 4) return findings;  // a base fits any three points
   const double miss = median_miss(robot, campaign);
   if (miss > kImplausibleMiss)
-    try_hypotheses(robot, campaign, position_hypotheses(), miss, median_miss, findings);
+    try_hypotheses(robot, campaign, position_hypotheses(campaign.has_distances()), miss,
+                   median_miss, findings);
   if (findings.empty() && campaign.has_orientation()) {
     const double turn = median_turn(robot, campaign);
     if (turn > kImplausibleTurn)

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kBlunderWeight = 0.05;  // some fourteen standard deviations under Student's t
 
-// Rows of one session, pose and target, and their mean residual.
+// Rows of one session, pose and channel, and their mean residual.
 struct Replicates {
   std::vector<int> rows;
   Eigen::Matrix<double, 6, 1> mean;
@@ -24,7 +24,7 @@ struct Replicates {
 std::vector<Replicates> replicates_of(const Campaign& campaign, const Evaluation& evaluation) {
   std::map<std::array<int, 3>, Replicates> groups;
   for (int row = 0; row < campaign.rows(); ++row)
-    groups[{campaign.pose[row], campaign.target.empty() ? 0 : campaign.target[row],
+    groups[{campaign.pose[row], campaign.channel(row),
             campaign.session.empty() ? 0 : campaign.session[row]}]
         .rows.push_back(row);
   std::vector<Replicates> list;
@@ -63,15 +63,16 @@ Evaluation evaluate(const Robot& robot, const Campaign& campaign) {
 
 NoiseFloor noise_floor(const Robot& robot, const Campaign& campaign, const Evaluation& evaluation) {
   NoiseFloor floor;
+  floor.axes = campaign.reading_size().position;
   std::vector<double> position, orientation;
   for (const Replicates& group : replicates_of(campaign, evaluation)) {
     const double m = static_cast<double>(group.rows.size());
     if (m < 2) continue;
-    floor.degrees_of_freedom += 3 * static_cast<int>(m - 1);
+    floor.degrees_of_freedom += floor.axes * static_cast<int>(m - 1);
     for (int row : group.rows) {
       const Eigen::Matrix<double, 6, 1> deviation =
           std::sqrt(m / (m - 1)) * (evaluation.residuals[row] - group.mean);
-      for (int i = 0; i < 3; ++i) position.push_back(deviation[i]);
+      for (int i = 0; i < floor.axes; ++i) position.push_back(deviation[i]);
       for (int i = 3; i < 6; ++i) orientation.push_back(deviation[i]);
     }
   }
@@ -88,8 +89,8 @@ NoiseFloor noise_floor(const Robot& robot, const Campaign& campaign, const Evalu
   return floor;
 }
 
-double mean_error_of_noise(double deviation_per_axis) {
-  return deviation_per_axis * std::sqrt(8 / std::numbers::pi);
+double mean_error_of_noise(double deviation_per_axis, int axes) {
+  return deviation_per_axis * std::sqrt((axes == 1 ? 2 : 8) / std::numbers::pi);
 }
 
 std::optional<double> lack_of_fit_p(const Evaluation& evaluation, const Campaign& campaign,
@@ -102,7 +103,7 @@ std::optional<double> lack_of_fit_p(const Evaluation& evaluation, const Campaign
     between += static_cast<double>(group.rows.size()) * group.mean.head<3>().squaredNorm();
     ++groups;
   }
-  const double freedom = 3 * groups - fitted;
+  const double freedom = floor.axes * groups - fitted;
   if (freedom < 1) return std::nullopt;
   const double ratio = between / (floor.position * floor.position);
   if (floor.source == NoiseFloor::Source::instrument)

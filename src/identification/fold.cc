@@ -48,14 +48,15 @@ double ReadingLaw::loss(double squared_norm, int dimension, double row_variance)
 
 std::vector<double> pose_variances(const Campaign& campaign, const std::vector<double>& norms,
                                    int dimension) {
-  if (static_cast<int>(campaign.pose_ids.size()) >= campaign.rows()) return {};  // all alone
+  const size_t poses = campaign.pose_ids.size() * std::max<size_t>(1, campaign.anchor_names.size());
+  if (poses >= norms.size()) return {};  // all alone
   struct Smallest {
     double best = std::numeric_limits<double>::infinity(), second = best;
     int best_row = -1;
   };
-  std::vector<Smallest> poses(campaign.pose_ids.size());
+  std::vector<Smallest> smallest(poses);
   for (int row = 0; row < campaign.rows(); ++row) {
-    Smallest& pose = poses[campaign.pose[row]];
+    Smallest& pose = smallest[campaign.pose_by_anchor(row)];
     if (norms[row] < pose.best) {
       pose.second = pose.best;
       pose.best = norms[row];
@@ -66,7 +67,7 @@ std::vector<double> pose_variances(const Campaign& campaign, const std::vector<d
   }
   std::vector<double> variances(norms.size(), 1.0);
   for (int row = 0; row < campaign.rows(); ++row) {
-    const Smallest& pose = poses[campaign.pose[row]];
+    const Smallest& pose = smallest[campaign.pose_by_anchor(row)];
     const double other = pose.best_row == row ? pose.second : pose.best;
     if (std::isfinite(other)) variances[row] = std::max(1.0, other / dimension);
   }

@@ -29,7 +29,7 @@ struct ReadingLaw {
 };
 
 /// Variances for ReadingLaw from the squared norms of the whitened residuals: of a row, the mean
-/// square of the best of the other readings of its pose, and at least 1.
+/// square of the best of the other readings of its pose (from the same anchor), and at least 1.
 std::vector<double> pose_variances(const Campaign& campaign, const std::vector<double>& norms,
                                    int dimension);
 

@@ -35,11 +35,15 @@ Robot ideal_structure(Robot robot) {
 std::vector<int> preference_order(const KinematicChain& chain) {
   std::vector<int> order;
   for (int k = 0; k < 6; ++k) order.push_back(kBaseParameters + k);
-  for (int k = kTargetParameters; k < parameter_count(chain); ++k) order.push_back(k);
+  const int anchors = first_anchor_parameter(chain);
+  for (int k = anchors; k < parameter_count(chain); ++k)
+    if ((k - anchors) % 4 < 3) order.push_back(k);
+  for (int k = kTargetParameters; k < anchors; ++k) order.push_back(k);
   for (int k = 0; k < 6; ++k) order.push_back(kToolParameters + k);
   for (LinkParameter which : {LinkParameter::theta, LinkParameter::alpha, LinkParameter::d,
                               LinkParameter::r, LinkParameter::beta})
     for (int j = 0; j < kLinks; ++j) order.push_back(link_parameter(j, which));
+  for (int k = anchors + 3; k < parameter_count(chain); k += 4) order.push_back(k);
   return order;
 }
 
@@ -79,17 +83,22 @@ std::vector<int> paper_25() {
 std::vector<int> allowed_parameters(const Robot& robot, const Campaign& campaign) {
   std::vector<int> allowed;
   const bool with_targets = !campaign.target_names.empty();
+  const int targets_end = first_anchor_parameter(robot.chain);
+  const int anchors_end = campaign.has_distances() ? parameter_count(robot.chain) : targets_end;
   for (const std::string& name : robot.identify) {
     if (name == "auto") {
       for (int k : preference_order(robot.chain))
-        if (k < kTargetParameters || with_targets) allowed.push_back(k);
+        if (k < kTargetParameters || (k < targets_end ? with_targets : k < anchors_end))
+          allowed.push_back(k);
     } else if (name == "paper-25") {
       for (int k : paper_25()) allowed.push_back(k);
     } else if (name == "base" || name == "tool") {
       const int first = name == "base" ? kBaseParameters : kToolParameters;
       for (int k = 0; k < 6; ++k) allowed.push_back(first + k);
       if (name == "tool" && with_targets)
-        for (int k = kTargetParameters; k < parameter_count(robot.chain); ++k) allowed.push_back(k);
+        for (int k = kTargetParameters; k < targets_end; ++k) allowed.push_back(k);
+      if (name == "base")
+        for (int k = targets_end; k < anchors_end; ++k) allowed.push_back(k);
     } else {
       const auto index = find_parameter(robot.chain, name);
       if (!index || *index == kInstrumentScale)
@@ -165,8 +174,11 @@ std::vector<int> lost_to_poses(const Robot& robot, const Campaign& campaign,
   constexpr int kPoses = 200;
   Campaign everywhere = campaign.select(std::vector<int>(kPoses, 0));
   everywhere.q = sample_joint_space(robot.chain, kPoses);
+  const int targets = std::max(1, static_cast<int>(campaign.target_names.size()));
   for (int row = 0; row < kPoses && !campaign.target.empty(); ++row)
-    everywhere.target[row] = row % static_cast<int>(campaign.target_names.size());
+    everywhere.target[row] = row % targets;
+  for (int row = 0; row < kPoses && !campaign.anchor.empty(); ++row)
+    everywhere.anchor[row] = row / targets % static_cast<int>(campaign.anchor_names.size());
   const IdentifiableSet possible = choose_identifiable(robot, everywhere);
   std::vector<int> lost;
   if (possible.kept.size() <= set.kept.size()) return lost;

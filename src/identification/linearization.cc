@@ -15,17 +15,19 @@ constexpr double kSmallestPivot = 1e-9;  // of columns of unit length
 // How much the readings of one pose agree beyond what independent readings would: the variance
 // inflation 1 + (m - 1) icc of one-way analysis of variance on the position residuals, with the
 // unknowns counted against the poses, which determine them.
-double estimate_design_effect(const Eigen::VectorXd& residual, const std::vector<int>& pose,
-                              int row_size, double unknowns) {
+double estimate_design_effect(const Eigen::VectorXd& residual, const Campaign& campaign,
+                              double unknowns) {
+  const ReadingSize size = campaign.reading_size();
   struct Group {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     double squares = 0;
     int count = 0;
   };
   std::map<int, Group> groups;
-  for (size_t row = 0; row < pose.size(); ++row) {
-    const Eigen::Vector3d r = residual.segment<3>(static_cast<int>(row) * row_size);
-    Group& group = groups[pose[row]];
+  for (int row = 0; row < campaign.rows(); ++row) {
+    Eigen::Vector3d r = Eigen::Vector3d::Zero();
+    r.head(size.position) = residual.segment(row * size.all(), size.position);
+    Group& group = groups[campaign.pose_by_anchor(row)];
     group.sum += r;
     group.squares += r.squaredNorm();
     ++group.count;
@@ -35,18 +37,20 @@ double estimate_design_effect(const Eigen::VectorXd& residual, const std::vector
     const double m = group.count;
     between += group.sum.squaredNorm() / m;
     within += group.squares - group.sum.squaredNorm() / m;
-    within_freedom += 3 * (m - 1);
+    within_freedom += size.position * (m - 1);
     sum_of_sizes_squared += m * m;
   }
-  const double poses = static_cast<double>(groups.size()), rows = static_cast<double>(pose.size());
-  const double between_freedom = 3 * poses - 0.5 * unknowns;  // orientation carries about half
+  const double poses = static_cast<double>(groups.size());
+  // Orientation carries about half of the unknowns; a distance has none beside it.
+  const double of_position = campaign.has_distances() ? unknowns : 0.5 * unknowns;
+  const double between_freedom = size.position * poses - of_position;
   if (within_freedom < 1 || between_freedom < 1 || within <= 0) return 1.0;
   const double mean_square_between = between / between_freedom;
   const double mean_square_within = within / within_freedom;
-  const double size = sum_of_sizes_squared / rows;
+  const double group_size = sum_of_sizes_squared / campaign.rows();
   const double icc = (mean_square_between - mean_square_within) /
-                     (mean_square_between + (size - 1) * mean_square_within);
-  return 1.0 + (size - 1) * std::max(0.0, icc);
+                     (mean_square_between + (group_size - 1) * mean_square_within);
+  return 1.0 + (group_size - 1) * std::max(0.0, icc);
 }
 
 // Columns of unit length; columns of nothing stay nothing.
@@ -71,7 +75,7 @@ Eigen::MatrixXd orthonormal_basis(const Eigen::MatrixXd& columns) {
 }  // namespace
 
 Linearization::Linearization(const CalibrationResult& fit, const Campaign& campaign)
-    : row_size_(campaign.has_orientation() ? 6 : 3), pose_(campaign.pose) {
+    : row_size_(campaign.reading_size().all()), pose_(campaign.pose) {
   std::vector<int> all(parameter_count(fit.robot.chain));
   for (size_t k = 0; k < all.size(); ++k) all[k] = static_cast<int>(k);
   const SessionModels models(campaign, fit.robot, all, fit.scale);
@@ -113,8 +117,7 @@ Linearization::Linearization(const CalibrationResult& fit, const Campaign& campa
     contribution_.push_back(contribution);
   }
   first_effect_column_.push_back(column);
-  design_effect_ =
-      estimate_design_effect(residual_, pose_, row_size_, static_cast<double>(kept + others));
+  design_effect_ = estimate_design_effect(residual_, campaign, static_cast<double>(kept + others));
 }
 
 Linearization::Loss Linearization::without_effect(int effect) const {

@@ -177,6 +177,7 @@ LoopResult close_loop(const Robot& robot, const Campaign& training, const Campai
                       const Catalogue& catalogue, const LoopOptions& options) {
   require_known_sessions(training, held_out);
   LoopResult result;
+  result.of_distances = training.has_distances();
   result.training_poses = count_poses(training);
   result.held_out_poses = count_poses(held_out);
   result.rows = training.rows() + held_out.rows();
@@ -196,7 +197,7 @@ LoopResult close_loop(const Robot& robot, const Campaign& training, const Campai
   for (int row : quality.blunders) result.excluded_rows.push_back(training.line[row]);
   result.noise = quality.noise;
   result.lack_of_fit = quality.lack_of_fit;
-  result.floor = mean_error_of_noise(result.noise.position);
+  result.floor = mean_error_of_noise(result.noise.position, result.noise.axes);
 
   const size_t declared = final_robot.effects.size() - result.trace.effects.size();
   for (size_t k = 0; k < result.trace.effects.size(); ++k)

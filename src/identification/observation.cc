@@ -31,6 +31,37 @@ std::vector<int> match_targets(const Campaign& campaign, const Robot& robot) {
 
 }  // namespace
 
+std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& chain) {
+  if (!campaign.has_distances()) return {};
+  const auto fail = [&](int row, const std::string& what) {
+    const std::string line = campaign.line.empty() ? "" : ":" + std::to_string(campaign.line[row]);
+    throw std::invalid_argument(campaign.source + line + ": " + what);
+  };
+  constexpr const char* kRemedy = "; add its place in R_A to the robot file, under 'anchors'";
+  if (campaign.anchor.empty()) {
+    if (chain.anchors.empty())
+      fail(0, std::string("column 'l_mm': the robot file has no anchor to measure from") + kRemedy);
+    if (chain.anchors.size() > 1)
+      fail(0,
+           "the robot file has " + std::to_string(chain.anchors.size()) +
+               " anchors; say in a column 'anchor' from which of them each distance is measured");
+    return {0};
+  }
+  std::vector<int> indices;
+  for (const std::string& name : campaign.anchor_names) {
+    const auto found = std::find_if(chain.anchors.begin(), chain.anchors.end(),
+                                    [&](const Anchor& anchor) { return anchor.name == name; });
+    if (found == chain.anchors.end()) {
+      const auto row = std::find(campaign.anchor.begin(), campaign.anchor.end(),
+                                 static_cast<int>(indices.size()));
+      fail(std::min(static_cast<int>(row - campaign.anchor.begin()), campaign.rows() - 1),
+           "column 'anchor': the robot file has no anchor '" + name + "'" + kRemedy);
+    }
+    indices.push_back(static_cast<int>(found - chain.anchors.begin()));
+  }
+  return indices;
+}
+
 ObservationModel::ObservationModel(const Campaign& campaign, const Robot& robot,
                                    std::vector<int> geometric, const ReadingScale& scale,
                                    bool fit_effects, const Eigen::Vector3d& instrument)
@@ -38,6 +69,7 @@ ObservationModel::ObservationModel(const Campaign& campaign, const Robot& robot,
       robot_(robot),
       geometric_(std::move(geometric)),
       targets_(match_targets(campaign, robot)),
+      anchors_(match_anchors(campaign, robot.chain)),
       scale_(scale),
       fit_effects_(fit_effects),
       instrument_(instrument),
@@ -51,6 +83,9 @@ void ObservationModel::evaluate_effect_values(const Robot& robot) {
   int value_count = 0;
   bool needs_frames = false, needs_jacobian = false;
   for (const Effect& effect : robot.effects) {
+    if (effect.driver.kind == DriverKind::motor_torque && campaign_.motor_torque_nm.empty())
+      throw std::invalid_argument("effect '" + effect.name +
+                                  "': the measurements have no columns tau1_nm to tau6_nm");
     const BoundEffect& bound = effects_.emplace_back(effect, robot, campaign_.temperature_names);
     first_coefficient_.push_back(coefficient_count_);
     first_value_.push_back(value_count);
@@ -154,15 +189,17 @@ void ObservationModel::At::offsets(int row, ParameterOffsets& offsets, double& s
     }
 }
 
-Pose ObservationModel::At::predict(int row, PoseJacobian* jacobian, double& scale) const {
+ObservationModel::At::Prediction ObservationModel::At::predict(int row,
+                                                               PoseJacobian* jacobian) const {
   const JointVector& q = model_.campaign_.q[row];
-  scale = 1.0;
-  Pose frame;
+  Prediction predicted;
+  predicted.scale = 1.0;
+  Pose& frame = predicted.frame;
   if (model_.effects_.empty()) {
     frame = jacobian ? chain_.pose(q, *jacobian) : chain_.pose(q);
   } else {
     ParameterOffsets offset;
-    offsets(row, offset, scale);
+    offsets(row, offset, predicted.scale);
     frame = jacobian ? chain_.pose(q, offset, *jacobian) : chain_.pose(q, offset);
   }
   if (!model_.targets_.empty()) {
@@ -171,61 +208,83 @@ Pose ObservationModel::At::predict(int row, PoseJacobian* jacobian, double& scal
     if (jacobian) move_to_point(*jacobian, lever);
     frame.translation += lever;
   }
-  return frame;
+  predicted.position = frame.translation - model_.instrument_;
+  if (!model_.anchors_.empty()) {
+    const Eigen::Vector3d wire =
+        frame.translation - robot_.chain.anchors[model_.anchor_of(row)].position;
+    predicted.position = {wire.norm(), 0, 0};
+    predicted.direction = wire.normalized();
+  }
+  return predicted;
 }
 
-Eigen::Matrix<double, 6, 1> ObservationModel::At::residual(int row, const Pose& frame,
-                                                           double scale) const {
-  Eigen::Matrix<double, 6, 1> residual;
-  const Eigen::Vector3d& instrument = model_.instrument_;
-  residual.head<3>() =
-      model_.campaign_.position[row] - (instrument + scale * (frame.translation - instrument));
-  if (model_.campaign_.has_orientation())
-    residual.tail<3>() = rotation_log(model_.campaign_.orientation[row].toRotationMatrix() *
-                                      frame.rotation.transpose());
+Eigen::Matrix<double, 6, 1> ObservationModel::At::residual(int row,
+                                                           const Prediction& predicted) const {
+  const Campaign& campaign = model_.campaign_;
+  Eigen::Matrix<double, 6, 1> residual = Eigen::Matrix<double, 6, 1>::Zero();
+  if (model_.anchors_.empty())
+    residual.head<3>() =
+        campaign.position[row] - (model_.instrument_ + predicted.scale * predicted.position);
   else
-    residual.tail<3>().setZero();
+    residual[0] = campaign.distance[row] - robot_.chain.anchors[model_.anchor_of(row)].zero -
+                  predicted.scale * predicted.position[0];
+  if (campaign.has_orientation())
+    residual.tail<3>() = rotation_log(campaign.orientation[row].toRotationMatrix() *
+                                      predicted.frame.rotation.transpose());
   return residual;
 }
 
 Eigen::Matrix<double, 6, 1> ObservationModel::At::residual(int row) const {
-  double scale = 1;
-  const Pose frame = predict(row, nullptr, scale);
-  return residual(row, frame, scale);
+  return residual(row, predict(row, nullptr));
 }
 
 void ObservationModel::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const {
   PoseJacobian jacobian;
-  double scale = 1;
-  const Pose frame = predict(row, &jacobian, scale);
-  Eigen::Matrix<double, 6, 1> r = residual(row, frame, scale);
+  const Prediction predicted = predict(row, &jacobian);
+  Eigen::Matrix<double, 6, 1> r = residual(row, predicted);
   const int size = model_.row_size();
   // A turn e of the model turns the residual by -Jr^-1(residual) e; near zero that is -e.
   if (size == 6 && r.tail<3>().squaredNorm() > 1e-6)
     jacobian.bottomRows<3>() = inverse_right_jacobian(r.tail<3>()) * jacobian.bottomRows<3>();
-  if (scale != 1.0) jacobian.topRows<3>() *= scale;
+  if (predicted.scale != 1.0) jacobian.topRows<3>() *= predicted.scale;
   turn_columns(jacobian, kBaseParameters + 3, base_turn_);
   turn_columns(jacobian, kToolParameters + 3, tool_turn_);
+  const bool is_distance = !model_.anchors_.empty();
+  if (is_distance)
+    jacobian.row(0) = (predicted.direction.transpose() * jacobian.topRows<3>()).eval();
 
-  const Eigen::Vector3d seen = frame.translation - model_.instrument_;
   const ReadingScale sigma = model_.row_scale(row);
   Eigen::Matrix<double, 6, 1> weight;
   weight.head<3>().setConstant(1.0 / sigma.position);
   weight.tail<3>().setConstant(1.0 / sigma.orientation);
 
+  // Those rows of a column that are of the position: one of a distance, three of a point.
+  const auto position_rows = [&](auto&& column) { return column.head(is_distance ? 1 : 3); };
+  const int first_anchor = first_anchor_parameter(robot_.chain);
   for (int k = 0; k < model_.geometric_count(); ++k) {
     const int index = model_.geometric_[k];
+    auto column = out.col(k);
     if (index < kGeometricParameters) {
-      out.col(k) = jacobian.col(index).head(size).cwiseProduct(weight.head(size));
+      column = jacobian.col(index).head(size).cwiseProduct(weight.head(size));
       continue;
     }
-    out.col(k).setZero();
+    column.setZero();
     if (index == kInstrumentScale) {
-      out.col(k).head<3>() = seen / sigma.position;
+      position_rows(column) = position_rows(predicted.position) / sigma.position;
+    } else if (index >= first_anchor) {
+      const int anchor = (index - first_anchor) / 4, which = (index - first_anchor) % 4;
+      if (is_distance && anchor == model_.anchor_of(row))
+        column[0] =
+            (which == 3 ? 1.0 : -predicted.scale * predicted.direction[which]) / sigma.position;
     } else if (!model_.targets_.empty()) {
       const int target = (index - kTargetParameters) / 3, axis = (index - kTargetParameters) % 3;
-      if (target == model_.targets_[model_.campaign_.target[row]])
-        out.col(k).head<3>() = frame.rotation.col(axis) / sigma.position;
+      if (target != model_.targets_[model_.campaign_.target[row]]) continue;
+      const Eigen::Vector3d motion =
+          predicted.frame.rotation.col(axis) * (predicted.scale / sigma.position);
+      if (is_distance)
+        column[0] = predicted.direction.dot(motion);
+      else
+        column.head<3>() = motion;
     }
   }
   out.col(model_.unknowns()) = r.head(size).cwiseProduct(weight.head(size));
@@ -237,7 +296,7 @@ void ObservationModel::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const
       const double value = model_.effect_values_(model_.first_value_[e] + term.value, row);
       auto column = out.col(first + model_.first_coefficient_[e] + term.coefficient);
       if (term.parameter == kInstrumentScale)
-        column.head<3>() += seen * (value / sigma.position);
+        position_rows(column) += position_rows(predicted.position) * (value / sigma.position);
       else
         column += (jacobian.col(term.parameter).head(size).cwiseProduct(weight.head(size))) * value;
     }

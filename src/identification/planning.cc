@@ -156,7 +156,8 @@ PosePlanner::PosePlanner(const Robot& robot, const PlanOptions& options, const C
   if (given_rows_ > 0) {  // what is planned is read as what is given
     options_.orientation = given.has_orientation();
     if (given.target_names.empty()) robot_.chain.targets.clear();
-  } else if (!robot_.chain.targets.empty()) {
+    if (!given.has_distances()) robot_.chain.anchors.clear();
+  } else if (!robot_.chain.targets.empty() || !robot_.chain.anchors.empty()) {
     options_.orientation = false;
   }
   cloud_ = draw(candidate_count(), options_.box, options_.seed);
@@ -220,21 +221,41 @@ std::vector<JointVector> PosePlanner::zone_configurations() const {
   return drawn;
 }
 
-Campaign PosePlanner::readings(const std::vector<JointVector>& configurations) const {
+// Of every target, once for each anchor.
+Campaign PosePlanner::points(const std::vector<JointVector>& configurations) const {
   const ChainEvaluator evaluator(robot_.chain);
-  const std::vector<Target>& targets = robot_.chain.targets;
+  const size_t targets = robot_.chain.targets.size(), anchors = robot_.chain.anchors.size();
   Campaign campaign;
-  for (const Target& target : targets) campaign.target_names.push_back(target.name);
+  for (const Target& target : robot_.chain.targets) campaign.target_names.push_back(target.name);
   for (size_t pose = 0; pose < configurations.size(); ++pose) {
     campaign.pose_ids.push_back(std::to_string(pose + 1));
-    for (size_t reading = 0; reading < std::max<size_t>(1, targets.size()); ++reading) {
+    const Pose frame = evaluator.pose(configurations[pose]);
+    for (size_t channel = 0; channel < std::max<size_t>(1, targets) * std::max<size_t>(1, anchors);
+         ++channel) {
       campaign.pose.push_back(static_cast<int>(pose));
       campaign.q.push_back(configurations[pose]);
-      const Pose frame = evaluator.pose(configurations[pose]);
       campaign.position.push_back(frame.translation);
-      if (!targets.empty()) campaign.target.push_back(static_cast<int>(reading));
-      if (options_.orientation) campaign.orientation.emplace_back(frame.rotation);
+      if (targets > 0) campaign.target.push_back(static_cast<int>(channel % targets));
     }
+  }
+  return campaign;
+}
+
+Campaign PosePlanner::readings(const std::vector<JointVector>& configurations) const {
+  Campaign campaign = points(configurations);
+  const size_t targets = std::max<size_t>(1, robot_.chain.targets.size());
+  const size_t anchors = robot_.chain.anchors.size();
+  if (anchors > 0) {
+    for (const Anchor& anchor : robot_.chain.anchors) campaign.anchor_names.push_back(anchor.name);
+    for (size_t row = 0; row < campaign.q.size(); ++row)
+      campaign.anchor.push_back(static_cast<int>(row / targets % anchors));
+    campaign.position.clear();
+    campaign.distance.assign(campaign.q.size(), 1.0);  // only derivatives count
+  }
+  if (options_.orientation) {
+    const ChainEvaluator evaluator(robot_.chain);
+    for (const JointVector& q : campaign.q)
+      campaign.orientation.emplace_back(evaluator.pose(q).rotation);
   }
   return campaign;
 }
@@ -248,12 +269,11 @@ Eigen::MatrixXd PosePlanner::triangle(const Campaign& campaign) const {
 
 Eigen::MatrixXd PosePlanner::position_triangle(
     const std::vector<JointVector>& configurations) const {
-  Campaign points = readings(configurations);
-  points.orientation.clear();
-  const ObservationModel model(points, robot_, unknowns_, {1.0, 1.0});
+  const Campaign read = points(configurations);
+  const ObservationModel model(read, robot_, unknowns_, {1.0, 1.0});
   const int p = model.unknowns();
   return fold(model.at(Eigen::VectorXd::Zero(p)), model, ReadingLaw{}).factor.topLeftCorner(p, p) /
-         std::sqrt(static_cast<double>(points.rows()));
+         std::sqrt(static_cast<double>(read.rows()));
 }
 
 std::vector<JointVector> PosePlanner::plan(int count) const {

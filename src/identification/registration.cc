@@ -1,10 +1,13 @@
 #include "registration.h"
 
 #include <Eigen/Geometry>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "armtrue/effects/robot_model.h"
+#include "armtrue/identification/observation.h"
 #include "armtrue/identification/statistics.h"
 #include "sessions.h"
 
@@ -12,7 +15,115 @@ namespace armtrue {
 namespace {
 
 // A base that misses by more than this is not a calibration error but a set-up nobody told us.
-constexpr double kFarBase = 0.08;  // m
+constexpr double kFarBase = 0.08;         // m
+constexpr int kFewestDistances = 5;       // one more than the unknowns
+constexpr int kAnchorsThatShowATurn = 3;  // of the base
+
+// The points that the instrument looked at, as the robot without effects sees them, in R_A.
+Eigen::Matrix3Xd own_points(Robot robot, const Campaign& campaign) {
+  robot.effects.clear();
+  const RobotModel model(robot);
+  std::vector<int> targets;
+  for (const std::string& name : campaign.target_names)
+    for (size_t t = 0; t < robot.chain.targets.size(); ++t)
+      if (robot.chain.targets[t].name == name) targets.push_back(static_cast<int>(t));
+  Eigen::Matrix3Xd points(3, campaign.rows());
+  for (int row = 0; row < campaign.rows(); ++row)
+    points.col(row) =
+        model.point(campaign.context(row), targets.empty() ? -1 : targets[campaign.target[row]]);
+  return points;
+}
+
+// Fits to the columns `chosen`, which are those that the fit before missed least.
+template <typename Fit, typename Miss>
+auto fit_nearer_half(int count, const Fit& fit, const Miss& miss) {
+  std::vector<int> chosen(static_cast<size_t>(count));
+  std::iota(chosen.begin(), chosen.end(), 0);
+  auto found = fit(chosen);
+  for (int round = 0; round < 2; ++round) {
+    std::vector<double> misses;
+    for (int k = 0; k < count; ++k) misses.push_back(miss(found, k));
+    const double limit = median(misses);
+    chosen.clear();
+    for (int k = 0; k < count; ++k)
+      if (misses[static_cast<size_t>(k)] <= limit) chosen.push_back(k);
+    found = fit(chosen);
+  }
+  return found;
+}
+
+Pose register_points(const Eigen::Matrix3Xd& own, const Eigen::Matrix3Xd& measured) {
+  return fit_nearer_half(
+      static_cast<int>(own.cols()),
+      [&](const std::vector<int>& chosen) {
+        const Eigen::Matrix4d transform =
+            Eigen::umeyama(own(Eigen::all, chosen), measured(Eigen::all, chosen), false);
+        return Pose{transform.topLeftCorner<3, 3>(), transform.topRightCorner<3, 1>()};
+      },
+      [&](const Pose& base, int k) {
+        return (measured.col(k) - base * Eigen::Vector3d(own.col(k))).norm();
+      });
+}
+
+// |p - a|^2 = l^2 is linear in a and |a|^2.
+Eigen::Vector3d trilaterate(const Eigen::Matrix3Xd& points, const Eigen::VectorXd& distances) {
+  const Eigen::Vector3d middle = points.rowwise().mean();
+  const Eigen::Matrix3Xd centred = points.colwise() - middle;
+  Eigen::MatrixXd columns(points.cols(), 4);
+  columns << 2 * centred.transpose(), Eigen::VectorXd::Ones(points.cols());
+  const Eigen::VectorXd squares =
+      centred.colwise().squaredNorm().transpose() - distances.cwiseAbs2();
+  return fit_nearer_half(
+      static_cast<int>(points.cols()),
+      [&](const std::vector<int>& chosen) -> Eigen::Vector3d {
+        return middle + Eigen::MatrixXd(columns(chosen, Eigen::all))
+                            .completeOrthogonalDecomposition()
+                            .solve(Eigen::VectorXd(squares(chosen)))
+                            .head<3>();
+      },
+      [&](const Eigen::Vector3d& anchor, int k) {
+        return std::abs((points.col(k) - anchor).norm() - distances[k]);
+      });
+}
+
+}  // namespace
+
+Pose registered_base(const Robot& robot, const Campaign& campaign) {
+  Robot at_origin = robot;
+  at_origin.chain.base = Pose{};
+  const Eigen::Matrix3Xd own = own_points(at_origin, campaign);
+  if (!campaign.has_distances()) {
+    Eigen::Matrix3Xd measured(3, campaign.rows());
+    for (int row = 0; row < campaign.rows(); ++row) measured.col(row) = campaign.position[row];
+    return register_points(own, measured);
+  }
+  const std::vector<int> anchors = match_anchors(campaign, robot.chain);
+  std::vector<Eigen::Vector3d> found, given;  // in R_0, in R_A
+  for (size_t a = 0; a < anchors.size(); ++a) {
+    const Anchor& anchor = robot.chain.anchors[anchors[a]];
+    std::vector<int> rows;
+    std::vector<double> distances;
+    for (int row = 0; row < campaign.rows(); ++row)
+      if (campaign.anchor.empty() || campaign.anchor[row] == static_cast<int>(a)) {
+        rows.push_back(row);
+        distances.push_back(campaign.distance[row] - anchor.zero);
+      }
+    if (static_cast<int>(rows.size()) < kFewestDistances) continue;
+    found.push_back(
+        trilaterate(own(Eigen::all, rows),
+                    Eigen::Map<const Eigen::VectorXd>(distances.data(), std::ssize(distances))));
+    given.push_back(anchor.position);
+  }
+  const auto count = std::ssize(found);
+  if (count == 0) return robot.chain.base;
+  const Eigen::Map<const Eigen::Matrix3Xd> in_0(found.front().data(), 3, count);
+  const Eigen::Map<const Eigen::Matrix3Xd> in_a(given.front().data(), 3, count);
+  if (count >= kAnchorsThatShowATurn) return register_points(in_0, in_a);
+  const Eigen::Matrix3d& rotation = robot.chain.base.rotation;
+  return {rotation, (in_a - rotation * in_0).rowwise().mean()};
+}
+
+namespace {
 
 Robot with_base_near(const Robot& robot, const Campaign& campaign) {
   const auto typical_miss = [&](const Robot& candidate) {
@@ -25,48 +136,18 @@ Robot with_base_near(const Robot& robot, const Campaign& campaign) {
   };
   if (typical_miss(robot) < kFarBase) return robot;
   Robot moved = robot;
-  moved.chain.base = register_base(robot, campaign);
+  moved.chain.base = registered_base(robot, campaign);
   return typical_miss(moved) < typical_miss(robot) ? moved : robot;
 }
 
 }  // namespace
 
-Pose register_base(const Robot& robot, const Campaign& campaign) {
-  Robot at_origin = robot;
-  at_origin.chain.base = Pose{};
-  at_origin.effects.clear();
-  const RobotModel model(at_origin);
-  std::vector<int> targets;
-  for (const std::string& name : campaign.target_names)
-    for (size_t t = 0; t < robot.chain.targets.size(); ++t)
-      if (robot.chain.targets[t].name == name) targets.push_back(static_cast<int>(t));
-  Eigen::Matrix3Xd own(3, campaign.rows()), measured(3, campaign.rows());
-  for (int row = 0; row < campaign.rows(); ++row) {
-    const int target = targets.empty() ? -1 : targets[campaign.target[row]];
-    own.col(row) = model.point(campaign.context(row), target);
-    measured.col(row) = campaign.position[row];
-  }
-  Pose base;
-  std::vector<int> chosen(campaign.rows());
-  for (int row = 0; row < campaign.rows(); ++row) chosen[row] = row;
-  for (int round = 0; round < 3; ++round) {
-    const Eigen::Matrix4d transform =
-        Eigen::umeyama(own(Eigen::all, chosen), measured(Eigen::all, chosen), false);
-    base = {transform.topLeftCorner<3, 3>(), transform.topRightCorner<3, 1>()};
-    std::vector<double> misses(campaign.rows());
-    for (int row = 0; row < campaign.rows(); ++row)
-      misses[row] = (measured.col(row) - base * Eigen::Vector3d(own.col(row))).norm();
-    const double limit = median(misses);
-    chosen.clear();
-    for (int row = 0; row < campaign.rows(); ++row)
-      if (misses[row] <= limit) chosen.push_back(row);
-  }
-  return base;
-}
-
 Robot starting_robot(const Robot& robot, const Campaign& campaign, const IdentifiableSet& set) {
+  // Fewer than three anchors show its translation at best; its rotation then stays as it is.
+  const bool shows_turn = !campaign.has_distances() ||
+                          match_anchors(campaign, robot.chain).size() >= kAnchorsThatShowATurn;
   bool finds_first_base = true;
-  for (int k = 0; k < 6; ++k)
+  for (int k = 0; k < (shows_turn ? 6 : 3); ++k)
     finds_first_base &=
         std::find(set.kept.begin(), set.kept.end(), kBaseParameters + k) != set.kept.end();
   const std::vector<std::vector<int>> sessions = rows_by_session(campaign);

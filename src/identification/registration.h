@@ -6,9 +6,13 @@
 
 namespace armtrue {
 
-/// The base pose that best carries the robot's own points onto the measured ones (Umeyama's closed
-/// form, robustly repeated on the nearer half). Used to start from a file whose base is unknown.
-Pose register_base(const Robot& robot, const Campaign& campaign);
+/// The base pose that best carries the robot's own points, without effects, onto what was measured,
+/// robustly repeated on the nearer half. Used to start from a file whose base is unknown.
+/// Measured points: Umeyama's closed form. Distances: the place of each anchor in R_0
+/// (trilateration, linear in the place and its squared distance from the origin), carried onto the
+/// places in the file; fewer than three anchors leave the base's rotation as it is. Throws as
+/// match_anchors().
+Pose registered_base(const Robot& robot, const Campaign& campaign);
 
 /// The robot that calibration starts from: as it is in the first session, with a base for each. A
 /// base that is far off and to be found is registered.

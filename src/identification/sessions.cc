@@ -78,6 +78,7 @@ Robot robot_at_row(const Robot& robot, const Campaign& campaign, int row) {
 }
 
 Campaign in_common_frame(Campaign campaign, const Robot& robot) {
+  if (campaign.has_distances()) return campaign;  // of one session, see SessionModels
   for (int row = 0; row < campaign.rows() && !robot.sessions.empty(); ++row) {
     const Pose common_from_own = common_from(robot, session_name(campaign, row));
     campaign.position[row] = common_from_own * campaign.position[row];
@@ -114,6 +115,11 @@ SessionModels::SessionModels(const Campaign& campaign, const Robot& robot,
       rows_(rows_by_session(campaign)) {
   const size_t count = rows_.size();
   if (count > 1 || robot.sessions.contains(session_name(campaign, 0))) {
+    if (campaign.has_distances())
+      throw std::invalid_argument(
+          campaign.source +
+          ": distances are of one session: give each place of the instrument an anchor of its own, "
+          "in the column 'anchor', and leave out the column 'session'");
     campaigns_.reserve(count);
     for (const std::vector<int>& rows : rows_)
       campaigns_.push_back(in_common_frame(campaign.select(rows), robot));

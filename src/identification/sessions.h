@@ -36,7 +36,8 @@ std::vector<int> own_parameters(const Robot& robot);
 /// for, then coefficients), then the own parameters of each further session.
 class SessionModels {
  public:
-  /// `geometric`: as for ObservationModel.
+  /// `geometric`: as for ObservationModel. Throws std::invalid_argument for distances of several
+  /// sessions: a further place of the instrument is a further anchor.
   SessionModels(const Campaign& campaign, const Robot& robot, const std::vector<int>& geometric,
                 const ReadingScale& scale, bool fit_effects = true);
   SessionModels(const SessionModels&) = delete;  // the models refer to the campaigns held here

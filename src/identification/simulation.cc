@@ -91,7 +91,9 @@ Campaign simulate(const std::vector<JointVector>& commanded, const Robot& truth,
   campaign.source = "simulated";
   for (int pose = 0; pose < poses; ++pose) campaign.pose_ids.push_back(std::to_string(pose + 1));
   for (const Target& target : truth.chain.targets) campaign.target_names.push_back(target.name);
+  for (const Anchor& anchor : truth.chain.anchors) campaign.anchor_names.push_back(anchor.name);
   const int targets = std::max<int>(1, static_cast<int>(truth.chain.targets.size()));
+  const int anchors = std::max<int>(1, static_cast<int>(truth.chain.anchors.size()));
 
   // The visits first: an effect may depend on the direction in which the arm arrives.
   double time = 0;
@@ -104,13 +106,14 @@ Campaign simulate(const std::vector<JointVector>& commanded, const Robot& truth,
       std::stable_sort(order.begin(), order.end(),
                        [&](int a, int b) { return commanded[a][0] < commanded[b][0]; });
     for (int pose : order) {
-      for (int target = 0; target < targets; ++target) {
+      for (int channel = 0; channel < anchors * targets; ++channel) {
         campaign.pose.push_back(pose);
         campaign.repeat.push_back(repeat + 1);
         campaign.q.push_back(commanded[pose]);
         campaign.time_s.push_back(time);
         campaign.line.push_back(campaign.rows() + 1);
-        if (!truth.chain.targets.empty()) campaign.target.push_back(target);
+        if (!truth.chain.targets.empty()) campaign.target.push_back(channel % targets);
+        if (!truth.chain.anchors.empty()) campaign.anchor.push_back(channel / targets);
       }
       time += options.seconds_per_visit;
     }
@@ -120,8 +123,15 @@ Campaign simulate(const std::vector<JointVector>& commanded, const Robot& truth,
   const RobotModel model(truth);
   for (int row = 0; row < campaign.rows(); ++row) {
     const Context context = campaign.context(row);
-    const Pose frame = model.pose(context);
     const int target = campaign.target.empty() ? -1 : campaign.target[row];
+    if (!campaign.anchor.empty()) {
+      double distance = model.distance(context, target, campaign.anchor[row]) +
+                        options.noise_position * random.normal();
+      if (random.uniform(0, 1) < options.blunders) distance += random.uniform(2e-3, 20e-3);
+      campaign.distance.push_back(distance);
+      continue;
+    }
+    const Pose frame = model.pose(context);
     Eigen::Vector3d point =
         model.point(context, target) + options.noise_position * random.normal3();
     if (random.uniform(0, 1) < options.blunders)

@@ -2,10 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace armtrue {
 
 void favour(Campaign& campaign, const Zone& zone) {
+  if (campaign.has_distances())
+    throw std::invalid_argument(campaign.source +
+                                ": distances do not show which poses lie in the zone; measure "
+                                "points, or leave the zone out");
   // Only the ratios of the standard deviations count.
   const auto rows = static_cast<size_t>(campaign.rows());
   if (campaign.sigma_position.empty()) campaign.sigma_position.assign(rows, 1e-3);

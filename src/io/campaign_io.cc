@@ -20,6 +20,7 @@ namespace {
 
 constexpr double kSameConfiguration = 0.1 * kDegree;
 constexpr double kUnitQuaternion = 1e-3;
+constexpr const char* kDeviation = "a standard deviation";
 
 std::string joint_column(int j) { return "q" + std::to_string(j + 1); }
 
@@ -66,6 +67,7 @@ class CampaignReader {
         campaign_(campaign),
         poses_(campaign.pose_ids),
         targets_(campaign.target_names),
+        anchors_(campaign.anchor_names),
         sessions_(campaign.session_names) {
     find_columns();
   }
@@ -107,14 +109,16 @@ class CampaignReader {
     pose_ = need(table_.find("pose"), "pose");
     for (int j = 0; j < kJoints; ++j)
       q_[j] = need(table_.find_angle(joint_column(j)), joint_column(j) + "_deg");
-    position_[0] = need(table_.find_length("x"), "x_mm");
-    position_[1] = need(table_.find_length("y"), "y_mm");
-    position_[2] = need(table_.find_length("z"), "z_mm");
+    distance_ = use(table_.find_length("l"));
+    for (int i = 0; i < 3; ++i) position_[i] = table_.find_length(std::string(1, "xyz"[i]));
+    has_points_ = !distance_ || position_[0] || position_[1] || position_[2];
+    for (int i = 0; has_points_ && i < 3; ++i) need(position_[i], std::string(1, "xyz"[i]) + "_mm");
     if (!missing.empty()) table_.fail_missing(missing);
 
     repeat_ = use(table_.find("repeat"));
     time_ = use(table_.find("t_s"));
     target_ = use(table_.find("target"));
+    if (distance_) anchor_ = use(table_.find("anchor"));
     session_ = use(table_.find("session"));
     payload_ = use(table_.find("payload_kg"));
     sigma_position_ = use(table_.find_length("sigma"));
@@ -132,10 +136,15 @@ class CampaignReader {
     force_ =
         group("a force", std::array{table_.find("fx_n"), table_.find("fy_n"), table_.find("fz_n")},
               {"fx_n", "fy_n", "fz_n"});
-    std::array<std::optional<int>, kJoints> arrival;
-    for (int j = 0; j < kJoints; ++j) arrival[j] = table_.find("dir" + std::to_string(j + 1));
+    std::array<std::optional<int>, kJoints> arrival, motor_torque;
+    for (int j = 0; j < kJoints; ++j) {
+      arrival[j] = table_.find("dir" + std::to_string(j + 1));
+      motor_torque[j] = table_.find("tau" + std::to_string(j + 1) + "_nm");
+    }
     arrival_ =
         group("directions of arrival", arrival, {"dir1", "dir2", "dir3", "dir4", "dir5", "dir6"});
+    motor_torque_ = group("a set of motor torques", motor_torque,
+                          {"tau1_nm", "tau2_nm", "tau3_nm", "tau4_nm", "tau5_nm", "tau6_nm"});
     for (size_t c = 0; c < table_.columns().size(); ++c) {
       const std::string& name = table_.columns()[c];
       if (!name.starts_with("temp_") || !name.ends_with("_c") || name.size() < 8) continue;
@@ -162,13 +171,15 @@ class CampaignReader {
     return columns;
   }
 
-  bool is_unmeasured() const {
-    const auto empty = [&](const auto& quantity) { return table_.is_empty(quantity->column); };
-    return std::all_of(position_.begin(), position_.end(), empty);
+  bool has_distance() const { return distance_ && !table_.is_empty(distance_->column); }
+
+  bool has_point() const {
+    const auto filled = [&](const auto& quantity) { return !table_.is_empty(quantity->column); };
+    return has_points_ && std::any_of(position_.begin(), position_.end(), filled);
   }
 
   void read_row() {
-    if (is_unmeasured()) {
+    if (!has_point() && !has_distance()) {
       ++campaign_.skipped_rows;
       return;
     }
@@ -182,19 +193,18 @@ class CampaignReader {
     c.pose.push_back(pose);
     c.line.push_back(table_.line_number());
     c.q.push_back(q);
-    c.position.emplace_back(table_.number(*position_[0]), table_.number(*position_[1]),
-                            table_.number(*position_[2]));
+    if (has_distance())
+      read_distance();
+    else
+      read_point();
     if (repeat_) c.repeat.push_back(table_.integer(*repeat_));
     if (time_) c.time_s.push_back(table_.number(*time_));
     if (target_) c.target.push_back(targets_.of(table_.text(*target_)));
     if (session_) c.session.push_back(sessions_.of(table_.text(*session_)));
     if (payload_) c.payload_kg.push_back(table_.number(*payload_));
-    if (sigma_position_) c.sigma_position.push_back(positive(*sigma_position_));
-    if (sigma_orientation_) c.sigma_orientation.push_back(positive(*sigma_orientation_));
-    if (abc_[0])
-      c.orientation.emplace_back(rotation_from_abc(table_.number(*abc_[0]), table_.number(*abc_[1]),
-                                                   table_.number(*abc_[2])));
-    if (quaternion_[0]) c.orientation.push_back(quaternion());
+    if (sigma_position_) c.sigma_position.push_back(positive(*sigma_position_, kDeviation));
+    if (sigma_orientation_)
+      c.sigma_orientation.push_back(positive(*sigma_orientation_, kDeviation));
     if (force_[0])
       c.force_n.emplace_back(table_.number(*force_[0]), table_.number(*force_[1]),
                              table_.number(*force_[2]));
@@ -208,6 +218,10 @@ class CampaignReader {
       }
       c.arrival.push_back(directions);
     }
+    if (motor_torque_[0]) {
+      auto& torques = c.motor_torque_nm.emplace_back();
+      for (size_t j = 0; j < torques.size(); ++j) torques[j] = table_.number(*motor_torque_[j]);
+    }
     if (!temperatures_.empty()) {
       auto& temperatures = c.temperature_c.emplace_back();
       for (size_t i = 0; i < temperatures_.size(); ++i)
@@ -215,9 +229,52 @@ class CampaignReader {
     }
   }
 
-  double positive(const Quantity& quantity) const {
+  void read_point() {
+    Campaign& c = campaign_;
+    if (!c.distance.empty()) fail_mixed();
+    c.position.emplace_back(table_.number(*position_[0]), table_.number(*position_[1]),
+                            table_.number(*position_[2]));
+    if (abc_[0])
+      c.orientation.emplace_back(rotation_from_abc(table_.number(*abc_[0]), table_.number(*abc_[1]),
+                                                   table_.number(*abc_[2])));
+    if (quaternion_[0]) c.orientation.push_back(quaternion());
+  }
+
+  void read_distance() {
+    Campaign& c = campaign_;
+    if (has_point())
+      table_.fail(distance_->column, "'" + std::string(table_.text(distance_->column)) +
+                                         "' stands beside a point; a row is either a distance or a "
+                                         "point: empty the other's cells");
+    if (!c.position.empty()) fail_mixed();
+    for (const auto& angle : abc_)
+      if (angle && !table_.is_empty(angle->column)) fail_orientation(angle->column);
+    for (const auto& component : quaternion_)
+      if (component && !table_.is_empty(*component)) fail_orientation(*component);
+    c.distance.push_back(positive(*distance_, "a distance"));
+    if (anchor_) {
+      if (table_.is_empty(*anchor_))
+        table_.fail(*anchor_, "is empty; every distance needs the name of its anchor");
+      c.anchor.push_back(anchors_.of(table_.text(*anchor_)));
+    }
+  }
+
+  [[noreturn]] void fail_mixed() const {
+    table_.fail(distance_->column,
+                "points and distances in one file; put the rows of each kind into a file of their "
+                "own");
+  }
+
+  [[noreturn]] void fail_orientation(int column) const {
+    table_.fail(column, "'" + std::string(table_.text(column)) +
+                            "' stands beside a distance, which has no orientation; empty the cell");
+  }
+
+  double positive(const Quantity& quantity, const std::string& what) const {
     const double value = table_.number(quantity);
-    if (value <= 0) table_.fail(quantity.column, "a standard deviation must be above zero");
+    if (value <= 0)
+      table_.fail(quantity.column, "'" + std::string(table_.text(quantity.column)) + "': " + what +
+                                       " must be above zero");
     return value;
   }
 
@@ -255,7 +312,7 @@ class CampaignReader {
     std::vector<int> order(c.rows());
     std::iota(order.begin(), order.end(), 0);
     const auto key = [&](int row) {
-      return std::tuple(c.pose[row], c.repeat[row], c.target.empty() ? 0 : c.target[row],
+      return std::tuple(c.pose[row], c.repeat[row], c.channel(row),
                         c.session.empty() ? 0 : c.session[row]);
     };
     std::sort(order.begin(), order.end(),
@@ -271,16 +328,18 @@ class CampaignReader {
 
   CsvTable& table_;
   Campaign& campaign_;
-  Index poses_, targets_, sessions_;
+  Index poses_, targets_, anchors_, sessions_;
   std::set<int> used_;
   std::vector<int> first_row_of_pose_;
 
-  std::optional<int> pose_, repeat_, time_, target_, session_, payload_;
+  std::optional<int> pose_, repeat_, time_, target_, anchor_, session_, payload_;
+  std::optional<Quantity> distance_;
+  bool has_points_ = true;  // columns
   std::array<std::optional<Quantity>, kJoints> q_;
   std::array<std::optional<Quantity>, 3> position_, abc_;
   std::array<std::optional<int>, 4> quaternion_;
   std::array<std::optional<int>, 3> force_;
-  std::array<std::optional<int>, kJoints> arrival_;
+  std::array<std::optional<int>, kJoints> arrival_, motor_torque_;
   std::optional<Quantity> sigma_position_, sigma_orientation_;
   std::vector<int> temperatures_;
 };
@@ -304,9 +363,10 @@ std::string write_campaign(const Campaign& campaign) {
   if (!campaign.repeat.empty()) text += ",repeat";
   if (!campaign.time_s.empty()) text += ",t_s";
   for (int j = 0; j < kJoints; ++j) text += "," + joint_column(j) + "_deg";
-  text += ",x_mm,y_mm,z_mm";
+  text += campaign.has_distances() ? ",l_mm" : ",x_mm,y_mm,z_mm";
   if (campaign.has_orientation()) text += ",a_deg,b_deg,c_deg";
   if (!campaign.target.empty()) text += ",target";
+  if (!campaign.anchor.empty()) text += ",anchor";
   if (!campaign.arrival.empty())
     for (int j = 0; j < kJoints; ++j) text += ",dir" + std::to_string(j + 1);
   text += "\n";
@@ -316,12 +376,16 @@ std::string write_campaign(const Campaign& campaign) {
     if (!campaign.repeat.empty()) add(std::to_string(campaign.repeat[row]));
     if (!campaign.time_s.empty()) add(number_text(campaign.time_s[row]));
     for (int j = 0; j < kJoints; ++j) add(number_text(campaign.q[row][j], kDegree));
-    for (int i = 0; i < 3; ++i) add(number_text(campaign.position[row][i], kMillimetre));
+    if (campaign.has_distances())
+      add(number_text(campaign.distance[row], kMillimetre));
+    else
+      for (int i = 0; i < 3; ++i) add(number_text(campaign.position[row][i], kMillimetre));
     if (campaign.has_orientation()) {
       const Eigen::Vector3d abc = abc_from_rotation(campaign.orientation[row].toRotationMatrix());
       for (int i = 0; i < 3; ++i) add(number_text(abc[i], kDegree));
     }
     if (!campaign.target.empty()) add(campaign.target_names[campaign.target[row]]);
+    if (!campaign.anchor.empty()) add(campaign.anchor_names[campaign.anchor[row]]);
     if (!campaign.arrival.empty())
       for (int direction : campaign.arrival[row]) add(std::to_string(direction));
     text += "\n";
@@ -364,13 +428,20 @@ std::string write_joint_targets(const std::vector<JointTarget>& targets) {
 std::string write_residuals(const Campaign& campaign, const std::vector<ResidualRow>& residuals) {
   std::string text =
       "pose,repeat,split,dx_mm,dy_mm,dz_mm,rx_mrad,ry_mrad,rz_mrad,position_error_mm,"
-      "orientation_error_mrad\n";
+      "orientation_error_mrad";
+  const bool of_distances = campaign.has_distances();
+  if (of_distances) text += ",dl_mm";
+  text += "\n";
   for (const ResidualRow& entry : residuals) {
     text += campaign.pose_ids[campaign.pose[entry.row]] + "," +
             (campaign.repeat.empty() ? "" : std::to_string(campaign.repeat[entry.row])) + "," +
             entry.split;
     const auto add = [&](double value, double unit) { text += "," + number_text(value / unit); };
-    for (int i = 0; i < 3; ++i) add(entry.residual[i], kMillimetre);
+    for (int i = 0; i < 3; ++i)
+      if (of_distances)
+        text += ",";
+      else
+        add(entry.residual[i], kMillimetre);
     if (campaign.has_orientation())
       for (int i = 3; i < 6; ++i) add(entry.residual[i], kMilliradian);
     else
@@ -380,6 +451,7 @@ std::string write_residuals(const Campaign& campaign, const std::vector<Residual
       add(entry.residual.tail<3>().norm(), kMilliradian);
     else
       text += ",";
+    if (of_distances) add(entry.residual[0], kMillimetre);
     text += "\n";
   }
   return text;

@@ -256,14 +256,14 @@ std::string write_summary(const Evaluation& evaluation, const Robot& robot,
   if (!evaluation.orientation.empty())
     root["orientation_mrad"] = error_node(summarize(evaluation.orientation), kMilliradian);
   YAML::Node axes;
-  for (int i = 0; i < 3; ++i) {
+  for (int i = 0; i < campaign.reading_size().position; ++i) {
     double sum = 0, low = 1e300, high = -1e300;
     for (const auto& residual : evaluation.residuals) {
       sum += residual[i];
       low = std::min(low, residual[i]);
       high = std::max(high, residual[i]);
     }
-    axes[std::string(1, "xyz"[i])] =
+    axes[std::string(1, campaign.has_distances() ? 'l' : "xyz"[i])] =
         flow_map({{"mean", rounded(sum / kMillimetre / static_cast<double>(campaign.rows()))},
                   {"min", rounded(low / kMillimetre)},
                   {"max", rounded(high / kMillimetre)}});
@@ -343,6 +343,7 @@ std::string write_loop(const LoopResult& result, const LoopOptions& options,
                 {"rows", std::to_string(result.rows)},
                 {"held_out_poses", std::to_string(result.held_out_poses)},
                 {"seed", std::to_string(options.trace.seed)}});
+  if (result.of_distances) data["measured"] = "distances";
   YAML::Node excluded(YAML::NodeType::Sequence);
   for (int line : result.excluded_rows) excluded.push_back(std::to_string(line));
   data["excluded_rows"] = flow(excluded);

@@ -101,9 +101,10 @@ Effect read_effect(YamlMap map, const KinematicChain& chain) {
     map.fail("parameter", "the robot has no parameter '" + effect.parameter + "'");
   const auto driver = parse_driver(map.text("driver"));
   if (!driver)
-    map.fail("driver", "'" + map.text("driver") +
-                           "' is none of joint-angle <j>[,<k>], gravity-torque <j>, arrival <j>, "
-                           "time, temperature <where>, payload, force, moment");
+    map.fail("driver",
+             "'" + map.text("driver") +
+                 "' is none of joint-angle <j>[,<k>], gravity-torque <j>, motor-torque <j>, "
+                 "arrival <j>, time, temperature <where>, payload, force, moment");
   effect.driver = *driver;
   effect.shape = read_shape(map);
   if (effect.shape.kind == ShapeKind::step) effect.shape.at = map.number("at_s");
@@ -320,6 +321,17 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
       robot.chain.targets.push_back({name, Eigen::Vector3d(p[0], p[1], p[2]) * kMillimetre});
     }
   }
+  if (document.has("anchors")) {
+    YamlMap anchors = document.map("anchors");
+    for (const std::string& name : anchors.keys()) {
+      YamlMap entry = anchors.map(name);
+      const Eigen::Vector3d position(entry.number("x_mm"), entry.number("y_mm"),
+                                     entry.number("z_mm"));
+      robot.chain.anchors.push_back(
+          {name, position * kMillimetre, entry.number("zero_mm", 0) * kMillimetre});
+      entry.finish();
+    }
+  }
   read_masses(document, robot);
   if (document.has("gravity_m_s2")) {
     const std::vector<double> g = document.numbers("gravity_m_s2", 3);
@@ -390,6 +402,12 @@ YAML::Node robot_node(const Robot& robot, const Provenance& provenance) {
     for (int i = 0; i < 3; ++i) position.push_back(number_text(target.position[i], kMillimetre));
     root["targets"][target.name] = flow(position);
   }
+  for (const Anchor& anchor : robot.chain.anchors)
+    root["anchors"][anchor.name] =
+        flow_map({{"x_mm", number_text(anchor.position.x(), kMillimetre)},
+                  {"y_mm", number_text(anchor.position.y(), kMillimetre)},
+                  {"z_mm", number_text(anchor.position.z(), kMillimetre)},
+                  {"zero_mm", number_text(anchor.zero, kMillimetre)}});
   for (const Body& body : robot.bodies) {
     YAML::Node centre;
     for (int i = 0; i < 3; ++i) centre.push_back(number_text(body.centre[i], kMillimetre));

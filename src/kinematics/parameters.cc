@@ -6,6 +6,7 @@ namespace armtrue {
 namespace {
 
 constexpr const char* kTwistNames[] = {"x", "y", "z", "rx", "ry", "rz"};
+constexpr const char* kAnchorNames[] = {"x", "y", "z", "zero"};
 constexpr const char* kLinkParameterNames[] = {"alpha", "d", "theta", "r", "beta"};
 
 void move_pose(Pose& pose, int component, double delta) {
@@ -40,6 +41,8 @@ std::string parameter_name(const KinematicChain& chain, int index) {
   }
   if (index < kInstrumentScale) return std::string("tool.") + kTwistNames[index - kToolParameters];
   if (index == kInstrumentScale) return "instrument.scale";
+  if (const int k = index - first_anchor_parameter(chain); k >= 0)
+    return "anchor " + chain.anchors[k / 4].name + "." + kAnchorNames[k % 4];
   const int k = index - kTargetParameters;
   return "target " + chain.targets[k / 3].name + "." + kTwistNames[k % 3];
 }
@@ -62,6 +65,11 @@ void move_parameter(KinematicChain& chain, int index, double delta) {
   }
   if (index < kInstrumentScale) return move_pose(chain.tool, index - kToolParameters, delta);
   if (index == kInstrumentScale) return;
+  if (const int k = index - first_anchor_parameter(chain); k >= 0) {
+    Anchor& anchor = chain.anchors[k / 4];
+    (k % 4 < 3 ? anchor.position[k % 4] : anchor.zero) += delta;
+    return;
+  }
   const int k = index - kTargetParameters;
   chain.targets[k / 3].position[k % 3] += delta;
 }

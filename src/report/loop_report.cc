@@ -13,11 +13,16 @@ namespace {
 constexpr int kWidth = 720, kHeight = 300;
 constexpr int kBins = 30;
 
+const char* error_name(const LoopResult& result) {
+  return result.of_distances ? "distance error" : "position error";
+}
+
 std::string stages_plot(const LoopResult& result) {
   std::ostringstream script;
   script << "set style data histogram\nset style fill solid 0.7\nset boxwidth 0.8\nset grid ytics\n"
-            "set ylabel 'held-out position error, mm'\nset yrange [0:*]\nset key top right\n"
-            "set xtics noenhanced\n$d << END\n";
+            "set ylabel 'held-out "
+         << error_name(result)
+         << ", mm'\nset yrange [0:*]\nset key top right\nset xtics noenhanced\n$d << END\n";
   // The nominal robot would dwarf the rest.
   for (size_t k = 1; k < result.stages.size(); ++k) {
     const ErrorSummary& errors = result.stages[k].held_out.position;
@@ -38,7 +43,8 @@ std::string histogram_plot(const LoopResult& result) {
   for (double error : result.errors_before) ++before[bin(error)];
   for (double error : result.errors_after) ++after[bin(error)];
   std::ostringstream script;
-  script << "set style fill solid 0.5\nset grid ytics\nset xlabel 'position error, mm'\n"
+  script << "set style fill solid 0.5\nset grid ytics\nset xlabel '" << error_name(result)
+         << ", mm'\n"
             "set ylabel 'held-out readings'\n$d << END\n";
   for (int k = 0; k <= kBins; ++k)
     script << (k + 0.5) * width / kMillimetre << " " << before[k] << " " << after[k] << "\n";

@@ -87,6 +87,52 @@ TEST(CampaignIo, ErrorsNameLineColumnAndContent) {
   expect_error(std::string(kHeader) + ",sigma_mm\n1,0,0,0,0,0,0,1,1,1,0\n", "must be above zero");
 }
 
+constexpr const char* kDistances = "pose,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,l_mm,anchor";
+
+TEST(CampaignIo, DistancesAreReadInsteadOfPoints) {
+  const Campaign campaign = read(std::string(kDistances) + "\n1,0,0,0,0,0,0,1500.5,a\n"
+                                 "1,0,0,0,0,0,0,2000,b\n2,1,0,0,0,0,0,,b\n");
+  EXPECT_TRUE(campaign.position.empty());
+  EXPECT_EQ(campaign.distance, (std::vector<double>{1.5005, 2.0}));
+  EXPECT_EQ(campaign.anchor, (std::vector<int>{0, 1}));
+  EXPECT_EQ(campaign.anchor_names, (std::vector<std::string>{"a", "b"}));
+  EXPECT_EQ(campaign.skipped_rows, 1);
+  // Empty cells of points do not disturb.
+  const Campaign beside = read(std::string(kHeader) + ",a_deg,b_deg,c_deg,l_m\n1,0,0,0,0,0,0,,,,,,,1.5\n");
+  EXPECT_EQ(beside.distance, std::vector<double>{1.5});
+  EXPECT_FALSE(beside.has_orientation());
+}
+
+TEST(CampaignIo, ErrorsOfDistancesNameLineColumnAndContent) {
+  const std::string header = std::string(kDistances) + "\n";
+  expect_error(header + "1,0,0,0,0,0,0,0,a\n", ":2: column 'l_mm': '0': a distance must be above zero");
+  expect_error(header + "1,0,0,0,0,0,0,-20,a\n", ":2: column 'l_mm': '-20': a distance must be above zero");
+  expect_error(header + "1,0,0,0,0,0,0,x,a\n", ":2: column 'l_mm': 'x' is no number");
+  expect_error(header + "1,0,0,0,0,0,0,20,\n", ":2: column 'anchor': is empty");
+  const std::string both = std::string(kHeader) + ",l_mm\n";
+  expect_error(both + "1,0,0,0,0,0,0,1,,,5\n", ":2: column 'l_mm': '5' stands beside a point");
+  expect_error(both + "1,0,0,0,0,0,0,1,1,1,\n2,1,0,0,0,0,0,,,,5\n", ":3: column 'l_mm': points and distances");
+  expect_error(both + "1,0,0,0,0,0,0,,,,5\n2,1,0,0,0,0,0,1,1,1,\n", ":3: column 'l_mm': points and distances");
+  expect_error(std::string(kDistances) + ",a_deg,b_deg,c_deg\n1,0,0,0,0,0,0,5,a,1,2,3\n",
+               ":2: column 'a_deg': '1' stands beside a distance");
+  expect_error(std::string(kDistances) + ",x_mm\n1,0,0,0,0,0,0,5,a,1\n", "missing columns 'y_mm', 'z_mm'");
+  expect_error(std::string(kDistances) + ",repeat\n1,0,0,0,0,0,0,5,a,1\n1,0,0,0,0,0,0,5,b,1\n1,0,0,0,0,0,0,5,a,1\n",
+               "already stands in line 2");
+}
+
+TEST(CampaignIo, DistancesReadBackTheSame) {
+  const std::string text = "pose,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,l_mm,anchor,dir1,dir2,dir3,dir4,dir5,"
+                           "dir6\nA,1.25,2,3,4,5,6,1234.5678,wall,0,1,-1,0,0,1\n";
+  EXPECT_EQ(write_campaign(read(text)), text);
+}
+
+TEST(CampaignIo, MotorTorquesAreRead) {
+  const std::string header = std::string(kHeader) + ",tau1_nm,tau2_nm,tau3_nm,tau4_nm,tau5_nm";
+  const Campaign campaign = read(header + ",tau6_nm\n1,0,0,0,0,0,0,1,1,1,10,-20.5,30,0,0,6\n");
+  EXPECT_EQ(campaign.motor_torque_nm.front(), (std::array<double, 6>{10, -20.5, 30, 0, 0, 6}));
+  expect_error(header + "\n1,0,0,0,0,0,0,1,1,1,0,0,0,0,0\n", "a set of motor torques also needs the column 'tau6_nm'");
+}
+
 TEST(CampaignIo, RowsWithoutMeasurementAreCounted) {
   const Campaign campaign =
       read(std::string(kHeader) + "\n1,0,0,0,0,0,0,,,\n2,0,0,0,0,0,0,1,1,1\n");

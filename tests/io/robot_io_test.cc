@@ -70,6 +70,25 @@ TEST(RobotIo, SessionsReadBack) {
                "'A2.d' is no zero offset");
 }
 
+TEST(RobotIo, AnchorsReadBack) {
+  const std::string anchors =
+      "anchors:\n"
+      "  floor: {x_mm: 2500, y_mm: -1.5, z_mm: 0.1, zero_mm: 0.25}\n"
+      "  wall: {x_mm: 0, y_mm: 3000, z_mm: 1500}\n"
+      "links:";
+  const Robot robot = parse_robot(replaced(text_of("kr360"), "links:", anchors), "r.yaml");
+  ASSERT_EQ(robot.chain.anchors.size(), 2u);
+  EXPECT_DOUBLE_EQ(robot.chain.anchors[0].zero, 0.25e-3);
+  EXPECT_DOUBLE_EQ(robot.chain.anchors[1].position.y(), 3);
+  const std::string once = write_robot(robot);
+  EXPECT_NE(once.find("  floor: {x_mm: 2500, y_mm: -1.5, z_mm: 0.1, zero_mm: 0.25}"),
+            std::string::npos)
+      << once;
+  EXPECT_EQ(write_robot(parse_robot(once, "once")), once);
+  expect_error(replaced(text_of("kr360"), "links:", "anchors: {a: {x_mm: 1, y_mm: 2}}\nlinks:"),
+               "of 'a': is missing");
+}
+
 TEST(RobotIo, EveryKindOfEffectReadsBack) {
   const std::string effects = R"(effects:
   - {name: a, parameter: A2.theta, driver: gravity-torque 2, shape: linear, coefficients: [{name: c, value: 1e-7, unit: rad/(N m)}]}

@@ -221,45 +221,74 @@ OracleArm true_arm(const OracleArm& nominal, Dice& dice) {
   return arm;
 }
 
+// Position, and orientation if it is read, after ",".
+void write_pose(std::ostream& out, KDL::Frame frame, const CampaignPlan& plan, Dice& dice,
+                double& sum) {
+  KDL::Vector noise;
+  for (int i = 0; i < 3; ++i) noise[i] = 1e-3 * plan.noise_mm * dice.normal();
+  sum += 1000 * noise.Norm();
+  if (dice.uniform(0, 1) < plan.blunders)
+    for (int i = 0; i < 3; ++i) noise[i] += 5e-3 * dice.normal();
+  frame.p = frame.p + noise;
+  KDL::Vector turn;
+  for (int i = 0; i < 3; ++i) turn[i] = 1e-3 * plan.noise_mrad * dice.normal();
+  frame.M = KDL::addDelta(frame.M, turn);
+  for (int i = 0; i < 3; ++i) out << ',' << 1000 * frame.p[i];
+  if (!plan.orientation) return;
+  double roll, pitch, yaw;
+  frame.M.GetRPY(roll, pitch, yaw);
+  out << ',' << yaw / kDeg << ',' << pitch / kDeg << ',' << roll / kDeg;
+}
+
+void write_distance(std::ostream& out, const KDL::Vector& point, size_t anchor,
+                    const CampaignPlan& plan, Dice& dice, double& sum) {
+  const OracleAnchor& from = plan.anchors[anchor];
+  const double noise = 1e-3 * plan.noise_mm * dice.normal();
+  sum += 1000 * std::abs(noise);
+  double blunder = 0;
+  if (dice.uniform(0, 1) < plan.blunders) blunder = 5e-3 * dice.normal();
+  const KDL::Vector wire = point - from.position;
+  out << ',' << anchor + 1 << ','
+      << 1000 * (std::sqrt(KDL::dot(wire, wire)) + from.zero + noise + blunder);
+}
+
 void write_csv(const std::string& path, const OracleArm& arm, const std::vector<Visit>& visits,
                const Hidden& truth, double amplitude, const CampaignPlan& plan, Dice& dice,
                double& mean_noise_mm) {
   std::ofstream out(path);
-  out << "pose,repeat,t_s,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,z_mm";
-  if (plan.orientation) out << ",a_deg,b_deg,c_deg";
+  out << "pose,repeat,t_s,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg";
+  out << (!plan.anchors.empty() ? ",anchor,l_mm"
+          : plan.orientation    ? ",x_mm,y_mm,z_mm,a_deg,b_deg,c_deg"
+                                : ",x_mm,y_mm,z_mm");
   out << ",dir1,dir2,dir3,dir4,dir5,dir6";
   if (truth.conditions) out << ",payload_kg,fx_n,fy_n,fz_n,temp_arm_c";
+  if (plan.motor_torque) out << ",tau1_nm,tau2_nm,tau3_nm,tau4_nm,tau5_nm,tau6_nm";
   out << '\n' << std::setprecision(12);
   double sum = 0;
+  const size_t rows_per_visit = std::max<size_t>(1, plan.anchors.size());
   for (const Visit& visit : visits) {
-    KDL::Frame frame = forward(changed(arm, truth.effect, visit.moment, amplitude), visit.moment.q);
-    KDL::Vector noise;
-    for (int i = 0; i < 3; ++i) noise[i] = 1e-3 * plan.noise_mm * dice.normal();
-    sum += 1000 * noise.Norm();
-    if (dice.uniform(0, 1) < plan.blunders)
-      for (int i = 0; i < 3; ++i) noise[i] += 5e-3 * dice.normal();
-    frame.p = frame.p + noise;
-    KDL::Vector turn;
-    for (int i = 0; i < 3; ++i) turn[i] = 1e-3 * plan.noise_mrad * dice.normal();
-    frame.M = KDL::addDelta(frame.M, turn);
-    out << visit.pose + 1 << ',' << visit.repeat << ',' << visit.moment.time_s;
-    for (double q : visit.moment.q) out << ',' << q / kDeg;
-    for (int i = 0; i < 3; ++i) out << ',' << 1000 * frame.p[i];
-    if (plan.orientation) {
-      double roll, pitch, yaw;
-      frame.M.GetRPY(roll, pitch, yaw);
-      out << ',' << yaw / kDeg << ',' << pitch / kDeg << ',' << roll / kDeg;
+    const KDL::Frame frame =
+        forward(changed(arm, truth.effect, visit.moment, amplitude), visit.moment.q);
+    for (size_t row = 0; row < rows_per_visit; ++row) {
+      out << visit.pose + 1 << ',' << visit.repeat << ',' << visit.moment.time_s;
+      for (double q : visit.moment.q) out << ',' << q / kDeg;
+      if (plan.anchors.empty())
+        write_pose(out, frame, plan, dice, sum);
+      else
+        write_distance(out, frame.p, row, plan, dice, sum);
+      for (int direction : visit.moment.arrival) out << ',' << direction;
+      if (truth.conditions) {
+        out << ',' << visit.moment.payload_kg;
+        for (int i = 0; i < 3; ++i) out << ',' << visit.moment.force[i];
+        out << ',' << visit.moment.temperature_c;
+      }
+      if (plan.motor_torque)
+        for (double torque : visit.moment.torque) out << ',' << -torque;
+      out << '\n';
     }
-    for (int direction : visit.moment.arrival) out << ',' << direction;
-    if (truth.conditions) {
-      out << ',' << visit.moment.payload_kg;
-      for (int i = 0; i < 3; ++i) out << ',' << visit.moment.force[i];
-      out << ',' << visit.moment.temperature_c;
-    }
-    out << '\n';
   }
   if (!out.flush()) throw std::runtime_error("cannot write " + path);
-  mean_noise_mm = sum / static_cast<double>(visits.size());
+  mean_noise_mm = sum / static_cast<double>(visits.size() * rows_per_visit);
 }
 
 std::string joint_text(int j) { return std::to_string(j + 1); }

@@ -62,12 +62,19 @@ class Dice {
   std::mt19937 engine_;
 };
 
+struct OracleAnchor {
+  KDL::Vector position;  // of the wire's end, in R_A [m]
+  double zero = 0;       // what the instrument reads at no distance [m]
+};
+
 struct CampaignPlan {
   int poses = 60, repeats = 3;
   double noise_mm = 0.095, noise_mrad = 0.15;
   double blunders = 0;
   bool orientation = true;
   bool known_masses = false;  // the true arm weighs what the nominal one does
+  bool motor_torque = false;  // is logged: what holds the true arm against gravity
+  std::vector<OracleAnchor> anchors{};  // if any, distances from each are read instead of poses
   unsigned seed = 1;
 };
 

@@ -10,6 +10,7 @@ namespace armtrue {
 enum class DriverKind {
   joint_angle,     ///< encoder angle of one joint, or of two (a series of both)
   gravity_torque,  ///< torque of gravity about the axis of one joint [N m]
+  motor_torque,    ///< torque of one joint's motor as it was measured, on the side of the arm [N m]
   arrival,         ///< direction in which one joint came to its pose: -1, 0, 1
   time,            ///< [s]
   temperature,     ///< of one sensor [deg C]
@@ -21,7 +22,7 @@ enum class DriverKind {
 
 struct Driver {
   DriverKind kind = DriverKind::joint_angle;
-  int joint = -1;         ///< 0-based; joint_angle, gravity_torque and arrival
+  int joint = -1;         ///< 0-based; joint_angle, the torques and arrival
   int second_joint = -1;  ///< 0-based; joint_angle of two joints
   std::string where;      ///< temperature: the sensor's name, as in the column temp_<where>_c
 

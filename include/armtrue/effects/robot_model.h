@@ -52,7 +52,8 @@ class BoundEffect {
   int coefficient_count_ = 0, value_count_ = 0;
 };
 
-/// Predicts poses: the chain, with the effects that the robot file declares.
+/// Predicts poses: the chain, with the effects that the robot file declares. Throws
+/// std::invalid_argument for one that follows what only a measurement tells (motor torque).
 class RobotModel {
  public:
   explicit RobotModel(const Robot& robot, const std::vector<std::string>& temperature_names = {});
@@ -65,6 +66,9 @@ class RobotModel {
   /// origin.
   Eigen::Vector3d point(const Context& context, int target) const;
 
+  /// What is read of the target from an anchor, an index into the chain's anchors.
+  double distance(const Context& context, int target, int anchor) const;
+
   const ChainEvaluator& chain() const { return chain_; }
 
   /// What the effects add to each parameter, instrument.scale last.
@@ -73,6 +77,7 @@ class RobotModel {
  private:
   ChainEvaluator chain_;
   std::vector<Target> targets_;
+  std::vector<Anchor> anchors_;
   std::vector<BoundEffect> effects_;
   std::vector<std::vector<double>> coefficients_;
 };

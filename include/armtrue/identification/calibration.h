@@ -42,7 +42,7 @@ struct CalibrationResult {
 ///
 /// Maximum likelihood under Student's t with its degrees of freedom and the spreads of position and
 /// orientation taken from the residuals: Levenberg-Marquardt (Ceres) on the folded residual block.
-/// A base far from the measurements is first set by rigid registration of the points.
+/// A base far from the measurements is first set by rigid registration of the points or anchors.
 /// Several sessions are solved jointly, sparse: the robot is common, each further session adds the
 /// six unknowns of its base and the zero offsets of `robot.identify_per_session`, which count in
 /// covariance, rank and observability; what is found stands in `robot.sessions`.

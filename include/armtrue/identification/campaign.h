@@ -11,6 +11,13 @@
 
 namespace armtrue {
 
+/// How many numbers a reading consists of.
+struct ReadingSize {
+  int position = 3;     ///< 1: a distance
+  int orientation = 0;  ///< 3 if it is read
+  int all() const { return position + orientation; }
+};
+
 /// Measured poses, one row a reading, in order of visit. Columns are vectors of their own, so that
 /// a million rows cost only what they hold; an optional column is empty when absent.
 struct Campaign {
@@ -18,9 +25,11 @@ struct Campaign {
 
   std::vector<int> pose;  ///< index into pose_ids; rows that share it are replicates
   std::vector<std::string> pose_ids;
-  std::vector<int> line;                  ///< line in the file
-  std::vector<JointVector> q;             ///< [rad]
-  std::vector<Eigen::Vector3d> position;  ///< in R_A [m]
+  std::vector<int> line;       ///< line in the file
+  std::vector<JointVector> q;  ///< [rad]
+  /// What was measured, in R_A [m]: points, or distances to anchors; the other is empty.
+  std::vector<Eigen::Vector3d> position;
+  std::vector<double> distance;
 
   // Optional columns.
   std::vector<int> repeat;
@@ -28,10 +37,13 @@ struct Campaign {
   std::vector<double> time_s;
   std::vector<int> target;  ///< index into target_names
   std::vector<std::string> target_names;
+  std::vector<int> anchor;  ///< of a distance; index into anchor_names
+  std::vector<std::string> anchor_names;
   std::vector<double> sigma_position;     ///< per axis [m]
   std::vector<double> sigma_orientation;  ///< per axis [rad]
   std::vector<std::array<std::int8_t, kJoints>> arrival;
   std::vector<double> payload_kg;
+  std::vector<std::array<double, kJoints>> motor_torque_nm;
   std::vector<Eigen::Vector3d> force_n;
   std::vector<std::string> temperature_names;
   std::vector<std::array<double, kMaxTemperatures>> temperature_c;
@@ -42,6 +54,14 @@ struct Campaign {
 
   int rows() const { return static_cast<int>(q.size()); }
   bool has_orientation() const { return !orientation.empty(); }
+  bool has_distances() const { return !distance.empty(); }
+  ReadingSize reading_size() const { return {has_distances() ? 1 : 3, has_orientation() ? 3 : 0}; }
+  /// Numbers what a row reads of its pose, by target and anchor: rows of one pose and channel are
+  /// replicates.
+  int channel(int row) const;
+  /// Numbers poses or, where distances are read, poses by anchor: what the model lacks at a pose
+  /// strikes such rows alike.
+  int pose_by_anchor(int row) const;
   Context context(int row) const;
 
   /// The rows of the given indices, in that order, with the pose ids that occur in them.

@@ -22,10 +22,11 @@ struct ParameterChange {
 };
 
 /// A hypothesis of what has moved: one identified parameter of a link, `base` (the tracker moved or
-/// was knocked) or `tool` (the tool or its targets were seated anew).
+/// was knocked), `anchor <name>` (one of several) or `tool` (the tool or its targets were seated
+/// anew).
 struct Move {
   std::string what;
-  std::vector<ParameterChange> changes;  ///< one; of base and tool all that these readings show
+  std::vector<ParameterChange> changes;  ///< one; of base, tool and anchor all that is shown
   double delta_bic = 0;                  ///< fall of BIC against nothing moved; positive is better
   double p_value = 1;                    ///< of the fall of chi-square, times the number of moves
   double p_value_left = 1;               ///< of all that is left once this has moved

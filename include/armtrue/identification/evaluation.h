@@ -13,9 +13,10 @@ namespace armtrue {
 
 /// Errors of a robot on measured poses, reading by reading.
 struct Evaluation {
-  std::vector<Eigen::Matrix<double, 6, 1>> residuals;  ///< measured minus model, R_A [m, rad]
-  std::vector<double> position;                        ///< norms [m]
-  std::vector<double> orientation;                     ///< norms [rad]; empty without orientations
+  /// Measured minus model, R_A [m, rad]; of a distance the first component, the others zero.
+  std::vector<Eigen::Matrix<double, 6, 1>> residuals;
+  std::vector<double> position;     ///< norms [m]; of distances their errors
+  std::vector<double> orientation;  ///< norms [rad]; empty without orientations
 };
 
 /// Every row against the base of its session (see Robot::sessions), in whose R_A its residual is.
@@ -26,18 +27,19 @@ Evaluation evaluate(const Robot& robot, const Campaign& campaign);
 struct NoiseFloor {
   enum class Source { replicates, instrument, none };
   Source source = Source::none;
+  int axes = 3;                ///< of a position; 1: of a distance
   double position = 0;         ///< per axis, one standard deviation [m]
   double orientation = 0;      ///< [rad]; 0 without orientations
   int degrees_of_freedom = 0;  ///< of the replicates
 };
 
-/// Scatter of the replicates about their own mean residual, by session, pose and target, estimated
+/// Scatter of the replicates about their own mean residual, by session, pose and channel, estimated
 /// robustly; where no pose is repeated, what the robot file says of the instrument. Replicates
 /// taken in a row at standstill show the instrument, not the arm's return to a pose.
 NoiseFloor noise_floor(const Robot& robot, const Campaign& campaign, const Evaluation& evaluation);
 
-/// Mean length of an error that is only noise: three axes of a normal law.
-double mean_error_of_noise(double deviation_per_axis);
+/// Mean length of an error that is only noise: three axes of a normal law, or one of a distance.
+double mean_error_of_noise(double deviation_per_axis, int axes = 3);
 
 /// Lack of fit against pure error: probability of a ratio of mean squares this large if the model
 /// lacked nothing (F test on the position residuals; `unknowns` were fitted). Against a floor that

@@ -27,8 +27,11 @@ struct IdentifiableSet {
 /// `robot.identify` allows: `auto` (all), `paper-25`, or names.
 ///
 /// Rank-revealing QR with columns of unit norm, taken in a fixed order of preference, so that the
-/// set does not depend on a platform's rounding: base, targets, tool, then over all links theta,
-/// alpha, d, r, and beta last, so that beta enters only where two axes are parallel (Hayati). A
+/// set does not depend on a platform's rounding: base, anchors, targets, tool, then over all links
+/// theta, alpha, d, r, and beta last, so that beta enters only where two axes are parallel
+/// (Hayati), and at the very end the anchors' zero errors. Anchors are what defines R_A: one shows
+/// the translation of the base alone, three all of it; what is then left of their coordinates is
+/// how they stand to each other. A
 /// column is absorbed when less than 1e-6 of it is left beside those before it. The columns are
 /// taken on the arm's ideal structure (link angles within 1 deg of a right angle count as right),
 /// because near-parallel axes are what makes a set ill-conditioned. The bases of further sessions

@@ -44,6 +44,7 @@ struct LoopOptions {
 
 struct LoopResult {
   Verdict verdict = Verdict::unexplained;
+  bool of_distances = false;  ///< position errors are those of distances
   NoiseFloor noise;
   int training_poses = 0, held_out_poses = 0, rows = 0;
   std::vector<int> excluded_rows;  ///< lines of the training file that the final fit calls blunders

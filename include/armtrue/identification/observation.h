@@ -15,6 +15,11 @@ struct ReadingScale {
   double orientation = 1;  ///< [rad]
 };
 
+/// The robot's anchor that each of the campaign's anchor names stands for, as indices; just the
+/// only anchor where the campaign names none. Empty unless distances were measured. Throws
+/// std::invalid_argument, with file and line, if the robot does not have the anchor.
+std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& chain);
+
 /// Readings in one R_A against the model of one robot:
 /// residuals, measured minus model, and the model's derivatives, divided by the standard deviation
 /// of each reading so that position and orientation can stand in one sum of squares.
@@ -32,7 +37,7 @@ class ObservationModel {
                    const Eigen::Vector3d& instrument = Eigen::Vector3d::Zero());
 
   int rows() const { return campaign_.rows(); }
-  int row_size() const { return campaign_.has_orientation() ? 6 : 3; }
+  int row_size() const { return campaign_.reading_size().all(); }
   int unknowns() const { return geometric_count() + (fit_effects_ ? coefficient_count_ : 0); }
   bool fits_effects() const { return fit_effects_; }
   int geometric_count() const { return static_cast<int>(geometric_.size()); }
@@ -60,11 +65,15 @@ class ObservationModel {
   friend class At;
   void evaluate_effect_values(const Robot& robot);
   Eigen::Vector3d turn_of(const Eigen::VectorXd& x, int first_parameter) const;
+  int anchor_of(int row) const {
+    return anchors_[campaign_.anchor.empty() ? 0 : campaign_.anchor[row]];
+  }
 
   const Campaign& campaign_;
   Robot robot_;
   std::vector<int> geometric_;
   std::vector<int> targets_;  // the campaign's targets as indices into the robot's; empty if none
+  std::vector<int> anchors_;  // see match_anchors
   std::vector<BoundEffect> effects_;
   std::vector<int> first_coefficient_, first_value_;
   int coefficient_count_ = 0;
@@ -78,7 +87,8 @@ class ObservationModel {
 class ObservationModel::At {
  public:
   /// The residual of one row, in R_A: measured minus model, [m], and [rad] as the rotation vector
-  /// of measured * model^-1 (zero without orientations). Not whitened.
+  /// of measured * model^-1 (zero without orientations). Of a distance the first component, the
+  /// others zero. Not whitened.
   Eigen::Matrix<double, 6, 1> residual(int row) const;
 
   /// Writes the whitened block of one row: row_size() x (unknowns() + 1), the derivatives of the
@@ -89,8 +99,15 @@ class ObservationModel::At {
   friend class ObservationModel;
   At(const ObservationModel& model, const Eigen::VectorXd& x);
   void offsets(int row, ParameterOffsets& offsets, double& scale) const;
-  Pose predict(int row, PoseJacobian* jacobian, double& scale) const;
-  Eigen::Matrix<double, 6, 1> residual(int row, const Pose& measured_frame, double scale) const;
+  // A row as the model sees it.
+  struct Prediction {
+    Pose frame;                 // R_A from the measured frame, its origin at the target
+    Eigen::Vector3d position;   // scaled: the point from the instrument, or the distance first
+    Eigen::Vector3d direction;  // of a distance: from the anchor, unit
+    double scale;
+  };
+  Prediction predict(int row, PoseJacobian* jacobian) const;
+  Eigen::Matrix<double, 6, 1> residual(int row, const Prediction& predicted) const;
 
   const ObservationModel& model_;
   Robot robot_;

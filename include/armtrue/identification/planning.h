@@ -15,7 +15,8 @@
 namespace armtrue {
 
 struct PlanOptions {
-  bool orientation = true;   ///< is read; false: positions only. Given poses decide for themselves
+  bool orientation = true;   ///< is read; false: positions only. Given poses decide for themselves,
+                             ///< targets and anchors come without
   std::optional<Box> box;    ///< of the measured point; absent: the whole travel of the joints
   std::optional<Zone> zone;  ///< where the arm shall be accurate; absent: everywhere
   double floor = 0;  ///< height in R_0 that no link origin and no point of the tool passes [m]
@@ -38,7 +39,8 @@ struct PlanQuality {
 /// arm that strikes itself or what stands around it is not seen. Every candidate is a block of
 /// whitened derivatives of its readings, with the robot's noise (0.1 mm and 0.1 mrad where it
 /// states none). The unknowns are what choose_identifiable() finds in cloud and given poses; the
-/// robot's effects and priors are left out. With targets every pose reads each of them.
+/// robot's effects and priors are left out. With targets every pose reads each of them; with
+/// anchors, their distances from each.
 class PosePlanner {
  public:
   /// `given`: poses already measured, of which only configurations, targets and sigmas count; no
@@ -66,6 +68,7 @@ class PosePlanner {
  private:
   std::vector<JointVector> draw(int count, const std::optional<Box>& box, std::uint64_t seed) const;
   std::vector<JointVector> zone_configurations() const;
+  Campaign points(const std::vector<JointVector>& configurations) const;
   Campaign readings(const std::vector<JointVector>& configurations) const;
   Eigen::MatrixXd triangle(const Campaign& campaign) const;
   Eigen::MatrixXd position_triangle(const std::vector<JointVector>& configurations) const;

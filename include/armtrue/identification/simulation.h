@@ -34,8 +34,8 @@ struct SimulationOptions {
 
 /// A campaign as `truth` would give it: configurations within the travel limits of `robot` (and
 /// within the box, as `robot` sees it), visited `repeats` times, read with noise. With targets in
-/// `truth` every visit reads each of them. Throws std::invalid_argument if the box cannot be
-/// reached.
+/// `truth` every visit reads each of them; with anchors, their distances from each. Throws
+/// std::invalid_argument if the box cannot be reached.
 Campaign simulate(const Robot& robot, const Robot& truth, const SimulationOptions& options);
 
 /// The same with the configurations given; `poses` and `box` of the options are not read.

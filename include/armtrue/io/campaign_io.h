@@ -19,8 +19,8 @@ struct CampaignFile {
 /// that stands twice, no measured row at all.
 CampaignFile read_campaign(const std::string& path);
 
-/// The same columns as text; `repeat`, `t_s`, orientation (as A, B, C), target and arrival where
-/// the campaign has them.
+/// The same columns as text; `repeat`, `t_s`, orientation (as A, B, C), target, anchor and arrival
+/// where the campaign has them.
 std::string write_campaign(const Campaign& campaign);
 
 /// One commanded configuration.
@@ -33,11 +33,11 @@ struct JointTarget {
 std::vector<JointTarget> read_joint_targets(const std::string& path);
 std::string write_joint_targets(const std::vector<JointTarget>& targets);
 
-/// One row of a residuals file: measured minus model, in R_A.
+/// One row of a residuals file: measured minus model, in R_A; of a distance in the column dl_mm.
 struct ResidualRow {
   int row;                               ///< of the campaign
   std::string split;                     ///< training, held-out or all
-  Eigen::Matrix<double, 6, 1> residual;  ///< [m], [rad]
+  Eigen::Matrix<double, 6, 1> residual;  ///< as in Evaluation [m, rad]
 };
 
 std::string write_residuals(const Campaign& campaign, const std::vector<ResidualRow>& residuals);

@@ -34,6 +34,14 @@ struct Target {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
 };
 
+/// Where a draw-wire or a ball-bar is fixed, in R_A [m]. It reads its distance to a target (or to
+/// the origin of the measured frame) plus its zero error.
+struct Anchor {
+  std::string name;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  double zero = 0;
+};
+
 /// The chain of seven links, six driven and the last (the spindle) fixed, between the frame R_A of
 /// the instrument and the measured frame on the tool.
 struct KinematicChain {
@@ -41,6 +49,7 @@ struct KinematicChain {
   std::array<Link, kLinks> links;  ///< links[6] turns no joint
   Pose tool;                       ///< R_7 from the measured frame
   std::vector<Target> targets;
+  std::vector<Anchor> anchors;
 };
 
 }  // namespace armtrue

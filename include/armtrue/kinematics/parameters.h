@@ -14,6 +14,7 @@ namespace armtrue {
 ///     41..46  tool   x y z rx ry rz
 ///     47      instrument.scale (relative error of the instrument's lengths)
 ///     48..    targets, x y z each
+///     then    anchors, x y z zero each
 /// The pose of base or tool moves by its translation in the axes of its parent frame, and by a
 /// rotation vector in those axes on the left: R <- exp(r) R, about the pose's own origin.
 inline constexpr int kBaseParameters = 0;
@@ -36,16 +37,21 @@ constexpr bool is_zero_offset(int index) {
          (index - kLinkParameters) % 5 == static_cast<int>(LinkParameter::theta);
 }
 
-/// Number of parameters of a chain, its targets included.
-inline int parameter_count(const KinematicChain& chain) {
+/// Index of the first anchor's x.
+inline int first_anchor_parameter(const KinematicChain& chain) {
   return kTargetParameters + 3 * static_cast<int>(chain.targets.size());
+}
+
+/// Number of parameters of a chain, its targets and anchors included.
+inline int parameter_count(const KinematicChain& chain) {
+  return first_anchor_parameter(chain) + 4 * static_cast<int>(chain.anchors.size());
 }
 
 /// What a parameter is measured in, within the SI.
 enum class ParameterUnit { metre, radian, one };
 ParameterUnit parameter_unit(int index);
 
-/// `A1.alpha`, `base.x`, `tool.rz`, `instrument.scale`, `target 2.x`.
+/// `A1.alpha`, `base.x`, `tool.rz`, `instrument.scale`, `target 2.x`, `anchor 1.zero`.
 std::string parameter_name(const KinematicChain& chain, int index);
 
 /// The inverse of parameter_name; nothing if the chain has no such parameter.
