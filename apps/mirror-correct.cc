@@ -9,6 +9,7 @@
 #include "armtrue/kinematics/units.h"
 #include "armtrue/path/joint_path.h"
 #include "armtrue/path/mirror.h"
+#include "armtrue/report/mirror_report.h"
 #include "command_line.h"
 
 using namespace armtrue;
@@ -68,19 +69,19 @@ PassAccuracy accuracy_of(const Path& programmed, const std::vector<Path>& passes
 }
 
 // What the passes show beside the correction.
-void describe(MirrorReport& report, const Path& programmed, const std::vector<Path>& passes,
+void describe(MirrorFindings& findings, const Path& programmed, const std::vector<Path>& passes,
               const std::vector<Path>& earlier, const std::optional<Robot>& robot) {
-  const PathDeviation& deviation = report.result.deviation;
+  const PathDeviation& deviation = findings.result.deviation;
   std::vector<ClockFit> clocks;
-  for (const Pass& pass : report.result.passes) clocks.push_back(pass.clock);
-  report.accuracy = accuracy_of(programmed, passes, clocks);
+  for (const Pass& pass : findings.result.passes) clocks.push_back(pass.clock);
+  findings.accuracy = accuracy_of(programmed, passes, clocks);
   if (!earlier.empty()) {
     std::vector<ClockFit> earlier_clocks;
     for (const Path& pass : earlier)
-      earlier_clocks.push_back(fit_clock(programmed, pass, report.options.clock));
-    report.before = accuracy_of(programmed, earlier, earlier_clocks);
+      earlier_clocks.push_back(fit_clock(programmed, pass, findings.options.clock));
+    findings.before = accuracy_of(programmed, earlier, earlier_clocks);
   }
-  report.force = force_law(deviation, programmed);
+  findings.force = force_law(deviation, programmed);
   if (!robot || deviation.force.cols() == 0) return;
   const Eigen::Matrix3Xd force = interpolate(deviation.time, deviation.force, programmed.time);
   Eigen::Matrix3Xd predicted =
@@ -88,8 +89,8 @@ void describe(MirrorReport& report, const Path& programmed, const std::vector<Pa
   const Eigen::Matrix3Xd tangent = tangents(programmed);
   for (Eigen::Index i = 0; i < predicted.cols(); ++i)
     predicted.col(i) -= tangent.col(i).dot(predicted.col(i)) * tangent.col(i);
-  report.robot = line_through_origin(interpolate(programmed.time, predicted, deviation.time),
-                                     deviation.normal);
+  findings.robot = line_through_origin(interpolate(programmed.time, predicted, deviation.time),
+                                       deviation.normal);
 }
 
 std::string pass_as_poses(const PathFile& programmed, const std::optional<Robot>& robot,
@@ -126,7 +127,7 @@ int main(int argc, char** argv) {
                        "A programmed path, corrected by the mirror of what was measured across it.",
                        "mirror-correct --programmed path.csv --measured pass.csv > corrected.csv");
   std::string programmed_path, previous_path, summary_path, deviation_path, program_path,
-      program_out, robot_path, poses_path;
+      program_out, robot_path, poses_path, report_path;
   std::string cutoff = "1.5625", gain = "auto", points = "turning";
   std::vector<std::string> measured_paths, before_paths;
   double max_mm = 0, offset = 0;
@@ -185,6 +186,10 @@ int main(int argc, char** argv) {
       ->needs(program_option);
   options.add_option("--summary", summary_path, "Write clocks, noise, deviation and forecast here");
   options.add_option("--deviation", deviation_path, "Write the deviation and its trend here");
+  options
+      .add_option("--report", report_path,
+                  "Write a page with plots (HTML) of the measured passes here")
+      ->excludes(force_option);
   return command.run(argc, argv, [&] {
     command.progress("reading");
     const PathFile programmed = command.path(programmed_path, KeepRows::yes);
@@ -206,25 +211,29 @@ int main(int argc, char** argv) {
                                programmed.path.force),
           mirror);
     } else {
-      MirrorReport report;
-      report.options = mirror;
-      std::vector<Path> passes = read_passes(command, measured_paths, report.files);
+      MirrorFindings findings;
+      findings.options = mirror;
+      std::vector<Path> passes = read_passes(command, measured_paths, findings.files);
       if (!previous_path.empty())
-        report.options.executed =
+        findings.options.executed =
             previous_correction(command.path(previous_path, KeepRows::yes), programmed);
       command.progress("correcting");
-      report.result = mirror_correct(programmed.path, passes, report.options);
+      findings.result = mirror_correct(programmed.path, passes, findings.options);
       std::vector<std::string> earlier_files;
       std::vector<Path> earlier = read_passes(command, before_paths, earlier_files);
-      describe(report, programmed.path, passes, earlier, robot);
-      command.tell(mirror_table(report));
+      describe(findings, programmed.path, passes, earlier, robot);
+      command.tell(mirror_table(findings));
       if (!summary_path.empty())
-        write_output(summary_path, write_mirror(report, command.provenance()));
+        write_output(summary_path, write_mirror(findings, command.provenance()));
       if (!deviation_path.empty())
-        write_output(deviation_path, write_deviation(report.result.deviation));
+        write_output(deviation_path, write_deviation(findings.result.deviation));
       if (!poses_path.empty())
-        write_output(poses_path, pass_as_poses(programmed, robot, report.result.deviation));
-      corrected = report.result.position;
+        write_output(poses_path, pass_as_poses(programmed, robot, findings.result.deviation));
+      if (!report_path.empty())
+        write_output(report_path, mirror_report(programmed.path, findings.result, findings.options,
+                                                findings.force, findings.files,
+                                                "Mirror correction of " + programmed.source));
+      corrected = findings.result.position;
     }
     if (!program_path.empty()) {
       const KrlProgram program = read_krl(program_path);

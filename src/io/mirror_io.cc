@@ -141,8 +141,8 @@ YAML::Node force_node(const ForceLaw& law) {
 
 }  // namespace
 
-std::string write_mirror(const MirrorReport& report, const Provenance& provenance) {
-  const auto& [result, options, files, accuracy, before, force, robot] = report;
+std::string write_mirror(const MirrorFindings& findings, const Provenance& provenance) {
+  const auto& [result, options, files, accuracy, before, force, robot] = findings;
   YAML::Node root;
   root["format"] = "armtrue-mirror/1";
   root["provenance"] = provenance_node(provenance);
@@ -183,8 +183,8 @@ std::string write_mirror(const MirrorReport& report, const Provenance& provenanc
   return print_document(root);
 }
 
-std::string mirror_table(const MirrorReport& report) {
-  const auto& [result, options, files, accuracy, before, force, robot] = report;
+std::string mirror_table(const MirrorFindings& findings) {
+  const auto& [result, options, files, accuracy, before, force, robot] = findings;
   std::string table;
   for (size_t p = 0; p < files.size(); ++p) {
     const Pass& pass = result.passes[p];

@@ -399,10 +399,6 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& mea
   result.gain = options.gain ? *options.gain
                 : power > 0  ? std::max(0.0, 1 - std::min(missed, power) / power)
                              : 0;
-  const double not_corrected = (1 - result.gain) * (1 - result.gain);
-  result.expected_after =
-      kMeanOfRms * std::sqrt(result.gain * result.gain * missed + not_corrected * power);
-
   result.correction = -result.gain * trend;
   if (options.executed) {
     const Eigen::Matrix3Xd previous = *options.executed - programmed.position;
@@ -419,6 +415,11 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& mea
     ++result.clipped;
   }
   result.position = programmed.position + result.correction;
+  // What was not taken off stays: by the gain, by --max, outside the material.
+  Eigen::Matrix3Xd left = trend + result.correction;
+  if (options.executed) left -= *options.executed - programmed.position;
+  const double stays = lengths_in_motion(left, moves).mean;
+  result.expected_after = std::sqrt(stays * stays + std::pow(kMeanOfRms * result.gain, 2) * missed);
   Eigen::Index sample = 0;
   for (const Eigen::Index point : points) {
     sample = nearest_sample(programmed, deviation.time[point], sample);

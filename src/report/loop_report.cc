@@ -5,37 +5,13 @@
 
 #include "armtrue/kinematics/units.h"
 #include "gnuplot.h"
+#include "html.h"
 
 namespace armtrue {
 namespace {
 
 constexpr int kWidth = 720, kHeight = 300;
 constexpr int kBins = 30;
-
-std::string escaped(const std::string& text) {
-  std::string result;
-  for (char c : text) switch (c) {
-      case '&':
-        result += "&amp;";
-        break;
-      case '<':
-        result += "&lt;";
-        break;
-      case '>':
-        result += "&gt;";
-        break;
-      default:
-        result += c;
-    }
-  return result;
-}
-
-std::string number(double value) {
-  std::ostringstream text;
-  text.precision(4);
-  text << value;
-  return text.str();
-}
 
 const char* error_name(const LoopResult& result) {
   return result.of_distances ? "distance error" : "position error";
@@ -142,15 +118,8 @@ void write_effect(std::ostringstream& html, const LoopResult& result, size_t k,
 std::string loop_report(const LoopResult& result, const std::vector<std::string>& descriptions,
                         const std::string& title) {
   std::ostringstream html;
-  html << "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>"
-       << escaped(title)
-       << "</title><style>body{font-family:sans-serif;max-width:800px;margin:2em auto}"
-          "table{border-collapse:collapse}td,th{padding:.2em .6em;text-align:right;"
-          "border-bottom:1px solid #ccc}td:first-child,th:first-child{text-align:left}"
-          "</style></head><body>\n<h1>"
-       << escaped(title) << "</h1>\n<p>Verdict: <b>" << to_string(result.verdict) << "</b>. "
-       << result.training_poses << " poses to learn from, " << result.held_out_poses
-       << " held out.";
+  html << "<p>Verdict: <b>" << to_string(result.verdict) << "</b>. " << result.training_poses
+       << " poses to learn from, " << result.held_out_poses << " held out.";
   if (!result.excluded_rows.empty())
     html << " " << result.excluded_rows.size() << " readings look like blunders.";
   html << "</p>\n" << stages_table(result);
@@ -166,8 +135,8 @@ std::string loop_report(const LoopResult& result, const std::vector<std::string>
   if (!result.pattern.empty())
     html << "Best candidate that was not added: " << escaped(result.pattern) << ", p "
          << number(result.trace.remaining_p) << ".";
-  html << "</p>\n</body></html>\n";
-  return html.str();
+  html << "</p>\n";
+  return html_page(title, html.str());
 }
 
 }  // namespace armtrue

@@ -17,7 +17,7 @@ struct PassAccuracy {
 };
 
 /// What a mirror document may hold beside the correction itself.
-struct MirrorReport {
+struct MirrorFindings {
   MirrorResult result;
   MirrorOptions options;
   std::vector<std::string> files;      ///< the measured passes
@@ -30,10 +30,10 @@ struct MirrorReport {
 /// armtrue-mirror/1: clocks of the passes with their uncertainty, noise, deviation before, the
 /// correction and what the next pass is expected to show; accuracy by ISO 9283; what forces and
 /// reversals have to do with it.
-std::string write_mirror(const MirrorReport& report, const Provenance& provenance);
+std::string write_mirror(const MirrorFindings& findings, const Provenance& provenance);
 
 /// The same for a terminal, in a few lines.
-std::string mirror_table(const MirrorReport& report);
+std::string mirror_table(const MirrorFindings& findings);
 
 /// The deviation on its grid: `t_s,s_mm,dx_mm,dy_mm,dz_mm` (across the path), `along_mm`,
 /// `trend_x_mm,trend_y_mm,trend_z_mm`, and `break`, 1 where the trend may jump.
