@@ -51,6 +51,21 @@ std::vector<Path> read_passes(app::Command& command, const std::vector<std::stri
   return passes;
 }
 
+// What the record does not show is not corrected, or only guessed.
+void warn_of_gaps(const app::Command& command, const MirrorResult& result) {
+  if (result.unrecorded > 0)
+    command.warn(fmt::format(
+        "{} samples in motion lie before or after the record and are not corrected; record from "
+        "before the tool moves until it stands again",
+        result.unrecorded));
+  for (const Pass& pass : result.passes)
+    if (pass.longest_gap > 0.5 / result.cutoff)
+      command.warn(fmt::format(
+          "the record has a gap of {:.2f} s, longer than the correction can follow: there it is "
+          "only interpolated",
+          pass.longest_gap));
+}
+
 PassAccuracy accuracy_of(const Path& programmed, const std::vector<Path>& passes,
                          const std::vector<ClockFit>& clocks) {
   std::vector<PlaneCrossings> crossings;
@@ -150,46 +165,55 @@ int main(int argc, char** argv) {
       "--robot", robot_path,
       "Robot file with effects that a force drives: its prediction is compared with the pass");
   force_option->needs(robot_option);
-  options.add_flag("--engaged-only", mirror.engaged_only, "Correct only where the tool cuts");
-  options.add_option("--before", before_paths,
-                     "Recorded passes before the correction, to tell what it gained");
-  options.add_option("--poses", poses_path,
-                     "Write the pass as measured poses for close-loop here; the joint angles are "
-                     "those of the program's file or, with --robot, calculated");
-  options.add_option("--previous", previous_path,
-                     "The corrected path that these passes ran; the new correction adds to it");
+  // What only a measured pass gives.
+  const auto of_passes = [&](CLI::Option* option) { option->excludes(force_option); };
+  of_passes(
+      options.add_flag("--engaged-only", mirror.engaged_only, "Correct only where the tool cuts"));
+  of_passes(options.add_option("--before", before_paths,
+                               "Recorded passes before the correction, to tell what it gained"));
+  of_passes(options.add_option("--poses", poses_path,
+                               "Write the pass as measured poses for close-loop here; the joint "
+                               "angles are those of the program's file or, with --robot, "
+                               "calculated"));
+  of_passes(options.add_option(
+      "--previous", previous_path,
+      "The corrected path that these passes ran; the new correction adds to it"));
   options.add_option("--order", mirror.order, "Order of the Butterworth filter, each way")
       ->check(CLI::Range(1, 12))
       ->capture_default_str();
   options.add_option("--cut-off", cutoff, "-3 dB of both ways together, Hz; or auto")
       ->check(positive_or_auto())
       ->capture_default_str();
-  options
-      .add_option("--points", points,
-                  "turning: straight between the turning points of the trend; or spline")
-      ->check(CLI::IsMember({"turning", "spline"}))
-      ->capture_default_str();
+  of_passes(options
+                .add_option("--points", points,
+                            "turning: straight between the turning points of the trend; or spline")
+                ->check(CLI::IsMember({"turning", "spline"}))
+                ->capture_default_str());
   options.add_option("--gain", gain, "Share of the deviation to take off; auto: what is no noise")
       ->check(positive_or_auto())
       ->capture_default_str();
   options.add_option("--max-mm", max_mm, "Longest correction")->check(CLI::PositiveNumber);
-  options.add_flag("--fit-frame", mirror.clock.fit_frame,
-                   "The instrument's frame is not the program's: fit it too");
+  CLI::Option* const frame_option =
+      options.add_flag("--fit-frame", mirror.clock.fit_frame,
+                       "The instrument's frame is not the program's: fit it too");
+  of_passes(frame_option);
   CLI::Option* const offset_option =
       options.add_option("--offset-s", offset,
                          "The instrument's clock is this far ahead of the program's; not fitted");
+  of_passes(offset_option);
+  offset_option->excludes(frame_option);
   CLI::Option* const program_option = options.add_option(
       "--program", program_path, "KUKA program (.src, with its .dat) of the programmed path");
   options
       .add_option("--program-out", program_out,
                   "Write the corrected program here, its .dat beside it [NAME-corrected.src]")
       ->needs(program_option);
-  options.add_option("--summary", summary_path, "Write clocks, noise, deviation and forecast here");
-  options.add_option("--deviation", deviation_path, "Write the deviation and its trend here");
-  options
-      .add_option("--report", report_path,
-                  "Write a page with plots (HTML) of the measured passes here")
-      ->excludes(force_option);
+  of_passes(options.add_option("--summary", summary_path,
+                               "Write clocks, noise, deviation and forecast here"));
+  of_passes(
+      options.add_option("--deviation", deviation_path, "Write the deviation and its trend here"));
+  of_passes(options.add_option("--report", report_path,
+                               "Write a page with plots (HTML) of the measured passes here"));
   return command.run(argc, argv, [&] {
     command.progress("reading");
     const PathFile programmed = command.path(programmed_path, KeepRows::yes);
@@ -223,6 +247,7 @@ int main(int argc, char** argv) {
       std::vector<Path> earlier = read_passes(command, before_paths, earlier_files);
       describe(findings, programmed.path, passes, earlier, robot);
       command.tell(mirror_table(findings));
+      warn_of_gaps(command, findings.result);
       if (!summary_path.empty())
         write_output(summary_path, write_mirror(findings, command.provenance()));
       if (!deviation_path.empty())

@@ -171,7 +171,8 @@ std::string write_mirror(const MirrorFindings& findings, const Provenance& prove
       flow_map({{"gain", rounded(result.gain)},
                 {"points", std::to_string(result.points.size())},
                 {"largest_mm", millimetres(result.correction.colwise().norm().maxCoeff())},
-                {"clipped_samples", std::to_string(result.clipped)}});
+                {"clipped_samples", std::to_string(result.clipped)},
+                {"unrecorded_samples", std::to_string(result.unrecorded)}});
   root["accuracy"] = accuracy_node(accuracy);
   if (before) {
     root["before"] = accuracy_node(*before);

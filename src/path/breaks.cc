@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "armtrue/identification/statistics.h"
 #include "armtrue/kinematics/units.h"
 
 namespace armtrue {
@@ -12,6 +13,7 @@ namespace {
 constexpr double kCorner = 15 * kDegree;      // between neighbouring samples
 constexpr double kReversal = 0.01 * kDegree;  // of travel back, to count as one
 constexpr Eigen::Index kShortest = 4;         // samples of a piece
+constexpr double kFinest = 1e-7;              // [m]: nothing is read to less
 
 // Places where a joint turns back.
 void add_reversals(const Path& path, std::vector<double>& times) {
@@ -38,17 +40,20 @@ class JumpSearch {
  public:
   JumpSearch(const Eigen::Matrix3Xd& samples, double noise, Eigen::Index window,
              const std::vector<Eigen::Index>& likely)
-      : noise_(noise), window_(window), likely_(samples.cols(), false) {
+      : noise_(std::max(noise, kFinest)), window_(window), likely_(samples.cols(), false) {
     for (const Eigen::Index i : likely)
       if (i >= 0 && i < samples.cols()) likely_[static_cast<size_t>(i)] = true;
     sums_.resize(3, samples.cols() + 1);
     sums_.col(0).setZero();
     for (Eigen::Index i = 0; i < samples.cols(); ++i)
       sums_.col(i + 1) = sums_.col(i) + samples.col(i);
-    // A jump across the path has two components: P(chi^2_2 > x) = exp(-x / 2).
+    // A jump across the path has two components: P(chi^2_2 > x) = exp(-x / 2). Where the deviation
+    // moves all the time, slopes make every statistic larger: a jump has to stand out of its
+    // median.
     constexpr double kChance = 1e-3;  // of any jump in a record that has none
-    anywhere_ = -2 * std::log(kChance / static_cast<double>(samples.cols()));
-    at_likely_ = -2 * std::log(0.01);
+    const double usual = std::max(1.0, median_statistic() / (2 * std::numbers::ln2));
+    anywhere_ = -2 * std::log(kChance / static_cast<double>(samples.cols())) * usual;
+    at_likely_ = -2 * std::log(0.01) * usual;
   }
 
   void split(Eigen::Index begin, Eigen::Index end, std::vector<Eigen::Index>& jumps) const {
@@ -80,6 +85,13 @@ class JumpSearch {
     const Eigen::Vector3d jump = (sums_.col(i + after) - sums_.col(i)) / right -
                                  (sums_.col(i) - sums_.col(i - before)) / left;
     return jump.squaredNorm() / (noise_ * noise_ * (1 / left + 1 / right));
+  }
+
+  double median_statistic() const {
+    const Eigen::Index end = sums_.cols() - 1;
+    std::vector<double> all;
+    for (Eigen::Index i = kShortest; i + kShortest <= end; ++i) all.push_back(statistic(0, i, end));
+    return all.empty() ? 0 : median(std::move(all));
   }
 
   double noise_;

@@ -176,9 +176,10 @@ double expected_square(const PathDeviation& deviation, const Eigen::Matrix3Xd& t
 
 // The cut-off with the least expected error.
 double best_cutoff(const PathDeviation& deviation, const MirrorOptions& options, double rate) {
-  double best = 0, least = std::numeric_limits<double>::infinity();
   const double duration = deviation.time[deviation.time.size() - 1] - deviation.time[0];
-  for (double cutoff = std::max(0.1, 2 / duration); cutoff < 0.3 * rate; cutoff *= 1.25) {
+  const double lowest = std::max(0.1, 2 / duration), highest = 0.25 * rate;
+  double best = lowest, least = std::numeric_limits<double>::infinity();
+  for (double cutoff = lowest; cutoff < highest; cutoff *= 1.25) {
     const double here =
         expected_square(deviation, smooth(deviation, smoother(options, cutoff, rate)),
                         noise_share(options, cutoff, rate));
@@ -405,6 +406,11 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& mea
     result.uncorrected = lengths_in_motion(trend - previous, moves).mean;
     result.correction += previous;
   }
+  if (options.engaged_only && deviation.engagement.intervals.empty())
+    throw std::invalid_argument(
+        "the record does not show when the tool cuts (it never does, always does, or has no "
+        "force): "
+        "record from air to air with fx_n, fy_n and fz_n, or leave out --engaged-only");
   if (options.engaged_only)
     for (Eigen::Index i = 0; i < programmed.samples(); ++i)
       if (!engaged(deviation.engagement, programmed.time[i])) result.correction.col(i).setZero();
@@ -413,6 +419,19 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& mea
     if (length <= options.max) continue;
     result.correction.col(i) *= options.max / length;
     ++result.clipped;
+  }
+  // Beyond the record nothing is known: the path stays what was run.
+  const Eigen::Index end = deviation.time.size() - 1;
+  for (Eigen::Index i = 0; i < programmed.samples(); ++i) {
+    const double time = programmed.time[i];
+    if (moves[i] == 0 || (time >= deviation.time[0] - deviation.period &&
+                          time <= deviation.time[end] + deviation.period))
+      continue;
+    if (options.executed)
+      result.correction.col(i) = options.executed->col(i) - programmed.position.col(i);
+    else
+      result.correction.col(i).setZero();
+    ++result.unrecorded;
   }
   result.position = programmed.position + result.correction;
   // What was not taken off stays: by the gain, by --max, outside the material.

@@ -68,7 +68,8 @@ struct MirrorResult {
   std::vector<Eigen::Index> points;  ///< samples of the program where the correction bends
   double cutoff = 0;                 ///< [Hz]
   double gain = 1;
-  int clipped = 0;            ///< samples whose correction was cut to `max`
+  int clipped = 0;     ///< samples whose correction was cut to `max`
+  int unrecorded = 0;  ///< samples in motion before or after the record: nothing is corrected there
   ErrorSummary before;        ///< length of the trend while the tool moves [m]
   double expected_after = 0;  ///< mean distance from the programmed path in the next pass [m]
   /// With `executed`: mean distance that the program itself would have shown in these passes [m].
