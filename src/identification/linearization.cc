@@ -120,28 +120,47 @@ Linearization::Linearization(const CalibrationResult& fit, const Campaign& campa
   design_effect_ = estimate_design_effect(residual_, campaign, static_cast<double>(kept + others));
 }
 
-Eigen::ColPivHouseholderQR<Eigen::MatrixXd> Linearization::all_but(int effect) const {
-  const int first = first_effect_column_[effect], after = first_effect_column_[effect + 1];
-  Eigen::MatrixXd rest(fitted_.rows(), fitted_.cols() - (after - first));
-  rest << fitted_.leftCols(first), fitted_.rightCols(fitted_.cols() - after);
+// Of the fitted columns all but those of the effects from `first` to before `after`.
+Eigen::ColPivHouseholderQR<Eigen::MatrixXd> Linearization::all_but(int first, int after) const {
+  const int begin = first_effect_column_[first], end = first_effect_column_[after];
+  Eigen::MatrixXd rest(fitted_.rows(), fitted_.cols() - (end - begin));
+  rest << fitted_.leftCols(begin), fitted_.rightCols(fitted_.cols() - end);
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rest);
   qr.setThreshold(kSmallestPivot);
   return qr;
 }
 
+Eigen::MatrixXd Linearization::complement(
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd>& qr) const {
+  const Eigen::Index rank = fitted_.rows();
+  return (qr.householderQ() * Eigen::MatrixXd::Identity(rank, rank)).rightCols(rank - qr.rank());
+}
+
 Linearization::Loss Linearization::without_effect(int effect) const {
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr = all_but(effect);
-  const Eigen::Index rank = fitted_.rows(), own = rank - qr.rank();
   Loss loss;
-  loss.span = (qr.householderQ() * Eigen::MatrixXd::Identity(rank, rank)).rightCols(own);
+  loss.span = complement(all_but(effect, effect + 1));
   loss.residual = loss.span.transpose() * (explained_ + contribution_[effect]);
   return loss;
+}
+
+Linearization::BesideTheRest Linearization::effects_from(int first) const {
+  const int effects = static_cast<int>(contribution_.size());
+  const Eigen::MatrixXd span = complement(all_but(first, effects));
+  Eigen::VectorXd readings = explained_;
+  BesideTheRest beside;
+  for (int e = first; e < effects; ++e) {
+    const int begin = first_effect_column_[e], count = first_effect_column_[e + 1] - begin;
+    beside.columns.push_back(span.transpose() * fitted_.middleCols(begin, count));
+    readings += contribution_[e];
+  }
+  beside.readings = span.transpose() * readings;
+  return beside;
 }
 
 std::vector<int> Linearization::most_refitted(int effect, const Eigen::VectorXd& imitation,
                                               int count) const {
   const Eigen::VectorXd moved =
-      all_but(effect).solve(basis_.transpose() * imitation - contribution_[effect]);
+      all_but(effect, effect + 1).solve(basis_.transpose() * imitation - contribution_[effect]);
   std::vector<int> order;
   for (int k = 0; k < first_effect_column_.front(); ++k)
     if (std::abs(moved[k]) > kWorthNaming * contribution_[effect].norm()) order.push_back(k);

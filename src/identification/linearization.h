@@ -34,12 +34,22 @@ class Linearization {
   };
   Loss without_effect(int effect) const;
 
+  /// What effects explain beside all else in the model: of each the columns, and the readings,
+  /// projected off the rest of what is fitted.
+  struct BesideTheRest {
+    std::vector<Eigen::MatrixXd> columns;
+    Eigen::VectorXd readings;
+  };
+  BesideTheRest effects_from(int first) const;
+
   /// The fitted geometric parameters (as in the set, from 0) that move most, by a tenth of the
   /// effect or more, when what imitates it (in all rows, whitened) takes its place.
   std::vector<int> most_refitted(int effect, const Eigen::VectorXd& imitation, int count) const;
 
  private:
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> all_but(int effect) const;
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> all_but(int first, int after) const;
+  // What is orthogonal to the columns of a decomposition, in coordinates of the basis.
+  Eigen::MatrixXd complement(const Eigen::ColPivHouseholderQR<Eigen::MatrixXd>& qr) const;
 
   int row_size_ = 3;
   std::vector<int> pose_;

@@ -14,6 +14,7 @@
 #include "registration.h"
 #include "scan.h"
 #include "sessions.h"
+#include "variance_shares.h"
 
 namespace armtrue {
 namespace {
@@ -293,9 +294,12 @@ class Tracer {
     if (chosen_.empty()) return;
     note("looking for what cannot be told apart");
     const auto& [fit, projected] = view();
+    const auto [columns, readings] = fit.effects_from(declared_);
+    const std::vector<double> shares = variance_shares(columns, readings, options_.seed);
     for (size_t k = 0; k < chosen_.size(); ++k) {
       const int effect = declared_ + static_cast<int>(k);
       TracedEffect& traced = result_.effects[k];
+      traced.variance_share = shares[k];
       traced.effect = result_.fit.robot.effects[effect];
       traced.from_catalogue = chosen_[k].from_catalogue;
       traced.only_prediction = !traced.from_catalogue;

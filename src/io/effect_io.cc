@@ -86,7 +86,7 @@ Effect read_effect(YamlMap map, const KinematicChain& chain) {
   }
   // What close-loop says about an effect does not change what it predicts.
   for (const char* key : {"evidence", "indistinguishable", "cause", "description", "curve",
-                          "unidentifiable", "separated_by"})
+                          "unidentifiable", "separated_by", "variance_share"})
     map.ignore(key);
   map.finish();
   return effect;

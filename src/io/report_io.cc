@@ -173,6 +173,7 @@ YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain,
     evidence_node["held_out_gain_ci95_mm"] = flow(interval);
   }
   node["evidence"] = evidence_node;
+  node["variance_share"] = rounded(traced.variance_share);
   node["indistinguishable"] = rivals_node(traced.indistinguishable);
   for (const Rival& rival : traced.indistinguishable)
     node["unidentifiable"].push_back(unidentifiable(traced, rival));
@@ -470,6 +471,11 @@ std::string before_after_table(const LoopResult& result) {
                          stage.held_out.position.max / kMillimetre);
   table += fmt::format("{:<44} {:>6} {:>12} {:>12.4f}\n", "noise floor", "", "",
                        result.floor / kMillimetre);
+  if (!result.trace.effects.empty())
+    table += fmt::format("{:<44} {:>6}\n", "share of the variance explained", "%");
+  for (const TracedEffect& traced : result.trace.effects)
+    table += fmt::format("  {:<42} {:>6.1f}\n", describe(traced.effect).substr(0, 42),
+                         100 * traced.variance_share);
   table += fmt::format("verdict: {}\n", to_string(result.verdict));
   return table;
 }

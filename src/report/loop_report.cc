@@ -96,7 +96,8 @@ void write_effect(std::ostringstream& html, const LoopResult& result, size_t k,
   const TracedEffect& traced = result.trace.effects[k];
   html << "<h3>" << escaped(describe(traced.effect)) << "</h3>\n<p>" << escaped(description)
        << "</p>\n<p>EBIC falls by " << number(traced.evidence.delta_ebic) << ", family-wise p "
-       << number(traced.evidence.p_value);
+       << number(traced.evidence.p_value) << ", " << number(100 * traced.variance_share)
+       << " % of the variance that the effects explain";
   if (k < result.gains.size())
     html << ", held-out gain " << number(result.gains[k].position / kMillimetre)
          << " mm (95 %: " << number(result.gains[k].ci95[0] / kMillimetre) << " to "

@@ -45,6 +45,9 @@ struct Evidence {
 struct TracedEffect {
   Effect effect;  ///< with its coefficients
   Evidence evidence;
+  /// Of what the effects explain together of the residual of the geometry, averaged over the orders
+  /// in which they may enter (see variance_shares); the effects' shares sum to 1.
+  double variance_share = 0;
   std::vector<Rival> indistinguishable;
   std::string separated_by;  ///< as of a rival
   bool from_catalogue = false;
