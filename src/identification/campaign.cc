@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <numeric>
 
 namespace armtrue {
 
@@ -27,6 +28,20 @@ int Campaign::channel(int row) const {
 int Campaign::pose_by_anchor(int row) const {
   if (anchor.empty()) return pose[row];
   return pose[row] * static_cast<int>(anchor_names.size()) + anchor[row];
+}
+
+std::vector<int> Campaign::pose_by_id() const {
+  std::vector<int> order(pose_ids.size());
+  std::iota(order.begin(), order.end(), 0);
+  // A number with more digits is the larger one.
+  std::sort(order.begin(), order.end(), [&](int a, int b) {
+    return std::pair(pose_ids[a].size(), pose_ids[a]) < std::pair(pose_ids[b].size(), pose_ids[b]);
+  });
+  std::vector<int> number(order.size());
+  for (size_t i = 0; i < order.size(); ++i) number[order[i]] = static_cast<int>(i);
+  std::vector<int> numbers;
+  for (int p : pose) numbers.push_back(number[p]);
+  return numbers;
 }
 
 Campaign Campaign::select(const std::vector<int>& rows) const {
@@ -77,9 +92,13 @@ void derive_arrival(Campaign& campaign) {
     std::array<std::int8_t, kJoints> direction{};
   };
   std::map<int, Joints> sessions;
-  campaign.arrival.clear();
-  campaign.arrival.reserve(campaign.q.size());
-  for (size_t row = 0; row < campaign.q.size(); ++row) {
+  std::vector<int> visits(campaign.q.size());
+  std::iota(visits.begin(), visits.end(), 0);
+  if (!campaign.time_s.empty())
+    std::stable_sort(visits.begin(), visits.end(),
+                     [&](int a, int b) { return campaign.time_s[a] < campaign.time_s[b]; });
+  campaign.arrival.resize(campaign.q.size());
+  for (int row : visits) {
     const int session = campaign.session.empty() ? 0 : campaign.session[row];
     auto& [moved_last, direction] =
         sessions.try_emplace(session, Joints{campaign.q[row]}).first->second;
@@ -89,7 +108,7 @@ void derive_arrival(Campaign& campaign) {
       direction[j] = motion > 0 ? 1 : -1;
       moved_last[j] = campaign.q[row][j];
     }
-    campaign.arrival.push_back(direction);
+    campaign.arrival[row] = direction;
   }
 }
 

@@ -75,7 +75,7 @@ Eigen::MatrixXd orthonormal_basis(const Eigen::MatrixXd& columns) {
 }  // namespace
 
 Linearization::Linearization(const CalibrationResult& fit, const Campaign& campaign)
-    : row_size_(campaign.reading_size().all()), pose_(campaign.pose) {
+    : row_size_(campaign.reading_size().all()), pose_(campaign.pose_by_id()) {
   std::vector<int> all(parameter_count(fit.robot.chain));
   for (size_t k = 0; k < all.size(); ++k) all[k] = static_cast<int>(k);
   const SessionModels models(campaign, fit.robot, all, fit.scale);

@@ -15,7 +15,7 @@ class Linearization {
 
   int rows() const { return static_cast<int>(pose_.size()); }
   int row_size() const { return row_size_; }
-  /// Index of the pose of each row; rows of one pose need not be independent.
+  /// Number of the pose of each row, by its id; rows of one pose need not be independent.
   const std::vector<int>& pose() const { return pose_; }
   /// (rows * row_size) x kTargetParameters.
   const Eigen::MatrixXd& jacobian() const { return jacobian_; }

@@ -162,14 +162,15 @@ std::string describe(const Effect& effect) {
 }
 
 Split split_by_pose(const Campaign& campaign, double share, std::uint64_t seed) {
-  const std::set<int> distinct(campaign.pose.begin(), campaign.pose.end());
+  const std::vector<int> pose = campaign.pose_by_id();
+  const std::set<int> distinct(pose.begin(), pose.end());
   std::vector<int> poses(distinct.begin(), distinct.end());
   shuffle(poses, seed);
   const auto count = static_cast<size_t>(std::lround(share * static_cast<double>(poses.size())));
   const std::set<int> held_out(poses.begin(), poses.begin() + static_cast<std::ptrdiff_t>(count));
   Split split;
   for (int row = 0; row < campaign.rows(); ++row)
-    (held_out.contains(campaign.pose[row]) ? split.held_out : split.training).push_back(row);
+    (held_out.contains(pose[row]) ? split.held_out : split.training).push_back(row);
   return split;
 }
 
@@ -204,6 +205,7 @@ LoopResult close_loop(const Robot& robot, const Campaign& training, const Campai
     result.curves.push_back(effect_curve(result.trace.fit, training, declared + k));
 
   if (held_out.rows() > 0) {
+    const std::vector<int> poses = held_out.pose_by_id();
     const Evaluation before = evaluate(geometric_robot, held_out);
     const Evaluation after = evaluate(final_robot, held_out);
     result.errors_before = before.position;
@@ -214,15 +216,15 @@ LoopResult close_loop(const Robot& robot, const Campaign& training, const Campai
     if (reducible > 0)
       result.reducible_removed = std::clamp(
           (result.before * result.before - result.after * result.after) / reducible, 0.0, 1.0);
-    result.gain_ci95 = paired_bootstrap(before.position, after.position, held_out.pose,
-                                        options.bootstrap, options.trace.seed);
+    result.gain_ci95 = paired_bootstrap(before.position, after.position, poses, options.bootstrap,
+                                        options.trace.seed);
     for (size_t k = 0; k < result.trace.effects.size(); ++k) {
       const Evaluation without =
           evaluate(without_effect(result.trace.fit, training, declared + k), held_out);
       HeldOutGain& gain = result.gains.emplace_back();
       gain.position = summarize(without.position).mean - result.after;
-      gain.ci95 = paired_bootstrap(without.position, after.position, held_out.pose,
-                                   options.bootstrap, options.trace.seed);
+      gain.ci95 = paired_bootstrap(without.position, after.position, poses, options.bootstrap,
+                                   options.trace.seed);
     }
   }
   if (!result.trace.ranking.empty()) result.pattern = describe(result.trace.ranking.front().effect);

@@ -38,16 +38,6 @@ bool same(const Context& a, const Context& b) {
          a.force_n == b.force_n && a.temperature_c == b.temperature_c;
 }
 
-// Poses numbered from zero in the order of their first row.
-std::vector<int> number_poses(const std::vector<int>& pose, int& count) {
-  std::map<int, int> numbers;
-  std::vector<int> group_of_row;
-  for (int id : pose)
-    group_of_row.push_back(numbers.try_emplace(id, static_cast<int>(numbers.size())).first->second);
-  count = static_cast<int>(numbers.size());
-  return group_of_row;
-}
-
 }  // namespace
 
 CandidateScan::CandidateScan(const std::vector<Candidate>& candidates, const Robot& robot,
@@ -357,8 +347,8 @@ std::vector<double> ProjectedCandidates::best_of_flipped(const Eigen::VectorXd& 
   // One sign for each pose in each draw; the same for every candidate. What flips together is
   // summed first. A rank among draws needs no more digits than float has, once the projection has
   // been done in double.
-  int poses = 0;
-  const std::vector<int> pose_of_row = number_poses(fit_.pose(), poses);
+  const std::vector<int>& pose_of_row = fit_.pose();
+  const int poses = 1 + *std::max_element(pose_of_row.begin(), pose_of_row.end());
   std::vector<int> pose_of_moment(scan_.values_.rows());
   for (int row = 0; row < fit_.rows(); ++row)
     pose_of_moment[scan_.moment_of_row_[row]] = pose_of_row[row];

@@ -18,6 +18,9 @@ struct TraceOptions {
   /// proportion to the logarithms between.
   double significance = 0.02, significance_without_lack_of_fit = 0.002;
   int max_effects = 16;
+  /// What the search begins with, as a campaign before found it, say: candidates of the search,
+  /// which may be dropped or exchanged like those that it adds itself.
+  std::vector<Effect> start;
   bool beyond_catalogue = true;                      ///< search parameter x driver x basis as well
   std::function<void(const std::string&)> progress;  ///< called with what is being done
 };
