@@ -53,12 +53,12 @@ int work(app::Command& command, const Paths& paths, double held_out_share, bool 
     training = all;
     held_out = command.campaign(paths.test, robot);
   }
-  LoopOptions options;
-  options.trace.seed = command.seed;
-  options.trace.beyond_catalogue = !only_catalogue;
-  options.trace.progress = [&](const std::string& what) { command.progress(what); };
-  const LoopResult result =
-      close_loop(robot, training, held_out, app::catalogue(paths.catalogue), options);
+  TraceOptions options;
+  options.seed = command.seed;
+  options.beyond_catalogue = !only_catalogue;
+  options.progress = [&](const std::string& what) { command.progress(what); };
+  const Catalogue catalogue = app::catalogue(paths.catalogue);
+  LoopResult result = close_loop(robot, training, held_out, catalogue, options);
 
   const Provenance provenance = command.provenance();
   if (!paths.robot_out.empty())
@@ -122,5 +122,6 @@ int main(int argc, char** argv) {
                      "plan-poses --separate plans others");
   options.add_option("--catalogue", paths.catalogue, "Effects to look for");
   options.add_flag("--only-catalogue", only_catalogue, "Do not search beyond the catalogue");
-  return command.run(argc, argv, [&] { return work(command, paths, held_out, only_catalogue); });
+  return command.run(argc, argv,
+                     [&] { return work(command, paths, held_out, only_catalogue); });
 }

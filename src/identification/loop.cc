@@ -3,11 +3,10 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <random>
 #include <set>
 #include <stdexcept>
 
+#include "armtrue/identification/pose_bootstrap.h"
 #include "sessions.h"
 #include "shuffle.h"
 
@@ -29,32 +28,14 @@ StageErrors errors_of(const Evaluation& evaluation) {
 
 // Interval of mean(a) - mean(b) when poses, with all their rows, are drawn again.
 std::array<double, 2> paired_bootstrap(const std::vector<double>& a, const std::vector<double>& b,
-                                       const std::vector<int>& pose, int draws,
-                                       std::uint64_t seed) {
-  std::map<int, std::pair<double, double>> by_pose;  // sum of differences, rows
-  for (size_t row = 0; row < a.size(); ++row) {
-    by_pose[pose[row]].first += a[row] - b[row];
-    by_pose[pose[row]].second += 1;
-  }
-  std::vector<std::pair<double, double>> poses;
-  for (const auto& [id, sums] : by_pose) poses.push_back(sums);
-  if (poses.size() < 2) return {0, 0};
-  std::mt19937_64 random(seed);
-  std::vector<double> means(draws);
-  for (double& mean : means) {
-    double sum = 0, rows = 0;
-    for (size_t k = 0; k < poses.size(); ++k) {
-      const auto& drawn = poses[random() % poses.size()];
-      sum += drawn.first;
-      rows += drawn.second;
-    }
-    mean = sum / rows;
-  }
-  std::sort(means.begin(), means.end());
-  const auto quantile = [&](double share) {
-    return means[static_cast<size_t>(share * (static_cast<double>(draws) - 1) + 0.5)];
-  };
-  return {quantile(0.025), quantile(0.975)};
+                                       const std::vector<int>& pose, const TraceOptions& options) {
+  const int poses = 1 + *std::max_element(pose.begin(), pose.end());
+  Eigen::MatrixXd by_pose = Eigen::MatrixXd::Zero(poses, 2);  // sum of differences, rows
+  for (size_t row = 0; row < a.size(); ++row)
+    by_pose.row(pose[row]) += Eigen::RowVector2d(a[row] - b[row], 1);
+  const Eigen::MatrixXd sums = drawn_poses(poses, options.bootstrap, options.seed) * by_pose;
+  const Eigen::VectorXd means = sums.col(0).cwiseQuotient(sums.col(1));
+  return percentile_interval({means.begin(), means.end()}, poses);
 }
 
 Stage stage_of(const std::string& name, int parameters, const Robot& robot,
@@ -175,14 +156,14 @@ Split split_by_pose(const Campaign& campaign, double share, std::uint64_t seed) 
 }
 
 LoopResult close_loop(const Robot& robot, const Campaign& training, const Campaign& held_out,
-                      const Catalogue& catalogue, const LoopOptions& options) {
+                      const Catalogue& catalogue, const TraceOptions& options) {
   require_known_sessions(training, held_out);
   LoopResult result;
   result.of_distances = training.has_distances();
   result.training_poses = count_poses(training);
   result.held_out_poses = count_poses(held_out);
   result.rows = training.rows() + held_out.rows();
-  result.trace = trace(robot, training, catalogue, options.trace);
+  result.trace = trace(robot, training, catalogue, options);
 
   const Robot nominal = placed(robot, training);
   result.stages.push_back(stage_of("nominal", 0, nominal, training, held_out));
@@ -202,7 +183,8 @@ LoopResult close_loop(const Robot& robot, const Campaign& training, const Campai
 
   const size_t declared = final_robot.effects.size() - result.trace.effects.size();
   for (size_t k = 0; k < result.trace.effects.size(); ++k)
-    result.curves.push_back(effect_curve(result.trace.fit, training, declared + k));
+    result.curves.push_back(
+        effect_curve(result.trace.fit, training, declared + k, result.trace.departures));
 
   if (held_out.rows() > 0) {
     const std::vector<int> poses = held_out.pose_by_id();
@@ -216,15 +198,13 @@ LoopResult close_loop(const Robot& robot, const Campaign& training, const Campai
     if (reducible > 0)
       result.reducible_removed = std::clamp(
           (result.before * result.before - result.after * result.after) / reducible, 0.0, 1.0);
-    result.gain_ci95 = paired_bootstrap(before.position, after.position, poses, options.bootstrap,
-                                        options.trace.seed);
+    result.gain_ci95 = paired_bootstrap(before.position, after.position, poses, options);
     for (size_t k = 0; k < result.trace.effects.size(); ++k) {
       const Evaluation without =
           evaluate(without_effect(result.trace.fit, training, declared + k), held_out);
       HeldOutGain& gain = result.gains.emplace_back();
       gain.position = summarize(without.position).mean - result.after;
-      gain.ci95 = paired_bootstrap(without.position, after.position, poses, options.bootstrap,
-                                   options.trace.seed);
+      gain.ci95 = paired_bootstrap(without.position, after.position, poses, options);
     }
   }
   if (!result.trace.ranking.empty()) result.pattern = describe(result.trace.ranking.front().effect);

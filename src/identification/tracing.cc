@@ -11,6 +11,7 @@
 #include <tuple>
 
 #include "armtrue/identification/evaluation.h"
+#include "armtrue/identification/pose_bootstrap.h"
 #include "candidates.h"
 #include "cross_validation.h"
 #include "registration.h"
@@ -360,6 +361,10 @@ class Tracer {
   void describe() {
     if (chosen_.empty()) return;
     note("looking for what cannot be told apart");
+    Robot& robot = result_.fit.robot;
+    result_.departures =
+        bootstrap_coefficients(result_.fit, campaign_, options_.bootstrap, options_.seed);
+    set_intervals(result_.departures, static_cast<int>(campaign_.pose_ids.size()), robot);
     const auto& [fit, projected] = view();
     const auto [columns, readings] = fit.effects_from(declared_);
     const std::vector<double> shares = variance_shares(columns, readings, options_.seed);
@@ -367,7 +372,7 @@ class Tracer {
       const int effect = declared_ + static_cast<int>(k);
       TracedEffect& traced = result_.effects[k];
       traced.variance_share = shares[k];
-      traced.effect = result_.fit.robot.effects[effect];
+      traced.effect = robot.effects[effect];
       traced.from_catalogue = chosen_[k].from_catalogue;
       traced.only_prediction = !traced.from_catalogue;
       traced.separated_by = chosen_[k].separated_by;

@@ -135,6 +135,10 @@ std::string in_words(const TracedEffect& traced, const std::vector<CurvePoint>& 
       traced.effect.driver.kind == DriverKind::time && traced.effect.shape.kind == ShapeKind::step)
     text += "; --new-session-at-s " + number_text(traced.effect.shape.at) +
             " makes a session of its own of what follows";
+  const DriverKind driver = traced.effect.driver.kind;
+  if ((driver == DriverKind::gravity_torque || driver == DriverKind::moment) &&
+      !robot.bodies.empty())
+    text += "; intervals are given the masses of the robot file, which they take as exact";
   return text;
 }
 
@@ -390,7 +394,7 @@ std::string write_change(const ChangeResult& result, const Robot& previous,
   return print_document(root);
 }
 
-std::string write_loop(const LoopResult& result, const LoopOptions& options,
+std::string write_loop(const LoopResult& result, const TraceOptions& options,
                        const Provenance& provenance, const std::string& next_poses) {
   const Robot& robot = result.trace.fit.robot;
   YAML::Node root;
@@ -402,7 +406,7 @@ std::string write_loop(const LoopResult& result, const LoopOptions& options,
       flow_map({{"poses", std::to_string(result.training_poses + result.held_out_poses)},
                 {"rows", std::to_string(result.rows)},
                 {"held_out_poses", std::to_string(result.held_out_poses)},
-                {"seed", std::to_string(options.trace.seed)}});
+                {"seed", std::to_string(options.seed)}});
   if (result.of_distances) data["measured"] = "distances";
   YAML::Node excluded(YAML::NodeType::Sequence);
   for (int line : result.excluded_rows) excluded.push_back(std::to_string(line));

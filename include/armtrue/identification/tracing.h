@@ -18,6 +18,7 @@ struct TraceOptions {
   /// proportion to the logarithms between.
   double significance = 0.02, significance_without_lack_of_fit = 0.002;
   int max_effects = 16;
+  int bootstrap = 1000;  ///< draws of the poses for each interval
   /// What the search begins with, as a campaign before found it, say: candidates of the search,
   /// which may be dropped or exchanged like those that it adds itself.
   std::vector<Effect> start;
@@ -79,6 +80,7 @@ struct TraceResult {
   CalibrationResult fit;                  ///< the model with all effects, on the readings given
   std::vector<CalibrationResult> stages;  ///< geometry alone, then with each effect as it was added
   std::vector<TracedEffect> effects;
+  Eigen::MatrixXd departures;            ///< of all coefficients of the fit; bootstrap_coefficients
   std::vector<RankedCandidate> ranking;  ///< of the last scan, best first
   /// Catalogue effects that no campaign like this can show.
   std::vector<RankedCandidate> not_separable;
@@ -93,7 +95,8 @@ struct TraceResult {
 /// gain exceeds its standard error and its size is physically possible. After every addition all is
 /// refitted jointly, and effects are dropped or exchanged where that lowers EBIC.
 /// Several sessions share the effects; what each has of its own is in the model from the start, so
-/// that no effect takes it over.
+/// that no effect takes it over. Standard deviations and intervals of the coefficients are from the
+/// cluster bootstrap by pose.
 TraceResult trace(const Robot& robot, const Campaign& campaign, const Catalogue& catalogue,
                   const TraceOptions& options = {});
 
