@@ -188,6 +188,24 @@ YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain,
   return node;
 }
 
+YAML::Node nested_node(const NestedValidation& nested, const std::vector<TracedEffect>& effects) {
+  const auto in_mm = [](double value) { return rounded(value / kMillimetre); };
+  YAML::Node node = flow_map({{"folds", std::to_string(nested.folds)},
+                              {"before_mm", in_mm(nested.before.mean)},
+                              {"before_se_mm", in_mm(nested.before.error)},
+                              {"after_mm", in_mm(nested.after.mean)},
+                              {"after_se_mm", in_mm(nested.after.error)},
+                              {"gain_mm", in_mm(nested.gain.mean)},
+                              {"gain_se_mm", in_mm(nested.gain.error)}});
+  YAML::Node found_again(YAML::NodeType::Sequence);
+  for (size_t k = 0; k < effects.size(); ++k)
+    found_again.push_back(flow_map({{"parameter", effects[k].effect.parameter},
+                                    {"driver", to_string(effects[k].effect.driver)},
+                                    {"folds", std::to_string(nested.found_again[k])}}));
+  node["found_again"] = flow(found_again);
+  return node;
+}
+
 YAML::Node not_separable_node(const std::vector<RankedCandidate>& candidates) {
   YAML::Node list(YAML::NodeType::Sequence);
   for (const RankedCandidate& candidate : candidates) {
@@ -441,6 +459,7 @@ std::string write_loop(const LoopResult& result, const TraceOptions& options,
   if (held_out) before_after["gain_ci95_mm"] = flow(interval);
   before_after = flow(before_after);
   root["before_after"] = before_after;
+  if (result.nested) root["nested_cv"] = nested_node(*result.nested, result.trace.effects);
   YAML::Node remaining;
   remaining["lack_of_fit_p"] = text_or_null(result.lack_of_fit ? rounded(*result.lack_of_fit) : "");
   remaining["pattern"] = text_or_null(result.pattern);
@@ -480,6 +499,12 @@ std::string before_after_table(const LoopResult& result) {
   for (const TracedEffect& traced : result.trace.effects)
     table += fmt::format("  {:<42} {:>6.1f}\n", describe(traced.effect).substr(0, 42),
                          100 * traced.variance_share);
+  if (const auto& nested = result.nested)
+    table += fmt::format(
+        "{:<44} {:>6} {:>12} {:>12.4f} before, {:.4f} after (standard errors {:.4f}, {:.4f})\n",
+        fmt::format("nested cross-validation, {} folds", nested->folds), "", "",
+        nested->before.mean / kMillimetre, nested->after.mean / kMillimetre,
+        nested->before.error / kMillimetre, nested->after.error / kMillimetre);
   table += fmt::format("verdict: {}\n", to_string(result.verdict));
   return table;
 }

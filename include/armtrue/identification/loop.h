@@ -6,6 +6,7 @@
 
 #include "armtrue/identification/effect_curve.h"
 #include "armtrue/identification/evaluation.h"
+#include "armtrue/identification/nested_validation.h"
 #include "armtrue/identification/tracing.h"
 
 namespace armtrue {
@@ -53,6 +54,7 @@ struct LoopResult {
   double reducible_removed = 0;  ///< (before^2 - after^2) / (before^2 - floor^2), in [0, 1]
   std::array<double, 2> gain_ci95{0, 0};   ///< of before - after, paired bootstrap over poses [m]
   std::optional<double> lack_of_fit;       ///< p, of the final model on the training poses
+  std::optional<NestedValidation> nested;  ///< close_loop leaves it empty
   std::string pattern;                     ///< what the best remaining candidate would be, in words
 };
 
