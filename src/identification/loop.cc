@@ -169,7 +169,8 @@ LoopResult close_loop(const Robot& robot, const Campaign& training, const Campai
   result.stages.push_back(stage_of("nominal", 0, nominal, training, held_out));
   for (size_t k = 0; k < result.trace.stages.size(); ++k) {
     const CalibrationResult& fit = result.trace.stages[k];
-    const std::string name = k == 0 ? "geometric" : "+ " + describe(fit.robot.effects.back());
+    const bool is_geometric = k == 0 || fit.robot.effects.empty();
+    const std::string name = is_geometric ? "geometric" : "+ " + describe(fit.robot.effects.back());
     result.stages.push_back(
         stage_of(name, static_cast<int>(fit.names.size()), fit.robot, training, held_out));
   }

@@ -73,9 +73,13 @@ class Tracer {
 
   TraceResult run() {
     for (const Effect& effect : options_.start) begin_with(effect);
+    if (!chosen_.empty()) {
+      revise();
+      result_.stages.push_back(result_.fit);
+    }
     bool may_revise = true;
     while (step()) {
-      if (may_revise) revise();
+      if (may_revise && chosen_.size() > 1) revise();
       // Adding and dropping may not go round in circles: once a model comes back, what is in stays.
       may_revise &= seen_.insert(signature()).second;
       result_.stages.push_back(result_.fit);
@@ -180,7 +184,6 @@ class Tracer {
     if (score.degrees_of_freedom == 0) return;  // nothing of it shows
     add(candidate, family_wise_p(projected, candidate, score),
         CrossValidation::of(fit, scan_->columns(fit, candidate), options_.seed));
-    result_.stages.push_back(result_.fit);
   }
 
   // Signs are flipped on what the candidate leaves (ter Braak 1992): flipping its own effect along
@@ -267,7 +270,7 @@ class Tracer {
   // Drops effects that the others have made idle, and exchanges those that another now explains
   // better.
   void revise() {
-    for (int round = 0; round < kRevisions && chosen_.size() > 1; ++round)
+    for (int round = 0; round < kRevisions && !chosen_.empty(); ++round)
       if (!revise_one()) return;
   }
 

@@ -127,6 +127,19 @@ TEST_P(Triple, IsTheSameFromTheSecondBestFirstStep) {
 
 INSTANTIATE_TEST_SUITE_P(Hidden, Triple, testing::Values(0, 1, 2));
 
+TEST(Start, OfNothingIsDropped) {
+  armtrue_oracle::CampaignPlan plan;
+  plan.seed = 51;
+  const Campaign campaign = HiddenCampaign(kNominal, "null", 0, plan).training;
+  const Robot robot = read_robot(kNominal).robot;
+  const Catalogue catalogue = read_catalogue(kCatalogue);
+  TraceOptions options;
+  options.beyond_catalogue = false;
+  const std::vector<RankedCandidate> none = trace(robot, campaign, catalogue, options).ranking;
+  options.start = {none[0].effect, none[2].effect};
+  EXPECT_TRUE(trace(robot, campaign, catalogue, options).effects.empty());
+}
+
 TEST(Start, MustBeACandidate) {
   TraceOptions options;
   options.start.push_back({"nonsense", "A1.theta", {DriverKind::joint_angle, 0, -1, ""}, {}, {}});
