@@ -494,11 +494,9 @@ std::string before_after_table(const LoopResult& result) {
                          stage.held_out.position.max / kMillimetre);
   table += fmt::format("{:<44} {:>6} {:>12} {:>12.4f}\n", "noise floor", "", "",
                        result.floor / kMillimetre);
-  if (!result.trace.effects.empty())
-    table += fmt::format("{:<44} {:>6}\n", "share of the variance explained", "%");
+  if (!result.trace.effects.empty()) table += "share of the variance that the effects explain\n";
   for (const TracedEffect& traced : result.trace.effects)
-    table += fmt::format("  {:<42} {:>6.1f}\n", describe(traced.effect).substr(0, 42),
-                         100 * traced.variance_share);
+    table += fmt::format("{:>7.1f} %  {}\n", 100 * traced.variance_share, describe(traced.effect));
   if (const auto& nested = result.nested)
     table += fmt::format(
         "{:<44} {:>6} {:>12} {:>12.4f} before, {:.4f} after (standard errors {:.4f}, {:.4f})\n",
