@@ -1,4 +1,5 @@
-// oracle-campaign ROBOT FAMILY SIZE_MM SEED DIR: writes DIR/train.csv and DIR/test.csv, prints the truth.
+// oracle-campaign ROBOT FAMILY SIZE_MM SEED DIR: writes DIR/train.csv and DIR/test.csv, prints the
+// truth.
 #include <cstdlib>
 #include <iostream>
 
@@ -14,8 +15,9 @@ int main(int argc, char** argv) {
     plan.seed = static_cast<unsigned>(std::atoi(argv[4]));
     const auto written = armtrue_oracle::write_campaign(armtrue_oracle::read_arm(argv[1]), argv[2],
                                                         std::atof(argv[3]), plan, argv[5]);
-    std::cout << written.truth.parameter << '\t' << written.truth.driver << '\t' << written.amplitude
-              << '\t' << written.floor_mean_mm << '\n';
+    std::cout << written.truth.parameter << '\t' << written.truth.driver << '\t'
+              << written.truth.cycles_per_turn << '\t' << written.amplitude << '\t'
+              << written.floor_mean_mm << '\n';
   } catch (const std::exception& error) {
     std::cerr << error.what() << '\n';
     return 1;

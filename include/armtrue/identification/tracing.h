@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,8 +43,16 @@ struct Evidence {
   double cross_validated_gain_error = 0;  ///< its standard error
 };
 
+/// A harmonic A sin(n q + phase), its frequency n as uncertain as the rest.
+struct Cycle {
+  double amplitude = 0, amplitude_std = 0;  ///< [m, rad]
+  double phase = 0;                         ///< [rad]
+  double frequency_std = 0;                 ///< [cycles per turn]; 0 if it was not searched
+};
+
 struct TracedEffect {
-  Effect effect;  ///< with its coefficients
+  Effect effect;                 ///< with its coefficients
+  std::optional<Cycle> cycle{};  ///< of a harmonic
   Evidence evidence;
   std::vector<Rival> indistinguishable;
   std::string separated_by;  ///< as of a rival
