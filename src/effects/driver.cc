@@ -45,7 +45,8 @@ constexpr std::string_view kTimes = " * ";
 
 // "joint-angle 3" times "arrival 3".
 std::optional<Driver> product(std::optional<Driver> first, const std::optional<Driver>& second) {
-  if (!first || !second || first->second_joint >= 0 || first->factor || first->kind == second->kind)
+  if (!first || !second || first->second_joint >= 0 || second->factor ||
+      first->kind == second->kind)
     return std::nullopt;
   switch (second->kind) {
     case DriverKind::arrival:

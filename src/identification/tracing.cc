@@ -21,9 +21,12 @@ namespace {
 constexpr double kPossibleVariation = 0.02;  // m or rad: a larger one is no effect but a mistake
 constexpr double kSameProjection = 0.95;     // correlation from which two candidates are one class
 constexpr double kSameEvidence = 6.0;        // EBIC: odds of 20 to 1
-constexpr double kClearlyBetter = 2.0;       // EBIC, before an effect gives way to another
-constexpr double kLackOfFit = 0.01;          // p from which the fit clearly lacks something
-constexpr int kRefitted = 3;  // parameters named of those that are refitted for a rival
+// BIC: odds of a thousand to one. The price of having looked at many is none of the readings'
+// doing.
+const double kRuledOut = 2 * std::log(1000.0);
+constexpr double kClearlyBetter = 2.0;  // EBIC, before an effect gives way to another
+constexpr double kLackOfFit = 0.01;     // p from which the fit clearly lacks something
+constexpr int kRefitted = 3;            // parameters named of those that are refitted for a rival
 constexpr int kRevisions = 4;
 constexpr int kTrials = 8;  // candidates that may fail the later gates in one step
 
@@ -310,7 +313,6 @@ class Tracer {
       traced.evidence.delta_ebic = own.score;
       const std::vector<CandidateScore> scores = projected.scores_without(effect);
       const std::vector<CandidateScore> imitations = projected.imitations(effect);
-      std::vector<Rival> rivals;
       std::vector<int> listed;
       for (int candidate : best_first(scores)) {
         const Candidate& other = scan_->candidates()[candidate];
@@ -325,10 +327,12 @@ class Tracer {
                         [&](int rival) { return same_claim(scan_->candidates()[rival], other); }))
           continue;
         listed.push_back(candidate);
-        rivals.push_back({other.effect, correlation, behind,
-                          refitted(effect, candidate, imitations[candidate]), other.separated_by});
+        const double by_readings = behind - 2 * (other.log_choices - chosen_[k].log_choices);
+        const bool ruled_out = std::min(behind, by_readings) > kRuledOut;
+        (ruled_out ? traced.ruled_out : traced.indistinguishable)
+            .push_back({other.effect, correlation, behind,
+                        refitted(effect, candidate, imitations[candidate]), other.separated_by});
       }
-      traced.indistinguishable = std::move(rivals);
     }
   }
 

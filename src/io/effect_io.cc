@@ -86,8 +86,8 @@ Effect read_effect(YamlMap map, const KinematicChain& chain) {
     entry.finish();
   }
   // What close-loop says about an effect does not change what it predicts.
-  for (const char* key : {"evidence", "indistinguishable", "cause", "description", "curve", "cycle",
-                          "unidentifiable", "separated_by"})
+  for (const char* key : {"evidence", "indistinguishable", "ruled_out", "cause", "description",
+                          "curve", "cycle", "unidentifiable", "separated_by"})
     map.ignore(key);
   map.finish();
   return effect;

@@ -218,6 +218,7 @@ YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain,
   }
   node["evidence"] = evidence_node;
   node["indistinguishable"] = rivals_node(traced.indistinguishable);
+  if (!traced.ruled_out.empty()) node["ruled_out"] = rivals_node(traced.ruled_out);
   for (const Rival& rival : traced.indistinguishable)
     node["unidentifiable"].push_back(unidentifiable(traced, rival));
   if (!traced.separated_by.empty()) node["separated_by"] = traced.separated_by;

@@ -130,6 +130,41 @@ TEST(Cycles, FrequencyAndAmplitudeLieInTheirIntervals) {
   }
 }
 
+// The axes of A5's and A6's beta are those of the joints themselves: no pose tells the two apart.
+TEST(Classes, OneAxisUnderTwoNamesIsOneClass) {
+  armtrue_oracle::CampaignPlan plan;
+  plan.seed = 41;
+  const HiddenCampaign campaign(kNominal, "coupling", 0.12, plan);
+  const LoopResult result = closed(campaign);
+  const armtrue_oracle::Hidden& truth = campaign.written.truth;
+  ASSERT_EQ(result.trace.effects.size(), 1u);
+  const TracedEffect& found = result.trace.effects.front();
+  EXPECT_TRUE(names(truth, found.effect)) << listed(result);
+  const std::string same_axis = truth.parameter.substr(0, 2) + ".beta";
+  const auto twin = std::find_if(found.indistinguishable.begin(), found.indistinguishable.end(),
+                                 [&](const Rival& rival) {
+                                   return rival.effect.parameter == same_axis &&
+                                          to_string(rival.effect.driver) == truth.driver;
+                                 });
+  ASSERT_NE(twin, found.indistinguishable.end()) << listed(result);
+  EXPECT_GT(twin->correlation, 0.9999);
+}
+
+// A course that is much like the true one, but not like enough for these readings.
+TEST(Classes, ARivalThatTheReadingsSpeakAgainstIsRuledOut) {
+  armtrue_oracle::CampaignPlan plan;
+  plan.seed = 46;
+  const HiddenCampaign campaign(kNominal, "x-loaded-course", 0.12, plan);
+  const LoopResult result = closed(campaign);
+  ASSERT_EQ(result.trace.effects.size(), 1u) << listed(result);
+  const TracedEffect& found = result.trace.effects.front();
+  EXPECT_TRUE(names(campaign.written.truth, found.effect)) << listed(result);
+  EXPECT_TRUE(found.indistinguishable.empty()) << listed(result);
+  ASSERT_FALSE(found.ruled_out.empty());
+  EXPECT_GT(found.ruled_out.front().correlation, 0.95);
+  EXPECT_GT(found.ruled_out.front().delta_ebic, 2 * std::log(1000.0));
+}
+
 // Carried to another set-up of the same arm: base and tool are fitted anew, links and effects kept.
 TEST(Carried, TheClosedRobotBeatsGeometryAlone) {
   armtrue_oracle::CampaignPlan plan;

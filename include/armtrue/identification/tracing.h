@@ -55,6 +55,9 @@ struct TracedEffect {
   std::optional<Cycle> cycle{};  ///< of a harmonic
   Evidence evidence;
   std::vector<Rival> indistinguishable;
+  /// Those that could imitate it by their course, but that these readings speak against by odds of
+  /// more than a thousand to one.
+  std::vector<Rival> ruled_out;
   std::string separated_by;  ///< as of a rival
   bool from_catalogue = false;
   bool only_prediction = false;  ///< found by the open search: no cause is known
