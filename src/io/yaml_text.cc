@@ -88,8 +88,9 @@ YAML::Node effect_node(const Effect& effect, const std::string& unit_of_paramete
   const Shape& shape = effect.shape;
   std::string driver_unit;
   if (shape.kind == ShapeKind::linear) driver_unit = unit_of(effect.driver.kind);
-  if (effect.driver.factor)
-    driver_unit += (driver_unit.empty() ? "" : " ") + unit_of(*effect.driver.factor);
+  const std::string factor_unit = effect.driver.factor ? unit_of(*effect.driver.factor) : "";
+  if (!driver_unit.empty() && !factor_unit.empty()) driver_unit += " ";
+  driver_unit += factor_unit;
   std::string unit = unit_of_parameter;
   if (!driver_unit.empty())
     unit +=

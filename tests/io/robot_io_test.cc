@@ -106,13 +106,18 @@ TEST(RobotIo, EveryKindOfEffectReadsBack) {
   - {name: e, parameter: A5.theta, driver: joint-angle 5, shape: series, series: {basis: spline, count: 8, range: [-2, 2]}}
   - {name: f, parameter: A2.theta, driver: joint-angle 2, shape: harmonic 37.4, coefficients: [{value: 1e-4}, {value: 0}], cycle: {phase_deg: 0}}
   - {name: g, parameter: A3.theta, driver: joint-angle 3 * temperature arm, shape: harmonic 1, coefficients: [{value: 1e-5}, {value: 0}]}
+  - {name: h, parameter: A3.theta, driver: joint-angle 3 * arrival 3, shape: linear, coefficients: [{value: 1e-5}]}
+  - {name: i, parameter: A3.theta, driver: gravity-torque 3 * payload, shape: linear, coefficients: [{value: 1e-9}]}
 )";
   const Robot robot = parse_robot(replaced(text_of("kr360"), "effects: []\n", effects), "r.yaml");
-  ASSERT_EQ(robot.effects.size(), 7u);
+  ASSERT_EQ(robot.effects.size(), 9u);
   EXPECT_EQ(robot.effects[1].shape.at, 120.5);
   EXPECT_EQ(robot.effects[2].coefficients[0].ci95[1], 4e-4);
   EXPECT_EQ(robot.effects[3].driver.second_joint, 3);
-  const Robot again = parse_robot(write_robot(robot), "again");
+  const std::string written = write_robot(robot);
+  for (const char* unit : {"unit: rad/K}", "unit: rad/rad}", "unit: rad/(N m kg)}"})
+    EXPECT_NE(written.find(unit), std::string::npos) << unit;
+  const Robot again = parse_robot(written, "again");
   ASSERT_EQ(again.effects.size(), robot.effects.size());
   for (size_t k = 0; k < again.effects.size(); ++k) {
     EXPECT_EQ(again.effects[k].driver, robot.effects[k].driver);
