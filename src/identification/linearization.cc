@@ -136,6 +136,13 @@ Eigen::MatrixXd Linearization::complement(
   return (qr.householderQ() * Eigen::MatrixXd::Identity(rank, rank)).rightCols(rank - qr.rank());
 }
 
+double Linearization::standard_deviation(const Eigen::VectorXd& column) const {
+  const double left = column.squaredNorm() - (basis_.transpose() * column).squaredNorm();
+  const double variance =
+      residual_norm_ / static_cast<double>(residual_.size() - basis_.cols() - 1);
+  return std::sqrt(design_effect_ * variance / left);
+}
+
 Linearization::Loss Linearization::without_effect(int effect) const {
   Loss loss;
   loss.span = complement(all_but(effect, effect + 1));

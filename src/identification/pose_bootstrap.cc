@@ -125,15 +125,19 @@ Eigen::MatrixXd bootstrap_coefficients(const CalibrationResult& fit, const Campa
          influence;
 }
 
+Spread spread_of(const Eigen::VectorXd& departures, int poses) {
+  const double mean_square = departures.squaredNorm() / static_cast<double>(departures.size());
+  const auto [low, high] = percentile_interval({departures.begin(), departures.end()}, poses);
+  return {std::sqrt(mean_square * poses / std::max(1, poses - 1)), low, high};
+}
+
 void set_intervals(const Eigen::MatrixXd& departures, int poses, Robot& robot) {
   Eigen::Index k = 0;
   for (Effect& effect : robot.effects)
     for (Coefficient& c : effect.coefficients) {
-      const auto column = departures.col(k++);
-      c.std = std::sqrt(column.squaredNorm() / static_cast<double>(column.size()) * poses /
-                        std::max(1, poses - 1));
-      const auto [low, high] = percentile_interval({column.begin(), column.end()}, poses);
-      c.ci95 = {c.value + low, c.value + high};
+      const Spread spread = spread_of(departures.col(k++), poses);
+      c.std = spread.std;
+      c.ci95 = {c.value + spread.low, c.value + spread.high};
     }
 }
 

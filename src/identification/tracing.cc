@@ -25,11 +25,14 @@ namespace {
 constexpr double kPossibleVariation = 0.02;  // m or rad: a larger one is no effect but a mistake
 constexpr double kSameProjection = 0.95;     // correlation from which two candidates are one class
 constexpr double kSameEvidence = 6.0;        // EBIC: odds of 20 to 1
-constexpr double kClearlyBetter = 2.0;       // EBIC, before an effect gives way to another
-constexpr double kSameScore = 0.01;          // EBIC; less is rounding and the end of an iteration
-constexpr double kLackOfFit = 0.01;          // p from which the fit clearly lacks something
-constexpr int kRefitted = 3;  // parameters named of those that are refitted for a rival
-constexpr int kRevisions = 4;
+// BIC: odds of a thousand to one. The price of having looked at many is none of the readings'
+// doing.
+const double kRuledOut = 2 * std::log(1000.0);
+constexpr double kClearlyBetter = 2.0;  // EBIC, before an effect gives way to another
+constexpr double kSameScore = 0.01;     // EBIC; less is rounding and the end of an iteration
+constexpr double kLackOfFit = 0.01;     // p from which the fit clearly lacks something
+constexpr int kRefitted = 3;            // parameters named of those that are refitted for a rival
+constexpr int kRevisions = 4, kSettlings = 2;
 constexpr int kTrials = 8;  // candidates that may fail the later gates in one step
 
 // The fewer were tried the better, then by what it is; the order in files does not matter.
@@ -39,8 +42,8 @@ bool comes_before(const Candidate& a, const Candidate& b) {
     const Driver& driver = effect.driver;
     const Shape& shape = effect.shape;
     return std::tie(candidate.log_choices, effect.parameter, driver.kind, driver.joint,
-                    driver.second_joint, driver.where, shape.kind, shape.harmonic, shape.basis,
-                    shape.count, shape.at, shape.tau, shape.low, shape.high);
+                    driver.second_joint, driver.where, driver.factor, shape.kind, shape.harmonic,
+                    shape.basis, shape.count, shape.at, shape.tau, shape.low, shape.high);
   };
   return key(a) < key(b);
 }
@@ -49,7 +52,7 @@ class Tracer {
  public:
   Tracer(const Robot& robot, const Campaign& campaign, const Catalogue& catalogue,
          const TraceOptions& options)
-      : campaign_(campaign), options_(options) {
+      : campaign_(campaign), options_(options), poses_(static_cast<int>(campaign.pose_ids.size())) {
     note("fitting the geometry");
     result_.fit = calibrate(robot, campaign);
     declared_ = static_cast<int>(robot.effects.size());
@@ -310,7 +313,7 @@ class Tracer {
 
   // Inner values were chosen beside what was in the model then; now beside all.
   void settle_inner_values() {
-    for (int round = 0; round < kRevisions; ++round) {
+    for (int round = 0; round < kSettlings; ++round) {
       bool changed = false;
       for (size_t k = 0; k < chosen_.size(); ++k) {
         const Candidate finer = refine(chosen_[k], view().fit, declared_ + static_cast<int>(k));
@@ -367,7 +370,7 @@ class Tracer {
     Robot& robot = result_.fit.robot;
     result_.departures =
         bootstrap_coefficients(result_.fit, campaign_, options_.bootstrap, options_.seed);
-    set_intervals(result_.departures, static_cast<int>(campaign_.pose_ids.size()), robot);
+    set_intervals(result_.departures, poses_, robot);
     const auto& [fit, projected] = view();
     const auto [columns, readings] = fit.effects_from(declared_);
     const std::vector<double> shares = variance_shares(columns, readings, options_.seed);
@@ -376,6 +379,7 @@ class Tracer {
       TracedEffect& traced = result_.effects[k];
       traced.variance_share = shares[k];
       traced.effect = robot.effects[effect];
+      traced.cycle = cycle_of(effect, chosen_[k].frequency_resolution > 0);
       traced.from_catalogue = chosen_[k].from_catalogue;
       traced.only_prediction = !traced.from_catalogue;
       traced.separated_by = chosen_[k].separated_by;
@@ -387,26 +391,56 @@ class Tracer {
       traced.evidence.delta_ebic = own.score;
       const std::vector<CandidateScore> scores = projected.scores_without(effect);
       const std::vector<CandidateScore> imitations = projected.imitations(effect);
-      std::vector<Rival> rivals;
+      std::vector<int> listed;
       for (int candidate : best_first(scores)) {
         const Candidate& other = scan_->candidates()[candidate];
-        if (same_place(other.effect, chosen_[k].effect) ||
-            scores[candidate].degrees_of_freedom == 0)
-          continue;
+        if (same_claim(other, chosen_[k]) || scores[candidate].degrees_of_freedom == 0) continue;
         const double correlation = std::sqrt(imitations[candidate].gain);
         const double behind = own.score - scores[candidate].score;
         const bool simple =
             scores[candidate].degrees_of_freedom <= std::max(2, own.degrees_of_freedom);
         if (!(simple && correlation >= kSameProjection) && behind > kSameEvidence) continue;
         if (!is_possible(*scan_, candidate, scores[candidate])) continue;
-        if (std::any_of(rivals.begin(), rivals.end(),
-                        [&](const Rival& rival) { return same_place(rival.effect, other.effect); }))
+        if (std::any_of(listed.begin(), listed.end(),
+                        [&](int rival) { return same_claim(scan_->candidates()[rival], other); }))
           continue;
-        rivals.push_back({other.effect, correlation, behind,
-                          refitted(effect, candidate, imitations[candidate]), other.separated_by});
+        listed.push_back(candidate);
+        const double by_readings = behind - 2 * (other.log_choices - chosen_[k].log_choices);
+        const bool ruled_out = std::min(behind, by_readings) > kRuledOut;
+        (ruled_out ? traced.ruled_out : traced.indistinguishable)
+            .push_back({other.effect, correlation, behind,
+                        refitted(effect, candidate, imitations[candidate]), other.separated_by});
       }
-      traced.indistinguishable = std::move(rivals);
     }
+  }
+
+  std::optional<Cycle> cycle_of(int effect, bool searched) {
+    const Effect& e = result_.fit.robot.effects[effect];
+    if (e.shape.kind != ShapeKind::harmonic || e.coefficients.size() != 2) return std::nullopt;
+    const double sine = e.coefficients[0].value, cosine = e.coefficients[1].value;
+    Cycle cycle;
+    cycle.amplitude = std::hypot(sine, cosine);
+    cycle.phase = std::atan2(cosine, sine);
+    Eigen::Index first = 0;
+    for (int other = 0; other < effect; ++other)
+      first += static_cast<Eigen::Index>(result_.fit.robot.effects[other].coefficients.size());
+    const Eigen::Vector2d along = Eigen::Vector2d(sine, cosine) / cycle.amplitude;
+    const Spread spread = spread_of(result_.departures.middleCols<2>(first) * along, poses_);
+    cycle.amplitude_std = spread.std;
+    cycle.amplitude_ci95 = {cycle.amplitude + spread.low, cycle.amplitude + spread.high};
+    if (searched) {
+      // The derivative with respect to the frequency.
+      const Linearization& fit = view().fit;
+      Eigen::VectorXd column =
+          fit.jacobian().col(*find_parameter(result_.fit.robot.chain, e.parameter));
+      for (int row = 0; row < fit.rows(); ++row) {
+        const double q = campaign_.q[row][e.driver.joint], nq = e.shape.harmonic * q;
+        column.segment(row * fit.row_size(), fit.row_size()) *=
+            q * (sine * std::cos(nq) - cosine * std::sin(nq));
+      }
+      cycle.frequency_std = fit.standard_deviation(column);
+    }
+    return cycle;
   }
 
   std::vector<std::string> refitted(int effect, int candidate, const CandidateScore& imitation) {
@@ -423,8 +457,17 @@ class Tracer {
     return a.parameter == b.parameter && a.driver == b.driver;
   }
 
+  // Two frequencies of a gear train that the travel covered tells apart are two claims.
+  static bool same_claim(const Candidate& a, const Candidate& b) {
+    const double resolution = std::min(a.frequency_resolution, b.frequency_resolution);
+    return same_place(a.effect, b.effect) &&
+           (resolution == 0 ||
+            std::abs(a.effect.shape.harmonic - b.effect.shape.harmonic) < resolution);
+  }
+
   const Campaign& campaign_;
   const TraceOptions& options_;
+  const int poses_;
   TraceResult result_;
   std::unique_ptr<View> view_;
   int declared_ = 0;

@@ -26,7 +26,13 @@ std::array<double, 2> percentile_interval(std::vector<double> values, int poses)
 Eigen::MatrixXd bootstrap_coefficients(const CalibrationResult& fit, const Campaign& campaign,
                                        int draws, std::uint64_t seed);
 
-/// Standard deviations and intervals of the coefficients from those draws.
+/// Standard deviation and 95 % interval, about the fit, of a value whose departures were drawn.
+struct Spread {
+  double std = 0, low = 0, high = 0;
+};
+Spread spread_of(const Eigen::VectorXd& departures, int poses);
+
+/// Sets standard deviations and intervals of the coefficients from their departures.
 void set_intervals(const Eigen::MatrixXd& departures, int poses, Robot& robot);
 
 }  // namespace armtrue

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -46,13 +48,26 @@ struct Evidence {
   double cross_validated_gain_error = 0;  ///< its standard error
 };
 
+/// A harmonic A sin(n q + phase), its frequency n as uncertain as the rest.
+struct Cycle {
+  double amplitude = 0, amplitude_std = 0;  ///< [m, rad]
+  std::array<double, 2> amplitude_ci95{0, 0};
+  double phase = 0;  ///< [rad]
+  /// [cycles per turn], widened by how far readings of one pose agree; 0 if it was not searched.
+  double frequency_std = 0;
+};
+
 struct TracedEffect {
-  Effect effect;  ///< with its coefficients
+  Effect effect;                 ///< with its coefficients
+  std::optional<Cycle> cycle{};  ///< of a harmonic
   Evidence evidence;
   /// Of what the effects explain together of the residual of the geometry, averaged over the orders
   /// in which they may enter (see variance_shares); the effects' shares sum to 1.
   double variance_share = 0;
   std::vector<Rival> indistinguishable;
+  /// Those that could imitate it by their course, but that these readings speak against by odds of
+  /// more than a thousand to one.
+  std::vector<Rival> ruled_out;
   std::string separated_by;  ///< as of a rival
   bool from_catalogue = false;
   bool only_prediction = false;  ///< found by the open search: no cause is known
