@@ -103,7 +103,8 @@ std::string cycle_text(const Effect& effect, const Cycle& cycle, const Robot& ro
   std::string frequency = fmt::format("{:g}", effect.shape.harmonic);
   if (cycle.frequency_std > 0) {
     const double half_width = k95 * cycle.frequency_std;
-    const int digits = std::max(0, static_cast<int>(std::ceil(1 - std::log10(half_width))));
+    const int digits =
+        static_cast<int>(std::clamp(std::ceil(1 - std::log10(half_width)), 0.0, 6.0));
     frequency = fmt::format("{:.{}f} +- {:.2g}", effect.shape.harmonic, digits, half_width);
   }
   return fmt::format("{} cycles per turn, amplitude {:.3g} +- {:.2g} {}, phase {:.0f} deg",
