@@ -137,7 +137,9 @@ Eigen::MatrixXd Linearization::complement(
 }
 
 double Linearization::standard_deviation(const Eigen::VectorXd& column) const {
-  const double left = column.squaredNorm() - (basis_.transpose() * column).squaredNorm();
+  const double whole = column.squaredNorm();
+  const double left = std::max(whole - (basis_.transpose() * column).squaredNorm(),
+                               kSmallestPivot * kSmallestPivot * whole);
   const double variance =
       residual_norm_ / static_cast<double>(residual_.size() - basis_.cols() - 1);
   return std::sqrt(design_effect_ * variance / left);

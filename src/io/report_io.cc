@@ -104,7 +104,8 @@ std::string cycle_text(const Effect& effect, const Cycle& cycle, const Robot& ro
   std::string frequency = fmt::format("{:g}", effect.shape.harmonic);
   if (cycle.frequency_std > 0) {
     const double of_frequency = k95 * cycle.frequency_std;
-    const int digits = std::max(0, static_cast<int>(std::ceil(1 - std::log10(of_frequency))));
+    const int digits =
+        static_cast<int>(std::clamp(std::ceil(1 - std::log10(of_frequency)), 0.0, 6.0));
     frequency = fmt::format("{:.{}f} +- {:.2g}", effect.shape.harmonic, digits, of_frequency);
   }
   return fmt::format("{} cycles per turn, amplitude {:.3g} +- {:.2g} {}, phase {:.0f} deg",
