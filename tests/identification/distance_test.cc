@@ -248,7 +248,7 @@ TEST(Distance, AMovedAnchorIsNamed) {
   const ChangeResult change =
       detect_change(previous.robot, previous.scale, measured(truth, 10, 11, 0.095));
   EXPECT_FALSE(change.holds);
-  EXPECT_EQ(change.moves.front().what, "anchor 2");
+  EXPECT_EQ(change.moved.front().what, "anchor 2");
   EXPECT_LT(change.after, 0.5 * change.before);
 }
 
