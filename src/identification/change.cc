@@ -95,6 +95,7 @@ class Problem {
   Problem(const Robot& previous, const Campaign& campaign, const ReadingScale& scale)
       : previous_(previous),
         start_(start_of(previous, campaign)),
+        own_(own_parameters(start_)),
         models_(campaign, start_, parameters_of(start_, campaign), scale, false) {
     for (int s = 0; s < sessions(); ++s) {
       std::vector<int>& column = columns_.emplace_back(parameter_count(start_.chain), -1);
@@ -129,7 +130,7 @@ class Problem {
   bool is_several() const { return sessions() > 1; }
   // Of several sessions, each has it for itself.
   bool is_own(int parameter) const {
-    return is_several() && std::ranges::count(models_.own(), parameter) > 0;
+    return is_several() && std::ranges::count(own_, parameter) > 0;
   }
   double deviation_of(int parameter) const {
     const auto found = start_.std.find(parameter_name(start_.chain, parameter));
@@ -147,6 +148,7 @@ class Problem {
 
   const Robot& previous_;
   const Robot start_;
+  const std::vector<int> own_;  // of a session
   const SessionModels models_;
   std::vector<std::vector<int>> columns_;  // of each session's model, by parameter; -1: none
   std::vector<double> shares_;             // of each row in its pose and channel
@@ -190,7 +192,7 @@ void Problem::enter_errors() {
   }
   for (int s = 0; is_several() && s < sessions(); ++s) {
     std::vector<int> free;
-    for (int k : models_.own()) {
+    for (int k : models_.own(s)) {
       const double deviation = deviation_of(k, s);
       if (deviation == kNothingKnown)
         free.push_back(k);

@@ -50,6 +50,7 @@ Evaluation evaluate(const Robot& robot, const Campaign& campaign) {
     for (int row = 0; row < model.rows(); ++row) {
       Eigen::Matrix<double, 6, 1>& residual = evaluation.residuals[models.rows_of(s)[row]];
       residual = at.residual(row);
+      if (campaign.has_distances()) continue;
       residual.head<3>() = own_from_common * residual.head<3>();
       residual.tail<3>() = own_from_common * residual.tail<3>();
     }

@@ -64,7 +64,7 @@ std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& c
 
 ObservationModel::ObservationModel(const Campaign& campaign, const Robot& robot,
                                    std::vector<int> geometric, const ReadingScale& scale,
-                                   bool fit_effects, const Eigen::Vector3d& instrument)
+                                   bool fit_effects, const Pose& common_from_own)
     : campaign_(campaign),
       robot_(robot),
       geometric_(std::move(geometric)),
@@ -72,7 +72,7 @@ ObservationModel::ObservationModel(const Campaign& campaign, const Robot& robot,
       anchors_(match_anchors(campaign, robot.chain)),
       scale_(scale),
       fit_effects_(fit_effects),
-      instrument_(instrument),
+      common_from_own_(common_from_own),
       median_sigma_position_(median(campaign.sigma_position)),
       median_sigma_orientation_(median(campaign.sigma_orientation)) {
   evaluate_effect_values(robot);
@@ -208,10 +208,11 @@ ObservationModel::At::Prediction ObservationModel::At::predict(int row,
     if (jacobian) move_to_point(*jacobian, lever);
     frame.translation += lever;
   }
-  predicted.position = frame.translation - model_.instrument_;
+  predicted.position = frame.translation - model_.common_from_own_.translation;
   if (!model_.anchors_.empty()) {
     const Eigen::Vector3d wire =
-        frame.translation - robot_.chain.anchors[model_.anchor_of(row)].position;
+        frame.translation -
+        model_.common_from_own_ * robot_.chain.anchors[model_.anchor_of(row)].position;
     predicted.position = {wire.norm(), 0, 0};
     predicted.direction = wire.normalized();
   }
@@ -223,8 +224,8 @@ Eigen::Matrix<double, 6, 1> ObservationModel::At::residual(int row,
   const Campaign& campaign = model_.campaign_;
   Eigen::Matrix<double, 6, 1> residual = Eigen::Matrix<double, 6, 1>::Zero();
   if (model_.anchors_.empty())
-    residual.head<3>() =
-        campaign.position[row] - (model_.instrument_ + predicted.scale * predicted.position);
+    residual.head<3>() = campaign.position[row] - (model_.common_from_own_.translation +
+                                                   predicted.scale * predicted.position);
   else
     residual[0] = campaign.distance[row] - robot_.chain.anchors[model_.anchor_of(row)].zero -
                   predicted.scale * predicted.position[0];
@@ -275,7 +276,10 @@ void ObservationModel::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const
       const int anchor = (index - first_anchor) / 4, which = (index - first_anchor) % 4;
       if (is_distance && anchor == model_.anchor_of(row))
         column[0] =
-            (which == 3 ? 1.0 : -predicted.scale * predicted.direction[which]) / sigma.position;
+            (which == 3 ? 1.0
+                        : -predicted.scale * predicted.direction.dot(
+                                                 model_.common_from_own_.rotation.col(which))) /
+            sigma.position;
     } else if (!model_.targets_.empty()) {
       const int target = (index - kTargetParameters) / 3, axis = (index - kTargetParameters) % 3;
       if (target != model_.targets_[model_.campaign_.target[row]]) continue;

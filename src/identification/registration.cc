@@ -119,7 +119,11 @@ Pose registered_base(const Robot& robot, const Campaign& campaign) {
   const Eigen::Map<const Eigen::Matrix3Xd> in_0(found.front().data(), 3, count);
   const Eigen::Map<const Eigen::Matrix3Xd> in_a(given.front().data(), 3, count);
   if (count >= kAnchorsThatShowATurn) return register_points(in_0, in_a);
-  const Eigen::Matrix3d& rotation = robot.chain.base.rotation;
+  Eigen::Matrix3d rotation = robot.chain.base.rotation;
+  if (count == 2)  // which show all of the turn but that about the line between them
+    rotation = Eigen::Quaterniond::FromTwoVectors(rotation * (in_0.col(1) - in_0.col(0)),
+                                                  in_a.col(1) - in_a.col(0)) *
+               rotation;
   return {rotation, (in_a - rotation * in_0).rowwise().mean()};
 }
 
@@ -143,7 +147,7 @@ Robot with_base_near(const Robot& robot, const Campaign& campaign) {
 }  // namespace
 
 Robot starting_robot(const Robot& robot, const Campaign& campaign, const IdentifiableSet& set) {
-  // Fewer than three anchors show its translation at best; its rotation then stays as it is.
+  // Fewer than three anchors do not show all turns of the base.
   const bool shows_turn = !campaign.has_distances() ||
                           match_anchors(campaign, robot.chain).size() >= kAnchorsThatShowATurn;
   bool finds_first_base = true;
