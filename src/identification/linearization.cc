@@ -12,9 +12,11 @@ namespace {
 constexpr double kSmallestPivot = 1e-9;  // of columns of unit length
 constexpr double kWorthNaming = 0.1;     // of what an effect does to the readings
 
-// How much the readings of one pose agree beyond what independent readings would: the variance
-// inflation 1 + (m - 1) icc of one-way analysis of variance on the position residuals, with the
-// unknowns counted against the poses, which determine them.
+// How many readings are worth one independent one. What the model lacks at a pose strikes all of
+// its readings alike, so that they agree more than independent ones would: m readings of a pose
+// count as m / (1 + (m - 1) icc), where icc is the share of the variance that a pose has in common,
+// from one-way analysis of variance of the position residuals (Kish, "Survey Sampling", 1965). The
+// unknowns follow the means of the poses, so they are taken off the freedom between poses.
 double estimate_design_effect(const Eigen::VectorXd& residual, const Campaign& campaign,
                               double unknowns) {
   const ReadingSize size = campaign.reading_size();
