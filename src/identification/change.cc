@@ -250,7 +250,8 @@ void Problem::enter_hypotheses() {
       enter_hypothesis("base", shown(start_, base, model.campaign()), s, last);
     }
     enter_hypothesis("tool", tool, s, last);
-    for (int a = 0; a < count && count > 1; ++a)  // a single one is the base
+    for (int a = 0; a < count && (count > 1 || models_.campaign().has_coordinates);
+         ++a)  // a single one is the base
       enter_hypothesis("anchor " + start_.chain.anchors[a].name, anchors[a], s, last);
     for (int k : links)
       if (!is_own(k))

@@ -38,17 +38,23 @@ std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& c
     throw std::invalid_argument(campaign.source + line + ": " + what);
   };
   constexpr const char* kRemedy = "; add its place in R_A to the robot file, under 'anchors'";
-  if (campaign.anchor.empty()) {
+  const auto the_only = [&] {
     if (chain.anchors.empty())
       fail(0, std::string("column 'l_mm': the robot file has no anchor to measure from") + kRemedy);
     if (chain.anchors.size() > 1)
       fail(0,
            "the robot file has " + std::to_string(chain.anchors.size()) +
                " anchors; say in a column 'anchor' from which of them each distance is measured");
-    return {0};
-  }
+    return 0;
+  };
+  if (campaign.anchor.empty()) return {the_only()};
   std::vector<int> indices;
   for (const std::string& name : campaign.anchor_names) {
+    const auto place = static_cast<int>(indices.size());
+    if (campaign.has_coordinates && (place < 3 || name.empty())) {
+      indices.push_back(place < 3 ? -1 - place : the_only());
+      continue;
+    }
     const auto found = std::find_if(chain.anchors.begin(), chain.anchors.end(),
                                     [&](const Anchor& anchor) { return anchor.name == name; });
     if (found == chain.anchors.end()) {
@@ -210,11 +216,16 @@ ObservationModel::At::Prediction ObservationModel::At::predict(int row,
   }
   predicted.position = frame.translation - model_.common_from_own_.translation;
   if (!model_.anchors_.empty()) {
-    const Eigen::Vector3d wire =
-        frame.translation -
-        model_.common_from_own_ * robot_.chain.anchors[model_.anchor_of(row)].position;
-    predicted.position = {wire.norm(), 0, 0};
-    predicted.direction = wire.normalized();
+    const int anchor = model_.anchor_of(row);
+    if (anchor < 0) {
+      predicted.direction = model_.common_from_own_.rotation.col(-1 - anchor);
+      predicted.position = {predicted.direction.dot(predicted.position), 0, 0};
+    } else {
+      const Eigen::Vector3d wire =
+          frame.translation - model_.common_from_own_ * robot_.chain.anchors[anchor].position;
+      predicted.position = {wire.norm(), 0, 0};
+      predicted.direction = wire.normalized();
+    }
   }
   return predicted;
 }
@@ -223,12 +234,14 @@ Eigen::Matrix<double, 6, 1> ObservationModel::At::residual(int row,
                                                            const Prediction& predicted) const {
   const Campaign& campaign = model_.campaign_;
   Eigen::Matrix<double, 6, 1> residual = Eigen::Matrix<double, 6, 1>::Zero();
-  if (model_.anchors_.empty())
+  if (model_.anchors_.empty()) {
     residual.head<3>() = campaign.position[row] - (model_.common_from_own_.translation +
                                                    predicted.scale * predicted.position);
-  else
-    residual[0] = campaign.distance[row] - robot_.chain.anchors[model_.anchor_of(row)].zero -
-                  predicted.scale * predicted.position[0];
+  } else {
+    const int anchor = model_.anchor_of(row);
+    const double zero = anchor < 0 ? 0 : robot_.chain.anchors[anchor].zero;
+    residual[0] = campaign.distance[row] - zero - predicted.scale * predicted.position[0];
+  }
   if (campaign.has_orientation())
     residual.tail<3>() = rotation_log(campaign.orientation[row].toRotationMatrix() *
                                       predicted.frame.rotation.transpose());

@@ -1,10 +1,16 @@
 #pragma once
 
+#include <Eigen/Core>
+
 #include "armtrue/effects/robot.h"
 #include "armtrue/identification/campaign.h"
 #include "armtrue/identification/identifiability.h"
 
 namespace armtrue {
+
+/// The points that the instrument looked at, as the robot without effects sees them, in the R_A of
+/// `robot.chain.base`, one column a row.
+Eigen::Matrix3Xd own_points(Robot robot, const Campaign& campaign);
 
 /// The base pose that best carries the robot's own points, without effects, onto what was measured,
 /// robustly repeated on the nearer half. Used to start from a file whose base is unknown.

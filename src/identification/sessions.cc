@@ -46,6 +46,7 @@ std::vector<int> turns_not_shown(const Campaign& readings, const KinematicChain&
   std::set<int> seen;
   for (int row = 0; row < readings.rows(); ++row)
     seen.insert(matched[readings.anchor.empty() ? 0 : readings.anchor[row]]);
+  if (*seen.begin() < 0) return {};  // coordinates
   constexpr int kTurns = kBaseParameters + 3;
   if (seen.size() == 1) return {kTurns, kTurns + 1, kTurns + 2};
   if (seen.size() > 2) return {};

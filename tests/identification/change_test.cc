@@ -1,22 +1,17 @@
 #include "armtrue/identification/change.h"
 
 #include <gmock/gmock.h>
-#include <stdlib.h>
 
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
-#include <functional>
 #include <map>
-#include <numeric>
 #include <string>
 
 #include "armtrue/identification/calibration.h"
 #include "armtrue/identification/simulation.h"
-#include "armtrue/io/campaign_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/parameters.h"
-#include "support/oracle.h"
+#include "identification/carried_campaign.h"
 
 namespace armtrue {
 namespace {
@@ -180,105 +175,53 @@ TEST(Change, NeedsAPreviousCalibration) {
   EXPECT_THROW(detect_change(calibrated, {1e-4, 0}, fresh), std::invalid_argument);
 }
 
-// Campaigns of the oracle, which shares no code with armtrue: visits of one arm to calibrate it,
-// then ten in each of some sessions, for each of which the instrument is carried elsewhere.
+// Campaigns of the oracle: visits of one arm to calibrate it, then ten in each of some sessions.
 struct Later {
   int sessions = 2;
-  int calibrated_in = 1;  // sessions
-  // Zero offsets by session, the calibrated ones first.
-  std::function<double(int joint, int session)> offset = [](int, int) { return 0.0; };
+  int calibrated_in = 1;                              // sessions
+  ZeroOffsets offset = [](int, int) { return 0.0; };  // the calibrated sessions first
   bool orientation = true;
   bool carried = true;
 };
 
-constexpr int kCalibrationVisits = 90, kLaterVisits = 10;
+ChangeResult changed(const Later& later, unsigned seed,
+                     const std::vector<std::string>& per_session = {}) {
+  constexpr int kCalibrationVisits = 90, kLaterVisits = 10;
+  std::vector<int> visits(static_cast<size_t>(later.calibrated_in),
+                          kCalibrationVisits / later.calibrated_in);
+  for (int s = 0; s < later.sessions; ++s) visits.push_back(kLaterVisits);
+  armtrue_oracle::CampaignPlan plan;
+  plan.orientation = later.orientation;
+  plan.seed = seed;
+  const Campaign all = carried_campaign(visits, plan, later.offset, later.carried);
+  Robot robot = shipped("kr360-spindle");
+  robot.identify_per_session = per_session;
+  const int first = later.calibrated_in;
+  const CalibrationResult previous = calibrate(robot, sessions_of(all, 0, first - 1));
+  return detect_change(previous.robot, previous.scale,
+                       sessions_of(all, first, first + later.sessions - 1));
+}
 
-std::string name_of(int session) { return "day " + std::to_string(session + 1); }
-
-class ChangeOverSessions : public testing::Test {
- protected:
-  ChangeOverSessions() : folder_(std::filesystem::temp_directory_path() / "armtrue-change-XXXXXX") {
-    if (!mkdtemp(folder_.data())) throw std::runtime_error("cannot create " + folder_);
+// How often `what`, in these sessions, is what is named first.
+int named(int seeds, const Later& later, const std::string& what,
+          const std::vector<std::string>& sessions,
+          const std::vector<std::string>& per_session = {}) {
+  int first = 0, alone = 0;
+  for (int seed = 1; seed <= seeds; ++seed) {
+    const ChangeResult result = changed(later, static_cast<unsigned>(seed), per_session);
+    EXPECT_FALSE(result.holds);
+    if (result.moved.empty() || result.moved.front().what != what ||
+        result.moved.front().sessions != sessions)
+      continue;
+    ++first;
+    alone += result.moved.size() == 1;
   }
-  ~ChangeOverSessions() override { std::filesystem::remove_all(folder_); }
-
-  ChangeResult changed(const Later& later, unsigned seed,
-                       const std::vector<std::string>& per_session = {}) const {
-    const armtrue_oracle::OracleArm nominal = armtrue_oracle::read_arm(kNominal);
-    armtrue_oracle::Dice dice(1000 + seed);
-    std::vector<std::array<double, 6>> visits;
-    std::vector<int> sessions;
-    const auto visit = [&](int count, int session) {
-      for (int i = 0; i < count; ++i) {
-        auto& q = visits.emplace_back();
-        for (size_t j = 0; j < 6; ++j)
-          q[j] = 0.95 * dice.uniform(std::max(nominal.links[j].min, -3.0),
-                                     std::min(nominal.links[j].max, 3.0));
-        sessions.push_back(session);
-      }
-    };
-    for (int s = 0; s < later.calibrated_in; ++s)
-      visit(kCalibrationVisits / later.calibrated_in, s);
-    const int calibrated = static_cast<int>(visits.size());
-    for (int s = 0; s < later.sessions; ++s) visit(kLaterVisits, later.calibrated_in + s);
-    const armtrue_oracle::HiddenEffect moves = [&](const armtrue_oracle::Moment& moment,
-                                                   armtrue_oracle::OracleArm& arm) {
-      const int session =
-          sessions[static_cast<size_t>(std::ranges::find(visits, moment.q) - visits.begin())];
-      for (int j = 0; j < kJoints; ++j)
-        arm.links[static_cast<size_t>(j)].theta += later.offset(j, session);
-      if (!later.carried) return;
-      const KDL::Frame station(KDL::Rotation::RPY(0.1 * session, -0.2 * session, 1.1 * session),
-                               KDL::Vector(3.0 * session, -2.0 * session, 0.5 * session));
-      arm.base = station * arm.base;
-    };
-    armtrue_oracle::CampaignPlan plan;
-    plan.orientation = later.orientation;
-    plan.seed = seed;
-    armtrue_oracle::write_visits(nominal, moves, visits, plan, folder_ + "/m.csv");
-    Campaign all = read_campaign(folder_ + "/m.csv").campaign;
-    std::vector<int> rows(static_cast<size_t>(all.rows()));
-    std::iota(rows.begin(), rows.end(), 0);
-    const auto part = [&](int begin, int end) {
-      Campaign campaign = all.select({rows.begin() + begin, rows.begin() + end});
-      for (int row = begin; row < end; ++row) {
-        const int first = begin == 0 ? 0 : later.calibrated_in;
-        campaign.session.push_back(sessions[static_cast<size_t>(row)] - first);
-      }
-      for (int s = 0; s <= campaign.session.back(); ++s)
-        campaign.session_names.push_back(name_of(s));
-      return campaign;
-    };
-    Robot robot = shipped("kr360-spindle");
-    robot.identify_per_session = per_session;
-    const CalibrationResult previous = calibrate(robot, part(0, calibrated));
-    return detect_change(previous.robot, previous.scale, part(calibrated, all.rows()));
-  }
-
-  // How often `what`, in these sessions, is all that is named.
-  int named(int seeds, const Later& later, const std::string& what,
-            const std::vector<std::string>& sessions,
-            const std::vector<std::string>& per_session = {}) const {
-    int first = 0, alone = 0;
-    for (int seed = 1; seed <= seeds; ++seed) {
-      const ChangeResult result = changed(later, static_cast<unsigned>(seed), per_session);
-      EXPECT_FALSE(result.holds);
-      if (result.moved.empty() || result.moved.front().what != what ||
-          result.moved.front().sessions != sessions)
-        continue;
-      ++first;
-      alone += result.moved.size() == 1;
-    }
-    std::printf("%s: first in %d, alone in %d of %d\n", what.c_str(), first, alone, seeds);
-    return first;
-  }
-
-  const std::string kNominal = ARMTRUE_CONFIG "/robots/kr360-spindle.yaml";
-  std::string folder_;
-};
+  std::printf("%s: first in %d, alone in %d of %d\n", what.c_str(), first, alone, seeds);
+  return first;
+}
 
 // An instrument that stands elsewhere is no change of the robot.
-TEST_F(ChangeOverSessions, HoldsWhenOnlyTheInstrumentWasCarried) {
+TEST(ChangeOverSessions, HoldsWhenOnlyTheInstrumentWasCarried) {
   for (bool orientation : {true, false}) {
     int holds = 0;
     for (unsigned seed = 1; seed <= 40; ++seed)
@@ -288,26 +231,26 @@ TEST_F(ChangeOverSessions, HoldsWhenOnlyTheInstrumentWasCarried) {
   }
 }
 
-TEST_F(ChangeOverSessions, NamesWhatMovedBetweenThem) {
+TEST(ChangeOverSessions, NamesWhatMovedBetweenThem) {
   Later later;
   later.offset = [](int j, int session) { return j == 1 && session >= 2 ? 0.5e-3 : 0; };
   EXPECT_GE(named(10, later, "A2.theta", {"day 2"}), 9);
 }
 
-TEST_F(ChangeOverSessions, NamesWhatMovedBefore) {
+TEST(ChangeOverSessions, NamesWhatMovedBefore) {
   Later later;
   later.offset = [](int j, int session) { return j == 1 && session >= 1 ? 0.5e-3 : 0; };
   EXPECT_GE(named(10, later, "A2.theta", {}), 9);
 }
 
-TEST_F(ChangeOverSessions, NamesTheFirstOfThreeThatIsMoved) {
+TEST(ChangeOverSessions, NamesTheFirstOfThreeThatIsMoved) {
   Later later{.sessions = 3};
   later.offset = [](int j, int session) { return j == 2 && session >= 2 ? -0.6e-3 : 0; };
   EXPECT_GE(named(5, later, "A3.theta", {"day 2", "day 3"}), 5);
 }
 
 // The offset of a session is compared with that session's, not with the robot's.
-TEST_F(ChangeOverSessions, KnowsTheirOwnZeroOffsets) {
+TEST(ChangeOverSessions, KnowsTheirOwnZeroOffsets) {
   Later later{.calibrated_in = 2};
   later.offset = [](int j, int session) { return j == 2 && session % 2 == 1 ? 2e-3 : 0; };
   int holds = 0;
@@ -319,7 +262,7 @@ TEST_F(ChangeOverSessions, KnowsTheirOwnZeroOffsets) {
   EXPECT_GE(named(10, later, "A3.theta", {"day 2"}, {"A3.theta"}), 9);
 }
 
-TEST_F(ChangeOverSessions, SaysWhichInstrumentStandsElsewhere) {
+TEST(ChangeOverSessions, SaysWhichInstrumentStandsElsewhere) {
   Later later{.calibrated_in = 2};
   const ChangeResult carried = changed(later, 1);
   EXPECT_TRUE(carried.holds);
@@ -332,7 +275,7 @@ TEST_F(ChangeOverSessions, SaysWhichInstrumentStandsElsewhere) {
   EXPECT_LE(seen, 2);
 }
 
-TEST_F(ChangeOverSessions, OneThatOnlyPlacesItsBaseIsAnError) {
+TEST(ChangeOverSessions, OneThatOnlyPlacesItsBaseIsAnError) {
   const Robot truth = shipped("kr360-table4");
   const CalibrationResult previous = calibrate(shipped("kr360-spindle"), measured(truth, 60, 3, 1));
   Campaign fresh = measured(truth, 10, 1, kNewPoses);

@@ -16,7 +16,8 @@ struct ReadingScale {
 };
 
 /// The robot's anchor that each of the campaign's anchor names stands for, as indices; just the
-/// only anchor where the campaign names none. Empty unless distances were measured. Throws
+/// only anchor where the campaign names none. -1, -2, -3 for the axes that coordinates are along.
+/// Empty unless distances were measured. Throws
 /// std::invalid_argument, with file and line, if the robot does not have the anchor.
 std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& chain);
 
@@ -105,7 +106,7 @@ class ObservationModel::At {
     Pose frame;                 // R_A from the measured frame, its origin at the target
     Eigen::Vector3d position;   // what the scale multiplies: the point from the instrument, or the
                                 // distance first
-    Eigen::Vector3d direction;  // of a distance: from the anchor, unit
+    Eigen::Vector3d direction;  // of a distance: from the anchor, or along the axis, unit
     double scale;
   };
   Prediction predict(int row, PoseJacobian* jacobian) const;
