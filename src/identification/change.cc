@@ -66,9 +66,10 @@ bool is_of_base(int parameter) { return parameter < kLinkParameters; }
 // The parameters that the previous calibration found, and what may have been set up anew.
 std::vector<int> parameters_of(const Robot& previous, const Campaign& campaign) {
   std::vector<int> parameters;
+  const std::vector<int> own = own_parameters(previous);
   for (int k = 0; k < parameter_count(previous.chain); ++k)
-    if (previous.std.contains(parameter_name(previous.chain, k)) || is_of_base(k) ||
-        (k >= kToolParameters && k < kInstrumentScale) ||
+    if (previous.std.contains(parameter_name(previous.chain, k)) ||
+        std::ranges::count(own, k) > 0 || (k >= kToolParameters && k < kInstrumentScale) ||
         (campaign.has_distances() && is_place_of_anchor(previous.chain, k)))
       parameters.push_back(k);
   return parameters;
@@ -110,9 +111,9 @@ class Problem {
   int hypotheses() const { return static_cast<int>(hypotheses_.size()); }
   double equations() const { return equations_; }  // replicates counted once
 
-  // Most likely errors of the previous parameters and sizes of the moves (of the hypotheses
-  // `moved`): Gauss-Newton on readings
-  // and what is known together, the rows' weights taken anew at every step.
+  // Most likely errors of the previous parameters and sizes of the moves, those of the hypotheses
+  // `moved`: Gauss-Newton on readings and what is known together, the rows' weights taken anew at
+  // every step.
   Fit fit(const std::vector<int>& moved, const ReadingLaw& law) const;
 
   // With the bases of several sessions and what has moved, but without the previous errors.
@@ -152,7 +153,7 @@ class Problem {
   const SessionModels models_;
   std::vector<std::vector<int>> columns_;  // of each session's model, by parameter; -1: none
   std::vector<double> shares_;             // of each row in its pose and channel
-  std::vector<double> equations_of_;       // of a session: 1 if its poses are its alone
+  std::vector<double> session_shares_;     // of each session in its poses; 1: they are its alone
   std::vector<Unknown> errors_;
   std::vector<Hypothesis> hypotheses_;
   double equations_ = 0, degrees_of_freedom_ = 0;
@@ -173,7 +174,7 @@ void Problem::count_replicates() {
       own.insert(key(row));
       share += shares_[row];
     }
-    equations_of_.push_back(share / static_cast<double>(own.size()));
+    session_shares_.push_back(share / static_cast<double>(own.size()));
   }
 }
 
@@ -199,14 +200,14 @@ void Problem::enter_errors() {
       else if (deviation > 0)
         errors_.push_back({k, s, s, deviation});
     }
-    const Campaign& readings = models_.model(s).campaign();
+    const Campaign readings = models_.campaign().select(models_.rows_of(s));
     free = shown(robot_at_row(start_, readings, 0), free, readings);
     const auto count = static_cast<double>(free.size());
     if (count >= readings.rows() * models_.row_size())
       throw std::invalid_argument(
           "the readings of session '" + models_.name(s) +
           "' only place its base; measure more poses in it, or leave it out");
-    degrees_of_freedom_ -= count * equations_of_[s];
+    degrees_of_freedom_ -= count * session_shares_[s];
     for (int k : free) errors_.push_back({k, s, s});
   }
 }
