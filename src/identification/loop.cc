@@ -3,10 +3,12 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <set>
 #include <stdexcept>
 
 #include "armtrue/identification/pose_bootstrap.h"
+#include "armtrue/identification/statistics.h"
 #include "sessions.h"
 #include "shuffle.h"
 
@@ -181,6 +183,10 @@ LoopResult close_loop(const Robot& robot, const Campaign& training, const Campai
   result.noise = quality.noise;
   result.lack_of_fit = quality.lack_of_fit;
   result.floor = mean_error_of_noise(result.noise.position, result.noise.axes);
+  if (const std::vector<double>& own = training.sigma_position;
+      !own.empty())  // it is of the median
+    result.floor *= std::accumulate(own.begin(), own.end(), 0.0) /
+                    (static_cast<double>(own.size()) * median(own));
 
   const size_t declared = final_robot.effects.size() - result.trace.effects.size();
   for (size_t k = 0; k < result.trace.effects.size(); ++k)
