@@ -400,17 +400,13 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& mea
   result.gain = options.gain ? *options.gain
                 : power > 0  ? std::max(0.0, 1 - std::min(missed, power) / power)
                              : 0;
-  result.correction = -result.gain * trend;
-  if (options.executed) {
-    const Eigen::Matrix3Xd previous = *options.executed - programmed.position;
-    result.uncorrected = lengths_in_motion(trend - previous, moves).mean;
-    result.correction += previous;
-  }
+  const Eigen::Matrix3Xd run = executed.position - programmed.position;
+  result.correction = run - result.gain * trend;
+  if (options.executed) result.uncorrected = lengths_in_motion(trend - run, moves).mean;
   if (options.engaged_only && deviation.engagement.intervals.empty())
     throw std::invalid_argument(
         "the record does not show when the tool cuts (it never does, always does, or has no "
-        "force): "
-        "record from air to air with fx_n, fy_n and fz_n, or leave out --engaged-only");
+        "force): record from air to air with fx_n, fy_n and fz_n, or leave out --engaged-only");
   if (options.engaged_only)
     for (Eigen::Index i = 0; i < programmed.samples(); ++i)
       if (!engaged(deviation.engagement, programmed.time[i])) result.correction.col(i).setZero();
@@ -420,24 +416,23 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& mea
     result.correction.col(i) *= options.max / length;
     ++result.clipped;
   }
-  // Beyond the record nothing is known: the path stays what was run.
-  const Eigen::Index end = deviation.time.size() - 1;
-  for (Eigen::Index i = 0; i < programmed.samples(); ++i) {
-    const double time = programmed.time[i];
-    if (moves[i] == 0 || (time >= deviation.time[0] - deviation.period &&
-                          time <= deviation.time[end] + deviation.period))
-      continue;
-    if (options.executed)
-      result.correction.col(i) = options.executed->col(i) - programmed.position.col(i);
-    else
-      result.correction.col(i).setZero();
-    ++result.unrecorded;
-  }
+  // Beyond the record nothing is known: the path stays what was run. Standing beside the record is
+  // standing at its end.
+  const Eigen::Index samples = programmed.samples();
+  const double begins = deviation.time[0] - deviation.period;
+  const double ends = deviation.time[deviation.time.size() - 1] + deviation.period;
+  Eigen::Index first = 0, last = samples - 1;
+  while (first < last && programmed.time[first] < begins) ++first;
+  while (first < last && programmed.time[last] > ends) --last;
+  while (first > 0 && moves[first - 1] == 0) --first;
+  while (last + 1 < samples && moves[last + 1] == 0) ++last;
+  result.correction.leftCols(first) = run.leftCols(first);
+  result.correction.rightCols(samples - 1 - last) = run.rightCols(samples - 1 - last);
+  result.unrecorded =
+      static_cast<int>(moves.head(first).sum() + moves.tail(samples - 1 - last).sum());
   result.position = programmed.position + result.correction;
   // What was not taken off stays: by the gain, by --max, outside the material.
-  Eigen::Matrix3Xd left = trend + result.correction;
-  if (options.executed) left -= *options.executed - programmed.position;
-  const double stays = lengths_in_motion(left, moves).mean;
+  const double stays = lengths_in_motion(trend + result.correction - run, moves).mean;
   result.expected_after = std::sqrt(stays * stays + std::pow(kMeanOfRms * result.gain, 2) * missed);
   Eigen::Index sample = 0;
   for (const Eigen::Index point : points) {

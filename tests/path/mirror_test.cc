@@ -3,6 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
+#include <random>
+
 #include "plant_pass.h"
 
 namespace armtrue {
@@ -137,6 +141,90 @@ TEST(Mirror, CorrectsAcrossThePathOnlyAndWithinBounds) {
     const double early = program.entry - 0.5 * kSpeed, late = program.exit + 0.5 * kSpeed;
     if (length < early || length > late) EXPECT_TRUE(result.correction.col(i).isZero()) << i;
   }
+}
+
+// An instrument that starts late and stops early says nothing about the rest.
+TEST(Mirror, WhatWasNotRecordedIsNotCorrected) {
+  const plant::Program program = plant::program(plant::Shape::arc);
+  const Path programmed = path_of(program);
+  plant::Options options = cell(1);
+  const Path whole = record_of(plant::run(program, program.position, options));
+  Path part;
+  const Eigen::Index begin = whole.samples() / 4, count = whole.samples() / 2;
+  part.time = whole.time.segment(begin, count);
+  part.position = whole.position.middleCols(begin, count);
+  part.force = whole.force.middleCols(begin, count);
+  const auto program_time = [&](Eigen::Index i) {
+    return (whole.time[i] - options.clock_offset) / (1 + options.clock_rate);
+  };
+  const double from = program_time(begin) - 0.1, to = program_time(begin + count - 1) + 0.1;
+
+  MirrorOptions again;
+  again.executed = programmed.position.colwise() + Eigen::Vector3d(0, 0, 1e-4);
+  for (const MirrorOptions& how : {MirrorOptions{}, again}) {
+    const MirrorResult result = mirror_correct(programmed, {part}, how);
+    const Eigen::Matrix3Xd& run = how.executed ? *how.executed : programmed.position;
+    int outside = 0, inside = 0, corrected = 0;
+    for (Eigen::Index i = 1; i + 1 < programmed.samples(); ++i) {
+      if (programmed.position.col(i + 1) == programmed.position.col(i - 1)) continue;
+      const bool moved = (result.position.col(i) - run.col(i)).norm() > 1e-12;
+      if (programmed.time[i] < from || programmed.time[i] > to) {
+        ++outside;
+        EXPECT_FALSE(moved) << programmed.time[i];
+      } else {
+        ++inside;
+        corrected += moved;
+      }
+    }
+    EXPECT_NEAR(result.unrecorded, outside, 20);  // a fifth of a second
+    EXPECT_GT(corrected, 0.95 * inside);
+  }
+  EXPECT_EQ(mirror_correct(programmed, {whole}, {}).unrecorded, 0);
+}
+
+// A ring run through once in 32 ms steps, its deviation a slow wave.
+Path ring(Eigen::Index samples) {
+  Path path;
+  path.time = Eigen::VectorXd::LinSpaced(samples, 0, 0.032 * static_cast<double>(samples - 1));
+  path.position.resize(3, samples);
+  for (Eigen::Index i = 0; i < samples; ++i) {
+    const double angle = 6 * static_cast<double>(i) / static_cast<double>(samples);
+    path.position.col(i) << std::cos(angle), std::sin(angle), 0;
+  }
+  return path;
+}
+
+Path waving(Path path, double period, double noise) {
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal(0, 1);
+  for (Eigen::Index i = 0; i < path.samples(); ++i) {
+    path.position(2, i) += 0.5e-3 * std::sin(2 * std::numbers::pi * path.time[i] / period);
+    for (int axis = 0; axis < 3; ++axis) path.position(axis, i) += noise * normal(random);
+  }
+  return path;
+}
+
+// Without noise nothing is a jump but what the deviation does not do all the time; each false one
+// would cost time and leave a piece too short to smooth.
+TEST(Mirror, ASmoothDeviationHasNoBreaks) {
+  const Path exact = ring(20000), noisy = ring(3000);
+  EXPECT_LE(mirror_correct(exact, {waving(exact, 60, 0)}, {}).deviation.breaks.size(), 2U);
+  EXPECT_LE(mirror_correct(exact, {exact}, {}).deviation.breaks.size(), 2U);
+  for (const double period : {3.0, 8.0, 30.0})
+    EXPECT_LE(mirror_correct(noisy, {waving(noisy, period, 0.02e-3)}, {}).deviation.breaks.size(),
+              2U)
+        << period;
+}
+
+TEST(Mirror, OnlyWhereTheToolCutsNeedsToKnowWhere) {
+  const plant::Program program = plant::program(plant::Shape::line);
+  plant::Options options = cell(1);
+  options.depth = 0;
+  const Path air = record_of(plant::run(program, program.position, options));
+  MirrorOptions only;
+  only.engaged_only = true;
+  EXPECT_THAT([&] { mirror_correct(path_of(program), {air}, only); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("record from air to air")));
 }
 
 TEST(Mirror, RefusesACutoffThatTheRecordIsTooSlowFor) {
