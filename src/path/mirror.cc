@@ -6,6 +6,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "armtrue/path/joint_path.h"
 #include "armtrue/path/low_pass.h"
 #include "breaks.h"
 #include "smoothing_spline.h"
@@ -272,12 +273,31 @@ std::vector<Eigen::Index> straighten(PathDeviation& deviation, CorrectionPoints 
   return points;
 }
 
+// Vectors without their part along the path.
+Eigen::Matrix3Xd across(const Path& path, Eigen::Matrix3Xd vectors) {
+  const Eigen::Matrix3Xd tangent = tangents(path);
+  for (Eigen::Index i = 0; i < vectors.cols(); ++i)
+    vectors.col(i) -= tangent.col(i).dot(vectors.col(i)) * tangent.col(i);
+  return vectors;
+}
+
+// Shortens what is longer than `max`; returns how many were.
+int clip(Eigen::Matrix3Xd& vectors, double max) {
+  int clipped = 0;
+  for (auto vector : vectors.colwise()) {
+    const double length = vector.norm();
+    if (length <= max) continue;
+    vector *= max / length;
+    ++clipped;
+  }
+  return clipped;
+}
+
 // The trend at the samples of the program, across its path; a jump comes half a period before the
 // first sample after it.
 Eigen::Matrix3Xd trend_on(const Path& programmed, const PathDeviation& deviation) {
   std::vector<bool> jumps(static_cast<size_t>(deviation.time.size()), false);
   for (const Eigen::Index b : deviation.breaks) jumps[static_cast<size_t>(b)] = true;
-  const Eigen::Matrix3Xd tangent = tangents(programmed);
   Eigen::Matrix3Xd trend(3, programmed.samples());
   const Eigen::Index last = deviation.time.size() - 1;
   for (Eigen::Index i = 0; i < programmed.samples(); ++i) {
@@ -287,11 +307,9 @@ Eigen::Matrix3Xd trend_on(const Path& programmed, const PathDeviation& deviation
     const Eigen::Index next = std::min(k + 1, last);
     double share = place - static_cast<double>(k);
     if (jumps[static_cast<size_t>(next)] && next != k) share = share < 0.5 ? 0 : 1;
-    const Eigen::Vector3d value =
-        (1 - share) * deviation.trend.col(k) + share * deviation.trend.col(next);
-    trend.col(i) = value - tangent.col(i).dot(value) * tangent.col(i);
+    trend.col(i) = (1 - share) * deviation.trend.col(k) + share * deviation.trend.col(next);
   }
-  return trend;
+  return across(programmed, std::move(trend));
 }
 
 Eigen::VectorXd moving(const Path& programmed) {
@@ -410,12 +428,7 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& mea
   if (options.engaged_only)
     for (Eigen::Index i = 0; i < programmed.samples(); ++i)
       if (!engaged(deviation.engagement, programmed.time[i])) result.correction.col(i).setZero();
-  for (Eigen::Index i = 0; i < programmed.samples(); ++i) {
-    const double length = result.correction.col(i).norm();
-    if (length <= options.max) continue;
-    result.correction.col(i) *= options.max / length;
-    ++result.clipped;
-  }
+  result.clipped = clip(result.correction, options.max);
   // Beyond the record nothing is known: the path stays what was run. Standing beside the record is
   // standing at its end.
   const Eigen::Index samples = programmed.samples();
@@ -446,18 +459,20 @@ Eigen::Matrix3Xd correct_from_force(const Path& programmed, const Eigen::Matrix3
                                     const MirrorOptions& options) {
   const LowPass filter(options.order, options.cutoff.value_or(kPaperCutoff),
                        1 / median_period(programmed));
-  const Eigen::Matrix3Xd smooth = filter(deviation);
-  const Eigen::Matrix3Xd tangent = tangents(programmed);
-  Eigen::Matrix3Xd position = programmed.position;
-  for (Eigen::Index i = 0; i < programmed.samples(); ++i) {
-    Eigen::Vector3d correction =
-        -options.gain.value_or(1) *
-        (smooth.col(i) - tangent.col(i).dot(smooth.col(i)) * tangent.col(i));
-    const double length = correction.norm();
-    if (length > options.max) correction *= options.max / length;
-    position.col(i) += correction;
-  }
-  return position;
+  Eigen::Matrix3Xd correction = -options.gain.value_or(1) * across(programmed, filter(deviation));
+  clip(correction, options.max);
+  return programmed.position + correction;
+}
+
+std::optional<ForceLine> measured_on_predicted(const PathDeviation& deviation,
+                                               const Path& programmed, const Robot& robot) {
+  if (deviation.force.cols() == 0) return std::nullopt;
+  const Eigen::Matrix3Xd force = interpolate(deviation.time, deviation.force, programmed.time);
+  const Eigen::Matrix3Xd predicted =
+      across(programmed,
+             deviation_from_force(RobotModel(robot), joint_path(programmed, robot.chain), force));
+  return line_through_origin(interpolate(programmed.time, predicted, deviation.time),
+                             deviation.normal);
 }
 
 std::optional<ForceLaw> force_law(const PathDeviation& deviation, const Path& programmed) {

@@ -10,12 +10,6 @@
 
 namespace armtrue {
 
-/// How well passes keep to their program, by ISO 9283.
-struct PassAccuracy {
-  PathAccuracy path;
-  PathErrors errors;
-};
-
 /// What a mirror document may hold beside the correction itself.
 struct MirrorFindings {
   MirrorResult result;

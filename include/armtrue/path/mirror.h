@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "armtrue/effects/robot.h"
 #include "armtrue/identification/statistics.h"
 #include "armtrue/path/clock.h"
 #include "armtrue/path/engagement.h"
@@ -92,6 +93,11 @@ Eigen::Matrix3Xd correct_from_force(const Path& programmed, const Eigen::Matrix3
 
 /// What force and reversals have to do with the deviation; nothing without a force.
 std::optional<ForceLaw> force_law(const PathDeviation& deviation, const Path& programmed);
+
+/// The deviation across the path on the one that the robot's effects predict from the recorded
+/// force: k = 1 if the robot file is right; nothing without a force. Throws as joint_path() does.
+std::optional<ForceLine> measured_on_predicted(const PathDeviation& deviation,
+                                               const Path& programmed, const Robot& robot);
 
 /// A recorded pass in the clock and the frame of the program.
 Path registered(const Path& measured, const ClockFit& clock);
