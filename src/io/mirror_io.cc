@@ -251,7 +251,10 @@ std::string write_pass_as_poses(const Path& programmed,
   const bool with_force = deviation.force.cols() > 0;
   std::string text = "pose,t_s";
   for (int j = 1; j <= kJoints; ++j) text += fmt::format(",q{}_deg", j);
-  text += with_force ? ",x_mm,y_mm,z_mm,fx_n,fy_n,fz_n\n" : ",x_mm,y_mm,z_mm\n";
+  text += ",x_mm,y_mm,z_mm,sigma_mm";
+  text += with_force ? ",fx_n,fy_n,fz_n\n" : "\n";
+  const std::string sigma =
+      ',' + number_text(deviation.noise / std::sqrt(static_cast<double>(block)), kMillimetre);
   Path on_grid;
   on_grid.time = deviation.time;
   on_grid.position = position_at(programmed, deviation.time);
@@ -278,6 +281,7 @@ std::string write_pass_as_poses(const Path& programmed,
       };
       add(angles, kDegree);
       add(measured, kMillimetre);
+      text += sigma;
       if (with_force) add(deviation.force, 1);
       text += '\n';
     }
