@@ -408,10 +408,12 @@ class Writer {
     const Vector3d start = position(plan.start), end = position(plan.end);
     const bool on_path = std::isfinite(plan.start_place) || std::isfinite(plan.end_place);
     if (move.motion == KrlMotion::line && on_path && start.allFinite() && start != end) {
-      const std::vector<Knot> knots =
-          knots_on(plan, path_, displacement_, [&](const Vector3d& sample) {
-            return place_on_line(start, end, sample, options_.match);
-          });
+      std::vector<Knot> knots = knots_on(plan, path_, displacement_, [&](const Vector3d& sample) {
+        return place_on_line(start, end, sample, options_.match);
+      });
+      // What moves along the line bends nothing.
+      const Vector3d along = (end - start).normalized();
+      for (Knot& knot : knots) knot.displacement -= along.dot(knot.displacement) * along;
       const std::vector<size_t> divisions = divide_line(knots, options_.tolerance);
       if (may_insert(move, plan, divisions.size() - 2))
         for (size_t i = 1; i + 1 < divisions.size(); ++i) {

@@ -255,11 +255,8 @@ std::string write_pass_as_poses(const Path& programmed,
   text += with_force ? ",fx_n,fy_n,fz_n\n" : "\n";
   const std::string sigma =
       ',' + number_text(deviation.noise / std::sqrt(static_cast<double>(block)), kMillimetre);
-  Path on_grid;
-  on_grid.time = deviation.time;
-  on_grid.position = position_at(programmed, deviation.time);
-  const Eigen::Matrix3Xd measured =
-      on_grid.position + deviation.normal + tangents(on_grid) * deviation.along.asDiagonal();
+  const Eigen::Matrix3Xd wanted = position_at(programmed, deviation.time);
+  const Eigen::Matrix3Xd measured = wanted + deviation.whole;
   const Eigen::MatrixXd angles = interpolate(programmed.time, q, deviation.time);
   size_t next_break = 0;
   int pose = 0;
@@ -272,7 +269,7 @@ std::string write_pass_as_poses(const Path& programmed,
       begin = deviation.breaks[next_break];
       continue;
     }
-    if (on_grid.position.col(begin) != on_grid.position.col(begin + block - 1)) {
+    if (wanted.col(begin) != wanted.col(begin + block - 1)) {
       text +=
           fmt::format("{},{}", ++pose, number_text(deviation.time.segment(begin, block).mean()));
       const auto add = [&](const auto& values, double unit) {

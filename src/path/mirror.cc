@@ -9,6 +9,7 @@
 #include "armtrue/path/joint_path.h"
 #include "armtrue/path/low_pass.h"
 #include "breaks.h"
+#include "corners.h"
 #include "smoothing_spline.h"
 
 namespace armtrue {
@@ -29,7 +30,7 @@ class DeviationGrid {
  public:
   DeviationGrid(const Path& programmed, const std::vector<Path>& measured,
                 const std::vector<Pass>& passes)
-      : programmed_(programmed), tangent_(tangents(programmed)) {
+      : programmed_(programmed), tangent_(side_tangents(programmed, find_corners(programmed))) {
     double begin = programmed.time[programmed.samples() - 1], end = programmed.time[0];
     for (size_t p = 0; p < measured.size(); ++p) {
       const ClockFit& clock = passes[p].clock;
@@ -84,6 +85,7 @@ class DeviationGrid {
       result.normal.col(i) = deviation_.col(i) - result.along[i] * along;
       sample = std::max<Eigen::Index>(sample - 1, 0);
     }
+    result.whole = deviation_;
     return result;
   }
 
@@ -274,8 +276,9 @@ std::vector<Eigen::Index> straighten(PathDeviation& deviation, CorrectionPoints 
 }
 
 // Vectors without their part along the path.
-Eigen::Matrix3Xd across(const Path& path, Eigen::Matrix3Xd vectors) {
-  const Eigen::Matrix3Xd tangent = tangents(path);
+Eigen::Matrix3Xd across(const Path& path, const std::vector<Corner>& corners,
+                        Eigen::Matrix3Xd vectors) {
+  const Eigen::Matrix3Xd tangent = side_tangents(path, corners);
   for (Eigen::Index i = 0; i < vectors.cols(); ++i)
     vectors.col(i) -= tangent.col(i).dot(vectors.col(i)) * tangent.col(i);
   return vectors;
@@ -293,23 +296,35 @@ int clip(Eigen::Matrix3Xd& vectors, double max) {
   return clipped;
 }
 
-// The trend at the samples of the program, across its path; a jump comes half a period before the
-// first sample after it.
-Eigen::Matrix3Xd trend_on(const Path& programmed, const PathDeviation& deviation) {
-  std::vector<bool> jumps(static_cast<size_t>(deviation.time.size()), false);
-  for (const Eigen::Index b : deviation.breaks) jumps[static_cast<size_t>(b)] = true;
-  Eigen::Matrix3Xd trend(3, programmed.samples());
-  const Eigen::Index last = deviation.time.size() - 1;
-  for (Eigen::Index i = 0; i < programmed.samples(); ++i) {
-    const double place = std::clamp((programmed.time[i] - deviation.time[0]) / deviation.period,
-                                    0.0, static_cast<double>(last));
-    const auto k = std::min(static_cast<Eigen::Index>(place), std::max<Eigen::Index>(last - 1, 0));
-    const Eigen::Index next = std::min(k + 1, last);
-    double share = place - static_cast<double>(k);
-    if (jumps[static_cast<size_t>(next)] && next != k) share = share < 0.5 ? 0 : 1;
-    trend.col(i) = (1 - share) * deviation.trend.col(k) + share * deviation.trend.col(next);
+// The trend at the samples of the program. It jumps half a period before the first sample after a
+// break, or, if that is a corner, at this.
+Eigen::Matrix3Xd trend_on(const Path& programmed, const std::vector<Corner>& corners,
+                          const PathDeviation& deviation) {
+  constexpr double kNear = 2;  // periods
+  std::vector<double> jumps;
+  for (const Eigen::Index b : deviation.breaks) {
+    jumps.push_back(deviation.time[b] - deviation.period / 2);
+    for (const Corner& corner : corners) {
+      const double time = programmed.time[corner.last + 1];
+      if (std::abs(time - jumps.back()) < kNear * deviation.period) jumps.back() = time;
+    }
   }
-  return across(programmed, std::move(trend));
+  Eigen::Matrix3Xd trend(3, programmed.samples());
+  size_t piece = 0;
+  for (Eigen::Index i = 0; i < programmed.samples(); ++i) {
+    const double time = programmed.time[i];
+    while (piece < jumps.size() && time >= jumps[piece]) ++piece;
+    const Eigen::Index first = piece > 0 ? deviation.breaks[piece - 1] : 0;
+    const Eigen::Index last =
+        (piece < jumps.size() ? deviation.breaks[piece] : deviation.time.size()) - 1;
+    const double place = std::clamp((time - deviation.time[0]) / deviation.period,
+                                    static_cast<double>(first), static_cast<double>(last));
+    const auto k = static_cast<Eigen::Index>(place);
+    const double share = place - static_cast<double>(k);
+    trend.col(i) =
+        (1 - share) * deviation.trend.col(k) + share * deviation.trend.col(std::min(k + 1, last));
+  }
+  return across(programmed, corners, std::move(trend));
 }
 
 Eigen::VectorXd moving(const Path& programmed) {
@@ -411,7 +426,8 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& mea
     missed += spread * (1 + 1 / passes);
   }
 
-  const Eigen::Matrix3Xd trend = trend_on(programmed, deviation);
+  const std::vector<Corner> corners = find_corners(programmed);
+  const Eigen::Matrix3Xd trend = trend_on(programmed, corners, deviation);
   const Eigen::VectorXd moves = moving(programmed);
   result.before = lengths_in_motion(trend, moves);
   const double power = result.before.rms * result.before.rms;
@@ -419,7 +435,7 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& mea
                 : power > 0  ? std::max(0.0, 1 - std::min(missed, power) / power)
                              : 0;
   const Eigen::Matrix3Xd run = executed.position - programmed.position;
-  result.correction = run - result.gain * trend;
+  result.correction = across(programmed, corners, run - result.gain * trend);
   if (options.executed) result.uncorrected = lengths_in_motion(trend - run, moves).mean;
   if (options.engaged_only && deviation.engagement.intervals.empty())
     throw std::invalid_argument(
@@ -428,6 +444,7 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& mea
   if (options.engaged_only)
     for (Eigen::Index i = 0; i < programmed.samples(); ++i)
       if (!engaged(deviation.engagement, programmed.time[i])) result.correction.col(i).setZero();
+  join_sides(programmed, corners, result.correction);
   result.clipped = clip(result.correction, options.max);
   // Beyond the record nothing is known: the path stays what was run. Standing beside the record is
   // standing at its end.
@@ -445,7 +462,8 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& mea
       static_cast<int>(moves.head(first).sum() + moves.tail(samples - 1 - last).sum());
   result.position = programmed.position + result.correction;
   // What was not taken off stays: by the gain, by --max, outside the material.
-  const double stays = lengths_in_motion(trend + result.correction - run, moves).mean;
+  const double stays =
+      lengths_in_motion(across(programmed, corners, trend + result.correction - run), moves).mean;
   result.expected_after = std::sqrt(stays * stays + std::pow(kMeanOfRms * result.gain, 2) * missed);
   Eigen::Index sample = 0;
   for (const Eigen::Index point : points) {
@@ -459,7 +477,10 @@ Eigen::Matrix3Xd correct_from_force(const Path& programmed, const Eigen::Matrix3
                                     const MirrorOptions& options) {
   const LowPass filter(options.order, options.cutoff.value_or(kPaperCutoff),
                        1 / median_period(programmed));
-  Eigen::Matrix3Xd correction = -options.gain.value_or(1) * across(programmed, filter(deviation));
+  const std::vector<Corner> corners = find_corners(programmed);
+  Eigen::Matrix3Xd correction =
+      -options.gain.value_or(1) * across(programmed, corners, filter(deviation));
+  join_sides(programmed, corners, correction);
   clip(correction, options.max);
   return programmed.position + correction;
 }
@@ -469,7 +490,7 @@ std::optional<ForceLine> measured_on_predicted(const PathDeviation& deviation,
   if (deviation.force.cols() == 0) return std::nullopt;
   const Eigen::Matrix3Xd force = interpolate(deviation.time, deviation.force, programmed.time);
   const Eigen::Matrix3Xd predicted =
-      across(programmed,
+      across(programmed, find_corners(programmed),
              deviation_from_force(RobotModel(robot), joint_path(programmed, robot.chain), force));
   return line_through_origin(interpolate(programmed.time, predicted, deviation.time),
                              deviation.normal);
@@ -477,14 +498,11 @@ std::optional<ForceLine> measured_on_predicted(const PathDeviation& deviation,
 
 std::optional<ForceLaw> force_law(const PathDeviation& deviation, const Path& programmed) {
   if (deviation.force.cols() == 0) return std::nullopt;
-  Path on_grid;
-  on_grid.time = deviation.time;
-  on_grid.position = position_at(programmed, deviation.time);
   ForceRecord record;
-  record.deviation = deviation.normal + tangents(on_grid) * deviation.along.asDiagonal();
+  record.deviation = deviation.whole;
   record.force = deviation.force;
   record.force_noise = deviation.engagement.noise;
-  record.direction = motion_directions(on_grid.position);
+  record.direction = motion_directions(position_at(programmed, deviation.time));
   return force_law(record);
 }
 

@@ -52,6 +52,7 @@ struct PathDeviation {
   Eigen::VectorXd arc_length;  ///< of the program [m]
   Eigen::Matrix3Xd normal;     ///< across the programmed path [m]
   Eigen::VectorXd along;       ///< in the direction of motion [m]; no correction is made of it
+  Eigen::Matrix3Xd whole;      ///< both together [m]
   Eigen::Matrix3Xd force;      ///< [N]; no columns if a record has none
   Eigen::Matrix3Xd trend;      ///< of `normal`, without noise [m]
   std::vector<Eigen::Index> breaks;  ///< first samples after a corner, reversal, entry or exit:
