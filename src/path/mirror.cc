@@ -168,13 +168,24 @@ Eigen::Matrix3Xd smooth(const PathDeviation& deviation, const Smoother& smoother
 
 // Mean square of what the trend misses of the true deviation, by Stein's unbiased estimate: what it
 // leaves of the samples, less the noise, plus twice the noise that it kept.
-double expected_square(const PathDeviation& deviation, const Eigen::Matrix3Xd& trend,
-                       double share) {
+double expected_square(const PathDeviation& deviation, const Eigen::Matrix3Xd& trend, double kept) {
   const auto n = static_cast<double>(trend.cols());
-  const double kept = share + static_cast<double>(deviation.breaks.size() + 1) / n;
   const double left = (deviation.normal - trend).colwise().squaredNorm().sum() / n;
   const double noise = 2 * deviation.noise * deviation.noise;
   return std::max(left - noise + 2 * noise * kept, noise * kept);
+}
+
+// Share of the noise that piecewise smoothing keeps.
+double kept_piecewise(const PathDeviation& deviation, double share) {
+  return share + static_cast<double>(deviation.breaks.size() + 1) /
+                     static_cast<double>(deviation.time.size());
+}
+
+// The same of polygons: each point is free in two components, and in its place if not at an end.
+double kept_by_polygon(const PathDeviation& deviation, size_t points) {
+  const auto all = static_cast<double>(points);
+  const double inner = all - 2 * static_cast<double>(deviation.breaks.size() + 1);
+  return (all + inner / 2) / static_cast<double>(deviation.time.size());
 }
 
 // The cut-off with the least expected error.
@@ -185,7 +196,7 @@ double best_cutoff(const PathDeviation& deviation, const MirrorOptions& options,
   for (double cutoff = lowest; cutoff < highest; cutoff *= 1.25) {
     const double here =
         expected_square(deviation, smooth(deviation, smoother(options, cutoff, rate)),
-                        noise_share(options, cutoff, rate));
+                        kept_piecewise(deviation, noise_share(options, cutoff, rate)));
     if (here >= least) continue;
     least = here;
     best = cutoff;
@@ -193,8 +204,21 @@ double best_cutoff(const PathDeviation& deviation, const MirrorOptions& options,
   return best;
 }
 
+// How far the values are from the straight line between two samples, and where.
+std::pair<double, Eigen::Index> farthest(const Eigen::Matrix3Xd& values, Eigen::Index first,
+                                         Eigen::Index last) {
+  std::pair<double, Eigen::Index> most{0, first};
+  for (Eigen::Index i = first + 1; i < last; ++i) {
+    const double share = static_cast<double>(i - first) / static_cast<double>(last - first);
+    const double off =
+        (values.col(i) - (1 - share) * values.col(first) - share * values.col(last)).norm();
+    if (off > most.first) most = {off, i};
+  }
+  return most;
+}
+
 // Samples that a polygon through some of them needs so as to stay within `tolerance` (Ramer,
-// Douglas and Peucker), the turning points of each component among them if they stand out.
+// Douglas and Peucker).
 void add_corners(const Eigen::Matrix3Xd& values, Eigen::Index begin, Eigen::Index end,
                  double tolerance, std::vector<Eigen::Index>& corners) {
   std::vector<std::pair<Eigen::Index, Eigen::Index>> open{{begin, end}};
@@ -203,21 +227,23 @@ void add_corners(const Eigen::Matrix3Xd& values, Eigen::Index begin, Eigen::Inde
   while (!open.empty()) {
     const auto [first, last] = open.back();
     open.pop_back();
-    Eigen::Index farthest = -1;
-    double largest = tolerance;
-    for (Eigen::Index i = first + 1; i < last; ++i) {
-      const double share = static_cast<double>(i - first) / static_cast<double>(last - first);
-      const double off =
-          (values.col(i) - (1 - share) * values.col(first) - share * values.col(last)).norm();
-      if (off <= largest) continue;
-      largest = off;
-      farthest = i;
-    }
-    if (farthest < 0) continue;
-    corners.push_back(farthest);
-    open.emplace_back(first, farthest);
-    open.emplace_back(farthest, last);
+    const auto [off, at] = farthest(values, first, last);
+    if (off <= tolerance) continue;
+    corners.push_back(at);
+    open.emplace_back(first, at);
+    open.emplace_back(at, last);
   }
+}
+
+// The points without those that the polygon through the others comes near enough to: of the
+// turning points of three components many are one.
+std::vector<Eigen::Index> needed(const Eigen::Matrix3Xd& values,
+                                 const std::vector<Eigen::Index>& points, double tolerance) {
+  std::vector<Eigen::Index> kept{points.front()};
+  for (size_t k = 1; k + 1 < points.size(); ++k)
+    if (farthest(values, kept.back(), points[k + 1]).first > tolerance) kept.push_back(points[k]);
+  kept.push_back(points.back());
+  return kept;
 }
 
 // Turning points of one component that stand out by more than `prominence`.
@@ -242,35 +268,73 @@ void add_turning_points(const Eigen::RowVectorXd& values, Eigen::Index begin, do
   }
 }
 
-// Makes the trend straight between its correction points; returns these.
+// The polygon over the points [first, last] that comes nearest to the samples: their hat functions
+// make the normal equations tridiagonal.
+void fit_polygon(const Eigen::Matrix3Xd& samples, const std::vector<Eigen::Index>& points,
+                 Eigen::Matrix3Xd& polygon) {
+  const auto count = static_cast<Eigen::Index>(points.size());
+  Eigen::VectorXd diagonal = Eigen::VectorXd::Zero(count), beside = Eigen::VectorXd::Zero(count);
+  Eigen::Matrix3Xd right = Eigen::Matrix3Xd::Zero(3, count);
+  const auto share_of = [&](Eigen::Index k, Eigen::Index i) {  // of the next point
+    const Eigen::Index from = points[static_cast<size_t>(k)];
+    const Eigen::Index to = points[static_cast<size_t>(k) + 1];
+    return static_cast<double>(i - from) / static_cast<double>(to - from);
+  };
+  const auto for_each = [&](const auto& visit) {
+    Eigen::Index k = 0;
+    for (Eigen::Index i = points.front(); i <= points.back(); ++i) {
+      while (k + 2 < count && points[static_cast<size_t>(k) + 1] < i) ++k;
+      visit(k, i, share_of(k, i));
+    }
+  };
+  for_each([&](Eigen::Index k, Eigen::Index i, double share) {
+    diagonal[k] += (1 - share) * (1 - share);
+    diagonal[k + 1] += share * share;
+    beside[k] += share * (1 - share);
+    right.col(k) += (1 - share) * samples.col(i);
+    right.col(k + 1) += share * samples.col(i);
+  });
+  for (Eigen::Index k = 1; k < count; ++k) {  // Thomas
+    const double factor = beside[k - 1] / diagonal[k - 1];
+    diagonal[k] -= factor * beside[k - 1];
+    right.col(k) -= factor * right.col(k - 1);
+  }
+  for (Eigen::Index k = count - 1; k >= 0; --k) {
+    if (k + 1 < count) right.col(k) -= beside[k] * right.col(k + 1);
+    right.col(k) /= diagonal[k];
+  }
+  for_each([&](Eigen::Index k, Eigen::Index i, double share) {
+    polygon.col(i) = (1 - share) * right.col(k) + share * right.col(k + 1);
+  });
+}
+
+// Makes the trend, known to `uncertainty` per component, straight between its correction points;
+// returns these. A point has to make a difference that noise would not make: 5 % of chance.
 std::vector<Eigen::Index> straighten(PathDeviation& deviation, CorrectionPoints how,
                                      double uncertainty) {
+  // Between two extremes, each with its noise; and of two components between a sample and the mean
+  // of two others.
+  const double prominence = 1.96 * std::sqrt(2.0) * uncertainty;
+  const double tolerance = std::sqrt(5.99 * 1.5) * uncertainty;
   std::vector<Eigen::Index> points;
   Eigen::Index begin = 0;
   for (size_t piece = 0; piece <= deviation.breaks.size(); ++piece) {
     const Eigen::Index end =
         piece < deviation.breaks.size() ? deviation.breaks[piece] : deviation.normal.cols();
-    std::vector<Eigen::Index> turning{begin, end - 1};
+    std::vector<Eigen::Index> turning{begin, end - 1}, own;
     if (how == CorrectionPoints::turning)
       for (int axis = 0; axis < 3; ++axis)
-        add_turning_points(deviation.trend.row(axis).segment(begin, end - begin), begin,
-                           uncertainty, turning);
+        add_turning_points(deviation.trend.row(axis).segment(begin, end - begin), begin, prominence,
+                           turning);
     std::sort(turning.begin(), turning.end());
-    const double tolerance = how == CorrectionPoints::turning ? uncertainty : uncertainty / 4;
     for (size_t k = 1; k < turning.size(); ++k)
-      add_corners(deviation.trend, turning[k - 1], turning[k], tolerance, points);
+      add_corners(deviation.trend, turning[k - 1], turning[k], tolerance, own);
+    std::sort(own.begin(), own.end());
+    own.erase(std::unique(own.begin(), own.end()), own.end());
+    own = needed(deviation.trend, own, tolerance);
+    points.insert(points.end(), own.begin(), own.end());
+    if (how == CorrectionPoints::turning) fit_polygon(deviation.normal, own, deviation.trend);
     begin = end;
-  }
-  std::sort(points.begin(), points.end());
-  points.erase(std::unique(points.begin(), points.end()), points.end());
-  if (how == CorrectionPoints::spline) return points;
-  for (size_t k = 1; k < points.size(); ++k) {
-    const Eigen::Index first = points[k - 1], last = points[k];
-    for (Eigen::Index i = first + 1; i < last; ++i) {
-      const double share = static_cast<double>(i - first) / static_cast<double>(last - first);
-      deviation.trend.col(i) =
-          (1 - share) * deviation.trend.col(first) + share * deviation.trend.col(last);
-    }
   }
   return points;
 }
@@ -406,10 +470,13 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& mea
   result.cutoff = options.cutoff ? *options.cutoff : best_cutoff(deviation, options, rate);
   const double share = noise_share(options, result.cutoff, rate);
   deviation.trend = smooth(deviation, smoother(options, result.cutoff, rate));
-  const double uncertainty = std::numbers::sqrt2 * deviation.noise * std::sqrt(share);
-  const std::vector<Eigen::Index> points = straighten(deviation, options.points, uncertainty);
+  const std::vector<Eigen::Index> points =
+      straighten(deviation, options.points, deviation.noise * std::sqrt(share));
 
-  double missed = expected_square(deviation, deviation.trend, share);
+  const double kept = options.points == CorrectionPoints::turning
+                          ? kept_by_polygon(deviation, points.size())
+                          : kept_piecewise(deviation, share);
+  double missed = expected_square(deviation, deviation.trend, kept);
   if (!single.empty()) {
     // What differs from pass to pass, slower than the noise, comes back in the next one.
     const Smoother low_pass = smoother(options, result.cutoff, rate);
