@@ -131,6 +131,8 @@ int main(int argc, char** argv) {
   std::string cutoff = "1.5625", gain = "auto", points = "turning";
   std::vector<std::string> measured_paths, before_paths;
   double max_mm = 0, offset = 0;
+  KrlCorrectionOptions krl;
+  double spacing_mm = krl.spacing / kMillimetre;
   MirrorOptions mirror;
   command.add_output();
   CLI::App& options = command.options();
@@ -193,6 +195,12 @@ int main(int argc, char** argv) {
       .add_option("--program-out", program_out,
                   "Write the corrected program here, its .dat beside it [NAME-corrected.src]")
       ->needs(program_option);
+  options
+      .add_option("--spacing-mm", spacing_mm,
+                  "Least distance of the points that are inserted into the program")
+      ->check(CLI::Range(0.0, 1000.0))
+      ->capture_default_str()
+      ->needs(program_option);
   of_passes(options.add_option("--summary", summary_path,
                                "Write clocks, noise, deviation and forecast here"));
   of_passes(
@@ -223,8 +231,9 @@ int main(int argc, char** argv) {
         from_force ? corrected_from_force(programmed, *robot, mirror) : findings.result.position;
     // The products first: nothing that goes wrong with the rest shall keep them back.
     if (!program_path.empty()) {
+      krl.spacing = spacing_mm * kMillimetre;
       const KrlProgram program = read_krl(program_path);
-      const CorrectedKrl rewritten = correct_krl(program, programmed.path, corrected);
+      const CorrectedKrl rewritten = correct_krl(program, programmed.path, corrected, krl);
       for (const std::string& warning : rewritten.warnings) command.warn(warning);
       command.tell(program_report(program.src.name, rewritten));
       write_program(rewritten, program_path, program_out);

@@ -414,7 +414,8 @@ class Writer {
       // What moves along the line bends nothing.
       const Vector3d along = (end - start).normalized();
       for (Knot& knot : knots) knot.displacement -= along.dot(knot.displacement) * along;
-      const std::vector<size_t> divisions = divide_line(knots, options_.tolerance);
+      const std::vector<size_t> divisions =
+          divide_line(knots, options_.tolerance, options_.spacing / (end - start).norm());
       if (may_insert(move, plan, divisions.size() - 2))
         for (size_t i = 1; i + 1 < divisions.size(); ++i) {
           const Knot& knot = knots[divisions[i]];
@@ -448,7 +449,8 @@ class Writer {
         plan, path_, displacement_,
         [&](const Vector3d& sample) { return place_on_arc(*arc, sample, options_.match); });
     const double via = arc->foot(position(plan.auxiliary));
-    const std::vector<size_t> divisions = divide_arc(*arc, via, knots, options_.tolerance);
+    const std::vector<size_t> divisions = divide_arc(*arc, via, knots, options_.tolerance,
+                                                     options_.spacing / (arc->radius * arc->angle));
     if (!may_insert(move, plan, divisions.size() - 2)) {
       KrlValues auxiliary = unknown();
       auxiliary.head<3>() = position(plan.auxiliary) + displacement_at(knots, via);

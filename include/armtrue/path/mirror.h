@@ -16,8 +16,9 @@ namespace armtrue {
 
 /// How the trend of the deviation becomes a correction.
 enum class CorrectionPoints {
-  turning,  ///< straight lines between its turning points (seed paper, figure 10), and where those
-            ///< lines would leave it by more than its own uncertainty
+  turning,  ///< straight lines between its turning points (seed paper, figure 10) and where those
+            ///< lines would leave it, as far as either stands out of the noise (5 %); the lines
+            ///< are fitted to the samples
   spline,   ///< the smoothing spline itself
 };
 
