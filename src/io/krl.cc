@@ -286,6 +286,7 @@ class Writer {
           syntax_.absolute_accuracy_line,
           "$ABS_ACCUR: the controller corrects the arm's geometry itself; measure and run "
           "with it in the same state, or both corrections add up");
+    note_few_found(plans);
     for (size_t i = 0; i < plans.size(); ++i) write_move(syntax_.moves[i], plans[i]);
     edit_targets();
     result_.src = apply(program_.src.text, edits_, false);
@@ -352,6 +353,22 @@ class Writer {
     pose = common(pose_, pose);
     if (to) write_target(move.target, unknown(), pose);
     pose_ = to && (via || !circle) ? pose : unknown();
+  }
+
+  // Approach and retreat lie off the path; where most of the program does, it is another path's.
+  void note_few_found(const std::vector<PlannedMove>& plans) {
+    int known = 0, found = 0, first_off = 0;
+    for (size_t i = 0; i < plans.size(); ++i) {
+      if (!plans[i].known) continue;
+      const bool on_path = std::isfinite(plans[i].end_place);
+      ++known;
+      found += on_path;
+      if (!on_path && first_off == 0) first_off = syntax_.moves[i].line;
+    }
+    if (2 * found < known)
+      warnings_.add(first_off, fmt::format("only {} of the {} points of the program lie on the "
+                                           "programmed path; is this the program of that path?",
+                                           found, known));
   }
 
   void note_surroundings(const KrlMove& move) {

@@ -5,6 +5,7 @@
 #include <rapidcheck/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -459,6 +460,18 @@ TEST(Krl, APathThatIsNotTheProgramsIsAnError) {
 }
 
 // The record begins and ends within a move: beyond, the correction fades out.
+TEST(Krl, FewPointsOnThePathAreDoubted) {
+  const Path path = path_through({{0, 0, 0}, {100, 0, 0}});
+  const auto doubts = [&](const std::string& src) {
+    const auto warnings = correct_krl(program(src), path, path.position).warnings;
+    return std::count_if(warnings.begin(), warnings.end(), [](const std::string& warning) {
+      return warning.find("p.src:2: only 1 of the 3 points") == 0;
+    });
+  };
+  EXPECT_EQ(doubts("LIN {X 0,Y 0,Z 0}\nLIN {X 100,Y 5,Z 0}\nLIN {X 200,Y 5,Z 0}\n"), 1);
+  EXPECT_EQ(doubts("LIN {X 0,Y 0,Z 0}\nLIN {X 100,Y 0,Z 0}\nLIN {X 200,Y 5,Z 0}\n"), 0);
+}
+
 TEST(Krl, AMoveThatThePathCoversInPartIsCorrectedThere) {
   const Path path = path_through({{60, 0, 0}, {100, 0, 0}, {100, 30, 0}});
   const auto by = [](const Vector3d&) { return Vector3d(0, 0, 0.1); };
