@@ -66,17 +66,23 @@ void warn_of_gaps(const app::Command& command, const MirrorResult& result) {
           pass.longest_gap));
 }
 
+// In the clock of the program.
+std::vector<Path> registered(const std::vector<Path>& passes, const std::vector<ClockFit>& clocks) {
+  std::vector<Path> in_time;
+  for (size_t p = 0; p < passes.size(); ++p) in_time.push_back(registered(passes[p], clocks[p]));
+  return in_time;
+}
+
 // What the passes show beside the correction.
 void describe(MirrorFindings& findings, const Path& programmed, const std::vector<Path>& passes,
               const std::vector<Path>& earlier, const std::optional<Robot>& robot) {
-  std::vector<Path> in_time, earlier_in_time;
-  for (size_t p = 0; p < passes.size(); ++p)
-    in_time.push_back(registered(passes[p], findings.result.passes[p].clock));
+  std::vector<ClockFit> clocks, earlier_clocks;
+  for (const Pass& pass : findings.result.passes) clocks.push_back(pass.clock);
   for (const Path& pass : earlier)
-    earlier_in_time.push_back(
-        registered(pass, fit_clock(programmed, pass, findings.options.clock)));
-  findings.accuracy = pass_accuracy(programmed, in_time);
-  if (!earlier.empty()) findings.before = pass_accuracy(programmed, earlier_in_time);
+    earlier_clocks.push_back(fit_clock(programmed, pass, findings.options.clock));
+  findings.accuracy = pass_accuracy(programmed, registered(passes, clocks));
+  if (!earlier.empty())
+    findings.before = pass_accuracy(programmed, registered(earlier, earlier_clocks));
   findings.force = force_law(findings.result.deviation, programmed);
   if (robot) findings.robot = measured_on_predicted(findings.result.deviation, programmed, *robot);
 }
@@ -242,9 +248,11 @@ int main(int argc, char** argv) {
     if (from_force) return app::kSuccess;
 
     warn_of_gaps(command, findings.result);
-    command.progress("describing");
-    describe(findings, programmed.path, passes, earlier, robot);
-    command.tell(mirror_table(findings));
+    if (command.verbose || !summary_path.empty() || !report_path.empty()) {
+      command.progress("describing");
+      describe(findings, programmed.path, passes, earlier, robot);
+      command.tell(mirror_table(findings));
+    }
     if (!summary_path.empty())
       write_output(summary_path, write_mirror(findings, command.provenance()));
     if (!deviation_path.empty())

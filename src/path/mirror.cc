@@ -60,6 +60,7 @@ class DeviationGrid {
     }
   }
 
+  // Ends the sum.
   PathDeviation mean() {
     for (Eigen::Index i = 0; i < count_; ++i) {
       if (weight_[i] == 0) continue;
@@ -74,7 +75,6 @@ class DeviationGrid {
     result.arc_length.resize(count_);
     result.normal.resize(3, count_);
     result.along.resize(count_);
-    result.force = force_;
     const Eigen::VectorXd length = arc_length(programmed_);
     Eigen::Index sample = 0;
     for (Eigen::Index i = 0; i < count_; ++i) {
@@ -85,7 +85,8 @@ class DeviationGrid {
       result.normal.col(i) = deviation_.col(i) - result.along[i] * along;
       sample = std::max<Eigen::Index>(sample - 1, 0);
     }
-    result.whole = deviation_;
+    result.force = std::move(force_);
+    result.whole = std::move(deviation_);
     return result;
   }
 
@@ -188,8 +189,29 @@ double kept_by_polygon(const PathDeviation& deviation, size_t points) {
   return (all + inner / 2) / static_cast<double>(deviation.time.size());
 }
 
+// Stretches of a long record that show the cut-off as well as all of it.
+PathDeviation thinned(const PathDeviation& deviation) {
+  constexpr Eigen::Index kRuns = 20, kRun = 2000;
+  const Eigen::Index count = deviation.time.size();
+  PathDeviation some;
+  some.noise = deviation.noise;
+  some.time.resize(kRuns * kRun);
+  some.normal.resize(3, kRuns * kRun);
+  for (Eigen::Index run = 0; run < kRuns; ++run) {
+    const Eigen::Index from = run * (count - kRun) / (kRuns - 1), to = run * kRun;
+    some.time.segment(to, kRun) = deviation.time.segment(from, kRun);
+    some.normal.middleCols(to, kRun) = deviation.normal.middleCols(from, kRun);
+    if (run > 0) some.breaks.push_back(to);
+    for (const Eigen::Index b : deviation.breaks)
+      if (b > from && b < from + kRun) some.breaks.push_back(b - from + to);
+  }
+  return some;
+}
+
 // The cut-off with the least expected error.
 double best_cutoff(const PathDeviation& deviation, const MirrorOptions& options, double rate) {
+  constexpr Eigen::Index kLong = 100000;
+  if (deviation.time.size() > kLong) return best_cutoff(thinned(deviation), options, rate);
   const double duration = deviation.time[deviation.time.size() - 1] - deviation.time[0];
   const double lowest = std::max(0.1, 2 / duration), highest = 0.25 * rate;
   double best = lowest, least = std::numeric_limits<double>::infinity();
@@ -426,8 +448,18 @@ bool engaged(const EngagementRecord& record, double time) {
 
 // Measured minus programmed, each sample at its own time.
 Eigen::Matrix3Xd deviations(const Path& programmed, const Path& measured, const ClockFit& clock) {
-  const Path own = registered(measured, clock);
-  return own.position - position_at(programmed, own.time);
+  Path own = registered(measured, clock);
+  own.position -= position_at(programmed, own.time);
+  return std::move(own.position);
+}
+
+// Of the passes [first, last).
+PathDeviation mean_deviation(const Path& programmed, const std::vector<Path>& measured,
+                             const std::vector<Pass>& passes, size_t first, size_t last) {
+  DeviationGrid grid(programmed, measured, passes);
+  for (size_t p = first; p < last; ++p)
+    grid.add(measured[p], deviations(programmed, measured[p], passes[p].clock), passes[p].clock);
+  return grid.mean();
 }
 
 }  // namespace
@@ -435,25 +467,21 @@ Eigen::Matrix3Xd deviations(const Path& programmed, const Path& measured, const 
 MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& measured,
                             const MirrorOptions& options) {
   if (measured.empty()) throw std::invalid_argument("there is no measured pass");
-  Path executed = programmed;
-  if (options.executed) executed.position = *options.executed;
+  Path previous;
+  if (options.executed) {
+    previous.time = programmed.time;
+    previous.position = *options.executed;
+  }
+  const Path& executed = options.executed ? previous : programmed;
   MirrorResult result;
   for (const Path& path : measured)
     result.passes.push_back(register_pass(executed, path, options.clock));
 
-  DeviationGrid grid(programmed, measured, result.passes);
-  std::vector<Eigen::Matrix3Xd> single;
-  for (size_t p = 0; p < measured.size(); ++p) {
-    const Eigen::Matrix3Xd deviation = deviations(programmed, measured[p], result.passes[p].clock);
-    grid.add(measured[p], deviation, result.passes[p].clock);
-    if (measured.size() > 1) {
-      DeviationGrid own(programmed, measured, result.passes);
-      own.add(measured[p], deviation, result.passes[p].clock);
-      single.push_back(own.mean().normal);
-    }
-  }
   PathDeviation& deviation = result.deviation;
-  deviation = grid.mean();
+  deviation = mean_deviation(programmed, measured, result.passes, 0, measured.size());
+  std::vector<Eigen::Matrix3Xd> single;
+  for (size_t p = 0; measured.size() > 1 && p < measured.size(); ++p)
+    single.push_back(mean_deviation(programmed, measured, result.passes, p, p + 1).normal);
   deviation.noise = white_noise(deviation.normal);
   const double rate = 1 / deviation.period;
   const auto window = static_cast<Eigen::Index>(std::ceil(0.32 * rate));
@@ -501,7 +529,7 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& mea
   result.gain = options.gain ? *options.gain
                 : power > 0  ? std::max(0.0, 1 - std::min(missed, power) / power)
                              : 0;
-  const Eigen::Matrix3Xd run = executed.position - programmed.position;
+  const auto run = executed.position - programmed.position;
   result.correction = across(programmed, corners, run - result.gain * trend);
   if (options.executed) result.uncorrected = lengths_in_motion(trend - run, moves).mean;
   if (options.engaged_only && deviation.engagement.intervals.empty())
