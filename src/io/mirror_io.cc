@@ -254,7 +254,7 @@ std::string write_pass_as_poses(const Path& programmed,
   text += ",x_mm,y_mm,z_mm,sigma_mm";
   text += with_force ? ",fx_n,fy_n,fz_n\n" : "\n";
   const std::string sigma =
-      ',' + number_text(deviation.noise / std::sqrt(static_cast<double>(block)), kMillimetre);
+      ',' + decimal_text(deviation.noise / std::sqrt(static_cast<double>(block)) / kMillimetre, 6);
   const Eigen::Matrix3Xd wanted = position_at(programmed, deviation.time);
   const Eigen::Matrix3Xd measured = wanted + deviation.whole;
   const Eigen::MatrixXd angles = interpolate(programmed.time, q, deviation.time);
@@ -270,16 +270,16 @@ std::string write_pass_as_poses(const Path& programmed,
       continue;
     }
     if (wanted.col(begin) != wanted.col(begin + block - 1)) {
-      text +=
-          fmt::format("{},{}", ++pose, number_text(deviation.time.segment(begin, block).mean()));
-      const auto add = [&](const auto& values, double unit) {
+      text += fmt::format("{},{}", ++pose,
+                          decimal_text(deviation.time.segment(begin, block).mean(), 7));
+      const auto add = [&](const auto& values, double unit, int decimals) {
         const Eigen::VectorXd mean = values.middleCols(begin, block).rowwise().mean();
-        for (const double value : mean) text += ',' + number_text(value, unit);
+        for (const double value : mean) text += ',' + decimal_text(value / unit, decimals);
       };
-      add(angles, kDegree);
-      add(measured, kMillimetre);
+      add(angles, kDegree, 9);
+      add(measured, kMillimetre, 6);
       text += sigma;
-      if (with_force) add(deviation.force, 1);
+      if (with_force) add(deviation.force, 1, 6);
       text += '\n';
     }
     begin += block;

@@ -453,6 +453,17 @@ Eigen::Matrix3Xd deviations(const Path& programmed, const Path& measured, const 
   return std::move(own.position);
 }
 
+// Without a force a step of the deviation shows the cut, but a corner or a reversal makes one too.
+void drop_other_causes(const std::vector<double>& breaks, PathDeviation& deviation) {
+  const auto at_break = [&](const std::optional<Instant>& instant) {
+    return instant && std::any_of(breaks.begin(), breaks.end(), [&](double time) {
+             return std::abs(time - instant->time) <= instant->uncertainty + deviation.period;
+           });
+  };
+  std::erase_if(deviation.engagement.intervals,
+                [&](const Engagement& e) { return at_break(e.entry) || at_break(e.exit); });
+}
+
 // Of the passes [first, last).
 PathDeviation mean_deviation(const Path& programmed, const std::vector<Path>& measured,
                              const std::vector<Pass>& passes, size_t first, size_t last) {
@@ -488,6 +499,7 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& mea
   deviation.engagement = find_engagement(
       deviation.time, deviation.force.cols() > 0 ? deviation.force : deviation.normal);
   std::vector<double> times = program_breaks(programmed);
+  if (deviation.force.cols() == 0) drop_other_causes(times, deviation);
   for (const Engagement& engagement : deviation.engagement.intervals)
     for (const auto& instant : {engagement.entry, engagement.exit})
       if (instant) times.push_back(instant->time);
@@ -593,11 +605,15 @@ std::optional<ForceLine> measured_on_predicted(const PathDeviation& deviation,
 
 std::optional<ForceLaw> force_law(const PathDeviation& deviation, const Path& programmed) {
   if (deviation.force.cols() == 0) return std::nullopt;
+  const Eigen::Matrix3Xd wanted = position_at(programmed, deviation.time);
+  std::vector<Eigen::Index> moves;
+  for (Eigen::Index i = 1; i + 1 < wanted.cols(); ++i)
+    if ((wanted.col(i + 1) - wanted.col(i - 1)).norm() > kStandstill) moves.push_back(i);
   ForceRecord record;
-  record.deviation = deviation.whole;
-  record.force = deviation.force;
+  record.deviation = deviation.whole(Eigen::all, moves);
+  record.force = deviation.force(Eigen::all, moves);
   record.force_noise = deviation.engagement.noise;
-  record.direction = motion_directions(position_at(programmed, deviation.time));
+  record.direction = motion_directions(wanted)(Eigen::all, moves);
   return force_law(record);
 }
 

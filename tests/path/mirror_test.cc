@@ -299,6 +299,24 @@ TEST(Mirror, OnlyWhereTheToolCutsNeedsToKnowWhere) {
               ThrowsMessage<std::invalid_argument>(HasSubstr("record from air to air")));
 }
 
+// Without a force the deviation shows the cut, but not where a reversal may have made its step.
+TEST(Mirror, AReversalIsNoEntry) {
+  const plant::Program program = plant::program(plant::Shape::corner);
+  plant::Options options = plant::ideal();
+  options.period = 0.032;
+  options.noise = 0.02e-3;
+  options.reversal_step = {0.4e-3, 0.4e-3};
+  const auto found = [&] {
+    Path measured = record_of(plant::run(program, program.position, options));
+    measured.force.resize(3, 0);
+    return mirror_correct(path_of(program), {measured}, {}).deviation.engagement.intervals.size();
+  };
+  EXPECT_EQ(found(), 0U);
+  options.reversal_step = {0, 0};
+  options.depth = 0.008;
+  EXPECT_EQ(found(), 1U);
+}
+
 TEST(Mirror, RefusesACutoffThatTheRecordIsTooSlowFor) {
   const plant::Program program = plant::program(plant::Shape::line);
   const Path measured = record_of(plant::run(program, program.position, cell(1)));
