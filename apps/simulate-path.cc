@@ -14,7 +14,7 @@ namespace {
 
 bool gives_way(const Robot& robot) {
   return std::any_of(robot.effects.begin(), robot.effects.end(),
-                     [](const Effect& e) { return e.driver.kind == DriverKind::force; });
+                     [](const Effect& e) { return e.driver.involves(DriverKind::force); });
 }
 
 }  // namespace

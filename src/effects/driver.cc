@@ -41,9 +41,39 @@ int parse_joint(std::string_view text) {
   return whole && number >= 1 && number <= kJoints ? number - 1 : -1;
 }
 
+constexpr std::string_view kTimes = " * ";
+
+// "joint-angle 3" times "arrival 3".
+std::optional<Driver> product(std::optional<Driver> first, const std::optional<Driver>& second) {
+  if (!first || !second || first->second_joint >= 0 || second->factor ||
+      first->kind == second->kind)
+    return std::nullopt;
+  switch (second->kind) {
+    case DriverKind::arrival:
+    case DriverKind::time:
+    case DriverKind::temperature:
+    case DriverKind::payload:
+    case DriverKind::force:
+      break;
+    default:
+      return std::nullopt;
+  }
+  first->factor = second->kind;
+  first->second_joint = second->joint;
+  if (second->kind == DriverKind::temperature) first->where = second->where;
+  return first;
+}
+
 }  // namespace
 
 std::string to_string(const Driver& driver) {
+  if (driver.factor) {
+    Driver first = driver;
+    first.factor.reset();
+    first.second_joint = -1;
+    return to_string(first) + std::string(kTimes) +
+           to_string(Driver{*driver.factor, driver.second_joint, -1, driver.where});
+  }
   std::string text(word(driver.kind).text);
   if (driver.kind == DriverKind::temperature) return text + " " + driver.where;
   if (driver.joint >= 0) text += " " + std::to_string(driver.joint + 1);
@@ -52,6 +82,9 @@ std::string to_string(const Driver& driver) {
 }
 
 std::optional<Driver> parse_driver(std::string_view text) {
+  if (const size_t times = text.find(kTimes); times != std::string_view::npos)
+    return product(parse_driver(text.substr(0, times)),
+                   parse_driver(text.substr(times + kTimes.size())));
   const size_t space = text.find(' ');
   const std::string_view name = text.substr(0, space);
   const std::string_view rest =
@@ -78,6 +111,6 @@ std::optional<Driver> parse_driver(std::string_view text) {
   return std::nullopt;
 }
 
-std::string unit_of(const Driver& driver) { return std::string(word(driver.kind).unit); }
+std::string unit_of(DriverKind kind) { return std::string(word(kind).unit); }
 
 }  // namespace armtrue

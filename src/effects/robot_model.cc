@@ -43,13 +43,13 @@ BoundEffect::BoundEffect(const Effect& effect, const Robot& robot,
   const auto fail = [&](const std::string& why) {
     throw std::invalid_argument("effect '" + effect.name + "': " + why);
   };
-  if (driver_.kind == DriverKind::temperature) {
+  if (driver_.involves(DriverKind::temperature)) {
     const auto found = std::find(temperature_names.begin(), temperature_names.end(), driver_.where);
     if (found == temperature_names.end())
       fail("the measurements have no column temp_" + driver_.where + "_c");
     temperature_ = static_cast<int>(found - temperature_names.begin());
   }
-  if (driver_.second_joint >= 0 && shape_.kind != ShapeKind::series)
+  if (driver_.is_pair() && shape_.kind != ShapeKind::series)
     fail("two joint angles need the shape 'series'");
   if (driver_.kind == DriverKind::gravity_torque)
     loads_.emplace_back(robot, link_parameter(driver_.joint, LinkParameter::theta));
@@ -65,40 +65,34 @@ BoundEffect::BoundEffect(const Effect& effect, const Robot& robot,
     if (load.value_count() != load_values && load.value_count() != 0)
       fail("the gravity basis differs between the components of '" + effect.parameter + "'");
 
-  const bool vector_driver = driver_.kind == DriverKind::moment && parameters_.size() > 1;
-  const int values = std::max(load_values, armtrue::value_count(shape_, driver_.second_joint >= 0));
+  const int members = static_cast<int>(parameters_.size());
+  const bool is_vector = driver_.kind == DriverKind::moment && members > 1;
+  own_values_ = is_vector || needs_jacobian();
+  const int values = std::max(load_values, armtrue::value_count(shape_, driver_.is_pair()));
   const std::vector<std::string> names = value_names(shape_, values);
-  if (vector_driver) {
-    // Component i of value k drives parameter i with coefficient k.
-    const int components = static_cast<int>(parameters_.size());
-    value_count_ = components * values;
-    coefficient_count_ = values;
+  value_count_ = own_values_ ? members * values : values;
+  coefficient_count_ = is_vector ? values : members * values;
+  for (int i = 0; i < members; ++i)
+    for (int k = 0; k < values; ++k)
+      terms_.push_back(
+          {parameters_[i], is_vector ? k : i * values + k, own_values_ ? i * values + k : k});
+  if (is_vector || members == 1)
     coefficient_names_ = names;
-    for (int i = 0; i < components; ++i)
-      for (int k = 0; k < values; ++k) terms_.push_back({parameters_[i], k, i * values + k});
-    return;
-  }
-  value_count_ = values;
-  coefficient_count_ = values * static_cast<int>(parameters_.size());
-  for (size_t i = 0; i < parameters_.size(); ++i)
-    for (int k = 0; k < values; ++k) {
-      const int coefficient = static_cast<int>(i) * values + k;
-      terms_.push_back({parameters_[i], coefficient, k});
-      coefficient_names_.push_back(parameters_.size() == 1 ? names[k]
-                                   : values == 1           ? kTwistNames[i]
-                                                           : kTwistNames[i] + (" " + names[k]));
-    }
+  else
+    for (const char* member : kTwistNames)
+      for (const std::string& name : names)
+        coefficient_names_.push_back(values == 1 ? member : member + (" " + name));
 }
 
-double BoundEffect::scalar_driver(const Context& context, const ArmFrames* frames,
-                                  const PoseJacobian* jacobian) const {
-  switch (driver_.kind) {
+double BoundEffect::driver_value(DriverKind kind, int joint, size_t member, const Context& context,
+                                 const ArmFrames* frames, const PoseJacobian* jacobian) const {
+  switch (kind) {
     case DriverKind::joint_angle:
-      return context.q[driver_.joint];
+      return context.q[joint];
     case DriverKind::motor_torque:
-      return context.motor_torque_nm[driver_.joint];
+      return context.motor_torque_nm[joint];
     case DriverKind::arrival:
-      return context.arrival[driver_.joint];
+      return context.arrival[joint];
     case DriverKind::time:
       return context.time_s;
     case DriverKind::temperature:
@@ -106,7 +100,7 @@ double BoundEffect::scalar_driver(const Context& context, const ArmFrames* frame
     case DriverKind::payload:
       return context.payload_kg;
     case DriverKind::force:
-      return jacobian->col(parameters_.front()).head<3>().dot(context.force_n);
+      return jacobian->col(parameters_[member]).head<3>().dot(context.force_n);
     case DriverKind::position:
       return 1.0;
     case DriverKind::gravity_torque:
@@ -114,21 +108,36 @@ double BoundEffect::scalar_driver(const Context& context, const ArmFrames* frame
       break;
   }
   double load = 0;
-  loads_.front().values(context, *frames, &load);
+  loads_[std::min(member, loads_.size() - 1)].values(context, *frames, &load);
   return load;
+}
+
+void BoundEffect::shape_values(size_t member, const Context& context, const ArmFrames* frames,
+                               const PoseJacobian* jacobian, double* out) const {
+  if (driver_.is_pair())
+    return evaluate_product(shape_, context.q[driver_.joint], context.q[driver_.second_joint], out);
+  const bool linear_load = !loads_.empty() && shape_.kind == ShapeKind::linear;
+  if (!linear_load)
+    return evaluate(
+        shape_, driver_value(driver_.kind, driver_.joint, member, context, frames, jacobian), out);
+  // Without masses, all values of the basis; none if gravity does no work on this parameter.
+  if (loads_[member].value_count() > 0) loads_[member].values(context, *frames, out);
 }
 
 void BoundEffect::values(const Context& context, const ArmFrames* frames,
                          const PoseJacobian* jacobian, double* out) const {
-  if (driver_.second_joint >= 0)
-    return evaluate_product(shape_, context.q[driver_.joint], context.q[driver_.second_joint], out);
-  const bool linear_loads = !loads_.empty() && shape_.kind == ShapeKind::linear;
-  if (!linear_loads) return evaluate(shape_, scalar_driver(context, frames, jacobian), out);
-  const int values = value_count_ / static_cast<int>(loads_.size());
-  for (size_t i = 0; i < loads_.size(); ++i) {
-    double* const component = out + static_cast<int>(i) * values;
-    std::fill(component, component + values, 0.0);
-    if (loads_[i].value_count() > 0) loads_[i].values(context, *frames, component);
+  constexpr double kReferenceTemperature = 20;  // deg C, ISO 1
+  std::fill(out, out + value_count_, 0.0);
+  const size_t members = own_values_ ? parameters_.size() : 1;
+  const auto values = value_count_ / static_cast<int>(members);
+  for (size_t i = 0; i < members; ++i) {
+    double* const own = out + static_cast<int>(i) * values;
+    shape_values(i, context, frames, jacobian, own);
+    if (!driver_.factor) continue;
+    double factor =
+        driver_value(*driver_.factor, driver_.second_joint, i, context, frames, jacobian);
+    if (driver_.factor == DriverKind::temperature) factor -= kReferenceTemperature;
+    for (int k = 0; k < values; ++k) own[k] *= factor;
   }
 }
 

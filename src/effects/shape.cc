@@ -83,7 +83,10 @@ std::string to_string(const Shape& shape) {
   std::string text;
   for (const Word& word : kWords)
     if (word.kind == shape.kind) text = word.text;
-  return shape.kind == ShapeKind::harmonic ? text + " " + std::to_string(shape.harmonic) : text;
+  if (shape.kind != ShapeKind::harmonic) return text;
+  char number[32];  // shortest that reads back
+  const auto end = std::to_chars(number, number + sizeof number, shape.harmonic).ptr;
+  return text + " " + std::string(number, end);
 }
 
 std::optional<Shape> parse_shape(std::string_view text) {
@@ -99,7 +102,8 @@ std::optional<Shape> parse_shape(std::string_view text) {
     const auto [end, error] =
         std::from_chars(number.data(), number.data() + number.size(), shape.harmonic);
     const bool whole = error == std::errc{} && end == number.data() + number.size();
-    return whole && shape.harmonic >= 1 ? std::optional(shape) : std::nullopt;
+    const bool valid = whole && std::isfinite(shape.harmonic) && shape.harmonic > 0;
+    return valid ? std::optional(shape) : std::nullopt;
   }
   return std::nullopt;
 }

@@ -13,7 +13,12 @@ namespace armtrue {
 namespace {
 
 constexpr int kStepGrid = 32;
-constexpr int kMostCycles = 300;  // per turn: motor order behind a reducer
+constexpr double kMostCycles = 300;  // per turn: motor order behind a reducer
+// Of a periodogram, within its resolution: at the worst place between two steps 3 % of the
+// amplitude are lost.
+constexpr int kFrequencySteps = 4;
+constexpr int kFinerSteps = 100;  // within one of those
+constexpr int kSeriesCosines = 6;
 
 struct TimeSpan {
   std::vector<double> times;  // distinct, ascending
@@ -71,13 +76,14 @@ bool varies(const Values& values) {
 }
 
 // Whether the campaign holds what drives the effect, and it changes.
-bool is_driven(const Driver& driver, const Campaign& campaign, const TimeSpan& span) {
-  switch (driver.kind) {
+bool is_driven(DriverKind kind, const std::string& where, const Campaign& campaign,
+               const TimeSpan& span) {
+  switch (kind) {
     case DriverKind::time:
       return has_time(span);
     case DriverKind::temperature: {
       const auto& names = campaign.temperature_names;
-      return std::find(names.begin(), names.end(), driver.where) != names.end();
+      return std::find(names.begin(), names.end(), where) != names.end();
     }
     case DriverKind::motor_torque:
       return !campaign.motor_torque_nm.empty();
@@ -90,6 +96,10 @@ bool is_driven(const Driver& driver, const Campaign& campaign, const TimeSpan& s
     default:
       return true;
   }
+}
+bool is_driven(const Driver& driver, const Campaign& campaign, const TimeSpan& span) {
+  return is_driven(driver.kind, driver.where, campaign, span) &&
+         (!driver.factor || is_driven(*driver.factor, driver.where, campaign, span));
 }
 
 // Ranges come from the travel limits, never from the data: a range that follows the data makes
@@ -105,12 +115,15 @@ Shape series_on_joint(const Robot& robot, int joint, SeriesBasis basis, int coun
   return shape;
 }
 
-Shape harmonic(int n) {
+Shape harmonic(double n) {
   Shape shape;
   shape.kind = ShapeKind::harmonic;
   shape.harmonic = n;
   return shape;
 }
+
+// No campaign shows more digits of a frequency.
+double readable(double cycles_per_turn) { return std::round(1e4 * cycles_per_turn) / 1e4; }
 
 class OpenSearch {
  public:
@@ -128,11 +141,6 @@ class OpenSearch {
       add_conditions(parameter);
     }
     close_stage();
-    for (int j = 0; j < kJoints; ++j)
-      for (int n = 4; n <= kMostCycles; ++n)
-        add(name(link_parameter(j, LinkParameter::theta)), {DriverKind::joint_angle, j, -1, ""},
-            harmonic(n));
-    close_stage();
   }
 
   // Every other parameter, one at a time.
@@ -149,18 +157,38 @@ class OpenSearch {
     close_stage();
   }
 
-  // Joint errors that need two angles.
+  // Joint errors that need two drivers: two angles, or a course over an angle, or a compliance,
+  // that grows with another.
   void add_products() {
-    for (int j = 0; j < kJoints; ++j)
+    for (int j = 0; j < kJoints; ++j) {
+      const std::string parameter = name(link_parameter(j, LinkParameter::theta));
       for (int a = 0; a < kJoints; ++a)
         for (int b = a + 1; b < kJoints; ++b) {
           Shape shape;
           shape.kind = ShapeKind::series;
           shape.basis = SeriesBasis::fourier;
           shape.count = 1;
-          add(name(link_parameter(j, LinkParameter::theta)), {DriverKind::joint_angle, a, b, ""},
-              shape);
+          add(parameter, {DriverKind::joint_angle, a, b, ""}, shape);
         }
+      add_growth(parameter, j, {DriverKind::time, -1, -1, ""});
+      add_growth(parameter, j, {DriverKind::payload, -1, -1, ""});
+      for (const std::string& where : campaign_.temperature_names)
+        add_growth(parameter, j, {DriverKind::temperature, -1, -1, where});
+      add_growth(parameter, j, {DriverKind::arrival, j, -1, ""});
+      add_growth(parameter, j, {DriverKind::force, -1, -1, ""});
+    }
+    close_stage();
+  }
+
+  // The teeth of each joint's gear train, by the joint's own angle and, as the trains of a wrist
+  // run through it, by those of the wrist's joints before it.
+  void add_periodograms() {
+    constexpr int kWrist = 3;  // its first joint
+    for (int j = 0; j < kJoints; ++j)
+      for (int d = 0; d <= j; ++d)
+        if (d == j || d >= kWrist)
+          add_periodogram(name(link_parameter(j, LinkParameter::theta)),
+                          {DriverKind::joint_angle, d, -1, ""});
     close_stage();
   }
 
@@ -186,8 +214,38 @@ class OpenSearch {
     add(parameter, driver, Shape{});
     for (int n : {1, 2, 3}) add(parameter, driver, harmonic(n));
     if (is_zero_offset(*find_parameter(robot_.chain, parameter))) add_bumps(parameter, driver);
-    add(parameter, driver, series_on_joint(robot_, joint, SeriesBasis::cosine, 6));
+    add(parameter, driver, series_on_joint(robot_, joint, SeriesBasis::cosine, kSeriesCosines));
     add(parameter, driver, series_on_joint(robot_, joint, SeriesBasis::spline, 8));
+  }
+
+  void add_growth(const std::string& parameter, int joint, const Driver& with) {
+    const auto times = [&](DriverKind kind, int of) {
+      return Driver{kind, of, with.joint, with.where, with.kind};
+    };
+    for (int d = 0; d < kJoints; ++d)
+      for (const Shape& shape : {Shape{}, harmonic(1)})
+        add(parameter, times(DriverKind::joint_angle, d), shape);
+    // What arrival and force do to a joint is no matter of its load.
+    if (with.kind != DriverKind::arrival && with.kind != DriverKind::force)
+      add(parameter, times(DriverKind::gravity_torque, joint), Shape{});
+  }
+
+  // From where the cosines of the open series end to the highest motor order.
+  void add_periodogram(const std::string& parameter, const Driver& driver) {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const JointVector& q : campaign_.q) {
+      low = std::min(low, q[driver.joint]);
+      high = std::max(high, q[driver.joint]);
+    }
+    const double covered = (high - low) / (2 * std::numbers::pi);
+    if (covered * kMostCycles < 1) return;  // not one cycle of any
+    const Shape whole = series_on_joint(robot_, driver.joint, SeriesBasis::cosine, kSeriesCosines);
+    const double step = 1 / (kFrequencySteps * covered);
+    const double first = kSeriesCosines * std::numbers::pi / (whole.high[0] - whole.low[0]);
+    for (double n = std::ceil(first / step) * step; n <= kMostCycles; n += step) {
+      add(parameter, driver, harmonic(readable(n)));
+      candidates_.back().frequency_resolution = 1 / covered;
+    }
   }
 
   // Something local: a dent in a track, a collision of cables. Neighbours overlap at half height.
@@ -310,6 +368,7 @@ std::vector<Candidate> open_candidates(const Robot& robot, const Campaign& campa
   search.add_joint_errors();
   search.add_products();
   search.add_other_parameters();
+  search.add_periodograms();
   return search.take();
 }
 
@@ -328,6 +387,13 @@ std::vector<Candidate> refined_candidates(const Candidate& candidate, const Camp
       if (std::abs(at - shape.at) > reach) continue;
       Shape inner = shape;
       inner.at = at;
+      add(inner);
+    }
+  } else if (candidate.frequency_resolution > 0) {
+    const double step = candidate.frequency_resolution / kFrequencySteps / kFinerSteps;
+    for (int k = -kFinerSteps; k <= kFinerSteps; ++k) {
+      Shape inner = shape;
+      inner.harmonic = readable(shape.harmonic + k * step);
       add(inner);
     }
   } else if (shape.kind == ShapeKind::exponential) {

@@ -8,10 +8,11 @@ namespace armtrue {
 std::vector<CurvePoint> effect_curve(const CalibrationResult& fit, const Campaign& campaign,
                                      size_t effect) {
   const Effect& e = fit.robot.effects[effect];
-  const int points =
-      e.shape.kind == ShapeKind::harmonic ? std::clamp(8 * e.shape.harmonic, 41, 801) : 41;
+  const int points = e.shape.kind == ShapeKind::harmonic
+                         ? static_cast<int>(std::clamp(8 * e.shape.harmonic, 41.0, 801.0))
+                         : 41;
   const Driver& driver = e.driver;
-  if (driver.second_joint >= 0 || !find_parameter(fit.robot.chain, e.parameter)) return {};
+  if (driver.is_pair() || driver.factor || !find_parameter(fit.robot.chain, e.parameter)) return {};
   const auto reading = [&](int row) -> double {
     if (driver.kind == DriverKind::joint_angle) return campaign.q[row][driver.joint];
     if (driver.kind == DriverKind::time) return campaign.time_s[row];

@@ -3,7 +3,6 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "ordered_blocks.h"
 
@@ -50,26 +49,20 @@ std::vector<double> pose_variances(const Campaign& campaign, const std::vector<d
                                    int dimension) {
   const size_t poses = campaign.pose_ids.size() * std::max<size_t>(1, campaign.anchor_names.size());
   if (poses >= norms.size()) return {};  // all alone
-  struct Smallest {
-    double best = std::numeric_limits<double>::infinity(), second = best;
-    int best_row = -1;
+  constexpr double kSmallest = 1e-12;    // the logarithm of an exact reading
+  const auto log_of = [&](int row) {
+    return std::log(std::max(norms[row] / dimension, kSmallest));
   };
-  std::vector<Smallest> smallest(poses);
+  std::vector<double> sum(poses, 0.0);
+  std::vector<int> readings(poses, 0);
   for (int row = 0; row < campaign.rows(); ++row) {
-    Smallest& pose = smallest[campaign.pose_by_anchor(row)];
-    if (norms[row] < pose.best) {
-      pose.second = pose.best;
-      pose.best = norms[row];
-      pose.best_row = row;
-    } else {
-      pose.second = std::min(pose.second, norms[row]);
-    }
+    sum[campaign.pose_by_anchor(row)] += log_of(row);
+    ++readings[campaign.pose_by_anchor(row)];
   }
   std::vector<double> variances(norms.size(), 1.0);
   for (int row = 0; row < campaign.rows(); ++row) {
-    const Smallest& pose = smallest[campaign.pose_by_anchor(row)];
-    const double other = pose.best_row == row ? pose.second : pose.best;
-    if (std::isfinite(other)) variances[row] = std::max(1.0, other / dimension);
+    const int pose = campaign.pose_by_anchor(row), others = readings[pose] - 1;
+    if (others > 0) variances[row] = std::max(1.0, std::exp((sum[pose] - log_of(row)) / others));
   }
   return variances;
 }

@@ -28,8 +28,10 @@ struct ReadingLaw {
   double loss(double squared_norm, int dimension, double row_variance = 1.0) const;
 };
 
-/// Variances for ReadingLaw from the squared norms of the whitened residuals: of a row, the mean
-/// square of the best of the other readings of its pose (from the same anchor), and at least 1.
+/// Variances for ReadingLaw from the squared norms of the whitened residuals: of a row, the
+/// geometric mean over the other readings of its pose (from the same anchor), and at least 1. The
+/// arithmetic mean would let two blunders in a pose hide each other; the best of the others would
+/// take the target that the lacking effect moves most for a blunder.
 std::vector<double> pose_variances(const Campaign& campaign, const std::vector<double>& norms,
                                    int dimension);
 

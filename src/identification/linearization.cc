@@ -129,6 +129,13 @@ Eigen::ColPivHouseholderQR<Eigen::MatrixXd> Linearization::all_but(int effect) c
   return qr;
 }
 
+double Linearization::standard_deviation(const Eigen::VectorXd& column) const {
+  const double left = column.squaredNorm() - (basis_.transpose() * column).squaredNorm();
+  const double variance =
+      residual_norm_ / static_cast<double>(residual_.size() - basis_.cols() - 1);
+  return std::sqrt(design_effect_ * variance / left);
+}
+
 Linearization::Loss Linearization::without_effect(int effect) const {
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr = all_but(effect);
   const Eigen::Index rank = fitted_.rows(), own = rank - qr.rank();

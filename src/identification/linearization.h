@@ -27,6 +27,10 @@ class Linearization {
   /// How many independent equations the readings are worth.
   double equations() const { return static_cast<double>(residual_.size()) / design_effect_; }
 
+  /// Standard deviation of the coefficient of one more column, its value unknown as that of all in
+  /// the model.
+  double standard_deviation(const Eigen::VectorXd& column) const;
+
   /// What the model loses with one of its effects, in coordinates of the basis.
   struct Loss {
     Eigen::MatrixXd span;      ///< rank x independent columns, orthonormal: what only it spans

@@ -17,6 +17,9 @@ struct Candidate {
   bool only_positive = false;
   bool from_catalogue = false;
   std::string separated_by{};  ///< in words, from the catalogue
+  /// One cycle over the travel covered [cycles per turn]: a frequency from a periodogram and one
+  /// nearer than this are the same. 0: the frequency is fixed.
+  double frequency_resolution = 0;
 };
 
 /// What a candidate would explain.

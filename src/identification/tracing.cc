@@ -21,9 +21,12 @@ namespace {
 constexpr double kPossibleVariation = 0.02;  // m or rad: a larger one is no effect but a mistake
 constexpr double kSameProjection = 0.95;     // correlation from which two candidates are one class
 constexpr double kSameEvidence = 6.0;        // EBIC: odds of 20 to 1
-constexpr double kClearlyBetter = 2.0;       // EBIC, before an effect gives way to another
-constexpr double kLackOfFit = 0.01;          // p from which the fit clearly lacks something
-constexpr int kRefitted = 3;  // parameters named of those that are refitted for a rival
+// BIC: odds of a thousand to one. The price of having looked at many is none of the readings'
+// doing.
+const double kRuledOut = 2 * std::log(1000.0);
+constexpr double kClearlyBetter = 2.0;  // EBIC, before an effect gives way to another
+constexpr double kLackOfFit = 0.01;     // p from which the fit clearly lacks something
+constexpr int kRefitted = 3;            // parameters named of those that are refitted for a rival
 constexpr int kRevisions = 4;
 constexpr int kTrials = 8;  // candidates that may fail the later gates in one step
 
@@ -59,6 +62,7 @@ class Tracer {
       may_revise &= seen_.insert(signature()).second;
       result_.stages.push_back(result_.fit);
     }
+    settle_inner_values();
     describe();
     return std::move(result_);
   }
@@ -297,6 +301,7 @@ class Tracer {
       const int effect = declared_ + static_cast<int>(k);
       TracedEffect& traced = result_.effects[k];
       traced.effect = result_.fit.robot.effects[effect];
+      traced.cycle = cycle_of(effect, chosen_[k].frequency_resolution > 0);
       traced.from_catalogue = chosen_[k].from_catalogue;
       traced.only_prediction = !traced.from_catalogue;
       traced.separated_by = chosen_[k].separated_by;
@@ -308,26 +313,66 @@ class Tracer {
       traced.evidence.delta_ebic = own.score;
       const std::vector<CandidateScore> scores = projected.scores_without(effect);
       const std::vector<CandidateScore> imitations = projected.imitations(effect);
-      std::vector<Rival> rivals;
+      std::vector<int> listed;
       for (int candidate : best_first(scores)) {
         const Candidate& other = scan_->candidates()[candidate];
-        if (same_place(other.effect, chosen_[k].effect) ||
-            scores[candidate].degrees_of_freedom == 0)
-          continue;
+        if (same_claim(other, chosen_[k]) || scores[candidate].degrees_of_freedom == 0) continue;
         const double correlation = std::sqrt(imitations[candidate].gain);
         const double behind = own.score - scores[candidate].score;
         const bool simple =
             scores[candidate].degrees_of_freedom <= std::max(2, own.degrees_of_freedom);
         if (!(simple && correlation >= kSameProjection) && behind > kSameEvidence) continue;
         if (!is_possible(*scan_, candidate, scores[candidate])) continue;
-        if (std::any_of(rivals.begin(), rivals.end(),
-                        [&](const Rival& rival) { return same_place(rival.effect, other.effect); }))
+        if (std::any_of(listed.begin(), listed.end(),
+                        [&](int rival) { return same_claim(scan_->candidates()[rival], other); }))
           continue;
-        rivals.push_back({other.effect, correlation, behind,
-                          refitted(effect, candidate, imitations[candidate]), other.separated_by});
+        listed.push_back(candidate);
+        const double by_readings = behind - 2 * (other.log_choices - chosen_[k].log_choices);
+        const bool ruled_out = std::min(behind, by_readings) > kRuledOut;
+        (ruled_out ? traced.ruled_out : traced.indistinguishable)
+            .push_back({other.effect, correlation, behind,
+                        refitted(effect, candidate, imitations[candidate]), other.separated_by});
       }
-      traced.indistinguishable = std::move(rivals);
     }
+  }
+
+  // Inner values were found beside fewer effects than there are now.
+  void settle_inner_values() {
+    for (size_t k = 0; k < chosen_.size(); ++k) {
+      const Candidate finer = refine(chosen_[k], view().fit, declared_ + static_cast<int>(k));
+      if (same(finer.effect, chosen_[k].effect)) continue;
+      chosen_[k] = finer;
+      refit({});
+      result_.stages.back() = result_.fit;
+    }
+  }
+
+  std::optional<Cycle> cycle_of(int effect, bool searched) {
+    const Effect& e = result_.fit.robot.effects[effect];
+    if (e.shape.kind != ShapeKind::harmonic || e.coefficients.size() != 2) return std::nullopt;
+    const double sine = e.coefficients[0].value, cosine = e.coefficients[1].value;
+    Cycle cycle;
+    cycle.amplitude = std::hypot(sine, cosine);
+    cycle.phase = std::atan2(cosine, sine);
+    Eigen::Index first = result_.fit.set.kept.size();
+    for (int other = 0; other < effect; ++other)
+      first += static_cast<Eigen::Index>(result_.fit.robot.effects[other].coefficients.size());
+    const Eigen::Vector2d along = Eigen::Vector2d(sine, cosine) / cycle.amplitude;
+    cycle.amplitude_std =
+        std::sqrt(along.dot(result_.fit.covariance.block<2, 2>(first, first) * along));
+    if (searched) {
+      // The derivative with respect to the frequency.
+      const Linearization& fit = view().fit;
+      Eigen::VectorXd column =
+          fit.jacobian().col(*find_parameter(result_.fit.robot.chain, e.parameter));
+      for (int row = 0; row < fit.rows(); ++row) {
+        const double q = campaign_.q[row][e.driver.joint], nq = e.shape.harmonic * q;
+        column.segment(row * fit.row_size(), fit.row_size()) *=
+            q * (sine * std::cos(nq) - cosine * std::sin(nq));
+      }
+      cycle.frequency_std = fit.standard_deviation(column);
+    }
+    return cycle;
   }
 
   std::vector<std::string> refitted(int effect, int candidate, const CandidateScore& imitation) {
@@ -342,6 +387,14 @@ class Tracer {
   // The same cause as far as a name goes: parameter and driver.
   static bool same_place(const Effect& a, const Effect& b) {
     return a.parameter == b.parameter && a.driver == b.driver;
+  }
+
+  // Two frequencies of a gear train that the travel covered tells apart are two claims.
+  static bool same_claim(const Candidate& a, const Candidate& b) {
+    const double resolution = std::min(a.frequency_resolution, b.frequency_resolution);
+    return same_place(a.effect, b.effect) &&
+           (resolution == 0 ||
+            std::abs(a.effect.shape.harmonic - b.effect.shape.harmonic) < resolution);
   }
 
   const Campaign& campaign_;

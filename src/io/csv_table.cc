@@ -38,14 +38,19 @@ int edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
-// A forgotten unit or another case are the likeliest slips: Q3 is nearer to q3_deg than q1_deg is.
+// A forgotten unit or another case are the likeliest slips: Q3 is nearer to q3_deg than q1_deg is,
+// which is another joint's column.
 int distance_without_unit(const std::string& a, const std::string& b) {
   const auto stem = [](const std::string& name) {
     std::string lower = name.substr(0, name.rfind('_'));
     for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     return lower;
   };
-  return edit_distance(stem(a), stem(b));
+  const auto number = [](std::string name) {
+    std::erase_if(name, [](unsigned char c) { return !std::isdigit(c); });
+    return name;
+  };
+  return edit_distance(stem(a), stem(b)) + (number(a) == number(b) ? 0 : 2);
 }
 
 }  // namespace
@@ -137,17 +142,18 @@ void CsvTable::fail_missing(const std::vector<std::string>& missing) const {
   std::string message = source_.name() + ": missing column" + (missing.size() > 1 ? "s" : "");
   for (size_t i = 0; i < missing.size(); ++i)
     message += (i ? ", " : " ") + ("'" + missing[i] + "'");
+  std::string remedy = "; name the columns so, or add them.";
   for (const std::string& name : missing) {
     const auto nearest = std::min_element(
         columns_.begin(), columns_.end(), [&](const std::string& a, const std::string& b) {
           return distance_without_unit(a, name) < distance_without_unit(b, name);
         });
     if (nearest != columns_.end() && distance_without_unit(*nearest, name) <= 2) {
-      message += "; is '" + *nearest + "' meant to be '" + name + "'?";
+      remedy = "; is '" + *nearest + "' meant to be '" + name + "'?";
       break;
     }
   }
-  throw InputError(message + " The header has: " + [&] {
+  throw InputError(message + remedy + " The header has: " + [&] {
     std::string list;
     for (const std::string& column : columns_) list += (list.empty() ? "" : ",") + column;
     return list;

@@ -56,7 +56,8 @@ Effect read_effect_form(YamlMap& map, const KinematicChain& chain) {
     map.fail("driver",
              "'" + map.text("driver") +
                  "' is none of joint-angle <j>[,<k>], gravity-torque <j>, motor-torque <j>, "
-                 "arrival <j>, time, temperature <where>, payload, force, moment");
+                 "arrival <j>, time, temperature <where>, payload, force, moment, or one of them "
+                 "* arrival <j>, time, temperature <where>, payload or force");
   effect.driver = *driver;
   effect.shape = read_shape(map);
   if (effect.shape.kind == ShapeKind::step) effect.shape.at = map.number("at_s");
@@ -65,7 +66,7 @@ Effect read_effect_form(YamlMap& map, const KinematicChain& chain) {
     if (effect.shape.tau <= 0) map.fail("tau_s", "must be above zero");
   }
   if (effect.shape.kind == ShapeKind::series)
-    read_series(map.map("series"), effect.driver.second_joint >= 0, effect.shape);
+    read_series(map.map("series"), effect.driver.is_pair(), effect.shape);
   return effect;
 }
 
@@ -85,8 +86,8 @@ Effect read_effect(YamlMap map, const KinematicChain& chain) {
     entry.finish();
   }
   // What close-loop says about an effect does not change what it predicts.
-  for (const char* key : {"evidence", "indistinguishable", "cause", "description", "curve",
-                          "unidentifiable", "separated_by"})
+  for (const char* key : {"evidence", "indistinguishable", "ruled_out", "cause", "description",
+                          "curve", "cycle", "unidentifiable", "separated_by"})
     map.ignore(key);
   map.finish();
   return effect;

@@ -13,6 +13,8 @@
 namespace armtrue {
 namespace {
 
+constexpr double k95 = 1.959964;  // of a normal distribution, to either side
+
 YAML::Node text_or_null(const std::string& text) {
   return text.empty() ? YAML::Node(YAML::NodeType::Null) : YAML::Node(text);
 }
@@ -88,13 +90,30 @@ std::string driver_text(const Effect& effect, double value) {
   }
 }
 
+// Of an amplitude: "mrad", or "mrad per K" of the factor.
+std::string amplitude_unit(const Effect& effect, const Robot& robot) {
+  const std::string unit = unit_of_parameter(robot, effect.parameter) == "m" ? "mm" : "mrad";
+  const std::string of_factor = effect.driver.factor ? unit_of(*effect.driver.factor) : "";
+  return of_factor.empty() ? unit : unit + " per " + of_factor;
+}
+
+// "37.41 +- 0.03 cycles per turn, amplitude 0.21 +- 0.04 mrad, phase 41 deg".
+std::string cycle_text(const Effect& effect, const Cycle& cycle, const Robot& robot) {
+  const bool is_length = unit_of_parameter(robot, effect.parameter) == "m";
+  std::string frequency = fmt::format("{:g}", effect.shape.harmonic);
+  if (cycle.frequency_std > 0) {
+    const double half_width = k95 * cycle.frequency_std;
+    const int digits = std::max(0, static_cast<int>(std::ceil(1 - std::log10(half_width))));
+    frequency = fmt::format("{:.{}f} +- {:.2g}", effect.shape.harmonic, digits, half_width);
+  }
+  return fmt::format("{} cycles per turn, amplitude {:.3g} +- {:.2g} {}, phase {:.0f} deg",
+                     frequency, cycle.amplitude / (is_length ? kMillimetre : kMilliradian),
+                     k95 * cycle.amplitude_std / (is_length ? kMillimetre : kMilliradian),
+                     amplitude_unit(effect, robot), cycle.phase / kDegree);
+}
+
 // The course of an effect in words: "0.8 mrad peak at 90 deg, even".
 std::string course(const Effect& effect, const std::vector<CurvePoint>& curve, const Robot& robot) {
-  if (effect.shape.kind == ShapeKind::harmonic)
-    return fmt::format(
-        "{} cycles per turn, amplitude {}", effect.shape.harmonic,
-        size_text(robot, effect.parameter,
-                  std::hypot(effect.coefficients[0].value, effect.coefficients[1].value)));
   if (curve.empty()) return "";
   const auto peak =
       std::max_element(curve.begin(), curve.end(), [](const CurvePoint& a, const CurvePoint& b) {
@@ -127,7 +146,8 @@ std::string statement(const TracedEffect& effect) {
 
 std::string in_words(const TracedEffect& traced, const std::vector<CurvePoint>& curve,
                      const Robot& robot) {
-  const std::string words = course(traced.effect, curve, robot);
+  const std::string words = traced.cycle ? cycle_text(traced.effect, *traced.cycle, robot)
+                                         : course(traced.effect, curve, robot);
   std::string text = traced.effect.parameter + " depends on " + to_string(traced.effect.driver) +
                      (words.empty() ? "" : ", " + words) + "; " + statement(traced);
   // A knock is no property of the robot.
@@ -157,6 +177,30 @@ YAML::Node curve_node(const Effect& effect, const std::vector<CurvePoint>& curve
   return node;
 }
 
+// A value with its interval.
+YAML::Node estimate_node(double value, double std) {
+  YAML::Node node, interval;
+  const auto text = [](double number) { return fmt::format("{:.6g}", number); };
+  for (double sign : {-1.0, 1.0}) interval.push_back(text(value + sign * k95 * std));
+  node["value"] = text(value);
+  node["std"] = rounded(std);
+  node["ci95"] = flow(interval);
+  return flow(node);
+}
+
+YAML::Node cycle_node(const TracedEffect& traced, const Robot& robot) {
+  const bool is_length = unit_of_parameter(robot, traced.effect.parameter) == "m";
+  const double unit = is_length ? kMillimetre : kMilliradian;
+  const Cycle& cycle = *traced.cycle;
+  YAML::Node node;
+  if (cycle.frequency_std > 0)
+    node["per_turn"] = estimate_node(traced.effect.shape.harmonic, cycle.frequency_std);
+  node["amplitude"] = estimate_node(cycle.amplitude / unit, cycle.amplitude_std / unit);
+  node["amplitude"]["unit"] = amplitude_unit(traced.effect, robot);
+  node["phase_deg"] = rounded(cycle.phase / kDegree);
+  return node;
+}
+
 YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain,
                        const std::vector<CurvePoint>& curve, const Robot& robot) {
   YAML::Node node = effect_node(traced.effect, unit_of_parameter(robot, traced.effect.parameter));
@@ -174,9 +218,11 @@ YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain,
   }
   node["evidence"] = evidence_node;
   node["indistinguishable"] = rivals_node(traced.indistinguishable);
+  if (!traced.ruled_out.empty()) node["ruled_out"] = rivals_node(traced.ruled_out);
   for (const Rival& rival : traced.indistinguishable)
     node["unidentifiable"].push_back(unidentifiable(traced, rival));
   if (!traced.separated_by.empty()) node["separated_by"] = traced.separated_by;
+  if (traced.cycle) node["cycle"] = cycle_node(traced, robot);
   node["description"] = in_words(traced, curve, robot);
   if (!curve.empty() && traced.effect.shape.kind == ShapeKind::series)
     node["curve"] = curve_node(traced.effect, curve, robot);

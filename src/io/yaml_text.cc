@@ -75,7 +75,7 @@ YAML::Node effect_form_node(const Effect& effect) {
     series["count"] = std::to_string(shape.count);
     if (shape.basis != SeriesBasis::fourier) {
       series["range"] = flow_list({shape.low[0], shape.high[0]});
-      if (effect.driver.second_joint >= 0)
+      if (effect.driver.is_pair())
         series["second_range"] = flow_list({shape.low[1], shape.high[1]});
     }
     node["series"] = flow(series);
@@ -86,9 +86,13 @@ YAML::Node effect_form_node(const Effect& effect) {
 YAML::Node effect_node(const Effect& effect, const std::string& unit_of_parameter) {
   YAML::Node node = effect_form_node(effect);
   const Shape& shape = effect.shape;
+  std::string driver_unit;
+  if (shape.kind == ShapeKind::linear) driver_unit = unit_of(effect.driver.kind);
+  const std::string factor_unit = effect.driver.factor ? unit_of(*effect.driver.factor) : "";
+  if (!driver_unit.empty() && !factor_unit.empty()) driver_unit += " ";
+  driver_unit += factor_unit;
   std::string unit = unit_of_parameter;
-  const std::string driver_unit = unit_of(effect.driver);
-  if (shape.kind == ShapeKind::linear && !driver_unit.empty())
+  if (!driver_unit.empty())
     unit +=
         driver_unit.find(' ') == std::string::npos ? "/" + driver_unit : "/(" + driver_unit + ")";
   for (const Coefficient& c : effect.coefficients) {

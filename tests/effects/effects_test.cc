@@ -87,7 +87,8 @@ TEST(Gravity, GenericBasisSpansTheArmsTorque) {
 
 TEST(RobotModel, AnEffectMovesItsParameter) {
   Robot robot = read_robot(kRobotFile).robot;
-  Effect coupling{"wrist coupling", "A5.theta", *parse_driver("joint-angle 4"), *parse_shape("linear"), {}};
+  Effect coupling{
+      "wrist coupling", "A5.theta", *parse_driver("joint-angle 4"), *parse_shape("linear"), {}};
   coupling.coefficients.push_back({"c", 0.01, 0, {0, 0}});
   Robot with = robot;
   with.effects.push_back(coupling);
@@ -99,20 +100,75 @@ TEST(RobotModel, AnEffectMovesItsParameter) {
   EXPECT_LT((expected.rotation - got.rotation).norm(), 1e-14);
 }
 
+// A force does work on each member of a group by that member's own motion, as in the oracle, which
+// moves its base.
+TEST(RobotModel, AGroupFollowsTheForceOnEachOfItsMembers) {
+  const Robot robot = read_robot(kRobotFile).robot;
+  const auto arm = armtrue_oracle::read_arm(kRobotFile);
+  const std::array<double, 6> q{0.1, -1.2, 0.7, 0.9, 0.4, -0.3};
+  const KDL::Vector force(300, -200, 500);
+  Context context;
+  context.q << 0.1, -1.2, 0.7, 0.9, 0.4, -0.3;
+  context.force_n = {300, -200, 500};
+  const BoundEffect bound({"gives way", "base", *parse_driver("force"), *parse_shape("linear"), {}},
+                          robot);
+  ASSERT_EQ(bound.coefficient_count(), 6);
+  PoseJacobian jacobian;
+  ChainEvaluator(robot.chain).pose(context.q, jacobian);
+  std::vector<double> values(static_cast<size_t>(bound.value_count()));
+  bound.values(context, nullptr, &jacobian, values.data());
+  for (int k = 0; k < 6; ++k) {
+    constexpr double kStep = 1e-6;
+    KDL::Twist twist = KDL::Twist::Zero();
+    twist[k] = kStep;
+    auto moved = arm;
+    moved.base = KDL::addDelta(arm.base, twist);
+    const double work = KDL::dot(force, (forward(moved, q).p - forward(arm, q).p) / kStep);
+    const BoundEffect::Term& term = bound.terms().at(static_cast<size_t>(k));
+    EXPECT_EQ(term.coefficient, k);
+    EXPECT_NEAR(values.at(static_cast<size_t>(term.value)), work, 0.01) << k;
+  }
+}
+
+TEST(RobotModel, AFactorMultipliesTheShape) {
+  Robot robot = read_robot(kRobotFile).robot;
+  Robot with = robot;
+  with.effects.push_back({"course",
+                          "A3.theta",
+                          *parse_driver("joint-angle 2 * temperature air"),
+                          *parse_shape("harmonic 1.5"),
+                          {{"sin", 1e-5, 0, {0, 0}}, {"cos", 2e-5, 0, {0, 0}}}});
+  Context context;
+  context.q << 0.1, -1.2, 0.7, 0.9, 0.4, -0.3;
+  context.temperature_c[0] = 27;
+  move_parameter(robot.chain, link_parameter(2, LinkParameter::theta),
+                 7 * (1e-5 * std::sin(-1.8) + 2e-5 * std::cos(-1.8)));
+  const Pose expected = RobotModel(robot).pose(context),
+             got = RobotModel(with, {"air"}).pose(context);
+  EXPECT_LT((expected.translation - got.translation).norm(), 1e-14);
+  EXPECT_LT((expected.rotation - got.rotation).norm(), 1e-14);
+}
+
 TEST(RobotModel, InstrumentScaleStretchesEveryReading) {
   Robot robot = read_robot(kRobotFile).robot;
   robot.chain.targets.push_back({"1", {0.1, 0.2, 0.3}});
   Context context;
   context.q << 0.1, -1.2, 0.7, 0.9, 0.4, -0.3;
   const Eigen::Vector3d before = RobotModel(robot).point(context, 0);
-  robot.effects.push_back({"scale", "instrument.scale", *parse_driver("position"), *parse_shape("linear"),
+  robot.effects.push_back({"scale",
+                           "instrument.scale",
+                           *parse_driver("position"),
+                           *parse_shape("linear"),
                            {{"c", 1e-4, 0, {0, 0}}}});
   EXPECT_LT((RobotModel(robot).point(context, 0) - before * 1.0001).norm(), 1e-14);
 }
 
 TEST(RobotModel, WhatItLacksIsNamed) {
   Robot robot = read_robot(kRobotFile).robot;
-  robot.effects.push_back({"growth", "A2.d", *parse_driver("temperature air"), *parse_shape("linear"),
+  robot.effects.push_back({"growth",
+                           "A2.d",
+                           *parse_driver("temperature air"),
+                           *parse_shape("linear"),
                            {{"c", 1e-5, 0, {0, 0}}}});
   try {
     const RobotModel model(robot);

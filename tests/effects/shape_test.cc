@@ -17,17 +17,23 @@ std::vector<double> values(const Shape& shape, double x) {
 }
 
 TEST(Shape, NamesReadBack) {
-  for (const char* text : {"linear", "harmonic 1", "harmonic 47", "sign", "step", "exponential", "series"})
+  for (const char* text : {"linear", "harmonic 1", "harmonic 47", "harmonic 50.5", "sign", "step",
+                           "exponential", "series"})
     EXPECT_EQ(to_string(parse_shape(text).value()), text);
-  for (const char* text : {"", "harmonic", "harmonic 0", "harmonic x", "linear 2", "cubic"})
+  for (const char* text : {"", "harmonic", "harmonic 0", "harmonic x", "harmonic -3",
+                           "harmonic inf", "harmonic nan", "linear 2", "cubic"})
     EXPECT_FALSE(parse_shape(text)) << text;
 }
 
 TEST(Driver, NamesReadBack) {
-  for (const char* text : {"joint-angle 4", "joint-angle 2,4", "gravity-torque 6", "arrival 1", "time",
-                           "temperature air", "payload", "force", "moment", "position"})
+  for (const char* text :
+       {"joint-angle 4", "joint-angle 2,4", "gravity-torque 6", "arrival 1", "time",
+        "temperature air", "payload", "force", "moment", "position", "joint-angle 3 * payload",
+        "joint-angle 3 * arrival 2", "gravity-torque 2 * temperature air", "force * time"})
     EXPECT_EQ(to_string(parse_driver(text).value()), text);
-  for (const char* text : {"", "joint-angle", "joint-angle 7", "arrival 1,2", "time 3", "temperature"})
+  for (const char* text :
+       {"", "joint-angle", "joint-angle 7", "arrival 1,2", "time 3", "temperature", "time * time",
+        "time * joint-angle 1", "joint-angle 1,2 * time", "time * payload * time", " * time"})
     EXPECT_FALSE(parse_driver(text)) << text;
 }
 
@@ -43,8 +49,8 @@ TEST(Shape, StepAndExponentialFollowTheirInnerValues) {
   EXPECT_DOUBLE_EQ(values(growth, 2)[0], 1 - std::exp(-1));
 }
 
-// Together with the one left out, splines sum to 1 and are never negative: check by the clamped end, where only
-// the missing one is left.
+// Together with the one left out, splines sum to 1 and are never negative: check by the clamped
+// end, where only the missing one is left.
 TEST(Shape, SplinesAreAClampedBasis) {
   Shape spline;
   spline.kind = ShapeKind::series;

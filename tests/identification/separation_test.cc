@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -14,6 +15,7 @@
 
 #include "armtrue/identification/calibration.h"
 #include "armtrue/identification/evaluation.h"
+#include "armtrue/identification/tracing.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
@@ -220,6 +222,42 @@ TEST_P(Separation, PlannedPosesTellMoreAndAsMuchAsPromised) {
     EXPECT_NEAR(count->rejected, count->promised, 1 + 3 * std::sqrt(count->variance));
   EXPECT_GT(planned.share(planned.right) - random.share(random.right),
             2.5 * std::sqrt(planned.variance_of_right() + random.variance_of_right()));
+}
+
+bool same_place(const Effect& a, const Effect& b) {
+  return a.parameter == b.parameter && a.driver == b.driver;
+}
+
+// With enough of the planned poses the tracer leaves the right one alone in its class.
+TEST_P(Separation, PlannedPosesCloseTheClass) {
+  constexpr unsigned kCampaigns = 3;  // for each truth
+  const Class& one = GetParam();
+  const Robot robot = read_robot(kNominal).robot;
+  const Catalogue catalogue = read_catalogue(ARMTRUE_CONFIG "/effects/catalogue.yaml");
+  std::vector<JointVector> poses = over_a_bench();
+  const SeparationPlan plan =
+      plan_separation(robot, {one.found}, 3 * one.next_poses, {}, measured({}, poses, 1));
+  poses.insert(poses.end(), plan.poses.begin(), plan.poses.end());
+  TraceOptions options;
+  options.beyond_catalogue = false;
+  unsigned closed = 0;
+  for (const SeparatedPair& pair : plan.pairs) {
+    const bool is_found = pair.truth.name == one.found.effect.name;
+    const auto truth = (is_found ? one.make_found : one.make_rival)(pair.truth.coefficients);
+    for (unsigned seed = 1; seed <= kCampaigns; ++seed) {
+      const TraceResult result = trace(robot, measured(truth, poses, seed), catalogue, options);
+      ASSERT_FALSE(result.effects.empty());
+      const TracedEffect& traced = result.effects.front();
+      const auto in_class = [&](const Effect& effect) {
+        return same_place(traced.effect, effect) ||
+               std::any_of(traced.indistinguishable.begin(), traced.indistinguishable.end(),
+                           [&](const Rival& rival) { return same_place(rival.effect, effect); });
+      };
+      EXPECT_TRUE(in_class(pair.truth)) << one.name << ", seed " << seed;
+      closed += in_class(pair.truth) && !in_class(pair.rival);
+    }
+  }
+  EXPECT_GE(closed + 1, 2 * kCampaigns);
 }
 
 INSTANTIATE_TEST_SUITE_P(Classes, Separation,

@@ -35,7 +35,8 @@ void expect_error(const std::string& text, const std::string& expected) {
 }
 
 TEST(RobotIo, WhatIsWrittenReadsBackTheSame) {
-  for (const char* name : {"kr360", "kr360-eq1-zero", "kr360-spindle", "kr360-table4", "kr360-undeclared"}) {
+  for (const char* name :
+       {"kr360", "kr360-eq1-zero", "kr360-spindle", "kr360-table4", "kr360-undeclared"}) {
     const std::string once = write_robot(parse_robot(text_of(name), name));
     EXPECT_EQ(write_robot(parse_robot(once, name)), once) << name;
   }
@@ -103,13 +104,20 @@ TEST(RobotIo, EveryKindOfEffectReadsBack) {
     evidence: {p_value: 0.01}
     indistinguishable: []
   - {name: e, parameter: A5.theta, driver: joint-angle 5, shape: series, series: {basis: spline, count: 8, range: [-2, 2]}}
+  - {name: f, parameter: A2.theta, driver: joint-angle 2, shape: harmonic 37.4, coefficients: [{value: 1e-4}, {value: 0}], cycle: {phase_deg: 0}}
+  - {name: g, parameter: A3.theta, driver: joint-angle 3 * temperature arm, shape: harmonic 1, coefficients: [{value: 1e-5}, {value: 0}]}
+  - {name: h, parameter: A3.theta, driver: joint-angle 3 * arrival 3, shape: linear, coefficients: [{value: 1e-5}]}
+  - {name: i, parameter: A3.theta, driver: gravity-torque 3 * payload, shape: linear, coefficients: [{value: 1e-9}]}
 )";
   const Robot robot = parse_robot(replaced(text_of("kr360"), "effects: []\n", effects), "r.yaml");
-  ASSERT_EQ(robot.effects.size(), 5u);
+  ASSERT_EQ(robot.effects.size(), 9u);
   EXPECT_EQ(robot.effects[1].shape.at, 120.5);
   EXPECT_EQ(robot.effects[2].coefficients[0].ci95[1], 4e-4);
   EXPECT_EQ(robot.effects[3].driver.second_joint, 3);
-  const Robot again = parse_robot(write_robot(robot), "again");
+  const std::string written = write_robot(robot);
+  for (const char* unit : {"unit: rad/K}", "unit: rad/rad}", "unit: rad/(N m kg)}"})
+    EXPECT_NE(written.find(unit), std::string::npos) << unit;
+  const Robot again = parse_robot(written, "again");
   ASSERT_EQ(again.effects.size(), robot.effects.size());
   for (size_t k = 0; k < again.effects.size(); ++k) {
     EXPECT_EQ(again.effects[k].driver, robot.effects[k].driver);
@@ -133,10 +141,13 @@ TEST(RobotIo, ErrorsNameLineAndKey) {
   expect_error(replaced(good, "min_deg: -185", "min_deg: 200"), "must be above min_deg");
   expect_error(replaced(good, "link: A1, mass", "link: B1, mass"), "has no link 'B1'");
   expect_error(replaced(good, "mass_kg: 851", "mass_kg: -1"), "must be above zero");
-  expect_error(replaced(good, "identify: auto", "identify: [A1.alpha, A9.d]"), "no parameter 'A9.d'");
-  expect_error(replaced(good, "effects: []", "effects: [{name: a, parameter: A2.theta, driver: moon, shape: linear}]"),
+  expect_error(replaced(good, "identify: auto", "identify: [A1.alpha, A9.d]"),
+               "no parameter 'A9.d'");
+  expect_error(replaced(good, "effects: []",
+                        "effects: [{name: a, parameter: A2.theta, driver: moon, shape: linear}]"),
                "key 'driver'");
-  expect_error(replaced(good, "effects: []", "effects: [{name: a, parameter: A2.theta, driver: time, shape: step}]"),
+  expect_error(replaced(good, "effects: []",
+                        "effects: [{name: a, parameter: A2.theta, driver: time, shape: step}]"),
                "key 'at_s'");
 }
 

@@ -337,6 +337,15 @@ std::optional<Hidden> by_angle(const std::string& family, Dice& dice) {
     return on_theta(family, j, "arrival " + joint_text(j),
                     [j](const Moment& m) { return 0.5 * m.arrival[static_cast<size_t>(j)]; });
   }
+  if (family == "x-cycles") {
+    const int j = dice.below(6);
+    const double n = dice.uniform(10, 120), phase = dice.uniform(0, 2 * kPi);
+    Hidden cycles = on_theta(family, j, angle(j), [=](const Moment& m) {
+      return std::sin(n * m.q[static_cast<size_t>(j)] + phase);
+    });
+    cycles.cycles_per_turn = n;
+    return cycles;
+  }
   if (family == "x-product")
     return on_theta(family, 2, "joint-angle 1,4",
                     [](const Moment& m) { return std::sin(m.q[0]) * std::sin(m.q[3]); });
@@ -378,6 +387,18 @@ std::optional<Hidden> by_load(const std::string& family, Dice& dice) {
     return under_changing_conditions(on_theta(family, j, "force", [j](const Moment& m) {
       return 1e-6 * m.force_torque[static_cast<size_t>(j)];
     }));
+  }
+  if (family == "x-warm-course" || family == "x-loaded-course") {
+    // A course over the joint's angle that grows as the arm warms up, or with what it carries.
+    const int j = 1 + dice.below(4);
+    const double phase = dice.uniform(0, 2 * kPi);
+    const bool warm = family == "x-warm-course";
+    return under_changing_conditions(on_theta(
+        family, j, "joint-angle " + joint_text(j) + (warm ? " * temperature arm" : " * payload"),
+        [=](const Moment& m) {
+          return 1e-6 * (warm ? m.temperature_c - 20 : m.payload_kg) *
+                 std::sin(m.q[static_cast<size_t>(j)] + phase);
+        }));
   }
   if (family == "x-payload") {
     const int j = 1 + dice.below(4);
@@ -501,14 +522,19 @@ double Dice::normal() {
 }
 
 std::vector<std::string> families() {
-  return {"null",       "compliance", "two-payloads", "harmonic", "harmonic-2", "ratio",
-          "coupling",   "wobble",     "bending",      "backlash", "thermal",    "warm-up",
-          "zero-drift", "remaster",   "drift",        "knock",    "tilt",       "cutting",
-          "reseated",   "scale",      "x-product",    "x-bump",   "x-payload"};
+  return {"null",     "null-conditions", "compliance",     "two-payloads", "harmonic", "harmonic-2",
+          "ratio",    "coupling",        "wobble",         "bending",      "backlash", "thermal",
+          "warm-up",  "zero-drift",      "remaster",       "drift",        "knock",    "tilt",
+          "cutting",  "reseated",        "scale",          "x-product",    "x-bump",   "x-payload",
+          "x-cycles", "x-warm-course",   "x-loaded-course"};
 }
 
 Hidden hidden(const std::string& family, Dice& dice, double duration_s) {
-  if (family == "null") return {family, "", "", {}};
+  if (family == "null" || family == "null-conditions") {
+    Hidden nothing{family, "", "", {}};
+    nothing.conditions = family == "null-conditions";
+    return nothing;
+  }
   if (family == "scale")
     return {family, "instrument.scale", "position",
             [](const Moment&, OracleArm& arm) { arm.scale += 1e-5; }};

@@ -82,6 +82,7 @@ struct Hidden {
   std::string family;
   std::string parameter, driver;  // as armtrue should name them; empty for none
   HiddenEffect effect;            // of unit size
+  double cycles_per_turn = 0;     // of a gear train, if that is what is hidden
   bool conditions = false;        // payload, force and temperature change, and are logged
 };
 

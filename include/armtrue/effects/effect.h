@@ -20,8 +20,9 @@ struct Coefficient {
 /// A parameter that is not constant:
 ///     parameter(context) = constant + sum_k c_k shape_k(driver(context)).
 /// `parameter` is the name of one parameter, or of a group of six (`base`, `tool`), each of which
-/// then has its own coefficients, in the order x y z rx ry rz; with the driver `moment` a group is
-/// its rotation vector, which follows the vector of the moment with one common coefficient.
+/// then has its own coefficients, in the order x y z rx ry rz, and follows its own generalised
+/// force; with the driver `moment` a group is its rotation vector, which follows the vector of the
+/// moment with one common coefficient. A factor of the driver multiplies every shape_k.
 struct Effect {
   std::string name;
   std::string parameter;

@@ -32,15 +32,17 @@ class BoundEffect {
   const std::vector<int>& parameters() const { return parameters_; }
   const std::vector<std::string>& coefficient_names() const { return coefficient_names_; }
   bool needs_frames() const { return !loads_.empty(); }
-  bool needs_jacobian() const { return driver_.kind == DriverKind::force; }
+  bool needs_jacobian() const { return driver_.involves(DriverKind::force); }
 
   /// `frames` is read if needs_frames(); `jacobian`, at the context's pose, if needs_jacobian().
   void values(const Context& context, const ArmFrames* frames, const PoseJacobian* jacobian,
               double* out) const;
 
  private:
-  double scalar_driver(const Context& context, const ArmFrames* frames,
-                       const PoseJacobian* jacobian) const;
+  double driver_value(DriverKind kind, int joint, size_t member, const Context& context,
+                      const ArmFrames* frames, const PoseJacobian* jacobian) const;
+  void shape_values(size_t member, const Context& context, const ArmFrames* frames,
+                    const PoseJacobian* jacobian, double* out) const;
 
   Driver driver_;
   Shape shape_;
@@ -50,6 +52,7 @@ class BoundEffect {
   std::vector<Term> terms_;
   std::vector<std::string> coefficient_names_;
   int coefficient_count_ = 0, value_count_ = 0;
+  bool own_values_ = false;  // of each parameter
 };
 
 /// Predicts poses: the chain, with the effects that the robot file declares. Throws

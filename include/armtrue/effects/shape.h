@@ -30,9 +30,9 @@ enum class SeriesBasis {
 
 struct Shape {
   ShapeKind kind = ShapeKind::linear;
-  int harmonic = 1;  ///< n
-  double at = 0;     ///< step: t* [s]
-  double tau = 0;    ///< exponential [s]
+  double harmonic = 1;  ///< n, cycles per turn; gear trains make it any number above zero
+  double at = 0;        ///< step: t* [s]
+  double tau = 0;       ///< exponential [s]
 
   SeriesBasis basis = SeriesBasis::cosine;
   int count = 0;                        ///< order of the series, for each driver
@@ -41,8 +41,8 @@ struct Shape {
   bool operator==(const Shape&) const = default;
 };
 
-/// As in the files: `linear`, `harmonic 2`, `sign`, `step`, `exponential`, `series`. The inner
-/// values (at, tau, basis, count, range) stand in keys of their own.
+/// As in the files: `linear`, `harmonic 2`, `harmonic 50.5`, `sign`, `step`, `exponential`,
+/// `series`. The other inner values (at, tau, basis, count, range) stand in keys of their own.
 std::string to_string(const Shape& shape);
 std::optional<Shape> parse_shape(std::string_view text);
 

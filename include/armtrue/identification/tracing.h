@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -42,10 +43,21 @@ struct Evidence {
   double cross_validated_gain_error = 0;  ///< its standard error
 };
 
+/// A harmonic A sin(n q + phase), its frequency n as uncertain as the rest.
+struct Cycle {
+  double amplitude = 0, amplitude_std = 0;  ///< [m, rad]
+  double phase = 0;                         ///< [rad]
+  double frequency_std = 0;                 ///< [cycles per turn]; 0 if it was not searched
+};
+
 struct TracedEffect {
-  Effect effect;  ///< with its coefficients
+  Effect effect;                 ///< with its coefficients
+  std::optional<Cycle> cycle{};  ///< of a harmonic
   Evidence evidence;
   std::vector<Rival> indistinguishable;
+  /// Those that could imitate it by their course, but that these readings speak against by odds of
+  /// more than a thousand to one.
+  std::vector<Rival> ruled_out;
   std::string separated_by;  ///< as of a rival
   bool from_catalogue = false;
   bool only_prediction = false;  ///< found by the open search: no cause is known
