@@ -108,11 +108,14 @@ NoiseFloor noise_floor(const Robot& robot, const Campaign& campaign, const Evalu
     floor.source = NoiseFloor::Source::replicates;
     floor.position = robust_deviation(position);
     if (campaign.has_orientation()) floor.orientation = robust_deviation(orientation);
-  } else if (robot.noise.position > 0) {
-    floor.source = NoiseFloor::Source::instrument;
-    floor.position = robot.noise.position;
-    if (campaign.has_orientation()) floor.orientation = robot.noise.orientation;
+    return floor;
   }
+  const bool own = !campaign.sigma_position.empty(), own_turn = !campaign.sigma_orientation.empty();
+  floor.position = own ? median(campaign.sigma_position) : robot.noise.position;
+  if (floor.position <= 0) return floor;
+  floor.source = NoiseFloor::Source::instrument;
+  if (campaign.has_orientation())
+    floor.orientation = own_turn ? median(campaign.sigma_orientation) : robot.noise.orientation;
   return floor;
 }
 

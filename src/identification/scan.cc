@@ -13,6 +13,9 @@
 namespace armtrue {
 namespace {
 
+// A whitened column below this is a driver that did not move but for rounding: no length or angle
+// that could be told by it is possible, and its inverse is no number.
+constexpr double kSmallestNorm = 1e-10;
 // Less than this of a candidate's own norm left after projection is rounding, not evidence.
 constexpr double kSmallestLeft = 1e-5;
 // A column of which less than this (squared) is left beside the candidate's other columns.
@@ -244,7 +247,7 @@ ProjectedCandidates::Solution ProjectedCandidates::solve(int candidate,
   Solution solution{Eigen::MatrixXd(0, k), 0, 0};
   std::vector<int> kept;
   for (int c = 0; c < k; ++c) {
-    if (own[c] <= 0) continue;
+    if (own[c] <= kSmallestNorm * kSmallestNorm) continue;
     const double left = std::max(0.0, gram(c, c)) / own[c];
     solution.left = std::max(solution.left, std::sqrt(left));
     if (left < kSmallestLeft * kSmallestLeft) continue;
@@ -406,7 +409,8 @@ std::vector<double> ProjectedCandidates::best_of_flipped(const Eigen::VectorXd& 
             slope.row(term.coefficient) += slopes.row(term.column);
           // In units in which the slopes are near one: columns differ by orders of magnitude.
           const Eigen::VectorXd unit = grams_[candidate].diagonal().cwiseSqrt();
-          const Eigen::VectorXd inverse = (unit.array() > 0).select(unit.cwiseInverse(), 0.0);
+          const Eigen::VectorXd inverse =
+              (unit.array() > kSmallestNorm).select(unit.cwiseInverse(), 0.0);
           slope = inverse.cast<float>().asDiagonal() * slope;
           const Eigen::RowVectorXf gains =
               ((solution.whitening * unit.asDiagonal()).cast<float>() * slope)

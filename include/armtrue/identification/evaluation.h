@@ -36,7 +36,8 @@ struct NoiseFloor {
 };
 
 /// Scatter of the replicates about their own mean residual, by session, pose and channel, estimated
-/// robustly; where no pose is repeated, what the robot file says of the instrument. Replicates
+/// robustly; where no pose is repeated, what the readings state themselves (their median
+/// `sigma_mm`), else what the robot file says of the instrument. Replicates
 /// taken in a row at standstill show the instrument, not the arm's return to a pose.
 NoiseFloor noise_floor(const Robot& robot, const Campaign& campaign, const Evaluation& evaluation);
 
