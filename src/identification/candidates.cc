@@ -399,9 +399,11 @@ std::vector<Candidate> refined_candidates(const Candidate& candidate, const Camp
       add(inner);
     }
   } else if (shape.kind == ShapeKind::exponential) {
-    for (double factor : {0.5, 0.6, 0.7, 0.85, 1.0, 1.2, 1.4, 1.7, 2.0}) {
+    // Steps of a grid that does not depend on where the search has come from.
+    for (double tau = span.duration() / 64; tau <= 2 * span.duration(); tau *= 1.15) {
+      if (std::abs(std::log(tau / shape.tau)) > std::log(2.0)) continue;
       Shape inner = shape;
-      inner.tau = shape.tau * factor;
+      inner.tau = tau;
       add(inner);
     }
   }

@@ -13,6 +13,9 @@
 namespace armtrue {
 namespace {
 
+// A whitened column below this is a driver that did not move but for rounding: no length or angle
+// that could be told by it is possible, and its inverse is no number.
+constexpr double kSmallestNorm = 1e-10;
 // Less than this of a candidate's own norm left after projection is rounding, not evidence.
 constexpr double kSmallestLeft = 1e-5;
 // A column of which less than this (squared) is left beside the candidate's other columns.
@@ -36,16 +39,6 @@ bool same(const Context& a, const Context& b) {
   return a.q == b.q && a.arrival == b.arrival && a.time_s == b.time_s &&
          a.payload_kg == b.payload_kg && a.motor_torque_nm == b.motor_torque_nm &&
          a.force_n == b.force_n && a.temperature_c == b.temperature_c;
-}
-
-// Poses numbered from zero in the order of their first row.
-std::vector<int> number_poses(const std::vector<int>& pose, int& count) {
-  std::map<int, int> numbers;
-  std::vector<int> group_of_row;
-  for (int id : pose)
-    group_of_row.push_back(numbers.try_emplace(id, static_cast<int>(numbers.size())).first->second);
-  count = static_cast<int>(numbers.size());
-  return group_of_row;
 }
 
 }  // namespace
@@ -254,7 +247,7 @@ ProjectedCandidates::Solution ProjectedCandidates::solve(int candidate,
   Solution solution{Eigen::MatrixXd(0, k), 0, 0};
   std::vector<int> kept;
   for (int c = 0; c < k; ++c) {
-    if (own[c] <= 0) continue;
+    if (own[c] <= kSmallestNorm * kSmallestNorm) continue;
     const double left = std::max(0.0, gram(c, c)) / own[c];
     solution.left = std::max(solution.left, std::sqrt(left));
     if (left < kSmallestLeft * kSmallestLeft) continue;
@@ -360,8 +353,8 @@ std::vector<double> ProjectedCandidates::best_of_flipped(const Eigen::VectorXd& 
   // One sign for each pose in each draw; the same for every candidate. What flips together is
   // summed first. A rank among draws needs no more digits than float has, once the projection has
   // been done in double.
-  int poses = 0;
-  const std::vector<int> pose_of_row = number_poses(fit_.pose(), poses);
+  const std::vector<int>& pose_of_row = fit_.pose();
+  const int poses = 1 + *std::max_element(pose_of_row.begin(), pose_of_row.end());
   std::vector<int> pose_of_moment(scan_.values_.rows());
   for (int row = 0; row < fit_.rows(); ++row)
     pose_of_moment[scan_.moment_of_row_[row]] = pose_of_row[row];
@@ -422,7 +415,8 @@ std::vector<double> ProjectedCandidates::best_of_flipped(const Eigen::VectorXd& 
             slope.row(term.coefficient) += slopes.row(term.column);
           // In units in which the slopes are near one: columns differ by orders of magnitude.
           const Eigen::VectorXd unit = grams_[candidate].diagonal().cwiseSqrt();
-          const Eigen::VectorXd inverse = (unit.array() > 0).select(unit.cwiseInverse(), 0.0);
+          const Eigen::VectorXd inverse =
+              (unit.array() > kSmallestNorm).select(unit.cwiseInverse(), 0.0);
           slope = inverse.cast<float>().asDiagonal() * slope;
           const Eigen::RowVectorXf gains =
               ((solution.whitening * unit.asDiagonal()).cast<float>() * slope)
