@@ -16,7 +16,7 @@
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/parameters.h"
 #include "identification/carried_campaign.h"
-#include "support/jet_chain.h"
+#include "kinematics/jet_chain.h"
 
 namespace armtrue {
 namespace {

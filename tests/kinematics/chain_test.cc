@@ -7,7 +7,7 @@
 
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/evaluator.h"
-#include "support/jet_chain.h"
+#include "kinematics/jet_chain.h"
 #include "support/random_chain.h"
 
 namespace armtrue {
