@@ -66,46 +66,37 @@ void warn_of_gaps(const app::Command& command, const MirrorResult& result) {
           pass.longest_gap));
 }
 
-PassAccuracy accuracy_of(const Path& programmed, const std::vector<Path>& passes,
-                         const std::vector<ClockFit>& clocks) {
-  std::vector<PlaneCrossings> crossings;
-  Eigen::Index count = 0;
-  for (size_t p = 0; p < passes.size(); ++p) {
-    crossings.push_back(cross_normal_planes(programmed, registered(passes[p], clocks[p])));
-    count += crossings.back().deviation.cols();
-  }
-  Eigen::Matrix3Xd deviation(3, count);
-  count = 0;
-  for (const PlaneCrossings& pass : crossings) {
-    deviation.middleCols(count, pass.deviation.cols()) = pass.deviation;
-    count += pass.deviation.cols();
-  }
-  return {path_accuracy(crossings), path_errors(deviation)};
+// In the clock of the program.
+std::vector<Path> registered(const std::vector<Path>& passes, const std::vector<ClockFit>& clocks) {
+  std::vector<Path> in_time;
+  for (size_t p = 0; p < passes.size(); ++p) in_time.push_back(registered(passes[p], clocks[p]));
+  return in_time;
 }
 
 // What the passes show beside the correction.
 void describe(MirrorFindings& findings, const Path& programmed, const std::vector<Path>& passes,
               const std::vector<Path>& earlier, const std::optional<Robot>& robot) {
-  const PathDeviation& deviation = findings.result.deviation;
-  std::vector<ClockFit> clocks;
+  std::vector<ClockFit> clocks, earlier_clocks;
   for (const Pass& pass : findings.result.passes) clocks.push_back(pass.clock);
-  findings.accuracy = accuracy_of(programmed, passes, clocks);
-  if (!earlier.empty()) {
-    std::vector<ClockFit> earlier_clocks;
-    for (const Path& pass : earlier)
-      earlier_clocks.push_back(fit_clock(programmed, pass, findings.options.clock));
-    findings.before = accuracy_of(programmed, earlier, earlier_clocks);
-  }
-  findings.force = force_law(deviation, programmed);
-  if (!robot || deviation.force.cols() == 0) return;
-  const Eigen::Matrix3Xd force = interpolate(deviation.time, deviation.force, programmed.time);
-  Eigen::Matrix3Xd predicted =
-      deviation_from_force(RobotModel(*robot), joint_path(programmed, robot->chain), force);
-  const Eigen::Matrix3Xd tangent = tangents(programmed);
-  for (Eigen::Index i = 0; i < predicted.cols(); ++i)
-    predicted.col(i) -= tangent.col(i).dot(predicted.col(i)) * tangent.col(i);
-  findings.robot = line_through_origin(interpolate(programmed.time, predicted, deviation.time),
-                                       deviation.normal);
+  for (const Path& pass : earlier)
+    earlier_clocks.push_back(fit_clock(programmed, pass, findings.options.clock));
+  findings.accuracy = pass_accuracy(programmed, registered(passes, clocks));
+  if (!earlier.empty())
+    findings.before = pass_accuracy(programmed, registered(earlier, earlier_clocks));
+  findings.force = force_law(findings.result.deviation, programmed);
+  if (robot) findings.robot = measured_on_predicted(findings.result.deviation, programmed, *robot);
+}
+
+Eigen::Matrix3Xd corrected_from_force(const PathFile& programmed, const Robot& robot,
+                                      const MirrorOptions& options) {
+  if (!programmed.path.has_force())
+    throw InputError(programmed.source +
+                     ": --from-force needs the forces of the cut: add fx_n, fy_n and fz_n");
+  return correct_from_force(
+      programmed.path,
+      deviation_from_force(RobotModel(robot), joint_path(programmed.path, robot.chain),
+                           programmed.path.force),
+      options);
 }
 
 std::string pass_as_poses(const PathFile& programmed, const std::optional<Robot>& robot,
@@ -146,6 +137,8 @@ int main(int argc, char** argv) {
   std::string cutoff = "1.5625", gain = "auto", points = "turning";
   std::vector<std::string> measured_paths, before_paths;
   double max_mm = 0, offset = 0;
+  KrlCorrectionOptions krl;
+  double spacing_mm = krl.spacing / kMillimetre;
   MirrorOptions mirror;
   command.add_output();
   CLI::App& options = command.options();
@@ -208,6 +201,12 @@ int main(int argc, char** argv) {
       .add_option("--program-out", program_out,
                   "Write the corrected program here, its .dat beside it [NAME-corrected.src]")
       ->needs(program_option);
+  options
+      .add_option("--spacing-mm", spacing_mm,
+                  "Least distance of the points that are inserted into the program")
+      ->check(CLI::Range(0.0, 1000.0))
+      ->capture_default_str()
+      ->needs(program_option);
   of_passes(options.add_option("--summary", summary_path,
                                "Write clocks, noise, deviation and forecast here"));
   of_passes(
@@ -224,50 +223,46 @@ int main(int argc, char** argv) {
     mirror.points = points == "spline" ? CorrectionPoints::spline : CorrectionPoints::turning;
     if (max_mm > 0) mirror.max = max_mm * kMillimetre;
     if (*offset_option) mirror.clock.offset = offset;
-    Eigen::Matrix3Xd corrected;
-    if (from_force) {
-      if (!programmed.path.has_force())
-        throw InputError(programmed.source +
-                         ": --from-force needs the forces of the cut: add fx_n, fy_n and fz_n");
-      corrected = correct_from_force(
-          programmed.path,
-          deviation_from_force(RobotModel(*robot), joint_path(programmed.path, robot->chain),
-                               programmed.path.force),
-          mirror);
-    } else {
-      MirrorFindings findings;
-      findings.options = mirror;
-      std::vector<Path> passes = read_passes(command, measured_paths, findings.files);
-      if (!previous_path.empty())
-        findings.options.executed =
-            previous_correction(command.path(previous_path, KeepRows::yes), programmed);
-      command.progress("correcting");
-      findings.result = mirror_correct(programmed.path, passes, findings.options);
-      std::vector<std::string> earlier_files;
-      std::vector<Path> earlier = read_passes(command, before_paths, earlier_files);
-      describe(findings, programmed.path, passes, earlier, robot);
-      command.tell(mirror_table(findings));
-      warn_of_gaps(command, findings.result);
-      if (!summary_path.empty())
-        write_output(summary_path, write_mirror(findings, command.provenance()));
-      if (!deviation_path.empty())
-        write_output(deviation_path, write_deviation(findings.result.deviation));
-      if (!poses_path.empty())
-        write_output(poses_path, pass_as_poses(programmed, robot, findings.result.deviation));
-      if (!report_path.empty())
-        write_output(report_path, mirror_report(programmed.path, findings.result, findings.options,
-                                                findings.force, findings.files,
-                                                "Mirror correction of " + programmed.source));
-      corrected = findings.result.position;
-    }
+    MirrorFindings findings;
+    findings.options = mirror;
+    std::vector<std::string> earlier_files;
+    const std::vector<Path> passes = read_passes(command, measured_paths, findings.files);
+    const std::vector<Path> earlier = read_passes(command, before_paths, earlier_files);
+    if (!previous_path.empty())
+      findings.options.executed =
+          previous_correction(command.path(previous_path, KeepRows::yes), programmed);
+    command.progress("correcting");
+    if (!from_force) findings.result = mirror_correct(programmed.path, passes, findings.options);
+    const Eigen::Matrix3Xd corrected =
+        from_force ? corrected_from_force(programmed, *robot, mirror) : findings.result.position;
+    // The products first: nothing that goes wrong with the rest shall keep them back.
     if (!program_path.empty()) {
+      krl.spacing = spacing_mm * kMillimetre;
       const KrlProgram program = read_krl(program_path);
-      const CorrectedKrl rewritten = correct_krl(program, programmed.path, corrected);
+      const CorrectedKrl rewritten = correct_krl(program, programmed.path, corrected, krl);
       for (const std::string& warning : rewritten.warnings) command.warn(warning);
       command.tell(program_report(program.src.name, rewritten));
       write_program(rewritten, program_path, program_out);
     }
     write_output(command.output, write_path_like(programmed, corrected));
+    if (from_force) return app::kSuccess;
+
+    warn_of_gaps(command, findings.result);
+    if (command.verbose || !summary_path.empty() || !report_path.empty()) {
+      command.progress("describing");
+      describe(findings, programmed.path, passes, earlier, robot);
+      command.tell(mirror_table(findings));
+    }
+    if (!summary_path.empty())
+      write_output(summary_path, write_mirror(findings, command.provenance()));
+    if (!deviation_path.empty())
+      write_output(deviation_path, write_deviation(findings.result.deviation));
+    if (!poses_path.empty())
+      write_output(poses_path, pass_as_poses(programmed, robot, findings.result.deviation));
+    if (!report_path.empty())
+      write_output(report_path,
+                   mirror_report(programmed.path, findings.result, findings.options, findings.force,
+                                 findings.files, "Mirror correction of " + programmed.source));
     return app::kSuccess;
   });
 }

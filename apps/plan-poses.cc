@@ -80,16 +80,18 @@ int main(int argc, char** argv) {
   options.add_option("--count", count, "Number of poses")
       ->required()
       ->check(CLI::Range(1, kCloudSize));
-  options.add_option("--given", given_path, "Measured poses that the planned ones shall complete");
+  options.add_option(
+      "--given", given_path,
+      "Measured poses that the planned ones shall complete; of several sessions the last "
+      "is continued, and box and zone are in its R_A");
   options.add_option("--separate", findings_path,
                      "What close-loop or trace-residual wrote: tell its effects from those it "
                      "calls indistinguishable; -v shows the expected power");
   app::add_zone(options, zone,
                 "Sphere x,y,z,radius in R_A in which the arm shall be accurate; everywhere if "
                 "absent");
-  options.add_option("--box-mm", box, "Working box x0,x1,y0,y1,z0,z1 in R_A of the poses")
-      ->delimiter(',')
-      ->expected(6);
+  app::add_numbers(options, "--box-mm", box, 6, "x0,x1,y0,y1,z0,z1 in mm",
+                   "Working box in R_A of the poses");
   options
       .add_option("--floor-mm", floor_mm, "Height in R_0 below which neither links nor tool may go")
       ->capture_default_str();

@@ -39,9 +39,7 @@ int main(int argc, char** argv) {
   options.add_option("--order", order, "Order of the visits: random, or sorted by the first joint")
       ->check(CLI::IsMember({"random", "sorted"}))
       ->capture_default_str();
-  options.add_option("--box-mm", box, "Working box x0,x1,y0,y1,z0,z1 in R_A")
-      ->delimiter(',')
-      ->expected(6);
+  app::add_numbers(options, "--box-mm", box, 6, "x0,x1,y0,y1,z0,z1 in mm", "Working box in R_A");
   return command.run(argc, argv, [&] {
     const Robot robot = command.robot(robot_path).robot;
     const Robot truth = truth_path.empty() ? robot : command.robot(truth_path).robot;

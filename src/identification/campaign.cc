@@ -58,6 +58,7 @@ Campaign Campaign::select(const std::vector<int>& rows) const {
   }
   chosen.target_names = target_names;
   chosen.anchor_names = anchor_names;
+  chosen.has_coordinates = has_coordinates;
   chosen.temperature_names = temperature_names;
   chosen.session_names = session_names;
   const auto pick = [&](const auto& from, auto& to) {
@@ -83,6 +84,31 @@ Campaign Campaign::select(const std::vector<int>& rows) const {
   pick(temperature_c, chosen.temperature_c);
   pick(session, chosen.session);
   return chosen;
+}
+
+void points_to_coordinates(Campaign& campaign) {
+  std::vector<int> rows;
+  for (int row = 0; row < campaign.rows(); ++row)
+    rows.insert(rows.end(), campaign.distance[row] > 0 ? 1 : 3, row);
+  const bool is_named = !campaign.anchor.empty();
+  if (!is_named) {
+    campaign.anchor.assign(campaign.q.size(), 0);
+    campaign.anchor_names = {""};
+  }
+  Campaign all = campaign.select(rows);
+  all.skipped_rows = campaign.skipped_rows;
+  for (int row = 0, axis = 0; row < all.rows(); ++row)
+    if (all.distance[row] > 0) {
+      all.anchor[row] += 3;
+    } else {
+      all.distance[row] = all.position[row][axis];
+      all.anchor[row] = axis;
+      axis = (axis + 1) % 3;
+    }
+  all.position.clear();
+  for (const char* axis : {"z", "y", "x"}) all.anchor_names.insert(all.anchor_names.begin(), axis);
+  all.has_coordinates = true;
+  campaign = std::move(all);
 }
 
 void derive_arrival(Campaign& campaign) {

@@ -12,9 +12,11 @@ namespace {
 constexpr double kSmallestPivot = 1e-9;  // of columns of unit length
 constexpr double kWorthNaming = 0.1;     // of what an effect does to the readings
 
-// How much the readings of one pose agree beyond what independent readings would: the variance
-// inflation 1 + (m - 1) icc of one-way analysis of variance on the position residuals, with the
-// unknowns counted against the poses, which determine them.
+// How many readings are worth one independent one. What the model lacks at a pose strikes all of
+// its readings alike, so that they agree more than independent ones would: m readings of a pose
+// count as m / (1 + (m - 1) icc), where icc is the share of the variance that a pose has in common,
+// from one-way analysis of variance of the position residuals (Kish, "Survey Sampling", 1965). The
+// unknowns follow the means of the poses, so they are taken off the freedom between poses.
 double estimate_design_effect(const Eigen::VectorXd& residual, const Campaign& campaign,
                               double unknowns) {
   const ReadingSize size = campaign.reading_size();
@@ -85,12 +87,20 @@ Linearization::Linearization(const CalibrationResult& fit, const Campaign& campa
     blocks.middleRows(row * size, size) *= std::sqrt(fit.weights[row]);
   jacobian_ = blocks.leftCols(kTargetParameters);
   // What a session has of its own is fitted in columns of its own, but an effect moves it in all.
-  for (int s = 1; s < models.sessions(); ++s)
-    for (size_t k = 0; k < models.own().size(); ++k) {
-      const auto own = blocks.col(models.first_own(s) + static_cast<int>(k));
-      for (int row : models.rows_of(s))
-        jacobian_.col(models.own()[k]).segment(row * size, size) = own.segment(row * size, size);
+  for (int s = 1; s < models.sessions(); ++s) {
+    const ObservationModel& own = models.model(s);
+    const ObservationModel model(own.campaign(),
+                                 own.robot_at(Eigen::VectorXd::Zero(own.unknowns())), all,
+                                 own.scale(), false, models.common_from_own(s));
+    const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
+    Eigen::MatrixXd block(size, model.unknowns() + 1);
+    for (int i = 0; i < model.rows(); ++i) {
+      const int row = models.rows_of(s)[i];
+      at.block(i, block);
+      jacobian_.middleRows(row * size, size) =
+          std::sqrt(fit.weights[row]) * block.leftCols(kTargetParameters);
     }
+  }
 
   const int kept = static_cast<int>(fit.set.kept.size());
   const int others = models.unknowns() - static_cast<int>(all.size());
@@ -137,7 +147,9 @@ Eigen::MatrixXd Linearization::complement(
 }
 
 double Linearization::standard_deviation(const Eigen::VectorXd& column) const {
-  const double left = column.squaredNorm() - (basis_.transpose() * column).squaredNorm();
+  const double whole = column.squaredNorm();
+  const double left = std::max(whole - (basis_.transpose() * column).squaredNorm(),
+                               kSmallestPivot * kSmallestPivot * whole);
   const double variance =
       residual_norm_ / static_cast<double>(residual_.size() - basis_.cols() - 1);
   return std::sqrt(design_effect_ * variance / left);

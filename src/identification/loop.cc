@@ -1,12 +1,13 @@
 #include "armtrue/identification/loop.h"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <set>
 #include <stdexcept>
 
 #include "armtrue/identification/pose_bootstrap.h"
+#include "armtrue/identification/statistics.h"
 #include "sessions.h"
 #include "shuffle.h"
 
@@ -54,28 +55,12 @@ Robot placed(const Robot& robot, const Campaign& campaign) {
   return calibrate(placed, campaign, options).robot;
 }
 
-// The fit with one effect's coefficients held at zero, all else adjusted to it: the constrained
-// minimum of the quadratic that the covariance describes.
+// The fit without one effect, all else adjusted to that: far from where the fit was linear if the
+// effect is a strong one.
 Robot without_effect(const CalibrationResult& fit, const Campaign& campaign, size_t effect) {
-  auto first = static_cast<Eigen::Index>(fit.set.kept.size());
-  for (size_t e = 0; e < effect; ++e)
-    first += static_cast<Eigen::Index>(fit.robot.effects[e].coefficients.size());
-  const auto& coefficients = fit.robot.effects[effect].coefficients;
-  const auto count = static_cast<Eigen::Index>(coefficients.size());
-  Eigen::VectorXd value(count);
-  for (Eigen::Index k = 0; k < count; ++k) value[k] = coefficients[static_cast<size_t>(k)].value;
-  // In units of their standard deviations, which differ by orders of magnitude.
-  const Eigen::VectorXd unit = fit.covariance.diagonal().segment(first, count).cwiseSqrt();
-  const Eigen::VectorXd inverse = (unit.array() > 0).select(unit.cwiseInverse(), 0.0);
-  const Eigen::MatrixXd correlation = inverse.asDiagonal() *
-                                      fit.covariance.block(first, first, count, count) *
-                                      inverse.asDiagonal();
-  const Eigen::VectorXd change =
-      -fit.covariance.middleCols(first, count) * inverse.asDiagonal() *
-      correlation.completeOrthogonalDecomposition().solve(inverse.cwiseProduct(value));
-  Robot reduced = SessionModels(campaign, fit.robot, fit.set.kept, fit.scale).robot_at(change);
+  Robot reduced = fit.robot;
   reduced.effects.erase(reduced.effects.begin() + static_cast<std::ptrdiff_t>(effect));
-  return reduced;
+  return calibrate(reduced, campaign, fit.set).robot;
 }
 
 bool has_other_cause(const TracedEffect& traced) {
@@ -181,6 +166,10 @@ LoopResult close_loop(const Robot& robot, const Campaign& training, const Campai
   result.noise = quality.noise;
   result.lack_of_fit = quality.lack_of_fit;
   result.floor = mean_error_of_noise(result.noise.position, result.noise.axes);
+  if (const std::vector<double>& own = training.sigma_position;
+      !own.empty())  // it is of the median
+    result.floor *= std::accumulate(own.begin(), own.end(), 0.0) /
+                    (static_cast<double>(own.size()) * median(own));
 
   const size_t declared = final_robot.effects.size() - result.trace.effects.size();
   for (size_t k = 0; k < result.trace.effects.size(); ++k)

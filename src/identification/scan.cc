@@ -13,6 +13,9 @@
 namespace armtrue {
 namespace {
 
+// A whitened column below this is a driver that did not move but for rounding: no length or angle
+// that could be told by it is possible, and its inverse is no number.
+constexpr double kSmallestNorm = 1e-10;
 // Less than this of a candidate's own norm left after projection is rounding, not evidence.
 constexpr double kSmallestLeft = 1e-5;
 // A column of which less than this (squared) is left beside the candidate's other columns.
@@ -244,7 +247,7 @@ ProjectedCandidates::Solution ProjectedCandidates::solve(int candidate,
   Solution solution{Eigen::MatrixXd(0, k), 0, 0};
   std::vector<int> kept;
   for (int c = 0; c < k; ++c) {
-    if (own[c] <= 0) continue;
+    if (own[c] <= kSmallestNorm * kSmallestNorm) continue;
     const double left = std::max(0.0, gram(c, c)) / own[c];
     solution.left = std::max(solution.left, std::sqrt(left));
     if (left < kSmallestLeft * kSmallestLeft) continue;
@@ -272,12 +275,15 @@ ProjectedCandidates::Solution ProjectedCandidates::solve(int candidate,
   return solution;
 }
 
+double ProjectedCandidates::ebic_price(double log_choices, int degrees_of_freedom) const {
+  return degrees_of_freedom * std::log(fit_.equations()) + 2.0 * log_choices;
+}
+
 double ProjectedCandidates::ebic_fall(double log_choices, int degrees_of_freedom, double gain,
                                       double residual_norm) const {
   if (degrees_of_freedom == 0) return -std::numeric_limits<double>::infinity();
-  const double n = fit_.equations();
   const double left = std::max(1e-12, 1.0 - gain / residual_norm);
-  return -n * std::log(left) - degrees_of_freedom * std::log(n) - 2.0 * log_choices;
+  return -fit_.equations() * std::log(left) - ebic_price(log_choices, degrees_of_freedom);
 }
 
 std::vector<CandidateScore> ProjectedCandidates::scores(const Linearization::Loss& loss,
@@ -398,6 +404,9 @@ std::vector<double> ProjectedCandidates::best_of_flipped(const Eigen::VectorXd& 
       [&](int begin, int end) {
         Eigen::VectorXd block_best =
             Eigen::VectorXd::Constant(flips, -std::numeric_limits<double>::infinity());
+        // exp(-best / equations): what a gain must reach is known without its logarithm.
+        Eigen::VectorXd to_beat =
+            Eigen::VectorXd::Constant(flips, std::numeric_limits<double>::infinity());
         for (int candidate = begin; candidate < end; ++candidate) {
           const Solution solution = solve(candidate, on_basis(candidate), {});
           if (solution.degrees_of_freedom == 0) continue;
@@ -406,16 +415,24 @@ std::vector<double> ProjectedCandidates::best_of_flipped(const Eigen::VectorXd& 
             slope.row(term.coefficient) += slopes.row(term.column);
           // In units in which the slopes are near one: columns differ by orders of magnitude.
           const Eigen::VectorXd unit = grams_[candidate].diagonal().cwiseSqrt();
-          const Eigen::VectorXd inverse = (unit.array() > 0).select(unit.cwiseInverse(), 0.0);
+          const Eigen::VectorXd inverse =
+              (unit.array() > kSmallestNorm).select(unit.cwiseInverse(), 0.0);
           slope = inverse.cast<float>().asDiagonal() * slope;
           const Eigen::RowVectorXf gains =
               ((solution.whitening * unit.asDiagonal()).cast<float>() * slope)
                   .colwise()
                   .squaredNorm();
-          for (int f = 0; f < flips; ++f)
-            block_best[f] =
-                std::max(block_best[f], ebic_fall(scan_.candidates_[candidate].log_choices,
-                                                  solution.degrees_of_freedom, gains[f], norms[f]));
+          const double log_choices = scan_.candidates_[candidate].log_choices;
+          const double price =
+              std::exp(-ebic_price(log_choices, solution.degrees_of_freedom) / fit_.equations());
+          for (int f = 0; f < flips; ++f) {
+            if (gains[f] <= norms[f] * (1 - to_beat[f] * price)) continue;
+            const double score =
+                ebic_fall(log_choices, solution.degrees_of_freedom, gains[f], norms[f]);
+            if (score <= block_best[f]) continue;
+            block_best[f] = score;
+            to_beat[f] = std::exp(-score / fit_.equations());
+          }
         }
         return block_best;
       },

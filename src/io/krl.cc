@@ -286,6 +286,7 @@ class Writer {
           syntax_.absolute_accuracy_line,
           "$ABS_ACCUR: the controller corrects the arm's geometry itself; measure and run "
           "with it in the same state, or both corrections add up");
+    note_few_found(plans);
     for (size_t i = 0; i < plans.size(); ++i) write_move(syntax_.moves[i], plans[i]);
     edit_targets();
     result_.src = apply(program_.src.text, edits_, false);
@@ -354,6 +355,22 @@ class Writer {
     pose_ = to && (via || !circle) ? pose : unknown();
   }
 
+  // Approach and retreat lie off the path; where most of the program does, it is another path's.
+  void note_few_found(const std::vector<PlannedMove>& plans) {
+    int known = 0, found = 0, first_off = 0;
+    for (size_t i = 0; i < plans.size(); ++i) {
+      if (!plans[i].known) continue;
+      const bool on_path = std::isfinite(plans[i].end_place);
+      ++known;
+      found += on_path;
+      if (!on_path && first_off == 0) first_off = syntax_.moves[i].line;
+    }
+    if (2 * found < known)
+      warnings_.add(first_off, fmt::format("only {} of the {} points of the program lie on the "
+                                           "programmed path; is this the program of that path?",
+                                           found, known));
+  }
+
   void note_surroundings(const KrlMove& move) {
     if (!base_) base_ = {move.base, move.line};
     if (base_->first != move.base)
@@ -408,11 +425,14 @@ class Writer {
     const Vector3d start = position(plan.start), end = position(plan.end);
     const bool on_path = std::isfinite(plan.start_place) || std::isfinite(plan.end_place);
     if (move.motion == KrlMotion::line && on_path && start.allFinite() && start != end) {
-      const std::vector<Knot> knots =
-          knots_on(plan, path_, displacement_, [&](const Vector3d& sample) {
-            return place_on_line(start, end, sample, options_.match);
-          });
-      const std::vector<size_t> divisions = divide_line(knots, options_.tolerance);
+      std::vector<Knot> knots = knots_on(plan, path_, displacement_, [&](const Vector3d& sample) {
+        return place_on_line(start, end, sample, options_.match);
+      });
+      // What moves along the line bends nothing.
+      const Vector3d along = (end - start).normalized();
+      for (Knot& knot : knots) knot.displacement -= along.dot(knot.displacement) * along;
+      const std::vector<size_t> divisions =
+          divide_line(knots, options_.tolerance, options_.spacing / (end - start).norm());
       if (may_insert(move, plan, divisions.size() - 2))
         for (size_t i = 1; i + 1 < divisions.size(); ++i) {
           const Knot& knot = knots[divisions[i]];
@@ -446,7 +466,8 @@ class Writer {
         plan, path_, displacement_,
         [&](const Vector3d& sample) { return place_on_arc(*arc, sample, options_.match); });
     const double via = arc->foot(position(plan.auxiliary));
-    const std::vector<size_t> divisions = divide_arc(*arc, via, knots, options_.tolerance);
+    const std::vector<size_t> divisions = divide_arc(*arc, via, knots, options_.tolerance,
+                                                     options_.spacing / (arc->radius * arc->angle));
     if (!may_insert(move, plan, divisions.size() - 2)) {
       KrlValues auxiliary = unknown();
       auxiliary.head<3>() = position(plan.auxiliary) + displacement_at(knots, via);

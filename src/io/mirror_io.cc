@@ -251,12 +251,12 @@ std::string write_pass_as_poses(const Path& programmed,
   const bool with_force = deviation.force.cols() > 0;
   std::string text = "pose,t_s";
   for (int j = 1; j <= kJoints; ++j) text += fmt::format(",q{}_deg", j);
-  text += with_force ? ",x_mm,y_mm,z_mm,fx_n,fy_n,fz_n\n" : ",x_mm,y_mm,z_mm\n";
-  Path on_grid;
-  on_grid.time = deviation.time;
-  on_grid.position = position_at(programmed, deviation.time);
-  const Eigen::Matrix3Xd measured =
-      on_grid.position + deviation.normal + tangents(on_grid) * deviation.along.asDiagonal();
+  text += ",x_mm,y_mm,z_mm,sigma_mm";
+  text += with_force ? ",fx_n,fy_n,fz_n\n" : "\n";
+  const std::string sigma =
+      ',' + decimal_text(deviation.noise / std::sqrt(static_cast<double>(block)) / kMillimetre, 6);
+  const Eigen::Matrix3Xd wanted = position_at(programmed, deviation.time);
+  const Eigen::Matrix3Xd measured = wanted + deviation.whole;
   const Eigen::MatrixXd angles = interpolate(programmed.time, q, deviation.time);
   size_t next_break = 0;
   int pose = 0;
@@ -269,16 +269,17 @@ std::string write_pass_as_poses(const Path& programmed,
       begin = deviation.breaks[next_break];
       continue;
     }
-    if (on_grid.position.col(begin) != on_grid.position.col(begin + block - 1)) {
-      text +=
-          fmt::format("{},{}", ++pose, number_text(deviation.time.segment(begin, block).mean()));
-      const auto add = [&](const auto& values, double unit) {
+    if (wanted.col(begin) != wanted.col(begin + block - 1)) {
+      text += fmt::format("{},{}", ++pose,
+                          decimal_text(deviation.time.segment(begin, block).mean(), 7));
+      const auto add = [&](const auto& values, double unit, int decimals) {
         const Eigen::VectorXd mean = values.middleCols(begin, block).rowwise().mean();
-        for (const double value : mean) text += ',' + number_text(value, unit);
+        for (const double value : mean) text += ',' + decimal_text(value / unit, decimals);
       };
-      add(angles, kDegree);
-      add(measured, kMillimetre);
-      if (with_force) add(deviation.force, 1);
+      add(angles, kDegree, 9);
+      add(measured, kMillimetre, 6);
+      text += sigma;
+      if (with_force) add(deviation.force, 1, 6);
       text += '\n';
     }
     begin += block;

@@ -13,6 +13,12 @@ std::string number_text(double value) {
   return fmt::format("{}", value);
 }
 
+std::string decimal_text(double value, int decimals) {
+  double scale = 1;
+  for (int k = 0; k < decimals; ++k) scale *= 10;
+  return number_text(std::round(value * scale) / scale);
+}
+
 std::string number_text(double si, double unit) {
   if (si == 0) return "0";
   const double value = si / unit;

@@ -178,15 +178,16 @@ std::string write_path(const Path& path) {
     for (int j = 0; j < kJoints; ++j) text += ",q" + std::to_string(j + 1) + "_deg";
   if (path.has_force()) text += ",fx_n,fy_n,fz_n";
   text += '\n';
-  const auto add = [&](const auto& values, double unit) {
-    for (Eigen::Index k = 0; k < values.size(); ++k) text += ',' + number_text(values[k], unit);
+  const auto add = [&](const auto& values, double unit, int decimals) {
+    for (Eigen::Index k = 0; k < values.size(); ++k)
+      text += ',' + decimal_text(values[k] / unit, decimals);
   };
   for (Eigen::Index i = 0; i < path.samples(); ++i) {
-    text += number_text(path.time[i]);
-    add(path.position.col(i), kMillimetre);
-    if (path.has_orientation()) add(path.orientation.col(i), kDegree);
-    if (path.has_joints()) add(path.q.col(i), kDegree);
-    if (path.has_force()) add(path.force.col(i), 1);
+    text += decimal_text(path.time[i], 7);
+    add(path.position.col(i), kMillimetre, 6);
+    if (path.has_orientation()) add(path.orientation.col(i), kDegree, 9);
+    if (path.has_joints()) add(path.q.col(i), kDegree, 9);
+    if (path.has_force()) add(path.force.col(i), 1, 6);
     text += '\n';
   }
   return text;
@@ -195,12 +196,14 @@ std::string write_path(const Path& path) {
 std::string write_path_like(const PathFile& file, const Eigen::Matrix3Xd& position) {
   std::array<size_t, 3> place{};
   std::array<double, 3> unit{};
+  std::array<int, 3> decimals{};  // a nanometre
   for (int axis = 0; axis < 3; ++axis) {
     const std::string name(1, "xyz"[axis]);
     for (size_t c = 0; c < file.columns.size(); ++c) {
       if (file.columns[c] != name + "_mm" && file.columns[c] != name + "_m") continue;
       place[axis] = c;
       unit[axis] = file.columns[c] == name + "_mm" ? kMillimetre : 1;
+      decimals[axis] = file.columns[c] == name + "_mm" ? 6 : 9;
     }
   }
   std::string text;
@@ -217,7 +220,7 @@ std::string write_path_like(const PathFile& file, const Eigen::Matrix3Xd& positi
       if (axis < 0)
         text.append(file.rows, begin, end - begin);
       else
-        text += number_text(std::round(position(axis, i) / kNanometre) / (unit[axis] / kNanometre));
+        text += decimal_text(position(axis, i) / unit[axis], decimals[axis]);
       text += c + 1 < file.columns.size() ? ',' : '\n';
       begin = end + 1;
     }

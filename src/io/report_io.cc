@@ -104,7 +104,8 @@ std::string cycle_text(const Effect& effect, const Cycle& cycle, const Robot& ro
   std::string frequency = fmt::format("{:g}", effect.shape.harmonic);
   if (cycle.frequency_std > 0) {
     const double of_frequency = k95 * cycle.frequency_std;
-    const int digits = std::max(0, static_cast<int>(std::ceil(1 - std::log10(of_frequency))));
+    const int digits =
+        static_cast<int>(std::clamp(std::ceil(1 - std::log10(of_frequency)), 0.0, 6.0));
     frequency = fmt::format("{:.{}f} +- {:.2g}", effect.shape.harmonic, digits, of_frequency);
   }
   return fmt::format("{} cycles per turn, amplitude {:.3g} +- {:.2g} {}, phase {:.0f} deg",
@@ -291,10 +292,23 @@ YAML::Node move_node(const KinematicChain& chain, const Move& move) {
     for (const ParameterChange& change : move.changes)
       node["changes"].push_back(change_node(chain, change));
   }
-  node["delta_bic"] = rounded(move.delta_bic);
+  for (const std::string& session : move.sessions) node["sessions"].push_back(session);
   node["p_value"] = rounded(move.p_value);
+  return node;
+}
+
+// A move of the robot, as part of an explanation.
+YAML::Node explaining_node(const KinematicChain& chain, const Move& move) {
+  YAML::Node node = move_node(chain, move);
+  node["delta_bic"] = rounded(move.delta_bic);
   node["p_value_left"] = rounded(move.p_value_left);
   return node;
+}
+
+YAML::Node list_node(const std::vector<YAML::Node>& items) {
+  YAML::Node list(YAML::NodeType::Sequence);
+  for (const YAML::Node& item : items) list.push_back(item);
+  return items.empty() ? flow(list) : list;
 }
 
 // The strongest absorbers of one parameter.
@@ -450,15 +464,20 @@ std::string write_change(const ChangeResult& result, const Robot& previous,
   root["spread"] = flow_map(spread);
   root["mean_error_mm"] = flow_map({{"before", rounded(result.before / kMillimetre)},
                                     {"after", rounded(result.after / kMillimetre)}});
-  YAML::Node moved(YAML::NodeType::Sequence), indistinguishable(YAML::NodeType::Sequence);
-  for (int k = 0; !result.holds && k < static_cast<int>(result.moves.size()); ++k) {
-    const bool in_class = k <= result.indistinguishable;
-    if (in_class || result.moves[k].p_value < kChangeSignificance)
-      moved.push_back(move_node(previous.chain, result.moves[k]));
-    if (k > 0 && in_class) indistinguishable.push_back(result.moves[k].what);
+  std::vector<YAML::Node> moved, indistinguishable, stations;
+  for (const Move& move : result.moved) {
+    moved.push_back(explaining_node(previous.chain, move));
+    for (const Move& rival : move.indistinguishable) {
+      YAML::Node& node = indistinguishable.emplace_back(explaining_node(previous.chain, rival));
+      node["instead_of"] = move.what;
+    }
   }
-  root["moved"] = result.holds ? flow(moved) : moved;
-  root["indistinguishable"] = flow(indistinguishable);
+  for (const Move& station : result.stations)
+    stations.push_back(move_node(previous.chain, station));
+  root["moved"] = list_node(moved);
+  root["indistinguishable"] = list_node(indistinguishable);
+  root["p_value_left"] = rounded(result.p_value_left);
+  if (!campaign.session_names.empty()) root["stations"] = list_node(stations);
   return print_document(root);
 }
 

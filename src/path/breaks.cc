@@ -6,11 +6,11 @@
 
 #include "armtrue/identification/statistics.h"
 #include "armtrue/kinematics/units.h"
+#include "corners.h"
 
 namespace armtrue {
 namespace {
 
-constexpr double kCorner = 15 * kDegree;      // between neighbouring samples
 constexpr double kReversal = 0.01 * kDegree;  // of travel back, to count as one
 constexpr Eigen::Index kShortest = 4;         // samples of a piece
 constexpr double kFinest = 1e-7;              // [m]: nothing is read to less
@@ -105,15 +105,14 @@ class JumpSearch {
 
 std::vector<double> program_breaks(const Path& programmed) {
   std::vector<double> times;
-  const Eigen::Matrix3Xd tangent = tangents(programmed);
-  const double corner = std::cos(kCorner);
+  for (const Corner& corner : find_corners(programmed))
+    for (const Eigen::Index i : {corner.last, corner.last + 1}) times.push_back(programmed.time[i]);
   for (Eigen::Index i = 1; i < programmed.samples(); ++i) {
-    const bool turns = tangent.col(i).dot(tangent.col(i - 1)) < corner;
     const auto moves = [&](Eigen::Index k) {
       return k + 1 < programmed.samples() &&
              programmed.position.col(k + 1) != programmed.position.col(k);
     };
-    if (turns || moves(i) != moves(i - 1)) times.push_back(programmed.time[i]);
+    if (moves(i) != moves(i - 1)) times.push_back(programmed.time[i]);
   }
   if (programmed.has_joints()) add_reversals(programmed, times);
   std::sort(times.begin(), times.end());

@@ -22,6 +22,7 @@ namespace {
 
 // Quartz keeps time to 1e-4; the pass rarely lasts long enough to say so by itself.
 constexpr double kRateDeviation = 2e-4;
+constexpr double kWorstRate = 1e-3;          // beyond it is no clock
 constexpr double kOffsetDeviation = 1;       // [s], about the first offset: so far off it never is
 constexpr double kLargestDeviation = 10e-3;  // [m]: beyond it the frames differ, not the path
 constexpr double kWorstOffset = 0.1;         // [s], one standard deviation
@@ -75,12 +76,15 @@ Eigen::VectorXd correlate(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
   return correlation.head(length);
 }
 
-// Mean square distance of some thousands of samples, were the clocks `offset` apart.
-double misfit(const Path& programmed, const Path& measured, double offset) {
+// Mean square distance of some thousands of samples, were the clocks so.
+double misfit(const Path& programmed, const Path& measured, double offset, double rate = 0) {
   const Eigen::Index step = std::max<Eigen::Index>(1, measured.samples() / 5000);
   const Eigen::VectorXd time = measured.time(Eigen::seq(0, Eigen::last, step));
   const Eigen::Matrix3Xd position = measured.position(Eigen::all, Eigen::seq(0, Eigen::last, step));
-  return (position - position_at(programmed, time.array() - offset)).colwise().squaredNorm().mean();
+  return (position - position_at(programmed, (time.array() - offset) / (1 + rate)))
+      .colwise()
+      .squaredNorm()
+      .mean();
 }
 
 // Where the two speeds go together best. A record of a part of the pass at constant speed fits in
@@ -140,6 +144,43 @@ Eigen::Matrix3Xd velocity_at(const Path& path, const Eigen::VectorXd& times) {
         (path.position.col(k + 1) - path.position.col(k)) / (path.time[k + 1] - path.time[k]);
   }
   return velocity;
+}
+
+// Clocks drift apart over a long record, in the end by more than the paths may lie apart. From the
+// middle, where the first offset holds, offset and rate follow it outwards: least squares over a
+// stretch that doubles.
+void follow_drift(const Path& programmed, const Path& measured, ClockFit& fit) {
+  constexpr double kBridged = 0.1;  // [s] of drift
+  constexpr int kRounds = 5;
+  constexpr Eigen::Index kSamples = 5000;
+  const double* const begin = measured.time.data();
+  const double* const end = begin + measured.samples();
+  const double middle = 0.5 * (*begin + *(end - 1)), whole = *(end - 1) - middle;
+  for (double half = kBridged / kRateDeviation;; half *= 2) {
+    const auto first = std::lower_bound(begin, end, middle - half) - begin;
+    const auto last = std::upper_bound(begin, end, middle + half) - begin - 1;
+    const auto some = Eigen::seq(first, last, std::max<Eigen::Index>(1, (last - first) / kSamples));
+    const Eigen::VectorXd time = measured.time(some);
+    const Eigen::Matrix3Xd position = measured.position(Eigen::all, some);
+    for (int round = 0; round < kRounds; ++round) {
+      const Eigen::VectorXd own = (time.array() - fit.offset) / (1 + fit.rate);
+      const Eigen::Matrix3Xd velocity = velocity_at(programmed, own);
+      const Eigen::Matrix3Xd off = position - position_at(programmed, own);
+      const double at = fit.program_time(middle);
+      Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
+      Eigen::Vector2d right = Eigen::Vector2d::Zero();
+      for (Eigen::Index i = 0; i < own.size(); ++i) {
+        const Eigen::Vector2d by(1, own[i] - at);
+        normal += velocity.col(i).squaredNorm() * by * by.transpose();
+        right -= velocity.col(i).dot(off.col(i)) * by;
+      }
+      const Eigen::Vector2d change = normal.ldlt().solve(right);
+      if (!change.allFinite()) return;
+      fit.offset += change[0] - at * change[1];
+      fit.rate += change[1];
+    }
+    if (half >= whole) return;
+  }
 }
 
 // Samples of a long record that tell the clock as well as all of them: some runs, evenly spread,
@@ -439,9 +480,17 @@ ClockFit fit_clock(const Path& programmed, const Path& measured, const ClockOpti
   ClockFit fit;
   fit.offset = options.offset ? *options.offset : coarse_offset(programmed, measured);
   check_overlap(programmed, measured, fit);
-  const bool apart =
-      misfit(programmed, measured, fit.offset) > kLargestDeviation * kLargestDeviation;
-  if (apart && !options.fit_frame) fail_frame(programmed, measured, fit.offset);
+  const auto apart = [&](const ClockFit& clock) {
+    return misfit(programmed, measured, clock.offset, clock.rate) >
+           kLargestDeviation * kLargestDeviation;
+  };
+  if (apart(fit) && !options.fit_frame) {
+    ClockFit drifting = fit;
+    if (!options.offset) follow_drift(programmed, measured, drifting);
+    if (apart(drifting) || std::abs(drifting.rate) > kWorstRate)
+      fail_frame(programmed, measured, fit.offset);
+    fit = drifting;
+  }
   if (options.offset) return fit;
   if (options.fit_frame)
     fit = fit_with_frame(programmed, measured, fit.offset);

@@ -20,25 +20,35 @@ struct Piece {
 // Divides at the knot that deviates most, as long as it deviates by more than the tolerance.
 // `deviation(first, last)` prepares a piece and returns the deviation of its knots by index.
 template <class Deviation>
-std::vector<size_t> divide(size_t knots, double tolerance, Deviation deviation) {
+std::vector<size_t> divide(const std::vector<Knot>& knots, double tolerance, double shortest,
+                           Deviation deviation) {
   std::vector<size_t> divisions{0};
-  std::vector<Piece> open{{0, knots - 1, 0}};
+  std::vector<Piece> open{{0, knots.size() - 1, 0}};
   while (!open.empty()) {
     const Piece piece = open.back();
     open.pop_back();
     const auto deviation_at = deviation(piece.first, piece.last);
     size_t worst = piece.first;
     double most = tolerance;
-    for (size_t k = piece.first + 1; k < piece.last; ++k)
+    const auto may_divide = [&](size_t k) {
+      constexpr double kRounding = 1 - 1e-9;
+      return k > piece.first && k < piece.last &&
+             knots[k].t - knots[piece.first].t >= kRounding * shortest &&
+             knots[piece.last].t - knots[k].t >= kRounding * shortest;
+    };
+    for (size_t k = piece.first + 1; k < piece.last; ++k) {
+      if (!may_divide(k)) continue;
       if (const double here = deviation_at(k); here > most) {
         most = here;
         worst = k;
       }
+    }
     if (worst == piece.first) {
       divisions.push_back(piece.last);
       continue;
     }
-    if (piece.depth > kDeep) worst = (piece.first + piece.last) / 2;
+    const size_t middle = (piece.first + piece.last) / 2;
+    if (piece.depth > kDeep && may_divide(middle)) worst = middle;
     open.push_back({worst, piece.last, piece.depth + 1});
     open.push_back({piece.first, worst, piece.depth + 1});
   }
@@ -90,8 +100,8 @@ Eigen::Vector3d displacement_at(const std::vector<Knot>& knots, double t) {
          (t - before.t) / (next->t - before.t) * (next->displacement - before.displacement);
 }
 
-std::vector<size_t> divide_line(const std::vector<Knot>& knots, double tolerance) {
-  return divide(knots.size(), tolerance, [&](size_t first, size_t last) {
+std::vector<size_t> divide_line(const std::vector<Knot>& knots, double tolerance, double shortest) {
+  return divide(knots, tolerance, shortest, [&](size_t first, size_t last) {
     const Knot a = knots[first], b = knots[last];
     return [&knots, a, b](size_t k) {
       const double share = (knots[k].t - a.t) / (b.t - a.t);
@@ -102,11 +112,11 @@ std::vector<size_t> divide_line(const std::vector<Knot>& knots, double tolerance
 }
 
 std::vector<size_t> divide_arc(const Arc& arc, double via, const std::vector<Knot>& knots,
-                               double tolerance) {
+                               double tolerance, double shortest) {
   const auto displaced = [&](double t) -> Eigen::Vector3d {
     return arc.at(t) + displacement_at(knots, t);
   };
-  return divide(knots.size(), tolerance, [&](size_t first, size_t last) {
+  return divide(knots, tolerance, shortest, [&](size_t first, size_t last) {
     const bool whole = first == 0 && last + 1 == knots.size();
     const double middle = whole ? via : (knots[first].t + knots[last].t) / 2;
     const auto piece =

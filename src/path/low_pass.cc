@@ -57,17 +57,25 @@ LowPass::LowPass(int order, double cutoff, double sample_rate)
 }
 
 // One pass, begun as if the first sample had stood for ever.
-void LowPass::run(Eigen::VectorXd& samples) const {
-  for (const Section& s : sections_) {
-    double first =
-        samples[0] * (1 - s.b0);  // state of a section at rest (direct form II, transposed)
-    double second = samples[0] * (s.b2 - s.a2);
-    for (double& sample : samples) {
-      const double in = sample;
-      sample = s.b0 * in + first;
-      first = s.b1 * in - s.a1 * sample + second;
-      second = s.b2 * in - s.a2 * sample;
+void LowPass::run(Eigen::Matrix3Xd& samples) const {
+  // Direct form II, transposed, from rest. Three channels and all sections go side by side: each
+  // alone would wait for its own last result.
+  struct State {
+    Eigen::Array3d first, second;
+  };
+  std::vector<State> states;
+  for (const Section& s : sections_)
+    states.push_back({samples.col(0).array() * (1 - s.b0), samples.col(0).array() * (s.b2 - s.a2)});
+  for (auto column : samples.colwise()) {
+    Eigen::Array3d value = column.array();
+    for (size_t k = 0; k < sections_.size(); ++k) {
+      const Section& s = sections_[k];
+      const Eigen::Array3d in = value;
+      value = s.b0 * in + states[k].first;
+      states[k].first = s.b1 * in - s.a1 * value + states[k].second;
+      states[k].second = s.b2 * in - s.a2 * value;
     }
+    column = value;
   }
 }
 
@@ -77,20 +85,25 @@ Eigen::MatrixXd LowPass::operator()(const Eigen::MatrixXd& samples) const {
   const auto fitted = std::min<Eigen::Index>(
       n, std::max<Eigen::Index>(4, static_cast<Eigen::Index>(0.5 * sample_rate_ / cutoff_)));
   Eigen::MatrixXd result(samples.rows(), n);
-  for (Eigen::Index channel = 0; channel < samples.rows(); ++channel) {
-    const Eigen::VectorXd in = samples.row(channel).transpose();
-    const double begin = line_at(in.head(fitted), 0);
-    const double end = line_at(in.tail(fitted), static_cast<double>(fitted - 1));
-    Eigen::VectorXd padded(n + 2 * settled);
-    padded.segment(settled, n) = in;
+  for (Eigen::Index channel = 0; channel < samples.rows(); channel += 3) {
+    const Eigen::Index count = std::min<Eigen::Index>(3, samples.rows() - channel);
+    const auto in = samples.middleRows(channel, count);
+    Eigen::VectorXd begin(count), end(count);
+    for (Eigen::Index k = 0; k < count; ++k) {
+      begin[k] = line_at(in.row(k).head(fitted).transpose(), 0);
+      end[k] = line_at(in.row(k).tail(fitted).transpose(), static_cast<double>(fitted - 1));
+    }
+    Eigen::Matrix3Xd padded = Eigen::Matrix3Xd::Zero(3, n + 2 * settled);
+    auto used = padded.topRows(count);
+    used.middleCols(settled, n) = in;
     for (Eigen::Index k = 1; k <= settled; ++k) {  // beyond a short record its far end stands still
-      padded[settled - k] = 2 * begin - in[std::min(k, n - 1)];
-      padded[settled + n - 1 + k] = 2 * end - in[std::max<Eigen::Index>(n - 1 - k, 0)];
+      used.col(settled - k) = 2 * begin - in.col(std::min(k, n - 1));
+      used.col(settled + n - 1 + k) = 2 * end - in.col(std::max<Eigen::Index>(n - 1 - k, 0));
     }
     run(padded);
-    padded.reverseInPlace();
+    padded.rowwise().reverseInPlace();
     run(padded);
-    result.row(channel) = padded.reverse().segment(settled, n).transpose();
+    result.middleRows(channel, count) = used.rowwise().reverse().middleCols(settled, n);
   }
   return result;
 }

@@ -6,8 +6,10 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "armtrue/path/joint_path.h"
 #include "armtrue/path/low_pass.h"
 #include "breaks.h"
+#include "corners.h"
 #include "smoothing_spline.h"
 
 namespace armtrue {
@@ -28,7 +30,7 @@ class DeviationGrid {
  public:
   DeviationGrid(const Path& programmed, const std::vector<Path>& measured,
                 const std::vector<Pass>& passes)
-      : programmed_(programmed), tangent_(tangents(programmed)) {
+      : programmed_(programmed), tangent_(side_tangents(programmed, find_corners(programmed))) {
     double begin = programmed.time[programmed.samples() - 1], end = programmed.time[0];
     for (size_t p = 0; p < measured.size(); ++p) {
       const ClockFit& clock = passes[p].clock;
@@ -58,6 +60,7 @@ class DeviationGrid {
     }
   }
 
+  // Ends the sum.
   PathDeviation mean() {
     for (Eigen::Index i = 0; i < count_; ++i) {
       if (weight_[i] == 0) continue;
@@ -72,7 +75,6 @@ class DeviationGrid {
     result.arc_length.resize(count_);
     result.normal.resize(3, count_);
     result.along.resize(count_);
-    result.force = force_;
     const Eigen::VectorXd length = arc_length(programmed_);
     Eigen::Index sample = 0;
     for (Eigen::Index i = 0; i < count_; ++i) {
@@ -83,6 +85,8 @@ class DeviationGrid {
       result.normal.col(i) = deviation_.col(i) - result.along[i] * along;
       sample = std::max<Eigen::Index>(sample - 1, 0);
     }
+    result.force = std::move(force_);
+    result.whole = std::move(deviation_);
     return result;
   }
 
@@ -165,24 +169,56 @@ Eigen::Matrix3Xd smooth(const PathDeviation& deviation, const Smoother& smoother
 
 // Mean square of what the trend misses of the true deviation, by Stein's unbiased estimate: what it
 // leaves of the samples, less the noise, plus twice the noise that it kept.
-double expected_square(const PathDeviation& deviation, const Eigen::Matrix3Xd& trend,
-                       double share) {
+double expected_square(const PathDeviation& deviation, const Eigen::Matrix3Xd& trend, double kept) {
   const auto n = static_cast<double>(trend.cols());
-  const double kept = share + static_cast<double>(deviation.breaks.size() + 1) / n;
   const double left = (deviation.normal - trend).colwise().squaredNorm().sum() / n;
   const double noise = 2 * deviation.noise * deviation.noise;
   return std::max(left - noise + 2 * noise * kept, noise * kept);
 }
 
+// Share of the noise that piecewise smoothing keeps.
+double kept_piecewise(const PathDeviation& deviation, double share) {
+  return share + static_cast<double>(deviation.breaks.size() + 1) /
+                     static_cast<double>(deviation.time.size());
+}
+
+// The same of polygons: each point is free in two components, and in its place if not at an end.
+double kept_by_polygon(const PathDeviation& deviation, size_t points) {
+  const auto all = static_cast<double>(points);
+  const double inner = all - 2 * static_cast<double>(deviation.breaks.size() + 1);
+  return (all + inner / 2) / static_cast<double>(deviation.time.size());
+}
+
+// Stretches of a long record that show the cut-off as well as all of it.
+PathDeviation thinned(const PathDeviation& deviation) {
+  constexpr Eigen::Index kRuns = 20, kRun = 2000;
+  const Eigen::Index count = deviation.time.size();
+  PathDeviation some;
+  some.noise = deviation.noise;
+  some.time.resize(kRuns * kRun);
+  some.normal.resize(3, kRuns * kRun);
+  for (Eigen::Index run = 0; run < kRuns; ++run) {
+    const Eigen::Index from = run * (count - kRun) / (kRuns - 1), to = run * kRun;
+    some.time.segment(to, kRun) = deviation.time.segment(from, kRun);
+    some.normal.middleCols(to, kRun) = deviation.normal.middleCols(from, kRun);
+    if (run > 0) some.breaks.push_back(to);
+    for (const Eigen::Index b : deviation.breaks)
+      if (b > from && b < from + kRun) some.breaks.push_back(b - from + to);
+  }
+  return some;
+}
+
 // The cut-off with the least expected error.
 double best_cutoff(const PathDeviation& deviation, const MirrorOptions& options, double rate) {
+  constexpr Eigen::Index kLong = 100000;
+  if (deviation.time.size() > kLong) return best_cutoff(thinned(deviation), options, rate);
   const double duration = deviation.time[deviation.time.size() - 1] - deviation.time[0];
   const double lowest = std::max(0.1, 2 / duration), highest = 0.25 * rate;
   double best = lowest, least = std::numeric_limits<double>::infinity();
   for (double cutoff = lowest; cutoff < highest; cutoff *= 1.25) {
     const double here =
         expected_square(deviation, smooth(deviation, smoother(options, cutoff, rate)),
-                        noise_share(options, cutoff, rate));
+                        kept_piecewise(deviation, noise_share(options, cutoff, rate)));
     if (here >= least) continue;
     least = here;
     best = cutoff;
@@ -190,8 +226,21 @@ double best_cutoff(const PathDeviation& deviation, const MirrorOptions& options,
   return best;
 }
 
+// How far the values are from the straight line between two samples, and where.
+std::pair<double, Eigen::Index> farthest(const Eigen::Matrix3Xd& values, Eigen::Index first,
+                                         Eigen::Index last) {
+  std::pair<double, Eigen::Index> most{0, first};
+  for (Eigen::Index i = first + 1; i < last; ++i) {
+    const double share = static_cast<double>(i - first) / static_cast<double>(last - first);
+    const double off =
+        (values.col(i) - (1 - share) * values.col(first) - share * values.col(last)).norm();
+    if (off > most.first) most = {off, i};
+  }
+  return most;
+}
+
 // Samples that a polygon through some of them needs so as to stay within `tolerance` (Ramer,
-// Douglas and Peucker), the turning points of each component among them if they stand out.
+// Douglas and Peucker).
 void add_corners(const Eigen::Matrix3Xd& values, Eigen::Index begin, Eigen::Index end,
                  double tolerance, std::vector<Eigen::Index>& corners) {
   std::vector<std::pair<Eigen::Index, Eigen::Index>> open{{begin, end}};
@@ -200,21 +249,23 @@ void add_corners(const Eigen::Matrix3Xd& values, Eigen::Index begin, Eigen::Inde
   while (!open.empty()) {
     const auto [first, last] = open.back();
     open.pop_back();
-    Eigen::Index farthest = -1;
-    double largest = tolerance;
-    for (Eigen::Index i = first + 1; i < last; ++i) {
-      const double share = static_cast<double>(i - first) / static_cast<double>(last - first);
-      const double off =
-          (values.col(i) - (1 - share) * values.col(first) - share * values.col(last)).norm();
-      if (off <= largest) continue;
-      largest = off;
-      farthest = i;
-    }
-    if (farthest < 0) continue;
-    corners.push_back(farthest);
-    open.emplace_back(first, farthest);
-    open.emplace_back(farthest, last);
+    const auto [off, at] = farthest(values, first, last);
+    if (off <= tolerance) continue;
+    corners.push_back(at);
+    open.emplace_back(first, at);
+    open.emplace_back(at, last);
   }
+}
+
+// The points without those that the polygon through the others comes near enough to: of the
+// turning points of three components many are one.
+std::vector<Eigen::Index> needed(const Eigen::Matrix3Xd& values,
+                                 const std::vector<Eigen::Index>& points, double tolerance) {
+  std::vector<Eigen::Index> kept{points.front()};
+  for (size_t k = 1; k + 1 < points.size(); ++k)
+    if (farthest(values, kept.back(), points[k + 1]).first > tolerance) kept.push_back(points[k]);
+  kept.push_back(points.back());
+  return kept;
 }
 
 // Turning points of one component that stand out by more than `prominence`.
@@ -239,59 +290,127 @@ void add_turning_points(const Eigen::RowVectorXd& values, Eigen::Index begin, do
   }
 }
 
-// Makes the trend straight between its correction points; returns these.
+// The polygon over the points [first, last] that comes nearest to the samples: their hat functions
+// make the normal equations tridiagonal.
+void fit_polygon(const Eigen::Matrix3Xd& samples, const std::vector<Eigen::Index>& points,
+                 Eigen::Matrix3Xd& polygon) {
+  const auto count = static_cast<Eigen::Index>(points.size());
+  Eigen::VectorXd diagonal = Eigen::VectorXd::Zero(count), beside = Eigen::VectorXd::Zero(count);
+  Eigen::Matrix3Xd right = Eigen::Matrix3Xd::Zero(3, count);
+  const auto share_of = [&](Eigen::Index k, Eigen::Index i) {  // of the next point
+    const Eigen::Index from = points[static_cast<size_t>(k)];
+    const Eigen::Index to = points[static_cast<size_t>(k) + 1];
+    return static_cast<double>(i - from) / static_cast<double>(to - from);
+  };
+  const auto for_each = [&](const auto& visit) {
+    Eigen::Index k = 0;
+    for (Eigen::Index i = points.front(); i <= points.back(); ++i) {
+      while (k + 2 < count && points[static_cast<size_t>(k) + 1] < i) ++k;
+      visit(k, i, share_of(k, i));
+    }
+  };
+  for_each([&](Eigen::Index k, Eigen::Index i, double share) {
+    diagonal[k] += (1 - share) * (1 - share);
+    diagonal[k + 1] += share * share;
+    beside[k] += share * (1 - share);
+    right.col(k) += (1 - share) * samples.col(i);
+    right.col(k + 1) += share * samples.col(i);
+  });
+  for (Eigen::Index k = 1; k < count; ++k) {  // Thomas
+    const double factor = beside[k - 1] / diagonal[k - 1];
+    diagonal[k] -= factor * beside[k - 1];
+    right.col(k) -= factor * right.col(k - 1);
+  }
+  for (Eigen::Index k = count - 1; k >= 0; --k) {
+    if (k + 1 < count) right.col(k) -= beside[k] * right.col(k + 1);
+    right.col(k) /= diagonal[k];
+  }
+  for_each([&](Eigen::Index k, Eigen::Index i, double share) {
+    polygon.col(i) = (1 - share) * right.col(k) + share * right.col(k + 1);
+  });
+}
+
+// Makes the trend, known to `uncertainty` per component, straight between its correction points;
+// returns these. A point has to make a difference that noise would not make: 5 % of chance.
 std::vector<Eigen::Index> straighten(PathDeviation& deviation, CorrectionPoints how,
                                      double uncertainty) {
+  // Between two extremes, each with its noise; and of two components between a sample and the mean
+  // of two others.
+  const double prominence = 1.96 * std::sqrt(2.0) * uncertainty;
+  const double tolerance = std::sqrt(5.99 * 1.5) * uncertainty;
   std::vector<Eigen::Index> points;
   Eigen::Index begin = 0;
   for (size_t piece = 0; piece <= deviation.breaks.size(); ++piece) {
     const Eigen::Index end =
         piece < deviation.breaks.size() ? deviation.breaks[piece] : deviation.normal.cols();
-    std::vector<Eigen::Index> turning{begin, end - 1};
+    std::vector<Eigen::Index> turning{begin, end - 1}, own;
     if (how == CorrectionPoints::turning)
       for (int axis = 0; axis < 3; ++axis)
-        add_turning_points(deviation.trend.row(axis).segment(begin, end - begin), begin,
-                           uncertainty, turning);
+        add_turning_points(deviation.trend.row(axis).segment(begin, end - begin), begin, prominence,
+                           turning);
     std::sort(turning.begin(), turning.end());
-    const double tolerance = how == CorrectionPoints::turning ? uncertainty : uncertainty / 4;
     for (size_t k = 1; k < turning.size(); ++k)
-      add_corners(deviation.trend, turning[k - 1], turning[k], tolerance, points);
+      add_corners(deviation.trend, turning[k - 1], turning[k], tolerance, own);
+    std::sort(own.begin(), own.end());
+    own.erase(std::unique(own.begin(), own.end()), own.end());
+    own = needed(deviation.trend, own, tolerance);
+    points.insert(points.end(), own.begin(), own.end());
+    if (how == CorrectionPoints::turning) fit_polygon(deviation.normal, own, deviation.trend);
     begin = end;
-  }
-  std::sort(points.begin(), points.end());
-  points.erase(std::unique(points.begin(), points.end()), points.end());
-  if (how == CorrectionPoints::spline) return points;
-  for (size_t k = 1; k < points.size(); ++k) {
-    const Eigen::Index first = points[k - 1], last = points[k];
-    for (Eigen::Index i = first + 1; i < last; ++i) {
-      const double share = static_cast<double>(i - first) / static_cast<double>(last - first);
-      deviation.trend.col(i) =
-          (1 - share) * deviation.trend.col(first) + share * deviation.trend.col(last);
-    }
   }
   return points;
 }
 
-// The trend at the samples of the program, across its path; a jump comes half a period before the
-// first sample after it.
-Eigen::Matrix3Xd trend_on(const Path& programmed, const PathDeviation& deviation) {
-  std::vector<bool> jumps(static_cast<size_t>(deviation.time.size()), false);
-  for (const Eigen::Index b : deviation.breaks) jumps[static_cast<size_t>(b)] = true;
-  const Eigen::Matrix3Xd tangent = tangents(programmed);
-  Eigen::Matrix3Xd trend(3, programmed.samples());
-  const Eigen::Index last = deviation.time.size() - 1;
-  for (Eigen::Index i = 0; i < programmed.samples(); ++i) {
-    const double place = std::clamp((programmed.time[i] - deviation.time[0]) / deviation.period,
-                                    0.0, static_cast<double>(last));
-    const auto k = std::min(static_cast<Eigen::Index>(place), std::max<Eigen::Index>(last - 1, 0));
-    const Eigen::Index next = std::min(k + 1, last);
-    double share = place - static_cast<double>(k);
-    if (jumps[static_cast<size_t>(next)] && next != k) share = share < 0.5 ? 0 : 1;
-    const Eigen::Vector3d value =
-        (1 - share) * deviation.trend.col(k) + share * deviation.trend.col(next);
-    trend.col(i) = value - tangent.col(i).dot(value) * tangent.col(i);
+// Vectors without their part along the path.
+Eigen::Matrix3Xd across(const Path& path, const std::vector<Corner>& corners,
+                        Eigen::Matrix3Xd vectors) {
+  const Eigen::Matrix3Xd tangent = side_tangents(path, corners);
+  for (Eigen::Index i = 0; i < vectors.cols(); ++i)
+    vectors.col(i) -= tangent.col(i).dot(vectors.col(i)) * tangent.col(i);
+  return vectors;
+}
+
+// Shortens what is longer than `max`; returns how many were.
+int clip(Eigen::Matrix3Xd& vectors, double max) {
+  int clipped = 0;
+  for (auto vector : vectors.colwise()) {
+    const double length = vector.norm();
+    if (length <= max) continue;
+    vector *= max / length;
+    ++clipped;
   }
-  return trend;
+  return clipped;
+}
+
+// The trend at the samples of the program. It jumps half a period before the first sample after a
+// break, or, if that is a corner, at this.
+Eigen::Matrix3Xd trend_on(const Path& programmed, const std::vector<Corner>& corners,
+                          const PathDeviation& deviation) {
+  constexpr double kNear = 2;  // periods
+  std::vector<double> jumps;
+  for (const Eigen::Index b : deviation.breaks) {
+    jumps.push_back(deviation.time[b] - deviation.period / 2);
+    for (const Corner& corner : corners) {
+      const double time = programmed.time[corner.last + 1];
+      if (std::abs(time - jumps.back()) < kNear * deviation.period) jumps.back() = time;
+    }
+  }
+  Eigen::Matrix3Xd trend(3, programmed.samples());
+  size_t piece = 0;
+  for (Eigen::Index i = 0; i < programmed.samples(); ++i) {
+    const double time = programmed.time[i];
+    while (piece < jumps.size() && time >= jumps[piece]) ++piece;
+    const Eigen::Index first = piece > 0 ? deviation.breaks[piece - 1] : 0;
+    const Eigen::Index last =
+        (piece < jumps.size() ? deviation.breaks[piece] : deviation.time.size()) - 1;
+    const double place = std::clamp((time - deviation.time[0]) / deviation.period,
+                                    static_cast<double>(first), static_cast<double>(last));
+    const auto k = static_cast<Eigen::Index>(place);
+    const double share = place - static_cast<double>(k);
+    trend.col(i) =
+        (1 - share) * deviation.trend.col(k) + share * deviation.trend.col(std::min(k + 1, last));
+  }
+  return across(programmed, corners, std::move(trend));
 }
 
 Eigen::VectorXd moving(const Path& programmed) {
@@ -329,8 +448,29 @@ bool engaged(const EngagementRecord& record, double time) {
 
 // Measured minus programmed, each sample at its own time.
 Eigen::Matrix3Xd deviations(const Path& programmed, const Path& measured, const ClockFit& clock) {
-  const Path own = registered(measured, clock);
-  return own.position - position_at(programmed, own.time);
+  Path own = registered(measured, clock);
+  own.position -= position_at(programmed, own.time);
+  return std::move(own.position);
+}
+
+// Without a force a step of the deviation shows the cut, but a corner or a reversal makes one too.
+void drop_other_causes(const std::vector<double>& breaks, PathDeviation& deviation) {
+  const auto at_break = [&](const std::optional<Instant>& instant) {
+    return instant && std::any_of(breaks.begin(), breaks.end(), [&](double time) {
+             return std::abs(time - instant->time) <= instant->uncertainty + deviation.period;
+           });
+  };
+  std::erase_if(deviation.engagement.intervals,
+                [&](const Engagement& e) { return at_break(e.entry) || at_break(e.exit); });
+}
+
+// Of the passes [first, last).
+PathDeviation mean_deviation(const Path& programmed, const std::vector<Path>& measured,
+                             const std::vector<Pass>& passes, size_t first, size_t last) {
+  DeviationGrid grid(programmed, measured, passes);
+  for (size_t p = first; p < last; ++p)
+    grid.add(measured[p], deviations(programmed, measured[p], passes[p].clock), passes[p].clock);
+  return grid.mean();
 }
 
 }  // namespace
@@ -338,31 +478,28 @@ Eigen::Matrix3Xd deviations(const Path& programmed, const Path& measured, const 
 MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& measured,
                             const MirrorOptions& options) {
   if (measured.empty()) throw std::invalid_argument("there is no measured pass");
-  Path executed = programmed;
-  if (options.executed) executed.position = *options.executed;
+  Path previous;
+  if (options.executed) {
+    previous.time = programmed.time;
+    previous.position = *options.executed;
+  }
+  const Path& executed = options.executed ? previous : programmed;
   MirrorResult result;
   for (const Path& path : measured)
     result.passes.push_back(register_pass(executed, path, options.clock));
 
-  DeviationGrid grid(programmed, measured, result.passes);
-  std::vector<Eigen::Matrix3Xd> single;
-  for (size_t p = 0; p < measured.size(); ++p) {
-    const Eigen::Matrix3Xd deviation = deviations(programmed, measured[p], result.passes[p].clock);
-    grid.add(measured[p], deviation, result.passes[p].clock);
-    if (measured.size() > 1) {
-      DeviationGrid own(programmed, measured, result.passes);
-      own.add(measured[p], deviation, result.passes[p].clock);
-      single.push_back(own.mean().normal);
-    }
-  }
   PathDeviation& deviation = result.deviation;
-  deviation = grid.mean();
+  deviation = mean_deviation(programmed, measured, result.passes, 0, measured.size());
+  std::vector<Eigen::Matrix3Xd> single;
+  for (size_t p = 0; measured.size() > 1 && p < measured.size(); ++p)
+    single.push_back(mean_deviation(programmed, measured, result.passes, p, p + 1).normal);
   deviation.noise = white_noise(deviation.normal);
   const double rate = 1 / deviation.period;
   const auto window = static_cast<Eigen::Index>(std::ceil(0.32 * rate));
   deviation.engagement = find_engagement(
       deviation.time, deviation.force.cols() > 0 ? deviation.force : deviation.normal);
   std::vector<double> times = program_breaks(programmed);
+  if (deviation.force.cols() == 0) drop_other_causes(times, deviation);
   for (const Engagement& engagement : deviation.engagement.intervals)
     for (const auto& instant : {engagement.entry, engagement.exit})
       if (instant) times.push_back(instant->time);
@@ -373,10 +510,13 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& mea
   result.cutoff = options.cutoff ? *options.cutoff : best_cutoff(deviation, options, rate);
   const double share = noise_share(options, result.cutoff, rate);
   deviation.trend = smooth(deviation, smoother(options, result.cutoff, rate));
-  const double uncertainty = std::numbers::sqrt2 * deviation.noise * std::sqrt(share);
-  const std::vector<Eigen::Index> points = straighten(deviation, options.points, uncertainty);
+  const std::vector<Eigen::Index> points =
+      straighten(deviation, options.points, deviation.noise * std::sqrt(share));
 
-  double missed = expected_square(deviation, deviation.trend, share);
+  const double kept = options.points == CorrectionPoints::turning
+                          ? kept_by_polygon(deviation, points.size())
+                          : kept_piecewise(deviation, share);
+  double missed = expected_square(deviation, deviation.trend, kept);
   if (!single.empty()) {
     // What differs from pass to pass, slower than the noise, comes back in the next one.
     const Smoother low_pass = smoother(options, result.cutoff, rate);
@@ -393,51 +533,44 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& mea
     missed += spread * (1 + 1 / passes);
   }
 
-  const Eigen::Matrix3Xd trend = trend_on(programmed, deviation);
+  const std::vector<Corner> corners = find_corners(programmed);
+  const Eigen::Matrix3Xd trend = trend_on(programmed, corners, deviation);
   const Eigen::VectorXd moves = moving(programmed);
   result.before = lengths_in_motion(trend, moves);
   const double power = result.before.rms * result.before.rms;
   result.gain = options.gain ? *options.gain
                 : power > 0  ? std::max(0.0, 1 - std::min(missed, power) / power)
                              : 0;
-  result.correction = -result.gain * trend;
-  if (options.executed) {
-    const Eigen::Matrix3Xd previous = *options.executed - programmed.position;
-    result.uncorrected = lengths_in_motion(trend - previous, moves).mean;
-    result.correction += previous;
-  }
+  const auto run = executed.position - programmed.position;
+  result.correction = across(programmed, corners, run - result.gain * trend);
+  if (options.executed) result.uncorrected = lengths_in_motion(trend - run, moves).mean;
   if (options.engaged_only && deviation.engagement.intervals.empty())
     throw std::invalid_argument(
         "the record does not show when the tool cuts (it never does, always does, or has no "
-        "force): "
-        "record from air to air with fx_n, fy_n and fz_n, or leave out --engaged-only");
+        "force): record from air to air with fx_n, fy_n and fz_n, or leave out --engaged-only");
   if (options.engaged_only)
     for (Eigen::Index i = 0; i < programmed.samples(); ++i)
       if (!engaged(deviation.engagement, programmed.time[i])) result.correction.col(i).setZero();
-  for (Eigen::Index i = 0; i < programmed.samples(); ++i) {
-    const double length = result.correction.col(i).norm();
-    if (length <= options.max) continue;
-    result.correction.col(i) *= options.max / length;
-    ++result.clipped;
-  }
-  // Beyond the record nothing is known: the path stays what was run.
-  const Eigen::Index end = deviation.time.size() - 1;
-  for (Eigen::Index i = 0; i < programmed.samples(); ++i) {
-    const double time = programmed.time[i];
-    if (moves[i] == 0 || (time >= deviation.time[0] - deviation.period &&
-                          time <= deviation.time[end] + deviation.period))
-      continue;
-    if (options.executed)
-      result.correction.col(i) = options.executed->col(i) - programmed.position.col(i);
-    else
-      result.correction.col(i).setZero();
-    ++result.unrecorded;
-  }
+  join_sides(programmed, corners, result.correction);
+  result.clipped = clip(result.correction, options.max);
+  // Beyond the record nothing is known: the path stays what was run. Standing beside the record is
+  // standing at its end.
+  const Eigen::Index samples = programmed.samples();
+  const double begins = deviation.time[0] - deviation.period;
+  const double ends = deviation.time[deviation.time.size() - 1] + deviation.period;
+  Eigen::Index first = 0, last = samples - 1;
+  while (first < last && programmed.time[first] < begins) ++first;
+  while (first < last && programmed.time[last] > ends) --last;
+  while (first > 0 && moves[first - 1] == 0) --first;
+  while (last + 1 < samples && moves[last + 1] == 0) ++last;
+  result.correction.leftCols(first) = run.leftCols(first);
+  result.correction.rightCols(samples - 1 - last) = run.rightCols(samples - 1 - last);
+  result.unrecorded =
+      static_cast<int>(moves.head(first).sum() + moves.tail(samples - 1 - last).sum());
   result.position = programmed.position + result.correction;
   // What was not taken off stays: by the gain, by --max, outside the material.
-  Eigen::Matrix3Xd left = trend + result.correction;
-  if (options.executed) left -= *options.executed - programmed.position;
-  const double stays = lengths_in_motion(left, moves).mean;
+  const double stays =
+      lengths_in_motion(across(programmed, corners, trend + result.correction - run), moves).mean;
   result.expected_after = std::sqrt(stays * stays + std::pow(kMeanOfRms * result.gain, 2) * missed);
   Eigen::Index sample = 0;
   for (const Eigen::Index point : points) {
@@ -451,30 +584,36 @@ Eigen::Matrix3Xd correct_from_force(const Path& programmed, const Eigen::Matrix3
                                     const MirrorOptions& options) {
   const LowPass filter(options.order, options.cutoff.value_or(kPaperCutoff),
                        1 / median_period(programmed));
-  const Eigen::Matrix3Xd smooth = filter(deviation);
-  const Eigen::Matrix3Xd tangent = tangents(programmed);
-  Eigen::Matrix3Xd position = programmed.position;
-  for (Eigen::Index i = 0; i < programmed.samples(); ++i) {
-    Eigen::Vector3d correction =
-        -options.gain.value_or(1) *
-        (smooth.col(i) - tangent.col(i).dot(smooth.col(i)) * tangent.col(i));
-    const double length = correction.norm();
-    if (length > options.max) correction *= options.max / length;
-    position.col(i) += correction;
-  }
-  return position;
+  const std::vector<Corner> corners = find_corners(programmed);
+  Eigen::Matrix3Xd correction =
+      -options.gain.value_or(1) * across(programmed, corners, filter(deviation));
+  join_sides(programmed, corners, correction);
+  clip(correction, options.max);
+  return programmed.position + correction;
+}
+
+std::optional<ForceLine> measured_on_predicted(const PathDeviation& deviation,
+                                               const Path& programmed, const Robot& robot) {
+  if (deviation.force.cols() == 0) return std::nullopt;
+  const Eigen::Matrix3Xd force = interpolate(deviation.time, deviation.force, programmed.time);
+  const Eigen::Matrix3Xd predicted =
+      across(programmed, find_corners(programmed),
+             deviation_from_force(RobotModel(robot), joint_path(programmed, robot.chain), force));
+  return line_through_origin(interpolate(programmed.time, predicted, deviation.time),
+                             deviation.normal);
 }
 
 std::optional<ForceLaw> force_law(const PathDeviation& deviation, const Path& programmed) {
   if (deviation.force.cols() == 0) return std::nullopt;
-  Path on_grid;
-  on_grid.time = deviation.time;
-  on_grid.position = position_at(programmed, deviation.time);
+  const Eigen::Matrix3Xd wanted = position_at(programmed, deviation.time);
+  std::vector<Eigen::Index> moves;
+  for (Eigen::Index i = 1; i + 1 < wanted.cols(); ++i)
+    if ((wanted.col(i + 1) - wanted.col(i - 1)).norm() > kStandstill) moves.push_back(i);
   ForceRecord record;
-  record.deviation = deviation.normal + tangents(on_grid) * deviation.along.asDiagonal();
-  record.force = deviation.force;
+  record.deviation = deviation.whole(Eigen::all, moves);
+  record.force = deviation.force(Eigen::all, moves);
   record.force_noise = deviation.engagement.noise;
-  record.direction = motion_directions(on_grid.position);
+  record.direction = motion_directions(wanted)(Eigen::all, moves);
   return force_law(record);
 }
 

@@ -14,15 +14,20 @@ double median_period(const Path& path) {
   return median(std::move(periods));
 }
 
-Eigen::MatrixXd interpolate(const Eigen::VectorXd& time, const Eigen::MatrixXd& values,
+Eigen::MatrixXd interpolate(const Eigen::VectorXd& time,
+                            const Eigen::Ref<const Eigen::MatrixXd>& values,
                             const Eigen::VectorXd& at) {
   Eigen::MatrixXd result(values.rows(), at.size());
   const Eigen::Index last = time.size() - 1;
   Eigen::Index k = 0;
   for (Eigen::Index i = 0; i < at.size(); ++i) {
-    if (k + 1 < last && time[k + 1] < at[i]) ++k;  // the usual case
-    if (k + 1 < last && time[k + 1] < at[i])
-      k = std::lower_bound(time.begin() + k + 1, time.begin() + last, at[i]) - time.begin() - 1;
+    // The next sample is near: steps that double until they are past it, then halves.
+    Eigen::Index step = 1;
+    while (k + step < last && time[k + step] < at[i]) step *= 2;
+    if (step > 1)
+      k = std::lower_bound(time.begin() + k + step / 2, time.begin() + std::min(k + step, last),
+                           at[i]) -
+          time.begin() - 1;
     const double share = std::clamp((at[i] - time[k]) / (time[k + 1] - time[k]), 0.0, 1.0);
     result.col(i) = (1 - share) * values.col(k) + share * values.col(k + 1);
   }

@@ -56,16 +56,17 @@ double engagement(double s, const std::array<double, 2>& engaged, double ramp) {
 }
 
 // First order, exact for commands that are linear between samples.
-Angles lagging(const Eigen::VectorXd& time, const Angles& commanded, double lag) {
-  if (lag <= 0) return commanded;
-  Angles followed = commanded;
+Angles lagging(const Eigen::VectorXd& time, Angles angles, double lag) {
+  if (lag <= 0) return angles;
+  JointVector last = angles.col(0);  // commanded
   for (Eigen::Index i = 1; i < time.size(); ++i) {
     const double step = time[i] - time[i - 1];
-    const JointVector drag = lag / step * (commanded.col(i) - commanded.col(i - 1));
-    followed.col(i) = commanded.col(i) - drag +
-                      std::exp(-step / lag) * (followed.col(i - 1) - commanded.col(i - 1) + drag);
+    const JointVector commanded = angles.col(i);
+    const JointVector drag = lag / step * (commanded - last);
+    angles.col(i) = commanded - drag + std::exp(-step / lag) * (angles.col(i - 1) - last + drag);
+    last = commanded;
   }
-  return followed;
+  return angles;
 }
 
 // What the effects may depend on, at each sample of the controller.
@@ -82,40 +83,23 @@ auto between(const Columns& columns, Eigen::Index i, double u) {
   return ((1 - u) * columns.col(i) + u * columns.col(i + 1)).eval();
 }
 
-// Rows of a recording, until their count is known.
-struct Rows {
-  std::vector<double> time;
-  std::vector<Vector3d> position, force;
-  std::vector<JointVector> q;
-
-  Path path() const {
-    const auto n = static_cast<Eigen::Index>(time.size());
-    Path path;
-    path.time = Eigen::Map<const Eigen::VectorXd>(time.data(), n);
-    path.position.resize(3, n);
-    path.force.resize(3, n);
-    path.q.resize(kJoints, n);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const auto row = static_cast<size_t>(i);
-      path.position.col(i) = position[row];
-      path.force.col(i) = force[row];
-      path.q.col(i) = q[row];
-    }
-    return path;
-  }
-};
-
 Path record(const Eigen::VectorXd& time, const Angles& angles, const Eigen::Matrix3Xd& force,
             const RobotModel& truth, const PathRecorder& recorder) {
   const Campaign controller = controller_samples(time, angles);
   Random random(recorder.seed);
   const double period = recorder.period / (1 + recorder.clock_rate);
   const double begin = time[0] + period * random.uniform(0, 1);
-  Rows rows;
-  Eigen::Index i = 0;
-  for (int tick = 0;; ++tick) {
-    const double t = begin + tick * period;
-    if (t > time[time.size() - 1]) break;
+  const double end = time[time.size() - 1];
+  const auto ticks = static_cast<Eigen::Index>(std::max(0.0, (end - begin) / period)) + 2;
+  Path path;
+  path.time.resize(ticks);
+  path.position.resize(3, ticks);
+  path.force.resize(3, ticks);
+  path.q.resize(kJoints, ticks);
+  Eigen::Index i = 0, n = 0;
+  for (Eigen::Index tick = 0;; ++tick) {
+    const double t = begin + static_cast<double>(tick) * period;
+    if (t > end) break;
     while (i + 2 < time.size() && time[i + 1] <= t) ++i;
     const double u = (t - time[i]) / (time[i + 1] - time[i]);
     Context context;
@@ -126,12 +110,17 @@ Path record(const Eigen::VectorXd& time, const Angles& angles, const Eigen::Matr
     const Vector3d noise = recorder.noise * random.normal3();
     const Vector3d force_noise = recorder.force_noise * random.normal3();
     if (random.uniform(0, 1) < recorder.lost) continue;
-    rows.time.push_back((1 + recorder.clock_rate) * t + recorder.clock_offset);
-    rows.position.emplace_back(truth.pose(context).translation + noise);
-    rows.force.emplace_back(context.force_n + force_noise);
-    rows.q.push_back(context.q);
+    path.time[n] = (1 + recorder.clock_rate) * t + recorder.clock_offset;
+    path.position.col(n) = truth.pose(context).translation + noise;
+    path.force.col(n) = context.force_n + force_noise;
+    path.q.col(n) = context.q;
+    ++n;
   }
-  return rows.path();
+  path.time.conservativeResize(n);
+  path.position.conservativeResize(Eigen::NoChange, n);
+  path.force.conservativeResize(Eigen::NoChange, n);
+  path.q.conservativeResize(Eigen::NoChange, n);
+  return path;
 }
 
 }  // namespace
@@ -161,8 +150,8 @@ Eigen::Matrix3Xd cutting_force(const Path& path, const Cut& cut) {
 
 Path simulate_pass(const Path& programmed, const Robot& robot, const Robot& truth,
                    const PassOptions& options) {
-  const Angles commanded = joint_path(programmed, robot.chain, options.joints);
-  const Angles followed = lagging(programmed.time, commanded, options.lag);
+  const Angles followed =
+      lagging(programmed.time, joint_path(programmed, robot.chain, options.joints), options.lag);
   return record(programmed.time, followed, cutting_force(programmed, options.cut),
                 RobotModel(truth), options.recorder);
 }

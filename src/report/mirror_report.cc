@@ -197,12 +197,8 @@ std::string before_after_plot(const Path& programmed, const MirrorResult& result
       expected.str());
 }
 
-std::string force_plot(const Path& programmed, const PathDeviation& deviation,
-                       const ForceLaw& law) {
-  Path on_grid;
-  on_grid.time = deviation.time;
-  on_grid.position = position_at(programmed, deviation.time);
-  Eigen::Matrix3Xd forced = deviation.normal + tangents(on_grid) * deviation.along.asDiagonal();
+std::string force_plot(const PathDeviation& deviation, const ForceLaw& law) {
+  Eigen::Matrix3Xd forced = deviation.whole;
   if (law.offset)
     for (int axis = 0; axis < 3; ++axis)
       forced.row(axis).array() -= (*law.offset)[static_cast<size_t>(axis)].value;
@@ -286,7 +282,7 @@ std::string mirror_report(const Path& programmed, const MirrorResult& result,
   html += "<h2>Trend and correction points</h2>\n" + trend_plot(programmed, result);
   if (force)
     html += "<h2>Deviation against force</h2>\n" + force_line(*force) +
-            force_plot(programmed, result.deviation, *force);
+            force_plot(result.deviation, *force);
   return html_page(title, html);
 }
 

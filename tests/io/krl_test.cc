@@ -5,8 +5,10 @@
 #include <rapidcheck/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <functional>
 #include <map>
@@ -247,6 +249,35 @@ TEST(Krl, PointsAreInsertedWhereTheCorrectionBends) {
   EXPECT_THAT(result.warnings, IsEmpty());
 }
 
+// A controller cannot read a move for each sample: a step is as long as the least distance.
+TEST(Krl, InsertedPointsKeepTheirDistance) {
+  const Path path = path_through({{0, 0, 0}, {100, 0, 0}}, 0.1);
+  const auto by = [](const Vector3d& p) {
+    return Vector3d(0, p.x() < 40.05 ? 0 : 0.5, 0.05 * std::sin(p.x()));
+  };
+  const CorrectedKrl result = correct_krl(program("LIN {X 0,Y 0,Z 0}\nLIN {X 100,Y 0,Z 0}\n"), path,
+                                          displaced(path, by), {.spacing = 2 * kMm});
+  double last = -1e9;
+  const std::vector<std::string> lines = lines_of(result.src);
+  EXPECT_GT(lines.size(), 25U);
+  for (const std::string& line : lines) {
+    double x = 0, y = 0;
+    ASSERT_EQ(std::sscanf(line.c_str(), "LIN {X %lf,Y %lf", &x, &y), 2) << line;
+    EXPECT_GE(x - last, 1.9999) << line;
+    EXPECT_NEAR(y, by({x, 0, 0}).y(), 1e-4) << line;
+    last = x;
+  }
+}
+
+// What the correction moves along a straight move is no bend.
+TEST(Krl, AlongTheMoveNothingIsInserted) {
+  const Path path = path_through({{0, 0, 0}, {100, 0, 0}});
+  const CorrectedKrl result = correct_krl(
+      program("LIN {X 0,Y 0,Z 0}\nLIN {X 100,Y 0,Z 0}\n"), path,
+      displaced(path, [](const Vector3d& p) { return Vector3d(std::max(0.0, p.x() - 91), 1, 0); }));
+  EXPECT_EQ(result.src, "LIN {X 0,Y 1,Z 0}\nLIN {X 109,Y 1,Z 0}\n");
+}
+
 TEST(Krl, TheOrientationBetweenIsTheRotationBetween) {
   const Path path = path_through({{0, 0, 0}, {100, 0, 0}});
   const auto by = [](const Vector3d& p) { return Vector3d(0, 0, p.x() < 30 ? 0 : 0.1); };
@@ -429,6 +460,18 @@ TEST(Krl, APathThatIsNotTheProgramsIsAnError) {
 }
 
 // The record begins and ends within a move: beyond, the correction fades out.
+TEST(Krl, FewPointsOnThePathAreDoubted) {
+  const Path path = path_through({{0, 0, 0}, {100, 0, 0}});
+  const auto doubts = [&](const std::string& src) {
+    const auto warnings = correct_krl(program(src), path, path.position).warnings;
+    return std::count_if(warnings.begin(), warnings.end(), [](const std::string& warning) {
+      return warning.find("p.src:2: only 1 of the 3 points") == 0;
+    });
+  };
+  EXPECT_EQ(doubts("LIN {X 0,Y 0,Z 0}\nLIN {X 100,Y 5,Z 0}\nLIN {X 200,Y 5,Z 0}\n"), 1);
+  EXPECT_EQ(doubts("LIN {X 0,Y 0,Z 0}\nLIN {X 100,Y 0,Z 0}\nLIN {X 200,Y 5,Z 0}\n"), 0);
+}
+
 TEST(Krl, AMoveThatThePathCoversInPartIsCorrectedThere) {
   const Path path = path_through({{60, 0, 0}, {100, 0, 0}, {100, 30, 0}});
   const auto by = [](const Vector3d&) { return Vector3d(0, 0, 0.1); };
@@ -468,12 +511,13 @@ TEST(Krl, PiecesOfACircleThatAreStraightAreLines) {
   };
   const KrlProgram half =
       program("LIN {X 100,Y 0,Z 0}\n scirc  {X 0,Y 100,Z 0} , {X -100,Y 0,Z 0} ; half\n");
-  EXPECT_THAT(lines_of(correct_krl(half, path, stepped(200)).src),
+  const KrlCorrectionOptions anywhere{.spacing = 0};
+  EXPECT_THAT(lines_of(correct_krl(half, path, stepped(200), anywhere).src),
               ElementsAre("LIN {X 100,Y 0,Z 0}",
                           " scirc  {X 70.9878,Y 70.4325,Z 0} , {X 0.7854,Y 99.9969,Z 0} C_SPL",
                           " SLIN  {X 0,Y 100,Z 0.1} C_SPL",
                           " scirc  {X -70.7107,Y 70.7107,Z 0.1} , {X -100,Y 0,Z 0.1} ; half"));
-  EXPECT_THAT(lines_of(correct_krl(half, path, stepped(400)).src),
+  EXPECT_THAT(lines_of(correct_krl(half, path, stepped(400), anywhere).src),
               ElementsAre("LIN {X 100,Y 0,Z 0}",
                           " scirc  {X 0.3927,Y 99.9992,Z 0} , {X -99.9969,Y 0.7854,Z 0} C_SPL",
                           " SLIN  {X -100,Y 0,Z 0.1} ; half"));

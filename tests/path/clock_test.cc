@@ -59,6 +59,27 @@ TEST(Clock, TheOffsetIsWithinItsStatedUncertainty) {
   EXPECT_LT(largest, 15e-3);
 }
 
+// Two hours at 100 ppm: the clocks drift apart by more than any deviation.
+TEST(Clock, ALongRecordIsFollowedThroughItsDrift) {
+  Path programmed;
+  constexpr Eigen::Index n = 60000;
+  constexpr double kPeriod = 0.12, kLap = 23, kRate = 100e-6, kOffset = 4.5;
+  programmed.time = Eigen::VectorXd::LinSpaced(n, 0, kPeriod * (n - 1));
+  programmed.position = Eigen::Matrix3Xd::Zero(3, n);
+  Path measured = programmed;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double t = programmed.time[i], phase = std::fmod(t, kLap) / kLap;
+    programmed.position(0, i) = 0.6 * std::abs(phase - 0.5);  // to and fro
+    programmed.position(1, i) = 1e-4 * t;
+    measured.time[i] = (1 + kRate) * t + kOffset;
+  }
+  measured.position = programmed.position;
+  const ClockFit fit = fit_clock(programmed, measured);
+  EXPECT_NEAR(fit.rate, kRate, 1e-6);
+  EXPECT_NEAR(fit.offset + fit.rate * programmed.time[n / 2],
+              kOffset + kRate * programmed.time[n / 2], 5e-3);
+}
+
 TEST(Clock, AFrameIsFittedOnRequest) {
   const plant::Program program = plant::program(plant::Shape::spiral);
   const plant::Options options = cell(3);

@@ -10,6 +10,7 @@
 namespace plant {
 namespace {
 
+using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
@@ -35,6 +36,21 @@ std::vector<Piece> pieces(Shape shape) {
     case Shape::corner:
       return {{0.15, [](double s) { return Vector3d(1.5 + s, -0.1, 0.85); }},
               {0.15, [](double s) { return Vector3d(1.65, -0.1 + s, 0.85); }}};
+    case Shape::pocket: {
+      std::vector<Vector3d> corners;
+      for (int k = 0; k < 3; ++k) {
+        const double x = 0.3 - 0.08 * k, z = 0.85 + 0.08 * k;
+        for (const auto& [a, b] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}})
+          corners.emplace_back(1.7 + a * x, b * x, z);
+      }
+      std::vector<Piece> sides;
+      for (size_t k = 1; k < corners.size(); ++k) {
+        const Vector3d from = corners[k - 1], side = corners[k] - from;
+        sides.push_back(
+            {side.norm(), [=](double s) -> Vector3d { return from + s * side.normalized(); }});
+      }
+      return sides;
+    }
     case Shape::spiral:
       break;
   }
@@ -177,7 +193,12 @@ Motion move(const Program& program, const Matrix3Xd& commanded, const Options& o
       servo = told;
     }
     const Vector3d force = cutting_force(program, options, force_change, t);
-    Vector3d tool = servo + options.static_offset + options.compliance * force;
+    Matrix3d compliance = options.compliance;
+    if (!options.compliance_along.empty()) {
+      const auto k = static_cast<size_t>(std::lround(t / kProgramPeriod));
+      compliance = options.compliance_along[std::min(k, options.compliance_along.size() - 1)];
+    }
+    Vector3d tool = servo + options.static_offset + compliance * force;
     for (int k = 0; k < 2; ++k)
       tool -=
           0.5 * options.reversal_step[k] * friction[k].moved(axes[k].dot(told - before)) * axes[k];

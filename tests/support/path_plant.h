@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <vector>
 
 namespace plant {
 
@@ -16,6 +17,7 @@ enum class Shape {
   corner,  ///< 150 mm along x, then 150 mm along y, with a stop at the corner as LIN without
            ///< blending
   spiral,  ///< two turns, radius 20 to 70 mm
+  pocket,  ///< three squares with a stop at each corner, each 80 mm above and inside the last
 };
 
 /// A path as programmed: 16 ms, 27 mm/s, acceleration 0.3 m/s^2, standing for 1 s at both ends. The
@@ -42,6 +44,8 @@ struct Options {
                                 2e-6, 22e-6, -1e-6,                      //
                                 1e-6, -1e-6, 20e-6)
                                    .finished();
+  /// If any, instead of it one for each time of the program: an arm gives way otherwise everywhere.
+  std::vector<Eigen::Matrix3d> compliance_along;
 
   /// Two horizontal axes, the first at this angle to x. Each drags the tool behind by half its
   /// step; after a reversal it takes `wind_up` of travel until it does so the other way. Both come

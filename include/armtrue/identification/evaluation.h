@@ -27,14 +27,17 @@ Evaluation evaluate(const Robot& robot, const Campaign& campaign);
 struct NoiseFloor {
   enum class Source { replicates, instrument, none };
   Source source = Source::none;
-  int axes = 3;                ///< of a position; 1: of a distance
-  double position = 0;         ///< per axis, one standard deviation [m]
+  int axes = 3;  ///< of a position; 1: of a distance
+  /// Per axis, one standard deviation [m]; of a row with the median of the deviations that are
+  /// stated.
+  double position = 0;
   double orientation = 0;      ///< [rad]; 0 without orientations
   int degrees_of_freedom = 0;  ///< of the replicates
 };
 
 /// Scatter of the replicates about their own mean residual, by session, pose and channel, estimated
-/// robustly; where no pose is repeated, what the robot file says of the instrument. Replicates
+/// robustly; where no pose is repeated, what the readings state themselves (their median
+/// `sigma_mm`), else what the robot file says of the instrument. Replicates
 /// taken in a row at standstill show the instrument, not the arm's return to a pose.
 NoiseFloor noise_floor(const Robot& robot, const Campaign& campaign, const Evaluation& evaluation);
 

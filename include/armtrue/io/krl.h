@@ -26,7 +26,11 @@ struct KrlProgram {
 KrlProgram read_krl(const std::string& src, const std::string& dat = "");
 
 struct KrlCorrectionOptions {
-  double match = 1e-4;      ///< how far off the path a point of the program may lie [m]
+  double match = 1e-4;  ///< how far off the path a point of the program may lie [m]
+  /// No inserted point lies nearer to the next one [m]: a controller reads a move ahead for each
+  /// and blends over half of it. At 27 mm/s three cycles of 12 ms; a step of the correction becomes
+  /// as long.
+  double spacing = 1e-3;
   double tolerance = 5e-6;  ///< how far the moves may stray from the corrected path before a point
                             ///< is inserted [m]; a tenth of what a machining robot shall reach
 };

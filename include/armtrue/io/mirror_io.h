@@ -10,12 +10,6 @@
 
 namespace armtrue {
 
-/// How well passes keep to their program, by ISO 9283.
-struct PassAccuracy {
-  PathAccuracy path;
-  PathErrors errors;
-};
-
 /// What a mirror document may hold beside the correction itself.
 struct MirrorFindings {
   MirrorResult result;
@@ -41,7 +35,8 @@ std::string write_deviation(const PathDeviation& deviation);
 
 /// Measured poses for close-loop: means of `block` neighbouring samples of the deviation's grid
 /// while the tool moves, with the joint angles `q` of the programmed path at its samples. Columns
-/// `pose,t_s,q1_deg..q6_deg,x_mm,y_mm,z_mm` and, where there are forces, `fx_n,fy_n,fz_n`.
+/// `pose,t_s,q1_deg..q6_deg,x_mm,y_mm,z_mm,sigma_mm` (noise of the mean) and, where there are
+/// forces, `fx_n,fy_n,fz_n`.
 std::string write_pass_as_poses(const Path& programmed,
                                 const Eigen::Matrix<double, kJoints, Eigen::Dynamic>& q,
                                 const PathDeviation& deviation, int block);

@@ -7,6 +7,9 @@ namespace armtrue {
 /// The shortest decimal that reads back as exactly this number.
 std::string number_text(double value);
 
+/// The value rounded to so many decimals, without zeros at the end.
+std::string decimal_text(double value, int decimals);
+
 /// The shortest decimal v with v * unit == si, as a file that holds v would be read; if rounding
 /// leaves none, the nearest one.
 std::string number_text(double si, double unit);

@@ -27,7 +27,7 @@ enum class KeepRows { no, yes };
 /// complete; with KeepRows::yes also a lost sample.
 PathFile read_path(const std::string& file, KeepRows keep = KeepRows::no);
 
-/// The same columns as text.
+/// The same columns as text, rounded to 0.1 us, a nanometre, a nanodegree and a micronewton.
 std::string write_path(const Path& path);
 
 /// The rows of `file` (read with KeepRows::yes) with other positions; every other column, and a

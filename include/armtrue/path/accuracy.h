@@ -53,6 +53,16 @@ struct PathErrors {
 /// whole.rms <= kFormGoal.
 PathErrors path_errors(const Eigen::Matrix3Xd& deviation);
 
+/// How well passes keep to their program.
+struct PassAccuracy {
+  PathAccuracy path;
+  PathErrors errors;
+};
+
+/// Both, of passes registered in the clock and the frame of `command`; the errors are those of all
+/// passes together. Throws std::invalid_argument as cross_normal_planes() and path_accuracy() do.
+PassAccuracy pass_accuracy(const Path& command, const std::vector<Path>& passes);
+
 /// Share of the mean error that is gone, 1 - after / before, as the paper's table 6: negative if it
 /// grew, empty where there was no error before.
 struct Reduction {

@@ -34,13 +34,15 @@ std::optional<Arc> arc_through(const Eigen::Vector3d& start, const Eigen::Vector
 Eigen::Vector3d displacement_at(const std::vector<Knot>& knots, double t);
 
 /// At which knots a straight move, displaced, has to be divided so that straight pieces between
-/// them stay within the tolerance [m] of every knot. The first and the last knot are among them.
-std::vector<size_t> divide_line(const std::vector<Knot>& knots, double tolerance);
+/// them stay within the tolerance [m] of every knot, as far as no piece may be shorter than
+/// `shortest` [of t]. The first and the last knot are among them.
+std::vector<size_t> divide_line(const std::vector<Knot>& knots, double tolerance,
+                                double shortest = 0);
 
 /// The same for an arc and circular pieces; a piece goes through what lies half-way on the arc,
 /// undivided it goes through the place `via`.
 std::vector<size_t> divide_arc(const Arc& arc, double via, const std::vector<Knot>& knots,
-                               double tolerance);
+                               double tolerance, double shortest = 0);
 
 /// Whether a straight line does for the displaced arc between two of its knots: a controller takes
 /// no circle through points that are almost in line.

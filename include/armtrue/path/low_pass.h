@@ -26,7 +26,7 @@ class LowPass {
   struct Section {  // b0 + b1 z^-1 + b2 z^-2 over 1 + a1 z^-1 + a2 z^-2
     double b0, b1, b2, a1, a2;
   };
-  void run(Eigen::VectorXd& samples) const;
+  void run(Eigen::Matrix3Xd& samples) const;
 
   std::vector<Section> sections_;
   double sample_rate_, cutoff_;

@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "armtrue/effects/robot.h"
 #include "armtrue/identification/statistics.h"
 #include "armtrue/path/clock.h"
 #include "armtrue/path/engagement.h"
@@ -15,8 +16,9 @@ namespace armtrue {
 
 /// How the trend of the deviation becomes a correction.
 enum class CorrectionPoints {
-  turning,  ///< straight lines between its turning points (seed paper, figure 10), and where those
-            ///< lines would leave it by more than its own uncertainty
+  turning,  ///< straight lines between its turning points (seed paper, figure 10) and where those
+            ///< lines would leave it, as far as either stands out of the noise (5 %); the lines
+            ///< are fitted to the samples
   spline,   ///< the smoothing spline itself
 };
 
@@ -51,6 +53,7 @@ struct PathDeviation {
   Eigen::VectorXd arc_length;  ///< of the program [m]
   Eigen::Matrix3Xd normal;     ///< across the programmed path [m]
   Eigen::VectorXd along;       ///< in the direction of motion [m]; no correction is made of it
+  Eigen::Matrix3Xd whole;      ///< both together [m]
   Eigen::Matrix3Xd force;      ///< [N]; no columns if a record has none
   Eigen::Matrix3Xd trend;      ///< of `normal`, without noise [m]
   std::vector<Eigen::Index> breaks;  ///< first samples after a corner, reversal, entry or exit:
@@ -92,6 +95,11 @@ Eigen::Matrix3Xd correct_from_force(const Path& programmed, const Eigen::Matrix3
 
 /// What force and reversals have to do with the deviation; nothing without a force.
 std::optional<ForceLaw> force_law(const PathDeviation& deviation, const Path& programmed);
+
+/// The deviation across the path on the one that the robot's effects predict from the recorded
+/// force: k = 1 if the robot file is right; nothing without a force. Throws as joint_path() does.
+std::optional<ForceLine> measured_on_predicted(const PathDeviation& deviation,
+                                               const Path& programmed, const Robot& robot);
 
 /// A recorded pass in the clock and the frame of the program.
 Path registered(const Path& measured, const ClockFit& clock);

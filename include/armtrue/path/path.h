@@ -29,7 +29,8 @@ double median_period(const Path& path);
 
 /// Values (a column per `time`, increasing) at the times `at`, increasing too: linear between
 /// samples, those of the ends before and after them.
-Eigen::MatrixXd interpolate(const Eigen::VectorXd& time, const Eigen::MatrixXd& values,
+Eigen::MatrixXd interpolate(const Eigen::VectorXd& time,
+                            const Eigen::Ref<const Eigen::MatrixXd>& values,
                             const Eigen::VectorXd& at);
 
 /// Positions of the tool at other times; before and after the path it stands [m].
