@@ -18,7 +18,7 @@ int work(app::Command& command, const std::string& robot_path, const std::string
   if (!identify.empty()) robot.identify = app::split_list(identify);
   if (!per_session.empty()) robot.identify_per_session = app::split_list(per_session);
   Campaign campaign = command.campaign(command.input, robot);
-  if (!zone.empty()) favour(campaign, app::zone(zone));
+  if (!zone.empty()) favour(campaign, robot, app::zone(zone));
   command.progress("identifying");
   const CalibrationResult result = calibrate(robot, campaign);
   if (!residuals_path.empty()) {

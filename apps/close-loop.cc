@@ -40,7 +40,8 @@ bool write_next_poses(const app::Command& command, const std::string& path,
   return !plan.poses.empty();
 }
 
-int work(app::Command& command, const Paths& paths, double held_out_share, bool only_catalogue) {
+int work(app::Command& command, const Paths& paths, double held_out_share, int nested_folds,
+         bool only_catalogue) {
   const Robot robot = command.robot(paths.robot).robot;
   const Campaign all = command.campaign(command.input, robot);
   Campaign training, held_out;
@@ -53,12 +54,17 @@ int work(app::Command& command, const Paths& paths, double held_out_share, bool 
     training = all;
     held_out = command.campaign(paths.test, robot);
   }
-  LoopOptions options;
-  options.trace.seed = command.seed;
-  options.trace.beyond_catalogue = !only_catalogue;
-  options.trace.progress = [&](const std::string& what) { command.progress(what); };
-  const LoopResult result =
-      close_loop(robot, training, held_out, app::catalogue(paths.catalogue), options);
+  TraceOptions options;
+  options.seed = command.seed;
+  options.beyond_catalogue = !only_catalogue;
+  options.progress = [&](const std::string& what) { command.progress(what); };
+  const Catalogue catalogue = app::catalogue(paths.catalogue);
+  LoopResult result = close_loop(robot, training, held_out, catalogue, options);
+  if (nested_folds > 0) {
+    command.progress("repeating the search in " + std::to_string(nested_folds) + " folds");
+    result.nested =
+        nested_validation(robot, all, catalogue, nested_folds, result.trace.effects, options);
+  }
 
   const Provenance provenance = command.provenance();
   if (!paths.robot_out.empty())
@@ -99,6 +105,7 @@ int main(int argc, char** argv) {
       "  close-loop --robot robot.yaml knocked.csv --new-session-at-s 1234 > loop.yaml");
   Paths paths;
   double held_out = 0.25;
+  int nested_folds = 0;
   bool only_catalogue = false;
   command.add_input("Measured poses");
   command.add_output();
@@ -113,6 +120,13 @@ int main(int argc, char** argv) {
       .add_option("--test", paths.test,
                   "Measured poses that take no part, from a file of their own")
       ->excludes(share);
+  options
+      .add_option(
+          "--nested", nested_folds,
+          "Nested cross-validation beside the held-out figure: repeat the whole search in so "
+          "many folds of all measured poses, judge each on the poses it left out, and count "
+          "how often each effect is found again; takes about so many times as long")
+      ->check(CLI::Range(2, 1000));
   options.add_option("--robot-out", paths.robot_out, "Write the robot with its effects here");
   options.add_option("--residuals", paths.residuals,
                      "Write the final residual of every reading here");
@@ -122,5 +136,6 @@ int main(int argc, char** argv) {
                      "plan-poses --separate plans others");
   options.add_option("--catalogue", paths.catalogue, "Effects to look for");
   options.add_flag("--only-catalogue", only_catalogue, "Do not search beyond the catalogue");
-  return command.run(argc, argv, [&] { return work(command, paths, held_out, only_catalogue); });
+  return command.run(argc, argv,
+                     [&] { return work(command, paths, held_out, nested_folds, only_catalogue); });
 }

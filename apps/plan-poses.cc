@@ -80,7 +80,10 @@ int main(int argc, char** argv) {
   options.add_option("--count", count, "Number of poses")
       ->required()
       ->check(CLI::Range(1, kCloudSize));
-  options.add_option("--given", given_path, "Measured poses that the planned ones shall complete");
+  options.add_option(
+      "--given", given_path,
+      "Measured poses that the planned ones shall complete; of several sessions the last "
+      "is continued, and box and zone are in its R_A");
   options.add_option("--separate", findings_path,
                      "What close-loop or trace-residual wrote: tell its effects from those it "
                      "calls indistinguishable; -v shows the expected power");

@@ -27,6 +27,24 @@ ReadingScale spread_of(const RobotFile& previous, const app::Command& command) {
   return {noise.position, noise.orientation};
 }
 
+std::string name_of(const Move& move) {
+  std::string sessions;
+  for (const std::string& session : move.sessions)
+    sessions += (sessions.empty() ? " in session " : ", ") + session;
+  return move.what + sessions;
+}
+
+std::string explanation(const ChangeResult& result) {
+  if (result.moved.empty()) return "no move explains it";
+  std::string names;
+  for (const Move& move : result.moved) names += (names.empty() ? "" : " and ") + name_of(move);
+  std::string text = names + (result.moved.size() > 1 ? " explain it best" : " explains it best");
+  if (result.p_value_left < kChangeSignificance)
+    text += fmt::format(", but not all: something else has changed too (p = {:.2g})",
+                        result.p_value_left);
+  return text;
+}
+
 int report_change(app::Command& command, const std::string& path) {
   const RobotFile previous = command.robot(path);
   const Campaign campaign = command.campaign(command.input, previous.robot);
@@ -37,10 +55,8 @@ int report_change(app::Command& command, const std::string& path) {
   write_output(command.output,
                write_change(result, previous.robot, campaign, command.provenance()));
   if (result.holds) return app::kSuccess;
-  const Move& best = result.moves.front();
   command.warn(fmt::format("the calibration does not hold (p = {:.2g}); {}", result.p_value,
-                           best.p_value < kChangeSignificance ? best.what + " explains it best"
-                                                              : "no one move explains it"));
+                           explanation(result)));
   return app::kNotReached;
 }
 

@@ -388,19 +388,22 @@ void set_robot(const SessionModels& model, const Eigen::VectorXd& x, Calibration
   int k = 0;
   for (; k < model.geometric_count(); ++k)
     result.robot.std[result.names[k]] = std::sqrt(result.covariance(k, k));
-  const int own = static_cast<int>(model.own().size());
   for (int s = 1; s < model.sessions(); ++s) {
+    const std::vector<int>& own = model.own(s);
+    const auto count = static_cast<int>(own.size());
+    Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(kTargetParameters, kTargetParameters);
+    covariance(own, own) =
+        result.covariance.block(model.first_own(s), model.first_own(s), count, count);
     // Of the base along the axes of the session's own R_A.
-    Eigen::MatrixXd turn = Eigen::MatrixXd::Identity(own, own);
-    turn.topLeftCorner<3, 3>() = turn.block<3, 3>(3, 3) =
-        model.common_from_own(s).rotation.transpose();
-    const int first = model.first_own(s);
-    const Eigen::MatrixXd covariance =
-        turn * result.covariance.block(first, first, own, own) * turn.transpose();
+    Eigen::MatrixXd turn = Eigen::MatrixXd::Identity(kTargetParameters, kTargetParameters);
+    turn.block<3, 3>(kBaseParameters, kBaseParameters) = turn.block<3, 3>(
+        kBaseParameters + 3, kBaseParameters + 3) = model.common_from_own(s).rotation.transpose();
+    covariance = (turn * covariance * turn.transpose()).eval();
     Session& session = result.robot.sessions.at(model.name(s));
     session.std.clear();
-    for (int i = 0; i < own; ++i)
-      session.std[parameter_name(result.robot.chain, model.own()[i])] = std::sqrt(covariance(i, i));
+    for (int parameter : own)
+      session.std[parameter_name(result.robot.chain, parameter)] =
+          std::sqrt(covariance(parameter, parameter));
   }
   if (!model.fits_effects()) return;
   for (Effect& effect : result.robot.effects)

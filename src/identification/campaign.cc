@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <numeric>
 
 namespace armtrue {
 
@@ -29,6 +30,20 @@ int Campaign::pose_by_anchor(int row) const {
   return pose[row] * static_cast<int>(anchor_names.size()) + anchor[row];
 }
 
+std::vector<int> Campaign::pose_by_id() const {
+  std::vector<int> order(pose_ids.size());
+  std::iota(order.begin(), order.end(), 0);
+  // A number with more digits is the larger one.
+  std::sort(order.begin(), order.end(), [&](int a, int b) {
+    return std::pair(pose_ids[a].size(), pose_ids[a]) < std::pair(pose_ids[b].size(), pose_ids[b]);
+  });
+  std::vector<int> number(order.size());
+  for (size_t i = 0; i < order.size(); ++i) number[order[i]] = static_cast<int>(i);
+  std::vector<int> numbers;
+  for (int p : pose) numbers.push_back(number[p]);
+  return numbers;
+}
+
 Campaign Campaign::select(const std::vector<int>& rows) const {
   Campaign chosen;
   chosen.source = source;
@@ -43,6 +58,7 @@ Campaign Campaign::select(const std::vector<int>& rows) const {
   }
   chosen.target_names = target_names;
   chosen.anchor_names = anchor_names;
+  chosen.has_coordinates = has_coordinates;
   chosen.temperature_names = temperature_names;
   chosen.session_names = session_names;
   const auto pick = [&](const auto& from, auto& to) {
@@ -70,6 +86,31 @@ Campaign Campaign::select(const std::vector<int>& rows) const {
   return chosen;
 }
 
+void points_to_coordinates(Campaign& campaign) {
+  std::vector<int> rows;
+  for (int row = 0; row < campaign.rows(); ++row)
+    rows.insert(rows.end(), campaign.distance[row] > 0 ? 1 : 3, row);
+  const bool is_named = !campaign.anchor.empty();
+  if (!is_named) {
+    campaign.anchor.assign(campaign.q.size(), 0);
+    campaign.anchor_names = {""};
+  }
+  Campaign all = campaign.select(rows);
+  all.skipped_rows = campaign.skipped_rows;
+  for (int row = 0, axis = 0; row < all.rows(); ++row)
+    if (all.distance[row] > 0) {
+      all.anchor[row] += 3;
+    } else {
+      all.distance[row] = all.position[row][axis];
+      all.anchor[row] = axis;
+      axis = (axis + 1) % 3;
+    }
+  all.position.clear();
+  for (const char* axis : {"z", "y", "x"}) all.anchor_names.insert(all.anchor_names.begin(), axis);
+  all.has_coordinates = true;
+  campaign = std::move(all);
+}
+
 void derive_arrival(Campaign& campaign) {
   constexpr double kLeastMotion = 1e-4 * std::numbers::pi / 180;
   struct Joints {
@@ -77,9 +118,13 @@ void derive_arrival(Campaign& campaign) {
     std::array<std::int8_t, kJoints> direction{};
   };
   std::map<int, Joints> sessions;
-  campaign.arrival.clear();
-  campaign.arrival.reserve(campaign.q.size());
-  for (size_t row = 0; row < campaign.q.size(); ++row) {
+  std::vector<int> visits(campaign.q.size());
+  std::iota(visits.begin(), visits.end(), 0);
+  if (!campaign.time_s.empty())
+    std::stable_sort(visits.begin(), visits.end(),
+                     [&](int a, int b) { return campaign.time_s[a] < campaign.time_s[b]; });
+  campaign.arrival.resize(campaign.q.size());
+  for (int row : visits) {
     const int session = campaign.session.empty() ? 0 : campaign.session[row];
     auto& [moved_last, direction] =
         sessions.try_emplace(session, Joints{campaign.q[row]}).first->second;
@@ -89,7 +134,7 @@ void derive_arrival(Campaign& campaign) {
       direction[j] = motion > 0 ? 1 : -1;
       moved_last[j] = campaign.q[row][j];
     }
-    campaign.arrival.push_back(direction);
+    campaign.arrival[row] = direction;
   }
 }
 

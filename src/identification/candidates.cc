@@ -230,7 +230,8 @@ class OpenSearch {
       add(parameter, times(DriverKind::gravity_torque, joint), Shape{});
   }
 
-  // From where the cosines of the open series end to the highest motor order.
+  // From where the cosines of the open series end, and a whole cycle is covered, to the highest
+  // motor order.
   void add_periodogram(const std::string& parameter, const Driver& driver) {
     double low = std::numeric_limits<double>::infinity(), high = -low;
     for (const JointVector& q : campaign_.q) {
@@ -241,7 +242,8 @@ class OpenSearch {
     if (covered * kMostCycles < 1) return;  // not one cycle of any
     const Shape whole = series_on_joint(robot_, driver.joint, SeriesBasis::cosine, kSeriesCosines);
     const double step = 1 / (kFrequencySteps * covered);
-    const double first = kSeriesCosines * std::numbers::pi / (whole.high[0] - whole.low[0]);
+    const double first =
+        std::max(1 / covered, kSeriesCosines * std::numbers::pi / (whole.high[0] - whole.low[0]));
     for (double n = std::ceil(first / step) * step; n <= kMostCycles; n += step) {
       add(parameter, driver, harmonic(readable(n)));
       candidates_.back().frequency_resolution = 1 / covered;
@@ -397,9 +399,11 @@ std::vector<Candidate> refined_candidates(const Candidate& candidate, const Camp
       add(inner);
     }
   } else if (shape.kind == ShapeKind::exponential) {
-    for (double factor : {0.5, 0.6, 0.7, 0.85, 1.0, 1.2, 1.4, 1.7, 2.0}) {
+    // Steps of a grid that does not depend on where the search has come from.
+    for (double tau = span.duration() / 64; tau <= 2 * span.duration(); tau *= 1.15) {
+      if (std::abs(std::log(tau / shape.tau)) > std::log(2.0)) continue;
       Shape inner = shape;
-      inner.tau = shape.tau * factor;
+      inner.tau = tau;
       add(inner);
     }
   }

@@ -4,23 +4,28 @@
 #include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <numeric>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
 #include "armtrue/identification/evaluation.h"
 #include "armtrue/identification/identifiability.h"
-#include "armtrue/identification/statistics.h"
 #include "armtrue/kinematics/parameters.h"
 #include "fold.h"
+#include "registration.h"
 #include "sessions.h"
 
 namespace armtrue {
 namespace {
 
-constexpr double kIndistinguishable = 6;  // BIC
-constexpr double kBlunderWeight = 0.25;   // some six standard deviations under Student's t
-constexpr double kMostBlunders = 0.3;     // of the rows
+constexpr double kIndistinguishable = 6;   // BIC
+constexpr double kBlunderWeight = 0.25;    // some six standard deviations under Student's t
+constexpr double kMostBlunders = 0.3;      // of the rows
+constexpr double kWorthExchanging = 1e-6;  // BIC
+constexpr size_t kMostMoves = 4;           // more at once want a new calibration
 constexpr int kMaxSteps = 30;
 
 double probability_above(double chi_square, double degrees_of_freedom) {
@@ -28,23 +33,25 @@ double probability_above(double chi_square, double degrees_of_freedom) {
       boost::math::complement(boost::math::chi_squared(degrees_of_freedom), chi_square));
 }
 
-// Unknowns that are free, as places in the model's list; none: nothing has moved.
-struct Hypothesis {
-  std::string what;
-  std::vector<int> free;
+constexpr double kNothingKnown = std::numeric_limits<double>::infinity();
+
+// An error of the previous calibration, or a move since.
+struct Unknown {
+  int parameter;
+  int first, last;  // sessions in which it acts
+  double deviation = kNothingKnown;
+
+  bool acts_in(int session) const { return first <= session && session <= last; }
 };
 
-// The readings of a campaign against the previous robot and what is known of its parameters.
-struct Problem {
-  ObservationModel model;
-  Eigen::VectorXd deviations;  // of the unknowns; 0: not identified, so held unless free
-  std::vector<double> shares;  // of each row in its pose and channel
-  double equations = 0;        // replicates counted once
+struct Hypothesis {
+  std::string what;
+  std::vector<Unknown> moves;
 };
 
 struct Fit {
-  Eigen::VectorXd x;
-  Eigen::MatrixXd covariance;
+  Eigen::VectorXd x;            // errors, then moves
+  Eigen::MatrixXd covariance;   // of x
   std::vector<double> weights;  // of the rows
   double loss = 0;              // chi-square, or twice the negative log-likelihood
 };
@@ -54,111 +61,257 @@ bool is_place_of_anchor(const KinematicChain& chain, int parameter) {
   return k >= 0 && k % 4 < 3;
 }
 
-Problem make_problem(const Robot& previous, const Campaign& campaign, const ReadingScale& scale) {
-  std::vector<int> unknowns;
-  std::vector<double> deviations;
-  for (int k = 0; k < parameter_count(previous.chain); ++k) {
-    const auto found = previous.std.find(parameter_name(previous.chain, k));
-    const bool of_set_up = k < kLinkParameters || (k >= kToolParameters && k < kInstrumentScale) ||
-                           (campaign.has_distances() && is_place_of_anchor(previous.chain, k));
-    if (found == previous.std.end() && !of_set_up) continue;
-    unknowns.push_back(k);
-    deviations.push_back(found == previous.std.end() ? 0 : found->second);
-  }
-  Problem problem{ObservationModel(campaign, previous, unknowns, scale, false),
-                  Eigen::Map<Eigen::VectorXd>(deviations.data(), std::ssize(deviations)),
-                  {},
-                  0};
-  std::map<std::pair<int, int>, int> replicates;
-  const auto key = [&](int row) { return std::pair{campaign.pose[row], campaign.channel(row)}; };
-  for (int row = 0; row < campaign.rows(); ++row) ++replicates[key(row)];
-  for (int row = 0; row < campaign.rows(); ++row)
-    problem.shares.push_back(1.0 / replicates[key(row)]);
-  problem.equations = static_cast<double>(replicates.size()) * problem.model.row_size();
-  return problem;
+bool is_of_base(int parameter) { return parameter < kLinkParameters; }
+
+// The parameters that the previous calibration found, and what may have been set up anew.
+std::vector<int> parameters_of(const Robot& previous, const Campaign& campaign) {
+  std::vector<int> parameters;
+  const std::vector<int> own = own_parameters(previous);
+  for (int k = 0; k < parameter_count(previous.chain); ++k)
+    if (previous.std.contains(parameter_name(previous.chain, k)) ||
+        std::ranges::count(own, k) > 0 || (k >= kToolParameters && k < kInstrumentScale) ||
+        (campaign.has_distances() && is_place_of_anchor(previous.chain, k)))
+      parameters.push_back(k);
+  return parameters;
 }
 
-// What of the base these readings show: of distances from one anchor, its translation.
-std::vector<int> visible_of_base(Robot robot, const Campaign& campaign) {
-  robot.identify = {"base"};
+Robot start_of(const Robot& previous, const Campaign& campaign) {
+  if (rows_by_session(campaign).size() == 1) return robot_at_row(previous, campaign, 0);
+  IdentifiableSet bases;
+  for (int k = 0; k < kLinkParameters; ++k) bases.kept.push_back(k);
+  return starting_robot(previous, campaign, bases);
+}
+
+// Those of the parameters that these readings show.
+std::vector<int> shown(Robot robot, const std::vector<int>& parameters, const Campaign& campaign) {
+  robot.identify.clear();
+  robot.identify_per_session.clear();
+  for (int k : parameters) robot.identify.push_back(parameter_name(robot.chain, k));
   return choose_identifiable(robot, campaign).kept;
+}
+
+// The readings of a campaign against the previous robot and what is known of its parameters.
+class Problem {
+ public:
+  Problem(const Robot& previous, const Campaign& campaign, const ReadingScale& scale)
+      : previous_(previous),
+        start_(start_of(previous, campaign)),
+        own_(own_parameters(start_)),
+        models_(campaign, start_, parameters_of(start_, campaign), scale, false) {
+    for (int s = 0; s < sessions(); ++s) {
+      std::vector<int>& column = columns_.emplace_back(parameter_count(start_.chain), -1);
+      for (int k = 0; k < models_.model(s).unknowns(); ++k)
+        column[models_.model(s).geometric()[k]] = k;
+    }
+    count_replicates();
+    enter_errors();
+    enter_hypotheses();
+  }
+
+  int hypotheses() const { return static_cast<int>(hypotheses_.size()); }
+  double equations() const { return equations_; }  // replicates counted once
+
+  // Most likely errors of the previous parameters and sizes of the moves, those of the hypotheses
+  // `moved`: Gauss-Newton on readings and what is known together, the rows' weights taken anew at
+  // every step.
+  Fit fit(const std::vector<int>& moved, const ReadingLaw& law) const;
+
+  // With the bases of several sessions and what has moved, but without the previous errors.
+  double mean_error(const std::vector<int>& moved, const Fit& fitted) const;
+
+  Move described(const std::vector<int>& moved, size_t which, const Fit& fitted) const;
+  std::vector<Move> stations(const Fit& fitted) const;
+  double p_value(const std::vector<int>& moved, const Fit& fitted) const;
+  int moves_in(const std::vector<int>& moved) const {
+    return static_cast<int>(unknowns_of(moved).size() - errors_.size());
+  }
+
+ private:
+  int sessions() const { return models_.sessions(); }
+  bool is_several() const { return sessions() > 1; }
+  // Of several sessions, each has it for itself.
+  bool is_own(int parameter) const {
+    return is_several() && std::ranges::count(own_, parameter) > 0;
+  }
+  double deviation_of(int parameter) const {
+    const auto found = start_.std.find(parameter_name(start_.chain, parameter));
+    return found == start_.std.end() ? 0 : found->second;
+  }
+  double deviation_of(int parameter, int session) const;
+  void count_replicates();
+  void enter_errors();
+  void enter_hypotheses();
+  void enter_hypothesis(const std::string& what, const std::vector<int>& parameters, int first,
+                        int last);
+  std::vector<Unknown> unknowns_of(const std::vector<int>& moved) const;
+  Eigen::VectorXd unknowns_of(int session, const std::vector<Unknown>& unknowns,
+                              const Eigen::VectorXd& x) const;
+
+  const Robot& previous_;
+  const Robot start_;
+  const std::vector<int> own_;  // of a session
+  const SessionModels models_;
+  std::vector<std::vector<int>> columns_;  // of each session's model, by parameter; -1: none
+  std::vector<double> shares_;             // of each row in its pose and channel
+  std::vector<double> session_shares_;     // of each session in its poses; 1: they are its alone
+  std::vector<Unknown> errors_;
+  std::vector<Hypothesis> hypotheses_;
+  double equations_ = 0, degrees_of_freedom_ = 0;
+};
+
+void Problem::count_replicates() {
+  const Campaign& campaign = models_.campaign();
+  const auto key = [&](int row) { return std::pair{campaign.pose[row], campaign.channel(row)}; };
+  std::map<std::pair<int, int>, int> replicates;
+  for (int row = 0; row < campaign.rows(); ++row) ++replicates[key(row)];
+  for (int row = 0; row < campaign.rows(); ++row) shares_.push_back(1.0 / replicates[key(row)]);
+  equations_ = static_cast<double>(replicates.size()) * models_.row_size();
+  degrees_of_freedom_ = equations_;
+  for (int s = 0; s < sessions(); ++s) {
+    std::set<std::pair<int, int>> own;
+    double share = 0;
+    for (int row : models_.rows_of(s)) {
+      own.insert(key(row));
+      share += shares_[row];
+    }
+    session_shares_.push_back(share / static_cast<double>(own.size()));
+  }
+}
+
+// 0: as exact as the model; infinite in a session that the previous robot does not know.
+double Problem::deviation_of(int parameter, int session) const {
+  const auto known = previous_.sessions.find(models_.name(session));
+  if (is_of_base(parameter) || known == previous_.sessions.end()) return kNothingKnown;
+  const auto own = known->second.std.find(parameter_name(start_.chain, parameter));
+  return own == known->second.std.end() ? deviation_of(parameter) : own->second;
+}
+
+void Problem::enter_errors() {
+  for (int k : models_.geometric()) {
+    const double deviation = deviation_of(k);
+    if (!is_own(k) && deviation > 0) errors_.push_back({k, 0, sessions() - 1, deviation});
+  }
+  for (int s = 0; is_several() && s < sessions(); ++s) {
+    std::vector<int> free;
+    for (int k : models_.own(s)) {
+      const double deviation = deviation_of(k, s);
+      if (deviation == kNothingKnown)
+        free.push_back(k);
+      else if (deviation > 0)
+        errors_.push_back({k, s, s, deviation});
+    }
+    const Campaign readings = models_.campaign().select(models_.rows_of(s));
+    free = shown(robot_at_row(start_, readings, 0), free, readings);
+    const auto count = static_cast<double>(free.size());
+    if (count >= readings.rows() * models_.row_size())
+      throw std::invalid_argument(
+          "the readings of session '" + models_.name(s) +
+          "' only place its base; measure more poses in it, or leave it out");
+    degrees_of_freedom_ -= count * session_shares_[s];
+    for (int k : free) errors_.push_back({k, s, s});
+  }
+}
+
+void Problem::enter_hypothesis(const std::string& what, const std::vector<int>& parameters,
+                               int first, int last) {
+  Hypothesis hypothesis{what, {}};
+  for (int k : parameters) hypothesis.moves.push_back({k, first, last, kNothingKnown});
+  if (!parameters.empty()) hypotheses_.push_back(hypothesis);
 }
 
 // The base, the tool, one anchor of several and every identified parameter of a link; only what
 // moves these readings.
-std::vector<Hypothesis> moves_of(const Robot& previous, const Problem& problem) {
-  const ObservationModel& model = problem.model;
-  const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
-  Eigen::MatrixXd block(model.row_size(), model.unknowns() + 1);
-  Eigen::VectorXd squares = Eigen::VectorXd::Zero(model.unknowns());
-  for (int row = 0; row < model.rows(); ++row) {
-    at.block(row, block);
-    squares += block.leftCols(model.unknowns()).colwise().squaredNorm().transpose();
+void Problem::enter_hypotheses() {
+  const int first_anchor = first_anchor_parameter(start_.chain);
+  const auto count = static_cast<int>(start_.chain.anchors.size());
+  for (int s = 0; s < sessions(); ++s) {
+    const ObservationModel& model = models_.model(s);
+    const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
+    Eigen::MatrixXd block(model.row_size(), model.unknowns() + 1);
+    Eigen::VectorXd squares = Eigen::VectorXd::Zero(model.unknowns());
+    for (int row = 0; row < model.rows(); ++row) {
+      at.block(row, block);
+      squares += block.leftCols(model.unknowns()).colwise().squaredNorm().transpose();
+    }
+    std::vector<int> tool, links;
+    std::vector<std::vector<int>> anchors(count);
+    for (int k : models_.geometric()) {
+      if (is_of_base(k) || squares[columns_[s][k]] <= 1e-12 * squares.maxCoeff()) continue;
+      if (k < kToolParameters)
+        links.push_back(k);
+      else if (k < kInstrumentScale)
+        tool.push_back(k);
+      else if (is_place_of_anchor(start_.chain, k))
+        anchors[(k - first_anchor) / 4].push_back(k);
+    }
+    const int last = sessions() - 1;
+    if (!is_several()) {
+      std::vector<int> base(kLinkParameters);
+      std::iota(base.begin(), base.end(), kBaseParameters);
+      enter_hypothesis("base", shown(start_, base, model.campaign()), s, last);
+    }
+    enter_hypothesis("tool", tool, s, last);
+    for (int a = 0; a < count && (count > 1 || models_.campaign().has_coordinates);
+         ++a)  // a single one is the base
+      enter_hypothesis("anchor " + start_.chain.anchors[a].name, anchors[a], s, last);
+    for (int k : links)
+      if (!is_own(k))
+        enter_hypothesis(parameter_name(start_.chain, k), {k}, s, last);
+      else if (deviation_of(k, s) != kNothingKnown)
+        enter_hypothesis(parameter_name(start_.chain, k), {k}, s, s);
   }
-  const std::vector<int> visible = visible_of_base(previous, model.campaign());
-  const int first_anchor = first_anchor_parameter(previous.chain);
-  Hypothesis base{"base", {}}, tool{"tool", {}};
-  std::vector<Hypothesis> links, anchors(previous.chain.anchors.size());
-  for (int k = 0; k < model.unknowns(); ++k) {
-    const int parameter = model.geometric()[k];
-    if (squares[k] <= 1e-12 * squares.maxCoeff()) continue;
-    if (parameter < kLinkParameters) {
-      if (std::ranges::count(visible, parameter) > 0) base.free.push_back(k);
-    } else if (parameter < kToolParameters)
-      links.push_back({parameter_name(previous.chain, parameter), {k}});
-    else if (parameter < kInstrumentScale)
-      tool.free.push_back(k);
-    else if (is_place_of_anchor(previous.chain, parameter))
-      anchors[(parameter - first_anchor) / 4].free.push_back(k);
-  }
-  std::vector<Hypothesis> moves{base, tool};
-  for (size_t a = 0; a < anchors.size() && anchors.size() > 1; ++a) {  // a single one is the base
-    anchors[a].what = "anchor " + previous.chain.anchors[a].name;
-    moves.push_back(anchors[a]);
-  }
-  std::erase_if(moves, [](const Hypothesis& move) { return move.free.empty(); });
-  moves.insert(moves.end(), links.begin(), links.end());
-  return moves;
 }
 
-// Most likely errors of the previous parameters and sizes of what is free: Gauss-Newton on readings
-// and priors together, the rows' weights taken anew at every step.
-Fit fit(const Problem& problem, const Hypothesis& hypothesis, const ReadingLaw& law) {
-  const ObservationModel& model = problem.model;
-  const int size = model.row_size(), equations = model.rows() * size;
-  const auto is_free = [&](int k) { return std::ranges::count(hypothesis.free, k) > 0; };
-  std::vector<int> active;
-  for (int k = 0; k < model.unknowns(); ++k)
-    if (problem.deviations[k] > 0 || is_free(k)) active.push_back(k);
-  const int count = static_cast<int>(active.size());
+std::vector<Unknown> Problem::unknowns_of(const std::vector<int>& moved) const {
+  std::vector<Unknown> unknowns = errors_;
+  for (int k : moved)
+    unknowns.insert(unknowns.end(), hypotheses_[k].moves.begin(), hypotheses_[k].moves.end());
+  return unknowns;
+}
 
-  Fit result{Eigen::VectorXd::Zero(model.unknowns()), {}, {}, 0};
-  result.weights.assign(model.rows(), 1.0);
-  Eigen::MatrixXd block(size, model.unknowns() + 1);
+Eigen::VectorXd Problem::unknowns_of(int session, const std::vector<Unknown>& unknowns,
+                                     const Eigen::VectorXd& x) const {
+  Eigen::VectorXd own = Eigen::VectorXd::Zero(models_.model(session).unknowns());
+  for (size_t i = 0; i < unknowns.size(); ++i)
+    if (unknowns[i].acts_in(session)) own[columns_[session][unknowns[i].parameter]] += x[i];
+  return own;
+}
+
+Fit Problem::fit(const std::vector<int>& moved, const ReadingLaw& law) const {
+  const std::vector<Unknown> unknowns = unknowns_of(moved);
+  const int size = models_.row_size(), equations = models_.rows() * size;
+  const auto count = static_cast<int>(unknowns.size());
+  Fit result{Eigen::VectorXd::Zero(count), {}, {}, 0};
+  result.weights.assign(models_.rows(), 1.0);
   for (int step = 0;; ++step) {
     Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(equations + count, count);
     Eigen::VectorXd residual = Eigen::VectorXd::Zero(equations + count);
-    const ObservationModel::At at = model.at(result.x);
     double loss = 0;
-    for (int row = 0; row < model.rows(); ++row) {
-      at.block(row, block);
-      const double squared_norm = block.rightCols<1>().squaredNorm();
-      // The first step is one of least squares: where a parameter has moved, the residuals before
-      // it say nothing about blunders.
-      if (step > 0) result.weights[row] = law.weight(squared_norm, size);
-      loss += problem.shares[row] * law.loss(squared_norm, size);
-      const double root = std::sqrt(problem.shares[row] * result.weights[row]);
-      for (int i = 0; i < count; ++i)
-        jacobian.col(i).segment(row * size, size) = root * block.col(active[i]);
-      residual.segment(row * size, size) = root * block.rightCols<1>();
-    }
-    for (int i = 0; i < count; ++i)
-      if (!is_free(active[i])) {
-        const double deviation = problem.deviations[active[i]];
-        jacobian(equations + i, i) = 1 / deviation;
-        residual[equations + i] = -result.x[active[i]] / deviation;
-        loss += residual[equations + i] * residual[equations + i];
+    for (int s = 0; s < sessions(); ++s) {
+      const ObservationModel& model = models_.model(s);
+      const ObservationModel::At at = model.at(unknowns_of(s, unknowns, result.x));
+      Eigen::MatrixXd block(size, model.unknowns() + 1);
+      for (int own = 0; own < model.rows(); ++own) {
+        const int row = models_.rows_of(s)[own];
+        at.block(own, block);
+        const double squared_norm = block.rightCols<1>().squaredNorm();
+        // The first step is one of least squares: where a parameter has moved, the residuals before
+        // it say nothing about blunders.
+        if (step > 0) result.weights[row] = law.weight(squared_norm, size);
+        loss += shares_[row] * law.loss(squared_norm, size);
+        const double root = std::sqrt(shares_[row] * result.weights[row]);
+        for (int i = 0; i < count; ++i)
+          if (unknowns[i].acts_in(s))
+            jacobian.col(i).segment(row * size, size) =
+                root * block.col(columns_[s][unknowns[i].parameter]);
+        residual.segment(row * size, size) = root * block.rightCols<1>();
       }
+    }
+    for (int i = 0; i < count; ++i) {
+      jacobian(equations + i, i) = 1 / unknowns[i].deviation;
+      residual[equations + i] = -result.x[i] / unknowns[i].deviation;
+      loss += residual[equations + i] * residual[equations + i];
+    }
     const bool settled = std::abs(loss - result.loss) <= 1e-7 * (1 + loss);
     result.loss = loss;
     // Columns of unit norm: m and rad differ by orders of magnitude.
@@ -170,31 +323,104 @@ Fit fit(const Problem& problem, const Hypothesis& hypothesis, const ReadingLaw& 
           Eigen::MatrixXd(
               (scaled.transpose() * scaled).completeOrthogonalDecomposition().pseudoInverse()) *
           unit.asDiagonal();
-      Eigen::MatrixXd all = Eigen::MatrixXd::Zero(model.unknowns(), model.unknowns());
-      all(active, active) = result.covariance;
-      result.covariance = all;
       return result;
     }
-    const Eigen::VectorXd change =
-        unit.asDiagonal() *
-        Eigen::VectorXd(scaled.completeOrthogonalDecomposition().solve(residual));
-    for (int i = 0; i < count; ++i) result.x[active[i]] += change[i];
+    result.x += unit.asDiagonal() *
+                Eigen::VectorXd(scaled.completeOrthogonalDecomposition().solve(residual));
   }
 }
 
-std::vector<int> find_blunders(const Problem& problem, const std::vector<Hypothesis>& moves) {
+double Problem::mean_error(const std::vector<int>& moved, const Fit& fitted) const {
+  std::vector<Unknown> unknowns = unknowns_of(moved);
+  Eigen::VectorXd x = fitted.x;
+  for (size_t i = 0; i < unknowns.size(); ++i)
+    if (unknowns[i].deviation != kNothingKnown) x[i] = 0;
+  double sum = 0;
+  for (int s = 0; s < sessions(); ++s) {
+    const ObservationModel::At at = models_.model(s).at(unknowns_of(s, unknowns, x));
+    for (int row = 0; row < models_.model(s).rows(); ++row)
+      sum += at.residual(row).head<3>().norm();
+  }
+  return sum / models_.rows();
+}
+
+Move Problem::described(const std::vector<int>& moved, size_t which, const Fit& fitted) const {
+  const Hypothesis& hypothesis = hypotheses_[moved[which]];
+  Move move{.what = hypothesis.what, .sessions = {}, .changes = {}, .indistinguishable = {}};
+  size_t first = errors_.size();
+  for (size_t i = 0; i < which; ++i) first += hypotheses_[moved[i]].moves.size();
+  for (const Unknown& unknown : hypothesis.moves) {
+    const auto k = static_cast<Eigen::Index>(first++);
+    move.changes.push_back({unknown.parameter, fitted.x[k], std::sqrt(fitted.covariance(k, k))});
+  }
+  const Unknown& any = hypothesis.moves.front();
+  for (int s = any.first; any.last - any.first < sessions() - 1 && s <= any.last; ++s)
+    move.sessions.push_back(models_.name(s));
+  return move;
+}
+
+// The law of the difference from the known base: the deviations of both.
+std::vector<Move> Problem::stations(const Fit& fitted) const {
+  std::vector<Move> moves;
+  for (int s = 0; is_several() && s < sessions(); ++s) {
+    const auto known = previous_.sessions.find(models_.name(s));
+    if (known == previous_.sessions.end()) continue;
+    Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+    std::vector<int> places, parameters;
+    for (size_t i = 0; i < errors_.size(); ++i)
+      if (is_of_base(errors_[i].parameter) && errors_[i].acts_in(s)) {
+        places.push_back(static_cast<int>(i));
+        parameters.push_back(errors_[i].parameter);
+      }
+    covariance(parameters, parameters) = fitted.covariance(places, places);
+    const Pose own_from_common = inverse(models_.common_from_own(s));
+    const Pose base =
+        own_from_common * models_.model(s).robot_at(unknowns_of(s, errors_, fitted.x)).chain.base;
+    Eigen::Matrix<double, 6, 1> change;
+    change << base.translation - known->second.base.translation,
+        rotation_log(base.rotation * known->second.base.rotation.transpose());
+    Eigen::Matrix<double, 6, 6> turn = Eigen::Matrix<double, 6, 6>::Zero();
+    turn.topLeftCorner<3, 3>() = turn.bottomRightCorner<3, 3>() = own_from_common.rotation;
+    covariance = (turn * covariance * turn.transpose()).eval();
+    Move move{
+        .what = "base", .sessions = {models_.name(s)}, .changes = {}, .indistinguishable = {}};
+    for (int k : parameters) {
+      const auto own = known->second.std.find(parameter_name(start_.chain, k));
+      covariance(k, k) +=
+          std::pow(own == known->second.std.end() ? deviation_of(k) : own->second, 2);
+      move.changes.push_back({k, change[k], std::sqrt(covariance(k, k))});
+    }
+    const Eigen::VectorXd seen = change(parameters);
+    const double chi_square =
+        seen.dot(Eigen::MatrixXd(covariance(parameters, parameters)).ldlt().solve(seen));
+    move.p_value = std::min(
+        1.0, sessions() * probability_above(chi_square, static_cast<double>(parameters.size())));
+    if (move.p_value < kChangeSignificance) moves.push_back(move);
+  }
+  return moves;
+}
+
+double Problem::p_value(const std::vector<int>& moved, const Fit& fitted) const {
+  return probability_above(fitted.loss, std::max(1.0, degrees_of_freedom_ - moves_in(moved)));
+}
+
+std::vector<int> find_blunders(const Problem& problem) {
   const ReadingLaw law{4.0};
-  const double price = std::log(problem.equations);
-  Fit best = fit(problem, {}, law);
-  for (const Hypothesis& move : moves) {
-    Fit other = fit(problem, move, law);
-    other.loss += price * static_cast<double>(move.free.size());
+  const double price = std::log(problem.equations());
+  Fit best = problem.fit({}, law);
+  const auto is_off = [](double weight) { return weight < kBlunderWeight; };
+  if (std::ranges::none_of(best.weights, is_off)) return {};
+  for (int k = 0; k < problem.hypotheses(); ++k) {
+    Fit other = problem.fit({k}, law);
+    other.loss += price * problem.moves_in({k});
     if (other.loss < best.loss) best = std::move(other);
   }
   std::vector<int> blunders;
-  for (int row = 0; row < problem.model.rows(); ++row)
-    if (best.weights[row] < kBlunderWeight) blunders.push_back(row);
-  if (static_cast<double>(blunders.size()) > kMostBlunders * problem.model.rows()) return {};
+  for (size_t row = 0; row < best.weights.size(); ++row)
+    if (is_off(best.weights[row])) blunders.push_back(static_cast<int>(row));
+  if (static_cast<double>(blunders.size()) >
+      kMostBlunders * static_cast<double>(best.weights.size()))
+    return {};
   return blunders;
 }
 
@@ -205,42 +431,106 @@ Campaign without(const Campaign& campaign, const std::vector<int>& rows) {
   return campaign.select(others);
 }
 
-Move test_move(const Problem& problem, const Hypothesis& hypothesis, double loss_of_nothing,
-               size_t moves) {
-  const Fit fitted = fit(problem, hypothesis, {});
-  const double freedom = static_cast<double>(hypothesis.free.size());
-  const double fall = std::max(0.0, loss_of_nothing - fitted.loss);
-  Move move{.what = hypothesis.what, .changes = {}};
-  for (int k : hypothesis.free)
-    // From the previous value, which was not exact itself.
-    move.changes.push_back({problem.model.geometric()[k], fitted.x[k],
-                            std::hypot(std::sqrt(fitted.covariance(k, k)), problem.deviations[k])});
-  move.delta_bic = fall - freedom * std::log(problem.equations);
-  move.p_value = std::min(1.0, static_cast<double>(moves) * probability_above(fall, freedom));
-  move.p_value_left = probability_above(fitted.loss, std::max(1.0, problem.equations - freedom));
+// Hypotheses that are true together.
+struct Explanation {
+  std::vector<int> moved;
+  Fit fit;
+  double bic;
+};
+
+Explanation explain(const Problem& problem, const std::vector<int>& moved) {
+  Explanation explanation{moved, problem.fit(moved, {}), 0};
+  explanation.bic = explanation.fit.loss + problem.moves_in(moved) * std::log(problem.equations());
+  return explanation;
+}
+
+// With each of the other hypotheses besides; by BIC, best first.
+std::vector<Explanation> each_beside(const Problem& problem, const std::vector<int>& moved) {
+  std::vector<Explanation> explanations;
+  for (int k = 0; k < problem.hypotheses(); ++k) {
+    if (std::ranges::count(moved, k) > 0) continue;
+    std::vector<int> more = moved;
+    more.push_back(k);
+    explanations.push_back(explain(problem, more));
+  }
+  std::ranges::stable_sort(explanations, {}, &Explanation::bic);
+  return explanations;
+}
+
+std::vector<int> all_but(std::vector<int> moved, size_t which) {
+  moved.erase(moved.begin() + static_cast<std::ptrdiff_t>(which));
+  return moved;
+}
+
+// Probability of so large a fall by the move that is more, were there none.
+double p_value(const Problem& problem, const Explanation& fewer, const Explanation& more) {
+  const double freedom = problem.moves_in(more.moved) - problem.moves_in(fewer.moved);
+  return std::min(
+      1.0, problem.hypotheses() * probability_above(std::max(0.0, fewer.fit.loss - more.fit.loss),
+                                                    std::max(1.0, freedom)));
+}
+
+// Puts others in the place of those that were taken while that is better.
+void exchange(const Problem& problem, Explanation& current) {
+  for (size_t k = 0, kept = 0; kept < current.moved.size() && current.moved.size() > 1;
+       k = (k + 1) % current.moved.size()) {
+    Explanation other = each_beside(problem, all_but(current.moved, k)).front();
+    ++kept;
+    if (other.bic >= current.bic - kWorthExchanging) continue;
+    current = std::move(other);
+    kept = 0;
+  }
+}
+
+void drop_superfluous(const Problem& problem, Explanation& current) {
+  for (size_t k = 0; k < current.moved.size();) {
+    Explanation fewer = explain(problem, all_but(current.moved, k));
+    if (p_value(problem, fewer, current) < kChangeSignificance)
+      ++k;
+    else
+      current = std::move(fewer);
+  }
+}
+
+Explanation find_moves(const Problem& problem) {
+  Explanation current = explain(problem, {});
+  while (problem.p_value(current.moved, current.fit) < kChangeSignificance &&
+         current.moved.size() < kMostMoves) {
+    Explanation more = each_beside(problem, current.moved).front();
+    if (more.bic >= current.bic) break;
+    current = std::move(more);
+    exchange(problem, current);
+  }
+  drop_superfluous(problem, current);
+  return current;
+}
+
+Move tested(const Problem& problem, const Explanation& explanation, size_t which,
+            const Explanation& without) {
+  Move move = problem.described(explanation.moved, which, explanation.fit);
+  move.delta_bic = without.bic - explanation.bic;
+  move.p_value = p_value(problem, without, explanation);
+  move.p_value_left = problem.p_value(explanation.moved, explanation.fit);
   return move;
 }
 
-double mean_error(const Robot& robot, const Campaign& campaign) {
-  return summarize(evaluate(robot, campaign).position).mean;
-}
-
-Robot moved_robot(const Problem& problem, const Move& move) {
-  Eigen::VectorXd x = Eigen::VectorXd::Zero(problem.model.unknowns());
-  for (const ParameterChange& change : move.changes)
-    x[std::ranges::find(problem.model.geometric(), change.parameter) -
-      problem.model.geometric().begin()] = change.value;
-  return problem.model.robot_at(x);
+std::vector<Move> with_rivals(const Problem& problem, const Explanation& found) {
+  std::vector<Move> moves;
+  for (size_t k = 0; k < found.moved.size(); ++k) {
+    const Explanation without = explain(problem, all_but(found.moved, k));
+    Move& move = moves.emplace_back(tested(problem, found, k, without));
+    for (const Explanation& rival : each_beside(problem, without.moved))
+      if (rival.bic < found.bic + kIndistinguishable &&
+          std::ranges::count(found.moved, rival.moved.back()) == 0)
+        move.indistinguishable.push_back(tested(problem, rival, without.moved.size(), without));
+  }
+  return moves;
 }
 
 }  // namespace
 
 ChangeResult detect_change(const Robot& calibrated, const ReadingScale& spread,
                            const Campaign& campaign) {
-  if (rows_by_session(campaign).size() > 1)
-    throw std::invalid_argument(
-        "the measurements are of several sessions; what has moved is asked of one at a time: give "
-        "the rows of one");
   const Robot previous = robot_at_row(calibrated, campaign, 0);
   if (previous.std.empty())
     throw std::invalid_argument(
@@ -263,24 +553,18 @@ ChangeResult detect_change(const Robot& calibrated, const ReadingScale& spread,
   if (campaign.has_orientation())
     need(result.scale.orientation, "orientations", "orientation_mrad");
 
-  const Problem all = make_problem(previous, campaign, result.scale);
-  result.blunders = find_blunders(all, moves_of(previous, all));
+  result.blunders = find_blunders(Problem(calibrated, campaign, result.scale));
   const Campaign sound = without(campaign, result.blunders);
-  const Problem problem = make_problem(previous, sound, result.scale);
-  const std::vector<Hypothesis> hypotheses = moves_of(previous, problem);
-
-  const double loss = fit(problem, {}, {}).loss;
-  result.p_value = probability_above(loss, problem.equations);
+  const Problem problem(calibrated, sound, result.scale);
+  const Explanation nothing = explain(problem, {});
+  result.p_value = problem.p_value({}, nothing.fit);
   result.holds = result.p_value >= kChangeSignificance;
-  for (const Hypothesis& hypothesis : hypotheses)
-    result.moves.push_back(test_move(problem, hypothesis, loss, hypotheses.size()));
-  std::ranges::stable_sort(result.moves, std::ranges::greater{}, &Move::delta_bic);
-  const Move& best = result.moves.front();
-  for (const Move& move : result.moves)
-    result.indistinguishable +=
-        &move != &best && move.delta_bic > best.delta_bic - kIndistinguishable;
-  result.before = mean_error(previous, sound);
-  result.after = mean_error(moved_robot(problem, best), sound);
+  const Explanation found = result.holds ? nothing : find_moves(problem);
+  result.moved = with_rivals(problem, found);
+  result.p_value_left = problem.p_value(found.moved, found.fit);
+  result.stations = problem.stations(found.fit);
+  result.before = problem.mean_error({}, nothing.fit);
+  result.after = problem.mean_error(found.moved, found.fit);
   return result;
 }
 

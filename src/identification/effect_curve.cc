@@ -1,12 +1,13 @@
 #include "armtrue/identification/effect_curve.h"
 
 #include <algorithm>
-#include <cmath>
+
+#include "armtrue/identification/pose_bootstrap.h"
 
 namespace armtrue {
 
 std::vector<CurvePoint> effect_curve(const CalibrationResult& fit, const Campaign& campaign,
-                                     size_t effect) {
+                                     size_t effect, const Eigen::MatrixXd& departures) {
   const Effect& e = fit.robot.effects[effect];
   const int points = e.shape.kind == ShapeKind::harmonic
                          ? static_cast<int>(std::clamp(8 * e.shape.harmonic, 41.0, 801.0))
@@ -27,7 +28,7 @@ std::vector<CurvePoint> effect_curve(const CalibrationResult& fit, const Campaig
   std::vector<const Effect*> together;
   std::vector<Eigen::Index> unknowns;
   std::vector<double> all;
-  auto unknown = static_cast<Eigen::Index>(fit.set.kept.size());
+  Eigen::Index unknown = 0;
   for (const Effect& other : fit.robot.effects) {
     const bool belongs = other.parameter == e.parameter && other.driver == driver;
     if (belongs) together.push_back(&other);
@@ -41,7 +42,8 @@ std::vector<CurvePoint> effect_curve(const CalibrationResult& fit, const Campaig
   }
   const auto count = static_cast<Eigen::Index>(all.size());
   const Eigen::Map<const Eigen::VectorXd> coefficients(all.data(), count);
-  const Eigen::MatrixXd covariance = fit.covariance(unknowns, unknowns);
+  const Eigen::MatrixXd draws = departures(Eigen::all, unknowns);
+  const int poses = static_cast<int>(campaign.pose_ids.size());
   const auto values_at = [&](double x) {
     Eigen::VectorXd values(count);
     Eigen::Index k = 0;
@@ -63,8 +65,8 @@ std::vector<CurvePoint> effect_curve(const CalibrationResult& fit, const Campaig
   for (int i = 0; i < points; ++i) {
     const double x = low + (high - low) * i / (points - 1);
     const Eigen::VectorXd values = values_at(x) - mean;
-    const double variance = values.dot(covariance * values);
-    curve.push_back({x, values.dot(coefficients), 1.959964 * std::sqrt(std::max(0.0, variance))});
+    const Spread spread = spread_of(draws * values, poses);
+    curve.push_back({x, values.dot(coefficients), 0.5 * (spread.high - spread.low)});
   }
   return curve;
 }

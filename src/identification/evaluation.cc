@@ -8,6 +8,7 @@
 #include <numbers>
 #include <utility>
 
+#include "armtrue/identification/statistics.h"
 #include "sessions.h"
 
 namespace armtrue {
@@ -18,10 +19,34 @@ constexpr double kBlunderWeight = 0.05;  // some fourteen standard deviations un
 // Rows of one session, pose and channel, and their mean residual.
 struct Replicates {
   std::vector<int> rows;
-  Eigen::Matrix<double, 6, 1> mean;
+  Eigen::Matrix<double, 6, 1> mean;  // in units of what the rows' own deviations are to the median
 };
 
-std::vector<Replicates> replicates_of(const Campaign& campaign, const Evaluation& evaluation) {
+// Of each row; 1 where the file states none.
+std::vector<double> own_to_median(const std::vector<double>& deviations, int rows) {
+  if (deviations.empty()) return std::vector<double>(static_cast<size_t>(rows), 1.0);
+  const double middle = median(deviations);
+  std::vector<double> ratios;
+  for (double deviation : deviations) ratios.push_back(deviation / middle);
+  return ratios;
+}
+
+// As if all rows had the median of the stated deviations.
+std::vector<Eigen::Matrix<double, 6, 1>> at_median(const Campaign& campaign,
+                                                   const Evaluation& evaluation) {
+  const std::vector<double> position = own_to_median(campaign.sigma_position, campaign.rows());
+  const std::vector<double> orientation =
+      own_to_median(campaign.sigma_orientation, campaign.rows());
+  std::vector<Eigen::Matrix<double, 6, 1>> residuals = evaluation.residuals;
+  for (size_t row = 0; row < residuals.size(); ++row) {
+    residuals[row].head<3>() /= position[row];
+    residuals[row].tail<3>() /= orientation[row];
+  }
+  return residuals;
+}
+
+std::vector<Replicates> replicates_of(const Campaign& campaign,
+                                      const std::vector<Eigen::Matrix<double, 6, 1>>& residuals) {
   std::map<std::array<int, 3>, Replicates> groups;
   for (int row = 0; row < campaign.rows(); ++row)
     groups[{campaign.pose[row], campaign.channel(row),
@@ -30,7 +55,7 @@ std::vector<Replicates> replicates_of(const Campaign& campaign, const Evaluation
   std::vector<Replicates> list;
   for (auto& [key, group] : groups) {
     group.mean.setZero();
-    for (int row : group.rows) group.mean += evaluation.residuals[row];
+    for (int row : group.rows) group.mean += residuals[row];
     group.mean /= static_cast<double>(group.rows.size());
     list.push_back(std::move(group));
   }
@@ -50,6 +75,7 @@ Evaluation evaluate(const Robot& robot, const Campaign& campaign) {
     for (int row = 0; row < model.rows(); ++row) {
       Eigen::Matrix<double, 6, 1>& residual = evaluation.residuals[models.rows_of(s)[row]];
       residual = at.residual(row);
+      if (campaign.has_distances()) continue;
       residual.head<3>() = own_from_common * residual.head<3>();
       residual.tail<3>() = own_from_common * residual.tail<3>();
     }
@@ -65,13 +91,14 @@ NoiseFloor noise_floor(const Robot& robot, const Campaign& campaign, const Evalu
   NoiseFloor floor;
   floor.axes = campaign.reading_size().position;
   std::vector<double> position, orientation;
-  for (const Replicates& group : replicates_of(campaign, evaluation)) {
+  const std::vector<Eigen::Matrix<double, 6, 1>> residuals = at_median(campaign, evaluation);
+  for (const Replicates& group : replicates_of(campaign, residuals)) {
     const double m = static_cast<double>(group.rows.size());
     if (m < 2) continue;
     floor.degrees_of_freedom += floor.axes * static_cast<int>(m - 1);
     for (int row : group.rows) {
       const Eigen::Matrix<double, 6, 1> deviation =
-          std::sqrt(m / (m - 1)) * (evaluation.residuals[row] - group.mean);
+          std::sqrt(m / (m - 1)) * (residuals[row] - group.mean);
       for (int i = 0; i < floor.axes; ++i) position.push_back(deviation[i]);
       for (int i = 3; i < 6; ++i) orientation.push_back(deviation[i]);
     }
@@ -102,7 +129,7 @@ std::optional<double> lack_of_fit_p(const Evaluation& evaluation, const Campaign
   // Position takes about half of the unknowns where orientation was fitted too.
   const double fitted = campaign.has_orientation() ? 0.5 * unknowns : unknowns;
   double between = 0, groups = 0;
-  for (const Replicates& group : replicates_of(campaign, evaluation)) {
+  for (const Replicates& group : replicates_of(campaign, at_median(campaign, evaluation))) {
     between += static_cast<double>(group.rows.size()) * group.mean.head<3>().squaredNorm();
     ++groups;
   }

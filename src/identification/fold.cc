@@ -48,8 +48,9 @@ double ReadingLaw::loss(double squared_norm, int dimension, double row_variance)
 std::vector<double> pose_variances(const Campaign& campaign, const std::vector<double>& norms,
                                    int dimension) {
   const size_t poses = campaign.pose_ids.size() * std::max<size_t>(1, campaign.anchor_names.size());
-  if (poses >= norms.size()) return {};  // all alone
-  constexpr double kSmallest = 1e-12;    // the logarithm of an exact reading
+  // All alone; not every pose need be read from every anchor.
+  if (campaign.anchor.empty() && poses >= norms.size()) return {};
+  constexpr double kSmallest = 1e-12;  // the logarithm of an exact reading
   const auto log_of = [&](int row) {
     return std::log(std::max(norms[row] / dimension, kSmallest));
   };

@@ -61,13 +61,14 @@ std::vector<int> paper_25() {
   return set;
 }
 
-// `unknown`: among the own ones of all further sessions.
+// `unknown`: of what a further session has of its own.
 [[noreturn]] void fail_of_session(const SessionModels& models, const KinematicChain& chain,
                                   int unknown) {
-  const int count = static_cast<int>(models.own().size());
-  const int parameter = models.own()[unknown % count];
+  int session = 1;
+  while (unknown >= models.first_own(session + 1)) ++session;
+  const int parameter = models.own(session)[unknown - models.first_own(session)];
   const std::string readings =
-      "the readings of session '" + models.name(1 + unknown / count) + "' do not show ";
+      "the readings of session '" + models.name(session) + "' do not show ";
   if (parameter < kLinkParameters)
     throw std::invalid_argument(readings +
                                 "where its instrument stood; measure more poses in it, or leave it "
@@ -147,7 +148,7 @@ IdentifiableSet choose_identifiable(const Robot& robot, const Campaign& campaign
       kept.push_back(c < asked ? order[c] : kOfFurtherSession);
       continue;
     }
-    if (c >= asked) fail_of_session(models, robot.chain, c - asked);
+    if (c >= asked) fail_of_session(models, robot.chain, c);
     AbsorbedParameter absorbed{order[c], {}};
     if (norm > 1e-12) {
       const Eigen::VectorXd solution =

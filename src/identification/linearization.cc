@@ -12,9 +12,11 @@ namespace {
 constexpr double kSmallestPivot = 1e-9;  // of columns of unit length
 constexpr double kWorthNaming = 0.1;     // of what an effect does to the readings
 
-// How much the readings of one pose agree beyond what independent readings would: the variance
-// inflation 1 + (m - 1) icc of one-way analysis of variance on the position residuals, with the
-// unknowns counted against the poses, which determine them.
+// How many readings are worth one independent one. What the model lacks at a pose strikes all of
+// its readings alike, so that they agree more than independent ones would: m readings of a pose
+// count as m / (1 + (m - 1) icc), where icc is the share of the variance that a pose has in common,
+// from one-way analysis of variance of the position residuals (Kish, "Survey Sampling", 1965). The
+// unknowns follow the means of the poses, so they are taken off the freedom between poses.
 double estimate_design_effect(const Eigen::VectorXd& residual, const Campaign& campaign,
                               double unknowns) {
   const ReadingSize size = campaign.reading_size();
@@ -75,7 +77,7 @@ Eigen::MatrixXd orthonormal_basis(const Eigen::MatrixXd& columns) {
 }  // namespace
 
 Linearization::Linearization(const CalibrationResult& fit, const Campaign& campaign)
-    : row_size_(campaign.reading_size().all()), pose_(campaign.pose) {
+    : row_size_(campaign.reading_size().all()), pose_(campaign.pose_by_id()) {
   std::vector<int> all(parameter_count(fit.robot.chain));
   for (size_t k = 0; k < all.size(); ++k) all[k] = static_cast<int>(k);
   const SessionModels models(campaign, fit.robot, all, fit.scale);
@@ -85,12 +87,20 @@ Linearization::Linearization(const CalibrationResult& fit, const Campaign& campa
     blocks.middleRows(row * size, size) *= std::sqrt(fit.weights[row]);
   jacobian_ = blocks.leftCols(kTargetParameters);
   // What a session has of its own is fitted in columns of its own, but an effect moves it in all.
-  for (int s = 1; s < models.sessions(); ++s)
-    for (size_t k = 0; k < models.own().size(); ++k) {
-      const auto own = blocks.col(models.first_own(s) + static_cast<int>(k));
-      for (int row : models.rows_of(s))
-        jacobian_.col(models.own()[k]).segment(row * size, size) = own.segment(row * size, size);
+  for (int s = 1; s < models.sessions(); ++s) {
+    const ObservationModel& own = models.model(s);
+    const ObservationModel model(own.campaign(),
+                                 own.robot_at(Eigen::VectorXd::Zero(own.unknowns())), all,
+                                 own.scale(), false, models.common_from_own(s));
+    const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
+    Eigen::MatrixXd block(size, model.unknowns() + 1);
+    for (int i = 0; i < model.rows(); ++i) {
+      const int row = models.rows_of(s)[i];
+      at.block(i, block);
+      jacobian_.middleRows(row * size, size) =
+          std::sqrt(fit.weights[row]) * block.leftCols(kTargetParameters);
     }
+  }
 
   const int kept = static_cast<int>(fit.set.kept.size());
   const int others = models.unknowns() - static_cast<int>(all.size());
@@ -120,35 +130,56 @@ Linearization::Linearization(const CalibrationResult& fit, const Campaign& campa
   design_effect_ = estimate_design_effect(residual_, campaign, static_cast<double>(kept + others));
 }
 
-Eigen::ColPivHouseholderQR<Eigen::MatrixXd> Linearization::all_but(int effect) const {
-  const int first = first_effect_column_[effect], after = first_effect_column_[effect + 1];
-  Eigen::MatrixXd rest(fitted_.rows(), fitted_.cols() - (after - first));
-  rest << fitted_.leftCols(first), fitted_.rightCols(fitted_.cols() - after);
+// Of the fitted columns all but those of the effects from `first` to before `after`.
+Eigen::ColPivHouseholderQR<Eigen::MatrixXd> Linearization::all_but(int first, int after) const {
+  const int begin = first_effect_column_[first], end = first_effect_column_[after];
+  Eigen::MatrixXd rest(fitted_.rows(), fitted_.cols() - (end - begin));
+  rest << fitted_.leftCols(begin), fitted_.rightCols(fitted_.cols() - end);
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rest);
   qr.setThreshold(kSmallestPivot);
   return qr;
 }
 
+Eigen::MatrixXd Linearization::complement(
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd>& qr) const {
+  const Eigen::Index rank = fitted_.rows();
+  return (qr.householderQ() * Eigen::MatrixXd::Identity(rank, rank)).rightCols(rank - qr.rank());
+}
+
 double Linearization::standard_deviation(const Eigen::VectorXd& column) const {
-  const double left = column.squaredNorm() - (basis_.transpose() * column).squaredNorm();
+  const double whole = column.squaredNorm();
+  const double left = std::max(whole - (basis_.transpose() * column).squaredNorm(),
+                               kSmallestPivot * kSmallestPivot * whole);
   const double variance =
       residual_norm_ / static_cast<double>(residual_.size() - basis_.cols() - 1);
   return std::sqrt(design_effect_ * variance / left);
 }
 
 Linearization::Loss Linearization::without_effect(int effect) const {
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr = all_but(effect);
-  const Eigen::Index rank = fitted_.rows(), own = rank - qr.rank();
   Loss loss;
-  loss.span = (qr.householderQ() * Eigen::MatrixXd::Identity(rank, rank)).rightCols(own);
+  loss.span = complement(all_but(effect, effect + 1));
   loss.residual = loss.span.transpose() * (explained_ + contribution_[effect]);
   return loss;
+}
+
+Linearization::BesideTheRest Linearization::effects_from(int first) const {
+  const int effects = static_cast<int>(contribution_.size());
+  const Eigen::MatrixXd span = complement(all_but(first, effects));
+  Eigen::VectorXd readings = explained_;
+  BesideTheRest beside;
+  for (int e = first; e < effects; ++e) {
+    const int begin = first_effect_column_[e], count = first_effect_column_[e + 1] - begin;
+    beside.columns.push_back(span.transpose() * fitted_.middleCols(begin, count));
+    readings += contribution_[e];
+  }
+  beside.readings = span.transpose() * readings;
+  return beside;
 }
 
 std::vector<int> Linearization::most_refitted(int effect, const Eigen::VectorXd& imitation,
                                               int count) const {
   const Eigen::VectorXd moved =
-      all_but(effect).solve(basis_.transpose() * imitation - contribution_[effect]);
+      all_but(effect, effect + 1).solve(basis_.transpose() * imitation - contribution_[effect]);
   std::vector<int> order;
   for (int k = 0; k < first_effect_column_.front(); ++k)
     if (std::abs(moved[k]) > kWorthNaming * contribution_[effect].norm()) order.push_back(k);

@@ -15,7 +15,7 @@ class Linearization {
 
   int rows() const { return static_cast<int>(pose_.size()); }
   int row_size() const { return row_size_; }
-  /// Index of the pose of each row; rows of one pose need not be independent.
+  /// Number of the pose of each row, by its id; rows of one pose need not be independent.
   const std::vector<int>& pose() const { return pose_; }
   /// (rows * row_size) x kTargetParameters.
   const Eigen::MatrixXd& jacobian() const { return jacobian_; }
@@ -38,12 +38,22 @@ class Linearization {
   };
   Loss without_effect(int effect) const;
 
+  /// What effects explain beside all else in the model: of each the columns, and the readings,
+  /// projected off the rest of what is fitted.
+  struct BesideTheRest {
+    std::vector<Eigen::MatrixXd> columns;
+    Eigen::VectorXd readings;
+  };
+  BesideTheRest effects_from(int first) const;
+
   /// The fitted geometric parameters (as in the set, from 0) that move most, by a tenth of the
   /// effect or more, when what imitates it (in all rows, whitened) takes its place.
   std::vector<int> most_refitted(int effect, const Eigen::VectorXd& imitation, int count) const;
 
  private:
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> all_but(int effect) const;
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> all_but(int first, int after) const;
+  // What is orthogonal to the columns of a decomposition, in coordinates of the basis.
+  Eigen::MatrixXd complement(const Eigen::ColPivHouseholderQR<Eigen::MatrixXd>& qr) const;
 
   int row_size_ = 3;
   std::vector<int> pose_;

@@ -38,17 +38,23 @@ std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& c
     throw std::invalid_argument(campaign.source + line + ": " + what);
   };
   constexpr const char* kRemedy = "; add its place in R_A to the robot file, under 'anchors'";
-  if (campaign.anchor.empty()) {
+  const auto the_only = [&] {
     if (chain.anchors.empty())
       fail(0, std::string("column 'l_mm': the robot file has no anchor to measure from") + kRemedy);
     if (chain.anchors.size() > 1)
       fail(0,
            "the robot file has " + std::to_string(chain.anchors.size()) +
                " anchors; say in a column 'anchor' from which of them each distance is measured");
-    return {0};
-  }
+    return 0;
+  };
+  if (campaign.anchor.empty()) return {the_only()};
   std::vector<int> indices;
   for (const std::string& name : campaign.anchor_names) {
+    const auto place = static_cast<int>(indices.size());
+    if (campaign.has_coordinates && (place < 3 || name.empty())) {
+      indices.push_back(place < 3 ? -1 - place : the_only());
+      continue;
+    }
     const auto found = std::find_if(chain.anchors.begin(), chain.anchors.end(),
                                     [&](const Anchor& anchor) { return anchor.name == name; });
     if (found == chain.anchors.end()) {
@@ -64,7 +70,7 @@ std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& c
 
 ObservationModel::ObservationModel(const Campaign& campaign, const Robot& robot,
                                    std::vector<int> geometric, const ReadingScale& scale,
-                                   bool fit_effects, const Eigen::Vector3d& instrument)
+                                   bool fit_effects, const Pose& common_from_own)
     : campaign_(campaign),
       robot_(robot),
       geometric_(std::move(geometric)),
@@ -72,7 +78,7 @@ ObservationModel::ObservationModel(const Campaign& campaign, const Robot& robot,
       anchors_(match_anchors(campaign, robot.chain)),
       scale_(scale),
       fit_effects_(fit_effects),
-      instrument_(instrument),
+      common_from_own_(common_from_own),
       median_sigma_position_(median(campaign.sigma_position)),
       median_sigma_orientation_(median(campaign.sigma_orientation)) {
   evaluate_effect_values(robot);
@@ -208,12 +214,18 @@ ObservationModel::At::Prediction ObservationModel::At::predict(int row,
     if (jacobian) move_to_point(*jacobian, lever);
     frame.translation += lever;
   }
-  predicted.position = frame.translation - model_.instrument_;
+  predicted.position = frame.translation - model_.common_from_own_.translation;
   if (!model_.anchors_.empty()) {
-    const Eigen::Vector3d wire =
-        frame.translation - robot_.chain.anchors[model_.anchor_of(row)].position;
-    predicted.position = {wire.norm(), 0, 0};
-    predicted.direction = wire.normalized();
+    const int anchor = model_.anchor_of(row);
+    if (anchor < 0) {
+      predicted.direction = model_.common_from_own_.rotation.col(-1 - anchor);
+      predicted.position = {predicted.direction.dot(predicted.position), 0, 0};
+    } else {
+      const Eigen::Vector3d wire =
+          frame.translation - model_.common_from_own_ * robot_.chain.anchors[anchor].position;
+      predicted.position = {wire.norm(), 0, 0};
+      predicted.direction = wire.normalized();
+    }
   }
   return predicted;
 }
@@ -222,12 +234,14 @@ Eigen::Matrix<double, 6, 1> ObservationModel::At::residual(int row,
                                                            const Prediction& predicted) const {
   const Campaign& campaign = model_.campaign_;
   Eigen::Matrix<double, 6, 1> residual = Eigen::Matrix<double, 6, 1>::Zero();
-  if (model_.anchors_.empty())
-    residual.head<3>() =
-        campaign.position[row] - (model_.instrument_ + predicted.scale * predicted.position);
-  else
-    residual[0] = campaign.distance[row] - robot_.chain.anchors[model_.anchor_of(row)].zero -
-                  predicted.scale * predicted.position[0];
+  if (model_.anchors_.empty()) {
+    residual.head<3>() = campaign.position[row] - (model_.common_from_own_.translation +
+                                                   predicted.scale * predicted.position);
+  } else {
+    const int anchor = model_.anchor_of(row);
+    const double zero = anchor < 0 ? 0 : robot_.chain.anchors[anchor].zero;
+    residual[0] = campaign.distance[row] - zero - predicted.scale * predicted.position[0];
+  }
   if (campaign.has_orientation())
     residual.tail<3>() = rotation_log(campaign.orientation[row].toRotationMatrix() *
                                       predicted.frame.rotation.transpose());
@@ -275,7 +289,10 @@ void ObservationModel::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const
       const int anchor = (index - first_anchor) / 4, which = (index - first_anchor) % 4;
       if (is_distance && anchor == model_.anchor_of(row))
         column[0] =
-            (which == 3 ? 1.0 : -predicted.scale * predicted.direction[which]) / sigma.position;
+            (which == 3 ? 1.0
+                        : -predicted.scale * predicted.direction.dot(
+                                                 model_.common_from_own_.rotation.col(which))) /
+            sigma.position;
     } else if (!model_.targets_.empty()) {
       const int target = (index - kTargetParameters) / 3, axis = (index - kTargetParameters) % 3;
       if (target != model_.targets_[model_.campaign_.target[row]]) continue;

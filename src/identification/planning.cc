@@ -90,7 +90,7 @@ PosePlanner::PosePlanner(const Robot& robot, const PlanOptions& options, const C
     : zone_(options.zone), cloud_(pose_cloud(robot, options, given)) {
   const std::vector<JointVector> seen = with_given(cloud_);
   typical_ = triangle(readings(cloud_, seen)) / std::sqrt(static_cast<double>(seen.size()));
-  given_ = triangle(cloud_.given);
+  given_ = given_derivatives(cloud_, cloud_.robot);
   cloud_position_ = position_triangle(cloud_.configurations);
   if (zone_) zone_position_ = position_triangle(zone_configurations());
 }

@@ -1,10 +1,13 @@
 #include "armtrue/identification/pose_cloud.h"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <stdexcept>
 #include <string>
 
 #include "armtrue/identification/identifiability.h"
+#include "fold.h"
+#include "sessions.h"
 
 namespace armtrue {
 namespace {
@@ -30,6 +33,9 @@ bool is_above(double floor, const Robot& robot, const JointVector& q) {
 
 PoseCloud pose_cloud(const Robot& robot, const CloudOptions& options, const Campaign& given) {
   PoseCloud cloud{robot, options, given, {}, {}, {}};
+  const std::vector<std::vector<int>> sessions = rows_by_session(given);
+  if (given.rows() > 0) cloud.robot = robot_at_row(robot, given, sessions.back().front());
+  cloud.robot.sessions = robot.sessions;
   cloud.robot.effects.clear();
   cloud.noise = {robot.noise.position > 0 ? robot.noise.position : kUsualPositionNoise,
                  robot.noise.orientation > 0 ? robot.noise.orientation : kUsualOrientationNoise};
@@ -42,9 +48,12 @@ PoseCloud pose_cloud(const Robot& robot, const CloudOptions& options, const Camp
   }
   // Only derivatives count. They do not depend on the positions read, and on the orientations read
   // only as far as these lie off the model.
-  const ChainEvaluator evaluator(cloud.robot.chain);
-  for (size_t row = 0; row < cloud.given.orientation.size(); ++row)
-    cloud.given.orientation[row] = evaluator.pose(given.q[row]).rotation;
+  for (const std::vector<int>& rows : sessions) {
+    if (!given.has_orientation()) break;
+    const Robot there = robot_at_row(cloud.robot, given, rows.front());
+    const ChainEvaluator evaluator(there.chain);
+    for (int row : rows) cloud.given.orientation[row] = evaluator.pose(given.q[row]).rotation;
+  }
 
   cloud.configurations = random_poses(cloud, kCloudSize, options.seed);
   // A box may leave unseen what the given poses show.
@@ -80,6 +89,35 @@ std::vector<JointVector> with_given(const PoseCloud& cloud) {
       all.push_back(cloud.given.q[row]);
     }
   return all;
+}
+
+Eigen::MatrixXd given_derivatives(const PoseCloud& cloud, const Robot& robot) {
+  const SessionModels models(cloud.given, robot, cloud.unknowns, cloud.noise);
+  std::vector<Eigen::MatrixXd> factors;
+  for (int s = 0; s < models.sessions(); ++s) {
+    const ObservationModel& model = models.model(s);
+    factors.push_back(
+        fold(model.at(Eigen::VectorXd::Zero(model.unknowns())), model, ReadingLaw{}).factor);
+  }
+  const Eigen::MatrixXd factor = models.join(factors);
+  const int last = models.sessions() - 1, kept = models.model(0).unknowns();
+  if (last == 0) return factor.topLeftCorner(kept, kept);
+
+  // What is fitted along first, then what is kept: the end of the triangle is what is left of it.
+  const int fitted = models.unknowns() - kept;
+  Eigen::MatrixXd columns(factor.rows(), models.unknowns());
+  columns << factor.middleCols(kept, fitted), factor.leftCols(kept);
+  const std::vector<int>& own = models.own(last);
+  for (size_t i = 0; i < own.size(); ++i) {
+    const auto place = std::find(cloud.unknowns.begin(), cloud.unknowns.end(), own[i]);
+    if (place == cloud.unknowns.end()) continue;
+    const auto k = static_cast<int>(place - cloud.unknowns.begin());
+    columns.col(models.first_own(last) - kept + static_cast<int>(i)).swap(columns.col(fitted + k));
+  }
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(columns);
+  const Eigen::MatrixXd triangle =
+      qr.matrixQR().topRows(columns.cols()).triangularView<Eigen::Upper>();
+  return triangle.bottomRightCorner(kept, kept);
 }
 
 Campaign points(const PoseCloud& cloud, const std::vector<JointVector>& configurations) {

@@ -16,10 +16,12 @@ namespace {
 
 // A base that misses by more than this is not a calibration error but a set-up nobody told us.
 constexpr double kFarBase = 0.08;         // m
+constexpr int kFewestPoints = 4;          // one more than a pose needs
 constexpr int kFewestDistances = 5;       // one more than the unknowns
 constexpr int kAnchorsThatShowATurn = 3;  // of the base
 
-// The points that the instrument looked at, as the robot without effects sees them, in R_A.
+}  // namespace
+
 Eigen::Matrix3Xd own_points(Robot robot, const Campaign& campaign) {
   robot.effects.clear();
   const RobotModel model(robot);
@@ -33,6 +35,8 @@ Eigen::Matrix3Xd own_points(Robot robot, const Campaign& campaign) {
         model.point(campaign.context(row), targets.empty() ? -1 : targets[campaign.target[row]]);
   return points;
 }
+
+namespace {
 
 // Fits to the columns `chosen`, which are those that the fit before missed least.
 template <typename Fit, typename Miss>
@@ -52,13 +56,16 @@ auto fit_nearer_half(int count, const Fit& fit, const Miss& miss) {
   return found;
 }
 
+Pose carry(const Eigen::Matrix3Xd& own, const Eigen::Matrix3Xd& measured) {
+  const Eigen::Matrix4d transform = Eigen::umeyama(own, measured, false);
+  return {transform.topLeftCorner<3, 3>(), transform.topRightCorner<3, 1>()};
+}
+
 Pose register_points(const Eigen::Matrix3Xd& own, const Eigen::Matrix3Xd& measured) {
   return fit_nearer_half(
       static_cast<int>(own.cols()),
       [&](const std::vector<int>& chosen) {
-        const Eigen::Matrix4d transform =
-            Eigen::umeyama(own(Eigen::all, chosen), measured(Eigen::all, chosen), false);
-        return Pose{transform.topLeftCorner<3, 3>(), transform.topRightCorner<3, 1>()};
+        return carry(own(Eigen::all, chosen), measured(Eigen::all, chosen));
       },
       [&](const Pose& base, int k) {
         return (measured.col(k) - base * Eigen::Vector3d(own.col(k))).norm();
@@ -97,9 +104,26 @@ Pose registered_base(const Robot& robot, const Campaign& campaign) {
     for (int row = 0; row < campaign.rows(); ++row) measured.col(row) = campaign.position[row];
     return register_points(own, measured);
   }
+  if (campaign.has_coordinates) {
+    std::vector<int> rows;
+    std::vector<Eigen::Vector3d> measured;
+    for (int row = 0; row + 2 < campaign.rows(); ++row) {
+      if (campaign.anchor[row] != 0 || campaign.anchor[row + 1] != 1 ||
+          campaign.anchor[row + 2] != 2)
+        continue;
+      rows.push_back(row);
+      measured.emplace_back(campaign.distance[row], campaign.distance[row + 1],
+                            campaign.distance[row + 2]);
+    }
+    if (std::ssize(rows) >= kFewestPoints)
+      return register_points(
+          own(Eigen::all, rows),
+          Eigen::Map<const Eigen::Matrix3Xd>(measured.front().data(), 3, std::ssize(measured)));
+  }
   const std::vector<int> anchors = match_anchors(campaign, robot.chain);
   std::vector<Eigen::Vector3d> found, given;  // in R_0, in R_A
   for (size_t a = 0; a < anchors.size(); ++a) {
+    if (anchors[a] < 0) continue;
     const Anchor& anchor = robot.chain.anchors[anchors[a]];
     std::vector<int> rows;
     std::vector<double> distances;
@@ -118,8 +142,13 @@ Pose registered_base(const Robot& robot, const Campaign& campaign) {
   if (count == 0) return robot.chain.base;
   const Eigen::Map<const Eigen::Matrix3Xd> in_0(found.front().data(), 3, count);
   const Eigen::Map<const Eigen::Matrix3Xd> in_a(given.front().data(), 3, count);
-  if (count >= kAnchorsThatShowATurn) return register_points(in_0, in_a);
-  const Eigen::Matrix3d& rotation = robot.chain.base.rotation;
+  // All of them: the nearer half of three shows no turn.
+  if (count >= kAnchorsThatShowATurn) return carry(in_0, in_a);
+  Eigen::Matrix3d rotation = robot.chain.base.rotation;
+  if (count == 2)  // which show all of the turn but that about the line between them
+    rotation = Eigen::Quaterniond::FromTwoVectors(rotation * (in_0.col(1) - in_0.col(0)),
+                                                  in_a.col(1) - in_a.col(0)) *
+               rotation;
   return {rotation, (in_a - rotation * in_0).rowwise().mean()};
 }
 
@@ -143,7 +172,7 @@ Robot with_base_near(const Robot& robot, const Campaign& campaign) {
 }  // namespace
 
 Robot starting_robot(const Robot& robot, const Campaign& campaign, const IdentifiableSet& set) {
-  // Fewer than three anchors show its translation at best; its rotation then stays as it is.
+  // Fewer than three anchors do not show all turns of the base.
   const bool shows_turn = !campaign.has_distances() ||
                           match_anchors(campaign, robot.chain).size() >= kAnchorsThatShowATurn;
   bool finds_first_base = true;

@@ -41,16 +41,6 @@ bool same(const Context& a, const Context& b) {
          a.force_n == b.force_n && a.temperature_c == b.temperature_c;
 }
 
-// Poses numbered from zero in the order of their first row.
-std::vector<int> number_poses(const std::vector<int>& pose, int& count) {
-  std::map<int, int> numbers;
-  std::vector<int> group_of_row;
-  for (int id : pose)
-    group_of_row.push_back(numbers.try_emplace(id, static_cast<int>(numbers.size())).first->second);
-  count = static_cast<int>(numbers.size());
-  return group_of_row;
-}
-
 }  // namespace
 
 CandidateScan::CandidateScan(const std::vector<Candidate>& candidates, const Robot& robot,
@@ -285,12 +275,15 @@ ProjectedCandidates::Solution ProjectedCandidates::solve(int candidate,
   return solution;
 }
 
+double ProjectedCandidates::ebic_price(double log_choices, int degrees_of_freedom) const {
+  return degrees_of_freedom * std::log(fit_.equations()) + 2.0 * log_choices;
+}
+
 double ProjectedCandidates::ebic_fall(double log_choices, int degrees_of_freedom, double gain,
                                       double residual_norm) const {
   if (degrees_of_freedom == 0) return -std::numeric_limits<double>::infinity();
-  const double n = fit_.equations();
   const double left = std::max(1e-12, 1.0 - gain / residual_norm);
-  return -n * std::log(left) - degrees_of_freedom * std::log(n) - 2.0 * log_choices;
+  return -fit_.equations() * std::log(left) - ebic_price(log_choices, degrees_of_freedom);
 }
 
 std::vector<CandidateScore> ProjectedCandidates::scores(const Linearization::Loss& loss,
@@ -360,8 +353,8 @@ std::vector<double> ProjectedCandidates::best_of_flipped(const Eigen::VectorXd& 
   // One sign for each pose in each draw; the same for every candidate. What flips together is
   // summed first. A rank among draws needs no more digits than float has, once the projection has
   // been done in double.
-  int poses = 0;
-  const std::vector<int> pose_of_row = number_poses(fit_.pose(), poses);
+  const std::vector<int>& pose_of_row = fit_.pose();
+  const int poses = 1 + *std::max_element(pose_of_row.begin(), pose_of_row.end());
   std::vector<int> pose_of_moment(scan_.values_.rows());
   for (int row = 0; row < fit_.rows(); ++row)
     pose_of_moment[scan_.moment_of_row_[row]] = pose_of_row[row];
@@ -411,6 +404,9 @@ std::vector<double> ProjectedCandidates::best_of_flipped(const Eigen::VectorXd& 
       [&](int begin, int end) {
         Eigen::VectorXd block_best =
             Eigen::VectorXd::Constant(flips, -std::numeric_limits<double>::infinity());
+        // exp(-best / equations): what a gain must reach is known without its logarithm.
+        Eigen::VectorXd to_beat =
+            Eigen::VectorXd::Constant(flips, std::numeric_limits<double>::infinity());
         for (int candidate = begin; candidate < end; ++candidate) {
           const Solution solution = solve(candidate, on_basis(candidate), {});
           if (solution.degrees_of_freedom == 0) continue;
@@ -426,10 +422,17 @@ std::vector<double> ProjectedCandidates::best_of_flipped(const Eigen::VectorXd& 
               ((solution.whitening * unit.asDiagonal()).cast<float>() * slope)
                   .colwise()
                   .squaredNorm();
-          for (int f = 0; f < flips; ++f)
-            block_best[f] =
-                std::max(block_best[f], ebic_fall(scan_.candidates_[candidate].log_choices,
-                                                  solution.degrees_of_freedom, gains[f], norms[f]));
+          const double log_choices = scan_.candidates_[candidate].log_choices;
+          const double price =
+              std::exp(-ebic_price(log_choices, solution.degrees_of_freedom) / fit_.equations());
+          for (int f = 0; f < flips; ++f) {
+            if (gains[f] <= norms[f] * (1 - to_beat[f] * price)) continue;
+            const double score =
+                ebic_fall(log_choices, solution.degrees_of_freedom, gains[f], norms[f]);
+            if (score <= block_best[f]) continue;
+            block_best[f] = score;
+            to_beat[f] = std::exp(-score / fit_.equations());
+          }
         }
         return block_best;
       },

@@ -106,6 +106,7 @@ class ProjectedCandidates {
   Solution solve(int candidate, const Eigen::MatrixXd& projected,
                  const Eigen::MatrixXd& returned) const;
   std::vector<CandidateScore> scores(const Linearization::Loss& loss, bool with_residual) const;
+  double ebic_price(double log_choices, int degrees_of_freedom) const;
   double ebic_fall(double log_choices, int degrees_of_freedom, double gain,
                    double residual_norm) const;
   template <typename Columns>

@@ -11,7 +11,6 @@
 
 #include "armtrue/identification/calibration.h"
 #include "exchange.h"
-#include "fold.h"
 #include "sessions.h"
 
 namespace armtrue {
@@ -82,6 +81,7 @@ Campaign visits(const PoseCloud& cloud, const std::vector<JointVector>& configur
   return campaign;
 }
 
+// Of the last session.
 struct Clock {
   double first_s = 0, seconds_per_visit = SimulationOptions{}.seconds_per_visit;
 };
@@ -89,7 +89,9 @@ struct Clock {
 Clock after(const Campaign& given) {
   Clock clock;
   if (given.time_s.empty()) return clock;
-  std::vector<double> times = given.time_s;
+  std::vector<double> times;
+  const std::vector<int> last = rows_by_session(given).back();
+  for (int row : last) times.push_back(given.time_s[row]);
   std::sort(times.begin(), times.end());
   times.erase(std::unique(times.begin(), times.end()), times.end());
   if (times.size() > 1)
@@ -104,15 +106,6 @@ Eigen::MatrixXd derivatives(const Contest& contest, const PoseCloud& cloud,
   const Eigen::MatrixXd blocks =
       SessionModels(campaign, contest.robot, cloud.unknowns, cloud.noise).blocks();
   return blocks.leftCols(blocks.cols() - 1);
-}
-
-// The given poses as few rows with the same inner products.
-Eigen::MatrixXd given_derivatives(const Contest& contest, const PoseCloud& cloud) {
-  const ObservationModel model(cloud.given, contest.robot, cloud.unknowns, cloud.noise);
-  const int columns = model.unknowns();
-  if (cloud.given.rows() == 0) return Eigen::MatrixXd::Zero(0, columns);
-  return fold(model.at(Eigen::VectorXd::Zero(columns)), model, ReadingLaw{})
-      .factor.topLeftCorner(columns, columns);
 }
 
 // Adds the members' effects.
@@ -370,7 +363,7 @@ class Separation {
   void prepare(Contest& contest, const Campaign& cloud_visits) {
     enter_members(contest, cloud_.given.temperature_names);
     const Eigen::MatrixXd cloud = derivatives(contest, cloud_, cloud_visits);
-    const Eigen::MatrixXd given = given_derivatives(contest, cloud_);
+    const Eigen::MatrixXd given = given_derivatives(cloud_, contest.robot);
     Eigen::MatrixXd rows(cloud.rows() + given.rows(), cloud.cols());
     rows << cloud, given;
     standardise(contest, rows, static_cast<double>(kCloudSize + cloud_.given.pose_ids.size()));
@@ -474,12 +467,9 @@ SeparationPlan plan_separation(const Robot& robot, const std::vector<TracedEffec
   if (count > kCloudSize)
     throw std::invalid_argument("more poses are asked for than there are candidates, " +
                                 std::to_string(kCloudSize));
-  const Campaign continued =
-      given.rows() > 0 ? given.select(rows_by_session(given).back()) : Campaign();
-  const Robot placed = given.rows() > 0 ? robot_at_row(robot, continued, 0) : robot;
   for (const TracedEffect& one : found)
-    require_coefficients(one.effect, placed, continued.temperature_names);
-  return Separation(placed, found, count, options, continued).plan(count);
+    require_coefficients(one.effect, robot, given.temperature_names);
+  return Separation(robot, found, count, options, given).plan(count);
 }
 
 }  // namespace armtrue

@@ -3,7 +3,9 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <numeric>
+#include <set>
 #include <stdexcept>
+#include <utility>
 
 #include "armtrue/identification/statistics.h"
 #include "armtrue/kinematics/parameters.h"
@@ -35,9 +37,30 @@ bool contains(const std::vector<int>& parameters, int parameter) {
   return std::find(parameters.begin(), parameters.end(), parameter) != parameters.end();
 }
 
-// Those of a further session: all that is its own, then what is common.
-std::vector<int> with_all_own(std::vector<int> own, const std::vector<int>& geometric) {
-  std::vector<int> all = own;
+// Turns of the base about an only anchor, or about the line through two, change no distance; of
+// those about the line, the axis that is most along it stands for all.
+std::vector<int> turns_not_shown(const Campaign& readings, const KinematicChain& chain,
+                                 const Pose& common_from_own) {
+  if (!readings.has_distances()) return {};
+  const std::vector<int> matched = match_anchors(readings, chain);
+  std::set<int> seen;
+  for (int row = 0; row < readings.rows(); ++row)
+    seen.insert(matched[readings.anchor.empty() ? 0 : readings.anchor[row]]);
+  if (*seen.begin() < 0) return {};  // coordinates
+  constexpr int kTurns = kBaseParameters + 3;
+  if (seen.size() == 1) return {kTurns, kTurns + 1, kTurns + 2};
+  if (seen.size() > 2) return {};
+  const Eigen::Vector3d line = common_from_own.rotation * (chain.anchors[*seen.rbegin()].position -
+                                                           chain.anchors[*seen.begin()].position);
+  int along = 0;
+  line.cwiseAbs().maxCoeff(&along);
+  return {kTurns + along};
+}
+
+// Those of a further session: its own as far as they are shown, then what is common.
+std::vector<int> further(const std::vector<int>& shown, const std::vector<int>& own,
+                         const std::vector<int>& geometric) {
+  std::vector<int> all = shown;
   for (int k : geometric)
     if (!contains(own, k)) all.push_back(k);
   return all;
@@ -62,6 +85,15 @@ std::vector<int> thinned_rows(const Campaign& campaign, int count) {
     const long kept = std::min(available, std::max<long>(share, kFewestRowsOfSession));
     for (long i = 0; i < kept; ++i) chosen.push_back(rows[i * available / kept]);
   }
+  // None of its anchors may be lost.
+  std::set<std::pair<int, int>> seen;
+  const auto anchor_of = [&](int row) {
+    return std::pair{campaign.session.empty() ? 0 : campaign.session[row],
+                     campaign.anchor.empty() ? 0 : campaign.anchor[row]};
+  };
+  for (int row : chosen) seen.insert(anchor_of(row));
+  for (int row = 0; row < campaign.rows() && !campaign.anchor.empty(); ++row)
+    if (seen.insert(anchor_of(row)).second) chosen.push_back(row);
   std::sort(chosen.begin(), chosen.end());
   return chosen;
 }
@@ -78,10 +110,10 @@ Robot robot_at_row(const Robot& robot, const Campaign& campaign, int row) {
 }
 
 Campaign in_common_frame(Campaign campaign, const Robot& robot) {
-  if (campaign.has_distances()) return campaign;  // of one session, see SessionModels
   for (int row = 0; row < campaign.rows() && !robot.sessions.empty(); ++row) {
     const Pose common_from_own = common_from(robot, session_name(campaign, row));
-    campaign.position[row] = common_from_own * campaign.position[row];
+    if (!campaign.position.empty())
+      campaign.position[row] = common_from_own * campaign.position[row];
     if (campaign.has_orientation())
       campaign.orientation[row] =
           Eigen::Quaterniond(common_from_own.rotation) * campaign.orientation[row];
@@ -109,21 +141,14 @@ std::vector<int> own_parameters(const Robot& robot) {
 SessionModels::SessionModels(const Campaign& campaign, const Robot& robot,
                              const std::vector<int>& geometric, const ReadingScale& scale,
                              bool fit_effects)
-    : campaign_(campaign),
-      robot_(robot),
-      own_(own_parameters(robot)),
-      rows_(rows_by_session(campaign)) {
+    : campaign_(campaign), robot_(robot), rows_(rows_by_session(campaign)) {
   const size_t count = rows_.size();
   if (count > 1 || robot.sessions.contains(session_name(campaign, 0))) {
-    if (campaign.has_distances())
-      throw std::invalid_argument(
-          campaign.source +
-          ": distances are of one session: give each place of the instrument an anchor of its own, "
-          "in the column 'anchor', and leave out the column 'session'");
     campaigns_.reserve(count);
     for (const std::vector<int>& rows : rows_)
       campaigns_.push_back(in_common_frame(campaign.select(rows), robot));
   }
+  const std::vector<int> own = own_parameters(robot);
   models_.reserve(count);
   for (size_t s = 0; s < count; ++s) {
     const Campaign& readings = campaigns_.empty() ? campaign : campaigns_[s];
@@ -131,18 +156,21 @@ SessionModels::SessionModels(const Campaign& campaign, const Robot& robot,
     common_from_own_.push_back(common_from(robot, names_.back()));
     Robot there = robot_at_row(robot, readings, 0);
     there.chain.base = robot.chain.base;
-    models_.emplace_back(readings, there, s == 0 ? geometric : with_all_own(own_, geometric), scale,
-                         fit_effects, common_from_own_.back().translation);
+    std::vector<int>& shown = own_.emplace_back(own);
+    for (int turn : turns_not_shown(readings, there.chain, common_from_own_.back()))
+      std::erase(shown, turn);
+    models_.emplace_back(readings, there, s == 0 ? geometric : further(shown, own, geometric),
+                         scale, fit_effects, common_from_own_.back());
     ratio_.push_back({median_ratio(readings.sigma_position, campaign.sigma_position),
                       median_ratio(readings.sigma_orientation, campaign.sigma_orientation)});
   }
   // The unknowns of the first session in turns of its own and of common ones.
   runs_.resize(count);
   const auto is_own = [&](int unknown) {
-    return count > 1 && unknown < geometric_count() && contains(own_, this->geometric()[unknown]);
+    return count > 1 && unknown < geometric_count() && contains(own, this->geometric()[unknown]);
   };
   for (int s = 1; s < sessions(); ++s)
-    runs_[s].push_back({first_own(s), static_cast<int>(own_.size())});
+    runs_[s].push_back({first_own(s), static_cast<int>(own_[s].size())});
   const int all = models_.front().unknowns();
   for (int begin = 0, end = 0; begin < all; begin = end) {
     while (end < all && is_own(end) == is_own(begin)) ++end;
@@ -172,7 +200,7 @@ std::vector<int> SessionModels::geometric_unknowns() const {
 std::vector<std::string> SessionModels::unknown_names() const {
   std::vector<std::string> names = models_.front().unknown_names();
   for (int s = 1; s < sessions(); ++s)
-    for (int k : own_)
+    for (int k : own_[s])
       names.push_back("session " + names_[s] + " " + parameter_name(robot_.chain, k));
   return names;
 }
@@ -192,7 +220,7 @@ Robot SessionModels::robot_at(const Eigen::VectorXd& x) const {
     const auto known = robot_.sessions.find(names_[s]);
     if (known != robot_.sessions.end()) session = known->second;
     session.base = inverse(common_from_own_[s]) * chain.base;
-    for (int k : own_)
+    for (int k : own_[s])
       if (is_zero_offset(k)) session.theta.try_emplace((k - kLinkParameters) / 5);
     for (auto& [link, theta] : session.theta) theta = chain.links[link].theta;
   }

@@ -20,8 +20,9 @@ std::vector<int> thinned_rows(const Campaign& campaign, int count);
 /// robot does not know the session.
 Robot robot_at_row(const Robot& robot, const Campaign& campaign, int row);
 
-/// The readings as an instrument that never moved would have given them: those of each session that
-/// the robot knows, moved from its own R_A to that of `robot.chain.base`.
+/// The readings as an instrument that never moved would have given them: points, orientations and
+/// forces of each session that the robot knows, moved from its own R_A to that of
+/// `robot.chain.base`. Distances are the same in both.
 Campaign in_common_frame(Campaign campaign, const Robot& robot);
 
 /// What each session has for itself: the base, then the zero offsets of
@@ -30,14 +31,14 @@ std::vector<int> own_parameters(const Robot& robot);
 
 /// The readings of several sessions against one robot, with a base, and zero offsets if asked for,
 /// of its own in each: one ObservationModel per session, all in the R_A of `robot.chain.base`, so
-/// that a base that gives way does so along the same axes of the robot in every session.
+/// that a base that gives way does so along the same axes of the robot in every session. Anchors
+/// keep their places in the own R_A of each session: they are carried with the instrument.
 ///
 /// The unknowns x are those of the first session (geometric parameters as far as they are asked
 /// for, then coefficients), then the own parameters of each further session.
 class SessionModels {
  public:
-  /// `geometric`: as for ObservationModel. Throws std::invalid_argument for distances of several
-  /// sessions: a further place of the instrument is a further anchor.
+  /// `geometric`: as for ObservationModel.
   SessionModels(const Campaign& campaign, const Robot& robot, const std::vector<int>& geometric,
                 const ReadingScale& scale, bool fit_effects = true);
   SessionModels(const SessionModels&) = delete;  // the models refer to the campaigns held here
@@ -64,11 +65,13 @@ class SessionModels {
   int rows() const { return campaign_.rows(); }
   int row_size() const { return models_.front().row_size(); }
   int unknowns() const { return first_own(sessions()); }
-  /// The own parameters of a session, the same for each; those of a further session stand in x from
-  /// first_own(session) on.
-  const std::vector<int>& own() const { return own_; }
+  /// The own parameters of a session, as far as its readings show its base; those of a further
+  /// session stand in x from first_own(session) on.
+  const std::vector<int>& own(int session) const { return own_[session]; }
   int first_own(int session) const {
-    return models_.front().unknowns() + static_cast<int>(own_.size()) * (session - 1);
+    int first = models_.front().unknowns();
+    for (int s = 1; s < session; ++s) first += static_cast<int>(own_[s].size());
+    return first;
   }
   int geometric_count() const { return models_.front().geometric_count(); }
   const std::vector<int>& geometric() const { return models_.front().geometric(); }
@@ -101,7 +104,7 @@ class SessionModels {
 
   const Campaign& campaign_;
   Robot robot_;
-  std::vector<int> own_;
+  std::vector<std::vector<int>> own_;
   std::vector<std::string> names_;
   std::vector<std::vector<int>> rows_;
   std::vector<Pose> common_from_own_;

@@ -7,13 +7,17 @@
 #include <numeric>
 #include <optional>
 #include <set>
+#include <stdexcept>
+#include <tuple>
 
 #include "armtrue/identification/evaluation.h"
+#include "armtrue/identification/pose_bootstrap.h"
 #include "candidates.h"
 #include "cross_validation.h"
 #include "registration.h"
 #include "scan.h"
 #include "sessions.h"
+#include "variance_shares.h"
 
 namespace armtrue {
 namespace {
@@ -25,16 +29,30 @@ constexpr double kSameEvidence = 6.0;        // EBIC: odds of 20 to 1
 // doing.
 const double kRuledOut = 2 * std::log(1000.0);
 constexpr double kClearlyBetter = 2.0;  // EBIC, before an effect gives way to another
+constexpr double kSameScore = 0.01;     // EBIC; less is rounding and the end of an iteration
 constexpr double kLackOfFit = 0.01;     // p from which the fit clearly lacks something
 constexpr int kRefitted = 3;            // parameters named of those that are refitted for a rival
-constexpr int kRevisions = 4;
+constexpr int kRevisions = 4, kSettlings = 2;
 constexpr int kTrials = 8;  // candidates that may fail the later gates in one step
+
+// The fewer were tried the better, then by what it is; the order in files does not matter.
+bool comes_before(const Candidate& a, const Candidate& b) {
+  const auto key = [](const Candidate& candidate) {
+    const Effect& effect = candidate.effect;
+    const Driver& driver = effect.driver;
+    const Shape& shape = effect.shape;
+    return std::tie(candidate.log_choices, effect.parameter, driver.kind, driver.joint,
+                    driver.second_joint, driver.where, driver.factor, shape.kind, shape.harmonic,
+                    shape.basis, shape.count, shape.at, shape.tau, shape.low, shape.high);
+  };
+  return key(a) < key(b);
+}
 
 class Tracer {
  public:
   Tracer(const Robot& robot, const Campaign& campaign, const Catalogue& catalogue,
          const TraceOptions& options)
-      : campaign_(campaign), options_(options) {
+      : campaign_(campaign), options_(options), poses_(static_cast<int>(campaign.pose_ids.size())) {
     note("fitting the geometry");
     result_.fit = calibrate(robot, campaign);
     declared_ = static_cast<int>(robot.effects.size());
@@ -49,15 +67,22 @@ class Tracer {
         candidates_[k].log_choices =
             std::log(std::exp(candidates_[k].log_choices) + static_cast<double>(known));
     }
+    // Of candidates that explain alike the first is taken.
+    std::sort(candidates_.begin(), candidates_.end(), comes_before);
     // Moments and forces are taken along the axes of R_A, so each base must be where it was.
     const Robot start = starting_robot(robot, campaign, result_.fit.set);
     scan_.emplace(candidates_, start, in_common_frame(campaign, start));
   }
 
   TraceResult run() {
+    for (const Effect& effect : options_.start) begin_with(effect);
+    if (!chosen_.empty()) {
+      revise();
+      result_.stages.push_back(result_.fit);
+    }
     bool may_revise = true;
     while (step()) {
-      if (may_revise) revise();
+      if (may_revise && chosen_.size() > 1) revise();
       // Adding and dropping may not go round in circles: once a model comes back, what is in stays.
       may_revise &= seen_.insert(signature()).second;
       result_.stages.push_back(result_.fit);
@@ -97,8 +122,9 @@ class Tracer {
   static std::vector<int> best_first(const std::vector<CandidateScore>& scores) {
     std::vector<int> order(scores.size());
     std::iota(order.begin(), order.end(), 0);
-    std::stable_sort(order.begin(), order.end(),
-                     [&](int a, int b) { return scores[a].score > scores[b].score; });
+    std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+      return std::round(scores[a].score / kSameScore) > std::round(scores[b].score / kSameScore);
+    });
     return order;
   }
 
@@ -129,17 +155,38 @@ class Tracer {
         result_.remaining_p = p;
         return false;
       }
-      chosen_.push_back(refine(scan_->candidates()[candidate], fit, -1));
-      TracedEffect traced;
-      traced.evidence.p_value = p;
-      traced.evidence.cross_validated_gain = cv.gain;
-      traced.evidence.cross_validated_gain_error = cv.error;
-      result_.effects.push_back(traced);
-      refit({});
+      add(candidate, p, cv);
       return true;
     }
     result_.remaining_p = family_wise_p(projected, order.front(), scores[order.front()]);
     return false;
+  }
+
+  void add(int candidate, double p, const CrossValidation& cv) {
+    chosen_.push_back(refine(scan_->candidates()[candidate], view().fit, -1));
+    TracedEffect traced;
+    traced.evidence.p_value = p;
+    traced.evidence.cross_validated_gain = cv.gain;
+    traced.evidence.cross_validated_gain_error = cv.error;
+    result_.effects.push_back(traced);
+    refit({});
+  }
+
+  // Adds an effect that was asked for, whatever the gates say.
+  void begin_with(const Effect& effect) {
+    const auto& candidates = scan_->candidates();
+    const auto found =
+        std::find_if(candidates.begin(), candidates.end(),
+                     [&](const Candidate& candidate) { return same(candidate.effect, effect); });
+    if (found == candidates.end())
+      throw std::invalid_argument(effect.parameter + " by " + to_string(effect.driver) +
+                                  " is no candidate of the search that is to begin with it");
+    const int candidate = static_cast<int>(found - candidates.begin());
+    const auto& [fit, projected] = view();
+    const CandidateScore score = projected.scores()[candidate];
+    if (score.degrees_of_freedom == 0) return;  // nothing of it shows
+    add(candidate, family_wise_p(projected, candidate, score),
+        CrossValidation::of(fit, scan_->columns(fit, candidate), options_.seed));
   }
 
   // Signs are flipped on what the candidate leaves (ter Braak 1992): flipping its own effect along
@@ -226,34 +273,58 @@ class Tracer {
   // Drops effects that the others have made idle, and exchanges those that another now explains
   // better.
   void revise() {
-    if (chosen_.size() < 2) return;
-    for (int round = 0; round < kRevisions; ++round)
+    for (int round = 0; round < kRevisions && !chosen_.empty(); ++round)
       if (!revise_one()) return;
   }
 
+  // The one change that lowers EBIC most, so that it does not matter which effect came first.
   bool revise_one() {
     const auto& [fit, projected] = view();
+    int effect = -1;
+    std::optional<Candidate> other;
+    double most = 0;
     for (size_t k = 0; k < chosen_.size(); ++k) {
-      const int effect = declared_ + static_cast<int>(k);
-      const double own = projected.score_of_effect(effect, chosen_[k].log_choices).score;
-      const std::vector<CandidateScore> scores = projected.scores_without(effect);
-      std::vector<Effect> coefficients = result_.fit.robot.effects;
-      if (const auto better = better_than(std::max(own, 0.0), scores)) {
-        const Candidate other = refine(scan_->candidates()[*better], fit, effect);
-        if (same(other.effect, chosen_[k].effect)) continue;
-        chosen_[k] = other;
-        coefficients[effect] = {};
-      } else if (own <= 0) {
-        chosen_.erase(chosen_.begin() + static_cast<std::ptrdiff_t>(k));
-        result_.effects.erase(result_.effects.begin() + static_cast<std::ptrdiff_t>(k));
-        coefficients.erase(coefficients.begin() + effect);
-      } else {
-        continue;
-      }
-      refit(coefficients);
-      return true;
+      const int in_fit = declared_ + static_cast<int>(k);
+      const double own = projected.score_of_effect(in_fit, chosen_[k].log_choices).score;
+      const std::vector<CandidateScore> scores = projected.scores_without(in_fit);
+      const auto better = better_than(std::max(own, 0.0), scores);
+      const double fall = better ? scores[*better].score - own : -own;
+      if (fall < most || (!better && own > 0)) continue;
+      std::optional<Candidate> refined;
+      if (better) refined = refine(scan_->candidates()[*better], fit, in_fit);
+      if (refined && same(refined->effect, chosen_[k].effect)) continue;
+      most = fall;
+      effect = static_cast<int>(k);
+      other = refined;
     }
-    return false;
+    if (effect < 0) return false;
+    std::vector<Effect> coefficients = result_.fit.robot.effects;
+    if (other) {
+      chosen_[effect] = *other;
+      coefficients[declared_ + effect] = {};
+    } else {
+      chosen_.erase(chosen_.begin() + effect);
+      result_.effects.erase(result_.effects.begin() + effect);
+      coefficients.erase(coefficients.begin() + declared_ + effect);
+    }
+    refit(coefficients);
+    return true;
+  }
+
+  // Inner values were chosen beside what was in the model then; now beside all.
+  void settle_inner_values() {
+    for (int round = 0; round < kSettlings; ++round) {
+      bool changed = false;
+      for (size_t k = 0; k < chosen_.size(); ++k) {
+        const Candidate finer = refine(chosen_[k], view().fit, declared_ + static_cast<int>(k));
+        if (same(finer.effect, chosen_[k].effect)) continue;
+        chosen_[k] = finer;
+        refit({});
+        changed = true;
+      }
+      if (!changed) return;
+      result_.stages.back() = result_.fit;
+    }
   }
 
   // The best possible candidate that is clearly better than `score`.
@@ -296,11 +367,18 @@ class Tracer {
   void describe() {
     if (chosen_.empty()) return;
     note("looking for what cannot be told apart");
+    Robot& robot = result_.fit.robot;
+    result_.departures =
+        bootstrap_coefficients(result_.fit, campaign_, options_.bootstrap, options_.seed);
+    set_intervals(result_.departures, poses_, robot);
     const auto& [fit, projected] = view();
+    const auto [columns, readings] = fit.effects_from(declared_);
+    const std::vector<double> shares = variance_shares(columns, readings, options_.seed);
     for (size_t k = 0; k < chosen_.size(); ++k) {
       const int effect = declared_ + static_cast<int>(k);
       TracedEffect& traced = result_.effects[k];
-      traced.effect = result_.fit.robot.effects[effect];
+      traced.variance_share = shares[k];
+      traced.effect = robot.effects[effect];
       traced.cycle = cycle_of(effect, chosen_[k].frequency_resolution > 0);
       traced.from_catalogue = chosen_[k].from_catalogue;
       traced.only_prediction = !traced.from_catalogue;
@@ -336,17 +414,6 @@ class Tracer {
     }
   }
 
-  // Inner values were found beside fewer effects than there are now.
-  void settle_inner_values() {
-    for (size_t k = 0; k < chosen_.size(); ++k) {
-      const Candidate finer = refine(chosen_[k], view().fit, declared_ + static_cast<int>(k));
-      if (same(finer.effect, chosen_[k].effect)) continue;
-      chosen_[k] = finer;
-      refit({});
-      result_.stages.back() = result_.fit;
-    }
-  }
-
   std::optional<Cycle> cycle_of(int effect, bool searched) {
     const Effect& e = result_.fit.robot.effects[effect];
     if (e.shape.kind != ShapeKind::harmonic || e.coefficients.size() != 2) return std::nullopt;
@@ -354,12 +421,13 @@ class Tracer {
     Cycle cycle;
     cycle.amplitude = std::hypot(sine, cosine);
     cycle.phase = std::atan2(cosine, sine);
-    Eigen::Index first = result_.fit.set.kept.size();
+    Eigen::Index first = 0;
     for (int other = 0; other < effect; ++other)
       first += static_cast<Eigen::Index>(result_.fit.robot.effects[other].coefficients.size());
     const Eigen::Vector2d along = Eigen::Vector2d(sine, cosine) / cycle.amplitude;
-    cycle.amplitude_std =
-        std::sqrt(along.dot(result_.fit.covariance.block<2, 2>(first, first) * along));
+    const Spread spread = spread_of(result_.departures.middleCols<2>(first) * along, poses_);
+    cycle.amplitude_std = spread.std;
+    cycle.amplitude_ci95 = {cycle.amplitude + spread.low, cycle.amplitude + spread.high};
     if (searched) {
       // The derivative with respect to the frequency.
       const Linearization& fit = view().fit;
@@ -399,6 +467,7 @@ class Tracer {
 
   const Campaign& campaign_;
   const TraceOptions& options_;
+  const int poses_;
   TraceResult result_;
   std::unique_ptr<View> view_;
   int declared_ = 0;

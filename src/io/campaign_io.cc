@@ -77,6 +77,7 @@ class CampaignReader {
     if (campaign_.rows() == 0)
       throw InputError(campaign_.source + ": has no measured row (" +
                        std::to_string(campaign_.skipped_rows) + " without a measurement)");
+    if (distance_ && has_points_) sort_kinds();
     check_repeats();
     if (!arrival_.front()) derive_arrival(campaign_);
   }
@@ -231,7 +232,8 @@ class CampaignReader {
 
   void read_point() {
     Campaign& c = campaign_;
-    if (!c.distance.empty()) fail_mixed();
+    if (distance_) c.distance.push_back(0);
+    if (anchor_) c.anchor.push_back(0);
     c.position.emplace_back(table_.number(*position_[0]), table_.number(*position_[1]),
                             table_.number(*position_[2]));
     if (abc_[0])
@@ -246,7 +248,7 @@ class CampaignReader {
       table_.fail(distance_->column, "'" + std::string(table_.text(distance_->column)) +
                                          "' stands beside a point; a row is either a distance or a "
                                          "point: empty the other's cells");
-    if (!c.position.empty()) fail_mixed();
+    if (has_points_) c.position.emplace_back(0, 0, 0);
     for (const auto& angle : abc_)
       if (angle && !table_.is_empty(angle->column)) fail_orientation(angle->column);
     for (const auto& component : quaternion_)
@@ -259,10 +261,28 @@ class CampaignReader {
     }
   }
 
-  [[noreturn]] void fail_mixed() const {
-    table_.fail(distance_->column,
-                "points and distances in one file; put the rows of each kind into a file of their "
-                "own");
+  // A file with columns for both may have rows of one kind only.
+  void sort_kinds() {
+    Campaign& c = campaign_;
+    const auto distances =
+        std::count_if(c.distance.begin(), c.distance.end(), [](double l) { return l > 0; });
+    if (distances == c.rows()) {
+      c.position.clear();
+    } else if (distances == 0) {
+      c.distance.clear();
+      c.anchor.clear();
+      c.anchor_names.clear();
+    } else {
+      const std::string both = c.source + ": points and distances in one file ";
+      if (c.has_orientation())
+        throw InputError(both + "are read without orientations; leave out " +
+                         (abc_[0] ? "a_deg,b_deg,c_deg" : "qw,qx,qy,qz"));
+      if (!sigma_position_)
+        throw InputError(both +
+                         "also need the column 'sigma_mm', the standard deviation of each row, by "
+                         "which they weigh against each other");
+      points_to_coordinates(c);
+    }
   }
 
   [[noreturn]] void fail_orientation(int column) const {
@@ -437,8 +457,13 @@ std::string write_residuals(const Campaign& campaign, const std::vector<Residual
             (campaign.repeat.empty() ? "" : std::to_string(campaign.repeat[entry.row])) + "," +
             entry.split;
     const auto add = [&](double value, double unit) { text += "," + number_text(value / unit); };
+    const int axis = campaign.has_coordinates && campaign.anchor[entry.row] < 3
+                         ? campaign.anchor[entry.row]
+                         : -1;
     for (int i = 0; i < 3; ++i)
-      if (of_distances)
+      if (i == axis)
+        add(entry.residual[0], kMillimetre);
+      else if (of_distances)
         text += ",";
       else
         add(entry.residual[i], kMillimetre);
@@ -451,7 +476,10 @@ std::string write_residuals(const Campaign& campaign, const std::vector<Residual
       add(entry.residual.tail<3>().norm(), kMilliradian);
     else
       text += ",";
-    if (of_distances) add(entry.residual[0], kMillimetre);
+    if (axis >= 0)
+      text += ",";
+    else if (of_distances)
+      add(entry.residual[0], kMillimetre);
     text += "\n";
   }
   return text;

@@ -87,7 +87,7 @@ Effect read_effect(YamlMap map, const KinematicChain& chain) {
   }
   // What close-loop says about an effect does not change what it predicts.
   for (const char* key : {"evidence", "indistinguishable", "ruled_out", "cause", "description",
-                          "curve", "cycle", "unidentifiable", "separated_by"})
+                          "curve", "cycle", "unidentifiable", "separated_by", "variance_share"})
     map.ignore(key);
   map.finish();
   return effect;

@@ -100,15 +100,17 @@ std::string amplitude_unit(const Effect& effect, const Robot& robot) {
 // "37.41 +- 0.03 cycles per turn, amplitude 0.21 +- 0.04 mrad, phase 41 deg".
 std::string cycle_text(const Effect& effect, const Cycle& cycle, const Robot& robot) {
   const bool is_length = unit_of_parameter(robot, effect.parameter) == "m";
+  const double half_width = 0.5 * (cycle.amplitude_ci95[1] - cycle.amplitude_ci95[0]);
   std::string frequency = fmt::format("{:g}", effect.shape.harmonic);
   if (cycle.frequency_std > 0) {
-    const double half_width = k95 * cycle.frequency_std;
-    const int digits = std::max(0, static_cast<int>(std::ceil(1 - std::log10(half_width))));
-    frequency = fmt::format("{:.{}f} +- {:.2g}", effect.shape.harmonic, digits, half_width);
+    const double of_frequency = k95 * cycle.frequency_std;
+    const int digits =
+        static_cast<int>(std::clamp(std::ceil(1 - std::log10(of_frequency)), 0.0, 6.0));
+    frequency = fmt::format("{:.{}f} +- {:.2g}", effect.shape.harmonic, digits, of_frequency);
   }
   return fmt::format("{} cycles per turn, amplitude {:.3g} +- {:.2g} {}, phase {:.0f} deg",
                      frequency, cycle.amplitude / (is_length ? kMillimetre : kMilliradian),
-                     k95 * cycle.amplitude_std / (is_length ? kMillimetre : kMilliradian),
+                     half_width / (is_length ? kMillimetre : kMilliradian),
                      amplitude_unit(effect, robot), cycle.phase / kDegree);
 }
 
@@ -155,6 +157,10 @@ std::string in_words(const TracedEffect& traced, const std::vector<CurvePoint>& 
       traced.effect.driver.kind == DriverKind::time && traced.effect.shape.kind == ShapeKind::step)
     text += "; --new-session-at-s " + number_text(traced.effect.shape.at) +
             " makes a session of its own of what follows";
+  const DriverKind driver = traced.effect.driver.kind;
+  if ((driver == DriverKind::gravity_torque || driver == DriverKind::moment) &&
+      !robot.bodies.empty())
+    text += "; intervals are given the masses of the robot file, which they take as exact";
   return text;
 }
 
@@ -178,10 +184,10 @@ YAML::Node curve_node(const Effect& effect, const std::vector<CurvePoint>& curve
 }
 
 // A value with its interval.
-YAML::Node estimate_node(double value, double std) {
+YAML::Node estimate_node(double value, double std, const std::array<double, 2>& ci95) {
   YAML::Node node, interval;
   const auto text = [](double number) { return fmt::format("{:.6g}", number); };
-  for (double sign : {-1.0, 1.0}) interval.push_back(text(value + sign * k95 * std));
+  for (double bound : ci95) interval.push_back(text(bound));
   node["value"] = text(value);
   node["std"] = rounded(std);
   node["ci95"] = flow(interval);
@@ -193,9 +199,12 @@ YAML::Node cycle_node(const TracedEffect& traced, const Robot& robot) {
   const double unit = is_length ? kMillimetre : kMilliradian;
   const Cycle& cycle = *traced.cycle;
   YAML::Node node;
-  if (cycle.frequency_std > 0)
-    node["per_turn"] = estimate_node(traced.effect.shape.harmonic, cycle.frequency_std);
-  node["amplitude"] = estimate_node(cycle.amplitude / unit, cycle.amplitude_std / unit);
+  const double n = traced.effect.shape.harmonic, half_width = k95 * cycle.frequency_std;
+  if (half_width > 0)
+    node["per_turn"] = estimate_node(n, cycle.frequency_std, {n - half_width, n + half_width});
+  const auto [low, high] = cycle.amplitude_ci95;
+  node["amplitude"] =
+      estimate_node(cycle.amplitude / unit, cycle.amplitude_std / unit, {low / unit, high / unit});
   node["amplitude"]["unit"] = amplitude_unit(traced.effect, robot);
   node["phase_deg"] = rounded(cycle.phase / kDegree);
   return node;
@@ -217,6 +226,7 @@ YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain,
     evidence_node["held_out_gain_ci95_mm"] = flow(interval);
   }
   node["evidence"] = evidence_node;
+  node["variance_share"] = rounded(traced.variance_share);
   node["indistinguishable"] = rivals_node(traced.indistinguishable);
   if (!traced.ruled_out.empty()) node["ruled_out"] = rivals_node(traced.ruled_out);
   for (const Rival& rival : traced.indistinguishable)
@@ -226,6 +236,24 @@ YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain,
   node["description"] = in_words(traced, curve, robot);
   if (!curve.empty() && traced.effect.shape.kind == ShapeKind::series)
     node["curve"] = curve_node(traced.effect, curve, robot);
+  return node;
+}
+
+YAML::Node nested_node(const NestedValidation& nested, const std::vector<TracedEffect>& effects) {
+  const auto in_mm = [](double value) { return rounded(value / kMillimetre); };
+  YAML::Node node = flow_map({{"folds", std::to_string(nested.folds)},
+                              {"before_mm", in_mm(nested.before.mean)},
+                              {"before_se_mm", in_mm(nested.before.error)},
+                              {"after_mm", in_mm(nested.after.mean)},
+                              {"after_se_mm", in_mm(nested.after.error)},
+                              {"gain_mm", in_mm(nested.gain.mean)},
+                              {"gain_se_mm", in_mm(nested.gain.error)}});
+  YAML::Node found_again(YAML::NodeType::Sequence);
+  for (size_t k = 0; k < effects.size(); ++k)
+    found_again.push_back(flow_map({{"parameter", effects[k].effect.parameter},
+                                    {"driver", to_string(effects[k].effect.driver)},
+                                    {"folds", std::to_string(nested.found_again[k])}}));
+  node["found_again"] = flow(found_again);
   return node;
 }
 
@@ -264,10 +292,23 @@ YAML::Node move_node(const KinematicChain& chain, const Move& move) {
     for (const ParameterChange& change : move.changes)
       node["changes"].push_back(change_node(chain, change));
   }
-  node["delta_bic"] = rounded(move.delta_bic);
+  for (const std::string& session : move.sessions) node["sessions"].push_back(session);
   node["p_value"] = rounded(move.p_value);
+  return node;
+}
+
+// A move of the robot, as part of an explanation.
+YAML::Node explaining_node(const KinematicChain& chain, const Move& move) {
+  YAML::Node node = move_node(chain, move);
+  node["delta_bic"] = rounded(move.delta_bic);
   node["p_value_left"] = rounded(move.p_value_left);
   return node;
+}
+
+YAML::Node list_node(const std::vector<YAML::Node>& items) {
+  YAML::Node list(YAML::NodeType::Sequence);
+  for (const YAML::Node& item : items) list.push_back(item);
+  return items.empty() ? flow(list) : list;
 }
 
 // The strongest absorbers of one parameter.
@@ -423,19 +464,24 @@ std::string write_change(const ChangeResult& result, const Robot& previous,
   root["spread"] = flow_map(spread);
   root["mean_error_mm"] = flow_map({{"before", rounded(result.before / kMillimetre)},
                                     {"after", rounded(result.after / kMillimetre)}});
-  YAML::Node moved(YAML::NodeType::Sequence), indistinguishable(YAML::NodeType::Sequence);
-  for (int k = 0; !result.holds && k < static_cast<int>(result.moves.size()); ++k) {
-    const bool in_class = k <= result.indistinguishable;
-    if (in_class || result.moves[k].p_value < kChangeSignificance)
-      moved.push_back(move_node(previous.chain, result.moves[k]));
-    if (k > 0 && in_class) indistinguishable.push_back(result.moves[k].what);
+  std::vector<YAML::Node> moved, indistinguishable, stations;
+  for (const Move& move : result.moved) {
+    moved.push_back(explaining_node(previous.chain, move));
+    for (const Move& rival : move.indistinguishable) {
+      YAML::Node& node = indistinguishable.emplace_back(explaining_node(previous.chain, rival));
+      node["instead_of"] = move.what;
+    }
   }
-  root["moved"] = result.holds ? flow(moved) : moved;
-  root["indistinguishable"] = flow(indistinguishable);
+  for (const Move& station : result.stations)
+    stations.push_back(move_node(previous.chain, station));
+  root["moved"] = list_node(moved);
+  root["indistinguishable"] = list_node(indistinguishable);
+  root["p_value_left"] = rounded(result.p_value_left);
+  if (!campaign.session_names.empty()) root["stations"] = list_node(stations);
   return print_document(root);
 }
 
-std::string write_loop(const LoopResult& result, const LoopOptions& options,
+std::string write_loop(const LoopResult& result, const TraceOptions& options,
                        const Provenance& provenance, const std::string& next_poses) {
   const Robot& robot = result.trace.fit.robot;
   YAML::Node root;
@@ -447,7 +493,7 @@ std::string write_loop(const LoopResult& result, const LoopOptions& options,
       flow_map({{"poses", std::to_string(result.training_poses + result.held_out_poses)},
                 {"rows", std::to_string(result.rows)},
                 {"held_out_poses", std::to_string(result.held_out_poses)},
-                {"seed", std::to_string(options.trace.seed)}});
+                {"seed", std::to_string(options.seed)}});
   if (result.of_distances) data["measured"] = "distances";
   YAML::Node excluded(YAML::NodeType::Sequence);
   for (int line : result.excluded_rows) excluded.push_back(std::to_string(line));
@@ -482,6 +528,7 @@ std::string write_loop(const LoopResult& result, const LoopOptions& options,
   if (held_out) before_after["gain_ci95_mm"] = flow(interval);
   before_after = flow(before_after);
   root["before_after"] = before_after;
+  if (result.nested) root["nested_cv"] = nested_node(*result.nested, result.trace.effects);
   YAML::Node remaining;
   remaining["lack_of_fit_p"] = text_or_null(result.lack_of_fit ? rounded(*result.lack_of_fit) : "");
   remaining["pattern"] = text_or_null(result.pattern);
@@ -516,6 +563,15 @@ std::string before_after_table(const LoopResult& result) {
                          stage.held_out.position.max / kMillimetre);
   table += fmt::format("{:<44} {:>6} {:>12} {:>12.4f}\n", "noise floor", "", "",
                        result.floor / kMillimetre);
+  if (!result.trace.effects.empty()) table += "share of the variance that the effects explain\n";
+  for (const TracedEffect& traced : result.trace.effects)
+    table += fmt::format("{:>7.1f} %  {}\n", 100 * traced.variance_share, describe(traced.effect));
+  if (const auto& nested = result.nested)
+    table += fmt::format(
+        "{:<44} {:>6} {:>12} {:>12.4f} before, {:.4f} after (standard errors {:.4f}, {:.4f})\n",
+        fmt::format("nested cross-validation, {} folds", nested->folds), "", "",
+        nested->before.mean / kMillimetre, nested->after.mean / kMillimetre,
+        nested->before.error / kMillimetre, nested->after.error / kMillimetre);
   table += fmt::format("verdict: {}\n", to_string(result.verdict));
   return table;
 }

@@ -96,7 +96,11 @@ void write_effect(std::ostringstream& html, const LoopResult& result, size_t k,
   const TracedEffect& traced = result.trace.effects[k];
   html << "<h3>" << escaped(describe(traced.effect)) << "</h3>\n<p>" << escaped(description)
        << "</p>\n<p>EBIC falls by " << number(traced.evidence.delta_ebic) << ", family-wise p "
-       << number(traced.evidence.p_value);
+       << number(traced.evidence.p_value) << ", " << number(100 * traced.variance_share)
+       << " % of the variance that the effects explain";
+  if (result.nested)
+    html << ", found again in " << result.nested->found_again[k] << " of " << result.nested->folds
+         << " folds";
   if (k < result.gains.size())
     html << ", held-out gain " << number(result.gains[k].position / kMillimetre)
          << " mm (95 %: " << number(result.gains[k].ci95[0] / kMillimetre) << " to "
@@ -126,6 +130,13 @@ std::string loop_report(const LoopResult& result, const std::vector<std::string>
   if (!result.errors_before.empty())
     html << "<h2>Error on the poses that took no part</h2>\n"
          << stages_plot(result) << histogram_plot(result);
+  if (const auto& nested = result.nested)
+    html << "<p>Nested cross-validation, the whole search repeated in " << nested->folds
+         << " folds: mean " << error_name(result) << " "
+         << number(nested->before.mean / kMillimetre) << " mm with geometry alone, "
+         << number(nested->after.mean / kMillimetre) << " mm with what the search added (gain "
+         << number(nested->gain.mean / kMillimetre) << " mm, standard error "
+         << number(nested->gain.error / kMillimetre) << " mm).</p>\n";
   if (!result.trace.effects.empty()) html << "<h2>Effects</h2>\n";
   for (size_t k = 0; k < result.trace.effects.size(); ++k)
     write_effect(html, result, k, descriptions[k]);

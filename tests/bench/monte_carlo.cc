@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "armtrue/identification/loop.h"
+#include "armtrue/identification/pose_bootstrap.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
 #include "bench/two_threads.h"
@@ -106,6 +107,34 @@ Outcome run(const Case& one, const Robot& robot, const Catalogue& catalogue) {
   return outcome;
 }
 
+// Whether intervals hold the truth where the effect is declared, so that nothing is searched for:
+// from the covariance of the fit, and from the cluster bootstrap by pose.
+struct Coverage {
+  bool of_covariance = false, of_bootstrap = false;
+  double width_ratio = 0;  // bootstrap over covariance
+};
+
+Coverage cover(const std::string& family, const armtrue_oracle::CampaignPlan& plan, Robot robot) {
+  const HiddenCampaign campaign(kNominal, family, 0.06, plan);
+  const armtrue_oracle::Hidden& truth = campaign.written.truth;
+  const OneNumber number = *truth_in_one_number(campaign.written);
+  Effect effect{family, truth.parameter, *parse_driver(truth.driver), {}, {}};
+  effect.shape.kind = number.shape;
+  effect.coefficients.resize(1);
+  robot.effects = {effect};
+  CalibrationResult fit = calibrate(robot, campaign.training);
+  const auto holds = [&](const std::array<double, 2>& interval) {
+    return interval[0] <= number.coefficient && number.coefficient <= interval[1];
+  };
+  const auto width = [](const std::array<double, 2>& interval) {
+    return interval[1] - interval[0];
+  };
+  const std::array<double, 2> plain = fit.robot.effects[0].coefficients[0].ci95;
+  set_intervals(bootstrap_coefficients(fit, campaign.training, 1000, 1), plan.poses, fit.robot);
+  const std::array<double, 2> by_pose = fit.robot.effects[0].coefficients[0].ci95;
+  return {holds(plain), holds(by_pose), width(by_pose) / width(plain)};
+}
+
 // Clopper and Pearson: never too short.
 std::string share_with_interval(int k, int n) {
   using Binomial = boost::math::binomial_distribution<>;
@@ -177,6 +206,44 @@ void print_tables(const std::vector<Case>& all, const std::vector<Outcome>& outc
              share_with_interval(hidden.covered, hidden.fitted));
 }
 
+void print_coverage(int count, const Robot& robot) {
+  fmt::print(
+      "Effect of 0.06 mm declared, masses known; noise of each reading alone, or of each pose "
+      "too\n");
+  fmt::print("{:<12}{:>6}{:>10}   {:<38}{:<38}{}\n", "family", "poses", "rest mrad",
+             "covariance of the fit", "cluster bootstrap by pose", "width ratio");
+  std::map<std::pair<int, double>, std::array<int, 3>> all;
+  for (int poses : {60, 30})
+    for (double rest_mrad : {0.0, 0.05})
+      for (const std::string family : {"compliance", "ratio", "backlash"}) {
+        std::vector<Coverage> outcomes(static_cast<size_t>(count));
+        armtrue_bench::on_two_threads(count, [&](int i) {
+          armtrue_oracle::CampaignPlan plan;
+          plan.seed = 5000u + static_cast<unsigned>(i);
+          plan.known_masses = true;
+          plan.poses = poses;
+          plan.rest_mrad = rest_mrad;
+          outcomes[static_cast<size_t>(i)] = cover(family, plan, robot);
+        });
+        int plain = 0, by_pose = 0;
+        double ratio = 0;
+        for (const Coverage& one : outcomes) {
+          plain += one.of_covariance;
+          by_pose += one.of_bootstrap;
+          ratio += one.width_ratio / count;
+        }
+        auto& [sum_plain, sum_by_pose, sum] = all[{-poses, rest_mrad}];
+        sum_plain += plain;
+        sum_by_pose += by_pose;
+        sum += count;
+        fmt::print("{:<12}{:>6}{:>10.2f}   {:<38}{:<38}{:.2f}\n", family, poses, rest_mrad,
+                   share_with_interval(plain, count), share_with_interval(by_pose, count), ratio);
+      }
+  for (const auto& [key, sums] : all)
+    fmt::print("{:<12}{:>6}{:>10.2f}   {:<38}{:<38}\n", "together", -key.first, key.second,
+               share_with_interval(sums[0], sums[2]), share_with_interval(sums[1], sums[2]));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -185,9 +252,17 @@ int main(int argc, char** argv) {
   app.add_option("--campaigns", campaigns, "How many; 37 are one round over families and sizes")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  int coverage = 0;
+  app.add_option("--coverage", coverage,
+                 "Instead: coverage of intervals of a declared effect, so many campaigns a line")
+      ->check(CLI::PositiveNumber);
   CLI11_PARSE(app, argc, argv);
 
   const Robot robot = read_robot(kNominal).robot;
+  if (coverage > 0) {
+    print_coverage(coverage, robot);
+    return 0;
+  }
   const Catalogue catalogue = read_catalogue(ARMTRUE_CONFIG "/effects/catalogue.yaml");
   const std::vector<Case> all = cases(campaigns);
   std::vector<Outcome> outcomes(all.size());

@@ -8,6 +8,7 @@
 
 #include "armtrue/identification/calibration.h"
 #include "armtrue/identification/evaluation.h"
+#include "armtrue/identification/identifiability.h"
 #include "armtrue/io/robot_io.h"
 
 namespace armtrue {
@@ -139,6 +140,49 @@ TEST(Planning, CompletesGivenPoses) {
   const PosePlanner completing(robot, {}, simulate(robot, robot, small));
   EXPECT_GT(completing.quality(completing.plan(8)).log_determinant,
             completing.quality(PosePlanner(robot, {}).plan(8)).log_determinant);
+}
+
+// All sessions count, with the base of each but the last fitted: the Schur complement of the sum.
+TEST(Planning, GivenPosesOfSeveralSessionsHaveBasesOfTheirOwn) {
+  Robot robot = shipped("kr360-spindle");
+  robot.sessions["day 2"].base = {rotation_exp({0.3, -0.2, 1.1}), {0.8, -2.0, 0.4}};
+  SimulationOptions options;
+  options.poses = 40;
+  Campaign given = simulate(robot, robot, options);
+  given.session_names = {"day 1", "day 2"};
+  for (int row = 0; row < given.rows(); ++row) given.session.push_back(row < 25 ? 0 : 1);
+  const auto information = [&](int session) {
+    std::vector<int> rows;
+    for (int row = 0; row < given.rows(); ++row)
+      if (given.session[row] == session) rows.push_back(row);
+    Campaign part = given.select(rows);
+    // As seen from the base of the second: turned, information about it changes its axes alone.
+    Robot there = robot;
+    there.sessions.clear();
+    there.chain.base = robot.sessions["day 2"].base;
+    const ChainEvaluator evaluator(there.chain);
+    for (int row = 0; row < part.rows(); ++row)
+      part.orientation[row] = evaluator.pose(part.q[row]).rotation;
+    const ObservationModel model(part, there, choose_identifiable(robot, part).kept,
+                                 {robot.noise.position, robot.noise.orientation});
+    const auto at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
+    Eigen::MatrixXd block(model.row_size(), model.unknowns() + 1);
+    Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(model.unknowns(), model.unknowns());
+    for (int row = 0; row < part.rows(); ++row) {
+      at.block(row, block);
+      sum += block.leftCols(sum.cols()).transpose() * block.leftCols(sum.cols());
+    }
+    return sum;
+  };
+  Eigen::MatrixXd first = information(0), both = information(1);
+  const Eigen::Index p = first.cols() - 6;  // the base comes first
+  both.bottomRightCorner(p, p) +=
+      first.bottomRightCorner(p, p) -
+      first.bottomLeftCorner(p, 6) *
+          first.topLeftCorner(6, 6).ldlt().solve(first.topRightCorner(6, p));
+  const PosePlanner planner(robot, {}, given);
+  const double expected = both.ldlt().vectorD().array().log().sum();
+  EXPECT_NEAR(planner.quality({}).log_determinant, expected, 1e-6 * std::abs(expected));
 }
 
 TEST(Planning, SameSeedSamePoses) {

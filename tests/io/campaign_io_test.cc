@@ -103,6 +103,18 @@ TEST(CampaignIo, DistancesAreReadInsteadOfPoints) {
   EXPECT_FALSE(beside.has_orientation());
 }
 
+TEST(CampaignIo, PointsBesideDistancesAreThreeCoordinates) {
+  const std::string rows = "1,0,0,0,0,0,0,,,,5,0.2\n2,1,0,0,0,0,0,1,2,3,,0.1\n3,2,0,0,0,0,0,4,5,6,,0.1\n";
+  const Campaign campaign = read(std::string(kHeader) + ",l_m,sigma_mm\n" + rows);
+  EXPECT_TRUE(campaign.has_coordinates);
+  EXPECT_TRUE(campaign.position.empty());
+  EXPECT_EQ(campaign.distance, (std::vector<double>{5, 1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3}));
+  EXPECT_EQ(campaign.anchor, (std::vector<int>{3, 0, 1, 2, 0, 1, 2}));
+  EXPECT_EQ(campaign.anchor_names, (std::vector<std::string>{"x", "y", "z", ""}));
+  EXPECT_EQ(campaign.pose, (std::vector<int>{0, 1, 1, 1, 2, 2, 2}));
+  EXPECT_EQ(campaign.line, (std::vector<int>{2, 3, 3, 3, 4, 4, 4}));
+}
+
 TEST(CampaignIo, ErrorsOfDistancesNameLineColumnAndContent) {
   const std::string header = std::string(kDistances) + "\n";
   expect_error(header + "1,0,0,0,0,0,0,0,a\n", ":2: column 'l_mm': '0': a distance must be above zero");
@@ -111,8 +123,10 @@ TEST(CampaignIo, ErrorsOfDistancesNameLineColumnAndContent) {
   expect_error(header + "1,0,0,0,0,0,0,20,\n", ":2: column 'anchor': is empty");
   const std::string both = std::string(kHeader) + ",l_mm\n";
   expect_error(both + "1,0,0,0,0,0,0,1,,,5\n", ":2: column 'l_mm': '5' stands beside a point");
-  expect_error(both + "1,0,0,0,0,0,0,1,1,1,\n2,1,0,0,0,0,0,,,,5\n", ":3: column 'l_mm': points and distances");
-  expect_error(both + "1,0,0,0,0,0,0,,,,5\n2,1,0,0,0,0,0,1,1,1,\n", ":3: column 'l_mm': points and distances");
+  const std::string mixed = "1,0,0,0,0,0,0,1,1,1,\n2,1,0,0,0,0,0,,,,5\n";
+  expect_error(both + mixed, "points and distances in one file also need the column 'sigma_mm'");
+  expect_error(std::string(kHeader) + ",a_deg,b_deg,c_deg,l_mm\n1,0,0,0,0,0,0,1,1,1,0,0,0,\n2,1,0,0,0,0,0,,,,,,,5\n",
+               "points and distances in one file are read without orientations; leave out a_deg");
   expect_error(std::string(kDistances) + ",a_deg,b_deg,c_deg\n1,0,0,0,0,0,0,5,a,1,2,3\n",
                ":2: column 'a_deg': '1' stands beside a distance");
   expect_error(std::string(kDistances) + ",x_mm\n1,0,0,0,0,0,0,5,a,1\n", "missing columns 'y_mm', 'z_mm'");

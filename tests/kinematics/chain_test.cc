@@ -1,4 +1,3 @@
-#include <ceres/jet.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -8,7 +7,7 @@
 
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/evaluator.h"
-#include "support/autodiff_chain.h"
+#include "kinematics/jet_chain.h"
 #include "support/random_chain.h"
 
 namespace armtrue {
@@ -105,29 +104,11 @@ TEST(Chain, BothEncoderZerosOfTheKr360AreTheSameArm) {
   }
 }
 
-using Jet = ceres::Jet<double, kGeometricParameters>;
-
-Eigen::Matrix4d matrix(const Pose& pose) {
-  Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
-  m.topLeftCorner<3, 3>() = pose.rotation;
-  m.topRightCorner<3, 1>() = pose.translation;
-  return m;
-}
-
 // d(pose)/d(parameters) of the independent chain; rotation rows are the axial part of dR R^T.
 PoseJacobian autodiff_jacobian(const KinematicChain& chain, const JointVector& q,
                                const Eigen::Vector3d& point) {
-  Jet p[kGeometricParameters];
-  double sign[kJoints];
-  for (int k = 0; k < kGeometricParameters; ++k) p[k] = Jet(0.0, k);
-  for (int j = 0; j < kLinks; ++j) {
-    const Link& link = chain.links[j];
-    const double values[] = {link.alpha, link.d, link.theta, link.r, link.beta};
-    for (int i = 0; i < 5; ++i) p[link_parameter(j, LinkParameter::alpha) + i].a = values[i];
-    if (j < kJoints) sign[j] = link.sign;
-  }
   const auto frame =
-      armtrue_oracle::chain<Jet>(p, q.data(), sign, matrix(chain.base), matrix(chain.tool));
+      jet_frame<kGeometricParameters>(chain, jet_parameters<kGeometricParameters>(chain), q);
   PoseJacobian jacobian;
   for (int k = 0; k < kGeometricParameters; ++k) {
     Eigen::Matrix3d r, dr;

@@ -130,6 +130,25 @@ TEST(Cycles, FrequencyAndAmplitudeLieInTheirIntervals) {
   }
 }
 
+// Thirty angles leave other frequencies in reach, and that is said.
+TEST(Cycles, FrequenciesThatFewPosesCannotTellAreOneClass) {
+  armtrue_oracle::CampaignPlan plan;
+  plan.seed = 7;
+  plan.poses = 30;
+  plan.repeats = 1;
+  const HiddenCampaign campaign(kNominal, "x-cycles", 0.12, plan);
+  const LoopResult result = closed(campaign);
+  ASSERT_EQ(result.trace.effects.size(), 1u) << listed(result);
+  const TracedEffect& found = result.trace.effects.front();
+  EXPECT_TRUE(names(campaign.written.truth, found)) << listed(result);
+  const bool other_frequency = std::any_of(
+      found.indistinguishable.begin(), found.indistinguishable.end(), [&](const Rival& rival) {
+        return names(campaign.written.truth, rival.effect) &&
+               std::abs(rival.effect.shape.harmonic - found.effect.shape.harmonic) > 1;
+      });
+  EXPECT_TRUE(other_frequency) << listed(result);
+}
+
 // The axes of A5's and A6's beta are those of the joints themselves: no pose tells the two apart.
 TEST(Classes, OneAxisUnderTwoNamesIsOneClass) {
   armtrue_oracle::CampaignPlan plan;

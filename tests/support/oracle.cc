@@ -255,6 +255,13 @@ void write_distance(std::ostream& out, const KDL::Vector& point, size_t anchor,
       << 1000 * (std::sqrt(KDL::dot(wire, wire)) + from.zero + noise + blunder);
 }
 
+// The joints of a pose where they come to rest. Dice of its own: what else is drawn stays the same.
+std::array<double, 6> at_rest(std::array<double, 6> q, int pose, const CampaignPlan& plan) {
+  Dice dice(plan.seed * 7919u + static_cast<unsigned>(pose));
+  for (double& angle : q) angle += 1e-3 * plan.rest_mrad * dice.normal();
+  return q;
+}
+
 void write_csv(const std::string& path, const OracleArm& arm, const std::vector<Visit>& visits,
                const Hidden& truth, double amplitude, const CampaignPlan& plan, Dice& dice,
                double& mean_noise_mm) {
@@ -270,8 +277,8 @@ void write_csv(const std::string& path, const OracleArm& arm, const std::vector<
   double sum = 0;
   const size_t rows_per_visit = std::max<size_t>(1, plan.anchors.size());
   for (const Visit& visit : visits) {
-    const KDL::Frame frame =
-        forward(changed(arm, truth.effect, visit.moment, amplitude), visit.moment.q);
+    const KDL::Frame frame = forward(changed(arm, truth.effect, visit.moment, amplitude),
+                                     at_rest(visit.moment.q, visit.pose, plan));
     for (size_t row = 0; row < rows_per_visit; ++row) {
       out << visit.pose + 1 << ',' << visit.repeat << ',' << visit.moment.time_s;
       for (double q : visit.moment.q) out << ',' << q / kDeg;

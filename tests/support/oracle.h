@@ -71,9 +71,10 @@ struct CampaignPlan {
   int poses = 60, repeats = 3;
   double noise_mm = 0.095, noise_mrad = 0.15;
   double blunders = 0;
+  double rest_mrad = 0;  // how far each joint rests from what is read; of a pose at every return
   bool orientation = true;
-  bool known_masses = false;  // the true arm weighs what the nominal one does
-  bool motor_torque = false;  // is logged: what holds the true arm against gravity
+  bool known_masses = false;            // the true arm weighs what the nominal one does
+  bool motor_torque = false;            // is logged: what holds the true arm against gravity
   std::vector<OracleAnchor> anchors{};  // if any, distances from each are read instead of poses
   unsigned seed = 1;
 };

@@ -13,8 +13,9 @@ namespace armtrue {
 struct Coefficient {
   std::string name;  ///< "c"; "sin", "cos"; "rx", ...
   double value = 0;
-  double std = 0;                    ///< 0 if it was not identified here
-  std::array<double, 2> ci95{0, 0};  ///< given the robot file's masses, which it takes as exact
+  double std = 0;  ///< 0 if it was not identified here
+  /// Of 95 %, given the robot file's masses, which it takes as exact.
+  std::array<double, 2> ci95{0, 0};
 };
 
 /// A parameter that is not constant:

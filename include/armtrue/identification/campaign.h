@@ -39,6 +39,9 @@ struct Campaign {
   std::vector<std::string> target_names;
   std::vector<int> anchor;  ///< of a distance; index into anchor_names
   std::vector<std::string> anchor_names;
+  /// Points and distances in one: the first three anchors are the axes of R_A, and what is read
+  /// from them, as a distance, is a coordinate. A point is three rows.
+  bool has_coordinates = false;
   std::vector<double> sigma_position;     ///< per axis [m]
   std::vector<double> sigma_orientation;  ///< per axis [rad]
   std::vector<std::array<std::int8_t, kJoints>> arrival;
@@ -62,14 +65,23 @@ struct Campaign {
   /// Numbers poses or, where distances are read, poses by anchor: what the model lacks at a pose
   /// strikes such rows alike.
   int pose_by_anchor(int row) const;
+  /// Numbers the pose of every row in the order of the ids (`P2` before `P10`), which, unlike
+  /// `pose`, does not depend on the order of the rows.
+  std::vector<int> pose_by_id() const;
   Context context(int row) const;
 
   /// The rows of the given indices, in that order, with the pose ids that occur in them.
   Campaign select(const std::vector<int>& rows) const;
 };
 
-/// Fills `arrival` from the previous row of the same session where the file does not state it: the
-/// sign of each joint's last motion, 0 before its first. Motions below 1e-4 deg are none.
+/// Makes three rows, its coordinates, of each row with a point in a campaign of points and
+/// distances: one whose `position` and `distance` have all rows, the latter 0 where there is none.
+/// Of an anchor without a column its name is empty.
+void points_to_coordinates(Campaign& campaign);
+
+/// Fills `arrival` from the previous visit of the same session where the file does not state it: the
+/// sign of each joint's last motion, 0 before its first. Motions below 1e-4 deg are none. Rows are
+/// visited in the order of their times or, without times, as they stand.
 void derive_arrival(Campaign& campaign);
 
 /// From each of the times on, readings are of a session of their own, as after a knock of the

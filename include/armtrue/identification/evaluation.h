@@ -27,8 +27,10 @@ Evaluation evaluate(const Robot& robot, const Campaign& campaign);
 struct NoiseFloor {
   enum class Source { replicates, instrument, none };
   Source source = Source::none;
-  int axes = 3;                ///< of a position; 1: of a distance
-  double position = 0;         ///< per axis, one standard deviation [m]
+  int axes = 3;  ///< of a position; 1: of a distance
+  /// Per axis, one standard deviation [m]; of a row with the median of the deviations that are
+  /// stated.
+  double position = 0;
   double orientation = 0;      ///< [rad]; 0 without orientations
   int degrees_of_freedom = 0;  ///< of the replicates
 };

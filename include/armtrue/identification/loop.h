@@ -6,6 +6,7 @@
 
 #include "armtrue/identification/effect_curve.h"
 #include "armtrue/identification/evaluation.h"
+#include "armtrue/identification/nested_validation.h"
 #include "armtrue/identification/tracing.h"
 
 namespace armtrue {
@@ -37,11 +38,6 @@ struct HeldOutGain {
   std::array<double, 2> ci95{0, 0};  ///< paired bootstrap over poses [m]
 };
 
-struct LoopOptions {
-  TraceOptions trace;
-  int bootstrap = 1000;
-};
-
 struct LoopResult {
   Verdict verdict = Verdict::unexplained;
   bool of_distances = false;  ///< position errors are those of distances
@@ -56,9 +52,10 @@ struct LoopResult {
   double before = 0, after = 0;  ///< mean held-out position error, geometric and final [m]
   double floor = 0;              ///< what a perfect model would score [m]
   double reducible_removed = 0;  ///< (before^2 - after^2) / (before^2 - floor^2), in [0, 1]
-  std::array<double, 2> gain_ci95{0, 0};  ///< of before - after, paired bootstrap over poses [m]
-  std::optional<double> lack_of_fit;      ///< p, of the final model on the training poses
-  std::string pattern;                    ///< what the best remaining candidate would be, in words
+  std::array<double, 2> gain_ci95{0, 0};   ///< of before - after, paired bootstrap over poses [m]
+  std::optional<double> lack_of_fit;       ///< p, of the final model on the training poses
+  std::optional<NestedValidation> nested;  ///< close_loop leaves it empty
+  std::string pattern;                     ///< what the best remaining candidate would be, in words
 };
 
 /// Splits by whole poses: every pose of the shuffled list up to `share` is held out. Replicates
@@ -71,7 +68,7 @@ Split split_by_pose(const Campaign& campaign, double share, std::uint64_t seed);
 /// The loop: geometry, tracing and refit on `training` alone; `held_out` is used once, to report.
 /// Throws std::invalid_argument if a session of `held_out` has no reading in `training`.
 LoopResult close_loop(const Robot& robot, const Campaign& training, const Campaign& held_out,
-                      const Catalogue& catalogue, const LoopOptions& options = {});
+                      const Catalogue& catalogue, const TraceOptions& options = {});
 
 /// "A5.theta follows joint-angle 4 (series)".
 std::string describe(const Effect& effect);

@@ -16,7 +16,8 @@ struct ReadingScale {
 };
 
 /// The robot's anchor that each of the campaign's anchor names stands for, as indices; just the
-/// only anchor where the campaign names none. Empty unless distances were measured. Throws
+/// only anchor where the campaign names none. -1, -2, -3 for the axes that coordinates are along.
+/// Empty unless distances were measured. Throws
 /// std::invalid_argument, with file and line, if the robot does not have the anchor.
 std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& chain);
 
@@ -31,10 +32,11 @@ class ObservationModel {
  public:
   /// `geometric`: parameter indices. Rows with a `sigma_mm` or `sigma_deg` of their own keep their
   /// ratio to `scale` (taken as the standard deviation of a row whose own sigma is the median).
-  /// `instrument`: where it stands in R_A, the point that instrument.scale leaves where it is.
+  /// `common_from_own`: the R_A that points, orientations and base are in, from that of the
+  /// instrument, which stands at its origin and has the anchors in it.
   ObservationModel(const Campaign& campaign, const Robot& robot, std::vector<int> geometric,
                    const ReadingScale& scale, bool fit_effects = true,
-                   const Eigen::Vector3d& instrument = Eigen::Vector3d::Zero());
+                   const Pose& common_from_own = {});
 
   int rows() const { return campaign_.rows(); }
   int row_size() const { return campaign_.reading_size().all(); }
@@ -80,7 +82,7 @@ class ObservationModel {
   Eigen::MatrixXd effect_values_;  // values x rows
   ReadingScale scale_;
   bool fit_effects_;
-  Eigen::Vector3d instrument_;
+  Pose common_from_own_;
   double median_sigma_position_ = 0, median_sigma_orientation_ = 0;
 };
 
@@ -102,8 +104,9 @@ class ObservationModel::At {
   // A row as the model sees it.
   struct Prediction {
     Pose frame;                 // R_A from the measured frame, its origin at the target
-    Eigen::Vector3d position;   // scaled: the point from the instrument, or the distance first
-    Eigen::Vector3d direction;  // of a distance: from the anchor, unit
+    Eigen::Vector3d position;   // what the scale multiplies: the point from the instrument, or the
+                                // distance first
+    Eigen::Vector3d direction;  // of a distance: from the anchor, or along the axis, unit
     double scale;
   };
   Prediction predict(int row, PoseJacobian* jacobian) const;

@@ -28,7 +28,8 @@ struct PlanQuality {
 /// Chooses the poses from which a geometric calibration is best.
 ///
 /// Every candidate of the cloud is a block of whitened derivatives of its readings. The robot's
-/// effects and priors are left out.
+/// effects and priors are left out. Given poses of several sessions have each a base of their own;
+/// the planned ones continue the last.
 class PosePlanner {
  public:
   /// Throws std::invalid_argument as pose_cloud() does, and if no configuration has its point

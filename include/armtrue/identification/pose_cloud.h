@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -24,7 +25,9 @@ struct CloudOptions {
 /// floor; an arm that strikes itself or what stands around it is not seen. With targets every pose
 /// reads each of them; with anchors, their distances from each.
 struct PoseCloud {
-  Robot robot;  ///< without effects; without targets and anchors if the given poses read none
+  /// Without effects; without targets and anchors if the given poses read none. As it is in the
+  /// last session of the given poses, which the planned ones continue: box and zone are in its R_A.
+  Robot robot;
   CloudOptions options;
   Campaign given;      ///< poses already measured, with the orientations that the robot predicts
   ReadingScale noise;  ///< the robot's; 0.1 mm and 0.1 mrad where it states none
@@ -51,6 +54,11 @@ Campaign points(const PoseCloud& cloud, const std::vector<JointVector>& configur
 /// What would be read there: points, or distances from the anchors, and orientations; of which only
 /// the derivatives count.
 Campaign readings(const PoseCloud& cloud, const std::vector<JointVector>& configurations);
+
+/// The given poses as few rows with the same inner products, whitened: derivatives with respect to
+/// the unknowns of the cloud, then the coefficients of the effects of `robot`. Of several sessions
+/// all count, with what each but the last has of its own fitted: `unknowns` are of the last.
+Eigen::MatrixXd given_derivatives(const PoseCloud& cloud, const Robot& robot);
 
 /// No link origin, no point of the tool and no target below the height.
 bool is_above(double floor, const Robot& robot, const JointVector& q);

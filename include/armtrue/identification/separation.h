@@ -41,10 +41,10 @@ struct SeparationPlan {
 ///
 /// `found` may hold several classes; effects without rivals are fitted along. Readings count as
 /// independent. Every planned pose is read once (each target), after the given ones, at their pace,
-/// under the load, temperature and motor torques of the last. Of several sessions only the last
-/// counts, which the planned poses continue. Throws std::invalid_argument as pose_cloud() does, if
-/// an effect is driven by what the given poses do not hold, or its coefficients are not those that
-/// this robot needs.
+/// under the load, temperature and motor torques of the last. Of several sessions all count, each
+/// with a base of its own; the planned poses continue the last. Throws std::invalid_argument as
+/// pose_cloud() does, if an effect is driven by what the given poses do not hold, or its
+/// coefficients are not those that this robot needs.
 SeparationPlan plan_separation(const Robot& robot, const std::vector<TracedEffect>& found,
                                int count, const CloudOptions& options, const Campaign& given = {});
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -19,6 +20,10 @@ struct TraceOptions {
   /// proportion to the logarithms between.
   double significance = 0.02, significance_without_lack_of_fit = 0.002;
   int max_effects = 16;
+  int bootstrap = 1000;  ///< draws of the poses for each interval
+  /// What the search begins with, as a campaign before found it, say: candidates of the search,
+  /// which may be dropped or exchanged like those that it adds itself.
+  std::vector<Effect> start;
   bool beyond_catalogue = true;                      ///< search parameter x driver x basis as well
   std::function<void(const std::string&)> progress;  ///< called with what is being done
 };
@@ -46,14 +51,19 @@ struct Evidence {
 /// A harmonic A sin(n q + phase), its frequency n as uncertain as the rest.
 struct Cycle {
   double amplitude = 0, amplitude_std = 0;  ///< [m, rad]
-  double phase = 0;                         ///< [rad]
-  double frequency_std = 0;                 ///< [cycles per turn]; 0 if it was not searched
+  std::array<double, 2> amplitude_ci95{0, 0};
+  double phase = 0;  ///< [rad]
+  /// [cycles per turn], widened by how far readings of one pose agree; 0 if it was not searched.
+  double frequency_std = 0;
 };
 
 struct TracedEffect {
   Effect effect;                 ///< with its coefficients
   std::optional<Cycle> cycle{};  ///< of a harmonic
   Evidence evidence;
+  /// Of what the effects explain together of the residual of the geometry, averaged over the orders
+  /// in which they may enter (see variance_shares); the effects' shares sum to 1.
+  double variance_share = 0;
   std::vector<Rival> indistinguishable;
   /// Those that could imitate it by their course, but that these readings speak against by odds of
   /// more than a thousand to one.
@@ -85,6 +95,7 @@ struct TraceResult {
   CalibrationResult fit;                  ///< the model with all effects, on the readings given
   std::vector<CalibrationResult> stages;  ///< geometry alone, then with each effect as it was added
   std::vector<TracedEffect> effects;
+  Eigen::MatrixXd departures;            ///< of all coefficients of the fit; bootstrap_coefficients
   std::vector<RankedCandidate> ranking;  ///< of the last scan, best first
   /// Catalogue effects that no campaign like this can show.
   std::vector<RankedCandidate> not_separable;
@@ -99,7 +110,8 @@ struct TraceResult {
 /// gain exceeds its standard error and its size is physically possible. After every addition all is
 /// refitted jointly, and effects are dropped or exchanged where that lowers EBIC.
 /// Several sessions share the effects; what each has of its own is in the model from the start, so
-/// that no effect takes it over.
+/// that no effect takes it over. Standard deviations and intervals of the coefficients are from the
+/// cluster bootstrap by pose.
 TraceResult trace(const Robot& robot, const Campaign& campaign, const Catalogue& catalogue,
                   const TraceOptions& options = {});
 

@@ -32,7 +32,7 @@ std::string write_change(const ChangeResult& result, const Robot& previous,
                          const Campaign& campaign, const Provenance& provenance);
 
 /// armtrue-loop/1.
-std::string write_loop(const LoopResult& result, const LoopOptions& options,
+std::string write_loop(const LoopResult& result, const TraceOptions& options,
                        const Provenance& provenance, const std::string& next_poses);
 
 /// One sentence for each effect of a loop, as in its document.
