@@ -2,7 +2,6 @@
 // on a cell and an arm that share nothing with armtrue. From it the mirror method makes poses, and
 // the loop has to find the joints.
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <stdlib.h>
 
@@ -103,7 +102,7 @@ struct Cell {
     std::string folder = std::filesystem::temp_directory_path() / "armtrue-pass-XXXXXX";
     if (!mkdtemp(folder.data())) throw std::runtime_error("cannot create " + folder);
     std::ofstream(folder + "/poses.csv")
-        << write_pass_as_poses(programmed, programmed.q, result.deviation, 10);
+        << write_pass_as_poses(programmed, programmed.q, result.deviation, 20);
     Campaign campaign = read_campaign(folder + "/poses.csv").campaign;
     std::filesystem::remove_all(folder);
     return campaign;
@@ -114,12 +113,13 @@ TEST(PassOfAnArm, ShowsWhichJointsTheForceTurns) {
   const Cell cell({6e-6, 5e-6, 8e-6, 0, 0, 0});
   const LoopResult result = close_loop(read_robot(kNominal).robot, cell.poses_of_pass(1),
                                        cell.poses_of_pass(2), read_catalogue(kCatalogue));
-  std::set<std::string> found;
-  for (const TracedEffect& traced : result.trace.effects) found.insert(describe(traced.effect));
+  // The joint angles change little over a part: the force may come with a function of one of them.
   // Along the path the clock is known to some 3 ms at 27 mm/s; what else is found may be that.
-  EXPECT_THAT(found, testing::IsSupersetOf({"A1.theta follows force (linear)",
-                                            "A2.theta follows force (linear)",
-                                            "A3.theta follows force (linear)"}));
+  std::set<std::string> turned;
+  for (const TracedEffect& traced : result.trace.effects)
+    if (to_string(traced.effect.driver).find("force") != std::string::npos)
+      turned.insert(traced.effect.parameter);
+  EXPECT_EQ(turned, (std::set<std::string>{"A1.theta", "A2.theta", "A3.theta"}));
   EXPECT_GT(result.before, 0.2 * kMillimetre);
   EXPECT_LT(result.after, 0.3 * result.before);
   EXPECT_GT(result.gain_ci95[0], 0.1 * kMillimetre);
