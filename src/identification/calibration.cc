@@ -242,6 +242,11 @@ std::vector<double> variances(const std::vector<Eigen::Vector2d>& norms, const C
   return pose_variances(campaign, whole, size.all());
 }
 
+bool close(const ReadingScale& a, const ReadingScale& b) {
+  const auto same = [](double u, double v) { return std::abs(u - v) <= 1e-2 * std::max(u, v); };
+  return same(a.position, b.position) && same(a.orientation, b.orientation);
+}
+
 struct Residuals {
   ReadingScale scale;
   ReadingLaw law;
@@ -265,6 +270,13 @@ Residuals describe(const std::vector<Eigen::Vector2d>& norms, const Campaign& ca
       best_value = value;
       best = {scale, law};
     }
+  }
+  // What a pose is off by is in units of the scale, which follows it slowly.
+  for (int round = 0; round < kMaxRounds && best.law.degrees_of_freedom > 0; ++round) {
+    best.law.variance = variances(norms, campaign, best.scale);
+    const ReadingScale before = best.scale;
+    best.scale = spread(norms, before, best.law, size, correction);
+    if (close(best.scale, before)) break;
   }
   return best;
 }
@@ -294,11 +306,6 @@ ReadingScale median_scale(const std::vector<Eigen::Vector2d>& norms, const Readi
           scale(orientation, kMedianOfChiSquare3)};
 }
 
-bool close(const ReadingScale& a, const ReadingScale& b) {
-  const auto same = [](double u, double v) { return std::abs(u - v) <= 1e-2 * std::max(u, v); };
-  return same(a.position, b.position) && same(a.orientation, b.orientation);
-}
-
 // The triangle of all rows, from the last fold of each session.
 Eigen::MatrixXd joint_factor(const SessionModels& models, const std::vector<LastFold>& last) {
   std::vector<Eigen::MatrixXd> factors;
@@ -307,12 +314,18 @@ Eigen::MatrixXd joint_factor(const SessionModels& models, const std::vector<Last
 }
 
 Solution fit(SessionModels& model, ReadingLaw& law, std::vector<Prior>& priors,
-             const CalibrationOptions& options, double tolerance, Eigen::VectorXd& x,
-             std::vector<LastFold>& last) {
+             const CalibrationOptions& options, Eigen::VectorXd& x, std::vector<LastFold>& last) {
   const double equations = static_cast<double>(model.rows()) * model.row_size();
   const double correction = equations / std::max(1.0, equations - model.unknowns());
-  model.set_scale(median_scale(raw_norms(model, x), model.campaign().reading_size()));
-  if (options.robust) law = {4.0};
+  const std::vector<Eigen::Vector2d> at_start = raw_norms(model, x);
+  if (options.near) {
+    model.set_scale(options.near->scale);
+    law = {options.near->degrees_of_freedom,
+           variances(at_start, model.campaign(), options.near->scale)};
+  } else {
+    model.set_scale(median_scale(at_start, model.campaign().reading_size()));
+    if (options.robust) law = {4.0};
+  }
   // Roughly while the law of the residuals is still settling, to the end once it has.
   Solution solution;
   int iterations = 0;
@@ -320,7 +333,8 @@ Solution fit(SessionModels& model, ReadingLaw& law, std::vector<Prior>& priors,
   for (int round = 0; round < kMaxRounds; ++round) {
     const bool last_round = settled || round + 1 == kMaxRounds;
     solution = solve(model, law, priors, options.max_iterations - iterations,
-                     last_round ? tolerance : kRoughTolerance, x, last);
+                     last_round ? options.tolerance : std::max(options.tolerance, kRoughTolerance),
+                     x, last);
     iterations += solution.iterations;
     if (last_round || iterations >= options.max_iterations) break;
     const Residuals next =
@@ -464,7 +478,7 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
   if (model.rows() > 2 * kRowsForStart) {
     const Campaign part = campaign.select(thinned_rows(campaign, kRowsForStart));
     SessionModels part_model(part, start, set.kept, {1.0, 1.0}, options.fit_effects);
-    iterations = fit(part_model, law, priors, options, 1e-10, x, last).iterations;
+    iterations = fit(part_model, law, priors, options, x, last).iterations;
     model.set_scale(part_model.scale());
     if (law.degrees_of_freedom > 0)
       law.variance = variances(raw_norms(model, x), campaign, model.scale());
@@ -475,7 +489,7 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
     solution = solve(model, law, priors, options.max_iterations, 1e-7, x, last);
     solution.iterations += iterations;
   } else {
-    solution = fit(model, law, priors, options, 1e-10, x, last);
+    solution = fit(model, law, priors, options, x, last);
   }
   result.set = set;
   result.change = x;

@@ -180,15 +180,11 @@ class OpenSearch {
     close_stage();
   }
 
-  // The teeth of each joint's gear train, by the joint's own angle and, as the trains of a wrist
-  // run through it, by those of the wrist's joints before it.
+  // The teeth of each joint's gear train.
   void add_periodograms() {
-    constexpr int kWrist = 3;  // its first joint
     for (int j = 0; j < kJoints; ++j)
-      for (int d = 0; d <= j; ++d)
-        if (d == j || d >= kWrist)
-          add_periodogram(name(link_parameter(j, LinkParameter::theta)),
-                          {DriverKind::joint_angle, d, -1, ""});
+      add_periodogram(name(link_parameter(j, LinkParameter::theta)),
+                      {DriverKind::joint_angle, j, -1, ""});
     close_stage();
   }
 

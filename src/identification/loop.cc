@@ -60,7 +60,10 @@ Robot placed(const Robot& robot, const Campaign& campaign) {
 Robot without_effect(const CalibrationResult& fit, const Campaign& campaign, size_t effect) {
   Robot reduced = fit.robot;
   reduced.effects.erase(reduced.effects.begin() + static_cast<std::ptrdiff_t>(effect));
-  return calibrate(reduced, campaign, fit.set).robot;
+  CalibrationOptions options;
+  options.near = &fit;
+  options.tolerance = 1e-5;  // an error to three digits is all that is asked of it
+  return calibrate(reduced, campaign, fit.set, options).robot;
 }
 
 bool has_other_cause(const TracedEffect& traced) {

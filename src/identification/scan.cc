@@ -13,6 +13,8 @@
 namespace armtrue {
 namespace {
 
+using RowMajorXf = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
 // A whitened column below this is a driver that did not move but for rounding: no length or angle
 // that could be told by it is possible, and its inverse is no number.
 constexpr double kSmallestNorm = 1e-10;
@@ -373,7 +375,7 @@ std::vector<double> ProjectedCandidates::best_of_flipped(const Eigen::VectorXd& 
       static_cast<float>(residual.squaredNorm()) - flipped_on_basis.colwise().squaredNorm().array();
 
   // Of every column, its product with every draw of the residual.
-  Eigen::MatrixXf slopes(slopes_.size(), flips);
+  RowMajorXf slopes(slopes_.size(), flips);
   for_ordered_blocks<int>(
       kTargetParameters, 1,
       [&](int parameter, int) {
@@ -410,7 +412,7 @@ std::vector<double> ProjectedCandidates::best_of_flipped(const Eigen::VectorXd& 
         for (int candidate = begin; candidate < end; ++candidate) {
           const Solution solution = solve(candidate, on_basis(candidate), {});
           if (solution.degrees_of_freedom == 0) continue;
-          Eigen::MatrixXf slope = Eigen::MatrixXf::Zero(scan_.coefficient_count_[candidate], flips);
+          RowMajorXf slope = RowMajorXf::Zero(scan_.coefficient_count_[candidate], flips);
           for (const auto& term : scan_.terms_[candidate])
             slope.row(term.coefficient) += slopes.row(term.column);
           // In units in which the slopes are near one: columns differ by orders of magnitude.
@@ -418,10 +420,10 @@ std::vector<double> ProjectedCandidates::best_of_flipped(const Eigen::VectorXd& 
           const Eigen::VectorXd inverse =
               (unit.array() > kSmallestNorm).select(unit.cwiseInverse(), 0.0);
           slope = inverse.cast<float>().asDiagonal() * slope;
-          const Eigen::RowVectorXf gains =
-              ((solution.whitening * unit.asDiagonal()).cast<float>() * slope)
-                  .colwise()
-                  .squaredNorm();
+          const Eigen::MatrixXf whitening = (solution.whitening * unit.asDiagonal()).cast<float>();
+          Eigen::RowVectorXf gains = Eigen::RowVectorXf::Zero(flips);
+          for (const auto& axis : whitening.rowwise())  // few and short: no matter for blocks
+            gains += axis.lazyProduct(slope).cwiseAbs2();
           const double log_choices = scan_.candidates_[candidate].log_choices;
           const double price =
               std::exp(-ebic_price(log_choices, solution.degrees_of_freedom) / fit_.equations());

@@ -32,6 +32,7 @@ constexpr double kClearlyBetter = 2.0;  // EBIC, before an effect gives way to a
 constexpr double kSameScore = 0.01;     // EBIC; less is rounding and the end of an iteration
 constexpr double kLackOfFit = 0.01;     // p from which the fit clearly lacks something
 constexpr int kRefitted = 3;            // parameters named of those that are refitted for a rival
+constexpr double kSearchTolerance = 1e-6;  // of the cost
 constexpr int kRevisions = 4, kSettlings = 2;
 constexpr int kTrials = 8;  // candidates that may fail the later gates in one step
 
@@ -262,7 +263,10 @@ class Tracer {
             BoundEffect(effect, robot, campaign_.temperature_names).coefficient_count());
       robot.effects.push_back(effect);
     }
-    result_.fit = calibrate(robot, campaign_, result_.fit.set);
+    CalibrationOptions options;
+    options.near = &result_.fit;
+    options.tolerance = kSearchTolerance;
+    result_.fit = calibrate(robot, campaign_, result_.fit.set, options);
     view_.reset();
   }
 

@@ -12,10 +12,16 @@
 
 namespace armtrue {
 
+struct CalibrationResult;
+
 struct CalibrationOptions {
   bool robust = true;       ///< false: least squares whatever the residuals look like
   bool fit_effects = true;  ///< false: the robot's effects predict, but keep their coefficients
   int max_iterations = 200;
+  double tolerance = 1e-10;  ///< of the cost, relative: what an iteration has to gain
+  /// A fit of nearly the same model to the same campaign: its spread and law of the residuals are
+  /// where this one starts. nullptr: from the median.
+  const CalibrationResult* near = nullptr;
 };
 
 struct CalibrationResult {
