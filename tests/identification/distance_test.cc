@@ -59,6 +59,17 @@ double link_value(const Robot& robot, int parameter) {
   return values[(parameter - kLinkParameters) % 5];
 }
 
+// Of the identified link parameters: how many of the 95 % intervals hold the exact value.
+void count_links(const CalibrationResult& exact, const CalibrationResult& noisy, int& inside,
+                 int& all) {
+  for (int k : exact.set.kept) {
+    if (k < kLinkParameters || k >= kToolParameters) continue;
+    inside += std::abs(link_value(noisy.robot, k) - link_value(exact.robot, k)) <=
+              1.959964 * noisy.robot.std.at(parameter_name(exact.robot.chain, k));
+    ++all;
+  }
+}
+
 // All parameters of the chain, then scale, target and anchor.
 constexpr int kAll = kTargetParameters + 3 + 4;
 using Jet = ceres::Jet<double, kAll>;
@@ -262,12 +273,7 @@ TEST(Distance, DeviationsOfSeveralSessionsCoverTheTruth) {
         return result;
       };
       const CalibrationResult exact = calibrated(0), noisy = calibrated(0.095);
-      for (int k : exact.set.kept) {
-        if (k < kLinkParameters || k >= kToolParameters) continue;
-        inside += std::abs(link_value(noisy.robot, k) - link_value(exact.robot, k)) <=
-                  1.959964 * noisy.robot.std.at(parameter_name(robot.chain, k));
-        ++all;
-      }
+      count_links(exact, noisy, inside, all);
     }
     const double coverage = static_cast<double>(inside) / all;
     std::printf("distances of two sessions, %zu anchors: coverage %.4f of %d\n", anchors, coverage,
@@ -373,12 +379,7 @@ TEST(Distance, BesidePointsIdentifyTheArmAndTheAnchor) {
       inside += std::abs(errors[i]) <= 1.959964 * noisy.robot.std.at(names[i]);
       ++all;
     }
-    for (int k : exact.set.kept) {
-      if (k < kLinkParameters || k >= kToolParameters) continue;
-      inside += std::abs(link_value(noisy.robot, k) - link_value(exact.robot, k)) <=
-                1.959964 * noisy.robot.std.at(parameter_name(robot.chain, k));
-      ++all;
-    }
+    count_links(exact, noisy, inside, all);
   }
   const double coverage = static_cast<double>(inside) / all;
   std::printf("points and distances: coverage %.4f of %d\n", coverage, all);
