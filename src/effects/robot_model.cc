@@ -6,8 +6,6 @@
 namespace armtrue {
 namespace {
 
-bool is_group(const std::string& parameter) { return parameter == "base" || parameter == "tool"; }
-
 constexpr const char* kTwistNames[] = {"x", "y", "z", "rx", "ry", "rz"};
 
 std::vector<int> moved_parameters(const Effect& effect, const Robot& robot) {

@@ -277,15 +277,21 @@ ProjectedCandidates::Solution ProjectedCandidates::solve(int candidate,
   return solution;
 }
 
-double ProjectedCandidates::ebic_price(double log_choices, int degrees_of_freedom) const {
-  return degrees_of_freedom * std::log(fit_.residual_freedom()) + 2.0 * log_choices;
-}
-
-double ProjectedCandidates::ebic_fall(double log_choices, int degrees_of_freedom, double gain,
-                                      double residual_norm) const {
+// BIC charges ln n for a coefficient, as if each were as likely to be large as one equation leaves
+// it: too much for the six components of a base or tool, of which one cause moves a few much and
+// the rest little. Under the normal prior of the width that makes the readings most likely, at most
+// BIC's, they cost k (1 + ln(fall / k)) (local empirical Bayes of Liang et al., JASA 103, 2008). A
+// curve on one parameter has no such excuse: what its coefficients chase cheaply is blunders.
+double ProjectedCandidates::ebic_fall(const Candidate& candidate, int degrees_of_freedom,
+                                      double gain, double residual_norm) const {
   if (degrees_of_freedom == 0) return -std::numeric_limits<double>::infinity();
   const double left = std::max(1e-12, 1.0 - gain / residual_norm);
-  return -fit_.residual_freedom() * std::log(left) - ebic_price(log_choices, degrees_of_freedom);
+  const double fall = -fit_.residual_freedom() * std::log(left);
+  const double k = degrees_of_freedom;
+  double charge = k * std::log(fit_.residual_freedom());
+  if (is_group(candidate.effect.parameter))
+    charge = std::min(charge, fall <= k ? fall : k * (1 + std::log(fall / k)));
+  return fall - charge - 2.0 * candidate.log_choices;
 }
 
 std::vector<CandidateScore> ProjectedCandidates::scores(const Linearization::Loss& loss,
@@ -309,8 +315,8 @@ std::vector<CandidateScore> ProjectedCandidates::scores(const Linearization::Los
           const Eigen::VectorXd whitened = solution.whitening * slope;
           score.coefficients = solution.whitening.transpose() * whitened;
           score.gain = whitened.squaredNorm();
-          score.score = ebic_fall(scan_.candidates_[candidate].log_choices,
-                                  score.degrees_of_freedom, score.gain, norm);
+          score.score =
+              ebic_fall(scan_.candidates_[candidate], score.degrees_of_freedom, score.gain, norm);
         }
         return 0;
       },
@@ -334,13 +340,13 @@ std::vector<CandidateScore> ProjectedCandidates::imitations(int effect) const {
   return imitations;
 }
 
-CandidateScore ProjectedCandidates::score_of_effect(int effect, double log_choices) const {
+CandidateScore ProjectedCandidates::score_of_effect(int effect, const Candidate& candidate) const {
   const Linearization::Loss loss = fit_.without_effect(effect);
   CandidateScore score;
   score.degrees_of_freedom = static_cast<int>(loss.span.cols());
   score.gain = loss.residual.squaredNorm();
-  score.score = ebic_fall(log_choices, score.degrees_of_freedom, score.gain,
-                          fit_.residual_norm() + score.gain);
+  score.score =
+      ebic_fall(candidate, score.degrees_of_freedom, score.gain, fit_.residual_norm() + score.gain);
   return score;
 }
 
@@ -406,7 +412,7 @@ std::vector<double> ProjectedCandidates::best_of_flipped(const Eigen::VectorXd& 
       [&](int begin, int end) {
         Eigen::VectorXd block_best =
             Eigen::VectorXd::Constant(flips, -std::numeric_limits<double>::infinity());
-        // exp(-best / freedom): what a gain must reach is known without its logarithm.
+        // exp(-best / freedom): what a gain must at least reach is known without its logarithm.
         Eigen::VectorXd to_beat =
             Eigen::VectorXd::Constant(flips, std::numeric_limits<double>::infinity());
         for (int candidate = begin; candidate < end; ++candidate) {
@@ -425,12 +431,11 @@ std::vector<double> ProjectedCandidates::best_of_flipped(const Eigen::VectorXd& 
           for (const auto& axis : whitening.rowwise())  // few and short: no matter for blocks
             gains += axis.lazyProduct(slope).cwiseAbs2();
           const double log_choices = scan_.candidates_[candidate].log_choices;
-          const double price = std::exp(-ebic_price(log_choices, solution.degrees_of_freedom) /
-                                        fit_.residual_freedom());
+          const double of_choices = std::exp(-2.0 * log_choices / fit_.residual_freedom());
           for (int f = 0; f < flips; ++f) {
-            if (gains[f] <= norms[f] * (1 - to_beat[f] * price)) continue;
-            const double score =
-                ebic_fall(log_choices, solution.degrees_of_freedom, gains[f], norms[f]);
+            if (gains[f] <= norms[f] * (1 - to_beat[f] * of_choices)) continue;
+            const double score = ebic_fall(scan_.candidates_[candidate],
+                                           solution.degrees_of_freedom, gains[f], norms[f]);
             if (score <= block_best[f]) continue;
             block_best[f] = score;
             to_beat[f] = std::exp(-score / fit_.residual_freedom());

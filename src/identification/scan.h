@@ -83,8 +83,8 @@ class ProjectedCandidates {
   /// cosine of the angle between them.
   std::vector<CandidateScore> imitations(int effect) const;
 
-  /// An effect of the model beside the others; `log_choices` as for a candidate.
-  CandidateScore score_of_effect(int effect, double log_choices) const;
+  /// An effect of the model beside the others, as the candidate that it was.
+  CandidateScore score_of_effect(int effect, const Candidate& candidate) const;
 
   /// The null run: the score of the best of all candidates on `residual` (of all rows, whitened)
   /// with signs flipped pose by pose, once for each draw.
@@ -106,8 +106,7 @@ class ProjectedCandidates {
   Solution solve(int candidate, const Eigen::MatrixXd& projected,
                  const Eigen::MatrixXd& returned) const;
   std::vector<CandidateScore> scores(const Linearization::Loss& loss, bool with_residual) const;
-  double ebic_price(double log_choices, int degrees_of_freedom) const;
-  double ebic_fall(double log_choices, int degrees_of_freedom, double gain,
+  double ebic_fall(const Candidate& candidate, int degrees_of_freedom, double gain,
                    double residual_norm) const;
   template <typename Columns>
   Eigen::MatrixXd moment_sums(int parameter, const Columns& columns) const;

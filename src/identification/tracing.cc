@@ -289,7 +289,7 @@ class Tracer {
     double most = 0;
     for (size_t k = 0; k < chosen_.size(); ++k) {
       const int in_fit = declared_ + static_cast<int>(k);
-      const double own = projected.score_of_effect(in_fit, chosen_[k].log_choices).score;
+      const double own = projected.score_of_effect(in_fit, chosen_[k]).score;
       const std::vector<CandidateScore> scores = projected.scores_without(in_fit);
       const auto better = better_than(std::max(own, 0.0), scores);
       const double fall = better ? scores[*better].score - own : -own;
@@ -391,7 +391,7 @@ class Tracer {
           std::count_if(chosen_.begin(), chosen_.end(), [&](const Candidate& other) {
             return same_place(other.effect, chosen_[k].effect);
           }) > 1;
-      const CandidateScore own = projected.score_of_effect(effect, chosen_[k].log_choices);
+      const CandidateScore own = projected.score_of_effect(effect, chosen_[k]);
       traced.evidence.delta_ebic = own.score;
       const std::vector<CandidateScore> scores = projected.scores_without(effect);
       const std::vector<CandidateScore> imitations = projected.imitations(effect);

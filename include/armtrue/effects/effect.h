@@ -32,4 +32,9 @@ struct Effect {
   std::vector<Coefficient> coefficients;
 };
 
+/// Whether an effect's parameter stands for the six components of a pose.
+inline bool is_group(const std::string& parameter) {
+  return parameter == "base" || parameter == "tool";
+}
+
 }  // namespace armtrue

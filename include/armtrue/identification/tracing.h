@@ -41,8 +41,10 @@ struct Rival {
 
 /// Why an effect was added.
 struct Evidence {
-  double delta_ebic =
-      0;  ///< fall of EBIC (gamma 1) when it is added to all the others; positive is better
+  /// Fall of EBIC (gamma 1) when it is added to all the others; positive is better. It counts the
+  /// dimensions that the residual has, and a coefficient is charged as under the prior width that
+  /// suits the effect, at most the ln n of BIC.
+  double delta_ebic = 0;
   double p_value = 1;               ///< family-wise, of the best candidate under sign-flips by pose
   double cross_validated_gain = 0;  ///< share of the mean squared whitened residual
   double cross_validated_gain_error = 0;  ///< its standard error
