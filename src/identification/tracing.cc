@@ -429,9 +429,12 @@ class Tracer {
     for (int other = 0; other < effect; ++other)
       first += static_cast<Eigen::Index>(result_.fit.robot.effects[other].coefficients.size());
     const Eigen::Vector2d along = Eigen::Vector2d(sine, cosine) / cycle.amplitude;
-    const Spread spread = spread_of(result_.departures.middleCols<2>(first) * along, poses_);
-    cycle.amplitude_std = spread.std;
-    cycle.amplitude_ci95 = {cycle.amplitude + spread.low, cycle.amplitude + spread.high};
+    const Eigen::Index unknown = static_cast<Eigen::Index>(result_.fit.set.kept.size()) + first;
+    const Eigen::Matrix2d covariance = result_.fit.covariance.block<2, 2>(unknown, unknown);
+    cycle.amplitude_std = std::sqrt(along.dot(covariance * along));
+    const auto [low, high] = interval_about(result_.departures.middleCols<2>(first) * along,
+                                            cycle.amplitude_std, poses_);
+    cycle.amplitude_ci95 = {cycle.amplitude + low, cycle.amplitude + high};
     if (searched) {
       // The derivative with respect to the frequency.
       const Linearization& fit = view().fit;
