@@ -12,6 +12,7 @@
 
 #include "armtrue/identification/evaluation.h"
 #include "armtrue/identification/pose_bootstrap.h"
+#include "armtrue/identification/statistics.h"
 #include "candidates.h"
 #include "cross_validation.h"
 #include "registration.h"
@@ -446,6 +447,9 @@ class Tracer {
             q * (sine * std::cos(nq) - cosine * std::sin(nq));
       }
       cycle.frequency_std = fit.standard_deviation(column);
+      const double n = e.shape.harmonic,
+                   half_width = student_quantile(poses_) * cycle.frequency_std;
+      cycle.frequency_ci95 = {n - half_width, n + half_width};
     }
     return cycle;
   }

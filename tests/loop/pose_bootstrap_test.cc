@@ -8,6 +8,7 @@
 
 #include "armtrue/identification/random.h"
 #include "armtrue/io/robot_io.h"
+#include "identification/linearization.h"
 #include "loop/hidden_campaign.h"
 
 namespace armtrue {
@@ -152,6 +153,31 @@ TEST(CovarianceByPose, IsThatOfTheGeometryWhereReadingsOfAPoseErrAlike) {
   std::printf("by pose %.2f, independent %.2f\n", by_pose, independent);
   EXPECT_NEAR(by_pose, 1, 0.2);
   EXPECT_GT(independent, 1.5);
+}
+
+// As the frequency of a cycle is: one more unknown beside those of the fit, here of no size.
+TEST(CovarianceByPose, IsThatOfOneMoreColumn) {
+  constexpr int kCampaigns = 40;
+  double by_pose = 0, alike = 0;
+  for (unsigned seed = 1; seed <= kCampaigns; ++seed) {
+    const HiddenCampaign hidden(kNominal, "null", 0, resting(seed, 0.05));
+    const CalibrationResult fit = calibrate(read_robot(kNominal).robot, hidden.training);
+    const Linearization near(fit, hidden.training);
+    Eigen::VectorXd column = near.jacobian().col(*find_parameter(fit.robot.chain, "A2.theta"));
+    for (int row = 0; row < near.rows(); ++row)
+      column.segment(row * near.row_size(), near.row_size()) *=
+          std::sin(9 * hidden.training.q[row][1]);
+    const Eigen::VectorXd beside = column - near.basis() * (near.basis().transpose() * column);
+    const double estimate = beside.dot(near.residual()) / beside.squaredNorm();
+    by_pose += std::pow(estimate / near.standard_deviation(column), 2) / kCampaigns;
+    // All directions widened alike by how far readings of a pose agree (Kish 1965).
+    const double variance = near.residual_norm() / near.equations() / beside.squaredNorm();
+    alike += estimate * estimate / variance / kCampaigns;
+  }
+  // Mean of 40 squares: of a normal law 1 +- 0.45 in 95 of 100 cases.
+  std::printf("one more column: by pose %.2f, all alike %.2f\n", by_pose, alike);
+  EXPECT_NEAR(by_pose, 1, 0.45);
+  EXPECT_GT(alike, 1.5);
 }
 
 // A session of a single pose shows its base, and nobody else does: no scatter between poses says
