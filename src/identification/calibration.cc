@@ -2,7 +2,6 @@
 
 #include <ceres/ceres.h>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
@@ -349,20 +348,6 @@ Solution fit(SessionModels& model, ReadingLaw& law, std::vector<Prior>& priors,
   }
   solution.iterations = iterations;
   return solution;
-}
-
-// A root of the inverse of the information; of directions that nothing is known of it has none.
-Eigen::MatrixXd inverse_root(const Eigen::MatrixXd& information) {
-  constexpr double kSmallest = 1e-14;
-  // Columns of unit norm before inverting: m and rad differ by orders of magnitude.
-  const Eigen::VectorXd unit = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(unit.asDiagonal() * information *
-                                                             unit.asDiagonal());
-  const Eigen::VectorXd& values = eigen.eigenvalues();  // smallest first
-  const Eigen::Index rank =
-      values.size() == 0 ? 0 : (values.array() > kSmallest * values.tail(1)[0]).count();
-  return unit.asDiagonal() * eigen.eigenvectors().rightCols(rank) *
-         values.tail(rank).cwiseSqrt().cwiseInverse().asDiagonal();
 }
 
 // Covariance of the unknowns from what each pose, and each prior, does to them.

@@ -11,6 +11,10 @@
 
 namespace armtrue {
 
+/// A root of the inverse of the information: its product with its transpose is the inverse, but for
+/// directions of which nothing is known.
+Eigen::MatrixXd inverse_root(const Eigen::MatrixXd& information);
+
 /// What one pose, with all its readings, does to a fit. All is in coordinates of the unknowns in
 /// which the fit's information is the unit matrix.
 struct PoseInfluence {
@@ -55,8 +59,8 @@ struct RowsByPose {
 RowsByPose rows_by_pose(const std::vector<int>& pose);
 
 /// Calls `add(sums, influence)` for each pose, into a Sums for each block of them, and hands those
-/// to `join` in the order of the poses. `root`: its product with its transpose is the inverse of
-/// the information.
+/// to `join` in the order of the poses. `root`: inverse_root() of the
+/// information.
 template <typename Sums, typename Add, typename Join>
 void for_each_pose(const SessionModels::At& at, const std::vector<double>& weights,
                    const Eigen::MatrixXd& root, const RowsByPose& rows, const Add& add,

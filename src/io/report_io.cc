@@ -273,7 +273,7 @@ YAML::Node change_node(const KinematicChain& chain, const ParameterChange& chang
   const double unit = is_length ? kMillimetre : kDegree;
   const std::string suffix = is_length ? "_mm" : "_deg";
   YAML::Node node, interval;
-  for (double bound : change.ci95()) interval.push_back(rounded(bound / unit));
+  for (double bound : change.ci95) interval.push_back(rounded(bound / unit));
   node["parameter"] = parameter_name(chain, change.parameter);
   node["change" + suffix] = rounded(change.value / unit);
   node["std" + suffix] = rounded(change.std / unit);
