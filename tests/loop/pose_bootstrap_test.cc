@@ -171,7 +171,7 @@ TEST(CovarianceByPose, IsThatOfOneMoreColumn) {
     const double estimate = beside.dot(near.residual()) / beside.squaredNorm();
     by_pose += std::pow(estimate / near.standard_deviation(column), 2) / kCampaigns;
     // All directions widened alike by how far readings of a pose agree (Kish 1965).
-    const double variance = near.residual_norm() / near.equations() / beside.squaredNorm();
+    const double variance = near.residual_norm() / near.residual_freedom() / beside.squaredNorm();
     alike += estimate * estimate / variance / kCampaigns;
   }
   // Mean of 40 squares: of a normal law 1 +- 0.45 in 95 of 100 cases.
