@@ -9,6 +9,7 @@
 
 #include "armtrue/identification/statistics.h"
 #include "fold.h"
+#include "pose_influence.h"
 #include "registration.h"
 #include "sessions.h"
 
@@ -349,6 +350,26 @@ Solution fit(SessionModels& model, ReadingLaw& law, std::vector<Prior>& priors,
   return solution;
 }
 
+// Covariance of the unknowns from what each pose, and each prior, does to them.
+Eigen::MatrixXd covariance_by_pose(const SessionModels& model, const std::vector<Prior>& priors,
+                                   const Eigen::VectorXd& x, double variance,
+                                   const CalibrationResult& result) {
+  const Eigen::MatrixXd& root = result.inverse_root;
+  if (root.cols() == 0) return Eigen::MatrixXd::Zero(root.rows(), root.rows());
+  InfluenceSums sums;
+  for_each_pose<InfluenceSums>(
+      model.at(x), result.weights, root, rows_by_pose(model.campaign().pose),
+      [](InfluenceSums& block, const PoseInfluence& pose) { block.add(pose); },
+      [&](const InfluenceSums& block) { sums.add(block); });
+  Eigen::MatrixXd covariance = sums.covariance(
+      firmness(result.weights, result.degrees_of_freedom, model.row_size()), variance);
+  for (const Prior& prior : priors) {
+    const Eigen::VectorXd known = root.row(prior.unknown).transpose() / prior.deviation;
+    covariance += known * known.transpose();
+  }
+  return root * covariance * root.transpose();
+}
+
 void set_statistics(const SessionModels& model, const ReadingLaw& law,
                     const std::vector<Prior>& priors, const Eigen::VectorXd& x,
                     std::vector<LastFold> last, CalibrationResult& result) {
@@ -365,12 +386,7 @@ void set_statistics(const SessionModels& model, const ReadingLaw& law,
   Eigen::MatrixXd information = factor.topLeftCorner(p, p).transpose() * factor.topLeftCorner(p, p);
   for (const Prior& prior : priors)
     information(prior.unknown, prior.unknown) += 1.0 / (prior.deviation * prior.deviation);
-  // Columns of unit norm before inverting: m and rad differ by orders of magnitude.
-  const Eigen::VectorXd unit = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigen::MatrixXd scaled = unit.asDiagonal() * information * unit.asDiagonal();
-  result.covariance = unit.asDiagonal() *
-                      Eigen::MatrixXd(scaled.completeOrthogonalDecomposition().pseudoInverse()) *
-                      unit.asDiagonal();
+  result.inverse_root = inverse_root(information);
   result.names = model.unknown_names();
   const std::vector<Eigen::Vector2d> norms = model.squared_norms(x);
   result.weights.resize(norms.size());
@@ -380,9 +396,9 @@ void set_statistics(const SessionModels& model, const ReadingLaw& law,
     result.weights[i] = law.weight(norms[i].sum(), model.row_size(), variance);
     weighted += result.weights[i] * norms[i].sum();
   }
-  // Poses that are off as a whole count fully, and widen every interval.
-  result.covariance *=
+  const double variance =
       std::max(1.0, weighted / static_cast<double>(model.rows() * model.row_size()));
+  result.covariance = covariance_by_pose(model, priors, x, variance, result);
 
   // Observability in the units of the literature: rows as long as one position reading's noise.
   const std::vector<int> geometric = model.geometric_unknowns();
@@ -420,10 +436,11 @@ void set_robot(const SessionModels& model, const Eigen::VectorXd& x, Calibration
           std::sqrt(covariance(parameter, parameter));
   }
   if (!model.fits_effects()) return;
+  const double wide = student_quantile(static_cast<int>(model.campaign().pose_ids.size()));
   for (Effect& effect : result.robot.effects)
     for (Coefficient& c : effect.coefficients) {
       c.std = std::sqrt(result.covariance(k, k));
-      c.ci95 = {c.value - 1.959964 * c.std, c.value + 1.959964 * c.std};
+      c.ci95 = {c.value - wide * c.std, c.value + wide * c.std};
       ++k;
     }
 }

@@ -35,7 +35,8 @@ std::vector<int> Campaign::pose_by_id() const {
   std::iota(order.begin(), order.end(), 0);
   // A number with more digits is the larger one.
   std::sort(order.begin(), order.end(), [&](int a, int b) {
-    return std::pair(pose_ids[a].size(), pose_ids[a]) < std::pair(pose_ids[b].size(), pose_ids[b]);
+    const std::string &of_a = pose_ids[a], &of_b = pose_ids[b];
+    return of_a.size() != of_b.size() ? of_a.size() < of_b.size() : of_a < of_b;
   });
   std::vector<int> number(order.size());
   for (size_t i = 0; i < order.size(); ++i) number[order[i]] = static_cast<int>(i);

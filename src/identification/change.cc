@@ -3,6 +3,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -13,8 +14,10 @@
 
 #include "armtrue/identification/evaluation.h"
 #include "armtrue/identification/identifiability.h"
+#include "armtrue/identification/statistics.h"
 #include "armtrue/kinematics/parameters.h"
 #include "fold.h"
+#include "pose_influence.h"
 #include "registration.h"
 #include "sessions.h"
 
@@ -51,8 +54,10 @@ struct Hypothesis {
 
 struct Fit {
   Eigen::VectorXd x;            // errors, then moves
-  Eigen::MatrixXd covariance;   // of x
+  Eigen::MatrixXd covariance;   // of x, if readings erred independently
+  Eigen::MatrixXd by_pose;      // the same, clustered by pose
   std::vector<double> weights;  // of the rows
+  Eigen::VectorXd chi_squares;  // of each pose
   double loss = 0;              // chi-square, or twice the negative log-likelihood
 };
 
@@ -97,7 +102,8 @@ class Problem {
       : previous_(previous),
         start_(start_of(previous, campaign)),
         own_(own_parameters(start_)),
-        models_(campaign, start_, parameters_of(start_, campaign), scale, false) {
+        models_(campaign, start_, parameters_of(start_, campaign), scale, false),
+        rows_by_pose_(rows_by_pose(campaign.pose)) {
     for (int s = 0; s < sessions(); ++s) {
       std::vector<int>& column = columns_.emplace_back(parameter_count(start_.chain), -1);
       for (int k = 0; k < models_.model(s).unknowns(); ++k)
@@ -121,12 +127,25 @@ class Problem {
 
   Move described(const std::vector<int>& moved, size_t which, const Fit& fitted) const;
   std::vector<Move> stations(const Fit& fitted) const;
-  double p_value(const std::vector<int>& moved, const Fit& fitted) const;
+  double p_value(const std::vector<int>& moved, const Fit& fitted, double overdispersion = 1) const;
+  // By how much the chi-squares of the poses scatter more than those of independent readings would;
+  // at least 1.
+  double overdispersion(const Fit& fitted) const;
+  // By how much readings that err alike within a pose widen the law of one of the moves; at
+  // least 1.
+  double widening(const std::vector<int>& moved, size_t which, const Fit& fitted) const;
+  int poses() const { return rows_by_pose_.poses(); }
   int moves_in(const std::vector<int>& moved) const {
     return static_cast<int>(unknowns_of(moved).size() - errors_.size());
   }
 
  private:
+  ParameterChange change_of(int parameter, double value, double deviation) const {
+    const double half_width = student_quantile(poses()) * deviation;
+    return {parameter, value, deviation, {value - half_width, value + half_width}};
+  }
+  // Where the unknowns of one of the moves begin.
+  Eigen::Index first_of(const std::vector<int>& moved, size_t which) const;
   int sessions() const { return models_.sessions(); }
   bool is_several() const { return sessions() > 1; }
   // Of several sessions, each has it for itself.
@@ -154,6 +173,7 @@ class Problem {
   std::vector<std::vector<int>> columns_;  // of each session's model, by parameter; -1: none
   std::vector<double> shares_;             // of each row in its pose and channel
   std::vector<double> session_shares_;     // of each session in its poses; 1: they are its alone
+  const RowsByPose rows_by_pose_;
   std::vector<Unknown> errors_;
   std::vector<Hypothesis> hypotheses_;
   double equations_ = 0, degrees_of_freedom_ = 0;
@@ -281,7 +301,7 @@ Fit Problem::fit(const std::vector<int>& moved, const ReadingLaw& law) const {
   const std::vector<Unknown> unknowns = unknowns_of(moved);
   const int size = models_.row_size(), equations = models_.rows() * size;
   const auto count = static_cast<int>(unknowns.size());
-  Fit result{Eigen::VectorXd::Zero(count), {}, {}, 0};
+  Fit result{Eigen::VectorXd::Zero(count), {}, {}, {}, Eigen::VectorXd::Zero(poses()), 0};
   result.weights.assign(models_.rows(), 1.0);
   for (int step = 0;; ++step) {
     Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(equations + count, count);
@@ -318,11 +338,22 @@ Fit Problem::fit(const std::vector<int>& moved, const ReadingLaw& law) const {
     const Eigen::VectorXd unit = jacobian.colwise().norm().cwiseMax(1e-300).cwiseInverse();
     const Eigen::MatrixXd scaled = jacobian * unit.asDiagonal();
     if ((step > 1 && settled) || step == kMaxSteps) {
-      result.covariance =
-          unit.asDiagonal() *
-          Eigen::MatrixXd(
-              (scaled.transpose() * scaled).completeOrthogonalDecomposition().pseudoInverse()) *
-          unit.asDiagonal();
+      const Eigen::MatrixXd root = inverse_root(jacobian.transpose() * jacobian);
+      result.covariance = root * root.transpose();
+      const Eigen::MatrixXd shown = jacobian * root;
+      InfluenceSums sums;
+      for (int pose = 0; pose < poses(); ++pose) {
+        const int first = rows_by_pose_.first[pose], next = rows_by_pose_.first[pose + 1];
+        std::vector<int> own;
+        for (int k = first; k < next; ++k)
+          for (int i = 0; i < size; ++i) own.push_back(rows_by_pose_.row[k] * size + i);
+        const Eigen::VectorXd left = residual(own);
+        result.chi_squares[pose] = left.squaredNorm();
+        sums.add(influence_of_pose(shown(own, Eigen::all), left));
+      }
+      const auto known = shown.bottomRows(count);
+      result.by_pose =
+          root * (sums.covariance(1, 1) + known.transpose() * known) * root.transpose();
       return result;
     }
     result.x += unit.asDiagonal() *
@@ -347,11 +378,10 @@ double Problem::mean_error(const std::vector<int>& moved, const Fit& fitted) con
 Move Problem::described(const std::vector<int>& moved, size_t which, const Fit& fitted) const {
   const Hypothesis& hypothesis = hypotheses_[moved[which]];
   Move move{.what = hypothesis.what, .sessions = {}, .changes = {}, .indistinguishable = {}};
-  size_t first = errors_.size();
-  for (size_t i = 0; i < which; ++i) first += hypotheses_[moved[i]].moves.size();
+  Eigen::Index k = first_of(moved, which);
   for (const Unknown& unknown : hypothesis.moves) {
-    const auto k = static_cast<Eigen::Index>(first++);
-    move.changes.push_back({unknown.parameter, fitted.x[k], std::sqrt(fitted.covariance(k, k))});
+    const double variance = std::max(fitted.covariance(k, k), fitted.by_pose(k, k));
+    move.changes.push_back(change_of(unknown.parameter, fitted.x[k++], std::sqrt(variance)));
   }
   const Unknown& any = hypothesis.moves.front();
   for (int s = any.first; any.last - any.first < sessions() - 1 && s <= any.last; ++s)
@@ -388,7 +418,7 @@ std::vector<Move> Problem::stations(const Fit& fitted) const {
       const auto own = known->second.std.find(parameter_name(start_.chain, k));
       covariance(k, k) +=
           std::pow(own == known->second.std.end() ? deviation_of(k) : own->second, 2);
-      move.changes.push_back({k, change[k], std::sqrt(covariance(k, k))});
+      move.changes.push_back(change_of(k, change[k], std::sqrt(covariance(k, k))));
     }
     const Eigen::VectorXd seen = change(parameters);
     const double chi_square =
@@ -400,8 +430,39 @@ std::vector<Move> Problem::stations(const Fit& fitted) const {
   return moves;
 }
 
-double Problem::p_value(const std::vector<int>& moved, const Fit& fitted) const {
-  return probability_above(fitted.loss, std::max(1.0, degrees_of_freedom_ - moves_in(moved)));
+// With the mean of the chi-square law and the scatter of the poses (Satterthwaite 1946).
+double Problem::p_value(const std::vector<int>& moved, const Fit& fitted,
+                        double overdispersion) const {
+  const double freedom = std::max(1.0, degrees_of_freedom_ - moves_in(moved));
+  return probability_above(fitted.loss / overdispersion, freedom / overdispersion);
+}
+
+double Problem::overdispersion(const Fit& fitted) const {
+  const double n = poses();
+  if (n < 2) return 1;
+  Eigen::VectorXd equations = Eigen::VectorXd::Zero(poses());
+  for (int pose = 0; pose < poses(); ++pose)
+    for (int k = rows_by_pose_.first[pose]; k < rows_by_pose_.first[pose + 1]; ++k)
+      equations[pose] += shares_[rows_by_pose_.row[k]] * models_.row_size();
+  const double mean = fitted.chi_squares.sum() / equations.sum();
+  const double variance = n / (n - 1) * (fitted.chi_squares - mean * equations).squaredNorm();
+  return std::max(1.0, variance / (2 * equations.sum()));
+}
+
+double Problem::widening(const std::vector<int>& moved, size_t which, const Fit& fitted) const {
+  const Eigen::Index first = first_of(moved, which);
+  const auto count = static_cast<Eigen::Index>(hypotheses_[moved[which]].moves.size());
+  const Eigen::VectorXd ratio =
+      fitted.by_pose.diagonal()
+          .segment(first, count)
+          .cwiseQuotient(fitted.covariance.diagonal().segment(first, count));
+  return std::max(1.0, ratio.mean());
+}
+
+Eigen::Index Problem::first_of(const std::vector<int>& moved, size_t which) const {
+  size_t first = errors_.size();
+  for (size_t i = 0; i < which; ++i) first += hypotheses_[moved[i]].moves.size();
+  return static_cast<Eigen::Index>(first);
 }
 
 std::vector<int> find_blunders(const Problem& problem) {
@@ -462,12 +523,18 @@ std::vector<int> all_but(std::vector<int> moved, size_t which) {
   return moved;
 }
 
-// Probability of so large a fall by the move that is more, were there none.
-double p_value(const Problem& problem, const Explanation& fewer, const Explanation& more) {
-  const double freedom = problem.moves_in(more.moved) - problem.moves_in(fewer.moved);
-  return std::min(
-      1.0, problem.hypotheses() * probability_above(std::max(0.0, fewer.fit.loss - more.fit.loss),
-                                                    std::max(1.0, freedom)));
+// Probability of so large a fall by the move `which` of `more`, were there none.
+double p_value(const Problem& problem, const Explanation& fewer, const Explanation& more,
+               size_t which) {
+  const double fall = std::max(0.0, fewer.fit.loss - more.fit.loss);
+  const double freedom = std::max(1, problem.moves_in(more.moved) - problem.moves_in(fewer.moved));
+  const double widening = problem.widening(more.moved, which, more.fit);
+  double p = probability_above(fall, freedom);
+  if (widening > 1)
+    p = std::max(p, boost::math::cdf(boost::math::complement(
+                        boost::math::fisher_f(freedom, std::max(1, problem.poses() - 1)),
+                        fall / (freedom * widening))));
+  return std::min(1.0, problem.hypotheses() * p);
 }
 
 // Puts others in the place of those that were taken while that is better.
@@ -485,7 +552,7 @@ void exchange(const Problem& problem, Explanation& current) {
 void drop_superfluous(const Problem& problem, Explanation& current) {
   for (size_t k = 0; k < current.moved.size();) {
     Explanation fewer = explain(problem, all_but(current.moved, k));
-    if (p_value(problem, fewer, current) < kChangeSignificance)
+    if (p_value(problem, fewer, current, k) < kChangeSignificance)
       ++k;
     else
       current = std::move(fewer);
@@ -501,7 +568,6 @@ Explanation find_moves(const Problem& problem) {
     current = std::move(more);
     exchange(problem, current);
   }
-  drop_superfluous(problem, current);
   return current;
 }
 
@@ -509,7 +575,7 @@ Move tested(const Problem& problem, const Explanation& explanation, size_t which
             const Explanation& without) {
   Move move = problem.described(explanation.moved, which, explanation.fit);
   move.delta_bic = without.bic - explanation.bic;
-  move.p_value = p_value(problem, without, explanation);
+  move.p_value = p_value(problem, without, explanation, which);
   move.p_value_left = problem.p_value(explanation.moved, explanation.fit);
   return move;
 }
@@ -557,9 +623,15 @@ ChangeResult detect_change(const Robot& calibrated, const ReadingScale& spread,
   const Campaign sound = without(campaign, result.blunders);
   const Problem problem(calibrated, sound, result.scale);
   const Explanation nothing = explain(problem, {});
-  result.p_value = problem.p_value({}, nothing.fit);
+  Explanation found = find_moves(problem);
+  // How poses scatter where nothing has moved is seen once what may have moved is taken out.
+  const double overdispersion = problem.overdispersion(found.fit);
+  result.p_value = problem.p_value({}, nothing.fit, overdispersion);
   result.holds = result.p_value >= kChangeSignificance;
-  const Explanation found = result.holds ? nothing : find_moves(problem);
+  if (result.holds)
+    found = nothing;
+  else
+    drop_superfluous(problem, found);
   result.moved = with_rivals(problem, found);
   result.p_value_left = problem.p_value(found.moved, found.fit);
   result.stations = problem.stations(found.fit);

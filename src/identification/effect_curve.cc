@@ -1,6 +1,7 @@
 #include "armtrue/identification/effect_curve.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "armtrue/identification/pose_bootstrap.h"
 
@@ -43,6 +44,9 @@ std::vector<CurvePoint> effect_curve(const CalibrationResult& fit, const Campaig
   const auto count = static_cast<Eigen::Index>(all.size());
   const Eigen::Map<const Eigen::VectorXd> coefficients(all.data(), count);
   const Eigen::MatrixXd draws = departures(Eigen::all, unknowns);
+  const auto first = static_cast<Eigen::Index>(fit.set.kept.size());
+  const Eigen::MatrixXd covariance =
+      fit.covariance.block(first, first, unknown, unknown)(unknowns, unknowns);
   const int poses = static_cast<int>(campaign.pose_ids.size());
   const auto values_at = [&](double x) {
     Eigen::VectorXd values(count);
@@ -65,8 +69,9 @@ std::vector<CurvePoint> effect_curve(const CalibrationResult& fit, const Campaig
   for (int i = 0; i < points; ++i) {
     const double x = low + (high - low) * i / (points - 1);
     const Eigen::VectorXd values = values_at(x) - mean;
-    const Spread spread = spread_of(draws * values, poses);
-    curve.push_back({x, values.dot(coefficients), 0.5 * (spread.high - spread.low)});
+    const double deviation = std::sqrt(std::max(0.0, values.dot(covariance * values)));
+    const auto [below, above] = interval_about(draws * values, deviation, poses);
+    curve.push_back({x, values.dot(coefficients), 0.5 * (above - below)});
   }
   return curve;
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "pose_influence.h"
 #include "sessions.h"
 
 namespace armtrue {
@@ -127,6 +128,7 @@ Linearization::Linearization(const CalibrationResult& fit, const Campaign& campa
     contribution_.push_back(contribution);
   }
   first_effect_column_.push_back(column);
+  firmness_ = firmness(fit.weights, fit.degrees_of_freedom, size);
   design_effect_ = estimate_design_effect(residual_, campaign, static_cast<double>(kept + others));
 }
 
@@ -147,12 +149,26 @@ Eigen::MatrixXd Linearization::complement(
 }
 
 double Linearization::standard_deviation(const Eigen::VectorXd& column) const {
-  const double whole = column.squaredNorm();
-  const double left = std::max(whole - (basis_.transpose() * column).squaredNorm(),
-                               kSmallestPivot * kSmallestPivot * whole);
+  const Eigen::VectorXd beside = column - basis_ * (basis_.transpose() * column);
+  const double length = std::max(beside.norm(), kSmallestPivot * column.norm());
+  const RowsByPose rows = rows_by_pose(pose_);
+  const Eigen::Index rank = basis_.cols();
+  InfluenceSums sums;
+  for (int pose = 0; pose < rows.poses(); ++pose) {
+    const int first = rows.first[pose], count = rows.first[pose + 1] - first;
+    Eigen::MatrixXd shown(count * row_size_, rank + 1);
+    Eigen::VectorXd residual(count * row_size_);
+    for (int k = 0; k < count; ++k) {
+      const int from = rows.row[first + k] * row_size_, to = k * row_size_;
+      shown.middleRows(to, row_size_) << basis_.middleRows(from, row_size_),
+          beside.segment(from, row_size_) / length;
+      residual.segment(to, row_size_) = residual_.segment(from, row_size_);
+    }
+    sums.add(influence_of_pose(shown, residual));
+  }
   const double variance =
       residual_norm_ / static_cast<double>(residual_.size() - basis_.cols() - 1);
-  return std::sqrt(design_effect_ * variance / left);
+  return std::sqrt(sums.covariance(firmness_, variance)(rank, rank)) / length;
 }
 
 Linearization::Loss Linearization::without_effect(int effect) const {

@@ -34,7 +34,7 @@ class Linearization {
   }
 
   /// Standard deviation of the coefficient of one more column, its value unknown as that of all in
-  /// the model.
+  /// the model: clustered by pose, as the covariance of the fit is.
   double standard_deviation(const Eigen::VectorXd& column) const;
 
   /// What the model loses with one of its effects, in coordinates of the basis.
@@ -70,7 +70,7 @@ class Linearization {
   std::vector<int> first_effect_column_;       // per effect, and one past the last
   std::vector<Eigen::VectorXd> contribution_;  // of each effect, in coordinates of the basis
   Eigen::VectorXd residual_;
-  double residual_norm_ = 0, design_effect_ = 1;
+  double residual_norm_ = 0, design_effect_ = 1, firmness_ = 1;
 };
 
 }  // namespace armtrue

@@ -261,24 +261,41 @@ void SessionModels::scatter(int session, const Eigen::Ref<const Eigen::MatrixXd>
   out.rightCols<1>() = block.rightCols<1>();
 }
 
+SessionModels::At::At(const SessionModels& models, const Eigen::VectorXd& x) : models_(models) {
+  for (int s = 0; s < models.sessions(); ++s)
+    sessions_.push_back(models.model(s).at(models.unknowns_of(s, x)));
+  if (models.sessions() == 1) return;
+  places_.resize(models.rows());
+  for (int s = 0; s < models.sessions(); ++s)
+    for (size_t own = 0; own < models.rows_of(s).size(); ++own)
+      places_[models.rows_of(s)[own]] = {s, static_cast<int>(own)};
+}
+
+void SessionModels::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const {
+  if (places_.empty()) {
+    sessions_.front().block(row, out);
+    return;
+  }
+  const auto [session, own] = places_[row];
+  Eigen::MatrixXd block(out.rows(), models_.model(session).unknowns() + 1);
+  sessions_[session].block(own, block);
+  out.setZero();
+  models_.scatter(session, block, out);
+}
+
+SessionModels::At SessionModels::at(const Eigen::VectorXd& x) const { return At(*this, x); }
+
 Eigen::MatrixXd SessionModels::blocks() const {
   const int size = row_size();
-  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(rows() * size, unknowns() + 1);
-  for (int s = 0; s < sessions(); ++s) {
-    const ObservationModel& model = models_[s];
-    const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
-    for_ordered_blocks<int>(
-        model.rows(), kRowsPerBlock,
-        [&](int begin, int end) {
-          Eigen::MatrixXd block(size, model.unknowns() + 1);
-          for (int row = begin; row < end; ++row) {
-            at.block(row, block);
-            scatter(s, block, all.middleRows(rows_[s][row] * size, size));
-          }
-          return 0;
-        },
-        [](int) {});
-  }
+  Eigen::MatrixXd all(rows() * size, unknowns() + 1);
+  const At at = this->at(Eigen::VectorXd::Zero(unknowns()));
+  for_ordered_blocks<int>(
+      rows(), kRowsPerBlock,
+      [&](int begin, int end) {
+        for (int row = begin; row < end; ++row) at.block(row, all.middleRows(row * size, size));
+        return 0;
+      },
+      [](int) {});
   return all;
 }
 

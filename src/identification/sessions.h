@@ -92,6 +92,9 @@ class SessionModels {
   ReadingLaw law_of(int session, const ReadingLaw& law) const;
   /// Squared norms of the whitened residuals, by row of the campaign: position, orientation.
   std::vector<Eigen::Vector2d> squared_norms(const Eigen::VectorXd& x) const;
+  /// The models at one value of x, for reading rows from several threads.
+  class At;
+  At at(const Eigen::VectorXd& x) const;
   /// Whitened derivatives and residual of all rows at x = 0: (rows * row_size) x (unknowns + 1).
   Eigen::MatrixXd blocks() const;
   /// The factors of all sessions' folds joined: (unknowns + 1) x (unknowns + 1).
@@ -114,6 +117,26 @@ class SessionModels {
   std::vector<ReadingScale>
       ratio_;  // a model's scale is about its own median row, not the campaign's
   ReadingScale scale_;
+};
+
+class SessionModels::At {
+ public:
+  const SessionModels& models() const { return models_; }
+  /// Writes the whitened block of one row of the campaign: row_size() x (unknowns() + 1), the
+  /// derivatives in the first columns, the residual in the last.
+  void block(int row, Eigen::Ref<Eigen::MatrixXd> out) const;
+
+ private:
+  friend class SessionModels;
+  At(const SessionModels& models, const Eigen::VectorXd& x);
+
+  // Where a row of the campaign stands, if there are several sessions.
+  struct Place {
+    int session, row;
+  };
+  const SessionModels& models_;
+  std::vector<ObservationModel::At> sessions_;
+  std::vector<Place> places_;
 };
 
 }  // namespace armtrue

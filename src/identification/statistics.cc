@@ -1,9 +1,14 @@
 #include "armtrue/identification/statistics.h"
 
 #include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 
 namespace armtrue {
+
+double student_quantile(int poses) {
+  return boost::math::quantile(boost::math::students_t(std::max(1, poses - 1)), 0.975);
+}
 
 double median(std::vector<double> values) {
   if (values.empty()) return 0;

@@ -12,6 +12,7 @@
 
 #include "armtrue/identification/evaluation.h"
 #include "armtrue/identification/pose_bootstrap.h"
+#include "armtrue/identification/statistics.h"
 #include "candidates.h"
 #include "cross_validation.h"
 #include "registration.h"
@@ -152,7 +153,8 @@ class Tracer {
           CrossValidation::of(fit, scan_->columns(fit, candidate), options_.seed);
       if (cv.gain <= cv.error) continue;
       const double p = family_wise_p(projected, candidate, scores[candidate]);
-      if (p >= significance() || static_cast<int>(chosen_.size()) == options_.max_effects) {
+      if (p >= significance(result_.fit) ||
+          static_cast<int>(chosen_.size()) == options_.max_effects) {
         result_.remaining_p = p;
         return false;
       }
@@ -170,6 +172,7 @@ class Tracer {
     traced.evidence.cross_validated_gain = cv.gain;
     traced.evidence.cross_validated_gain_error = cv.error;
     result_.effects.push_back(traced);
+    exchanged_.push_back(false);
     refit({});
   }
 
@@ -190,22 +193,34 @@ class Tracer {
         CrossValidation::of(fit, scan_->columns(fit, candidate), options_.seed));
   }
 
+  double family_wise_p(const ProjectedCandidates& projected, int candidate,
+                       const CandidateScore& score) {
+    FamilyWise test =
+        family_wise(projected, projected.residual_beside(candidate, score.coefficients),
+                    score.score, result_.fit);
+    describe_null_run(std::move(test.null_scores), significance(result_.fit));
+    return test.p;
+  }
+
+  struct FamilyWise {
+    double p = 1;
+    std::vector<double> null_scores{};  // of the last draws
+  };
+
   // Signs are flipped on what the candidate leaves (ter Braak 1992): flipping its own effect along
   // would hide a strong effect in the scatter it causes, while on a residual without any effect
   // both ways agree.
-  double family_wise_p(const ProjectedCandidates& projected, int candidate,
-                       const CandidateScore& score) {
-    const Eigen::VectorXd residual = projected.residual_beside(candidate, score.coefficients);
-    const double level = significance();
-    double p = 1;
+  FamilyWise family_wise(const ProjectedCandidates& projected, const Eigen::VectorXd& beside,
+                         double score, const CalibrationResult& model) const {
+    const double level = significance(model);
+    FamilyWise test;
     for (int flips : {options_.flips, 10 * options_.flips}) {
-      const auto null_scores = projected.best_of_flipped(residual, flips, options_.seed);
-      p = rank_among(score.score, null_scores);
-      describe_null_run(null_scores, level);
+      test.null_scores = projected.best_of_flipped(beside, flips, options_.seed);
+      test.p = rank_among(score, test.null_scores);
       // More draws only where these cannot tell.
-      if (p >= options_.significance || p < level) break;
+      if (test.p >= options_.significance || test.p < level) break;
     }
-    return p;
+    return test;
   }
 
   static double rank_among(double score, const std::vector<double>& null_scores) {
@@ -228,8 +243,8 @@ class Tracer {
   }
 
   // An effect without a lack of fit is a stranger claim, and needs the stronger evidence.
-  double significance() const {
-    const double lack_of_fit = assess(result_.fit, campaign_).lack_of_fit.value_or(1.0);
+  double significance(const CalibrationResult& model) const {
+    const double lack_of_fit = assess(model, campaign_).lack_of_fit.value_or(1.0);
     const double missing = std::clamp(std::log(lack_of_fit) / std::log(kLackOfFit), 0.0, 1.0);
     return options_.significance_without_lack_of_fit *
            std::pow(options_.significance / options_.significance_without_lack_of_fit, missing);
@@ -305,10 +320,12 @@ class Tracer {
     std::vector<Effect> coefficients = result_.fit.robot.effects;
     if (other) {
       chosen_[effect] = *other;
+      exchanged_[effect] = true;
       coefficients[declared_ + effect] = {};
     } else {
       chosen_.erase(chosen_.begin() + effect);
       result_.effects.erase(result_.effects.begin() + effect);
+      exchanged_.erase(exchanged_.begin() + effect);
       coefficients.erase(coefficients.begin() + declared_ + effect);
     }
     refit(coefficients);
@@ -367,6 +384,30 @@ class Tracer {
         score.score,      candidate.from_catalogue};
   }
 
+  // An effect that took another's place has been through no gate of its own: what they say of it
+  // beside all the others.
+  void examine_exchanged(size_t k) {
+    Robot robot = result_.fit.robot;
+    robot.effects.erase(robot.effects.begin() + declared_ + static_cast<std::ptrdiff_t>(k));
+    CalibrationOptions options;
+    options.near = &result_.fit;
+    options.tolerance = kSearchTolerance;
+    const CalibrationResult others = calibrate(robot, campaign_, result_.fit.set, options);
+    const View without(*scan_, others, campaign_);
+    const CandidateScan alone({chosen_[k]}, others.robot, in_common_frame(campaign_, others.robot));
+    const ProjectedCandidates projected(alone, without.fit);
+    const CandidateScore score = projected.scores().front();
+    Evidence& evidence = result_.effects[k].evidence;
+    evidence.p_value =
+        family_wise(without.projected, projected.residual_beside(0, score.coefficients),
+                    score.score, others)
+            .p;
+    const CrossValidation cv =
+        CrossValidation::of(without.fit, alone.columns(without.fit, 0), options_.seed);
+    evidence.cross_validated_gain = cv.gain;
+    evidence.cross_validated_gain_error = cv.error;
+  }
+
   // Evidence of each effect beside all the others, and what cannot be told from it.
   void describe() {
     if (chosen_.empty()) return;
@@ -381,6 +422,7 @@ class Tracer {
     for (size_t k = 0; k < chosen_.size(); ++k) {
       const int effect = declared_ + static_cast<int>(k);
       TracedEffect& traced = result_.effects[k];
+      if (exchanged_[k]) examine_exchanged(k);
       traced.variance_share = shares[k];
       traced.effect = robot.effects[effect];
       traced.cycle = cycle_of(effect, chosen_[k].frequency_resolution > 0);
@@ -429,9 +471,12 @@ class Tracer {
     for (int other = 0; other < effect; ++other)
       first += static_cast<Eigen::Index>(result_.fit.robot.effects[other].coefficients.size());
     const Eigen::Vector2d along = Eigen::Vector2d(sine, cosine) / cycle.amplitude;
-    const Spread spread = spread_of(result_.departures.middleCols<2>(first) * along, poses_);
-    cycle.amplitude_std = spread.std;
-    cycle.amplitude_ci95 = {cycle.amplitude + spread.low, cycle.amplitude + spread.high};
+    const Eigen::Index unknown = static_cast<Eigen::Index>(result_.fit.set.kept.size()) + first;
+    const Eigen::Matrix2d covariance = result_.fit.covariance.block<2, 2>(unknown, unknown);
+    cycle.amplitude_std = std::sqrt(along.dot(covariance * along));
+    const auto [low, high] = interval_about(result_.departures.middleCols<2>(first) * along,
+                                            cycle.amplitude_std, poses_);
+    cycle.amplitude_ci95 = {cycle.amplitude + low, cycle.amplitude + high};
     if (searched) {
       // The derivative with respect to the frequency.
       const Linearization& fit = view().fit;
@@ -443,6 +488,9 @@ class Tracer {
             q * (sine * std::cos(nq) - cosine * std::sin(nq));
       }
       cycle.frequency_std = fit.standard_deviation(column);
+      const double n = e.shape.harmonic,
+                   half_width = student_quantile(poses_) * cycle.frequency_std;
+      cycle.frequency_ci95 = {n - half_width, n + half_width};
     }
     return cycle;
   }
@@ -478,6 +526,7 @@ class Tracer {
   std::vector<Candidate> candidates_;
   std::optional<CandidateScan> scan_;
   std::vector<Candidate> chosen_;
+  std::vector<bool> exchanged_;  // of the chosen, those that took the place of another
   std::set<std::multiset<std::string>> seen_;
 };
 

@@ -13,8 +13,6 @@
 namespace armtrue {
 namespace {
 
-constexpr double k95 = 1.959964;  // of a normal distribution, to either side
-
 YAML::Node text_or_null(const std::string& text) {
   return text.empty() ? YAML::Node(YAML::NodeType::Null) : YAML::Node(text);
 }
@@ -103,7 +101,7 @@ std::string cycle_text(const Effect& effect, const Cycle& cycle, const Robot& ro
   const double half_width = 0.5 * (cycle.amplitude_ci95[1] - cycle.amplitude_ci95[0]);
   std::string frequency = fmt::format("{:g}", effect.shape.harmonic);
   if (cycle.frequency_std > 0) {
-    const double of_frequency = k95 * cycle.frequency_std;
+    const double of_frequency = 0.5 * (cycle.frequency_ci95[1] - cycle.frequency_ci95[0]);
     const int digits =
         static_cast<int>(std::clamp(std::ceil(1 - std::log10(of_frequency)), 0.0, 6.0));
     frequency = fmt::format("{:.{}f} +- {:.2g}", effect.shape.harmonic, digits, of_frequency);
@@ -199,9 +197,9 @@ YAML::Node cycle_node(const TracedEffect& traced, const Robot& robot) {
   const double unit = is_length ? kMillimetre : kMilliradian;
   const Cycle& cycle = *traced.cycle;
   YAML::Node node;
-  const double n = traced.effect.shape.harmonic, half_width = k95 * cycle.frequency_std;
-  if (half_width > 0)
-    node["per_turn"] = estimate_node(n, cycle.frequency_std, {n - half_width, n + half_width});
+  if (cycle.frequency_std > 0)
+    node["per_turn"] =
+        estimate_node(traced.effect.shape.harmonic, cycle.frequency_std, cycle.frequency_ci95);
   const auto [low, high] = cycle.amplitude_ci95;
   node["amplitude"] =
       estimate_node(cycle.amplitude / unit, cycle.amplitude_std / unit, {low / unit, high / unit});
@@ -275,7 +273,7 @@ YAML::Node change_node(const KinematicChain& chain, const ParameterChange& chang
   const double unit = is_length ? kMillimetre : kDegree;
   const std::string suffix = is_length ? "_mm" : "_deg";
   YAML::Node node, interval;
-  for (double bound : change.ci95()) interval.push_back(rounded(bound / unit));
+  for (double bound : change.ci95) interval.push_back(rounded(bound / unit));
   node["parameter"] = parameter_name(chain, change.parameter);
   node["change" + suffix] = rounded(change.value / unit);
   node["std" + suffix] = rounded(change.std / unit);

@@ -203,7 +203,8 @@ TEST(Sessions, AColumnWithOneNameChangesNothing) {
 }
 
 // The ratio of deviations stated in the file holds between sessions too: one that is a hundred
-// times coarser adds next to nothing, and takes nothing away.
+// times coarser adds next to nothing, and takes nothing away. Unstated, it costs something, though
+// Student's t holds most of it back.
 TEST(Sessions, OwnDeviationsOfRowsWeighBetweenSessions) {
   const Robot truth = shipped("kr360-table4");
   Robot robot = shipped("kr360-spindle");
@@ -219,7 +220,7 @@ TEST(Sessions, OwnDeviationsOfRowsWeighBetweenSessions) {
   const double stated = calibrate(robot, campaign).robot.std.at("A3.d");
   const double first_alone = calibrate(robot, campaign.select(first)).robot.std.at("A3.d");
   EXPECT_NEAR(stated, first_alone, 0.3 * first_alone);
-  EXPECT_GT(unstated, 2 * stated);
+  EXPECT_GT(unstated, 1.1 * stated);
 }
 
 TEST(Sessions, OneThatDoesNotShowItsBaseIsAnError) {

@@ -137,6 +137,33 @@ TEST_P(Triple, IsTheSameFromTheSecondBestFirstStep) {
 
 INSTANTIATE_TEST_SUITE_P(Hidden, Triple, testing::Values(0, 1, 2));
 
+// Not what was known of the effect whose place it took.
+TEST(Exchange, EvidenceIsOfTheEffectThatIsReported) {
+  armtrue_oracle::CampaignPlan plan;
+  plan.seed = 11;
+  const HiddenCampaign campaign(kNominal, "ratio", 0.06, plan);
+  const Robot robot = read_robot(kNominal).robot;
+  const Catalogue catalogue = read_catalogue(kCatalogue);
+  TraceOptions options;
+  options.beyond_catalogue = false;
+  const TraceResult straight = trace(robot, campaign.training, catalogue, options);
+  ASSERT_EQ(straight.effects.size(), 1u);
+  const Evidence& evidence = straight.effects.front().evidence;
+  options.max_effects = 0;
+  const auto first = trace(robot, campaign.training, catalogue, options).ranking;
+  options.max_effects = 16;
+  options.start = {first.back().effect};
+  ASSERT_NE(describe(first.back().effect), describe(straight.effects.front().effect));
+  const TraceResult exchanged = trace(robot, campaign.training, catalogue, options);
+  expect_same(straight, exchanged, "from " + describe(first.back().effect));
+  const Evidence& other = exchanged.effects.front().evidence;
+  EXPECT_EQ(other.p_value, evidence.p_value);
+  EXPECT_NEAR(other.cross_validated_gain, evidence.cross_validated_gain,
+              1e-3 * evidence.cross_validated_gain);
+  EXPECT_NEAR(other.cross_validated_gain_error, evidence.cross_validated_gain_error,
+              1e-3 * evidence.cross_validated_gain_error);
+}
+
 TEST(Start, OfNothingIsDropped) {
   armtrue_oracle::CampaignPlan plan;
   plan.seed = 51;

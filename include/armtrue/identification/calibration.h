@@ -30,8 +30,11 @@ struct CalibrationResult {
   /// Of the unknowns: geometric parameters, coefficients, what further sessions have of their own
   /// (`session day 2 base.x`).
   std::vector<std::string> names;
-  Eigen::VectorXd change;         ///< from the start [SI]
-  Eigen::MatrixXd covariance;     ///< of the unknowns [SI], from the spread of the residuals
+  Eigen::VectorXd change;      ///< from the start [SI]
+  Eigen::MatrixXd covariance;  ///< of the unknowns [SI], clustered by pose
+  /// Its product with its transpose is the inverse of the information [SI]: the covariance if
+  /// readings erred independently of each other, as far as `scale` says.
+  Eigen::MatrixXd inverse_root;
   ReadingScale scale;             ///< spread of the readings about the model, per axis
   double degrees_of_freedom = 0;  ///< of Student's t that describes the residuals; 0 = Gaussian
   std::vector<double> weights;    ///< of each row; a row far below 1 looks like a blunder
@@ -52,6 +55,11 @@ struct CalibrationResult {
 /// Several sessions are solved jointly, sparse: the robot is common, each further session adds the
 /// six unknowns of its base and the zero offsets of `robot.identify_per_session`, which count in
 /// covariance, rank and observability; what is found stands in `robot.sessions`.
+/// Readings of a pose may err alike, so the covariance, and with it every standard deviation, is
+/// from what each pose does to the fit (cluster covariance CR3 of Bell, McCaffrey 2002). Prior
+/// knowledge, and what only one pose shows, which no scatter between poses can tell, count with
+/// their own standard deviation and that of the readings. Intervals are Student's with one degree
+/// of freedom less than there are poses.
 /// Lack of convergence and of rank are reported in the result. Throws std::invalid_argument if
 /// there are fewer readings than unknowns or the robot and the campaign do not fit together.
 CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,

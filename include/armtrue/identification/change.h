@@ -18,7 +18,7 @@ struct ParameterChange {
   int parameter;  ///< index
   double value;   ///< [m or rad]
   double std;     ///< of `value`, with what the previous calibration did not know
-  std::array<double, 2> ci95() const { return {value - 1.959964 * std, value + 1.959964 * std}; }
+  std::array<double, 2> ci95;
 };
 
 /// What has moved: one identified parameter of a link, `base` (the tracker moved or was knocked),
@@ -57,10 +57,15 @@ struct ChangeResult {
 /// left, or the scatter of the new replicates if that is larger. Replicates of a pose share what
 /// the model lacks there, so together they count as one reading.
 /// It holds unless the chi-square of r under that covariance has a probability below
-/// kChangeSignificance. A move adds an unknown of which nothing is known. While what is left is that
-/// improbable, and no more than four were taken, the best by BIC after Gauss-Newton is taken; those
-/// taken are exchanged where another in their place is better, and in the end dropped where the
-/// probability of their fall of chi-square, times the number of moves, is not below
+/// kChangeSignificance. Where the poses' own chi-squares scatter by more than those of independent
+/// readings, once the best moves are taken out, its law is widened by that (Satterthwaite 1946):
+/// what comes to rest elsewhere moves all readings of a pose. For the same reason the standard
+/// deviation of a move is that clustered by pose (see calibrate()) where that is the larger, its
+/// interval Student's with one degree of freedom less than there are poses, and its probability
+/// that of an F with as many. A move adds an unknown of which nothing is known. While what is left
+/// is that improbable, and no more than four were taken, the best by BIC after Gauss-Newton is
+/// taken; those taken are exchanged where another in their place is better, and in the end dropped
+/// where the probability of their fall of chi-square, times the number of moves, is not below
 /// kChangeSignificance. A move within 6 of one that was taken, in its place, cannot be told from it
 /// (Kass, Raftery, "Bayes factors", 1995: strong evidence).
 ///

@@ -19,20 +19,18 @@ std::array<double, 2> percentile_interval(std::vector<double> values, int poses)
 /// Cluster bootstrap by pose of the coefficients of all effects of a fit: how far they depart from
 /// the fit when poses, each with all its readings, are drawn again; draws x coefficients [SI].
 /// Nothing is refitted: one draw is the mean of the pseudo-values of the jackknife, each the fit
-/// without one pose in one Newton step from the fit's weights, priors and covariance. So a pose
-/// that bends the fit to itself counts with the residual it would have if left out (CR3 of Bell and
-/// McCaffrey 2002), which makes up for the unknowns that few poses determine. Zero where only one
-/// pose shows a direction.
+/// without one pose in one Newton step, as the covariance of the fit has it (see calibrate()). Zero
+/// where only one pose shows a direction.
 Eigen::MatrixXd bootstrap_coefficients(const CalibrationResult& fit, const Campaign& campaign,
                                        int draws, std::uint64_t seed);
 
-/// Standard deviation and 95 % interval, about the fit, of a value whose departures were drawn.
-struct Spread {
-  double std = 0, low = 0, high = 0;
-};
-Spread spread_of(const Eigen::VectorXd& departures, int poses);
+/// 95 % interval, about the fit, of a value whose departures were drawn: they give its form, the
+/// standard deviation its width, since draws know nothing of priors and of what one pose shows
+/// alone.
+std::array<double, 2> interval_about(const Eigen::VectorXd& departures, double deviation,
+                                     int poses);
 
-/// Sets standard deviations and intervals of the coefficients from their departures.
+/// Sets the intervals of the coefficients from their departures and standard deviations.
 void set_intervals(const Eigen::MatrixXd& departures, int poses, Robot& robot);
 
 }  // namespace armtrue

@@ -12,6 +12,10 @@ struct ErrorSummary {
 
 ErrorSummary summarize(std::vector<double> errors);
 
+/// How many standard deviations a 95 % interval reaches to each side if the deviation is from so
+/// many poses: Student's t with poses - 1 degrees of freedom, at least one.
+double student_quantile(int poses);
+
 double median(std::vector<double> values);
 
 /// Robust standard deviation about zero: the median of |x| to start, then the root mean square of

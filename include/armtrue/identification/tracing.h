@@ -55,8 +55,9 @@ struct Cycle {
   double amplitude = 0, amplitude_std = 0;  ///< [m, rad]
   std::array<double, 2> amplitude_ci95{0, 0};
   double phase = 0;  ///< [rad]
-  /// [cycles per turn], widened by how far readings of one pose agree; 0 if it was not searched.
+  /// [cycles per turn], clustered by pose; 0 if it was not searched.
   double frequency_std = 0;
+  std::array<double, 2> frequency_ci95{0, 0};  ///< Student's
 };
 
 struct TracedEffect {
