@@ -505,4 +505,15 @@ ClockFit fit_clock(const Path& programmed, const Path& measured, const ClockOpti
   return fit;
 }
 
+std::array<Eigen::Matrix3Xd, 2> clock_errors(const Path& programmed, const Eigen::VectorXd& times,
+                                             const Eigen::Matrix2d& covariance) {
+  const Eigen::Matrix2d root =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(covariance).operatorSqrt();
+  const Eigen::Matrix3Xd velocity = velocity_at(programmed, times);
+  const auto error = [&](Eigen::Index k) -> Eigen::Matrix3Xd {
+    return velocity * (root(0, k) + root(1, k) * times.array()).matrix().asDiagonal();
+  };
+  return {error(0), error(1)};
+}
+
 }  // namespace armtrue

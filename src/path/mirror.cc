@@ -490,6 +490,9 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& mea
 
   PathDeviation& deviation = result.deviation;
   deviation = mean_deviation(programmed, measured, result.passes, 0, measured.size());
+  for (const Pass& pass : result.passes)
+    deviation.clock_covariance +=
+        pass.clock.covariance / std::pow(static_cast<double>(result.passes.size()), 2);
   std::vector<Eigen::Matrix3Xd> single;
   for (size_t p = 0; measured.size() > 1 && p < measured.size(); ++p)
     single.push_back(mean_deviation(programmed, measured, result.passes, p, p + 1).normal);
@@ -614,6 +617,9 @@ std::optional<ForceLaw> force_law(const PathDeviation& deviation, const Path& pr
   record.force = deviation.force(Eigen::all, moves);
   record.force_noise = deviation.engagement.noise;
   record.direction = motion_directions(wanted)(Eigen::all, moves);
+  for (const Eigen::Matrix3Xd& error :
+       clock_errors(programmed, deviation.time, deviation.clock_covariance))
+    record.shared_errors.push_back(error(Eigen::all, moves));
   return force_law(record);
 }
 

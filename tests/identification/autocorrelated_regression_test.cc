@@ -91,6 +91,41 @@ TEST(AutocorrelatedRegression, IntervalsCoverTheTruthWhenTheResidualWanders) {
   }
 }
 
+// A clock that is off moves all samples of a pass along the path: at a corner that is a step, on a
+// curve a wave.
+TEST(AutocorrelatedRegression, IntervalsKnowOfErrorsThatAllSamplesShare) {
+  constexpr int kCampaigns = 1000;
+  constexpr Eigen::Index n = 700;
+  const Eigen::MatrixXd columns = pulse_constant_step(n);
+  const Eigen::Vector3d truth(0.02, -0.1, -0.3);
+  Eigen::MatrixXd shared(n, 2);
+  shared << 0.1 * columns.col(2), 0.05 * Eigen::VectorXd::LinSpaced(n, 0, 3).array().cos().matrix();
+  Random random(12);
+  std::normal_distribution<double> normal;
+  int aware = 0, unaware = 0;
+  for (int campaign = 0; campaign < kCampaigns; ++campaign) {
+    const Eigen::Vector2d errors(normal(random), normal(random));
+    const Eigen::VectorXd response =
+        columns * truth + shared * errors + 0.1 * slow_noise(n, 0.8, 2, random);
+    const auto covered = [&](const Regression& fit) {
+      int count = 0;
+      for (size_t k = 0; k < 3; ++k) {
+        const auto [low, high] = fit.coefficients[k].ci95;
+        count += low <= truth[static_cast<Eigen::Index>(k)] &&
+                 truth[static_cast<Eigen::Index>(k)] <= high;
+      }
+      return count;
+    };
+    aware += covered(regress_autocorrelated(columns, response, no_noise(3), shared));
+    unaware += covered(regress_autocorrelated(columns, response, no_noise(3)));
+  }
+  std::printf("covered: %.3f, without the shared errors %.3f\n", aware / (3.0 * kCampaigns),
+              unaware / (3.0 * kCampaigns));
+  EXPECT_GE(aware, 0.93 * 3 * kCampaigns);
+  EXPECT_LE(aware, 0.97 * 3 * kCampaigns);
+  EXPECT_LT(unaware, 0.9 * 3 * kCampaigns);
+}
+
 TEST(AutocorrelatedRegression, NoiseInAColumnNoLongerShrinksItsCoefficient) {
   constexpr Eigen::Index n = 20000;
   Random random(3);
@@ -112,6 +147,9 @@ TEST(AutocorrelatedRegression, RefusesWhatCannotBeSolved) {
   EXPECT_THROW(regress_autocorrelated(twice, Eigen::VectorXd::Ones(10), no_noise(2)),
                std::invalid_argument);
   EXPECT_THROW(regress_autocorrelated(twice, Eigen::VectorXd::Ones(9), no_noise(2)),
+               std::invalid_argument);
+  EXPECT_THROW(regress_autocorrelated(Eigen::MatrixXd::Ones(10, 1), Eigen::VectorXd::Ones(10),
+                                      no_noise(1), Eigen::MatrixXd::Ones(9, 1)),
                std::invalid_argument);
   EXPECT_THROW(regress_autocorrelated(Eigen::MatrixXd::Identity(2, 2), Eigen::VectorXd::Ones(2),
                                       no_noise(2)),

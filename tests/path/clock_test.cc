@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <cmath>
 
 #include "armtrue/kinematics/units.h"
@@ -57,6 +58,32 @@ TEST(Clock, TheOffsetIsWithinItsStatedUncertainty) {
   }
   EXPECT_GE(within, 43) << "of " << runs;  // 45.6 expected; 5 misses have a chance of 8 %
   EXPECT_LT(largest, 15e-3);
+}
+
+// What a clock that is a bit off makes of the deviations, to first order.
+TEST(Clock, ItsErrorsMoveTheRecordAlongThePath) {
+  const Path programmed = path_of(plant::program(plant::Shape::arc));
+  const Eigen::VectorXd times = Eigen::VectorXd::LinSpaced(50, 2, 17);
+  Eigen::Matrix2d covariance;
+  covariance << 4e-6, -1e-7, -1e-7, 2.25e-8;
+  const auto errors = clock_errors(programmed, times, covariance);
+  const Eigen::Matrix2d root = covariance.llt().matrixL();
+  for (const Eigen::Index i : {0, 20, 49}) {
+    Eigen::Matrix3d expected = Eigen::Matrix3d::Zero(), stated = expected;
+    for (int k = 0; k < 2; ++k) {
+      const double late = root(0, k) + root(1, k) * times[i];
+      const auto at = [&](double time) -> Eigen::Vector3d {
+        return position_at(programmed, Eigen::VectorXd::Constant(1, time));
+      };
+      const Eigen::Vector3d moved = at(times[i]) - at(times[i] - late);
+      expected += moved * moved.transpose();
+      stated +=
+          errors[static_cast<size_t>(k)].col(i) * errors[static_cast<size_t>(k)].col(i).transpose();
+    }
+    EXPECT_LT((stated - expected).norm(), 0.02 * expected.norm()) << i;
+  }
+  for (const Eigen::Matrix3Xd& error : clock_errors(programmed, times, Eigen::Matrix2d::Zero()))
+    EXPECT_TRUE(error.isZero(0));
 }
 
 // Two hours at 100 ppm: the clocks drift apart by more than any deviation.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <utility>
 
@@ -44,5 +45,11 @@ struct ClockOptions {
 /// paths do not overlap in time, if their sizes show different units, if they lie more than 10 mm
 /// apart (then naming the rigid motion that would join them) or if the offset stays unknown.
 ClockFit fit_clock(const Path& programmed, const Path& measured, const ClockOptions& options = {});
+
+/// What the uncertainty of a clock adds to the deviations (measured minus programmed) at times of
+/// the program, increasing: two independent errors of unit variance, each shared by all samples
+/// [m]. `covariance` is that of offset and rate.
+std::array<Eigen::Matrix3Xd, 2> clock_errors(const Path& programmed, const Eigen::VectorXd& times,
+                                             const Eigen::Matrix2d& covariance);
 
 }  // namespace armtrue
