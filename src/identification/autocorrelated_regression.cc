@@ -115,17 +115,19 @@ Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& normal) {
 
 // Orthonormal columns that span those of both; what depends on others adds none.
 Eigen::MatrixXd basis_of(const Eigen::MatrixXd& columns, const Eigen::MatrixXd& shared) {
-  Eigen::MatrixXd all(columns.rows(), columns.cols() + shared.cols());
-  all.leftCols(columns.cols()) = columns;
-  if (shared.cols() > 0) all.rightCols(shared.cols()) = shared;
-  const Eigen::MatrixXd normal = all.transpose() * all;
+  const Eigen::Index p = columns.cols(), m = shared.cols();
+  Eigen::MatrixXd normal(p + m, p + m);
+  normal << columns.transpose() * columns, columns.transpose() * shared,
+      shared.transpose() * columns, shared.transpose() * shared;
   const Eigen::VectorXd scale = normal.diagonal().unaryExpr(
       [](double square) { return square > 0 ? 1 / std::sqrt(square) : 0.0; });
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scale.asDiagonal() * normal *
                                                               scale.asDiagonal());
   const Eigen::Index rank = (solver.eigenvalues().array() > kDependent).count();
-  return all * (scale.asDiagonal() * solver.eigenvectors().rightCols(rank) *
-                solver.eigenvalues().tail(rank).cwiseSqrt().cwiseInverse().asDiagonal());
+  const Eigen::MatrixXd orthonormal =
+      scale.asDiagonal() * solver.eigenvectors().rightCols(rank) *
+      solver.eigenvalues().tail(rank).cwiseSqrt().cwiseInverse().asDiagonal();
+  return columns * orthonormal.topRows(p) + shared * orthonormal.bottomRows(m);
 }
 
 }  // namespace
@@ -133,8 +135,7 @@ Eigen::MatrixXd basis_of(const Eigen::MatrixXd& columns, const Eigen::MatrixXd& 
 Regression regress_autocorrelated(const Eigen::MatrixXd& columns, const Eigen::VectorXd& response,
                                   const Eigen::MatrixXd& noise, const Eigen::MatrixXd& shared) {
   const Eigen::Index n = columns.rows(), p = columns.cols();
-  if (response.size() != n || noise.rows() != p || noise.cols() != p ||
-      (shared.cols() > 0 && shared.rows() != n))
+  if (response.size() != n || noise.rows() != p || noise.cols() != p || shared.rows() != n)
     throw std::invalid_argument("regression: sizes disagree");
   if (n <= p) throw std::invalid_argument("regression: fewer samples than unknowns");
   const Eigen::MatrixXd normal = columns.transpose() * columns - static_cast<double>(n) * noise;
@@ -149,7 +150,7 @@ Regression regress_autocorrelated(const Eigen::MatrixXd& columns, const Eigen::V
       result.residual - fitted * (fitted.transpose() * result.residual);
   for (Eigen::Index k = 0; k < p; ++k) {
     const Eigen::VectorXd weight = columns * inverse_normal.col(k);
-    const double known = shared.cols() > 0 ? (weight.transpose() * shared).squaredNorm() : 0.0;
+    const double known = (weight.transpose() * shared).squaredNorm();
     result.coefficients.push_back(estimate(value[k], spread(fitted, unexplained, weight), known));
   }
   return result;

@@ -189,7 +189,8 @@ ForceLine line_through_origin(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y
   if (x.rows() != y.rows() || x.cols() != y.cols())
     throw std::invalid_argument("line: sizes disagree");
   if (x.size() < 2) throw std::invalid_argument("line: too few samples");
-  return line(x.reshaped(), noise, Eigen::MatrixXd(x.size(), 0), {y.reshaped(), {}});
+  return line(x.reshaped(), noise, Eigen::MatrixXd(x.size(), 0),
+              {y.reshaped(), Eigen::MatrixXd(x.size(), 0)});
 }
 
 Eigen::MatrixXd motion_directions(const Eigen::MatrixXd& coordinates, double standstill) {

@@ -617,9 +617,9 @@ std::optional<ForceLaw> force_law(const PathDeviation& deviation, const Path& pr
   record.force = deviation.force(Eigen::all, moves);
   record.force_noise = deviation.engagement.noise;
   record.direction = motion_directions(wanted)(Eigen::all, moves);
-  for (const Eigen::Matrix3Xd& error :
-       clock_errors(programmed, deviation.time, deviation.clock_covariance))
-    record.shared_errors.push_back(error(Eigen::all, moves));
+  for (Eigen::Matrix3Xd& error :
+       clock_errors(programmed, deviation.time(moves), deviation.clock_covariance))
+    record.shared_errors.push_back(std::move(error));
   return force_law(record);
 }
 
