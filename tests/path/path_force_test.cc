@@ -30,31 +30,9 @@ Registered law_of(const plant::Program& program, const plant::Options& options,
   const Path programmed = path_of(program);
   const Path measured = record_of(plant::run(program, program.position, options));
   const PathDeviation d = mirror_correct(programmed, {measured}, {.clock = clock}).deviation;
-  const EngagementRecord engagement = find_engagement(d.time, d.force);
-  const LowPass filter(4, 1 / 0.64, 1 / d.period);
-
-  Path grid;
-  grid.time = d.time;
-  grid.position = position_at(programmed, d.time);
-  const Eigen::Matrix3Xd deviation = d.normal + tangents(grid) * d.along.asDiagonal();
-  const Eigen::MatrixXd direction =
-      motion_directions(axes_of(options) * grid.position.topRows(2), 1e-6);
-  // In motion only.
-  constexpr double kNear = 1e-3;
-  Eigen::Index first = 0, last = d.time.size() - 1;
-  const double length = d.arc_length[last];
-  while (d.arc_length[first] < kNear) ++first;
-  while (d.arc_length[last] > length - kNear) --last;
-  const auto moving = [&](const Eigen::MatrixXd& samples) {
-    return filter(samples).middleCols(first, last - first + 1).eval();
-  };
-  ForceRecord record{.deviation = moving(deviation),
-                     .force = moving(d.force),
-                     .force_noise = engagement.noise * std::sqrt(filter.noise_share()),
-                     .direction = moving(direction)};
-  for (const Eigen::Matrix3Xd& error : clock_errors(programmed, d.time, d.clock_covariance))
-    record.shared_errors.push_back(moving(error));
-  return {engagement, force_law(record)};
+  const Eigen::MatrixXd axes = axes_of(options) * position_at(programmed, d.time).topRows(2);
+  const auto law = force_law(d, programmed, axes, LowPass(4, kPaperCutoff, 1 / d.period));
+  return {d.engagement, *law};
 }
 
 bool holds(const Estimate& estimate, double truth) {
