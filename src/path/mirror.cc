@@ -490,9 +490,10 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& mea
 
   PathDeviation& deviation = result.deviation;
   deviation = mean_deviation(programmed, measured, result.passes, 0, measured.size());
+  const double halfway = 0.5 * (deviation.time[0] + deviation.time[deviation.time.size() - 1]);
   for (const Pass& pass : result.passes)
     deviation.clock_covariance +=
-        pass.clock.covariance / std::pow(static_cast<double>(result.passes.size()), 2);
+        pass.clock.covariance_at(halfway) / std::pow(static_cast<double>(result.passes.size()), 2);
   std::vector<Eigen::Matrix3Xd> single;
   for (size_t p = 0; measured.size() > 1 && p < measured.size(); ++p)
     single.push_back(mean_deviation(programmed, measured, result.passes, p, p + 1).normal);

@@ -62,7 +62,7 @@ struct PathDeviation {
   EngagementRecord engagement;       ///< from the force or, without one, from `normal`
   double noise = 0;                  ///< of one sample of `normal`, per axis [m]
   double spread = 0;                 ///< from pass to pass, per axis [m]; 0 for a single pass
-  /// Of the mean of the clocks: offset [s] and rate. Zero if they were given.
+  /// Of the mean of the clocks: offset halfway through `time` [s], and rate.
   Eigen::Matrix2d clock_covariance = Eigen::Matrix2d::Zero();
 };
 
