@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/QR>
+#include <algorithm>
 #include <vector>
 
 #include "armtrue/identification/calibration.h"
@@ -24,8 +25,13 @@ class Linearization {
   /// Orthogonal to the basis.
   const Eigen::VectorXd& residual() const { return residual_; }
   double residual_norm() const { return residual_norm_; }  ///< sum of squares
-  /// How many independent equations the readings are worth.
-  double equations() const { return static_cast<double>(residual_.size()) / design_effect_; }
+  /// How many independent equations the readings are worth beyond those that the fit takes up. The
+  /// residual lies in so many dimensions: evidence counted over all equations would be too strong
+  /// by what the geometry has absorbed, half of it and more in a campaign of few poses.
+  double residual_freedom() const {
+    return std::max(1.0, static_cast<double>(residual_.size()) / design_effect_ -
+                             static_cast<double>(basis_.cols()));
+  }
 
   /// Standard deviation of the coefficient of one more column, its value unknown as that of all in
   /// the model.

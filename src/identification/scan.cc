@@ -278,14 +278,14 @@ ProjectedCandidates::Solution ProjectedCandidates::solve(int candidate,
 }
 
 double ProjectedCandidates::ebic_price(double log_choices, int degrees_of_freedom) const {
-  return degrees_of_freedom * std::log(fit_.equations()) + 2.0 * log_choices;
+  return degrees_of_freedom * std::log(fit_.residual_freedom()) + 2.0 * log_choices;
 }
 
 double ProjectedCandidates::ebic_fall(double log_choices, int degrees_of_freedom, double gain,
                                       double residual_norm) const {
   if (degrees_of_freedom == 0) return -std::numeric_limits<double>::infinity();
   const double left = std::max(1e-12, 1.0 - gain / residual_norm);
-  return -fit_.equations() * std::log(left) - ebic_price(log_choices, degrees_of_freedom);
+  return -fit_.residual_freedom() * std::log(left) - ebic_price(log_choices, degrees_of_freedom);
 }
 
 std::vector<CandidateScore> ProjectedCandidates::scores(const Linearization::Loss& loss,
@@ -406,7 +406,7 @@ std::vector<double> ProjectedCandidates::best_of_flipped(const Eigen::VectorXd& 
       [&](int begin, int end) {
         Eigen::VectorXd block_best =
             Eigen::VectorXd::Constant(flips, -std::numeric_limits<double>::infinity());
-        // exp(-best / equations): what a gain must reach is known without its logarithm.
+        // exp(-best / freedom): what a gain must reach is known without its logarithm.
         Eigen::VectorXd to_beat =
             Eigen::VectorXd::Constant(flips, std::numeric_limits<double>::infinity());
         for (int candidate = begin; candidate < end; ++candidate) {
@@ -425,15 +425,15 @@ std::vector<double> ProjectedCandidates::best_of_flipped(const Eigen::VectorXd& 
           for (const auto& axis : whitening.rowwise())  // few and short: no matter for blocks
             gains += axis.lazyProduct(slope).cwiseAbs2();
           const double log_choices = scan_.candidates_[candidate].log_choices;
-          const double price =
-              std::exp(-ebic_price(log_choices, solution.degrees_of_freedom) / fit_.equations());
+          const double price = std::exp(-ebic_price(log_choices, solution.degrees_of_freedom) /
+                                        fit_.residual_freedom());
           for (int f = 0; f < flips; ++f) {
             if (gains[f] <= norms[f] * (1 - to_beat[f] * price)) continue;
             const double score =
                 ebic_fall(log_choices, solution.degrees_of_freedom, gains[f], norms[f]);
             if (score <= block_best[f]) continue;
             block_best[f] = score;
-            to_beat[f] = std::exp(-score / fit_.equations());
+            to_beat[f] = std::exp(-score / fit_.residual_freedom());
           }
         }
         return block_best;

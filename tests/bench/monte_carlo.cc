@@ -76,8 +76,8 @@ std::optional<OneNumber> truth_in_one_number(const armtrue_oracle::Written& writ
   return {};
 }
 
-Outcome run(const Case& one, const Robot& robot, const Catalogue& catalogue) {
-  armtrue_oracle::CampaignPlan plan;
+Outcome run(const Case& one, armtrue_oracle::CampaignPlan plan, const Robot& robot,
+            const Catalogue& catalogue) {
   plan.seed = one.seed;
   plan.known_masses = one.family == kKnownMasses;
   const std::string family = plan.known_masses ? "compliance" : one.family;
@@ -252,6 +252,9 @@ int main(int argc, char** argv) {
   app.add_option("--campaigns", campaigns, "How many; 37 are one round over families and sizes")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  armtrue_oracle::CampaignPlan plan;
+  app.add_option("--poses", plan.poses, "Of training, and as many held out")->capture_default_str();
+  app.add_option("--repeats", plan.repeats, "Readings of each pose")->capture_default_str();
   int coverage = 0;
   app.add_option("--coverage", coverage,
                  "Instead: coverage of intervals of a declared effect, so many campaigns a line")
@@ -268,7 +271,7 @@ int main(int argc, char** argv) {
   std::vector<Outcome> outcomes(all.size());
   armtrue_bench::on_two_threads(campaigns, [&](int i) {
     const auto k = static_cast<size_t>(i);
-    outcomes[k] = run(all[k], robot, catalogue);
+    outcomes[k] = run(all[k], plan, robot, catalogue);
   });
   print_tables(all, outcomes);
 }
