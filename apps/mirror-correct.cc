@@ -83,7 +83,10 @@ void describe(MirrorFindings& findings, const Path& programmed, const std::vecto
   findings.accuracy = pass_accuracy(programmed, registered(passes, clocks));
   if (!earlier.empty())
     findings.before = pass_accuracy(programmed, registered(earlier, earlier_clocks));
-  findings.force = force_law(findings.result.deviation, programmed);
+  const PathDeviation& deviation = findings.result.deviation;
+  findings.force =
+      force_law(deviation, programmed, position_at(programmed, deviation.time),
+                LowPass(findings.options.order, findings.result.cutoff, 1 / deviation.period));
   if (robot) findings.robot = measured_on_predicted(findings.result.deviation, programmed, *robot);
 }
 

@@ -15,6 +15,7 @@ constexpr Eigen::Index kMostBins = 4096;  // more samples are summed in as many 
 constexpr double kWindow = 5;             // correlation times summed over
 constexpr double kSamplesPerCosine = 4;   // effective ones
 constexpr double kDependent = 1e-12;  // eigenvalue of a normal matrix of unit diagonal: rounding
+constexpr double kLeastShare = 1e-6;  // of degrees of freedom, squared: below, they are many
 constexpr double kFewestCosines = 2, kMostCosines = 24;  // beyond, Student's t hardly gains
 
 // Columns and residual times the weights of an estimate, summed over bins of consecutive samples.
@@ -61,15 +62,16 @@ double correlation_time(const WeightedSums& sums) {
   return time * sums.samples_per_bin;
 }
 
-// Standard deviation and half width of the interval of the coefficient whose value is
-// weight' * response.
+// Variance of the coefficient whose value is weight' * response, and the degrees of freedom that it
+// was estimated with.
 struct Spread {
-  double std = 0, half_width = 0;
+  double variance = 0, freedom = 0;
 };
 
-Spread spread(const Eigen::MatrixXd& columns, const Eigen::MatrixXd& inverse_normal,
-              const Eigen::VectorXd& residual, const Eigen::VectorXd& weight) {
-  const WeightedSums sums = sum_weighted(columns, residual, weight);
+// `residual` is what `fitted`, orthonormal columns, left.
+Spread spread(const Eigen::MatrixXd& fitted, const Eigen::VectorXd& residual,
+              const Eigen::VectorXd& weight) {
+  const WeightedSums sums = sum_weighted(fitted, residual, weight);
   const double total = weight.squaredNorm();
   const double samples = total * total / weight.array().square().square().sum();
   const auto cosines = static_cast<Eigen::Index>(std::clamp(
@@ -82,13 +84,20 @@ Spread spread(const Eigen::MatrixXd& columns, const Eigen::MatrixXd& inverse_nor
   const Eigen::VectorXd on_residual = cosine.transpose() * sums.residual;
   // Weighted cosines are orthogonal in their own time, each of square norm total / 2; what they
   // share with the columns the residual cannot show.
-  Eigen::MatrixXd gram = -on_columns * inverse_normal * on_columns.transpose();
+  Eigen::MatrixXd gram = -on_columns * on_columns.transpose();
   gram.diagonal().array() += total / 2;
   const double energy = on_residual.dot(gram.ldlt().solve(on_residual));
   const auto freedom = static_cast<double>(cosines);
-  const double std = std::sqrt(std::max(energy, 0.0) / freedom * total);
-  const boost::math::students_t law(freedom);
-  return {std, std * boost::math::quantile(law, 0.975)};
+  return {std::max(energy, 0.0) / freedom * total, freedom};
+}
+
+// A value with the variance that the residual shows and a known one beside it.
+Estimate estimate(double value, const Spread& shown, double known) {
+  const double variance = shown.variance + known, std = std::sqrt(variance);
+  const double share = variance > 0 ? shown.variance / variance : 1;
+  const boost::math::students_t law(shown.freedom / std::max(share * share, kLeastShare));
+  const double half_width = boost::math::quantile(law, 0.975) * std;
+  return {value, std, {value - half_width, value + half_width}};
 }
 
 // Of a normal matrix, its columns scaled alike.
@@ -104,29 +113,45 @@ Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& normal) {
          scale.asDiagonal();
 }
 
+// Orthonormal columns that span those of both; what depends on others adds none.
+Eigen::MatrixXd basis_of(const Eigen::MatrixXd& columns, const Eigen::MatrixXd& shared) {
+  const Eigen::Index p = columns.cols(), m = shared.cols();
+  Eigen::MatrixXd normal(p + m, p + m);
+  normal << columns.transpose() * columns, columns.transpose() * shared,
+      shared.transpose() * columns, shared.transpose() * shared;
+  const Eigen::VectorXd scale = normal.diagonal().unaryExpr(
+      [](double square) { return square > 0 ? 1 / std::sqrt(square) : 0.0; });
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scale.asDiagonal() * normal *
+                                                              scale.asDiagonal());
+  const Eigen::Index rank = (solver.eigenvalues().array() > kDependent).count();
+  const Eigen::MatrixXd orthonormal =
+      scale.asDiagonal() * solver.eigenvectors().rightCols(rank) *
+      solver.eigenvalues().tail(rank).cwiseSqrt().cwiseInverse().asDiagonal();
+  return columns * orthonormal.topRows(p) + shared * orthonormal.bottomRows(m);
+}
+
 }  // namespace
 
 Regression regress_autocorrelated(const Eigen::MatrixXd& columns, const Eigen::VectorXd& response,
-                                  const Eigen::MatrixXd& noise) {
+                                  const Eigen::MatrixXd& noise, const Eigen::MatrixXd& shared) {
   const Eigen::Index n = columns.rows(), p = columns.cols();
-  if (response.size() != n || noise.rows() != p || noise.cols() != p)
+  if (response.size() != n || noise.rows() != p || noise.cols() != p || shared.rows() != n)
     throw std::invalid_argument("regression: sizes disagree");
   if (n <= p) throw std::invalid_argument("regression: fewer samples than unknowns");
-  const Eigen::MatrixXd observed = columns.transpose() * columns;
-  const Eigen::MatrixXd normal = observed - static_cast<double>(n) * noise;
+  const Eigen::MatrixXd normal = columns.transpose() * columns - static_cast<double>(n) * noise;
   const Eigen::MatrixXd inverse_normal = inverse_of(normal);
   const Eigen::VectorXd value = inverse_normal * (columns.transpose() * response);
   Regression result;
   result.residual = response - columns * value;
-  // What the columns themselves explain of the residual is the correction for their noise.
-  const Eigen::MatrixXd inverse_observed = inverse_of(observed);
+  // What the columns themselves explain of the residual is the correction for their noise; what the
+  // shared errors explain would count twice.
+  const Eigen::MatrixXd fitted = basis_of(columns, shared);
   const Eigen::VectorXd unexplained =
-      result.residual - columns * (inverse_observed * (columns.transpose() * result.residual));
+      result.residual - fitted * (fitted.transpose() * result.residual);
   for (Eigen::Index k = 0; k < p; ++k) {
     const Eigen::VectorXd weight = columns * inverse_normal.col(k);
-    const Spread s = spread(columns, inverse_observed, unexplained, weight);
-    result.coefficients.push_back(
-        {value[k], s.std, {value[k] - s.half_width, value[k] + s.half_width}});
+    const double known = (weight.transpose() * shared).squaredNorm();
+    result.coefficients.push_back(estimate(value[k], spread(fitted, unexplained, weight), known));
   }
   return result;
 }

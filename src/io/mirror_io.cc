@@ -21,7 +21,7 @@ YAML::Node pass_node(const Pass& pass, const std::string& file) {
   node["lost_samples"] = std::to_string(pass.lost);
   node["longest_gap_s"] = rounded(pass.longest_gap);
   node["offset_s"] = fmt::format("{:.6f}", clock.offset);
-  node["offset_std_s"] = rounded(clock.offset_deviation);
+  node["offset_std_s"] = rounded(clock.offset_deviation());
   const auto [low, high] = clock.offset_ci95();
   node["offset_ci95_s"] = flow_list({std::round(low * 1e6) / 1e6, std::round(high * 1e6) / 1e6});
   node["rate_ppm"] = rounded(clock.rate * 1e6);
@@ -192,7 +192,7 @@ std::string mirror_table(const MirrorFindings& findings) {
     table += fmt::format(
         "{}: clock {:.4f} +- {:.4f} s ahead of the program (95 %), rate {:.0f} +- {:.0f} ppm, {} "
         "samples, {} lost\n",
-        files[p], pass.clock.offset, 1.96 * pass.clock.offset_deviation, pass.clock.rate * 1e6,
+        files[p], pass.clock.offset, 1.96 * pass.clock.offset_deviation(), pass.clock.rate * 1e6,
         1.96e6 * std::sqrt(pass.clock.covariance(1, 1)), pass.samples, pass.lost);
   }
   const auto row = [&](const std::string& what, double value) {

@@ -383,13 +383,10 @@ class ClockEstimator {
 
   void apply(const Eigen::VectorXd& change, const Eigen::MatrixXd& covariance,
              ClockFit& fit) const {
-    Eigen::Matrix2d start_from_middle;
-    start_from_middle << 1, fit.offset - middle_, 0, 1;
-    fit.covariance =
-        start_from_middle * covariance.topLeftCorner<2, 2>() * start_from_middle.transpose();
-    fit.offset_deviation = std::sqrt(covariance(0, 0));
-    fit.offset += (start_from_middle * change.head<2>())[0];
+    fit.covariance = covariance.topLeftCorner<2, 2>();
+    fit.offset += change[0] + (fit.offset - middle_) * change[1];
     fit.rate += change[1];
+    fit.middle = fit.program_time(middle_);
     if (shared_ == 4) return;
     Pose& frame = fit.program_from_instrument;
     const Eigen::Matrix3d turn = rotation_exp(change.segment<3>(7));
@@ -497,12 +494,24 @@ ClockFit fit_clock(const Path& programmed, const Path& measured, const ClockOpti
   else
     ClockEstimator(programmed, measured, false).refine(fit);
   check_overlap(programmed, measured, fit);
-  if (!(fit.offset_deviation < kWorstOffset))
+  if (!(fit.offset_deviation() < kWorstOffset))
     throw std::invalid_argument(
         "the record does not show how the clocks lie to each other (offset " +
-        text("%.4g", fit.offset) + " +- " + text("%.2g", fit.offset_deviation) +
+        text("%.4g", fit.offset) + " +- " + text("%.2g", fit.offset_deviation()) +
         " s): record from before the tool moves until it stands again, or give --offset-s");
   return fit;
+}
+
+std::array<Eigen::Matrix3Xd, 2> clock_errors(const Path& programmed, const Eigen::VectorXd& times,
+                                             const Eigen::Matrix2d& covariance) {
+  const Eigen::Matrix2d root =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(covariance).operatorSqrt();
+  const Eigen::Matrix3Xd velocity = velocity_at(programmed, times);
+  const Eigen::ArrayXd from_halfway = times.array() - 0.5 * (times[0] + times[times.size() - 1]);
+  const auto error = [&](Eigen::Index k) -> Eigen::Matrix3Xd {
+    return velocity * (root(0, k) + root(1, k) * from_halfway).matrix().asDiagonal();
+  };
+  return {error(0), error(1)};
 }
 
 }  // namespace armtrue

@@ -60,29 +60,44 @@ Unforced unforced(const Eigen::MatrixXd& direction, Eigen::Index n, bool through
   return result;
 }
 
-// Regression of `response` on force columns, whose noise covariance is `noise`, and on the columns
+// One axis of the deviation, and of the errors that all its samples share (n x errors).
+struct AxisDeviation {
+  Eigen::VectorXd value;
+  Eigen::MatrixXd shared;
+};
+
+AxisDeviation deviation_along(const ForceRecord& record, Eigen::Index axis) {
+  AxisDeviation result{record.deviation.row(axis).transpose(),
+                       Eigen::MatrixXd(record.deviation.cols(),
+                                       static_cast<Eigen::Index>(record.shared_errors.size()))};
+  for (Eigen::Index k = 0; k < result.shared.cols(); ++k)
+    result.shared.col(k) = record.shared_errors[static_cast<size_t>(k)].row(axis).transpose();
+  return result;
+}
+
+// Regression of a deviation on force columns, whose noise covariance is `noise`, and on the columns
 // beside it.
 Regression regress(const Eigen::MatrixXd& force, const Eigen::MatrixXd& noise,
-                   const Eigen::MatrixXd& beside, const Eigen::VectorXd& response) {
+                   const Eigen::MatrixXd& beside, const AxisDeviation& deviation) {
   Eigen::MatrixXd columns(force.rows(), force.cols() + beside.cols());
   columns << force, beside;
   Eigen::MatrixXd all_noise = Eigen::MatrixXd::Zero(columns.cols(), columns.cols());
   all_noise.topLeftCorner(noise.rows(), noise.cols()) = noise;
-  return regress_autocorrelated(columns, response, all_noise);
+  return regress_autocorrelated(columns, deviation.value, all_noise, deviation.shared);
 }
 
 ForceLine line(const Eigen::VectorXd& force, double noise, const Eigen::MatrixXd& beside,
-               const Eigen::VectorXd& response) {
+               const AxisDeviation& deviation) {
   ForceLine result;
   const double observed = rms(unexplained(beside, force));
   const double floor = std::max(noise, kRelativeRank * rms(force));
   // The observed power holds the noise once more.
-  if (!(observed > std::hypot(kStandsOut * floor, noise)) || rms(response) < kStandstill)
+  if (!(observed > std::hypot(kStandsOut * floor, noise)) || rms(deviation.value) < kStandstill)
     return result;
   const Regression fit =
-      regress(force, Eigen::MatrixXd::Constant(1, 1, noise * noise), beside, response);
+      regress(force, Eigen::MatrixXd::Constant(1, 1, noise * noise), beside, deviation);
   result.k = fit.coefficients.front();
-  const double total = unexplained(beside, response).squaredNorm();
+  const double total = unexplained(beside, deviation.value).squaredNorm();
   result.r2 = total > 0 ? 1 - fit.residual.squaredNorm() / total : 0;
   return result;
 }
@@ -125,7 +140,7 @@ void fit_compliance(const ForceRecord& record, const Eigen::MatrixXd& beside, Fo
   if (beside.cols() > 0) law.offset.emplace();
   for (size_t a = 0; a < 3; ++a) {
     const auto axis = static_cast<Eigen::Index>(a);
-    const Regression fit = regress(force, noise, beside, record.deviation.row(axis).transpose());
+    const Regression fit = regress(force, noise, beside, deviation_along(record, axis));
     auto coefficient = fit.coefficients.begin();
     for (size_t i = 0; i < static_cast<size_t>(law.rank); ++i, ++coefficient) {
       ForceDirection& d = law.directions[i];
@@ -152,7 +167,7 @@ ForceLaw force_law(const ForceRecord& record) {
   ForceLaw law;
   for (Eigen::Index a = 0; a < 3; ++a)
     law.axis[static_cast<size_t>(a)] = line(record.force.row(a).transpose(), record.force_noise[a],
-                                            beside.columns, record.deviation.row(a).transpose());
+                                            beside.columns, deviation_along(record, a));
   law.directions = principal_directions(record, beside.columns);
   law.reversals = beside.steps;
   fit_compliance(record, beside.columns, law);
@@ -174,7 +189,8 @@ ForceLine line_through_origin(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y
   if (x.rows() != y.rows() || x.cols() != y.cols())
     throw std::invalid_argument("line: sizes disagree");
   if (x.size() < 2) throw std::invalid_argument("line: too few samples");
-  return line(x.reshaped(), noise, Eigen::MatrixXd(x.size(), 0), y.reshaped());
+  return line(x.reshaped(), noise, Eigen::MatrixXd(x.size(), 0),
+              {y.reshaped(), Eigen::MatrixXd(x.size(), 0)});
 }
 
 Eigen::MatrixXd motion_directions(const Eigen::MatrixXd& coordinates, double standstill) {

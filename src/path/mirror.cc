@@ -490,6 +490,10 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& mea
 
   PathDeviation& deviation = result.deviation;
   deviation = mean_deviation(programmed, measured, result.passes, 0, measured.size());
+  const double halfway = 0.5 * (deviation.time[0] + deviation.time[deviation.time.size() - 1]);
+  for (const Pass& pass : result.passes)
+    deviation.clock_covariance +=
+        pass.clock.covariance_at(halfway) / std::pow(static_cast<double>(result.passes.size()), 2);
   std::vector<Eigen::Matrix3Xd> single;
   for (size_t p = 0; measured.size() > 1 && p < measured.size(); ++p)
     single.push_back(mean_deviation(programmed, measured, result.passes, p, p + 1).normal);
@@ -603,17 +607,24 @@ std::optional<ForceLine> measured_on_predicted(const PathDeviation& deviation,
                              deviation.normal);
 }
 
-std::optional<ForceLaw> force_law(const PathDeviation& deviation, const Path& programmed) {
+std::optional<ForceLaw> force_law(const PathDeviation& deviation, const Path& programmed,
+                                  const Eigen::MatrixXd& axes, const LowPass& filter) {
   if (deviation.force.cols() == 0) return std::nullopt;
   const Eigen::Matrix3Xd wanted = position_at(programmed, deviation.time);
   std::vector<Eigen::Index> moves;
   for (Eigen::Index i = 1; i + 1 < wanted.cols(); ++i)
     if ((wanted.col(i + 1) - wanted.col(i - 1)).norm() > kStandstill) moves.push_back(i);
+  const auto moving = [&](const Eigen::MatrixXd& samples) -> Eigen::MatrixXd {
+    return filter(samples)(Eigen::all, moves);
+  };
   ForceRecord record;
-  record.deviation = deviation.whole(Eigen::all, moves);
-  record.force = deviation.force(Eigen::all, moves);
-  record.force_noise = deviation.engagement.noise;
-  record.direction = motion_directions(wanted)(Eigen::all, moves);
+  record.deviation = moving(deviation.whole);
+  record.force = moving(deviation.force);
+  record.force_noise = deviation.engagement.noise * std::sqrt(filter.noise_share());
+  record.direction = moving(motion_directions(axes));
+  for (const Eigen::Matrix3Xd& error :
+       clock_errors(programmed, deviation.time, deviation.clock_covariance))
+    record.shared_errors.push_back(moving(error));
   return force_law(record);
 }
 

@@ -244,7 +244,7 @@ std::string numbers_table(const MirrorResult& result, const std::vector<std::str
   for (size_t p = 0; p < passes.size(); ++p) {
     const ClockFit& clock = result.passes[p].clock;
     row(passes[p] + ": clock ahead of the program, s (95 %)",
-        fixed(clock.offset, 4) + " &plusmn; " + fixed(1.96 * clock.offset_deviation, 4));
+        fixed(clock.offset, 4) + " &plusmn; " + fixed(1.96 * clock.offset_deviation(), 4));
   }
   row("cut-off, Hz", number(result.cutoff));
   row("gain", number(result.gain));

@@ -1,17 +1,16 @@
-// Forward kinematics with the full Jacobian (47 columns) against Ceres's automatic differentiation of the same
-// chain, in one run.
+// Forward kinematics with the full Jacobian (47 columns) against Ceres's automatic differentiation
+// of the same chain, in one run.
 
 #include <benchmark/benchmark.h>
 #include <ceres/autodiff_cost_function.h>
 
 #include <cstdio>
-#include <map>
-#include <string>
 #include <vector>
 
 #include "armtrue/effects/sampling.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/evaluator.h"
+#include "bench/times.h"
 #include "support/autodiff_chain.h"
 
 namespace {
@@ -35,8 +34,8 @@ Eigen::Matrix4d matrix(const Pose& pose) {
   return m;
 }
 
-// Position and the three columns' worth of orientation that a left perturbation turns: as much as a pose residual
-// needs.
+// Position and the three columns' worth of orientation that a left perturbation turns: as much as a
+// pose residual needs.
 struct ChainFunctor {
   const JointVector& q;
   const double* sign;
@@ -97,25 +96,12 @@ BENCHMARK(forward_only)->MinTime(0.5);
 BENCHMARK(analytic)->MinTime(0.5);
 BENCHMARK(automatic)->MinTime(0.5);
 
-class Ratios : public benchmark::ConsoleReporter {
- public:
-  void ReportRuns(const std::vector<Run>& runs) override {
-    ConsoleReporter::ReportRuns(runs);
-    for (const Run& run : runs) nanoseconds_[run.run_name.function_name] = run.GetAdjustedCPUTime();
-  }
-  void Finalize() override {
-    std::printf("\nforward kinematics with 47 columns: %.0f ns; autodiff takes %.1f times as long\n",
-                nanoseconds_["analytic"], nanoseconds_["automatic"] / nanoseconds_["analytic"]);
-  }
-
- private:
-  std::map<std::string, double> nanoseconds_;
-};
-
 }  // namespace
 
 int main(int argc, char** argv) {
   benchmark::Initialize(&argc, argv);
-  Ratios reporter;
-  benchmark::RunSpecifiedBenchmarks(&reporter);
+  armtrue_bench::Times times;
+  benchmark::RunSpecifiedBenchmarks(&times);
+  std::printf("\nforward kinematics with 47 columns: %.0f ns; autodiff takes %.1f times as long\n",
+              times.nanoseconds("analytic"), times.ratio("automatic", "analytic"));
 }

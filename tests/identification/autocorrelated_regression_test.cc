@@ -13,6 +13,7 @@ namespace {
 using Random = std::mt19937_64;
 
 Eigen::MatrixXd no_noise(Eigen::Index p) { return Eigen::MatrixXd::Zero(p, p); }
+Eigen::MatrixXd none_shared(Eigen::Index n) { return Eigen::MatrixXd(n, 0); }
 
 // x[i] = rho x[i-1] + e, `times` over, of about unit variance; twice is smooth like what a low pass
 // leaves.
@@ -73,7 +74,8 @@ TEST(AutocorrelatedRegression, IntervalsCoverTheTruthWhenTheResidualWanders) {
     for (int campaign = 0; campaign < kCampaigns; ++campaign) {
       const Eigen::VectorXd response =
           c.columns * truth + 0.1 * slow_noise(c.columns.rows(), c.rho, c.times, random);
-      const Regression fit = regress_autocorrelated(c.columns, response, no_noise(truth.size()));
+      const Regression fit = regress_autocorrelated(c.columns, response, no_noise(truth.size()),
+                                                    none_shared(c.columns.rows()));
       for (size_t k = 0; k < covered.size(); ++k) {
         const double value = truth[static_cast<Eigen::Index>(k)];
         const auto [low, high] = fit.coefficients[k].ci95;
@@ -91,6 +93,41 @@ TEST(AutocorrelatedRegression, IntervalsCoverTheTruthWhenTheResidualWanders) {
   }
 }
 
+// A clock that is off moves all samples of a pass along the path: at a corner that is a step, on a
+// curve a wave.
+TEST(AutocorrelatedRegression, IntervalsKnowOfErrorsThatAllSamplesShare) {
+  constexpr int kCampaigns = 1000;
+  constexpr Eigen::Index n = 700;
+  const Eigen::MatrixXd columns = pulse_constant_step(n);
+  const Eigen::Vector3d truth(0.02, -0.1, -0.3);
+  Eigen::MatrixXd shared(n, 2);
+  shared << 0.1 * columns.col(2), 0.05 * Eigen::VectorXd::LinSpaced(n, 0, 3).array().cos().matrix();
+  Random random(12);
+  std::normal_distribution<double> normal;
+  int aware = 0, unaware = 0;
+  for (int campaign = 0; campaign < kCampaigns; ++campaign) {
+    const Eigen::Vector2d errors(normal(random), normal(random));
+    const Eigen::VectorXd response =
+        columns * truth + shared * errors + 0.1 * slow_noise(n, 0.8, 2, random);
+    const auto covered = [&](const Regression& fit) {
+      int count = 0;
+      for (size_t k = 0; k < 3; ++k) {
+        const auto [low, high] = fit.coefficients[k].ci95;
+        count += low <= truth[static_cast<Eigen::Index>(k)] &&
+                 truth[static_cast<Eigen::Index>(k)] <= high;
+      }
+      return count;
+    };
+    aware += covered(regress_autocorrelated(columns, response, no_noise(3), shared));
+    unaware += covered(regress_autocorrelated(columns, response, no_noise(3), none_shared(n)));
+  }
+  std::printf("covered: %.3f, without the shared errors %.3f\n", aware / (3.0 * kCampaigns),
+              unaware / (3.0 * kCampaigns));
+  EXPECT_GE(aware, 0.93 * 3 * kCampaigns);
+  EXPECT_LE(aware, 0.97 * 3 * kCampaigns);
+  EXPECT_LT(unaware, 0.9 * 3 * kCampaigns);
+}
+
 TEST(AutocorrelatedRegression, NoiseInAColumnNoLongerShrinksItsCoefficient) {
   constexpr Eigen::Index n = 20000;
   Random random(3);
@@ -98,10 +135,12 @@ TEST(AutocorrelatedRegression, NoiseInAColumnNoLongerShrinksItsCoefficient) {
   Eigen::VectorXd seen = pulse(n, 15);
   const Eigen::VectorXd response = 0.02 * seen;
   for (double& x : seen) x += 15 * normal(random);
-  const double raw = regress_autocorrelated(seen, response, no_noise(1)).coefficients[0].value;
+  const double raw =
+      regress_autocorrelated(seen, response, no_noise(1), none_shared(n)).coefficients[0].value;
   EXPECT_LT(raw, 0.0175);
   const Estimate k =
-      regress_autocorrelated(seen, response, Eigen::MatrixXd::Constant(1, 1, 225)).coefficients[0];
+      regress_autocorrelated(seen, response, Eigen::MatrixXd::Constant(1, 1, 225), none_shared(n))
+          .coefficients[0];
   EXPECT_NEAR(k.value, 0.02, 2e-4);
   EXPECT_LE(k.ci95[0], 0.02);
   EXPECT_GE(k.ci95[1], 0.02);
@@ -109,16 +148,21 @@ TEST(AutocorrelatedRegression, NoiseInAColumnNoLongerShrinksItsCoefficient) {
 
 TEST(AutocorrelatedRegression, RefusesWhatCannotBeSolved) {
   const Eigen::MatrixXd twice = Eigen::MatrixXd::Ones(10, 2);
-  EXPECT_THROW(regress_autocorrelated(twice, Eigen::VectorXd::Ones(10), no_noise(2)),
-               std::invalid_argument);
-  EXPECT_THROW(regress_autocorrelated(twice, Eigen::VectorXd::Ones(9), no_noise(2)),
+  EXPECT_THROW(
+      regress_autocorrelated(twice, Eigen::VectorXd::Ones(10), no_noise(2), none_shared(10)),
+      std::invalid_argument);
+  EXPECT_THROW(
+      regress_autocorrelated(twice, Eigen::VectorXd::Ones(9), no_noise(2), none_shared(10)),
+      std::invalid_argument);
+  EXPECT_THROW(regress_autocorrelated(Eigen::MatrixXd::Ones(10, 1), Eigen::VectorXd::Ones(10),
+                                      no_noise(1), Eigen::MatrixXd::Ones(9, 1)),
                std::invalid_argument);
   EXPECT_THROW(regress_autocorrelated(Eigen::MatrixXd::Identity(2, 2), Eigen::VectorXd::Ones(2),
-                                      no_noise(2)),
+                                      no_noise(2), none_shared(2)),
                std::invalid_argument);
   // A column that is all noise.
   EXPECT_THROW(regress_autocorrelated(Eigen::MatrixXd::Ones(10, 1), Eigen::VectorXd::Ones(10),
-                                      Eigen::MatrixXd::Ones(1, 1)),
+                                      Eigen::MatrixXd::Ones(1, 1), none_shared(10)),
                std::invalid_argument);
 }
 

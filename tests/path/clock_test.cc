@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <cmath>
 
 #include "armtrue/kinematics/units.h"
@@ -51,12 +52,40 @@ TEST(Clock, TheOffsetIsWithinItsStatedUncertainty) {
       const plant::Record record = plant::run(program, program.position, options);
       const ClockFit fit = fit_clock(path_of(program), record_of(record));
       ++runs;
-      within += std::abs(offset_error(fit, record, options)) < 1.96 * fit.offset_deviation;
-      largest = std::max(largest, 1.96 * fit.offset_deviation);
+      within += std::abs(offset_error(fit, record, options)) < 1.96 * fit.offset_deviation();
+      largest = std::max(largest, 1.96 * fit.offset_deviation());
     }
   }
   EXPECT_GE(within, 43) << "of " << runs;  // 45.6 expected; 5 misses have a chance of 8 %
   EXPECT_LT(largest, 15e-3);
+}
+
+// What a clock that is a bit off makes of the deviations, to first order.
+TEST(Clock, ItsErrorsMoveTheRecordAlongThePath) {
+  constexpr double kHour = 36000;  // of the day: nothing may depend on it
+  Path programmed = path_of(plant::program(plant::Shape::arc));
+  programmed.time.array() += kHour;
+  const Eigen::VectorXd times = Eigen::VectorXd::LinSpaced(51, kHour + 2, kHour + 17);
+  Eigen::Matrix2d covariance;
+  covariance << 4e-6, -1e-7, -1e-7, 2.25e-8;
+  const auto errors = clock_errors(programmed, times, covariance);
+  const Eigen::Matrix2d root = covariance.llt().matrixL();
+  for (const Eigen::Index i : {0, 20, 50}) {
+    Eigen::Matrix3d expected = Eigen::Matrix3d::Zero(), stated = expected;
+    for (int k = 0; k < 2; ++k) {
+      const double late = root(0, k) + root(1, k) * (times[i] - times[25]);
+      const auto at = [&](double time) -> Eigen::Vector3d {
+        return position_at(programmed, Eigen::VectorXd::Constant(1, time));
+      };
+      const Eigen::Vector3d moved = at(times[i]) - at(times[i] - late);
+      expected += moved * moved.transpose();
+      stated +=
+          errors[static_cast<size_t>(k)].col(i) * errors[static_cast<size_t>(k)].col(i).transpose();
+    }
+    EXPECT_LT((stated - expected).norm(), 0.02 * expected.norm()) << i;
+  }
+  for (const Eigen::Matrix3Xd& error : clock_errors(programmed, times, Eigen::Matrix2d::Zero()))
+    EXPECT_TRUE(error.isZero(0));
 }
 
 // Two hours at 100 ppm: the clocks drift apart by more than any deviation.
@@ -94,7 +123,7 @@ TEST(Clock, AFrameIsFittedOnRequest) {
   ClockOptions with_frame;
   with_frame.fit_frame = true;
   const ClockFit fit = fit_clock(path_of(program), measured, with_frame);
-  EXPECT_LT(std::abs(offset_error(fit, record, options)), 3 * fit.offset_deviation);
+  EXPECT_LT(std::abs(offset_error(fit, record, options)), 3 * fit.offset_deviation());
   const Eigen::Vector3d centre = program.position.rowwise().mean();
   EXPECT_LT((fit.program_from_instrument * (instrument_from_program * centre) - centre).norm(),
             1e-3);

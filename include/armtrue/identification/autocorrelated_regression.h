@@ -32,8 +32,13 @@ struct Regression {
 /// `noise` (p x p) is the covariance of the noise in one row of `columns`; its share of the normal
 /// matrix, which draws the coefficients towards zero, is taken off (Fuller 1987, "Measurement Error
 /// Models"). Several channels of one sample may stand as consecutive rows.
+///
+/// `shared` (n x m, m may be 0) is what each of m independent errors of unit variance, which
+/// all samples have in common, adds to the response: a clock's, for one. The residual cannot show
+/// what of them looks like the columns, so they are propagated into the intervals, their degrees of
+/// freedom after Welch and Satterthwaite (JCGM 100:2008, G.4).
 /// Throws std::invalid_argument if sizes disagree, n <= p, or the columns are dependent.
 Regression regress_autocorrelated(const Eigen::MatrixXd& columns, const Eigen::VectorXd& response,
-                                  const Eigen::MatrixXd& noise);
+                                  const Eigen::MatrixXd& noise, const Eigen::MatrixXd& shared);
 
 }  // namespace armtrue

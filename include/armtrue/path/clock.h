@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -14,18 +16,25 @@ struct ClockFit {
   /// t_instrument = offset + (1 + rate) * t_program [s]. A constant lag of the servos is a part of
   /// the offset: no record can tell them apart.
   double offset = 0, rate = 0;
-  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  ///< of offset and rate
-  Pose program_from_instrument;                          ///< identity unless asked for
+  double middle = 0;  ///< of the record, by the clock of the program [s]
+  /// Of the offset in the middle, where it is known best, and the rate. Zero if they were given.
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
+  Pose program_from_instrument;  ///< identity unless asked for
   /// Noise of the instrument per axis [m], one standard deviation, as far as it is not smooth.
   double noise = 0;
 
   double program_time(double instrument_time) const {
     return (instrument_time - offset) / (1 + rate);
   }
-  /// Standard deviation of the offset in the middle of the record, where it is known best [s].
-  double offset_deviation = 0;
+  /// Standard deviation of the offset in the middle [s].
+  double offset_deviation() const { return std::sqrt(covariance(0, 0)); }
   std::pair<double, double> offset_ci95() const {
-    return {offset - 1.96 * offset_deviation, offset + 1.96 * offset_deviation};
+    return {offset - 1.96 * offset_deviation(), offset + 1.96 * offset_deviation()};
+  }
+  /// Covariance of the offset at another time of the program, and of the rate.
+  Eigen::Matrix2d covariance_at(double time) const {
+    const Eigen::Matrix2d moved{{1, time - middle}, {0, 1}};
+    return moved * covariance * moved.transpose();
   }
 };
 
@@ -44,5 +53,12 @@ struct ClockOptions {
 /// paths do not overlap in time, if their sizes show different units, if they lie more than 10 mm
 /// apart (then naming the rigid motion that would join them) or if the offset stays unknown.
 ClockFit fit_clock(const Path& programmed, const Path& measured, const ClockOptions& options = {});
+
+/// What the uncertainty of a clock adds to the deviations (measured minus programmed) at times of
+/// the program, increasing: two independent errors of unit variance, each shared by all samples
+/// [m]. `covariance` is that of the offset halfway between the first and the last of them, and the
+/// rate.
+std::array<Eigen::Matrix3Xd, 2> clock_errors(const Path& programmed, const Eigen::VectorXd& times,
+                                             const Eigen::Matrix2d& covariance);
 
 }  // namespace armtrue

@@ -15,8 +15,7 @@ namespace armtrue {
 struct ForceRecord {
   /// Measured minus programmed position [m], the part along the path too: without it, a compliance
   /// is what it leaves across the path, which on a curve changes all the way. A fitted clock has
-  /// taken a constant lag and drag off that part: then intervals cover some 85 to 90 % on curves,
-  /// and a step at a corner may be the clock's. Across a straight path they cover 95 %.
+  /// taken a constant lag and drag off that part.
   Eigen::Matrix3Xd deviation;
   Eigen::Matrix3Xd force;  ///< on the tool [N], same axes, through the same low pass
   /// RMS noise of `force` per axis [N], through that low pass too (find_engagement() measures it in
@@ -25,6 +24,9 @@ struct ForceRecord {
   /// Sign of motion of each joint or axis that may have backlash, a row each (motion_directions()),
   /// through the same low pass if the deviation went through one. No rows: no backlash.
   Eigen::MatrixXd direction;
+  /// What independent errors of unit variance that all samples share would add to `deviation`
+  /// [m], one for each: those of a fitted clock (clock_errors()).
+  std::vector<Eigen::Matrix3Xd> shared_errors;
   /// The deviation without force is zero, as the paper has it. Else it is a constant, which the air
   /// shows: an offset of the frame or half a backlash would be taken for force.
   bool through_origin = false;
@@ -57,7 +59,8 @@ struct ReversalStep {
 struct ForceLaw {
   std::array<ForceLine, 3> axis;  ///< deviation x on force x, y on y, z on z
   /// |deviation| on |force| through the origin, once `offset` and `reversals` are taken off; the
-  /// interval takes these as exact. Noise lengthens |deviation| by half its variance across it.
+  /// interval takes these and the clock as exact. Noise lengthens |deviation| by half its variance
+  /// across it.
   ForceLine magnitude;
   std::array<ForceDirection, 3> directions;  ///< strongest first
   /// Sum over the known directions of compliance * direction' [m/N]: what it says of a force along

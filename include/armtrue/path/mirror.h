@@ -10,6 +10,7 @@
 #include "armtrue/path/clock.h"
 #include "armtrue/path/engagement.h"
 #include "armtrue/path/force_law.h"
+#include "armtrue/path/low_pass.h"
 #include "armtrue/path/path.h"
 
 namespace armtrue {
@@ -61,6 +62,8 @@ struct PathDeviation {
   EngagementRecord engagement;       ///< from the force or, without one, from `normal`
   double noise = 0;                  ///< of one sample of `normal`, per axis [m]
   double spread = 0;                 ///< from pass to pass, per axis [m]; 0 for a single pass
+  /// Of the mean of the clocks: offset halfway through `time` [s], and rate.
+  Eigen::Matrix2d clock_covariance = Eigen::Matrix2d::Zero();
 };
 
 struct MirrorResult {
@@ -93,8 +96,11 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& mea
 Eigen::Matrix3Xd correct_from_force(const Path& programmed, const Eigen::Matrix3Xd& deviation,
                                     const MirrorOptions& options);
 
-/// What force and reversals have to do with the deviation; nothing without a force.
-std::optional<ForceLaw> force_law(const PathDeviation& deviation, const Path& programmed);
+/// What force and reversals have to do with the deviation, both through the low pass: raw, a weak
+/// force would not stand out of its noise. `axes` are the coordinates of the axes that may have
+/// backlash, as programmed, a column for each sample of the deviation. Nothing without a force.
+std::optional<ForceLaw> force_law(const PathDeviation& deviation, const Path& programmed,
+                                  const Eigen::MatrixXd& axes, const LowPass& filter);
 
 /// The deviation across the path on the one that the robot's effects predict from the recorded
 /// force: k = 1 if the robot file is right; nothing without a force. Throws as joint_path() does.
