@@ -2,6 +2,7 @@
 
 #include <ceres/ceres.h>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
@@ -18,6 +19,7 @@ namespace {
 
 constexpr double kSmallestScale = 1e-9;  // m, rad: noise-free simulations must not divide by zero
 constexpr int kRowsForStart = 4096;      // a larger campaign starts from an even choice of its rows
+constexpr int kPosesForCovariance = 16384;  // tell a standard deviation to half a per cent
 constexpr int kMaxRounds = 8;
 constexpr double kRoughTolerance = 1e-6;  // of the cost
 
@@ -350,19 +352,51 @@ Solution fit(SessionModels& model, ReadingLaw& law, std::vector<Prior>& priors,
   return solution;
 }
 
+// The covariance that all poses would show, from that of some of them; both, and the information of
+// those, in coordinates in which the information of all is the unit matrix. A direction of which
+// the poses taken show next to nothing, because few poses of all do, has its readings' variance.
+Eigen::MatrixXd of_all_poses(const Eigen::MatrixXd& covariance, const Eigen::MatrixXd& information,
+                             double variance) {
+  constexpr double kShown = 0.1;  // of what they show on average
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(information);
+  const Eigen::VectorXd& shares = eigen.eigenvalues();
+  const auto shown = (shares.array() > kShown * shares.mean()).eval();
+  const Eigen::VectorXd scale = shown.select(shares.cwiseMax(1e-300).cwiseSqrt().cwiseInverse(), 0);
+  const Eigen::MatrixXd turned = scale.asDiagonal() * eigen.eigenvectors().transpose();
+  Eigen::MatrixXd scaled = turned * covariance * turned.transpose();
+  scaled.diagonal() += shown.select(Eigen::VectorXd::Zero(shares.size()), variance).matrix();
+  return eigen.eigenvectors() * scaled * eigen.eigenvectors().transpose();
+}
+
 // Covariance of the unknowns from what each pose, and each prior, does to them.
 Eigen::MatrixXd covariance_by_pose(const SessionModels& model, const std::vector<Prior>& priors,
                                    const Eigen::VectorXd& x, double variance,
                                    const CalibrationResult& result) {
   const Eigen::MatrixXd& root = result.inverse_root;
   if (root.cols() == 0) return Eigen::MatrixXd::Zero(root.rows(), root.rows());
-  InfluenceSums sums;
-  for_each_pose<InfluenceSums>(
-      model.at(x), result.weights, root, rows_by_pose(model.campaign().pose),
-      [](InfluenceSums& block, const PoseInfluence& pose) { block.add(pose); },
-      [&](const InfluenceSums& block) { sums.add(block); });
-  Eigen::MatrixXd covariance = sums.covariance(
+  const RowsByPose all = rows_by_pose(model.campaign().pose);
+  const RowsByPose some = some_poses(all, kPosesForCovariance);
+  struct Sums {
+    InfluenceSums influence;
+    Eigen::MatrixXd information;
+  } sums{{}, Eigen::MatrixXd::Zero(root.cols(), root.cols())};
+  const bool is_part = some.poses() < all.poses();
+  for_each_pose<Sums>(
+      model.at(x), result.weights, root, some,
+      [&](Sums& block, const PoseInfluence& pose, const auto& rows) {
+        block.influence.add(pose);
+        if (!is_part) return;
+        if (block.information.size() == 0)
+          block.information = Eigen::MatrixXd::Zero(root.cols(), root.cols());
+        block.information.noalias() += rows.transpose() * rows;
+      },
+      [&](const Sums& block) {
+        sums.influence.add(block.influence);
+        if (is_part) sums.information += block.information;
+      });
+  Eigen::MatrixXd covariance = sums.influence.covariance(
       firmness(result.weights, result.degrees_of_freedom, model.row_size()), variance);
+  if (is_part) covariance = of_all_poses(covariance, sums.information, variance);
   for (const Prior& prior : priors) {
     const Eigen::VectorXd known = root.row(prior.unknown).transpose() / prior.deviation;
     covariance += known * known.transpose();

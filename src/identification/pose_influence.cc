@@ -103,4 +103,16 @@ RowsByPose rows_by_pose(const std::vector<int>& pose) {
   return rows;
 }
 
+RowsByPose some_poses(const RowsByPose& all, int count) {
+  if (all.poses() <= count) return all;
+  RowsByPose some{{0}, {}};
+  for (int k = 0; k < count; ++k) {
+    const auto pose = static_cast<size_t>(static_cast<long>(k) * all.poses() / count);
+    some.row.insert(some.row.end(), all.row.begin() + all.first[pose],
+                    all.row.begin() + all.first[pose + 1]);
+    some.first.push_back(static_cast<int>(some.row.size()));
+  }
+  return some;
+}
+
 }  // namespace armtrue

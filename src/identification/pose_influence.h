@@ -57,10 +57,12 @@ struct RowsByPose {
 };
 /// `pose`: its number, of each row; numbers without rows are left out.
 RowsByPose rows_by_pose(const std::vector<int>& pose);
+/// So many of them, evenly spread; all if there are no more.
+RowsByPose some_poses(const RowsByPose& all, int count);
 
-/// Calls `add(sums, influence)` for each pose, into a Sums for each block of them, and hands those
-/// to `join` in the order of the poses. `root`: inverse_root() of the
-/// information.
+/// Calls `add(sums, influence, rows)` for each pose, into a Sums for each block of them, and hands
+/// those to `join` in the order of the poses. `root`: inverse_root() of the information; `rows` as
+/// for influence_of_pose().
 template <typename Sums, typename Add, typename Join>
 void for_each_pose(const SessionModels::At& at, const std::vector<double>& weights,
                    const Eigen::MatrixXd& root, const RowsByPose& rows, const Add& add,
@@ -86,8 +88,8 @@ void for_each_pose(const SessionModels::At& at, const std::vector<double>& weigh
           for (int pose = first; pose < last; ++pose) {
             const int begin_own = (rows.first[pose] - top) * size;
             const int own = (rows.first[pose + 1] - rows.first[pose]) * size;
-            add(sums, influence_of_pose(shown.middleRows(begin_own, own),
-                                        blocks.col(p).segment(begin_own, own)));
+            const auto of_pose = shown.middleRows(begin_own, own);
+            add(sums, influence_of_pose(of_pose, blocks.col(p).segment(begin_own, own)), of_pose);
           }
         }
         return sums;
