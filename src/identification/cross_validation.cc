@@ -1,6 +1,7 @@
 #include "cross_validation.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -17,7 +18,6 @@ constexpr int kFolds = 10;
 
 CrossValidation CrossValidation::of(const Linearization& fit, const Eigen::MatrixXd& columns,
                                     std::uint64_t seed) {
-  const int size = fit.row_size(), rank = static_cast<int>(fit.basis().cols());
   // In an orthonormal basis the normal equations lose nothing.
   Eigen::MatrixXd added = columns - fit.basis() * (fit.basis().transpose() * columns);
   for (int c = 0; c < added.cols(); ++c) {
@@ -25,8 +25,27 @@ CrossValidation CrossValidation::of(const Linearization& fit, const Eigen::Matri
     const double norm = added.col(c).norm();
     if (norm > 1e-12 * columns.col(c).norm()) added.col(c) /= norm;
   }
-  Eigen::MatrixXd predictors(fit.basis().rows(), rank + added.cols());
-  predictors << fit.basis(), added;
+  return of(fit, fit.basis(), added, fit.residual(), seed);
+}
+
+CrossValidation CrossValidation::of_effect(const Linearization& fit, int effect,
+                                           std::uint64_t seed) {
+  const Linearization::Loss loss = fit.without_effect(effect);
+  const Eigen::Index rank = loss.span.rows(), own = loss.span.cols();
+  const Eigen::MatrixXd turn = Eigen::HouseholderQR<Eigen::MatrixXd>(loss.span).householderQ() *
+                               Eigen::MatrixXd::Identity(rank, rank);
+  const Eigen::MatrixXd added = fit.basis() * loss.span;
+  return of(fit, fit.basis() * turn.rightCols(rank - own), added,
+            fit.residual() + added * loss.residual, seed);
+}
+
+// `added` orthonormal beside `basis`; `residual` orthogonal to `basis`.
+CrossValidation CrossValidation::of(const Linearization& fit, const Eigen::MatrixXd& basis,
+                                    const Eigen::MatrixXd& added,
+                                    const Eigen::VectorXd& whole_residual, std::uint64_t seed) {
+  const int size = fit.row_size(), rank = static_cast<int>(basis.cols());
+  Eigen::MatrixXd predictors(basis.rows(), rank + added.cols());
+  predictors << basis, added;
 
   std::map<int, std::vector<int>> rows_of_pose;
   for (int row = 0; row < fit.rows(); ++row) rows_of_pose[fit.pose()[row]].push_back(row);
@@ -47,12 +66,12 @@ CrossValidation CrossValidation::of(const Linearization& fit, const Eigen::Matri
       extents.emplace_back(begin, static_cast<int>(indices.size()) - begin);
     }
     const Eigen::MatrixXd left_out = predictors(indices, Eigen::all);
-    const Eigen::VectorXd residual = fit.residual()(indices);
+    const Eigen::VectorXd residual = whole_residual(indices);
     // All readings less the ones left out.
     Eigen::MatrixXd gram = predictors.transpose() * predictors - left_out.transpose() * left_out;
     gram.diagonal().array() += 1e-10;
     const Eigen::VectorXd slope =
-        predictors.transpose() * fit.residual() - left_out.transpose() * residual;
+        predictors.transpose() * whole_residual - left_out.transpose() * residual;
     const Eigen::VectorXd without =
         residual -
         left_out.leftCols(rank) * gram.topLeftCorner(rank, rank).ldlt().solve(slope.head(rank));

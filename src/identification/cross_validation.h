@@ -15,6 +15,13 @@ struct CrossValidation {
   /// unknowns.
   static CrossValidation of(const Linearization& fit, const Eigen::MatrixXd& columns,
                             std::uint64_t seed);
+  /// The same of an effect of the model beside all the others.
+  static CrossValidation of_effect(const Linearization& fit, int effect, std::uint64_t seed);
+
+ private:
+  static CrossValidation of(const Linearization& fit, const Eigen::MatrixXd& basis,
+                            const Eigen::MatrixXd& added, const Eigen::VectorXd& whole_residual,
+                            std::uint64_t seed);
 };
 
 }  // namespace armtrue

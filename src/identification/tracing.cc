@@ -148,31 +148,27 @@ class Tracer {
     for (int trial = 0; trial < kTrials && trial < static_cast<int>(order.size()); ++trial) {
       const int candidate = order[trial];
       if (scores[candidate].score <= 0) break;
-      if (!is_possible(*scan_, candidate, scores[candidate])) continue;
+      if (is_in_model(scan_->candidates()[candidate].effect) ||
+          !is_possible(*scan_, candidate, scores[candidate]))
+        continue;
       const CrossValidation cv =
           CrossValidation::of(fit, scan_->columns(fit, candidate), options_.seed);
       if (cv.gain <= cv.error) continue;
       const double p = family_wise_p(projected, candidate, scores[candidate]);
-      if (p >= significance(result_.fit) ||
-          static_cast<int>(chosen_.size()) == options_.max_effects) {
+      if (p >= significance() || static_cast<int>(chosen_.size()) == options_.max_effects) {
         result_.remaining_p = p;
         return false;
       }
-      add(candidate, p, cv);
+      add(candidate, p);
       return true;
     }
     result_.remaining_p = family_wise_p(projected, order.front(), scores[order.front()]);
     return false;
   }
 
-  void add(int candidate, double p, const CrossValidation& cv) {
+  void add(int candidate, double p) {
+    p_at_gate_.push_back(p);
     chosen_.push_back(refine(scan_->candidates()[candidate], view().fit, -1));
-    TracedEffect traced;
-    traced.evidence.p_value = p;
-    traced.evidence.cross_validated_gain = cv.gain;
-    traced.evidence.cross_validated_gain_error = cv.error;
-    result_.effects.push_back(traced);
-    exchanged_.push_back(false);
     refit({});
   }
 
@@ -186,41 +182,36 @@ class Tracer {
       throw std::invalid_argument(effect.parameter + " by " + to_string(effect.driver) +
                                   " is no candidate of the search that is to begin with it");
     const int candidate = static_cast<int>(found - candidates.begin());
-    const auto& [fit, projected] = view();
-    const CandidateScore score = projected.scores()[candidate];
-    if (score.degrees_of_freedom == 0) return;  // nothing of it shows
-    add(candidate, family_wise_p(projected, candidate, score),
-        CrossValidation::of(fit, scan_->columns(fit, candidate), options_.seed));
+    // Nothing is added of which nothing shows.
+    const CandidateScore score = view().projected.scores()[candidate];
+    if (score.degrees_of_freedom > 0)
+      add(candidate, family_wise_p(view().projected, candidate, score));
   }
-
-  double family_wise_p(const ProjectedCandidates& projected, int candidate,
-                       const CandidateScore& score) {
-    FamilyWise test =
-        family_wise(projected, projected.residual_beside(candidate, score.coefficients),
-                    score.score, result_.fit);
-    describe_null_run(std::move(test.null_scores), significance(result_.fit));
-    return test.p;
-  }
-
-  struct FamilyWise {
-    double p = 1;
-    std::vector<double> null_scores{};  // of the last draws
-  };
 
   // Signs are flipped on what the candidate leaves (ter Braak 1992): flipping its own effect along
   // would hide a strong effect in the scatter it causes, while on a residual without any effect
   // both ways agree.
-  FamilyWise family_wise(const ProjectedCandidates& projected, const Eigen::VectorXd& beside,
-                         double score, const CalibrationResult& model) const {
-    const double level = significance(model);
-    FamilyWise test;
+  double family_wise_p(const ProjectedCandidates& projected, int candidate,
+                       const CandidateScore& score) {
+    const Eigen::VectorXd residual = projected.residual_beside(candidate, score.coefficients);
+    const double level = significance();
+    double p = 1;
     for (int flips : {options_.flips, 10 * options_.flips}) {
-      test.null_scores = projected.best_of_flipped(beside, flips, options_.seed);
-      test.p = rank_among(score, test.null_scores);
+      const auto null_scores = projected.best_of_flipped(residual, flips, options_.seed);
+      p = rank_among(score.score, null_scores);
+      describe_null_run(null_scores, level);
       // More draws only where these cannot tell.
-      if (test.p >= options_.significance || test.p < level) break;
+      if (p >= options_.significance || p < level) break;
     }
-    return test;
+    return p;
+  }
+
+  // The same of an effect that took another's place and has been through no gate: what it leaves
+  // beside all the others is the residual of the fit.
+  double p_beside_all(double score) {
+    const auto& [fit, projected] = view();
+    return rank_among(score,
+                      projected.best_of_flipped(fit.residual(), options_.flips, options_.seed));
   }
 
   static double rank_among(double score, const std::vector<double>& null_scores) {
@@ -243,8 +234,8 @@ class Tracer {
   }
 
   // An effect without a lack of fit is a stranger claim, and needs the stronger evidence.
-  double significance(const CalibrationResult& model) const {
-    const double lack_of_fit = assess(model, campaign_).lack_of_fit.value_or(1.0);
+  double significance() const {
+    const double lack_of_fit = assess(result_.fit, campaign_).lack_of_fit.value_or(1.0);
     const double missing = std::clamp(std::log(lack_of_fit) / std::log(kLackOfFit), 0.0, 1.0);
     return options_.significance_without_lack_of_fit *
            std::pow(options_.significance / options_.significance_without_lack_of_fit, missing);
@@ -320,12 +311,11 @@ class Tracer {
     std::vector<Effect> coefficients = result_.fit.robot.effects;
     if (other) {
       chosen_[effect] = *other;
-      exchanged_[effect] = true;
+      p_at_gate_[effect] = std::nullopt;
       coefficients[declared_ + effect] = {};
     } else {
       chosen_.erase(chosen_.begin() + effect);
-      result_.effects.erase(result_.effects.begin() + effect);
-      exchanged_.erase(exchanged_.begin() + effect);
+      p_at_gate_.erase(p_at_gate_.begin() + effect);
       coefficients.erase(coefficients.begin() + declared_ + effect);
     }
     refit(coefficients);
@@ -352,7 +342,9 @@ class Tracer {
   std::optional<int> better_than(double score, const std::vector<CandidateScore>& scores) const {
     for (int candidate : best_first(scores)) {
       if (scores[candidate].score <= score + kClearlyBetter) break;
-      if (is_possible(*scan_, candidate, scores[candidate])) return candidate;
+      if (!is_in_model(scan_->candidates()[candidate].effect) &&
+          is_possible(*scan_, candidate, scores[candidate]))
+        return candidate;
     }
     return std::nullopt;
   }
@@ -384,33 +376,10 @@ class Tracer {
         score.score,      candidate.from_catalogue};
   }
 
-  // An effect that took another's place has been through no gate of its own: what they say of it
-  // beside all the others.
-  void examine_exchanged(size_t k) {
-    Robot robot = result_.fit.robot;
-    robot.effects.erase(robot.effects.begin() + declared_ + static_cast<std::ptrdiff_t>(k));
-    CalibrationOptions options;
-    options.near = &result_.fit;
-    options.tolerance = kSearchTolerance;
-    const CalibrationResult others = calibrate(robot, campaign_, result_.fit.set, options);
-    const View without(*scan_, others, campaign_);
-    const CandidateScan alone({chosen_[k]}, others.robot, in_common_frame(campaign_, others.robot));
-    const ProjectedCandidates projected(alone, without.fit);
-    const CandidateScore score = projected.scores().front();
-    Evidence& evidence = result_.effects[k].evidence;
-    evidence.p_value =
-        family_wise(without.projected, projected.residual_beside(0, score.coefficients),
-                    score.score, others)
-            .p;
-    const CrossValidation cv =
-        CrossValidation::of(without.fit, alone.columns(without.fit, 0), options_.seed);
-    evidence.cross_validated_gain = cv.gain;
-    evidence.cross_validated_gain_error = cv.error;
-  }
-
   // Evidence of each effect beside all the others, and what cannot be told from it.
   void describe() {
     if (chosen_.empty()) return;
+    result_.effects.resize(chosen_.size());
     note("looking for what cannot be told apart");
     Robot& robot = result_.fit.robot;
     result_.departures =
@@ -422,7 +391,6 @@ class Tracer {
     for (size_t k = 0; k < chosen_.size(); ++k) {
       const int effect = declared_ + static_cast<int>(k);
       TracedEffect& traced = result_.effects[k];
-      if (exchanged_[k]) examine_exchanged(k);
       traced.variance_share = shares[k];
       traced.effect = robot.effects[effect];
       traced.cycle = cycle_of(effect, chosen_[k].frequency_resolution > 0);
@@ -435,6 +403,10 @@ class Tracer {
           }) > 1;
       const CandidateScore own = projected.score_of_effect(effect, chosen_[k]);
       traced.evidence.delta_ebic = own.score;
+      traced.evidence.p_value = p_at_gate_[k] ? *p_at_gate_[k] : p_beside_all(own.score);
+      const CrossValidation cv = CrossValidation::of_effect(fit, effect, options_.seed);
+      traced.evidence.cross_validated_gain = cv.gain;
+      traced.evidence.cross_validated_gain_error = cv.error;
       const std::vector<CandidateScore> scores = projected.scores_without(effect);
       const std::vector<CandidateScore> imitations = projected.imitations(effect);
       std::vector<int> listed;
@@ -526,7 +498,7 @@ class Tracer {
   std::vector<Candidate> candidates_;
   std::optional<CandidateScan> scan_;
   std::vector<Candidate> chosen_;
-  std::vector<bool> exchanged_;  // of the chosen, those that took the place of another
+  std::vector<std::optional<double>> p_at_gate_;  // none where one took another's place
   std::set<std::multiset<std::string>> seen_;
 };
 
