@@ -370,7 +370,7 @@ CampaignFile read_campaign(const std::string& path) {
   Source source(path);
   CampaignFile file;
   file.campaign.source = source.name();
-  CsvTable table(source);
+  CsvTable table(source, "pose,q1_deg,...,q6_deg,x_mm,y_mm,z_mm");
   CampaignReader reader(table, file.campaign);
   reader.read();
   file.unknown_columns = reader.unknown_columns();
@@ -415,7 +415,7 @@ std::string write_campaign(const Campaign& campaign) {
 
 std::vector<JointTarget> read_joint_targets(const std::string& path) {
   Source source(path);
-  CsvTable table(source);
+  CsvTable table(source, "pose,q1_deg,...,q6_deg");
   std::vector<std::string> missing;
   const auto pose = table.find("pose");
   if (!pose) missing.emplace_back("pose");

@@ -55,13 +55,12 @@ int distance_without_unit(const std::string& a, const std::string& b) {
 
 }  // namespace
 
-CsvTable::CsvTable(Source& source) : source_(source) {
+CsvTable::CsvTable(Source& source, std::string_view header) : source_(source) {
   std::string_view line;
   do {
     if (!source_.next_line(line))
-      throw InputError(source_.name() +
-                       ": is empty; expected a header row such as "
-                       "pose,q1_deg,...,q6_deg,x_mm,y_mm,z_mm");
+      throw InputError(source_.name() + ": is empty; expected a header row such as " +
+                       std::string(header));
   } while (trim(line).empty() || line.front() == '#');
   separator_ = line.find(';') != std::string_view::npos ? ';' : ',';
   std::vector<std::string_view> names;

@@ -120,7 +120,7 @@ bool is_lost(const CsvTable& table, const std::array<Quantity, 3>& position) {
 
 PathFile read_path(const std::string& file, KeepRows keep) {
   Source source(file);
-  CsvTable table(source);
+  CsvTable table(source, "t_s,x_mm,y_mm,z_mm");
   const PathColumns columns = find_columns(table);
   PathFile result;
   result.source = source.name();

@@ -16,7 +16,8 @@ namespace armtrue {
 /// column and content.
 class CsvTable {
  public:
-  explicit CsvTable(Source& source);
+  /// `header`: one that would do, for whoever gives an empty file.
+  CsvTable(Source& source, std::string_view header);
 
   const std::vector<std::string>& columns() const { return columns_; }
   std::optional<int> find(std::string_view column) const;
