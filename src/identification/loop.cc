@@ -66,6 +66,30 @@ Robot without_effect(const CalibrationResult& fit, const Campaign& campaign, siz
   return calibrate(reduced, campaign, fit.set, options).robot;
 }
 
+// A cycle whose frequency was settled anew stays what it is.
+bool same_but_for_refinement(const Effect& a, const Effect& b) {
+  return a.parameter == b.parameter && a.driver == b.driver && a.shape.kind == b.shape.kind &&
+         std::abs(a.shape.harmonic - b.shape.harmonic) < 1;
+}
+
+// What came and what went from one model to the next: an effect that enters may take the place of
+// others.
+std::string changes(const Robot& before, const Robot& after) {
+  std::vector<Effect> gone = before.effects;
+  std::string came, went;
+  for (const Effect& effect : after.effects) {
+    const auto same = std::find_if(gone.begin(), gone.end(), [&](const Effect& other) {
+      return same_but_for_refinement(effect, other);
+    });
+    if (same != gone.end())
+      gone.erase(same);
+    else
+      came += " + " + describe(effect);
+  }
+  for (const Effect& effect : gone) went += " - " + describe(effect);
+  return came.empty() && went.empty() ? "refitted" : (came + went).substr(1);
+}
+
 bool has_other_cause(const TracedEffect& traced) {
   return std::any_of(traced.indistinguishable.begin(), traced.indistinguishable.end(),
                      [](const Rival& rival) {
@@ -157,8 +181,8 @@ LoopResult close_loop(const Robot& robot, const Campaign& training, const Campai
   result.stages.push_back(stage_of("nominal", 0, nominal, training, held_out));
   for (size_t k = 0; k < result.trace.stages.size(); ++k) {
     const CalibrationResult& fit = result.trace.stages[k];
-    const bool is_geometric = k == 0 || fit.robot.effects.empty();
-    const std::string name = is_geometric ? "geometric" : "+ " + describe(fit.robot.effects.back());
+    const std::string name =
+        k == 0 ? "geometric" : changes(result.trace.stages[k - 1].robot, fit.robot);
     result.stages.push_back(
         stage_of(name, static_cast<int>(fit.names.size()), fit.robot, training, held_out));
   }

@@ -51,6 +51,26 @@ PoseInfluence influence_of_pose(const Eigen::Ref<const Eigen::MatrixXd>& rows,
   return {rows.transpose() * without, rows.transpose() * eigen.eigenvectors().leftCols(alone)};
 }
 
+Eigen::VectorXd unfitted(const Eigen::Ref<const Eigen::MatrixXd>& rows,
+                         const Eigen::Ref<const Eigen::VectorXd>& residual) {
+  const bool few_rows = rows.rows() <= rows.cols();
+  const Eigen::MatrixXd gram = few_rows ? Eigen::MatrixXd(rows * rows.transpose())
+                                        : Eigen::MatrixXd(rows.transpose() * rows);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(gram);
+  const Eigen::ArrayXd leverage = eigen.eigenvalues().array();
+  const Eigen::ArrayXd left = (1 - leverage).max(0.0);
+  // sqrt(1 / left) - 1 over the leverage, without its division by zero; nothing is left where only
+  // this pose shows a direction.
+  const Eigen::ArrayXd root = left.sqrt();
+  const Eigen::ArrayXd given_back = (left > kOnlyThere).select(1 / (root * (1 + root)), 0.0);
+  if (few_rows)
+    return residual + eigen.eigenvectors() * (given_back * leverage).matrix().asDiagonal() *
+                          (eigen.eigenvectors().transpose() * residual);
+  const Eigen::MatrixXd directions = rows * eigen.eigenvectors();
+  return residual +
+         directions * given_back.matrix().asDiagonal() * (directions.transpose() * residual);
+}
+
 void InfluenceSums::add(const PoseInfluence& pose) {
   const Eigen::Index p = pose.change.size();
   if (poses_++ == 0) {

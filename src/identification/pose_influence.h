@@ -29,6 +29,11 @@ struct PoseInfluence {
 PoseInfluence influence_of_pose(const Eigen::Ref<const Eigen::MatrixXd>& rows,
                                 const Eigen::Ref<const Eigen::VectorXd>& residual);
 
+/// The pose's residual as it would scatter if nothing had been fitted to it, (1 - leverage)^-1/2 of
+/// its own (CR2 of the same source). `rows`: of the pose, in an orthonormal basis of the fit.
+Eigen::VectorXd unfitted(const Eigen::Ref<const Eigen::MatrixXd>& rows,
+                         const Eigen::Ref<const Eigen::VectorXd>& residual);
+
 /// Sums over poses, of which their covariance consists.
 class InfluenceSums {
  public:

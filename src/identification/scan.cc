@@ -9,6 +9,7 @@
 #include <string>
 
 #include "ordered_blocks.h"
+#include "pose_influence.h"
 
 namespace armtrue {
 namespace {
@@ -350,14 +351,31 @@ CandidateScore ProjectedCandidates::score_of_effect(int effect, const Candidate&
   return score;
 }
 
-Eigen::VectorXd ProjectedCandidates::residual_beside(int candidate,
-                                                     const Eigen::VectorXd& coefficients) const {
-  const Eigen::VectorXd explained = scan_.columns(fit_, candidate) * coefficients;
-  return fit_.residual() - (explained - fit_.basis() * (fit_.basis().transpose() * explained));
+// The fit has bent itself to the residual, and bends itself to every draw anew. So what it took is
+// given back first, pose by pose: draws of the bare residual would scatter too little, the more so
+// the fewer the poses and the more alike the readings of a pose err.
+Eigen::VectorXd ProjectedCandidates::unfitted_residual() const {
+  Eigen::VectorXd residual = fit_.residual();
+  const int size = fit_.row_size();
+  const RowsByPose rows = rows_by_pose(fit_.pose());
+  for_ordered_blocks<int>(
+      rows.poses(), 32,
+      [&](int begin, int end) {
+        for (int pose = begin; pose < end; ++pose) {
+          std::vector<Eigen::Index> own;
+          for (int k = rows.first[pose]; k < rows.first[pose + 1]; ++k)
+            for (int axis = 0; axis < size; ++axis)
+              own.push_back(static_cast<Eigen::Index>(rows.row[k]) * size + axis);
+          residual(own) = unfitted(fit_.basis()(own, Eigen::all), residual(own)).eval();
+        }
+        return 0;
+      },
+      [](int) {});
+  return residual;
 }
 
-std::vector<double> ProjectedCandidates::best_of_flipped(const Eigen::VectorXd& residual, int flips,
-                                                         std::uint64_t seed) const {
+std::vector<double> ProjectedCandidates::best_of_flipped(int flips, std::uint64_t seed) const {
+  const Eigen::VectorXd residual = unfitted_residual();
   // One sign for each pose in each draw; the same for every candidate. What flips together is
   // summed first. A rank among draws needs no more digits than float has, once the projection has
   // been done in double.

@@ -86,13 +86,9 @@ class ProjectedCandidates {
   /// An effect of the model beside the others, as the candidate that it was.
   CandidateScore score_of_effect(int effect, const Candidate& candidate) const;
 
-  /// The null run: the score of the best of all candidates on `residual` (of all rows, whitened)
-  /// with signs flipped pose by pose, once for each draw.
-  std::vector<double> best_of_flipped(const Eigen::VectorXd& residual, int flips,
-                                      std::uint64_t seed) const;
-
-  /// The residual less what a candidate explains of it.
-  Eigen::VectorXd residual_beside(int candidate, const Eigen::VectorXd& coefficients) const;
+  /// The null run: the score of the best of all candidates on the residual with signs flipped pose
+  /// by pose, once for each draw.
+  std::vector<double> best_of_flipped(int flips, std::uint64_t seed) const;
 
  private:
   // What makes the columns that are left of a candidate orthonormal, dependent ones left out:
@@ -108,6 +104,7 @@ class ProjectedCandidates {
   std::vector<CandidateScore> scores(const Linearization::Loss& loss, bool with_residual) const;
   double ebic_fall(const Candidate& candidate, int degrees_of_freedom, double gain,
                    double residual_norm) const;
+  Eigen::VectorXd unfitted_residual() const;
   template <typename Columns>
   Eigen::MatrixXd moment_sums(int parameter, const Columns& columns) const;
 

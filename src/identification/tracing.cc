@@ -31,21 +31,23 @@ constexpr double kSameEvidence = 6.0;        // EBIC: odds of 20 to 1
 const double kRuledOut = 2 * std::log(1000.0);
 constexpr double kClearlyBetter = 2.0;  // EBIC, before an effect gives way to another
 constexpr double kSameScore = 0.01;     // EBIC; less is rounding and the end of an iteration
-constexpr double kLackOfFit = 0.01;     // p from which the fit clearly lacks something
+constexpr double kLackOfFit = 1e-3;     // p from which the fit clearly lacks something
 constexpr int kRefitted = 3;            // parameters named of those that are refitted for a rival
 constexpr double kSearchTolerance = 1e-6;  // of the cost
 constexpr int kRevisions = 4, kSettlings = 2;
 constexpr int kTrials = 8;  // candidates that may fail the later gates in one step
 
-// The fewer were tried the better, then by what it is; the order in files does not matter.
+// The fewer were tried the better, then by what it is, the joint itself first: bending that turns
+// about a joint's axis is its compliance. The order in files does not matter.
 bool comes_before(const Candidate& a, const Candidate& b) {
   const auto key = [](const Candidate& candidate) {
     const Effect& effect = candidate.effect;
+    const bool is_joint = effect.parameter.ends_with(".theta");
     const Driver& driver = effect.driver;
     const Shape& shape = effect.shape;
-    return std::tie(candidate.log_choices, effect.parameter, driver.kind, driver.joint,
-                    driver.second_joint, driver.where, driver.factor, shape.kind, shape.harmonic,
-                    shape.basis, shape.count, shape.at, shape.tau, shape.low, shape.high);
+    return std::tuple(candidate.log_choices, !is_joint, effect.parameter, driver.kind, driver.joint,
+                      driver.second_joint, driver.where, driver.factor, shape.kind, shape.harmonic,
+                      shape.basis, shape.count, shape.at, shape.tau, shape.low, shape.high);
   };
   return key(a) < key(b);
 }
@@ -79,15 +81,21 @@ class Tracer {
   TraceResult run() {
     for (const Effect& effect : options_.start) begin_with(effect);
     if (!chosen_.empty()) {
-      revise();
+      revise(KnownCauses::give_way);
       result_.stages.push_back(result_.fit);
     }
+    // Beside effects that are still missing a curve takes up what they leave. So a known cause
+    // gives way to a curve only when there is nothing left to add.
     bool may_revise = true;
-    while (step()) {
-      if (may_revise && chosen_.size() > 1) revise();
-      // Adding and dropping may not go round in circles: once a model comes back, what is in stays.
-      may_revise &= seen_.insert(signature()).second;
-      result_.stages.push_back(result_.fit);
+    for (;;) {
+      while (step()) {
+        if (may_revise && chosen_.size() > 1) revise(KnownCauses::stay);
+        may_revise &= is_new_model();
+        result_.stages.push_back(result_.fit);
+      }
+      if (!may_revise || !revise(KnownCauses::give_way)) break;
+      may_revise &= is_new_model();
+      result_.stages.back() = result_.fit;
     }
     settle_inner_values();
     describe();
@@ -95,13 +103,13 @@ class Tracer {
   }
 
  private:
-  // The chosen effects whatever their order; inner values do not count.
-  std::multiset<std::string> signature() const {
-    std::multiset<std::string> names;
+  // Adding and dropping may not go round in circles: once a model comes back, what is in stays.
+  bool is_new_model() {
+    std::multiset<std::string> names;  // whatever their order; inner values do not count
     for (const Candidate& candidate : chosen_)
       names.insert(candidate.effect.parameter + "|" + to_string(candidate.effect.driver) + "|" +
                    to_string(candidate.effect.shape));
-    return names;
+    return seen_.insert(names).second;
   }
 
   // All candidates against the fit as it stands.
@@ -130,10 +138,11 @@ class Tracer {
     return order;
   }
 
-  // Of the right sign, and no larger than such a thing can be.
+  // Of the right sign, and no larger than such a thing can be. Several coefficients are the first
+  // moments of masses that nobody stated, of either sign.
   bool is_possible(const CandidateScan& scan, int candidate, const CandidateScore& score) const {
-    if (scan.candidates()[candidate].only_positive && score.coefficients.maxCoeff() <= 0)
-      return false;
+    const Eigen::VectorXd& c = score.coefficients;
+    if (scan.candidates()[candidate].only_positive && c.size() == 1 && c[0] <= 0) return false;
     return scan.variation(candidate, score.coefficients) < kPossibleVariation;
   }
 
@@ -154,7 +163,7 @@ class Tracer {
       const CrossValidation cv =
           CrossValidation::of(fit, scan_->columns(fit, candidate), options_.seed);
       if (cv.gain <= cv.error) continue;
-      const double p = family_wise_p(projected, candidate, scores[candidate]);
+      const double p = p_value(scores[candidate].score);
       if (p >= significance() || static_cast<int>(chosen_.size()) == options_.max_effects) {
         result_.remaining_p = p;
         return false;
@@ -162,7 +171,7 @@ class Tracer {
       add(candidate, p);
       return true;
     }
-    result_.remaining_p = family_wise_p(projected, order.front(), scores[order.front()]);
+    result_.remaining_p = p_value(result_.best_score);
     return false;
   }
 
@@ -184,52 +193,37 @@ class Tracer {
     const int candidate = static_cast<int>(found - candidates.begin());
     // Nothing is added of which nothing shows.
     const CandidateScore score = view().projected.scores()[candidate];
-    if (score.degrees_of_freedom > 0)
-      add(candidate, family_wise_p(view().projected, candidate, score));
+    if (score.degrees_of_freedom > 0) add(candidate, p_value(score.score));
   }
 
-  // Signs are flipped on what the candidate leaves (ter Braak 1992): flipping its own effect along
-  // would hide a strong effect in the scatter it causes, while on a residual without any effect
-  // both ways agree.
-  double family_wise_p(const ProjectedCandidates& projected, int candidate,
-                       const CandidateScore& score) {
-    const Eigen::VectorXd residual = projected.residual_beside(candidate, score.coefficients);
+  // Family-wise: how often chance makes the best of all candidates look as good.
+  double p_value(double score) {
     const double level = significance();
     double p = 1;
     for (int flips : {options_.flips, 10 * options_.flips}) {
-      const auto null_scores = projected.best_of_flipped(residual, flips, options_.seed);
-      p = rank_among(score.score, null_scores);
-      describe_null_run(null_scores, level);
+      if (static_cast<int>(null_scores_.size()) < flips)
+        null_scores_ = view().projected.best_of_flipped(flips, options_.seed);
+      const auto as_high = std::count_if(null_scores_.begin(), null_scores_.end(),
+                                         [&](double by_chance) { return by_chance >= score; });
+      p = (1.0 + static_cast<double>(as_high)) / (1.0 + static_cast<double>(null_scores_.size()));
       // More draws only where these cannot tell.
       if (p >= options_.significance || p < level) break;
     }
+    describe_null_run(level);
     return p;
   }
 
-  // The same of an effect that took another's place and has been through no gate: what it leaves
-  // beside all the others is the residual of the fit.
-  double p_beside_all(double score) {
-    const auto& [fit, projected] = view();
-    return rank_among(score,
-                      projected.best_of_flipped(fit.residual(), options_.flips, options_.seed));
-  }
-
-  static double rank_among(double score, const std::vector<double>& null_scores) {
-    const auto as_high = std::count_if(null_scores.begin(), null_scores.end(),
-                                       [&](double null_score) { return null_score >= score; });
-    return (1.0 + static_cast<double>(as_high)) / (1.0 + static_cast<double>(null_scores.size()));
-  }
-
   // What would have been added where nothing is: draws whose best candidate passes the gates.
-  void describe_null_run(std::vector<double> null_scores, double level) {
-    std::sort(null_scores.begin(), null_scores.end(), std::greater<>());
-    const auto count = static_cast<double>(null_scores.size());
+  void describe_null_run(double level) {
+    std::vector<double> scores = null_scores_;
+    std::sort(scores.begin(), scores.end(), std::greater<>());
+    const auto count = static_cast<double>(scores.size());
     NullRun& run = result_.null_run;
-    run.flips = static_cast<int>(null_scores.size());
-    run.score_95 = null_scores[static_cast<size_t>(0.05 * count)];
+    run.flips = static_cast<int>(scores.size());
+    run.score_95 = scores[static_cast<size_t>(0.05 * count)];
     int added = 0;
-    for (size_t k = 0; k < null_scores.size(); ++k)
-      added += null_scores[k] > 0 && static_cast<double>(k + 1) / (1.0 + count) < level;
+    for (size_t k = 0; k < scores.size(); ++k)
+      added += scores[k] > 0 && static_cast<double>(k + 1) / (1.0 + count) < level;
     run.false_add_rate = added / count;
   }
 
@@ -274,21 +268,25 @@ class Tracer {
     options.tolerance = kSearchTolerance;
     result_.fit = calibrate(robot, campaign_, result_.fit.set, options);
     view_.reset();
+    null_scores_.clear();
   }
 
   static bool same(const Effect& a, const Effect& b) {
     return a.parameter == b.parameter && a.driver == b.driver && a.shape == b.shape;
   }
 
+  enum class KnownCauses { stay, give_way };  // to what no catalogue names
+
   // Drops effects that the others have made idle, and exchanges those that another now explains
-  // better.
-  void revise() {
-    for (int round = 0; round < kRevisions && !chosen_.empty(); ++round)
-      if (!revise_one()) return;
+  // better. False if nothing changed.
+  bool revise(KnownCauses known_causes) {
+    int round = 0;
+    while (round < kRevisions && !chosen_.empty() && revise_one(known_causes)) ++round;
+    return round > 0;
   }
 
   // The one change that lowers EBIC most, so that it does not matter which effect came first.
-  bool revise_one() {
+  bool revise_one(KnownCauses known_causes) {
     const auto& [fit, projected] = view();
     int effect = -1;
     std::optional<Candidate> other;
@@ -297,7 +295,8 @@ class Tracer {
       const int in_fit = declared_ + static_cast<int>(k);
       const double own = projected.score_of_effect(in_fit, chosen_[k]).score;
       const std::vector<CandidateScore> scores = projected.scores_without(in_fit);
-      const auto better = better_than(std::max(own, 0.0), scores);
+      const bool by_known = chosen_[k].from_catalogue && known_causes == KnownCauses::stay;
+      const auto better = better_than(std::max(own, 0.0), scores, by_known);
       const double fall = better ? scores[*better].score - own : -own;
       if (fall < most || (!better && own > 0)) continue;
       std::optional<Candidate> refined;
@@ -338,11 +337,13 @@ class Tracer {
     }
   }
 
-  // The best possible candidate that is clearly better than `score`.
-  std::optional<int> better_than(double score, const std::vector<CandidateScore>& scores) const {
+  // The best possible candidate, `known` or any, that is clearly better than `score`.
+  std::optional<int> better_than(double score, const std::vector<CandidateScore>& scores,
+                                 bool known) const {
     for (int candidate : best_first(scores)) {
       if (scores[candidate].score <= score + kClearlyBetter) break;
-      if (!is_in_model(scan_->candidates()[candidate].effect) &&
+      const Candidate& other = scan_->candidates()[candidate];
+      if ((other.from_catalogue || !known) && !is_in_model(other.effect) &&
           is_possible(*scan_, candidate, scores[candidate]))
         return candidate;
     }
@@ -403,7 +404,7 @@ class Tracer {
           }) > 1;
       const CandidateScore own = projected.score_of_effect(effect, chosen_[k]);
       traced.evidence.delta_ebic = own.score;
-      traced.evidence.p_value = p_at_gate_[k] ? *p_at_gate_[k] : p_beside_all(own.score);
+      traced.evidence.p_value = p_at_gate_[k] ? *p_at_gate_[k] : p_value(own.score);
       const CrossValidation cv = CrossValidation::of_effect(fit, effect, options_.seed);
       traced.evidence.cross_validated_gain = cv.gain;
       traced.evidence.cross_validated_gain_error = cv.error;
@@ -494,6 +495,7 @@ class Tracer {
   const int poses_;
   TraceResult result_;
   std::unique_ptr<View> view_;
+  std::vector<double> null_scores_;  // of the view, as far as they were asked for
   int declared_ = 0;
   std::vector<Candidate> candidates_;
   std::optional<CandidateScan> scan_;

@@ -45,14 +45,15 @@ struct Outcome {
 };
 
 // One round holds every family at every size once, so that a shortened run stays balanced.
-std::vector<Case> cases(int count) {
+std::vector<Case> cases(int count, bool only_nulls) {
   const std::vector<std::string> families{"compliance", kKnownMasses, "harmonic",
                                           "ratio",      "backlash",   "knock",
                                           "wobble",     "x-bump",     "x-product"};
   std::vector<Case> all;
   while (static_cast<int>(all.size()) < count) {
-    for (double size : kSizes)
-      for (const std::string& family : families) all.push_back({family, size, 0});
+    if (!only_nulls)
+      for (double size : kSizes)
+        for (const std::string& family : families) all.push_back({family, size, 0});
     for (int k = 0; k < kNullsPerRound; ++k) all.push_back({"null", 0, 0});
   }
   all.resize(static_cast<size_t>(count));
@@ -262,6 +263,11 @@ int main(int argc, char** argv) {
   armtrue_oracle::CampaignPlan plan;
   app.add_option("--poses", plan.poses, "Of training, and as many held out")->capture_default_str();
   app.add_option("--repeats", plan.repeats, "Readings of each pose")->capture_default_str();
+  app.add_option("--rest-mrad", plan.rest_mrad,
+                 "How far each joint rests from what is read, in each pose by another amount")
+      ->capture_default_str();
+  bool only_nulls = false;
+  app.add_flag("--nothing-hidden", only_nulls, "Only campaigns without an effect");
   int coverage = 0;
   app.add_option("--coverage", coverage,
                  "Instead: coverage of intervals of a declared effect, so many campaigns a line")
@@ -274,7 +280,7 @@ int main(int argc, char** argv) {
     return 0;
   }
   const Catalogue catalogue = read_catalogue(ARMTRUE_CONFIG "/effects/catalogue.yaml");
-  const std::vector<Case> all = cases(campaigns);
+  const std::vector<Case> all = cases(campaigns, only_nulls);
   std::vector<Outcome> outcomes(all.size());
   armtrue_bench::on_two_threads(campaigns, [&](int i) {
     const auto k = static_cast<size_t>(i);

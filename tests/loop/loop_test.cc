@@ -31,9 +31,10 @@ std::string listed(const LoopResult& result) {
   return text;
 }
 
-LoopResult closed(const HiddenCampaign& campaign, const Robot& robot = read_robot(kNominal).robot) {
+LoopResult closed(const HiddenCampaign& campaign, const Robot& robot = read_robot(kNominal).robot,
+                  const TraceOptions& options = {}) {
   const Catalogue catalogue = read_catalogue(kCatalogue);
-  return close_loop(robot, campaign.training, campaign.held_out, catalogue);
+  return close_loop(robot, campaign.training, campaign.held_out, catalogue, options);
 }
 
 // Which family of the oracle hides what an entry of the catalogue, or a driver that it names, is
@@ -152,7 +153,9 @@ TEST(Cycles, FrequenciesThatFewPosesCannotTellAreOneClass) {
   plan.poses = 30;
   plan.repeats = 1;
   const HiddenCampaign campaign(kNominal, "x-cycles", 0.12, plan);
-  const LoopResult result = closed(campaign);
+  TraceOptions options;  // what is surely there seldom has such a rival
+  options.significance = options.significance_without_lack_of_fit = 0.5;
+  const LoopResult result = closed(campaign, read_robot(kNominal).robot, options);
   ASSERT_EQ(result.trace.effects.size(), 1u) << listed(result);
   const TracedEffect& found = result.trace.effects.front();
   EXPECT_TRUE(names(campaign.written.truth, found)) << listed(result);
@@ -242,8 +245,8 @@ TEST(Nothing, IsSaidWhenNothingIsHidden) {
 // Twelve poses give 72 equations, of which the geometry takes 30: what chance leaves in the other
 // 42 may not look like evidence.
 TEST(Nothing, IsEvidenceByChanceWhereTheGeometryTakesNearlyHalf) {
-  double score_95 = 0;
-  constexpr int kCampaigns = 4;
+  double mean_score = 0;
+  constexpr int kCampaigns = 8;
   for (unsigned seed = 54; seed < 54 + kCampaigns; ++seed) {
     armtrue_oracle::CampaignPlan plan;
     plan.seed = seed;
@@ -251,9 +254,28 @@ TEST(Nothing, IsEvidenceByChanceWhereTheGeometryTakesNearlyHalf) {
     plan.repeats = 1;
     const LoopResult result = closed(HiddenCampaign(kNominal, "null", 0, plan));
     EXPECT_TRUE(result.trace.effects.empty()) << "seed " << seed << "\n" << listed(result);
-    score_95 += result.trace.null_run.score_95 / kCampaigns;
+    mean_score += result.trace.best_score / kCampaigns;
   }
-  EXPECT_LT(score_95, 0);
+  EXPECT_LT(mean_score, 0);
+}
+
+// Joints that come to rest somewhat off, in every pose by another amount, leave far more than the
+// readings' noise: much is lacking, and nothing of it follows anything. Half of the chance levels
+// lie above one half; draws of the bare residual would put nine in ten below.
+TEST(Nothing, IsInPosesThatErrAsAWhole) {
+  int below_half = 0;
+  constexpr int kCampaigns = 16;
+  for (unsigned seed = 300; seed < 300 + kCampaigns; ++seed) {
+    armtrue_oracle::CampaignPlan plan;
+    plan.seed = seed;
+    plan.rest_mrad = 0.05;
+    TraceOptions options;
+    options.max_effects = 0;
+    const LoopResult result =
+        closed(HiddenCampaign(kNominal, "null", 0, plan), read_robot(kNominal).robot, options);
+    below_half += result.trace.remaining_p < 0.5;
+  }
+  EXPECT_NEAR(below_half, kCampaigns / 2, 4);  // two standard deviations
 }
 
 // Draw-wires from three anchors, whose places and zero errors the file only knows roughly.

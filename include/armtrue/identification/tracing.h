@@ -15,10 +15,10 @@ namespace armtrue {
 struct TraceOptions {
   std::uint64_t seed = 1;
   int flips = 199;  ///< sign-flipped residuals for each family-wise p-value
-  /// Of each addition where the fit clearly lacks something against the noise (p of 0.01), and
+  /// Of each addition where the fit clearly lacks something against the noise (p of 0.001), and
   /// where it does not at all or no noise is known, where ten times as many flips decide; in
   /// proportion to the logarithms between.
-  double significance = 0.02, significance_without_lack_of_fit = 0.002;
+  double significance = 0.05, significance_without_lack_of_fit = 0.005;
   int max_effects = 16;
   int bootstrap = 1000;  ///< draws of the poses for each interval
   /// What the search begins with, as a campaign before found it, say: candidates of the search,
