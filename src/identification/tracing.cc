@@ -98,6 +98,7 @@ class Tracer {
       result_.stages.back() = result_.fit;
     }
     settle_inner_values();
+    order_by_share();
     describe();
     return std::move(result_);
   }
@@ -337,6 +338,28 @@ class Tracer {
     }
   }
 
+  // What explains most leads, whichever was found first.
+  void order_by_share() {
+    const auto [columns, readings] = view().fit.effects_from(declared_);
+    const std::vector<double> found = variance_shares(columns, readings, options_.seed);
+    std::vector<size_t> order(found.size());
+    std::iota(order.begin(), order.end(), size_t{0});
+    std::stable_sort(order.begin(), order.end(),
+                     [&](size_t a, size_t b) { return found[a] > found[b]; });
+    const std::vector<Candidate> chosen = chosen_;
+    const auto p_at_gate = p_at_gate_;
+    std::vector<Effect> effects = result_.fit.robot.effects;
+    for (size_t k = 0; k < order.size(); ++k) {
+      shares_.push_back(found[order[k]]);
+      chosen_[k] = chosen[order[k]];
+      p_at_gate_[k] = p_at_gate[order[k]];
+      effects[declared_ + k] = result_.fit.robot.effects[declared_ + order[k]];
+    }
+    if (std::is_sorted(order.begin(), order.end())) return;
+    refit(effects);
+    result_.stages.back() = result_.fit;
+  }
+
   // The best possible candidate, `known` or any, that is clearly better than `score`.
   std::optional<int> better_than(double score, const std::vector<CandidateScore>& scores,
                                  bool known) const {
@@ -387,12 +410,10 @@ class Tracer {
         bootstrap_coefficients(result_.fit, campaign_, options_.bootstrap, options_.seed);
     set_intervals(result_.departures, poses_, robot);
     const auto& [fit, projected] = view();
-    const auto [columns, readings] = fit.effects_from(declared_);
-    const std::vector<double> shares = variance_shares(columns, readings, options_.seed);
     for (size_t k = 0; k < chosen_.size(); ++k) {
       const int effect = declared_ + static_cast<int>(k);
       TracedEffect& traced = result_.effects[k];
-      traced.variance_share = shares[k];
+      traced.variance_share = shares_[k];
       traced.effect = robot.effects[effect];
       traced.cycle = cycle_of(effect, chosen_[k].frequency_resolution > 0);
       traced.from_catalogue = chosen_[k].from_catalogue;
@@ -500,6 +521,7 @@ class Tracer {
   std::vector<Candidate> candidates_;
   std::optional<CandidateScan> scan_;
   std::vector<Candidate> chosen_;
+  std::vector<double> shares_;                    // of the variance that they explain
   std::vector<std::optional<double>> p_at_gate_;  // none where one took another's place
   std::set<std::multiset<std::string>> seen_;
 };

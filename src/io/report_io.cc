@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <sstream>
 
 #include "armtrue/io/source.h"
 #include "armtrue/kinematics/parameters.h"
@@ -12,6 +13,18 @@
 
 namespace armtrue {
 namespace {
+
+// At spaces; what follows the first line is indented.
+std::vector<std::string> in_lines(const std::string& text, size_t width) {
+  std::vector<std::string> lines{""};
+  std::istringstream words(text);
+  for (std::string word; words >> word;) {
+    if (!lines.back().empty() && lines.back().size() + 1 + word.size() > width)
+      lines.push_back("   ");
+    lines.back() += (lines.back().empty() ? "" : " ") + word;
+  }
+  return lines;
+}
 
 YAML::Node text_or_null(const std::string& text) {
   return text.empty() ? YAML::Node(YAML::NodeType::Null) : YAML::Node(text);
@@ -554,11 +567,14 @@ std::string before_after_table(const LoopResult& result) {
                                   "training", "held-out", "held-out");
   table +=
       fmt::format("{:<44} {:>6} {:>12} {:>12} {:>12}\n", "", "", "mean mm", "mean mm", "max mm");
-  for (const Stage& stage : result.stages)
-    table += fmt::format("{:<44} {:>6} {:>12.4f} {:>12.4f} {:>12.4f}\n", stage.name.substr(0, 44),
+  for (const Stage& stage : result.stages) {
+    const std::vector<std::string> name = in_lines(stage.name, 44);
+    table += fmt::format("{:<44} {:>6} {:>12.4f} {:>12.4f} {:>12.4f}\n", name.front(),
                          stage.parameters, stage.training.position.mean / kMillimetre,
                          stage.held_out.position.mean / kMillimetre,
                          stage.held_out.position.max / kMillimetre);
+    for (size_t k = 1; k < name.size(); ++k) table += name[k] + "\n";
+  }
   table += fmt::format("{:<44} {:>6} {:>12} {:>12.4f}\n", "noise floor", "", "",
                        result.floor / kMillimetre);
   if (!result.trace.effects.empty()) table += "share of the variance that the effects explain\n";
