@@ -35,7 +35,8 @@ constexpr double kLackOfFit = 1e-3;     // p from which the fit clearly lacks so
 constexpr int kRefitted = 3;            // parameters named of those that are refitted for a rival
 constexpr double kSearchTolerance = 1e-6;  // of the cost
 constexpr int kRevisions = 4, kSettlings = 2;
-constexpr int kTrials = 8;  // candidates that may fail the later gates in one step
+constexpr size_t kMostModels = 100;  // some times what the longest search has gone through
+constexpr int kTrials = 8;           // candidates that may fail the later gates in one step
 
 // The fewer were tried the better, then by what it is, the joint itself first: bending that turns
 // about a joint's axis is its compliance. The order in files does not matter.
@@ -104,13 +105,14 @@ class Tracer {
   }
 
  private:
-  // Adding and dropping may not go round in circles: once a model comes back, what is in stays.
+  // Adding and dropping may not go round in circles: once a model comes back, what is in stays, and
+  // after so many models too, for frequencies seldom come back to the last digit.
   bool is_new_model() {
     std::multiset<std::string> names;  // whatever their order; inner values do not count
     for (const Candidate& candidate : chosen_)
       names.insert(candidate.effect.parameter + "|" + to_string(candidate.effect.driver) + "|" +
                    to_string(candidate.effect.shape));
-    return seen_.insert(names).second;
+    return seen_.insert(names).second && seen_.size() < kMostModels;
   }
 
   // All candidates against the fit as it stands.
