@@ -137,6 +137,26 @@ TEST_P(Triple, IsTheSameFromTheSecondBestFirstStep) {
 
 INSTANTIATE_TEST_SUITE_P(Hidden, Triple, testing::Values(0, 1, 2));
 
+TEST(Order, WhatExplainsMostLeadsWhicheverWasFoundFirst) {
+  const Campaign campaign = triple(0);
+  const Robot robot = read_robot(kNominal).robot;
+  const Catalogue catalogue = read_catalogue(kCatalogue);
+  const TraceResult straight = trace(robot, campaign, catalogue);
+  ASSERT_GE(straight.effects.size(), 3u);
+  TraceOptions options;
+  for (size_t k = straight.effects.size(); k-- > 0;)
+    options.start.push_back(straight.effects[k].effect);
+  const TraceResult backwards = trace(robot, campaign, catalogue, options);
+  ASSERT_EQ(backwards.effects.size(), straight.effects.size());
+  for (size_t k = 0; k < straight.effects.size(); ++k) {
+    EXPECT_EQ(describe(backwards.effects[k].effect), describe(straight.effects[k].effect));
+    EXPECT_EQ(describe(backwards.fit.robot.effects[k]), describe(straight.effects[k].effect));
+    EXPECT_NEAR(backwards.effects[k].variance_share, straight.effects[k].variance_share, 1e-3);
+    if (k > 0)
+      EXPECT_GE(straight.effects[k - 1].variance_share, straight.effects[k].variance_share);
+  }
+}
+
 // Not what was known of the effect whose place it took.
 TEST(Exchange, EvidenceIsOfTheEffectThatIsReported) {
   armtrue_oracle::CampaignPlan plan;
