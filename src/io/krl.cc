@@ -428,15 +428,20 @@ class Writer {
       std::vector<Knot> knots = knots_on(plan, path_, displacement_, [&](const Vector3d& sample) {
         return place_on_line(start, end, sample, options_.match);
       });
-      // What moves along the line bends nothing.
+      // What moves along the line bends nothing, but is where the rest of the displacement belongs.
       const Vector3d along = (end - start).normalized();
-      for (Knot& knot : knots) knot.displacement -= along.dot(knot.displacement) * along;
+      for (size_t k = 0; k < knots.size(); ++k) {
+        const double forward = along.dot(knots[k].displacement);
+        knots[k].displacement -= forward * along;
+        knots[k].t += forward / (end - start).norm();
+        if (k > 0) knots[k].t = std::max(knots[k].t, knots[k - 1].t);
+      }
       const std::vector<size_t> divisions =
           divide_line(knots, options_.tolerance, options_.spacing / (end - start).norm());
       if (may_insert(move, plan, divisions.size() - 2))
         for (size_t i = 1; i + 1 < divisions.size(); ++i) {
           const Knot& knot = knots[divisions[i]];
-          KrlValues pose = between(plan.start, plan.end, knot.t);
+          KrlValues pose = between(plan.start, plan.end, std::clamp(knot.t, 0.0, 1.0));
           pose.head<3>() = start + knot.t * (end - start) + knot.displacement;
           insert(move,
                  std::string(src(move.keyword_end, move.target.begin)) +
