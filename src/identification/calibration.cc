@@ -63,8 +63,9 @@ struct LastFold {
 class FoldedCost : public ceres::CostFunction {
  public:
   FoldedCost(const SessionModels& models, int session, const ReadingLaw& law,
-             const std::vector<Prior>& priors, LastFold& last)
+             const std::vector<Prior>& priors, FoldBy fold_by, LastFold& last)
       : model_(models.model(session)),
+        fold_by_(fold_by),
         law_(models.law_of(session, law)),
         priors_(priors),
         last_(last) {
@@ -91,7 +92,7 @@ class FoldedCost : public ceres::CostFunction {
       r[p] = std::sqrt(total_loss(at, model_, law_));
       return std::isfinite(r[p]);
     }
-    last_ = {x, model_.scale(), law_, fold(at, model_, law_)};
+    last_ = {x, model_.scale(), law_, fold(at, model_, law_, fold_by_)};
     const Fold& folded = last_.folded;
     r.head(p) = folded.factor.col(p).head(p);
     // What the linear part does not explain; no unknown moves it.
@@ -114,6 +115,7 @@ class FoldedCost : public ceres::CostFunction {
 
  private:
   const ObservationModel& model_;
+  const FoldBy fold_by_;
   const ReadingLaw law_;
   const std::vector<Prior> priors_;
   LastFold& last_;
@@ -162,8 +164,13 @@ struct Solution {
   std::string termination;
 };
 
+// Beside a fit of nearly the same model there are steps of a search to take.
+FoldBy fold_by(const CalibrationOptions& options) {
+  return options.near ? FoldBy::products : FoldBy::rotations;
+}
+
 Solution solve(const SessionModels& models, const ReadingLaw& law, const std::vector<Prior>& priors,
-               int max_iterations, double tolerance, Eigen::VectorXd& x,
+               int max_iterations, double tolerance, Eigen::VectorXd& x, FoldBy by,
                std::vector<LastFold>& last) {
   last.resize(models.sessions());
   if (x.size() == 0) return {true, 0, "nothing to identify"};
@@ -173,8 +180,8 @@ Solution solve(const SessionModels& models, const ReadingLaw& law, const std::ve
     for (const SessionModels::Run& run : models.runs(s)) blocks.push_back(x.data() + run.first);
     // Priors are of the robot and its first base, all of them unknowns of the first session.
     problem.AddResidualBlock(
-        new FoldedCost(models, s, law, s == 0 ? priors : std::vector<Prior>{}, last[s]), nullptr,
-        blocks);
+        new FoldedCost(models, s, law, s == 0 ? priors : std::vector<Prior>{}, by, last[s]),
+        nullptr, blocks);
   }
   ceres::Solver::Options options;
   // No session sees another's base.
@@ -337,7 +344,7 @@ Solution fit(SessionModels& model, ReadingLaw& law, std::vector<Prior>& priors,
     const bool last_round = settled || round + 1 == kMaxRounds;
     solution = solve(model, law, priors, options.max_iterations - iterations,
                      last_round ? options.tolerance : std::max(options.tolerance, kRoughTolerance),
-                     x, last);
+                     x, fold_by(options), last);
     iterations += solution.iterations;
     if (last_round || iterations >= options.max_iterations) break;
     const Residuals next =
@@ -490,10 +497,14 @@ std::vector<Prior> priors_of(const Robot& robot, const SessionModels& model) {
   for (const Effect& effect : robot.effects) {
     const bool is_curve =
         effect.shape.kind == ShapeKind::series && effect.coefficients.size() >= kLeastOfCurve;
+    double squares = 0;
+    for (const Coefficient& c : effect.coefficients) squares += c.value * c.value;
+    const double as_before = std::sqrt(squares / static_cast<double>(effect.coefficients.size()));
+    const double curve = squares > 0 ? std::max(kSmallestCurve, as_before) : kTypicalCurve;
     for (const Coefficient& c : effect.coefficients) {
       const double value = model.mean_square_value(k - model.geometric_count());
       if (is_curve)
-        priors.push_back({k, kTypicalCurve, c.value, curves});
+        priors.push_back({k, curve, c.value, curves});
       else if (value > 0)
         priors.push_back({k, kLargestEffect / std::sqrt(value), c.value});
       ++k;
@@ -537,7 +548,7 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
   CalibrationResult result;
   Solution solution;
   if (iterations > 0) {
-    solution = solve(model, law, priors, options.max_iterations, 1e-7, x, last);
+    solution = solve(model, law, priors, options.max_iterations, 1e-7, x, fold_by(options), last);
     solution.iterations += iterations;
   } else {
     solution = fit(model, law, priors, options, x, last);
@@ -549,6 +560,7 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
   result.termination = solution.termination;
   result.scale = model.scale();
   result.degrees_of_freedom = law.degrees_of_freedom;
+  if (fold_by(options) == FoldBy::products) last.clear();
   set_statistics(model, law, priors, x, last, result);
   set_robot(model, x, result);
   return result;

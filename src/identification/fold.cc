@@ -1,5 +1,6 @@
 #include "fold.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
@@ -15,6 +16,18 @@ constexpr int kRowsPerFactor = 256;  // folded at once; small enough to stay in 
 // Fixed by the number of rows alone, so that the result does not depend on the machine; at most
 // 256 blocks, whose results wait for each other in memory.
 int rows_per_block(int rows) { return std::max(kRowsPerBlock, (rows + 255) / 256); }
+
+// The triangle whose products are these; directions that are rounding alone are left out.
+Eigen::MatrixXd triangle_of(const Eigen::MatrixXd& products) {
+  const Eigen::VectorXd unit = products.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Eigen::LDLT<Eigen::MatrixXd> ldlt(unit.asDiagonal() * products * unit.asDiagonal());
+  const Eigen::MatrixXd pivoted =
+      ldlt.transpositionsP() * Eigen::MatrixXd(unit.cwiseInverse().asDiagonal());
+  const Eigen::MatrixXd root = ldlt.vectorD().cwiseMax(0.0).cwiseSqrt().asDiagonal() *
+                               Eigen::MatrixXd(ldlt.matrixU() * pivoted);
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(root);
+  return qr.matrixQR().triangularView<Eigen::Upper>();
+}
 
 // Folds `rows` (m x n) into the triangle `factor` (n x n) above it.
 void fold_into(Eigen::MatrixXd& factor, const Eigen::Ref<const Eigen::MatrixXd>& rows) {
@@ -68,7 +81,14 @@ std::vector<double> pose_variances(const Campaign& campaign, const std::vector<d
   return variances;
 }
 
-Fold fold(const ObservationModel::At& at, const ObservationModel& model, const ReadingLaw& law) {
+Fold fold(const ObservationModel::At& at, const ObservationModel& model, const ReadingLaw& law,
+          FoldBy by) {
+  const auto fold_in = [by](Eigen::MatrixXd& factor, const Eigen::Ref<const Eigen::MatrixXd>& m) {
+    if (by == FoldBy::rotations)
+      fold_into(factor, m);
+    else
+      factor.selfadjointView<Eigen::Upper>().rankUpdate(m.transpose());
+  };
   const int columns = model.unknowns() + 1, size = model.row_size();
   const auto fold_block = [&](int begin, int end) {
     Fold block{Eigen::MatrixXd::Zero(columns, columns), 0.0};
@@ -82,7 +102,7 @@ Fold fold(const ObservationModel::At& at, const ObservationModel& model, const R
       block.loss += law.loss(squared_norm, size, variance);
       if (law.degrees_of_freedom > 0) out *= std::sqrt(law.weight(squared_norm, size, variance));
       if (++filled == kRowsPerFactor || row + 1 == end) {
-        fold_into(block.factor, rows.topRows(filled * size));
+        fold_in(block.factor, rows.topRows(filled * size));
         filled = 0;
       }
     }
@@ -92,8 +112,13 @@ Fold fold(const ObservationModel::At& at, const ObservationModel& model, const R
   for_ordered_blocks<Fold>(model.rows(), rows_per_block(model.rows()), fold_block,
                            [&](const Fold& block) {
                              total.loss += block.loss;
-                             fold_into(total.factor, block.factor);
+                             if (by == FoldBy::rotations)
+                               fold_into(total.factor, block.factor);
+                             else
+                               total.factor += block.factor;
                            });
+  if (by == FoldBy::products)
+    total.factor = triangle_of(total.factor.selfadjointView<Eigen::Upper>());
   return total;
 }
 

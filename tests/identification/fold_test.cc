@@ -41,9 +41,12 @@ TEST(Fold, KeepsTheNormalEquationsOfAllRows) {
       loss += law.loss(squared, 6);
       gram += law.weight(squared, 6) * block.transpose() * block;
     }
-    const Fold folded = fold(at, model, law);
-    EXPECT_LT((folded.factor.transpose() * folded.factor - gram).norm(), 1e-10 * gram.norm());
-    EXPECT_NEAR(folded.loss, loss, 1e-9 * loss);
+    for (FoldBy by : {FoldBy::rotations, FoldBy::products}) {
+      const Fold folded = fold(at, model, law, by);
+      EXPECT_TRUE(folded.factor.isUpperTriangular());
+      EXPECT_LT((folded.factor.transpose() * folded.factor - gram).norm(), 1e-10 * gram.norm());
+      EXPECT_NEAR(folded.loss, loss, 1e-9 * loss);
+    }
     EXPECT_NEAR(total_loss(at, model, law), loss, 1e-9 * loss);
   }
 }
@@ -52,11 +55,13 @@ TEST(Fold, GivesTheSameBytesEveryTime) {
   const Setting setting(9000);  // several blocks, over the threads there are
   const ObservationModel model(setting.campaign, setting.robot, {0, 1, 7, 12, 20, 30, 41}, {1, 1});
   const auto at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
-  const Fold first = fold(at, model, {4, {}});
-  for (int i = 0; i < 3; ++i) {
-    const Fold again = fold(at, model, {4, {}});
-    EXPECT_EQ(first.loss, again.loss);
-    EXPECT_TRUE(first.factor == again.factor);
+  for (FoldBy by : {FoldBy::rotations, FoldBy::products}) {
+    const Fold first = fold(at, model, {4, {}}, by);
+    for (int i = 0; i < 3; ++i) {
+      const Fold again = fold(at, model, {4, {}}, by);
+      EXPECT_EQ(first.loss, again.loss);
+      EXPECT_TRUE(first.factor == again.factor);
+    }
   }
 }
 
