@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <set>
 
@@ -19,6 +18,7 @@ constexpr double kMostCycles = 300;  // per turn: motor order behind a reducer
 constexpr int kFrequencySteps = 4;
 constexpr int kFinerSteps = 100;  // within one of those
 constexpr int kSeriesCosines = 6;
+constexpr int kPosesForCoefficient = 4;  // of a fine curve
 
 struct TimeSpan {
   std::vector<double> times;  // distinct, ascending
@@ -180,11 +180,14 @@ class OpenSearch {
     close_stage();
   }
 
-  // The teeth of each joint's gear train.
-  void add_periodograms() {
-    for (int j = 0; j < kJoints; ++j)
-      add_periodogram(name(link_parameter(j, LinkParameter::theta)),
-                      {DriverKind::joint_angle, j, -1, ""});
+  // What each joint's gear train and encoder do: single cycles, and curves that are no sum of few.
+  void add_own_angles() {
+    for (int j = 0; j < kJoints; ++j) {
+      const std::string parameter = name(link_parameter(j, LinkParameter::theta));
+      const Driver own{DriverKind::joint_angle, j, -1, ""};
+      add_periodogram(parameter, own);
+      add_fine_curves(parameter, own);
+    }
     close_stage();
   }
 
@@ -229,11 +232,7 @@ class OpenSearch {
   // From where the cosines of the open series end, and a whole cycle is covered, to the highest
   // motor order.
   void add_periodogram(const std::string& parameter, const Driver& driver) {
-    double low = std::numeric_limits<double>::infinity(), high = -low;
-    for (const JointVector& q : campaign_.q) {
-      low = std::min(low, q[driver.joint]);
-      high = std::max(high, q[driver.joint]);
-    }
+    const auto [low, high] = travel_covered(driver.joint);
     const double covered = (high - low) / (2 * std::numbers::pi);
     if (covered * kMostCycles < 1) return;  // not one cycle of any
     const Shape whole = series_on_joint(robot_, driver.joint, SeriesBasis::cosine, kSeriesCosines);
@@ -244,6 +243,30 @@ class OpenSearch {
       add(parameter, driver, harmonic(readable(n)));
       candidates_.back().frequency_resolution = 1 / covered;
     }
+  }
+
+  // On a grid of knots that does not depend on where the poses are.
+  void add_fine_curves(const std::string& parameter, const Driver& driver) {
+    const auto [low, high] = travel_covered(driver.joint);
+    for (double step : {20.0, 10.0, 5.0, 2.5}) {
+      const double knot = step * std::numbers::pi / 180;
+      const double first = std::floor(low / knot), last = std::ceil(high / knot);
+      const int count = static_cast<int>(last - first) + 2;
+      if (count < 3 || count * kPosesForCoefficient > static_cast<int>(campaign_.pose_ids.size()))
+        continue;
+      Shape shape = series_on_joint(robot_, driver.joint, SeriesBasis::spline, count);
+      shape.low[0] = first * knot;
+      shape.high[0] = last * knot;
+      add(parameter, driver, shape);
+      candidates_.back().fine = true;
+    }
+  }
+
+  std::pair<double, double> travel_covered(int joint) const {
+    const auto [low, high] =
+        std::minmax_element(campaign_.q.begin(), campaign_.q.end(),
+                            [&](const auto& a, const auto& b) { return a[joint] < b[joint]; });
+    return {(*low)[joint], (*high)[joint]};
   }
 
   // Something local: a dent in a track, a collision of cables. Neighbours overlap at half height.
@@ -366,7 +389,7 @@ std::vector<Candidate> open_candidates(const Robot& robot, const Campaign& campa
   search.add_joint_errors();
   search.add_products();
   search.add_other_parameters();
-  search.add_periodograms();
+  search.add_own_angles();
   return search.take();
 }
 

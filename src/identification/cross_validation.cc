@@ -16,21 +16,14 @@ constexpr int kFolds = 10;
 
 }  // namespace
 
-CrossValidation CrossValidation::of(const Linearization& fit, const Eigen::MatrixXd& columns,
+CrossValidation CrossValidation::of(const Linearization& fit, const Eigen::MatrixXd& added,
                                     std::uint64_t seed) {
-  // In an orthonormal basis the normal equations lose nothing.
-  Eigen::MatrixXd added = columns - fit.basis() * (fit.basis().transpose() * columns);
-  for (int c = 0; c < added.cols(); ++c) {
-    for (int b = 0; b < c; ++b) added.col(c) -= added.col(b) * added.col(b).dot(added.col(c));
-    const double norm = added.col(c).norm();
-    if (norm > 1e-12 * columns.col(c).norm()) added.col(c) /= norm;
-  }
   return of(fit, fit.basis(), added, fit.residual(), seed);
 }
 
 CrossValidation CrossValidation::of_effect(const Linearization& fit, int effect,
                                            std::uint64_t seed) {
-  const Linearization::Loss loss = fit.without_effect(effect);
+  const Linearization::Loss loss = fit.without({effect});
   const Eigen::Index rank = loss.span.rows(), own = loss.span.cols();
   const Eigen::MatrixXd turn = Eigen::HouseholderQR<Eigen::MatrixXd>(loss.span).householderQ() *
                                Eigen::MatrixXd::Identity(rank, rank);
@@ -53,6 +46,8 @@ CrossValidation CrossValidation::of(const Linearization& fit, const Eigen::Matri
   for (const auto& [pose, rows] : rows_of_pose) poses.push_back(pose);
   shuffle(poses, seed);
 
+  const Eigen::MatrixXd whole_gram = predictors.transpose() * predictors;
+  const Eigen::VectorXd whole_slope = predictors.transpose() * whole_residual;
   const int folds = std::min<int>(kFolds, static_cast<int>(poses.size()));
   std::vector<double> gains;
   double before_total = 0;
@@ -68,10 +63,9 @@ CrossValidation CrossValidation::of(const Linearization& fit, const Eigen::Matri
     const Eigen::MatrixXd left_out = predictors(indices, Eigen::all);
     const Eigen::VectorXd residual = whole_residual(indices);
     // All readings less the ones left out.
-    Eigen::MatrixXd gram = predictors.transpose() * predictors - left_out.transpose() * left_out;
+    Eigen::MatrixXd gram = whole_gram - left_out.transpose() * left_out;
     gram.diagonal().array() += 1e-10;
-    const Eigen::VectorXd slope =
-        predictors.transpose() * whole_residual - left_out.transpose() * residual;
+    const Eigen::VectorXd slope = whole_slope - left_out.transpose() * residual;
     const Eigen::VectorXd without =
         residual -
         left_out.leftCols(rank) * gram.topLeftCorner(rank, rank).ldlt().solve(slope.head(rank));

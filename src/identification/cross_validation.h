@@ -12,8 +12,8 @@ struct CrossValidation {
   double error = 0;  ///< standard error of the gain, over poses
 
   /// Leaves out a tenth of the poses at a time, in an order drawn from `seed`; linear in all
-  /// unknowns.
-  static CrossValidation of(const Linearization& fit, const Eigen::MatrixXd& columns,
+  /// unknowns. The columns are orthonormal and orthogonal to what is fitted.
+  static CrossValidation of(const Linearization& fit, const Eigen::MatrixXd& added,
                             std::uint64_t seed);
   /// The same of an effect of the model beside all the others.
   static CrossValidation of_effect(const Linearization& fit, int effect, std::uint64_t seed);

@@ -1,18 +1,26 @@
 #include "armtrue/identification/effect_curve.h"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "armtrue/identification/pose_bootstrap.h"
 
 namespace armtrue {
+namespace {
+
+constexpr double kPointsPerPiece = 4;  // of a spline, or per half cycle
+constexpr int kStepsPerCycle = 16;     // of frequency, within the resolution
+
+}  // namespace
 
 std::vector<CurvePoint> effect_curve(const CalibrationResult& fit, const Campaign& campaign,
                                      size_t effect, const Eigen::MatrixXd& departures) {
   const Effect& e = fit.robot.effects[effect];
-  const int points = e.shape.kind == ShapeKind::harmonic
-                         ? static_cast<int>(std::clamp(8 * e.shape.harmonic, 41.0, 801.0))
-                         : 41;
+  const double pieces = e.shape.kind == ShapeKind::harmonic ? 2 * e.shape.harmonic
+                                                            : static_cast<double>(e.shape.count);
+  const int points = static_cast<int>(std::clamp(kPointsPerPiece * pieces, 41.0, 801.0));
   const Driver& driver = e.driver;
   if (driver.is_pair() || driver.factor || !find_parameter(fit.robot.chain, e.parameter)) return {};
   const auto reading = [&](int row) -> double {
@@ -74,6 +82,33 @@ std::vector<CurvePoint> effect_curve(const CalibrationResult& fit, const Campaig
     curve.push_back({x, values.dot(coefficients), 0.5 * (above - below)});
   }
   return curve;
+}
+
+std::optional<StrongestCycle> strongest_cycle(const std::vector<CurvePoint>& curve) {
+  const auto points = static_cast<Eigen::Index>(curve.size());
+  if (points < 8) return std::nullopt;
+  Eigen::VectorXd x(points), y(points);
+  for (Eigen::Index i = 0; i < points; ++i) {
+    x[i] = curve[static_cast<size_t>(i)].driver;
+    y[i] = curve[static_cast<size_t>(i)].value;
+  }
+  const double resolution = 2 * std::numbers::pi / (x[points - 1] - x[0]);
+  const double variance = (y.array() - y.mean()).matrix().squaredNorm();
+  Eigen::MatrixXd sines(points, 4);
+  sines.leftCols<2>() << Eigen::VectorXd::Ones(points), x;
+  const double straight =
+      (y - sines.leftCols<2>() * sines.leftCols<2>().householderQr().solve(y)).squaredNorm();
+  std::optional<StrongestCycle> best;
+  // Four points of a cycle show its amplitude.
+  const double most = 0.25 * static_cast<double>(points) * resolution;
+  for (double n = 2 * resolution; n < most; n += resolution / kStepsPerCycle) {
+    sines.col(2) = (n * x).array().sin();
+    sines.col(3) = (n * x).array().cos();
+    const Eigen::Vector4d c = sines.householderQr().solve(y);
+    const double share = (straight - (y - sines * c).squaredNorm()) / variance;
+    if (share > (best ? best->share : 0)) best = {n, resolution, std::hypot(c[2], c[3]), share};
+  }
+  return best;
 }
 
 }  // namespace armtrue

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 
 #include "pose_influence.h"
 #include "sessions.h"
@@ -132,12 +133,17 @@ Linearization::Linearization(const CalibrationResult& fit, const Campaign& campa
   design_effect_ = estimate_design_effect(residual_, campaign, static_cast<double>(kept + others));
 }
 
-// Of the fitted columns all but those of the effects from `first` to before `after`.
-Eigen::ColPivHouseholderQR<Eigen::MatrixXd> Linearization::all_but(int first, int after) const {
-  const int begin = first_effect_column_[first], end = first_effect_column_[after];
-  Eigen::MatrixXd rest(fitted_.rows(), fitted_.cols() - (end - begin));
-  rest << fitted_.leftCols(begin), fitted_.rightCols(fitted_.cols() - end);
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rest);
+// Of the fitted columns all but those of some effects.
+Eigen::ColPivHouseholderQR<Eigen::MatrixXd> Linearization::all_but(
+    const std::vector<int>& effects) const {
+  std::vector<Eigen::Index> columns;
+  for (Eigen::Index column = 0; column < fitted_.cols(); ++column)
+    if (std::none_of(effects.begin(), effects.end(), [&](int effect) {
+          return column >= first_effect_column_[effect] &&
+                 column < first_effect_column_[effect + 1];
+        }))
+      columns.push_back(column);
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(fitted_(Eigen::all, columns));
   qr.setThreshold(kSmallestPivot);
   return qr;
 }
@@ -171,31 +177,32 @@ double Linearization::standard_deviation(const Eigen::VectorXd& column) const {
   return std::sqrt(sums.covariance(firmness_, variance)(rank, rank)) / length;
 }
 
-Linearization::Loss Linearization::without_effect(int effect) const {
+Linearization::Loss Linearization::without(const std::vector<int>& effects) const {
   Loss loss;
-  loss.span = complement(all_but(effect, effect + 1));
-  loss.residual = loss.span.transpose() * (explained_ + contribution_[effect]);
+  loss.span = complement(all_but(effects));
+  Eigen::VectorXd readings = explained_;
+  for (int effect : effects) readings += contribution_[effect];
+  loss.residual = loss.span.transpose() * readings;
   return loss;
 }
 
 Linearization::BesideTheRest Linearization::effects_from(int first) const {
-  const int effects = static_cast<int>(contribution_.size());
-  const Eigen::MatrixXd span = complement(all_but(first, effects));
-  Eigen::VectorXd readings = explained_;
+  std::vector<int> effects(contribution_.size() - first);
+  std::iota(effects.begin(), effects.end(), first);
+  const Loss loss = without(effects);
   BesideTheRest beside;
-  for (int e = first; e < effects; ++e) {
+  for (int e : effects) {
     const int begin = first_effect_column_[e], count = first_effect_column_[e + 1] - begin;
-    beside.columns.push_back(span.transpose() * fitted_.middleCols(begin, count));
-    readings += contribution_[e];
+    beside.columns.push_back(loss.span.transpose() * fitted_.middleCols(begin, count));
   }
-  beside.readings = span.transpose() * readings;
+  beside.readings = loss.residual;
   return beside;
 }
 
 std::vector<int> Linearization::most_refitted(int effect, const Eigen::VectorXd& imitation,
                                               int count) const {
   const Eigen::VectorXd moved =
-      all_but(effect, effect + 1).solve(basis_.transpose() * imitation - contribution_[effect]);
+      all_but({effect}).solve(basis_.transpose() * imitation - contribution_[effect]);
   std::vector<int> order;
   for (int k = 0; k < first_effect_column_.front(); ++k)
     if (std::abs(moved[k]) > kWorthNaming * contribution_[effect].norm()) order.push_back(k);

@@ -37,12 +37,12 @@ class Linearization {
   /// the model: clustered by pose, as the covariance of the fit is.
   double standard_deviation(const Eigen::VectorXd& column) const;
 
-  /// What the model loses with one of its effects, in coordinates of the basis.
+  /// What the model loses with some of its effects, in coordinates of the basis.
   struct Loss {
-    Eigen::MatrixXd span;      ///< rank x independent columns, orthonormal: what only it spans
-    Eigen::VectorXd residual;  ///< what it explains of the readings, in that span
+    Eigen::MatrixXd span;      ///< rank x independent columns, orthonormal: what only they span
+    Eigen::VectorXd residual;  ///< what they explain of the readings, in that span
   };
-  Loss without_effect(int effect) const;
+  Loss without(const std::vector<int>& effects) const;
 
   /// What effects explain beside all else in the model: of each the columns, and the readings,
   /// projected off the rest of what is fitted.
@@ -57,7 +57,7 @@ class Linearization {
   std::vector<int> most_refitted(int effect, const Eigen::VectorXd& imitation, int count) const;
 
  private:
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> all_but(int first, int after) const;
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> all_but(const std::vector<int>& effects) const;
   // What is orthogonal to the columns of a decomposition, in coordinates of the basis.
   Eigen::MatrixXd complement(const Eigen::ColPivHouseholderQR<Eigen::MatrixXd>& qr) const;
 

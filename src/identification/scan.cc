@@ -1,6 +1,6 @@
 #include "scan.h"
 
-#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -21,8 +21,8 @@ using RowMajorXf = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::R
 constexpr double kSmallestNorm = 1e-10;
 // Less than this of a candidate's own norm left after projection is rounding, not evidence.
 constexpr double kSmallestLeft = 1e-5;
-// A column of which less than this (squared) is left beside the candidate's other columns.
-constexpr double kSmallestPivot = 1e-6;
+// A direction among a candidate's columns that is less than this (squared) of its largest.
+constexpr double kSmallestDirection = 1e-4;
 constexpr int kCandidatesPerBlock = 64;
 
 // What decides the values of a candidate in every context.
@@ -245,37 +245,21 @@ ProjectedCandidates::Solution ProjectedCandidates::solve(int candidate,
   gram.noalias() -= projected.transpose() * projected;
   if (returned.size() > 0) gram.noalias() += returned.transpose() * returned;
 
-  // Cholesky column by column, in units of each column's own norm; a pivot below the threshold is
-  // nothing new.
-  Solution solution{Eigen::MatrixXd(0, k), 0, 0};
-  std::vector<int> kept;
-  for (int c = 0; c < k; ++c) {
-    if (own[c] <= kSmallestNorm * kSmallestNorm) continue;
-    const double left = std::max(0.0, gram(c, c)) / own[c];
-    solution.left = std::max(solution.left, std::sqrt(left));
-    if (left < kSmallestLeft * kSmallestLeft) continue;
-    std::vector<int> trial = kept;
-    trial.push_back(c);
-    const Eigen::VectorXd unit = gram.diagonal()(trial).cwiseSqrt().cwiseInverse();
-    const Eigen::MatrixXd scaled = unit.asDiagonal() * gram(trial, trial) * unit.asDiagonal();
-    const Eigen::LLT<Eigen::MatrixXd> llt(scaled);
-    if (llt.info() != Eigen::Success) continue;
-    const auto last = static_cast<Eigen::Index>(trial.size()) - 1;
-    const double pivot = llt.matrixLLT()(last, last);
-    if (pivot * pivot < kSmallestPivot) continue;
-    kept = trial;
-  }
-  solution.degrees_of_freedom = static_cast<int>(kept.size());
-  if (!kept.empty()) {
-    const Eigen::VectorXd unit = gram.diagonal()(kept).cwiseSqrt().cwiseInverse();
-    const Eigen::MatrixXd scaled = unit.asDiagonal() * gram(kept, kept) * unit.asDiagonal();
-    const auto m = static_cast<Eigen::Index>(kept.size());
-    solution.whitening = Eigen::MatrixXd::Zero(m, k);
-    solution.whitening(Eigen::all, kept) =
-        Eigen::MatrixXd(scaled.llt().matrixL().solve(Eigen::MatrixXd::Identity(m, m))) *
-        unit.asDiagonal();
-  }
-  return solution;
+  // Principal directions, in units of each column's own norm; what is next to nothing of itself, or
+  // of the largest, is left out.
+  Eigen::VectorXd unit = Eigen::VectorXd::Zero(k);
+  for (int c = 0; c < k; ++c)
+    if (own[c] > kSmallestNorm * kSmallestNorm) unit[c] = 1 / std::sqrt(own[c]);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(unit.asDiagonal() * gram *
+                                                             unit.asDiagonal());
+  const Eigen::VectorXd& values = eigen.eigenvalues();  // smallest first
+  const double smallest =
+      std::max(kSmallestLeft * kSmallestLeft, kSmallestDirection * values[k - 1]);
+  const auto rank = (values.array() > smallest).count();
+  const double left = (unit.cwiseAbs2().array() * gram.diagonal().array()).maxCoeff();
+  return {values.tail(rank).cwiseSqrt().cwiseInverse().asDiagonal() *
+              eigen.eigenvectors().rightCols(rank).transpose() * unit.asDiagonal(),
+          static_cast<int>(rank), std::sqrt(std::max(0.0, left))};
 }
 
 // BIC charges ln n for a coefficient, as if each were as likely to be large as one equation leaves
@@ -283,16 +267,17 @@ ProjectedCandidates::Solution ProjectedCandidates::solve(int candidate,
 // the rest little. Under the normal prior of the width that makes the readings most likely, at most
 // BIC's, they cost k (1 + ln(fall / k)) (local empirical Bayes of Liang et al., JASA 103, 2008). A
 // curve on one parameter has no such excuse: what its coefficients chase cheaply is blunders.
-double ProjectedCandidates::ebic_fall(const Candidate& candidate, int degrees_of_freedom,
-                                      double gain, double residual_norm) const {
+double ProjectedCandidates::ebic_fall(const std::string& parameter, double log_choices,
+                                      int degrees_of_freedom, double gain,
+                                      double residual_norm) const {
   if (degrees_of_freedom == 0) return -std::numeric_limits<double>::infinity();
   const double left = std::max(1e-12, 1.0 - gain / residual_norm);
   const double fall = -fit_.residual_freedom() * std::log(left);
   const double k = degrees_of_freedom;
   double charge = k * std::log(fit_.residual_freedom());
-  if (is_group(candidate.effect.parameter))
+  if (is_group(parameter))
     charge = std::min(charge, fall <= k ? fall : k * (1 + std::log(fall / k)));
-  return fall - charge - 2.0 * candidate.log_choices;
+  return fall - charge - 2.0 * log_choices;
 }
 
 std::vector<CandidateScore> ProjectedCandidates::scores(const Linearization::Loss& loss,
@@ -316,8 +301,9 @@ std::vector<CandidateScore> ProjectedCandidates::scores(const Linearization::Los
           const Eigen::VectorXd whitened = solution.whitening * slope;
           score.coefficients = solution.whitening.transpose() * whitened;
           score.gain = whitened.squaredNorm();
-          score.score =
-              ebic_fall(scan_.candidates_[candidate], score.degrees_of_freedom, score.gain, norm);
+          const Candidate& of = scan_.candidates_[candidate];
+          score.score = ebic_fall(of.effect.parameter, of.log_choices, score.degrees_of_freedom,
+                                  score.gain, norm);
         }
         return 0;
       },
@@ -329,25 +315,34 @@ std::vector<CandidateScore> ProjectedCandidates::scores() const {
   return scores({Eigen::MatrixXd(fit_.basis().cols(), 0), Eigen::VectorXd(0)}, true);
 }
 
-std::vector<CandidateScore> ProjectedCandidates::scores_without(int effect) const {
-  return scores(fit_.without_effect(effect), true);
+std::vector<CandidateScore> ProjectedCandidates::scores_without(
+    const std::vector<int>& effects) const {
+  return scores(fit_.without(effects), true);
 }
 
 std::vector<CandidateScore> ProjectedCandidates::imitations(int effect) const {
-  const Linearization::Loss loss = fit_.without_effect(effect);
+  const Linearization::Loss loss = fit_.without({effect});
   const double whole = std::max(1e-300, loss.residual.squaredNorm());
   std::vector<CandidateScore> imitations = scores(loss, false);
   for (CandidateScore& one : imitations) one.gain = std::clamp(one.gain / whole, 0.0, 1.0);
   return imitations;
 }
 
-CandidateScore ProjectedCandidates::score_of_effect(int effect, const Candidate& candidate) const {
-  const Linearization::Loss loss = fit_.without_effect(effect);
+Eigen::MatrixXd ProjectedCandidates::directions(int candidate) const {
+  const Eigen::MatrixXd projected = on_basis(candidate);
+  const Eigen::MatrixXd own = scan_.columns(fit_, candidate) - fit_.basis() * projected;
+  return own * solve(candidate, projected, {}).whitening.transpose();
+}
+
+CandidateScore ProjectedCandidates::score_of(const std::vector<int>& effects,
+                                             const std::string& parameter,
+                                             double log_choices) const {
+  const Linearization::Loss loss = fit_.without(effects);
   CandidateScore score;
   score.degrees_of_freedom = static_cast<int>(loss.span.cols());
   score.gain = loss.residual.squaredNorm();
-  score.score =
-      ebic_fall(candidate, score.degrees_of_freedom, score.gain, fit_.residual_norm() + score.gain);
+  score.score = ebic_fall(parameter, log_choices, score.degrees_of_freedom, score.gain,
+                          fit_.residual_norm() + score.gain);
   return score;
 }
 
@@ -448,12 +443,13 @@ std::vector<double> ProjectedCandidates::best_of_flipped(int flips, std::uint64_
           Eigen::RowVectorXf gains = Eigen::RowVectorXf::Zero(flips);
           for (const auto& axis : whitening.rowwise())  // few and short: no matter for blocks
             gains += axis.lazyProduct(slope).cwiseAbs2();
+          const auto& parameter = scan_.candidates_[candidate].effect.parameter;
           const double log_choices = scan_.candidates_[candidate].log_choices;
           const double of_choices = std::exp(-2.0 * log_choices / fit_.residual_freedom());
           for (int f = 0; f < flips; ++f) {
             if (gains[f] <= norms[f] * (1 - to_beat[f] * of_choices)) continue;
-            const double score = ebic_fall(scan_.candidates_[candidate],
-                                           solution.degrees_of_freedom, gains[f], norms[f]);
+            const double score =
+                ebic_fall(parameter, log_choices, solution.degrees_of_freedom, gains[f], norms[f]);
             if (score <= block_best[f]) continue;
             block_best[f] = score;
             to_beat[f] = std::exp(-score / fit_.residual_freedom());

@@ -20,6 +20,9 @@ struct Candidate {
   /// One cycle over the travel covered [cycles per turn]: a frequency from a periodogram and one
   /// nearer than this are the same. 0: the frequency is fixed.
   double frequency_resolution = 0;
+  /// A curve of many coefficients, which could stand for almost anything that the driver does: for
+  /// where simpler effects do not suffice.
+  bool fine = false;
 };
 
 /// What a candidate would explain.
@@ -75,16 +78,21 @@ class ProjectedCandidates {
   /// Each candidate beside all that is in the model.
   std::vector<CandidateScore> scores() const;
 
-  /// Each candidate in the place of one effect of the model.
-  std::vector<CandidateScore> scores_without(int effect) const;
+  /// What a candidate would add to the basis of the fit, as orthonormal columns.
+  Eigen::MatrixXd directions(int candidate) const;
+
+  /// Each candidate in the place of some effects of the model.
+  std::vector<CandidateScore> scores_without(const std::vector<int>& effects) const;
 
   /// How each candidate can imitate one effect of the model: the coefficients with which it comes
   /// closest to what that effect explains, both projected off the rest; the gain is the squared
   /// cosine of the angle between them.
   std::vector<CandidateScore> imitations(int effect) const;
 
-  /// An effect of the model beside the others, as the candidate that it was.
-  CandidateScore score_of_effect(int effect, const Candidate& candidate) const;
+  /// Effects of the model, all on one parameter, together beside the others; `log_choices` is the
+  /// sum of what looking for each has cost.
+  CandidateScore score_of(const std::vector<int>& effects, const std::string& parameter,
+                          double log_choices) const;
 
   /// The null run: the score of the best of all candidates on the residual with signs flipped pose
   /// by pose, once for each draw.
@@ -102,8 +110,8 @@ class ProjectedCandidates {
   Solution solve(int candidate, const Eigen::MatrixXd& projected,
                  const Eigen::MatrixXd& returned) const;
   std::vector<CandidateScore> scores(const Linearization::Loss& loss, bool with_residual) const;
-  double ebic_fall(const Candidate& candidate, int degrees_of_freedom, double gain,
-                   double residual_norm) const;
+  double ebic_fall(const std::string& parameter, double log_choices, int degrees_of_freedom,
+                   double gain, double residual_norm) const;
   Eigen::VectorXd unfitted_residual() const;
   template <typename Columns>
   Eigen::MatrixXd moment_sums(int parameter, const Columns& columns) const;

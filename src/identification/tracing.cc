@@ -34,9 +34,15 @@ constexpr double kSameScore = 0.01;     // EBIC; less is rounding and the end of
 constexpr double kLackOfFit = 1e-3;     // p from which the fit clearly lacks something
 constexpr int kRefitted = 3;            // parameters named of those that are refitted for a rival
 constexpr double kSearchTolerance = 1e-6;  // of the cost
+// Effects of one parameter and driver that look like the pieces of one curve; two may be the two
+// that there are.
+constexpr size_t kManyOfOnePlace = 3;
 constexpr int kRevisions = 4, kSettlings = 2;
 constexpr size_t kMostModels = 100;  // some times what the longest search has gone through
-constexpr int kTrials = 8;           // candidates that may fail the later gates in one step
+constexpr int kMostGatherings = 50;  // likewise
+// More would find smaller effects at a cost in proportion, and only the fit needs all.
+constexpr int kMostPosesOfSearch = 2000;
+constexpr int kTrials = 8;  // candidates that may fail the later gates in one step
 
 // The fewer were tried the better, then by what it is, the joint itself first: bending that turns
 // about a joint's axis is its compliance. The order in files does not matter.
@@ -51,6 +57,28 @@ bool comes_before(const Candidate& a, const Candidate& b) {
                       shape.basis, shape.count, shape.at, shape.tau, shape.low, shape.high);
   };
   return key(a) < key(b);
+}
+
+// Amplitude and phase of an effect, if it is a harmonic, its frequency as it stands.
+std::optional<Cycle> fixed_cycle(const CalibrationResult& fit, const Eigen::MatrixXd& departures,
+                                 int effect, int poses) {
+  const Effect& e = fit.robot.effects[effect];
+  if (e.shape.kind != ShapeKind::harmonic || e.coefficients.size() != 2) return std::nullopt;
+  const double sine = e.coefficients[0].value, cosine = e.coefficients[1].value;
+  Cycle cycle;
+  cycle.amplitude = std::hypot(sine, cosine);
+  cycle.phase = std::atan2(cosine, sine);
+  Eigen::Index first = 0;
+  for (int other = 0; other < effect; ++other)
+    first += static_cast<Eigen::Index>(fit.robot.effects[other].coefficients.size());
+  const Eigen::Vector2d along = Eigen::Vector2d(sine, cosine) / cycle.amplitude;
+  const Eigen::Index unknown = static_cast<Eigen::Index>(fit.set.kept.size()) + first;
+  const Eigen::Matrix2d covariance = fit.covariance.block<2, 2>(unknown, unknown);
+  cycle.amplitude_std = std::sqrt(along.dot(covariance * along));
+  const auto [low, high] =
+      interval_about(departures.middleCols<2>(first) * along, cycle.amplitude_std, poses);
+  cycle.amplitude_ci95 = {cycle.amplitude + low, cycle.amplitude + high};
+  return cycle;
 }
 
 class Tracer {
@@ -91,14 +119,20 @@ class Tracer {
     for (;;) {
       while (step()) {
         if (may_revise && chosen_.size() > 1) revise(KnownCauses::stay);
+        gather(kManyOfOnePlace);
         may_revise &= is_new_model();
         result_.stages.push_back(result_.fit);
       }
-      if (!may_revise || !revise(KnownCauses::give_way)) break;
+      if (!(may_revise && revise(KnownCauses::give_way)) && !gather(2)) {
+        if (fine_curves_) break;
+        fine_curves_ = true;
+        continue;
+      }
       may_revise &= is_new_model();
       result_.stages.back() = result_.fit;
     }
     settle_inner_values();
+    drop_idle();
     order_by_share();
     describe();
     return std::move(result_);
@@ -157,14 +191,14 @@ class Tracer {
     const std::vector<int> order = best_first(scores);
     rank(scores, order);
     result_.best_score = scores[order.front()].score;
-    for (int trial = 0; trial < kTrials && trial < static_cast<int>(order.size()); ++trial) {
-      const int candidate = order[trial];
-      if (scores[candidate].score <= 0) break;
-      if (is_in_model(scan_->candidates()[candidate].effect) ||
-          !is_possible(*scan_, candidate, scores[candidate]))
-        continue;
+    int trials = 0;
+    for (int candidate : order) {
+      if (scores[candidate].score <= 0 || trials == kTrials) break;
+      if (!may_enter(scan_->candidates()[candidate])) continue;
+      ++trials;
+      if (!is_possible(*scan_, candidate, scores[candidate])) continue;
       const CrossValidation cv =
-          CrossValidation::of(fit, scan_->columns(fit, candidate), options_.seed);
+          CrossValidation::of(fit, projected.directions(candidate), options_.seed);
       if (cv.gain <= cv.error) continue;
       const double p = p_value(scores[candidate].score);
       if (p >= significance() || static_cast<int>(chosen_.size()) == options_.max_effects) {
@@ -246,7 +280,7 @@ class Tracer {
     const Robot& robot = result_.fit.robot;
     const CandidateScan scan(finer, robot, in_common_frame(campaign_, robot));
     const ProjectedCandidates projected(scan, fit);
-    const auto scores = effect < 0 ? projected.scores() : projected.scores_without(effect);
+    const auto scores = effect < 0 ? projected.scores() : projected.scores_without({effect});
     return scan.candidates()[best_first(scores).front()];
   }
 
@@ -296,8 +330,8 @@ class Tracer {
     double most = 0;
     for (size_t k = 0; k < chosen_.size(); ++k) {
       const int in_fit = declared_ + static_cast<int>(k);
-      const double own = projected.score_of_effect(in_fit, chosen_[k]).score;
-      const std::vector<CandidateScore> scores = projected.scores_without(in_fit);
+      const double own = score_of({static_cast<int>(k)}).score;
+      const std::vector<CandidateScore> scores = projected.scores_without({in_fit});
       const bool by_known = chosen_[k].from_catalogue && known_causes == KnownCauses::stay;
       const auto better = better_than(std::max(own, 0.0), scores, by_known);
       const double fall = better ? scores[*better].score - own : -own;
@@ -316,10 +350,57 @@ class Tracer {
       p_at_gate_[effect] = std::nullopt;
       coefficients[declared_ + effect] = {};
     } else {
-      chosen_.erase(chosen_.begin() + effect);
-      p_at_gate_.erase(p_at_gate_.begin() + effect);
-      coefficients.erase(coefficients.begin() + declared_ + effect);
+      remove({effect}, coefficients);
     }
+    refit(coefficients);
+    return true;
+  }
+
+  // Of the chosen, all on one parameter: what they explain together.
+  CandidateScore score_of(const std::vector<int>& chosen) {
+    std::vector<int> in_fit;
+    double log_choices = 0;
+    for (int k : chosen) {
+      in_fit.push_back(declared_ + k);
+      log_choices += chosen_[k].log_choices;
+    }
+    return view().projected.score_of(in_fit, chosen_[chosen.front()].effect.parameter, log_choices);
+  }
+
+  // `least` or more effects of one parameter and driver give way to one fine curve where it
+  // explains more than they do together. False if nothing changed.
+  bool gather(size_t least) {
+    std::vector<int> gathered;
+    int curve = -1;
+    double most = kClearlyBetter;
+    for (size_t first = 0; first < chosen_.size(); ++first) {
+      std::vector<int> together, in_fit;
+      for (size_t k = first; k < chosen_.size(); ++k)
+        if (same_place(chosen_[k].effect, chosen_[first].effect)) {
+          together.push_back(static_cast<int>(k));
+          in_fit.push_back(declared_ + static_cast<int>(k));
+        }
+      const bool seen = std::any_of(chosen_.begin(), chosen_.begin() + first, [&](const auto& c) {
+        return same_place(c.effect, chosen_[first].effect);
+      });
+      if (together.size() < least || seen) continue;
+      const double own = score_of(together).score;
+      const std::vector<CandidateScore> scores = view().projected.scores_without(in_fit);
+      for (size_t c = 0; c < scores.size(); ++c) {
+        const Candidate& candidate = scan_->candidates()[c];
+        if (!candidate.fine || !same_place(candidate.effect, chosen_[first].effect) ||
+            scores[c].score <= own + most)
+          continue;
+        most = scores[c].score - own;
+        gathered = together;
+        curve = static_cast<int>(c);
+      }
+    }
+    if (curve < 0 || ++gatherings_ > kMostGatherings) return false;
+    std::vector<Effect> coefficients = result_.fit.robot.effects;
+    remove(gathered, coefficients);
+    chosen_.push_back(scan_->candidates()[curve]);
+    p_at_gate_.push_back(std::nullopt);
     refit(coefficients);
     return true;
   }
@@ -327,16 +408,44 @@ class Tracer {
   // Inner values were chosen beside what was in the model then; now beside all.
   void settle_inner_values() {
     for (int round = 0; round < kSettlings; ++round) {
-      bool changed = false;
-      for (size_t k = 0; k < chosen_.size(); ++k) {
-        const Candidate finer = refine(chosen_[k], view().fit, declared_ + static_cast<int>(k));
-        if (same(finer.effect, chosen_[k].effect)) continue;
-        chosen_[k] = finer;
-        refit({});
-        changed = true;
-      }
-      if (!changed) return;
+      std::vector<Candidate> settled;
+      for (size_t k = 0; k < chosen_.size(); ++k)
+        settled.push_back(refine(chosen_[k], view().fit, declared_ + static_cast<int>(k)));
+      if (std::equal(
+              settled.begin(), settled.end(), chosen_.begin(),
+              [](const Candidate& a, const Candidate& b) { return same(a.effect, b.effect); }))
+        return;
+      chosen_ = settled;
+      refit({});
       result_.stages.back() = result_.fit;
+    }
+  }
+
+  // Some stood for what the inner values of others missed.
+  void drop_idle() {
+    for (;;) {
+      int idle = -1;
+      double least = 0;
+      for (int k = 0; k < static_cast<int>(chosen_.size()); ++k) {
+        const double score = score_of({k}).score;
+        if (score > least) continue;
+        least = score;
+        idle = k;
+      }
+      if (idle < 0) return;
+      std::vector<Effect> coefficients = result_.fit.robot.effects;
+      remove({idle}, coefficients);
+      refit(coefficients);
+      result_.stages.back() = result_.fit;
+    }
+  }
+
+  // From the chosen; `indices` ascend.
+  void remove(const std::vector<int>& indices, std::vector<Effect>& coefficients) {
+    for (auto k = indices.rbegin(); k != indices.rend(); ++k) {
+      chosen_.erase(chosen_.begin() + *k);
+      p_at_gate_.erase(p_at_gate_.begin() + *k);
+      coefficients.erase(coefficients.begin() + declared_ + *k);
     }
   }
 
@@ -368,7 +477,7 @@ class Tracer {
     for (int candidate : best_first(scores)) {
       if (scores[candidate].score <= score + kClearlyBetter) break;
       const Candidate& other = scan_->candidates()[candidate];
-      if ((other.from_catalogue || !known) && !is_in_model(other.effect) &&
+      if ((other.from_catalogue || !known) && may_enter(other) &&
           is_possible(*scan_, candidate, scores[candidate]))
         return candidate;
     }
@@ -388,6 +497,10 @@ class Tracer {
       if (scores[k].degrees_of_freedom == 0 && scan_->candidates()[k].from_catalogue &&
           !is_in_model(scan_->candidates()[k].effect))
         result_.not_separable.push_back(ranked(scan_->candidates()[k], scores[k]));
+  }
+
+  bool may_enter(const Candidate& candidate) const {
+    return (fine_curves_ || !candidate.fine) && !is_in_model(candidate.effect);
   }
 
   bool is_in_model(const Effect& effect) const {
@@ -425,13 +538,13 @@ class Tracer {
           std::count_if(chosen_.begin(), chosen_.end(), [&](const Candidate& other) {
             return same_place(other.effect, chosen_[k].effect);
           }) > 1;
-      const CandidateScore own = projected.score_of_effect(effect, chosen_[k]);
+      const CandidateScore own = score_of({static_cast<int>(k)});
       traced.evidence.delta_ebic = own.score;
       traced.evidence.p_value = p_at_gate_[k] ? *p_at_gate_[k] : p_value(own.score);
       const CrossValidation cv = CrossValidation::of_effect(fit, effect, options_.seed);
       traced.evidence.cross_validated_gain = cv.gain;
       traced.evidence.cross_validated_gain_error = cv.error;
-      const std::vector<CandidateScore> scores = projected.scores_without(effect);
+      const std::vector<CandidateScore> scores = projected.scores_without({effect});
       const std::vector<CandidateScore> imitations = projected.imitations(effect);
       std::vector<int> listed;
       for (int candidate : best_first(scores)) {
@@ -457,22 +570,11 @@ class Tracer {
   }
 
   std::optional<Cycle> cycle_of(int effect, bool searched) {
+    std::optional<Cycle> of_effect = fixed_cycle(result_.fit, result_.departures, effect, poses_);
+    if (!of_effect) return std::nullopt;
+    Cycle& cycle = *of_effect;
     const Effect& e = result_.fit.robot.effects[effect];
-    if (e.shape.kind != ShapeKind::harmonic || e.coefficients.size() != 2) return std::nullopt;
     const double sine = e.coefficients[0].value, cosine = e.coefficients[1].value;
-    Cycle cycle;
-    cycle.amplitude = std::hypot(sine, cosine);
-    cycle.phase = std::atan2(cosine, sine);
-    Eigen::Index first = 0;
-    for (int other = 0; other < effect; ++other)
-      first += static_cast<Eigen::Index>(result_.fit.robot.effects[other].coefficients.size());
-    const Eigen::Vector2d along = Eigen::Vector2d(sine, cosine) / cycle.amplitude;
-    const Eigen::Index unknown = static_cast<Eigen::Index>(result_.fit.set.kept.size()) + first;
-    const Eigen::Matrix2d covariance = result_.fit.covariance.block<2, 2>(unknown, unknown);
-    cycle.amplitude_std = std::sqrt(along.dot(covariance * along));
-    const auto [low, high] = interval_about(result_.departures.middleCols<2>(first) * along,
-                                            cycle.amplitude_std, poses_);
-    cycle.amplitude_ci95 = {cycle.amplitude + low, cycle.amplitude + high};
     if (searched) {
       // The derivative with respect to the frequency.
       const Linearization& fit = view().fit;
@@ -488,7 +590,7 @@ class Tracer {
                    half_width = student_quantile(poses_) * cycle.frequency_std;
       cycle.frequency_ci95 = {n - half_width, n + half_width};
     }
-    return cycle;
+    return of_effect;
   }
 
   std::vector<std::string> refitted(int effect, int candidate, const CandidateScore& imitation) {
@@ -520,6 +622,8 @@ class Tracer {
   std::unique_ptr<View> view_;
   std::vector<double> null_scores_;  // of the view, as far as they were asked for
   int declared_ = 0;
+  int gatherings_ = 0;
+  bool fine_curves_ = false;  // whether they may enter: once nothing simpler is left
   std::vector<Candidate> candidates_;
   std::optional<CandidateScan> scan_;
   std::vector<Candidate> chosen_;
@@ -528,11 +632,56 @@ class Tracer {
   std::set<std::multiset<std::string>> seen_;
 };
 
+// Every so many poses, in order of visit, with all their rows.
+Campaign every_few_poses(const Campaign& campaign, long count) {
+  const long available = static_cast<long>(campaign.pose_ids.size());
+  std::vector<int> rows;
+  for (int row = 0; row < campaign.rows(); ++row) {
+    const long pose = campaign.pose[row];
+    if (pose * count / available != (pose + 1) * count / available) rows.push_back(row);
+  }
+  return campaign.select(rows);
+}
+
+// What was found in some of the poses, fitted to all.
+void refit_to_all(const Robot& robot, const Campaign& campaign, const TraceOptions& options,
+                  TraceResult& result) {
+  if (options.progress) options.progress("fitting what was found to all poses");
+  CalibrationOptions near;
+  near.near = &result.fit;
+  near.tolerance = kSearchTolerance;
+  result.stages.front() = calibrate(robot, campaign, result.fit.set);
+  const CalibrationResult fit = calibrate(result.fit.robot, campaign, result.fit.set, near);
+  result.fit = fit;
+  result.stages.back() = result.fit;
+  if (result.effects.empty()) return;
+  const int poses = static_cast<int>(campaign.pose_ids.size());
+  result.departures = bootstrap_coefficients(result.fit, campaign, options.bootstrap, options.seed);
+  set_intervals(result.departures, poses, result.fit.robot);
+  const auto declared = static_cast<int>(robot.effects.size());
+  for (size_t k = 0; k < result.effects.size(); ++k) {
+    TracedEffect& traced = result.effects[k];
+    const int effect = declared + static_cast<int>(k);
+    traced.effect = result.fit.robot.effects[effect];
+    const Cycle before = traced.cycle.value_or(Cycle{});
+    traced.cycle = fixed_cycle(result.fit, result.departures, effect, poses);
+    if (!traced.cycle) continue;
+    traced.cycle->frequency_std = before.frequency_std;
+    traced.cycle->frequency_ci95 = before.frequency_ci95;
+  }
+}
+
 }  // namespace
 
 TraceResult trace(const Robot& robot, const Campaign& campaign, const Catalogue& catalogue,
                   const TraceOptions& options) {
-  return Tracer(robot, campaign, catalogue, options).run();
+  if (static_cast<int>(campaign.pose_ids.size()) <= kMostPosesOfSearch ||
+      campaign.session_names.size() > 1)
+    return Tracer(robot, campaign, catalogue, options).run();
+  const Campaign part = every_few_poses(campaign, kMostPosesOfSearch);
+  TraceResult result = Tracer(robot, part, catalogue, options).run();
+  refit_to_all(robot, campaign, options, result);
+  return result;
 }
 
 }  // namespace armtrue

@@ -29,8 +29,10 @@ void read_series(YamlMap series, bool two_drivers, Shape& shape) {
     series.fail("basis", "'" + basis + "' is none of cosine, spline, fourier, saturating, bump");
   const double count = series.number("count");
   const int least = shape.basis == SeriesBasis::spline ? 3 : 1;
-  if (count != std::floor(count) || count < least || count > 30)
-    series.fail("count", "must be a whole number from " + std::to_string(least) + " to 30");
+  const int most = two_drivers ? 30 : 1000;
+  if (count != std::floor(count) || count < least || count > most)
+    series.fail("count", "must be a whole number from " + std::to_string(least) + " to " +
+                             std::to_string(most));
   shape.count = static_cast<int>(count);
   const auto read_range = [&](const std::string& key, int driver) {
     const std::vector<double> range = series.numbers(key, 2);

@@ -145,6 +145,10 @@ std::string course(const Effect& effect, const std::vector<CurvePoint>& curve, c
                           0.1 * (curve.back().driver - curve.front().driver);
   if (about_zero && even > 9 * odd) text += ", even";
   if (about_zero && odd > 9 * even) text += ", odd";
+  if (const auto cycle = strongest_cycle(curve))
+    text +=
+        fmt::format(", of which {:.0f} % is a cycle of {:.4g} per turn and {}", 100 * cycle->share,
+                    cycle->per_turn, size_text(robot, effect.parameter, cycle->amplitude));
   return text;
 }
 
@@ -191,6 +195,13 @@ YAML::Node curve_node(const Effect& effect, const std::vector<CurvePoint>& curve
                                                 : "driver_c"] = flow(drivers);
   node[is_length ? "value_mm" : "value_mrad"] = flow(values);
   node[is_length ? "half_width_mm" : "half_width_mrad"] = flow(half_widths);
+  if (const auto cycle = is_angle ? strongest_cycle(curve) : std::nullopt)
+    node["strongest_cycle"] =
+        flow_map({{"per_turn", fmt::format("{:.5g}", cycle->per_turn)},
+                  {"resolution", rounded(cycle->resolution)},
+                  {is_length ? "amplitude_mm" : "amplitude_mrad",
+                   rounded(cycle->amplitude / (is_length ? kMillimetre : kMilliradian))},
+                  {"share", rounded(cycle->share)}});
   return node;
 }
 

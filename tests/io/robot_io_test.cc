@@ -103,7 +103,7 @@ TEST(RobotIo, EveryKindOfEffectReadsBack) {
     coefficients: [{value: 1}, {value: 2}, {value: 3}, {value: 4}]
     evidence: {p_value: 0.01}
     indistinguishable: []
-  - {name: e, parameter: A5.theta, driver: joint-angle 5, shape: series, series: {basis: spline, count: 8, range: [-2, 2]}}
+  - {name: e, parameter: A5.theta, driver: joint-angle 5, shape: series, series: {basis: spline, count: 290, range: [-2, 2]}}
   - {name: f, parameter: A2.theta, driver: joint-angle 2, shape: harmonic 37.4, coefficients: [{value: 1e-4}, {value: 0}], cycle: {phase_deg: 0}}
   - {name: g, parameter: A3.theta, driver: joint-angle 3 * temperature arm, shape: harmonic 1, coefficients: [{value: 1e-5}, {value: 0}]}
   - {name: h, parameter: A3.theta, driver: joint-angle 3 * arrival 3, shape: linear, coefficients: [{value: 1e-5}]}
@@ -143,6 +143,10 @@ TEST(RobotIo, ErrorsNameLineAndKey) {
   expect_error(replaced(good, "mass_kg: 851", "mass_kg: -1"), "must be above zero");
   expect_error(replaced(good, "identify: auto", "identify: [A1.alpha, A9.d]"),
                "no parameter 'A9.d'");
+  expect_error(replaced(good, "effects: []",
+                        "effects: [{name: a, parameter: A2.theta, driver: 'joint-angle 2,4', "
+                        "shape: series, series: {basis: fourier, count: 31}}]"),
+               "must be a whole number from 1 to 30");
   expect_error(replaced(good, "effects: []",
                         "effects: [{name: a, parameter: A2.theta, driver: moon, shape: linear}]"),
                "key 'driver'");

@@ -11,6 +11,7 @@
 #include <map>
 #include <set>
 
+#include "armtrue/identification/effect_curve.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
 #include "loop/hidden_campaign.h"
@@ -126,6 +127,14 @@ TEST(Groups, AKnockShowsInFewPoses) {
   }
 }
 
+HiddenCampaign sum_of_sines(const std::string& family, unsigned seed) {
+  armtrue_oracle::CampaignPlan plan;
+  plan.seed = seed;
+  plan.poses = 400;
+  plan.repeats = 1;
+  return HiddenCampaign(kNominal, family, 0.5, plan);
+}
+
 // A gear train's own number of cycles per turn is seldom whole.
 TEST(Cycles, FrequencyAndAmplitudeLieInTheirIntervals) {
   for (unsigned seed : {42u, 43u}) {
@@ -144,6 +153,72 @@ TEST(Cycles, FrequencyAndAmplitudeLieInTheirIntervals) {
     EXPECT_NEAR(cycle.amplitude, campaign.written.amplitude, 3 * cycle.amplitude_std);
     EXPECT_LT(cycle.amplitude_std, 0.1 * cycle.amplitude);
   }
+}
+
+// Two sines are named one by one, where they are what there is.
+TEST(Curves, AreNoPlaceForTwoCycles) {
+  for (unsigned seed : {1u, 2u, 3u}) {
+    const HiddenCampaign campaign = sum_of_sines("x-sum-of-2", seed);
+    const LoopResult result = closed(campaign);
+    ASSERT_EQ(result.trace.effects.size(), 2u) << listed(result);
+    for (const TracedEffect& traced : result.trace.effects) {
+      EXPECT_TRUE(names(campaign.written.truth, traced.effect)) << listed(result);
+      EXPECT_EQ(traced.effect.shape.kind, ShapeKind::harmonic);
+    }
+    EXPECT_LT(result.after, 1.06 * campaign.written.floor_mean_mm * kMillimetre);
+  }
+}
+
+// Found as a dozen single cycles some would be missed. Where their joint travels little, a few
+// pieces may do as well as one fine curve.
+TEST(Curves, StandForWhatIsNoSumOfFewCycles) {
+  int fine_curves = 0;
+  for (unsigned seed : {1u, 2u, 3u}) {
+    const HiddenCampaign campaign = sum_of_sines("x-sum-of-12", seed);
+    const LoopResult result = closed(campaign);
+    EXPECT_LE(result.trace.effects.size(), 3u) << listed(result);
+    for (const TracedEffect& traced : result.trace.effects)
+      EXPECT_TRUE(names(campaign.written.truth, traced.effect)) << listed(result);
+    fine_curves += std::any_of(
+        result.trace.effects.begin(), result.trace.effects.end(),
+        [](const TracedEffect& traced) { return traced.effect.coefficients.size() > 12; });
+    EXPECT_LT(result.after, 1.15 * campaign.written.floor_mean_mm * kMillimetre);
+  }
+  EXPECT_GE(fine_curves, 2);
+}
+
+// Two thousand poses are searched, all are fitted.
+TEST(ManyPoses, AreSearchedInPartAndFittedWhole) {
+  armtrue_oracle::CampaignPlan plan;
+  plan.seed = 5;
+  plan.poses = 2300;
+  plan.repeats = 1;
+  const HiddenCampaign campaign(kNominal, "x-cycles", 0.05, plan);
+  ASSERT_GT(campaign.training.rows(), 2000);
+  const LoopResult result = closed(campaign);
+  ASSERT_EQ(result.trace.effects.size(), 1u) << listed(result);
+  const TracedEffect& found = result.trace.effects.front();
+  EXPECT_TRUE(names(campaign.written.truth, found.effect)) << listed(result);
+  EXPECT_EQ(result.trace.fit.weights.size(), static_cast<size_t>(campaign.training.rows()));
+  EXPECT_EQ(result.trace.stages.front().weights.size(), result.trace.fit.weights.size());
+  ASSERT_TRUE(found.cycle);
+  EXPECT_NEAR(found.cycle->amplitude, campaign.written.amplitude, 3 * found.cycle->amplitude_std);
+  EXPECT_LT(result.after, 1.01 * campaign.written.floor_mean_mm * kMillimetre);
+}
+
+TEST(StrongestCycle, IsFoundBesideALineAndWeakerOnes) {
+  std::vector<CurvePoint> curve;
+  for (int i = 0; i <= 300; ++i) {
+    const double q = -1.5 + 0.01 * i;
+    curve.push_back({q, 2e-4 * q + 3e-4 * std::sin(17.3 * q + 0.4) + 1e-4 * std::sin(31 * q), 0});
+  }
+  const auto cycle = strongest_cycle(curve);
+  ASSERT_TRUE(cycle);
+  EXPECT_NEAR(cycle->per_turn, 17.3, 0.15);
+  EXPECT_NEAR(cycle->amplitude, 3e-4, 1e-5);
+  const double line = 4 * 3.0 * 3.0 / 12;  // variances, in units of 1e-8
+  EXPECT_NEAR(cycle->share, 4.5 / (line + 4.5 + 0.5), 0.03);
+  EXPECT_FALSE(strongest_cycle({}));
 }
 
 // Thirty angles leave other frequencies in reach, and that is said.

@@ -353,6 +353,17 @@ std::optional<Hidden> by_angle(const std::string& family, Dice& dice) {
     cycles.cycles_per_turn = n;
     return cycles;
   }
+  if (family == "x-sum-of-2" || family == "x-sum-of-12") {
+    const int j = dice.below(3), terms = family == "x-sum-of-2" ? 2 : 12;
+    std::vector<std::pair<double, double>> sines;  // per turn, phase
+    for (int k = 0; k < terms; ++k)
+      sines.emplace_back(3 + 12.0 * (k + dice.uniform(0.2, 0.8)) / terms, dice.uniform(0, 2 * kPi));
+    return on_theta(family, j, angle(j), [=](const Moment& m) {
+      double sum = 0;
+      for (const auto& [n, phase] : sines) sum += std::sin(n * m.q[static_cast<size_t>(j)] + phase);
+      return sum;
+    });
+  }
   if (family == "x-product")
     return on_theta(family, 2, "joint-angle 1,4",
                     [](const Moment& m) { return std::sin(m.q[0]) * std::sin(m.q[3]); });

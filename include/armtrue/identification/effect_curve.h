@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "armtrue/identification/calibration.h"
@@ -20,5 +21,17 @@ struct CurvePoint {
 /// bootstrap_coefficients().
 std::vector<CurvePoint> effect_curve(const CalibrationResult& fit, const Campaign& campaign,
                                      size_t effect, const Eigen::MatrixXd& departures);
+
+/// What comes back most strongly in a curve over a joint angle.
+struct StrongestCycle {
+  double per_turn = 0;    ///< [cycles per turn]
+  double resolution = 0;  ///< one cycle over the travel covered [cycles per turn]
+  double amplitude = 0;   ///< [m, rad]
+  double share = 0;       ///< of the variance of the curve
+};
+
+/// The sine that beside a straight line explains most of a curve over a joint angle [rad], with two
+/// cycles or more over its length. None of a curve without points, or that is straight.
+std::optional<StrongestCycle> strongest_cycle(const std::vector<CurvePoint>& curve);
 
 }  // namespace armtrue
