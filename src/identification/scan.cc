@@ -22,7 +22,8 @@ constexpr double kSmallestNorm = 1e-10;
 // Less than this of a candidate's own norm left after projection is rounding, not evidence.
 constexpr double kSmallestLeft = 1e-5;
 // A direction among a candidate's columns that is less than this (squared) of its largest.
-constexpr double kSmallestDirection = 1e-4;
+// Of many coefficients some combination is always weak, and would take any value.
+constexpr double kSmallestDirection = 1e-6, kSmallestOfFineCurve = 1e-4;
 constexpr int kCandidatesPerBlock = 64;
 
 // What decides the values of a candidate in every context.
@@ -245,21 +246,25 @@ ProjectedCandidates::Solution ProjectedCandidates::solve(int candidate,
   gram.noalias() -= projected.transpose() * projected;
   if (returned.size() > 0) gram.noalias() += returned.transpose() * returned;
 
-  // Principal directions, in units of each column's own norm; what is next to nothing of itself, or
-  // of the largest, is left out.
+  // Principal directions, in units of what is left of each column; what is next to nothing of the
+  // largest is left out.
   Eigen::VectorXd unit = Eigen::VectorXd::Zero(k);
-  for (int c = 0; c < k; ++c)
-    if (own[c] > kSmallestNorm * kSmallestNorm) unit[c] = 1 / std::sqrt(own[c]);
+  double most_left = 0;
+  for (int c = 0; c < k; ++c) {
+    if (own[c] <= kSmallestNorm * kSmallestNorm) continue;
+    const double left = std::sqrt(std::max(0.0, gram(c, c)) / own[c]);
+    most_left = std::max(most_left, left);
+    if (left >= kSmallestLeft) unit[c] = 1 / std::sqrt(gram(c, c));
+  }
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(unit.asDiagonal() * gram *
                                                              unit.asDiagonal());
   const Eigen::VectorXd& values = eigen.eigenvalues();  // smallest first
-  const double smallest =
-      std::max(kSmallestLeft * kSmallestLeft, kSmallestDirection * values[k - 1]);
-  const auto rank = (values.array() > smallest).count();
-  const double left = (unit.cwiseAbs2().array() * gram.diagonal().array()).maxCoeff();
+  const double share =
+      scan_.candidates_[candidate].fine ? kSmallestOfFineCurve : kSmallestDirection;
+  const auto rank = (values.array() > share * values[k - 1]).count();
   return {values.tail(rank).cwiseSqrt().cwiseInverse().asDiagonal() *
               eigen.eigenvectors().rightCols(rank).transpose() * unit.asDiagonal(),
-          static_cast<int>(rank), std::sqrt(std::max(0.0, left))};
+          static_cast<int>(rank), most_left};
 }
 
 // BIC charges ln n for a coefficient, as if each were as likely to be large as one equation leaves

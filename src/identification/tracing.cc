@@ -449,14 +449,20 @@ class Tracer {
     }
   }
 
-  // What explains most leads, whichever was found first.
+  // What explains most leads, whichever was found first; effects of one parameter and driver are
+  // pieces of one thing and stand together.
   void order_by_share() {
     const auto [columns, readings] = view().fit.effects_from(declared_);
     const std::vector<double> found = variance_shares(columns, readings, options_.seed);
     std::vector<size_t> order(found.size());
     std::iota(order.begin(), order.end(), size_t{0});
-    std::stable_sort(order.begin(), order.end(),
-                     [&](size_t a, size_t b) { return found[a] > found[b]; });
+    std::vector<double> together(found.size(), 0.0);
+    for (size_t a = 0; a < found.size(); ++a)
+      for (size_t b = 0; b < found.size(); ++b)
+        if (same_place(chosen_[a].effect, chosen_[b].effect)) together[a] += found[b];
+    std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+      return std::pair(together[a], found[a]) > std::pair(together[b], found[b]);
+    });
     const std::vector<Candidate> chosen = chosen_;
     const auto p_at_gate = p_at_gate_;
     std::vector<Effect> effects = result_.fit.robot.effects;
