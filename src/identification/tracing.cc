@@ -638,12 +638,13 @@ class Tracer {
   std::set<std::multiset<std::string>> seen_;
 };
 
-// Every so many poses, in order of visit, with all their rows.
+// Every so many poses, in the order of their ids, whatever that of the rows, with all their rows.
 Campaign every_few_poses(const Campaign& campaign, long count) {
   const long available = static_cast<long>(campaign.pose_ids.size());
+  const std::vector<int> pose_by_id = campaign.pose_by_id();
   std::vector<int> rows;
   for (int row = 0; row < campaign.rows(); ++row) {
-    const long pose = campaign.pose[row];
+    const long pose = pose_by_id[row];
     if (pose * count / available != (pose + 1) * count / available) rows.push_back(row);
   }
   return campaign.select(rows);

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <map>
+#include <numeric>
 #include <set>
 
 #include "armtrue/identification/effect_curve.h"
@@ -204,6 +205,14 @@ TEST(ManyPoses, AreSearchedInPartAndFittedWhole) {
   ASSERT_TRUE(found.cycle);
   EXPECT_NEAR(found.cycle->amplitude, campaign.written.amplitude, 3 * found.cycle->amplitude_std);
   EXPECT_LT(result.after, 1.01 * campaign.written.floor_mean_mm * kMillimetre);
+
+  std::vector<int> backwards(campaign.training.rows());
+  std::iota(backwards.rbegin(), backwards.rend(), 0);
+  const TraceResult other = trace(read_robot(kNominal).robot, campaign.training.select(backwards),
+                                  read_catalogue(kCatalogue));
+  ASSERT_EQ(other.effects.size(), 1u);
+  EXPECT_EQ(other.effects.front().effect.shape, found.effect.shape);
+  EXPECT_NEAR(other.effects.front().evidence.delta_ebic, found.evidence.delta_ebic, 0.01);
 }
 
 TEST(StrongestCycle, IsFoundBesideALineAndWeakerOnes) {
@@ -219,6 +228,8 @@ TEST(StrongestCycle, IsFoundBesideALineAndWeakerOnes) {
   const double line = 4 * 3.0 * 3.0 / 12;  // variances, in units of 1e-8
   EXPECT_NEAR(cycle->share, 4.5 / (line + 4.5 + 0.5), 0.03);
   EXPECT_FALSE(strongest_cycle({}));
+  for (CurvePoint& point : curve) point.value = 2e-4 * point.driver;
+  EXPECT_FALSE(strongest_cycle(curve));
 }
 
 // Thirty angles leave other frequencies in reach, and that is said.

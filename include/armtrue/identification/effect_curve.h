@@ -31,7 +31,8 @@ struct StrongestCycle {
 };
 
 /// The sine that beside a straight line explains most of a curve over a joint angle [rad], with two
-/// cycles or more over its length. None of a curve without points, or that is straight.
+/// cycles or more over its length. None where that is less than a twentieth, or of a curve without
+/// points.
 std::optional<StrongestCycle> strongest_cycle(const std::vector<CurvePoint>& curve);
 
 }  // namespace armtrue
