@@ -7,6 +7,7 @@
 #include <map>
 #include <vector>
 
+#include "ordered_blocks.h"
 #include "shuffle.h"
 
 namespace armtrue {
@@ -46,42 +47,52 @@ CrossValidation CrossValidation::of(const Linearization& fit, const Eigen::Matri
   for (const auto& [pose, rows] : rows_of_pose) poses.push_back(pose);
   shuffle(poses, seed);
 
-  const Eigen::MatrixXd whole_gram = predictors.transpose() * predictors;
-  const Eigen::VectorXd whole_slope = predictors.transpose() * whole_residual;
+  // The predictors are orthonormal, and the residual is orthogonal to the basis.
+  Eigen::VectorXd whole_slope = Eigen::VectorXd::Zero(predictors.cols());
+  whole_slope.tail(added.cols()) = added.transpose() * whole_residual;
   const int folds = std::min<int>(kFolds, static_cast<int>(poses.size()));
-  std::vector<double> gains;
-  double before_total = 0;
-  for (int f = 0; f < folds; ++f) {
-    std::vector<int> indices;
-    std::vector<std::pair<int, int>> extents;  // of each pose left out, within indices
-    for (size_t i = static_cast<size_t>(f); i < poses.size(); i += static_cast<size_t>(folds)) {
-      const int begin = static_cast<int>(indices.size());
-      for (int row : rows_of_pose[poses[i]])
-        for (int k = 0; k < size; ++k) indices.push_back(row * size + k);
-      extents.emplace_back(begin, static_cast<int>(indices.size()) - begin);
-    }
-    const Eigen::MatrixXd left_out = predictors(indices, Eigen::all);
-    const Eigen::VectorXd residual = whole_residual(indices);
-    // All readings less the ones left out.
-    Eigen::MatrixXd gram = whole_gram - left_out.transpose() * left_out;
-    gram.diagonal().array() += 1e-10;
-    const Eigen::VectorXd slope = whole_slope - left_out.transpose() * residual;
-    const Eigen::VectorXd without =
-        residual -
-        left_out.leftCols(rank) * gram.topLeftCorner(rank, rank).ldlt().solve(slope.head(rank));
-    const Eigen::VectorXd with = residual - left_out * gram.ldlt().solve(slope);
-    for (const auto& [begin, count] : extents) {
-      const double before = without.segment(begin, count).squaredNorm();
-      before_total += before;
-      gains.push_back(before - with.segment(begin, count).squaredNorm());
-    }
+  struct OfPose {
+    double before, gain;
+  };
+  std::vector<OfPose> losses;
+  for_ordered_blocks<std::vector<OfPose>>(
+      folds, 1,
+      [&](int f, int) {
+        std::vector<int> indices;
+        std::vector<std::pair<int, int>> extents;  // of each pose left out, within indices
+        for (size_t i = static_cast<size_t>(f); i < poses.size(); i += static_cast<size_t>(folds)) {
+          const int begin = static_cast<int>(indices.size());
+          for (int row : rows_of_pose.at(poses[i]))
+            for (int k = 0; k < size; ++k) indices.push_back(row * size + k);
+          extents.emplace_back(begin, static_cast<int>(indices.size()) - begin);
+        }
+        const Eigen::MatrixXd left_out = predictors(indices, Eigen::all);
+        const Eigen::VectorXd residual = whole_residual(indices);
+        // All readings less the ones left out.
+        Eigen::MatrixXd gram = -left_out.transpose() * left_out;
+        gram.diagonal().array() += 1 + 1e-10;
+        const Eigen::VectorXd slope = whole_slope - left_out.transpose() * residual;
+        const Eigen::VectorXd without =
+            residual -
+            left_out.leftCols(rank) * gram.topLeftCorner(rank, rank).ldlt().solve(slope.head(rank));
+        const Eigen::VectorXd with = residual - left_out * gram.ldlt().solve(slope);
+        std::vector<OfPose> left_out_poses;
+        for (const auto& [begin, count] : extents) {
+          const double before = without.segment(begin, count).squaredNorm();
+          left_out_poses.push_back({before, before - with.segment(begin, count).squaredNorm()});
+        }
+        return left_out_poses;
+      },
+      [&](const std::vector<OfPose>& fold) {
+        losses.insert(losses.end(), fold.begin(), fold.end());
+      });
+  const double n = static_cast<double>(losses.size());
+  double per_pose = 0, mean = 0, squares = 0;
+  for (const OfPose& pose : losses) {
+    per_pose += pose.before / n;
+    mean += pose.gain / n;
   }
-  double mean = 0, squares = 0;
-  for (double gain : gains) mean += gain;
-  const double n = static_cast<double>(gains.size());
-  mean /= n;
-  for (double gain : gains) squares += (gain - mean) * (gain - mean);
-  const double per_pose = before_total / n;
+  for (const OfPose& pose : losses) squares += (pose.gain - mean) * (pose.gain - mean);
   if (per_pose <= 0 || n < 2) return {};
   return {mean / per_pose, std::sqrt(squares / (n - 1) / n) / per_pose};
 }
