@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <numeric>
+#include <utility>
 
 #include "armtrue/io/input_error.h"
 #include "armtrue/kinematics/units.h"
@@ -38,19 +39,26 @@ int edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
-// A forgotten unit or another case are the likeliest slips: Q3 is nearer to q3_deg than q1_deg is,
-// which is another joint's column.
+// A forgotten unit or another case are the likeliest slips.
+std::string stem(const std::string& name) {
+  std::string lower = name.substr(0, name.rfind('_'));
+  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return lower;
+}
+
+// Q3 is nearer to q3_deg than q1_deg is, which is another joint's column.
 int distance_without_unit(const std::string& a, const std::string& b) {
-  const auto stem = [](const std::string& name) {
-    std::string lower = name.substr(0, name.rfind('_'));
-    for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return lower;
-  };
   const auto number = [](std::string name) {
     std::erase_if(name, [](unsigned char c) { return !std::isdigit(c); });
     return name;
   };
   return edit_distance(stem(a), stem(b)) + (number(a) == number(b) ? 0 : 2);
+}
+
+// Some letter is right.
+bool may_be_a_slip(const std::string& a, const std::string& b) {
+  const auto longest = static_cast<int>(std::max(stem(a).size(), stem(b).size()));
+  return distance_without_unit(a, b) <= std::min(2, longest - 1);
 }
 
 }  // namespace
@@ -145,9 +153,10 @@ void CsvTable::fail_missing(const std::vector<std::string>& missing) const {
   for (const std::string& name : missing) {
     const auto nearest = std::min_element(
         columns_.begin(), columns_.end(), [&](const std::string& a, const std::string& b) {
-          return distance_without_unit(a, name) < distance_without_unit(b, name);
+          return std::pair(distance_without_unit(a, name), edit_distance(a, name)) <
+                 std::pair(distance_without_unit(b, name), edit_distance(b, name));
         });
-    if (nearest != columns_.end() && distance_without_unit(*nearest, name) <= 2) {
+    if (nearest != columns_.end() && may_be_a_slip(*nearest, name)) {
       remedy = "; is '" + *nearest + "' meant to be '" + name + "'?";
       break;
     }
