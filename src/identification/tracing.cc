@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <memory>
 #include <numeric>
 #include <optional>
@@ -42,7 +43,8 @@ constexpr size_t kMostModels = 100;  // some times what the longest search has g
 constexpr int kMostGatherings = 50;  // likewise
 // More would find smaller effects at a cost in proportion, and only the fit needs all.
 constexpr int kMostPosesOfSearch = 2000;
-constexpr int kTrials = 8;  // candidates that may fail the later gates in one step
+constexpr long kLeastOfSession = 30;  // poses: enough for a base and a few offsets of its own
+constexpr int kTrials = 8;            // candidates that may fail the later gates in one step
 
 // The fewer were tried the better, then by what it is, the joint itself first: bending that turns
 // about a joint's axis is its compliance. The order in files does not matter.
@@ -638,15 +640,27 @@ class Tracer {
   std::set<std::multiset<std::string>> seen_;
 };
 
-// Every so many poses, in the order of their ids, whatever that of the rows, with all their rows.
+// Every so many poses of each session, in the order of their ids, whatever that of the rows, with
+// all their rows.
 Campaign every_few_poses(const Campaign& campaign, long count) {
   const long available = static_cast<long>(campaign.pose_ids.size());
   const std::vector<int> pose_by_id = campaign.pose_by_id();
-  std::vector<int> rows;
-  for (int row = 0; row < campaign.rows(); ++row) {
-    const long pose = pose_by_id[row];
-    if (pose * count / available != (pose + 1) * count / available) rows.push_back(row);
+  std::map<int, std::set<int>> poses_of_session;
+  for (int row = 0; row < campaign.rows(); ++row)
+    poses_of_session[campaign.session.empty() ? 0 : campaign.session[row]].insert(pose_by_id[row]);
+  std::set<int> chosen;
+  for (const auto& [session, poses] : poses_of_session) {
+    const auto own = static_cast<long>(poses.size());
+    const long taken = std::clamp(own * count / available, std::min(own, kLeastOfSession), own);
+    long place = 0;
+    for (int pose : poses) {
+      if (place * taken / own != (place + 1) * taken / own) chosen.insert(pose);
+      ++place;
+    }
   }
+  std::vector<int> rows;
+  for (int row = 0; row < campaign.rows(); ++row)
+    if (chosen.contains(pose_by_id[row])) rows.push_back(row);
   return campaign.select(rows);
 }
 
@@ -682,8 +696,7 @@ void refit_to_all(const Robot& robot, const Campaign& campaign, const TraceOptio
 
 TraceResult trace(const Robot& robot, const Campaign& campaign, const Catalogue& catalogue,
                   const TraceOptions& options) {
-  if (static_cast<int>(campaign.pose_ids.size()) <= kMostPosesOfSearch ||
-      campaign.session_names.size() > 1)
+  if (static_cast<int>(campaign.pose_ids.size()) <= kMostPosesOfSearch)
     return Tracer(robot, campaign, catalogue, options).run();
   const Campaign part = every_few_poses(campaign, kMostPosesOfSearch);
   TraceResult result = Tracer(robot, part, catalogue, options).run();

@@ -23,18 +23,29 @@ HiddenCampaign oracle(const std::string& family, unsigned seed) {
   return {kNominal, family, family == "null" ? 0 : 0.12, plan};
 }
 
-// The instrument is carried to another station after each share of the time.
-void carry_instrument(Campaign& campaign, int stations) {
+// The instrument is carried to another station at these shares of the time.
+void carry_instrument(Campaign& campaign, const std::vector<double>& at_shares) {
   const double duration = *std::max_element(campaign.time_s.begin(), campaign.time_s.end()) + 1;
-  for (int s = 0; s < stations; ++s)
+  for (size_t s = 0; s <= at_shares.size(); ++s)
     campaign.session_names.push_back("station " + std::to_string(s));
   for (int row = 0; row < campaign.rows(); ++row) {
-    const int s = static_cast<int>(stations * campaign.time_s[row] / duration);
+    const auto s =
+        static_cast<int>(std::count_if(at_shares.begin(), at_shares.end(), [&](double share) {
+          return campaign.time_s[row] >= share * duration;
+        }));
     campaign.session.push_back(s);
     const Pose station{rotation_exp(s * Eigen::Vector3d(0.4, -0.3, 1.3)), {4.0 * s, -2.5 * s, 0.3}};
     campaign.position[row] = station * campaign.position[row];
+    if (campaign.orientation.empty()) continue;
     campaign.orientation[row] = Eigen::Quaterniond(station.rotation) * campaign.orientation[row];
   }
+}
+
+// So many stations, equally long.
+void carry_instrument(Campaign& campaign, int stations) {
+  std::vector<double> at_shares;
+  for (int s = 1; s < stations; ++s) at_shares.push_back(static_cast<double>(s) / stations);
+  carry_instrument(campaign, at_shares);
 }
 
 LoopResult closed(const HiddenCampaign& campaign, const Robot& robot = nominal()) {
@@ -64,6 +75,27 @@ TEST_P(AcrossSessions, AnEffectIsNamedAddedAndGone) {
 INSTANTIATE_TEST_SUITE_P(Hidden, AcrossSessions,
                          testing::Values("compliance", "harmonic", "backlash", "tilt"),
                          [](const auto& instance) { return instance.param; });
+
+// Of many poses a part is searched, but of a station that has seen few of them all.
+TEST(Sessions, OfManyPosesAreSearchedInPart) {
+  armtrue_oracle::CampaignPlan plan;
+  plan.seed = 5;
+  plan.poses = 8000;
+  plan.repeats = 1;
+  plan.orientation = false;
+  HiddenCampaign campaign(kNominal, "x-cycles", 0.05, plan);
+  carry_instrument(campaign.training, std::vector{0.9992});
+  carry_instrument(campaign.held_out, std::vector{0.9992});
+  ASSERT_GT(campaign.training.rows(), 2000);
+  const std::vector<int>& session = campaign.training.session;
+  ASSERT_LT(std::count(session.begin(), session.end(), 1), 10);
+  const LoopResult result = closed(campaign);
+  ASSERT_EQ(result.trace.effects.size(), 1u) << listed(result);
+  EXPECT_TRUE(names(campaign.written.truth, result.trace.effects.front())) << listed(result);
+  EXPECT_EQ(result.trace.fit.weights.size(), static_cast<size_t>(campaign.training.rows()));
+  EXPECT_EQ(result.trace.fit.robot.sessions.size(), 2u);
+  EXPECT_LT(result.after, 1.02 * campaign.written.floor_mean_mm * kMillimetre);
+}
 
 TEST(Sessions, NothingIsSaidWhenNothingIsHidden) {
   for (int stations : {2, 3}) {

@@ -112,7 +112,7 @@ struct TraceResult {
 /// EBIC falls, its family-wise p under sign-flips is below the significance, the cross-validated
 /// gain exceeds its standard error and its size is physically possible. After every addition all is
 /// refitted jointly, and effects are dropped or exchanged where that lowers EBIC.
-/// Of more than 2000 poses of one session as many, evenly taken, are searched, and the model is
+/// Of more than 2000 poses as many, evenly taken in each session, are searched, and the model is
 /// fitted to all; the evidence and the frequencies are those of the poses that were searched.
 /// Several sessions share the effects; what each has of its own is in the model from the start, so
 /// that no effect takes it over. Standard deviations and intervals of the coefficients are from the
