@@ -12,6 +12,7 @@ namespace armtrue {
 namespace {
 
 constexpr int kStepGrid = 32;
+constexpr size_t kMostSteps = 2000;
 constexpr double kMostCycles = 300;  // per turn: motor order behind a reducer
 // Of a periodogram, within its resolution: at the worst place between two steps 3 % of the
 // amplitude are lost.
@@ -393,6 +394,16 @@ std::vector<Candidate> open_candidates(const Robot& robot, const Campaign& campa
   return search.take();
 }
 
+std::vector<Candidate> steps_at_any_time(const Candidate& step, const Campaign& campaign) {
+  const TimeSpan span = time_span(campaign);
+  std::vector<Candidate> steps;
+  for (double at : step_times(span, static_cast<int>(std::min(span.times.size(), kMostSteps)))) {
+    steps.push_back(step);
+    steps.back().effect.shape.at = at;
+  }
+  return steps;
+}
+
 std::vector<Candidate> refined_candidates(const Candidate& candidate, const Campaign& campaign) {
   const Shape& shape = candidate.effect.shape;
   std::vector<Candidate> refined;
@@ -402,14 +413,11 @@ std::vector<Candidate> refined_candidates(const Candidate& candidate, const Camp
     refined.back().effect.shape = inner;
   };
   if (shape.kind == ShapeKind::step) {
+    refined = steps_at_any_time(candidate, campaign);
     const double reach = 2.0 * span.duration() / kStepGrid;
-    for (double at :
-         step_times(span, static_cast<int>(std::min<size_t>(span.times.size(), 2000)))) {
-      if (std::abs(at - shape.at) > reach) continue;
-      Shape inner = shape;
-      inner.at = at;
-      add(inner);
-    }
+    std::erase_if(refined, [&](const Candidate& step) {
+      return std::abs(step.effect.shape.at - shape.at) > reach;
+    });
   } else if (candidate.frequency_resolution > 0) {
     const double step = candidate.frequency_resolution / kFrequencySteps / kFinerSteps;
     for (int k = -kFinerSteps; k <= kFinerSteps; ++k) {

@@ -15,6 +15,9 @@ std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Ro
 /// Every parameter against every driver, in bases that assume no cause.
 std::vector<Candidate> open_candidates(const Robot& robot, const Campaign& campaign);
 
+/// A step of time at any moment between two readings (of very many, evenly taken).
+std::vector<Candidate> steps_at_any_time(const Candidate& step, const Campaign& campaign);
+
 /// The same effect with finer inner values about those it has; none if its shape has no inner
 /// value.
 std::vector<Candidate> refined_candidates(const Candidate& candidate, const Campaign& campaign);

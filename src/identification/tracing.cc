@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <numeric>
@@ -32,6 +33,7 @@ constexpr double kSameEvidence = 6.0;        // EBIC: odds of 20 to 1
 const double kRuledOut = 2 * std::log(1000.0);
 constexpr double kClearlyBetter = 2.0;  // EBIC, before an effect gives way to another
 constexpr double kSameScore = 0.01;     // EBIC; less is rounding and the end of an iteration
+constexpr double kChiSquare95 = 3.84;   // one degree of freedom: twice the fall of the likelihood
 constexpr double kLackOfFit = 1e-3;     // p from which the fit clearly lacks something
 constexpr int kRefitted = 3;            // parameters named of those that are refitted for a rival
 constexpr double kSearchTolerance = 1e-6;  // of the cost
@@ -279,11 +281,16 @@ class Tracer {
   Candidate refine(const Candidate& found, const Linearization& fit, int effect) const {
     const std::vector<Candidate> finer = refined_candidates(found, campaign_);
     if (finer.empty()) return found;
+    return finer[best_first(scores_of(finer, fit, effect)).front()];
+  }
+
+  // Of candidates that are not those of the search, all on the same parameter; `effect` as above.
+  std::vector<CandidateScore> scores_of(const std::vector<Candidate>& candidates,
+                                        const Linearization& fit, int effect) const {
     const Robot& robot = result_.fit.robot;
-    const CandidateScan scan(finer, robot, in_common_frame(campaign_, robot));
+    const CandidateScan scan(candidates, robot, in_common_frame(campaign_, robot));
     const ProjectedCandidates projected(scan, fit);
-    const auto scores = effect < 0 ? projected.scores() : projected.scores_without({effect});
-    return scan.candidates()[best_first(scores).front()];
+    return effect < 0 ? projected.scores() : projected.scores_without({effect});
   }
 
   // Refits the geometry and all effects; `start` are coefficients to start from, else zero for new
@@ -539,6 +546,7 @@ class Tracer {
       traced.variance_share = shares_[k];
       traced.effect = robot.effects[effect];
       traced.cycle = cycle_of(effect, chosen_[k].frequency_resolution > 0);
+      traced.step_ci95 = step_ci95(chosen_[k], effect);
       traced.from_catalogue = chosen_[k].from_catalogue;
       traced.only_prediction = !traced.from_catalogue;
       traced.separated_by = chosen_[k].separated_by;
@@ -575,6 +583,28 @@ class Tracer {
                         refitted(effect, candidate, imitations[candidate]), other.separated_by});
       }
     }
+  }
+
+  // The times at which a step would explain nearly as much, out to the readings about them.
+  std::optional<std::array<double, 2>> step_ci95(const Candidate& chosen, int effect) {
+    if (chosen.effect.shape.kind != ShapeKind::step) return std::nullopt;
+    const std::vector<Candidate> steps = steps_at_any_time(chosen, campaign_);
+    const std::vector<CandidateScore> scores = scores_of(steps, view().fit, effect);
+    double best = 0;
+    for (const CandidateScore& score : scores) best = std::max(best, score.score);
+    double low = chosen.effect.shape.at, high = low;
+    for (size_t k = 0; k < steps.size(); ++k) {
+      if (scores[k].score < best - kChiSquare95) continue;
+      low = std::min(low, steps[k].effect.shape.at);
+      high = std::max(high, steps[k].effect.shape.at);
+    }
+    std::array<double, 2> readings{-std::numeric_limits<double>::infinity(),
+                                   std::numeric_limits<double>::infinity()};
+    for (double time : campaign_.time_s) {
+      if (time < low) readings[0] = std::max(readings[0], time);
+      if (time > high) readings[1] = std::min(readings[1], time);
+    }
+    return readings;
   }
 
   std::optional<Cycle> cycle_of(int effect, bool searched) {

@@ -125,6 +125,15 @@ std::string cycle_text(const Effect& effect, const Cycle& cycle, const Robot& ro
                      amplitude_unit(effect, robot), cycle.phase / kDegree);
 }
 
+// "a step of 0.33 mrad between 1580 and 1660 s".
+std::string step_text(const TracedEffect& step, const Robot& robot) {
+  const std::vector<Coefficient>& c = step.effect.coefficients;
+  const std::string size =
+      c.size() == 1 ? " of " + size_text(robot, step.effect.parameter, c.front().value) : "";
+  const auto [low, high] = *step.step_ci95;
+  return fmt::format("a step{} between {:.0f} and {:.0f} s", size, low, high);
+}
+
 // The course of an effect in words: "0.8 mrad peak at 90 deg, even".
 std::string course(const Effect& effect, const std::vector<CurvePoint>& curve, const Robot& robot) {
   if (curve.empty()) return "";
@@ -163,8 +172,9 @@ std::string statement(const TracedEffect& effect) {
 
 std::string in_words(const TracedEffect& traced, const std::vector<CurvePoint>& curve,
                      const Robot& robot) {
-  const std::string words = traced.cycle ? cycle_text(traced.effect, *traced.cycle, robot)
-                                         : course(traced.effect, curve, robot);
+  const std::string words = traced.cycle       ? cycle_text(traced.effect, *traced.cycle, robot)
+                            : traced.step_ci95 ? step_text(traced, robot)
+                                               : course(traced.effect, curve, robot);
   std::string text = traced.effect.parameter + " depends on " + to_string(traced.effect.driver) +
                      (words.empty() ? "" : ", " + words) + "; " + statement(traced);
   // A knock is no property of the robot.
@@ -255,6 +265,11 @@ YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain,
     node["unidentifiable"].push_back(unidentifiable(traced, rival));
   if (!traced.separated_by.empty()) node["separated_by"] = traced.separated_by;
   if (traced.cycle) node["cycle"] = cycle_node(traced, robot);
+  if (traced.step_ci95) {
+    YAML::Node interval;
+    for (double bound : *traced.step_ci95) interval.push_back(number_text(bound));
+    node["at_s_ci95"] = flow(interval);
+  }
   node["description"] = in_words(traced, curve, robot);
   if (!curve.empty() && traced.effect.shape.kind == ShapeKind::series)
     node["curve"] = curve_node(traced.effect, curve, robot);

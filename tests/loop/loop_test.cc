@@ -157,6 +157,35 @@ TEST(Cycles, FrequencyAndAmplitudeLieInTheirIntervals) {
 }
 
 // Two sines are named one by one, where they are what there is.
+// A log of the shift tells what happened then, if the time is known well enough.
+TEST(Steps, LieBetweenTheReadingsThatAreSaid) {
+  int found = 0, covered = 0;
+  double width = 0;
+  for (const std::string family : {"remaster", "knock"})
+    for (unsigned seed = 1; seed <= 20; ++seed) {
+      armtrue_oracle::CampaignPlan plan;
+      plan.seed = seed;
+      plan.poses = 30;
+      plan.repeats = 1;
+      const HiddenCampaign campaign(kNominal, family, 0.12, plan);
+      const TraceResult result =
+          trace(read_robot(kNominal).robot, campaign.training, read_catalogue(kCatalogue));
+      for (const TracedEffect& traced : result.effects) {
+        if (!traced.step_ci95 || !names(campaign.written.truth, traced.effect)) continue;
+        const auto [low, high] = *traced.step_ci95;
+        const double at = campaign.written.truth.step_at_s;
+        ++found;
+        covered += low < at && at <= high;
+        const auto& times = campaign.training.time_s;
+        width += (high - low) / (times.back() - times.front());
+      }
+    }
+  std::cout << covered << " of " << found << ", mean width " << width / found << "\n";
+  ASSERT_GE(found, 30);
+  EXPECT_GE(covered, found - 4);
+  EXPECT_LT(width / found, 0.2);
+}
+
 TEST(Curves, AreNoPlaceForTwoCycles) {
   for (unsigned seed : {1u, 2u, 3u}) {
     const HiddenCampaign campaign = sum_of_sines("x-sum-of-2", seed);

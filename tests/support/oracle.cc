@@ -447,8 +447,10 @@ std::optional<Hidden> in_time(const std::string& family, Dice& dice, double dura
   if (family == "remaster") {
     const int j = 1 + dice.below(4);
     const double at = dice.uniform(0.35, 0.65) * duration_s;
-    return on_theta(family, j, "time",
-                    [at](const Moment& m) { return m.time_s >= at ? 1.0 : 0.0; });
+    Hidden hidden =
+        on_theta(family, j, "time", [at](const Moment& m) { return m.time_s >= at ? 1.0 : 0.0; });
+    hidden.step_at_s = at;
+    return hidden;
   }
   if (family == "drift" || family == "knock") {
     KDL::Twist way;
@@ -456,10 +458,12 @@ std::optional<Hidden> in_time(const std::string& family, Dice& dice, double dura
     for (int i = 3; i < 6; ++i) way[i] = 0.2 * dice.normal();
     const double at = dice.uniform(0.35, 0.65) * duration_s;
     const bool step = family == "knock";
-    return Hidden{family, "base", "time", [=](const Moment& m, OracleArm& arm) {
+    Hidden hidden{family, "base", "time", [=](const Moment& m, OracleArm& arm) {
                     const double size = step ? (m.time_s >= at ? 1.0 : 0.0) : m.time_s / duration_s;
                     arm.base = KDL::addDelta(arm.base, way * (1e-3 * size));
                   }};
+    if (step) hidden.step_at_s = at;
+    return hidden;
   }
   if (family == "reseated") {
     KDL::Vector way;

@@ -85,6 +85,7 @@ struct Hidden {
   HiddenEffect effect;            // of unit size
   double cycles_per_turn = 0;     // of a gear train, if that is what is hidden
   bool conditions = false;        // payload, force and temperature change, and are logged
+  double step_at_s = 0;           // when it happened, if something did
 };
 
 /// The families that the tests hide; x- are those that no catalogue knows. `x-sum-of-2` and

@@ -63,6 +63,8 @@ struct Cycle {
 struct TracedEffect {
   Effect effect;                 ///< with its coefficients
   std::optional<Cycle> cycle{};  ///< of a harmonic
+  /// Of a step: the readings between which it lies [s], 95 % by profile likelihood.
+  std::optional<std::array<double, 2>> step_ci95{};
   Evidence evidence;
   /// Of what the effects explain together of the residual of the geometry, averaged over the orders
   /// in which they may enter (see variance_shares); the effects' shares sum to 1.
