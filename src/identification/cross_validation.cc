@@ -14,12 +14,15 @@ namespace armtrue {
 namespace {
 
 constexpr int kFolds = 10;
+// A direction of which the other poses show hardly more than this stays as all poses have it: of a
+// knot of a curve with a single pose by it nothing can be predicted, and that pose would decide.
+constexpr double kShownByOthers = 0.01;
 
 }  // namespace
 
 CrossValidation CrossValidation::of(const Linearization& fit, const Eigen::MatrixXd& added,
                                     std::uint64_t seed) {
-  return of(fit, fit.basis(), added, fit.residual(), seed);
+  return of(fit.pose(), fit.row_size(), fit.basis(), added, fit.residual(), seed);
 }
 
 CrossValidation CrossValidation::of_effect(const Linearization& fit, int effect,
@@ -29,22 +32,22 @@ CrossValidation CrossValidation::of_effect(const Linearization& fit, int effect,
   const Eigen::MatrixXd turn = Eigen::HouseholderQR<Eigen::MatrixXd>(loss.span).householderQ() *
                                Eigen::MatrixXd::Identity(rank, rank);
   const Eigen::MatrixXd added = fit.basis() * loss.span;
-  return of(fit, fit.basis() * turn.rightCols(rank - own), added,
+  return of(fit.pose(), fit.row_size(), fit.basis() * turn.rightCols(rank - own), added,
             fit.residual() + added * loss.residual, seed);
 }
 
-// `added` orthonormal beside `basis`; `residual` orthogonal to `basis`.
-CrossValidation CrossValidation::of(const Linearization& fit, const Eigen::MatrixXd& basis,
-                                    const Eigen::MatrixXd& added,
+CrossValidation CrossValidation::of(const std::vector<int>& pose, int row_size,
+                                    const Eigen::MatrixXd& basis, const Eigen::MatrixXd& added,
                                     const Eigen::VectorXd& whole_residual, std::uint64_t seed) {
-  const int size = fit.row_size(), rank = static_cast<int>(basis.cols());
+  const int rank = static_cast<int>(basis.cols());
   Eigen::MatrixXd predictors(basis.rows(), rank + added.cols());
   predictors << basis, added;
 
   std::map<int, std::vector<int>> rows_of_pose;
-  for (int row = 0; row < fit.rows(); ++row) rows_of_pose[fit.pose()[row]].push_back(row);
+  for (size_t row = 0; row < pose.size(); ++row)
+    rows_of_pose[pose[row]].push_back(static_cast<int>(row));
   std::vector<int> poses;
-  for (const auto& [pose, rows] : rows_of_pose) poses.push_back(pose);
+  for (const auto& [id, rows] : rows_of_pose) poses.push_back(id);
   shuffle(poses, seed);
 
   // The predictors are orthonormal, and the residual is orthogonal to the basis.
@@ -63,14 +66,14 @@ CrossValidation CrossValidation::of(const Linearization& fit, const Eigen::Matri
         for (size_t i = static_cast<size_t>(f); i < poses.size(); i += static_cast<size_t>(folds)) {
           const int begin = static_cast<int>(indices.size());
           for (int row : rows_of_pose.at(poses[i]))
-            for (int k = 0; k < size; ++k) indices.push_back(row * size + k);
+            for (int k = 0; k < row_size; ++k) indices.push_back(row * row_size + k);
           extents.emplace_back(begin, static_cast<int>(indices.size()) - begin);
         }
         const Eigen::MatrixXd left_out = predictors(indices, Eigen::all);
         const Eigen::VectorXd residual = whole_residual(indices);
         // All readings less the ones left out.
         Eigen::MatrixXd gram = -left_out.transpose() * left_out;
-        gram.diagonal().array() += 1 + 1e-10;
+        gram.diagonal().array() += 1 + kShownByOthers;
         const Eigen::VectorXd slope = whole_slope - left_out.transpose() * residual;
         const Eigen::VectorXd without =
             residual -
@@ -88,11 +91,11 @@ CrossValidation CrossValidation::of(const Linearization& fit, const Eigen::Matri
       });
   const double n = static_cast<double>(losses.size());
   double per_pose = 0, mean = 0, squares = 0;
-  for (const OfPose& pose : losses) {
-    per_pose += pose.before / n;
-    mean += pose.gain / n;
+  for (const OfPose& one : losses) {
+    per_pose += one.before / n;
+    mean += one.gain / n;
   }
-  for (const OfPose& pose : losses) squares += (pose.gain - mean) * (pose.gain - mean);
+  for (const OfPose& one : losses) squares += (one.gain - mean) * (one.gain - mean);
   if (per_pose <= 0 || n < 2) return {};
   return {mean / per_pose, std::sqrt(squares / (n - 1) / n) / per_pose};
 }

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
+#include <vector>
 
 #include "linearization.h"
 
@@ -18,10 +20,11 @@ struct CrossValidation {
   /// The same of an effect of the model beside all the others.
   static CrossValidation of_effect(const Linearization& fit, int effect, std::uint64_t seed);
 
- private:
-  static CrossValidation of(const Linearization& fit, const Eigen::MatrixXd& basis,
-                            const Eigen::MatrixXd& added, const Eigen::VectorXd& whole_residual,
-                            std::uint64_t seed);
+  /// Of readings in blocks of `row_size` rows, each of one of the poses: `added` orthonormal beside
+  /// the orthonormal `basis`, to which `residual` is orthogonal.
+  static CrossValidation of(const std::vector<int>& pose, int row_size,
+                            const Eigen::MatrixXd& basis, const Eigen::MatrixXd& added,
+                            const Eigen::VectorXd& residual, std::uint64_t seed);
 };
 
 }  // namespace armtrue
