@@ -186,7 +186,7 @@ Linearization::Loss Linearization::without(const std::vector<int>& effects) cons
   return loss;
 }
 
-Linearization::BesideTheRest Linearization::effects_from(int first) const {
+BesideTheRest Linearization::effects_from(int first) const {
   std::vector<int> effects(contribution_.size() - first);
   std::iota(effects.begin(), effects.end(), first);
   const Loss loss = without(effects);
@@ -196,6 +196,10 @@ Linearization::BesideTheRest Linearization::effects_from(int first) const {
     beside.columns.push_back(loss.span.transpose() * fitted_.middleCols(begin, count));
   }
   beside.readings = loss.residual;
+  beside.span = basis_ * loss.span;
+  beside.residual = residual_;
+  beside.pose = pose_;
+  beside.row_size = row_size_;
   return beside;
 }
 

@@ -8,6 +8,19 @@
 
 namespace armtrue {
 
+/// What some effects explain beside all else in the model: of each the columns, and the readings,
+/// projected off the rest of what is fitted, in coordinates of all that they span together.
+struct BesideTheRest {
+  std::vector<Eigen::MatrixXd> columns;
+  Eigen::VectorXd readings;
+  Eigen::MatrixXd span;      ///< orthonormal: the coordinates as equations
+  Eigen::VectorXd residual;  ///< of the equations: what none of them explains
+  std::vector<int> pose;     ///< number of the pose, from 0, of each `row_size` equations
+  int row_size = 1;
+
+  int poses() const { return pose.empty() ? 0 : 1 + *std::max_element(pose.begin(), pose.end()); }
+};
+
 /// A fit seen from close by: the derivatives of every reading with respect to every parameter,
 /// whitened and weighted, what the fitted ones span, and the residual that is left.
 class Linearization {
@@ -44,12 +57,7 @@ class Linearization {
   };
   Loss without(const std::vector<int>& effects) const;
 
-  /// What effects explain beside all else in the model: of each the columns, and the readings,
-  /// projected off the rest of what is fitted.
-  struct BesideTheRest {
-    std::vector<Eigen::MatrixXd> columns;
-    Eigen::VectorXd readings;
-  };
+  /// What the effects from `first` on explain.
   BesideTheRest effects_from(int first) const;
 
   /// The fitted geometric parameters (as in the set, from 0) that move most, by a tenth of the

@@ -461,28 +461,36 @@ class Tracer {
   // What explains most leads, whichever was found first; effects of one parameter and driver are
   // pieces of one thing and stand together.
   void order_by_share() {
-    const auto [columns, readings] = view().fit.effects_from(declared_);
-    const std::vector<double> found = variance_shares(columns, readings, options_.seed);
-    std::vector<size_t> order(found.size());
+    const VarianceShares found = variance_shares(view().fit.effects_from(declared_), options_.seed);
+    const auto effects = static_cast<Eigen::Index>(chosen_.size());
+    const Eigen::Map<const Eigen::VectorXd> share(found.of_group.data(), effects);
+    std::vector<Eigen::VectorXd> place(chosen_.size(), Eigen::VectorXd::Zero(effects));
+    for (size_t a = 0; a < chosen_.size(); ++a)
+      for (size_t b = 0; b < chosen_.size(); ++b)
+        place[a][static_cast<Eigen::Index>(b)] = same_place(chosen_[a].effect, chosen_[b].effect);
+    std::vector<size_t> order(chosen_.size());
     std::iota(order.begin(), order.end(), size_t{0});
-    std::vector<double> together(found.size(), 0.0);
-    for (size_t a = 0; a < found.size(); ++a)
-      for (size_t b = 0; b < found.size(); ++b)
-        if (same_place(chosen_[a].effect, chosen_[b].effect)) together[a] += found[b];
     std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
-      return std::pair(together[a], found[a]) > std::pair(together[b], found[b]);
+      return std::pair(place[a].dot(share), found.of_group[a]) >
+             std::pair(place[b].dot(share), found.of_group[b]);
     });
     const std::vector<Candidate> chosen = chosen_;
     const auto p_at_gate = p_at_gate_;
-    std::vector<Effect> effects = result_.fit.robot.effects;
+    std::vector<Effect> in_order = result_.fit.robot.effects;
+    const double wide = student_quantile(poses_);
     for (size_t k = 0; k < order.size(); ++k) {
-      shares_.push_back(found[order[k]]);
+      const auto own = static_cast<Eigen::Index>(order[k]);
+      const double half = wide * found.standard_deviation(Eigen::VectorXd::Unit(effects, own));
+      const Eigen::VectorXd behind = place[order.front()] - place[order[k]];
+      shares_.push_back({share[own],
+                         {std::max(0.0, share[own] - half), std::min(1.0, share[own] + half)},
+                         behind.dot(share) <= wide * found.standard_deviation(behind)});
       chosen_[k] = chosen[order[k]];
       p_at_gate_[k] = p_at_gate[order[k]];
-      effects[declared_ + k] = result_.fit.robot.effects[declared_ + order[k]];
+      in_order[declared_ + k] = result_.fit.robot.effects[declared_ + order[k]];
     }
     if (std::is_sorted(order.begin(), order.end())) return;
-    refit(effects);
+    refit(in_order);
     result_.stages.back() = result_.fit;
   }
 
@@ -665,7 +673,7 @@ class Tracer {
   std::vector<Candidate> candidates_;
   std::optional<CandidateScan> scan_;
   std::vector<Candidate> chosen_;
-  std::vector<double> shares_;                    // of the variance that they explain
+  std::vector<VarianceShare> shares_;
   std::vector<std::optional<double>> p_at_gate_;  // none where one took another's place
   std::set<std::multiset<std::string>> seen_;
 };

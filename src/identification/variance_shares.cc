@@ -2,7 +2,7 @@
 
 #include <Eigen/QR>
 #include <algorithm>
-#include <map>
+#include <cmath>
 #include <numeric>
 
 #include "shuffle.h"
@@ -10,41 +10,9 @@
 namespace armtrue {
 namespace {
 
-constexpr size_t kMostInAllOrders = 8;
+constexpr size_t kMostInAllOrders = 5;
 constexpr int kOrdersDrawn = 64;
 constexpr double kSmallestPivot = 1e-9;
-
-// The part of the response that some of the groups explain, each set once.
-class Explained {
- public:
-  Explained(const std::vector<Eigen::MatrixXd>& groups, const Eigen::VectorXd& response)
-      : groups_(groups), response_(response) {}
-
-  double by(const std::vector<bool>& entered) {
-    const auto [place, is_new] = known_.try_emplace(entered, 0.0);
-    if (is_new) place->second = squares(entered);
-    return place->second;
-  }
-
- private:
-  double squares(const std::vector<bool>& entered) const {
-    Eigen::MatrixXd columns(response_.size(), 0);
-    for (size_t g = 0; g < groups_.size(); ++g) {
-      if (!entered[g]) continue;
-      columns.conservativeResize(Eigen::NoChange, columns.cols() + groups_[g].cols());
-      columns.rightCols(groups_[g].cols()) = groups_[g];
-    }
-    if (columns.cols() == 0) return 0;
-    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(columns);
-    qr.setThreshold(kSmallestPivot);
-    const Eigen::VectorXd turned = qr.householderQ().adjoint() * response_;
-    return turned.head(qr.rank()).squaredNorm();
-  }
-
-  const std::vector<Eigen::MatrixXd>& groups_;
-  const Eigen::VectorXd& response_;
-  std::map<std::vector<bool>, double> known_;
-};
 
 std::vector<std::vector<int>> orders_of_entry(size_t groups, std::uint64_t seed) {
   std::vector<int> order(groups);
@@ -63,24 +31,72 @@ std::vector<std::vector<int>> orders_of_entry(size_t groups, std::uint64_t seed)
   return orders;
 }
 
+// Readings from which groups of columns are taken one after the other.
+class Entry {
+ public:
+  explicit Entry(const BesideTheRest& beside)
+      : beside_(beside),
+        basis_(beside.readings.size(), 0),
+        left_(beside.readings),
+        by_pose_(squares_by_pose()) {}
+
+  // What the group takes off the squares of each pose. Their derivatives with respect to the weight
+  // of a pose are the squares at that pose: the fit, being the best, moves them in second order
+  // only.
+  Eigen::VectorXd enter(const Eigen::MatrixXd& columns) {
+    Eigen::MatrixXd added = columns;
+    for (int twice = 0; twice < 2; ++twice) added -= basis_ * (basis_.transpose() * added);
+    for (Eigen::Index k = 0; k < added.cols(); ++k)
+      if (added.col(k).norm() < kSmallestPivot * columns.col(k).norm()) added.col(k).setZero();
+    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(added);
+    qr.setThreshold(kSmallestPivot);
+    const Eigen::Index rank = qr.rank(), known = basis_.cols();
+    basis_.conservativeResize(Eigen::NoChange, known + rank);
+    basis_.rightCols(rank) = qr.householderQ() * Eigen::MatrixXd::Identity(added.rows(), rank);
+    left_ -= basis_.rightCols(rank) * (basis_.rightCols(rank).transpose() * left_);
+    const Eigen::VectorXd before = by_pose_;
+    by_pose_ = squares_by_pose();
+    return before - by_pose_;
+  }
+
+ private:
+  Eigen::VectorXd squares_by_pose() const {
+    const Eigen::VectorXd rows = beside_.span * left_ + beside_.residual;
+    Eigen::VectorXd squares = Eigen::VectorXd::Zero(beside_.poses());
+    for (size_t row = 0; row < beside_.pose.size(); ++row)
+      squares[beside_.pose[row]] +=
+          rows.segment(static_cast<Eigen::Index>(row) * beside_.row_size, beside_.row_size)
+              .squaredNorm();
+    return squares;
+  }
+
+  const BesideTheRest& beside_;
+  Eigen::MatrixXd basis_;
+  Eigen::VectorXd left_, by_pose_;
+};
+
 }  // namespace
 
-std::vector<double> variance_shares(const std::vector<Eigen::MatrixXd>& groups,
-                                    const Eigen::VectorXd& response, std::uint64_t seed) {
-  Explained explained(groups, response);
-  std::vector<double> shares(groups.size());
-  for (const std::vector<int>& order : orders_of_entry(groups.size(), seed)) {
-    std::vector<bool> entered(groups.size());
-    double before = 0;
-    for (int g : order) {
-      entered[g] = true;
-      const double after = explained.by(entered);
-      shares[g] += std::max(0.0, after - before);
-      before = after;
-    }
+double VarianceShares::standard_deviation(const Eigen::VectorXd& weights) const {
+  const double poses = static_cast<double>(influence.rows());
+  return std::sqrt(poses / std::max(1.0, poses - 1)) * (influence * weights).norm();
+}
+
+VarianceShares variance_shares(const BesideTheRest& beside, std::uint64_t seed) {
+  const std::vector<std::vector<int>> orders = orders_of_entry(beside.columns.size(), seed);
+  const auto groups = static_cast<Eigen::Index>(beside.columns.size());
+  Eigen::MatrixXd explained = Eigen::MatrixXd::Zero(beside.poses(), groups);
+  for (const std::vector<int>& order : orders) {
+    Entry entry(beside);
+    for (int group : order) explained.col(group) += entry.enter(beside.columns[group]);
   }
-  const double total = std::accumulate(shares.begin(), shares.end(), 0.0);
-  for (double& share : shares) share = total > 0 ? share / total : 0;
+  const Eigen::RowVectorXd of_group = explained.colwise().sum().cwiseMax(0);
+  const double total = of_group.sum();
+  VarianceShares shares{std::vector<double>(groups), Eigen::MatrixXd::Zero(beside.poses(), groups)};
+  if (!(total > 0)) return shares;
+  const Eigen::RowVectorXd share = of_group / total;
+  std::copy(share.begin(), share.end(), shares.of_group.begin());
+  shares.influence = (explained - explained.rowwise().sum() * share) / total;
   return shares;
 }
 

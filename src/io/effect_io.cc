@@ -89,7 +89,8 @@ Effect read_effect(YamlMap map, const KinematicChain& chain) {
   }
   // What close-loop says about an effect does not change what it predicts.
   for (const char* key : {"evidence", "indistinguishable", "ruled_out", "cause", "description",
-                          "curve", "cycle", "unidentifiable", "separated_by", "variance_share"})
+                          "curve", "cycle", "unidentifiable", "separated_by", "variance_share",
+                          "variance_share_ci95", "may_lead", "at_s_ci95"})
     map.ignore(key);
   map.finish();
   return effect;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 
@@ -258,7 +259,12 @@ YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain,
     evidence_node["held_out_gain_ci95_mm"] = flow(interval);
   }
   node["evidence"] = evidence_node;
-  node["variance_share"] = rounded(traced.variance_share);
+  const VarianceShare& share = traced.variance_share;
+  YAML::Node share_interval;
+  for (double bound : share.ci95) share_interval.push_back(rounded(bound));
+  node["variance_share"] = rounded(share.value);
+  node["variance_share_ci95"] = flow(share_interval);
+  node["may_lead"] = share.may_lead ? "true" : "false";
   node["indistinguishable"] = rivals_node(traced.indistinguishable);
   if (!traced.ruled_out.empty()) node["ruled_out"] = rivals_node(traced.ruled_out);
   for (const Rival& rival : traced.indistinguishable)
@@ -274,6 +280,27 @@ YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain,
   if (!curve.empty() && traced.effect.shape.kind == ShapeKind::series)
     node["curve"] = curve_node(traced.effect, curve, robot);
   return node;
+}
+
+// What each effect explains, and whether these poses tell which explains most.
+std::string shares_table(const std::vector<TracedEffect>& effects) {
+  if (effects.empty()) return "";
+  std::string table = "share of the variance that the effects explain";
+  table += effects.size() > 1 ? ", 95 %\n" : "\n";
+  std::vector<std::string> leading;
+  for (const TracedEffect& traced : effects) {
+    const auto& [share, ci95, may_lead] = traced.variance_share;
+    table += fmt::format("{:>7.1f} %  ", 100 * share);
+    if (effects.size() > 1)
+      table += fmt::format("{:>3.0f} to {:>3.0f}  ", 100 * ci95[0], 100 * ci95[1]);
+    table += describe(traced.effect) + "\n";
+    const std::string place = traced.effect.parameter + " by " + to_string(traced.effect.driver);
+    if (may_lead && std::find(leading.begin(), leading.end(), place) == leading.end())
+      leading.push_back(place);
+  }
+  if (leading.size() > 1)
+    table += "these poses do not tell which explains most: " + listed(leading) + "\n";
+  return table;
 }
 
 YAML::Node nested_node(const NestedValidation& nested, const std::vector<TracedEffect>& effects) {
@@ -603,9 +630,7 @@ std::string before_after_table(const LoopResult& result) {
   }
   table += fmt::format("{:<44} {:>6} {:>12} {:>12.4f}\n", "noise floor", "", "",
                        result.floor / kMillimetre);
-  if (!result.trace.effects.empty()) table += "share of the variance that the effects explain\n";
-  for (const TracedEffect& traced : result.trace.effects)
-    table += fmt::format("{:>7.1f} %  {}\n", 100 * traced.variance_share, describe(traced.effect));
+  table += shares_table(result.trace.effects);
   if (const auto& nested = result.nested)
     table += fmt::format(
         "{:<44} {:>6} {:>12} {:>12.4f} before, {:.4f} after (standard errors {:.4f}, {:.4f})\n",

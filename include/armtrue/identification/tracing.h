@@ -60,15 +60,23 @@ struct Cycle {
   std::array<double, 2> frequency_ci95{0, 0};  ///< Student's
 };
 
+/// Of what the effects explain together of the residual of the geometry, averaged over the orders
+/// in which they may enter (see variance_shares); the effects' shares sum to 1.
+struct VarianceShare {
+  double value = 0;
+  std::array<double, 2> ci95{0,
+                             0};  ///< Student's, clustered by pose; the effects as they are named
+  /// Whether no other parameter and driver explain clearly more (95 %) than its own altogether.
+  bool may_lead = false;
+};
+
 struct TracedEffect {
   Effect effect;                 ///< with its coefficients
   std::optional<Cycle> cycle{};  ///< of a harmonic
   /// Of a step: the readings between which it lies [s], 95 % by profile likelihood.
   std::optional<std::array<double, 2>> step_ci95{};
   Evidence evidence;
-  /// Of what the effects explain together of the residual of the geometry, averaged over the orders
-  /// in which they may enter (see variance_shares); the effects' shares sum to 1.
-  double variance_share = 0;
+  VarianceShare variance_share;
   std::vector<Rival> indistinguishable;
   /// Those that could imitate it by their course, but that these readings speak against by odds of
   /// more than a thousand to one.
