@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
+#include <Eigen/QR>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,6 +17,7 @@
 #include <limits>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,13 +26,21 @@
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
 #include "bench/two_threads.h"
+#include "identification/candidates.h"
+#include "identification/linearization.h"
+#include "identification/scan.h"
+#include "identification/sessions.h"
 
 namespace {
 
 using namespace armtrue;
 using Eigen::MatrixXd;
+using Eigen::MatrixXf;
 using Eigen::RowVectorXd;
 using Eigen::VectorXd;
+using Eigen::VectorXf;
+
+constexpr int kFolds = 5;  // of cross-validation by pose, which chooses penalties
 
 // What the geometry leaves of one target, replicates averaged: a row is a pose.
 struct Leftover {
@@ -42,6 +52,13 @@ using Correction = std::function<MatrixXd(const MatrixXd& q)>;
 
 MatrixXd rows_of(const MatrixXd& all, const std::vector<int>& rows) {
   return all(rows, Eigen::all);
+}
+
+// `count` values from 10^high down to 10^low.
+VectorXd falling_powers(int count, double high, double low) {
+  return VectorXd::LinSpaced(count, high, low).unaryExpr([](double e) {
+    return std::pow(10.0, e);
+  });
 }
 
 // ---- Gaussian process
@@ -106,7 +123,7 @@ Correction gaussian_process(const Leftover& all, int most_poses) {
   };
 }
 
-// ---- Ridge and lasso on generic features
+// ---- Ridge on generic features
 
 // Sines and cosines of one to three turns of every joint, and the products of those of two joints.
 MatrixXd features(const MatrixXd& q) {
@@ -129,9 +146,6 @@ MatrixXd features(const MatrixXd& q) {
 }
 
 // The weights (features x 3) for every penalty, on features of unit variance.
-using Path = std::function<std::vector<MatrixXd>(const MatrixXd& x, const MatrixXd& y,
-                                                 const VectorXd& penalties)>;
-
 std::vector<MatrixXd> ridge(const MatrixXd& x, const MatrixXd& y, const VectorXd& penalties) {
   const auto n = static_cast<double>(x.rows());
   const bool fewer_poses = x.rows() < x.cols();  // then the dual is the smaller system
@@ -147,43 +161,10 @@ std::vector<MatrixXd> ridge(const MatrixXd& x, const MatrixXd& y, const VectorXd
   return path;
 }
 
-// Penalties, in falling order, are shares of the one from which on all weights are zero.
-std::vector<MatrixXd> lasso(const MatrixXd& x, const MatrixXd& y, const VectorXd& penalties) {
-  constexpr int kMostSweeps = 200;
-  constexpr double kTolerance = 1e-2;  // of the penalty
-  const auto n = static_cast<double>(x.rows());
-  const MatrixXd gram = x.transpose() * x / n, moments = x.transpose() * y / n;
-  std::vector<MatrixXd> path(static_cast<size_t>(penalties.size()), MatrixXd::Zero(x.cols(), 3));
-  for (int axis = 0; axis < 3; ++axis) {
-    VectorXd weights = VectorXd::Zero(x.cols()), gradient = moments.col(axis);
-    const double highest = gradient.cwiseAbs().maxCoeff();
-    for (int k = 0; k < penalties.size(); ++k) {
-      const double penalty = highest * penalties[k];
-      double change = std::numeric_limits<double>::infinity();
-      for (int sweep = 0; sweep < kMostSweeps && change > kTolerance * penalty; ++sweep) {
-        change = 0;
-        for (int j = 0; j < weights.size(); ++j) {
-          if (gram(j, j) < 1e-9) continue;  // a joint that did not move
-          const double pull = gradient[j] + gram(j, j) * weights[j];
-          const double to =
-              std::copysign(std::max(std::abs(pull) - penalty, 0.0), pull) / gram(j, j);
-          const double step = to - weights[j];
-          if (step == 0) continue;
-          gradient -= step * gram.col(j);
-          weights[j] = to;
-          change = std::max(change, std::abs(step) * gram(j, j));
-        }
-      }
-      path[static_cast<size_t>(k)].col(axis) = weights;
-    }
-  }
-  return path;
-}
-
 // Each axis takes the penalty of the smallest squared error under five-fold cross-validation by
 // pose.
-Correction on_features(const Leftover& leftover, const Path& path, const VectorXd& penalties) {
-  constexpr int kFolds = 5;
+Correction ridge_on_features(const Leftover& leftover) {
+  const VectorXd penalties = falling_powers(13, 3, -3);
   MatrixXd x = features(leftover.q);
   const RowVectorXd centre = x.colwise().mean();
   x.rowwise() -= centre;
@@ -198,12 +179,12 @@ Correction on_features(const Leftover& leftover, const Path& path, const VectorX
   for (int fold = 0; fold < kFolds; ++fold) {
     std::vector<int> in, out;
     for (int row = 0; row < x.rows(); ++row) (row % kFolds == fold ? out : in).push_back(row);
-    const auto weights = path(rows_of(x, in), rows_of(y, in), penalties);
+    const auto weights = ridge(rows_of(x, in), rows_of(y, in), penalties);
     const MatrixXd x_out = rows_of(x, out), y_out = rows_of(y, out);
     for (int k = 0; k < penalties.size(); ++k)
       errors.row(k) += (y_out - x_out * weights[static_cast<size_t>(k)]).colwise().squaredNorm();
   }
-  const auto paths = path(x, y, penalties);
+  const auto paths = ridge(x, y, penalties);
   MatrixXd chosen(x.cols(), 3);
   for (int axis = 0; axis < 3; ++axis) {
     int best = 0;
@@ -216,11 +197,186 @@ Correction on_features(const Leftover& leftover, const Path& path, const VectorX
   };
 }
 
-// `count` values from 10^high down to 10^low.
-VectorXd falling_powers(int count, double high, double low) {
-  return VectorXd::LinSpaced(count, high, low).unaryExpr([](double e) {
-    return std::pow(10.0, e);
-  });
+// ---- Lasso on all candidates
+
+// All that the search could add, catalogue and beyond, as columns beside the geometry: what the
+// arm's own derivatives make of it in every reading.
+struct Dictionary {
+  MatrixXf columns;    // equations x columns, whitened
+  MatrixXd geometric;  // the derivatives of the geometry
+  VectorXd residual;   // whitened, of the geometric fit
+
+  Dictionary rows(const std::vector<Eigen::Index>& some) const {
+    return {columns(some, Eigen::all), geometric(some, Eigen::all), residual(some)};
+  }
+};
+
+Dictionary dictionary(const std::vector<Candidate>& candidates, const CalibrationResult& geometry,
+                      const Campaign& campaign, const std::vector<double>& weights) {
+  CalibrationResult fit = geometry;
+  fit.weights = weights;
+  const SessionModels models(campaign, fit.robot, fit.set.kept, fit.scale);
+  MatrixXd blocks = models.blocks();
+  const int size = models.row_size();
+  for (int row = 0; row < campaign.rows(); ++row)
+    blocks.middleRows(row * size, size) *= std::sqrt(weights[static_cast<size_t>(row)]);
+  Dictionary all;
+  all.geometric = blocks.leftCols(models.unknowns());
+  all.residual = blocks.rightCols<1>();
+  const Linearization linear(fit, campaign);
+  const CandidateScan scan(candidates, fit.robot, campaign);
+  std::vector<MatrixXd> columns;
+  Eigen::Index count = 0;
+  for (size_t k = 0; k < scan.candidates().size(); ++k) {
+    columns.push_back(scan.columns(linear, static_cast<int>(k)));
+    count += columns.back().cols();
+  }
+  all.columns.resize(blocks.rows(), count);
+  Eigen::Index next = 0;
+  for (const MatrixXd& of_candidate : columns) {
+    all.columns.middleCols(next, of_candidate.cols()) = of_candidate.cast<float>();
+    next += of_candidate.cols();
+  }
+  return all;
+}
+
+// Coordinate descent on what is not zero or pulls harder than the penalty, from each penalty to the
+// next lower one.
+class Lasso {
+ public:
+  // `x`: columns of unit length or of nothing.
+  Lasso(MatrixXf x, VectorXf y)
+      : x_(std::move(x)),
+        left_(std::move(y)),
+        pull_(x_.transpose() * left_),
+        weights_(VectorXf::Zero(x_.cols())),
+        is_active_(static_cast<size_t>(x_.cols())) {}
+
+  // From which penalty on all weights are zero.
+  float highest() const { return pull_.cwiseAbs().maxCoeff(); }
+
+  const VectorXf& solve(float penalty) {
+    constexpr int kMostSweeps = 100;
+    constexpr float kTolerance = 1e-2f;  // of the penalty
+    for (bool grown = true; grown;) {
+      grown = false;
+      for (Eigen::Index j = 0; j < x_.cols(); ++j)
+        if (!is_active_[static_cast<size_t>(j)] && std::abs(pull_[j]) > penalty) {
+          active_.push_back(j);
+          is_active_[static_cast<size_t>(j)] = grown = true;
+        }
+      float change = penalty;
+      for (int sweep = 0; sweep < kMostSweeps && change > kTolerance * penalty; ++sweep) {
+        change = 0;
+        for (Eigen::Index j : active_) {
+          const float to_fit = x_.col(j).dot(left_) + weights_[j];
+          const float to = std::copysign(std::max(std::abs(to_fit) - penalty, 0.0f), to_fit);
+          const float step = to - weights_[j];
+          if (step == 0) continue;
+          left_ -= step * x_.col(j);
+          weights_[j] = to;
+          change = std::max(change, std::abs(step));
+        }
+      }
+      pull_.noalias() = x_.transpose() * left_;
+    }
+    return weights_;
+  }
+
+ private:
+  MatrixXf x_;
+  VectorXf left_, pull_, weights_;
+  std::vector<Eigen::Index> active_;
+  std::vector<bool> is_active_;
+};
+
+// The lasso beside the geometry, which follows what is taken from its residual.
+class LassoBesideGeometry {
+ public:
+  explicit LassoBesideGeometry(const Dictionary& seen)
+      : seen_(seen), geometric_(seen.geometric), length_(seen.columns.cols()) {
+    const MatrixXf basis = MatrixXd(geometric_.householderQ() *
+                                    MatrixXd::Identity(seen.geometric.rows(), geometric_.rank()))
+                               .cast<float>();
+    MatrixXf x = seen.columns;
+    x.noalias() -= basis * (basis.transpose() * x);
+    for (Eigen::Index j = 0; j < x.cols(); ++j) {
+      // What the geometry can imitate but for a hundredth is not told from it.
+      const float own = x.col(j).norm();
+      length_[j] =
+          own > 0.01f * seen.columns.col(j).norm() ? own : std::numeric_limits<float>::infinity();
+      x.col(j) /= length_[j];
+    }
+    VectorXf y = seen.residual.cast<float>();
+    y -= basis * (basis.transpose() * y);
+    lasso_.emplace(std::move(x), std::move(y));
+  }
+
+  float highest() const { return lasso_->highest(); }
+  void solve(float penalty) { weights_ = lasso_->solve(penalty).cwiseQuotient(length_); }
+
+  // What it leaves of readings, of these or of others.
+  VectorXd left(const Dictionary& of) const {
+    const VectorXd taken = (seen_.columns * weights_).cast<double>();
+    const VectorXd followed = geometric_.solve(seen_.residual - taken);
+    return of.residual - (of.columns * weights_).cast<double>() - of.geometric * followed;
+  }
+
+ private:
+  const Dictionary& seen_;
+  Eigen::CompleteOrthogonalDecomposition<MatrixXd> geometric_;
+  VectorXf length_, weights_;
+  std::optional<Lasso> lasso_;
+};
+
+// Mean error of the held-out readings [m].
+double lasso_on_candidates(const CalibrationResult& model, const Campaign& training,
+                           const Campaign& held_out, const Catalogue& catalogue) {
+  constexpr int kMostPenalties = 40, kPatience = 3;
+  constexpr float kFall = 0.75f;
+  std::vector<Candidate> candidates = catalogue_candidates(catalogue, model.robot, training);
+  for (const Candidate& open : open_candidates(model.robot, training)) candidates.push_back(open);
+  const Dictionary seen = dictionary(candidates, model, training, model.weights);
+  const std::vector<int> pose = training.pose_by_id();
+  const Eigen::Index size = seen.residual.size() / training.rows();
+  std::vector<Dictionary> in(kFolds), out(kFolds);
+  std::vector<LassoBesideGeometry> folds;
+  for (size_t fold = 0; fold < kFolds; ++fold) {
+    std::vector<Eigen::Index> taken, left_out;
+    for (int row = 0; row < training.rows(); ++row)
+      for (Eigen::Index k = 0; k < size; ++k)
+        (pose[static_cast<size_t>(row)] % kFolds == static_cast<int>(fold) ? left_out : taken)
+            .push_back(row * size + k);
+    in[fold] = seen.rows(taken);
+    out[fold] = seen.rows(left_out);
+    folds.emplace_back(in[fold]);
+  }
+  LassoBesideGeometry all(seen);
+  // Falling penalties, as long as what the folds leave of their poses falls.
+  const float highest = all.highest();
+  float penalty = highest, best = highest;
+  double least = std::numeric_limits<double>::infinity();
+  for (int k = 0, since = 0; k < kMostPenalties && since < kPatience; ++k, ++since) {
+    double error = 0;
+    for (size_t fold = 0; fold < kFolds; ++fold) {
+      folds[fold].solve(penalty);
+      error += folds[fold].left(out[fold]).squaredNorm();
+    }
+    if (error < least) {
+      least = error;
+      best = penalty;
+      since = 0;
+    }
+    penalty *= kFall;
+  }
+  for (penalty = highest; penalty >= best; penalty *= kFall) all.solve(penalty);
+
+  const VectorXd left = all.left(dictionary(
+      candidates, model, held_out, std::vector<double>(static_cast<size_t>(held_out.rows()), 1)));
+  double sum = 0;
+  for (int row = 0; row < held_out.rows(); ++row)
+    sum += model.scale.position * left.segment<3>(row * size).norm();
+  return sum / held_out.rows();
 }
 
 // ---- Campaigns
@@ -281,7 +437,7 @@ double mean_error(const Campaign& campaign, const Evaluation& geometry,
   return sum / campaign.rows();
 }
 
-enum Method { kGeometry, kGaussianProcess, kRidge, kLasso, kOurs, kMethods };
+enum Method { kGeometry, kGaussianProcess, kRidge, kLasso, kOurs, kOursAndLasso, kMethods };
 using Errors = std::array<double, kMethods>;  // [m]
 
 Errors compare(const Data& data, const Catalogue& catalogue, int most_poses) {
@@ -299,11 +455,12 @@ Errors compare(const Data& data, const Catalogue& catalogue, int most_poses) {
   errors[kGeometry] = loop.before;
   errors[kGaussianProcess] =
       corrected([&](const Leftover& left) { return gaussian_process(left, most_poses); });
-  errors[kRidge] = corrected(
-      [](const Leftover& left) { return on_features(left, ridge, falling_powers(13, 3, -3)); });
-  errors[kLasso] = corrected(
-      [](const Leftover& left) { return on_features(left, lasso, falling_powers(25, 0, -2.5)); });
+  errors[kRidge] = corrected(ridge_on_features);
+  errors[kLasso] =
+      lasso_on_candidates(loop.trace.stages.front(), data.training, data.held_out, catalogue);
   errors[kOurs] = loop.after;
+  errors[kOursAndLasso] =
+      lasso_on_candidates(loop.trace.fit, data.training, data.held_out, catalogue);
   return errors;
 }
 
@@ -334,13 +491,13 @@ std::vector<Set> find_sets(const std::filesystem::path& data) {
   return sets;
 }
 
-Data read(const Set& set) {
+Data read(const Set& set, std::uint64_t seed) {
   Data data{set.name, read_robot(set.robot).robot, read_campaign(set.training).campaign, {}};
   if (!set.held_out.empty()) {
     data.held_out = read_campaign(set.held_out).campaign;
     return data;
   }
-  const Split split = split_by_pose(data.training, 0.3, 1);
+  const Split split = split_by_pose(data.training, 0.3, seed);
   data.held_out = data.training.select(split.held_out);
   data.training = data.training.select(split.training);
   return data;
@@ -360,10 +517,12 @@ int main(int argc, char** argv) {
   std::filesystem::path folder = ARMTRUE_DATA;
   std::vector<std::string> only, skip;
   int most_poses = 800;
+  std::uint64_t seed = 1;
   app.add_option("--data", folder, "Holds practice/std/NNN and measured/SET");
   app.add_option("--skip", skip, "Leave out the sets whose names contain one of these");
   app.add_option("--gp-poses", most_poses, "Training poses for the Gaussian process at most")
       ->capture_default_str();
+  app.add_option("--seed", seed, "Of the splits of measured sets")->capture_default_str();
   app.add_option("sets", only, "Run only the sets whose names contain one of these");
   CLI11_PARSE(app, argc, argv);
 
@@ -382,8 +541,8 @@ int main(int argc, char** argv) {
   }
 
   const Catalogue catalogue = read_catalogue(ARMTRUE_CONFIG "/effects/catalogue.yaml");
-  fmt::print("{:<32}{:>12}{:>12}{:>12}{:>12}{:>12}   mm\n", "held-out mean error", "geometry",
-             "+ GP", "+ ridge", "+ lasso", "armtrue");
+  fmt::print("{:<32}{:>12}{:>12}{:>12}{:>12}{:>12}{:>12}   mm\n", "held-out mean error", "geometry",
+             "+ GP", "+ ridge", "+ lasso", "armtrue", "+ lasso");
   struct Sum {
     Errors ratios{};
     int sets = 0;
@@ -392,7 +551,7 @@ int main(int argc, char** argv) {
   std::mutex printing;
   armtrue_bench::on_two_threads(static_cast<int>(sets.size()), [&](int i) {
     const Set& set = sets[static_cast<size_t>(i)];
-    Errors errors = compare(read(set), catalogue, most_poses);
+    Errors errors = compare(read(set, seed), catalogue, most_poses);
     const std::lock_guard lock(printing);
     Sum& sum = sums[set.name.substr(0, set.name.find('/'))];
     ++sum.sets;
