@@ -555,10 +555,8 @@ int main(int argc, char** argv) {
     const std::lock_guard lock(printing);
     Sum& sum = sums[set.name.substr(0, set.name.find('/'))];
     ++sum.sets;
-    for (size_t m = 0; m < kMethods; ++m) {
-      sum.ratios[m] += errors[m] / errors[kOurs];
-      errors[m] /= kMillimetre;
-    }
+    for (size_t m = 0; m < kMethods; ++m) sum.ratios[m] += errors[m] / errors[kOurs];
+    for (double& error : errors) error /= kMillimetre;
     print_line(set.name, errors);
   });
   for (auto& [group, sum] : sums) {
