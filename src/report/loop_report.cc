@@ -97,10 +97,11 @@ void write_effect(std::ostringstream& html, const LoopResult& result, size_t k,
   html << "<h3>" << escaped(describe(traced.effect)) << "</h3>\n<p>" << escaped(description)
        << "</p>\n<p>EBIC falls by " << number(traced.evidence.delta_ebic) << ", family-wise p "
        << number(traced.evidence.p_value) << ", " << number(100 * traced.variance_share.value)
-       << " % (95 %: " << number(100 * traced.variance_share.ci95[0]) << " to "
-       << number(100 * traced.variance_share.ci95[1])
-       << ") of the variance that the effects explain"
-       << (traced.variance_share.may_lead ? ", no other clearly more" : "");
+       << " % of the variance that the effects explain";
+  if (result.trace.effects.size() > 1)
+    html << " (95 %: " << number(100 * traced.variance_share.ci95[0]) << " to "
+         << number(100 * traced.variance_share.ci95[1]) << ")"
+         << (traced.variance_share.may_lead ? ", no other clearly more" : "");
   if (result.nested)
     html << ", found again in " << result.nested->found_again[k] << " of " << result.nested->folds
          << " folds";
