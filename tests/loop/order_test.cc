@@ -204,8 +204,6 @@ TEST(Order, WhatMayLeadIsSaid) {
       others += other.may_lead;
       covered += lead.ci95[0] <= share && share <= lead.ci95[1];
     }
-    std::cout << ratio << " " << truth << " " << share << " " << campaigns << " " << may_lead << " "
-              << others << " " << covered << "\n";
     EXPECT_GE(campaigns, 18);
     EXPECT_GE(may_lead, campaigns - 1);
     EXPECT_GE(covered, campaigns - 3);

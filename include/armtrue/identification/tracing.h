@@ -64,8 +64,8 @@ struct Cycle {
 /// in which they may enter (see variance_shares); the effects' shares sum to 1.
 struct VarianceShare {
   double value = 0;
-  std::array<double, 2> ci95{0,
-                             0};  ///< Student's, clustered by pose; the effects as they are named
+  /// Student's, clustered by pose, given the effects that are named.
+  std::array<double, 2> ci95{0, 0};
   /// Whether no other parameter and driver explain clearly more (95 %) than its own altogether.
   bool may_lead = false;
 };
