@@ -13,7 +13,7 @@ namespace {
 constexpr int kNextPoses = 15;
 
 struct Paths {
-  std::string robot, catalogue, test, robot_out, residuals, report, next_poses;
+  std::string robot, catalogue, test, robot_out, predictor_out, residuals, report, next_poses;
 };
 
 std::vector<ResidualRow> residual_rows(const Robot& robot, const Campaign& all,
@@ -65,8 +65,11 @@ int work(app::Command& command, const Paths& paths, double held_out_share, int n
     result.nested =
         nested_validation(robot, all, catalogue, nested_folds, result.trace.effects, options);
   }
+  if (!paths.predictor_out.empty()) add_predictor(result, training, held_out, catalogue, options);
 
   const Provenance provenance = command.provenance();
+  if (result.predictor)
+    write_output(paths.predictor_out, write_robot(result.predictor->robot, provenance));
   if (!paths.robot_out.empty())
     write_output(paths.robot_out, write_calibration(result.trace.fit, training, provenance));
   if (!paths.residuals.empty())
@@ -128,6 +131,9 @@ int main(int argc, char** argv) {
           "how often each effect is found again; takes about so many times as long")
       ->check(CLI::Range(2, 1000));
   options.add_option("--robot-out", paths.robot_out, "Write the robot with its effects here");
+  options.add_option("--predictor-out", paths.predictor_out,
+                     "Write a robot here that only predicts: to the effects that are named it adds "
+                     "many small ones, none of which is a finding, where poses left out gain");
   options.add_option("--residuals", paths.residuals,
                      "Write the final residual of every reading here");
   options.add_option("--report", paths.report, "Write a page with plots (HTML) here");

@@ -428,6 +428,11 @@ void set_statistics(const SessionModels& model, const ReadingLaw& law,
   for (const Prior& prior : priors)
     information(prior.unknown, prior.unknown) += 1.0 / (prior.deviation * prior.deviation);
   result.inverse_root = inverse_root(information);
+  result.prior_weight = result.prior_residual = Eigen::VectorXd::Zero(p);
+  for (const Prior& prior : priors) {
+    result.prior_weight[prior.unknown] = 1.0 / prior.deviation;
+    result.prior_residual[prior.unknown] = -prior.residual(x);
+  }
   result.names = model.unknown_names();
   const std::vector<Eigen::Vector2d> norms = model.squared_norms(x);
   result.weights.resize(norms.size());
@@ -476,10 +481,9 @@ void set_robot(const SessionModels& model, const Eigen::VectorXd& x, Calibration
       session.std[parameter_name(result.robot.chain, parameter)] =
           std::sqrt(covariance(parameter, parameter));
   }
-  if (!model.fits_effects()) return;
   const double wide = student_quantile(static_cast<int>(model.campaign().pose_ids.size()));
-  for (Effect& effect : result.robot.effects)
-    for (Coefficient& c : effect.coefficients) {
+  for (int e = 0; e < model.fitted_effects(); ++e)
+    for (Coefficient& c : result.robot.effects[e].coefficients) {
       c.std = std::sqrt(result.covariance(k, k));
       c.ci95 = {c.value - wide * c.std, c.value + wide * c.std};
       ++k;
@@ -492,9 +496,9 @@ std::vector<Prior> priors_of(const Robot& robot, const SessionModels& model) {
     const auto found = robot.priors.find(parameter_name(robot.chain, model.geometric()[k]));
     if (found != robot.priors.end()) priors.push_back({k, found->second});
   }
-  if (!model.fits_effects()) return priors;
   int k = model.geometric_count(), curves = 0;
-  for (const Effect& effect : robot.effects) {
+  for (int e = 0; e < model.fitted_effects(); ++e) {
+    const Effect& effect = robot.effects[e];
     const bool is_curve =
         effect.shape.kind == ShapeKind::series && effect.coefficients.size() >= kLeastOfCurve;
     double squares = 0;
@@ -524,7 +528,7 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
 CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
                             const IdentifiableSet& set, const CalibrationOptions& options) {
   const Robot start = starting_robot(robot, campaign, set);
-  SessionModels model(campaign, start, set.kept, {1.0, 1.0}, options.fit_effects);
+  SessionModels model(campaign, start, set.kept, {1.0, 1.0}, options.fitted_effects);
   std::vector<Prior> priors = priors_of(start, model);
   const int equations = model.rows() * model.row_size() + static_cast<int>(priors.size());
   if (equations <= model.unknowns())
@@ -539,7 +543,7 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
   int iterations = 0;
   if (model.rows() > 2 * kRowsForStart) {
     const Campaign part = campaign.select(thinned_rows(campaign, kRowsForStart));
-    SessionModels part_model(part, start, set.kept, {1.0, 1.0}, options.fit_effects);
+    SessionModels part_model(part, start, set.kept, {1.0, 1.0}, options.fitted_effects);
     iterations = fit(part_model, law, priors, options, x, last).iterations;
     model.set_scale(part_model.scale());
     if (law.degrees_of_freedom > 0)
@@ -582,7 +586,7 @@ Robot refit_set_up(const Robot& robot, const Campaign& campaign,
   Robot start = robot;
   start.identify_per_session.clear();
   CalibrationOptions options;
-  options.fit_effects = false;
+  options.fitted_effects = 0;
   Robot refitted =
       calibrate(start, campaign, choose_identifiable(links_only, campaign), options).robot;
   refitted.identify_per_session = robot.identify_per_session;

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "armtrue/identification/pose_bootstrap.h"
+#include "armtrue/identification/remainder.h"
 #include "armtrue/identification/statistics.h"
 #include "sessions.h"
 #include "shuffle.h"
@@ -227,6 +228,27 @@ LoopResult close_loop(const Robot& robot, const Campaign& training, const Campai
   if (!result.trace.ranking.empty()) result.pattern = describe(result.trace.ranking.front().effect);
   result.verdict = conclude(result);
   return result;
+}
+
+void add_predictor(LoopResult& result, const Campaign& training, const Campaign& held_out,
+                   const Catalogue& catalogue, const TraceOptions& options) {
+  const CalibrationResult& fit = result.trace.fit;
+  if (options.progress) options.progress("looking for what many effects predict together");
+  const Robot robot = with_remainder(fit, training, catalogue, options);
+  auto unknowns = static_cast<int>(fit.names.size());
+  for (size_t k = fit.robot.effects.size(); k < robot.effects.size(); ++k)
+    unknowns += static_cast<int>(std::ranges::count_if(
+        robot.effects[k].coefficients, [](const Coefficient& c) { return c.value != 0; }));
+  const size_t added = robot.effects.size() - fit.robot.effects.size();
+  const std::string name = added > 0 ? "+ " + std::to_string(added) + " that only predict, unnamed"
+                                     : "+ nothing that would predict better";
+  result.predictor = {robot, stage_of(name, unknowns, robot, training, held_out)};
+}
+
+std::vector<Stage> stages_and_predictor(const LoopResult& result) {
+  std::vector<Stage> stages = result.stages;
+  if (result.predictor) stages.push_back(result.predictor->stage);
+  return stages;
 }
 
 }  // namespace armtrue

@@ -70,14 +70,14 @@ std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& c
 
 ObservationModel::ObservationModel(const Campaign& campaign, const Robot& robot,
                                    std::vector<int> geometric, const ReadingScale& scale,
-                                   bool fit_effects, const Pose& common_from_own)
+                                   int fitted_effects, const Pose& common_from_own)
     : campaign_(campaign),
       robot_(robot),
       geometric_(std::move(geometric)),
       targets_(match_targets(campaign, robot)),
       anchors_(match_anchors(campaign, robot.chain)),
       scale_(scale),
-      fit_effects_(fit_effects),
+      fitted_effects_(std::min(fitted_effects, static_cast<int>(robot.effects.size()))),
       common_from_own_(common_from_own),
       median_sigma_position_(median(campaign.sigma_position)),
       median_sigma_orientation_(median(campaign.sigma_orientation)) {
@@ -86,16 +86,18 @@ ObservationModel::ObservationModel(const Campaign& campaign, const Robot& robot,
 
 // Drivers do not move with the unknowns (see BoundEffect), so each is evaluated once per row.
 void ObservationModel::evaluate_effect_values(const Robot& robot) {
-  int value_count = 0;
+  int value_count = 0, coefficient_count = 0;
   bool needs_frames = false, needs_jacobian = false;
   for (const Effect& effect : robot.effects) {
     if (effect.driver.kind == DriverKind::motor_torque && campaign_.motor_torque_nm.empty())
       throw std::invalid_argument("effect '" + effect.name +
                                   "': the measurements have no columns tau1_nm to tau6_nm");
     const BoundEffect& bound = effects_.emplace_back(effect, robot, campaign_.temperature_names);
-    first_coefficient_.push_back(coefficient_count_);
+    first_coefficient_.push_back(coefficient_count);
     first_value_.push_back(value_count);
-    coefficient_count_ += bound.coefficient_count();
+    coefficient_count += bound.coefficient_count();
+    if (static_cast<int>(effects_.size()) == fitted_effects_)
+      coefficient_count_ = coefficient_count;
     value_count += bound.value_count();
     needs_frames |= bound.needs_frames();
     needs_jacobian |= bound.needs_jacobian();
@@ -117,7 +119,7 @@ void ObservationModel::evaluate_effect_values(const Robot& robot) {
 std::vector<std::string> ObservationModel::unknown_names() const {
   std::vector<std::string> names;
   for (int index : geometric_) names.push_back(parameter_name(robot_.chain, index));
-  for (size_t e = 0; fit_effects_ && e < effects_.size(); ++e)
+  for (int e = 0; e < fitted_effects_; ++e)
     for (const std::string& coefficient : effects_[e].coefficient_names())
       names.push_back(robot_.effects[e].name + " " + robot_.effects[e].parameter + " " +
                       coefficient);
@@ -145,7 +147,7 @@ Robot ObservationModel::robot_at(const Eigen::VectorXd& x) const {
   robot.chain.tool.rotation =
       rotation_exp(turn_of(x, kToolParameters)) * robot_.chain.tool.rotation;
   int k = geometric_count();
-  for (size_t e = 0; fit_effects_ && e < effects_.size(); ++e) {
+  for (int e = 0; e < fitted_effects_; ++e) {
     robot.effects[e].coefficients.resize(effects_[e].coefficient_count());
     for (int c = 0; c < effects_[e].coefficient_count(); ++c) {
       robot.effects[e].coefficients[c].name = effects_[e].coefficient_names()[c];
@@ -305,10 +307,9 @@ void ObservationModel::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const
     }
   }
   out.col(model_.unknowns()) = r.head(size).cwiseProduct(weight.head(size));
-  if (!model_.fit_effects_) return;
   const int first = model_.geometric_count();
   if (model_.coefficient_count_ > 0) out.middleCols(first, model_.coefficient_count_).setZero();
-  for (size_t e = 0; e < model_.effects_.size(); ++e)
+  for (int e = 0; e < model_.fitted_effects_; ++e)
     for (const BoundEffect::Term& term : model_.effects_[e].terms()) {
       const double value = model_.effect_values_(model_.first_value_[e] + term.value, row);
       auto column = out.col(first + model_.first_coefficient_[e] + term.coefficient);

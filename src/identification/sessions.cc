@@ -140,7 +140,7 @@ std::vector<int> own_parameters(const Robot& robot) {
 
 SessionModels::SessionModels(const Campaign& campaign, const Robot& robot,
                              const std::vector<int>& geometric, const ReadingScale& scale,
-                             bool fit_effects)
+                             int fitted_effects)
     : campaign_(campaign), robot_(robot), rows_(rows_by_session(campaign)) {
   const size_t count = rows_.size();
   if (count > 1 || robot.sessions.contains(session_name(campaign, 0))) {
@@ -160,7 +160,7 @@ SessionModels::SessionModels(const Campaign& campaign, const Robot& robot,
     for (int turn : turns_not_shown(readings, there.chain, common_from_own_.back()))
       std::erase(shown, turn);
     models_.emplace_back(readings, there, s == 0 ? geometric : further(shown, own, geometric),
-                         scale, fit_effects, common_from_own_.back());
+                         scale, fitted_effects, common_from_own_.back());
     ratio_.push_back({median_ratio(readings.sigma_position, campaign.sigma_position),
                       median_ratio(readings.sigma_orientation, campaign.sigma_orientation)});
   }

@@ -40,7 +40,7 @@ class SessionModels {
  public:
   /// `geometric`: as for ObservationModel.
   SessionModels(const Campaign& campaign, const Robot& robot, const std::vector<int>& geometric,
-                const ReadingScale& scale, bool fit_effects = true);
+                const ReadingScale& scale, int fitted_effects = kAllEffects);
   SessionModels(const SessionModels&) = delete;  // the models refer to the campaigns held here
   SessionModels& operator=(const SessionModels&) = delete;
 
@@ -77,7 +77,7 @@ class SessionModels {
   const std::vector<int>& geometric() const { return models_.front().geometric(); }
   /// Indices within x of the geometric unknowns, those of all sessions included.
   std::vector<int> geometric_unknowns() const;
-  bool fits_effects() const { return models_.front().fits_effects(); }
+  int fitted_effects() const { return models_.front().fitted_effects(); }
   /// As ObservationModel; those of further sessions read `session day 2 base.x`.
   std::vector<std::string> unknown_names() const;
   double mean_square_value(int coefficient) const;

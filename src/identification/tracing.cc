@@ -268,12 +268,9 @@ class Tracer {
     run.false_add_rate = added / count;
   }
 
-  // An effect without a lack of fit is a stranger claim, and needs the stronger evidence.
   double significance() const {
-    const double lack_of_fit = assess(result_.fit, campaign_).lack_of_fit.value_or(1.0);
-    const double missing = std::clamp(std::log(lack_of_fit) / std::log(kLackOfFit), 0.0, 1.0);
-    return options_.significance_without_lack_of_fit *
-           std::pow(options_.significance / options_.significance_without_lack_of_fit, missing);
+    return significance_level(result_.fit, campaign_, options_.significance,
+                              options_.significance_without_lack_of_fit);
   }
 
   // The same candidate with its inner values (t*, tau) where they explain most, beside all that is
@@ -731,6 +728,14 @@ void refit_to_all(const Robot& robot, const Campaign& campaign, const TraceOptio
 }
 
 }  // namespace
+
+// An effect without a lack of fit is a stranger claim, and needs the stronger evidence.
+double significance_level(const CalibrationResult& fit, const Campaign& campaign, double with_lack,
+                          double without_lack) {
+  const double lack_of_fit = assess(fit, campaign).lack_of_fit.value_or(1.0);
+  const double missing = std::clamp(std::log(lack_of_fit) / std::log(kLackOfFit), 0.0, 1.0);
+  return without_lack * std::pow(with_lack / without_lack, missing);
+}
 
 TraceResult trace(const Robot& robot, const Campaign& campaign, const Catalogue& catalogue,
                   const TraceOptions& options) {

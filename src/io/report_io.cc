@@ -38,6 +38,15 @@ YAML::Node stage_errors_node(const StageErrors& errors) {
   return node;
 }
 
+YAML::Node stage_node(const Stage& stage, bool held_out) {
+  YAML::Node node;
+  node["name"] = stage.name;
+  node["parameters"] = std::to_string(stage.parameters);
+  node["training"] = stage_errors_node(stage.training);
+  if (held_out) node["held_out"] = stage_errors_node(stage.held_out);
+  return node;
+}
+
 YAML::Node noise_node(const NoiseFloor& noise) {
   static constexpr const char* kSources[] = {"replicates", "instrument", "none"};
   std::vector<std::pair<std::string, std::string>> entries{
@@ -563,14 +572,8 @@ std::string write_loop(const LoopResult& result, const TraceOptions& options,
   for (int line : result.excluded_rows) excluded.push_back(std::to_string(line));
   data["excluded_rows"] = flow(excluded);
   root["data"] = data;
-  for (const Stage& stage : result.stages) {
-    YAML::Node node;
-    node["name"] = stage.name;
-    node["parameters"] = std::to_string(stage.parameters);
-    node["training"] = stage_errors_node(stage.training);
-    if (result.held_out_poses > 0) node["held_out"] = stage_errors_node(stage.held_out);
-    root["stages"].push_back(node);
-  }
+  const bool held_out = result.held_out_poses > 0;
+  for (const Stage& stage : result.stages) root["stages"].push_back(stage_node(stage, held_out));
   if (!robot.sessions.empty()) root["sessions"] = sessions_node(robot);
   root["effects"] = YAML::Node(YAML::NodeType::Sequence);
   for (size_t k = 0; k < result.trace.effects.size(); ++k)
@@ -578,7 +581,6 @@ std::string write_loop(const LoopResult& result, const TraceOptions& options,
                                           k < result.gains.size() ? &result.gains[k] : nullptr,
                                           result.curves[k], robot));
   if (result.trace.effects.empty()) root["effects"] = flow(root["effects"]);
-  const bool held_out = result.held_out_poses > 0;
   const auto if_held_out = [&](double value) {
     return text_or_null(held_out ? rounded(value) : "");
   };
@@ -592,6 +594,7 @@ std::string write_loop(const LoopResult& result, const TraceOptions& options,
   if (held_out) before_after["gain_ci95_mm"] = flow(interval);
   before_after = flow(before_after);
   root["before_after"] = before_after;
+  if (result.predictor) root["predictor"] = stage_node(result.predictor->stage, held_out);
   if (result.nested) root["nested_cv"] = nested_node(*result.nested, result.trace.effects);
   YAML::Node remaining;
   remaining["lack_of_fit_p"] = text_or_null(result.lack_of_fit ? rounded(*result.lack_of_fit) : "");
@@ -620,7 +623,7 @@ std::string before_after_table(const LoopResult& result) {
                                   "training", "held-out", "held-out");
   table +=
       fmt::format("{:<44} {:>6} {:>12} {:>12} {:>12}\n", "", "", "mean mm", "mean mm", "max mm");
-  for (const Stage& stage : result.stages) {
+  for (const Stage& stage : stages_and_predictor(result)) {
     const std::vector<std::string> name = in_lines(stage.name, 44);
     table += fmt::format("{:<44} {:>6} {:>12.4f} {:>12.4f} {:>12.4f}\n", name.front(),
                          stage.parameters, stage.training.position.mean / kMillimetre,

@@ -80,7 +80,7 @@ std::string stages_table(const LoopResult& result) {
   std::ostringstream html;
   html << "<table><tr><th>stage</th><th>unknowns</th><th>training mean, mm</th>"
           "<th>held-out mean, mm</th><th>held-out 95 %, mm</th><th>held-out max, mm</th></tr>\n";
-  for (const Stage& stage : result.stages) {
+  for (const Stage& stage : stages_and_predictor(result)) {
     const ErrorSummary& held_out = stage.held_out.position;
     html << "<tr><td>" << escaped(stage.name) << "</td><td>" << stage.parameters << "</td><td>"
          << number(stage.training.position.mean / kMillimetre) << "</td><td>"
@@ -134,6 +134,9 @@ std::string loop_report(const LoopResult& result, const std::vector<std::string>
   if (!result.errors_before.empty())
     html << "<h2>Error on the poses that took no part</h2>\n"
          << stages_plot(result) << histogram_plot(result);
+  if (result.predictor)
+    html << "<p>The last line of the table is of the robot that only predicts: none of the effects "
+            "that it adds is a finding, and the verdict does without them.</p>\n";
   if (const auto& nested = result.nested)
     html << "<p>Nested cross-validation, the whole search repeated in " << nested->folds
          << " folds: mean " << error_name(result) << " "

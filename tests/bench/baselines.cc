@@ -437,11 +437,11 @@ double mean_error(const Campaign& campaign, const Evaluation& geometry,
   return sum / campaign.rows();
 }
 
-enum Method { kGeometry, kGaussianProcess, kRidge, kLasso, kOurs, kOursAndLasso, kMethods };
+enum Method { kGeometry, kGaussianProcess, kRidge, kLasso, kOurs, kPredictor, kMethods };
 using Errors = std::array<double, kMethods>;  // [m]
 
 Errors compare(const Data& data, const Catalogue& catalogue, int most_poses) {
-  const LoopResult loop = close_loop(data.robot, data.training, data.held_out, catalogue);
+  LoopResult loop = close_loop(data.robot, data.training, data.held_out, catalogue);
   const Robot& geometric = loop.trace.stages.front().robot;
   const Evaluation training = evaluate(geometric, data.training);
   const Evaluation held_out = evaluate(geometric, data.held_out);
@@ -459,8 +459,8 @@ Errors compare(const Data& data, const Catalogue& catalogue, int most_poses) {
   errors[kLasso] =
       lasso_on_candidates(loop.trace.stages.front(), data.training, data.held_out, catalogue);
   errors[kOurs] = loop.after;
-  errors[kOursAndLasso] =
-      lasso_on_candidates(loop.trace.fit, data.training, data.held_out, catalogue);
+  add_predictor(loop, data.training, data.held_out, catalogue, {});
+  errors[kPredictor] = loop.predictor->stage.held_out.position.mean;
   return errors;
 }
 
@@ -542,7 +542,7 @@ int main(int argc, char** argv) {
 
   const Catalogue catalogue = read_catalogue(ARMTRUE_CONFIG "/effects/catalogue.yaml");
   fmt::print("{:<32}{:>12}{:>12}{:>12}{:>12}{:>12}{:>12}   mm\n", "held-out mean error", "geometry",
-             "+ GP", "+ ridge", "+ lasso", "armtrue", "+ lasso");
+             "+ GP", "+ ridge", "+ lasso", "armtrue", "predictor");
   struct Sum {
     Errors ratios{};
     int sets = 0;

@@ -179,6 +179,32 @@ TEST(Calibration, CoefficientsOfDeclaredEffectsAreIdentified) {
   EXPECT_LT(found.std, 0.05 * found.value);
 }
 
+TEST(Calibration, EffectsBehindThoseFittedKeepTheirCoefficients) {
+  const Robot truth = shipped("kr360-undeclared");
+  Robot robot = shipped("kr360-spindle");
+  robot.bodies = truth.bodies;
+  Effect kept;
+  kept.name = "kept";
+  kept.parameter = "A5.theta";
+  kept.driver = {DriverKind::joint_angle, 3};
+  kept.coefficients.resize(1);
+  kept.coefficients[0].value = 2e-4;
+  robot.effects = {truth.effects[0], kept};
+  robot.effects[0].coefficients[0].value = 0;
+  Robot with_kept = truth;
+  with_kept.effects.push_back(kept);
+  CalibrationOptions options;
+  options.fitted_effects = 1;
+  const CalibrationResult result =
+      calibrate(robot, measured(with_kept, 80, 8, 0.02, 0.03), options);
+  EXPECT_EQ(result.robot.effects[1].coefficients[0].value, 2e-4);
+  EXPECT_EQ(result.names.size(), result.set.kept.size() + 1);
+  // It predicts: left out, the other would be fitted to a robot that lacks something.
+  const Coefficient& found = result.robot.effects[0].coefficients[0];
+  EXPECT_NEAR(found.value, truth.effects[0].coefficients[0].value, 4 * found.std);
+  EXPECT_NEAR(result.scale.position, 2e-5, 4e-6);
+}
+
 TEST(Calibration, FewerReadingsThanUnknownsIsAnError) {
   EXPECT_THROW(calibrate(shipped("kr360-spindle"), measured(shipped("kr360-table4"), 2, 1)),
                std::invalid_argument);

@@ -5,12 +5,16 @@
 
 #include <stdlib.h>
 
+#include <array>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
+#include "armtrue/identification/pose_cloud.h"
 #include "armtrue/identification/tracing.h"
 #include "armtrue/io/campaign_io.h"
+#include "armtrue/io/robot_io.h"
 #include "support/oracle.h"
 
 namespace armtrue {
@@ -31,6 +35,24 @@ class HiddenCampaign {
   armtrue_oracle::Written written;
   Campaign training, held_out;
 };
+
+/// Poses of the whole travel, each visited once, by the true arm of a seed with the effect as it
+/// is.
+inline Campaign visits(const std::string& nominal, const armtrue_oracle::HiddenEffect& effect,
+                       int poses, unsigned seed) {
+  armtrue_oracle::CampaignPlan plan;
+  plan.seed = seed;
+  std::vector<std::array<double, 6>> commanded;
+  for (const JointVector& q : random_configurations(read_robot(nominal).robot, poses, {}, seed))
+    commanded.push_back({q[0], q[1], q[2], q[3], q[4], q[5]});
+  std::string folder = std::filesystem::temp_directory_path() / "armtrue-visits-XXXXXX";
+  if (!mkdtemp(folder.data())) throw std::runtime_error("cannot create " + folder);
+  armtrue_oracle::write_visits(armtrue_oracle::read_arm(nominal), effect, commanded, plan,
+                               folder + "/m.csv");
+  Campaign campaign = read_campaign(folder + "/m.csv").campaign;
+  std::filesystem::remove_all(folder);
+  return campaign;
+}
 
 inline bool names(const armtrue_oracle::Hidden& truth, const Effect& effect) {
   const bool parameter = effect.parameter == truth.parameter ||

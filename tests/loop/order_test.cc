@@ -5,14 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <map>
 #include <optional>
 #include <random>
 #include <set>
 
 #include "armtrue/identification/loop.h"
-#include "armtrue/identification/pose_cloud.h"
 #include "armtrue/identification/simulation.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/robot_io.h"
@@ -23,22 +21,6 @@ namespace {
 
 const std::string kNominal = ARMTRUE_CONFIG "/robots/kr360-spindle.yaml";
 const std::string kCatalogue = ARMTRUE_CONFIG "/effects/catalogue.yaml";
-
-Campaign visits(const armtrue_oracle::HiddenEffect& effect, int poses, unsigned seed) {
-  armtrue_oracle::CampaignPlan plan;
-  plan.seed = seed;
-  const Robot robot = read_robot(kNominal).robot;
-  std::vector<std::array<double, 6>> commanded;
-  for (const JointVector& q : random_configurations(robot, poses, {}, seed))
-    commanded.push_back({q[0], q[1], q[2], q[3], q[4], q[5]});
-  std::string folder = std::filesystem::temp_directory_path() / "armtrue-visits-XXXXXX";
-  if (!mkdtemp(folder.data())) throw std::runtime_error("cannot create " + folder);
-  armtrue_oracle::write_visits(armtrue_oracle::read_arm(kNominal), effect, commanded, plan,
-                               folder + "/m.csv");
-  Campaign campaign = read_campaign(folder + "/m.csv").campaign;
-  std::filesystem::remove_all(folder);
-  return campaign;
-}
 
 // Three effects at once in 110 poses visited once; `which` of three triples.
 Campaign triple(int which) {
@@ -59,7 +41,7 @@ Campaign triple(int which) {
       arm.links[1].theta += 6e-5 * m.arrival[1];
     }
   };
-  return visits(effect, 110, 300u + static_cast<unsigned>(which));
+  return visits(kNominal, effect, 110, 300u + static_cast<unsigned>(which));
 }
 
 std::map<std::string, std::vector<double>> found(const TraceResult& result) {
@@ -170,7 +152,7 @@ Campaign reversals(double ratio, int poses, unsigned seed) {
     arm.links[2].theta += 1e-4 * m.arrival[2];
     arm.links[1].theta += ratio * 1e-4 * m.arrival[1];
   };
-  return visits(effect, poses, seed);
+  return visits(kNominal, effect, poses, seed);
 }
 
 // What explains most in a large campaign is among what may lead in nearly every small one, and its

@@ -15,8 +15,10 @@ namespace armtrue {
 struct CalibrationResult;
 
 struct CalibrationOptions {
-  bool robust = true;       ///< false: least squares whatever the residuals look like
-  bool fit_effects = true;  ///< false: the robot's effects predict, but keep their coefficients
+  bool robust = true;  ///< false: least squares whatever the residuals look like
+  /// So many of the robot's effects, from the first; the others predict, but keep their
+  /// coefficients.
+  int fitted_effects = kAllEffects;
   int max_iterations = 200;
   double tolerance = 1e-10;  ///< of the cost, relative: what an iteration has to gain
   /// A fit of nearly the same model to the same campaign: its spread and law of the residuals are
@@ -35,6 +37,9 @@ struct CalibrationResult {
   /// Its product with its transpose is the inverse of the information [SI]: the covariance if
   /// readings erred independently of each other, as far as `scale` says.
   Eigen::MatrixXd inverse_root;
+  /// Prior knowledge of each unknown as one more equation: 1 / its standard deviation [1/SI], zero
+  /// without any, and what is left of it.
+  Eigen::VectorXd prior_weight, prior_residual;
   ReadingScale scale;             ///< spread of the readings about the model, per axis
   double degrees_of_freedom = 0;  ///< of Student's t that describes the residuals; 0 = Gaussian
   std::vector<double> weights;    ///< of each row; a row far below 1 looks like a blunder

@@ -38,6 +38,12 @@ struct HeldOutGain {
   std::array<double, 2> ci95{0, 0};  ///< paired bootstrap over poses [m]
 };
 
+/// A robot that predicts better, of whose many further effects none is a finding.
+struct Predictor {
+  Robot robot;
+  Stage stage;
+};
+
 struct LoopResult {
   Verdict verdict = Verdict::unexplained;
   bool of_distances = false;  ///< position errors are those of distances
@@ -55,6 +61,7 @@ struct LoopResult {
   std::array<double, 2> gain_ci95{0, 0};   ///< of before - after, paired bootstrap over poses [m]
   std::optional<double> lack_of_fit;       ///< p, of the final model on the training poses
   std::optional<NestedValidation> nested;  ///< close_loop leaves it empty
+  std::optional<Predictor> predictor;      ///< see add_predictor; close_loop leaves it empty
   std::string pattern;                     ///< what the best remaining candidate would be, in words
 };
 
@@ -69,6 +76,14 @@ Split split_by_pose(const Campaign& campaign, double share, std::uint64_t seed);
 /// Throws std::invalid_argument if a session of `held_out` has no reading in `training`.
 LoopResult close_loop(const Robot& robot, const Campaign& training, const Campaign& held_out,
                       const Catalogue& catalogue, const TraceOptions& options = {});
+
+/// Adds the robot that predicts best though nobody can say why (see with_remainder). What the loop
+/// concludes stays.
+void add_predictor(LoopResult& result, const Campaign& training, const Campaign& held_out,
+                   const Catalogue& catalogue, const TraceOptions& options);
+
+/// The stages of the loop, and the predictor last where there is one.
+std::vector<Stage> stages_and_predictor(const LoopResult& result);
 
 /// "A5.theta follows joint-angle 4 (series)".
 std::string describe(const Effect& effect);

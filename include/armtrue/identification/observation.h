@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,8 @@ struct ReadingScale {
   double orientation = 1;  ///< [rad]
 };
 
+inline constexpr int kAllEffects = std::numeric_limits<int>::max();
+
 /// The robot's anchor that each of the campaign's anchor names stands for, as indices; just the
 /// only anchor where the campaign names none. -1, -2, -3 for the axes that coordinates are along.
 /// Empty unless distances were measured. Throws
@@ -25,9 +28,9 @@ std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& c
 /// residuals, measured minus model, and the model's derivatives, divided by the standard deviation
 /// of each reading so that position and orientation can stand in one sum of squares.
 ///
-/// The unknowns x are changes from the robot given: of the chosen geometric parameters, then,
-/// unless they are kept as they are, of the coefficients of all its effects. Rotations of base and
-/// tool compose as exp(x_r) R.
+/// The unknowns x are changes from the robot given: of the chosen geometric parameters, then of the
+/// coefficients of its effects, of the first `fitted_effects` of them. Rotations of base and tool
+/// compose as exp(x_r) R.
 class ObservationModel {
  public:
   /// `geometric`: parameter indices. Rows with a `sigma_mm` or `sigma_deg` of their own keep their
@@ -35,13 +38,13 @@ class ObservationModel {
   /// `common_from_own`: the R_A that points, orientations and base are in, from that of the
   /// instrument, which stands at its origin and has the anchors in it.
   ObservationModel(const Campaign& campaign, const Robot& robot, std::vector<int> geometric,
-                   const ReadingScale& scale, bool fit_effects = true,
+                   const ReadingScale& scale, int fitted_effects = kAllEffects,
                    const Pose& common_from_own = {});
 
   int rows() const { return campaign_.rows(); }
   int row_size() const { return campaign_.reading_size().all(); }
-  int unknowns() const { return geometric_count() + (fit_effects_ ? coefficient_count_ : 0); }
-  bool fits_effects() const { return fit_effects_; }
+  int unknowns() const { return geometric_count() + coefficient_count_; }
+  int fitted_effects() const { return fitted_effects_; }
   int geometric_count() const { return static_cast<int>(geometric_.size()); }
   const std::vector<int>& geometric() const { return geometric_; }
   const Campaign& campaign() const { return campaign_; }
@@ -78,10 +81,10 @@ class ObservationModel {
   std::vector<int> anchors_;  // see match_anchors
   std::vector<BoundEffect> effects_;
   std::vector<int> first_coefficient_, first_value_;
-  int coefficient_count_ = 0;
+  int coefficient_count_ = 0;      // of those that are fitted
   Eigen::MatrixXd effect_values_;  // values x rows
   ReadingScale scale_;
-  bool fit_effects_;
+  int fitted_effects_;
   Pose common_from_own_;
   double median_sigma_position_ = 0, median_sigma_orientation_ = 0;
 };

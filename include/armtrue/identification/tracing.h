@@ -28,6 +28,11 @@ struct TraceOptions {
   std::function<void(const std::string&)> progress;  ///< called with what is being done
 };
 
+/// The p at which something beyond a fit is believed, from what the fit lacks against the noise:
+/// `with_lack` or `without_lack` or between them, as TraceOptions says.
+double significance_level(const CalibrationResult& fit, const Campaign& campaign, double with_lack,
+                          double without_lack);
+
 /// Something that this campaign cannot tell from an effect that was found.
 struct Rival {
   Effect effect;
