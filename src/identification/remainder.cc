@@ -234,7 +234,6 @@ Robot with_remainder(const CalibrationResult& fit, const Campaign& campaign,
   for (int row : part_rows) fit_of_part.weights.push_back(fit.weights[row]);
   const CandidateScan scan(candidates, fit.robot, in_common_frame(part, fit.robot));
   const Equations all(scan, fit_of_part, part);
-  if (all.columns.cols() == 0) return fit.robot;
   Rows rows(all.residual.size());
   std::iota(rows.begin(), rows.end(), Eigen::Index{0});
   float penalty = Lasso(all, rows).highest();

@@ -109,6 +109,12 @@ class Tracer {
     // Moments and forces are taken along the axes of R_A, so each base must be where it was.
     const Robot start = starting_robot(robot, campaign, result_.fit.set);
     scan_.emplace(candidates_, start, in_common_frame(campaign, start));
+    if (scan_->candidates().empty())
+      throw std::invalid_argument(
+          campaign.source +
+          ": no effect of the catalogue can be looked for in these measurements, which lack the "
+          "columns of its drivers (t_s, temp_..._c, payload_kg, fx_n, dir1, tau1_nm, ...); log "
+          "them, take another catalogue or search beyond it (without --only-catalogue)");
   }
 
   TraceResult run() {
