@@ -226,6 +226,9 @@ Robot with_remainder(const CalibrationResult& fit, const Campaign& campaign,
   std::vector<Candidate> candidates = catalogue_candidates(catalogue, fit.robot, campaign);
   if (options.beyond_catalogue)
     for (const Candidate& open : open_candidates(fit.robot, campaign)) candidates.push_back(open);
+  std::erase_if(candidates, [](const Candidate& candidate) {
+    return candidate.effect.driver.involves(DriverKind::time);
+  });
   const std::vector<int> part_rows =
       thinned_rows(campaign, kMostEquations / campaign.reading_size().all());
   const Campaign part = campaign.select(part_rows);
@@ -236,6 +239,7 @@ Robot with_remainder(const CalibrationResult& fit, const Campaign& campaign,
   const Equations all(scan, fit_of_part, part);
   Rows rows(all.residual.size());
   std::iota(rows.begin(), rows.end(), Eigen::Index{0});
+  if (all.columns.cols() == 0) return fit.robot;
   float penalty = Lasso(all, rows).highest();
   const int falls = best_falls(all, penalty, options.seed,
                                significance_level(fit, campaign, kSignificanceWithLackOfFit,
