@@ -65,7 +65,7 @@ TEST(Remainder, ManySmallEffectsPredictTogether) {
   EXPECT_GT(gain, 0.05);
 }
 
-// Chance may add some, to 1 to 16 % of such campaigns; they cost next to nothing.
+// Chance may add some, at p of 0.005 to 0.16 by what the fit lacks; they cost next to nothing.
 TEST(Remainder, HarmsNothingWhereNothingIsHidden) {
   int with_some = 0;
   for (unsigned seed = 1; seed <= 10; ++seed) {

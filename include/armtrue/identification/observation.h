@@ -16,6 +16,7 @@ struct ReadingScale {
   double orientation = 1;  ///< [rad]
 };
 
+/// Of a robot: as many as it has.
 inline constexpr int kAllEffects = std::numeric_limits<int>::max();
 
 /// The robot's anchor that each of the campaign's anchor names stands for, as indices; just the
