@@ -1,6 +1,8 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 #include "armtrue/identification/loop.h"
@@ -44,18 +46,50 @@ std::string power_table(const SeparationPlan& plan) {
   return table;
 }
 
-// What poses leave undecided, and what would decide it.
+// What poses leave undecided, and what would decide it: a warning for each set of effects no two of
+// which poses tell apart, whichever is the truth.
 void warn_of_what_is_left(const app::Command& command, const SeparationPlan& plan) {
-  std::set<std::pair<std::string, std::string>> told;
+  using Pair = std::pair<std::string, std::string>;
+  std::set<Pair> told;
+  for (const SeparatedPair& pair : plan.pairs)
+    if (pair.by_poses) told.insert(std::minmax(follows(pair.truth), follows(pair.rival)));
+
+  std::vector<std::string> effects;
+  std::map<Pair, std::vector<std::string>> untold;  // to the readings that would tell
   for (const SeparatedPair& pair : plan.pairs) {
     const std::string truth = follows(pair.truth), rival = follows(pair.rival);
-    if (pair.by_poses || !told.insert(std::minmax(truth, rival)).second) continue;
-    std::string readings;
-    for (const std::string& reading : pair.readings)
-      readings += (readings.empty() ? "; what would: " : "; or ") + reading;
-    command.warn(fmt::format("no poses tell {} from {}, which refitted predicts alike{}", truth,
-                             rival, readings));
+    if (told.count(std::minmax(truth, rival))) continue;
+    untold[std::minmax(truth, rival)] = pair.readings;
+    for (const std::string& effect : {truth, rival})
+      if (std::find(effects.begin(), effects.end(), effect) == effects.end())
+        effects.push_back(effect);
   }
+
+  std::set<Pair> said;
+  for (size_t i = 0; i < effects.size(); ++i)
+    for (size_t j = i + 1; j < effects.size(); ++j) {
+      const Pair seed = std::minmax(effects[i], effects[j]);
+      if (!untold.count(seed) || said.count(seed)) continue;
+      std::vector<std::string> set = {effects[i]};
+      std::set<std::string> readings;
+      const auto add = [&](const std::string& effect) {
+        for (const std::string& member : set) {
+          const Pair pair = std::minmax(effect, member);
+          said.insert(pair);
+          readings.insert(untold[pair].begin(), untold[pair].end());
+        }
+        set.push_back(effect);
+      };
+      add(effects[j]);
+      for (const std::string& effect : effects)
+        if (std::all_of(set.begin(), set.end(), [&](const std::string& member) {
+              return untold.count(std::minmax(effect, member)) > 0;
+            }))
+          add(effect);
+      command.warn(fmt::format(
+          "no poses tell apart {}: refitted they predict alike{}{}", fmt::join(set, ", "),
+          readings.empty() ? "" : "; what would: ", fmt::join(readings, "; or ")));
+    }
 }
 
 }  // namespace
