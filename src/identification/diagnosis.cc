@@ -1,13 +1,19 @@
 #include "armtrue/identification/diagnosis.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <stdexcept>
 
 #include "armtrue/effects/robot_model.h"
+#include "armtrue/identification/calibration.h"
 #include "armtrue/identification/evaluation.h"
 #include "armtrue/identification/statistics.h"
+#include "armtrue/kinematics/parameters.h"
+#include "armtrue/kinematics/units.h"
 #include "registration.h"
 #include "sessions.h"
 
@@ -17,6 +23,9 @@ namespace {
 constexpr double kImplausibleMiss =
     0.02;  // m, median with the base registered: no calibration error
 constexpr double kImplausibleTurn = 0.1;  // rad
+// Of a link's parameter, from the robot file to the calibration: beyond any error of an arm and any
+// play that poorly chosen poses leave.
+constexpr double kImplausibleLength = 0.1, kImplausibleAngle = 0.5;  // m, rad
 constexpr double kMuchBetter = 0.1;
 constexpr int kRowsLookedAt = 500;
 
@@ -69,6 +78,10 @@ std::vector<Hypothesis> position_hypotheses(bool of_distances) {
                             : "the positions look like metres under a _mm name; name the columns "
                               "x_m,y_m,z_m",
                         [](Robot&, Campaign& c) { scale_lengths(c, 1000); }});
+  hypotheses.push_back({"the lengths look like inches under a _mm name; convert them",
+                        [](Robot&, Campaign& c) { scale_lengths(c, 25.4); }});
+  hypotheses.push_back({"the lengths look like centimetres under a _mm name; convert them",
+                        [](Robot&, Campaign& c) { scale_lengths(c, 10); }});
   hypotheses.push_back(
       {of_distances ? "the distances look like millimetres under a _m name; name the column l_mm"
                     : "the positions look like millimetres under a _m name; name the columns "
@@ -79,32 +92,69 @@ std::vector<Hypothesis> position_hypotheses(bool of_distances) {
                               " seems to count the other way; change its 'sign' in the "
                               "robot file",
                           [j](Robot& r, Campaign&) { r.chain.links[j].sign *= -1; }});
+  for (int j = 0; j + 1 < kJoints; ++j)
+    hypotheses.push_back(
+        {fmt::format("the columns q{}_deg and q{}_deg look exchanged", j + 1, j + 2),
+         [j](Robot&, Campaign& c) {
+           for (JointVector& q : c.q) std::swap(q[j], q[j + 1]);
+         }});
+  for (double sign : {1.0, -1.0})
+    hypotheses.push_back(
+        {fmt::format("q3_deg looks as if it were counted from the {}; write q3_deg {} q2_deg "
+                     "instead, the angle between the two links",
+                     sign > 0 ? "horizontal" : "other way of the horizontal", sign > 0 ? "+" : "-"),
+         [sign](Robot&, Campaign& c) {
+           for (JointVector& q : c.q) q[2] += sign * q[1];
+         }});
+  if (!of_distances)
+    hypotheses.push_back(
+        {"the positions look left-handed: an axis has the wrong sign, or two "
+         "columns are exchanged",
+         [](Robot&, Campaign& c) {
+           for (Eigen::Vector3d& p : c.position) p.x() = -p.x();
+         }});
   return hypotheses;
 }
 
+// The angles a, b, c, changed.
+Hypothesis of_angles(std::string remedy,
+                     std::function<Eigen::Vector3d(const Eigen::Vector3d&)> by) {
+  return {std::move(remedy), [by = std::move(by)](Robot&, Campaign& c) {
+            for (Eigen::Quaterniond& q : c.orientation) {
+              const Eigen::Vector3d abc = by(abc_from_rotation(q.toRotationMatrix()));
+              q = Eigen::Quaterniond(rotation_from_abc(abc[0], abc[1], abc[2]));
+            }
+          }};
+}
+
 std::vector<Hypothesis> orientation_hypotheses() {
+  const std::string contract = "; the contract is R = Rz(a) Ry(b) Rx(c)";
+  using Angles = Eigen::Vector3d;
   return {
-      {"a_deg and c_deg look exchanged; the contract is R = Rz(a) Ry(b) Rx(c)",
+      of_angles("a_deg and c_deg look exchanged" + contract,
+                [](const Angles& abc) { return Angles(abc[2], abc[1], abc[0]); }),
+      of_angles("b_deg and c_deg look exchanged" + contract,
+                [](const Angles& abc) { return Angles(abc[0], abc[2], abc[1]); }),
+      of_angles("a_deg and b_deg look exchanged" + contract,
+                [](const Angles& abc) { return Angles(abc[1], abc[0], abc[2]); }),
+      of_angles("a_deg seems to have the wrong sign" + contract,
+                [](const Angles& abc) { return Angles(-abc[0], abc[1], abc[2]); }),
+      of_angles("b_deg seems to have the wrong sign" + contract,
+                [](const Angles& abc) { return Angles(abc[0], -abc[1], abc[2]); }),
+      of_angles("c_deg seems to have the wrong sign" + contract,
+                [](const Angles& abc) { return Angles(abc[0], abc[1], -abc[2]); }),
+      {"the quaternions look as if qw came first; name the columns in the order of their values",
        [](Robot&, Campaign& c) {
-         for (Eigen::Quaterniond& q : c.orientation) {
-           const Eigen::Vector3d abc = abc_from_rotation(q.toRotationMatrix());
-           q = Eigen::Quaterniond(rotation_from_abc(abc[2], abc[1], abc[0]));
-         }
+         for (Eigen::Quaterniond& q : c.orientation) q = {q.x(), q.y(), q.z(), q.w()};
        }},
       {"the orientations look turned the other way (tool from instrument); give the rotation that "
        "takes tool axes to R_A",
        [](Robot&, Campaign& c) {
          for (Eigen::Quaterniond& q : c.orientation) q = q.conjugate();
        }},
-      {"the angles a, b, c look like radians under a _deg name; name the columns "
-       "a_rad,b_rad,c_rad",
-       [](Robot&, Campaign& c) {
-         for (Eigen::Quaterniond& q : c.orientation) {
-           const Eigen::Vector3d abc =
-               abc_from_rotation(q.toRotationMatrix()) * (180 / std::numbers::pi);
-           q = Eigen::Quaterniond(rotation_from_abc(abc[0], abc[1], abc[2]));
-         }
-       }}};
+      of_angles("the angles a, b, c look like radians under a _deg name; name the columns "
+                "a_rad,b_rad,c_rad",
+                [](const Angles& abc) -> Angles { return abc * (180 / std::numbers::pi); })};
 }
 
 void try_hypotheses(const Robot& robot, const Campaign& campaign,
@@ -122,6 +172,40 @@ void try_hypotheses(const Robot& robot, const Campaign& campaign,
     remedy = hypothesis.remedy;
   }
   if (!remedy.empty()) findings.push_back(remedy);
+}
+
+// What is left if all that a calibration may change is changed, where that is no error of an arm.
+void try_calibration(const Robot& robot, const Campaign& campaign,
+                     std::vector<std::string>& findings) {
+  CalibrationResult result;
+  try {
+    result = calibrate(robot, campaign);
+  } catch (const std::invalid_argument&) {
+    return;  // too few readings to tell
+  }
+  const std::string remedy =
+      "; check units, order and signs of the columns, and of each joint its direction ('sign') and "
+      "zero ('theta_deg') in the robot file";
+  const double miss = median(evaluate(result.robot, campaign).position);
+  if (miss > kImplausibleMiss) {
+    findings.push_back(
+        fmt::format("these are no readings of this robot: calibrated to them it "
+                    "still misses by {:.4g} mm (median){}",
+                    miss / kMillimetre, remedy));
+    return;
+  }
+  for (size_t i = 0; i < result.set.kept.size(); ++i) {
+    const int parameter = result.set.kept[i];
+    const double change = std::abs(result.change[static_cast<Eigen::Index>(i)]);
+    const bool is_length = parameter_unit(parameter) == ParameterUnit::metre;
+    const bool is_link = parameter >= kLinkParameters && parameter < kToolParameters;
+    if (!is_link || change < (is_length ? kImplausibleLength : kImplausibleAngle)) continue;
+    findings.push_back(fmt::format(
+        "these readings would change {} by {:.4g} {}, which is no error of an arm{}",
+        parameter_name(robot.chain, parameter), change / (is_length ? kMillimetre : kDegree),
+        is_length ? "mm" : "deg", remedy));
+    return;
+  }
 }
 
 }  // namespace
@@ -144,10 +228,16 @@ std::vector<std::string> diagnose(const Robot& given, const Campaign& all) {
   if (miss > kImplausibleMiss)
     try_hypotheses(robot, campaign, position_hypotheses(campaign.has_distances()), miss,
                    median_miss, findings);
+  if (findings.empty() && miss > kImplausibleMiss) try_calibration(robot, campaign, findings);
   if (findings.empty() && campaign.has_orientation()) {
     const double turn = median_turn(robot, campaign);
     if (turn > kImplausibleTurn)
       try_hypotheses(robot, campaign, orientation_hypotheses(), turn, median_turn, findings);
+    if (findings.empty() && turn > kImplausibleTurn)
+      findings.push_back(fmt::format(
+          "the orientations turn otherwise than this robot's tool, by {:.3g} deg from pose to pose "
+          "(median); the contract is R = Rz(a) Ry(b) Rx(c) or qx,qy,qz,qw, from tool to R_A",
+          turn / kDegree));
   }
   return findings;
 }
