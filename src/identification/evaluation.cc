@@ -62,6 +62,26 @@ std::vector<Replicates> replicates_of(const Campaign& campaign,
   return list;
 }
 
+std::optional<double> lack_of_fit_p(const Evaluation& evaluation, const Campaign& campaign,
+                                    const NoiseFloor& floor, int unknowns, bool of_orientation) {
+  if (floor.source == NoiseFloor::Source::none || floor.position <= 0) return std::nullopt;
+  const bool turns = of_orientation && campaign.has_orientation() && floor.orientation > 0;
+  double ratio = 0, groups = 0;
+  for (const Replicates& group : replicates_of(campaign, at_median(campaign, evaluation))) {
+    const auto readings = static_cast<double>(group.rows.size());
+    ratio += readings * (group.mean.head<3>() / floor.position).squaredNorm();
+    if (turns) ratio += readings * (group.mean.tail<3>() / floor.orientation).squaredNorm();
+    ++groups;
+  }
+  const double share = turns ? 1.0 : campaign.reading_size().share_of_position();
+  const double freedom = (floor.axes + (turns ? 3 : 0)) * groups - share * unknowns;
+  if (freedom < 1) return std::nullopt;
+  if (floor.source == NoiseFloor::Source::instrument)
+    return boost::math::cdf(boost::math::complement(boost::math::chi_squared(freedom), ratio));
+  const boost::math::fisher_f law(freedom, floor.degrees_of_freedom);
+  return boost::math::cdf(boost::math::complement(law, ratio / freedom));
+}
+
 }  // namespace
 
 Evaluation evaluate(const Robot& robot, const Campaign& campaign) {
@@ -123,25 +143,6 @@ double mean_error_of_noise(double deviation_per_axis, int axes) {
   return deviation_per_axis * std::sqrt((axes == 1 ? 2 : 8) / std::numbers::pi);
 }
 
-std::optional<double> lack_of_fit_p(const Evaluation& evaluation, const Campaign& campaign,
-                                    const NoiseFloor& floor, int unknowns) {
-  if (floor.source == NoiseFloor::Source::none || floor.position <= 0) return std::nullopt;
-  // Position takes about half of the unknowns where orientation was fitted too.
-  const double fitted = campaign.has_orientation() ? 0.5 * unknowns : unknowns;
-  double between = 0, groups = 0;
-  for (const Replicates& group : replicates_of(campaign, at_median(campaign, evaluation))) {
-    between += static_cast<double>(group.rows.size()) * group.mean.head<3>().squaredNorm();
-    ++groups;
-  }
-  const double freedom = floor.axes * groups - fitted;
-  if (freedom < 1) return std::nullopt;
-  const double ratio = between / (floor.position * floor.position);
-  if (floor.source == NoiseFloor::Source::instrument)
-    return boost::math::cdf(boost::math::complement(boost::math::chi_squared(freedom), ratio));
-  const boost::math::fisher_f law(freedom, floor.degrees_of_freedom);
-  return boost::math::cdf(boost::math::complement(law, ratio / freedom));
-}
-
 FitQuality assess(const CalibrationResult& fit, const Campaign& campaign) {
   FitQuality quality;
   std::vector<int> sound;
@@ -151,8 +152,10 @@ FitQuality assess(const CalibrationResult& fit, const Campaign& campaign) {
   const Campaign readings = quality.blunders.empty() ? campaign : campaign.select(sound);
   const Evaluation evaluation = evaluate(fit.robot, readings);
   quality.noise = noise_floor(fit.robot, readings, evaluation);
-  quality.lack_of_fit =
-      lack_of_fit_p(evaluation, readings, quality.noise, static_cast<int>(fit.names.size()));
+  const auto unknowns = static_cast<int>(fit.names.size());
+  quality.lack_of_fit = lack_of_fit_p(evaluation, readings, quality.noise, unknowns, true);
+  quality.lack_of_fit_in_position =
+      lack_of_fit_p(evaluation, readings, quality.noise, unknowns, false);
   return quality;
 }
 

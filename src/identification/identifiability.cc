@@ -82,6 +82,9 @@ std::vector<int> paper_25() {
 }  // namespace
 
 std::vector<int> allowed_parameters(const Robot& robot, const Campaign& campaign) {
+  if (robot.identify.empty())
+    throw std::invalid_argument(
+        "identify: names nothing; use auto, paper-25, base, tool, or names such as A2.d");
   std::vector<int> allowed;
   const bool with_targets = !campaign.target_names.empty();
   const int targets_end = first_anchor_parameter(robot.chain);

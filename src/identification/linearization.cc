@@ -45,9 +45,7 @@ double estimate_design_effect(const Eigen::VectorXd& residual, const Campaign& c
     sum_of_sizes_squared += m * m;
   }
   const double poses = static_cast<double>(groups.size());
-  // Orientation carries about half of the unknowns; a distance has none beside it.
-  const double of_position = campaign.has_distances() ? unknowns : 0.5 * unknowns;
-  const double between_freedom = size.position * poses - of_position;
+  const double between_freedom = size.position * poses - size.share_of_position() * unknowns;
   if (within_freedom < 1 || between_freedom < 1 || within <= 0) return 1.0;
   const double mean_square_between = between / between_freedom;
   const double mean_square_within = within / within_freedom;
@@ -172,8 +170,8 @@ double Linearization::standard_deviation(const Eigen::VectorXd& column) const {
     }
     sums.add(influence_of_pose(shown, residual));
   }
-  const double variance =
-      residual_norm_ / static_cast<double>(residual_.size() - basis_.cols() - 1);
+  const double freedom = static_cast<double>(residual_.size() - basis_.cols() - 1);
+  const double variance = residual_norm_ / std::max(1.0, freedom);
   return std::sqrt(sums.covariance(firmness_, variance)(rank, rank)) / length;
 }
 

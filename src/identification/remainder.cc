@@ -229,8 +229,10 @@ Robot with_remainder(const CalibrationResult& fit, const Campaign& campaign,
   std::erase_if(candidates, [](const Candidate& candidate) {
     return candidate.effect.driver.involves(DriverKind::time);
   });
+  const auto poses = static_cast<double>(campaign.pose_ids.size());
+  const double equations = static_cast<double>(campaign.rows()) * campaign.reading_size().all();
   const std::vector<int> part_rows =
-      thinned_rows(campaign, kMostEquations / campaign.reading_size().all());
+      rows_of_some_poses(campaign, std::lround(poses * std::min(1.0, kMostEquations / equations)));
   const Campaign part = campaign.select(part_rows);
   CalibrationResult fit_of_part = fit;
   fit_of_part.weights.clear();

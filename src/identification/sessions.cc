@@ -2,6 +2,7 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <map>
 #include <numeric>
 #include <set>
 #include <stdexcept>
@@ -14,8 +15,9 @@
 namespace armtrue {
 namespace {
 
-constexpr int kFewestRowsOfSession = 50;
-constexpr int kRowsPerBlock = 1024;  // least unit of work of a thread
+constexpr int kFewestAlike = 50;            // rows: enough to place a base, a target or an anchor
+constexpr long kFewestPosesOfSession = 30;  // enough for a base and a few offsets of its own
+constexpr int kRowsPerBlock = 1024;         // least unit of work of a thread
 
 std::string session_name(const Campaign& campaign, int row) {
   return campaign.session.empty() || row >= campaign.rows()
@@ -78,24 +80,45 @@ std::vector<std::vector<int>> rows_by_session(const Campaign& campaign) {
 }
 
 std::vector<int> thinned_rows(const Campaign& campaign, int count) {
+  std::map<std::array<int, 3>, std::vector<int>> alike;  // by session, target and anchor
+  const auto of = [](const std::vector<int>& column, int row) {
+    return column.empty() ? 0 : column[row];
+  };
+  for (int row = 0; row < campaign.rows(); ++row)
+    alike[{of(campaign.session, row), of(campaign.target, row), of(campaign.anchor, row)}]
+        .push_back(row);
   std::vector<int> chosen;
-  for (const std::vector<int>& rows : rows_by_session(campaign)) {
+  for (const auto& [key, rows] : alike) {
     const long available = static_cast<long>(rows.size());
-    const long share = campaign.rows() > 0 ? count * available / campaign.rows() : 0;
-    const long kept = std::min(available, std::max<long>(share, kFewestRowsOfSession));
+    const long share = count * available / campaign.rows();
+    const long kept = std::min(available, std::max<long>(share, kFewestAlike));
     for (long i = 0; i < kept; ++i) chosen.push_back(rows[i * available / kept]);
   }
-  // None of its anchors may be lost.
-  std::set<std::pair<int, int>> seen;
-  const auto anchor_of = [&](int row) {
-    return std::pair{campaign.session.empty() ? 0 : campaign.session[row],
-                     campaign.anchor.empty() ? 0 : campaign.anchor[row]};
-  };
-  for (int row : chosen) seen.insert(anchor_of(row));
-  for (int row = 0; row < campaign.rows() && !campaign.anchor.empty(); ++row)
-    if (seen.insert(anchor_of(row)).second) chosen.push_back(row);
   std::sort(chosen.begin(), chosen.end());
   return chosen;
+}
+
+std::vector<int> rows_of_some_poses(const Campaign& campaign, long count) {
+  const long available = static_cast<long>(campaign.pose_ids.size());
+  const std::vector<int> pose_by_id = campaign.pose_by_id();
+  std::map<int, std::set<int>> poses_of_session;
+  for (int row = 0; row < campaign.rows(); ++row)
+    poses_of_session[campaign.session.empty() ? 0 : campaign.session[row]].insert(pose_by_id[row]);
+  std::set<int> chosen;
+  for (const auto& [session, poses] : poses_of_session) {
+    const auto own = static_cast<long>(poses.size());
+    const long taken =
+        std::clamp(own * count / available, std::min(own, kFewestPosesOfSession), own);
+    long place = 0;
+    for (int pose : poses) {
+      if (place * taken / own != (place + 1) * taken / own) chosen.insert(pose);
+      ++place;
+    }
+  }
+  std::vector<int> rows;
+  for (int row = 0; row < campaign.rows(); ++row)
+    if (chosen.contains(pose_by_id[row])) rows.push_back(row);
+  return rows;
 }
 
 Robot robot_at_row(const Robot& robot, const Campaign& campaign, int row) {

@@ -13,8 +13,13 @@ namespace armtrue {
 /// where the campaign names no sessions.
 std::vector<std::vector<int>> rows_by_session(const Campaign& campaign);
 
-/// About `count` rows, evenly chosen, and of every session enough to place its base.
+/// About `count` rows, evenly chosen from those of each target and anchor in each session, and of
+/// all of these enough to place them.
 std::vector<int> thinned_rows(const Campaign& campaign, int count);
+
+/// All rows of about `count` poses: of every so many in each session, in the order of their ids,
+/// whatever that of the rows.
+std::vector<int> rows_of_some_poses(const Campaign& campaign, long count);
 
 /// The robot as it was at one row: with what the row's session has of its own, or as it is if the
 /// robot does not know the session.

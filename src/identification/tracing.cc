@@ -33,9 +33,11 @@ constexpr double kSameEvidence = 6.0;        // EBIC: odds of 20 to 1
 const double kRuledOut = 2 * std::log(1000.0);
 constexpr double kClearlyBetter = 2.0;  // EBIC, before an effect gives way to another
 constexpr double kSameScore = 0.01;     // EBIC; less is rounding and the end of an iteration
-constexpr double kChiSquare95 = 3.84;   // one degree of freedom: twice the fall of the likelihood
-constexpr double kLackOfFit = 1e-3;     // p from which the fit clearly lacks something
-constexpr int kRefitted = 3;            // parameters named of those that are refitted for a rival
+// Twice the fall of the likelihood within which 95 % of the times of a step lie. A step is no
+// regular parameter: P(fall <= x) = (1 - exp(-x/2))^2 (Hansen, Econometrica 68, 2000).
+const double kFallToStep95 = -2 * std::log(1 - std::sqrt(0.95));
+constexpr double kLackOfFit = 1e-3;  // p from which the fit clearly lacks something
+constexpr int kRefitted = 3;         // parameters named of those that are refitted for a rival
 constexpr double kSearchTolerance = 1e-6;  // of the cost
 // Effects of one parameter and driver that look like the pieces of one curve; two may be the two
 // that there are.
@@ -45,8 +47,7 @@ constexpr size_t kMostModels = 100;  // some times what the longest search has g
 constexpr int kMostGatherings = 50;  // likewise
 // More would find smaller effects at a cost in proportion, and only the fit needs all.
 constexpr int kMostPosesOfSearch = 2000;
-constexpr long kLeastOfSession = 30;  // poses: enough for a base and a few offsets of its own
-constexpr int kTrials = 8;            // candidates that may fail the later gates in one step
+constexpr int kTrials = 8;  // candidates that may fail the later gates in one step
 
 // The fewer were tried the better, then by what it is, the joint itself first: bending that turns
 // about a joint's axis is its compliance. The order in files does not matter.
@@ -605,7 +606,7 @@ class Tracer {
     for (const CandidateScore& score : scores) best = std::max(best, score.score);
     double low = chosen.effect.shape.at, high = low;
     for (size_t k = 0; k < steps.size(); ++k) {
-      if (scores[k].score < best - kChiSquare95) continue;
+      if (scores[k].score < best - kFallToStep95) continue;
       low = std::min(low, steps[k].effect.shape.at);
       high = std::max(high, steps[k].effect.shape.at);
     }
@@ -681,30 +682,6 @@ class Tracer {
   std::set<std::multiset<std::string>> seen_;
 };
 
-// Every so many poses of each session, in the order of their ids, whatever that of the rows, with
-// all their rows.
-Campaign every_few_poses(const Campaign& campaign, long count) {
-  const long available = static_cast<long>(campaign.pose_ids.size());
-  const std::vector<int> pose_by_id = campaign.pose_by_id();
-  std::map<int, std::set<int>> poses_of_session;
-  for (int row = 0; row < campaign.rows(); ++row)
-    poses_of_session[campaign.session.empty() ? 0 : campaign.session[row]].insert(pose_by_id[row]);
-  std::set<int> chosen;
-  for (const auto& [session, poses] : poses_of_session) {
-    const auto own = static_cast<long>(poses.size());
-    const long taken = std::clamp(own * count / available, std::min(own, kLeastOfSession), own);
-    long place = 0;
-    for (int pose : poses) {
-      if (place * taken / own != (place + 1) * taken / own) chosen.insert(pose);
-      ++place;
-    }
-  }
-  std::vector<int> rows;
-  for (int row = 0; row < campaign.rows(); ++row)
-    if (chosen.contains(pose_by_id[row])) rows.push_back(row);
-  return campaign.select(rows);
-}
-
 // What was found in some of the poses, fitted to all.
 void refit_to_all(const Robot& robot, const Campaign& campaign, const TraceOptions& options,
                   TraceResult& result) {
@@ -735,10 +712,11 @@ void refit_to_all(const Robot& robot, const Campaign& campaign, const TraceOptio
 
 }  // namespace
 
-// An effect without a lack of fit is a stranger claim, and needs the stronger evidence.
+// An effect without a lack of fit is a stranger claim, and needs the stronger evidence. The lack is
+// that of position, which is what the arm shall be accurate in.
 double significance_level(const CalibrationResult& fit, const Campaign& campaign, double with_lack,
                           double without_lack) {
-  const double lack_of_fit = assess(fit, campaign).lack_of_fit.value_or(1.0);
+  const double lack_of_fit = assess(fit, campaign).lack_of_fit_in_position.value_or(1.0);
   const double missing = std::clamp(std::log(lack_of_fit) / std::log(kLackOfFit), 0.0, 1.0);
   return without_lack * std::pow(with_lack / without_lack, missing);
 }
@@ -747,7 +725,7 @@ TraceResult trace(const Robot& robot, const Campaign& campaign, const Catalogue&
                   const TraceOptions& options) {
   if (static_cast<int>(campaign.pose_ids.size()) <= kMostPosesOfSearch)
     return Tracer(robot, campaign, catalogue, options).run();
-  const Campaign part = every_few_poses(campaign, kMostPosesOfSearch);
+  const Campaign part = campaign.select(rows_of_some_poses(campaign, kMostPosesOfSearch));
   TraceResult result = Tracer(robot, part, catalogue, options).run();
   refit_to_all(robot, campaign, options, result);
   return result;

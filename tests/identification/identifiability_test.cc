@@ -55,6 +55,28 @@ TEST(Identifiability, RanksOfTheSeedPaper) {
   EXPECT_EQ(choose_identifiable(robot, poses(robot, true)).kept.size(), 25u);
 }
 
+// Of long campaigns every so many rows are looked at, among them those of every target, however
+// the rows alternate.
+TEST(Identifiability, SeesEveryTargetOfALongCampaign) {
+  for (int targets : {3, 4}) {
+    Robot robot = kr360();
+    for (int k = 0; k < targets; ++k)
+      robot.chain.targets.push_back({"T" + std::to_string(k + 1), {0.1, 0.05 * k, 0.02 * k * k}});
+    Campaign campaign = poses(robot, false, 2000 * targets);
+    for (const Target& target : robot.chain.targets) campaign.target_names.push_back(target.name);
+    for (int row = 0; row < campaign.rows(); ++row) {
+      campaign.target.push_back(row % targets);
+      campaign.pose[row] = row / targets;
+      campaign.q[row] = campaign.q[row - row % targets];
+    }
+    const std::vector<std::string> names =
+        names_of(robot, choose_identifiable(robot, campaign).kept);
+    for (const std::string& target : campaign.target_names)
+      for (const char* axis : {".x", ".y", ".z"})
+        EXPECT_THAT(names, Contains(testing::EndsWith(target + axis)));
+  }
+}
+
 // Eq. 3 as it is printed turns alpha_3 and beta_3 about the same axis y: then one of the 25 is lost.
 TEST(Identifiability, PrintedEquationThreeHasRank24) {
   Robot robot = kr360();

@@ -156,7 +156,6 @@ TEST(Cycles, FrequencyAndAmplitudeLieInTheirIntervals) {
   }
 }
 
-// Two sines are named one by one, where they are what there is.
 // A log of the shift tells what happened then, if the time is known well enough.
 TEST(Steps, LieBetweenTheReadingsThatAreSaid) {
   int found = 0, covered = 0;
@@ -186,6 +185,7 @@ TEST(Steps, LieBetweenTheReadingsThatAreSaid) {
   EXPECT_LT(width / found, 0.2);
 }
 
+// Two sines are named one by one, where they are what there is.
 TEST(Curves, AreNoPlaceForTwoCycles) {
   for (unsigned seed : {1u, 2u, 3u}) {
     const HiddenCampaign campaign = sum_of_sines("x-sum-of-2", seed);

@@ -16,6 +16,8 @@ struct ReadingSize {
   int position = 3;     ///< 1: a distance
   int orientation = 0;  ///< 3 if it is read
   int all() const { return position + orientation; }
+  /// Of the unknowns of a fit, about: what position takes of its own degrees of freedom.
+  double share_of_position() const { return static_cast<double>(position) / all(); }
 };
 
 /// Measured poses, one row a reading, in order of visit. Columns are vectors of their own, so that

@@ -44,17 +44,14 @@ NoiseFloor noise_floor(const Robot& robot, const Campaign& campaign, const Evalu
 /// Mean length of an error that is only noise: three axes of a normal law, or one of a distance.
 double mean_error_of_noise(double deviation_per_axis, int axes = 3);
 
-/// Lack of fit against pure error: probability of a ratio of mean squares this large if the model
-/// lacked nothing (F test on the position residuals; `unknowns` were fitted). Against a floor that
-/// is only known from the instrument, chi-square. Nothing without any floor.
-std::optional<double> lack_of_fit_p(const Evaluation& evaluation, const Campaign& campaign,
-                                    const NoiseFloor& floor, int unknowns);
-
-/// A fit against the noise of its own readings, blunders apart.
+/// A fit against the noise of its own readings, blunders apart. Lack of fit against pure error:
+/// probability of a ratio of mean squares this large if the model lacked nothing (F test; against a
+/// floor that is only known from the instrument, chi-square). Nothing without any floor.
 struct FitQuality {
   std::vector<int> blunders;  ///< rows whose weight is next to nothing: 14 standard deviations
   NoiseFloor noise;
-  std::optional<double> lack_of_fit;  ///< as lack_of_fit_p
+  std::optional<double> lack_of_fit;              ///< of position and orientation together
+  std::optional<double> lack_of_fit_in_position;  ///< of position alone
 };
 FitQuality assess(const CalibrationResult& fit, const Campaign& campaign);
 
