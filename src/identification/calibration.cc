@@ -3,6 +3,7 @@
 #include <ceres/ceres.h>
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
@@ -124,12 +125,17 @@ class FoldedCost : public ceres::CostFunction {
 // The coefficients of a curve are many, and the data may leave some of them nearly free. They are
 // taken as draws from one normal law whose deviation is what makes the data most likely (MacKay
 // 1992): the curve is as large as the data ask for, and stays small where they say nothing.
-// Returns whether the deviations have settled.
-bool update_curves(const Eigen::MatrixXd& factor, const Eigen::VectorXd& x,
-                   std::vector<Prior>& priors) {
+struct CurveUpdate {
+  bool settled = true;      // the deviations
+  double undetermined = 0;  // coefficients, about, of which the readings say nothing
+};
+
+CurveUpdate update_curves(const Eigen::MatrixXd& factor, const Eigen::VectorXd& x,
+                          std::vector<Prior>& priors) {
+  CurveUpdate update;
   int curves = 0;
   for (const Prior& prior : priors) curves = std::max(curves, prior.curve + 1);
-  if (curves == 0) return true;
+  if (curves == 0) return update;
   const Eigen::Index p = x.size();
   const Eigen::MatrixXd triangle = factor.topLeftCorner(p, p);
   Eigen::MatrixXd information = triangle.transpose() * triangle;
@@ -138,7 +144,6 @@ bool update_curves(const Eigen::MatrixXd& factor, const Eigen::VectorXd& x,
   const Eigen::VectorXd unit = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd scaled = unit.asDiagonal() * information * unit.asDiagonal();
   const Eigen::MatrixXd inverse = scaled.ldlt().solve(Eigen::MatrixXd::Identity(p, p));
-  bool settled = true;
   for (int curve = 0; curve < curves; ++curve) {
     double determined = 0, squares = 0, old = 0;
     for (const Prior& prior : priors) {
@@ -146,16 +151,18 @@ bool update_curves(const Eigen::MatrixXd& factor, const Eigen::VectorXd& x,
       const double variance =
           inverse(prior.unknown, prior.unknown) * unit[prior.unknown] * unit[prior.unknown];
       old = prior.deviation;
-      determined += std::clamp(1.0 - variance / (old * old), 0.0, 1.0);
+      const double by_readings = std::clamp(1.0 - variance / (old * old), 0.0, 1.0);
+      determined += by_readings;
+      update.undetermined += 1.0 - by_readings;
       squares += (prior.start + x[prior.unknown]) * (prior.start + x[prior.unknown]);
     }
     const double deviation =
         std::clamp(std::sqrt(squares / std::max(determined, 0.5)), kSmallestCurve, kLargestEffect);
-    settled = settled && std::abs(deviation - old) < 0.1 * old;
+    update.settled = update.settled && std::abs(deviation - old) < 0.1 * old;
     for (Prior& prior : priors)
       if (prior.curve == curve) prior.deviation = deviation;
   }
-  return settled;
+  return update;
 }
 
 struct Solution {
@@ -326,7 +333,6 @@ Eigen::MatrixXd joint_factor(const SessionModels& models, const std::vector<Last
 Solution fit(SessionModels& model, ReadingLaw& law, std::vector<Prior>& priors,
              const CalibrationOptions& options, Eigen::VectorXd& x, std::vector<LastFold>& last) {
   const double equations = static_cast<double>(model.rows()) * model.row_size();
-  const double correction = equations / std::max(1.0, equations - model.unknowns());
   const std::vector<Eigen::Vector2d> at_start = raw_norms(model, x);
   if (options.near) {
     model.set_scale(options.near->scale);
@@ -347,11 +353,12 @@ Solution fit(SessionModels& model, ReadingLaw& law, std::vector<Prior>& priors,
                      x, fold_by(options), last);
     iterations += solution.iterations;
     if (last_round || iterations >= options.max_iterations) break;
-    const Residuals next =
-        describe(raw_norms(model, x), model.campaign(), model.scale(), correction, options.robust);
-    settled =
-        close(next.scale, model.scale()) && next.law.degrees_of_freedom == law.degrees_of_freedom;
-    settled = update_curves(joint_factor(model, last), x, priors) && settled;
+    const CurveUpdate curves = update_curves(joint_factor(model, last), x, priors);
+    const double freedom = equations - (model.unknowns() - curves.undetermined);
+    const Residuals next = describe(raw_norms(model, x), model.campaign(), model.scale(),
+                                    equations / std::max(1.0, freedom), options.robust);
+    settled = close(next.scale, model.scale()) &&
+              next.law.degrees_of_freedom == law.degrees_of_freedom && curves.settled;
     model.set_scale(next.scale);
     law = next.law;
   }
@@ -436,15 +443,28 @@ void set_statistics(const SessionModels& model, const ReadingLaw& law,
   result.names = model.unknown_names();
   const std::vector<Eigen::Vector2d> norms = model.squared_norms(x);
   result.weights.resize(norms.size());
-  double weighted = 0;
+  Eigen::Array2d weighted = Eigen::Array2d::Zero(), within_poses = weighted;
   for (size_t i = 0; i < norms.size(); ++i) {
     const double variance = law.variance_of(static_cast<int>(i));
     result.weights[i] = law.weight(norms[i].sum(), model.row_size(), variance);
-    weighted += result.weights[i] * norms[i].sum();
+    weighted += result.weights[i] * norms[i].array();
+    within_poses += result.weights[i] / variance * norms[i].array();
   }
+  // The scale is that of readings whose pose is not off as a whole.
+  const Eigen::Array2d widening =
+      (within_poses > 0).select((weighted / within_poses.max(1e-300)).sqrt(), 1.0);
+  result.spread = {result.scale.position * widening[0], result.scale.orientation * widening[1]};
   const double variance =
-      std::max(1.0, weighted / static_cast<double>(model.rows() * model.row_size()));
+      std::max(1.0, weighted.sum() / static_cast<double>(model.rows() * model.row_size()));
   result.covariance = covariance_by_pose(model, priors, x, variance, result);
+
+  // Of all unknowns, coefficients too: of columns of unit length, whatever their units.
+  const Eigen::MatrixXd triangle = factor.topLeftCorner(p, p);
+  const Eigen::VectorXd length = triangle.colwise().norm().transpose().cwiseMax(1e-300);
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> columns;
+  columns.setThreshold(1e-10);
+  columns.compute(triangle * length.cwiseInverse().asDiagonal());
+  result.rank = static_cast<int>(columns.rank());
 
   // Observability in the units of the literature: rows as long as one position reading's noise.
   const std::vector<int> geometric = model.geometric_unknowns();
@@ -452,7 +472,6 @@ void set_statistics(const SessionModels& model, const ReadingLaw& law,
     const Eigen::VectorXd s =
         model.scale().position *
         Eigen::JacobiSVD<Eigen::MatrixXd>(factor(Eigen::seqN(0, p), geometric)).singularValues();
-    result.rank = static_cast<int>((s.array() > 1e-10 * s[0]).count());
     result.condition = s[0] / s[g - 1];
     result.observability = observability(s, model.rows());
   }
@@ -530,7 +549,12 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
   const Robot start = starting_robot(robot, campaign, set);
   SessionModels model(campaign, start, set.kept, {1.0, 1.0}, options.fitted_effects);
   std::vector<Prior> priors = priors_of(start, model);
-  const int equations = model.rows() * model.row_size() + static_cast<int>(priors.size());
+  // What is known of a curve or a parameter counts as if it were read; that an effect has some
+  // bound does not.
+  const auto known = std::ranges::count_if(priors, [&](const Prior& prior) {
+    return prior.curve >= 0 || prior.unknown < model.geometric_count();
+  });
+  const int equations = model.rows() * model.row_size() + static_cast<int>(known);
   if (equations <= model.unknowns())
     throw std::invalid_argument(
         std::to_string(model.rows()) + " readings give " + std::to_string(equations) +
@@ -570,9 +594,9 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
   return result;
 }
 
-std::array<double, 5> observability(const Eigen::VectorXd& s, int poses) {
+std::array<double, 5> observability(const Eigen::VectorXd& s, int readings) {
   const double largest = s[0], smallest = s[s.size() - 1];
-  return {std::exp(s.array().max(1e-300).log().mean()) / std::sqrt(std::max(1, poses)),
+  return {std::exp(s.array().max(1e-300).log().mean()) / std::sqrt(std::max(1, readings)),
           smallest / largest, smallest, smallest * smallest / largest,
           1.0 / s.cwiseInverse().sum()};
 }

@@ -127,7 +127,7 @@ class Problem {
 
   Move described(const std::vector<int>& moved, size_t which, const Fit& fitted) const;
   std::vector<Move> stations(const Fit& fitted) const;
-  double p_value(const std::vector<int>& moved, const Fit& fitted, double overdispersion = 1) const;
+  double p_value(const std::vector<int>& moved, const Fit& fitted, double overdispersion) const;
   // By how much the chi-squares of the poses scatter more than those of independent readings would;
   // at least 1.
   double overdispersion(const Fit& fitted) const;
@@ -561,7 +561,8 @@ void drop_superfluous(const Problem& problem, Explanation& current) {
 
 Explanation find_moves(const Problem& problem) {
   Explanation current = explain(problem, {});
-  while (problem.p_value(current.moved, current.fit) < kChangeSignificance &&
+  const double independent = 1;  // the scatter of the poses is known once what moved is taken out
+  while (problem.p_value(current.moved, current.fit, independent) < kChangeSignificance &&
          current.moved.size() < kMostMoves) {
     Explanation more = each_beside(problem, current.moved).front();
     if (more.bic >= current.bic) break;
@@ -572,23 +573,25 @@ Explanation find_moves(const Problem& problem) {
 }
 
 Move tested(const Problem& problem, const Explanation& explanation, size_t which,
-            const Explanation& without) {
+            const Explanation& without, double overdispersion) {
   Move move = problem.described(explanation.moved, which, explanation.fit);
   move.delta_bic = without.bic - explanation.bic;
   move.p_value = p_value(problem, without, explanation, which);
-  move.p_value_left = problem.p_value(explanation.moved, explanation.fit);
+  move.p_value_left = problem.p_value(explanation.moved, explanation.fit, overdispersion);
   return move;
 }
 
-std::vector<Move> with_rivals(const Problem& problem, const Explanation& found) {
+std::vector<Move> with_rivals(const Problem& problem, const Explanation& found,
+                              double overdispersion) {
   std::vector<Move> moves;
   for (size_t k = 0; k < found.moved.size(); ++k) {
     const Explanation without = explain(problem, all_but(found.moved, k));
-    Move& move = moves.emplace_back(tested(problem, found, k, without));
+    Move& move = moves.emplace_back(tested(problem, found, k, without, overdispersion));
     for (const Explanation& rival : each_beside(problem, without.moved))
       if (rival.bic < found.bic + kIndistinguishable &&
           std::ranges::count(found.moved, rival.moved.back()) == 0)
-        move.indistinguishable.push_back(tested(problem, rival, without.moved.size(), without));
+        move.indistinguishable.push_back(
+            tested(problem, rival, without.moved.size(), without, overdispersion));
   }
   return moves;
 }
@@ -632,8 +635,8 @@ ChangeResult detect_change(const Robot& calibrated, const ReadingScale& spread,
     found = nothing;
   else
     drop_superfluous(problem, found);
-  result.moved = with_rivals(problem, found);
-  result.p_value_left = problem.p_value(found.moved, found.fit);
+  result.moved = with_rivals(problem, found, overdispersion);
+  result.p_value_left = problem.p_value(found.moved, found.fit, overdispersion);
   result.stations = problem.stations(found.fit);
   result.before = problem.mean_error({}, nothing.fit);
   result.after = problem.mean_error(found.moved, found.fit);

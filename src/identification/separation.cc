@@ -350,7 +350,7 @@ class Separation {
       unknowns += one.effect.coefficients.size();
     }
     if (given.rows() * given.reading_size().all() < 2 * static_cast<int>(unknowns)) return;
-    const ReadingScale spread = calibrate(robot, given).scale;
+    const ReadingScale spread = calibrate(robot, given).spread;
     const auto set = [](double shown, double stated, double& noise) {
       if (shown > 0) noise = std::max(shown, stated);
     };

@@ -40,11 +40,12 @@ struct CalibrationResult {
   /// Prior knowledge of each unknown as one more equation: 1 / its standard deviation [1/SI], zero
   /// without any, and what is left of it.
   Eigen::VectorXd prior_weight, prior_residual;
-  ReadingScale scale;             ///< spread of the readings about the model, per axis
+  ReadingScale scale;   ///< what readings are weighed by, per axis, in a pose that is not off
+  ReadingScale spread;  ///< of the readings about the model, per axis, in poses off as a whole too
   double degrees_of_freedom = 0;  ///< of Student's t that describes the residuals; 0 = Gaussian
   std::vector<double> weights;    ///< of each row; a row far below 1 looks like a blunder
-  int rank = 0;
-  double condition = 0;                   ///< of the Jacobian in m and rad
+  int rank = 0;                   ///< of all unknowns
+  double condition = 0;           ///< of the Jacobian in m and rad
   std::array<double, 5> observability{};  ///< O1 ... O5
   bool converged = false;
   int iterations = 0;
@@ -75,9 +76,9 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
                             const IdentifiableSet& set, const CalibrationOptions& options = {});
 
 /// O1 = (s_1 ... s_L)^(1/L) / sqrt(n), O2 = s_L / s_1, O3 = s_L, O4 = s_L^2 / s_1, O5 = 1 / sum
-/// 1/s_i with s the singular values, largest first, of the Jacobian of n poses (Borm, Menq 1991;
+/// 1/s_i with s the singular values, largest first, of the Jacobian of n readings (Borm, Menq 1991;
 /// Driels, Pathre 1990; Nahvi et al. 1994; Nahvi, Hollerbach 1996; Sun, Hollerbach 2008).
-std::array<double, 5> observability(const Eigen::VectorXd& singular_values, int poses);
+std::array<double, 5> observability(const Eigen::VectorXd& singular_values, int readings);
 
 /// A robot carried to another set-up: only what `what` names (base, tool, single parameters) is
 /// fitted, its links and effects stay as they are. Each session of the campaign has a base of its
