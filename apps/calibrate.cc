@@ -22,11 +22,9 @@ int work(app::Command& command, const std::string& robot_path, const std::string
   command.progress("identifying");
   const CalibrationResult result = calibrate(robot, campaign);
   if (!residuals_path.empty()) {
-    const Evaluation evaluation = evaluate(result.robot, campaign);
-    std::vector<ResidualRow> rows;
-    for (int row = 0; row < campaign.rows(); ++row)
-      rows.push_back({row, "training", evaluation.residuals[row]});
-    write_output(residuals_path, write_residuals(campaign, rows));
+    const std::vector<std::string> split(campaign.rows(), "training");
+    write_output(residuals_path,
+                 write_residuals({{campaign, evaluate(result.robot, campaign).residuals, split}}));
   }
   write_output(command.output, write_calibration(result, campaign, command.provenance()));
 
@@ -71,8 +69,7 @@ int main(int argc, char** argv) {
                                "such as A2.theta,A5.theta after a re-mastering; replaces "
                                "'identify_per_session' of the robot file");
   command.add_new_sessions();
-  command.options().add_option("--residuals", residuals,
-                               "Write the residual of every reading here");
+  command.add_output("--residuals", residuals, "Write the residual of every reading here");
   app::add_zone(
       command.options(), zone,
       "Sphere x,y,z,radius in R_A in which the arm shall be accurate: readings count less "

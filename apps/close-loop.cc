@@ -1,3 +1,7 @@
+#include <fmt/format.h>
+
+#include <set>
+
 #include "armtrue/identification/loop.h"
 #include "armtrue/identification/separation.h"
 #include "armtrue/io/input_error.h"
@@ -16,28 +20,41 @@ struct Paths {
   std::string robot, catalogue, test, robot_out, predictor_out, residuals, report, next_poses;
 };
 
-std::vector<ResidualRow> residual_rows(const Robot& robot, const Campaign& all,
-                                       const Split& split) {
-  const Evaluation evaluation = evaluate(robot, all);
-  std::vector<std::string> name(all.rows(), "training");
-  for (int row : split.held_out) name[row] = "held-out";
-  std::vector<ResidualRow> rows;
-  for (int row = 0; row < all.rows(); ++row)
-    rows.push_back({row, name[row], evaluation.residuals[row]});
-  return rows;
+std::string residuals(const Robot& robot, const Campaign& measured, const Split& split,
+                      const Campaign& test) {
+  std::vector<std::string> names(measured.rows(), "training");
+  for (int row : split.held_out) names[row] = "held-out";
+  std::vector<Residuals> all = {{measured, evaluate(robot, measured).residuals, names}};
+  if (test.rows() > 0)
+    all.push_back(
+        {test, evaluate(robot, test).residuals, std::vector<std::string>(test.rows(), "held-out")});
+  return write_residuals(all);
 }
 
-// Writes the poses that tell apart what was found from what it cannot be told from; returns whether
-// there are any.
-bool write_next_poses(const app::Command& command, const std::string& path,
-                      const TraceResult& found, const Campaign& measured) {
+// Poses that tell apart what was found from what it cannot be told from; none if no poses do.
+std::vector<JointVector> next_poses(const TraceResult& found, const Campaign& measured,
+                                    std::uint64_t seed) {
   CloudOptions options;
-  options.seed = command.seed;
-  const SeparationPlan plan =
-      plan_separation(found.fit.robot, found.effects, kNextPoses, options, measured);
-  if (!plan.poses.empty())
-    write_output(path, write_joint_targets(app::numbered(plan.poses, measured.pose_ids)));
-  return !plan.poses.empty();
+  options.seed = seed;
+  return plan_separation(found.fit.robot, found.effects, kNextPoses, options, measured).poses;
+}
+
+// Readings that are in both files took part.
+void check_apart(const Campaign& training, const Campaign& test) {
+  const auto reading = [](const Campaign& campaign, int row) {
+    std::vector<double> numbers(campaign.q[row].begin(), campaign.q[row].end());
+    if (!campaign.position.empty())
+      numbers.insert(numbers.end(), campaign.position[row].begin(), campaign.position[row].end());
+    if (!campaign.distance.empty()) numbers.push_back(campaign.distance[row]);
+    return numbers;
+  };
+  std::set<std::vector<double>> known;
+  for (int row = 0; row < training.rows(); ++row) known.insert(reading(training, row));
+  for (int row = 0; row < test.rows(); ++row)
+    if (known.contains(reading(test, row)))
+      throw InputError(
+          fmt::format("{}:{}: this reading stands in {} too; --test is for poses that take no part",
+                      test.source, test.line[row], training.source));
 }
 
 int work(app::Command& command, const Paths& paths, double held_out_share, int nested_folds,
@@ -53,6 +70,7 @@ int work(app::Command& command, const Paths& paths, double held_out_share, int n
   } else {
     training = all;
     held_out = command.campaign(paths.test, robot);
+    check_apart(training, held_out);
   }
   TraceOptions options;
   options.seed = command.seed;
@@ -73,18 +91,20 @@ int work(app::Command& command, const Paths& paths, double held_out_share, int n
   if (!paths.robot_out.empty())
     write_output(paths.robot_out, write_calibration(result.trace.fit, training, provenance));
   if (!paths.residuals.empty())
-    write_output(paths.residuals,
-                 write_residuals(all, residual_rows(result.trace.fit.robot, all, split)));
-  bool has_next_poses = false;
+    write_output(paths.residuals, residuals(result.trace.fit.robot, all, split,
+                                            paths.test.empty() ? Campaign() : held_out));
+  std::vector<JointVector> planned;
   if (!paths.next_poses.empty()) {
     command.progress("planning the next poses");
-    has_next_poses = write_next_poses(command, paths.next_poses, result.trace, all);
-    if (!has_next_poses)
+    planned = next_poses(result.trace, all, command.seed);
+    // Written in any case, or the poses of another campaign could stay.
+    write_output(paths.next_poses, write_joint_targets(app::numbered(planned, all.pose_ids)));
+    if (planned.empty())
       command.warn(paths.next_poses +
-                   " is not written: there is nothing that poses would tell apart");
+                   " holds no poses: there is nothing that poses would tell apart");
   }
   write_output(command.output,
-               write_loop(result, options, provenance, has_next_poses ? paths.next_poses : ""));
+               write_loop(result, options, provenance, planned.empty() ? "" : paths.next_poses));
   if (!paths.report.empty())
     write_output(paths.report,
                  loop_report(result, effect_descriptions(result), robot.name + ": " + all.source));
@@ -130,14 +150,14 @@ int main(int argc, char** argv) {
           "many folds of all measured poses, judge each on the poses it left out, and count "
           "how often each effect is found again; takes about so many times as long")
       ->check(CLI::Range(2, 1000));
-  options.add_option("--robot-out", paths.robot_out, "Write the robot with its effects here");
-  options.add_option("--predictor-out", paths.predictor_out,
+  command.add_output("--robot-out", paths.robot_out, "Write the robot with its effects here");
+  command.add_output("--predictor-out", paths.predictor_out,
                      "Write a robot here that only predicts: to the effects that are named it adds "
                      "many small ones, none of which is a finding, where poses left out gain");
-  options.add_option("--residuals", paths.residuals,
+  command.add_output("--residuals", paths.residuals,
                      "Write the final residual of every reading here");
-  options.add_option("--report", paths.report, "Write a page with plots (HTML) here");
-  options.add_option("--next-poses", paths.next_poses,
+  command.add_output("--report", paths.report, "Write a page with plots (HTML) here");
+  command.add_output("--next-poses", paths.next_poses,
                      "Write 15 poses that tell apart what this data cannot here, if any do; "
                      "plan-poses --separate plans others");
   options.add_option("--catalogue", paths.catalogue, "Effects to look for");

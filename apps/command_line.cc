@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <filesystem>
 #include <unordered_set>
 
 #include "armtrue/identification/diagnosis.h"
@@ -35,11 +36,17 @@ std::vector<double> parse_numbers(const std::string& text, size_t count, const s
   return numbers;
 }
 
+// Those of its groups too.
+std::vector<const CLI::Option*> all_options(const CLI::App& app) {
+  std::vector<const CLI::Option*> all = app.get_options();
+  for (const CLI::App* group : app.get_subcommands([](const CLI::App*) { return true; }))
+    for (const CLI::Option* option : all_options(*group)) all.push_back(option);
+  return all;
+}
+
 // CLI11 takes nan for a number, and for one in every range.
 void check_finite(const CLI::App& app) {
-  for (const CLI::App* group : app.get_subcommands([](const CLI::App*) { return true; }))
-    check_finite(*group);
-  for (const CLI::Option* option : app.get_options()) {
+  for (const CLI::Option* option : all_options(app)) {
     if (!option->get_type_name().starts_with("FLOAT")) continue;
     for (const std::string& text : option->results())
       if (!std::isfinite(std::strtod(text.c_str(), nullptr)))
@@ -68,7 +75,14 @@ void Command::add_input(const std::string& what) {
 }
 
 void Command::add_output() {
-  app_.add_option("-o,--output", output, "Where the product goes; standard output if absent or -");
+  add_output("-o,--output", output, "Where the product goes; standard output if absent or -");
+}
+
+CLI::Option* Command::add_output(const std::string& name, std::string& path,
+                                 const std::string& what) {
+  CLI::Option* const option = app_.add_option(name, path, what);
+  outputs_.push_back(option);
+  return option;
 }
 
 void Command::add_seed() {
@@ -88,6 +102,7 @@ int Command::run(int argc, char** argv, const std::function<int()>& work) {
   try {
     app_.parse(argc, argv);
     check_finite(app_);
+    check_outputs();
   } catch (const CLI::ParseError& error) {
     return app_.exit(error) == 0 ? kSuccess : kBadUsage;
   }
@@ -102,6 +117,32 @@ int Command::run(int argc, char** argv, const std::function<int()>& work) {
   }
   if (progress_shown_) std::fputs("\r\033[K", stderr);
   return code;
+}
+
+// Before hours of work, not after.
+void Command::check_outputs() const {
+  namespace fs = std::filesystem;
+  std::error_code none;
+  for (const CLI::Option* output : outputs_) {
+    if (output->results().empty()) continue;
+    const std::string path = output->results().front();
+    if (path.empty() || path == "-") continue;
+    const fs::path whole = fs::weakly_canonical(path, none);
+    if (fs::exists(whole, none) && !fs::is_regular_file(whole, none)) {
+      if (fs::is_directory(whole, none))
+        throw CLI::ValidationError(output->get_name(), "'" + path + "' is a folder; name a file");
+      continue;  // a pipe or /dev/null takes what comes
+    }
+    if (!fs::is_directory(whole.parent_path(), none))
+      throw CLI::ValidationError(output->get_name(), "'" + path + "': there is no such folder");
+    for (const CLI::Option* option : all_options(app_))
+      for (const std::string& other : option->results())
+        if (option != output && option->get_type_name() == "TEXT" &&
+            fs::weakly_canonical(other, none) == whole)
+          throw CLI::ValidationError(output->get_name(),
+                                     "'" + path + "' is named by " + option->get_name() +
+                                         " too; give each product a file of its own");
+  }
 }
 
 void Command::warn(const std::string& message) const {

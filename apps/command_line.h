@@ -30,6 +30,8 @@ class Command {
   /// The options that most commands need, each added on request.
   void add_input(const std::string& what);
   void add_output();
+  /// A further product. No two products may go to one file, nor one to a file that is read.
+  CLI::Option* add_output(const std::string& name, std::string& path, const std::string& what);
   void add_seed();
   void add_new_sessions();
 
@@ -60,11 +62,13 @@ class Command {
   Provenance provenance() const;
 
  private:
+  void check_outputs() const;
   void begin_new_sessions(Campaign& campaign, bool is_input) const;
   void warn_of_unknown(const std::vector<std::string>& columns) const;
 
   std::string name_;
   CLI::App app_;
+  std::vector<const CLI::Option*> outputs_;
   std::vector<std::pair<std::string, std::string>> inputs_;
   double started_ = 0;
   bool progress_shown_ = false;

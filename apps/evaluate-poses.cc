@@ -20,8 +20,7 @@ int main(int argc, char** argv) {
   command.options().add_option("--robot", robot_path, "The robot to judge")->required();
   command.options().add_option(
       "--refit", refit, "Fit these first, as base,tool for a robot carried to another set-up");
-  command.options().add_option("--residuals", residuals_path,
-                               "Write the residual of every reading here");
+  command.add_output("--residuals", residuals_path, "Write the residual of every reading here");
   command.options().add_option("--max-error-mm", max_error_mm, "Exit with 3 if the mean is larger");
   return command.run(argc, argv, [&] {
     Robot robot = command.robot(robot_path).robot;
@@ -32,10 +31,8 @@ int main(int argc, char** argv) {
     }
     const Evaluation evaluation = evaluate(robot, campaign);
     if (!residuals_path.empty()) {
-      std::vector<ResidualRow> rows;
-      for (int row = 0; row < campaign.rows(); ++row)
-        rows.push_back({row, "all", evaluation.residuals[row]});
-      write_output(residuals_path, write_residuals(campaign, rows));
+      const std::vector<std::string> split(campaign.rows(), "all");
+      write_output(residuals_path, write_residuals({{campaign, evaluation.residuals, split}}));
     }
     write_output(command.output, write_summary(evaluation, robot, campaign, command.provenance()));
     const double mean = summarize(evaluation.position).mean / kMillimetre;

@@ -445,43 +445,45 @@ std::string write_joint_targets(const std::vector<JointTarget>& targets) {
   return text;
 }
 
-std::string write_residuals(const Campaign& campaign, const std::vector<ResidualRow>& residuals) {
+std::string write_residuals(const std::vector<Residuals>& campaigns) {
+  const bool of_distances = std::ranges::any_of(
+      campaigns, [](const Residuals& part) { return part.campaign.has_distances(); });
   std::string text =
       "pose,repeat,split,dx_mm,dy_mm,dz_mm,rx_mrad,ry_mrad,rz_mrad,position_error_mm,"
       "orientation_error_mrad";
-  const bool of_distances = campaign.has_distances();
-  if (of_distances) text += ",dl_mm";
-  text += "\n";
-  for (const ResidualRow& entry : residuals) {
-    text += campaign.pose_ids[campaign.pose[entry.row]] + "," +
-            (campaign.repeat.empty() ? "" : std::to_string(campaign.repeat[entry.row])) + "," +
-            entry.split;
-    const auto add = [&](double value, double unit) { text += "," + number_text(value / unit); };
-    const int axis = campaign.has_coordinates && campaign.anchor[entry.row] < 3
-                         ? campaign.anchor[entry.row]
-                         : -1;
-    for (int i = 0; i < 3; ++i)
-      if (i == axis)
-        add(entry.residual[0], kMillimetre);
+  text += of_distances ? ",dl_mm\n" : "\n";
+  for (const auto& [campaign, residuals, split] : campaigns)
+    for (int row = 0; row < campaign.rows(); ++row) {
+      const auto& residual = residuals[row];
+      text += campaign.pose_ids[campaign.pose[row]] + "," +
+              (campaign.repeat.empty() ? "" : std::to_string(campaign.repeat[row])) + "," +
+              split[row];
+      const auto add = [&](double value, double unit) { text += "," + number_text(value / unit); };
+      const bool has_point = !campaign.has_distances();
+      const int axis =
+          campaign.has_coordinates && campaign.anchor[row] < 3 ? campaign.anchor[row] : -1;
+      for (int i = 0; i < 3; ++i)
+        if (i == axis)
+          add(residual[0], kMillimetre);
+        else if (has_point)
+          add(residual[i], kMillimetre);
+        else
+          text += ",";
+      if (campaign.has_orientation())
+        for (int i = 3; i < 6; ++i) add(residual[i], kMilliradian);
+      else
+        text += ",,,";
+      add(residual.head<3>().norm(), kMillimetre);
+      if (campaign.has_orientation())
+        add(residual.tail<3>().norm(), kMilliradian);
+      else
+        text += ",";
+      if (campaign.has_distances() && axis < 0)
+        add(residual[0], kMillimetre);
       else if (of_distances)
         text += ",";
-      else
-        add(entry.residual[i], kMillimetre);
-    if (campaign.has_orientation())
-      for (int i = 3; i < 6; ++i) add(entry.residual[i], kMilliradian);
-    else
-      text += ",,,";
-    add(entry.residual.head<3>().norm(), kMillimetre);
-    if (campaign.has_orientation())
-      add(entry.residual.tail<3>().norm(), kMilliradian);
-    else
-      text += ",";
-    if (axis >= 0)
-      text += ",";
-    else if (of_distances)
-      add(entry.residual[0], kMillimetre);
-    text += "\n";
-  }
+      text += "\n";
+    }
   return text;
 }
 

@@ -171,22 +171,28 @@ std::string course(const Effect& effect, const std::vector<CurvePoint>& curve, c
   return text;
 }
 
-std::string statement(const TracedEffect& effect) {
-  if (effect.only_prediction) return "prediction improves; no known cause";
+// It entered because training poses that were left out gain by it.
+std::string of_prediction(const HeldOutGain* gain) {
+  if (!gain || gain->ci95[0] > 0) return "prediction improves";
+  return "prediction improves for training poses left out, not clearly for the held-out ones";
+}
+
+std::string statement(const TracedEffect& effect, const HeldOutGain* gain) {
+  if (effect.only_prediction) return of_prediction(gain) + "; no known cause";
   if (effect.incomplete)
     return "incomplete: what it leaves still follows the same driver, see the other effect on it";
   if (effect.indistinguishable.empty())
     return "cause shown: no other candidate explains these readings";
-  return "prediction improves; cause is one of the class under indistinguishable";
+  return of_prediction(gain) + "; cause is one of the class under indistinguishable";
 }
 
-std::string in_words(const TracedEffect& traced, const std::vector<CurvePoint>& curve,
-                     const Robot& robot) {
+std::string in_words(const TracedEffect& traced, const HeldOutGain* gain,
+                     const std::vector<CurvePoint>& curve, const Robot& robot) {
   const std::string words = traced.cycle       ? cycle_text(traced.effect, *traced.cycle, robot)
                             : traced.step_ci95 ? step_text(traced, robot)
                                                : course(traced.effect, curve, robot);
   std::string text = traced.effect.parameter + " depends on " + to_string(traced.effect.driver) +
-                     (words.empty() ? "" : ", " + words) + "; " + statement(traced);
+                     (words.empty() ? "" : ", " + words) + "; " + statement(traced, gain);
   // A knock is no property of the robot.
   if (traced.effect.parameter.starts_with("base") &&
       traced.effect.driver.kind == DriverKind::time && traced.effect.shape.kind == ShapeKind::step)
@@ -285,7 +291,7 @@ YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain,
     for (double bound : *traced.step_ci95) interval.push_back(number_text(bound));
     node["at_s_ci95"] = flow(interval);
   }
-  node["description"] = in_words(traced, curve, robot);
+  node["description"] = in_words(traced, gain, curve, robot);
   if (!curve.empty() && traced.effect.shape.kind == ShapeKind::series)
     node["curve"] = curve_node(traced.effect, curve, robot);
   return node;
@@ -412,9 +418,9 @@ YAML::Node calibration_node(const CalibrationResult& result, const Campaign& cam
     observability["O" + std::to_string(k + 1)] = rounded(result.observability[k]);
   node["observability"] = flow(observability);
   std::vector<std::pair<std::string, std::string>> spread{
-      {"position_mm", rounded(result.scale.position / kMillimetre)}};
+      {"position_mm", rounded(result.spread.position / kMillimetre)}};
   if (campaign.has_orientation())
-    spread.emplace_back("orientation_mrad", rounded(result.scale.orientation / kMilliradian));
+    spread.emplace_back("orientation_mrad", rounded(result.spread.orientation / kMilliradian));
   node["residual_spread"] = flow_map(spread);
   node["residual_law"] = result.degrees_of_freedom > 0
                              ? fmt::format("student-t {:g}", result.degrees_of_freedom)
@@ -613,8 +619,9 @@ std::string write_loop(const LoopResult& result, const TraceOptions& options,
 std::vector<std::string> effect_descriptions(const LoopResult& result) {
   std::vector<std::string> descriptions;
   for (size_t k = 0; k < result.trace.effects.size(); ++k)
-    descriptions.push_back(
-        in_words(result.trace.effects[k], result.curves[k], result.trace.fit.robot));
+    descriptions.push_back(in_words(result.trace.effects[k],
+                                    k < result.gains.size() ? &result.gains[k] : nullptr,
+                                    result.curves[k], result.trace.fit.robot));
   return descriptions;
 }
 
@@ -623,12 +630,15 @@ std::string before_after_table(const LoopResult& result) {
                                   "training", "held-out", "held-out");
   table +=
       fmt::format("{:<44} {:>6} {:>12} {:>12} {:>12}\n", "", "", "mean mm", "mean mm", "max mm");
+  const auto if_held_out = [&](double value) {
+    return result.held_out_poses > 0 ? fmt::format("{:.4f}", value / kMillimetre) : "-";
+  };
   for (const Stage& stage : stages_and_predictor(result)) {
     const std::vector<std::string> name = in_lines(stage.name, 44);
-    table += fmt::format("{:<44} {:>6} {:>12.4f} {:>12.4f} {:>12.4f}\n", name.front(),
-                         stage.parameters, stage.training.position.mean / kMillimetre,
-                         stage.held_out.position.mean / kMillimetre,
-                         stage.held_out.position.max / kMillimetre);
+    table += fmt::format("{:<44} {:>6} {:>12.4f} {:>12} {:>12}\n", name.front(), stage.parameters,
+                         stage.training.position.mean / kMillimetre,
+                         if_held_out(stage.held_out.position.mean),
+                         if_held_out(stage.held_out.position.max));
     for (size_t k = 1; k < name.size(); ++k) table += name[k] + "\n";
   }
   table += fmt::format("{:<44} {:>6} {:>12} {:>12.4f}\n", "noise floor", "", "",

@@ -80,12 +80,15 @@ std::string stages_table(const LoopResult& result) {
   std::ostringstream html;
   html << "<table><tr><th>stage</th><th>unknowns</th><th>training mean, mm</th>"
           "<th>held-out mean, mm</th><th>held-out 95 %, mm</th><th>held-out max, mm</th></tr>\n";
+  const auto if_held_out = [&](double value) {
+    return result.held_out_poses > 0 ? number(value / kMillimetre) : "-";
+  };
   for (const Stage& stage : stages_and_predictor(result)) {
     const ErrorSummary& held_out = stage.held_out.position;
     html << "<tr><td>" << escaped(stage.name) << "</td><td>" << stage.parameters << "</td><td>"
          << number(stage.training.position.mean / kMillimetre) << "</td><td>"
-         << number(held_out.mean / kMillimetre) << "</td><td>" << number(held_out.p95 / kMillimetre)
-         << "</td><td>" << number(held_out.max / kMillimetre) << "</td></tr>\n";
+         << if_held_out(held_out.mean) << "</td><td>" << if_held_out(held_out.p95) << "</td><td>"
+         << if_held_out(held_out.max) << "</td></tr>\n";
   }
   html << "</table>\n";
   return html.str();

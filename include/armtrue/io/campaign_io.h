@@ -33,13 +33,14 @@ struct JointTarget {
 std::vector<JointTarget> read_joint_targets(const std::string& path);
 std::string write_joint_targets(const std::vector<JointTarget>& targets);
 
-/// One row of a residuals file: measured minus model, in R_A; of a distance in the column dl_mm.
-struct ResidualRow {
-  int row;                               ///< of the campaign
-  std::string split;                     ///< training, held-out or all
-  Eigen::Matrix<double, 6, 1> residual;  ///< as in Evaluation [m, rad]
+/// The residuals of a campaign, one for each row.
+struct Residuals {
+  const Campaign& campaign;
+  std::vector<Eigen::Matrix<double, 6, 1>> of_row;  ///< as in Evaluation [m, rad]
+  std::vector<std::string> split;                   ///< of each row: training, held-out or all
 };
 
-std::string write_residuals(const Campaign& campaign, const std::vector<ResidualRow>& residuals);
+/// Measured minus model, in R_A; of a distance in the column dl_mm. One campaign after another.
+std::string write_residuals(const std::vector<Residuals>& campaigns);
 
 }  // namespace armtrue
