@@ -123,11 +123,14 @@ int Command::run(int argc, char** argv, const std::function<int()>& work) {
 void Command::check_outputs() const {
   namespace fs = std::filesystem;
   std::error_code none;
+  const auto whole_path = [&](const std::string& path) {
+    return fs::weakly_canonical(fs::absolute(path, none), none);
+  };
   for (const CLI::Option* output : outputs_) {
     if (output->results().empty()) continue;
     const std::string path = output->results().front();
     if (path.empty() || path == "-") continue;
-    const fs::path whole = fs::weakly_canonical(path, none);
+    const fs::path whole = whole_path(path);
     if (fs::exists(whole, none) && !fs::is_regular_file(whole, none)) {
       if (fs::is_directory(whole, none))
         throw CLI::ValidationError(output->get_name(), "'" + path + "' is a folder; name a file");
@@ -137,8 +140,7 @@ void Command::check_outputs() const {
       throw CLI::ValidationError(output->get_name(), "'" + path + "': there is no such folder");
     for (const CLI::Option* option : all_options(app_))
       for (const std::string& other : option->results())
-        if (option != output && option->get_type_name() == "TEXT" &&
-            fs::weakly_canonical(other, none) == whole)
+        if (option != output && option->get_type_name() == "TEXT" && whole_path(other) == whole)
           throw CLI::ValidationError(output->get_name(),
                                      "'" + path + "' is named by " + option->get_name() +
                                          " too; give each product a file of its own");
