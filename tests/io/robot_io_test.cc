@@ -155,6 +155,19 @@ TEST(RobotIo, ErrorsNameLineAndKey) {
                "key 'at_s'");
 }
 
+TEST(RobotIo, ADriverThatCannotMoveItsParameterIsAnError) {
+  const auto expect = [](const std::string& form, const std::string& expected) {
+    const std::string effect = "{name: a, " + form + ", coefficients: [{value: 1e-9}]}";
+    expect_error(replaced(text_of("kr360"), "effects: []", "effects:\n  - " + effect), expected);
+  };
+  expect("parameter: instrument.scale, driver: force, shape: linear", "on instrument.scale");
+  expect("parameter: instrument.scale, driver: time * force, shape: linear", "on instrument.scale");
+  expect("parameter: instrument.scale, driver: moment, shape: linear", "on instrument.scale");
+  expect("parameter: A2.d, driver: position, shape: linear", "drives instrument.scale alone");
+  expect("parameter: A2.d, driver: 'joint-angle 2,4', shape: linear", "need the shape 'series'");
+  expect("parameter: A2.d, driver: moon, shape: linear", "moment, position (of instrument.scale)");
+}
+
 TEST(RobotIo, TheShippedCatalogueReads) {
   const Catalogue catalogue = read_catalogue(ARMTRUE_CONFIG "/effects/catalogue.yaml");
   const Robot robot = parse_robot(text_of("kr360"), "kr360");

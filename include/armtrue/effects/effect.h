@@ -37,4 +37,7 @@ inline bool is_group(const std::string& parameter) {
   return parameter == "base" || parameter == "tool";
 }
 
+/// Why no robot's parameter can follow the driver in this shape, with the remedy; empty if it can.
+std::string contradiction(const std::string& parameter, const Driver& driver, const Shape& shape);
+
 }  // namespace armtrue
