@@ -185,6 +185,10 @@ CatalogueEntry read_entry(YamlMap map) {
                                     std::pair{" previous", CatalogueEntry::Joint::previous}})
     if (driver.ends_with(word)) {
       if (entry.joints.empty()) map.fail("driver", "'" + driver + "' needs a parameter of a joint");
+      if (driver.find('*') != std::string::npos)
+        map.fail("driver", "'" + driver +
+                               "': own and previous stand for the joint of a driver "
+                               "without a factor; give numbers, in an entry for each joint");
       entry.driver_joint = which;
       driver.replace(driver.size() - std::string(word).size(), std::string::npos, " 1");
     }
@@ -193,13 +197,28 @@ CatalogueEntry read_entry(YamlMap map) {
       driver == "temperature"
           ? Driver{DriverKind::temperature, -1, -1, ""}
           : parse_driver(driver).value_or(Driver{DriverKind::joint_angle, -1, -1, "?"});
-  if (parsed.where == "?") map.fail("driver", "'" + driver + "' is no driver");
+  if (parsed.where == "?")
+    map.fail("driver", "'" + driver + "' is no driver; give one of " + kDriverForms +
+                           ", where own and previous may stand for the <j> of one alone, and "
+                           "temperature for every sensor");
   entry.driver = parsed;
   if (entry.driver_joint == CatalogueEntry::Joint::none && parsed.joint >= 0)
     entry.driver_joint = CatalogueEntry::Joint::fixed;
   entry.shape = read_shape(map);
-  if (entry.shape.kind == ShapeKind::series) read_series(map.map("series"), false, entry.shape);
-  entry.only_positive = map.text("sign", "any") == "positive";
+  if (const std::string why = contradiction(entry.parameter, entry.driver, entry.shape);
+      !why.empty())
+    map.fail("driver", why);
+  if ((entry.shape.kind == ShapeKind::step || entry.shape.kind == ShapeKind::exponential) &&
+      entry.driver.kind != DriverKind::time)
+    map.fail("shape", "'" + to_string(entry.shape) +
+                          "' follows time alone here, over which t* and tau are searched; take the "
+                          "driver 'time' or another shape");
+  if (entry.shape.kind == ShapeKind::series)
+    read_series(map.map("series"), entry.driver.is_pair(), entry.shape);
+  const std::string sign = map.text("sign", "any");
+  if (sign != "any" && sign != "positive")
+    map.fail("sign", "'" + sign + "' is neither any nor positive");
+  entry.only_positive = sign == "positive";
   entry.separated_by = map.text("separated_by", "");
   map.finish();
   return entry;

@@ -182,5 +182,34 @@ TEST(RobotIo, TheShippedCatalogueReads) {
   EXPECT_GT(effects, 100);
 }
 
+TEST(RobotIo, ErrorsOfACatalogueNameLineAndKey) {
+  const auto text_with = [](const std::string& entry) {
+    return "format: armtrue-catalogue/1\neffects:\n  - {name: x, " + entry + "}\n";
+  };
+  const auto expect = [&](const std::string& entry, const std::string& expected) {
+    try {
+      parse_catalogue(text_with(entry), "c.yaml");
+      ADD_FAILURE() << "no error; expected: " << expected;
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find("c.yaml:3: key " + expected), std::string::npos)
+          << error.what();
+    }
+  };
+  expect("parameter: theta, driver: moon, shape: linear", "'driver' of");
+  expect("parameter: theta, driver: position, shape: linear", "'driver' of");
+  expect("parameter: instrument.scale, driver: force, shape: linear", "'driver' of");
+  expect("parameter: theta, driver: joint-angle 3 * arrival own, shape: linear", "'driver' of");
+  expect("parameter: theta, driver: temperature, shape: exponential", "'shape' of");
+  expect("parameter: theta, driver: joint-angle own, shape: step", "'shape' of");
+  expect("parameter: theta, driver: time, shape: linear, sign: postive", "'sign' of");
+  const std::string pair =
+      "parameter: theta, driver: 'joint-angle 2,4', shape: series, "
+      "series: {basis: spline, count: 4, range: [-1, 1]";
+  expect(pair + "}", "'second_range' of 'series': is missing");
+  const Catalogue read = parse_catalogue(text_with(pair + ", second_range: [-2, 3]}"), "c.yaml");
+  EXPECT_EQ(read.at(0).shape.low, (std::array<double, 2>{-1, -2}));
+  EXPECT_EQ(read.at(0).shape.high, (std::array<double, 2>{1, 3}));
+}
+
 }  // namespace
 }  // namespace armtrue
