@@ -2,6 +2,11 @@
 
 namespace armtrue {
 
+ParameterUnit unit_of_parameter(const KinematicChain& chain, const std::string& parameter) {
+  const auto index = find_parameter(chain, parameter);
+  return index ? parameter_unit(*index) : ParameterUnit::radian;
+}
+
 std::string contradiction(const std::string& parameter, const Driver& driver, const Shape& shape) {
   if (driver.is_pair() && shape.kind != ShapeKind::series)
     return "two joint angles need the shape 'series'";

@@ -53,6 +53,19 @@ int link_index(const YamlMap& map, const KinematicChain& chain, const std::strin
   map.fail("link", "the robot has no link '" + name + "'");
 }
 
+// A parameter that is a constant of the set-up: instrument.scale is none, only effects have it.
+int constant_parameter(const YamlMap& map, const std::string& key, const std::string& name,
+                       const KinematicChain& chain) {
+  const auto parameter = find_parameter(chain, name);
+  if (!parameter) map.fail(key, "the robot has no parameter '" + name + "'");
+  if (*parameter == kInstrumentScale)
+    map.fail(key,
+             "instrument.scale is not identified with the robot; remove it, and let an effect fit "
+             "it: {name: instrument scale, parameter: instrument.scale, driver: position, shape: "
+             "linear, coefficients: [{name: c, value: 0}]}");
+  return *parameter;
+}
+
 double file_unit(int parameter) {
   return parameter_unit(parameter) == ParameterUnit::metre ? kMillimetre : kDegree;
 }
@@ -60,11 +73,10 @@ double file_unit(int parameter) {
 std::map<std::string, double> read_deviations(YamlMap map, const KinematicChain& chain) {
   std::map<std::string, double> deviations;
   for (const std::string& key : map.keys()) {
-    const auto parameter = find_parameter(chain, key);
-    if (!parameter) map.fail(key, "the robot has no parameter '" + key + "'");
+    const int parameter = constant_parameter(map, key, key, chain);
     const double value = map.number(key);
     if (value <= 0) map.fail(key, "a standard deviation must be above zero");
-    deviations[key] = value * file_unit(*parameter);
+    deviations[key] = value * file_unit(parameter);
   }
   return deviations;
 }
@@ -278,9 +290,8 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
   }
   if (document.has("identify")) robot.identify = document.texts("identify");
   for (const std::string& name : robot.identify)
-    if (name != "auto" && name != "paper-25" && name != "base" && name != "tool" &&
-        !find_parameter(robot.chain, name))
-      document.fail("identify", "the robot has no parameter '" + name + "'");
+    if (name != "auto" && name != "paper-25" && name != "base" && name != "tool")
+      constant_parameter(document, "identify", name, robot.chain);
   if (document.has("identify_per_session"))
     robot.identify_per_session = document.texts("identify_per_session");
   for (const std::string& name : robot.identify_per_session)
@@ -376,7 +387,7 @@ YAML::Node robot_node(const Robot& robot, const Provenance& provenance) {
   if (!robot.std.empty()) root["std"] = std_node(robot.std, robot.chain);
   if (robot.effects.empty()) root["effects"] = flow(YAML::Node(YAML::NodeType::Sequence));
   for (const Effect& effect : robot.effects)
-    root["effects"].push_back(effect_node(effect, unit_of_parameter(robot, effect.parameter)));
+    root["effects"].push_back(effect_node(effect, robot.chain));
   return root;
 }
 

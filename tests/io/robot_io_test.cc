@@ -128,6 +128,35 @@ TEST(RobotIo, EveryKindOfEffectReadsBack) {
   }
 }
 
+// What a load does on a length is a force, on an angle a torque.
+TEST(RobotIo, CoefficientsHaveTheUnitOfTheirParameterAndDriver) {
+  const auto units = [](const std::string& parameter, const std::string& driver, int coefficients) {
+    Robot robot = parse_robot(text_of("kr360"), "kr360");
+    robot.effects.push_back({"e", parameter, *parse_driver(driver), Shape{}, {}});
+    robot.effects.front().coefficients.resize(static_cast<size_t>(coefficients));
+    const std::string text = write_robot(robot);
+    std::vector<std::string> found;
+    const std::string key = "unit: ";
+    for (size_t at = text.find(key); at != std::string::npos; at = text.find(key, at)) {
+      at += key.size();
+      found.push_back(text.substr(at, text.find('}', at) - at));
+    }
+    return found;
+  };
+  using Units = std::vector<std::string>;
+  EXPECT_EQ(units("base.x", "force", 1), Units{"m/N"});
+  EXPECT_EQ(units("A3.theta", "force", 1), Units{"rad/(N m)"});
+  EXPECT_EQ(units("A2.d", "moment", 1), Units{"m/N"});
+  EXPECT_EQ(units("A2.d", "gravity-torque 2", 1), Units{"m/(N m)"});
+  EXPECT_EQ(units("A2.d", "joint-angle 2 * force", 1), Units{"m/(rad N)"});
+  EXPECT_EQ(units("instrument.scale", "temperature air", 1), Units{"1/K"});
+  EXPECT_EQ(units("instrument.scale", "position", 1), Units{"1"});
+  EXPECT_EQ(units("base", "moment", 1), Units{"rad/(N m)"});
+  EXPECT_EQ(units("base", "force", 6),
+            (Units{"m/N", "m/N", "m/N", "rad/(N m)", "rad/(N m)", "rad/(N m)"}));
+  EXPECT_EQ(units("tool", "time", 6), (Units{"m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s"}));
+}
+
 TEST(RobotIo, ErrorsNameLineAndKey) {
   const std::string good = text_of("kr360");
   expect_error("", "r.yaml: is empty");
@@ -143,6 +172,12 @@ TEST(RobotIo, ErrorsNameLineAndKey) {
   expect_error(replaced(good, "mass_kg: 851", "mass_kg: -1"), "must be above zero");
   expect_error(replaced(good, "identify: auto", "identify: [A1.alpha, A9.d]"),
                "no parameter 'A9.d'");
+  expect_error(replaced(good, "identify: auto", "identify: [instrument.scale]"),
+               "r.yaml:20: key 'identify' of the document: instrument.scale is not identified");
+  for (const char* key : {"priors", "std"})
+    expect_error(
+        replaced(good, "identify: auto", std::string(key) + ": {instrument.scale: 1e-3}"),
+        std::string("r.yaml:20: key 'instrument.scale' of '") + key + "': instrument.scale is not");
   expect_error(replaced(good, "effects: []",
                         "effects: [{name: a, parameter: A2.theta, driver: 'joint-angle 2,4', "
                         "shape: series, series: {basis: fourier, count: 31}}]"),
