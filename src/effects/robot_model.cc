@@ -46,7 +46,8 @@ BoundEffect::BoundEffect(const Effect& effect, const Robot& robot,
   if (driver_.involves(DriverKind::temperature)) {
     const auto found = std::find(temperature_names.begin(), temperature_names.end(), driver_.where);
     if (found == temperature_names.end())
-      fail("the measurements have no column temp_" + driver_.where + "_c");
+      fail("nothing here tells the temperature '" + driver_.where +
+           "'; measurements tell it in a column temp_" + driver_.where + "_c");
     temperature_ = static_cast<int>(found - temperature_names.begin());
   }
   if (driver_.kind == DriverKind::gravity_torque)

@@ -95,9 +95,7 @@ void ObservationModel::evaluate_effect_values(const Robot& robot) {
   int value_count = 0, coefficient_count = 0;
   bool needs_frames = false, needs_jacobian = false;
   for (const Effect& effect : robot.effects) {
-    if (effect.driver.kind == DriverKind::motor_torque && campaign_.motor_torque_nm.empty())
-      throw std::invalid_argument("effect '" + effect.name +
-                                  "': the measurements have no columns tau1_nm to tau6_nm");
+    require_drivers(campaign_, effect);
     const BoundEffect& bound = effects_.emplace_back(effect, robot, campaign_.temperature_names);
     first_coefficient_.push_back(coefficient_count);
     first_value_.push_back(value_count);
