@@ -14,7 +14,7 @@
 #include <unordered_set>
 
 #include "armtrue/identification/diagnosis.h"
-#include "armtrue/io/input_error.h"
+#include "armtrue/io/number_text.h"
 #include "armtrue/io/output.h"
 #include "armtrue/kinematics/units.h"
 
@@ -175,11 +175,6 @@ Campaign Command::campaign(const std::string& path, const Robot& robot) {
   warn_of_unknown(file.unknown_columns);
   if (file.campaign.skipped_rows > 0)
     warn(fmt::format("{} rows without a measurement skipped", file.campaign.skipped_rows));
-  for (const std::string& name : file.campaign.target_names)
-    if (std::none_of(robot.chain.targets.begin(), robot.chain.targets.end(),
-                     [&](const Target& target) { return target.name == name; }))
-      throw InputError(file.campaign.source + ": the target '" + name +
-                       "' is not in the robot file; add its offset under 'targets'");
   begin_new_sessions(file.campaign, path == input);
   if (const auto findings = diagnose(robot, file.campaign); !findings.empty())
     throw InputError(file.campaign.source + ": " + findings.front());
@@ -213,6 +208,12 @@ void Command::warn_of_unknown(const std::vector<std::string>& columns) const {
   std::string list;
   for (const std::string& column : columns) list += (list.empty() ? "" : ", ") + column;
   warn("columns not used: " + list);
+}
+
+InputError at_its_line(const PathFile& file, const UnreachableSample& error) {
+  return InputError(
+      file.source + ":" + std::to_string(file.line[static_cast<size_t>(error.sample)]) +
+      ": the sample at t_s = " + number_text(file.path.time[error.sample]) + ": " + error.what());
 }
 
 Provenance Command::provenance() const { return {name_, ARMTRUE_VERSION, inputs_}; }

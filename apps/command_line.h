@@ -7,9 +7,11 @@
 #include "armtrue/effects/catalogue.h"
 #include "armtrue/identification/zone.h"
 #include "armtrue/io/campaign_io.h"
+#include "armtrue/io/input_error.h"
 #include "armtrue/io/path_io.h"
 #include "armtrue/io/provenance.h"
 #include "armtrue/io/robot_io.h"
+#include "armtrue/path/joint_path.h"
 
 namespace armtrue::app {
 
@@ -73,6 +75,19 @@ class Command {
   double started_ = 0;
   bool progress_shown_ = false;
 };
+
+/// The error of a sample that the robot cannot take, with the file and line where it stands.
+InputError at_its_line(const PathFile& file, const UnreachableSample& error);
+
+/// Does work on the path of a file, and throws that error for such a sample.
+template <typename Work>
+auto on_samples_of(const PathFile& file, const Work& work) {
+  try {
+    return work();
+  } catch (const UnreachableSample& error) {
+    throw at_its_line(file, error);
+  }
+}
 
 /// Splits `A1.alpha,A2.d` at its commas.
 std::vector<std::string> split_list(const std::string& text);

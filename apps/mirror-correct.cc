@@ -74,8 +74,9 @@ std::vector<Path> registered(const std::vector<Path>& passes, const std::vector<
 }
 
 // What the passes show beside the correction.
-void describe(MirrorFindings& findings, const Path& programmed, const std::vector<Path>& passes,
+void describe(MirrorFindings& findings, const PathFile& program, const std::vector<Path>& passes,
               const std::vector<Path>& earlier, const std::optional<Robot>& robot) {
+  const Path& programmed = program.path;
   std::vector<ClockFit> clocks, earlier_clocks;
   for (const Pass& pass : findings.result.passes) clocks.push_back(pass.clock);
   for (const Path& pass : earlier)
@@ -87,7 +88,9 @@ void describe(MirrorFindings& findings, const Path& programmed, const std::vecto
   findings.force =
       force_law(deviation, programmed, position_at(programmed, deviation.time),
                 LowPass(findings.options.order, findings.result.cutoff, 1 / deviation.period));
-  if (robot) findings.robot = measured_on_predicted(findings.result.deviation, programmed, *robot);
+  if (robot)
+    findings.robot = app::on_samples_of(
+        program, [&] { return measured_on_predicted(deviation, programmed, *robot); });
 }
 
 Eigen::Matrix3Xd corrected_from_force(const PathFile& programmed, const Robot& robot,
@@ -95,11 +98,13 @@ Eigen::Matrix3Xd corrected_from_force(const PathFile& programmed, const Robot& r
   if (!programmed.path.has_force())
     throw InputError(programmed.source +
                      ": --from-force needs the forces of the cut: add fx_n, fy_n and fz_n");
-  return correct_from_force(
-      programmed.path,
-      deviation_from_force(RobotModel(robot), joint_path(programmed.path, robot.chain),
-                           programmed.path.force),
-      options);
+  return app::on_samples_of(programmed, [&] {
+    return correct_from_force(
+        programmed.path,
+        deviation_from_force(RobotModel(robot), joint_path(programmed.path, robot.chain),
+                             programmed.path.force),
+        options);
+  });
 }
 
 std::string pass_as_poses(const PathFile& programmed, const std::optional<Robot>& robot,
@@ -109,9 +114,11 @@ std::string pass_as_poses(const PathFile& programmed, const std::optional<Robot>
                      ": --poses needs the joint angles of the program: add q1_deg to q6_deg, or "
                      "give --robot");
   constexpr int kBlock = 10;  // samples of the instrument to a pose
-  return write_pass_as_poses(programmed.path,
-                             robot ? joint_path(programmed.path, robot->chain) : programmed.path.q,
-                             deviation, kBlock);
+  return app::on_samples_of(programmed, [&] {
+    return write_pass_as_poses(
+        programmed.path, robot ? joint_path(programmed.path, robot->chain) : programmed.path.q,
+        deviation, kBlock);
+  });
 }
 
 // "auto" leaves the choice to the data.
@@ -253,7 +260,7 @@ int main(int argc, char** argv) {
     warn_of_gaps(command, findings.result);
     if (command.verbose || !summary_path.empty() || !report_path.empty()) {
       command.progress("describing");
-      describe(findings, programmed.path, passes, earlier, robot);
+      describe(findings, programmed, passes, earlier, robot);
       command.tell(mirror_table(findings));
     }
     if (!summary_path.empty())

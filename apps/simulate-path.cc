@@ -1,7 +1,5 @@
 #include <algorithm>
 
-#include "armtrue/io/input_error.h"
-#include "armtrue/io/number_text.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/path_io.h"
 #include "armtrue/kinematics/units.h"
@@ -102,16 +100,10 @@ int main(int argc, char** argv) {
     if (depth_mm > 0 && !gives_way(truth))
       command.warn("no effect of the robot is driven by force: the cut moves nothing");
     command.progress("simulating");
-    try {
-      Path measured = simulate_pass(programmed.path, robot, truth, pass);
-      if (!joints) measured.q.resize(Eigen::NoChange, 0);
-      write_output(command.output, write_path(measured));
-    } catch (const UnreachableSample& error) {
-      throw InputError(programmed.source + ":" +
-                       std::to_string(programmed.line[static_cast<size_t>(error.sample)]) +
-                       ": the sample at t_s = " + number_text(programmed.path.time[error.sample]) +
-                       ": " + error.what());
-    }
+    Path measured = app::on_samples_of(
+        programmed, [&] { return simulate_pass(programmed.path, robot, truth, pass); });
+    if (!joints) measured.q.resize(Eigen::NoChange, 0);
+    write_output(command.output, write_path(measured));
     return app::kSuccess;
   });
 }

@@ -2,8 +2,6 @@
 
 #include <charconv>
 
-#include "armtrue/kinematics/chain.h"
-
 namespace armtrue {
 namespace {
 
@@ -111,6 +109,11 @@ std::optional<Driver> parse_driver(std::string_view text) {
   return std::nullopt;
 }
 
-std::string unit_of(DriverKind kind) { return std::string(word(kind).unit); }
+std::string unit_of(DriverKind kind, ParameterUnit parameter) {
+  // Work per unit of the parameter.
+  const bool is_generalised_force = kind == DriverKind::force || kind == DriverKind::moment;
+  if (is_generalised_force && parameter == ParameterUnit::metre) return "N";
+  return std::string(word(kind).unit);
+}
 
 }  // namespace armtrue

@@ -41,14 +41,15 @@ BoundEffect::BoundEffect(const Effect& effect, const Robot& robot,
   const auto fail = [&](const std::string& why) {
     throw std::invalid_argument("effect '" + effect.name + "': " + why);
   };
+  if (const std::string why = contradiction(effect.parameter, driver_, shape_); !why.empty())
+    fail(why);
   if (driver_.involves(DriverKind::temperature)) {
     const auto found = std::find(temperature_names.begin(), temperature_names.end(), driver_.where);
     if (found == temperature_names.end())
-      fail("the measurements have no column temp_" + driver_.where + "_c");
+      fail("nothing here tells the temperature '" + driver_.where +
+           "'; measurements tell it in a column temp_" + driver_.where + "_c");
     temperature_ = static_cast<int>(found - temperature_names.begin());
   }
-  if (driver_.is_pair() && shape_.kind != ShapeKind::series)
-    fail("two joint angles need the shape 'series'");
   if (driver_.kind == DriverKind::gravity_torque)
     loads_.emplace_back(robot, link_parameter(driver_.joint, LinkParameter::theta));
   if (driver_.kind == DriverKind::moment)
@@ -106,7 +107,7 @@ double BoundEffect::driver_value(DriverKind kind, int joint, size_t member, cons
       break;
   }
   double load = 0;
-  loads_[std::min(member, loads_.size() - 1)].values(context, *frames, &load);
+  load_on(member).values(context, *frames, &load);
   return load;
 }
 
@@ -119,7 +120,7 @@ void BoundEffect::shape_values(size_t member, const Context& context, const ArmF
     return evaluate(
         shape_, driver_value(driver_.kind, driver_.joint, member, context, frames, jacobian), out);
   // Without masses, all values of the basis; none if gravity does no work on this parameter.
-  if (loads_[member].value_count() > 0) loads_[member].values(context, *frames, out);
+  if (load_on(member).value_count() > 0) load_on(member).values(context, *frames, out);
 }
 
 void BoundEffect::values(const Context& context, const ArmFrames* frames,

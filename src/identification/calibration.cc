@@ -557,8 +557,8 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
   const int equations = model.rows() * model.row_size() + static_cast<int>(known);
   if (equations <= model.unknowns())
     throw std::invalid_argument(
-        std::to_string(model.rows()) + " readings give " + std::to_string(equations) +
-        " equations for " + std::to_string(model.unknowns()) +
+        campaign.source + ": " + std::to_string(model.rows()) + " readings give " +
+        std::to_string(equations) + " equations for " + std::to_string(model.unknowns()) +
         " unknowns; measure more poses, or identify fewer parameters (--identify)");
 
   Eigen::VectorXd x = Eigen::VectorXd::Zero(model.unknowns());

@@ -5,6 +5,7 @@
 #include <map>
 #include <numbers>
 #include <numeric>
+#include <stdexcept>
 
 namespace armtrue {
 
@@ -85,6 +86,37 @@ Campaign Campaign::select(const std::vector<int>& rows) const {
   pick(temperature_c, chosen.temperature_c);
   pick(session, chosen.session);
   return chosen;
+}
+
+std::string missing_column(const Campaign& campaign, DriverKind kind, const std::string& where) {
+  const auto& sensors = campaign.temperature_names;
+  switch (kind) {
+    case DriverKind::time:
+      return campaign.time_s.empty() ? "t_s" : "";
+    case DriverKind::temperature:
+      return std::find(sensors.begin(), sensors.end(), where) == sensors.end()
+                 ? "temp_" + where + "_c"
+                 : "";
+    case DriverKind::motor_torque:
+      return campaign.motor_torque_nm.empty() ? "tau1_nm to tau6_nm" : "";
+    case DriverKind::arrival:
+      return campaign.arrival.empty() ? "dir1 to dir6" : "";
+    default:
+      return "";
+  }
+}
+
+void require_drivers(const Campaign& campaign, const Effect& effect) {
+  if (campaign.rows() == 0) return;
+  const Driver& driver = effect.driver;
+  std::string missing = missing_column(campaign, driver.kind, driver.where);
+  if (missing.empty() && driver.factor)
+    missing = missing_column(campaign, *driver.factor, driver.where);
+  if (!missing.empty())
+    throw std::invalid_argument(campaign.source + ": has no column " + missing +
+                                ", and the effect '" + effect.name + "' makes " + effect.parameter +
+                                " follow " + to_string(driver) +
+                                "; add it, or take the effect out of its file");
 }
 
 void points_to_coordinates(Campaign& campaign) {

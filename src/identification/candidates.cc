@@ -82,20 +82,12 @@ bool is_driven(DriverKind kind, const std::string& where, const Campaign& campai
   switch (kind) {
     case DriverKind::time:
       return has_time(span);
-    case DriverKind::temperature: {
-      const auto& names = campaign.temperature_names;
-      return std::find(names.begin(), names.end(), where) != names.end();
-    }
-    case DriverKind::motor_torque:
-      return !campaign.motor_torque_nm.empty();
     case DriverKind::payload:
       return varies(campaign.payload_kg);
     case DriverKind::force:
       return varies(campaign.force_n);
-    case DriverKind::arrival:
-      return !campaign.arrival.empty();
     default:
-      return true;
+      return missing_column(campaign, kind, where).empty();
   }
 }
 bool is_driven(const Driver& driver, const Campaign& campaign, const TimeSpan& span) {

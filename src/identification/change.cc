@@ -225,7 +225,7 @@ void Problem::enter_errors() {
     const auto count = static_cast<double>(free.size());
     if (count >= readings.rows() * models_.row_size())
       throw std::invalid_argument(
-          "the readings of session '" + models_.name(s) +
+          readings.source + ": the readings of session '" + models_.name(s) +
           "' only place its base; measure more poses in it, or leave it out");
     degrees_of_freedom_ -= count * session_shares_[s];
     for (int k : free) errors_.push_back({k, s, s});

@@ -67,8 +67,8 @@ std::vector<int> paper_25() {
   int session = 1;
   while (unknown >= models.first_own(session + 1)) ++session;
   const int parameter = models.own(session)[unknown - models.first_own(session)];
-  const std::string readings =
-      "the readings of session '" + models.name(session) + "' do not show ";
+  const std::string readings = models.campaign().source + ": the readings of session '" +
+                               models.name(session) + "' do not show ";
   if (parameter < kLinkParameters)
     throw std::invalid_argument(readings +
                                 "where its instrument stood; measure more poses in it, or leave it "

@@ -108,12 +108,13 @@ void require_known_sessions(const Campaign& training, const Campaign& held_out) 
   const std::set<std::string> known = names_of(training);
   for (const std::string& name : names_of(held_out))
     if (!known.contains(name))
-      throw std::invalid_argument("session '" + name +
+      throw std::invalid_argument(held_out.source + ": session '" + name +
                                   "' has held-out poses but no training pose that shows where its "
                                   "instrument stood; measure more poses in it, or leave it out");
   if (known.size() > 1 && held_out.rows() > 0 && held_out.session.empty())
     throw std::invalid_argument(
-        "the training poses are of several sessions, and the held-out poses do not say of which "
+        held_out.source +
+        ": the training poses are of several sessions, and the held-out poses do not say of which "
         "they are; add the column 'session'");
 }
 

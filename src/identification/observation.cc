@@ -14,37 +14,46 @@ void turn_columns(PoseJacobian& jacobian, int first, const Eigen::Matrix3d& turn
   jacobian.middleCols<3>(first) = columns * turn;
 }
 
-std::vector<int> match_targets(const Campaign& campaign, const Robot& robot) {
-  std::vector<int> indices;
-  for (const std::string& name : campaign.target_names) {
-    const auto& targets = robot.chain.targets;
-    const auto found = std::find_if(targets.begin(), targets.end(),
-                                    [&](const Target& target) { return target.name == name; });
-    if (found == targets.end())
-      throw std::invalid_argument("the measurements name the target '" + name +
-                                  "', which the robot file does not have; add its offset in the "
-                                  "measured frame under 'targets'");
-    indices.push_back(static_cast<int>(found - targets.begin()));
-  }
-  return indices;
+[[noreturn]] void fail_at(const Campaign& campaign, size_t row, const std::string& what) {
+  const std::string line =
+      row < campaign.line.size() ? ":" + std::to_string(campaign.line[row]) : "";
+  throw std::invalid_argument(campaign.source + line + ": " + what);
+}
+
+// The first row that has the name of this number in its column.
+size_t first_row_of(size_t number, const std::vector<int>& column) {
+  return static_cast<size_t>(std::find(column.begin(), column.end(), static_cast<int>(number)) -
+                             column.begin());
 }
 
 }  // namespace
 
+std::vector<int> match_targets(const Campaign& campaign, const KinematicChain& chain) {
+  std::vector<int> indices;
+  for (const std::string& name : campaign.target_names) {
+    const auto found = std::find_if(chain.targets.begin(), chain.targets.end(),
+                                    [&](const Target& target) { return target.name == name; });
+    if (found == chain.targets.end())
+      fail_at(campaign, first_row_of(indices.size(), campaign.target),
+              "column 'target': the robot file has no target '" + name +
+                  "'; add its offset in the measured frame to the robot file, under 'targets'");
+    indices.push_back(static_cast<int>(found - chain.targets.begin()));
+  }
+  return indices;
+}
+
 std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& chain) {
   if (!campaign.has_distances()) return {};
-  const auto fail = [&](int row, const std::string& what) {
-    const std::string line = campaign.line.empty() ? "" : ":" + std::to_string(campaign.line[row]);
-    throw std::invalid_argument(campaign.source + line + ": " + what);
-  };
   constexpr const char* kRemedy = "; add its place in R_A to the robot file, under 'anchors'";
   const auto the_only = [&] {
     if (chain.anchors.empty())
-      fail(0, std::string("column 'l_mm': the robot file has no anchor to measure from") + kRemedy);
+      fail_at(campaign, 0,
+              std::string("column 'l_mm': the robot file has no anchor to measure from") + kRemedy);
     if (chain.anchors.size() > 1)
-      fail(0,
-           "the robot file has " + std::to_string(chain.anchors.size()) +
-               " anchors; say in a column 'anchor' from which of them each distance is measured");
+      fail_at(
+          campaign, 0,
+          "the robot file has " + std::to_string(chain.anchors.size()) +
+              " anchors; say in a column 'anchor' from which of them each distance is measured");
     return 0;
   };
   if (campaign.anchor.empty()) return {the_only()};
@@ -57,12 +66,9 @@ std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& c
     }
     const auto found = std::find_if(chain.anchors.begin(), chain.anchors.end(),
                                     [&](const Anchor& anchor) { return anchor.name == name; });
-    if (found == chain.anchors.end()) {
-      const auto row = std::find(campaign.anchor.begin(), campaign.anchor.end(),
-                                 static_cast<int>(indices.size()));
-      fail(std::min(static_cast<int>(row - campaign.anchor.begin()), campaign.rows() - 1),
-           "column 'anchor': the robot file has no anchor '" + name + "'" + kRemedy);
-    }
+    if (found == chain.anchors.end())
+      fail_at(campaign, first_row_of(indices.size(), campaign.anchor),
+              "column 'anchor': the robot file has no anchor '" + name + "'" + kRemedy);
     indices.push_back(static_cast<int>(found - chain.anchors.begin()));
   }
   return indices;
@@ -74,7 +80,7 @@ ObservationModel::ObservationModel(const Campaign& campaign, const Robot& robot,
     : campaign_(campaign),
       robot_(robot),
       geometric_(std::move(geometric)),
-      targets_(match_targets(campaign, robot)),
+      targets_(match_targets(campaign, robot.chain)),
       anchors_(match_anchors(campaign, robot.chain)),
       scale_(scale),
       fitted_effects_(std::min(fitted_effects, static_cast<int>(robot.effects.size()))),
@@ -89,9 +95,7 @@ void ObservationModel::evaluate_effect_values(const Robot& robot) {
   int value_count = 0, coefficient_count = 0;
   bool needs_frames = false, needs_jacobian = false;
   for (const Effect& effect : robot.effects) {
-    if (effect.driver.kind == DriverKind::motor_torque && campaign_.motor_torque_nm.empty())
-      throw std::invalid_argument("effect '" + effect.name +
-                                  "': the measurements have no columns tau1_nm to tau6_nm");
+    require_drivers(campaign_, effect);
     const BoundEffect& bound = effects_.emplace_back(effect, robot, campaign_.temperature_names);
     first_coefficient_.push_back(coefficient_count);
     first_value_.push_back(value_count);

@@ -125,6 +125,7 @@ Campaign points(const PoseCloud& cloud, const std::vector<JointVector>& configur
   const ChainEvaluator evaluator(chain);
   const size_t targets = chain.targets.size(), anchors = chain.anchors.size();
   Campaign campaign;
+  campaign.source = "the poses to be planned";
   for (const Target& target : chain.targets) campaign.target_names.push_back(target.name);
   for (size_t pose = 0; pose < configurations.size(); ++pose) {
     campaign.pose_ids.push_back(std::to_string(pose + 1));

@@ -25,10 +25,7 @@ constexpr int kAnchorsThatShowATurn = 3;  // of the base
 Eigen::Matrix3Xd own_points(Robot robot, const Campaign& campaign) {
   robot.effects.clear();
   const RobotModel model(robot);
-  std::vector<int> targets;
-  for (const std::string& name : campaign.target_names)
-    for (size_t t = 0; t < robot.chain.targets.size(); ++t)
-      if (robot.chain.targets[t].name == name) targets.push_back(static_cast<int>(t));
+  const std::vector<int> targets = match_targets(campaign, robot.chain);
   Eigen::Matrix3Xd points(3, campaign.rows());
   for (int row = 0; row < campaign.rows(); ++row)
     points.col(row) =

@@ -54,14 +54,12 @@ Effect read_effect_form(YamlMap& map, const KinematicChain& chain) {
       !find_parameter(chain, effect.parameter))
     map.fail("parameter", "the robot has no parameter '" + effect.parameter + "'");
   const auto driver = parse_driver(map.text("driver"));
-  if (!driver)
-    map.fail("driver",
-             "'" + map.text("driver") +
-                 "' is none of joint-angle <j>[,<k>], gravity-torque <j>, motor-torque <j>, "
-                 "arrival <j>, time, temperature <where>, payload, force, moment, or one of them "
-                 "* arrival <j>, time, temperature <where>, payload or force");
+  if (!driver) map.fail("driver", "'" + map.text("driver") + "' is none of " + kDriverForms);
   effect.driver = *driver;
   effect.shape = read_shape(map);
+  if (const std::string why = contradiction(effect.parameter, effect.driver, effect.shape);
+      !why.empty())
+    map.fail("driver", why);
   if (effect.shape.kind == ShapeKind::step) effect.shape.at = map.number("at_s");
   if (effect.shape.kind == ShapeKind::exponential) {
     effect.shape.tau = map.number("tau_s");

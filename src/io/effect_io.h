@@ -6,6 +6,12 @@
 
 namespace armtrue {
 
+/// What a driver may be, for messages.
+inline constexpr const char* kDriverForms =
+    "joint-angle <j>[,<k>], gravity-torque <j>, motor-torque <j>, arrival <j>, time, temperature "
+    "<where>, payload, force, moment, position (of instrument.scale), or one of them * arrival "
+    "<j>, time, temperature <where>, payload or force";
+
 Shape read_shape(YamlMap& map);
 
 /// The inner values of a series.

@@ -93,11 +93,14 @@ std::string unidentifiable(const TracedEffect& traced, const Rival& rival) {
   return text;
 }
 
-// "0.8 mrad" of a length or an angle.
+DisplayUnit shown_in(const Robot& robot, const std::string& parameter) {
+  return display_unit(unit_of_parameter(robot.chain, parameter));
+}
+
+// "0.8 mrad", "0.3 mm", "12 ppm".
 std::string size_text(const Robot& robot, const std::string& parameter, double value) {
-  const bool is_length = unit_of_parameter(robot, parameter) == "m";
-  return fmt::format("{:.3g} {}", value / (is_length ? kMillimetre : kMilliradian),
-                     is_length ? "mm" : "mrad");
+  const DisplayUnit unit = shown_in(robot, parameter);
+  return fmt::format("{:.3g} {}", value / unit.si, unit.name);
 }
 
 std::string driver_text(const Effect& effect, double value) {
@@ -113,14 +116,15 @@ std::string driver_text(const Effect& effect, double value) {
 
 // Of an amplitude: "mrad", or "mrad per K" of the factor.
 std::string amplitude_unit(const Effect& effect, const Robot& robot) {
-  const std::string unit = unit_of_parameter(robot, effect.parameter) == "m" ? "mm" : "mrad";
-  const std::string of_factor = effect.driver.factor ? unit_of(*effect.driver.factor) : "";
+  const ParameterUnit moved = unit_of_parameter(robot.chain, effect.parameter);
+  const std::string unit = display_unit(moved).name;
+  const std::string of_factor = effect.driver.factor ? unit_of(*effect.driver.factor, moved) : "";
   return of_factor.empty() ? unit : unit + " per " + of_factor;
 }
 
 // "37.41 +- 0.03 cycles per turn, amplitude 0.21 +- 0.04 mrad, phase 41 deg".
 std::string cycle_text(const Effect& effect, const Cycle& cycle, const Robot& robot) {
-  const bool is_length = unit_of_parameter(robot, effect.parameter) == "m";
+  const double unit = shown_in(robot, effect.parameter).si;
   const double half_width = 0.5 * (cycle.amplitude_ci95[1] - cycle.amplitude_ci95[0]);
   std::string frequency = fmt::format("{:g}", effect.shape.harmonic);
   if (cycle.frequency_std > 0) {
@@ -130,8 +134,7 @@ std::string cycle_text(const Effect& effect, const Cycle& cycle, const Robot& ro
     frequency = fmt::format("{:.{}f} +- {:.2g}", effect.shape.harmonic, digits, of_frequency);
   }
   return fmt::format("{} cycles per turn, amplitude {:.3g} +- {:.2g} {}, phase {:.0f} deg",
-                     frequency, cycle.amplitude / (is_length ? kMillimetre : kMilliradian),
-                     half_width / (is_length ? kMillimetre : kMilliradian),
+                     frequency, cycle.amplitude / unit, half_width / unit,
                      amplitude_unit(effect, robot), cycle.phase / kDegree);
 }
 
@@ -207,26 +210,25 @@ std::string in_words(const TracedEffect& traced, const HeldOutGain* gain,
 
 YAML::Node curve_node(const Effect& effect, const std::vector<CurvePoint>& curve,
                       const Robot& robot) {
-  const bool is_length = unit_of_parameter(robot, effect.parameter) == "m";
+  const DisplayUnit unit = shown_in(robot, effect.parameter);
   const bool is_angle = effect.driver.kind == DriverKind::joint_angle;
   YAML::Node drivers, values, half_widths;
   for (const CurvePoint& point : curve) {
     drivers.push_back(fmt::format("{:.5g}", is_angle ? point.driver / kDegree : point.driver));
-    values.push_back(rounded(point.value / (is_length ? kMillimetre : kMilliradian)));
-    half_widths.push_back(rounded(point.half_width / (is_length ? kMillimetre : kMilliradian)));
+    values.push_back(rounded(point.value / unit.si));
+    half_widths.push_back(rounded(point.half_width / unit.si));
   }
   YAML::Node node;
   node[is_angle                                 ? "driver_deg"
        : effect.driver.kind == DriverKind::time ? "driver_s"
                                                 : "driver_c"] = flow(drivers);
-  node[is_length ? "value_mm" : "value_mrad"] = flow(values);
-  node[is_length ? "half_width_mm" : "half_width_mrad"] = flow(half_widths);
+  node["value_" + unit.name] = flow(values);
+  node["half_width_" + unit.name] = flow(half_widths);
   if (const auto cycle = is_angle ? strongest_cycle(curve) : std::nullopt)
     node["strongest_cycle"] =
         flow_map({{"per_turn", fmt::format("{:.5g}", cycle->per_turn)},
                   {"resolution", rounded(cycle->resolution)},
-                  {is_length ? "amplitude_mm" : "amplitude_mrad",
-                   rounded(cycle->amplitude / (is_length ? kMillimetre : kMilliradian))},
+                  {"amplitude_" + unit.name, rounded(cycle->amplitude / unit.si)},
                   {"share", rounded(cycle->share)}});
   return node;
 }
@@ -243,8 +245,7 @@ YAML::Node estimate_node(double value, double std, const std::array<double, 2>& 
 }
 
 YAML::Node cycle_node(const TracedEffect& traced, const Robot& robot) {
-  const bool is_length = unit_of_parameter(robot, traced.effect.parameter) == "m";
-  const double unit = is_length ? kMillimetre : kMilliradian;
+  const double unit = shown_in(robot, traced.effect.parameter).si;
   const Cycle& cycle = *traced.cycle;
   YAML::Node node;
   if (cycle.frequency_std > 0)
@@ -260,7 +261,7 @@ YAML::Node cycle_node(const TracedEffect& traced, const Robot& robot) {
 
 YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain,
                        const std::vector<CurvePoint>& curve, const Robot& robot) {
-  YAML::Node node = effect_node(traced.effect, unit_of_parameter(robot, traced.effect.parameter));
+  YAML::Node node = effect_node(traced.effect, robot.chain);
   std::vector<std::pair<std::string, std::string>> evidence{
       {"delta_ebic", rounded(traced.evidence.delta_ebic)},
       {"p_value", rounded(traced.evidence.p_value)},

@@ -53,6 +53,19 @@ int link_index(const YamlMap& map, const KinematicChain& chain, const std::strin
   map.fail("link", "the robot has no link '" + name + "'");
 }
 
+// A parameter that is a constant of the set-up: instrument.scale is none, only effects have it.
+int constant_parameter(const YamlMap& map, const std::string& key, const std::string& name,
+                       const KinematicChain& chain) {
+  const auto parameter = find_parameter(chain, name);
+  if (!parameter) map.fail(key, "the robot has no parameter '" + name + "'");
+  if (*parameter == kInstrumentScale)
+    map.fail(key,
+             "instrument.scale is not identified with the robot; remove it, and let an effect fit "
+             "it: {name: instrument scale, parameter: instrument.scale, driver: position, shape: "
+             "linear, coefficients: [{name: c, value: 0}]}");
+  return *parameter;
+}
+
 double file_unit(int parameter) {
   return parameter_unit(parameter) == ParameterUnit::metre ? kMillimetre : kDegree;
 }
@@ -60,11 +73,10 @@ double file_unit(int parameter) {
 std::map<std::string, double> read_deviations(YamlMap map, const KinematicChain& chain) {
   std::map<std::string, double> deviations;
   for (const std::string& key : map.keys()) {
-    const auto parameter = find_parameter(chain, key);
-    if (!parameter) map.fail(key, "the robot has no parameter '" + key + "'");
+    const int parameter = constant_parameter(map, key, key, chain);
     const double value = map.number(key);
     if (value <= 0) map.fail(key, "a standard deviation must be above zero");
-    deviations[key] = value * file_unit(*parameter);
+    deviations[key] = value * file_unit(parameter);
   }
   return deviations;
 }
@@ -185,6 +197,10 @@ CatalogueEntry read_entry(YamlMap map) {
                                     std::pair{" previous", CatalogueEntry::Joint::previous}})
     if (driver.ends_with(word)) {
       if (entry.joints.empty()) map.fail("driver", "'" + driver + "' needs a parameter of a joint");
+      if (driver.find('*') != std::string::npos)
+        map.fail("driver", "'" + driver +
+                               "': own and previous stand for the joint of a driver "
+                               "without a factor; give numbers, in an entry for each joint");
       entry.driver_joint = which;
       driver.replace(driver.size() - std::string(word).size(), std::string::npos, " 1");
     }
@@ -193,13 +209,28 @@ CatalogueEntry read_entry(YamlMap map) {
       driver == "temperature"
           ? Driver{DriverKind::temperature, -1, -1, ""}
           : parse_driver(driver).value_or(Driver{DriverKind::joint_angle, -1, -1, "?"});
-  if (parsed.where == "?") map.fail("driver", "'" + driver + "' is no driver");
+  if (parsed.where == "?")
+    map.fail("driver", "'" + driver + "' is no driver; give one of " + kDriverForms +
+                           ", where own and previous may stand for the <j> of one alone, and "
+                           "temperature for every sensor");
   entry.driver = parsed;
   if (entry.driver_joint == CatalogueEntry::Joint::none && parsed.joint >= 0)
     entry.driver_joint = CatalogueEntry::Joint::fixed;
   entry.shape = read_shape(map);
-  if (entry.shape.kind == ShapeKind::series) read_series(map.map("series"), false, entry.shape);
-  entry.only_positive = map.text("sign", "any") == "positive";
+  if (const std::string why = contradiction(entry.parameter, entry.driver, entry.shape);
+      !why.empty())
+    map.fail("driver", why);
+  if ((entry.shape.kind == ShapeKind::step || entry.shape.kind == ShapeKind::exponential) &&
+      entry.driver.kind != DriverKind::time)
+    map.fail("shape", "'" + to_string(entry.shape) +
+                          "' follows time alone here, over which t* and tau are searched; take the "
+                          "driver 'time' or another shape");
+  if (entry.shape.kind == ShapeKind::series)
+    read_series(map.map("series"), entry.driver.is_pair(), entry.shape);
+  const std::string sign = map.text("sign", "any");
+  if (sign != "any" && sign != "positive")
+    map.fail("sign", "'" + sign + "' is neither any nor positive");
+  entry.only_positive = sign == "positive";
   entry.separated_by = map.text("separated_by", "");
   map.finish();
   return entry;
@@ -259,9 +290,8 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
   }
   if (document.has("identify")) robot.identify = document.texts("identify");
   for (const std::string& name : robot.identify)
-    if (name != "auto" && name != "paper-25" && name != "base" && name != "tool" &&
-        !find_parameter(robot.chain, name))
-      document.fail("identify", "the robot has no parameter '" + name + "'");
+    if (name != "auto" && name != "paper-25" && name != "base" && name != "tool")
+      constant_parameter(document, "identify", name, robot.chain);
   if (document.has("identify_per_session"))
     robot.identify_per_session = document.texts("identify_per_session");
   for (const std::string& name : robot.identify_per_session)
@@ -357,7 +387,7 @@ YAML::Node robot_node(const Robot& robot, const Provenance& provenance) {
   if (!robot.std.empty()) root["std"] = std_node(robot.std, robot.chain);
   if (robot.effects.empty()) root["effects"] = flow(YAML::Node(YAML::NodeType::Sequence));
   for (const Effect& effect : robot.effects)
-    root["effects"].push_back(effect_node(effect, unit_of_parameter(robot, effect.parameter)));
+    root["effects"].push_back(effect_node(effect, robot.chain));
   return root;
 }
 

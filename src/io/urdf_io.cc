@@ -33,6 +33,14 @@ Pose link_transform(const Link& link) {
   return pose;
 }
 
+// Text as an attribute may hold it. One character at a time, because tinyxml takes "&#x" for the
+// begin of a reference and leaves it as it is.
+std::string attribute(const std::string& text) {
+  std::string result;
+  for (const char c : text) TiXmlBase::EncodeString(std::string(1, c), &result);
+  return result;
+}
+
 // URDF's roll, pitch and yaw are KUKA's C, B and A.
 std::string origin_xml(const Pose& pose) {
   const Vector3d abc = abc_from_rotation(pose.rotation);
@@ -43,8 +51,8 @@ std::string origin_xml(const Pose& pose) {
 }
 
 std::string link_xml(const std::string& name, const std::string& content = "") {
-  if (content.empty()) return fmt::format("  <link name=\"{}\"/>\n", name);
-  return fmt::format("  <link name=\"{}\">\n{}  </link>\n", name, content);
+  if (content.empty()) return fmt::format("  <link name=\"{}\"/>\n", attribute(name));
+  return fmt::format("  <link name=\"{}\">\n{}  </link>\n", attribute(name), content);
 }
 
 // The bodies of one link as one, with no moment of inertia: statics need none.
@@ -79,7 +87,7 @@ std::string fixed_joint_xml(const std::string& name, const std::string& parent,
   return fmt::format(
       "  <joint name=\"{}\" type=\"fixed\">\n    <parent link=\"{}\"/>\n    <child link=\"{}\"/>\n"
       "    {}\n{}  </joint>\n",
-      name, parent, child, origin_xml(pose), attributes);
+      attribute(name), attribute(parent), attribute(child), origin_xml(pose), attributes);
 }
 
 std::string revolute_joint_xml(const Link& link, const std::string& parent) {
@@ -88,8 +96,8 @@ std::string revolute_joint_xml(const Link& link, const std::string& parent) {
       "  <joint name=\"joint_{}\" type=\"{}\">\n    <parent link=\"{}\"/>\n    <child "
       "link=\"{}\"/>\n"
       "    {}\n    <axis xyz=\"0 0 {}\"/>\n{}{}  </joint>\n",
-      link.name, limited ? "revolute" : "continuous", parent, link.name,
-      origin_xml(link_transform(link)), link.sign > 0 ? "1" : "-1",
+      attribute(link.name), limited ? "revolute" : "continuous", attribute(parent),
+      attribute(link.name), origin_xml(link_transform(link)), link.sign > 0 ? "1" : "-1",
       limited ? fmt::format("    <limit lower=\"{}\" upper=\"{}\" effort=\"0\" velocity=\"0\"/>\n",
                             number_text(link.min), number_text(link.max))
               : "",
@@ -296,7 +304,7 @@ Robot from_axes(const std::vector<ChainJoint>& chain, const std::string& file) {
 }  // namespace
 
 std::string write_urdf(const Robot& robot) {
-  std::string xml = "<?xml version=\"1.0\"?>\n<robot name=\"" + robot.name + "\">\n";
+  std::string xml = "<?xml version=\"1.0\"?>\n<robot name=\"" + attribute(robot.name) + "\">\n";
   xml += link_xml("world") + link_xml("base_link");
   for (int j = 0; j < kLinks; ++j)
     xml += link_xml(robot.chain.links[j].name, inertial_xml(robot, j));

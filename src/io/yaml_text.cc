@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "armtrue/kinematics/parameters.h"
-
 namespace armtrue {
 namespace {
 
@@ -21,6 +19,39 @@ const char* basis_name(SeriesBasis basis) {
       break;
   }
   return "fourier";
+}
+
+const char* si_name(ParameterUnit unit) {
+  switch (unit) {
+    case ParameterUnit::metre:
+      return "m";
+    case ParameterUnit::radian:
+      return "rad";
+    case ParameterUnit::one:
+      break;
+  }
+  return "1";
+}
+
+// What the parameter is measured in that a coefficient moves. Of a group x, y and z come first, and
+// have half of the coefficients, unless the moment turns it.
+ParameterUnit unit_moved(const Effect& effect, size_t coefficient, const KinematicChain& chain) {
+  if (is_group(effect.parameter) && effect.driver.kind != DriverKind::moment &&
+      2 * coefficient < effect.coefficients.size())
+    return ParameterUnit::metre;
+  return unit_of_parameter(chain, effect.parameter);
+}
+
+// "rad/(N m)", "m/K", "1".
+std::string coefficient_unit(const Effect& effect, ParameterUnit moved) {
+  std::string driver;
+  if (effect.shape.kind == ShapeKind::linear) driver = unit_of(effect.driver.kind, moved);
+  const std::string factor = effect.driver.factor ? unit_of(*effect.driver.factor, moved) : "";
+  if (!driver.empty() && !factor.empty()) driver += " ";
+  driver += factor;
+  if (driver.empty()) return si_name(moved);
+  return si_name(moved) +
+         (driver.find(' ') == std::string::npos ? "/" + driver : "/(" + driver + ")");
 }
 
 }  // namespace
@@ -46,20 +77,6 @@ YAML::Node error_node(const ErrorSummary& errors, double unit) {
                    {"max", rounded(errors.max / unit)}});
 }
 
-std::string unit_of_parameter(const Robot& robot, const std::string& parameter) {
-  const auto index = find_parameter(robot.chain, parameter);
-  if (!index) return "m or rad";
-  switch (parameter_unit(*index)) {
-    case ParameterUnit::metre:
-      return "m";
-    case ParameterUnit::radian:
-      return "rad";
-    case ParameterUnit::one:
-      break;
-  }
-  return "1";
-}
-
 YAML::Node effect_form_node(const Effect& effect) {
   YAML::Node node;
   node["name"] = effect.name;
@@ -83,19 +100,10 @@ YAML::Node effect_form_node(const Effect& effect) {
   return node;
 }
 
-YAML::Node effect_node(const Effect& effect, const std::string& unit_of_parameter) {
+YAML::Node effect_node(const Effect& effect, const KinematicChain& chain) {
   YAML::Node node = effect_form_node(effect);
-  const Shape& shape = effect.shape;
-  std::string driver_unit;
-  if (shape.kind == ShapeKind::linear) driver_unit = unit_of(effect.driver.kind);
-  const std::string factor_unit = effect.driver.factor ? unit_of(*effect.driver.factor) : "";
-  if (!driver_unit.empty() && !factor_unit.empty()) driver_unit += " ";
-  driver_unit += factor_unit;
-  std::string unit = unit_of_parameter;
-  if (!driver_unit.empty())
-    unit +=
-        driver_unit.find(' ') == std::string::npos ? "/" + driver_unit : "/(" + driver_unit + ")";
-  for (const Coefficient& c : effect.coefficients) {
+  for (size_t k = 0; k < effect.coefficients.size(); ++k) {
+    const Coefficient& c = effect.coefficients[k];
     YAML::Node coefficient;
     coefficient["name"] = c.name;
     coefficient["value"] = number_text(c.value);
@@ -105,7 +113,7 @@ YAML::Node effect_node(const Effect& effect, const std::string& unit_of_paramete
       for (double bound : c.ci95) interval.push_back(fmt::format("{:.5g}", bound));
       coefficient["ci95"] = flow(interval);
     }
-    coefficient["unit"] = unit;
+    coefficient["unit"] = coefficient_unit(effect, unit_moved(effect, k, chain));
     node["coefficients"].push_back(flow(coefficient));
   }
   return node;

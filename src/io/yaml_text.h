@@ -31,12 +31,9 @@ std::string rounded(double value);
 
 YAML::Node error_node(const ErrorSummary& errors, double unit);
 
-/// SI unit of a parameter or group of parameters: "m", "rad", "1", "m or rad".
-std::string unit_of_parameter(const Robot& robot, const std::string& parameter);
-
 /// Name, parameter, driver and shape with its inner values.
 YAML::Node effect_form_node(const Effect& effect);
-YAML::Node effect_node(const Effect& effect, const std::string& unit_of_parameter);
+YAML::Node effect_node(const Effect& effect, const KinematicChain& chain);
 /// What each session of a robot has for itself.
 YAML::Node sessions_node(const Robot& robot);
 YAML::Node robot_node(const Robot& robot, const Provenance& provenance);

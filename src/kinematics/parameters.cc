@@ -2,6 +2,8 @@
 
 #include <stdexcept>
 
+#include "armtrue/kinematics/units.h"
+
 namespace armtrue {
 namespace {
 
@@ -30,6 +32,18 @@ ParameterUnit parameter_unit(int index) {
   const auto which = static_cast<LinkParameter>((index - kLinkParameters) % 5);
   return which == LinkParameter::d || which == LinkParameter::r ? ParameterUnit::metre
                                                                 : ParameterUnit::radian;
+}
+
+DisplayUnit display_unit(ParameterUnit unit) {
+  switch (unit) {
+    case ParameterUnit::metre:
+      return {kMillimetre, "mm"};
+    case ParameterUnit::radian:
+      return {kMilliradian, "mrad"};
+    case ParameterUnit::one:
+      break;
+  }
+  return {kPartPerMillion, "ppm"};
 }
 
 std::string parameter_name(const KinematicChain& chain, int index) {

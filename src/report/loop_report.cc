@@ -57,20 +57,18 @@ std::string histogram_plot(const LoopResult& result) {
 std::string curve_plot(const Effect& effect, const std::vector<CurvePoint>& curve,
                        const KinematicChain& chain) {
   const bool is_angle = effect.driver.kind == DriverKind::joint_angle;
-  const bool is_length =
-      parameter_unit(*find_parameter(chain, effect.parameter)) == ParameterUnit::metre;
-  const double unit = is_length ? kMillimetre : kMilliradian;
+  const DisplayUnit unit = display_unit(unit_of_parameter(chain, effect.parameter));
   const char* driver_unit = is_angle                                 ? ", deg"
                             : effect.driver.kind == DriverKind::time ? ", s"
                                                                      : ", deg C";
   std::ostringstream script;
   script << "set grid\nset key off\nset xlabel " << quoted(to_string(effect.driver) + driver_unit)
-         << " noenhanced\nset ylabel " << quoted(effect.parameter + (is_length ? ", mm" : ", mrad"))
+         << " noenhanced\nset ylabel " << quoted(effect.parameter + ", " + unit.name)
          << " noenhanced\n$d << END\n";
   for (const CurvePoint& point : curve)
-    script << (is_angle ? point.driver / kDegree : point.driver) << " " << point.value / unit << " "
-           << (point.value - point.half_width) / unit << " "
-           << (point.value + point.half_width) / unit << "\n";
+    script << (is_angle ? point.driver / kDegree : point.driver) << " " << point.value / unit.si
+           << " " << (point.value - point.half_width) / unit.si << " "
+           << (point.value + point.half_width) / unit.si << "\n";
   script
       << "END\nplot $d using 1:3:4 with filledcurves fs solid 0.3, '' using 1:2 with lines lw 2\n";
   return plot_svg(script.str(), kWidth, kHeight - 40);

@@ -130,6 +130,50 @@ TEST(RobotModel, AGroupFollowsTheForceOnEachOfItsMembers) {
   }
 }
 
+// The torque on one joint, times the force on each member of a group.
+TEST(RobotModel, AGroupSharesTheTorqueThatAForceMultiplies) {
+  Robot massless = read_robot(kRobotFile).robot;
+  const Robot robot = massless;
+  massless.bodies.clear();
+  Context context;
+  context.q << 0.1, -1.2, 0.7, 0.9, 0.4, -0.3;
+  context.force_n = {300, -200, 500};
+  for (const Robot& arm : {robot, massless}) {
+    const ArmFrames frames = ChainEvaluator(arm.chain).link_frames(context.q);
+    PoseJacobian jacobian;
+    ChainEvaluator(arm.chain).pose(context.q, jacobian);
+    const GravityLoad gravity(arm, link_parameter(1, LinkParameter::theta));
+    std::vector<double> torque(static_cast<size_t>(gravity.value_count()));
+    gravity.values(context, frames, torque.data());
+    for (const auto& [group, first] :
+         {std::pair{"base", kBaseParameters}, std::pair{"tool", kToolParameters}}) {
+      const BoundEffect bound(
+          {"gives way", group, *parse_driver("gravity-torque 2 * force"), Shape{}, {}}, arm);
+      ASSERT_EQ(bound.coefficient_count(), 6 * gravity.value_count());
+      std::vector<double> values(static_cast<size_t>(bound.value_count()));
+      bound.values(context, &frames, &jacobian, values.data());
+      for (const BoundEffect::Term& term : bound.terms()) {
+        const double force = jacobian.col(term.parameter).head<3>().dot(context.force_n);
+        const auto which = static_cast<size_t>(term.coefficient % gravity.value_count());
+        EXPECT_EQ(term.parameter, first + term.coefficient / gravity.value_count());
+        EXPECT_DOUBLE_EQ(values.at(static_cast<size_t>(term.value)), torque.at(which) * force)
+            << group << " " << term.coefficient;
+      }
+    }
+  }
+}
+
+TEST(RobotModel, ADriverThatCannotMoveAParameterIsAnError) {
+  const Robot robot = read_robot(kRobotFile).robot;
+  for (const auto& [parameter, driver] :
+       {std::pair{"instrument.scale", "force"}, std::pair{"instrument.scale", "moment"},
+        std::pair{"instrument.scale", "time * force"}, std::pair{"A2.d", "position"},
+        std::pair{"base", "position * payload"}, std::pair{"A2.d", "joint-angle 2,4"}})
+    EXPECT_THROW(BoundEffect({"e", parameter, *parse_driver(driver), Shape{}, {}}, robot),
+                 std::invalid_argument)
+        << parameter << " by " << driver;
+}
+
 TEST(RobotModel, AFactorMultipliesTheShape) {
   Robot robot = read_robot(kRobotFile).robot;
   Robot with = robot;

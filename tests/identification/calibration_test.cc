@@ -1,6 +1,6 @@
 #include "armtrue/identification/calibration.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +13,10 @@
 
 namespace armtrue {
 namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::StartsWith;
 
 Robot shipped(const std::string& name) {
   return read_robot(ARMTRUE_CONFIG "/robots/" + name + ".yaml").robot;
@@ -203,6 +207,39 @@ TEST(Calibration, EffectsBehindThoseFittedKeepTheirCoefficients) {
   const Coefficient& found = result.robot.effects[0].coefficients[0];
   EXPECT_NEAR(found.value, truth.effects[0].coefficients[0].value, 4 * found.std);
   EXPECT_NEAR(result.scale.position, 2e-5, 4e-6);
+}
+
+// An absent column is no value of 0, unless it says that there was nothing.
+TEST(Calibration, WhatTheReadingsDoNotTellDrivesNothing) {
+  const Robot robot = shipped("kr360-spindle");
+  const Campaign told = simulate(robot, robot, {});
+  Campaign untold = told;
+  untold.source = "untold.csv";
+  untold.time_s.clear();
+  untold.arrival.clear();
+  const auto missing = [&](const Campaign& campaign, const std::string& driver) -> std::string {
+    Robot driven = robot;
+    driven.effects.push_back({"e", "A2.theta", *parse_driver(driver), Shape{}, {{"c", 1e-9}}});
+    try {
+      evaluate(driven, campaign);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  for (const auto& [driver, column] :
+       {std::pair{"time", "t_s"}, std::pair{"joint-angle 2 * time", "t_s"},
+        std::pair{"arrival 2", "dir1"}, std::pair{"joint-angle 2 * arrival 3", "dir1"},
+        std::pair{"temperature air", "temp_air_c"}, std::pair{"time * temperature air", "t_s"},
+        std::pair{"gravity-torque 2 * temperature air", "temp_air_c"},
+        std::pair{"motor-torque 2", "tau1_nm"}})
+    EXPECT_THAT(missing(untold, driver),
+                AllOf(StartsWith("untold.csv: "), HasSubstr(column), HasSubstr(driver)));
+  for (const char* driver : {"payload", "force", "joint-angle 2 * payload", "gravity-torque 2",
+                             "joint-angle 2 * force", "moment"})
+    EXPECT_EQ(missing(untold, driver), "");
+  for (const char* driver : {"time", "arrival 2", "joint-angle 2 * time"})
+    EXPECT_EQ(missing(told, driver), "");
 }
 
 TEST(Calibration, FewerReadingsThanUnknownsIsAnError) {

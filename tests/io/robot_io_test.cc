@@ -128,6 +128,35 @@ TEST(RobotIo, EveryKindOfEffectReadsBack) {
   }
 }
 
+// What a load does on a length is a force, on an angle a torque.
+TEST(RobotIo, CoefficientsHaveTheUnitOfTheirParameterAndDriver) {
+  const auto units = [](const std::string& parameter, const std::string& driver, int coefficients) {
+    Robot robot = parse_robot(text_of("kr360"), "kr360");
+    robot.effects.push_back({"e", parameter, *parse_driver(driver), Shape{}, {}});
+    robot.effects.front().coefficients.resize(static_cast<size_t>(coefficients));
+    const std::string text = write_robot(robot);
+    std::vector<std::string> found;
+    const std::string key = "unit: ";
+    for (size_t at = text.find(key); at != std::string::npos; at = text.find(key, at)) {
+      at += key.size();
+      found.push_back(text.substr(at, text.find('}', at) - at));
+    }
+    return found;
+  };
+  using Units = std::vector<std::string>;
+  EXPECT_EQ(units("base.x", "force", 1), Units{"m/N"});
+  EXPECT_EQ(units("A3.theta", "force", 1), Units{"rad/(N m)"});
+  EXPECT_EQ(units("A2.d", "moment", 1), Units{"m/N"});
+  EXPECT_EQ(units("A2.d", "gravity-torque 2", 1), Units{"m/(N m)"});
+  EXPECT_EQ(units("A2.d", "joint-angle 2 * force", 1), Units{"m/(rad N)"});
+  EXPECT_EQ(units("instrument.scale", "temperature air", 1), Units{"1/K"});
+  EXPECT_EQ(units("instrument.scale", "position", 1), Units{"1"});
+  EXPECT_EQ(units("base", "moment", 1), Units{"rad/(N m)"});
+  EXPECT_EQ(units("base", "force", 6),
+            (Units{"m/N", "m/N", "m/N", "rad/(N m)", "rad/(N m)", "rad/(N m)"}));
+  EXPECT_EQ(units("tool", "time", 6), (Units{"m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s"}));
+}
+
 TEST(RobotIo, ErrorsNameLineAndKey) {
   const std::string good = text_of("kr360");
   expect_error("", "r.yaml: is empty");
@@ -143,6 +172,12 @@ TEST(RobotIo, ErrorsNameLineAndKey) {
   expect_error(replaced(good, "mass_kg: 851", "mass_kg: -1"), "must be above zero");
   expect_error(replaced(good, "identify: auto", "identify: [A1.alpha, A9.d]"),
                "no parameter 'A9.d'");
+  expect_error(replaced(good, "identify: auto", "identify: [instrument.scale]"),
+               "r.yaml:20: key 'identify' of the document: instrument.scale is not identified");
+  for (const char* key : {"priors", "std"})
+    expect_error(
+        replaced(good, "identify: auto", std::string(key) + ": {instrument.scale: 1e-3}"),
+        std::string("r.yaml:20: key 'instrument.scale' of '") + key + "': instrument.scale is not");
   expect_error(replaced(good, "effects: []",
                         "effects: [{name: a, parameter: A2.theta, driver: 'joint-angle 2,4', "
                         "shape: series, series: {basis: fourier, count: 31}}]"),
@@ -153,6 +188,19 @@ TEST(RobotIo, ErrorsNameLineAndKey) {
   expect_error(replaced(good, "effects: []",
                         "effects: [{name: a, parameter: A2.theta, driver: time, shape: step}]"),
                "key 'at_s'");
+}
+
+TEST(RobotIo, ADriverThatCannotMoveItsParameterIsAnError) {
+  const auto expect = [](const std::string& form, const std::string& expected) {
+    const std::string effect = "{name: a, " + form + ", coefficients: [{value: 1e-9}]}";
+    expect_error(replaced(text_of("kr360"), "effects: []", "effects:\n  - " + effect), expected);
+  };
+  expect("parameter: instrument.scale, driver: force, shape: linear", "on instrument.scale");
+  expect("parameter: instrument.scale, driver: time * force, shape: linear", "on instrument.scale");
+  expect("parameter: instrument.scale, driver: moment, shape: linear", "on instrument.scale");
+  expect("parameter: A2.d, driver: position, shape: linear", "drives instrument.scale alone");
+  expect("parameter: A2.d, driver: 'joint-angle 2,4', shape: linear", "need the shape 'series'");
+  expect("parameter: A2.d, driver: moon, shape: linear", "moment, position (of instrument.scale)");
 }
 
 TEST(RobotIo, TheShippedCatalogueReads) {
@@ -167,6 +215,35 @@ TEST(RobotIo, TheShippedCatalogueReads) {
       ++effects;
     }
   EXPECT_GT(effects, 100);
+}
+
+TEST(RobotIo, ErrorsOfACatalogueNameLineAndKey) {
+  const auto text_with = [](const std::string& entry) {
+    return "format: armtrue-catalogue/1\neffects:\n  - {name: x, " + entry + "}\n";
+  };
+  const auto expect = [&](const std::string& entry, const std::string& expected) {
+    try {
+      parse_catalogue(text_with(entry), "c.yaml");
+      ADD_FAILURE() << "no error; expected: " << expected;
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find("c.yaml:3: key " + expected), std::string::npos)
+          << error.what();
+    }
+  };
+  expect("parameter: theta, driver: moon, shape: linear", "'driver' of");
+  expect("parameter: theta, driver: position, shape: linear", "'driver' of");
+  expect("parameter: instrument.scale, driver: force, shape: linear", "'driver' of");
+  expect("parameter: theta, driver: joint-angle 3 * arrival own, shape: linear", "'driver' of");
+  expect("parameter: theta, driver: temperature, shape: exponential", "'shape' of");
+  expect("parameter: theta, driver: joint-angle own, shape: step", "'shape' of");
+  expect("parameter: theta, driver: time, shape: linear, sign: postive", "'sign' of");
+  const std::string pair =
+      "parameter: theta, driver: 'joint-angle 2,4', shape: series, "
+      "series: {basis: spline, count: 4, range: [-1, 1]";
+  expect(pair + "}", "'second_range' of 'series': is missing");
+  const Catalogue read = parse_catalogue(text_with(pair + ", second_range: [-2, 3]}"), "c.yaml");
+  EXPECT_EQ(read.at(0).shape.low, (std::array<double, 2>{-1, -2}));
+  EXPECT_EQ(read.at(0).shape.high, (std::array<double, 2>{1, 3}));
 }
 
 }  // namespace

@@ -35,6 +35,20 @@ TEST(Urdf, ComesBackToTheLastDigit) {
   EXPECT_EQ(write_robot(back), write_robot(robot));
 }
 
+TEST(Urdf, NamesMayHoldWhatXmlReserves) {
+  Robot robot = read_robot(ARMTRUE_CONFIG "/robots/kr360.yaml").robot;
+  const std::string name = "KR 360 & <spindle> \"b\" 'c' &amp; &#x41;";
+  robot.name = name;
+  for (Link& link : robot.chain.links) link.name += name;
+  const Robot back = parse_urdf(write_urdf(robot), "r.urdf");
+  EXPECT_EQ(back.name, name);
+  for (int j = 0; j < kLinks; ++j) {
+    EXPECT_EQ(back.chain.links[j].name, robot.chain.links[j].name);
+    EXPECT_EQ(back.chain.links[j].theta,
+              robot.chain.links[j].theta);  // the exact entries are found
+  }
+}
+
 // Somebody else's URDF has no attributes of ours: the frames follow from the axes.
 TEST(Urdf, AForeignDescriptionIsTheSameArm) {
   for (const char* name : {"kr360", "kr360-eq1-zero", "kr360-spindle"}) {

@@ -4,6 +4,8 @@
 #include <string>
 #include <string_view>
 
+#include "armtrue/kinematics/parameters.h"
+
 namespace armtrue {
 
 /// What makes a parameter change from one reading to the next.
@@ -42,7 +44,8 @@ struct Driver {
 std::string to_string(const Driver& driver);
 std::optional<Driver> parse_driver(std::string_view text);
 
-/// SI unit of a driver's value, for messages: "rad", "N m", "s", ...; empty if it has none.
-std::string unit_of(DriverKind kind);
+/// SI unit of the value of a driver that moves a parameter measured in `parameter`, for messages:
+/// "rad", "N m", "s", ...; empty if it has none.
+std::string unit_of(DriverKind kind, ParameterUnit parameter);
 
 }  // namespace armtrue

@@ -6,6 +6,7 @@
 
 #include "armtrue/effects/driver.h"
 #include "armtrue/effects/shape.h"
+#include "armtrue/kinematics/parameters.h"
 
 namespace armtrue {
 
@@ -36,5 +37,12 @@ struct Effect {
 inline bool is_group(const std::string& parameter) {
   return parameter == "base" || parameter == "tool";
 }
+
+/// What an effect's parameter is measured in; radian of a group, whose coefficients have units of
+/// their own unless the moment turns it.
+ParameterUnit unit_of_parameter(const KinematicChain& chain, const std::string& parameter);
+
+/// Why no robot's parameter can follow the driver in this shape, with the remedy; empty if it can.
+std::string contradiction(const std::string& parameter, const Driver& driver, const Shape& shape);
 
 }  // namespace armtrue

@@ -1,6 +1,6 @@
 #pragma once
 
-#include <span>
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -39,6 +39,10 @@ class BoundEffect {
               double* out) const;
 
  private:
+  // The torque on a joint is one for all members of a group.
+  const GravityLoad& load_on(size_t member) const {
+    return loads_[std::min(member, loads_.size() - 1)];
+  }
   double driver_value(DriverKind kind, int joint, size_t member, const Context& context,
                       const ArmFrames* frames, const PoseJacobian* jacobian) const;
   void shape_values(size_t member, const Context& context, const ArmFrames* frames,

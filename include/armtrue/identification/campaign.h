@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "armtrue/effects/context.h"
+#include "armtrue/effects/effect.h"
 
 namespace armtrue {
 
@@ -75,6 +76,15 @@ struct Campaign {
   /// The rows of the given indices, in that order, with the pose ids that occur in them.
   Campaign select(const std::vector<int>& rows) const;
 };
+
+/// The column that a driver of this kind is read from, if the campaign lacks it, else nothing. `where`
+/// is the sensor of a temperature. A campaign without a payload or a force had none: it lacks nothing.
+std::string missing_column(const Campaign& campaign, DriverKind kind, const std::string& where);
+
+/// Throws std::invalid_argument, with file and remedy, if the effect follows what the campaign does
+/// not tell of its readings: time, a temperature, motor torques or directions of arrival. Those that
+/// are read from a file have directions, stated or derived (derive_arrival).
+void require_drivers(const Campaign& campaign, const Effect& effect);
 
 /// Makes three rows, its coordinates, of each row with a point in a campaign of points and
 /// distances: one whose `position` and `distance` have all rows, the latter 0 where there is none.

@@ -19,6 +19,10 @@ struct ReadingScale {
 /// Of a robot: as many as it has.
 inline constexpr int kAllEffects = std::numeric_limits<int>::max();
 
+/// The robot's target that each of the campaign's target names stands for, as indices. Throws
+/// std::invalid_argument, with file and line, if the robot does not have it.
+std::vector<int> match_targets(const Campaign& campaign, const KinematicChain& chain);
+
 /// The robot's anchor that each of the campaign's anchor names stands for, as indices; just the
 /// only anchor where the campaign names none. -1, -2, -3 for the axes that coordinates are along.
 /// Empty unless distances were measured. Throws

@@ -51,6 +51,13 @@ inline int parameter_count(const KinematicChain& chain) {
 enum class ParameterUnit { metre, radian, one };
 ParameterUnit parameter_unit(int index);
 
+/// What values of a parameter are shown in: mm, mrad, or ppm of what has no unit.
+struct DisplayUnit {
+  double si;  ///< what one of it is
+  std::string name;
+};
+DisplayUnit display_unit(ParameterUnit unit);
+
 /// `A1.alpha`, `base.x`, `tool.rz`, `instrument.scale`, `target 2.x`, `anchor 1.zero`.
 std::string parameter_name(const KinematicChain& chain, int index);
 

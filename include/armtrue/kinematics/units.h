@@ -4,9 +4,11 @@
 
 namespace armtrue {
 
-// Files hold mm, deg and mrad; everything inside is m and rad. These are the only conversions.
+// Files hold mm, deg, mrad and ppm; everything inside is m, rad and 1. These are the only
+// conversions.
 inline constexpr double kMillimetre = 1e-3;
 inline constexpr double kMilliradian = 1e-3;
 inline constexpr double kDegree = std::numbers::pi / 180;
+inline constexpr double kPartPerMillion = 1e-6;
 
 }  // namespace armtrue
