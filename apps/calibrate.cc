@@ -29,7 +29,7 @@ int work(app::Command& command, const std::string& robot_path, const std::string
   write_output(command.output, write_calibration(result, campaign, command.provenance()));
 
   if (!result.converged) {
-    command.warn("not converged: " + result.termination);
+    command.warn(app::not_converged(result));
     return app::kNotReached;
   }
   if (const auto lost = lost_to_poses(robot, campaign, result.set); !lost.empty()) {
@@ -74,8 +74,9 @@ int main(int argc, char** argv) {
       command.options(), zone,
       "Sphere x,y,z,radius in R_A in which the arm shall be accurate: readings count less "
       "the farther outside they lie");
-  command.options().add_option("--max-error-mm", max_error_mm,
-                               "Exit with 3 if a training error is larger");
+  command.options()
+      .add_option("--max-error-mm", max_error_mm, "Exit with 3 if a training error is larger")
+      ->check(CLI::PositiveNumber);
   return command.run(argc, argv, [&] {
     return work(command, robot, identify, per_session, residuals, zone, max_error_mm);
   });

@@ -110,7 +110,7 @@ int work(app::Command& command, const Paths& paths, double held_out_share, int n
                  loop_report(result, effect_descriptions(result), robot.name + ": " + all.source));
   command.tell(before_after_table(result));
   if (!result.trace.fit.converged) {
-    command.warn("not converged: " + result.trace.fit.termination);
+    command.warn(app::not_converged(result.trace.fit));
     return app::kNotReached;
   }
   return app::kSuccess;

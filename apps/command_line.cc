@@ -254,6 +254,14 @@ void add_numbers(CLI::App& options, const std::string& name, std::vector<double>
       help);
 }
 
+std::string not_converged(const CalibrationResult& fit) {
+  return fmt::format(
+      "not converged after {} iterations ({}); measure poses that move every joint over its "
+      "travel, "
+      "or identify fewer parameters",
+      fit.iterations, fit.termination);
+}
+
 Catalogue catalogue(const std::string& path) {
   extern const char* const kShippedCatalogue;
   return path.empty() ? parse_catalogue(kShippedCatalogue, "the shipped catalogue")

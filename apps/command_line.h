@@ -5,6 +5,7 @@
 #include <string>
 
 #include "armtrue/effects/catalogue.h"
+#include "armtrue/identification/calibration.h"
 #include "armtrue/identification/zone.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/input_error.h"
@@ -100,6 +101,9 @@ std::vector<JointTarget> numbered(const std::vector<JointVector>& configurations
 /// One text, not several values: those would take the file that follows for one more.
 void add_numbers(CLI::App& options, const std::string& name, std::vector<double>& numbers,
                  size_t count, const std::string& form, const std::string& help);
+
+/// What to say of a fit that did not converge.
+std::string not_converged(const CalibrationResult& fit);
 
 /// The catalogue from a file, or the one that armtrue ships for "".
 Catalogue catalogue(const std::string& path);

@@ -21,7 +21,9 @@ int main(int argc, char** argv) {
   command.options().add_option(
       "--refit", refit, "Fit these first, as base,tool for a robot carried to another set-up");
   command.add_output("--residuals", residuals_path, "Write the residual of every reading here");
-  command.options().add_option("--max-error-mm", max_error_mm, "Exit with 3 if the mean is larger");
+  command.options()
+      .add_option("--max-error-mm", max_error_mm, "Exit with 3 if the mean is larger")
+      ->check(CLI::PositiveNumber);
   return command.run(argc, argv, [&] {
     Robot robot = command.robot(robot_path).robot;
     const Campaign campaign = command.campaign(command.input, robot);

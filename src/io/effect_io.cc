@@ -1,5 +1,7 @@
 #include "effect_io.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "armtrue/kinematics/parameters.h"
@@ -82,7 +84,9 @@ Effect read_effect(YamlMap map, const KinematicChain& chain) {
       const std::vector<double> interval = entry.numbers("ci95", 2);
       c.ci95 = {interval[0], interval[1]};
     }
-    entry.ignore("unit");
+    const std::string unit = entry.text("unit", ""), moved = unit.substr(0, unit.find('/'));
+    if (!std::ranges::count(std::array{"", "m", "rad", "m or rad", "1"}, moved))
+      entry.fail("unit", "'" + unit + "' is not read: values are in SI units, here in m or rad");
     entry.finish();
   }
   // What close-loop says about an effect does not change what it predicts.

@@ -258,7 +258,15 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
   if (links.size() != kLinks)
     document.fail("links", "has " + std::to_string(links.size()) +
                                " entries; the chain has seven, six revolute and then one fixed");
-  for (int j = 0; j < kLinks; ++j) robot.chain.links[j] = read_link(links[j], j < kJoints);
+  for (int j = 0; j < kLinks; ++j) {
+    Link& link = robot.chain.links[j] = read_link(links[j], j < kJoints);
+    for (int k = 0; k < j; ++k)
+      if (robot.chain.links[k].name == link.name)
+        links[j].fail("name", "'" + link.name + "' stands twice; parameters are named after links");
+    for (const char* taken : {"base", "base_link", "tool", "world", "instrument"})
+      if (link.name == taken)
+        links[j].fail("name", "'" + link.name + "' means something else; name the link otherwise");
+  }
   robot.chain.tool = read_pose(document.map("tool"));
   if (document.has("sessions")) {
     YamlMap sessions = document.map("sessions");

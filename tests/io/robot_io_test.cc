@@ -188,6 +188,13 @@ TEST(RobotIo, ErrorsNameLineAndKey) {
   expect_error(replaced(good, "effects: []",
                         "effects: [{name: a, parameter: A2.theta, driver: time, shape: step}]"),
                "key 'at_s'");
+  expect_error(replaced(good, "name: A3, joint", "name: A2, joint"), "'A2' stands twice");
+  expect_error(replaced(good, "name: A1, joint", "name: tool, joint"),
+               "'tool' means something else");
+  expect_error(replaced(good, "effects: []",
+                        "effects: [{name: a, parameter: A2.theta, driver: time, shape: linear, "
+                        "coefficients: [{value: 1, unit: deg/s}]}]"),
+               "'deg/s' is not read: values are in SI units");
 }
 
 TEST(RobotIo, ADriverThatCannotMoveItsParameterIsAnError) {

@@ -19,7 +19,7 @@ struct CalibrationOptions {
   /// So many of the robot's effects, from the first; the others predict, but keep their
   /// coefficients.
   int fitted_effects = kAllEffects;
-  int max_iterations = 200;
+  int max_iterations = 1000;  ///< a direction that poses hardly show takes hundreds
   double tolerance = 1e-10;  ///< of the cost, relative: what an iteration has to gain
   /// A fit of nearly the same model to the same campaign: its spread and law of the residuals are
   /// where this one starts. nullptr: from the median.
