@@ -7,6 +7,7 @@
 #include "armtrue/io/mirror_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/path/bad_samples.h"
 #include "armtrue/path/joint_path.h"
 #include "armtrue/path/mirror.h"
 #include "armtrue/report/mirror_report.h"
@@ -40,15 +41,65 @@ void write_program(const CorrectedKrl& corrected, const std::filesystem::path& p
   write_output(out, corrected.src);
 }
 
-std::vector<Path> read_passes(app::Command& command, const std::vector<std::string>& files,
-                              std::vector<std::string>& names) {
-  std::vector<Path> passes;
-  for (const std::string& file : files) {
-    PathFile pass = command.path(file);
-    names.push_back(pass.source);
-    passes.push_back(std::move(pass.path));
-  }
+std::vector<PathFile> read_passes(app::Command& command, const std::vector<std::string>& files) {
+  std::vector<PathFile> passes;
+  for (const std::string& file : files) passes.push_back(command.path(file));
   return passes;
+}
+
+std::vector<Path> paths(const std::vector<PathFile>& files) {
+  std::vector<Path> all;
+  for (const PathFile& file : files) all.push_back(file.path);
+  return all;
+}
+
+// How many, where and how far off.
+std::string describe_bad(const PathFile& pass, const std::vector<BadSample>& bad) {
+  constexpr size_t kNamed = 5;
+  std::string text = fmt::format(
+      "{}:{}: {} of {} samples are no readings of the tool, which does not move so:", pass.source,
+      pass.line[static_cast<size_t>(bad.front().sample)], bad.size(), pass.path.samples());
+  for (size_t i = 0; i < std::min(bad.size(), kNamed); ++i)
+    text += fmt::format("{} line {} ({:.4g} mm off)", i > 0 ? "," : "",
+                        pass.line[static_cast<size_t>(bad[i].sample)], bad[i].off / kMillimetre);
+  return text + (bad.size() > kNamed ? ", ..." : "");
+}
+
+void warn_of_bad(const app::Command& command, const PathFile& pass,
+                 const std::vector<BadSample>& bad) {
+  if (!bad.empty())
+    command.warn(describe_bad(pass, bad) + "; left out; check the line of sight of the instrument");
+}
+
+[[noreturn]] void refuse(const PathFile& pass, const std::vector<BadSample>& bad) {
+  throw InputError(describe_bad(pass, bad) +
+                   "; that is more than a tenth: measure the pass again with a clear line of "
+                   "sight, or empty the position of the rows without one");
+}
+
+MirrorResult correct(const app::Command& command, const Path& programmed,
+                     const std::vector<PathFile>& passes, const MirrorOptions& options) {
+  try {
+    MirrorResult result = mirror_correct(programmed, paths(passes), options);
+    for (size_t p = 0; p < passes.size(); ++p)
+      warn_of_bad(command, passes[p], result.passes[p].bad);
+    return result;
+  } catch (const TooManyBadSamples& error) {
+    refuse(passes[error.pass], error.bad);
+  }
+}
+
+// Passes that are only compared with.
+std::vector<Path> without_bad(const app::Command& command, const Path& programmed,
+                              const std::vector<PathFile>& passes) {
+  std::vector<Path> good;
+  for (const PathFile& pass : passes) {
+    const std::vector<BadSample> bad = find_bad_samples(programmed, pass.path);
+    if (too_many(bad, pass.path)) refuse(pass, bad);
+    warn_of_bad(command, pass, bad);
+    good.push_back(without(pass.path, bad));
+  }
+  return good;
 }
 
 // What the record does not show is not corrected, or only guessed.
@@ -78,10 +129,14 @@ void describe(MirrorFindings& findings, const PathFile& program, const std::vect
               const std::vector<Path>& earlier, const std::optional<Robot>& robot) {
   const Path& programmed = program.path;
   std::vector<ClockFit> clocks, earlier_clocks;
-  for (const Pass& pass : findings.result.passes) clocks.push_back(pass.clock);
+  std::vector<Path> good;
+  for (size_t p = 0; p < passes.size(); ++p) {
+    clocks.push_back(findings.result.passes[p].clock);
+    good.push_back(without(passes[p], findings.result.passes[p].bad));
+  }
   for (const Path& pass : earlier)
     earlier_clocks.push_back(fit_clock(programmed, pass, findings.options.clock));
-  findings.accuracy = pass_accuracy(programmed, registered(passes, clocks));
+  findings.accuracy = pass_accuracy(programmed, registered(good, clocks));
   if (!earlier.empty())
     findings.before = pass_accuracy(programmed, registered(earlier, earlier_clocks));
   const PathDeviation& deviation = findings.result.deviation;
@@ -174,7 +229,7 @@ int main(int argc, char** argv) {
       options.add_flag("--engaged-only", mirror.engaged_only, "Correct only where the tool cuts"));
   of_passes(options.add_option("--before", before_paths,
                                "Recorded passes before the correction, to tell what it gained"));
-  of_passes(options.add_option("--poses", poses_path,
+  of_passes(command.add_output("--poses", poses_path,
                                "Write the pass as measured poses for close-loop here; the joint "
                                "angles are those of the program's file or, with --robot, "
                                "calculated"));
@@ -207,8 +262,8 @@ int main(int argc, char** argv) {
   offset_option->excludes(frame_option);
   CLI::Option* const program_option = options.add_option(
       "--program", program_path, "KUKA program (.src, with its .dat) of the programmed path");
-  options
-      .add_option("--program-out", program_out,
+  command
+      .add_output("--program-out", program_out,
                   "Write the corrected program here, its .dat beside it [NAME-corrected.src]")
       ->needs(program_option);
   options
@@ -217,11 +272,11 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0.0, 1000.0))
       ->capture_default_str()
       ->needs(program_option);
-  of_passes(options.add_option("--summary", summary_path,
+  of_passes(command.add_output("--summary", summary_path,
                                "Write clocks, noise, deviation and forecast here"));
   of_passes(
-      options.add_option("--deviation", deviation_path, "Write the deviation and its trend here"));
-  of_passes(options.add_option("--report", report_path,
+      command.add_output("--deviation", deviation_path, "Write the deviation and its trend here"));
+  of_passes(command.add_output("--report", report_path,
                                "Write a page with plots (HTML) of the measured passes here"));
   return command.run(argc, argv, [&] {
     command.progress("reading");
@@ -235,14 +290,17 @@ int main(int argc, char** argv) {
     if (*offset_option) mirror.clock.offset = offset;
     MirrorFindings findings;
     findings.options = mirror;
-    std::vector<std::string> earlier_files;
-    const std::vector<Path> passes = read_passes(command, measured_paths, findings.files);
-    const std::vector<Path> earlier = read_passes(command, before_paths, earlier_files);
+    const std::vector<PathFile> passes = read_passes(command, measured_paths);
+    const std::vector<PathFile> earlier = read_passes(command, before_paths);
+    for (const PathFile& pass : passes) {
+      findings.files.push_back(pass.source);
+      findings.lines.push_back(pass.line);
+    }
     if (!previous_path.empty())
       findings.options.executed =
           previous_correction(command.path(previous_path, KeepRows::yes), programmed);
     command.progress("correcting");
-    if (!from_force) findings.result = mirror_correct(programmed.path, passes, findings.options);
+    if (!from_force) findings.result = correct(command, programmed.path, passes, findings.options);
     const Eigen::Matrix3Xd corrected =
         from_force ? corrected_from_force(programmed, *robot, mirror) : findings.result.position;
     // The products first: nothing that goes wrong with the rest shall keep them back.
@@ -260,7 +318,8 @@ int main(int argc, char** argv) {
     warn_of_gaps(command, findings.result);
     if (command.verbose || !summary_path.empty() || !report_path.empty()) {
       command.progress("describing");
-      describe(findings, programmed, passes, earlier, robot);
+      describe(findings, programmed, paths(passes), without_bad(command, programmed.path, earlier),
+               robot);
       command.tell(mirror_table(findings));
     }
     if (!summary_path.empty())

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "armtrue/kinematics/pose.h"
@@ -13,12 +14,17 @@ namespace {
 
 std::string millimetres(double value) { return rounded(value / kMillimetre); }
 
-YAML::Node pass_node(const Pass& pass, const std::string& file) {
+YAML::Node pass_node(const Pass& pass, const std::string& file, const std::vector<int>& lines) {
   const ClockFit& clock = pass.clock;
   YAML::Node node;
   node["file"] = file;
   node["samples"] = std::to_string(pass.samples);
   node["lost_samples"] = std::to_string(pass.lost);
+  node["bad_samples"] = std::to_string(pass.bad.size());
+  constexpr size_t kNamed = 20;
+  for (size_t i = 0; i < std::min(pass.bad.size(), kNamed); ++i)
+    node["bad_lines"].push_back(std::to_string(lines[static_cast<size_t>(pass.bad[i].sample)]));
+  if (!pass.bad.empty()) node["bad_lines"].SetStyle(YAML::EmitterStyle::Flow);
   node["longest_gap_s"] = rounded(pass.longest_gap);
   node["offset_s"] = fmt::format("{:.6f}", clock.offset);
   node["offset_std_s"] = rounded(clock.offset_deviation());
@@ -142,12 +148,12 @@ YAML::Node force_node(const ForceLaw& law) {
 }  // namespace
 
 std::string write_mirror(const MirrorFindings& findings, const Provenance& provenance) {
-  const auto& [result, options, files, accuracy, before, force, robot] = findings;
+  const auto& [result, options, files, lines, accuracy, before, force, robot] = findings;
   YAML::Node root;
   root["format"] = "armtrue-mirror/1";
   root["provenance"] = provenance_node(provenance);
   for (size_t p = 0; p < files.size(); ++p)
-    root["passes"].push_back(pass_node(result.passes[p], files[p]));
+    root["passes"].push_back(pass_node(result.passes[p], files[p], lines[p]));
   const bool spline = options.points == CorrectionPoints::spline;
   std::vector<std::pair<std::string, std::string>> filter{
       {"kind", spline ? "smoothing-spline" : "butterworth"}};
@@ -185,15 +191,15 @@ std::string write_mirror(const MirrorFindings& findings, const Provenance& prove
 }
 
 std::string mirror_table(const MirrorFindings& findings) {
-  const auto& [result, options, files, accuracy, before, force, robot] = findings;
+  const auto& [result, options, files, lines, accuracy, before, force, robot] = findings;
   std::string table;
   for (size_t p = 0; p < files.size(); ++p) {
     const Pass& pass = result.passes[p];
     table += fmt::format(
         "{}: clock {:.4f} +- {:.4f} s ahead of the program (95 %), rate {:.0f} +- {:.0f} ppm, {} "
-        "samples, {} lost\n",
+        "samples, {} lost, {} bad\n",
         files[p], pass.clock.offset, 1.96 * pass.clock.offset_deviation(), pass.clock.rate * 1e6,
-        1.96e6 * std::sqrt(pass.clock.covariance(1, 1)), pass.samples, pass.lost);
+        1.96e6 * std::sqrt(pass.clock.covariance(1, 1)), pass.samples, pass.lost, pass.bad.size());
   }
   const auto row = [&](const std::string& what, double value) {
     table += fmt::format("{:<44}{:>9.3f}\n", what, value / kMillimetre);

@@ -9,6 +9,7 @@
 #include <complex>
 #include <cstdio>
 #include <limits>
+#include <numbers>
 #include <stdexcept>
 #include <string>
 #include <unsupported/Eigen/FFT>
@@ -413,18 +414,6 @@ void check_motion(const Path& path, const std::string& which) {
                               "record and in mm");
 }
 
-void check_units(const Path& programmed, const Path& measured) {
-  const double ratio = extent(measured) / extent(programmed);
-  for (const auto& [factor, unit] : {std::pair{1e-3, "in m where the column says mm"},
-                                     {1e3, "in mm where the column says m"},
-                                     {1 / 25.4, "in inches"},
-                                     {25.4, "in mm, while the program is in inches"}})
-    if (std::abs(ratio / factor - 1) < 0.1)
-      throw std::invalid_argument("the measured path is " + text("%.4g", ratio) +
-                                  " times as large as the programmed one: it seems to be " + unit +
-                                  "; correct the column");
-}
-
 // Frame and clock together, from a first offset.
 ClockFit fit_with_frame(const Path& programmed, const Path& measured, double offset) {
   ClockFit fit;
@@ -436,24 +425,43 @@ ClockFit fit_with_frame(const Path& programmed, const Path& measured, double off
   return fit;
 }
 
+// Of each sample from where the program has the tool at its time.
+Eigen::VectorXd distances(const Path& programmed, const Path& measured, const ClockFit& fit) {
+  const Pose& motion = fit.program_from_instrument;
+  const Eigen::VectorXd time = (measured.time.array() - fit.offset) / (1 + fit.rate);
+  const Eigen::Matrix3Xd off =
+      ((motion.rotation * measured.position).colwise() + motion.translation) -
+      position_at(programmed, time);
+  return off.colwise().norm().transpose();
+}
+
 [[noreturn]] void fail_frame(const Path& programmed, const Path& measured, double offset) {
   const ClockFit fit = fit_with_frame(programmed, measured, offset);
   const Pose& motion = fit.program_from_instrument;
-  const Eigen::VectorXd time = (measured.time.array() - fit.offset) / (1 + fit.rate);
-  const Eigen::Matrix3Xd wanted = position_at(programmed, time);
-  const Eigen::Matrix3Xd joined =
-      (motion.rotation * measured.position).colwise() + motion.translation;
+  const Eigen::VectorXd off = distances(programmed, measured, fit);
   const Eigen::Vector3d shift = motion.translation / kMillimetre;
   const Eigen::Vector3d abc = abc_from_rotation(motion.rotation) / kDegree;
-  std::array<char, 400> message{};
+  std::array<char, 480> message{};
   std::snprintf(message.data(), message.size(),
                 "the measured path lies %.4g mm from the programmed one, in another frame or of "
                 "another pass; moved by x %.3f, y %.3f, z %.3f mm, a %.4f, b %.4f, c %.4f deg it "
-                "would lie %.3f mm away: apply that to the record or use --fit-frame",
+                "would lie %.3f mm away: %s",
                 std::sqrt(misfit(programmed, measured, offset)) / kMillimetre, shift[0], shift[1],
-                shift[2], abc[0], abc[1], abc[2],
-                (joined - wanted).colwise().norm().mean() / kMillimetre);
+                shift[2], abc[0], abc[1], abc[2], off.mean() / kMillimetre,
+                std::sqrt(off.array().square().mean()) < kLargestDeviation
+                    ? "apply that to the record or use --fit-frame"
+                    : "no frame joins them; take the record of this pass");
   throw std::invalid_argument(message.data());
+}
+
+// A fitted frame has to join the paths, too.
+void check_joined(const Path& programmed, const Path& measured, const ClockFit& fit) {
+  const Eigen::VectorXd off = distances(programmed, measured, fit);
+  const double rms = std::sqrt(off.array().square().mean());
+  if (!(rms > kLargestDeviation)) return;
+  throw std::invalid_argument("the measured path lies " + text("%.4g", rms / kMillimetre) +
+                              " mm from the programmed one in whatever frame: it is not of this "
+                              "program or not of one pass; take the record of this pass");
 }
 
 void check_overlap(const Path& programmed, const Path& measured, const ClockFit& fit) {
@@ -468,7 +476,45 @@ void check_overlap(const Path& programmed, const Path& measured, const ClockFit&
         text("%.6g", duration) + " s of the program; take the record of this pass");
 }
 
+void check_time_unit(const Path& programmed, const Path& measured) {
+  const auto duration = [](const Path& path) {
+    return path.time[path.samples() - 1] - path.time[0];
+  };
+  const double longer = duration(measured) / duration(programmed);
+  const double window = 0.1 * std::min(duration(measured), duration(programmed));
+  const double slower = longest_move(programmed, window) / longest_move(measured, window);
+  for (const auto& [factor, what] :
+       {std::pair{1e3, "measured path: its clock seems to count milliseconds"},
+        {1e6, "measured path: its clock seems to count microseconds"},
+        {1e-3, "programmed path: its times seem to be milliseconds"},
+        {1e-6, "programmed path: its times seem to be microseconds"}}) {
+    // Both are nearer to the factor than to 1: a record may be of a part, or wait for long.
+    const bool lasts = std::log(longer) / std::log(factor) > 0.5;
+    const bool runs = std::abs(std::log(slower / factor)) < std::numbers::ln2;
+    if (lasts && runs)
+      throw std::invalid_argument(
+          "the measured path lasts " + text("%.4g", duration(measured)) +
+          " s by its column t_s, the "
+          "programmed one " +
+          text("%.4g", duration(programmed)) + " s, and the tool moves " + text("%.3g", slower) +
+          " times as slowly in it. Correct t_s of the " + what + " where the column says s");
+  }
+}
+
 }  // namespace
+
+void check_units(const Path& programmed, const Path& measured) {
+  const double ratio = extent(measured) / extent(programmed);
+  for (const auto& [factor, unit] : {std::pair{1e-3, "in m where the column says mm"},
+                                     {1e3, "in mm where the column says m"},
+                                     {1 / 25.4, "in inches"},
+                                     {25.4, "in mm, while the program is in inches"}})
+    if (std::abs(ratio / factor - 1) < 0.1)
+      throw std::invalid_argument("the measured path is " + text("%.4g", ratio) +
+                                  " times as large as the programmed one: it seems to be " + unit +
+                                  "; correct the column");
+  check_time_unit(programmed, measured);
+}
 
 ClockFit fit_clock(const Path& programmed, const Path& measured, const ClockOptions& options) {
   check_motion(programmed, "programmed");
@@ -494,6 +540,7 @@ ClockFit fit_clock(const Path& programmed, const Path& measured, const ClockOpti
   else
     ClockEstimator(programmed, measured, false).refine(fit);
   check_overlap(programmed, measured, fit);
+  if (options.fit_frame) check_joined(programmed, measured, fit);
   if (!(fit.offset_deviation() < kWorstOffset))
     throw std::invalid_argument(
         "the record does not show how the clocks lie to each other (offset " +

@@ -427,16 +427,62 @@ ErrorSummary lengths_in_motion(const Eigen::Matrix3Xd& vectors, const Eigen::Vec
   return summarize(std::move(lengths));
 }
 
-Pass register_pass(const Path& programmed, const Path& measured, const ClockOptions& options) {
-  Pass pass;
-  pass.clock = fit_clock(programmed, measured, options);
-  pass.samples = static_cast<int>(measured.samples());
+int lost_samples(const Path& measured) {
   const double period = median_period(measured);
+  int lost = 0;
+  for (Eigen::Index i = 1; i < measured.samples(); ++i)
+    lost += static_cast<int>(std::lround((measured.time[i] - measured.time[i - 1]) / period)) - 1;
+  return lost;
+}
+
+double longest_gap(const Path& measured) {
+  const double period = median_period(measured);
+  double longest = 0;
   for (Eigen::Index i = 1; i < measured.samples(); ++i) {
     const double gap = measured.time[i] - measured.time[i - 1];
-    pass.lost += static_cast<int>(std::lround(gap / period)) - 1;
-    if (gap > 1.5 * period) pass.longest_gap = std::max(pass.longest_gap, gap);
+    if (gap > 1.5 * period) longest = std::max(longest, gap);
   }
+  return longest;
+}
+
+// Adds bad samples of what is left of a record to those that were known, by their place in it.
+void add(std::vector<BadSample>& bad, const std::vector<BadSample>& more) {
+  const std::vector<BadSample> known = bad;
+  size_t before = 0;  // known ones before a sample
+  for (const BadSample& b : more) {
+    while (before < known.size() &&
+           known[before].sample <= b.sample + static_cast<Eigen::Index>(before))
+      ++before;
+    bad.push_back({b.sample + static_cast<Eigen::Index>(before), b.off});
+  }
+  std::sort(bad.begin(), bad.end(),
+            [](const BadSample& a, const BadSample& b) { return a.sample < b.sample; });
+}
+
+// Registers a record and takes its bad samples out of it: first those that could mislead the clock,
+// then those that only its deviations show.
+Pass register_pass(const Path& programmed, Path& measured, size_t which,
+                   const ClockOptions& options) {
+  Pass pass;
+  pass.samples = static_cast<int>(measured.samples());
+  pass.lost = lost_samples(measured);
+  const Path record = measured;
+  const auto check_number = [&] {
+    if (!too_many(pass.bad, record)) return;
+    check_units(programmed, record);  // readings in another unit look bad, too
+    throw TooManyBadSamples(which, pass.bad);
+  };
+  pass.bad = find_bad_samples(programmed, record);
+  check_number();
+  measured = without(record, pass.bad);
+  pass.clock = fit_clock(programmed, measured, options);
+  Path deviation = registered(measured, pass.clock);
+  const Eigen::Matrix3Xd wanted = position_at(programmed, deviation.time);
+  deviation.position -= wanted;
+  add(pass.bad, find_bad_deviations(deviation, wanted));
+  check_number();
+  measured = without(record, pass.bad);
+  pass.longest_gap = longest_gap(measured);
   return pass;
 }
 
@@ -475,9 +521,9 @@ PathDeviation mean_deviation(const Path& programmed, const std::vector<Path>& me
 
 }  // namespace
 
-MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& measured,
+MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& records,
                             const MirrorOptions& options) {
-  if (measured.empty()) throw std::invalid_argument("there is no measured pass");
+  if (records.empty()) throw std::invalid_argument("there is no measured pass");
   Path previous;
   if (options.executed) {
     previous.time = programmed.time;
@@ -485,8 +531,9 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& mea
   }
   const Path& executed = options.executed ? previous : programmed;
   MirrorResult result;
-  for (const Path& path : measured)
-    result.passes.push_back(register_pass(executed, path, options.clock));
+  std::vector<Path> measured = records;
+  for (size_t p = 0; p < measured.size(); ++p)
+    result.passes.push_back(register_pass(executed, measured[p], p, options.clock));
 
   PathDeviation& deviation = result.deviation;
   deviation = mean_deviation(programmed, measured, result.passes, 0, measured.size());

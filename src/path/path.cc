@@ -14,6 +14,18 @@ double median_period(const Path& path) {
   return median(std::move(periods));
 }
 
+double longest_move(const Path& path, double duration) {
+  double longest = 0;
+  // The distance of two places of a polygon is greatest where one of them is a corner.
+  for (const double shift : {0.0, -duration}) {
+    const Eigen::VectorXd begin = path.time.array() + shift;
+    const Eigen::VectorXd end = begin.array() + duration;
+    longest = std::max(
+        longest, (position_at(path, end) - position_at(path, begin)).colwise().norm().maxCoeff());
+  }
+  return longest;
+}
+
 Eigen::MatrixXd interpolate(const Eigen::VectorXd& time,
                             const Eigen::Ref<const Eigen::MatrixXd>& values,
                             const Eigen::VectorXd& at) {

@@ -14,9 +14,10 @@ namespace armtrue {
 struct MirrorFindings {
   MirrorResult result;
   MirrorOptions options;
-  std::vector<std::string> files;      ///< the measured passes
-  PassAccuracy accuracy;               ///< of these passes, noise of the instrument included
-  std::optional<PassAccuracy> before;  ///< of earlier passes, to compare with
+  std::vector<std::string> files;       ///< the measured passes
+  std::vector<std::vector<int>> lines;  ///< of the files, for each sample
+  PassAccuracy accuracy;                ///< of these passes, noise of the instrument included
+  std::optional<PassAccuracy> before;   ///< of earlier passes, to compare with
   std::optional<ForceLaw> force;
   std::optional<ForceLine> robot;  ///< measured deviation on that predicted from the force
 };

@@ -50,9 +50,13 @@ struct ClockOptions {
 /// fitted to the data by axis) and the clock is what such a process cannot explain, so that a
 /// deviation along the path is neither taken for time nor the other way round.
 /// Throws std::invalid_argument, with the remedy, if the tool stands still in either path, if the
-/// paths do not overlap in time, if their sizes show different units, if they lie more than 10 mm
-/// apart (then naming the rigid motion that would join them) or if the offset stays unknown.
+/// paths do not overlap in time, if they show different units, if they lie more than 10 mm apart
+/// (then naming the rigid motion that would join them, if one does) or if the offset stays unknown.
 ClockFit fit_clock(const Path& programmed, const Path& measured, const ClockOptions& options = {});
+
+/// Throws std::invalid_argument, naming the unit, if the sizes of the paths or how fast they run
+/// show that a column is in another unit than its name says.
+void check_units(const Path& programmed, const Path& measured);
 
 /// What the uncertainty of a clock adds to the deviations (measured minus programmed) at times of
 /// the program, increasing: two independent errors of unit variance, each shared by all samples

@@ -7,6 +7,7 @@
 
 #include "armtrue/effects/robot.h"
 #include "armtrue/identification/statistics.h"
+#include "armtrue/path/bad_samples.h"
 #include "armtrue/path/clock.h"
 #include "armtrue/path/engagement.h"
 #include "armtrue/path/force_law.h"
@@ -43,8 +44,9 @@ struct MirrorOptions {
 struct Pass {
   ClockFit clock;
   int samples = 0;
-  int lost = 0;            ///< samples missing between the first and the last
-  double longest_gap = 0;  ///< [s]
+  int lost = 0;                ///< samples missing between the first and the last
+  std::vector<BadSample> bad;  ///< of the record; left out
+  double longest_gap = 0;      ///< without them [s]
 };
 
 /// Deviation (measured minus programmed) on a uniform grid of program times, mean of the passes.
@@ -84,8 +86,9 @@ struct MirrorResult {
 
 /// The mirror correction of the seed paper (3.2.3), made for daily use: deviations across the path
 /// are averaged over the passes, smoothed piece by piece between corners, reversals and steps, and
-/// taken off the programmed path. Throws std::invalid_argument as fit_clock() does, and if the
-/// record is too slow for the cut-off.
+/// taken off the programmed path. Bad samples of the records are left out first. Throws
+/// std::invalid_argument as fit_clock() does, TooManyBadSamples, and if the cut-off does not go
+/// with the record.
 MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& measured,
                             const MirrorOptions& options);
 

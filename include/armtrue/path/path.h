@@ -38,6 +38,9 @@ inline Eigen::Matrix3Xd position_at(const Path& path, const Eigen::VectorXd& tim
   return interpolate(path.time, path.position, times);
 }
 
+/// The furthest that the tool gets from where it was so long before [m].
+double longest_move(const Path& path, double duration);
+
 /// Length of the polygon up to each sample [m]; starts at 0.
 Eigen::VectorXd arc_length(const Path& path);
 

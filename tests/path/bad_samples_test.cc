@@ -1,0 +1,234 @@
+#include "armtrue/path/bad_samples.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cstdio>
+#include <random>
+#include <set>
+
+#include "armtrue/path/mirror.h"
+#include "plant_pass.h"
+
+namespace armtrue {
+namespace {
+
+using Eigen::Index;
+
+Path pass_of(plant::Shape shape, const plant::Options& options) {
+  const plant::Program program = plant::program(shape);
+  return record_of(plant::run(program, program.position, options));
+}
+
+std::vector<Index> samples_of(const std::vector<BadSample>& bad) {
+  std::vector<Index> samples;
+  for (const BadSample& b : bad) samples.push_back(b.sample);
+  return samples;
+}
+
+// With what the deviations show besides.
+std::vector<Index> bad_in(const Path& programmed, const Path& pass) {
+  return samples_of(mirror_correct(programmed, {pass}, {}).passes[0].bad);
+}
+
+// A record with bad samples at random places, runs of one to three.
+struct Spoiled {
+  Path path;
+  std::vector<Index> bad;
+};
+
+// `size` is how far off, in a random direction; 0 writes zeros.
+// Those of two runs side by side would be one longer run.
+Spoiled spoil(const Path& clean, int runs, double size, std::mt19937_64& random) {
+  constexpr Index kBetween = 3;
+  Spoiled spoiled{clean, {}};
+  std::set<Index> bad;
+  std::normal_distribution<double> normal;
+  for (int run = 0; run < runs; ++run) {
+    const Index length = std::uniform_int_distribution<Index>(1, 3)(random);
+    const Index first = std::uniform_int_distribution<Index>(0, clean.samples() - length)(random);
+    Eigen::Vector3d direction(normal(random), normal(random), normal(random));
+    direction.normalize();
+    const auto near = bad.lower_bound(first - kBetween);
+    if (near != bad.end() && *near < first + length + kBetween) continue;
+    for (Index i = first; i < first + length; ++i) {
+      if (size > 0)
+        spoiled.path.position.col(i) = clean.position.col(i) + size * direction;
+      else
+        spoiled.path.position.col(i).setZero();
+      if (clean.has_force()) spoiled.path.force.col(i).setConstant(1e4);
+      bad.insert(i);
+    }
+  }
+  spoiled.bad.assign(bad.begin(), bad.end());
+  return spoiled;
+}
+
+// Nothing in a pass without bad samples looks like one: not the tool's engagement, reversals, stops
+// and corners, however quiet or loud the instrument is.
+TEST(BadSamples, ThereAreNoneInCleanPasses) {
+  for (const plant::Shape shape : {plant::Shape::line, plant::Shape::arc, plant::Shape::corner,
+                                   plant::Shape::spiral, plant::Shape::pocket})
+    for (int seed = 0; seed < 12; ++seed)
+      for (const double noise : {0.0, 0.01e-3, 0.095e-3, 0.5e-3}) {
+        plant::Options options = cell(seed);
+        options.pass_seed = 1000 + static_cast<std::uint64_t>(seed);
+        options.noise = noise;
+        options.period = seed % 4 == 3 ? 0.1 : 0.032;
+        options.reversal_step = {0.3e-3 + 0.02e-3 * seed, 0.2e-3};
+        options.ramp = seed % 2 == 0 ? 0.004 : 0.0005;
+        options.depth = 0.008 * (1 + seed % 3);
+        const Path pass = pass_of(shape, options);
+        EXPECT_THAT(find_bad_samples(path_of(plant::program(shape)), pass), ::testing::IsEmpty())
+            << static_cast<int>(shape) << ' ' << seed << ' ' << noise;
+        if (seed % 4 == 1) {
+          EXPECT_THAT(bad_in(path_of(plant::program(shape)), pass), ::testing::IsEmpty())
+              << static_cast<int>(shape) << ' ' << seed << ' ' << noise;
+        }
+      }
+}
+
+// What departs and stays is what a tool, a part or a tripod may do.
+TEST(BadSamples, AStepThatStaysIsNone) {
+  const Path programmed = path_of(plant::program(plant::Shape::arc));
+  std::mt19937_64 random(3);
+  for (const double size : {0.5e-3, 1e-3, 3e-3, 10e-3, 30e-3})
+    for (int trial = 0; trial < 40; ++trial) {
+      Path pass = pass_of(plant::Shape::arc, cell(trial));
+      const Index at = std::uniform_int_distribution<Index>(10, pass.samples() - 10)(random);
+      pass.position.rightCols(pass.samples() - at).colwise() += Eigen::Vector3d(0, 0.6, 0.8) * size;
+      EXPECT_THAT(find_bad_samples(programmed, pass), ::testing::IsEmpty()) << size << ' ' << at;
+    }
+}
+
+// A sharp corner without a stop, and a stitch out and back within two samples, which is programmed.
+TEST(BadSamples, WhatIsProgrammedIsNone) {
+  std::mt19937_64 random(4);
+  std::normal_distribution<double> normal;
+  for (const double turn : {0.5, 1.57, 2.5, 3.14}) {
+    Path path;
+    path.time = Eigen::VectorXd::LinSpaced(400, 0, 399 * 0.032);
+    path.position = Eigen::Matrix3Xd::Zero(3, 400);
+    for (Index i = 1; i < 400; ++i) {
+      const double angle = i <= 200 ? 0 : turn;
+      path.position.col(i) =
+          path.position.col(i - 1) + 4e-3 * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0);
+    }
+    for (const Index stitch : {100, 150, 300}) path.position(2, stitch) -= 5e-3;
+    Path pass = path;
+    for (auto sample : pass.position.colwise())
+      sample += 0.05e-3 * Eigen::Vector3d(normal(random), normal(random), normal(random));
+    EXPECT_THAT(find_bad_samples(path, pass), ::testing::IsEmpty()) << turn;
+    // Whoever only measures it, without the program, cannot know.
+    Path straight = path;
+    for (const Index stitch : {100, 150, 300}) straight.position(2, stitch) = 0;
+    EXPECT_THAT(samples_of(find_bad_samples(straight, pass)), ::testing::ElementsAre(100, 150, 300))
+        << turn;
+  }
+}
+
+TEST(BadSamples, AreFoundWhateverTheirSize) {
+  std::mt19937_64 random(5);
+  for (const double size : {3e-3, 10e-3, 30e-3, 200e-3, 400e-3, 0.0}) {
+    int placed = 0, found = 0, more = 0;
+    for (const plant::Shape shape : kShapes) {
+      const Path programmed = path_of(plant::program(shape));
+      for (int k = 0; k < 6; ++k) {
+        const Path clean = pass_of(shape, cell(k));
+        const Spoiled spoiled = spoil(clean, 1 + k, size, random);
+        const std::vector<Index> bad = bad_in(programmed, spoiled.path);
+        placed += static_cast<int>(spoiled.bad.size());
+        for (const Index i : bad) {
+          const bool right = std::binary_search(spoiled.bad.begin(), spoiled.bad.end(), i);
+          found += right;
+          more += !right;
+        }
+      }
+    }
+    std::printf("%3.0f mm off: %d of %d found, %d more\n", 1e3 * size, found, placed, more);
+    EXPECT_GE(found, 0.99 * placed) << size;
+    EXPECT_LE(more, 0.01 * placed) << size;
+  }
+}
+
+// The tracker loses the reflector for a while, shows zeros or another reflector, and finds it.
+TEST(BadSamples, ALostLockMayLast) {
+  const Path programmed = path_of(plant::program(plant::Shape::spiral));
+  const Path clean = pass_of(plant::Shape::spiral, cell(2));
+  for (const Eigen::Vector3d& other : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1.4, -0.2, 0.9)})
+    for (const Index first : {Index{0}, Index{200}, clean.samples() - 30}) {
+      Path pass = clean;
+      pass.position.middleCols(first, 30).colwise() = other;
+      const std::vector<BadSample> bad = find_bad_samples(programmed, pass);
+      if (first == 200 || other.isZero()) {
+        ASSERT_EQ(bad.size(), 30U) << first;
+        EXPECT_EQ(bad.front().sample, first);
+        EXPECT_NEAR(bad[15].off, (clean.position.col(first + 15) - other).norm(), 15e-3);
+      } else {
+        EXPECT_THAT(bad, ::testing::IsEmpty());  // nobody knows which of the two is the tool
+      }
+    }
+}
+
+TEST(BadSamples, TooManyAreFoundAndSaidToBe) {
+  const Path programmed = path_of(plant::program(plant::Shape::arc));
+  std::mt19937_64 random(6);
+  for (const double size : {0.0, 10e-3, 200e-3})
+    for (const int runs : {60, 100}) {
+      const Spoiled spoiled = spoil(pass_of(plant::Shape::arc, cell(1)), runs, size, random);
+      EXPECT_TRUE(too_many(find_bad_samples(programmed, spoiled.path), spoiled.path))
+          << size << ' ' << runs;
+    }
+  EXPECT_FALSE(too_many({}, programmed));
+}
+
+TEST(BadSamples, AllColumnsGo) {
+  Path path = pass_of(plant::Shape::line, cell(0));
+  path.orientation = path.force;
+  path.q.setConstant(kJoints, path.samples(), 1);
+  const Path rest = without(path, {{3, 1}, {7, 1}});
+  EXPECT_EQ(rest.samples(), path.samples() - 2);
+  EXPECT_EQ(rest.time[3], path.time[4]);
+  EXPECT_EQ(rest.force.col(6), path.force.col(8));
+  EXPECT_EQ(rest.orientation.col(6), path.orientation.col(8));
+  EXPECT_EQ(rest.q.cols(), rest.samples());
+}
+
+// The correction is that of the clean pass: nearer to it than that of another pass over the same
+// part is. A departure of 1 mm may stay, where the program itself turns or stops as suddenly.
+TEST(BadSamples, TheCorrectionIsThatOfTheCleanPass) {
+  std::mt19937_64 random(7);
+  for (const double size : {1e-3, 3e-3, 10e-3, 200e-3, 400e-3, 0.0})
+    for (const plant::Shape shape : kShapes) {
+      const Path programmed = path_of(plant::program(shape));
+      double mean = 0, worst = 0, usual = 0, usual_worst = 0;
+      constexpr int kTrials = 4;
+      for (int k = 0; k < kTrials; ++k) {
+        const Path clean = pass_of(shape, cell(k));
+        const Spoiled spoiled = spoil(clean, 3, size, random);
+        const Eigen::Matrix3Xd of_clean = mirror_correct(programmed, {clean}, {}).correction;
+        const Eigen::Matrix3Xd of_rest = mirror_correct(programmed, {spoiled.path}, {}).correction;
+        plant::Options other = cell(k);
+        other.pass_seed += 500;  // the same part once more: the noise of a correction
+        const Eigen::Matrix3Xd of_other =
+            mirror_correct(programmed, {pass_of(shape, other)}, {}).correction;
+        const Eigen::VectorXd off = (of_rest - of_clean).colwise().norm();
+        const Eigen::VectorXd noise = (of_other - of_clean).colwise().norm();
+        mean += off.mean() / kTrials;
+        worst = std::max(worst, off.maxCoeff());
+        usual += noise.mean() / kTrials;
+        usual_worst = std::max(usual_worst, noise.maxCoeff());
+      }
+      std::printf("%3.0f mm, shape %d: mean %.4f worst %.3f mm; another pass %.4f, %.3f\n",
+                  1e3 * size, static_cast<int>(shape), 1e3 * mean, 1e3 * worst, 1e3 * usual,
+                  1e3 * usual_worst);
+      EXPECT_LT(mean, usual) << size << ' ' << static_cast<int>(shape);
+      if (size != 1e-3)
+        EXPECT_LT(worst, usual_worst + 0.1e-3) << size << ' ' << static_cast<int>(shape);
+    }
+}
+
+}  // namespace
+}  // namespace armtrue
