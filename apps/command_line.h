@@ -82,6 +82,10 @@ std::vector<JointTarget> numbered(const std::vector<JointVector>& configurations
 void add_numbers(CLI::App& options, const std::string& name, std::vector<double>& numbers,
                  size_t count, const std::string& form, const std::string& help);
 
+/// Checks for options of one number: the messages of CLI11 name the largest double.
+CLI::Validator above_zero();
+CLI::Validator not_below_zero();
+
 /// The catalogue from a file, or the one that armtrue ships for "".
 Catalogue catalogue(const std::string& path);
 
