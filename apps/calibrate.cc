@@ -76,7 +76,7 @@ int main(int argc, char** argv) {
       "the farther outside they lie");
   command.options()
       .add_option("--max-error-mm", max_error_mm, "Exit with 3 if a training error is larger")
-      ->check(CLI::PositiveNumber);
+      ->check(app::above_zero());
   return command.run(argc, argv, [&] {
     return work(command, robot, identify, per_session, residuals, zone, max_error_mm);
   });

@@ -54,6 +54,18 @@ void check_finite(const CLI::App& app) {
   }
 }
 
+CLI::Validator number_check(bool (*holds)(double), const std::string& wanted) {
+  return CLI::Validator(
+      [holds, wanted](const std::string& text) {
+        char* end = nullptr;
+        const double value = std::strtod(text.c_str(), &end);
+        if (text.empty() || *end != '\0') return "'" + text + "' is not a number";
+        if (!std::isfinite(value)) return "'" + text + "' is not finite";
+        return holds(value) ? std::string() : "'" + text + "' must be " + wanted;
+      },
+      "NUMBER");
+}
+
 double seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
@@ -257,9 +269,16 @@ void add_numbers(CLI::App& options, const std::string& name, std::vector<double>
 std::string not_converged(const CalibrationResult& fit) {
   return fmt::format(
       "not converged after {} iterations ({}); measure poses that move every joint over its "
-      "travel, "
-      "or identify fewer parameters",
+      "travel, or identify fewer parameters",
       fit.iterations, fit.termination);
+}
+
+CLI::Validator above_zero() {
+  return number_check([](double value) { return value > 0; }, "above 0");
+}
+
+CLI::Validator not_below_zero() {
+  return number_check([](double value) { return value >= 0; }, "0 or above");
 }
 
 Catalogue catalogue(const std::string& path) {

@@ -105,6 +105,10 @@ void add_numbers(CLI::App& options, const std::string& name, std::vector<double>
 /// What to say of a fit that did not converge.
 std::string not_converged(const CalibrationResult& fit);
 
+/// Checks for options of one number: the messages of CLI11 name the largest double.
+CLI::Validator above_zero();
+CLI::Validator not_below_zero();
+
 /// The catalogue from a file, or the one that armtrue ships for "".
 Catalogue catalogue(const std::string& path);
 

@@ -23,7 +23,7 @@ int main(int argc, char** argv) {
   command.add_output("--residuals", residuals_path, "Write the residual of every reading here");
   command.options()
       .add_option("--max-error-mm", max_error_mm, "Exit with 3 if the mean is larger")
-      ->check(CLI::PositiveNumber);
+      ->check(app::above_zero());
   return command.run(argc, argv, [&] {
     Robot robot = command.robot(robot_path).robot;
     const Campaign campaign = command.campaign(command.input, robot);

@@ -184,9 +184,8 @@ std::optional<double> number_or_auto(const std::string& text) {
 
 CLI::Validator positive_or_auto() {
   return CLI::Validator(
-      [](const std::string& text) {
-        if (text == "auto") return std::string();
-        return CLI::PositiveNumber(text);
+      [check = app::above_zero()](std::string& text) {
+        return text == "auto" ? std::string() : check(text);
       },
       "NUMBER or auto");
 }
@@ -250,7 +249,7 @@ int main(int argc, char** argv) {
   options.add_option("--gain", gain, "Share of the deviation to take off; auto: what is no noise")
       ->check(positive_or_auto())
       ->capture_default_str();
-  options.add_option("--max-mm", max_mm, "Longest correction")->check(CLI::PositiveNumber);
+  options.add_option("--max-mm", max_mm, "Longest correction")->check(app::above_zero());
   CLI::Option* const frame_option =
       options.add_flag("--fit-frame", mirror.clock.fit_frame,
                        "The instrument's frame is not the program's: fit it too");

@@ -22,7 +22,7 @@ int main(int argc, char** argv) {
                        "A machining pass as a cell would record it: position and force.",
                        "simulate-path --robot config/robots/kr360-roughing.yaml --noise-mm 0.095 "
                        "--clock-offset-s 1 config/paths/line300.csv > measured.csv");
-  std::string robot_path, truth_path;
+  std::string robot_path, truth_path, part_path;
   PassOptions pass;
   std::vector<double> orientation, start, engaged, force_per_depth;
   double depth_mm = 8, ramp_mm = 5, period_ms = 32, rate_ppm = 0, noise_mm = 0;
@@ -50,7 +50,7 @@ int main(int argc, char** argv) {
   app::add_numbers(*cut, "--engaged-mm", engaged, 2, "s0,s1 in mm",
                    "Arc lengths s0,s1 between which the tool cuts [the whole path]");
   cut->add_option("--ramp-mm", ramp_mm, "Length of entry and of exit")
-      ->check(CLI::NonNegativeNumber)
+      ->check(app::not_below_zero())
       ->capture_default_str();
   cut->add_option("--force-variation", pass.cut.variation, "RMS of the force relative to its mean")
       ->check(CLI::Range(0.0, 1.0))
@@ -58,6 +58,9 @@ int main(int argc, char** argv) {
   cut->add_option("--part-seed", pass.cut.part_seed,
                   "Seed of that variation, which the next pass on such a part has too")
       ->capture_default_str();
+  cut->add_option("--part", part_path,
+                  "The path that the part was programmed with, where the one that runs is a "
+                  "correction of it: the cut stays there");
   options.add_option("--lag-s", pass.lag, "Time constant of the servos")
       ->check(CLI::Range(0.0, 10.0))
       ->capture_default_str();
@@ -71,9 +74,9 @@ int main(int argc, char** argv) {
   recorder->add_option("--clock-rate-ppm", rate_ppm, "Rate error of its clock")
       ->check(CLI::Range(-1e5, 1e5));
   recorder->add_option("--noise-mm", noise_mm, "Noise of the position, per axis")
-      ->check(CLI::NonNegativeNumber);
+      ->check(app::not_below_zero());
   recorder->add_option("--noise-n", pass.recorder.force_noise, "Noise of the force, per axis")
-      ->check(CLI::NonNegativeNumber);
+      ->check(app::not_below_zero());
   recorder->add_option("--lost", pass.recorder.lost, "Share of samples that are lost")
       ->check(CLI::Range(0.0, 0.9));
   recorder->add_flag("--joints", joints, "Record the joint angles too");
@@ -81,6 +84,14 @@ int main(int argc, char** argv) {
     const Robot robot = command.robot(robot_path).robot;
     const Robot truth = truth_path.empty() ? robot : command.robot(truth_path).robot;
     const PathFile programmed = command.path(command.input, KeepRows::yes);
+    if (!part_path.empty()) {
+      const PathFile part = command.path(part_path, KeepRows::yes);
+      if (part.path.time.size() != programmed.path.time.size() ||
+          part.path.time != programmed.path.time)
+        throw InputError(part.source + ": its times are not those of " + programmed.source +
+                         "; --part takes the program that this path corrects");
+      pass.part = part.path;
+    }
     if (orientation.size() == 3)
       pass.joints.orientation = rotation_from_abc(
           orientation[0] * kDegree, orientation[1] * kDegree, orientation[2] * kDegree);

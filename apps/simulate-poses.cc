@@ -30,9 +30,9 @@ int main(int argc, char** argv) {
   options.add_option("--repeats", simulation.repeats, "Visits of each pose")
       ->check(CLI::Range(1, 1000));
   options.add_option("--noise-mm", noise_mm, "Noise of the position, per axis")
-      ->check(CLI::NonNegativeNumber);
+      ->check(app::not_below_zero());
   options.add_option("--noise-mrad", noise_mrad, "Noise of the orientation, per axis")
-      ->check(CLI::NonNegativeNumber);
+      ->check(app::not_below_zero());
   options.add_option("--blunders", simulation.blunders, "Share of readings 2 to 20 mm off")
       ->check(CLI::Range(0.0, 0.5));
   options.add_flag("--points", points, "Positions only");

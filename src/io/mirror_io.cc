@@ -169,6 +169,10 @@ std::string write_mirror(const MirrorFindings& findings, const Provenance& prove
   root["deviation_mm"] = error_node(result.before, kMillimetre);
   if (result.uncorrected) root["uncorrected_mean_mm"] = millimetres(*result.uncorrected);
   root["expected_after_mean_mm"] = millimetres(result.expected_after);
+  // One pass does not show how passes differ.
+  root["expected_after_if"] = files.size() > 1
+                                  ? "the next pass differs as these do from each other"
+                                  : "the next pass meets the same forces and reversals";
   YAML::Node breaks(YAML::NodeType::Sequence);
   for (const Eigen::Index b : deviation.breaks)
     breaks.push_back(fmt::format("{:.3f}", deviation.time[b]));

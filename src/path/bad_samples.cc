@@ -19,6 +19,7 @@ using Eigen::Vector3d;
 constexpr Index kFew = 3;                    // consecutive samples
 constexpr double kLargestDeviation = 10e-3;  // [m] of a tool from its program
 constexpr double kFreePlay = 0.4e-3;         // [m]: a loose or sticking tool moves as suddenly
+constexpr double kQuick = 0.25;              // [s]: an arm takes longer to go out and come back
 constexpr double kChance = 1e-3;             // of calling any sample bad in a record without
 constexpr double kShareTooMany = 0.1;
 
@@ -266,6 +267,10 @@ class DepartureFilter {
   double time(Index k) const { return path_.time[good_[static_cast<size_t>(k)]]; }
   Vector3d at(Index k) const { return path_.position.col(good_[static_cast<size_t>(k)]); }
 
+  Index longest_run() const {
+    return std::min(kFew, static_cast<Index>(std::floor(kQuick / period_)) - 1);
+  }
+
   // The samples on either side follow each other with few gaps.
   bool is_dense(Index k, Index length) const {
     constexpr double kLoose = 2;
@@ -342,7 +347,7 @@ class DepartureFilter {
 
   std::vector<Run> departures() {
     std::vector<Run> candidates;
-    for (Index length = 1; length <= kFew; ++length)
+    for (Index length = 1; length <= longest_run(); ++length)
       for (Index k = side(); k + length + side() <= size(); ++k) {
         if (!is_dense(k, length)) continue;
         const Surroundings near = around(k, length);
@@ -379,7 +384,7 @@ class DepartureFilter {
       }
       if (run.excess > 1) runs.push_back(run);
     }
-    add_ends(runs);
+    if (!wanted_) add_ends(runs);
     return runs;
   }
 
@@ -391,7 +396,7 @@ class DepartureFilter {
   // than the tool travels.
   void add_ends(std::vector<Run>& runs) const {
     for (const bool at_start : {true, false})
-      for (Index length = 1; length <= kFew; ++length)
+      for (Index length = 1; length <= longest_run(); ++length)
         for (Index skipped = 0; skipped + length <= side(); ++skipped) {
           const Index first = at_start ? skipped : size() - skipped - length;
           const Index inner = at_start ? first + length : first - 1;  // the next good one

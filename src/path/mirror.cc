@@ -1,7 +1,9 @@
 #include "armtrue/path/mirror.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <functional>
 #include <numbers>
 #include <stdexcept>
@@ -152,6 +154,19 @@ double noise_share(const MirrorOptions& options, double cutoff, double rate) {
              ? smoothing_spline_noise_share(cutoff, rate)
              : LowPass(options.order, cutoff, rate).noise_share();
 }
+
+// Below one period in the record the low pass would only draw a line through it.
+void check_lowest(double cutoff, double duration) {
+  if (cutoff * duration >= 1) return;
+  std::array<char, 200> message{};
+  std::snprintf(message.data(), message.size(),
+                "a cut-off of %.4g Hz has a period of %.4g s, longer than the %.4g s of the pass: "
+                "nothing of it would be left; it has to be above %.4g Hz",
+                cutoff, 1 / cutoff, duration, 1 / duration);
+  throw std::invalid_argument(message.data());
+}
+
+double duration(const Eigen::VectorXd& time) { return time[time.size() - 1] - time[0]; }
 
 // Smooths every piece by itself.
 Eigen::Matrix3Xd smooth(const PathDeviation& deviation, const Smoother& smoother) {
@@ -558,6 +573,7 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& rec
   for (const double time : times) likely.push_back(std::lround((time - deviation.time[0]) * rate));
   deviation.breaks = find_jumps(deviation.normal, deviation.noise, window, likely);
 
+  if (options.cutoff) check_lowest(*options.cutoff, duration(deviation.time));
   result.cutoff = options.cutoff ? *options.cutoff : best_cutoff(deviation, options, rate);
   const double share = noise_share(options, result.cutoff, rate);
   deviation.trend = smooth(deviation, smoother(options, result.cutoff, rate));
@@ -633,8 +649,9 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& rec
 
 Eigen::Matrix3Xd correct_from_force(const Path& programmed, const Eigen::Matrix3Xd& deviation,
                                     const MirrorOptions& options) {
-  const LowPass filter(options.order, options.cutoff.value_or(kPaperCutoff),
-                       1 / median_period(programmed));
+  const double cutoff = options.cutoff.value_or(kPaperCutoff);
+  check_lowest(cutoff, duration(programmed.time));
+  const LowPass filter(options.order, cutoff, 1 / median_period(programmed));
   const std::vector<Corner> corners = find_corners(programmed);
   Eigen::Matrix3Xd correction =
       -options.gain.value_or(1) * across(programmed, corners, filter(deviation));

@@ -152,8 +152,11 @@ Path simulate_pass(const Path& programmed, const Robot& robot, const Robot& trut
                    const PassOptions& options) {
   const Angles followed =
       lagging(programmed.time, joint_path(programmed, robot.chain, options.joints), options.lag);
-  return record(programmed.time, followed, cutting_force(programmed, options.cut),
-                RobotModel(truth), options.recorder);
+  const Path& part = options.part ? *options.part : programmed;
+  if (part.time.size() != programmed.time.size() || part.time != programmed.time)
+    throw std::invalid_argument("the path of the part has other times than the path that runs");
+  return record(programmed.time, followed, cutting_force(part, options.cut), RobotModel(truth),
+                options.recorder);
 }
 
 }  // namespace armtrue

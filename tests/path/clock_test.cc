@@ -179,5 +179,32 @@ TEST(Clock, RefusesARecordThatFitsAnywhere) {
               ThrowsMessage<std::invalid_argument>(HasSubstr("does not show how the clocks lie")));
 }
 
+// A part of the pass, or one that waits for long, is no other unit.
+TEST(Clock, NamesTimesInAnotherUnit) {
+  const plant::Program program = plant::program(plant::Shape::arc);
+  const Path programmed = path_of(program);
+  const Path whole = record_of(plant::run(program, program.position, cell(1)));
+  Path part = whole;
+  part.time = whole.time.segment(100, 150).eval();
+  part.position = whole.position.middleCols(100, 150).eval();
+  part.force.resize(3, 0);
+  for (const Path& record : {whole, part}) {
+    EXPECT_NO_THROW(check_units(programmed, record));
+    for (const auto& [factor, named] : {std::pair{1e3,
+                                                  "measured path: its clock seems to count "
+                                                  "milliseconds"},
+                                        {1e6, "microseconds"},
+                                        {1e-3, "programmed path: its times seem to be milli"}}) {
+      Path other = record;
+      other.time *= factor;
+      EXPECT_THAT([&] { fit_clock(programmed, other); },
+                  ThrowsMessage<std::invalid_argument>(HasSubstr(named)));
+    }
+  }
+  Path waiting = whole;  // an hour
+  waiting.time[waiting.samples() - 1] += 3600;
+  EXPECT_NO_THROW(check_units(programmed, waiting));
+}
+
 }  // namespace
 }  // namespace armtrue

@@ -326,5 +326,20 @@ TEST(Mirror, RefusesACutoffThatTheRecordIsTooSlowFor) {
               ThrowsMessage<std::invalid_argument>(HasSubstr("samples per second")));
 }
 
+TEST(Mirror, RefusesACutoffThatTheRecordIsTooShortFor) {
+  const plant::Program program = plant::program(plant::Shape::line);
+  const Path measured = record_of(plant::run(program, program.position, cell(1)));
+  for (const CorrectionPoints points : {CorrectionPoints::turning, CorrectionPoints::spline})
+    for (const double cutoff : {1e-9, 1e-5, 0.05}) {
+      MirrorOptions options;
+      options.points = points;
+      options.cutoff = cutoff;
+      EXPECT_THAT([&] { mirror_correct(path_of(program), {measured}, options); },
+                  ThrowsMessage<std::invalid_argument>(HasSubstr("it has to be above 0.07")));
+      EXPECT_THAT([&] { correct_from_force(path_of(program), program.position, options); },
+                  ThrowsMessage<std::invalid_argument>(HasSubstr("it has to be above 0.07")));
+    }
+}
+
 }  // namespace
 }  // namespace armtrue

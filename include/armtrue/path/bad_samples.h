@@ -18,7 +18,8 @@ struct BadSample {
 /// needs to be known. Two things give them away:
 /// - the record leaves by more than the tool can travel in a sample and comes back as suddenly,
 ///   however long it was away (a lost lock, or another reflector); exact zeros need not come back;
-/// - up to three samples depart from what those before show, from what those after show, and from
+/// - up to three samples, within a quarter of a second, depart from what those before show, from
+/// what those after show, and from
 ///   what both show together, by more than chance in a record of this length and noise, by more
 ///   than free play, and by more than the program itself goes out and back in as short a time.
 /// Steps that stay, corners and reversals do neither: on one side the neighbours agree with them.

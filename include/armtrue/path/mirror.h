@@ -78,8 +78,11 @@ struct MirrorResult {
   double gain = 1;
   int clipped = 0;     ///< samples whose correction was cut to `max`
   int unrecorded = 0;  ///< samples in motion before or after the record: nothing is corrected there
-  ErrorSummary before;        ///< length of the trend while the tool moves [m]
-  double expected_after = 0;  ///< mean distance from the programmed path in the next pass [m]
+  ErrorSummary before;  ///< length of the trend while the tool moves [m]
+  /// Mean distance from the programmed path in the next pass [m], if it differs from these as they
+  /// do from each other: a single one says nothing of that, and it is that of the same forces and
+  /// reversals.
+  double expected_after = 0;
   /// With `executed`: mean distance that the program itself would have shown in these passes [m].
   std::optional<double> uncorrected;
 };

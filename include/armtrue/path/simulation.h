@@ -41,6 +41,10 @@ struct PathRecorder {
 struct PassOptions {
   JointPathOptions joints;
   Cut cut;
+  /// The path that the part was programmed with, at the same times, if the one that runs corrects
+  /// it: the stock, and what varies in it, stays where it is while the corrected path is a little
+  /// longer.
+  std::optional<Path> part;
   double lag = 0;  ///< time constant of the servos, first order, the same for all joints [s]
   PathRecorder recorder;
 };
