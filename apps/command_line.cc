@@ -142,12 +142,10 @@ void Command::check_outputs() const {
     if (output->results().empty()) continue;
     const std::string path = output->results().front();
     if (path.empty() || path == "-") continue;
+    if (fs::is_directory(path, none))
+      throw CLI::ValidationError(output->get_name(), "'" + path + "' is a folder; name a file");
+    if (is_device_or_pipe(path)) continue;
     const fs::path whole = whole_path(path);
-    if (fs::exists(whole, none) && !fs::is_regular_file(whole, none)) {
-      if (fs::is_directory(whole, none))
-        throw CLI::ValidationError(output->get_name(), "'" + path + "' is a folder; name a file");
-      continue;  // a pipe or /dev/null takes what comes
-    }
     if (!fs::is_directory(whole.parent_path(), none))
       throw CLI::ValidationError(output->get_name(), "'" + path + "': there is no such folder");
     for (const CLI::Option* option : all_options(app_))

@@ -133,10 +133,6 @@ std::vector<Hypothesis> orientation_hypotheses() {
   return {
       of_angles("a_deg and c_deg look exchanged" + contract,
                 [](const Angles& abc) { return Angles(abc[2], abc[1], abc[0]); }),
-      of_angles("b_deg and c_deg look exchanged" + contract,
-                [](const Angles& abc) { return Angles(abc[0], abc[2], abc[1]); }),
-      of_angles("a_deg and b_deg look exchanged" + contract,
-                [](const Angles& abc) { return Angles(abc[1], abc[0], abc[2]); }),
       of_angles("a_deg seems to have the wrong sign" + contract,
                 [](const Angles& abc) { return Angles(-abc[0], abc[1], abc[2]); }),
       of_angles("b_deg seems to have the wrong sign" + contract,

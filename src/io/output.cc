@@ -9,16 +9,12 @@
 #include <system_error>
 
 namespace armtrue {
-namespace {
 
-// /dev/null, a pipe, or /dev/stdout that leads to a file: written to, never replaced.
 bool is_device_or_pipe(const std::string& path) {
   std::error_code none;
   return path.rfind("/dev/", 0) == 0 || path.rfind("/proc/", 0) == 0 ||
          (std::filesystem::exists(path, none) && !std::filesystem::is_regular_file(path, none));
 }
-
-}  // namespace
 
 void write_output(const std::string& path, const std::string& text) {
   const auto fail = [](const std::string& name) {

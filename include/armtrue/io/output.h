@@ -10,6 +10,9 @@ class OutputError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// /dev/null, a pipe, or /dev/stdout that leads to a file: written to, never replaced.
+bool is_device_or_pipe(const std::string& path);
+
 /// Writes a product: to standard output for "-" or "", else to a temporary file beside `path` that
 /// then takes its place, so that a file is replaced whole or not at all. What is no regular file
 /// (/dev/null, a pipe) is written to as it stands. Throws OutputError.
