@@ -78,12 +78,16 @@ int main(int argc, char** argv) {
   command.add_new_sessions();
   CLI::Option_group* model = command.options().add_option_group("Model");
   model->add_option("--robot", robot_path, "The robot, nominal or calibrated");
-  model->add_option(
+  CLI::Option* const since = model->add_option(
       "--since", previous_path,
       "A robot as calibrate or close-loop --robot-out wrote it: has it changed since?");
   model->require_option(1);
-  command.options().add_option("--catalogue", catalogue_path, "Effects to look for");
-  command.options().add_flag("--only-catalogue", only_catalogue, "Do not search beyond it");
+  command.options()
+      .add_option("--catalogue", catalogue_path, "Effects to look for")
+      ->excludes(since);
+  command.options()
+      .add_flag("--only-catalogue", only_catalogue, "Do not search beyond it")
+      ->excludes(since);
   return command.run(argc, argv, [&] {
     if (!previous_path.empty()) return report_change(command, previous_path);
     const Robot robot = command.robot(robot_path).robot;

@@ -100,9 +100,8 @@ std::vector<Hypothesis> position_hypotheses(bool of_distances) {
          }});
   for (double sign : {1.0, -1.0})
     hypotheses.push_back(
-        {fmt::format("q3_deg looks as if it were counted from the {}; write q3_deg {} q2_deg "
-                     "instead, the angle between the two links",
-                     sign > 0 ? "horizontal" : "other way of the horizontal", sign > 0 ? "+" : "-"),
+        {fmt::format("q3_deg looks as if q2_deg were {} it; write q3_deg {} q2_deg instead",
+                     sign > 0 ? "taken off" : "added to", sign > 0 ? "+" : "-"),
          [sign](Robot&, Campaign& c) {
            for (JointVector& q : c.q) q[2] += sign * q[1];
          }});
@@ -192,8 +191,9 @@ void try_calibration(const Robot& robot, const Campaign& campaign,
   }
   for (size_t i = 0; i < result.set.kept.size(); ++i) {
     const int parameter = result.set.kept[i];
-    const double change = std::abs(result.change[static_cast<Eigen::Index>(i)]);
     const bool is_length = parameter_unit(parameter) == ParameterUnit::metre;
+    const double moved = result.change[static_cast<Eigen::Index>(i)];
+    const double change = std::abs(is_length ? moved : std::remainder(moved, 2 * std::numbers::pi));
     const bool is_link = parameter >= kLinkParameters && parameter < kToolParameters;
     if (!is_link || change < (is_length ? kImplausibleLength : kImplausibleAngle)) continue;
     findings.push_back(fmt::format(

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "armtrue/io/input_error.h"
+#include "armtrue/io/number_text.h"
 #include "armtrue/kinematics/units.h"
 
 namespace armtrue {
@@ -178,6 +179,9 @@ double CsvTable::number(int column) const {
          "'" + std::string(fields_[column]) + "' is no number; correct it or remove the row");
   if (!std::isfinite(value))
     fail(column, "'" + std::string(field) + "' is not finite; correct it or remove the row");
+  if (std::abs(value) > kLargestNumber)
+    fail(column, "'" + std::string(field) +
+                     "' is larger than anything measured; correct it or remove the row");
   return value;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "armtrue/io/input_error.h"
+#include "armtrue/io/number_text.h"
 
 namespace armtrue {
 
@@ -47,6 +48,7 @@ double YamlMap::number_of(const YAML::Node& node, const std::string& key) const 
   const auto [end, error] = std::from_chars(begin, text.data() + text.size(), value);
   if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value))
     fail(key, "'" + text + "' is no finite number");
+  if (std::abs(value) > kLargestNumber) fail(key, "'" + text + "' is larger than anything real");
   return value;
 }
 

@@ -4,6 +4,9 @@
 
 namespace armtrue {
 
+/// No file means a larger number, whatever the unit; squares of it would leave no digits to others.
+inline constexpr double kLargestNumber = 1e15;
+
 /// The shortest decimal that reads back as exactly this number.
 std::string number_text(double value);
 
