@@ -90,7 +90,7 @@ auto on_samples_of(const PathFile& file, const Work& work) {
   }
 }
 
-/// Splits `A1.alpha,A2.d` at its commas.
+/// Splits `A1.alpha, A2.d` at its commas; spaces about an item are no part of it.
 std::vector<std::string> split_list(const std::string& text);
 
 /// Targets with numbers for ids, less those that are taken, so that both fit into one file.

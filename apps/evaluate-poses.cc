@@ -2,6 +2,7 @@
 
 #include "armtrue/identification/calibration.h"
 #include "armtrue/identification/evaluation.h"
+#include "armtrue/io/input_error.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/report_io.h"
 #include "armtrue/kinematics/units.h"
@@ -27,6 +28,13 @@ int main(int argc, char** argv) {
   return command.run(argc, argv, [&] {
     Robot robot = command.robot(robot_path).robot;
     const Campaign campaign = command.campaign(command.input, robot);
+    for (int session : campaign.session)
+      if (const std::string& name = campaign.session_names[session];
+          refit.empty() && !robot.sessions.empty() && !robot.sessions.contains(name))
+        throw InputError(campaign.source +
+                         ": the robot file does not say where the instrument of "
+                         "session '" +
+                         name + "' stood; add --refit base");
     if (!refit.empty()) {
       command.progress("refitting " + refit);
       robot = refit_set_up(robot, campaign, app::split_list(refit));

@@ -139,6 +139,10 @@ int main(int argc, char** argv) {
     plan.orientation = !points;
     plan.floor = floor_mm * kMillimetre;
     plan.seed = command.seed;
+    for (size_t k = 0; k < box.size(); k += 2)
+      if (!(box[k] < box[k + 1]))
+        throw std::invalid_argument(
+            fmt::format("--box-mm: {:g} must be below {:g}", box[k], box[k + 1]));
     if (!box.empty())
       plan.box = Box{Eigen::Vector3d(box[0], box[2], box[4]) * kMillimetre,
                      Eigen::Vector3d(box[1], box[3], box[5]) * kMillimetre};

@@ -102,7 +102,7 @@ class Problem {
       : previous_(previous),
         start_(start_of(previous, campaign)),
         own_(own_parameters(start_)),
-        models_(campaign, start_, parameters_of(start_, campaign), scale, false),
+        models_(campaign, start_, parameters_of(start_, campaign), scale, 0),
         rows_by_pose_(rows_by_pose(campaign.pose)) {
     for (int s = 0; s < sessions(); ++s) {
       std::vector<int>& column = columns_.emplace_back(parameter_count(start_.chain), -1);

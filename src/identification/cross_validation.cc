@@ -14,8 +14,8 @@ namespace armtrue {
 namespace {
 
 constexpr int kFolds = 10;
-// A direction of which the other poses show hardly more than this stays as all poses have it: of a
-// knot of a curve with a single pose by it nothing can be predicted, and that pose would decide.
+// Of a column added: what the other poses show hardly more than this of is drawn to zero. Of a knot
+// of a curve with a single pose by it nothing can be predicted, and that pose would decide.
 constexpr double kShownByOthers = 0.01;
 
 }  // namespace

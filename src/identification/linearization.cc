@@ -91,7 +91,7 @@ Linearization::Linearization(const CalibrationResult& fit, const Campaign& campa
     const ObservationModel& own = models.model(s);
     const ObservationModel model(own.campaign(),
                                  own.robot_at(Eigen::VectorXd::Zero(own.unknowns())), all,
-                                 own.scale(), false, models.common_from_own(s));
+                                 own.scale(), 0, models.common_from_own(s));
     const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
     Eigen::MatrixXd block(size, model.unknowns() + 1);
     for (int i = 0; i < model.rows(); ++i) {

@@ -11,33 +11,40 @@ namespace armtrue {
 
 /// Cuts [0, count) into blocks of `size`, computes `work(begin, end)` of each on the machine's
 /// threads and hands the results to `join` in the order of the blocks. The cut is fixed, so the
-/// joined result is the same on any number of threads.
+/// joined result is the same on any number of threads, and so is the exception that is passed on:
+/// that of the first block that throws one. Within a block the blocks of another call follow one
+/// after another: its threads are busy.
 template <typename Result, typename Work, typename Join>
 void for_ordered_blocks(int count, int size, const Work& work, const Join& join) {
+  static thread_local bool is_worker = false;
   const int blocks = (count + size - 1) / size;
   const auto run = [&](int block) {
     return work(block * size, std::min(count, (block + 1) * size));
   };
   const int threads =
       std::min(blocks, static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
-  if (threads <= 1) {
+  if (threads <= 1 || is_worker) {
     for (int block = 0; block < blocks; ++block) join(run(block));
     return;
   }
   std::vector<Result> results(blocks);
   std::atomic<int> next{0};
+  int failed = blocks;
   std::exception_ptr failure;
   std::mutex failure_mutex;
   {
     std::vector<std::jthread> workers;
     for (int t = 0; t < threads; ++t)
       workers.emplace_back([&] {
-        try {
-          for (int block = next++; block < blocks; block = next++) results[block] = run(block);
-        } catch (...) {
-          const std::lock_guard lock(failure_mutex);
-          failure = std::current_exception();
-        }
+        is_worker = true;
+        for (int block = next++; block < blocks; block = next++) try {
+            results[block] = run(block);
+          } catch (...) {
+            const std::lock_guard lock(failure_mutex);
+            if (block < failed) failure = std::current_exception();
+            failed = std::min(failed, block);
+            next = blocks;  // those before it have begun
+          }
       });
   }
   if (failure) std::rethrow_exception(failure);

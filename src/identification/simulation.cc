@@ -134,8 +134,10 @@ Campaign simulate(const std::vector<JointVector>& commanded, const Robot& truth,
     const Pose frame = model.pose(context);
     Eigen::Vector3d point =
         model.point(context, target) + options.noise_position * random.normal3();
-    if (random.uniform(0, 1) < options.blunders)
-      point += random.uniform(2e-3, 20e-3) * random.normal3().normalized();
+    if (random.uniform(0, 1) < options.blunders) {
+      const Eigen::Vector3d direction = random.normal3().normalized();
+      point += random.uniform(2e-3, 20e-3) * direction;
+    }
     campaign.position.push_back(point);
     if (options.orientation && truth.chain.targets.empty())
       campaign.orientation.emplace_back(Eigen::Matrix3d(
