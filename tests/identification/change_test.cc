@@ -167,6 +167,14 @@ TEST(Change, NamesSeveralThatHaveMoved) {
   EXPECT_GE(all, 18);
 }
 
+// Ten poses, each once.
+Campaign ten_of(const Campaign& campaign) {
+  std::vector<int> rows;
+  for (int row = 0; rows.size() < 10; ++row)
+    if (campaign.repeat[row] == campaign.repeat[0]) rows.push_back(row);
+  return campaign.select(rows);
+}
+
 // Effects that geometry lacks put whole poses off. A calibration says how far: an arm that has not
 // changed holds, also one whose poses were visited several times.
 TEST(Change, HoldsBesideWhatTheGeometryLacks) {
@@ -177,11 +185,8 @@ TEST(Change, HoldsBesideWhatTheGeometryLacks) {
     const HiddenCampaign hidden(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml", "compliance", 0.2,
                                 plan);
     const CalibrationResult previous = calibrate(shipped("kr360-spindle"), hidden.training);
-    std::vector<int> rows;  // ten poses, each once
-    for (int row = 0; rows.size() < 10; ++row)
-      if (hidden.held_out.repeat[row] == hidden.held_out.repeat[0]) rows.push_back(row);
     const ChangeResult result =
-        detect_change(previous.robot, previous.spread, hidden.held_out.select(rows));
+        detect_change(previous.robot, previous.spread, ten_of(hidden.held_out));
     holds += result.holds;
     if (result.moved.empty()) {
       EXPECT_EQ(result.p_value_left, result.p_value);
@@ -201,10 +206,7 @@ TEST(Change, HoldsMoreOftenWhereReadingsOfAPoseErrAlike) {
     plan.rest_mrad = 0.1;
     const HiddenCampaign hidden(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml", "null", 0, plan);
     const CalibrationResult previous = calibrate(shipped("kr360-spindle"), hidden.training);
-    std::vector<int> rows;  // ten poses, each once
-    for (int row = 0; rows.size() < 10; ++row)
-      if (hidden.held_out.repeat[row] == hidden.held_out.repeat[0]) rows.push_back(row);
-    holds += detect_change(previous.robot, previous.spread, hidden.held_out.select(rows)).holds;
+    holds += detect_change(previous.robot, previous.spread, ten_of(hidden.held_out)).holds;
   }
   std::printf("joints at rest elsewhere: holds %d of 50\n", holds);
   EXPECT_GE(holds, 46);
