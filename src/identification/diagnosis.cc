@@ -26,6 +26,7 @@ constexpr double kImplausibleTurn = 0.1;  // rad
 // Of a link's parameter, from the robot file to the calibration: beyond any error of an arm and any
 // play that poorly chosen poses leave.
 constexpr double kImplausibleLength = 0.1, kImplausibleAngle = 0.5;  // m, rad
+constexpr double kClearly = 5;                                       // standard deviations
 constexpr double kMuchBetter = 0.1;
 constexpr int kRowsLookedAt = 500;
 
@@ -191,8 +192,11 @@ void try_calibration(const Robot& robot, const Campaign& campaign,
   }
   for (size_t i = 0; i < result.set.kept.size(); ++i) {
     const int parameter = result.set.kept[i];
+    const auto k = static_cast<Eigen::Index>(i);
     const bool is_length = parameter_unit(parameter) == ParameterUnit::metre;
-    const double moved = result.change[static_cast<Eigen::Index>(i)];
+    const double moved = result.change[k];
+    // Poses that hardly show a parameter let it wander; that says nothing of the robot.
+    if (std::abs(moved) < kClearly * std::sqrt(result.covariance(k, k))) continue;
     const double change = std::abs(is_length ? moved : std::remainder(moved, 2 * std::numbers::pi));
     const bool is_link = parameter >= kLinkParameters && parameter < kToolParameters;
     if (!is_link || change < (is_length ? kImplausibleLength : kImplausibleAngle)) continue;
