@@ -9,6 +9,16 @@
 #include "armtrue/effects/sampling.h"
 
 namespace armtrue {
+namespace {
+
+// Sine of an angle that calibration gives axes which are built parallel; wrists that are not meet
+// at tens of degrees.
+constexpr double kParallel = 1e-2;
+constexpr int kBasisPoses = 64;  // of which the most values, six links of three, are a fraction
+// Of a value's own norm: less that is new is what identified geometry adds to one that is kept.
+constexpr double kSmallestNew = 1e-2;
+
+}  // namespace
 
 using Eigen::Vector3d;
 
@@ -77,22 +87,22 @@ void GravityLoad::choose_basis(const Robot& robot, const ChainEvaluator& evaluat
   std::vector<int> links{link_};
   if (!own_axis && link_ + 1 < kJoints) links.push_back(link_ + 1);
   const auto parallel_to_previous = [&](int j) {
-    return std::abs(std::sin(robot.chain.links[j].alpha)) < 1e-2 &&
-           std::abs(std::sin(robot.chain.links[j].beta)) < 1e-2;
+    return std::abs(std::sin(robot.chain.links[j].alpha)) < kParallel &&
+           std::abs(std::sin(robot.chain.links[j].beta)) < kParallel;
   };
   for (int j = links.back() + 1; j < kJoints && parallel_to_previous(j); ++j) links.push_back(j);
 
   // Keep what is independent of the constant and of what is kept already.
-  const std::vector<JointVector> poses = sample_joint_space(robot.chain, 64);
-  Eigen::MatrixXd kept = Eigen::MatrixXd::Ones(static_cast<int>(poses.size()), 1) / 8.0;
+  const std::vector<JointVector> poses = sample_joint_space(robot.chain, kBasisPoses);
+  Eigen::MatrixXd kept = Eigen::VectorXd::Ones(kBasisPoses).normalized();
   for (int link : links)
     for (int axis = 0; axis < 3; ++axis) {
-      Eigen::VectorXd column(static_cast<int>(poses.size()));
-      for (int i = 0; i < column.size(); ++i)
+      Eigen::VectorXd column(kBasisPoses);
+      for (int i = 0; i < kBasisPoses; ++i)
         column[i] = first_moment_value({link, axis}, evaluator.link_frames(poses[i]));
       const double norm = column.norm();
       for (int twice = 0; twice < 2; ++twice) column -= kept * (kept.transpose() * column);
-      if (norm < 1e-9 || column.norm() < 1e-2 * norm) continue;
+      if (norm < 1e-9 || column.norm() < kSmallestNew * norm) continue;
       kept.conservativeResize(Eigen::NoChange, kept.cols() + 1);
       kept.rightCols<1>() = column.normalized();
       basis_.push_back({link, axis});

@@ -69,7 +69,7 @@ Robot without_effect(const CalibrationResult& fit, const Campaign& campaign, siz
 
 // A cycle whose frequency was settled anew stays what it is.
 bool same_but_for_refinement(const Effect& a, const Effect& b) {
-  return a.parameter == b.parameter && a.driver == b.driver && a.shape.kind == b.shape.kind &&
+  return same_place(a, b) && a.shape.kind == b.shape.kind &&
          std::abs(a.shape.harmonic - b.shape.harmonic) < 1;
 }
 
@@ -91,11 +91,10 @@ std::string changes(const Robot& before, const Robot& after) {
   return came.empty() && went.empty() ? "refitted" : (came + went).substr(1);
 }
 
+// A curve of which no cause is known is no other answer to what the cause is.
 bool has_other_cause(const TracedEffect& traced) {
   return std::any_of(traced.indistinguishable.begin(), traced.indistinguishable.end(),
-                     [](const Rival& rival) {
-                       return rival.correlation >= 0.95 && rival.effect.name != "unexplained";
-                     });
+                     [](const Rival& rival) { return rival.from_catalogue; });
 }
 
 // Where the instrument stood is learnt from the training poses.

@@ -44,12 +44,9 @@ FoldMean mean_over(const std::vector<double>& folds) {
 }
 
 bool has_in_class(const TracedEffect& traced, const Effect& effect) {
-  const auto is_it = [&](const Effect& other) {
-    return other.parameter == effect.parameter && other.driver == effect.driver;
-  };
-  return is_it(traced.effect) ||
+  return same_place(traced.effect, effect) ||
          std::any_of(traced.indistinguishable.begin(), traced.indistinguishable.end(),
-                     [&](const Rival& rival) { return is_it(rival.effect); });
+                     [&](const Rival& rival) { return same_place(rival.effect, effect); });
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <random>
 #include <string>
 
@@ -25,6 +26,8 @@ constexpr double kSmallestLeft = 1e-5;
 // Of many coefficients some combination is always weak, and would take any value.
 constexpr double kSmallestDirection = 1e-6, kSmallestOfFineCurve = 1e-4;
 constexpr int kCandidatesPerBlock = 64;
+constexpr double kPossibleVariation = 0.02;  // m or rad: a larger one is no effect but a mistake
+constexpr double kSameScore = 0.01;          // EBIC; less is rounding and the end of an iteration
 
 // What decides the values of a candidate in every context.
 std::string value_key(const Effect& effect) {
@@ -64,7 +67,6 @@ CandidateScan::CandidateScan(const std::vector<Candidate>& candidates, const Rob
   std::vector<std::map<int, int>> column_of_value(kTargetParameters);
   for (const Candidate& candidate : candidates) {
     BoundEffect bound(candidate.effect, robot, campaign.temperature_names);
-    if (bound.coefficient_count() == 0) continue;  // gravity does no work on this parameter
     const auto [place, is_new] =
         source_of_key.try_emplace(value_key(candidate.effect), static_cast<int>(sources.size()));
     if (is_new) {
@@ -146,6 +148,21 @@ double CandidateScan::variation(int candidate, const Eigen::VectorXd& coefficien
     largest = std::max(largest, std::sqrt((offset.array() - constant).square().mean()));
   }
   return largest;
+}
+
+bool CandidateScan::is_possible(int candidate, const Eigen::VectorXd& coefficients) const {
+  if (candidates_[candidate].only_positive && coefficients.size() == 1 && coefficients[0] <= 0)
+    return false;
+  return variation(candidate, coefficients) < kPossibleVariation;
+}
+
+std::vector<int> best_first(const std::vector<CandidateScore>& scores) {
+  std::vector<int> order(scores.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+    return std::round(scores[a].score / kSameScore) > std::round(scores[b].score / kSameScore);
+  });
+  return order;
 }
 
 // Sums over the rows of each moment of d(row)/d(parameter) . columns(row): moments x columns.

@@ -34,6 +34,10 @@ struct CandidateScore {
   Eigen::VectorXd coefficients;
 };
 
+/// The candidates in the order of their scores, best first; those whose scores differ by no more
+/// than rounding stay in their order.
+std::vector<int> best_first(const std::vector<CandidateScore>& scores);
+
 /// Many candidates and what their drivers and shapes read in every row of a campaign, computed
 /// once: candidates that differ in the parameter alone share it.
 class CandidateScan {
@@ -41,7 +45,6 @@ class CandidateScan {
   CandidateScan(const std::vector<Candidate>& candidates, const Robot& robot,
                 const Campaign& campaign);
 
-  /// Those given, less those that drive nothing on this robot.
   const std::vector<Candidate>& candidates() const { return candidates_; }
 
   /// Whitened columns of one candidate, before projection.
@@ -50,6 +53,11 @@ class CandidateScan {
   /// Largest standard deviation over the campaign of what the candidate adds to a parameter
   /// [m, rad]; of the instrument's scale, which is no unknown itself, the RMS.
   double variation(int candidate, const Eigen::VectorXd& coefficients) const;
+
+  /// Whether a candidate may have these coefficients: of the right sign, and no larger than such a
+  /// thing can be. Several coefficients are the first moments of masses that nobody stated, of
+  /// either sign.
+  bool is_possible(int candidate, const Eigen::VectorXd& coefficients) const;
 
  private:
   friend class ProjectedCandidates;

@@ -25,10 +25,6 @@ constexpr double kSmallestPivot = 1e-9;  // of columns of unit length
 constexpr double kKnownFromStart = 1e-6;
 constexpr int kRandomDesigns = 20;
 
-bool same(const Effect& a, const Effect& b) {
-  return a.parameter == b.parameter && a.driver == b.driver && a.shape == b.shape;
-}
-
 // Columns, standardised: those orthonormal, in units of an average pose, that others span.
 struct Standard {
   Eigen::MatrixXd of_raw;           // raw columns times this are the standardised ones
@@ -113,10 +109,6 @@ void enter_members(Contest& contest, const std::vector<std::string>& temperature
   for (Contest::Member& member : contest.members) {
     member.raw_count =
         BoundEffect(member.effect, contest.robot, temperature_names).coefficient_count();
-    if (member.raw_count == 0)
-      throw std::invalid_argument("effect '" + member.effect.name + "': nothing drives " +
-                                  member.effect.parameter + " by " +
-                                  to_string(member.effect.driver) + " on this robot");
     contest.robot.effects.push_back(member.effect);
   }
 }
@@ -308,7 +300,7 @@ class Separation {
     Robot with_others = cloud_.robot;
     for (const Effect& effect : robot.effects)
       if (std::none_of(found.begin(), found.end(),
-                       [&](const TracedEffect& one) { return same(one.effect, effect); }))
+                       [&](const TracedEffect& one) { return same_form(one.effect, effect); }))
         with_others.effects.push_back(effect);
     set_noise(with_others, found, given);
     for (size_t k = 0; k < found.size(); ++k)

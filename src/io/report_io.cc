@@ -181,7 +181,7 @@ std::string of_prediction(const HeldOutGain* gain) {
 }
 
 std::string statement(const TracedEffect& effect, const HeldOutGain* gain) {
-  if (effect.only_prediction) return of_prediction(gain) + "; no known cause";
+  if (!effect.from_catalogue) return of_prediction(gain) + "; no known cause";
   if (effect.incomplete)
     return "incomplete: what it leaves still follows the same driver, see the other effect on it";
   if (effect.indistinguishable.empty())

@@ -33,6 +33,16 @@ struct Effect {
   std::vector<Coefficient> coefficients;
 };
 
+/// Whether one parameter follows one driver: the same cause, as far as a name goes.
+inline bool same_place(const Effect& a, const Effect& b) {
+  return a.parameter == b.parameter && a.driver == b.driver;
+}
+
+/// Whether it does so in the same shape, whatever the coefficients.
+inline bool same_form(const Effect& a, const Effect& b) {
+  return same_place(a, b) && a.shape == b.shape;
+}
+
 /// Whether an effect's parameter stands for the six components of a pose.
 inline bool is_group(const std::string& parameter) {
   return parameter == "base" || parameter == "tool";

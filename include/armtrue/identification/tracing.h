@@ -33,15 +33,17 @@ struct TraceOptions {
 double significance_level(const CalibrationResult& fit, const Campaign& campaign, double with_lack,
                           double without_lack);
 
-/// Something that this campaign cannot tell from an effect that was found.
+/// Something that this campaign cannot tell from an effect that was found: it can imitate most of
+/// what the effect does.
 struct Rival {
   Effect effect;
-  double correlation = 0;  ///< share of the found effect's projected contribution it can imitate
+  double correlation = 0;  ///< of what the found effect does with the closest that it can do
   double delta_ebic = 0;   ///< how much worse it explains the readings
   /// What is refitted when it takes the effect's place: the geometric parameters that move most, by
   /// what their change does to the readings.
   std::vector<std::string> refitted;
   std::string separated_by;  ///< what to measure to tell it from its likes; empty if not known
+  bool from_catalogue = false;
 };
 
 /// Why an effect was added.
@@ -86,19 +88,18 @@ struct TracedEffect {
   /// Those that could imitate it by their course, but that these readings speak against by odds of
   /// more than a thousand to one.
   std::vector<Rival> ruled_out;
-  std::string separated_by;  ///< as of a rival
-  bool from_catalogue = false;
-  bool only_prediction = false;  ///< found by the open search: no cause is known
-  bool incomplete = false;       ///< its parameter follows its driver in a further effect too
+  std::string separated_by;     ///< as of a rival
+  bool from_catalogue = false;  ///< false: found by the open search, no cause is known
+  bool incomplete = false;      ///< its parameter follows its driver in a further effect too
 };
 
 /// A candidate that was looked at in the last scan.
 struct RankedCandidate {
   Effect effect;
   std::string separated_by;
-  int degrees_of_freedom = 0;
-  double left = 0, gain = 0, score = 0;
-  bool from_catalogue = false;
+  int degrees_of_freedom = 0;  ///< independent columns left after projection
+  double left = 0;             ///< share of its largest column that no known parameter can imitate
+  double score = 0;            ///< fall of EBIC
 };
 
 /// The last scan repeated on residuals whose signs are flipped pose by pose: what the search finds
@@ -130,8 +131,8 @@ struct TraceResult {
 /// Of more than 2000 poses as many, evenly taken in each session, are searched, and the model is
 /// fitted to all; the evidence and the frequencies are those of the poses that were searched.
 /// Several sessions share the effects; what each has of its own is in the model from the start, so
-/// that no effect takes it over. Standard deviations and intervals of the coefficients are from the
-/// cluster bootstrap by pose.
+/// that no effect takes it over. Standard deviations of the coefficients are those of calibrate();
+/// the cluster bootstrap by pose gives their intervals the form.
 TraceResult trace(const Robot& robot, const Campaign& campaign, const Catalogue& catalogue,
                   const TraceOptions& options = {});
 
