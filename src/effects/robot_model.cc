@@ -6,8 +6,6 @@
 namespace armtrue {
 namespace {
 
-constexpr const char* kTwistNames[] = {"x", "y", "z", "rx", "ry", "rz"};
-
 std::vector<int> moved_parameters(const Effect& effect, const Robot& robot) {
   if (!is_group(effect.parameter)) {
     const auto index = find_parameter(robot.chain, effect.parameter);

@@ -22,9 +22,7 @@ std::vector<JointVector> sample_joint_space(const KinematicChain& chain, int cou
   std::vector<JointVector> samples(count);
   for (int i = 0; i < count; ++i)
     for (int j = 0; j < kJoints; ++j) {
-      const Link& link = chain.links[j];
-      const double min = std::isfinite(link.min) ? link.min : -std::numbers::pi;
-      const double max = std::isfinite(link.max) ? link.max : std::numbers::pi;
+      const auto [min, max] = travel(chain.links[j]);
       samples[i][j] = min + (max - min) * halton(i + 1, kPrimes[j]);
     }
   return samples;

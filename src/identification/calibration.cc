@@ -9,7 +9,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "armtrue/identification/statistics.h"
+#include "armtrue/statistics/summary.h"
 #include "fold.h"
 #include "pose_influence.h"
 #include "registration.h"
@@ -21,8 +21,10 @@ namespace {
 constexpr double kSmallestScale = 1e-9;  // m, rad: noise-free simulations must not divide by zero
 constexpr int kRowsForStart = 4096;      // a larger campaign starts from an even choice of its rows
 constexpr int kPosesForCovariance = 16384;  // tell a standard deviation to half a per cent
-constexpr int kMaxRounds = 8;
-constexpr double kRoughTolerance = 1e-6;  // of the cost
+constexpr int kMaxRounds = 8;               // of the residuals' law; it settles in three or four
+// Of the cost: while the law of the residuals is still settling, and of all rows where an even
+// choice of them has brought the unknowns to within their standard deviations.
+constexpr double kRoughTolerance = 1e-6, kEndTolerance = 1e-7;
 
 // No effect moves a parameter by more than about this; the data alone may leave a curve free where
 // they do not reach, and it must not run away there.
@@ -576,7 +578,8 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
   CalibrationResult result;
   Solution solution;
   if (iterations > 0) {
-    solution = solve(model, law, priors, options.max_iterations, 1e-7, x, fold_by(options), last);
+    solution =
+        solve(model, law, priors, options.max_iterations, kEndTolerance, x, fold_by(options), last);
     solution.iterations += iterations;
   } else {
     solution = fit(model, law, priors, options, x, last);

@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <numeric>
 #include <stdexcept>
+
+#include "armtrue/effects/arrival.h"
 
 namespace armtrue {
 
@@ -145,12 +146,7 @@ void points_to_coordinates(Campaign& campaign) {
 }
 
 void derive_arrival(Campaign& campaign) {
-  constexpr double kLeastMotion = 1e-4 * std::numbers::pi / 180;
-  struct Joints {
-    JointVector moved_last;  // small motions add up, so that a slow joint is seen to move too
-    std::array<std::int8_t, kJoints> direction{};
-  };
-  std::map<int, Joints> sessions;
+  std::map<int, Arrival> sessions;
   std::vector<int> visits(campaign.q.size());
   std::iota(visits.begin(), visits.end(), 0);
   if (!campaign.time_s.empty())
@@ -159,15 +155,8 @@ void derive_arrival(Campaign& campaign) {
   campaign.arrival.resize(campaign.q.size());
   for (int row : visits) {
     const int session = campaign.session.empty() ? 0 : campaign.session[row];
-    auto& [moved_last, direction] =
-        sessions.try_emplace(session, Joints{campaign.q[row]}).first->second;
-    for (int j = 0; j < kJoints; ++j) {
-      const double motion = campaign.q[row][j] - moved_last[j];
-      if (std::abs(motion) <= kLeastMotion) continue;
-      direction[j] = motion > 0 ? 1 : -1;
-      moved_last[j] = campaign.q[row][j];
-    }
-    campaign.arrival[row] = direction;
+    Arrival& arrival = sessions.try_emplace(session, campaign.q[row]).first->second;
+    campaign.arrival[row] = arrival.at(campaign.q[row]);
   }
 }
 

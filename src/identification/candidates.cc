@@ -7,19 +7,20 @@
 
 #include "armtrue/effects/gravity.h"
 #include "armtrue/effects/sampling.h"
+#include "armtrue/kinematics/units.h"
 
 namespace armtrue {
 namespace {
 
-constexpr int kStepGrid = 32;
-constexpr size_t kMostSteps = 2000;
+constexpr int kStepGrid = 32;        // times of a step that are scanned; the best is then refined
+constexpr size_t kMostSteps = 2000;  // for its interval: finer than any campaign tells
 constexpr double kMostCycles = 300;  // per turn: motor order behind a reducer
 // Of a periodogram, within its resolution: at the worst place between two steps 3 % of the
 // amplitude are lost.
 constexpr int kFrequencySteps = 4;
-constexpr int kFinerSteps = 100;  // within one of those
-constexpr int kSeriesCosines = 6;
-constexpr int kPosesForCoefficient = 4;  // of a fine curve
+constexpr int kFinerSteps = 100;         // within one of those
+constexpr int kSeriesCosines = 6;        // a curve that a campaign of some tens of poses can carry
+constexpr int kPosesForCoefficient = 4;  // of a fine curve; fewer would leave it to its prior
 
 struct TimeSpan {
   std::vector<double> times;  // distinct, ascending
@@ -102,9 +103,9 @@ Shape series_on_joint(const Robot& robot, int joint, SeriesBasis basis, int coun
   shape.kind = ShapeKind::series;
   shape.basis = basis;
   shape.count = count;
-  const Link& link = robot.chain.links[joint];
-  shape.low[0] = std::isfinite(link.min) ? link.min : -std::numbers::pi;
-  shape.high[0] = std::isfinite(link.max) ? link.max : std::numbers::pi;
+  const auto [low, high] = travel(robot.chain.links[joint]);
+  shape.low[0] = low;
+  shape.high[0] = high;
   return shape;
 }
 
@@ -242,7 +243,7 @@ class OpenSearch {
   void add_fine_curves(const std::string& parameter, const Driver& driver) {
     const auto [low, high] = travel_covered(driver.joint);
     for (double step : {20.0, 10.0, 5.0, 2.5}) {
-      const double knot = step * std::numbers::pi / 180;
+      const double knot = step * kDegree;
       const double first = std::floor(low / knot), last = std::ceil(high / knot);
       const int count = static_cast<int>(last - first) + 2;
       if (count < 3 || count * kPosesForCoefficient > static_cast<int>(campaign_.pose_ids.size()))

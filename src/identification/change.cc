@@ -14,8 +14,8 @@
 
 #include "armtrue/identification/evaluation.h"
 #include "armtrue/identification/identifiability.h"
-#include "armtrue/identification/statistics.h"
 #include "armtrue/kinematics/parameters.h"
+#include "armtrue/statistics/summary.h"
 #include "fold.h"
 #include "pose_influence.h"
 #include "registration.h"

@@ -11,9 +11,9 @@
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/identification/calibration.h"
 #include "armtrue/identification/evaluation.h"
-#include "armtrue/identification/statistics.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/statistics/summary.h"
 #include "registration.h"
 #include "sessions.h"
 
@@ -72,7 +72,7 @@ std::vector<Hypothesis> position_hypotheses(bool of_distances) {
       {"the joint angles look like radians under a _deg name; name the columns "
        "q1_rad to q6_rad",
        [](Robot&, Campaign& c) {
-         for (JointVector& q : c.q) q *= 180 / std::numbers::pi;
+         for (JointVector& q : c.q) q /= kDegree;
        }});
   hypotheses.push_back({of_distances
                             ? "the distances look like metres under a _mm name; name the column l_m"
@@ -150,7 +150,7 @@ std::vector<Hypothesis> orientation_hypotheses() {
        }},
       of_angles("the angles a, b, c look like radians under a _deg name; name the columns "
                 "a_rad,b_rad,c_rad",
-                [](const Angles& abc) -> Angles { return abc * (180 / std::numbers::pi); })};
+                [](const Angles& abc) -> Angles { return abc / kDegree; })};
 }
 
 void try_hypotheses(const Robot& robot, const Campaign& campaign,

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <utility>
 
-#include "armtrue/identification/statistics.h"
+#include "armtrue/statistics/summary.h"
 #include "sessions.h"
 
 namespace armtrue {

@@ -5,6 +5,10 @@
 
 namespace armtrue {
 
+/// Share of an average pose that is known of every unknown from the start, so that the first poses,
+/// too few for full rank, have a criterion.
+inline constexpr double kKnownFromStart = 1e-6;
+
 /// Chooses `count` of the candidates: a greedy start, then each chosen one is exchanged for the
 /// best until no exchange helps (Fedorov, "Theory of Optimal Experiments", 1972, in the variant of
 /// Cook and Nachtsheim 1980). A local optimum; the first of equal candidates wins.

@@ -10,7 +10,6 @@
 namespace armtrue {
 namespace {
 
-constexpr int kRowsPerBlock = 1024;  // least unit of work of a thread
 constexpr int kRowsPerFactor = 256;  // folded at once; small enough to stay in cache
 
 // Fixed by the number of rows alone, so that the result does not depend on the machine; at most

@@ -7,13 +7,14 @@
 
 #include "armtrue/effects/sampling.h"
 #include "armtrue/kinematics/parameters.h"
+#include "armtrue/kinematics/units.h"
 #include "sessions.h"
 
 namespace armtrue {
 namespace {
 
 constexpr double kLeftOfColumn = 1e-6;
-constexpr double kRightAngleTolerance = std::numbers::pi / 180;
+constexpr double kRightAngleTolerance = kDegree;
 constexpr int kOfFurtherSession = -1;  // no parameter of the chain
 constexpr int kMaxRows = 4000;         // rank needs no more; thinned evenly
 

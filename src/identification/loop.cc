@@ -8,7 +8,7 @@
 
 #include "armtrue/identification/pose_bootstrap.h"
 #include "armtrue/identification/remainder.h"
-#include "armtrue/identification/statistics.h"
+#include "armtrue/statistics/summary.h"
 #include "sessions.h"
 #include "shuffle.h"
 
@@ -16,6 +16,7 @@ namespace armtrue {
 namespace {
 
 constexpr double kSignificance = 0.01;
+// Times the floor, beyond which held-out errors of few poses do not scatter.
 constexpr double kFarFromFloor = 2.0;
 
 int count_poses(const Campaign& campaign) {
@@ -95,26 +96,6 @@ std::string changes(const Robot& before, const Robot& after) {
 bool has_other_cause(const TracedEffect& traced) {
   return std::any_of(traced.indistinguishable.begin(), traced.indistinguishable.end(),
                      [](const Rival& rival) { return rival.from_catalogue; });
-}
-
-// Where the instrument stood is learnt from the training poses.
-void require_known_sessions(const Campaign& training, const Campaign& held_out) {
-  const auto names_of = [](const Campaign& campaign) {
-    std::set<std::string> names;
-    for (int session : campaign.session) names.insert(campaign.session_names[session]);
-    return names;
-  };
-  const std::set<std::string> known = names_of(training);
-  for (const std::string& name : names_of(held_out))
-    if (!known.contains(name))
-      throw std::invalid_argument(held_out.source + ": session '" + name +
-                                  "' has held-out poses but no training pose that shows where its "
-                                  "instrument stood; measure more poses in it, or leave it out");
-  if (known.size() > 1 && held_out.rows() > 0 && held_out.session.empty())
-    throw std::invalid_argument(
-        held_out.source +
-        ": the training poses are of several sessions, and the held-out poses do not say of which "
-        "they are; add the column 'session'");
 }
 
 Verdict conclude(const LoopResult& result) {

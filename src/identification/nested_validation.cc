@@ -6,8 +6,9 @@
 #include <stdexcept>
 #include <string>
 
-#include "armtrue/identification/loop.h"
+#include "armtrue/identification/evaluation.h"
 #include "ordered_blocks.h"
+#include "sessions.h"
 #include "shuffle.h"
 
 namespace armtrue {
@@ -62,26 +63,35 @@ NestedValidation nested_validation(const Robot& robot, const Campaign& campaign,
   nested.folds = folds;
   nested.found_again.resize(found.size());
   std::vector<double> before, after, gain;
-  for_ordered_blocks<LoopResult>(
+  struct OuterFold {
+    double before = 0, after = 0;  // mean error of the poses left out
+    std::vector<TracedEffect> effects;
+  };
+  const auto mean_error = [](const Robot& model, const Campaign& poses) {
+    return summarize(evaluate(model, poses).position).mean;
+  };
+  for_ordered_blocks<OuterFold>(
       folds, 1,
       [&](int fold, int) {
-        std::vector<int> training, held_out;
+        std::vector<int> inside, outside;
         for (int row = 0; row < campaign.rows(); ++row)
-          (fold_of_row[row] == fold ? held_out : training).push_back(row);
-        return close_loop(robot, campaign.select(training), campaign.select(held_out), catalogue,
-                          of_fold);
+          (fold_of_row[row] == fold ? outside : inside).push_back(row);
+        const Campaign training = campaign.select(inside), held_out = campaign.select(outside);
+        require_known_sessions(training, held_out);
+        const TraceResult found_here = trace(robot, training, catalogue, of_fold);
+        return OuterFold{mean_error(found_here.stages.front().robot, held_out),
+                         mean_error(found_here.fit.robot, held_out), found_here.effects};
       },
-      [&](const LoopResult& result) {
+      [&](const OuterFold& result) {
         before.push_back(result.before);
         after.push_back(result.after);
         gain.push_back(result.before - result.after);
         for (size_t k = 0; k < found.size(); ++k)
-          nested.found_again[k] +=
-              std::any_of(result.trace.effects.begin(), result.trace.effects.end(),
-                          [&](const TracedEffect& traced) {
-                            return has_in_class(traced, found[k].effect) ||
-                                   has_in_class(found[k], traced.effect);
-                          });
+          nested.found_again[k] += std::any_of(result.effects.begin(), result.effects.end(),
+                                               [&](const TracedEffect& traced) {
+                                                 return has_in_class(traced, found[k].effect) ||
+                                                        has_in_class(found[k], traced.effect);
+                                               });
       });
   nested.before = mean_over(before);
   nested.after = mean_over(after);

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "armtrue/identification/statistics.h"
+#include "armtrue/statistics/summary.h"
 
 namespace armtrue {
 namespace {

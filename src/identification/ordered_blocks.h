@@ -9,6 +9,9 @@
 
 namespace armtrue {
 
+/// Least unit of work of a thread whose blocks are rows of a campaign.
+inline constexpr int kRowsPerBlock = 1024;
+
 /// Cuts [0, count) into blocks of `size`, computes `work(begin, end)` of each on the machine's
 /// threads and hands the results to `join` in the order of the blocks. The cut is fixed, so the
 /// joined result is the same on any number of threads, and so is the exception that is passed on:

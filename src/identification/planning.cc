@@ -17,10 +17,6 @@ namespace {
 
 constexpr int kDrawsForZone = 200000;  // forward kinematics is cheap, and a zone is small
 
-// Share of an average pose that is known of every unknown from the start, so that the first poses,
-// too few for full rank, have a criterion.
-constexpr double kKnownFromStart = 1e-6;
-
 Eigen::MatrixXd upper_triangle(const Eigen::MatrixXd& rows) {
   return Eigen::HouseholderQR<Eigen::MatrixXd>(rows)
       .matrixQR()

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "armtrue/identification/statistics.h"
+#include "armtrue/statistics/summary.h"
 #include "pose_influence.h"
 
 namespace armtrue {

@@ -8,7 +8,7 @@
 
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/identification/observation.h"
-#include "armtrue/identification/statistics.h"
+#include "armtrue/statistics/summary.h"
 #include "sessions.h"
 
 namespace armtrue {

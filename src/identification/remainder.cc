@@ -21,14 +21,18 @@ using Rows = std::vector<Eigen::Index>;
 // More would sharpen the choice at a cost in proportion, of memory too.
 constexpr int kMostEquations = 6000;
 constexpr int kFolds = 5;
+// The penalty falls from where nothing enters, by less than the choice of it matters, down to 1e-5
+// of that, or until so many in turn predict no better.
+constexpr float kFall = 0.75f;
 constexpr int kMostPenalties = 40, kPatience = 3;
-constexpr float kFall = 0.75f;         // from one penalty to the next
 constexpr float kLeastBeside = 0.01f;  // of a column; less is what the model can imitate
 constexpr double kLeastPoses = 8;      // that carry a column
 // One standard error. What a fit clearly lacks is there, and need not be shown again by the gain.
 constexpr double kSignificanceWithLackOfFit = 0.16;
+// Coordinate descent: to where a coefficient's gradient is known to so much of the penalty, or
+// until candidates that imitate each other only trade places.
+constexpr float kTolerance = 1e-2f;
 constexpr int kMostSweeps = 100;
-constexpr float kTolerance = 1e-2f;  // of the penalty
 
 // All that a fit leaves, all that its unknowns do to it, and what each candidate would.
 struct Equations {

@@ -20,10 +20,7 @@ constexpr double kLevel = 0.05;
 constexpr double kHopeless = 0.5;  // power with all candidates, below which no choice of them helps
 constexpr double kSmallestLeft = 1e-5;   // of a column's own norm; less is rounding
 constexpr double kSmallestPivot = 1e-9;  // of columns of unit length
-// Share of an average pose that is known of everything from the start, so that the first poses, too
-// few for full rank, have a criterion.
-constexpr double kKnownFromStart = 1e-6;
-constexpr int kRandomDesigns = 20;
+constexpr int kRandomDesigns = 20;       // their mean power is good to a few per cent
 
 // Columns, standardised: those orthonormal, in units of an average pose, that others span.
 struct Standard {

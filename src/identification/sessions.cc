@@ -8,8 +8,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "armtrue/identification/statistics.h"
 #include "armtrue/kinematics/parameters.h"
+#include "armtrue/statistics/summary.h"
 #include "ordered_blocks.h"
 
 namespace armtrue {
@@ -17,7 +17,6 @@ namespace {
 
 constexpr int kFewestAlike = 50;            // rows: enough to place a base, a target or an anchor
 constexpr long kFewestPosesOfSession = 30;  // enough for a base and a few offsets of its own
-constexpr int kRowsPerBlock = 1024;         // least unit of work of a thread
 
 std::string session_name(const Campaign& campaign, int row) {
   return campaign.session.empty() || row >= campaign.rows()
@@ -69,6 +68,25 @@ std::vector<int> further(const std::vector<int>& shown, const std::vector<int>& 
 }
 
 }  // namespace
+
+void require_known_sessions(const Campaign& training, const Campaign& held_out) {
+  const auto names_of = [](const Campaign& campaign) {
+    std::set<std::string> names;
+    for (int session : campaign.session) names.insert(campaign.session_names[session]);
+    return names;
+  };
+  const std::set<std::string> known = names_of(training);
+  for (const std::string& name : names_of(held_out))
+    if (!known.contains(name))
+      throw std::invalid_argument(held_out.source + ": session '" + name +
+                                  "' has held-out poses but no training pose that shows where its "
+                                  "instrument stood; measure more poses in it, or leave it out");
+  if (known.size() > 1 && held_out.rows() > 0 && held_out.session.empty())
+    throw std::invalid_argument(
+        held_out.source +
+        ": the training poses are of several sessions, and the held-out poses do not say of which "
+        "they are; add the column 'session'");
+}
 
 std::vector<std::vector<int>> rows_by_session(const Campaign& campaign) {
   std::vector<std::vector<int>> sessions(std::max<size_t>(1, campaign.session_names.size()));

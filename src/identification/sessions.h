@@ -13,6 +13,10 @@ namespace armtrue {
 /// where the campaign names no sessions.
 std::vector<std::vector<int>> rows_by_session(const Campaign& campaign);
 
+/// Throws std::invalid_argument if a session of `held_out` has no reading in `training`, from which
+/// alone it can be learnt where its instrument stood.
+void require_known_sessions(const Campaign& training, const Campaign& held_out);
+
 /// About `count` rows, evenly chosen from those of each target and anchor in each session, and of
 /// all of these enough to place them.
 std::vector<int> thinned_rows(const Campaign& campaign, int count);

@@ -7,22 +7,15 @@
 #include <stdexcept>
 
 #include "armtrue/effects/robot_model.h"
-#include "armtrue/identification/random.h"
+#include "armtrue/statistics/random.h"
 #include "shuffle.h"
 
 namespace armtrue {
 namespace {
 
-double travel_min(const Link& link) {
-  return std::isfinite(link.min) ? link.min : -std::numbers::pi;
-}
-double travel_max(const Link& link) {
-  return std::isfinite(link.max) ? link.max : std::numbers::pi;
-}
-
 bool within_travel(const KinematicChain& chain, const JointVector& q) {
   for (int j = 0; j < kJoints; ++j)
-    if (q[j] < travel_min(chain.links[j]) || q[j] > travel_max(chain.links[j])) return false;
+    if (const auto [min, max] = travel(chain.links[j]); q[j] < min || q[j] > max) return false;
   return true;
 }
 
@@ -64,8 +57,10 @@ std::vector<JointVector> random_configurations(const Robot& robot, int count,
       throw std::invalid_argument(
           "the box cannot be reached within the travel limits; enlarge or move it");
     JointVector q;
-    for (int j = 0; j < kJoints; ++j)
-      q[j] = random.uniform(travel_min(robot.chain.links[j]), travel_max(robot.chain.links[j]));
+    for (int j = 0; j < kJoints; ++j) {
+      const auto [min, max] = travel(robot.chain.links[j]);
+      q[j] = random.uniform(min, max);
+    }
     if (box) {
       Eigen::Vector3d wanted;
       for (int i = 0; i < 3; ++i) wanted[i] = random.uniform(box->low[i], box->high[i]);

@@ -8,7 +8,7 @@
 
 #include "armtrue/identification/evaluation.h"
 #include "armtrue/identification/pose_bootstrap.h"
-#include "armtrue/identification/statistics.h"
+#include "armtrue/statistics/summary.h"
 #include "candidates.h"
 #include "cross_validation.h"
 #include "model_search.h"

@@ -11,8 +11,8 @@ namespace armtrue {
 namespace {
 
 constexpr size_t kMostInAllOrders = 5;
-constexpr int kOrdersDrawn = 64;
-constexpr double kSmallestPivot = 1e-9;
+constexpr int kOrdersDrawn = 64;         // and their reverses; the mean is good to a per cent
+constexpr double kSmallestPivot = 1e-9;  // of columns of unit length
 
 std::vector<std::vector<int>> orders_of_entry(size_t groups, std::uint64_t seed) {
   std::vector<int> order(groups);

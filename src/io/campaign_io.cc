@@ -210,7 +210,7 @@ class CampaignReader {
       c.force_n.emplace_back(table_.number(*force_[0]), table_.number(*force_[1]),
                              table_.number(*force_[2]));
     if (arrival_[0]) {
-      std::array<std::int8_t, kJoints> directions;
+      Direction directions;
       for (int j = 0; j < kJoints; ++j) {
         const int direction = table_.integer(*arrival_[j]);
         if (direction < -1 || direction > 1)

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "armtrue/effects/robot.h"
-#include "armtrue/identification/statistics.h"
 #include "armtrue/io/number_text.h"
 #include "armtrue/io/provenance.h"
+#include "armtrue/statistics/summary.h"
 
 namespace armtrue {
 

@@ -7,7 +7,6 @@
 namespace armtrue {
 namespace {
 
-constexpr const char* kTwistNames[] = {"x", "y", "z", "rx", "ry", "rz"};
 constexpr const char* kAnchorNames[] = {"x", "y", "z", "zero"};
 constexpr const char* kLinkParameterNames[] = {"alpha", "d", "theta", "r", "beta"};
 

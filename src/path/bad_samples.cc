@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "armtrue/identification/statistics.h"
+#include "armtrue/statistics/summary.h"
 
 namespace armtrue {
 namespace {

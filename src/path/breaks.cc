@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "armtrue/identification/statistics.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/statistics/summary.h"
 #include "corners.h"
 
 namespace armtrue {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "armtrue/identification/statistics.h"
+#include "armtrue/statistics/summary.h"
 
 namespace armtrue {
 namespace {

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "armtrue/identification/statistics.h"
+#include "armtrue/statistics/summary.h"
 
 namespace armtrue {
 double median_period(const Path& path) {

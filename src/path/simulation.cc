@@ -8,10 +8,10 @@
 #include <stdexcept>
 #include <string>
 
+#include "armtrue/effects/arrival.h"
 #include "armtrue/effects/robot_model.h"
-#include "armtrue/identification/campaign.h"
-#include "armtrue/identification/random.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/statistics/random.h"
 
 namespace armtrue {
 namespace {
@@ -69,12 +69,12 @@ Angles lagging(const Eigen::VectorXd& time, Angles angles, double lag) {
   return angles;
 }
 
-// What the effects may depend on, at each sample of the controller.
-Campaign controller_samples(const Eigen::VectorXd& time, const Angles& angles) {
-  Campaign samples;
-  for (Eigen::Index i = 0; i < time.size(); ++i) samples.q.push_back(angles.col(i));
-  derive_arrival(samples);
-  return samples;
+// Of the joints at each sample of the controller.
+std::vector<Direction> arrivals(const Angles& angles) {
+  std::vector<Direction> directions;
+  Arrival arrival(angles.col(0));
+  for (const auto& q : angles.colwise()) directions.push_back(arrival.at(q));
+  return directions;
 }
 
 // Between samples i and i + 1, u of the way.
@@ -85,7 +85,7 @@ auto between(const Columns& columns, Eigen::Index i, double u) {
 
 Path record(const Eigen::VectorXd& time, const Angles& angles, const Eigen::Matrix3Xd& force,
             const RobotModel& truth, const PathRecorder& recorder) {
-  const Campaign controller = controller_samples(time, angles);
+  const std::vector<Direction> arrival = arrivals(angles);
   Random random(recorder.seed);
   const double period = recorder.period / (1 + recorder.clock_rate);
   const double begin = time[0] + period * random.uniform(0, 1);
@@ -104,7 +104,7 @@ Path record(const Eigen::VectorXd& time, const Angles& angles, const Eigen::Matr
     const double u = (t - time[i]) / (time[i + 1] - time[i]);
     Context context;
     context.q = between(angles, i, u);
-    context.arrival = controller.arrival[static_cast<size_t>(i + 1)];
+    context.arrival = arrival[static_cast<size_t>(i + 1)];
     context.time_s = t;
     context.force_n = between(force, i, u);
     const Vector3d noise = recorder.noise * random.normal3();

@@ -7,10 +7,10 @@
 #include <cstdio>
 #include <numeric>
 
-#include "armtrue/identification/random.h"
 #include "armtrue/identification/simulation.h"
-#include "armtrue/identification/statistics.h"
 #include "armtrue/io/robot_io.h"
+#include "armtrue/statistics/random.h"
+#include "armtrue/statistics/summary.h"
 #include "identification/linearization.h"
 #include "identification/sessions.h"
 

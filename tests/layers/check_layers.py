@@ -5,12 +5,13 @@ import re
 import sys
 
 BELOW = {
+    "statistics": set(),
     "kinematics": set(),
     "effects": {"kinematics"},
-    "identification": {"kinematics", "effects"},
-    "path": {"kinematics", "effects", "identification"},
-    "io": {"kinematics", "effects", "identification", "path"},
-    "report": {"kinematics", "effects", "identification", "path"},
+    "identification": {"statistics", "kinematics", "effects"},
+    "path": {"statistics", "kinematics", "effects"},
+    "io": {"statistics", "kinematics", "effects", "identification", "path"},
+    "report": {"statistics", "kinematics", "effects", "identification", "path"},
 }
 # Third-party headers, by how their names begin, and the folders that may include them.
 THIRD_PARTY = {
@@ -22,7 +23,7 @@ THIRD_PARTY = {
     "openssl/": ["src/io/"],
     "CLI/": ["apps/", "tests/bench/"],
     "kdl/": ["tests/"],
-    "boost/": ["src/identification/", "tests/bench/"],
+    "boost/": ["src/statistics/", "src/identification/", "tests/bench/"],
 }
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]')
 

@@ -6,8 +6,8 @@
 #include <cstdio>
 #include <utility>
 
-#include "armtrue/identification/random.h"
 #include "armtrue/io/robot_io.h"
+#include "armtrue/statistics/random.h"
 #include "identification/linearization.h"
 #include "loop/hidden_campaign.h"
 

@@ -47,7 +47,7 @@ struct Campaign {
   bool has_coordinates = false;
   std::vector<double> sigma_position;     ///< per axis [m]
   std::vector<double> sigma_orientation;  ///< per axis [rad]
-  std::vector<std::array<std::int8_t, kJoints>> arrival;
+  std::vector<Direction> arrival;
   std::vector<double> payload_kg;
   std::vector<std::array<double, kJoints>> motor_torque_nm;
   std::vector<Eigen::Vector3d> force_n;

@@ -7,7 +7,7 @@
 #include "armtrue/effects/robot.h"
 #include "armtrue/identification/calibration.h"
 #include "armtrue/identification/campaign.h"
-#include "armtrue/identification/statistics.h"
+#include "armtrue/statistics/summary.h"
 
 namespace armtrue {
 

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <limits>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -27,6 +29,12 @@ struct Link {
   double min = -std::numeric_limits<double>::infinity();  ///< travel of the encoder angle [rad]
   double max = std::numeric_limits<double>::infinity();
 };
+
+/// Travel of a joint [rad]: half a turn from zero where the link has no limit.
+inline std::array<double, 2> travel(const Link& link) {
+  return {std::isfinite(link.min) ? link.min : -std::numbers::pi,
+          std::isfinite(link.max) ? link.max : std::numbers::pi};
+}
 
 /// A reflector, fixed in the measured frame [m].
 struct Target {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -23,6 +24,9 @@ inline constexpr int kToolParameters = 41;
 inline constexpr int kGeometricParameters = 47;
 inline constexpr int kInstrumentScale = 47;
 inline constexpr int kTargetParameters = 48;
+
+/// The components of a pose, as the parameters of base and tool are called in files.
+inline constexpr std::array<const char*, 6> kTwistNames{"x", "y", "z", "rx", "ry", "rz"};
 
 enum class LinkParameter { alpha, d, theta, r, beta };
 

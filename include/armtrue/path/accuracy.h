@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
-#include "armtrue/identification/statistics.h"
 #include "armtrue/path/path.h"
+#include "armtrue/statistics/summary.h"
 
 namespace armtrue {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "armtrue/effects/robot_model.h"
-#include "armtrue/identification/autocorrelated_regression.h"
+#include "armtrue/statistics/autocorrelated_regression.h"
 
 namespace armtrue {
 

@@ -6,13 +6,13 @@
 #include <vector>
 
 #include "armtrue/effects/robot.h"
-#include "armtrue/identification/statistics.h"
 #include "armtrue/path/bad_samples.h"
 #include "armtrue/path/clock.h"
 #include "armtrue/path/engagement.h"
 #include "armtrue/path/force_law.h"
 #include "armtrue/path/low_pass.h"
 #include "armtrue/path/path.h"
+#include "armtrue/statistics/summary.h"
 
 namespace armtrue {
 

@@ -1,11 +1,9 @@
-#include "armtrue/identification/statistics.h"
+#include "armtrue/statistics/summary.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
-
-#include "armtrue/identification/evaluation.h"
 
 namespace armtrue {
 namespace {
@@ -26,15 +24,6 @@ TEST(Statistics, RobustDeviationIsConsistentAndIgnoresBlunders) {
   EXPECT_NEAR(robust_deviation(clean), 0.3, 0.006);
   for (size_t i = 0; i < clean.size(); i += 20) clean[i] += 50;
   EXPECT_NEAR(robust_deviation(clean), 0.3, 0.02);
-}
-
-TEST(Statistics, MeanErrorOfNoiseIsThatOfThreeNormalAxes) {
-  std::mt19937_64 random(6);
-  std::normal_distribution<double> normal(0, 0.095);
-  double sum = 0;
-  constexpr int kDraws = 200000;
-  for (int i = 0; i < kDraws; ++i) sum += std::hypot(normal(random), normal(random), normal(random));
-  EXPECT_NEAR(mean_error_of_noise(0.095), sum / kDraws, 0.0005);
 }
 
 }  // namespace

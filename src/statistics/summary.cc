@@ -1,4 +1,4 @@
-#include "armtrue/identification/statistics.h"
+#include "armtrue/statistics/summary.h"
 
 #include <algorithm>
 #include <boost/math/distributions/students_t.hpp>

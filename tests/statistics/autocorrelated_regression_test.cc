@@ -1,4 +1,4 @@
-#include "armtrue/identification/autocorrelated_regression.h"
+#include "armtrue/statistics/autocorrelated_regression.h"
 
 #include <gtest/gtest.h>
 
