@@ -126,28 +126,13 @@ double longest_gap(const Path& measured) {
   return longest;
 }
 
-// Adds bad samples of what is left of a record to those that were known, by their place in it.
-void add(std::vector<BadSample>& bad, const std::vector<BadSample>& more) {
-  const std::vector<BadSample> known = bad;
-  size_t before = 0;  // known ones before a sample
-  for (const BadSample& b : more) {
-    while (before < known.size() &&
-           known[before].sample <= b.sample + static_cast<Eigen::Index>(before))
-      ++before;
-    bad.push_back({b.sample + static_cast<Eigen::Index>(before), b.off});
-  }
-  std::sort(bad.begin(), bad.end(),
-            [](const BadSample& a, const BadSample& b) { return a.sample < b.sample; });
-}
-
 // Registers a record and takes its bad samples out of it: first those that could mislead the clock,
 // then those that only its deviations show.
-Pass register_pass(const Path& programmed, Path& measured, size_t which,
+Pass register_pass(const Path& programmed, Path& record, size_t which,
                    const ClockOptions& options) {
   Pass pass;
-  pass.samples = static_cast<int>(measured.samples());
-  pass.lost = lost_samples(measured);
-  const Path record = measured;
+  pass.samples = static_cast<int>(record.samples());
+  pass.lost = lost_samples(record);
   const auto check_number = [&] {
     if (!too_many(pass.bad, record)) return;
     check_units(programmed, record);  // readings in another unit look bad, too
@@ -155,15 +140,16 @@ Pass register_pass(const Path& programmed, Path& measured, size_t which,
   };
   pass.bad = find_bad_samples(programmed, record);
   check_number();
-  measured = without(record, pass.bad);
-  pass.clock = fit_clock(programmed, measured, options);
-  Path deviation = registered(measured, pass.clock);
+  pass.clock = fit_clock(programmed, without(record, pass.bad), options);
+  Path deviation = registered(record, pass.clock);
   const Eigen::Matrix3Xd wanted = position_at(programmed, deviation.time);
   deviation.position -= wanted;
-  add(pass.bad, find_bad_deviations(deviation, wanted));
+  const size_t known = pass.bad.size();
+  pass.bad = find_bad_deviations(deviation, wanted, pass.bad);
   check_number();
-  measured = without(record, pass.bad);
-  pass.longest_gap = longest_gap(measured);
+  record = without(record, pass.bad);
+  if (pass.bad.size() != known) pass.clock = fit_clock(programmed, record, options);
+  pass.longest_gap = longest_gap(record);
   return pass;
 }
 // Measured minus programmed, each sample at its own time.
