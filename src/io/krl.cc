@@ -25,6 +25,8 @@ using Eigen::Index;
 using Eigen::Vector3d;
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+// How far off the path a point of the program may lie: less is rounding on the way to the path.
+constexpr double kMatch = 1e-4;  // [m]
 
 KrlFile read_file(const std::string& path) {
   Source source(path);
@@ -139,7 +141,7 @@ std::vector<PlannedMove> plan(const KrlSyntax& syntax) {
 }
 
 // Finds the points on the path. Throws InputError if there are none.
-void place(const KrlProgram& program, const KrlSyntax& syntax, const Path& path, double tolerance,
+void place(const KrlProgram& program, const KrlSyntax& syntax, const Path& path,
            std::vector<PlannedMove>& plans) {
   std::vector<Vector3d> points;
   std::vector<double*> places;
@@ -162,7 +164,7 @@ void place(const KrlProgram& program, const KrlSyntax& syntax, const Path& path,
         program.src.name, syntax.moves.size()));
   Eigen::Matrix3Xd columns(3, static_cast<Index>(points.size()));
   for (size_t i = 0; i < points.size(); ++i) columns.col(static_cast<Index>(i)) = points[i];
-  const Eigen::VectorXd found = places_in_order(path.position, columns, tolerance);
+  const Eigen::VectorXd found = places_in_order(path.position, columns, kMatch);
   if (found.array().isNaN().all()) {
     const NearestPoint nearest = nearest_to(path.position, columns);
     const Vector3d point = columns.col(nearest.point) / kMillimetre;
@@ -196,17 +198,16 @@ double within_move(double t, double tolerance) {
   return t <= tolerance ? 0 : t >= 1 - tolerance ? 1 : t;
 }
 
-double place_on_line(const Vector3d& start, const Vector3d& end, const Vector3d& sample,
-                     double tolerance) {
+double place_on_line(const Vector3d& start, const Vector3d& end, const Vector3d& sample) {
   const Vector3d chord = end - start;
   const double t = chord.dot(sample - start) / chord.squaredNorm();
-  if ((start + t * chord - sample).norm() > tolerance) return kUnknown;
-  return within_move(t, tolerance / chord.norm());
+  if ((start + t * chord - sample).norm() > kMatch) return kUnknown;
+  return within_move(t, kMatch / chord.norm());
 }
 
-double place_on_arc(const Arc& arc, const Vector3d& sample, double tolerance) {
-  if (arc.distance(sample) > tolerance) return kUnknown;
-  const double share = tolerance / (arc.radius * arc.angle);
+double place_on_arc(const Arc& arc, const Vector3d& sample) {
+  if (arc.distance(sample) > kMatch) return kUnknown;
+  const double share = kMatch / (arc.radius * arc.angle);
   const double t = arc.foot(sample), turn = 2 * std::numbers::pi / arc.angle;
   return within_move(t > turn - share ? t - turn : t, share);
 }
@@ -426,7 +427,7 @@ class Writer {
     const bool on_path = std::isfinite(plan.start_place) || std::isfinite(plan.end_place);
     if (move.motion == KrlMotion::line && on_path && start.allFinite() && start != end) {
       std::vector<Knot> knots = knots_on(plan, path_, displacement_, [&](const Vector3d& sample) {
-        return place_on_line(start, end, sample, options_.match);
+        return place_on_line(start, end, sample);
       });
       // What moves along the line bends nothing, but is where the rest of the displacement belongs.
       const Vector3d along = (end - start).normalized();
@@ -467,9 +468,9 @@ class Writer {
       write_circle_points(move, plan);
       return;
     }
-    const std::vector<Knot> knots = knots_on(
-        plan, path_, displacement_,
-        [&](const Vector3d& sample) { return place_on_arc(*arc, sample, options_.match); });
+    const std::vector<Knot> knots =
+        knots_on(plan, path_, displacement_,
+                 [&](const Vector3d& sample) { return place_on_arc(*arc, sample); });
     const double via = arc->foot(position(plan.auxiliary));
     const std::vector<size_t> divisions = divide_arc(*arc, via, knots, options_.tolerance,
                                                      options_.spacing / (arc->radius * arc->angle));
@@ -634,7 +635,7 @@ CorrectedKrl correct_krl(const KrlProgram& program, const Path& programmed,
                          const Eigen::Matrix3Xd& corrected, const KrlCorrectionOptions& options) {
   const KrlSyntax syntax = parse_krl(program);
   std::vector<PlannedMove> plans = plan(syntax);
-  place(program, syntax, programmed, options.match, plans);
+  place(program, syntax, programmed, plans);
   return Writer(program, syntax, programmed, corrected, options).write(plans);
 }
 

@@ -55,10 +55,7 @@ PlaneCrossings cross_normal_planes(const Path& command, const Path& measured) {
     const Plane plane{command.position.col(i), tangent.col(i), command.time[i]};
     while (segment + 2 < measured.samples() && measured.time[segment + 1] < plane.time) ++segment;
     const auto point = meet_nearest(plane, measured, segment);
-    if (!point) {
-      ++crossings.missed;
-      continue;
-    }
+    if (!point) continue;
     crossings.deviation.col(static_cast<Eigen::Index>(crossings.sample.size())) =
         *point - plane.point;
     crossings.sample.push_back(i);
@@ -87,26 +84,16 @@ PathAccuracy path_accuracy(const std::vector<PlaneCrossings>& passes) {
     if (!all) continue;
     ++accuracy.planes;
     const Eigen::Vector3d barycentre = met.rowwise().mean();
-    if (accuracy.at_sample < 0 || barycentre.norm() > accuracy.at) {
-      accuracy.at = barycentre.norm();
-      accuracy.at_sample = sample;
-    }
+    accuracy.at = std::max(accuracy.at, barycentre.norm());
     if (n < 2) continue;
     const Eigen::VectorXd radius = (met.colwise() - barycentre).colwise().norm().transpose();
     const double mean = radius.mean();
     const double deviation =
         std::sqrt((radius.array() - mean).square().sum() / static_cast<double>(n - 1));
-    if (const double rt = mean + 3 * deviation; !accuracy.rt || rt > *accuracy.rt) {
-      accuracy.rt = rt;
-      accuracy.rt_sample = sample;
-    }
+    accuracy.rt = std::max(accuracy.rt.value_or(0), mean + 3 * deviation);
   }
   if (accuracy.planes == 0)
     throw std::invalid_argument("path accuracy: no plane that all passes meet");
-  for (const PlaneCrossings& pass : passes) {
-    const auto planes = static_cast<Eigen::Index>(pass.sample.size()) + pass.missed;
-    accuracy.missed = std::max(accuracy.missed, planes - accuracy.planes);
-  }
   return accuracy;
 }
 

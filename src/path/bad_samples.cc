@@ -9,6 +9,7 @@
 #include <string>
 
 #include "armtrue/statistics/summary.h"
+#include "trend.h"
 
 namespace armtrue {
 namespace {
@@ -37,6 +38,74 @@ double normal_length_exceeded(double probability) {
   return high;
 }
 
+bool earlier(const BadSample& a, const BadSample& b) { return a.sample < b.sample; }
+
+// --- Frozen readings: an instrument that hangs repeats its last one while the tool goes on.
+
+// Samples that show the same.
+struct Hold {
+  Index first, last;
+};
+
+// Where the instrument repeats a reading more than twice as often as it usually does: one that is
+// asked more often than it measures repeats all of them.
+std::vector<Hold> long_holds(const Eigen::Matrix3Xd& readings) {
+  std::vector<Hold> holds;
+  std::vector<double> lengths;
+  Index first = 0;
+  for (Index i = 1; i <= readings.cols(); ++i) {
+    if (i < readings.cols() && (readings.col(i) - readings.col(first)).norm() <= kStandstill)
+      continue;
+    lengths.push_back(static_cast<double>(i - first));
+    holds.push_back({first, i - 1});
+    first = i;
+  }
+  const double usual = median(std::move(lengths));
+  std::erase_if(holds, [&](const Hold& hold) {
+    return static_cast<double>(hold.last - hold.first + 1) <= 2 * usual;
+  });
+  return holds;
+}
+
+// The standard deviation per axis of what an instrument rounds away: coordinates that change at all
+// change by no less than it rounds to.
+double rounding(const Eigen::Matrix3Xd& readings) {
+  double least = std::numeric_limits<double>::infinity();
+  for (Index i = 1; i < readings.cols(); ++i)
+    for (const double step : Vector3d(readings.col(i) - readings.col(i - 1)))
+      if (std::abs(step) > kStandstill) least = std::min(least, std::abs(step));
+  return std::isfinite(least) ? least / std::sqrt(12) : 0;
+}
+
+// All samples but those that only repeat a reading: the one that ends the hold is further away than
+// the tool gets by itself in that time, but not than since the reading that is repeated. A tool
+// that stood goes on slowly, and a coarse instrument by the step that it rounds to. `travel` is how
+// far the tool gets at most from one sample to another; `left` says whether it had left at a sample
+// if it got so far until another.
+template <class Travel, class Left>
+std::vector<Index> not_frozen(const Eigen::Matrix3Xd& readings, const Travel& travel,
+                              const Left& left) {
+  const Index count = readings.cols();
+  std::vector<bool> frozen(static_cast<size_t>(count), false);
+  const std::vector<Hold> holds = long_holds(readings);
+  const double noise = holds.empty() ? 0 : std::max(rounding(readings), white_noise(readings));
+  const double chance =
+      normal_length_exceeded(kChance / static_cast<double>(count)) * std::numbers::sqrt2 * noise;
+  for (const auto& [first, last] : holds) {
+    const Index next = last + 1;
+    if (next == count) continue;  // it may be the tool that stays
+    const double jump = (readings.col(next) - readings.col(last)).norm();
+    if (jump <= travel(last, next) + std::max(kFreePlay, chance) ||
+        jump > travel(first, next) + kLargestDeviation)
+      continue;
+    for (Index k = first + 1; k <= last; ++k) frozen[static_cast<size_t>(k)] = left(k, next, jump);
+  }
+  std::vector<Index> rest;
+  for (Index k = 0; k < count; ++k)
+    if (!frozen[static_cast<size_t>(k)]) rest.push_back(k);
+  return rest;
+}
+
 // --- Lost locks: what leaves and comes back by jumps that no tool can make.
 
 struct Piece {
@@ -45,10 +114,11 @@ struct Piece {
 
 class JumpFilter {
  public:
-  JumpFilter(const Path& path, double speed) : path_(path), speed_(speed) {
-    for (Index i = 0; i < path.samples(); ++i) {
-      if (i == 0 || !reaches(i - 1, i)) pieces_.push_back({i, i});
-      pieces_.back().last = i;
+  JumpFilter(const Path& path, double speed, const std::vector<Index>& samples)
+      : path_(path), speed_(speed), samples_(samples) {
+    for (Index k = 0; k < static_cast<Index>(samples.size()); ++k) {
+      if (k == 0 || !reaches(k - 1, k)) pieces_.push_back({k, k});
+      pieces_.back().last = k;
     }
     kept_.assign(pieces_.size(), false);
   }
@@ -62,17 +132,20 @@ class JumpFilter {
     follow(longest, -1);
     std::vector<Index> good;
     for (size_t k = 0; k < pieces_.size(); ++k)
-      for (Index i = pieces_[k].first; kept_[k] && i <= pieces_[k].last; ++i) good.push_back(i);
+      for (Index i = pieces_[k].first; kept_[k] && i <= pieces_[k].last; ++i)
+        good.push_back(sample(i));
     return good;
   }
 
  private:
+  Index sample(Index k) const { return samples_[static_cast<size_t>(k)]; }
   Index length(size_t k) const { return pieces_[k].last - pieces_[k].first + 1; }
   // Instruments write zeros while they see nothing.
-  bool is_zero(size_t k) const { return path_.position.col(pieces_[k].first).isZero(0); }
+  bool is_zero(size_t k) const { return path_.position.col(sample(pieces_[k].first)).isZero(0); }
   bool reaches(Index a, Index b) const {
-    return (path_.position.col(b) - path_.position.col(a)).norm() <=
-           kLargestDeviation + speed_ * std::abs(path_.time[b] - path_.time[a]);
+    const double duration = std::abs(path_.time[sample(b)] - path_.time[sample(a)]);
+    return (path_.position.col(sample(b)) - path_.position.col(sample(a))).norm() <=
+           kLargestDeviation + speed_ * duration;
   }
 
   // From a good piece to those that the tool may have gone on to. Where none follows, the record
@@ -98,7 +171,8 @@ class JumpFilter {
 
   const Path& path_;
   double speed_;
-  std::vector<Piece> pieces_;
+  const std::vector<Index>& samples_;
+  std::vector<Piece> pieces_;  // by the place of their samples
   std::vector<bool> kept_;
 };
 
@@ -221,24 +295,26 @@ Motion departures(const Path& programmed, double period, Index run) {
 class DepartureFilter {
  public:
   // The record as it is: how the program moves at a sample is not known yet.
-  DepartureFilter(const Path& programmed, const Path& measured, double speed,
+  DepartureFilter(const Path& programmed, const Path& measured, double speed, double rounding,
                   std::vector<Index> good)
       : programmed_(programmed),
         path_(measured),
         period_(median_period(measured)),
         speed_(speed),
         side_(kSideOfMotion),
-        good_(std::move(good)) {}
+        good_(std::move(good)),
+        rounding_(rounding) {}
 
   // Deviations from `wanted`, which change little: more neighbours tell where the tool was.
-  DepartureFilter(const Path& deviation, const Eigen::Matrix3Xd& wanted)
+  DepartureFilter(const Path& deviation, const Eigen::Matrix3Xd& wanted, double rounding,
+                  std::vector<Index> good)
       : programmed_(deviation),
         path_(deviation),
         wanted_(&wanted),
         period_(median_period(deviation)),
-        side_(kMostSide) {
-    for (Index i = 0; i < deviation.samples(); ++i) good_.push_back(i);
-  }
+        side_(kMostSide),
+        good_(std::move(good)),
+        rounding_(rounding) {}
 
   std::vector<Index> good_samples() {
     while (size() > 4 * side() && !crowded()) {
@@ -332,7 +408,7 @@ class DepartureFilter {
       all.push_back(std::pow(both.off() / both.deviation, 2));
       stretches[static_cast<size_t>(k / kStretch)].push_back(all.back());
     }
-    usual_ = from_squares(std::move(all));
+    usual_ = std::max(rounding_, from_squares(std::move(all)));
     noise_.assign(stretches.size(), usual_);
     for (size_t s = 0; s < stretches.size(); ++s) {
       std::vector<double> near;
@@ -452,6 +528,7 @@ class DepartureFilter {
   double period_, speed_ = 0;
   size_t side_;
   std::vector<Index> good_;
+  double rounding_;            // part of the noise that the median may not show
   std::vector<double> noise_;  // by stretch
   double usual_ = 0, threshold_ = 0;
   Index stretch_ = 1;
@@ -483,7 +560,8 @@ std::vector<BadSample> the_others(const Path& path, const std::vector<Index>& go
   return bad;
 }
 
-// Between two bad ones a good one looks bad, too, until they are gone.
+// Between two bad ones a good one looks bad, too, until they are gone, and a repeated reading does
+// until its deviation is known.
 std::vector<BadSample> reinstated(std::vector<BadSample> bad, double tolerance) {
   std::erase_if(bad, [&](const BadSample& b) { return b.off <= tolerance; });
   return bad;
@@ -495,13 +573,35 @@ std::vector<BadSample> find_bad_samples(const Path& programmed, const Path& meas
   if (measured.samples() < 2) return {};
   const double period = median_period(measured);
   const double speed = longest_move(programmed, period) / period;
-  DepartureFilter filter(programmed, measured, speed, JumpFilter(measured, speed).good_samples());
+  const auto travel = [&](Index from, Index to) {
+    return speed * (measured.time[to] - measured.time[from]);
+  };
+  const auto left = [&](Index k, Index next, double jump) { return jump > travel(k, next); };
+  const std::vector<Index> live = not_frozen(measured.position, travel, left);
+  DepartureFilter filter(programmed, measured, speed, rounding(measured.position),
+                         JumpFilter(measured, speed, live).good_samples());
   return reinstated(the_others(measured, filter.good_samples()), filter.tolerance());
 }
 
-std::vector<BadSample> find_bad_deviations(const Path& deviation, const Eigen::Matrix3Xd& wanted) {
+std::vector<BadSample> find_bad_deviations(const Path& deviation, const Eigen::Matrix3Xd& wanted,
+                                           const std::vector<BadSample>& known) {
   if (deviation.samples() < 2) return {};
-  DepartureFilter filter(deviation, wanted);
+  // Along the program; a sample more on either side, for the clock may be off by as much.
+  const auto travel = [&](Index from, Index to) {
+    double length = 0;
+    for (Index i = std::max<Index>(from, 1); i <= std::min(to + 1, deviation.samples() - 1); ++i)
+      length += (wanted.col(i) - wanted.col(i - 1)).norm();
+    return length;
+  };
+  const auto left = [](Index, Index, double) { return true; };  // see reinstated()
+  Eigen::Matrix3Xd readings = deviation.position + wanted;
+  const double rounded = rounding(readings);
+  std::vector<Index> live = not_frozen(readings, travel, left);
+  readings.resize(3, 0);  // for the memory
+  std::erase_if(live, [&](Index i) {
+    return std::binary_search(known.begin(), known.end(), BadSample{i, 0}, earlier);
+  });
+  DepartureFilter filter(deviation, wanted, rounded, std::move(live));
   return reinstated(the_others(deviation, filter.good_samples()), filter.tolerance());
 }
 

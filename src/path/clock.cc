@@ -255,7 +255,6 @@ class ClockEstimator {
       if (round > 4 && std::abs(step(fit)) < 1e-6) break;
       if (round <= 4) step(fit);
     }
-    fit.noise = (laws_[0].noise + laws_[1].noise + laws_[2].noise) / 3;
   }
 
  private:

@@ -13,6 +13,7 @@ constexpr double kLeaves = 6, kReturns = 3;  // standard deviations of the magni
 constexpr double kMostHidden = 2;            // a weak force: times its visible growth
 constexpr Eigen::Index kFewestBlocks = 5;    // below, no part of the record is its quiet one
 constexpr int kMostRounds = 20;
+constexpr double kShortest = 0.25;  // [s]: a shorter push is a knock, no cut
 
 // Mean and standard deviation of the magnitude in air.
 struct Air {
@@ -82,22 +83,21 @@ Instant between(double in_air, double at_half, double hidden) {
 
 }  // namespace
 
-EngagementRecord find_engagement(const Eigen::VectorXd& time, const Eigen::Matrix3Xd& signal,
-                                 double shortest) {
+EngagementRecord find_engagement(const Eigen::VectorXd& time, const Eigen::Matrix3Xd& signal) {
   const Eigen::Index n = time.size();
   if (signal.cols() != n) throw std::invalid_argument("engagement: sizes disagree");
   EngagementRecord record;
   if (n < 2) return record;
   const double period = (time[n - 1] - time[0]) / static_cast<double>(n - 1);
   const auto width =
-      std::max<Eigen::Index>(3, static_cast<Eigen::Index>(std::llround(shortest / period)));
+      std::max<Eigen::Index>(3, static_cast<Eigen::Index>(std::llround(kShortest / period)));
   if (n / width < kFewestBlocks) return record;
   const Eigen::VectorXd magnitude = signal.colwise().norm().transpose();
   const Air air = quiet_level(magnitude, width);
   const double high = air.mean + kLeaves * air.deviation;
   const double low = air.mean + kReturns * air.deviation;
   std::vector<Run> runs = runs_above(magnitude, high, low, width);
-  std::erase_if(runs, [&](const Run& run) { return time[run.last] - time[run.first] < shortest; });
+  std::erase_if(runs, [&](const Run& run) { return time[run.last] - time[run.first] < kShortest; });
   if (runs.empty()) return record;
 
   std::vector<double> engaged;

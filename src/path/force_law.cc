@@ -21,10 +21,10 @@ double rms(const Eigen::MatrixXd& values) {
                    static_cast<double>(std::max<Eigen::Index>(values.size(), 1)));
 }
 
-// Deviation without force: zero, or a constant and steps (columns of half the direction, so that a
+// Deviation without force: a constant and steps (columns of half the direction, so that a
 // coefficient is a whole step).
 struct Unforced {
-  Eigen::MatrixXd columns;  // n x (0 or 1 + steps)
+  Eigen::MatrixXd columns;  // n x (1 + steps)
   std::vector<ReversalStep> steps;
 };
 
@@ -35,13 +35,12 @@ Eigen::MatrixXd unexplained(const Eigen::MatrixXd& columns, const Eigen::MatrixX
   return values - columns * normal.ldlt().solve(columns.transpose() * values);
 }
 
-Unforced unforced(const Eigen::MatrixXd& direction, Eigen::Index n, bool through_origin) {
-  Unforced result{Eigen::MatrixXd::Ones(n, through_origin ? 0 : 1), {}};
+Unforced unforced(const Eigen::MatrixXd& direction, Eigen::Index n) {
+  Unforced result{Eigen::MatrixXd::Ones(n, 1), {}};
   Eigen::MatrixXd& columns = result.columns;
   for (Eigen::Index axis = 0; axis < direction.rows(); ++axis) {
     const Eigen::VectorXd row = direction.row(axis).transpose();
     if (row.maxCoeff() - row.minCoeff() < kReverses) continue;
-    if (columns.cols() == 0) columns = Eigen::VectorXd::Ones(n);
     const Eigen::VectorXd column = (row.array() - row.mean()) / 2;
     if (unexplained(columns, column).norm() > kStepOfItsOwn * column.norm()) {
       columns.conservativeResize(Eigen::NoChange, columns.cols() + 1);
@@ -133,11 +132,9 @@ void fit_compliance(const ForceRecord& record, const Eigen::MatrixXd& beside, Fo
   law.rank = static_cast<int>(known.cols());
   if (law.rank > 0)
     law.condition = law.directions[0].rms / law.directions[static_cast<size_t>(law.rank) - 1].rms;
-  if (known.cols() + beside.cols() == 0) return;
   const Eigen::MatrixXd force = record.force.transpose() * known;
   const Eigen::Matrix3d covariance = record.force_noise.cwiseAbs2().asDiagonal();
   const Eigen::MatrixXd noise = known.transpose() * covariance * known;
-  if (beside.cols() > 0) law.offset.emplace();
   for (size_t a = 0; a < 3; ++a) {
     const auto axis = static_cast<Eigen::Index>(a);
     const Regression fit = regress(force, noise, beside, deviation_along(record, axis));
@@ -148,7 +145,7 @@ void fit_compliance(const ForceRecord& record, const Eigen::MatrixXd& beside, Fo
       (*d.compliance)[a] = *coefficient;
       law.compliance.row(axis) += coefficient->value * d.direction.transpose();
     }
-    if (law.offset) (*law.offset)[a] = *coefficient++;
+    law.offset[a] = *coefficient++;
     for (ReversalStep& reversal : law.reversals) reversal.step[a] = *coefficient++;
   }
 }
@@ -161,7 +158,7 @@ ForceLaw force_law(const ForceRecord& record) {
   if (record.force.cols() != n || (has_directions && record.direction.cols() != n))
     throw std::invalid_argument("force law: sizes disagree");
   if (n == 0) throw std::invalid_argument("force law: too few samples");
-  const Unforced beside = unforced(record.direction, n, record.through_origin);
+  const Unforced beside = unforced(record.direction, n);
   if (n < 2 * (3 + beside.columns.cols()))
     throw std::invalid_argument("force law: too few samples");
   ForceLaw law;
@@ -175,7 +172,7 @@ ForceLaw force_law(const ForceRecord& record) {
     Eigen::Matrix3Xd forced = record.deviation;
     for (size_t a = 0; a < 3; ++a) {
       const auto axis = static_cast<Eigen::Index>(a);
-      if (law.offset) forced.row(axis).array() -= (*law.offset)[a].value;
+      forced.row(axis).array() -= law.offset[a].value;
       for (size_t s = 0; s < law.reversals.size(); ++s)
         forced.row(axis) -= law.reversals[s].step[a].value *
                             beside.columns.col(static_cast<Eigen::Index>(s) + 1).transpose();
@@ -185,22 +182,22 @@ ForceLaw force_law(const ForceRecord& record) {
   return law;
 }
 
-ForceLine line_through_origin(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y, double noise) {
+ForceLine line_through_origin(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y) {
   if (x.rows() != y.rows() || x.cols() != y.cols())
     throw std::invalid_argument("line: sizes disagree");
   if (x.size() < 2) throw std::invalid_argument("line: too few samples");
-  return line(x.reshaped(), noise, Eigen::MatrixXd(x.size(), 0),
+  return line(x.reshaped(), 0, Eigen::MatrixXd(x.size(), 0),
               {y.reshaped(), Eigen::MatrixXd(x.size(), 0)});
 }
 
-Eigen::MatrixXd motion_directions(const Eigen::MatrixXd& coordinates, double standstill) {
+Eigen::MatrixXd motion_directions(const Eigen::MatrixXd& coordinates) {
   const Eigen::Index n = coordinates.cols();
   Eigen::MatrixXd direction = Eigen::MatrixXd::Zero(coordinates.rows(), n);
   for (Eigen::Index axis = 0; axis < coordinates.rows(); ++axis) {
     double last = 0;
     for (Eigen::Index i = 1; i < n; ++i) {
       const double change = coordinates(axis, i) - coordinates(axis, i - 1);
-      const double sign = std::abs(change) > standstill ? std::copysign(1.0, change) : last;
+      const double sign = std::abs(change) > kStandstill ? std::copysign(1.0, change) : last;
       if (last == 0 && sign != 0) direction.row(axis).head(i).setConstant(sign);
       direction(axis, i) = last = sign;
     }

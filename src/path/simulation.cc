@@ -19,13 +19,15 @@ namespace {
 using Angles = Eigen::Matrix<double, kJoints, Eigen::Dynamic>;
 using Eigen::Vector3d;
 
-// A random function of arc length with mean 0 and RMS 1: sines of half to twice the wavelength.
+// A random function of arc length with mean 0 and RMS 1: sines of half to twice the wavelength with
+// which the force of the paper's table 5 changes.
 class Variation {
  public:
-  Variation(double wavelength, std::uint64_t seed) {
+  explicit Variation(std::uint64_t seed) {
+    constexpr double kWavelength = 55e-3;  // [m]
     Random random(seed);
     for (Sine& sine : sines_) {
-      sine.wave_number = 2 * std::numbers::pi / (wavelength * std::exp2(random.uniform(-1, 1)));
+      sine.wave_number = 2 * std::numbers::pi / (kWavelength * std::exp2(random.uniform(-1, 1)));
       sine.phase = random.uniform(0, 2 * std::numbers::pi);
     }
   }
@@ -135,7 +137,7 @@ Eigen::Matrix3Xd cutting_force(const Path& path, const Cut& cut) {
                                 number(engaged[1]) + " mm of a path of " +
                                 number(length[length.size() - 1]) +
                                 " mm; give the engagement as arc lengths s0,s1 within the path");
-  const Variation variation(cut.wavelength, cut.part_seed);
+  const Variation variation(cut.part_seed);
   Eigen::Matrix3Xd force(3, path.samples());
   for (Eigen::Index i = 0; i < path.samples(); ++i) {
     const double share =

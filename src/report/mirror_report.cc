@@ -199,9 +199,8 @@ std::string before_after_plot(const Path& programmed, const MirrorResult& result
 
 std::string force_plot(const PathDeviation& deviation, const ForceLaw& law) {
   Eigen::Matrix3Xd forced = deviation.whole;
-  if (law.offset)
-    for (int axis = 0; axis < 3; ++axis)
-      forced.row(axis).array() -= (*law.offset)[static_cast<size_t>(axis)].value;
+  for (int axis = 0; axis < 3; ++axis)
+    forced.row(axis).array() -= law.offset[static_cast<size_t>(axis)].value;
   // Evenly thinned: extremes alone would not show where most of the samples lie.
   const Eigen::Index stride = (deviation.time.size() + kMostPoints - 1) / kMostPoints;
   const Eigen::Index count = (deviation.time.size() + stride - 1) / stride;
@@ -260,8 +259,8 @@ std::string force_line(const ForceLaw& law) {
   std::string html = "<p>Deviation over force: " + number(k.value / kMillimetre) +
                      " mm/N (95 %: " + number(k.ci95[0] / kMillimetre) + " to " +
                      number(k.ci95[1] / kMillimetre) + "), R<sup>2</sup> " +
-                     number(law.magnitude.r2) + ".";
-  if (law.offset) html += " What the tool deviates by without force is taken off.";
+                     number(law.magnitude.r2) +
+                     ". What the tool deviates by without force is taken off.";
   if (!law.reversals.empty())
     html += " The steps at reversals are a part of the samples, but not of the line.";
   return html + "</p>\n";

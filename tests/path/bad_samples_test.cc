@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cstdio>
+#include <numeric>
 #include <random>
 #include <set>
 
@@ -228,6 +229,187 @@ TEST(BadSamples, TheCorrectionIsThatOfTheCleanPass) {
       if (size != 1e-3)
         EXPECT_LT(worst, usual_worst + 0.1e-3) << size << ' ' << static_cast<int>(shape);
     }
+}
+
+// --- An instrument that hangs repeats its last reading while time goes on.
+
+Path frozen(Path pass, Index first, Index repeats) {
+  pass.position.middleCols(first + 1, repeats).colwise() =
+      Eigen::Vector3d(pass.position.col(first));
+  return pass;
+}
+
+Path rounded(Path pass, double resolution) {
+  pass.position = (pass.position / resolution).array().round() * resolution;
+  return pass;
+}
+
+// A side of 60 mm out and one back at 60 deg, with a stop between and at both ends; a rapid
+// approach of 200 mm comes first.
+Path program_with_rapid(double feed, double rapid, double period) {
+  constexpr double kAcceleration = 0.5;  // [m/s^2]
+  struct Move {
+    Eigen::Vector3d to;
+    double speed;
+  };
+  const Eigen::Vector3d corner(0.26, 0, 0);
+  const std::array moves{Move{{0.2, 0, 0}, rapid}, Move{corner, feed},
+                         Move{corner + 0.06 * Eigen::Vector3d(-0.5, 0.87, 0), feed}};
+  std::vector<Eigen::Vector3d> places(static_cast<size_t>(1 / period), Eigen::Vector3d::Zero());
+  for (const Move& move : moves) {
+    const Eigen::Vector3d from = places.back();
+    const double length = (move.to - from).norm();
+    const double ramp = move.speed / kAcceleration;
+    const double total = length / move.speed + ramp;
+    const auto place = [&](double t) {
+      if (t <= ramp) return 0.5 * kAcceleration * t * t;
+      return move.speed * (t - 0.5 * ramp);
+    };
+    for (double t = period; t < total; t += period)
+      places.push_back(from + (move.to - from) / length *
+                                  (t < total / 2 ? place(t) : length - place(total - t)));
+    places.insert(places.end(), static_cast<size_t>(0.6 / period), move.to);
+  }
+  Path path;
+  const auto count = static_cast<Index>(places.size());
+  path.time = Eigen::VectorXd::LinSpaced(count, 0, period * static_cast<double>(count - 1));
+  path.position.resize(3, count);
+  for (Index i = 0; i < count; ++i) path.position.col(i) = places[static_cast<size_t>(i)];
+  return path;
+}
+
+// The program as an instrument shows it: beside it by a slow deviation, later by its clock.
+Path seen(const Path& programmed, double noise, double period = 0) {
+  Path pass = programmed;
+  if (period > 0) {
+    const double end = programmed.time[programmed.samples() - 1];
+    const auto count = static_cast<Index>(end / period);
+    pass.time = Eigen::VectorXd::LinSpaced(count, 0, period * static_cast<double>(count - 1));
+    pass.position = position_at(programmed, pass.time);
+  }
+  std::mt19937_64 random(11);
+  std::normal_distribution<double> normal(0, 1);
+  for (Index i = 0; i < pass.samples(); ++i)
+    pass.position.col(i) +=
+        noise * Eigen::Vector3d(normal(random), normal(random), normal(random)) +
+        0.3e-3 * std::sin(pass.position(0, i) / 0.02) * Eigen::Vector3d(0, 0.6, 0.8);
+  pass.time.array() += 0.4;
+  return pass;
+}
+
+// All that are off by more than a millimetre, and none but those that repeat.
+TEST(BadSamples, FrozenReadingsAreFound) {
+  std::mt19937_64 random(8);
+  int far = 0, found = 0, more = 0;
+  for (const plant::Shape shape : kShapes)
+    for (const Index repeats : {2, 4, 10, 25})
+      for (int k = 0; k < 3; ++k) {
+        const Path clean = pass_of(shape, cell(k));
+        const Index first = std::uniform_int_distribution<Index>(20, clean.samples() - 60)(random);
+        const std::vector<Index> bad =
+            bad_in(path_of(plant::program(shape)), frozen(clean, first, repeats));
+        for (const Index i : bad) more += i <= first || i > first + repeats;
+        for (Index i = first + 1; i <= first + repeats; ++i) {
+          const bool is_far = (clean.position.col(i) - clean.position.col(first)).norm() > 1e-3;
+          far += is_far;
+          found += is_far && std::binary_search(bad.begin(), bad.end(), i);
+        }
+      }
+  std::printf("frozen: %d of %d found, %d more\n", found, far, more);
+  EXPECT_GE(found, 0.97 * far);
+  EXPECT_LE(more, 0.005 * far);
+}
+
+// With one or two hangs, exactly the rows of them; the second is not taken for the way back of the
+// first.
+TEST(BadSamples, LongAndRepeatedHangsLeaveTheRestAlone) {
+  const Path programmed = path_of(plant::program(plant::Shape::spiral));
+  for (const double noise : {0.0, 0.095e-3}) {
+    plant::Options options = cell(2);
+    options.noise = noise;
+    options.lost = 0;
+    const Path clean = pass_of(plant::Shape::spiral, options);
+    const Path once = frozen(clean, 150, 30), twice = frozen(once, 300, 30);
+    std::vector<Index> rows(30);
+    std::iota(rows.begin(), rows.end(), 151);
+    EXPECT_EQ(bad_in(programmed, once), rows) << noise;
+    for (Index i = 301; i <= 330; ++i) rows.push_back(i);
+    EXPECT_EQ(bad_in(programmed, twice), rows) << noise;
+  }
+}
+
+// What the program does elsewhere, at ten times the feed, hides no hang in the cut.
+TEST(BadSamples, AHangInTheFeedOfAProgramWithRapidsIsFound) {
+  const Path programmed = program_with_rapid(0.02, 0.2, 0.016);
+  const Path clean = seen(programmed, 0.02e-3);
+  const Index first = 250;  // in the first side
+  for (const Index repeats : {8, 30}) {
+    const MirrorResult result = mirror_correct(programmed, {frozen(clean, first, repeats)}, {});
+    const std::vector<Index> bad = samples_of(result.passes[0].bad);
+    EXPECT_GE(static_cast<Index>(bad.size()), repeats - 2);
+    for (const Index i : bad) EXPECT_TRUE(i > first && i <= first + repeats) << i;
+    EXPECT_NEAR(result.passes[0].clock.offset, 0.4, 5e-3);
+  }
+}
+
+// Repeats are readings where the tool stands, however exactly, and of an instrument that rounds.
+TEST(BadSamples, RepeatsThatTheToolExplainsAreNone) {
+  for (const double feed : {2e-3, 20e-3})
+    for (const double resolution : {0.001e-3, 0.01e-3, 0.1e-3, 1e-3})
+      for (const double noise : {0.0, 0.05e-3, 0.3e-3}) {
+        const Path programmed = program_with_rapid(feed, 0.1, 0.016);
+        const Path pass = rounded(seen(programmed, noise, 0.001), resolution);
+        EXPECT_THAT(find_bad_samples(programmed, pass), ::testing::IsEmpty())
+            << feed << ' ' << resolution << ' ' << noise;
+        EXPECT_THAT(bad_in(programmed, pass), ::testing::IsEmpty())
+            << feed << ' ' << resolution << ' ' << noise;
+      }
+}
+
+// Nor at the stops of a slow instrument: the tool may be up to speed at its next sample.
+TEST(BadSamples, StopsOfASlowInstrumentAreNone) {
+  const Path programmed = program_with_rapid(0.05, 0.2, 0.016);
+  for (const double period : {0.016, 0.05, 0.1, 0.15}) {
+    const Path pass = seen(programmed, 0, period);
+    EXPECT_THAT(bad_in(programmed, pass), ::testing::IsEmpty()) << period;
+    EXPECT_THAT(bad_in(programmed, rounded(pass, 0.01e-3)), ::testing::IsEmpty()) << period;
+    MirrorOptions late;  // a clock that is off by less than a sample
+    late.clock.offset = 0.4 + 0.3 * period;
+    EXPECT_THAT(mirror_correct(programmed, {pass}, late).passes[0].bad, ::testing::IsEmpty())
+        << period;
+  }
+}
+
+// A hang that begins while the tool stands: what was read at standstill is none of it.
+TEST(BadSamples, AHangThatOutlastsAStopSparesTheStop) {
+  const Path programmed = program_with_rapid(0.05, 0.05, 0.016);
+  const Path clean = seen(programmed, 0);
+  const Path pass = frozen(clean, 40, 40);  // motion begins at sample 63
+  const std::vector<Index> bad = bad_in(programmed, pass);
+  ASSERT_FALSE(bad.empty());
+  for (const Index i : bad)
+    EXPECT_GT((clean.position.col(i) - clean.position.col(40)).norm(), 0.2e-3);
+  EXPECT_EQ(bad.back(), 80);
+}
+
+// A recorder that asks ten times as often as the instrument measures, and one hang of 0.6 s in it.
+TEST(BadSamples, AReadingThatIsHeldUntilTheNextIsNone) {
+  const Path programmed = path_of(plant::program(plant::Shape::arc));
+  Path pass = pass_of(plant::Shape::arc, cell(1));
+  Path held;
+  held.time = Eigen::VectorXd::LinSpaced(10 * pass.samples(), 0,
+                                         pass.time[pass.samples() - 1] - pass.time[0]);
+  held.time.array() += pass.time[0];
+  held.position.resize(3, held.time.size());
+  Index shown = 0;
+  for (Index i = 0; i < held.time.size(); ++i) {
+    while (shown + 1 < pass.samples() && pass.time[shown + 1] <= held.time[i]) ++shown;
+    held.position.col(i) = pass.position.col(shown);
+  }
+  EXPECT_THAT(find_bad_samples(programmed, held), ::testing::IsEmpty());
+  const std::vector<Index> bad = samples_of(find_bad_samples(programmed, frozen(held, 2000, 190)));
+  EXPECT_GE(bad.size(), 160U);
+  for (const Index i : bad) EXPECT_TRUE(i > 1990 && i <= 2200) << i;
 }
 
 }  // namespace

@@ -60,11 +60,10 @@ TEST(ForceLaw, ExactDataGiveTheWholeCompliance) {
   EXPECT_GT(law.condition, 1);
 }
 
-TEST(ForceLaw, LinesThroughTheOrigin) {
+TEST(ForceLaw, ExactDataGiveExactLines) {
   const Eigen::Matrix3Xd force = varied_force();
-  const ForceLaw law =
-      force_law({.deviation = 2.2e-5 * force, .force = force, .through_origin = true});
-  EXPECT_FALSE(law.offset);
+  const ForceLaw law = force_law({.deviation = 2.2e-5 * force, .force = force});
+  for (const Estimate& offset : law.offset) EXPECT_NEAR(offset.value, 0, 1e-15);
   for (const ForceLine& line : law.axis) {
     ASSERT_TRUE(line.k);
     EXPECT_NEAR(line.k->value, 2.2e-5, 1e-18);
@@ -152,7 +151,6 @@ TEST(ForceLaw, ReversalsDoNotBiasTheForcePart) {
   }
   ForceRecord blind = record;
   blind.direction.resize(0, 0);
-  blind.through_origin = true;
   EXPECT_GT((force_law(blind).compliance - stiffness_inverse()).norm(), 2e-6);
 }
 

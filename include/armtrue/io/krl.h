@@ -26,7 +26,6 @@ struct KrlProgram {
 KrlProgram read_krl(const std::string& src, const std::string& dat = "");
 
 struct KrlCorrectionOptions {
-  double match = 1e-4;  ///< how far off the path a point of the program may lie [m]
   /// No inserted point lies nearer to the next one [m]: a controller reads a move ahead for each
   /// and blends over half of it. At 27 mm/s three cycles of 12 ms; a step of the correction becomes
   /// as long.

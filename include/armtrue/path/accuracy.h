@@ -17,7 +17,6 @@ inline constexpr double kFormGoal = 0.050e-3;
 struct PlaneCrossings {
   std::vector<Eigen::Index> sample;  ///< of the command path, increasing; its planes that are met
   Eigen::Matrix3Xd deviation;        ///< in the plane, from that sample to the pass [m]
-  Eigen::Index missed = 0;           ///< planes not met
 };
 
 /// Intersections of a measured pass, a polygon registered in the clock of `command`, with the plane
@@ -32,11 +31,9 @@ PlaneCrossings cross_normal_planes(const Path& command, const Path& measured);
 /// S_i the standard deviation of l_ij over j (n - 1). The standard has n = 10; with one pass AT_p
 /// is its largest deviation. Noise of the instrument is in both.
 struct PathAccuracy {
-  double at = 0;                                ///< [m]
-  std::optional<double> rt;                     ///< [m]; empty for one pass
-  Eigen::Index at_sample = -1, rt_sample = -1;  ///< of the command path, where they are reached
-  Eigen::Index planes = 0;                      ///< met by all passes; the others take no part
-  Eigen::Index missed = 0;                      ///< not met by some pass
+  double at = 0;             ///< [m]
+  std::optional<double> rt;  ///< [m]; empty for one pass
+  Eigen::Index planes = 0;   ///< met by all passes; the others take no part
 };
 
 /// `passes`: cross_normal_planes() of each. Throws std::invalid_argument if there is none, or no

@@ -20,8 +20,6 @@ struct ClockFit {
   /// Of the offset in the middle, where it is known best, and the rate. Zero if they were given.
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
   Pose program_from_instrument;  ///< identity unless asked for
-  /// Noise of the instrument per axis [m], one standard deviation, as far as it is not smooth.
-  double noise = 0;
 
   double program_time(double instrument_time) const {
     return (instrument_time - offset) / (1 + rate);

@@ -27,9 +27,6 @@ struct ForceRecord {
   /// What independent errors of unit variance that all samples share would add to `deviation`
   /// [m], one for each: those of a fitted clock (clock_errors()).
   std::vector<Eigen::Matrix3Xd> shared_errors;
-  /// The deviation without force is zero, as the paper has it. Else it is a constant, which the air
-  /// shows: an offset of the frame or half a backlash would be taken for force.
-  bool through_origin = false;
 };
 
 /// deviation = k * force, as the paper's figure 8, where k is in m/N.
@@ -37,7 +34,7 @@ struct ForceLine {
   std::optional<Estimate> k;  ///< empty where no force stands out of its noise, or no
                               ///< deviation is given
   /// Share of the squared deviation that the force explains: of the deviation from what it is
-  /// without force (zero, or the constant and steps that fit best).
+  /// without force (for a line through the origin zero, else the constant and steps that fit best).
   double r2 = 0;
 };
 
@@ -68,26 +65,28 @@ struct ForceLaw {
   Eigen::Matrix3d compliance = Eigen::Matrix3d::Zero();
   int rank = 0;          ///< number of known directions
   double condition = 1;  ///< strongest over weakest known direction
-  /// Deviation without force, at the mean of `direction` [m]; empty if it is zero.
-  std::optional<std::array<Estimate, 3>> offset;
+  /// Deviation without force, which the air shows, at the mean of `direction` [m]: were it taken
+  /// for zero, as the paper has it, an offset of the frame or half a backlash would be taken for
+  /// force.
+  std::array<Estimate, 3> offset;
   std::vector<ReversalStep> reversals;
 };
 
 /// Fits all of it by least squares with intervals for residuals that wander slowly
-/// (regress_autocorrelated()). A step of each axis that reverses stands beside the force, with a
-/// constant even through the origin: which side of a backlash is zero is not known. Throws
-/// std::invalid_argument if sizes disagree or samples are fewer than twice the unknowns.
+/// (regress_autocorrelated()). A constant and a step of each axis that reverses stand beside the
+/// force: which side of a backlash is zero is not known. Throws std::invalid_argument if sizes
+/// disagree or samples are fewer than twice the unknowns.
 ForceLaw force_law(const ForceRecord& record);
 
 /// y = k x through the origin, rows and columns of both taken together: predicted against measured
-/// deviation (3 x n) for one. `noise` is the RMS noise of x. Throws std::invalid_argument if sizes
-/// disagree or there are fewer than two numbers.
-ForceLine line_through_origin(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y, double noise = 0);
+/// deviation (3 x n) for one. Throws std::invalid_argument if sizes disagree or there are fewer
+/// than two numbers.
+ForceLine line_through_origin(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y);
 
 /// +-1 by the sign of motion of each row of `coordinates` (joints or axes, as programmed: a noisy
 /// record would reverse at every sample); at standstill that of the last motion, before any that of
-/// the first; 0 if it never moves by more than `standstill` between samples.
-Eigen::MatrixXd motion_directions(const Eigen::MatrixXd& coordinates, double standstill = 1e-9);
+/// the first; 0 if it never moves by more than rounding between samples.
+Eigen::MatrixXd motion_directions(const Eigen::MatrixXd& coordinates);
 
 /// How far forces [N, axes of R_A] move the tool at the encoder angles `q` [rad], by the effects of
 /// the robot that a force drives: the model with the force minus the model without, 3 x n [m] in

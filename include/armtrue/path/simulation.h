@@ -23,7 +23,6 @@ struct Cut {
   std::optional<std::array<double, 2>> engaged;
   double ramp = 5e-3;      ///< length of entry and exit [m]; here the radius of the paper's cutter
   double variation = 0.1;  ///< of the force, RMS relative to it
-  double wavelength = 55e-3;    ///< of the variation, as a scale [m]
   std::uint64_t part_seed = 1;  ///< the variation belongs to the part: the next pass has it too
 };
 
