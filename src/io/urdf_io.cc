@@ -1,5 +1,6 @@
 #include "armtrue/io/urdf_io.h"
 
+#include <console_bridge/console.h>
 #include <fmt/format.h>
 #include <tinyxml.h>
 #include <urdf_model/model.h>
@@ -118,6 +119,55 @@ struct ChainJoint {
   urdf::JointConstSharedPtr joint;
   urdf::LinkConstSharedPtr child;
 };
+
+// What urdfdom says of a file, instead of printing it.
+class Complaints : public console_bridge::OutputHandler {
+ public:
+  Complaints() { console_bridge::useOutputHandler(this); }
+  ~Complaints() override { console_bridge::restorePreviousOutputHandler(); }
+  Complaints(const Complaints&) = delete;
+  Complaints& operator=(const Complaints&) = delete;
+  void log(const std::string& text, console_bridge::LogLevel level, const char* /*file*/,
+           int /*line*/) override {
+    if (level == console_bridge::CONSOLE_BRIDGE_LOG_ERROR && first_.empty()) first_ = text;
+  }
+  const std::string& first() const { return first_; }
+
+ private:
+  std::string first_;
+};
+
+// urdfdom leaves out what it cannot read: an arm without its masses would be another arm.
+urdf::ModelInterfaceSharedPtr parse_strictly(const std::string& text, const std::string& file) {
+  const Complaints complaints;
+  urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(text);
+  if (!complaints.first().empty())
+    throw InputError(file + ": is no valid URDF: " + complaints.first());
+  if (!model || !model->getRoot())
+    throw InputError(file + ": is no valid URDF: it has no root link");
+  return model;
+}
+
+// urdfdom takes a mass below zero, and does not say where one stands that is no number.
+void check_masses(const std::string& text, const std::string& file) {
+  TiXmlDocument document;
+  document.Parse(text.c_str());
+  const TiXmlElement* const robot = document.FirstChildElement("robot");
+  if (!robot) return;
+  for (const TiXmlElement* link = robot->FirstChildElement("link"); link;
+       link = link->NextSiblingElement("link")) {
+    const TiXmlElement* const inertial = link->FirstChildElement("inertial");
+    const TiXmlElement* const mass = inertial ? inertial->FirstChildElement("mass") : nullptr;
+    const char* const value = mass ? mass->Attribute("value") : nullptr;
+    if (!value) continue;
+    char* end = nullptr;
+    const double number = std::strtod(value, &end);
+    if (end == value || *end != '\0' || !std::isfinite(number) || number < 0)
+      throw InputError(fmt::format(
+          "{}:{}: the mass '{}' of the link '{}' is no number from zero up; correct or remove it",
+          file, mass->Row(), value, link->Attribute("name") ? link->Attribute("name") : ""));
+  }
+}
 
 std::vector<ChainJoint> serial_chain(const urdf::ModelInterface& model, const std::string& file) {
   std::vector<ChainJoint> chain;
@@ -338,8 +388,8 @@ std::vector<std::string> lost_in_urdf(const Robot& robot) {
 }
 
 Robot parse_urdf(const std::string& text, const std::string& file) {
-  const urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(text);
-  if (!model || !model->getRoot()) throw InputError(file + ": is no valid URDF");
+  check_masses(text, file);
+  const urdf::ModelInterfaceSharedPtr model = parse_strictly(text, file);
   const std::vector<ChainJoint> chain = serial_chain(*model, file);
   std::optional<Robot> written = as_written(chain, text);
   Robot robot = written ? std::move(*written) : from_axes(chain, file);
