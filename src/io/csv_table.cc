@@ -125,6 +125,7 @@ bool CsvTable::next_row() {
     if (blank_line)
       throw InputError(source_.name() + ":" + std::to_string(blank_line) +
                        ": blank line between rows; blank lines may only end a file");
+    original_ = line;
     if (separator_ == ';') {
       line_ = line;
       std::replace(line_.begin(), line_.end(), ',', '.');
@@ -134,11 +135,17 @@ bool CsvTable::next_row() {
     if (fields_.size() != columns_.size())
       throw InputError(source_.name() + ":" + std::to_string(source_.line_number()) + ": has " +
                        std::to_string(fields_.size()) + " fields where the header has " +
-                       std::to_string(columns_.size()) + ": '" + std::string(line.substr(0, 60)) +
-                       "'; complete or remove the row");
+                       std::to_string(columns_.size()) + ": '" +
+                       std::string(original_.substr(0, 60)) + "'; complete or remove the row");
     return true;
   }
   return false;
+}
+
+std::string CsvTable::quoted(int column) const {
+  const std::string_view field = fields_[column];
+  const char* const read = separator_ == ';' ? line_.data() : original_.data();
+  return "'" + std::string(original_.substr(field.data() - read, field.size())) + "'";
 }
 
 void CsvTable::fail(int column, const std::string& what) const {
@@ -175,20 +182,19 @@ double CsvTable::number(int column) const {
   double value = 0;
   const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
   if (error != std::errc{} || end != field.data() + field.size())
-    fail(column,
-         "'" + std::string(fields_[column]) + "' is no number; correct it or remove the row");
+    fail(column, quoted(column) + " is no number; correct it or remove the row");
   if (!std::isfinite(value))
-    fail(column, "'" + std::string(field) + "' is not finite; correct it or remove the row");
+    fail(column, quoted(column) + " is not finite; correct it or remove the row");
   if (std::abs(value) > kLargestNumber)
-    fail(column, "'" + std::string(field) +
-                     "' is larger than anything measured; correct it or remove the row");
+    fail(column,
+         quoted(column) + " is larger than anything measured; correct it or remove the row");
   return value;
 }
 
 int CsvTable::integer(int column) const {
   const double value = number(column);
   if (value != std::floor(value) || std::abs(value) > 2e9)
-    fail(column, "'" + std::string(fields_[column]) + "' is no whole number");
+    fail(column, quoted(column) + " is no whole number");
   return static_cast<int>(value);
 }
 

@@ -6,6 +6,7 @@
 
 #include "armtrue/io/input_error.h"
 #include "armtrue/io/number_text.h"
+#include "armtrue/io/source.h"
 
 namespace armtrue {
 
@@ -119,13 +120,19 @@ YamlMap read_document(const std::string& text, const std::string& file,
   std::string expected = "expected 'format: " + formats.front();
   for (size_t k = 1; k < formats.size(); ++k) expected += " or " + formats[k];
   expected += "'";
-  YAML::Node root;
+  check_line_ends(text, file);
+  std::vector<YAML::Node> documents;
   try {
-    root = YAML::Load(text);
+    documents = YAML::LoadAll(text);
   } catch (const YAML::Exception& error) {
     throw InputError(file + ":" + std::to_string(error.mark.line + 1) +
                      ": is no valid YAML: " + error.msg);
   }
+  const YAML::Node root = documents.empty() ? YAML::Node() : documents.front();
+  for (size_t k = 1; k < documents.size(); ++k)
+    if (!documents[k].IsNull())
+      throw InputError(file + ":" + std::to_string(documents[k].Mark().line + 1) +
+                       ": a second document stands here, after '---'; give it a file of its own");
   if (!root || root.IsNull()) throw InputError(file + ": is empty; " + expected);
   YamlMap document(root, file, "the document");
   if (std::find(formats.begin(), formats.end(), document.text("format", "")) == formats.end())

@@ -44,4 +44,8 @@ class Source {
   int line_number_ = 0;
 };
 
+/// Throws InputError for a carriage return that is no part of CRLF: what old Macs end lines with
+/// would make one line of a whole file.
+void check_line_ends(std::string_view text, const std::string& file, int first_line = 1);
+
 }  // namespace armtrue
