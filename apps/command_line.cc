@@ -27,7 +27,10 @@ namespace {
 // Throws std::invalid_argument, which says what was expected.
 std::vector<double> parse_numbers(const std::string& text, size_t count, const std::string& form) {
   std::vector<double> numbers;
-  for (const std::string& item : split_list(text)) {
+  const std::vector<std::string> items = split_list(text);
+  if (static_cast<size_t>(std::ranges::count(text, ',')) + 1 != items.size())
+    throw std::invalid_argument("'" + text + "' has an empty place; give " + form);
+  for (const std::string& item : items) {
     char* end = nullptr;
     numbers.push_back(std::strtod(item.c_str(), &end));
     if (*end != '\0' || !std::isfinite(numbers.back()))

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <numeric>
@@ -74,6 +73,13 @@ CsvTable::CsvTable(Source& source, std::string_view header) : source_(source) {
   separator_ = line.find(';') != std::string_view::npos ? ';' : ',';
   std::vector<std::string_view> names;
   split(line, names);
+  const auto numbers = std::ranges::count_if(
+      names, [](std::string_view name) { return read_number(name).has_value(); });
+  if (2 * static_cast<size_t>(numbers) > names.size())
+    throw InputError(source_.name() + ":" + std::to_string(source_.line_number()) +
+                     ": numbers stand where the header row should: '" +
+                     std::string(line.substr(0, 60)) + "'; begin the file with a row such as " +
+                     std::string(header));
   for (std::string_view name : names) {
     if (std::find(columns_.begin(), columns_.end(), name) != columns_.end())
       throw InputError(source_.name() + ":" + std::to_string(source_.line_number()) +
@@ -158,6 +164,8 @@ void CsvTable::fail_missing(const std::vector<std::string>& missing) const {
   for (size_t i = 0; i < missing.size(); ++i)
     message += (i ? ", " : " ") + ("'" + missing[i] + "'");
   std::string remedy = "; name the columns so, or add them.";
+  if (columns_.size() == 1 && columns_.front().find('\t') != std::string::npos)
+    remedy = "; separate them by commas or semicolons, not by tabs.";
   for (const std::string& name : missing) {
     const auto nearest = std::min_element(
         columns_.begin(), columns_.end(), [&](const std::string& a, const std::string& b) {
@@ -177,12 +185,9 @@ void CsvTable::fail_missing(const std::vector<std::string>& missing) const {
 }
 
 double CsvTable::number(int column) const {
-  std::string_view field = fields_[column];
-  if (!field.empty() && field.front() == '+') field.remove_prefix(1);
-  double value = 0;
-  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
-  if (error != std::errc{} || end != field.data() + field.size())
-    fail(column, quoted(column) + " is no number; correct it or remove the row");
+  const std::optional<double> read = read_number(fields_[column]);
+  if (!read) fail(column, quoted(column) + " is no number; correct it or remove the row");
+  const double value = *read;
   if (!std::isfinite(value))
     fail(column, quoted(column) + " is not finite; correct it or remove the row");
   if (std::abs(value) > kLargestNumber)

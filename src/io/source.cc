@@ -18,7 +18,10 @@ constexpr size_t kLongestLine = 16 << 20;
 
 }  // namespace
 
-void check_line_ends(std::string_view text, const std::string& file, int first_line) {
+void check_text(std::string_view text, const std::string& file, int first_line) {
+  if (text.find('\0') != std::string_view::npos)
+    throw InputError(file + ":" + std::to_string(first_line) +
+                     ": is no text in UTF-8 (a zero byte stands in it); save it as such");
   for (size_t at = text.find('\r'); at != std::string_view::npos; at = text.find('\r', at + 1))
     if (at + 1 == text.size() || text[at + 1] != '\n')
       throw InputError(
@@ -99,7 +102,7 @@ bool Source::next_line(std::string_view& line) {
     break;
   }
   if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
-  check_line_ends(line, name_, line_number_ + 1);
+  check_text(line, name_, line_number_ + 1);
   if (++line_number_ == 1 && line.substr(0, 3) == "\xEF\xBB\xBF") line.remove_prefix(3);
   return true;
 }

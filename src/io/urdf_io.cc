@@ -218,11 +218,15 @@ bool agree(const Pose& a, const Pose& b) {
   return (a.translation - b.translation).norm() < 1e-9 && (a.rotation - b.rotation).norm() < 1e-9;
 }
 
-void copy_joint(const ChainJoint& from, Link& link) {
+void copy_joint(const ChainJoint& from, const std::string& file, Link& link) {
   link.name = from.child->name;
   if (from.joint->limits && from.joint->type == urdf::Joint::REVOLUTE) {
     link.min = from.joint->limits->lower;
     link.max = from.joint->limits->upper;
+    if (link.min >= link.max)
+      throw InputError(
+          fmt::format("{}: the joint '{}' has limits from {} to {} rad; upper must be above lower",
+                      file, from.joint->name, link.min, link.max));
   }
 }
 
@@ -234,7 +238,8 @@ void copy_mass(const ChainJoint& from, int link, const Pose& link_from_urdf, Rob
 }
 
 // world, base_link, A1..A6, spindle, tool, as write_urdf lays them out.
-std::optional<Robot> as_written(const std::vector<ChainJoint>& chain, const std::string& text) {
+std::optional<Robot> as_written(const std::vector<ChainJoint>& chain, const std::string& text,
+                                const std::string& file) {
   if (chain.size() != kLinks + 2) return std::nullopt;
   const std::map<std::string, Link> exact = exact_links(text);
   Robot robot;
@@ -248,8 +253,12 @@ std::optional<Robot> as_written(const std::vector<ChainJoint>& chain, const std:
     link = found->second;
     if (!agree(link_transform(link), pose_of(joint.joint->parent_to_joint_origin_transform)))
       return std::nullopt;  // somebody changed the origin: that counts
-    copy_joint(joint, link);
-    if (j < kJoints) link.sign = joint.joint->axis.z < 0 ? -1 : 1;
+    copy_joint(joint, file, link);
+    if (j < kJoints) {
+      const urdf::Vector3& axis = joint.joint->axis;
+      if (axis.x != 0 || axis.y != 0 || axis.z == 0) return std::nullopt;
+      link.sign = axis.z < 0 ? -1 : 1;
+    }
     copy_mass(joint, j, Pose{}, robot);
   }
   return robot;
@@ -307,6 +316,9 @@ Robot from_axes(const std::vector<ChainJoint>& chain, const std::string& file) {
     frame = frame * pose_of(joint.joint->parent_to_joint_origin_transform);
     if (is_driven(*joint.joint)) {
       const urdf::Vector3& a = joint.joint->axis;
+      if (a.x == 0 && a.y == 0 && a.z == 0)
+        throw InputError(file + ": the joint '" + joint.joint->name +
+                         "' has the axis 0 0 0, which points nowhere; correct it");
       axes.push_back({frame.translation, (frame.rotation * Vector3d(a.x, a.y, a.z)).normalized()});
       driven.push_back(&joint);
     } else if (joint.joint->type != urdf::Joint::FIXED) {
@@ -339,7 +351,7 @@ Robot from_axes(const std::vector<ChainJoint>& chain, const std::string& file) {
                                              axes[j].point};
     Link& link = robot.chain.links[j];
     link = link_between(previous, next);
-    copy_joint(*driven[j], link);
+    copy_joint(*driven[j], file, link);
     frames.push_back(next);
     previous = next;
   }
@@ -391,7 +403,7 @@ Robot parse_urdf(const std::string& text, const std::string& file) {
   check_masses(text, file);
   const urdf::ModelInterfaceSharedPtr model = parse_strictly(text, file);
   const std::vector<ChainJoint> chain = serial_chain(*model, file);
-  std::optional<Robot> written = as_written(chain, text);
+  std::optional<Robot> written = as_written(chain, text, file);
   Robot robot = written ? std::move(*written) : from_axes(chain, file);
   robot.name = model->getName();
   return robot;
