@@ -21,6 +21,7 @@ namespace {
 
 constexpr double kSameConfiguration = 0.1 * kDegree;
 constexpr double kUnitQuaternion = 1e-3;
+constexpr double kAbsoluteZero = -273.15;  // deg C
 constexpr const char* kDeviation = "a standard deviation";
 constexpr const char* kNoId = "is empty; every row needs the id of its pose";
 
@@ -226,8 +227,12 @@ class CampaignReader {
     }
     if (!temperatures_.empty()) {
       auto& temperatures = c.temperature_c.emplace_back();
-      for (size_t i = 0; i < temperatures_.size(); ++i)
+      for (size_t i = 0; i < temperatures_.size(); ++i) {
         temperatures[i] = table_.number(temperatures_[i]);
+        if (temperatures[i] < kAbsoluteZero)
+          table_.fail(temperatures_[i],
+                      table_.quoted(temperatures_[i]) + " lies below absolute zero; correct it");
+      }
     }
   }
 

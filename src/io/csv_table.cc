@@ -82,8 +82,10 @@ CsvTable::CsvTable(Source& source, std::string_view header) : source_(source) {
                      std::string(header));
   for (std::string_view name : names) {
     if (std::find(columns_.begin(), columns_.end(), name) != columns_.end())
-      throw InputError(source_.name() + ":" + std::to_string(source_.line_number()) +
-                       ": the column '" + std::string(name) + "' stands twice; remove one");
+      throw InputError(source_.name() + ":" + std::to_string(source_.line_number()) + ": " +
+                       (name.empty()
+                            ? "two columns have no name; name or remove them"
+                            : "the column '" + std::string(name) + "' stands twice; remove one"));
     columns_.emplace_back(name);
   }
 }
