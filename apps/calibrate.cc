@@ -1,5 +1,9 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
 #include "armtrue/identification/calibration.h"
 #include "armtrue/identification/evaluation.h"
 #include "armtrue/io/output.h"
@@ -11,6 +15,25 @@ using namespace armtrue;
 
 namespace {
 
+// The weights of favour() tell of each reading how far outside the zone it lies.
+FavouredZone favour_zone(const app::Command& command, Campaign& campaign, const Robot& robot,
+                         const Zone& zone) {
+  Campaign weighed = campaign;
+  weighed.sigma_position.assign(static_cast<size_t>(campaign.rows()), 1.0);
+  favour(weighed, robot, zone);
+  const std::vector<double>& factors = weighed.sigma_position;
+  const double least = *std::ranges::min_element(factors);
+  const double outside = zone.radius * std::sqrt(least * least - 1);
+  if (outside > zone.radius)
+    command.warn(fmt::format(
+        "no reading lies in the zone or near it, the nearest {:.4g} mm outside: what the robot "
+        "will do there is extrapolated; measure poses in it (plan-poses --zone), or correct "
+        "--zone, which is x,y,z,radius in mm in the instrument's frame",
+        outside / kMillimetre));
+  favour(campaign, robot, zone);
+  return {zone, static_cast<int>(std::ranges::count(factors, 1.0))};
+}
+
 int work(app::Command& command, const std::string& robot_path, const std::string& identify,
          const std::string& per_session, const std::string& residuals_path, const std::string& zone,
          double max_error_mm) {
@@ -18,7 +41,8 @@ int work(app::Command& command, const std::string& robot_path, const std::string
   if (!identify.empty()) robot.identify = app::split_list(identify);
   if (!per_session.empty()) robot.identify_per_session = app::split_list(per_session);
   Campaign campaign = command.campaign(command.input, robot);
-  if (!zone.empty()) favour(campaign, robot, app::zone(zone));
+  std::optional<FavouredZone> favoured;
+  if (!zone.empty()) favoured = favour_zone(command, campaign, robot, app::zone(zone));
   command.progress("identifying");
   const CalibrationResult result = calibrate(robot, campaign);
   if (!residuals_path.empty()) {
@@ -26,7 +50,7 @@ int work(app::Command& command, const std::string& robot_path, const std::string
     write_output(residuals_path,
                  write_residuals({{campaign, evaluate(result.robot, campaign).residuals, split}}));
   }
-  write_output(command.output, write_calibration(result, campaign, command.provenance()));
+  write_output(command.output, write_calibration(result, campaign, command.provenance(), favoured));
 
   if (!result.converged) {
     command.warn(app::not_converged(result));
@@ -75,7 +99,9 @@ int main(int argc, char** argv) {
       "Sphere x,y,z,radius in R_A in which the arm shall be accurate: readings count less "
       "the farther outside they lie");
   command.options()
-      .add_option("--max-error-mm", max_error_mm, "Exit with 3 if a training error is larger")
+      .add_option("--max-error-mm", max_error_mm,
+                  "Exit with 3 if calibration: training: position_mm: max, the largest error of "
+                  "the readings, is larger")
       ->check(app::above_zero());
   return command.run(argc, argv, [&] {
     return work(command, robot, identify, per_session, residuals, zone, max_error_mm);

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <csignal>
@@ -11,7 +12,9 @@
 #include <cstdlib>
 #include <exception>
 #include <filesystem>
+#include <limits>
 #include <unordered_set>
+#include <utility>
 
 #include "armtrue/identification/diagnosis.h"
 #include "armtrue/io/number_text.h"
@@ -24,7 +27,10 @@ namespace {
 // Throws std::invalid_argument, which says what was expected.
 std::vector<double> parse_numbers(const std::string& text, size_t count, const std::string& form) {
   std::vector<double> numbers;
-  for (const std::string& item : split_list(text)) {
+  const std::vector<std::string> items = split_list(text);
+  if (static_cast<size_t>(std::ranges::count(text, ',')) + 1 != items.size())
+    throw std::invalid_argument("'" + text + "' has an empty place; give " + form);
+  for (const std::string& item : items) {
     char* end = nullptr;
     numbers.push_back(std::strtod(item.c_str(), &end));
     if (*end != '\0' || !std::isfinite(numbers.back()))
@@ -44,9 +50,12 @@ std::vector<const CLI::Option*> all_options(const CLI::App& app) {
   return all;
 }
 
-// CLI11 takes nan for a number, and for one in every range.
-void check_finite(const CLI::App& app) {
+// CLI11 takes nan for a number, and for one in every range. An empty text is what an unset variable
+// of a script leaves, not standard input.
+void check_values(const CLI::App& app) {
   for (const CLI::Option* option : all_options(app)) {
+    if (std::ranges::count(option->results(), "") > 0)
+      throw CLI::ValidationError(option->get_name(), "has an empty value; leave it out or fill it");
     if (!option->get_type_name().starts_with("FLOAT")) continue;
     for (const std::string& text : option->results())
       if (!std::isfinite(std::strtod(text.c_str(), nullptr)))
@@ -98,7 +107,9 @@ CLI::Option* Command::add_output(const std::string& name, std::string& path,
 }
 
 void Command::add_seed() {
-  app_.add_option("--seed", seed, "Seed of all random choices")->capture_default_str();
+  app_.add_option("--seed", seed, "Seed of all random choices")
+      ->check(seed_number())
+      ->capture_default_str();
 }
 
 void Command::add_new_sessions() {
@@ -113,10 +124,13 @@ int Command::run(int argc, char** argv, const std::function<int()>& work) {
   std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is a write error like any other
   try {
     app_.parse(argc, argv);
-    check_finite(app_);
+    check_values(app_);
     check_outputs();
   } catch (const CLI::ParseError& error) {
     return app_.exit(error) == 0 ? kSuccess : kBadUsage;
+  } catch (const OutputError& error) {
+    fmt::print(stderr, "{}: {}\n", name_, error.what());
+    return kBadInput;
   }
   started_ = seconds();
   int code = kBadInput;
@@ -138,16 +152,26 @@ void Command::check_outputs() const {
   const auto whole_path = [&](const std::string& path) {
     return fs::weakly_canonical(fs::absolute(path, none), none);
   };
+  bool standard_output_taken = false;
   for (const CLI::Option* output : outputs_) {
-    if (output->results().empty()) continue;
-    const std::string path = output->results().front();
-    if (path.empty() || path == "-") continue;
+    const bool is_product = output == outputs_.front();
+    if (output->results().empty() && !is_product) continue;
+    const std::string path = is_product ? this->output : output->results().front();
+    if (path == "-") {
+      if (std::exchange(standard_output_taken, true))
+        throw CLI::ValidationError(output->get_name(),
+                                   "two products cannot both go to standard output; give one of "
+                                   "them a file");
+      continue;
+    }
     if (fs::is_directory(path, none))
       throw CLI::ValidationError(output->get_name(), "'" + path + "' is a folder; name a file");
     if (is_device_or_pipe(path)) continue;
-    const fs::path whole = whole_path(path);
-    if (!fs::is_directory(whole.parent_path(), none))
+    const fs::file_type folder = fs::status(fs::absolute(path, none).parent_path(), none).type();
+    if (folder != fs::file_type::directory && folder != fs::file_type::none)  // none: not told
       throw CLI::ValidationError(output->get_name(), "'" + path + "': there is no such folder");
+    check_writable(path);
+    const fs::path whole = whole_path(path);
     for (const CLI::Option* option : all_options(app_))
       for (const std::string& other : option->results())
         if (option != output && option->get_type_name() == "TEXT" && whole_path(other) == whole)
@@ -279,6 +303,19 @@ CLI::Validator above_zero() {
 
 CLI::Validator not_below_zero() {
   return number_check([](double value) { return value >= 0; }, "0 or above");
+}
+
+CLI::Validator seed_number() {
+  return CLI::Validator(
+      [](const std::string& text) {
+        std::uint64_t value = 0;
+        const char* const end = text.data() + text.size();
+        const auto [rest, error] = std::from_chars(text.data(), end, value);
+        if (error == std::errc{} && rest == end) return std::string();
+        return fmt::format("'{}' is no whole number from 0 to {}", text,
+                           std::numeric_limits<std::uint64_t>::max());
+      },
+      "NUMBER");
 }
 
 Catalogue catalogue(const std::string& path) {

@@ -108,6 +108,8 @@ std::string not_converged(const CalibrationResult& fit);
 /// Checks for options of one number: the messages of CLI11 name the largest double.
 CLI::Validator above_zero();
 CLI::Validator not_below_zero();
+/// CLI11 wraps a seed below zero round, and cuts one that is too large.
+CLI::Validator seed_number();
 
 /// The catalogue from a file, or the one that armtrue ships for "".
 Catalogue catalogue(const std::string& path);

@@ -23,7 +23,8 @@ int main(int argc, char** argv) {
       "--refit", refit, "Fit these first, as base,tool for a robot carried to another set-up");
   command.add_output("--residuals", residuals_path, "Write the residual of every reading here");
   command.options()
-      .add_option("--max-error-mm", max_error_mm, "Exit with 3 if the mean is larger")
+      .add_option("--max-error-mm", max_error_mm,
+                  "Exit with 3 if position_mm: mean, the mean error of the readings, is larger")
       ->check(app::above_zero());
   return command.run(argc, argv, [&] {
     Robot robot = command.robot(robot_path).robot;

@@ -47,6 +47,16 @@ std::vector<PathFile> read_passes(app::Command& command, const std::vector<std::
   return passes;
 }
 
+// The same record twice would pass for two passes that agree, and the program for one that is
+// right.
+void check_different(const std::vector<const PathFile*>& files) {
+  for (size_t i = 0; i < files.size(); ++i)
+    for (size_t k = 0; k < i; ++k)
+      if (files[i]->sha256 == files[k]->sha256)
+        throw InputError(files[i]->source + ": holds the same as " + files[k]->source +
+                         "; name the program and each record once");
+}
+
 std::vector<Path> paths(const std::vector<PathFile>& files) {
   std::vector<Path> all;
   for (const PathFile& file : files) all.push_back(file.path);
@@ -190,6 +200,18 @@ CLI::Validator positive_or_auto() {
       "NUMBER or auto");
 }
 
+CLI::Validator gain_or_auto() {
+  return CLI::Validator(
+      [positive = positive_or_auto()](std::string& text) {
+        const std::string wrong = positive(text);
+        if (!wrong.empty() || text == "auto" || std::stod(text) < 2) return wrong;
+        return "'" + text +
+               "' must be below 2: the correction would put the tool at least as far off on the "
+               "other side, and every further pass farther; 1 takes off the whole deviation";
+      },
+      "NUMBER or auto");
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -246,8 +268,10 @@ int main(int argc, char** argv) {
                             "turning: straight between the turning points of the trend; or spline")
                 ->check(CLI::IsMember({"turning", "spline"}))
                 ->capture_default_str());
-  options.add_option("--gain", gain, "Share of the deviation to take off; auto: what is no noise")
-      ->check(positive_or_auto())
+  options
+      .add_option("--gain", gain,
+                  "Share of the deviation to take off, below 2; auto: what is no noise")
+      ->check(gain_or_auto())
       ->capture_default_str();
   options.add_option("--max-mm", max_mm, "Longest correction")->check(app::above_zero());
   CLI::Option* const frame_option =
@@ -291,6 +315,10 @@ int main(int argc, char** argv) {
     findings.options = mirror;
     const std::vector<PathFile> passes = read_passes(command, measured_paths);
     const std::vector<PathFile> earlier = read_passes(command, before_paths);
+    std::vector<const PathFile*> all = {&programmed};
+    for (const PathFile& pass : passes) all.push_back(&pass);
+    for (const PathFile& pass : earlier) all.push_back(&pass);
+    check_different(all);
     for (const PathFile& pass : passes) {
       findings.files.push_back(pass.source);
       findings.lines.push_back(pass.line);

@@ -2,6 +2,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -20,7 +21,10 @@ namespace {
 std::string comparison(const PlanQuality& planned, const PlanQuality& random, bool with_zone) {
   std::string table = fmt::format("{:<40}{:>13}{:>13}\n", "", "planned", "random");
   const auto add = [&](const std::string& what, double a, double b) {
-    table += fmt::format("{:<40}{:>13.5g}{:>13.5g}\n", what, a, b);
+    const auto cell = [](double value) {
+      return std::isfinite(value) ? fmt::format("{:.5g}", value) : std::string("no bound");
+    };
+    table += fmt::format("{:<40}{:>13}{:>13}\n", what, cell(a), cell(b));
   };
   for (size_t k = 0; k < planned.observability.size(); ++k)
     add(fmt::format("O{}", k + 1), planned.observability[k], random.observability[k]);
@@ -30,6 +34,19 @@ std::string comparison(const PlanQuality& planned, const PlanQuality& random, bo
     add("expected error in the zone, mm", planned.zone_deviation / kMillimetre,
         random.zone_deviation / kMillimetre);
   return table;
+}
+
+bool determines(const PlanQuality& quality) { return std::isfinite(quality.cloud_deviation); }
+
+// Too few poses promise nothing. How many would do: any will, so random ones tell.
+void warn_of_too_few(const app::Command& command, const PosePlanner& planner, int count) {
+  int enough = count + 1;
+  while (enough < kCloudSize && !determines(planner.quality(planner.random(enough, command.seed))))
+    ++enough;
+  command.warn(fmt::format(
+      "{} pose{} not determine all unknowns, so the expected error has no bound; {} are "
+      "the fewest that can, more make it small (--count)",
+      count, count == 1 ? " does" : "s do", enough));
 }
 
 std::string follows(const Effect& effect) { return "'" + describe(effect) + "'"; }
@@ -164,9 +181,10 @@ int main(int argc, char** argv) {
     }
     const PosePlanner planner(robot, plan, given);
     const std::vector<JointVector> planned = planner.plan(count);
+    const PlanQuality quality = planner.quality(planned);
+    if (!determines(quality)) warn_of_too_few(command, planner, count);
     if (command.verbose)
-      command.tell(comparison(planner.quality(planned),
-                              planner.quality(planner.random(count, command.seed + 1)),
+      command.tell(comparison(quality, planner.quality(planner.random(count, command.seed + 1)),
                               !zone.empty()));
     write_output(command.output, write_joint_targets(app::numbered(planned, given.pose_ids)));
     return app::kSuccess;

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "armtrue/io/output.h"
@@ -57,6 +59,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   cut->add_option("--part-seed", pass.cut.part_seed,
                   "Seed of that variation, which the next pass on such a part has too")
+      ->check(app::seed_number())
       ->capture_default_str();
   cut->add_option("--part", part_path,
                   "The path that the part was programmed with, where the one that runs is a "
@@ -113,6 +116,13 @@ int main(int argc, char** argv) {
     command.progress("simulating");
     Path measured = app::on_samples_of(
         programmed, [&] { return simulate_pass(programmed.path, robot, truth, pass); });
+    if (measured.samples() < 2)
+      throw InputError(fmt::format(
+          "{}: the pass takes {:g} s, of which the instrument records {} sample{}; a record needs "
+          "two: give a shorter --instrument-period-ms (now {:g}) or lose less (--lost)",
+          programmed.source,
+          programmed.path.time[programmed.path.samples() - 1] - programmed.path.time[0],
+          measured.samples(), measured.samples() == 1 ? "" : "s", period_ms));
     if (!joints) measured.q.resize(Eigen::NoChange, 0);
     write_output(command.output, write_path(measured));
     return app::kSuccess;

@@ -1,9 +1,36 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
 #include "armtrue/identification/simulation.h"
 #include "armtrue/io/output.h"
+#include "armtrue/kinematics/inverse.h"
 #include "armtrue/kinematics/units.h"
 #include "command_line.h"
 
 using namespace armtrue;
+
+namespace {
+
+// A true controller would not drive there.
+void warn_beyond_travel(const app::Command& command, const std::string& file,
+                        const std::vector<JointTarget>& targets, const KinematicChain& chain) {
+  const auto beyond = [&](const JointTarget& target) {
+    return joint_beyond_travel(chain, target.q) >= 0;
+  };
+  const auto first = std::ranges::find_if(targets, beyond);
+  if (first == targets.end()) return;
+  const auto joint = static_cast<size_t>(joint_beyond_travel(chain, first->q));
+  const Link& link = chain.links[joint];
+  command.warn(fmt::format(
+      "{}:{}: {} of {} targets lie beyond the travel of the joints; in the first, '{}', {} stands "
+      "at {:.6g} deg, outside {:.6g} to {:.6g} deg",
+      file, first->line, std::ranges::count_if(targets, beyond), targets.size(), first->pose,
+      link.name, first->q[static_cast<int>(joint)] / kDegree, link.min / kDegree,
+      link.max / kDegree));
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   app::Command command(
@@ -58,6 +85,7 @@ int main(int argc, char** argv) {
     } else {
       std::vector<JointVector> commanded;
       const std::vector<JointTarget> targets = read_joint_targets(targets_path);
+      warn_beyond_travel(command, targets_path, targets, robot.chain);
       for (const JointTarget& target : targets) commanded.push_back(target.q);
       campaign = simulate(commanded, truth, simulation);
       for (size_t pose = 0; pose < targets.size(); ++pose)

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -20,7 +21,9 @@ namespace {
 
 constexpr double kSameConfiguration = 0.1 * kDegree;
 constexpr double kUnitQuaternion = 1e-3;
+constexpr double kAbsoluteZero = -273.15;  // deg C
 constexpr const char* kDeviation = "a standard deviation";
+constexpr const char* kNoId = "is empty; every row needs the id of its pose";
 
 std::string joint_column(int j) { return "q" + std::to_string(j + 1); }
 
@@ -185,8 +188,7 @@ class CampaignReader {
       return;
     }
     Campaign& c = campaign_;
-    if (table_.is_empty(*pose_))
-      table_.fail(*pose_, "is empty; every row needs the id of its pose");
+    if (table_.is_empty(*pose_)) table_.fail(*pose_, kNoId);
     const int pose = poses_.of(table_.text(*pose_));
     JointVector q;
     for (int j = 0; j < kJoints; ++j) q[j] = table_.number(*q_[j]);
@@ -202,7 +204,7 @@ class CampaignReader {
     if (time_) c.time_s.push_back(table_.number(*time_));
     if (target_) c.target.push_back(targets_.of(table_.text(*target_)));
     if (session_) c.session.push_back(sessions_.of(table_.text(*session_)));
-    if (payload_) c.payload_kg.push_back(table_.number(*payload_));
+    if (payload_) c.payload_kg.push_back(payload());
     if (sigma_position_) c.sigma_position.push_back(positive(*sigma_position_, kDeviation));
     if (sigma_orientation_)
       c.sigma_orientation.push_back(positive(*sigma_orientation_, kDeviation));
@@ -225,8 +227,12 @@ class CampaignReader {
     }
     if (!temperatures_.empty()) {
       auto& temperatures = c.temperature_c.emplace_back();
-      for (size_t i = 0; i < temperatures_.size(); ++i)
+      for (size_t i = 0; i < temperatures_.size(); ++i) {
         temperatures[i] = table_.number(temperatures_[i]);
+        if (temperatures[i] < kAbsoluteZero)
+          table_.fail(temperatures_[i],
+                      table_.quoted(temperatures_[i]) + " lies below absolute zero; correct it");
+      }
     }
   }
 
@@ -245,8 +251,8 @@ class CampaignReader {
   void read_distance() {
     Campaign& c = campaign_;
     if (has_point())
-      table_.fail(distance_->column, "'" + std::string(table_.text(distance_->column)) +
-                                         "' stands beside a point; a row is either a distance or a "
+      table_.fail(distance_->column, table_.quoted(distance_->column) +
+                                         " stands beside a point; a row is either a distance or a "
                                          "point: empty the other's cells");
     if (has_points_) c.position.emplace_back(0, 0, 0);
     for (const auto& angle : abc_)
@@ -286,15 +292,22 @@ class CampaignReader {
   }
 
   [[noreturn]] void fail_orientation(int column) const {
-    table_.fail(column, "'" + std::string(table_.text(column)) +
-                            "' stands beside a distance, which has no orientation; empty the cell");
+    table_.fail(column, table_.quoted(column) +
+                            " stands beside a distance, which has no orientation; empty the cell");
   }
 
   double positive(const Quantity& quantity, const std::string& what) const {
     const double value = table_.number(quantity);
     if (value <= 0)
-      table_.fail(quantity.column, "'" + std::string(table_.text(quantity.column)) + "': " + what +
-                                       " must be above zero");
+      table_.fail(quantity.column,
+                  table_.quoted(quantity.column) + ": " + what + " must be above zero");
+    return value;
+  }
+
+  double payload() const {
+    const double value = table_.number(*payload_);
+    if (value < 0)
+      table_.fail(*payload_, table_.quoted(*payload_) + " is below zero; a payload is a mass");
     return value;
   }
 
@@ -424,9 +437,15 @@ std::vector<JointTarget> read_joint_targets(const std::string& path) {
     if (!(q[j] = table.find_angle(joint_column(j)))) missing.push_back(joint_column(j) + "_deg");
   if (!missing.empty()) table.fail_missing(missing);
   std::vector<JointTarget> targets;
+  std::map<std::string, int, std::less<>> lines;  // of each id
   while (table.next_row()) {
+    if (table.is_empty(*pose)) table.fail(*pose, kNoId);
     JointTarget& target = targets.emplace_back();
     target.pose = table.text(*pose);
+    target.line = table.line_number();
+    if (const auto [first, is_new] = lines.emplace(target.pose, target.line); !is_new)
+      table.fail(*pose, table.quoted(*pose) + " stands in line " + std::to_string(first->second) +
+                            " too; give every target an id of its own");
     for (int j = 0; j < kJoints; ++j) target.q[j] = table.number(*q[j]);
   }
   if (targets.empty()) throw InputError(source.name() + ": has no row");

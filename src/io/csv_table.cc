@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <numeric>
@@ -74,10 +73,19 @@ CsvTable::CsvTable(Source& source, std::string_view header) : source_(source) {
   separator_ = line.find(';') != std::string_view::npos ? ';' : ',';
   std::vector<std::string_view> names;
   split(line, names);
+  const auto numbers = std::ranges::count_if(
+      names, [](std::string_view name) { return read_number(name).has_value(); });
+  if (2 * static_cast<size_t>(numbers) > names.size())
+    throw InputError(source_.name() + ":" + std::to_string(source_.line_number()) +
+                     ": numbers stand where the header row should: '" +
+                     std::string(line.substr(0, 60)) + "'; begin the file with a row such as " +
+                     std::string(header));
   for (std::string_view name : names) {
     if (std::find(columns_.begin(), columns_.end(), name) != columns_.end())
-      throw InputError(source_.name() + ":" + std::to_string(source_.line_number()) +
-                       ": the column '" + std::string(name) + "' stands twice; remove one");
+      throw InputError(source_.name() + ":" + std::to_string(source_.line_number()) + ": " +
+                       (name.empty()
+                            ? "two columns have no name; name or remove them"
+                            : "the column '" + std::string(name) + "' stands twice; remove one"));
     columns_.emplace_back(name);
   }
 }
@@ -125,6 +133,7 @@ bool CsvTable::next_row() {
     if (blank_line)
       throw InputError(source_.name() + ":" + std::to_string(blank_line) +
                        ": blank line between rows; blank lines may only end a file");
+    original_ = line;
     if (separator_ == ';') {
       line_ = line;
       std::replace(line_.begin(), line_.end(), ',', '.');
@@ -134,11 +143,17 @@ bool CsvTable::next_row() {
     if (fields_.size() != columns_.size())
       throw InputError(source_.name() + ":" + std::to_string(source_.line_number()) + ": has " +
                        std::to_string(fields_.size()) + " fields where the header has " +
-                       std::to_string(columns_.size()) + ": '" + std::string(line.substr(0, 60)) +
-                       "'; complete or remove the row");
+                       std::to_string(columns_.size()) + ": '" +
+                       std::string(original_.substr(0, 60)) + "'; complete or remove the row");
     return true;
   }
   return false;
+}
+
+std::string CsvTable::quoted(int column) const {
+  const std::string_view field = fields_[column];
+  const char* const read = separator_ == ';' ? line_.data() : original_.data();
+  return "'" + std::string(original_.substr(field.data() - read, field.size())) + "'";
 }
 
 void CsvTable::fail(int column, const std::string& what) const {
@@ -151,6 +166,8 @@ void CsvTable::fail_missing(const std::vector<std::string>& missing) const {
   for (size_t i = 0; i < missing.size(); ++i)
     message += (i ? ", " : " ") + ("'" + missing[i] + "'");
   std::string remedy = "; name the columns so, or add them.";
+  if (columns_.size() == 1 && columns_.front().find('\t') != std::string::npos)
+    remedy = "; separate them by commas or semicolons, not by tabs.";
   for (const std::string& name : missing) {
     const auto nearest = std::min_element(
         columns_.begin(), columns_.end(), [&](const std::string& a, const std::string& b) {
@@ -170,25 +187,21 @@ void CsvTable::fail_missing(const std::vector<std::string>& missing) const {
 }
 
 double CsvTable::number(int column) const {
-  std::string_view field = fields_[column];
-  if (!field.empty() && field.front() == '+') field.remove_prefix(1);
-  double value = 0;
-  const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
-  if (error != std::errc{} || end != field.data() + field.size())
-    fail(column,
-         "'" + std::string(fields_[column]) + "' is no number; correct it or remove the row");
+  const std::optional<double> read = read_number(fields_[column]);
+  if (!read) fail(column, quoted(column) + " is no number; correct it or remove the row");
+  const double value = *read;
   if (!std::isfinite(value))
-    fail(column, "'" + std::string(field) + "' is not finite; correct it or remove the row");
+    fail(column, quoted(column) + " is not finite; correct it or remove the row");
   if (std::abs(value) > kLargestNumber)
-    fail(column, "'" + std::string(field) +
-                     "' is larger than anything measured; correct it or remove the row");
+    fail(column,
+         quoted(column) + " is larger than anything measured; correct it or remove the row");
   return value;
 }
 
 int CsvTable::integer(int column) const {
   const double value = number(column);
   if (value != std::floor(value) || std::abs(value) > 2e9)
-    fail(column, "'" + std::string(fields_[column]) + "' is no whole number");
+    fail(column, quoted(column) + " is no whole number");
   return static_cast<int>(value);
 }
 

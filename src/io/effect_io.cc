@@ -52,9 +52,14 @@ void read_series(YamlMap series, bool two_drivers, Shape& shape) {
 Effect read_effect_form(YamlMap& map, const KinematicChain& chain) {
   Effect effect;
   effect.parameter = map.text("parameter");
-  if (effect.parameter != "base" && effect.parameter != "tool" &&
-      !find_parameter(chain, effect.parameter))
-    map.fail("parameter", "the robot has no parameter '" + effect.parameter + "'");
+  if (effect.parameter != "base" && effect.parameter != "tool") {
+    const auto parameter = find_parameter(chain, effect.parameter);
+    if (!parameter) map.fail("parameter", "the robot has no parameter '" + effect.parameter + "'");
+    if (*parameter > kInstrumentScale)
+      map.fail("parameter", "'" + effect.parameter +
+                                "' is a constant of targets and anchors, which no effect moves; "
+                                "name a parameter of a link, base, tool or instrument.scale");
+  }
   const auto driver = parse_driver(map.text("driver"));
   if (!driver) map.fail("driver", "'" + map.text("driver") + "' is none of " + kDriverForms);
   effect.driver = *driver;

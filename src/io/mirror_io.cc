@@ -169,10 +169,7 @@ std::string write_mirror(const MirrorFindings& findings, const Provenance& prove
   root["deviation_mm"] = error_node(result.before, kMillimetre);
   if (result.uncorrected) root["uncorrected_mean_mm"] = millimetres(*result.uncorrected);
   root["expected_after_mean_mm"] = millimetres(result.expected_after);
-  // One pass does not show how passes differ.
-  root["expected_after_if"] = files.size() > 1
-                                  ? "the next pass differs as these do from each other"
-                                  : "the next pass meets the same forces and reversals";
+  root["expected_after_if"] = result.expected_if();
   YAML::Node breaks(YAML::NodeType::Sequence);
   for (const Eigen::Index b : deviation.breaks)
     breaks.push_back(fmt::format("{:.3f}", deviation.time[b]));
@@ -211,6 +208,7 @@ std::string mirror_table(const MirrorFindings& findings) {
   if (result.uncorrected) row("mean deviation without correction, mm", *result.uncorrected);
   row("mean deviation across the path, mm", result.before.mean);
   row("expected after the correction, mm", result.expected_after);
+  table += fmt::format("  if {}\n", result.expected_if());
   row("noise of a sample, mm", result.deviation.noise);
   if (files.size() > 1) row("spread from pass to pass, mm", result.deviation.spread);
   row("path accuracy AT (ISO 9283), mm", accuracy.path.at);

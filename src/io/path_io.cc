@@ -140,10 +140,9 @@ PathFile read_path(const std::string& file, KeepRows keep) {
     }
     const double t = table.number(columns.time);
     if (!time.empty() && t <= time.back())
-      table.fail(columns.time.column, "'" + std::string(table.text(columns.time.column)) +
-                                          "' is not later than the sample before (" +
-                                          number_text(time.back()) +
-                                          "); sort the rows by time and remove doubled ones");
+      table.fail(columns.time.column,
+                 table.quoted(columns.time.column) + " is not later than the sample before (" +
+                     number_text(time.back()) + "); sort the rows by time and remove doubled ones");
     time.push_back(t);
     result.line.push_back(table.line_number());
     position.add(table, columns.position);

@@ -404,6 +404,15 @@ std::string absorbers(const KinematicChain& chain, const AbsorbedParameter& abso
   return text;
 }
 
+YAML::Node zone_node(const FavouredZone& favoured) {
+  const auto& [zone, inside] = favoured;
+  return flow_map({{"x_mm", number_text(zone.centre.x(), kMillimetre)},
+                   {"y_mm", number_text(zone.centre.y(), kMillimetre)},
+                   {"z_mm", number_text(zone.centre.z(), kMillimetre)},
+                   {"radius_mm", number_text(zone.radius, kMillimetre)},
+                   {"readings_inside", std::to_string(inside)}});
+}
+
 YAML::Node calibration_node(const CalibrationResult& result, const Campaign& campaign) {
   const Robot& robot = result.robot;
   YAML::Node node;
@@ -444,9 +453,11 @@ YAML::Node calibration_node(const CalibrationResult& result, const Campaign& cam
 }  // namespace
 
 std::string write_calibration(const CalibrationResult& result, const Campaign& campaign,
-                              const Provenance& provenance) {
+                              const Provenance& provenance,
+                              const std::optional<FavouredZone>& favoured) {
   YAML::Node root = robot_node(result.robot, provenance);
   root["calibration"] = calibration_node(result, campaign);
+  if (favoured) root["calibration"]["zone"] = zone_node(*favoured);
   return print_document(root);
 }
 

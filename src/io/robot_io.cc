@@ -16,6 +16,8 @@
 namespace armtrue {
 namespace {
 
+constexpr double kMostGravity = 20;  // m/s2
+
 Pose read_pose(YamlMap map) {
   Pose pose;
   pose.translation =
@@ -29,6 +31,7 @@ Pose read_pose(YamlMap map) {
 Link read_link(YamlMap map, bool driven) {
   Link link;
   link.name = map.text("name");
+  if (link.name.empty()) map.fail("name", "is empty; parameters are named after links");
   const std::string joint = map.text("joint");
   if (joint != (driven ? "revolute" : "fixed"))
     map.fail("joint", std::string("must be '") + (driven ? "revolute" : "fixed") +
@@ -182,6 +185,10 @@ CatalogueEntry read_entry(YamlMap map) {
   const bool of_a_joint = entry.parameter == "alpha" || entry.parameter == "beta" ||
                           entry.parameter == "theta" || entry.parameter == "d" ||
                           entry.parameter == "r";
+  if (!of_a_joint && !is_group(entry.parameter) && entry.parameter.find('.') == std::string::npos)
+    map.fail("parameter", "'" + entry.parameter +
+                              "' is none of alpha, d, theta, r and beta, no group (base, tool) and "
+                              "no single one such as base.rx or instrument.scale");
   if (map.has("joints")) {
     if (!of_a_joint) map.fail("joints", "only alpha, d, theta, r and beta belong to joints");
     for (const std::string& text : map.texts("joints")) {
@@ -295,6 +302,10 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
   if (document.has("gravity_m_s2")) {
     const std::vector<double> g = document.numbers("gravity_m_s2", 3);
     robot.gravity = {g[0], g[1], g[2]};
+    if (robot.gravity.norm() > kMostGravity)
+      document.fail("gravity_m_s2", fmt::format("is {:.4g} m/s2 long, but that of the earth is "
+                                                "9.81; give it in m/s2",
+                                                robot.gravity.norm()));
   }
   if (document.has("identify")) robot.identify = document.texts("identify");
   for (const std::string& name : robot.identify)

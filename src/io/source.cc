@@ -3,8 +3,10 @@
 #include <openssl/evp.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <utility>
 
 #include "armtrue/io/input_error.h"
 
@@ -16,6 +18,19 @@ constexpr size_t kLongestLine = 16 << 20;
 
 }  // namespace
 
+void check_text(std::string_view text, const std::string& file, int first_line) {
+  if (text.find('\0') != std::string_view::npos)
+    throw InputError(file + ":" + std::to_string(first_line) +
+                     ": is no text in UTF-8 (a zero byte stands in it); save it as such");
+  for (size_t at = text.find('\r'); at != std::string_view::npos; at = text.find('\r', at + 1))
+    if (at + 1 == text.size() || text[at + 1] != '\n')
+      throw InputError(
+          file + ":" +
+          std::to_string(first_line + std::count(text.begin(), text.begin() + at, '\n')) +
+          ": holds a carriage return (CR) without a line feed, as old Macs end lines; save the "
+          "file with the line ends of Unix (LF) or Windows (CRLF)");
+}
+
 struct Source::Digest {
   EVP_MD_CTX* context = EVP_MD_CTX_new();
   Digest() { EVP_DigestInit_ex(context, EVP_sha256(), nullptr); }
@@ -25,6 +40,9 @@ struct Source::Digest {
 Source::Source(const std::string& path)
     : name_(path.empty() || path == "-" ? "<stdin>" : path), digest_(std::make_unique<Digest>()) {
   if (name_ == "<stdin>") {
+    static bool taken = false;
+    if (std::exchange(taken, true))
+      throw InputError("<stdin>: two files cannot both come from standard input; name one of them");
     file_ = stdin;
   } else {
     struct stat status {};
@@ -84,6 +102,7 @@ bool Source::next_line(std::string_view& line) {
     break;
   }
   if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+  check_text(line, name_, line_number_ + 1);
   if (++line_number_ == 1 && line.substr(0, 3) == "\xEF\xBB\xBF") line.remove_prefix(3);
   return true;
 }

@@ -1,5 +1,6 @@
 #include "armtrue/io/urdf_io.h"
 
+#include <console_bridge/console.h>
 #include <fmt/format.h>
 #include <tinyxml.h>
 #include <urdf_model/model.h>
@@ -119,6 +120,55 @@ struct ChainJoint {
   urdf::LinkConstSharedPtr child;
 };
 
+// What urdfdom says of a file, instead of printing it.
+class Complaints : public console_bridge::OutputHandler {
+ public:
+  Complaints() { console_bridge::useOutputHandler(this); }
+  ~Complaints() override { console_bridge::restorePreviousOutputHandler(); }
+  Complaints(const Complaints&) = delete;
+  Complaints& operator=(const Complaints&) = delete;
+  void log(const std::string& text, console_bridge::LogLevel level, const char* /*file*/,
+           int /*line*/) override {
+    if (level == console_bridge::CONSOLE_BRIDGE_LOG_ERROR && first_.empty()) first_ = text;
+  }
+  const std::string& first() const { return first_; }
+
+ private:
+  std::string first_;
+};
+
+// urdfdom leaves out what it cannot read: an arm without its masses would be another arm.
+urdf::ModelInterfaceSharedPtr parse_strictly(const std::string& text, const std::string& file) {
+  const Complaints complaints;
+  urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(text);
+  if (!complaints.first().empty())
+    throw InputError(file + ": is no valid URDF: " + complaints.first());
+  if (!model || !model->getRoot())
+    throw InputError(file + ": is no valid URDF: it has no root link");
+  return model;
+}
+
+// urdfdom takes a mass below zero, and does not say where one stands that is no number.
+void check_masses(const std::string& text, const std::string& file) {
+  TiXmlDocument document;
+  document.Parse(text.c_str());
+  const TiXmlElement* const robot = document.FirstChildElement("robot");
+  if (!robot) return;
+  for (const TiXmlElement* link = robot->FirstChildElement("link"); link;
+       link = link->NextSiblingElement("link")) {
+    const TiXmlElement* const inertial = link->FirstChildElement("inertial");
+    const TiXmlElement* const mass = inertial ? inertial->FirstChildElement("mass") : nullptr;
+    const char* const value = mass ? mass->Attribute("value") : nullptr;
+    if (!value) continue;
+    char* end = nullptr;
+    const double number = std::strtod(value, &end);
+    if (end == value || *end != '\0' || !std::isfinite(number) || number < 0)
+      throw InputError(fmt::format(
+          "{}:{}: the mass '{}' of the link '{}' is no number from zero up; correct or remove it",
+          file, mass->Row(), value, link->Attribute("name") ? link->Attribute("name") : ""));
+  }
+}
+
 std::vector<ChainJoint> serial_chain(const urdf::ModelInterface& model, const std::string& file) {
   std::vector<ChainJoint> chain;
   urdf::LinkConstSharedPtr link = model.getRoot();
@@ -168,11 +218,15 @@ bool agree(const Pose& a, const Pose& b) {
   return (a.translation - b.translation).norm() < 1e-9 && (a.rotation - b.rotation).norm() < 1e-9;
 }
 
-void copy_joint(const ChainJoint& from, Link& link) {
+void copy_joint(const ChainJoint& from, const std::string& file, Link& link) {
   link.name = from.child->name;
   if (from.joint->limits && from.joint->type == urdf::Joint::REVOLUTE) {
     link.min = from.joint->limits->lower;
     link.max = from.joint->limits->upper;
+    if (link.min >= link.max)
+      throw InputError(
+          fmt::format("{}: the joint '{}' has limits from {} to {} rad; upper must be above lower",
+                      file, from.joint->name, link.min, link.max));
   }
 }
 
@@ -184,7 +238,8 @@ void copy_mass(const ChainJoint& from, int link, const Pose& link_from_urdf, Rob
 }
 
 // world, base_link, A1..A6, spindle, tool, as write_urdf lays them out.
-std::optional<Robot> as_written(const std::vector<ChainJoint>& chain, const std::string& text) {
+std::optional<Robot> as_written(const std::vector<ChainJoint>& chain, const std::string& text,
+                                const std::string& file) {
   if (chain.size() != kLinks + 2) return std::nullopt;
   const std::map<std::string, Link> exact = exact_links(text);
   Robot robot;
@@ -198,8 +253,12 @@ std::optional<Robot> as_written(const std::vector<ChainJoint>& chain, const std:
     link = found->second;
     if (!agree(link_transform(link), pose_of(joint.joint->parent_to_joint_origin_transform)))
       return std::nullopt;  // somebody changed the origin: that counts
-    copy_joint(joint, link);
-    if (j < kJoints) link.sign = joint.joint->axis.z < 0 ? -1 : 1;
+    copy_joint(joint, file, link);
+    if (j < kJoints) {
+      const urdf::Vector3& axis = joint.joint->axis;
+      if (axis.x != 0 || axis.y != 0 || axis.z == 0) return std::nullopt;
+      link.sign = axis.z < 0 ? -1 : 1;
+    }
     copy_mass(joint, j, Pose{}, robot);
   }
   return robot;
@@ -257,6 +316,9 @@ Robot from_axes(const std::vector<ChainJoint>& chain, const std::string& file) {
     frame = frame * pose_of(joint.joint->parent_to_joint_origin_transform);
     if (is_driven(*joint.joint)) {
       const urdf::Vector3& a = joint.joint->axis;
+      if (a.x == 0 && a.y == 0 && a.z == 0)
+        throw InputError(file + ": the joint '" + joint.joint->name +
+                         "' has the axis 0 0 0, which points nowhere; correct it");
       axes.push_back({frame.translation, (frame.rotation * Vector3d(a.x, a.y, a.z)).normalized()});
       driven.push_back(&joint);
     } else if (joint.joint->type != urdf::Joint::FIXED) {
@@ -289,7 +351,7 @@ Robot from_axes(const std::vector<ChainJoint>& chain, const std::string& file) {
                                              axes[j].point};
     Link& link = robot.chain.links[j];
     link = link_between(previous, next);
-    copy_joint(*driven[j], link);
+    copy_joint(*driven[j], file, link);
     frames.push_back(next);
     previous = next;
   }
@@ -338,10 +400,10 @@ std::vector<std::string> lost_in_urdf(const Robot& robot) {
 }
 
 Robot parse_urdf(const std::string& text, const std::string& file) {
-  const urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(text);
-  if (!model || !model->getRoot()) throw InputError(file + ": is no valid URDF");
+  check_masses(text, file);
+  const urdf::ModelInterfaceSharedPtr model = parse_strictly(text, file);
   const std::vector<ChainJoint> chain = serial_chain(*model, file);
-  std::optional<Robot> written = as_written(chain, text);
+  std::optional<Robot> written = as_written(chain, text, file);
   Robot robot = written ? std::move(*written) : from_axes(chain, file);
   robot.name = model->getName();
   return robot;

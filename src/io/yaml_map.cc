@@ -1,11 +1,11 @@
 #include "yaml_map.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 #include "armtrue/io/input_error.h"
 #include "armtrue/io/number_text.h"
+#include "armtrue/io/source.h"
 
 namespace armtrue {
 
@@ -16,6 +16,9 @@ YamlMap::YamlMap(const YAML::Node& node, std::string file, std::string what)
                      " must be a map of keys");
   std::set<std::string> seen;
   for (const auto& entry : node_) {
+    if (!entry.first.IsScalar())
+      throw InputError(file_ + ":" + std::to_string(entry.first.Mark().line + 1) + ": a key of " +
+                       what_ + " is no text; write 'key: value'");
     const auto key = entry.first.as<std::string>();
     if (!seen.insert(key).second)
       throw InputError(file_ + ":" + std::to_string(entry.first.Mark().line + 1) + ": key '" + key +
@@ -43,11 +46,9 @@ YAML::Node YamlMap::need(const std::string& key) {
 double YamlMap::number_of(const YAML::Node& node, const std::string& key) const {
   if (!node.IsScalar()) fail(key, "must be a number");
   const std::string& text = node.Scalar();
-  const char* begin = text.data() + (text.starts_with('+') ? 1 : 0);
-  double value = 0;
-  const auto [end, error] = std::from_chars(begin, text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value))
-    fail(key, "'" + text + "' is no finite number");
+  const std::optional<double> read = read_number(text);
+  if (!read || !std::isfinite(*read)) fail(key, "'" + text + "' is no finite number");
+  const double value = *read;
   if (std::abs(value) > kLargestNumber) fail(key, "'" + text + "' is larger than anything real");
   return value;
 }
@@ -119,13 +120,19 @@ YamlMap read_document(const std::string& text, const std::string& file,
   std::string expected = "expected 'format: " + formats.front();
   for (size_t k = 1; k < formats.size(); ++k) expected += " or " + formats[k];
   expected += "'";
-  YAML::Node root;
+  check_text(text, file);
+  std::vector<YAML::Node> documents;
   try {
-    root = YAML::Load(text);
+    documents = YAML::LoadAll(text);
   } catch (const YAML::Exception& error) {
     throw InputError(file + ":" + std::to_string(error.mark.line + 1) +
                      ": is no valid YAML: " + error.msg);
   }
+  const YAML::Node root = documents.empty() ? YAML::Node() : documents.front();
+  for (size_t k = 1; k < documents.size(); ++k)
+    if (!documents[k].IsNull())
+      throw InputError(file + ":" + std::to_string(documents[k].Mark().line + 1) +
+                       ": a second document stands here, after '---'; give it a file of its own");
   if (!root || root.IsNull()) throw InputError(file + ": is empty; " + expected);
   YamlMap document(root, file, "the document");
   if (std::find(formats.begin(), formats.end(), document.text("format", "")) == formats.end())

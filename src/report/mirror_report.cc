@@ -238,6 +238,7 @@ std::string numbers_table(const MirrorResult& result, const std::vector<std::str
     row("mean deviation without correction, mm", millimetres(*result.uncorrected));
   row("mean deviation across the path, mm", millimetres(result.before.mean));
   row("expected after the correction, mm", millimetres(result.expected_after));
+  row("expected if", result.expected_if());
   row("noise of a sample, mm", millimetres(result.deviation.noise));
   if (passes.size() > 1) row("spread from pass to pass, mm", millimetres(result.deviation.spread));
   for (size_t p = 0; p < passes.size(); ++p) {

@@ -20,6 +20,7 @@ THIRD_PARTY = {
     "yaml-cpp/": ["src/io/", "tests/"],
     "urdf": ["src/io/"],
     "tinyxml": ["src/io/"],
+    "console_bridge/": ["src/io/"],
     "openssl/": ["src/io/"],
     "CLI/": ["apps/", "tests/bench/"],
     "kdl/": ["tests/"],

@@ -27,9 +27,10 @@ std::string write_campaign(const Campaign& campaign);
 struct JointTarget {
   std::string pose;
   JointVector q;
+  int line = 0;  ///< of its file
 };
 
-/// Reads `pose,q1_deg..q6_deg`. Throws InputError.
+/// Reads `pose,q1_deg..q6_deg`. Throws InputError, also for an id that is missing or stands twice.
 std::vector<JointTarget> read_joint_targets(const std::string& path);
 std::string write_joint_targets(const std::vector<JointTarget>& targets);
 

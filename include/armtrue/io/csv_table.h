@@ -40,6 +40,8 @@ class CsvTable {
   double number(const Quantity& quantity) const { return quantity.unit * number(quantity.column); }
   int integer(int column) const;
 
+  /// The field as it stands in the file, for messages; text() has a point for a decimal comma.
+  std::string quoted(int column) const;
   /// file:line: column 'name': what
   [[noreturn]] void fail(int column, const std::string& what) const;
   /// The error of a missing column, with the nearest name that is there.
@@ -50,7 +52,8 @@ class CsvTable {
 
   Source& source_;
   char separator_ = ',';
-  std::string line_;  // kept when a decimal comma has to be rewritten
+  std::string_view original_;  // the line as it was read
+  std::string line_;           // kept when a decimal comma has to be rewritten
   std::vector<std::string> columns_;
   std::vector<std::string_view> fields_;
 };

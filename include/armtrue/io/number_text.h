@@ -1,11 +1,17 @@
 #pragma once
 
+#include <optional>
 #include <string>
+#include <string_view>
 
 namespace armtrue {
 
 /// No file means a larger number, whatever the unit; squares of it would leave no digits to others.
 inline constexpr double kLargestNumber = 1e15;
+
+/// The number that a whole text is, `+` before it allowed; it may be inf or nan. Nothing if it is
+/// none.
+std::optional<double> read_number(std::string_view text);
 
 /// The shortest decimal that reads back as exactly this number.
 std::string number_text(double value);

@@ -5,13 +5,16 @@
 
 namespace armtrue {
 
-/// Output that could not be written.
+/// Output that could not be written. The message names the path, the reason and the remedy.
 class OutputError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
 /// /dev/null, a pipe, or /dev/stdout that leads to a file: written to, never replaced.
 bool is_device_or_pipe(const std::string& path);
+
+/// Throws OutputError if write_output() could not write there, so far as can be told beforehand.
+void check_writable(const std::string& path);
 
 /// Writes a product: to standard output for "-" or "", else to a temporary file beside `path` that
 /// then takes its place, so that a file is replaced whole or not at all. What is no regular file

@@ -1,19 +1,28 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "armtrue/identification/calibration.h"
 #include "armtrue/identification/change.h"
 #include "armtrue/identification/evaluation.h"
 #include "armtrue/identification/loop.h"
+#include "armtrue/identification/zone.h"
 #include "armtrue/io/provenance.h"
 
 namespace armtrue {
 
+/// Where the arm shall be accurate, and how many of the readings lie there.
+struct FavouredZone {
+  Zone zone;
+  int readings_inside;
+};
+
 /// The calibrated robot with a `calibration:` map: convergence, rank, condition, observability,
-/// errors, and every absorbed parameter with what absorbs it.
+/// errors, the zone that it was fitted for, and every absorbed parameter with what absorbs it.
 std::string write_calibration(const CalibrationResult& result, const Campaign& campaign,
-                              const Provenance& provenance);
+                              const Provenance& provenance,
+                              const std::optional<FavouredZone>& favoured = std::nullopt);
 
 /// armtrue-summary/1: errors of a robot on a campaign.
 std::string write_summary(const Evaluation& evaluation, const Robot& robot,

@@ -83,6 +83,11 @@ struct MirrorResult {
   /// do from each other: a single one says nothing of that, and it is that of the same forces and
   /// reversals.
   double expected_after = 0;
+  /// What has to hold for it: one pass does not show how passes differ.
+  const char* expected_if() const {
+    return passes.size() > 1 ? "the next pass differs as these do from each other"
+                             : "the next pass meets the same forces and reversals";
+  }
   /// With `executed`: mean distance that the program itself would have shown in these passes [m].
   std::optional<double> uncorrected;
 };
