@@ -47,14 +47,13 @@ std::vector<PathFile> read_passes(app::Command& command, const std::vector<std::
   return passes;
 }
 
-// The same record twice would pass for two passes that agree, and the program for one that is
-// right.
-void check_different(const std::vector<const PathFile*>& files) {
+// The same record twice passes for two passes that agree, and the program for one that is right.
+void warn_of_the_same(const app::Command& command, const std::vector<const PathFile*>& files) {
   for (size_t i = 0; i < files.size(); ++i)
     for (size_t k = 0; k < i; ++k)
       if (files[i]->sha256 == files[k]->sha256)
-        throw InputError(files[i]->source + ": holds the same as " + files[k]->source +
-                         "; name the program and each record once");
+        command.warn(files[i]->source + " holds the same as " + files[k]->source +
+                     " and is taken for a pass of its own; name the program and each record once");
 }
 
 std::vector<Path> paths(const std::vector<PathFile>& files) {
@@ -318,7 +317,7 @@ int main(int argc, char** argv) {
     std::vector<const PathFile*> all = {&programmed};
     for (const PathFile& pass : passes) all.push_back(&pass);
     for (const PathFile& pass : earlier) all.push_back(&pass);
-    check_different(all);
+    warn_of_the_same(command, all);
     for (const PathFile& pass : passes) {
       findings.files.push_back(pass.source);
       findings.lines.push_back(pass.line);

@@ -224,10 +224,6 @@ TEST_P(Separation, PlannedPosesTellMoreAndAsMuchAsPromised) {
             2.5 * std::sqrt(planned.variance_of_right() + random.variance_of_right()));
 }
 
-bool same_place(const Effect& a, const Effect& b) {
-  return a.parameter == b.parameter && a.driver == b.driver;
-}
-
 // With enough of the planned poses the tracer leaves the right one alone in its class.
 TEST_P(Separation, PlannedPosesCloseTheClass) {
   constexpr unsigned kCampaigns = 3;  // for each truth
