@@ -1,6 +1,7 @@
 #include "armtrue/statistics/summary.h"
 
 #include <algorithm>
+#include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 
@@ -8,6 +9,11 @@ namespace armtrue {
 
 double student_quantile(int poses) {
   return boost::math::quantile(boost::math::students_t(std::max(1, poses - 1)), 0.975);
+}
+
+double normal_length_exceeded(double probability) {
+  const boost::math::chi_squared squares(3);
+  return std::sqrt(boost::math::quantile(boost::math::complement(squares, probability)));
 }
 
 double median(std::vector<double> values) {

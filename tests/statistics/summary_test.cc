@@ -16,6 +16,12 @@ TEST(Statistics, SummaryOfAKnownSample) {
   EXPECT_DOUBLE_EQ(summary.max, 4);
 }
 
+// The table of chi-square with three degrees of freedom.
+TEST(Statistics, LengthOfThreeNormalComponents) {
+  EXPECT_NEAR(normal_length_exceeded(0.05), std::sqrt(7.814728), 1e-6);
+  EXPECT_NEAR(normal_length_exceeded(0.001), std::sqrt(16.266236), 1e-6);
+}
+
 TEST(Statistics, RobustDeviationIsConsistentAndIgnoresBlunders) {
   std::mt19937_64 random(5);
   std::normal_distribution<double> normal(0, 0.3);

@@ -16,6 +16,9 @@ ErrorSummary summarize(std::vector<double> errors);
 /// many poses: Student's t with poses - 1 degrees of freedom, at least one.
 double student_quantile(int poses);
 
+/// The length that vectors of three normal components of unit variance exceed with a probability.
+double normal_length_exceeded(double probability);
+
 double median(std::vector<double> values);
 
 /// Robust standard deviation about zero: the median of |x| to start, then the root mean square of
