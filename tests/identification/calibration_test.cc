@@ -183,6 +183,20 @@ TEST(Calibration, CoefficientsOfDeclaredEffectsAreIdentified) {
   EXPECT_LT(found.std, 0.05 * found.value);
 }
 
+// A direction that nothing shows is seen among the coefficients, too.
+TEST(Calibration, RankIsThatOfAllUnknowns) {
+  const Robot truth = shipped("kr360-undeclared");
+  Robot robot = shipped("kr360-spindle");
+  robot.bodies = truth.bodies;
+  robot.effects = truth.effects;
+  const Campaign campaign = measured(truth, 80, 8, 0.02, 0.03);
+  const CalibrationResult one = calibrate(robot, campaign);
+  EXPECT_EQ(one.rank, static_cast<int>(one.names.size()));
+  robot.effects.push_back(truth.effects[0]);
+  const CalibrationResult twice = calibrate(robot, campaign);
+  EXPECT_EQ(twice.rank, static_cast<int>(twice.names.size()) - 1);
+}
+
 TEST(Calibration, EffectsBehindThoseFittedKeepTheirCoefficients) {
   const Robot truth = shipped("kr360-undeclared");
   Robot robot = shipped("kr360-spindle");

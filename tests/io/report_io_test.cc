@@ -1,0 +1,44 @@
+#include "armtrue/io/report_io.h"
+
+#include <gmock/gmock.h>
+
+#include "armtrue/io/robot_io.h"
+
+namespace armtrue {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+// A loop that found one effect, which changes the error of the held-out poses by so much.
+LoopResult found(bool from_catalogue, const std::vector<HeldOutGain>& gains) {
+  LoopResult loop;
+  loop.trace.fit.robot = read_robot(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml").robot;
+  TracedEffect& traced = loop.trace.effects.emplace_back();
+  traced.effect = {"found", "A2.theta", {DriverKind::time, -1, -1, ""}, Shape{}, {{"c", 1e-6}}};
+  traced.from_catalogue = from_catalogue;
+  if (from_catalogue)
+    traced.indistinguishable.push_back({.effect = traced.effect, .from_catalogue = true});
+  loop.gains = gains;
+  loop.curves.emplace_back();
+  return loop;
+}
+
+// The held-out poses are asked only where there are some.
+TEST(ReportIo, PredictionImprovesIsSaidOfTheHeldOutPosesOnlyWhereTheyShowIt) {
+  const HeldOutGain shown{.position = 1e-4, .ci95 = {2e-5, 2e-4}};
+  const HeldOutGain not_shown{.position = 1e-4, .ci95 = {-2e-5, 2e-4}};
+  const auto words = [](bool from_catalogue, const std::vector<HeldOutGain>& gains) {
+    return effect_descriptions(found(from_catalogue, gains));
+  };
+  const std::string unclear =
+      "prediction improves for training poses left out, not clearly for the held-out ones";
+  EXPECT_THAT(words(false, {shown}), ElementsAre(HasSubstr("; prediction improves; no known")));
+  EXPECT_THAT(words(false, {}), ElementsAre(HasSubstr("; prediction improves; no known")));
+  EXPECT_THAT(words(false, {not_shown}), ElementsAre(HasSubstr("; " + unclear + "; no known")));
+  EXPECT_THAT(words(true, {shown}), ElementsAre(HasSubstr("; prediction improves; cause is one")));
+  EXPECT_THAT(words(true, {not_shown}), ElementsAre(HasSubstr("; " + unclear + "; cause is one")));
+}
+
+}  // namespace
+}  // namespace armtrue
