@@ -47,9 +47,9 @@ struct Fold {
 /// only. For steps of a search, not for statistics.
 enum class FoldBy { rotations, products };
 
-/// Streams the rows in blocks over the threads of the machine and folds each, so that memory does not grow
-/// with the number of rows. Blocks are fixed and joined in order: the result does not depend on the
-/// number of threads.
+/// Streams the rows in blocks over the threads of the machine and folds each, so that memory does
+/// not grow with the number of rows. Blocks are fixed and joined in order: the result does not
+/// depend on the number of threads.
 Fold fold(const ObservationModel::At& at, const ObservationModel& model, const ReadingLaw& law,
           FoldBy by = FoldBy::rotations);
 
