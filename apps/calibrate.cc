@@ -4,8 +4,8 @@
 #include <cmath>
 #include <optional>
 
-#include "armtrue/identification/calibration.h"
-#include "armtrue/identification/evaluation.h"
+#include "armtrue/calibration/calibration.h"
+#include "armtrue/calibration/evaluation.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/report_io.h"
 #include "armtrue/kinematics/units.h"

@@ -2,9 +2,9 @@
 
 #include <set>
 
-#include "armtrue/identification/loop.h"
-#include "armtrue/identification/separation.h"
-#include "armtrue/io/input_error.h"
+#include "armtrue/tracing/loop.h"
+#include "armtrue/planning/separation.h"
+#include "armtrue/text/input_error.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/report_io.h"
 #include "armtrue/report/loop_report.h"

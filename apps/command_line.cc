@@ -16,8 +16,8 @@
 #include <unordered_set>
 #include <utility>
 
-#include "armtrue/identification/diagnosis.h"
-#include "armtrue/io/number_text.h"
+#include "armtrue/diagnosis/diagnosis.h"
+#include "armtrue/text/number_text.h"
 #include "armtrue/io/output.h"
 #include "armtrue/kinematics/units.h"
 

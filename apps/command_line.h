@@ -5,10 +5,10 @@
 #include <string>
 
 #include "armtrue/effects/catalogue.h"
-#include "armtrue/identification/calibration.h"
-#include "armtrue/identification/zone.h"
+#include "armtrue/calibration/calibration.h"
+#include "armtrue/calibration/zone.h"
 #include "armtrue/io/campaign_io.h"
-#include "armtrue/io/input_error.h"
+#include "armtrue/text/input_error.h"
 #include "armtrue/io/path_io.h"
 #include "armtrue/io/provenance.h"
 #include "armtrue/io/robot_io.h"

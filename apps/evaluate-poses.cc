@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
-#include "armtrue/identification/calibration.h"
-#include "armtrue/identification/evaluation.h"
-#include "armtrue/io/input_error.h"
+#include "armtrue/calibration/calibration.h"
+#include "armtrue/calibration/evaluation.h"
+#include "armtrue/text/input_error.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/report_io.h"
 #include "armtrue/kinematics/units.h"

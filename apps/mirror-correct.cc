@@ -2,14 +2,15 @@
 
 #include <filesystem>
 
-#include "armtrue/io/input_error.h"
-#include "armtrue/io/krl.h"
+#include "armtrue/text/input_error.h"
+#include "armtrue/io/program_io.h"
+#include "armtrue/programs/krl.h"
 #include "armtrue/io/mirror_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/kinematics/units.h"
-#include "armtrue/path/bad_samples.h"
+#include "armtrue/path/samples/bad_samples.h"
 #include "armtrue/path/joint_path.h"
-#include "armtrue/path/mirror.h"
+#include "armtrue/path/mirror/mirror.h"
 #include "armtrue/report/mirror_report.h"
 #include "command_line.h"
 

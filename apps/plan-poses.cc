@@ -6,9 +6,9 @@
 #include <map>
 #include <set>
 
-#include "armtrue/identification/loop.h"
-#include "armtrue/identification/planning.h"
-#include "armtrue/identification/separation.h"
+#include "armtrue/tracing/loop.h"
+#include "armtrue/planning/planning.h"
+#include "armtrue/planning/separation.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/report_io.h"
 #include "armtrue/kinematics/units.h"

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "armtrue/identification/simulation.h"
+#include "armtrue/campaign/simulation.h"
 #include "armtrue/io/output.h"
 #include "armtrue/kinematics/inverse.h"
 #include "armtrue/kinematics/units.h"

@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
-#include "armtrue/identification/change.h"
-#include "armtrue/identification/tracing.h"
-#include "armtrue/io/input_error.h"
+#include "armtrue/diagnosis/change.h"
+#include "armtrue/tracing/tracing.h"
+#include "armtrue/text/input_error.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/report_io.h"
 #include "command_line.h"

@@ -12,8 +12,8 @@
 #include <unordered_set>
 
 #include "armtrue/io/csv_table.h"
-#include "armtrue/io/input_error.h"
-#include "armtrue/io/number_text.h"
+#include "armtrue/text/input_error.h"
+#include "armtrue/text/number_text.h"
 #include "armtrue/kinematics/units.h"
 
 namespace armtrue {

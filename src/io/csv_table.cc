@@ -7,8 +7,8 @@
 #include <numeric>
 #include <utility>
 
-#include "armtrue/io/input_error.h"
-#include "armtrue/io/number_text.h"
+#include "armtrue/text/input_error.h"
+#include "armtrue/text/number_text.h"
 #include "armtrue/kinematics/units.h"
 
 namespace armtrue {

@@ -1,4 +1,4 @@
-#include "effect_io.h"
+#include "io/effect_io.h"
 
 #include <algorithm>
 #include <array>

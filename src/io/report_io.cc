@@ -9,8 +9,8 @@
 #include "armtrue/io/source.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
-#include "effect_io.h"
-#include "yaml_text.h"
+#include "io/effect_io.h"
+#include "io/yaml_text.h"
 
 namespace armtrue {
 namespace {

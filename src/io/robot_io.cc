@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "armtrue/io/input_error.h"
+#include "armtrue/text/input_error.h"
 #include "armtrue/io/source.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
-#include "effect_io.h"
-#include "yaml_map.h"
-#include "yaml_text.h"
+#include "io/effect_io.h"
+#include "io/yaml_map.h"
+#include "io/yaml_text.h"
 
 namespace armtrue {
 namespace {

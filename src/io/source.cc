@@ -8,7 +8,7 @@
 #include <cstring>
 #include <utility>
 
-#include "armtrue/io/input_error.h"
+#include "armtrue/text/input_error.h"
 
 namespace armtrue {
 namespace {

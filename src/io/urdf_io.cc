@@ -14,8 +14,8 @@
 #include <numbers>
 #include <optional>
 
-#include "armtrue/io/input_error.h"
-#include "armtrue/io/number_text.h"
+#include "armtrue/text/input_error.h"
+#include "armtrue/text/number_text.h"
 #include "armtrue/kinematics/units.h"
 
 namespace armtrue {

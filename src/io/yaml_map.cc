@@ -1,10 +1,10 @@
-#include "yaml_map.h"
+#include "io/yaml_map.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "armtrue/io/input_error.h"
-#include "armtrue/io/number_text.h"
+#include "armtrue/text/input_error.h"
+#include "armtrue/text/number_text.h"
 #include "armtrue/io/source.h"
 
 namespace armtrue {

@@ -1,4 +1,4 @@
-#include "yaml_text.h"
+#include "io/yaml_text.h"
 
 #include <fmt/format.h>
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "armtrue/effects/robot.h"
-#include "armtrue/io/number_text.h"
+#include "armtrue/text/number_text.h"
 #include "armtrue/io/provenance.h"
 #include "armtrue/statistics/summary.h"
 

@@ -1,4 +1,4 @@
-#include "smoothing_spline.h"
+#include "path/smoothing_spline.h"
 
 #include <Eigen/SparseCholesky>
 #include <cmath>

@@ -4,8 +4,8 @@
 #include <sstream>
 
 #include "armtrue/kinematics/units.h"
-#include "gnuplot.h"
-#include "html.h"
+#include "report/gnuplot.h"
+#include "report/html.h"
 
 namespace armtrue {
 namespace {

@@ -6,8 +6,8 @@
 #include <sstream>
 
 #include "armtrue/kinematics/units.h"
-#include "gnuplot.h"
-#include "html.h"
+#include "report/gnuplot.h"
+#include "report/html.h"
 
 namespace armtrue {
 namespace {

@@ -1,12 +1,13 @@
 #include "armtrue/statistics/autocorrelated_regression.h"
+#include "linear_algebra/decompositions.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include <Eigen/Core>
 #include <algorithm>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
+
+#include "armtrue/statistics/distributions.h"
 
 namespace armtrue {
 namespace {
@@ -95,8 +96,8 @@ Spread spread(const Eigen::MatrixXd& fitted, const Eigen::VectorXd& residual,
 Estimate estimate(double value, const Spread& shown, double known) {
   const double variance = shown.variance + known, std = std::sqrt(variance);
   const double share = variance > 0 ? shown.variance / variance : 1;
-  const boost::math::students_t law(shown.freedom / std::max(share * share, kLeastShare));
-  const double half_width = boost::math::quantile(law, 0.975) * std;
+  const double freedom = shown.freedom / std::max(share * share, kLeastShare);
+  const double half_width = student_t_quantile(0.975, freedom) * std;
   return {value, std, {value - half_width, value + half_width}};
 }
 

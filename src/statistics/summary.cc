@@ -1,19 +1,18 @@
 #include "armtrue/statistics/summary.h"
 
 #include <algorithm>
-#include <boost/math/distributions/chi_squared.hpp>
-#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
+
+#include "armtrue/statistics/distributions.h"
 
 namespace armtrue {
 
 double student_quantile(int poses) {
-  return boost::math::quantile(boost::math::students_t(std::max(1, poses - 1)), 0.975);
+  return student_t_quantile(0.975, std::max(1, poses - 1));
 }
 
 double normal_length_exceeded(double probability) {
-  const boost::math::chi_squared squares(3);
-  return std::sqrt(boost::math::quantile(boost::math::complement(squares, probability)));
+  return std::sqrt(chi_squared_quantile_above(probability, 3));
 }
 
 double median(std::vector<double> values) {

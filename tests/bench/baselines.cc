@@ -21,15 +21,15 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/identification/loop.h"
+#include "armtrue/tracing/loop.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
 #include "bench/two_threads.h"
-#include "identification/candidates.h"
-#include "identification/linearization.h"
-#include "identification/scan.h"
-#include "identification/sessions.h"
+#include "tracing/candidates.h"
+#include "tracing/linearization.h"
+#include "tracing/scan.h"
+#include "calibration/session_models.h"
 
 namespace {
 

@@ -12,12 +12,12 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/identification/loop.h"
-#include "armtrue/identification/pose_bootstrap.h"
+#include "armtrue/tracing/loop.h"
+#include "armtrue/calibration/pose_bootstrap.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
 #include "bench/two_threads.h"
-#include "loop/hidden_campaign.h"
+#include "tracing/hidden_campaign.h"
 
 namespace {
 

@@ -13,7 +13,7 @@
 #include <unsupported/Eigen/FFT>
 
 #include "armtrue/path/low_pass.h"
-#include "armtrue/path/matching.h"
+#include "armtrue/programs/matching.h"
 #include "bench/times.h"
 
 namespace {

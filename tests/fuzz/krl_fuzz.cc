@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/io/input_error.h"
-#include "armtrue/io/krl.h"
+#include "armtrue/text/input_error.h"
+#include "armtrue/programs/krl.h"
 
 namespace {
 
@@ -22,7 +22,7 @@ using armtrue::CorrectedKrl;
 using armtrue::KrlProgram;
 using armtrue::Path;
 
-// Through the points of the programs in tests/io/krl.
+// Through the points of the programs in tests/programs/krl.
 Path path() {
   const std::vector<Eigen::Vector3d> corners{
       {0, 0, -5},  {300, 0, -5}, {350, 50, -5}, {350, 200, -5}, {0, 0, 50}, {0, 0, 0},

@@ -9,7 +9,7 @@
 #include <sstream>
 #include <thread>
 
-#include "temporary_file.h"
+#include "io/temporary_file.h"
 
 namespace armtrue {
 namespace {

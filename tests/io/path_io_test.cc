@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include "armtrue/io/input_error.h"
+#include "armtrue/text/input_error.h"
 #include "armtrue/kinematics/units.h"
-#include "temporary_file.h"
+#include "io/temporary_file.h"
 
 namespace armtrue {
 namespace {

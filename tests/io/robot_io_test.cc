@@ -6,7 +6,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "armtrue/io/input_error.h"
+#include "armtrue/text/input_error.h"
 #include "armtrue/kinematics/parameters.h"
 
 namespace armtrue {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "armtrue/effects/sampling.h"
-#include "armtrue/io/input_error.h"
+#include "armtrue/text/input_error.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/evaluator.h"
 

@@ -1,4 +1,4 @@
-#include "armtrue/path/bad_samples.h"
+#include "armtrue/path/samples/bad_samples.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 #include <random>
 #include <set>
 
-#include "armtrue/path/mirror.h"
+#include "armtrue/path/mirror/mirror.h"
 #include "plant_pass.h"
 
 namespace armtrue {

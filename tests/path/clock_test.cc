@@ -1,4 +1,4 @@
-#include "armtrue/path/clock.h"
+#include "armtrue/path/registration/clock.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

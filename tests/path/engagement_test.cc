@@ -1,4 +1,4 @@
-#include "armtrue/path/engagement.h"
+#include "armtrue/path/mirror/engagement.h"
 
 #include <gtest/gtest.h>
 

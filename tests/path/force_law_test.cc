@@ -1,4 +1,4 @@
-#include "armtrue/path/force_law.h"
+#include "armtrue/path/mirror/force_law.h"
 
 #include <gtest/gtest.h>
 

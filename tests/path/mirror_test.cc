@@ -1,4 +1,4 @@
-#include "armtrue/path/mirror.h"
+#include "armtrue/path/mirror/mirror.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <cstdio>
 
-#include "armtrue/path/engagement.h"
-#include "armtrue/path/force_law.h"
+#include "armtrue/path/mirror/engagement.h"
+#include "armtrue/path/mirror/force_law.h"
 #include "armtrue/path/low_pass.h"
-#include "armtrue/path/mirror.h"
+#include "armtrue/path/mirror/mirror.h"
 #include "path/plant_pass.h"
 
 namespace armtrue {

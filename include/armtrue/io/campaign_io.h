@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/identification/campaign.h"
+#include "armtrue/campaign/campaign.h"
 
 namespace armtrue {
 

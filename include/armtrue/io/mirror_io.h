@@ -6,7 +6,7 @@
 
 #include "armtrue/io/provenance.h"
 #include "armtrue/path/accuracy.h"
-#include "armtrue/path/mirror.h"
+#include "armtrue/path/mirror/mirror.h"
 
 namespace armtrue {
 

@@ -3,11 +3,11 @@
 #include <optional>
 #include <string>
 
-#include "armtrue/identification/calibration.h"
-#include "armtrue/identification/change.h"
-#include "armtrue/identification/evaluation.h"
-#include "armtrue/identification/loop.h"
-#include "armtrue/identification/zone.h"
+#include "armtrue/calibration/calibration.h"
+#include "armtrue/diagnosis/change.h"
+#include "armtrue/calibration/evaluation.h"
+#include "armtrue/tracing/loop.h"
+#include "armtrue/calibration/zone.h"
 #include "armtrue/io/provenance.h"
 
 namespace armtrue {

@@ -5,7 +5,7 @@
 
 #include "armtrue/effects/catalogue.h"
 #include "armtrue/effects/robot.h"
-#include "armtrue/identification/observation.h"
+#include "armtrue/calibration/observation.h"
 #include "armtrue/io/provenance.h"
 
 namespace armtrue {

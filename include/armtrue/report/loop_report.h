@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/identification/loop.h"
+#include "armtrue/tracing/loop.h"
 
 namespace armtrue {
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/path/force_law.h"
-#include "armtrue/path/mirror.h"
+#include "armtrue/path/mirror/force_law.h"
+#include "armtrue/path/mirror/mirror.h"
 
 namespace armtrue {
 

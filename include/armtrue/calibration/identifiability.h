@@ -1,0 +1,50 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "armtrue/effects/robot.h"
+#include "armtrue/campaign/campaign.h"
+
+namespace armtrue {
+
+/// A parameter that this campaign cannot tell from the ones kept, and the strongest of those.
+struct AbsorbedParameter {
+  int parameter;
+  /// (parameter, share): moving this one by 1 looks like moving those by `share` (mixed units: m,
+  /// rad). Empty if the parameter moves nothing that was measured.
+  std::vector<std::pair<int, double>> absorbed_by;
+};
+
+struct IdentifiableSet {
+  std::vector<int> kept;  ///< in the order of parameter indices
+  std::vector<AbsorbedParameter> absorbed;
+};
+
+/// Chooses the geometric parameters that the campaign can identify among those that
+/// `robot.identify` allows: `auto` (all), `paper-25`, or names.
+///
+/// Rank-revealing QR with columns of unit norm, taken in a fixed order of preference, so that the
+/// set does not depend on a platform's rounding: base, anchors, targets, tool, then over all links
+/// theta, alpha, d, r, and beta last, so that beta enters only where two axes are parallel
+/// (Hayati), and at the very end the anchors' zero errors. Anchors are what defines R_A: one shows
+/// the translation of the base alone, three all of it; what is then left of their coordinates is
+/// how they stand to each other. A
+/// column is absorbed when less than 1e-6 of it is left beside those before it. The columns are
+/// taken on the arm's ideal structure (link angles within 1 deg of a right angle count as right),
+/// because near-parallel axes are what makes a set ill-conditioned. The bases of further sessions
+/// and their own zero offsets are unknown beside the set, whatever `identify` says. Throws
+/// std::invalid_argument for a name that the robot does not have, or a session whose readings do
+/// not show what it has of its own.
+IdentifiableSet choose_identifiable(const Robot& robot, const Campaign& campaign);
+
+/// Parameters that poses all over the travel of the joints would show, but these poses do not.
+std::vector<int> lost_to_poses(const Robot& robot, const Campaign& campaign,
+                               const IdentifiableSet& set);
+
+/// The parameters of the names in `identify`, before identifiability is asked.
+std::vector<int> allowed_parameters(const Robot& robot, const Campaign& campaign);
+
+}  // namespace armtrue

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "armtrue/effects/robot.h"
+#include "armtrue/campaign/campaign.h"
+
+namespace armtrue {
+
+/// Axis-aligned box in R_A [m].
+struct Box {
+  Eigen::Vector3d low, high;
+};
+
+enum class VisitOrder {
+  random,  ///< every round in a new random order
+  sorted,  ///< every round by the first joint: short ways, but slow drifts look like geometry
+};
+
+struct SimulationOptions {
+  int poses = 60;
+  int repeats = 1;
+  double noise_position = 0;     ///< per axis [m]
+  double noise_orientation = 0;  ///< per axis [rad]
+  double blunders = 0;           ///< share of readings that are off by 2 to 20 mm
+  bool orientation = true;
+  std::optional<Box> box;  ///< of the measured point; absent: the whole travel of the joints
+  VisitOrder order = VisitOrder::random;
+  double seconds_per_visit = 20;
+  std::uint64_t seed = 1;
+};
+
+/// A campaign as `truth` would give it: configurations within the travel limits of `robot` (and
+/// within the box, as `robot` sees it), visited `repeats` times, read with noise. With targets in
+/// `truth` every visit reads each of them; with anchors, their distances from each. Throws
+/// std::invalid_argument if the box cannot be reached.
+Campaign simulate(const Robot& robot, const Robot& truth, const SimulationOptions& options);
+
+/// The same with the configurations given; `poses` and `box` of the options are not read.
+Campaign simulate(const std::vector<JointVector>& commanded, const Robot& truth,
+                  const SimulationOptions& options);
+
+/// Random configurations, as simulate() commands them.
+std::vector<JointVector> random_configurations(const Robot& robot, int count,
+                                               const std::optional<Box>& box, std::uint64_t seed);
+
+}  // namespace armtrue

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "armtrue/effects/robot.h"
+#include "armtrue/campaign/campaign.h"
+#include "armtrue/calibration/observation.h"
+#include "armtrue/campaign/simulation.h"
+
+namespace armtrue {
+
+/// Which poses may be planned, and how they will be read.
+struct CloudOptions {
+  bool orientation = true;  ///< is read; false: positions only. Given poses decide for themselves,
+                            ///< targets and anchors come without
+  std::optional<Box> box;   ///< of the measured point; absent: the whole travel of the joints
+  double floor = 0;  ///< height in R_0 that no link origin and no point of the tool passes [m]
+  std::uint64_t seed = 1;
+};
+
+/// The poses that a plan is chosen from: random configurations within the travel limits, above the
+/// floor; an arm that strikes itself or what stands around it is not seen. With targets every pose
+/// reads each of them; with anchors, their distances from each.
+struct PoseCloud {
+  /// Without effects; without targets and anchors if the given poses read none. As it is in the
+  /// last session of the given poses, which the planned ones continue: box and zone are in its R_A.
+  Robot robot;
+  CloudOptions options;
+  Campaign given;      ///< poses already measured, with the orientations that the robot predicts
+  ReadingScale noise;  ///< the robot's; 0.1 mm and 0.1 mrad where it states none
+  std::vector<JointVector> configurations;
+  std::vector<int> unknowns;  ///< what choose_identifiable() finds in cloud and given poses
+};
+
+inline constexpr int kCloudSize = 2000;
+
+/// `given`: configurations, targets, sigmas and what drives effects count. Throws
+/// std::invalid_argument if the box cannot be reached, hardly any configuration stays above the
+/// floor, or no allowed parameter is identifiable.
+PoseCloud pose_cloud(const Robot& robot, const CloudOptions& options, const Campaign& given = {});
+
+/// Random configurations under the limits of the cloud.
+std::vector<JointVector> random_poses(const PoseCloud& cloud, int count, std::uint64_t seed);
+
+/// The configurations of the cloud and of the given poses, each pose once.
+std::vector<JointVector> with_given(const PoseCloud& cloud);
+
+/// Of every target, once for each anchor, where it would be; without noise and context.
+Campaign points(const PoseCloud& cloud, const std::vector<JointVector>& configurations);
+
+/// What would be read there: points, or distances from the anchors, and orientations; of which only
+/// the derivatives count.
+Campaign readings(const PoseCloud& cloud, const std::vector<JointVector>& configurations);
+
+/// The given poses as few rows with the same inner products, whitened: derivatives with respect to
+/// the unknowns of the cloud, then the coefficients of the effects of `robot`. Of several sessions
+/// all count, with what each but the last has of its own fitted: `unknowns` are of the last.
+Eigen::MatrixXd given_derivatives(const PoseCloud& cloud, const Robot& robot);
+
+/// No link origin, no point of the tool and no target below the height.
+bool is_above(double floor, const Robot& robot, const JointVector& q);
+
+}  // namespace armtrue

@@ -1,0 +1,16 @@
+#pragma once
+
+namespace armtrue {
+
+/// Tail probabilities and quantiles of the laws that tests use. They wrap Boost.Math, whose headers take seconds to
+/// compile. Degrees of freedom are above zero and need not be whole.
+
+double chi_squared_above(double value, double dof);  ///< P(X > value)
+double chi_squared_quantile_above(double probability, double dof);  ///< x with P(X > x) = probability
+double non_central_chi_squared_above(double value, double dof, double non_centrality);
+double fisher_f_above(double value, double dof, double dof_of_denominator);
+double student_t_above(double value, double dof);
+double student_t_quantile(double probability, double dof);  ///< x with P(X <= x) = probability
+double normal_below(double value);
+
+}  // namespace armtrue

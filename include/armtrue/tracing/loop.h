@@ -1,0 +1,93 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "armtrue/tracing/effect_curve.h"
+#include "armtrue/calibration/evaluation.h"
+#include "armtrue/tracing/nested_validation.h"
+#include "armtrue/tracing/tracing.h"
+
+namespace armtrue {
+
+/// What close_loop concludes.
+enum class Verdict {
+  closed,              ///< effects were found, and nothing significant is left
+  nothing_to_explain,  ///< no effect was found and the residual is noise
+  not_separable,  ///< effects were found, but which of several causes it is this data cannot tell
+  unexplained,    ///< a significant part of the residual is left
+};
+std::string to_string(Verdict verdict);
+
+/// Errors of one stage on one set of poses.
+struct StageErrors {
+  ErrorSummary position;                    ///< [m]
+  std::optional<ErrorSummary> orientation;  ///< [rad]
+};
+
+struct Stage {
+  std::string name;
+  int parameters = 0;
+  StageErrors training, held_out;
+};
+
+/// What an effect does for the poses that took no part, and how sure that is.
+struct HeldOutGain {
+  double position = 0;               ///< fall of the mean error when the effect is in [m]
+  std::array<double, 2> ci95{0, 0};  ///< paired bootstrap over poses [m]
+};
+
+/// A robot that predicts better, of whose many further effects none is a finding.
+struct Predictor {
+  Robot robot;
+  Stage stage;
+};
+
+struct LoopResult {
+  Verdict verdict = Verdict::unexplained;
+  bool of_distances = false;  ///< position errors are those of distances
+  NoiseFloor noise;
+  int training_poses = 0, held_out_poses = 0, rows = 0;
+  std::vector<int> excluded_rows;  ///< lines of the training file that the final fit calls blunders
+  std::vector<Stage> stages;
+  TraceResult trace;
+  std::vector<double> errors_before, errors_after;  ///< of each held-out reading [m]
+  std::vector<HeldOutGain> gains;                   ///< per effect of the trace
+  std::vector<std::vector<CurvePoint>> curves;      ///< per effect of the trace; see effect_curve
+  double before = 0, after = 0;  ///< mean held-out position error, geometric and final [m]
+  double floor = 0;              ///< what a perfect model would score [m]
+  double reducible_removed = 0;  ///< (before^2 - after^2) / (before^2 - floor^2), in [0, 1]
+  std::array<double, 2> gain_ci95{0, 0};   ///< of before - after, paired bootstrap over poses [m]
+  std::optional<double> lack_of_fit;       ///< p, of the final model on the training poses
+  std::optional<NestedValidation> nested;  ///< close_loop leaves it empty
+  std::optional<Predictor> predictor;      ///< see add_predictor; close_loop leaves it empty
+  std::string pattern;                     ///< what the best remaining candidate would be, in words
+};
+
+/// Splits by whole poses: every pose of the shuffled list up to `share` is held out. Replicates
+/// stay together.
+struct Split {
+  std::vector<int> training, held_out;  ///< rows
+};
+Split split_by_pose(const Campaign& campaign, double share, std::uint64_t seed);
+
+/// The loop: geometry, tracing and refit on `training` alone; `held_out` is used once, to report.
+/// Throws std::invalid_argument if a session of `held_out` has no reading in `training`.
+LoopResult close_loop(const Robot& robot, const Campaign& training, const Campaign& held_out,
+                      const Catalogue& catalogue, const TraceOptions& options = {});
+
+/// Adds the robot that predicts best though nobody can say why (see with_remainder). What the loop
+/// concludes stays.
+void add_predictor(LoopResult& result, const Campaign& training, const Campaign& held_out,
+                   const Catalogue& catalogue, const TraceOptions& options);
+
+/// The stages of the loop, and the predictor last where there is one.
+std::vector<Stage> stages_and_predictor(const LoopResult& result);
+
+/// "A5.theta follows joint-angle 4 (series)".
+std::string describe(const Effect& effect);
+
+}  // namespace armtrue

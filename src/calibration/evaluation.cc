@@ -1,0 +1,160 @@
+#include "armtrue/calibration/evaluation.h"
+
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <utility>
+
+#include "armtrue/statistics/distributions.h"
+#include "armtrue/statistics/summary.h"
+#include "calibration/session_models.h"
+
+namespace armtrue {
+namespace {
+
+constexpr double kBlunderWeight = 0.05;  // some fourteen standard deviations under Student's t
+
+// Rows of one session, pose and channel, and their mean residual.
+struct Replicates {
+  std::vector<int> rows;
+  Eigen::Matrix<double, 6, 1> mean;  // in units of what the rows' own deviations are to the median
+};
+
+// Of each row; 1 where the file states none.
+std::vector<double> own_to_median(const std::vector<double>& deviations, int rows) {
+  if (deviations.empty()) return std::vector<double>(static_cast<size_t>(rows), 1.0);
+  const double middle = median(deviations);
+  std::vector<double> ratios;
+  for (double deviation : deviations) ratios.push_back(deviation / middle);
+  return ratios;
+}
+
+// As if all rows had the median of the stated deviations.
+std::vector<Eigen::Matrix<double, 6, 1>> at_median(const Campaign& campaign,
+                                                   const Evaluation& evaluation) {
+  const std::vector<double> position = own_to_median(campaign.sigma_position, campaign.rows());
+  const std::vector<double> orientation =
+      own_to_median(campaign.sigma_orientation, campaign.rows());
+  std::vector<Eigen::Matrix<double, 6, 1>> residuals = evaluation.residuals;
+  for (size_t row = 0; row < residuals.size(); ++row) {
+    residuals[row].head<3>() /= position[row];
+    residuals[row].tail<3>() /= orientation[row];
+  }
+  return residuals;
+}
+
+std::vector<Replicates> replicates_of(const Campaign& campaign,
+                                      const std::vector<Eigen::Matrix<double, 6, 1>>& residuals) {
+  std::map<std::array<int, 3>, Replicates> groups;
+  for (int row = 0; row < campaign.rows(); ++row)
+    groups[{campaign.pose[row], campaign.channel(row),
+            campaign.session.empty() ? 0 : campaign.session[row]}]
+        .rows.push_back(row);
+  std::vector<Replicates> list;
+  for (auto& [key, group] : groups) {
+    group.mean.setZero();
+    for (int row : group.rows) group.mean += residuals[row];
+    group.mean /= static_cast<double>(group.rows.size());
+    list.push_back(std::move(group));
+  }
+  return list;
+}
+
+std::optional<double> lack_of_fit_p(const Evaluation& evaluation, const Campaign& campaign,
+                                    const NoiseFloor& floor, int unknowns, bool of_orientation) {
+  if (floor.source == NoiseFloor::Source::none || floor.position <= 0) return std::nullopt;
+  const bool turns = of_orientation && campaign.has_orientation() && floor.orientation > 0;
+  double ratio = 0, groups = 0;
+  for (const Replicates& group : replicates_of(campaign, at_median(campaign, evaluation))) {
+    const auto readings = static_cast<double>(group.rows.size());
+    ratio += readings * (group.mean.head<3>() / floor.position).squaredNorm();
+    if (turns) ratio += readings * (group.mean.tail<3>() / floor.orientation).squaredNorm();
+    ++groups;
+  }
+  const double share = turns ? 1.0 : campaign.reading_size().share_of_position();
+  const double freedom = (floor.axes + (turns ? 3 : 0)) * groups - share * unknowns;
+  if (freedom < 1) return std::nullopt;
+  if (floor.source == NoiseFloor::Source::instrument)
+    return chi_squared_above(ratio, freedom);
+  return fisher_f_above(ratio / freedom, freedom, floor.degrees_of_freedom);
+}
+
+}  // namespace
+
+Evaluation evaluate(const Robot& robot, const Campaign& campaign) {
+  const SessionModels models(campaign, robot, {}, {1.0, 1.0});
+  Evaluation evaluation;
+  evaluation.residuals.resize(campaign.rows());
+  for (int s = 0; s < models.sessions(); ++s) {
+    const ObservationModel& model = models.model(s);
+    const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
+    const Eigen::Matrix3d own_from_common = models.common_from_own(s).rotation.transpose();
+    for (int row = 0; row < model.rows(); ++row) {
+      Eigen::Matrix<double, 6, 1>& residual = evaluation.residuals[models.rows_of(s)[row]];
+      residual = at.residual(row);
+      if (campaign.has_distances()) continue;
+      residual.head<3>() = own_from_common * residual.head<3>();
+      residual.tail<3>() = own_from_common * residual.tail<3>();
+    }
+  }
+  for (const Eigen::Matrix<double, 6, 1>& residual : evaluation.residuals) {
+    evaluation.position.push_back(residual.head<3>().norm());
+    if (campaign.has_orientation()) evaluation.orientation.push_back(residual.tail<3>().norm());
+  }
+  return evaluation;
+}
+
+NoiseFloor noise_floor(const Robot& robot, const Campaign& campaign, const Evaluation& evaluation) {
+  NoiseFloor floor;
+  floor.axes = campaign.reading_size().position;
+  std::vector<double> position, orientation;
+  const std::vector<Eigen::Matrix<double, 6, 1>> residuals = at_median(campaign, evaluation);
+  for (const Replicates& group : replicates_of(campaign, residuals)) {
+    const double m = static_cast<double>(group.rows.size());
+    if (m < 2) continue;
+    floor.degrees_of_freedom += floor.axes * static_cast<int>(m - 1);
+    for (int row : group.rows) {
+      const Eigen::Matrix<double, 6, 1> deviation =
+          std::sqrt(m / (m - 1)) * (residuals[row] - group.mean);
+      for (int i = 0; i < floor.axes; ++i) position.push_back(deviation[i]);
+      for (int i = 3; i < 6; ++i) orientation.push_back(deviation[i]);
+    }
+  }
+  constexpr int kFewestReplicates = 20;  // degrees of freedom; fewer say less than the data sheet
+  if (floor.degrees_of_freedom >= kFewestReplicates) {
+    floor.source = NoiseFloor::Source::replicates;
+    floor.position = robust_deviation(position);
+    if (campaign.has_orientation()) floor.orientation = robust_deviation(orientation);
+    return floor;
+  }
+  const bool own = !campaign.sigma_position.empty(), own_turn = !campaign.sigma_orientation.empty();
+  floor.position = own ? median(campaign.sigma_position) : robot.noise.position;
+  if (floor.position <= 0) return floor;
+  floor.source = NoiseFloor::Source::instrument;
+  if (campaign.has_orientation())
+    floor.orientation = own_turn ? median(campaign.sigma_orientation) : robot.noise.orientation;
+  return floor;
+}
+
+double mean_error_of_noise(double deviation_per_axis, int axes) {
+  return deviation_per_axis * std::sqrt((axes == 1 ? 2 : 8) / std::numbers::pi);
+}
+
+FitQuality assess(const CalibrationResult& fit, const Campaign& campaign) {
+  FitQuality quality;
+  std::vector<int> sound;
+  for (int row = 0; row < campaign.rows(); ++row)
+    (fit.degrees_of_freedom > 0 && fit.weights[row] < kBlunderWeight ? quality.blunders : sound)
+        .push_back(row);
+  const Campaign readings = quality.blunders.empty() ? campaign : campaign.select(sound);
+  const Evaluation evaluation = evaluate(fit.robot, readings);
+  quality.noise = noise_floor(fit.robot, readings, evaluation);
+  const auto unknowns = static_cast<int>(fit.names.size());
+  quality.lack_of_fit = lack_of_fit_p(evaluation, readings, quality.noise, unknowns, true);
+  quality.lack_of_fit_in_position =
+      lack_of_fit_p(evaluation, readings, quality.noise, unknowns, false);
+  return quality;
+}
+
+}  // namespace armtrue

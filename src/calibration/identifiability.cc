@@ -1,0 +1,196 @@
+#include "armtrue/calibration/identifiability.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "armtrue/effects/sampling.h"
+#include "armtrue/kinematics/parameters.h"
+#include "armtrue/kinematics/units.h"
+#include "calibration/session_models.h"
+#include "campaign/selection.h"
+
+namespace armtrue {
+namespace {
+
+constexpr double kLeftOfColumn = 1e-6;
+constexpr double kRightAngleTolerance = kDegree;
+constexpr int kOfFurtherSession = -1;  // no parameter of the chain
+constexpr int kMaxRows = 4000;         // rank needs no more; thinned evenly
+
+double snap_to_right_angle(double angle) {
+  constexpr double kRight = std::numbers::pi / 2;
+  const double nearest = std::round(angle / kRight) * kRight;
+  return std::abs(angle - nearest) < kRightAngleTolerance ? nearest : angle;
+}
+
+Robot ideal_structure(Robot robot) {
+  for (Link& link : robot.chain.links) {
+    link.alpha = snap_to_right_angle(link.alpha);
+    link.beta = snap_to_right_angle(link.beta);
+  }
+  robot.effects.clear();
+  return robot;
+}
+
+std::vector<int> preference_order(const KinematicChain& chain) {
+  std::vector<int> order;
+  for (int k = 0; k < 6; ++k) order.push_back(kBaseParameters + k);
+  const int anchors = first_anchor_parameter(chain);
+  for (int k = anchors; k < parameter_count(chain); ++k)
+    if ((k - anchors) % 4 < 3) order.push_back(k);
+  for (int k = kTargetParameters; k < anchors; ++k) order.push_back(k);
+  for (int k = 0; k < 6; ++k) order.push_back(kToolParameters + k);
+  for (LinkParameter which : {LinkParameter::theta, LinkParameter::alpha, LinkParameter::d,
+                              LinkParameter::r, LinkParameter::beta})
+    for (int j = 0; j < kLinks; ++j) order.push_back(link_parameter(j, which));
+  for (int k = anchors + 3; k < parameter_count(chain); k += 4) order.push_back(k);
+  return order;
+}
+
+// Table 2 of the seed paper.
+std::vector<int> paper_25() {
+  std::vector<int> set;
+  const auto add = [&](LinkParameter which, std::initializer_list<int> joints) {
+    for (int joint : joints) set.push_back(link_parameter(joint - 1, which));
+  };
+  add(LinkParameter::alpha, {1, 2, 3, 4, 5, 6});
+  add(LinkParameter::d, {1, 2, 3, 4, 5, 6, 7});
+  add(LinkParameter::r, {1, 2, 4, 5, 6});
+  add(LinkParameter::theta, {1, 2, 3, 4, 5, 6});
+  add(LinkParameter::beta, {3});
+  return set;
+}
+
+// `unknown`: of what a further session has of its own.
+[[noreturn]] void fail_of_session(const SessionModels& models, const KinematicChain& chain,
+                                  int unknown) {
+  int session = 1;
+  while (unknown >= models.first_own(session + 1)) ++session;
+  const int parameter = models.own(session)[unknown - models.first_own(session)];
+  const std::string readings = models.campaign().source + ": the readings of session '" +
+                               models.name(session) + "' do not show ";
+  if (parameter < kLinkParameters)
+    throw std::invalid_argument(readings +
+                                "where its instrument stood; measure more poses in it, or leave it "
+                                "out");
+  throw std::invalid_argument(
+      readings + "its own " + parameter_name(chain, parameter) +
+      ", which its own base can imitate; take it out of identify_per_session, or measure more "
+      "poses in the session");
+}
+
+}  // namespace
+
+std::vector<int> allowed_parameters(const Robot& robot, const Campaign& campaign) {
+  if (robot.identify.empty())
+    throw std::invalid_argument(
+        "identify: names nothing; use auto, paper-25, base, tool, or names such as A2.d");
+  std::vector<int> allowed;
+  const bool with_targets = !campaign.target_names.empty();
+  const int targets_end = first_anchor_parameter(robot.chain);
+  const int anchors_end = campaign.has_distances() ? parameter_count(robot.chain) : targets_end;
+  for (const std::string& name : robot.identify) {
+    if (name == "auto") {
+      for (int k : preference_order(robot.chain))
+        if (k < kTargetParameters || (k < targets_end ? with_targets : k < anchors_end))
+          allowed.push_back(k);
+    } else if (name == "paper-25") {
+      for (int k : paper_25()) allowed.push_back(k);
+    } else if (name == "base" || name == "tool") {
+      const int first = name == "base" ? kBaseParameters : kToolParameters;
+      for (int k = 0; k < 6; ++k) allowed.push_back(first + k);
+      if (name == "tool" && with_targets)
+        for (int k = kTargetParameters; k < targets_end; ++k) allowed.push_back(k);
+      if (name == "base")
+        for (int k = targets_end; k < anchors_end; ++k) allowed.push_back(k);
+    } else {
+      const auto index = find_parameter(robot.chain, name);
+      if (!index || *index == kInstrumentScale)
+        throw std::invalid_argument("identify: the robot has no parameter '" + name +
+                                    "'; use auto, paper-25, base, tool, or names such as A2.d, "
+                                    "base.x, tool.rz");
+      allowed.push_back(*index);
+    }
+  }
+  return allowed;
+}
+
+IdentifiableSet choose_identifiable(const Robot& robot, const Campaign& campaign) {
+  const std::vector<int> allowed = allowed_parameters(robot, campaign);
+  std::vector<int> order;
+  for (int k : preference_order(robot.chain))
+    if (std::find(allowed.begin(), allowed.end(), k) != allowed.end()) order.push_back(k);
+
+  const Campaign rows =
+      campaign.select(thinned_rows(campaign, std::min(campaign.rows(), kMaxRows)));
+  // Lengths weigh against angles as at arm's length: only the ratio matters, and little.
+  const SessionModels models(rows, ideal_structure(robot), order, {1.0, 1.0});
+  const int columns = models.unknowns(), asked = static_cast<int>(order.size());
+  const Eigen::MatrixXd jacobian = models.blocks();
+
+  IdentifiableSet set;
+  Eigen::MatrixXd basis(jacobian.rows(), columns);
+  Eigen::MatrixXd triangle = Eigen::MatrixXd::Zero(columns, columns);  // kept columns in the basis
+  std::vector<int> kept;
+  for (int step = 0; step < columns; ++step) {
+    // What further sessions have of their own first: nothing else says where the instrument stood.
+    const int c = (asked + step) % columns;
+    const int rank = static_cast<int>(kept.size());
+    Eigen::VectorXd column = jacobian.col(c);
+    const double norm = column.norm();
+    Eigen::VectorXd shares = Eigen::VectorXd::Zero(rank);
+    for (int twice = 0; twice < 2; ++twice) {  // once more for what rounding left
+      const Eigen::VectorXd part = basis.leftCols(rank).transpose() * column;
+      column -= basis.leftCols(rank) * part;
+      shares += part;
+    }
+    if (norm > 1e-12 && column.norm() > kLeftOfColumn * norm && rank < jacobian.rows()) {
+      triangle.col(rank).head(rank) = shares;
+      triangle(rank, rank) = column.norm();
+      basis.col(rank) = column.normalized();
+      kept.push_back(c < asked ? order[c] : kOfFurtherSession);
+      continue;
+    }
+    if (c >= asked) fail_of_session(models, robot.chain, c);
+    AbsorbedParameter absorbed{order[c], {}};
+    if (norm > 1e-12) {
+      const Eigen::VectorXd solution =
+          triangle.topLeftCorner(rank, rank).triangularView<Eigen::Upper>().solve(shares);
+      for (int k = 0; k < rank; ++k)
+        if (std::abs(solution[k]) > 1e-4 && kept[k] != kOfFurtherSession)
+          absorbed.absorbed_by.emplace_back(kept[k], solution[k]);
+      std::stable_sort(absorbed.absorbed_by.begin(), absorbed.absorbed_by.end(),
+                       [](const auto& a, const auto& b) {  // equal shares keep their order
+                         return std::round(std::abs(a.second) * 1e6) >
+                                std::round(std::abs(b.second) * 1e6);
+                       });
+    }
+    set.absorbed.push_back(std::move(absorbed));
+  }
+  std::erase(kept, kOfFurtherSession);
+  std::sort(kept.begin(), kept.end());
+  set.kept = kept;
+  return set;
+}
+
+std::vector<int> lost_to_poses(const Robot& robot, const Campaign& campaign,
+                               const IdentifiableSet& set) {
+  constexpr int kPoses = 200;
+  Campaign everywhere = campaign.select(std::vector<int>(kPoses, 0));
+  everywhere.q = sample_joint_space(robot.chain, kPoses);
+  const int targets = std::max(1, static_cast<int>(campaign.target_names.size()));
+  for (int row = 0; row < kPoses && !campaign.target.empty(); ++row)
+    everywhere.target[row] = row % targets;
+  for (int row = 0; row < kPoses && !campaign.anchor.empty(); ++row)
+    everywhere.anchor[row] = row / targets % static_cast<int>(campaign.anchor_names.size());
+  const IdentifiableSet possible = choose_identifiable(robot, everywhere);
+  std::vector<int> lost;
+  if (possible.kept.size() <= set.kept.size()) return lost;
+  for (int k : possible.kept)
+    if (std::find(set.kept.begin(), set.kept.end(), k) == set.kept.end()) lost.push_back(k);
+  return lost;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,327 @@
+#include "armtrue/calibration/observation.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "armtrue/statistics/summary.h"
+
+namespace armtrue {
+namespace {
+
+void turn_columns(PoseJacobian& jacobian, int first, const Eigen::Matrix3d& turn) {
+  if (turn.isIdentity(0.0)) return;
+  const Eigen::Matrix<double, 6, 3> columns = jacobian.middleCols<3>(first);
+  jacobian.middleCols<3>(first) = columns * turn;
+}
+
+[[noreturn]] void fail_at(const Campaign& campaign, size_t row, const std::string& what) {
+  const std::string line =
+      row < campaign.line.size() ? ":" + std::to_string(campaign.line[row]) : "";
+  throw std::invalid_argument(campaign.source + line + ": " + what);
+}
+
+// The first row that has the name of this number in its column.
+size_t first_row_of(size_t number, const std::vector<int>& column) {
+  return static_cast<size_t>(std::find(column.begin(), column.end(), static_cast<int>(number)) -
+                             column.begin());
+}
+
+}  // namespace
+
+std::vector<int> match_targets(const Campaign& campaign, const KinematicChain& chain) {
+  std::vector<int> indices;
+  for (const std::string& name : campaign.target_names) {
+    const auto found = std::find_if(chain.targets.begin(), chain.targets.end(),
+                                    [&](const Target& target) { return target.name == name; });
+    if (found == chain.targets.end())
+      fail_at(campaign, first_row_of(indices.size(), campaign.target),
+              "column 'target': the robot file has no target '" + name +
+                  "'; add its offset in the measured frame to the robot file, under 'targets'");
+    indices.push_back(static_cast<int>(found - chain.targets.begin()));
+  }
+  return indices;
+}
+
+std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& chain) {
+  if (!campaign.has_distances()) return {};
+  constexpr const char* kRemedy = "; add its place in R_A to the robot file, under 'anchors'";
+  const auto the_only = [&] {
+    if (chain.anchors.empty())
+      fail_at(campaign, 0,
+              std::string("column 'l_mm': the robot file has no anchor to measure from") + kRemedy);
+    if (chain.anchors.size() > 1)
+      fail_at(
+          campaign, 0,
+          "the robot file has " + std::to_string(chain.anchors.size()) +
+              " anchors; say in a column 'anchor' from which of them each distance is measured");
+    return 0;
+  };
+  if (campaign.anchor.empty()) return {the_only()};
+  std::vector<int> indices;
+  for (const std::string& name : campaign.anchor_names) {
+    const auto place = static_cast<int>(indices.size());
+    if (campaign.has_coordinates && (place < 3 || name.empty())) {
+      indices.push_back(place < 3 ? -1 - place : the_only());
+      continue;
+    }
+    const auto found = std::find_if(chain.anchors.begin(), chain.anchors.end(),
+                                    [&](const Anchor& anchor) { return anchor.name == name; });
+    if (found == chain.anchors.end())
+      fail_at(campaign, first_row_of(indices.size(), campaign.anchor),
+              "column 'anchor': the robot file has no anchor '" + name + "'" + kRemedy);
+    indices.push_back(static_cast<int>(found - chain.anchors.begin()));
+  }
+  return indices;
+}
+
+ObservationModel::ObservationModel(const Campaign& campaign, const Robot& robot,
+                                   std::vector<int> geometric, const ReadingScale& scale,
+                                   int fitted_effects, const Pose& common_from_own)
+    : campaign_(campaign),
+      robot_(robot),
+      geometric_(std::move(geometric)),
+      targets_(match_targets(campaign, robot.chain)),
+      anchors_(match_anchors(campaign, robot.chain)),
+      scale_(scale),
+      fitted_effects_(std::min(fitted_effects, static_cast<int>(robot.effects.size()))),
+      common_from_own_(common_from_own),
+      median_sigma_position_(median(campaign.sigma_position)),
+      median_sigma_orientation_(median(campaign.sigma_orientation)) {
+  evaluate_effect_values(robot);
+}
+
+// Drivers do not move with the unknowns (see BoundEffect), so each is evaluated once per row.
+void ObservationModel::evaluate_effect_values(const Robot& robot) {
+  int value_count = 0, coefficient_count = 0;
+  bool needs_frames = false, needs_jacobian = false;
+  for (const Effect& effect : robot.effects) {
+    require_drivers(campaign_, effect);
+    const BoundEffect& bound = effects_.emplace_back(effect, robot, campaign_.temperature_names);
+    first_coefficient_.push_back(coefficient_count);
+    first_value_.push_back(value_count);
+    coefficient_count += bound.coefficient_count();
+    if (static_cast<int>(effects_.size()) == fitted_effects_)
+      coefficient_count_ = coefficient_count;
+    value_count += bound.value_count();
+    needs_frames |= bound.needs_frames();
+    needs_jacobian |= bound.needs_jacobian();
+  }
+  if (value_count == 0) return;
+  effect_values_.resize(value_count, rows());
+  const ChainEvaluator chain(robot.chain);
+  for (int row = 0; row < rows(); ++row) {
+    const Context context = campaign_.context(row);
+    ArmFrames frames;
+    PoseJacobian jacobian;
+    if (needs_frames) frames = chain.link_frames(context.q);
+    if (needs_jacobian) chain.pose(context.q, jacobian);
+    for (size_t e = 0; e < effects_.size(); ++e)
+      effects_[e].values(context, &frames, &jacobian, &effect_values_(first_value_[e], row));
+  }
+}
+
+std::vector<std::string> ObservationModel::unknown_names() const {
+  std::vector<std::string> names;
+  for (int index : geometric_) names.push_back(parameter_name(robot_.chain, index));
+  for (int e = 0; e < fitted_effects_; ++e)
+    for (const std::string& coefficient : effects_[e].coefficient_names())
+      names.push_back(robot_.effects[e].name + " " + robot_.effects[e].parameter + " " +
+                      coefficient);
+  return names;
+}
+
+double ObservationModel::mean_square_value(int coefficient) const {
+  double largest = 0;
+  for (size_t e = 0; e < effects_.size(); ++e)
+    for (const BoundEffect::Term& term : effects_[e].terms())
+      if (first_coefficient_[e] + term.coefficient == coefficient)
+        largest = std::max(largest,
+                           effect_values_.row(first_value_[e] + term.value).squaredNorm() / rows());
+  return largest;
+}
+
+Robot ObservationModel::robot_at(const Eigen::VectorXd& x) const {
+  Robot robot = robot_;
+  const auto is_turn = [](int index, int first) { return index >= first + 3 && index < first + 6; };
+  for (int k = 0; k < geometric_count(); ++k)
+    if (!is_turn(geometric_[k], kBaseParameters) && !is_turn(geometric_[k], kToolParameters))
+      move_parameter(robot.chain, geometric_[k], x[k]);
+  robot.chain.base.rotation =
+      rotation_exp(turn_of(x, kBaseParameters)) * robot_.chain.base.rotation;
+  robot.chain.tool.rotation =
+      rotation_exp(turn_of(x, kToolParameters)) * robot_.chain.tool.rotation;
+  int k = geometric_count();
+  for (int e = 0; e < fitted_effects_; ++e) {
+    robot.effects[e].coefficients.resize(effects_[e].coefficient_count());
+    for (int c = 0; c < effects_[e].coefficient_count(); ++c) {
+      robot.effects[e].coefficients[c].name = effects_[e].coefficient_names()[c];
+      robot.effects[e].coefficients[c].value += x[k++];
+    }
+  }
+  return robot;
+}
+
+ReadingScale ObservationModel::row_scale(int row) const {
+  ReadingScale scale = scale_;
+  if (median_sigma_position_ > 0)
+    scale.position *= campaign_.sigma_position[row] / median_sigma_position_;
+  if (median_sigma_orientation_ > 0)
+    scale.orientation *= campaign_.sigma_orientation[row] / median_sigma_orientation_;
+  return scale;
+}
+
+Eigen::Vector3d ObservationModel::turn_of(const Eigen::VectorXd& x, int first_parameter) const {
+  Eigen::Vector3d turn = Eigen::Vector3d::Zero();
+  for (int k = 0; k < geometric_count(); ++k)
+    if (geometric_[k] >= first_parameter + 3 && geometric_[k] < first_parameter + 6)
+      turn[geometric_[k] - first_parameter - 3] = x[k];
+  return turn;
+}
+
+ObservationModel::At ObservationModel::at(const Eigen::VectorXd& x) const { return At(*this, x); }
+
+ObservationModel::At::At(const ObservationModel& model, const Eigen::VectorXd& x)
+    : model_(model), robot_(model.robot_at(x)), chain_(robot_.chain) {
+  // exp(x + dx) = exp(Jl(x) dx) exp(x), and Jl(x) = Jr(-x).
+  base_turn_ = inverse_right_jacobian(-model.turn_of(x, kBaseParameters)).inverse();
+  tool_turn_ = inverse_right_jacobian(-model.turn_of(x, kToolParameters)).inverse();
+}
+
+void ObservationModel::At::offsets(int row, ParameterOffsets& offsets, double& scale) const {
+  offsets.setZero();
+  scale = 1.0;
+  for (size_t e = 0; e < model_.effects_.size(); ++e)
+    for (const BoundEffect::Term& term : model_.effects_[e].terms()) {
+      const double offset = robot_.effects[e].coefficients[term.coefficient].value *
+                            model_.effect_values_(model_.first_value_[e] + term.value, row);
+      if (term.parameter == kInstrumentScale)
+        scale += offset;
+      else
+        offsets[term.parameter] += offset;
+    }
+}
+
+ObservationModel::At::Prediction ObservationModel::At::predict(int row,
+                                                               PoseJacobian* jacobian) const {
+  const JointVector& q = model_.campaign_.q[row];
+  Prediction predicted;
+  predicted.scale = 1.0;
+  Pose& frame = predicted.frame;
+  if (model_.effects_.empty()) {
+    frame = jacobian ? chain_.pose(q, *jacobian) : chain_.pose(q);
+  } else {
+    ParameterOffsets offset;
+    offsets(row, offset, predicted.scale);
+    frame = jacobian ? chain_.pose(q, offset, *jacobian) : chain_.pose(q, offset);
+  }
+  if (!model_.targets_.empty()) {
+    const int target = model_.targets_[model_.campaign_.target[row]];
+    const Eigen::Vector3d lever = frame.rotation * robot_.chain.targets[target].position;
+    if (jacobian) move_to_point(*jacobian, lever);
+    frame.translation += lever;
+  }
+  predicted.position = frame.translation - model_.common_from_own_.translation;
+  if (!model_.anchors_.empty()) {
+    const int anchor = model_.anchor_of(row);
+    if (anchor < 0) {
+      predicted.direction = model_.common_from_own_.rotation.col(-1 - anchor);
+      predicted.position = {predicted.direction.dot(predicted.position), 0, 0};
+    } else {
+      const Eigen::Vector3d wire =
+          frame.translation - model_.common_from_own_ * robot_.chain.anchors[anchor].position;
+      predicted.position = {wire.norm(), 0, 0};
+      predicted.direction = wire.normalized();
+    }
+  }
+  return predicted;
+}
+
+Eigen::Matrix<double, 6, 1> ObservationModel::At::residual(int row,
+                                                           const Prediction& predicted) const {
+  const Campaign& campaign = model_.campaign_;
+  Eigen::Matrix<double, 6, 1> residual = Eigen::Matrix<double, 6, 1>::Zero();
+  if (model_.anchors_.empty()) {
+    residual.head<3>() = campaign.position[row] - (model_.common_from_own_.translation +
+                                                   predicted.scale * predicted.position);
+  } else {
+    const int anchor = model_.anchor_of(row);
+    const double zero = anchor < 0 ? 0 : robot_.chain.anchors[anchor].zero;
+    residual[0] = campaign.distance[row] - zero - predicted.scale * predicted.position[0];
+  }
+  if (campaign.has_orientation())
+    residual.tail<3>() = rotation_log(campaign.orientation[row].toRotationMatrix() *
+                                      predicted.frame.rotation.transpose());
+  return residual;
+}
+
+Eigen::Matrix<double, 6, 1> ObservationModel::At::residual(int row) const {
+  return residual(row, predict(row, nullptr));
+}
+
+void ObservationModel::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const {
+  PoseJacobian jacobian;
+  const Prediction predicted = predict(row, &jacobian);
+  Eigen::Matrix<double, 6, 1> r = residual(row, predicted);
+  const int size = model_.row_size();
+  // A turn e of the model turns the residual by -Jr^-1(residual) e; near zero that is -e.
+  if (size == 6 && r.tail<3>().squaredNorm() > 1e-6)
+    jacobian.bottomRows<3>() = inverse_right_jacobian(r.tail<3>()) * jacobian.bottomRows<3>();
+  if (predicted.scale != 1.0) jacobian.topRows<3>() *= predicted.scale;
+  turn_columns(jacobian, kBaseParameters + 3, base_turn_);
+  turn_columns(jacobian, kToolParameters + 3, tool_turn_);
+  const bool is_distance = !model_.anchors_.empty();
+  if (is_distance)
+    jacobian.row(0) = (predicted.direction.transpose() * jacobian.topRows<3>()).eval();
+
+  const ReadingScale sigma = model_.row_scale(row);
+  Eigen::Matrix<double, 6, 1> weight;
+  weight.head<3>().setConstant(1.0 / sigma.position);
+  weight.tail<3>().setConstant(1.0 / sigma.orientation);
+
+  // Those rows of a column that are of the position: one of a distance, three of a point.
+  const auto position_rows = [&](auto&& column) { return column.head(is_distance ? 1 : 3); };
+  const int first_anchor = first_anchor_parameter(robot_.chain);
+  for (int k = 0; k < model_.geometric_count(); ++k) {
+    const int index = model_.geometric_[k];
+    auto column = out.col(k);
+    if (index < kGeometricParameters) {
+      column = jacobian.col(index).head(size).cwiseProduct(weight.head(size));
+      continue;
+    }
+    column.setZero();
+    if (index == kInstrumentScale) {
+      position_rows(column) = position_rows(predicted.position) / sigma.position;
+    } else if (index >= first_anchor) {
+      const int anchor = (index - first_anchor) / 4, which = (index - first_anchor) % 4;
+      if (is_distance && anchor == model_.anchor_of(row))
+        column[0] =
+            (which == 3 ? 1.0
+                        : -predicted.scale * predicted.direction.dot(
+                                                 model_.common_from_own_.rotation.col(which))) /
+            sigma.position;
+    } else if (!model_.targets_.empty()) {
+      const int target = (index - kTargetParameters) / 3, axis = (index - kTargetParameters) % 3;
+      if (target != model_.targets_[model_.campaign_.target[row]]) continue;
+      const Eigen::Vector3d motion =
+          predicted.frame.rotation.col(axis) * (predicted.scale / sigma.position);
+      if (is_distance)
+        column[0] = predicted.direction.dot(motion);
+      else
+        column.head<3>() = motion;
+    }
+  }
+  out.col(model_.unknowns()) = r.head(size).cwiseProduct(weight.head(size));
+  const int first = model_.geometric_count();
+  if (model_.coefficient_count_ > 0) out.middleCols(first, model_.coefficient_count_).setZero();
+  for (int e = 0; e < model_.fitted_effects_; ++e)
+    for (const BoundEffect::Term& term : model_.effects_[e].terms()) {
+      const double value = model_.effect_values_(model_.first_value_[e] + term.value, row);
+      auto column = out.col(first + model_.first_coefficient_[e] + term.coefficient);
+      if (term.parameter == kInstrumentScale)
+        position_rows(column) += position_rows(predicted.position) * (value / sigma.position);
+      else
+        column += (jacobian.col(term.parameter).head(size).cwiseProduct(weight.head(size))) * value;
+    }
+}
+
+}  // namespace armtrue

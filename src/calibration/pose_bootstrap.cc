@@ -1,0 +1,75 @@
+#include "armtrue/calibration/pose_bootstrap.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "armtrue/statistics/distributions.h"
+#include "armtrue/statistics/summary.h"
+#include "calibration/pose_influence.h"
+
+namespace armtrue {
+
+Eigen::MatrixXd drawn_poses(int poses, int draws, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  Eigen::MatrixXd drawn = Eigen::MatrixXd::Zero(draws, poses);
+  for (int draw = 0; draw < draws; ++draw)
+    for (int k = 0; k < poses; ++k)
+      drawn(draw, static_cast<Eigen::Index>(random() % static_cast<std::uint64_t>(poses))) += 1;
+  return drawn;
+}
+
+std::array<double, 2> percentile_interval(std::vector<double> values, int poses) {
+  if (poses < 2 || values.empty()) return {0, 0};
+  const double wide = student_quantile(poses) * std::sqrt(poses / (poses - 1.0));
+  const double share = normal_below(-wide);
+  std::sort(values.begin(), values.end());
+  const double place = share * (static_cast<double>(values.size()) - 1);
+  const auto below = static_cast<size_t>(place + 0.5);
+  return {values[below], values[values.size() - 1 - below]};
+}
+
+Eigen::MatrixXd bootstrap_coefficients(const CalibrationResult& fit, const Campaign& campaign,
+                                       int draws, std::uint64_t seed) {
+  const SessionModels models(campaign, fit.robot, fit.set.kept, fit.scale);
+  const Eigen::MatrixXd& root = fit.inverse_root;
+  const auto of_coefficients =
+      root.middleRows(models.geometric_count(), models.first_own(1) - models.geometric_count());
+  std::vector<Eigen::VectorXd> changes;
+  for_each_pose<std::vector<Eigen::VectorXd>>(
+      models.at(Eigen::VectorXd::Zero(models.unknowns())), fit.weights, root,
+      rows_by_pose(campaign.pose_by_id()),
+      [&](std::vector<Eigen::VectorXd>& block, const PoseInfluence& pose, const auto&) {
+        block.push_back(of_coefficients * pose.change);
+      },
+      [&](const std::vector<Eigen::VectorXd>& block) {
+        changes.insert(changes.end(), block.begin(), block.end());
+      });
+  const auto poses = static_cast<int>(changes.size());
+  Eigen::MatrixXd influence(poses, of_coefficients.rows());
+  for (int pose = 0; pose < poses; ++pose) influence.row(pose) = changes[pose].transpose();
+  influence.rowwise() -= influence.colwise().mean().eval();
+  const double firm = firmness(fit.weights, fit.degrees_of_freedom, models.row_size());
+  return (poses - 1) / (poses * firm) * drawn_poses(poses, draws, seed) * influence;
+}
+
+std::array<double, 2> interval_about(const Eigen::VectorXd& departures, double deviation,
+                                     int poses) {
+  const double drawn = std::sqrt(departures.squaredNorm() * poses /
+                                 (static_cast<double>(departures.size()) * std::max(1, poses - 1)));
+  const double wide = student_quantile(poses) * deviation;
+  if (!(drawn > 0)) return {-wide, wide};
+  const auto [low, high] = percentile_interval({departures.begin(), departures.end()}, poses);
+  return {low / drawn * deviation, high / drawn * deviation};
+}
+
+void set_intervals(const Eigen::MatrixXd& departures, int poses, Robot& robot) {
+  Eigen::Index k = 0;
+  for (Effect& effect : robot.effects)
+    for (Coefficient& c : effect.coefficients) {
+      const auto [low, high] = interval_about(departures.col(k++), c.std, poses);
+      c.ci95 = {c.value + low, c.value + high};
+    }
+}
+
+}  // namespace armtrue

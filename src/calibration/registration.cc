@@ -1,0 +1,200 @@
+#include "calibration/registration.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "armtrue/effects/robot_model.h"
+#include "armtrue/calibration/observation.h"
+#include "armtrue/statistics/summary.h"
+#include "calibration/session_models.h"
+#include "campaign/sessions.h"
+
+namespace armtrue {
+namespace {
+
+// A base that misses by more than this is not a calibration error but a set-up nobody told us.
+constexpr double kFarBase = 0.08;         // m
+constexpr int kFewestPoints = 4;          // one more than a pose needs
+constexpr int kFewestDistances = 5;       // one more than the unknowns
+constexpr int kAnchorsThatShowATurn = 3;  // of the base
+
+}  // namespace
+
+Eigen::Matrix3Xd own_points(Robot robot, const Campaign& campaign) {
+  robot.effects.clear();
+  const RobotModel model(robot);
+  const std::vector<int> targets = match_targets(campaign, robot.chain);
+  Eigen::Matrix3Xd points(3, campaign.rows());
+  for (int row = 0; row < campaign.rows(); ++row)
+    points.col(row) =
+        model.point(campaign.context(row), targets.empty() ? -1 : targets[campaign.target[row]]);
+  return points;
+}
+
+namespace {
+
+// Fits to the columns `chosen`, which are those that the fit before missed least.
+template <typename Fit, typename Miss>
+auto fit_nearer_half(int count, const Fit& fit, const Miss& miss) {
+  std::vector<int> chosen(static_cast<size_t>(count));
+  std::iota(chosen.begin(), chosen.end(), 0);
+  auto found = fit(chosen);
+  for (int round = 0; round < 2; ++round) {
+    std::vector<double> misses;
+    for (int k = 0; k < count; ++k) misses.push_back(miss(found, k));
+    const double limit = median(misses);
+    chosen.clear();
+    for (int k = 0; k < count; ++k)
+      if (misses[static_cast<size_t>(k)] <= limit) chosen.push_back(k);
+    found = fit(chosen);
+  }
+  return found;
+}
+
+Pose carry(const Eigen::Matrix3Xd& own, const Eigen::Matrix3Xd& measured) {
+  const Eigen::Matrix4d transform = Eigen::umeyama(own, measured, false);
+  return {transform.topLeftCorner<3, 3>(), transform.topRightCorner<3, 1>()};
+}
+
+Pose register_points(const Eigen::Matrix3Xd& own, const Eigen::Matrix3Xd& measured) {
+  return fit_nearer_half(
+      static_cast<int>(own.cols()),
+      [&](const std::vector<int>& chosen) {
+        return carry(own(Eigen::all, chosen), measured(Eigen::all, chosen));
+      },
+      [&](const Pose& base, int k) {
+        return (measured.col(k) - base * Eigen::Vector3d(own.col(k))).norm();
+      });
+}
+
+// |p - a|^2 = l^2 is linear in a and |a|^2.
+Eigen::Vector3d trilaterate(const Eigen::Matrix3Xd& points, const Eigen::VectorXd& distances) {
+  const Eigen::Vector3d middle = points.rowwise().mean();
+  const Eigen::Matrix3Xd centred = points.colwise() - middle;
+  Eigen::MatrixXd columns(points.cols(), 4);
+  columns << 2 * centred.transpose(), Eigen::VectorXd::Ones(points.cols());
+  const Eigen::VectorXd squares =
+      centred.colwise().squaredNorm().transpose() - distances.cwiseAbs2();
+  return fit_nearer_half(
+      static_cast<int>(points.cols()),
+      [&](const std::vector<int>& chosen) -> Eigen::Vector3d {
+        return middle + Eigen::MatrixXd(columns(chosen, Eigen::all))
+                            .completeOrthogonalDecomposition()
+                            .solve(Eigen::VectorXd(squares(chosen)))
+                            .head<3>();
+      },
+      [&](const Eigen::Vector3d& anchor, int k) {
+        return std::abs((points.col(k) - anchor).norm() - distances[k]);
+      });
+}
+
+}  // namespace
+
+Pose registered_base(const Robot& robot, const Campaign& campaign) {
+  Robot at_origin = robot;
+  at_origin.chain.base = Pose{};
+  const Eigen::Matrix3Xd own = own_points(at_origin, campaign);
+  if (!campaign.has_distances()) {
+    Eigen::Matrix3Xd measured(3, campaign.rows());
+    for (int row = 0; row < campaign.rows(); ++row) measured.col(row) = campaign.position[row];
+    return register_points(own, measured);
+  }
+  if (campaign.has_coordinates) {
+    std::vector<int> rows;
+    std::vector<Eigen::Vector3d> measured;
+    for (int row = 0; row + 2 < campaign.rows(); ++row) {
+      if (campaign.anchor[row] != 0 || campaign.anchor[row + 1] != 1 ||
+          campaign.anchor[row + 2] != 2)
+        continue;
+      rows.push_back(row);
+      measured.emplace_back(campaign.distance[row], campaign.distance[row + 1],
+                            campaign.distance[row + 2]);
+    }
+    if (std::ssize(rows) >= kFewestPoints)
+      return register_points(
+          own(Eigen::all, rows),
+          Eigen::Map<const Eigen::Matrix3Xd>(measured.front().data(), 3, std::ssize(measured)));
+  }
+  const std::vector<int> anchors = match_anchors(campaign, robot.chain);
+  std::vector<Eigen::Vector3d> found, given;  // in R_0, in R_A
+  for (size_t a = 0; a < anchors.size(); ++a) {
+    if (anchors[a] < 0) continue;
+    const Anchor& anchor = robot.chain.anchors[anchors[a]];
+    std::vector<int> rows;
+    std::vector<double> distances;
+    for (int row = 0; row < campaign.rows(); ++row)
+      if (campaign.anchor.empty() || campaign.anchor[row] == static_cast<int>(a)) {
+        rows.push_back(row);
+        distances.push_back(campaign.distance[row] - anchor.zero);
+      }
+    if (static_cast<int>(rows.size()) < kFewestDistances) continue;
+    found.push_back(
+        trilaterate(own(Eigen::all, rows),
+                    Eigen::Map<const Eigen::VectorXd>(distances.data(), std::ssize(distances))));
+    given.push_back(anchor.position);
+  }
+  const auto count = std::ssize(found);
+  if (count == 0) return robot.chain.base;
+  const Eigen::Map<const Eigen::Matrix3Xd> in_0(found.front().data(), 3, count);
+  const Eigen::Map<const Eigen::Matrix3Xd> in_a(given.front().data(), 3, count);
+  // All of them: the nearer half of three shows no turn.
+  if (count >= kAnchorsThatShowATurn) return carry(in_0, in_a);
+  Eigen::Matrix3d rotation = robot.chain.base.rotation;
+  if (count == 2)  // which show all of the turn but that about the line between them
+    rotation = Eigen::Quaterniond::FromTwoVectors(rotation * (in_0.col(1) - in_0.col(0)),
+                                                  in_a.col(1) - in_a.col(0)) *
+               rotation;
+  return {rotation, (in_a - rotation * in_0).rowwise().mean()};
+}
+
+namespace {
+
+Robot with_base_near(const Robot& robot, const Campaign& campaign) {
+  const auto typical_miss = [&](const Robot& candidate) {
+    const SessionModels model(campaign, candidate, {}, {1.0, 1.0});
+    std::vector<double> squares;
+    for (const Eigen::Vector2d& norms :
+         model.squared_norms(Eigen::VectorXd::Zero(model.unknowns())))
+      squares.push_back(norms[0]);
+    return std::sqrt(median(std::move(squares)));
+  };
+  if (typical_miss(robot) < kFarBase) return robot;
+  Robot moved = robot;
+  moved.chain.base = registered_base(robot, campaign);
+  return typical_miss(moved) < typical_miss(robot) ? moved : robot;
+}
+
+}  // namespace
+
+Robot starting_robot(const Robot& robot, const Campaign& campaign, const IdentifiableSet& set) {
+  // Fewer than three anchors do not show all turns of the base.
+  const bool shows_turn = !campaign.has_distances() ||
+                          match_anchors(campaign, robot.chain).size() >= kAnchorsThatShowATurn;
+  bool finds_first_base = true;
+  for (int k = 0; k < (shows_turn ? 6 : 3); ++k)
+    finds_first_base &=
+        std::find(set.kept.begin(), set.kept.end(), kBaseParameters + k) != set.kept.end();
+  const std::vector<std::vector<int>> sessions = rows_by_session(campaign);
+  if (sessions.size() == 1) {
+    const Robot there = robot_at_row(robot, campaign, 0);
+    return finds_first_base ? with_base_near(there, campaign) : there;
+  }
+  Robot start = robot;
+  start.sessions.clear();
+  for (size_t s = 0; s < sessions.size(); ++s) {
+    const Campaign readings = campaign.select(sessions[s]);
+    Robot there = robot_at_row(robot, readings, 0);
+    if (s > 0 || finds_first_base) there = with_base_near(there, readings);
+    if (s == 0) start.chain = there.chain;
+    const std::string& name = readings.session_names[readings.session.front()];
+    const auto known = robot.sessions.find(name);
+    if (known != robot.sessions.end()) start.sessions[name] = known->second;
+    start.sessions[name].base = there.chain.base;
+  }
+  return start;
+}
+
+}  // namespace armtrue

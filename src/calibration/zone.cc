@@ -1,0 +1,28 @@
+#include "armtrue/calibration/zone.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "armtrue/calibration/identifiability.h"
+#include "calibration/registration.h"
+
+namespace armtrue {
+
+void favour(Campaign& campaign, const Robot& robot, const Zone& zone) {
+  const Eigen::Matrix3Xd points =
+      own_points(starting_robot(robot, campaign, choose_identifiable(robot, campaign)), campaign);
+  // Only the ratios of the standard deviations count.
+  const auto rows = static_cast<size_t>(campaign.rows());
+  if (campaign.sigma_position.empty()) campaign.sigma_position.assign(rows, 1e-3);
+  if (campaign.has_orientation() && campaign.sigma_orientation.empty())
+    campaign.sigma_orientation.assign(rows, 1e-3);
+  for (size_t row = 0; row < rows; ++row) {
+    const Eigen::Vector3d point = points.col(static_cast<Eigen::Index>(row));
+    const double outside = std::max(0.0, (point - zone.centre).norm() - zone.radius);
+    const double factor = std::hypot(1.0, outside / zone.radius);
+    campaign.sigma_position[row] *= factor;
+    if (campaign.has_orientation()) campaign.sigma_orientation[row] *= factor;
+  }
+}
+
+}  // namespace armtrue

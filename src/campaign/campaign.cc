@@ -1,0 +1,183 @@
+#include "armtrue/campaign/campaign.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <stdexcept>
+
+#include "armtrue/effects/arrival.h"
+
+namespace armtrue {
+
+Context Campaign::context(int row) const {
+  Context context;
+  context.q = q[row];
+  if (!arrival.empty()) context.arrival = arrival[row];
+  if (!time_s.empty()) context.time_s = time_s[row];
+  if (!payload_kg.empty()) context.payload_kg = payload_kg[row];
+  if (!motor_torque_nm.empty()) context.motor_torque_nm = motor_torque_nm[row];
+  if (!force_n.empty()) context.force_n = force_n[row];
+  if (!temperature_c.empty()) context.temperature_c = temperature_c[row];
+  return context;
+}
+
+int Campaign::channel(int row) const {
+  const int targets = std::max(1, static_cast<int>(target_names.size()));
+  return (anchor.empty() ? 0 : anchor[row] * targets) + (target.empty() ? 0 : target[row]);
+}
+
+int Campaign::pose_by_anchor(int row) const {
+  if (anchor.empty()) return pose[row];
+  return pose[row] * static_cast<int>(anchor_names.size()) + anchor[row];
+}
+
+std::vector<int> Campaign::pose_by_id() const {
+  std::vector<int> order(pose_ids.size());
+  std::iota(order.begin(), order.end(), 0);
+  // A number with more digits is the larger one.
+  std::sort(order.begin(), order.end(), [&](int a, int b) {
+    const std::string &of_a = pose_ids[a], &of_b = pose_ids[b];
+    return of_a.size() != of_b.size() ? of_a.size() < of_b.size() : of_a < of_b;
+  });
+  std::vector<int> number(order.size());
+  for (size_t i = 0; i < order.size(); ++i) number[order[i]] = static_cast<int>(i);
+  std::vector<int> numbers;
+  for (int p : pose) numbers.push_back(number[p]);
+  return numbers;
+}
+
+Campaign Campaign::select(const std::vector<int>& rows) const {
+  Campaign chosen;
+  chosen.source = source;
+  std::vector<int> new_index(pose_ids.size(), -1);
+  for (int row : rows) {
+    int& index = new_index[pose[row]];
+    if (index < 0) {
+      index = static_cast<int>(chosen.pose_ids.size());
+      chosen.pose_ids.push_back(pose_ids[pose[row]]);
+    }
+    chosen.pose.push_back(index);
+  }
+  chosen.target_names = target_names;
+  chosen.anchor_names = anchor_names;
+  chosen.has_coordinates = has_coordinates;
+  chosen.temperature_names = temperature_names;
+  chosen.session_names = session_names;
+  const auto pick = [&](const auto& from, auto& to) {
+    if (from.empty()) return;
+    to.reserve(rows.size());
+    for (int row : rows) to.push_back(from[row]);
+  };
+  pick(line, chosen.line);
+  pick(q, chosen.q);
+  pick(position, chosen.position);
+  pick(distance, chosen.distance);
+  pick(repeat, chosen.repeat);
+  pick(orientation, chosen.orientation);
+  pick(time_s, chosen.time_s);
+  pick(target, chosen.target);
+  pick(anchor, chosen.anchor);
+  pick(sigma_position, chosen.sigma_position);
+  pick(sigma_orientation, chosen.sigma_orientation);
+  pick(arrival, chosen.arrival);
+  pick(payload_kg, chosen.payload_kg);
+  pick(motor_torque_nm, chosen.motor_torque_nm);
+  pick(force_n, chosen.force_n);
+  pick(temperature_c, chosen.temperature_c);
+  pick(session, chosen.session);
+  return chosen;
+}
+
+std::string missing_column(const Campaign& campaign, DriverKind kind, const std::string& where) {
+  const auto& sensors = campaign.temperature_names;
+  switch (kind) {
+    case DriverKind::time:
+      return campaign.time_s.empty() ? "t_s" : "";
+    case DriverKind::temperature:
+      return std::find(sensors.begin(), sensors.end(), where) == sensors.end()
+                 ? "temp_" + where + "_c"
+                 : "";
+    case DriverKind::motor_torque:
+      return campaign.motor_torque_nm.empty() ? "tau1_nm to tau6_nm" : "";
+    case DriverKind::arrival:
+      return campaign.arrival.empty() ? "dir1 to dir6" : "";
+    default:
+      return "";
+  }
+}
+
+void require_drivers(const Campaign& campaign, const Effect& effect) {
+  if (campaign.rows() == 0) return;
+  const Driver& driver = effect.driver;
+  std::string missing = missing_column(campaign, driver.kind, driver.where);
+  if (missing.empty() && driver.factor)
+    missing = missing_column(campaign, *driver.factor, driver.where);
+  if (!missing.empty())
+    throw std::invalid_argument(campaign.source + ": has no column " + missing +
+                                ", and the effect '" + effect.name + "' makes " + effect.parameter +
+                                " follow " + to_string(driver) +
+                                "; add it, or take the effect out of its file");
+}
+
+void points_to_coordinates(Campaign& campaign) {
+  std::vector<int> rows;
+  for (int row = 0; row < campaign.rows(); ++row)
+    rows.insert(rows.end(), campaign.distance[row] > 0 ? 1 : 3, row);
+  const bool is_named = !campaign.anchor.empty();
+  if (!is_named) {
+    campaign.anchor.assign(campaign.q.size(), 0);
+    campaign.anchor_names = {""};
+  }
+  Campaign all = campaign.select(rows);
+  all.skipped_rows = campaign.skipped_rows;
+  for (int row = 0, axis = 0; row < all.rows(); ++row)
+    if (all.distance[row] > 0) {
+      all.anchor[row] += 3;
+    } else {
+      all.distance[row] = all.position[row][axis];
+      all.anchor[row] = axis;
+      axis = (axis + 1) % 3;
+    }
+  all.position.clear();
+  for (const char* axis : {"z", "y", "x"}) all.anchor_names.insert(all.anchor_names.begin(), axis);
+  all.has_coordinates = true;
+  campaign = std::move(all);
+}
+
+void derive_arrival(Campaign& campaign) {
+  std::map<int, Arrival> sessions;
+  std::vector<int> visits(campaign.q.size());
+  std::iota(visits.begin(), visits.end(), 0);
+  if (!campaign.time_s.empty())
+    std::stable_sort(visits.begin(), visits.end(),
+                     [&](int a, int b) { return campaign.time_s[a] < campaign.time_s[b]; });
+  campaign.arrival.resize(campaign.q.size());
+  for (int row : visits) {
+    const int session = campaign.session.empty() ? 0 : campaign.session[row];
+    Arrival& arrival = sessions.try_emplace(session, campaign.q[row]).first->second;
+    campaign.arrival[row] = arrival.at(campaign.q[row]);
+  }
+}
+
+void begin_sessions(Campaign& campaign, const std::vector<double>& times_s) {
+  std::vector<std::string> names;
+  std::vector<int> sessions;
+  for (int row = 0; row < campaign.rows(); ++row) {
+    const auto part =
+        std::to_string(1 + std::count_if(times_s.begin(), times_s.end(),
+                                         [&](double t) { return t <= campaign.time_s[row]; }));
+    std::string name = part;
+    if (!campaign.session.empty()) {
+      name = campaign.session_names[campaign.session[row]];
+      if (part != "1") name += " (" + part + ")";
+    }
+    const auto known = std::find(names.begin(), names.end(), name);
+    sessions.push_back(static_cast<int>(known - names.begin()));
+    if (known == names.end()) names.push_back(name);
+  }
+  campaign.session = std::move(sessions);
+  campaign.session_names = std::move(names);
+}
+
+}  // namespace armtrue

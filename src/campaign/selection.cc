@@ -1,0 +1,58 @@
+#include "campaign/selection.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <set>
+
+namespace armtrue {
+namespace {
+
+constexpr int kFewestAlike = 50;            // rows: enough to place a base, a target or an anchor
+constexpr long kFewestPosesOfSession = 30;  // enough for a base and a few offsets of its own
+
+}  // namespace
+
+std::vector<int> thinned_rows(const Campaign& campaign, int count) {
+  std::map<std::array<int, 3>, std::vector<int>> alike;  // by session, target and anchor
+  const auto of = [](const std::vector<int>& column, int row) {
+    return column.empty() ? 0 : column[row];
+  };
+  for (int row = 0; row < campaign.rows(); ++row)
+    alike[{of(campaign.session, row), of(campaign.target, row), of(campaign.anchor, row)}]
+        .push_back(row);
+  std::vector<int> chosen;
+  for (const auto& [key, rows] : alike) {
+    const long available = static_cast<long>(rows.size());
+    const long share = count * available / campaign.rows();
+    const long kept = std::min(available, std::max<long>(share, kFewestAlike));
+    for (long i = 0; i < kept; ++i) chosen.push_back(rows[i * available / kept]);
+  }
+  std::sort(chosen.begin(), chosen.end());
+  return chosen;
+}
+
+std::vector<int> rows_of_some_poses(const Campaign& campaign, long count) {
+  const long available = static_cast<long>(campaign.pose_ids.size());
+  const std::vector<int> pose_by_id = campaign.pose_by_id();
+  std::map<int, std::set<int>> poses_of_session;
+  for (int row = 0; row < campaign.rows(); ++row)
+    poses_of_session[campaign.session.empty() ? 0 : campaign.session[row]].insert(pose_by_id[row]);
+  std::set<int> chosen;
+  for (const auto& [session, poses] : poses_of_session) {
+    const auto own = static_cast<long>(poses.size());
+    const long taken =
+        std::clamp(own * count / available, std::min(own, kFewestPosesOfSession), own);
+    long place = 0;
+    for (int pose : poses) {
+      if (place * taken / own != (place + 1) * taken / own) chosen.insert(pose);
+      ++place;
+    }
+  }
+  std::vector<int> rows;
+  for (int row = 0; row < campaign.rows(); ++row)
+    if (chosen.contains(pose_by_id[row])) rows.push_back(row);
+  return rows;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,145 @@
+#include "armtrue/campaign/simulation.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "armtrue/effects/robot_model.h"
+#include "armtrue/statistics/random.h"
+#include "statistics/shuffle.h"
+#include "linear_algebra/decompositions.h"
+
+namespace armtrue {
+namespace {
+
+bool within_travel(const KinematicChain& chain, const JointVector& q) {
+  for (int j = 0; j < kJoints; ++j)
+    if (const auto [min, max] = travel(chain.links[j]); q[j] < min || q[j] > max) return false;
+  return true;
+}
+
+bool inside(const Box& box, const Eigen::Vector3d& point) {
+  return (point.array() >= box.low.array()).all() && (point.array() <= box.high.array()).all();
+}
+
+// Moves a configuration, by damped steps of least motion, until its point is the one wanted.
+bool reach(const ChainEvaluator& evaluator, const KinematicChain& chain,
+           const Eigen::Vector3d& wanted, JointVector& q) {
+  for (int step = 0; step < 60; ++step) {
+    PoseJacobian jacobian;
+    const Eigen::Vector3d miss = wanted - evaluator.pose(q, jacobian).translation;
+    if (miss.norm() < 1e-6) return within_travel(chain, q);
+    Eigen::Matrix<double, 3, kJoints> joints;
+    for (int j = 0; j < kJoints; ++j)
+      joints.col(j) =
+          chain.links[j].sign * jacobian.col(link_parameter(j, LinkParameter::theta)).head<3>();
+    const Eigen::Matrix3d gram = joints * joints.transpose() + 1e-3 * Eigen::Matrix3d::Identity();
+    JointVector change = joints.transpose() * gram.ldlt().solve(miss);
+    const double largest = change.cwiseAbs().maxCoeff();
+    if (largest > 0.3) change *= 0.3 / largest;
+    q += change;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::vector<JointVector> random_configurations(const Robot& robot, int count,
+                                               const std::optional<Box>& box, std::uint64_t seed) {
+  Random random(seed);
+  const ChainEvaluator evaluator(robot.chain);
+  std::vector<JointVector> configurations;
+  constexpr int kTriesPerPose = 5000;
+  int tries = 0;  // since the last that was found
+  while (static_cast<int>(configurations.size()) < count) {
+    if (++tries > kTriesPerPose)
+      throw std::invalid_argument(
+          "the box cannot be reached within the travel limits; enlarge or move it");
+    JointVector q;
+    for (int j = 0; j < kJoints; ++j) {
+      const auto [min, max] = travel(robot.chain.links[j]);
+      q[j] = random.uniform(min, max);
+    }
+    if (box) {
+      Eigen::Vector3d wanted;
+      for (int i = 0; i < 3; ++i) wanted[i] = random.uniform(box->low[i], box->high[i]);
+      if (!reach(evaluator, robot.chain, wanted, q)) continue;
+      if (!inside(*box, evaluator.pose(q).translation)) continue;
+    }
+    configurations.push_back(q);
+    tries = 0;
+  }
+  return configurations;
+}
+
+Campaign simulate(const Robot& robot, const Robot& truth, const SimulationOptions& options) {
+  return simulate(random_configurations(robot, options.poses, options.box, options.seed), truth,
+                  options);
+}
+
+Campaign simulate(const std::vector<JointVector>& commanded, const Robot& truth,
+                  const SimulationOptions& options) {
+  const int poses = static_cast<int>(commanded.size());
+  Random random(options.seed ^ 0x9e3779b97f4a7c15ULL);
+  Campaign campaign;
+  campaign.source = "simulated";
+  for (int pose = 0; pose < poses; ++pose) campaign.pose_ids.push_back(std::to_string(pose + 1));
+  for (const Target& target : truth.chain.targets) campaign.target_names.push_back(target.name);
+  for (const Anchor& anchor : truth.chain.anchors) campaign.anchor_names.push_back(anchor.name);
+  const int targets = std::max<int>(1, static_cast<int>(truth.chain.targets.size()));
+  const int anchors = std::max<int>(1, static_cast<int>(truth.chain.anchors.size()));
+
+  // The visits first: an effect may depend on the direction in which the arm arrives.
+  double time = 0;
+  std::vector<int> order(poses);
+  for (int pose = 0; pose < poses; ++pose) order[pose] = pose;
+  for (int repeat = 0; repeat < options.repeats; ++repeat) {
+    if (options.order == VisitOrder::random)
+      shuffle(order, random.next());
+    else
+      std::stable_sort(order.begin(), order.end(),
+                       [&](int a, int b) { return commanded[a][0] < commanded[b][0]; });
+    for (int pose : order) {
+      for (int channel = 0; channel < anchors * targets; ++channel) {
+        campaign.pose.push_back(pose);
+        campaign.repeat.push_back(repeat + 1);
+        campaign.q.push_back(commanded[pose]);
+        campaign.time_s.push_back(time);
+        campaign.line.push_back(campaign.rows() + 1);
+        if (!truth.chain.targets.empty()) campaign.target.push_back(channel % targets);
+        if (!truth.chain.anchors.empty()) campaign.anchor.push_back(channel / targets);
+      }
+      time += options.seconds_per_visit;
+    }
+  }
+  derive_arrival(campaign);
+
+  const RobotModel model(truth);
+  for (int row = 0; row < campaign.rows(); ++row) {
+    const Context context = campaign.context(row);
+    const int target = campaign.target.empty() ? -1 : campaign.target[row];
+    if (!campaign.anchor.empty()) {
+      double distance = model.distance(context, target, campaign.anchor[row]) +
+                        options.noise_position * random.normal();
+      if (random.uniform(0, 1) < options.blunders) distance += random.uniform(2e-3, 20e-3);
+      campaign.distance.push_back(distance);
+      continue;
+    }
+    const Pose frame = model.pose(context);
+    Eigen::Vector3d point =
+        model.point(context, target) + options.noise_position * random.normal3();
+    if (random.uniform(0, 1) < options.blunders) {
+      const Eigen::Vector3d direction = random.normal3().normalized();
+      point += random.uniform(2e-3, 20e-3) * direction;
+    }
+    campaign.position.push_back(point);
+    if (options.orientation && truth.chain.targets.empty())
+      campaign.orientation.emplace_back(Eigen::Matrix3d(
+          rotation_exp(options.noise_orientation * random.normal3()) * frame.rotation));
+  }
+  return campaign;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,245 @@
+#include "armtrue/diagnosis/diagnosis.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <stdexcept>
+
+#include "armtrue/effects/robot_model.h"
+#include "armtrue/calibration/calibration.h"
+#include "armtrue/calibration/evaluation.h"
+#include "armtrue/kinematics/parameters.h"
+#include "armtrue/kinematics/units.h"
+#include "armtrue/statistics/summary.h"
+#include "calibration/registration.h"
+#include "campaign/sessions.h"
+
+namespace armtrue {
+namespace {
+
+constexpr double kImplausibleMiss =
+    0.02;  // m, median with the base registered: no calibration error
+constexpr double kImplausibleTurn = 0.1;  // rad
+// Of a link's parameter, from the robot file to the calibration: beyond any error of an arm and any
+// play that poorly chosen poses leave.
+constexpr double kImplausibleLength = 0.1, kImplausibleAngle = 0.5;  // m, rad
+constexpr double kClearly = 5;                                       // standard deviations
+constexpr double kMuchBetter = 0.1;
+constexpr int kRowsLookedAt = 500;
+
+double median_miss(Robot robot, const Campaign& campaign) {
+  robot.effects.clear();
+  robot.chain.base = registered_base(robot, campaign);
+  return median(evaluate(robot, campaign).position);
+}
+
+// How far the turns of tool and base that the orientations ask for differ from pose to pose.
+double median_turn(Robot robot, const Campaign& campaign) {
+  robot.effects.clear();
+  robot.chain.base = registered_base(robot, campaign);
+  const RobotModel model(robot);
+  // The tool's own turn is unknown: take it from each reading, compare with the first ones.
+  std::vector<Eigen::Quaterniond> turns;
+  for (int row = 0; row < campaign.rows(); ++row)
+    turns.emplace_back(model.pose(campaign.context(row)).rotation.transpose() *
+                       campaign.orientation[row].toRotationMatrix());
+  double best = std::numbers::pi;
+  for (size_t reference = 0; reference < std::min<size_t>(turns.size(), 9); ++reference) {
+    std::vector<double> angles;
+    for (const Eigen::Quaterniond& turn : turns)
+      angles.push_back(turns[reference].angularDistance(turn));
+    best = std::min(best, median(angles));
+  }
+  return best;
+}
+
+struct Hypothesis {
+  std::string remedy;
+  std::function<void(Robot&, Campaign&)> change;
+};
+
+void scale_lengths(Campaign& campaign, double factor) {
+  for (Eigen::Vector3d& p : campaign.position) p *= factor;
+  for (double& l : campaign.distance) l *= factor;
+}
+
+std::vector<Hypothesis> position_hypotheses(bool of_distances) {
+  std::vector<Hypothesis> hypotheses;
+  hypotheses.push_back(
+      {"the joint angles look like radians under a _deg name; name the columns "
+       "q1_rad to q6_rad",
+       [](Robot&, Campaign& c) {
+         for (JointVector& q : c.q) q /= kDegree;
+       }});
+  hypotheses.push_back({of_distances
+                            ? "the distances look like metres under a _mm name; name the column l_m"
+                            : "the positions look like metres under a _mm name; name the columns "
+                              "x_m,y_m,z_m",
+                        [](Robot&, Campaign& c) { scale_lengths(c, 1000); }});
+  hypotheses.push_back({"the lengths look like inches under a _mm name; convert them",
+                        [](Robot&, Campaign& c) { scale_lengths(c, 25.4); }});
+  hypotheses.push_back({"the lengths look like centimetres under a _mm name; convert them",
+                        [](Robot&, Campaign& c) { scale_lengths(c, 10); }});
+  hypotheses.push_back(
+      {of_distances ? "the distances look like millimetres under a _m name; name the column l_mm"
+                    : "the positions look like millimetres under a _m name; name the columns "
+                      "x_mm,y_mm,z_mm",
+       [](Robot&, Campaign& c) { scale_lengths(c, 1e-3); }});
+  for (int j = 0; j < kJoints; ++j)
+    hypotheses.push_back({"joint " + std::to_string(j + 1) +
+                              " seems to count the other way; change its 'sign' in the "
+                              "robot file",
+                          [j](Robot& r, Campaign&) { r.chain.links[j].sign *= -1; }});
+  for (int j = 0; j + 1 < kJoints; ++j)
+    hypotheses.push_back(
+        {fmt::format("the columns q{}_deg and q{}_deg look exchanged", j + 1, j + 2),
+         [j](Robot&, Campaign& c) {
+           for (JointVector& q : c.q) std::swap(q[j], q[j + 1]);
+         }});
+  for (double sign : {1.0, -1.0})
+    hypotheses.push_back(
+        {fmt::format("q3_deg looks as if q2_deg were {} it; write q3_deg {} q2_deg instead",
+                     sign > 0 ? "taken off" : "added to", sign > 0 ? "+" : "-"),
+         [sign](Robot&, Campaign& c) {
+           for (JointVector& q : c.q) q[2] += sign * q[1];
+         }});
+  if (!of_distances)
+    hypotheses.push_back(
+        {"the positions look left-handed: an axis has the wrong sign, or two "
+         "columns are exchanged",
+         [](Robot&, Campaign& c) {
+           for (Eigen::Vector3d& p : c.position) p.x() = -p.x();
+         }});
+  return hypotheses;
+}
+
+// The angles a, b, c, changed.
+Hypothesis of_angles(std::string remedy,
+                     std::function<Eigen::Vector3d(const Eigen::Vector3d&)> by) {
+  return {std::move(remedy), [by = std::move(by)](Robot&, Campaign& c) {
+            for (Eigen::Quaterniond& q : c.orientation) {
+              const Eigen::Vector3d abc = by(abc_from_rotation(q.toRotationMatrix()));
+              q = Eigen::Quaterniond(rotation_from_abc(abc[0], abc[1], abc[2]));
+            }
+          }};
+}
+
+std::vector<Hypothesis> orientation_hypotheses() {
+  const std::string contract = "; the contract is R = Rz(a) Ry(b) Rx(c)";
+  using Angles = Eigen::Vector3d;
+  return {
+      of_angles("a_deg and c_deg look exchanged" + contract,
+                [](const Angles& abc) { return Angles(abc[2], abc[1], abc[0]); }),
+      of_angles("a_deg seems to have the wrong sign" + contract,
+                [](const Angles& abc) { return Angles(-abc[0], abc[1], abc[2]); }),
+      of_angles("b_deg seems to have the wrong sign" + contract,
+                [](const Angles& abc) { return Angles(abc[0], -abc[1], abc[2]); }),
+      of_angles("c_deg seems to have the wrong sign" + contract,
+                [](const Angles& abc) { return Angles(abc[0], abc[1], -abc[2]); }),
+      {"the quaternions look as if qw came first; name the columns in the order of their values",
+       [](Robot&, Campaign& c) {
+         for (Eigen::Quaterniond& q : c.orientation) q = {q.x(), q.y(), q.z(), q.w()};
+       }},
+      {"the orientations look turned the other way (tool from instrument); give the rotation that "
+       "takes tool axes to R_A",
+       [](Robot&, Campaign& c) {
+         for (Eigen::Quaterniond& q : c.orientation) q = q.conjugate();
+       }},
+      of_angles("the angles a, b, c look like radians under a _deg name; name the columns "
+                "a_rad,b_rad,c_rad",
+                [](const Angles& abc) -> Angles { return abc / kDegree; })};
+}
+
+void try_hypotheses(const Robot& robot, const Campaign& campaign,
+                    const std::vector<Hypothesis>& hypotheses, double as_it_stands,
+                    double (*measure)(Robot, const Campaign&), std::vector<std::string>& findings) {
+  double best = kMuchBetter * as_it_stands;
+  std::string remedy;
+  for (const Hypothesis& hypothesis : hypotheses) {
+    Robot changed_robot = robot;
+    Campaign changed = campaign;
+    hypothesis.change(changed_robot, changed);
+    const double miss = measure(changed_robot, changed);
+    if (miss >= best) continue;
+    best = miss;
+    remedy = hypothesis.remedy;
+  }
+  if (!remedy.empty()) findings.push_back(remedy);
+}
+
+// What is left if all that a calibration may change is changed, where that is no error of an arm.
+void try_calibration(const Robot& robot, const Campaign& campaign,
+                     std::vector<std::string>& findings) {
+  CalibrationResult result;
+  try {
+    result = calibrate(robot, campaign);
+  } catch (const std::invalid_argument&) {
+    return;  // too few readings to tell
+  }
+  const std::string remedy =
+      "; check units, order and signs of the columns, and of each joint its direction ('sign') and "
+      "zero ('theta_deg') in the robot file";
+  const double miss = median(evaluate(result.robot, campaign).position);
+  if (miss > kImplausibleMiss) {
+    findings.push_back(
+        fmt::format("these are no readings of this robot: calibrated to them it "
+                    "still misses by {:.4g} mm (median){}",
+                    miss / kMillimetre, remedy));
+    return;
+  }
+  for (size_t i = 0; i < result.set.kept.size(); ++i) {
+    const int parameter = result.set.kept[i];
+    const auto k = static_cast<Eigen::Index>(i);
+    const bool is_length = parameter_unit(parameter) == ParameterUnit::metre;
+    const double moved = result.change[k];
+    // Poses that hardly show a parameter let it wander; that says nothing of the robot.
+    if (std::abs(moved) < kClearly * std::sqrt(result.covariance(k, k))) continue;
+    const double change = std::abs(is_length ? moved : std::remainder(moved, 2 * std::numbers::pi));
+    const bool is_link = parameter >= kLinkParameters && parameter < kToolParameters;
+    if (!is_link || change < (is_length ? kImplausibleLength : kImplausibleAngle)) continue;
+    findings.push_back(fmt::format(
+        "these readings would change {} by {:.4g} {}, which is no error of an arm{}",
+        parameter_name(robot.chain, parameter), change / (is_length ? kMillimetre : kDegree),
+        is_length ? "mm" : "deg", remedy));
+    return;
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> diagnose(const Robot& given, const Campaign& all) {
+  // One base must fit what is looked at: the session with most rows.
+  const std::vector<std::vector<int>> sessions = rows_by_session(all);
+  const std::vector<int>& own =
+      *std::max_element(sessions.begin(), sessions.end(),
+                        [](const auto& a, const auto& b) { return a.size() < b.size(); });
+  const long available = static_cast<long>(own.size());
+  const long looked_at = std::min<long>(available, kRowsLookedAt);
+  std::vector<int> rows;
+  for (long i = 0; i < looked_at; ++i) rows.push_back(own[i * available / looked_at]);
+  const Campaign campaign = all.select(rows);
+  const Robot robot = robot_at_row(given, campaign, 0);
+  std::vector<std::string> findings;
+  if (campaign.rows() < 4) return findings;  // a base fits any three points
+  const double miss = median_miss(robot, campaign);
+  if (miss > kImplausibleMiss)
+    try_hypotheses(robot, campaign, position_hypotheses(campaign.has_distances()), miss,
+                   median_miss, findings);
+  if (findings.empty() && miss > kImplausibleMiss) try_calibration(robot, campaign, findings);
+  if (findings.empty() && campaign.has_orientation()) {
+    const double turn = median_turn(robot, campaign);
+    if (turn > kImplausibleTurn)
+      try_hypotheses(robot, campaign, orientation_hypotheses(), turn, median_turn, findings);
+    if (findings.empty() && turn > kImplausibleTurn)
+      findings.push_back(fmt::format(
+          "the orientations turn otherwise than this robot's tool, by {:.3g} deg from pose to pose "
+          "(median); the contract is R = Rz(a) Ry(b) Rx(c) or qx,qy,qz,qw, from tool to R_A",
+          turn / kDegree));
+  }
+  return findings;
+}
+
+}  // namespace armtrue

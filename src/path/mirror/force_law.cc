@@ -1,0 +1,223 @@
+#include "armtrue/path/mirror/force_law.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "armtrue/path/path.h"
+#include "linear_algebra/decompositions.h"
+
+namespace armtrue {
+namespace {
+
+constexpr double kStandsOut = 3;        // RMS of a force over that of its noise
+constexpr double kRelativeRank = 1e-6;  // of a force's RMS: rounding
+constexpr double kStepOfItsOwn = 0.05;  // share that the other steps must leave of a step
+constexpr double kReverses = 1e-3;      // change of direction, of 2; a filter's rounding is less
+
+double rms(const Eigen::MatrixXd& values) {
+  return std::sqrt(values.squaredNorm() /
+                   static_cast<double>(std::max<Eigen::Index>(values.size(), 1)));
+}
+
+// Deviation without force: a constant and steps (columns of half the direction, so that a
+// coefficient is a whole step).
+struct Unforced {
+  Eigen::MatrixXd columns;  // n x (1 + steps)
+  std::vector<ReversalStep> steps;
+};
+
+// What the columns leave of `values` (n x m).
+Eigen::MatrixXd unexplained(const Eigen::MatrixXd& columns, const Eigen::MatrixXd& values) {
+  if (columns.cols() == 0) return values;
+  const Eigen::MatrixXd normal = columns.transpose() * columns;
+  return values - columns * normal.ldlt().solve(columns.transpose() * values);
+}
+
+Unforced unforced(const Eigen::MatrixXd& direction, Eigen::Index n) {
+  Unforced result{Eigen::MatrixXd::Ones(n, 1), {}};
+  Eigen::MatrixXd& columns = result.columns;
+  for (Eigen::Index axis = 0; axis < direction.rows(); ++axis) {
+    const Eigen::VectorXd row = direction.row(axis).transpose();
+    if (row.maxCoeff() - row.minCoeff() < kReverses) continue;
+    const Eigen::VectorXd column = (row.array() - row.mean()) / 2;
+    if (unexplained(columns, column).norm() > kStepOfItsOwn * column.norm()) {
+      columns.conservativeResize(Eigen::NoChange, columns.cols() + 1);
+      columns.rightCols(1) = column;
+      result.steps.push_back({{axis}, {}});
+      continue;
+    }
+    const auto steps = columns.rightCols(columns.cols() - 1);
+    Eigen::Index most_like = 0;
+    (steps.transpose() * column)
+        .cwiseAbs()
+        .cwiseQuotient(steps.colwise().norm().transpose())
+        .maxCoeff(&most_like);
+    result.steps[static_cast<size_t>(most_like)].axes.push_back(axis);
+  }
+  return result;
+}
+
+// One axis of the deviation, and of the errors that all its samples share (n x errors).
+struct AxisDeviation {
+  Eigen::VectorXd value;
+  Eigen::MatrixXd shared;
+};
+
+AxisDeviation deviation_along(const ForceRecord& record, Eigen::Index axis) {
+  AxisDeviation result{record.deviation.row(axis).transpose(),
+                       Eigen::MatrixXd(record.deviation.cols(),
+                                       static_cast<Eigen::Index>(record.shared_errors.size()))};
+  for (Eigen::Index k = 0; k < result.shared.cols(); ++k)
+    result.shared.col(k) = record.shared_errors[static_cast<size_t>(k)].row(axis).transpose();
+  return result;
+}
+
+// Regression of a deviation on force columns, whose noise covariance is `noise`, and on the columns
+// beside it.
+Regression regress(const Eigen::MatrixXd& force, const Eigen::MatrixXd& noise,
+                   const Eigen::MatrixXd& beside, const AxisDeviation& deviation) {
+  Eigen::MatrixXd columns(force.rows(), force.cols() + beside.cols());
+  columns << force, beside;
+  Eigen::MatrixXd all_noise = Eigen::MatrixXd::Zero(columns.cols(), columns.cols());
+  all_noise.topLeftCorner(noise.rows(), noise.cols()) = noise;
+  return regress_autocorrelated(columns, deviation.value, all_noise, deviation.shared);
+}
+
+ForceLine line(const Eigen::VectorXd& force, double noise, const Eigen::MatrixXd& beside,
+               const AxisDeviation& deviation) {
+  ForceLine result;
+  const double observed = rms(unexplained(beside, force));
+  const double floor = std::max(noise, kRelativeRank * rms(force));
+  // The observed power holds the noise once more.
+  if (!(observed > std::hypot(kStandsOut * floor, noise)) || rms(deviation.value) < kStandstill)
+    return result;
+  const Regression fit =
+      regress(force, Eigen::MatrixXd::Constant(1, 1, noise * noise), beside, deviation);
+  result.k = fit.coefficients.front();
+  const double total = unexplained(beside, deviation.value).squaredNorm();
+  result.r2 = total > 0 ? 1 - fit.residual.squaredNorm() / total : 0;
+  return result;
+}
+
+// Principal directions of what the columns beside leave of the force, strongest first.
+std::array<ForceDirection, 3> principal_directions(const ForceRecord& record,
+                                                   const Eigen::MatrixXd& beside) {
+  const Eigen::MatrixXd own = unexplained(beside, record.force.transpose());
+  Eigen::Matrix3d power = own.transpose() * own / static_cast<double>(own.rows());
+  power.diagonal() -= record.force_noise.cwiseAbs2();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(power);
+  std::array<ForceDirection, 3> directions;
+  for (int i = 0; i < 3; ++i) {
+    Eigen::Vector3d u = solver.eigenvectors().col(2 - i);
+    Eigen::Index largest = 0;
+    u.cwiseAbs().maxCoeff(&largest);
+    if (u[largest] < 0) u = -u;  // one of two signs, always the same
+    directions[static_cast<size_t>(i)].direction = u;
+    directions[static_cast<size_t>(i)].rms = std::sqrt(std::max(solver.eigenvalues()[2 - i], 0.0));
+  }
+  return directions;
+}
+
+// Fills compliance, offset and steps of a law whose directions are known.
+void fit_compliance(const ForceRecord& record, const Eigen::MatrixXd& beside, ForceLaw& law) {
+  Eigen::Matrix3Xd known(3, 0);
+  for (const ForceDirection& d : law.directions) {
+    const double noise = record.force_noise.cwiseProduct(d.direction).norm();
+    if (!(d.rms > std::max(kStandsOut * noise, kRelativeRank * rms(record.force)))) break;
+    known.conservativeResize(Eigen::NoChange, known.cols() + 1);
+    known.rightCols(1) = d.direction;
+  }
+  law.rank = static_cast<int>(known.cols());
+  if (law.rank > 0)
+    law.condition = law.directions[0].rms / law.directions[static_cast<size_t>(law.rank) - 1].rms;
+  const Eigen::MatrixXd force = record.force.transpose() * known;
+  const Eigen::Matrix3d covariance = record.force_noise.cwiseAbs2().asDiagonal();
+  const Eigen::MatrixXd noise = known.transpose() * covariance * known;
+  for (size_t a = 0; a < 3; ++a) {
+    const auto axis = static_cast<Eigen::Index>(a);
+    const Regression fit = regress(force, noise, beside, deviation_along(record, axis));
+    auto coefficient = fit.coefficients.begin();
+    for (size_t i = 0; i < static_cast<size_t>(law.rank); ++i, ++coefficient) {
+      ForceDirection& d = law.directions[i];
+      if (!d.compliance) d.compliance.emplace();
+      (*d.compliance)[a] = *coefficient;
+      law.compliance.row(axis) += coefficient->value * d.direction.transpose();
+    }
+    law.offset[a] = *coefficient++;
+    for (ReversalStep& reversal : law.reversals) reversal.step[a] = *coefficient++;
+  }
+}
+
+}  // namespace
+
+ForceLaw force_law(const ForceRecord& record) {
+  const Eigen::Index n = record.deviation.cols();
+  const bool has_directions = record.direction.rows() > 0;
+  if (record.force.cols() != n || (has_directions && record.direction.cols() != n))
+    throw std::invalid_argument("force law: sizes disagree");
+  if (n == 0) throw std::invalid_argument("force law: too few samples");
+  const Unforced beside = unforced(record.direction, n);
+  if (n < 2 * (3 + beside.columns.cols()))
+    throw std::invalid_argument("force law: too few samples");
+  ForceLaw law;
+  for (Eigen::Index a = 0; a < 3; ++a)
+    law.axis[static_cast<size_t>(a)] = line(record.force.row(a).transpose(), record.force_noise[a],
+                                            beside.columns, deviation_along(record, a));
+  law.directions = principal_directions(record, beside.columns);
+  law.reversals = beside.steps;
+  fit_compliance(record, beside.columns, law);
+  if (law.rank > 0) {
+    Eigen::Matrix3Xd forced = record.deviation;
+    for (size_t a = 0; a < 3; ++a) {
+      const auto axis = static_cast<Eigen::Index>(a);
+      forced.row(axis).array() -= law.offset[a].value;
+      for (size_t s = 0; s < law.reversals.size(); ++s)
+        forced.row(axis) -= law.reversals[s].step[a].value *
+                            beside.columns.col(static_cast<Eigen::Index>(s) + 1).transpose();
+    }
+    law.magnitude = line_through_origin(record.force.colwise().norm(), forced.colwise().norm());
+  }
+  return law;
+}
+
+ForceLine line_through_origin(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y) {
+  if (x.rows() != y.rows() || x.cols() != y.cols())
+    throw std::invalid_argument("line: sizes disagree");
+  if (x.size() < 2) throw std::invalid_argument("line: too few samples");
+  return line(x.reshaped(), 0, Eigen::MatrixXd(x.size(), 0),
+              {y.reshaped(), Eigen::MatrixXd(x.size(), 0)});
+}
+
+Eigen::MatrixXd motion_directions(const Eigen::MatrixXd& coordinates) {
+  const Eigen::Index n = coordinates.cols();
+  Eigen::MatrixXd direction = Eigen::MatrixXd::Zero(coordinates.rows(), n);
+  for (Eigen::Index axis = 0; axis < coordinates.rows(); ++axis) {
+    double last = 0;
+    for (Eigen::Index i = 1; i < n; ++i) {
+      const double change = coordinates(axis, i) - coordinates(axis, i - 1);
+      const double sign = std::abs(change) > kStandstill ? std::copysign(1.0, change) : last;
+      if (last == 0 && sign != 0) direction.row(axis).head(i).setConstant(sign);
+      direction(axis, i) = last = sign;
+    }
+  }
+  return direction;
+}
+
+Eigen::Matrix3Xd deviation_from_force(const RobotModel& robot,
+                                      const Eigen::Matrix<double, kJoints, Eigen::Dynamic>& q,
+                                      const Eigen::Matrix3Xd& force) {
+  if (q.cols() != force.cols()) throw std::invalid_argument("deviation from force: sizes disagree");
+  Eigen::Matrix3Xd deviation(3, q.cols());
+  for (Eigen::Index i = 0; i < q.cols(); ++i) {
+    Context context;
+    context.q = q.col(i);
+    const Eigen::Vector3d free = robot.pose(context).translation;
+    context.force_n = force.col(i);
+    deviation.col(i) = robot.pose(context).translation - free;
+  }
+  return deviation;
+}
+
+}  // namespace armtrue

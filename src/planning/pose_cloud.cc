@@ -1,0 +1,166 @@
+#include "armtrue/planning/pose_cloud.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+#include "armtrue/calibration/identifiability.h"
+#include "calibration/fold.h"
+#include "calibration/session_models.h"
+#include "campaign/sessions.h"
+#include "linear_algebra/decompositions.h"
+
+namespace armtrue {
+namespace {
+
+constexpr double kUsualPositionNoise = 1e-4;     // m
+constexpr double kUsualOrientationNoise = 1e-4;  // rad
+constexpr double kOnTheFloor = 1e-9;             // m; a frame in the plane of the base is above it
+constexpr int kDrawsPerConfiguration = 64;
+
+}  // namespace
+
+bool is_above(double floor, const Robot& robot, const JointVector& q) {
+  const KinematicChain& chain = robot.chain;
+  const std::array<Pose, kLinks> frames = ChainEvaluator(chain).link_frames(q);
+  const auto above = [&](const Eigen::Vector3d& point) { return point.z() >= floor - kOnTheFloor; };
+  const Pose tool = frames.back() * chain.tool;
+  return std::all_of(frames.begin(), frames.end(),
+                     [&](const Pose& frame) { return above(frame.translation); }) &&
+         above(tool.translation) &&
+         std::all_of(chain.targets.begin(), chain.targets.end(),
+                     [&](const Target& target) { return above(tool * target.position); });
+}
+
+PoseCloud pose_cloud(const Robot& robot, const CloudOptions& options, const Campaign& given) {
+  PoseCloud cloud{robot, options, given, {}, {}, {}};
+  const std::vector<std::vector<int>> sessions = rows_by_session(given);
+  if (given.rows() > 0) cloud.robot = robot_at_row(robot, given, sessions.back().front());
+  cloud.robot.sessions = robot.sessions;
+  cloud.robot.effects.clear();
+  cloud.noise = {robot.noise.position > 0 ? robot.noise.position : kUsualPositionNoise,
+                 robot.noise.orientation > 0 ? robot.noise.orientation : kUsualOrientationNoise};
+  if (given.rows() > 0) {  // what is planned is read as what is given
+    cloud.options.orientation = given.has_orientation();
+    if (given.target_names.empty()) cloud.robot.chain.targets.clear();
+    if (!given.has_distances()) cloud.robot.chain.anchors.clear();
+  } else if (!robot.chain.targets.empty() || !robot.chain.anchors.empty()) {
+    cloud.options.orientation = false;
+  }
+  // Only derivatives count. They do not depend on the positions read, and on the orientations read
+  // only as far as these lie off the model.
+  for (const std::vector<int>& rows : sessions) {
+    if (!given.has_orientation()) break;
+    const Robot there = robot_at_row(cloud.robot, given, rows.front());
+    const ChainEvaluator evaluator(there.chain);
+    for (int row : rows) cloud.given.orientation[row] = evaluator.pose(given.q[row]).rotation;
+  }
+
+  cloud.configurations = random_poses(cloud, kCloudSize, options.seed);
+  // A box may leave unseen what the given poses show.
+  cloud.unknowns = choose_identifiable(cloud.robot, readings(cloud, with_given(cloud))).kept;
+  if (cloud.unknowns.empty())
+    throw std::invalid_argument(
+        "no pose shows any of the parameters that 'identify' of the robot allows; allow others, or "
+        "measure orientations too");
+  return cloud;
+}
+
+std::vector<JointVector> random_poses(const PoseCloud& cloud, int count, std::uint64_t seed) {
+  const CloudOptions& options = cloud.options;
+  for (int draws = 2; draws <= kDrawsPerConfiguration; draws *= 2) {
+    std::vector<JointVector> drawn =
+        random_configurations(cloud.robot, draws * count, options.box, seed);
+    std::erase_if(drawn,
+                  [&](const JointVector& q) { return !is_above(options.floor, cloud.robot, q); });
+    if (static_cast<int>(drawn.size()) < count) continue;
+    drawn.resize(count);
+    return drawn;
+  }
+  throw std::invalid_argument(
+      "hardly any configuration keeps links and tool above the floor; lower it or move the box up");
+}
+
+std::vector<JointVector> with_given(const PoseCloud& cloud) {
+  std::vector<JointVector> all = cloud.configurations;
+  std::vector<bool> is_in(cloud.given.pose_ids.size(), false);
+  for (int row = 0; row < cloud.given.rows(); ++row)
+    if (!is_in[cloud.given.pose[row]]) {
+      is_in[cloud.given.pose[row]] = true;
+      all.push_back(cloud.given.q[row]);
+    }
+  return all;
+}
+
+Eigen::MatrixXd given_derivatives(const PoseCloud& cloud, const Robot& robot) {
+  const SessionModels models(cloud.given, robot, cloud.unknowns, cloud.noise);
+  std::vector<Eigen::MatrixXd> factors;
+  for (int s = 0; s < models.sessions(); ++s) {
+    const ObservationModel& model = models.model(s);
+    factors.push_back(
+        fold(model.at(Eigen::VectorXd::Zero(model.unknowns())), model, ReadingLaw{}).factor);
+  }
+  const Eigen::MatrixXd factor = models.join(factors);
+  const int last = models.sessions() - 1, kept = models.model(0).unknowns();
+  if (last == 0) return factor.topLeftCorner(kept, kept);
+
+  // What is fitted along first, then what is kept: the end of the triangle is what is left of it.
+  const int fitted = models.unknowns() - kept;
+  Eigen::MatrixXd columns(factor.rows(), models.unknowns());
+  columns << factor.middleCols(kept, fitted), factor.leftCols(kept);
+  const std::vector<int>& own = models.own(last);
+  for (size_t i = 0; i < own.size(); ++i) {
+    const auto place = std::find(cloud.unknowns.begin(), cloud.unknowns.end(), own[i]);
+    if (place == cloud.unknowns.end()) continue;
+    const auto k = static_cast<int>(place - cloud.unknowns.begin());
+    columns.col(models.first_own(last) - kept + static_cast<int>(i)).swap(columns.col(fitted + k));
+  }
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(columns);
+  const Eigen::MatrixXd triangle =
+      qr.matrixQR().topRows(columns.cols()).triangularView<Eigen::Upper>();
+  return triangle.bottomRightCorner(kept, kept);
+}
+
+Campaign points(const PoseCloud& cloud, const std::vector<JointVector>& configurations) {
+  const KinematicChain& chain = cloud.robot.chain;
+  const ChainEvaluator evaluator(chain);
+  const size_t targets = chain.targets.size(), anchors = chain.anchors.size();
+  Campaign campaign;
+  campaign.source = "the poses to be planned";
+  for (const Target& target : chain.targets) campaign.target_names.push_back(target.name);
+  for (size_t pose = 0; pose < configurations.size(); ++pose) {
+    campaign.pose_ids.push_back(std::to_string(pose + 1));
+    const Pose frame = evaluator.pose(configurations[pose]);
+    for (size_t channel = 0; channel < std::max<size_t>(1, targets) * std::max<size_t>(1, anchors);
+         ++channel) {
+      campaign.pose.push_back(static_cast<int>(pose));
+      campaign.q.push_back(configurations[pose]);
+      campaign.position.push_back(frame.translation);
+      if (targets > 0) campaign.target.push_back(static_cast<int>(channel % targets));
+    }
+  }
+  return campaign;
+}
+
+Campaign readings(const PoseCloud& cloud, const std::vector<JointVector>& configurations) {
+  const KinematicChain& chain = cloud.robot.chain;
+  Campaign campaign = points(cloud, configurations);
+  const size_t targets = std::max<size_t>(1, chain.targets.size());
+  const size_t anchors = chain.anchors.size();
+  if (anchors > 0) {
+    for (const Anchor& anchor : chain.anchors) campaign.anchor_names.push_back(anchor.name);
+    for (size_t row = 0; row < campaign.q.size(); ++row)
+      campaign.anchor.push_back(static_cast<int>(row / targets % anchors));
+    campaign.position.clear();
+    campaign.distance.assign(campaign.q.size(), 1.0);  // only derivatives count
+  }
+  if (cloud.options.orientation) {
+    const ChainEvaluator evaluator(chain);
+    for (const JointVector& q : campaign.q)
+      campaign.orientation.emplace_back(evaluator.pose(q).rotation);
+  }
+  return campaign;
+}
+
+}  // namespace armtrue

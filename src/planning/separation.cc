@@ -1,0 +1,461 @@
+#include "armtrue/planning/separation.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "armtrue/calibration/calibration.h"
+#include "armtrue/statistics/distributions.h"
+#include "planning/exchange.h"
+#include "calibration/session_models.h"
+#include "campaign/sessions.h"
+#include "linear_algebra/decompositions.h"
+
+namespace armtrue {
+namespace {
+
+constexpr double kLevel = 0.05;
+constexpr double kHopeless = 0.5;  // power with all candidates, below which no choice of them helps
+constexpr double kSmallestLeft = 1e-5;   // of a column's own norm; less is rounding
+constexpr double kSmallestPivot = 1e-9;  // of columns of unit length
+constexpr int kRandomDesigns = 20;       // their mean power is good to a few per cent
+
+// Columns, standardised: those orthonormal, in units of an average pose, that others span.
+struct Standard {
+  Eigen::MatrixXd of_raw;           // raw columns times this are the standardised ones
+  Eigen::MatrixXd of_coefficients;  // this times raw coefficients gives the standardised ones
+};
+
+// Geometry and all effects but one, which are fitted whoever is right, and the members of the class
+// of that one, of which one is. Columns are standardised over cloud and given poses: nuisances
+// together, each member's by themselves once projected off the nuisances.
+struct Contest {
+  struct Member {
+    Effect effect;
+    std::string separated_by;
+    int raw_count = 0;
+    int first = 0, count = 0;  // standardised columns, among those of the members
+    Standard standard{};       // of what is left beside the nuisances
+    Eigen::VectorXd size{};    // of the standardised columns
+  };
+  Robot robot;  // its effects: the others, then the members
+  std::vector<Member> members;
+  int nuisances = 0;         // standardised columns
+  Eigen::MatrixXd standard;  // of all raw columns, on the right
+};
+
+Contest contest_about(size_t which, const Robot& robot, const std::vector<TracedEffect>& found) {
+  Contest contest;
+  contest.robot = robot;
+  for (size_t k = 0; k < found.size(); ++k)
+    if (k != which) contest.robot.effects.push_back(found[k].effect);
+  contest.members.push_back({found[which].effect, found[which].separated_by});
+  for (const Rival& rival : found[which].indistinguishable)
+    contest.members.push_back({rival.effect, rival.separated_by});
+  return contest;
+}
+
+// Visits one after another, from a time on.
+Campaign visits(const PoseCloud& cloud, const std::vector<JointVector>& configurations,
+                double first_s, double seconds_per_visit) {
+  Campaign campaign = readings(cloud, configurations);
+  derive_arrival(campaign);
+  for (int pose : campaign.pose) campaign.time_s.push_back(first_s + pose * seconds_per_visit);
+  const auto keep_last = [&](const auto& given, auto& own) {
+    if (!given.empty()) own.assign(campaign.q.size(), given.back());
+  };
+  keep_last(cloud.given.payload_kg, campaign.payload_kg);
+  keep_last(cloud.given.force_n, campaign.force_n);
+  keep_last(cloud.given.temperature_c, campaign.temperature_c);
+  keep_last(cloud.given.motor_torque_nm, campaign.motor_torque_nm);
+  campaign.temperature_names = cloud.given.temperature_names;
+  return campaign;
+}
+
+// Of the last session.
+struct Clock {
+  double first_s = 0, seconds_per_visit = SimulationOptions{}.seconds_per_visit;
+};
+
+Clock after(const Campaign& given) {
+  Clock clock;
+  if (given.time_s.empty()) return clock;
+  std::vector<double> times;
+  const std::vector<int> last = rows_by_session(given).back();
+  for (int row : last) times.push_back(given.time_s[row]);
+  std::sort(times.begin(), times.end());
+  times.erase(std::unique(times.begin(), times.end()), times.end());
+  if (times.size() > 1)
+    clock.seconds_per_visit =
+        (times.back() - times.front()) / static_cast<double>(times.size() - 1);
+  clock.first_s = times.back() + clock.seconds_per_visit;
+  return clock;
+}
+
+Eigen::MatrixXd derivatives(const Contest& contest, const PoseCloud& cloud,
+                            const Campaign& campaign) {
+  const Eigen::MatrixXd blocks =
+      SessionModels(campaign, contest.robot, cloud.unknowns, cloud.noise).blocks();
+  return blocks.leftCols(blocks.cols() - 1);
+}
+
+// Adds the members' effects.
+void enter_members(Contest& contest, const std::vector<std::string>& temperature_names) {
+  for (Contest::Member& member : contest.members) {
+    member.raw_count =
+        BoundEffect(member.effect, contest.robot, temperature_names).coefficient_count();
+    contest.robot.effects.push_back(member.effect);
+  }
+}
+
+// Columns of which less than `smallest` of their norm in `whole` is new are left out.
+Standard standard_of(const Eigen::MatrixXd& columns, const Eigen::VectorXd& whole, double smallest,
+                     double poses) {
+  const Eigen::VectorXd norm = columns.colwise().norm();
+  const Eigen::VectorXd unit =
+      (norm.array() > smallest * whole.array()).select(norm.cwiseInverse(), 0.0);
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
+  qr.setThreshold(smallest);
+  qr.compute(columns * unit.asDiagonal());
+  const Eigen::Index rank = qr.rank();
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(columns.cols(), rank);
+  inverse.topRows(rank) = qr.matrixR()
+                              .topLeftCorner(rank, rank)
+                              .triangularView<Eigen::Upper>()
+                              .solve(Eigen::MatrixXd::Identity(rank, rank));
+  Standard standard;
+  standard.of_raw = std::sqrt(poses) * unit.asDiagonal() * (qr.colsPermutation() * inverse);
+  standard.of_coefficients = (columns * standard.of_raw).transpose() * columns / poses;
+  return standard;
+}
+
+void standardise(Contest& contest, const Eigen::MatrixXd& rows, double poses) {
+  Eigen::Index raw_members = 0;
+  for (const Contest::Member& member : contest.members) raw_members += member.raw_count;
+  const Eigen::Index raw = rows.cols() - raw_members;
+  const Eigen::MatrixXd nuisances = rows.leftCols(raw), members = rows.rightCols(raw_members);
+  const Standard nuisance =
+      standard_of(nuisances, nuisances.colwise().norm(), kSmallestPivot, poses);
+  const Eigen::MatrixXd basis = nuisances * nuisance.of_raw;
+  const Eigen::MatrixXd along = basis.transpose() * members / poses;
+  const Eigen::MatrixXd left = members - basis * along;
+  const Eigen::VectorXd whole = members.colwise().norm();
+
+  contest.nuisances = static_cast<int>(basis.cols());
+  Eigen::Index taken = 0;
+  int count = 0;
+  Eigen::MatrixXd of_raw = Eigen::MatrixXd::Zero(raw_members, raw_members);
+  for (Contest::Member& member : contest.members) {
+    member.standard = standard_of(left.middleCols(taken, member.raw_count),
+                                  whole.segment(taken, member.raw_count), kSmallestLeft, poses);
+    member.first = count;
+    member.count = static_cast<int>(member.standard.of_raw.cols());
+    of_raw.block(taken, count, member.raw_count, member.count) = member.standard.of_raw;
+    taken += member.raw_count;
+    count += member.count;
+  }
+  const Eigen::MatrixXd used = of_raw.leftCols(count);
+  contest.standard = Eigen::MatrixXd::Zero(rows.cols(), contest.nuisances + count);
+  contest.standard.topLeftCorner(raw, contest.nuisances) = nuisance.of_raw;
+  contest.standard.topRightCorner(raw, count) = -nuisance.of_raw * along * used;
+  contest.standard.bottomRightCorner(raw_members, count) = used;
+}
+
+// A design as the members see it: their inner products once the nuisances are fitted.
+struct Fitted {
+  Eigen::LLT<Eigen::MatrixXd> nuisance;  // information of the nuisances
+  Eigen::MatrixXd share;                 // L^-1 times their products with the members
+  Eigen::MatrixXd members;
+
+  Fitted(const Eigen::MatrixXd& gram, int nuisances)
+      : nuisance(gram.topLeftCorner(nuisances, nuisances) +
+                 kKnownFromStart * Eigen::MatrixXd::Identity(nuisances, nuisances)) {
+    const Eigen::Index count = gram.rows() - nuisances;
+    share = nuisance.matrixL().solve(gram.topRightCorner(nuisances, count));
+    members = gram.bottomRightCorner(count, count) - share.transpose() * share;
+  }
+};
+
+// The rival fitted to the truth.
+struct Imitation {
+  Eigen::LLT<Eigen::MatrixXd> information;  // of the rival's coefficients
+  Eigen::VectorXd size;                     // the rival's coefficients
+  double left = 0;                          // squared, in standard deviations
+
+  Imitation(const Fitted& fitted, const Contest::Member& truth, const Contest::Member& rival)
+      : information(fitted.members.block(rival.first, rival.first, rival.count, rival.count) +
+                    kKnownFromStart * Eigen::MatrixXd::Identity(rival.count, rival.count)) {
+    const Eigen::VectorXd product =
+        fitted.members.block(rival.first, truth.first, rival.count, truth.count) * truth.size;
+    size = information.solve(product);
+    const double whole = truth.size.dot(
+        fitted.members.block(truth.first, truth.first, truth.count, truth.count) * truth.size);
+    left = std::max(0.0, whole - product.dot(size));
+  }
+};
+
+double power(double noncentrality, int degrees_of_freedom) {
+  constexpr double kCertain = 1e4;
+  if (noncentrality <= 0) return kLevel;
+  return non_central_chi_squared_above(chi_squared_quantile_above(kLevel, degrees_of_freedom),
+                                       degrees_of_freedom, std::min(noncentrality, kCertain));
+}
+
+struct Pair {
+  size_t contest;
+  int truth, rival;  // members
+  bool by_poses = true;
+};
+
+// The smallest noncentrality of the pairs that poses can tell.
+class Discrimination {
+ public:
+  // `blocks`: of each contest, columns x (candidates * block), standardised and transposed; `grams`
+  // of the given poses.
+  Discrimination(const std::vector<Contest>& contests, const std::vector<Pair>& pairs,
+                 std::vector<Eigen::MatrixXd> blocks, std::vector<Eigen::MatrixXd> grams)
+      : contests_(contests),
+        pairs_(pairs),
+        blocks_(std::move(blocks)),
+        grams_(std::move(grams)),
+        block_(static_cast<int>(blocks_.front().cols() / kCloudSize)) {}
+
+  void set_chosen(int candidate, bool chosen) {
+    for (size_t k = 0; k < grams_.size(); ++k) {
+      const auto rows = blocks_[k].middleCols(candidate * block_, block_);
+      if (chosen)
+        grams_[k] += rows * rows.transpose();
+      else
+        grams_[k] -= rows * rows.transpose();
+    }
+  }
+
+  // What is left of the truth grows by r^T V^-1 r, with r the error at the candidate of what is
+  // fitted without it, and V the variance of that error.
+  Eigen::VectorXd values_of_adding() const {
+    Eigen::VectorXd smallest =
+        Eigen::VectorXd::Constant(kCloudSize, std::numeric_limits<double>::infinity());
+    for (size_t k = 0; k < contests_.size(); ++k) {
+      const int nuisances = contests_[k].nuisances;
+      const Fitted fitted(grams_[k], nuisances);
+      const Eigen::MatrixXd p = fitted.nuisance.matrixL().solve(blocks_[k].topRows(nuisances));
+      const Eigen::MatrixXd error =
+          blocks_[k].bottomRows(blocks_[k].rows() - nuisances) - fitted.share.transpose() * p;
+      Eigen::MatrixXd variance(block_, p.cols());  // of each candidate, of the nuisances alone
+      for (int i = 0; i < kCloudSize; ++i) {
+        const auto own = p.middleCols(i * block_, block_);
+        variance.middleCols(i * block_, block_) =
+            own.transpose().lazyProduct(own) + Eigen::MatrixXd::Identity(block_, block_);
+      }
+      for (const Pair& pair : pairs_)
+        if (pair.contest == k && pair.by_poses)
+          lower_to_pair(pair, fitted, error, variance, smallest);
+    }
+    return smallest;
+  }
+
+ private:
+  void lower_to_pair(const Pair& pair, const Fitted& fitted, const Eigen::MatrixXd& error,
+                     const Eigen::MatrixXd& variance, Eigen::VectorXd& smallest) const {
+    const Contest::Member& truth = contests_[pair.contest].members[pair.truth];
+    const Contest::Member& rival = contests_[pair.contest].members[pair.rival];
+    const Imitation imitation(fitted, truth, rival);
+    const auto rival_error = error.middleRows(rival.first, rival.count);
+    const Eigen::MatrixXd f = imitation.information.matrixL().solve(rival_error);
+    const Eigen::RowVectorXd r =
+        truth.size.transpose() * error.middleRows(truth.first, truth.count) -
+        imitation.size.transpose() * rival_error;
+    Eigen::MatrixXd v(block_, block_);
+    Eigen::LLT<Eigen::MatrixXd> llt(block_);
+    for (int i = 0; i < kCloudSize; ++i) {
+      const auto own = f.middleCols(i * block_, block_);
+      v = variance.middleCols(i * block_, block_);
+      v.noalias() += own.transpose().lazyProduct(own);
+      llt.compute(v);
+      const double gain =
+          llt.matrixL().solve(r.segment(i * block_, block_).transpose()).squaredNorm();
+      smallest[i] = std::min(smallest[i], imitation.left + gain);
+    }
+  }
+
+  const std::vector<Contest>& contests_;
+  const std::vector<Pair>& pairs_;
+  std::vector<Eigen::MatrixXd> blocks_, grams_;
+  int block_;
+};
+
+class Separation {
+ public:
+  Separation(const Robot& robot, const std::vector<TracedEffect>& found, int count,
+             const CloudOptions& options, const Campaign& given)
+      : cloud_(pose_cloud(robot, options, given)), clock_(after(given)) {
+    Robot with_others = cloud_.robot;
+    for (const Effect& effect : robot.effects)
+      if (std::none_of(found.begin(), found.end(),
+                       [&](const TracedEffect& one) { return same_form(one.effect, effect); }))
+        with_others.effects.push_back(effect);
+    set_noise(with_others, found, given);
+    for (size_t k = 0; k < found.size(); ++k)
+      if (!found[k].indistinguishable.empty())
+        contests_.push_back(contest_about(k, with_others, found));
+    const double middle = clock_.first_s + 0.5 * count * clock_.seconds_per_visit;
+    for (Contest& contest : contests_)
+      prepare(contest, visits(cloud_, cloud_.configurations, middle, 0));
+    enter_pairs();
+  }
+
+  SeparationPlan plan(int count) {
+    SeparationPlan plan;
+    plan.noise = cloud_.noise;
+    if (std::any_of(pairs_.begin(), pairs_.end(), [](const Pair& pair) { return pair.by_poses; })) {
+      Discrimination design(contests_, pairs_, candidates_, given_);
+      for (int candidate : choose_by_exchange(design, kCloudSize, count))
+        plan.poses.push_back(cloud_.configurations[candidate]);
+    }
+    const std::vector<double> alone = powers({}), planned = powers(plan.poses);
+    std::vector<double> random(pairs_.size());
+    for (int k = 0; k < kRandomDesigns; ++k) {
+      const std::vector<double> one = powers(
+          random_poses(cloud_, count, cloud_.options.seed + 1 + static_cast<std::uint64_t>(k)));
+      for (size_t i = 0; i < one.size(); ++i) random[i] += one[i] / kRandomDesigns;
+    }
+    for (size_t i = 0; i < pairs_.size(); ++i)
+      plan.pairs.push_back(described(pairs_[i], alone[i], planned[i], random[i]));
+    return plan;
+  }
+
+ private:
+  // What the given readings scatter by about the model with all that was found, if they are enough
+  // to show it; never less than the instrument.
+  void set_noise(Robot robot, const std::vector<TracedEffect>& found, const Campaign& given) {
+    size_t unknowns = cloud_.unknowns.size();
+    for (const TracedEffect& one : found) {
+      robot.effects.push_back(one.effect);
+      unknowns += one.effect.coefficients.size();
+    }
+    if (given.rows() * given.reading_size().all() < 2 * static_cast<int>(unknowns)) return;
+    const ReadingScale spread = calibrate(robot, given).spread;
+    const auto set = [](double shown, double stated, double& noise) {
+      if (shown > 0) noise = std::max(shown, stated);
+    };
+    set(spread.position, robot.noise.position, cloud_.noise.position);
+    if (given.has_orientation())
+      set(spread.orientation, robot.noise.orientation, cloud_.noise.orientation);
+  }
+
+  // Standardised columns of cloud and given poses, and the sizes of the members.
+  void prepare(Contest& contest, const Campaign& cloud_visits) {
+    enter_members(contest, cloud_.given.temperature_names);
+    const Eigen::MatrixXd cloud = derivatives(contest, cloud_, cloud_visits);
+    const Eigen::MatrixXd given = given_derivatives(cloud_, contest.robot);
+    Eigen::MatrixXd rows(cloud.rows() + given.rows(), cloud.cols());
+    rows << cloud, given;
+    standardise(contest, rows, static_cast<double>(kCloudSize + cloud_.given.pose_ids.size()));
+    candidates_.push_back((cloud * contest.standard).transpose());
+    const Eigen::MatrixXd standard = given * contest.standard;
+    given_.push_back(standard.transpose() * standard);
+    everything_.push_back(given_.back() + candidates_.back() * candidates_.back().transpose());
+
+    Contest::Member& found = contest.members.front();
+    Eigen::VectorXd coefficients(found.raw_count);
+    for (int c = 0; c < found.raw_count; ++c) coefficients[c] = found.effect.coefficients[c].value;
+    found.size = found.standard.of_coefficients * coefficients;
+    const Fitted fitted(given.rows() > 0 ? given_.back() : everything_.back(), contest.nuisances);
+    for (Contest::Member& member : contest.members) {
+      if (&member == &found) continue;
+      member.size = Imitation(fitted, found, member).size;
+      coefficients = member.standard.of_raw * member.size;
+      for (double value : coefficients) member.effect.coefficients.push_back({"", value});
+    }
+  }
+
+  void enter_pairs() {
+    for (size_t k = 0; k < contests_.size(); ++k) {
+      const Fitted all(everything_[k], contests_[k].nuisances);
+      const int members = static_cast<int>(contests_[k].members.size());
+      for (int truth = 0; truth < members; ++truth)
+        for (int rival = 0; rival < members; ++rival)
+          if (truth != rival)
+            pairs_.push_back({k, truth, rival, poses_tell(contests_[k], all, truth, rival)});
+    }
+  }
+
+  static bool poses_tell(const Contest& contest, const Fitted& all, int truth, int rival) {
+    const Contest::Member& a = contest.members[truth];
+    return power(Imitation(all, a, contest.members[rival]).left, a.count) > kHopeless;
+  }
+
+  std::vector<double> powers(const std::vector<JointVector>& poses) const {
+    std::vector<double> powers(pairs_.size());
+    for (size_t k = 0; k < contests_.size(); ++k) {
+      Eigen::MatrixXd gram = given_[k];
+      if (!poses.empty()) {
+        const Campaign campaign = visits(cloud_, poses, clock_.first_s, clock_.seconds_per_visit);
+        const Eigen::MatrixXd rows =
+            derivatives(contests_[k], cloud_, campaign) * contests_[k].standard;
+        gram += rows.transpose() * rows;
+      }
+      const Fitted fitted(gram, contests_[k].nuisances);
+      for (size_t i = 0; i < pairs_.size(); ++i) {
+        if (pairs_[i].contest != k) continue;
+        const Contest::Member& truth = contests_[k].members[pairs_[i].truth];
+        powers[i] = power(Imitation(fitted, truth, contests_[k].members[pairs_[i].rival]).left,
+                          truth.count);
+      }
+    }
+    return powers;
+  }
+
+  SeparatedPair described(const Pair& pair, double alone, double planned, double random) const {
+    const auto& members = contests_[pair.contest].members;
+    SeparatedPair result;
+    result.truth = members[pair.truth].effect;
+    result.rival = members[pair.rival].effect;
+    for (int member : {pair.truth, pair.rival}) {
+      const std::string& reading = members[member].separated_by;
+      if (!reading.empty() && std::find(result.readings.begin(), result.readings.end(), reading) ==
+                                  result.readings.end())
+        result.readings.push_back(reading);
+    }
+    result.by_poses = pair.by_poses;
+    result.power_given = alone;
+    result.power_planned = planned;
+    result.power_random = random;
+    return result;
+  }
+
+  PoseCloud cloud_;
+  Clock clock_;
+  std::vector<Contest> contests_;
+  std::vector<Eigen::MatrixXd> candidates_;  // of each contest, as Discrimination wants them
+  std::vector<Eigen::MatrixXd> given_, everything_;  // inner products; with the whole cloud
+  std::vector<Pair> pairs_;
+};
+
+// Without masses gravity is a basis that follows the chain as it was identified.
+void require_coefficients(const Effect& effect, const Robot& robot,
+                          const std::vector<std::string>& temperature_names) {
+  const int needed = BoundEffect(effect, robot, temperature_names).coefficient_count();
+  const auto has = static_cast<int>(effect.coefficients.size());
+  if (has != needed)
+    throw std::invalid_argument("effect '" + effect.name + "' of " + effect.parameter + " has " +
+                                std::to_string(has) + " coefficients where this robot needs " +
+                                std::to_string(needed) +
+                                "; give the robot as it was identified (close-loop --robot-out)");
+}
+
+}  // namespace
+
+SeparationPlan plan_separation(const Robot& robot, const std::vector<TracedEffect>& found,
+                               int count, const CloudOptions& options, const Campaign& given) {
+  if (count > kCloudSize)
+    throw std::invalid_argument("more poses are asked for than there are candidates, " +
+                                std::to_string(kCloudSize));
+  for (const TracedEffect& one : found)
+    require_coefficients(one.effect, robot, given.temperature_names);
+  return Separation(robot, found, count, options, given).plan(count);
+}
+
+}  // namespace armtrue

@@ -1,0 +1,39 @@
+#include "armtrue/statistics/distributions.h"
+
+#include <boost/math/distributions/chi_squared.hpp>
+#include <boost/math/distributions/fisher_f.hpp>
+#include <boost/math/distributions/non_central_chi_squared.hpp>
+#include <boost/math/distributions/normal.hpp>
+#include <boost/math/distributions/students_t.hpp>
+
+namespace armtrue {
+
+namespace math = boost::math;
+
+double chi_squared_above(double value, double dof) {
+  return math::cdf(math::complement(math::chi_squared(dof), value));
+}
+
+double chi_squared_quantile_above(double probability, double dof) {
+  return math::quantile(math::complement(math::chi_squared(dof), probability));
+}
+
+double non_central_chi_squared_above(double value, double dof, double non_centrality) {
+  return math::cdf(math::complement(math::non_central_chi_squared(dof, non_centrality), value));
+}
+
+double fisher_f_above(double value, double dof, double dof_of_denominator) {
+  return math::cdf(math::complement(math::fisher_f(dof, dof_of_denominator), value));
+}
+
+double student_t_above(double value, double dof) {
+  return math::cdf(math::complement(math::students_t(dof), value));
+}
+
+double student_t_quantile(double probability, double dof) {
+  return math::quantile(math::students_t(dof), probability);
+}
+
+double normal_below(double value) { return math::cdf(math::normal(), value); }
+
+}  // namespace armtrue

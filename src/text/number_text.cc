@@ -1,0 +1,50 @@
+#include "armtrue/text/number_text.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+
+namespace armtrue {
+
+std::optional<double> read_number(std::string_view text) {
+  if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
+  double value = 0;
+  const char* const end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc{} || rest != end) return std::nullopt;
+  return value;
+}
+
+std::string number_text(double value) {
+  if (value == 0) return "0";  // no "-0"
+  return fmt::format("{}", value);
+}
+
+std::string decimal_text(double value, int decimals) {
+  double scale = 1;
+  for (int k = 0; k < decimals; ++k) scale *= 10;
+  return number_text(std::round(value * scale) / scale);
+}
+
+std::string number_text(double si, double unit) {
+  if (si == 0) return "0";
+  const double value = si / unit;
+  for (int digits = 15; digits <= 17; ++digits) {
+    const std::string text = fmt::format("{:.{}g}", value, digits);
+    const double parsed = std::strtod(text.c_str(), nullptr);
+    if (parsed * unit == si) return number_text(parsed);
+  }
+  double neighbour = value;
+  for (int step = 0; step < 4; ++step) {
+    neighbour = std::nextafter(neighbour, step % 2 == 0 ? std::numeric_limits<double>::infinity()
+                                                        : -std::numeric_limits<double>::infinity());
+    if (neighbour * unit == si) return number_text(neighbour);
+    if (step == 1) neighbour = std::nextafter(value, -std::numeric_limits<double>::infinity());
+  }
+  return number_text(value);
+}
+
+}  // namespace armtrue

@@ -1,0 +1,433 @@
+#include "tracing/candidates.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "armtrue/effects/gravity.h"
+#include "armtrue/effects/sampling.h"
+#include "armtrue/kinematics/units.h"
+
+namespace armtrue {
+namespace {
+
+constexpr int kStepGrid = 32;        // times of a step that are scanned; the best is then refined
+constexpr size_t kMostSteps = 2000;  // for its interval: finer than any campaign tells
+constexpr double kMostCycles = 300;  // per turn: motor order behind a reducer
+// Of a periodogram, within its resolution: at the worst place between two steps 3 % of the
+// amplitude are lost.
+constexpr int kFrequencySteps = 4;
+constexpr int kFinerSteps = 100;         // within one of those
+constexpr int kSeriesCosines = 6;        // a curve that a campaign of some tens of poses can carry
+constexpr int kPosesForCoefficient = 4;  // of a fine curve; fewer would leave it to its prior
+
+struct TimeSpan {
+  std::vector<double> times;  // distinct, ascending
+  double duration() const { return times.back() - times.front(); }
+};
+
+TimeSpan time_span(const Campaign& campaign) {
+  const std::set<double> distinct(campaign.time_s.begin(), campaign.time_s.end());
+  return {{distinct.begin(), distinct.end()}};
+}
+
+bool has_time(const TimeSpan& span) { return span.times.size() > 2; }
+
+// Between readings, evenly over their number; the ends leave too few readings to show a step.
+std::vector<double> step_times(const TimeSpan& span, int count) {
+  std::vector<double> steps;
+  const size_t n = span.times.size();
+  for (int k = 1; k <= count; ++k) {
+    const size_t i = n * static_cast<size_t>(k) / static_cast<size_t>(count + 1);
+    if (i < 1 || i >= n) continue;
+    const double at = 0.5 * (span.times[i - 1] + span.times[i]);
+    if (steps.empty() || at > steps.back()) steps.push_back(at);
+  }
+  return steps;
+}
+
+std::vector<double> time_constants(const TimeSpan& span) {
+  std::vector<double> constants;
+  for (double share : {0.05, 0.1, 0.2, 0.4, 0.8}) constants.push_back(share * span.duration());
+  return constants;
+}
+
+// One shape without inner values, or each of its grid.
+std::vector<Shape> with_inner_values(const Shape& shape, const TimeSpan& span) {
+  std::vector<Shape> shapes;
+  if (shape.kind == ShapeKind::step)
+    for (double at : step_times(span, kStepGrid)) {
+      shapes.push_back(shape);
+      shapes.back().at = at;
+    }
+  else if (shape.kind == ShapeKind::exponential)
+    for (double tau : time_constants(span)) {
+      shapes.push_back(shape);
+      shapes.back().tau = tau;
+    }
+  else
+    shapes.push_back(shape);
+  return shapes;
+}
+
+template <typename Values>
+bool varies(const Values& values) {
+  return std::any_of(values.begin(), values.end(),
+                     [&](const auto& value) { return value != values.front(); });
+}
+
+// Whether the campaign holds what drives the effect, and it changes.
+bool is_driven(DriverKind kind, const std::string& where, const Campaign& campaign,
+               const TimeSpan& span) {
+  switch (kind) {
+    case DriverKind::time:
+      return has_time(span);
+    case DriverKind::payload:
+      return varies(campaign.payload_kg);
+    case DriverKind::force:
+      return varies(campaign.force_n);
+    default:
+      return missing_column(campaign, kind, where).empty();
+  }
+}
+bool is_driven(const Driver& driver, const Campaign& campaign, const TimeSpan& span) {
+  return is_driven(driver.kind, driver.where, campaign, span) &&
+         (!driver.factor || is_driven(*driver.factor, driver.where, campaign, span));
+}
+
+// Ranges come from the travel limits, never from the data: a range that follows the data makes
+// predictions elsewhere worse.
+Shape series_on_joint(const Robot& robot, int joint, SeriesBasis basis, int count) {
+  Shape shape;
+  shape.kind = ShapeKind::series;
+  shape.basis = basis;
+  shape.count = count;
+  const auto [low, high] = travel(robot.chain.links[joint]);
+  shape.low[0] = low;
+  shape.high[0] = high;
+  return shape;
+}
+
+Shape harmonic(double n) {
+  Shape shape;
+  shape.kind = ShapeKind::harmonic;
+  shape.harmonic = n;
+  return shape;
+}
+
+// No campaign shows more digits of a frequency.
+double readable(double cycles_per_turn) { return std::round(1e4 * cycles_per_turn) / 1e4; }
+
+class OpenSearch {
+ public:
+  OpenSearch(const Robot& robot, const Campaign& campaign)
+      : robot_(robot), campaign_(campaign), span_(time_span(campaign)) {}
+
+  // The angles of the joints: by far the likeliest place of an unknown error.
+  void add_joint_errors() {
+    for (int j = 0; j < kJoints; ++j) {
+      const std::string parameter = name(link_parameter(j, LinkParameter::theta));
+      for (int d = 0; d < kJoints; ++d) add_angle_shapes(parameter, d);
+      for (int d = 0; d < kJoints; ++d) add(parameter, {DriverKind::arrival, d, -1, ""}, sign());
+      add_torque_series(parameter, j);
+      add_time_shapes(parameter);
+      add_conditions(parameter);
+    }
+    close_stage();
+  }
+
+  // Every other parameter, one at a time.
+  void add_other_parameters() {
+    for (int k = 0; k < kGeometricParameters; ++k) {
+      if (is_zero_offset(k)) continue;
+      for (int d = 0; d < kJoints; ++d) add_angle_shapes(name(k), d);
+      for (int d = 0; d < kJoints; ++d) add(name(k), {DriverKind::arrival, d, -1, ""}, sign());
+      add_time_shapes(name(k));
+      add_conditions(name(k));
+      if (k < kToolParameters && parameter_unit(k) == ParameterUnit::radian)
+        add(name(k), {DriverKind::moment, -1, -1, ""}, Shape{});
+    }
+    close_stage();
+  }
+
+  // Joint errors that need two drivers: two angles, or a course over an angle, or a compliance,
+  // that grows with another.
+  void add_products() {
+    for (int j = 0; j < kJoints; ++j) {
+      const std::string parameter = name(link_parameter(j, LinkParameter::theta));
+      for (int a = 0; a < kJoints; ++a)
+        for (int b = a + 1; b < kJoints; ++b) {
+          Shape shape;
+          shape.kind = ShapeKind::series;
+          shape.basis = SeriesBasis::fourier;
+          shape.count = 1;
+          add(parameter, {DriverKind::joint_angle, a, b, ""}, shape);
+        }
+      add_growth(parameter, j, {DriverKind::time, -1, -1, ""});
+      add_growth(parameter, j, {DriverKind::payload, -1, -1, ""});
+      for (const std::string& where : campaign_.temperature_names)
+        add_growth(parameter, j, {DriverKind::temperature, -1, -1, where});
+      add_growth(parameter, j, {DriverKind::arrival, j, -1, ""});
+      add_growth(parameter, j, {DriverKind::force, -1, -1, ""});
+    }
+    close_stage();
+  }
+
+  // What each joint's gear train and encoder do: single cycles, and curves that are no sum of few.
+  void add_own_angles() {
+    for (int j = 0; j < kJoints; ++j) {
+      const std::string parameter = name(link_parameter(j, LinkParameter::theta));
+      const Driver own{DriverKind::joint_angle, j, -1, ""};
+      add_periodogram(parameter, own);
+      add_fine_curves(parameter, own);
+    }
+    close_stage();
+  }
+
+  std::vector<Candidate> take() { return std::move(candidates_); }
+
+ private:
+  std::string name(int parameter) const { return parameter_name(robot_.chain, parameter); }
+  static Shape sign() {
+    Shape shape;
+    shape.kind = ShapeKind::sign;
+    return shape;
+  }
+
+  void add(const std::string& parameter, const Driver& driver, const Shape& shape) {
+    if (!is_driven(driver, campaign_, span_)) return;
+    Candidate candidate;
+    candidate.effect = {"unexplained", parameter, driver, shape, {}};
+    candidates_.push_back(std::move(candidate));
+  }
+
+  void add_angle_shapes(const std::string& parameter, int joint) {
+    const Driver driver{DriverKind::joint_angle, joint, -1, ""};
+    add(parameter, driver, Shape{});
+    for (int n : {1, 2, 3}) add(parameter, driver, harmonic(n));
+    if (is_zero_offset(*find_parameter(robot_.chain, parameter))) add_bumps(parameter, driver);
+    add(parameter, driver, series_on_joint(robot_, joint, SeriesBasis::cosine, kSeriesCosines));
+    add(parameter, driver, series_on_joint(robot_, joint, SeriesBasis::spline, 8));
+  }
+
+  void add_growth(const std::string& parameter, int joint, const Driver& with) {
+    const auto times = [&](DriverKind kind, int of) {
+      return Driver{kind, of, with.joint, with.where, with.kind};
+    };
+    for (int d = 0; d < kJoints; ++d)
+      for (const Shape& shape : {Shape{}, harmonic(1)})
+        add(parameter, times(DriverKind::joint_angle, d), shape);
+    // What arrival and force do to a joint is no matter of its load.
+    if (with.kind != DriverKind::arrival && with.kind != DriverKind::force)
+      add(parameter, times(DriverKind::gravity_torque, joint), Shape{});
+  }
+
+  // From where the cosines of the open series end, and a whole cycle is covered, to the highest
+  // motor order.
+  void add_periodogram(const std::string& parameter, const Driver& driver) {
+    const auto [low, high] = travel_covered(driver.joint);
+    const double covered = (high - low) / (2 * std::numbers::pi);
+    if (covered * kMostCycles < 1) return;  // not one cycle of any
+    const Shape whole = series_on_joint(robot_, driver.joint, SeriesBasis::cosine, kSeriesCosines);
+    const double step = 1 / (kFrequencySteps * covered);
+    const double first =
+        std::max(1 / covered, kSeriesCosines * std::numbers::pi / (whole.high[0] - whole.low[0]));
+    for (double n = std::ceil(first / step) * step; n <= kMostCycles; n += step) {
+      add(parameter, driver, harmonic(readable(n)));
+      candidates_.back().frequency_resolution = 1 / covered;
+    }
+  }
+
+  // On a grid of knots that does not depend on where the poses are.
+  void add_fine_curves(const std::string& parameter, const Driver& driver) {
+    const auto [low, high] = travel_covered(driver.joint);
+    for (double step : {20.0, 10.0, 5.0, 2.5}) {
+      const double knot = step * kDegree;
+      const double first = std::floor(low / knot), last = std::ceil(high / knot);
+      const int count = static_cast<int>(last - first) + 2;
+      if (count < 3 || count * kPosesForCoefficient > static_cast<int>(campaign_.pose_ids.size()))
+        continue;
+      Shape shape = series_on_joint(robot_, driver.joint, SeriesBasis::spline, count);
+      shape.low[0] = first * knot;
+      shape.high[0] = last * knot;
+      add(parameter, driver, shape);
+      candidates_.back().fine = true;
+    }
+  }
+
+  std::pair<double, double> travel_covered(int joint) const {
+    const auto [low, high] =
+        std::minmax_element(campaign_.q.begin(), campaign_.q.end(),
+                            [&](const auto& a, const auto& b) { return a[joint] < b[joint]; });
+    return {(*low)[joint], (*high)[joint]};
+  }
+
+  // Something local: a dent in a track, a collision of cables. Neighbours overlap at half height.
+  void add_bumps(const std::string& parameter, const Driver& driver) {
+    const Shape whole = series_on_joint(robot_, driver.joint, SeriesBasis::bump, 1);
+    for (int parts : {4, 8}) {
+      const double part = (whole.high[0] - whole.low[0]) / parts;
+      for (int k = 0; k <= parts; ++k) {
+        Shape shape = whole;
+        const double middle = whole.low[0] + k * part;
+        shape.low[0] = middle - 0.5 * part;
+        shape.high[0] = middle + 0.5 * part;
+        add(parameter, driver, shape);
+      }
+    }
+  }
+
+  void add_time_shapes(const std::string& parameter) {
+    const Driver driver{DriverKind::time, -1, -1, ""};
+    if (!has_time(span_)) return;
+    add(parameter, driver, Shape{});
+    for (ShapeKind kind : {ShapeKind::step, ShapeKind::exponential}) {
+      Shape shape;
+      shape.kind = kind;
+      for (const Shape& inner : with_inner_values(shape, span_)) add(parameter, driver, inner);
+    }
+    Shape series;
+    series.kind = ShapeKind::series;
+    series.count = 4;
+    series.low[0] = span_.times.front();
+    series.high[0] = span_.times.back();
+    add(parameter, driver, series);
+  }
+
+  void add_conditions(const std::string& parameter) {
+    for (const std::string& where : campaign_.temperature_names)
+      add(parameter, {DriverKind::temperature, -1, -1, where}, Shape{});
+    add(parameter, {DriverKind::payload, -1, -1, ""}, Shape{});
+  }
+
+  // A torque that does not act in proportion: free play, stiffening, saturation.
+  void add_torque_series(const std::string& parameter, int joint) {
+    if (robot_.bodies.empty()) return;
+    const GravityLoad load(robot_, link_parameter(joint, LinkParameter::theta));
+    const ChainEvaluator chain(robot_.chain);
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const JointVector& q : sample_joint_space(robot_.chain, 512)) {
+      Context context;
+      context.q = q;
+      double torque = 0;
+      load.values(context, chain.link_frames(q), &torque);
+      low = std::min(low, torque);
+      high = std::max(high, torque);
+    }
+    if (high - low < 1.0) return;  // N m: gravity does not turn this joint
+    const Driver driver{DriverKind::gravity_torque, joint, -1, ""};
+    Shape series;
+    series.kind = ShapeKind::series;
+    series.basis = SeriesBasis::spline;
+    series.count = 4;
+    series.low[0] = low;
+    series.high[0] = high;
+    add(parameter, driver, series);
+    add(parameter, driver, sign());
+    for (double share : {0.4, 0.2, 0.1, 0.05}) {
+      Shape saturating;
+      saturating.kind = ShapeKind::series;
+      saturating.basis = SeriesBasis::saturating;
+      saturating.count = 1;
+      saturating.high[0] = share * std::max(std::abs(low), std::abs(high));
+      saturating.low[0] = -saturating.high[0];
+      add(parameter, driver, saturating);
+    }
+  }
+
+  void close_stage() {
+    const double choices = std::log(static_cast<double>(std::max<size_t>(1, candidates_.size())));
+    for (size_t k = stage_; k < candidates_.size(); ++k) candidates_[k].log_choices = choices;
+    stage_ = candidates_.size();
+  }
+
+  const Robot& robot_;
+  const Campaign& campaign_;
+  TimeSpan span_;
+  std::vector<Candidate> candidates_;
+  size_t stage_ = 0;
+};
+
+}  // namespace
+
+std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Robot& robot,
+                                            const Campaign& campaign) {
+  const TimeSpan span = time_span(campaign);
+  std::vector<Candidate> candidates;
+  for (const CatalogueEntry& entry : catalogue)
+    for (const Effect& effect : expand(entry, robot)) {
+      std::vector<Driver> drivers{effect.driver};
+      if (effect.driver.kind == DriverKind::temperature && effect.driver.where.empty()) {
+        drivers.clear();
+        for (const std::string& where : campaign.temperature_names)
+          drivers.push_back({DriverKind::temperature, -1, -1, where});
+      }
+      for (const Driver& driver : drivers) {
+        if (!is_driven(driver, campaign, span)) continue;
+        for (const Shape& shape : with_inner_values(effect.shape, span)) {
+          Candidate candidate{effect, 0, entry.only_positive, true, entry.separated_by};
+          candidate.effect.driver = driver;
+          candidate.effect.shape = shape;
+          candidates.push_back(std::move(candidate));
+        }
+      }
+    }
+  for (Candidate& candidate : candidates)
+    candidate.log_choices = std::log(static_cast<double>(candidates.size()));
+  return candidates;
+}
+
+std::vector<Candidate> open_candidates(const Robot& robot, const Campaign& campaign) {
+  OpenSearch search(robot, campaign);
+  search.add_joint_errors();
+  search.add_products();
+  search.add_other_parameters();
+  search.add_own_angles();
+  return search.take();
+}
+
+std::vector<Candidate> steps_at_any_time(const Candidate& step, const Campaign& campaign) {
+  const TimeSpan span = time_span(campaign);
+  std::vector<Candidate> steps;
+  for (double at : step_times(span, static_cast<int>(std::min(span.times.size(), kMostSteps)))) {
+    steps.push_back(step);
+    steps.back().effect.shape.at = at;
+  }
+  return steps;
+}
+
+std::vector<Candidate> refined_candidates(const Candidate& candidate, const Campaign& campaign) {
+  const Shape& shape = candidate.effect.shape;
+  std::vector<Candidate> refined;
+  const TimeSpan span = time_span(campaign);
+  const auto add = [&](const Shape& inner) {
+    refined.push_back(candidate);
+    refined.back().effect.shape = inner;
+  };
+  if (shape.kind == ShapeKind::step) {
+    refined = steps_at_any_time(candidate, campaign);
+    const double reach = 2.0 * span.duration() / kStepGrid;
+    std::erase_if(refined, [&](const Candidate& step) {
+      return std::abs(step.effect.shape.at - shape.at) > reach;
+    });
+  } else if (candidate.frequency_resolution > 0) {
+    const double step = candidate.frequency_resolution / kFrequencySteps / kFinerSteps;
+    for (int k = -kFinerSteps; k <= kFinerSteps; ++k) {
+      Shape inner = shape;
+      inner.harmonic = readable(shape.harmonic + k * step);
+      add(inner);
+    }
+  } else if (shape.kind == ShapeKind::exponential) {
+    // Steps of a grid that does not depend on where the search has come from.
+    for (double tau = span.duration() / 64; tau <= 2 * span.duration(); tau *= 1.15) {
+      if (std::abs(std::log(tau / shape.tau)) > std::log(2.0)) continue;
+      Shape inner = shape;
+      inner.tau = tau;
+      add(inner);
+    }
+  }
+  return refined;
+}
+
+}  // namespace armtrue

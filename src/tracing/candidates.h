@@ -1,0 +1,25 @@
+#pragma once
+
+#include <vector>
+
+#include "armtrue/effects/catalogue.h"
+#include "armtrue/campaign/campaign.h"
+#include "tracing/scan.h"
+
+namespace armtrue {
+
+/// The catalogue's effects that this campaign could show, inner values (t*, tau) on a grid.
+std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Robot& robot,
+                                            const Campaign& campaign);
+
+/// Every parameter against every driver, in bases that assume no cause.
+std::vector<Candidate> open_candidates(const Robot& robot, const Campaign& campaign);
+
+/// A step of time at any moment between two readings (of very many, evenly taken).
+std::vector<Candidate> steps_at_any_time(const Candidate& step, const Campaign& campaign);
+
+/// The same effect with finer inner values about those it has; none if its shape has no inner
+/// value.
+std::vector<Candidate> refined_candidates(const Candidate& candidate, const Campaign& campaign);
+
+}  // namespace armtrue

@@ -1,0 +1,116 @@
+#include "armtrue/tracing/effect_curve.h"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "armtrue/calibration/pose_bootstrap.h"
+
+namespace armtrue {
+namespace {
+
+constexpr double kPointsPerPiece = 4;  // of a spline, or per half cycle
+constexpr int kStepsPerCycle = 16;     // of frequency, within the resolution
+constexpr double kWorthSaying = 0.05;  // of the variance of a curve
+
+}  // namespace
+
+std::vector<CurvePoint> effect_curve(const CalibrationResult& fit, const Campaign& campaign,
+                                     size_t effect, const Eigen::MatrixXd& departures) {
+  const Effect& e = fit.robot.effects[effect];
+  const double pieces = e.shape.kind == ShapeKind::harmonic ? 2 * e.shape.harmonic
+                                                            : static_cast<double>(e.shape.count);
+  const int points = static_cast<int>(std::clamp(kPointsPerPiece * pieces, 41.0, 801.0));
+  const Driver& driver = e.driver;
+  if (driver.is_pair() || driver.factor || !find_parameter(fit.robot.chain, e.parameter)) return {};
+  const auto reading = [&](int row) -> double {
+    if (driver.kind == DriverKind::joint_angle) return campaign.q[row][driver.joint];
+    if (driver.kind == DriverKind::time) return campaign.time_s[row];
+    const auto& names = campaign.temperature_names;
+    const auto sensor = std::find(names.begin(), names.end(), driver.where) - names.begin();
+    return campaign.temperature_c[row][static_cast<size_t>(sensor)];
+  };
+  if (driver.kind != DriverKind::joint_angle && driver.kind != DriverKind::time &&
+      driver.kind != DriverKind::temperature)
+    return {};
+
+  std::vector<const Effect*> together;
+  std::vector<Eigen::Index> unknowns;
+  std::vector<double> all;
+  Eigen::Index unknown = 0;
+  for (const Effect& other : fit.robot.effects) {
+    const bool belongs = other.parameter == e.parameter && other.driver == driver;
+    if (belongs) together.push_back(&other);
+    for (const Coefficient& coefficient : other.coefficients) {
+      if (belongs) {
+        unknowns.push_back(unknown);
+        all.push_back(coefficient.value);
+      }
+      ++unknown;
+    }
+  }
+  const auto count = static_cast<Eigen::Index>(all.size());
+  const Eigen::Map<const Eigen::VectorXd> coefficients(all.data(), count);
+  const Eigen::MatrixXd draws = departures(Eigen::all, unknowns);
+  const auto first = static_cast<Eigen::Index>(fit.set.kept.size());
+  const Eigen::MatrixXd covariance =
+      fit.covariance.block(first, first, unknown, unknown)(unknowns, unknowns);
+  const int poses = static_cast<int>(campaign.pose_ids.size());
+  const auto values_at = [&](double x) {
+    Eigen::VectorXd values(count);
+    Eigen::Index k = 0;
+    for (const Effect* other : together) {
+      evaluate(other->shape, x, values.data() + k);
+      k += static_cast<Eigen::Index>(other->coefficients.size());
+    }
+    return values;
+  };
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(count);
+  double low = reading(0), high = low;
+  for (int row = 0; row < campaign.rows(); ++row) {
+    const double x = reading(row);
+    mean += values_at(x) / campaign.rows();
+    low = std::min(low, x);
+    high = std::max(high, x);
+  }
+  std::vector<CurvePoint> curve;
+  for (int i = 0; i < points; ++i) {
+    const double x = low + (high - low) * i / (points - 1);
+    const Eigen::VectorXd values = values_at(x) - mean;
+    const double deviation = std::sqrt(std::max(0.0, values.dot(covariance * values)));
+    const auto [below, above] = interval_about(draws * values, deviation, poses);
+    curve.push_back({x, values.dot(coefficients), 0.5 * (above - below)});
+  }
+  return curve;
+}
+
+std::optional<StrongestCycle> strongest_cycle(const std::vector<CurvePoint>& curve) {
+  const auto points = static_cast<Eigen::Index>(curve.size());
+  if (points < 8) return std::nullopt;
+  Eigen::VectorXd x(points), y(points);
+  for (Eigen::Index i = 0; i < points; ++i) {
+    x[i] = curve[static_cast<size_t>(i)].driver;
+    y[i] = curve[static_cast<size_t>(i)].value;
+  }
+  const double resolution = 2 * std::numbers::pi / (x[points - 1] - x[0]);
+  const double variance = (y.array() - y.mean()).matrix().squaredNorm();
+  Eigen::MatrixXd sines(points, 4);
+  sines.leftCols<2>() << Eigen::VectorXd::Ones(points), x;
+  const double straight =
+      (y - sines.leftCols<2>() * sines.leftCols<2>().householderQr().solve(y)).squaredNorm();
+  std::optional<StrongestCycle> best;
+  // Four points of a cycle show its amplitude.
+  const double most = 0.25 * static_cast<double>(points) * resolution;
+  for (double n = 2 * resolution; n < most; n += resolution / kStepsPerCycle) {
+    sines.col(2) = (n * x).array().sin();
+    sines.col(3) = (n * x).array().cos();
+    const Eigen::Vector4d c = sines.householderQr().solve(y);
+    const double share = (straight - (y - sines * c).squaredNorm()) / variance;
+    if (share > (best ? best->share : kWorthSaying))
+      best = {n, resolution, std::hypot(c[2], c[3]), share};
+  }
+  return best;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,271 @@
+#include "armtrue/tracing/tracing.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <optional>
+
+#include "armtrue/calibration/evaluation.h"
+#include "armtrue/calibration/pose_bootstrap.h"
+#include "armtrue/statistics/summary.h"
+#include "tracing/candidates.h"
+#include "tracing/cross_validation.h"
+#include "tracing/model_search.h"
+#include "campaign/selection.h"
+#include "tracing/variance_shares.h"
+
+namespace armtrue {
+namespace {
+
+constexpr double kSameProjection = 0.95;  // correlation from which two candidates are one class
+// What explains less than half of the variance that an effect explains stands beside it, not in its
+// place.
+const double kMostOfIt = std::sqrt(0.5);
+constexpr double kSameEvidence = 6.0;  // EBIC: odds of 20 to 1
+// BIC: odds of a thousand to one. The price of having looked at many is none of the readings'
+// doing.
+const double kRuledOut = 2 * std::log(1000.0);
+// Twice the fall of the likelihood within which 95 % of the times of a step lie. A step is no
+// regular parameter: P(fall <= x) = (1 - exp(-x/2))^2 (Hansen, Econometrica 68, 2000).
+const double kFallToStep95 = -2 * std::log(1 - std::sqrt(0.95));
+constexpr double kLackOfFit = 1e-3;  // p from which the fit clearly lacks something
+constexpr int kRefitted = 3;         // parameters named of those that are refitted for a rival
+// More would find smaller effects at a cost in proportion, and only the fit needs all.
+constexpr int kMostPosesOfSearch = 2000;
+
+// Amplitude and phase of an effect, if it is a harmonic, its frequency as it stands.
+std::optional<Cycle> fixed_cycle(const CalibrationResult& fit, const Eigen::MatrixXd& departures,
+                                 int effect, int poses) {
+  const Effect& e = fit.robot.effects[effect];
+  if (e.shape.kind != ShapeKind::harmonic || e.coefficients.size() != 2) return std::nullopt;
+  const double sine = e.coefficients[0].value, cosine = e.coefficients[1].value;
+  Cycle cycle;
+  cycle.amplitude = std::hypot(sine, cosine);
+  cycle.phase = std::atan2(cosine, sine);
+  Eigen::Index first = 0;
+  for (int other = 0; other < effect; ++other)
+    first += static_cast<Eigen::Index>(fit.robot.effects[other].coefficients.size());
+  const Eigen::Vector2d along = Eigen::Vector2d(sine, cosine) / cycle.amplitude;
+  const Eigen::Index unknown = static_cast<Eigen::Index>(fit.set.kept.size()) + first;
+  const Eigen::Matrix2d covariance = fit.covariance.block<2, 2>(unknown, unknown);
+  cycle.amplitude_std = std::sqrt(along.dot(covariance * along));
+  const auto [low, high] =
+      interval_about(departures.middleCols<2>(first) * along, cycle.amplitude_std, poses);
+  cycle.amplitude_ci95 = {cycle.amplitude + low, cycle.amplitude + high};
+  return cycle;
+}
+
+// With the uncertainty of its frequency, too, if that was searched.
+std::optional<Cycle> cycle_of(ModelSearch& search, const Campaign& campaign,
+                              const TraceResult& result, size_t chosen) {
+  const int effect = search.in_fit(chosen);
+  const auto poses = static_cast<int>(campaign.pose_ids.size());
+  std::optional<Cycle> cycle = fixed_cycle(result.fit, result.departures, effect, poses);
+  if (!cycle || search.chosen()[chosen].frequency_resolution == 0) return cycle;
+  const Effect& e = result.fit.robot.effects[effect];
+  const double sine = e.coefficients[0].value, cosine = e.coefficients[1].value;
+  const double n = e.shape.harmonic;
+  // The derivative with respect to the frequency.
+  const Linearization& fit = search.view().fit;
+  Eigen::VectorXd column = fit.jacobian().col(*find_parameter(result.fit.robot.chain, e.parameter));
+  for (int row = 0; row < fit.rows(); ++row) {
+    const double q = campaign.q[row][e.driver.joint];
+    column.segment(row * fit.row_size(), fit.row_size()) *=
+        q * (sine * std::cos(n * q) - cosine * std::sin(n * q));
+  }
+  cycle->frequency_std = fit.standard_deviation(column);
+  const double half_width = student_quantile(poses) * cycle->frequency_std;
+  cycle->frequency_ci95 = {n - half_width, n + half_width};
+  return cycle;
+}
+
+// The times at which a step would explain nearly as much, out to the readings about them.
+std::optional<std::array<double, 2>> step_ci95(ModelSearch& search, const Campaign& campaign,
+                                               size_t chosen) {
+  const Candidate& step = search.chosen()[chosen];
+  if (step.effect.shape.kind != ShapeKind::step) return std::nullopt;
+  const std::vector<Candidate> steps = steps_at_any_time(step, campaign);
+  const std::vector<CandidateScore> scores = search.scores_of(steps, search.in_fit(chosen));
+  double best = 0;
+  for (const CandidateScore& score : scores) best = std::max(best, score.score);
+  double low = step.effect.shape.at, high = low;
+  for (size_t k = 0; k < steps.size(); ++k) {
+    if (scores[k].score < best - kFallToStep95) continue;
+    low = std::min(low, steps[k].effect.shape.at);
+    high = std::max(high, steps[k].effect.shape.at);
+  }
+  std::array<double, 2> readings{-std::numeric_limits<double>::infinity(),
+                                 std::numeric_limits<double>::infinity()};
+  for (double time : campaign.time_s) {
+    if (time < low) readings[0] = std::max(readings[0], time);
+    if (time > high) readings[1] = std::min(readings[1], time);
+  }
+  return readings;
+}
+
+// Two frequencies of a gear train that the travel covered tells apart are two claims.
+bool same_claim(const Candidate& a, const Candidate& b) {
+  const double resolution = std::min(a.frequency_resolution, b.frequency_resolution);
+  return same_place(a.effect, b.effect) &&
+         (resolution == 0 ||
+          std::abs(a.effect.shape.harmonic - b.effect.shape.harmonic) < resolution);
+}
+
+// Sets what cannot be told from one of the chosen, or only by odds.
+void list_rivals(ModelSearch& search, size_t chosen, TracedEffect& traced) {
+  const int effect = search.in_fit(chosen);
+  const Candidate& found = search.chosen()[chosen];
+  const auto& [fit, projected] = search.view();
+  const std::vector<Candidate>& candidates = search.scan().candidates();
+  const CandidateScore own = search.score_of({static_cast<int>(chosen)});
+  const std::vector<CandidateScore> scores = projected.scores_without({effect});
+  const std::vector<CandidateScore> imitations = projected.imitations(effect);
+  std::vector<int> listed;
+  for (int k : best_first(scores)) {
+    const Candidate& other = candidates[k];
+    const CandidateScore& score = scores[k];
+    if (same_claim(other, found) || score.degrees_of_freedom == 0) continue;
+    const double correlation = std::sqrt(imitations[k].gain);
+    if (correlation < kMostOfIt) continue;
+    const double behind = own.score - score.score;
+    const bool simple = score.degrees_of_freedom <= std::max(2, own.degrees_of_freedom);
+    if (!(simple && correlation >= kSameProjection) && behind > kSameEvidence) continue;
+    if (!search.scan().is_possible(k, score.coefficients)) continue;
+    if (std::any_of(listed.begin(), listed.end(),
+                    [&](int rival) { return same_claim(candidates[rival], other); }))
+      continue;
+    listed.push_back(k);
+    std::vector<std::string> refitted;
+    const Eigen::VectorXd imitation = search.scan().columns(fit, k) * imitations[k].coefficients;
+    for (int unknown : fit.most_refitted(effect, imitation, kRefitted))
+      refitted.push_back(parameter_name(search.fit().robot.chain, search.fit().set.kept[unknown]));
+    const double by_readings = behind - 2 * (other.log_choices - found.log_choices);
+    const bool ruled_out = std::min(behind, by_readings) > kRuledOut;
+    (ruled_out ? traced.ruled_out : traced.indistinguishable)
+        .push_back({other.effect, correlation, behind, refitted, other.separated_by,
+                    other.from_catalogue});
+  }
+}
+
+// What explains most leads, whichever was found first; effects of one parameter and driver are
+// pieces of one thing and stand together. Returns the shares in that order.
+std::vector<VarianceShare> order_by_share(ModelSearch& search, int poses, std::uint64_t seed) {
+  const std::vector<Candidate>& chosen = search.chosen();
+  const VarianceShares found =
+      variance_shares(search.view().fit.effects_from(search.in_fit(0)), seed);
+  const auto effects = static_cast<Eigen::Index>(chosen.size());
+  const Eigen::Map<const Eigen::VectorXd> share(found.of_group.data(), effects);
+  std::vector<Eigen::VectorXd> place(chosen.size(), Eigen::VectorXd::Zero(effects));
+  for (size_t a = 0; a < chosen.size(); ++a)
+    for (size_t b = 0; b < chosen.size(); ++b)
+      place[a][static_cast<Eigen::Index>(b)] = same_place(chosen[a].effect, chosen[b].effect);
+  std::vector<size_t> order(chosen.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
+    return std::pair(place[a].dot(share), found.of_group[a]) >
+           std::pair(place[b].dot(share), found.of_group[b]);
+  });
+  const double wide = student_quantile(poses);
+  std::vector<VarianceShare> shares;
+  for (size_t k : order) {
+    const auto own = static_cast<Eigen::Index>(k);
+    const double half = wide * found.standard_deviation(Eigen::VectorXd::Unit(effects, own));
+    const Eigen::VectorXd behind = place[order.front()] - place[k];
+    shares.push_back({share[own],
+                      {std::max(0.0, share[own] - half), std::min(1.0, share[own] + half)},
+                      behind.dot(share) <= wide * found.standard_deviation(behind)});
+  }
+  search.put_in_order(order);
+  return shares;
+}
+
+// Evidence of each effect beside all the others, and what cannot be told from it.
+void describe(ModelSearch& search, const Campaign& campaign, const TraceOptions& options,
+              TraceResult& result) {
+  const auto poses = static_cast<int>(campaign.pose_ids.size());
+  const std::vector<VarianceShare> shares = order_by_share(search, poses, options.seed);
+  if (shares.empty()) return;
+  if (options.progress) options.progress("looking for what cannot be told apart");
+  result.departures = bootstrap_coefficients(result.fit, campaign, options.bootstrap, options.seed);
+  set_intervals(result.departures, poses, result.fit.robot);
+  const std::vector<Candidate>& chosen = search.chosen();
+  for (size_t k = 0; k < chosen.size(); ++k) {
+    TracedEffect& traced = result.effects.emplace_back();
+    traced.effect = result.fit.robot.effects[search.in_fit(k)];
+    traced.variance_share = shares[k];
+    traced.cycle = cycle_of(search, campaign, result, k);
+    traced.step_ci95 = step_ci95(search, campaign, k);
+    traced.from_catalogue = chosen[k].from_catalogue;
+    traced.separated_by = chosen[k].separated_by;
+    traced.incomplete = std::count_if(chosen.begin(), chosen.end(), [&](const Candidate& other) {
+                          return same_place(other.effect, chosen[k].effect);
+                        }) > 1;
+    const double score = search.score_of({static_cast<int>(k)}).score;
+    const CrossValidation cv =
+        CrossValidation::of_effect(search.view().fit, search.in_fit(k), options.seed);
+    const std::optional<double> p_at_gate = search.p_at_gate(k);
+    traced.evidence = {score, p_at_gate ? *p_at_gate : search.p_value(score), cv.gain, cv.error};
+    list_rivals(search, k, traced);
+  }
+}
+
+TraceResult search_and_describe(const Robot& robot, const Campaign& campaign,
+                                const Catalogue& catalogue, const TraceOptions& options) {
+  TraceResult result;
+  ModelSearch search(robot, campaign, catalogue, options, result);
+  search.run();
+  describe(search, campaign, options, result);
+  return result;
+}
+
+// What was found in some of the poses, fitted to all.
+void refit_to_all(const Robot& robot, const Campaign& campaign, const TraceOptions& options,
+                  TraceResult& result) {
+  if (options.progress) options.progress("fitting what was found to all poses");
+  CalibrationOptions near;
+  near.near = &result.fit;
+  near.tolerance = kSearchTolerance;
+  result.stages.front() = calibrate(robot, campaign, result.fit.set);
+  const CalibrationResult fit = calibrate(result.fit.robot, campaign, result.fit.set, near);
+  result.fit = fit;
+  result.stages.back() = result.fit;
+  if (result.effects.empty()) return;
+  const int poses = static_cast<int>(campaign.pose_ids.size());
+  result.departures = bootstrap_coefficients(result.fit, campaign, options.bootstrap, options.seed);
+  set_intervals(result.departures, poses, result.fit.robot);
+  const auto declared = static_cast<int>(robot.effects.size());
+  for (size_t k = 0; k < result.effects.size(); ++k) {
+    TracedEffect& traced = result.effects[k];
+    const int effect = declared + static_cast<int>(k);
+    traced.effect = result.fit.robot.effects[effect];
+    const Cycle before = traced.cycle.value_or(Cycle{});
+    traced.cycle = fixed_cycle(result.fit, result.departures, effect, poses);
+    if (!traced.cycle) continue;
+    traced.cycle->frequency_std = before.frequency_std;
+    traced.cycle->frequency_ci95 = before.frequency_ci95;
+  }
+}
+
+}  // namespace
+
+// An effect without a lack of fit is a stranger claim, and needs the stronger evidence. The lack is
+// that of position, which is what the arm shall be accurate in.
+double significance_level(const CalibrationResult& fit, const Campaign& campaign, double with_lack,
+                          double without_lack) {
+  const double lack_of_fit = assess(fit, campaign).lack_of_fit_in_position.value_or(1.0);
+  const double missing = std::clamp(std::log(lack_of_fit) / std::log(kLackOfFit), 0.0, 1.0);
+  return without_lack * std::pow(with_lack / without_lack, missing);
+}
+
+TraceResult trace(const Robot& robot, const Campaign& campaign, const Catalogue& catalogue,
+                  const TraceOptions& options) {
+  if (static_cast<int>(campaign.pose_ids.size()) <= kMostPosesOfSearch)
+    return search_and_describe(robot, campaign, catalogue, options);
+  const Campaign part = campaign.select(rows_of_some_poses(campaign, kMostPosesOfSearch));
+  TraceResult result = search_and_describe(robot, part, catalogue, options);
+  refit_to_all(robot, campaign, options, result);
+  return result;
+}
+
+}  // namespace armtrue

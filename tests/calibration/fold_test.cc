@@ -1,0 +1,77 @@
+#include "calibration/fold.h"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "armtrue/campaign/simulation.h"
+#include "armtrue/io/robot_io.h"
+
+namespace armtrue {
+namespace {
+
+struct Setting {
+  Robot robot = read_robot(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml").robot;
+  Campaign campaign;
+  std::vector<int> parameters;
+
+  explicit Setting(int poses) {
+    SimulationOptions options;
+    options.poses = poses;
+    options.noise_position = 1e-4;
+    options.noise_orientation = 2e-4;
+    const Robot truth = read_robot(ARMTRUE_CONFIG "/robots/kr360-table4.yaml").robot;
+    campaign = simulate(robot, truth, options);
+    for (int k = 0; k < kGeometricParameters; ++k) parameters.push_back(k);
+  }
+};
+
+// The triangle of the fold against the stacked rows it stands for.
+TEST(Fold, KeepsTheNormalEquationsOfAllRows) {
+  const Setting setting(300);
+  const ObservationModel model(setting.campaign, setting.robot, setting.parameters, {1e-4, 2e-4});
+  const auto at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
+  for (const ReadingLaw& law : {ReadingLaw{0, {}}, ReadingLaw{4, {}}}) {
+    Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(model.unknowns() + 1, model.unknowns() + 1);
+    double loss = 0;
+    Eigen::MatrixXd block(6, model.unknowns() + 1);
+    for (int row = 0; row < model.rows(); ++row) {
+      at.block(row, block);
+      const double squared = block.rightCols<1>().squaredNorm();
+      loss += law.loss(squared, 6);
+      gram += law.weight(squared, 6) * block.transpose() * block;
+    }
+    for (FoldBy by : {FoldBy::rotations, FoldBy::products}) {
+      const Fold folded = fold(at, model, law, by);
+      EXPECT_TRUE(folded.factor.isUpperTriangular());
+      EXPECT_LT((folded.factor.transpose() * folded.factor - gram).norm(), 1e-10 * gram.norm());
+      EXPECT_NEAR(folded.loss, loss, 1e-9 * loss);
+    }
+    EXPECT_NEAR(total_loss(at, model, law), loss, 1e-9 * loss);
+  }
+}
+
+TEST(Fold, GivesTheSameBytesEveryTime) {
+  const Setting setting(9000);  // several blocks, over the threads there are
+  const ObservationModel model(setting.campaign, setting.robot, {0, 1, 7, 12, 20, 30, 41}, {1, 1});
+  const auto at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
+  for (FoldBy by : {FoldBy::rotations, FoldBy::products}) {
+    const Fold first = fold(at, model, {4, {}}, by);
+    for (int i = 0; i < 3; ++i) {
+      const Fold again = fold(at, model, {4, {}}, by);
+      EXPECT_EQ(first.loss, again.loss);
+      EXPECT_TRUE(first.factor == again.factor);
+    }
+  }
+}
+
+TEST(Fold, WeightIsTheDerivativeOfTheLoss) {
+  const ReadingLaw law{5, {}};
+  for (double s : {0.1, 1.0, 6.0, 400.0}) {
+    const double h = 1e-6 * s;
+    EXPECT_NEAR((law.loss(s + h, 6) - law.loss(s - h, 6)) / (2 * h), law.weight(s, 6), 1e-6);
+  }
+}
+
+}  // namespace
+}  // namespace armtrue

@@ -1,0 +1,146 @@
+#include "armtrue/calibration/identifiability.h"
+
+#include <gmock/gmock.h>
+
+#include <Eigen/QR>
+#include <algorithm>
+
+#include "armtrue/campaign/simulation.h"
+#include "armtrue/io/robot_io.h"
+#include "armtrue/kinematics/evaluator.h"
+
+namespace armtrue {
+namespace {
+
+using testing::Contains;
+using testing::Not;
+
+Robot kr360() { return read_robot(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml").robot; }
+
+// Table 1 as the paper has it: axes 6 and 7 coincide (d_7 = 0).
+Robot table1() { return read_robot(ARMTRUE_CONFIG "/robots/kr360.yaml").robot; }
+
+Campaign poses(const Robot& robot, bool orientation, int count = 80) {
+  SimulationOptions options;
+  options.poses = count;
+  options.orientation = orientation;
+  return simulate(robot, robot, options);
+}
+
+std::vector<std::string> links_with_beta(const Robot& robot, const std::vector<int>& beta) {
+  std::vector<std::string> names;
+  for (int j = 0; j < kLinks; ++j)
+    for (LinkParameter which :
+         {LinkParameter::alpha, LinkParameter::d, LinkParameter::theta, LinkParameter::r})
+      names.push_back(parameter_name(robot.chain, link_parameter(j, which)));
+  for (int j : beta)
+    names.push_back(parameter_name(robot.chain, link_parameter(j - 1, LinkParameter::beta)));
+  return names;
+}
+
+std::vector<std::string> names_of(const Robot& robot, const std::vector<int>& parameters) {
+  std::vector<std::string> names;
+  for (int k : parameters) names.push_back(parameter_name(robot.chain, k));
+  return names;
+}
+
+TEST(Identifiability, RanksOfTheSeedPaper) {
+  Robot robot = kr360();
+  EXPECT_EQ(choose_identifiable(robot, poses(robot, true)).kept.size(), 30u);   // base, links and tool
+  EXPECT_EQ(choose_identifiable(robot, poses(robot, false)).kept.size(), 27u);  // from points alone
+  robot = table1();
+  robot.identify = links_with_beta(robot, {3});
+  EXPECT_EQ(choose_identifiable(robot, poses(robot, true)).kept.size(), 26u);
+  robot.identify = {"paper-25"};
+  EXPECT_EQ(choose_identifiable(robot, poses(robot, true)).kept.size(), 25u);
+}
+
+// Of long campaigns every so many rows are looked at, among them those of every target, however
+// the rows alternate.
+TEST(Identifiability, SeesEveryTargetOfALongCampaign) {
+  for (int targets : {3, 4}) {
+    Robot robot = kr360();
+    for (int k = 0; k < targets; ++k)
+      robot.chain.targets.push_back({"T" + std::to_string(k + 1), {0.1, 0.05 * k, 0.02 * k * k}});
+    Campaign campaign = poses(robot, false, 2000 * targets);
+    for (const Target& target : robot.chain.targets) campaign.target_names.push_back(target.name);
+    for (int row = 0; row < campaign.rows(); ++row) {
+      campaign.target.push_back(row % targets);
+      campaign.pose[row] = row / targets;
+      campaign.q[row] = campaign.q[row - row % targets];
+    }
+    const std::vector<std::string> names =
+        names_of(robot, choose_identifiable(robot, campaign).kept);
+    for (const std::string& target : campaign.target_names)
+      for (const char* axis : {".x", ".y", ".z"})
+        EXPECT_THAT(names, Contains(testing::EndsWith(target + axis)));
+  }
+}
+
+// Eq. 3 as it is printed turns alpha_3 and beta_3 about the same axis y: then one of the 25 is lost.
+TEST(Identifiability, PrintedEquationThreeHasRank24) {
+  Robot robot = kr360();
+  robot.identify = {"paper-25"};
+  const Campaign campaign = poses(robot, true);
+  const IdentifiableSet set = choose_identifiable(robot, campaign);
+  const ChainEvaluator chain(robot.chain);
+  Eigen::MatrixXd stacked(6 * campaign.rows(), 25);
+  for (int row = 0; row < campaign.rows(); ++row) {
+    PoseJacobian jacobian;
+    chain.pose(campaign.q[row], jacobian);
+    for (int k = 0; k < 25; ++k) {
+      // alpha_3 about the axis of beta_3: Rot(y) instead of Rot(x).
+      const int printed = set.kept[k] == link_parameter(2, LinkParameter::alpha)
+                              ? link_parameter(2, LinkParameter::beta)
+                              : set.kept[k];
+      stacked.block<6, 1>(6 * row, k) = jacobian.col(printed);
+    }
+  }
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(stacked);
+  qr.setThreshold(1e-9);
+  EXPECT_EQ(qr.rank(), 24);
+}
+
+TEST(Identifiability, AbsorbedParametersNameTheirAbsorber) {
+  Robot robot = table1();
+  robot.identify = links_with_beta(robot, {3});
+  const IdentifiableSet set = choose_identifiable(robot, poses(robot, true));
+  const auto absorber = [&](const std::string& name) -> std::string {
+    for (const AbsorbedParameter& absorbed : set.absorbed)
+      if (parameter_name(robot.chain, absorbed.parameter) == name)
+        return parameter_name(robot.chain, absorbed.absorbed_by.front().first);
+    return "nothing";
+  };
+  EXPECT_EQ(absorber("A3.r"), "A2.r");
+  EXPECT_EQ(absorber("spindle.theta"), "A6.theta");
+  EXPECT_EQ(absorber("spindle.r"), "A6.r");
+}
+
+TEST(Identifiability, ACalibratedRobotKeepsTheSetOfItsNominal) {
+  const Robot nominal = kr360();
+  const Robot calibrated = read_robot(ARMTRUE_CONFIG "/robots/kr360-table4.yaml").robot;
+  const Campaign campaign = poses(nominal, true);
+  EXPECT_EQ(names_of(nominal, choose_identifiable(nominal, campaign).kept),
+            names_of(calibrated, choose_identifiable(calibrated, campaign).kept));
+}
+
+TEST(Identifiability, AJointThatNeverMovesIsMissed) {
+  const Robot robot = kr360();
+  Campaign campaign = poses(robot, true);
+  for (JointVector& q : campaign.q) q[4] = 0.3;
+  const IdentifiableSet set = choose_identifiable(robot, campaign);
+  EXPECT_LT(set.kept.size(), 30u);
+  EXPECT_THAT(lost_to_poses(robot, campaign, set), Not(testing::IsEmpty()));
+  EXPECT_THAT(lost_to_poses(robot, poses(robot, true),
+                            choose_identifiable(robot, poses(robot, true))),
+              testing::IsEmpty());
+}
+
+TEST(Identifiability, AnUnknownNameIsAnError) {
+  Robot robot = kr360();
+  robot.identify = {"A2.d", "A9.alpha"};
+  EXPECT_THROW(choose_identifiable(robot, poses(robot, true)), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace armtrue

@@ -1,0 +1,36 @@
+#include "armtrue/text/number_text.h"
+
+#include <gtest/gtest.h>
+#include <rapidcheck/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+
+#include "armtrue/kinematics/units.h"
+
+namespace armtrue {
+namespace {
+
+TEST(NumberText, IsTheShortestThatReadsBack) {
+  EXPECT_EQ(number_text(0.1), "0.1");
+  EXPECT_EQ(number_text(-0.0), "0");
+  EXPECT_EQ(number_text(1.0 / 3), "0.3333333333333333");
+  EXPECT_EQ(number_text(90 * kDegree, kDegree), "90");
+  EXPECT_EQ(number_text(-424.2775 * kMillimetre, kMillimetre), "-424.2775");
+}
+
+RC_GTEST_PROP(NumberText, AnyNumberReadsBack, (double value)) {
+  RC_PRE(std::isfinite(value));
+  RC_ASSERT(std::strtod(number_text(value).c_str(), nullptr) == value);
+}
+
+// What stood in a file comes back as it stood there.
+RC_GTEST_PROP(NumberText, FileValuesSurviveTheirUnit, (int thousandths)) {
+  const double in_file = thousandths / 1000.0;
+  for (double unit : {kMillimetre, kDegree})
+    RC_ASSERT(std::strtod(number_text(in_file * unit, unit).c_str(), nullptr) * unit ==
+              in_file * unit);
+}
+
+}  // namespace
+}  // namespace armtrue
