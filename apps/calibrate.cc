@@ -15,12 +15,12 @@ using namespace armtrue;
 
 namespace {
 
-// The weights of favour() tell of each reading how far outside the zone it lies.
-FavouredZone favour_zone(const app::Command& command, Campaign& campaign, const Robot& robot,
-                         const Zone& zone) {
+// The weights of weight_by_zone() tell of each reading how far outside the zone it lies.
+WeightedZone weight_readings_by_zone(const app::Command& command, Campaign& campaign,
+                                     const Robot& robot, const Zone& zone) {
   Campaign weighed = campaign;
   weighed.sigma_position.assign(static_cast<size_t>(campaign.rows()), 1.0);
-  favour(weighed, robot, zone);
+  weight_by_zone(weighed, robot, zone);
   const std::vector<double>& factors = weighed.sigma_position;
   const double least = *std::ranges::min_element(factors);
   const double outside = zone.radius * std::sqrt(least * least - 1);
@@ -30,7 +30,7 @@ FavouredZone favour_zone(const app::Command& command, Campaign& campaign, const 
         "will do there is extrapolated; measure poses in it (plan-poses --zone), or correct "
         "--zone, which is x,y,z,radius in mm in the instrument's frame",
         outside / kMillimetre));
-  favour(campaign, robot, zone);
+  weight_by_zone(campaign, robot, zone);
   return {zone, static_cast<int>(std::ranges::count(factors, 1.0))};
 }
 
@@ -41,8 +41,9 @@ int work(app::Command& command, const std::string& robot_path, const std::string
   if (!identify.empty()) robot.identify = app::split_list(identify);
   if (!per_session.empty()) robot.identify_per_session = app::split_list(per_session);
   Campaign campaign = command.campaign(command.input, robot);
-  std::optional<FavouredZone> favoured;
-  if (!zone.empty()) favoured = favour_zone(command, campaign, robot, app::zone(zone));
+  std::optional<WeightedZone> weighted_zone;
+  if (!zone.empty())
+    weighted_zone = weight_readings_by_zone(command, campaign, robot, app::zone(zone));
   command.progress("identifying");
   const CalibrationResult result = calibrate(robot, campaign);
   if (!residuals_path.empty()) {
@@ -50,7 +51,8 @@ int work(app::Command& command, const std::string& robot_path, const std::string
     write_output(residuals_path,
                  write_residuals({{campaign, evaluate(result.robot, campaign).residuals, split}}));
   }
-  write_output(command.output, write_calibration(result, campaign, command.provenance(), favoured));
+  write_output(command.output,
+               write_calibration(result, campaign, command.provenance(), weighted_zone));
 
   if (!result.converged) {
     command.warn(app::not_converged(result));

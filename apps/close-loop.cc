@@ -2,12 +2,12 @@
 
 #include <set>
 
-#include "armtrue/tracing/loop.h"
-#include "armtrue/planning/separation.h"
-#include "armtrue/text/input_error.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/report_io.h"
+#include "armtrue/planning/separation.h"
 #include "armtrue/report/loop_report.h"
+#include "armtrue/text/input_error.h"
+#include "armtrue/tracing/loop.h"
 #include "command_line.h"
 
 using namespace armtrue;

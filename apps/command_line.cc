@@ -17,9 +17,9 @@
 #include <utility>
 
 #include "armtrue/diagnosis/diagnosis.h"
-#include "armtrue/text/number_text.h"
 #include "armtrue/io/output.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/text/number_text.h"
 
 namespace armtrue::app {
 namespace {

@@ -4,15 +4,15 @@
 #include <functional>
 #include <string>
 
-#include "armtrue/effects/catalogue.h"
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/zone.h"
+#include "armtrue/effects/catalogue.h"
 #include "armtrue/io/campaign_io.h"
-#include "armtrue/text/input_error.h"
 #include "armtrue/io/path_io.h"
 #include "armtrue/io/provenance.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/path/joint_path.h"
+#include "armtrue/text/input_error.h"
 
 namespace armtrue::app {
 

@@ -2,10 +2,10 @@
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
-#include "armtrue/text/input_error.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/report_io.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/text/input_error.h"
 #include "command_line.h"
 
 using namespace armtrue;

@@ -2,16 +2,16 @@
 
 #include <filesystem>
 
-#include "armtrue/text/input_error.h"
-#include "armtrue/io/program_io.h"
-#include "armtrue/programs/krl.h"
 #include "armtrue/io/mirror_io.h"
 #include "armtrue/io/output.h"
+#include "armtrue/io/program_io.h"
 #include "armtrue/kinematics/units.h"
-#include "armtrue/path/samples/bad_samples.h"
 #include "armtrue/path/joint_path.h"
 #include "armtrue/path/mirror/mirror.h"
+#include "armtrue/path/samples/bad_samples.h"
+#include "armtrue/programs/krl.h"
 #include "armtrue/report/mirror_report.h"
+#include "armtrue/text/input_error.h"
 #include "command_line.h"
 
 using namespace armtrue;

@@ -6,12 +6,12 @@
 #include <map>
 #include <set>
 
-#include "armtrue/tracing/loop.h"
-#include "armtrue/planning/planning.h"
-#include "armtrue/planning/separation.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/report_io.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/planning/planning.h"
+#include "armtrue/planning/separation.h"
+#include "armtrue/tracing/loop.h"
 #include "command_line.h"
 
 using namespace armtrue;

@@ -1,10 +1,10 @@
 #include <fmt/format.h>
 
 #include "armtrue/diagnosis/change.h"
-#include "armtrue/tracing/tracing.h"
-#include "armtrue/text/input_error.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/report_io.h"
+#include "armtrue/text/input_error.h"
+#include "armtrue/tracing/tracing.h"
 #include "command_line.h"
 
 using namespace armtrue;
@@ -12,7 +12,7 @@ using namespace armtrue;
 namespace {
 
 // What the previous calibration left; where it does not say, the instrument's noise stands in.
-ReadingScale spread_of(const RobotFile& previous, const app::Command& command) {
+ReadingSigma spread_of(const RobotFile& previous, const app::Command& command) {
   if (previous.residual_spread) {
     command.tell(previous.name + ": spread of the readings from its calibration\n");
     return *previous.residual_spread;

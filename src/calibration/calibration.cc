@@ -1,12 +1,13 @@
 #include "armtrue/calibration/calibration.h"
 
-#include <Eigen/Core>
 #include <ceres/ceres.h>
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
+#include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/summary.h"
 #include "calibration/fold.h"
 #include "calibration/pose_influence.h"
@@ -18,8 +19,8 @@
 namespace armtrue {
 namespace {
 
-constexpr double kSmallestScale = 1e-9;  // m, rad: noise-free simulations must not divide by zero
-constexpr int kRowsForStart = 4096;      // a larger campaign starts from an even choice of its rows
+constexpr double kMinScale = 1e-9;   // m, rad: noise-free simulations must not divide by zero
+constexpr int kRowsForStart = 4096;  // a larger campaign starts from an even choice of its rows
 constexpr int kPosesForCovariance = 16384;  // tell a standard deviation to half a per cent
 constexpr int kMaxRounds = 8;               // of the residuals' law; it settles in three or four
 // Of the cost: while the law of the residuals is still settling, and of all rows where an even
@@ -28,9 +29,9 @@ constexpr double kRoughTolerance = 1e-6, kEndTolerance = 1e-7;
 
 // No effect moves a parameter by more than about this; the data alone may leave a curve free where
 // they do not reach, and it must not run away there.
-constexpr double kLargestEffect = 0.005;  // m, rad
-constexpr double kTypicalCurve = 5e-4, kSmallestCurve = 1e-6;
-constexpr size_t kLeastOfCurve = 3;  // coefficients
+constexpr double kMaxEffect = 0.005;  // m, rad
+constexpr double kTypicalCurve = 5e-4, kMinCurve = 1e-6;
+constexpr size_t kMinOfCurve = 3;  // coefficients
 
 // Prior knowledge of an unknown: (start + x) / deviation is one more residual, where `start` is how
 // far the robot given already lies from what is expected.
@@ -48,7 +49,7 @@ struct Prior {
 // A fold of one session and what it was made at: the solver's last is what the statistics need.
 struct LastFold {
   Eigen::VectorXd x;
-  ReadingScale scale;
+  ReadingSigma scale;
   ReadingLaw law;
   Fold folded;
 
@@ -159,7 +160,7 @@ CurveUpdate update_curves(const Eigen::MatrixXd& factor, const Eigen::VectorXd& 
       squares += (prior.start + x[prior.unknown]) * (prior.start + x[prior.unknown]);
     }
     const double deviation =
-        std::clamp(std::sqrt(squares / std::max(determined, 0.5)), kSmallestCurve, kLargestEffect);
+        std::clamp(std::sqrt(squares / std::max(determined, 0.5)), kMinCurve, kMaxEffect);
     update.settled = update.settled && std::abs(deviation - old) < 0.1 * old;
     for (Prior& prior : priors)
       if (prior.curve == curve) prior.deviation = deviation;
@@ -175,7 +176,7 @@ struct Solution {
 
 // Beside a fit of nearly the same model there are steps of a search to take.
 FoldBy fold_by(const CalibrationOptions& options) {
-  return options.near ? FoldBy::products : FoldBy::rotations;
+  return options.near ? FoldBy::normal_equations : FoldBy::qr;
 }
 
 Solution solve(const SessionModels& models, const ReadingLaw& law, const std::vector<Prior>& priors,
@@ -212,12 +213,12 @@ Solution solve(const SessionModels& models, const ReadingLaw& law, const std::ve
 }
 
 // Squared norm of a row, whitened; `s` is unwhitened (m^2, rad^2).
-double whitened(const Eigen::Vector2d& s, const ReadingScale& scale, const ReadingSize& size) {
+double whitened(const Eigen::Vector2d& s, const ReadingSigma& scale, const ReadingSize& size) {
   return s[0] / (scale.position * scale.position) +
          (size.orientation > 0 ? s[1] / (scale.orientation * scale.orientation) : 0.0);
 }
 
-double log_likelihood(const std::vector<Eigen::Vector2d>& norms, const ReadingScale& scale,
+double log_likelihood(const std::vector<Eigen::Vector2d>& norms, const ReadingSigma& scale,
                       const ReadingLaw& law, const ReadingSize& size) {
   const int d = size.all();
   const double n = static_cast<double>(norms.size()), dof = law.degrees_of_freedom;
@@ -235,7 +236,7 @@ double log_likelihood(const std::vector<Eigen::Vector2d>& norms, const ReadingSc
 }
 
 // Spreads by expectation-maximisation under a law. `norms` are unwhitened (m^2, rad^2).
-ReadingScale spread(const std::vector<Eigen::Vector2d>& norms, ReadingScale scale,
+ReadingSigma spread(const std::vector<Eigen::Vector2d>& norms, ReadingSigma scale,
                     const ReadingLaw& law, const ReadingSize& size, double correction) {
   const int d = size.all();
   const double n = static_cast<double>(norms.size());
@@ -245,36 +246,36 @@ ReadingScale spread(const std::vector<Eigen::Vector2d>& norms, ReadingScale scal
       const double variance = law.variance_of(static_cast<int>(row));
       sum += law.weight(whitened(norms[row], scale, size), d, variance) / variance * norms[row];
     }
-    scale.position = std::max(kSmallestScale, std::sqrt(correction * sum[0] / (size.position * n)));
+    scale.position = std::max(kMinScale, std::sqrt(correction * sum[0] / (size.position * n)));
     if (size.orientation > 0)
       scale.orientation =
-          std::max(kSmallestScale, std::sqrt(correction * sum[1] / (size.orientation * n)));
+          std::max(kMinScale, std::sqrt(correction * sum[1] / (size.orientation * n)));
   }
   return scale;
 }
 
 std::vector<double> variances(const std::vector<Eigen::Vector2d>& norms, const Campaign& campaign,
-                              const ReadingScale& scale) {
+                              const ReadingSigma& scale) {
   const ReadingSize size = campaign.reading_size();
   std::vector<double> whole;
   for (const Eigen::Vector2d& s : norms) whole.push_back(whitened(s, scale, size));
   return pose_variances(campaign, whole, size.all());
 }
 
-bool close(const ReadingScale& a, const ReadingScale& b) {
+bool close(const ReadingSigma& a, const ReadingSigma& b) {
   const auto same = [](double u, double v) { return std::abs(u - v) <= 1e-2 * std::max(u, v); };
   return same(a.position, b.position) && same(a.orientation, b.orientation);
 }
 
 struct Residuals {
-  ReadingScale scale;
+  ReadingSigma scale;
   ReadingLaw law;
 };
 
 // The law and the spreads that make the residuals most likely. Gaussian unless Student's t is
 // better by more than the price of its one parameter (BIC).
 Residuals describe(const std::vector<Eigen::Vector2d>& norms, const Campaign& campaign,
-                   const ReadingScale& start, double correction, bool robust) {
+                   const ReadingSigma& start, double correction, bool robust) {
   const ReadingSize size = campaign.reading_size();
   Residuals best{spread(norms, start, {0}, size, correction), {0}};
   if (!robust) return best;
@@ -283,7 +284,7 @@ Residuals describe(const std::vector<Eigen::Vector2d>& norms, const Campaign& ca
                       0.5 * std::log(static_cast<double>(norms.size()));
   for (double dof : {2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 14.0, 20.0, 30.0}) {
     const ReadingLaw law{dof, variance};
-    const ReadingScale scale = spread(norms, start, law, size, correction);
+    const ReadingSigma scale = spread(norms, start, law, size, correction);
     const double value = log_likelihood(norms, scale, law, size);
     if (value > best_value) {
       best_value = value;
@@ -293,7 +294,7 @@ Residuals describe(const std::vector<Eigen::Vector2d>& norms, const Campaign& ca
   // What a pose is off by is in units of the scale, which follows it slowly.
   for (int round = 0; round < kMaxRounds && best.law.degrees_of_freedom > 0; ++round) {
     best.law.variance = variances(norms, campaign, best.scale);
-    const ReadingScale before = best.scale;
+    const ReadingSigma before = best.scale;
     best.scale = spread(norms, before, best.law, size, correction);
     if (close(best.scale, before)) break;
   }
@@ -303,7 +304,7 @@ Residuals describe(const std::vector<Eigen::Vector2d>& norms, const Campaign& ca
 // Squared norms in m^2 and rad^2: with the model's own scale taken out again, row ratios kept.
 std::vector<Eigen::Vector2d> raw_norms(const SessionModels& models, const Eigen::VectorXd& x) {
   std::vector<Eigen::Vector2d> norms = models.squared_norms(x);
-  const ReadingScale scale = models.scale();
+  const ReadingSigma scale = models.scale();
   for (Eigen::Vector2d& s : norms) {
     s[0] *= scale.position * scale.position;
     s[1] *= scale.orientation * scale.orientation;
@@ -311,7 +312,7 @@ std::vector<Eigen::Vector2d> raw_norms(const SessionModels& models, const Eigen:
   return norms;
 }
 
-ReadingScale median_scale(const std::vector<Eigen::Vector2d>& norms, const ReadingSize& size) {
+ReadingSigma median_scale(const std::vector<Eigen::Vector2d>& norms, const ReadingSize& size) {
   constexpr double kMedianOfChiSquare1 = 0.4549364231, kMedianOfChiSquare3 = 2.365973884;
   std::vector<double> position, orientation;
   for (const Eigen::Vector2d& s : norms) {
@@ -319,7 +320,7 @@ ReadingScale median_scale(const std::vector<Eigen::Vector2d>& norms, const Readi
     orientation.push_back(s[1]);
   }
   const auto scale = [](const std::vector<double>& s, double median_of_noise) {
-    return std::max(kSmallestScale, std::sqrt(median(s) / median_of_noise));
+    return std::max(kMinScale, std::sqrt(median(s) / median_of_noise));
   };
   return {scale(position, size.position == 1 ? kMedianOfChiSquare1 : kMedianOfChiSquare3),
           scale(orientation, kMedianOfChiSquare3)};
@@ -411,7 +412,7 @@ Eigen::MatrixXd covariance_by_pose(const SessionModels& model, const std::vector
         if (is_part) sums.information += block.information;
       });
   Eigen::MatrixXd covariance = sums.influence.covariance(
-      firmness(result.weights, result.degrees_of_freedom, model.row_size()), variance);
+      mean_psi_derivative(result.weights, result.degrees_of_freedom, model.row_size()), variance);
   if (is_part) covariance = of_all_poses(covariance, sums.information, variance);
   for (const Prior& prior : priors) {
     const Eigen::VectorXd known = root.row(prior.unknown).transpose() / prior.deviation;
@@ -502,7 +503,7 @@ void set_robot(const SessionModels& model, const Eigen::VectorXd& x, Calibration
       session.std[parameter_name(result.robot.chain, parameter)] =
           std::sqrt(covariance(parameter, parameter));
   }
-  const double wide = student_quantile(static_cast<int>(model.campaign().pose_ids.size()));
+  const double wide = student_t_975(static_cast<int>(model.campaign().pose_ids.size()) - 1);
   for (int e = 0; e < model.fitted_effects(); ++e)
     for (Coefficient& c : result.robot.effects[e].coefficients) {
       c.std = std::sqrt(result.covariance(k, k));
@@ -521,17 +522,17 @@ std::vector<Prior> priors_of(const Robot& robot, const SessionModels& model) {
   for (int e = 0; e < model.fitted_effects(); ++e) {
     const Effect& effect = robot.effects[e];
     const bool is_curve =
-        effect.shape.kind == ShapeKind::series && effect.coefficients.size() >= kLeastOfCurve;
+        effect.shape.kind == ShapeKind::series && effect.coefficients.size() >= kMinOfCurve;
     double squares = 0;
     for (const Coefficient& c : effect.coefficients) squares += c.value * c.value;
     const double as_before = std::sqrt(squares / static_cast<double>(effect.coefficients.size()));
-    const double curve = squares > 0 ? std::max(kSmallestCurve, as_before) : kTypicalCurve;
+    const double curve = squares > 0 ? std::max(kMinCurve, as_before) : kTypicalCurve;
     for (const Coefficient& c : effect.coefficients) {
       const double value = model.mean_square_value(k - model.geometric_count());
       if (is_curve)
         priors.push_back({k, curve, c.value, curves});
       else if (value > 0)
-        priors.push_back({k, kLargestEffect / std::sqrt(value), c.value});
+        priors.push_back({k, kMaxEffect / std::sqrt(value), c.value});
       ++k;
     }
     curves += is_curve;
@@ -591,7 +592,7 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
   result.termination = solution.termination;
   result.scale = model.scale();
   result.degrees_of_freedom = law.degrees_of_freedom;
-  if (fold_by(options) == FoldBy::products) last.clear();
+  if (fold_by(options) == FoldBy::normal_equations) last.clear();
   set_statistics(model, law, priors, x, last, result);
   set_robot(model, x, result);
   return result;

@@ -75,8 +75,7 @@ std::optional<double> lack_of_fit_p(const Evaluation& evaluation, const Campaign
   const double share = turns ? 1.0 : campaign.reading_size().share_of_position();
   const double freedom = (floor.axes + (turns ? 3 : 0)) * groups - share * unknowns;
   if (freedom < 1) return std::nullopt;
-  if (floor.source == NoiseFloor::Source::instrument)
-    return chi_squared_above(ratio, freedom);
+  if (floor.source == NoiseFloor::Source::instrument) return chi_squared_above(ratio, freedom);
   return fisher_f_above(ratio / freedom, freedom, floor.degrees_of_freedom);
 }
 
@@ -121,8 +120,8 @@ NoiseFloor noise_floor(const Robot& robot, const Campaign& campaign, const Evalu
       for (int i = 3; i < 6; ++i) orientation.push_back(deviation[i]);
     }
   }
-  constexpr int kFewestReplicates = 20;  // degrees of freedom; fewer say less than the data sheet
-  if (floor.degrees_of_freedom >= kFewestReplicates) {
+  constexpr int kMinReplicates = 20;  // degrees of freedom; fewer say less than the data sheet
+  if (floor.degrees_of_freedom >= kMinReplicates) {
     floor.source = NoiseFloor::Source::replicates;
     floor.position = robust_deviation(position);
     if (campaign.has_orientation()) floor.orientation = robust_deviation(orientation);

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "statistics/ordered_blocks.h"
 #include "linear_algebra/decompositions.h"
+#include "statistics/ordered_blocks.h"
 
 namespace armtrue {
 namespace {
@@ -39,7 +39,7 @@ void fold_into(Eigen::MatrixXd& factor, const Eigen::Ref<const Eigen::MatrixXd>&
 
 Eigen::Vector2d row_norms(const ObservationModel::At& at, const ObservationModel& model, int row) {
   const Eigen::Matrix<double, 6, 1> r = at.residual(row);
-  const ReadingScale sigma = model.row_scale(row);
+  const ReadingSigma sigma = model.row_scale(row);
   return {r.head<3>().squaredNorm() / (sigma.position * sigma.position),
           r.tail<3>().squaredNorm() / (sigma.orientation * sigma.orientation)};
 }
@@ -83,7 +83,7 @@ std::vector<double> pose_variances(const Campaign& campaign, const std::vector<d
 Fold fold(const ObservationModel::At& at, const ObservationModel& model, const ReadingLaw& law,
           FoldBy by) {
   const auto fold_in = [by](Eigen::MatrixXd& factor, const Eigen::Ref<const Eigen::MatrixXd>& m) {
-    if (by == FoldBy::rotations)
+    if (by == FoldBy::qr)
       fold_into(factor, m);
     else
       factor.selfadjointView<Eigen::Upper>().rankUpdate(m.transpose());
@@ -111,12 +111,12 @@ Fold fold(const ObservationModel::At& at, const ObservationModel& model, const R
   for_ordered_blocks<Fold>(model.rows(), rows_per_block(model.rows()), fold_block,
                            [&](const Fold& block) {
                              total.loss += block.loss;
-                             if (by == FoldBy::rotations)
+                             if (by == FoldBy::qr)
                                fold_into(total.factor, block.factor);
                              else
                                total.factor += block.factor;
                            });
-  if (by == FoldBy::products)
+  if (by == FoldBy::normal_equations)
     total.factor = triangle_of(total.factor.selfadjointView<Eigen::Upper>());
   return total;
 }

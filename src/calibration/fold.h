@@ -45,13 +45,13 @@ struct Fold {
 /// How rows are folded: by orthogonal transformations (TSQR), or by sums of products, several times
 /// faster with hundreds of unknowns, but a direction of relative size e is known to 1e-16 / e^2
 /// only. For steps of a search, not for statistics.
-enum class FoldBy { rotations, products };
+enum class FoldBy { qr, normal_equations };
 
 /// Streams the rows in blocks over the threads of the machine and folds each, so that memory does
 /// not grow with the number of rows. Blocks are fixed and joined in order: the result does not
 /// depend on the number of threads.
 Fold fold(const ObservationModel::At& at, const ObservationModel& model, const ReadingLaw& law,
-          FoldBy by = FoldBy::rotations);
+          FoldBy by = FoldBy::qr);
 
 /// Only the loss.
 double total_loss(const ObservationModel::At& at, const ObservationModel& model,

@@ -75,7 +75,7 @@ std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& c
 }
 
 ObservationModel::ObservationModel(const Campaign& campaign, const Robot& robot,
-                                   std::vector<int> geometric, const ReadingScale& scale,
+                                   std::vector<int> geometric, const ReadingSigma& scale,
                                    int fitted_effects, const Pose& common_from_own)
     : campaign_(campaign),
       robot_(robot),
@@ -161,8 +161,8 @@ Robot ObservationModel::robot_at(const Eigen::VectorXd& x) const {
   return robot;
 }
 
-ReadingScale ObservationModel::row_scale(int row) const {
-  ReadingScale scale = scale_;
+ReadingSigma ObservationModel::row_scale(int row) const {
+  ReadingSigma scale = scale_;
   if (median_sigma_position_ > 0)
     scale.position *= campaign_.sigma_position[row] / median_sigma_position_;
   if (median_sigma_orientation_ > 0)
@@ -273,7 +273,7 @@ void ObservationModel::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const
   if (is_distance)
     jacobian.row(0) = (predicted.direction.transpose() * jacobian.topRows<3>()).eval();
 
-  const ReadingScale sigma = model_.row_scale(row);
+  const ReadingSigma sigma = model_.row_scale(row);
   Eigen::Matrix<double, 6, 1> weight;
   weight.head<3>().setConstant(1.0 / sigma.position);
   weight.tail<3>().setConstant(1.0 / sigma.orientation);

@@ -21,7 +21,7 @@ Eigen::MatrixXd drawn_poses(int poses, int draws, std::uint64_t seed) {
 
 std::array<double, 2> percentile_interval(std::vector<double> values, int poses) {
   if (poses < 2 || values.empty()) return {0, 0};
-  const double wide = student_quantile(poses) * std::sqrt(poses / (poses - 1.0));
+  const double wide = student_t_975(poses - 1) * std::sqrt(poses / (poses - 1.0));
   const double share = normal_below(-wide);
   std::sort(values.begin(), values.end());
   const double place = share * (static_cast<double>(values.size()) - 1);
@@ -49,7 +49,7 @@ Eigen::MatrixXd bootstrap_coefficients(const CalibrationResult& fit, const Campa
   Eigen::MatrixXd influence(poses, of_coefficients.rows());
   for (int pose = 0; pose < poses; ++pose) influence.row(pose) = changes[pose].transpose();
   influence.rowwise() -= influence.colwise().mean().eval();
-  const double firm = firmness(fit.weights, fit.degrees_of_freedom, models.row_size());
+  const double firm = mean_psi_derivative(fit.weights, fit.degrees_of_freedom, models.row_size());
   return (poses - 1) / (poses * firm) * drawn_poses(poses, draws, seed) * influence;
 }
 
@@ -57,7 +57,7 @@ std::array<double, 2> interval_about(const Eigen::VectorXd& departures, double d
                                      int poses) {
   const double drawn = std::sqrt(departures.squaredNorm() * poses /
                                  (static_cast<double>(departures.size()) * std::max(1, poses - 1)));
-  const double wide = student_quantile(poses) * deviation;
+  const double wide = student_t_975(poses - 1) * deviation;
   if (!(drawn > 0)) return {-wide, wide};
   const auto [low, high] = percentile_interval({departures.begin(), departures.end()}, poses);
   return {low / drawn * deviation, high / drawn * deviation};

@@ -1,9 +1,10 @@
 #include "calibration/pose_influence.h"
-#include "linear_algebra/decompositions.h"
 
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+
+#include "linear_algebra/decompositions.h"
 
 namespace armtrue {
 namespace {
@@ -51,8 +52,8 @@ PoseInfluence influence_of_pose(const Eigen::Ref<const Eigen::MatrixXd>& rows,
   return {rows.transpose() * without, rows.transpose() * eigen.eigenvectors().leftCols(alone)};
 }
 
-Eigen::VectorXd unfitted(const Eigen::Ref<const Eigen::MatrixXd>& rows,
-                         const Eigen::Ref<const Eigen::VectorXd>& residual) {
+Eigen::VectorXd leverage_corrected_residual(const Eigen::Ref<const Eigen::MatrixXd>& rows,
+                                            const Eigen::Ref<const Eigen::VectorXd>& residual) {
   const bool few_rows = rows.rows() <= rows.cols();
   const Eigen::MatrixXd gram = few_rows ? Eigen::MatrixXd(rows * rows.transpose())
                                         : Eigen::MatrixXd(rows.transpose() * rows);
@@ -93,13 +94,15 @@ void InfluenceSums::add(const InfluenceSums& others) {
   alone_ += others.alone_;
 }
 
-Eigen::MatrixXd InfluenceSums::covariance(double firmness, double variance) const {
+Eigen::MatrixXd InfluenceSums::covariance(double mean_psi_derivative, double variance) const {
   const double n = poses_;
-  return (n - 1) / (n * firmness * firmness) * (squares_ - sum_ * sum_.transpose() / n) +
+  return (n - 1) / (n * mean_psi_derivative * mean_psi_derivative) *
+             (squares_ - sum_ * sum_.transpose() / n) +
          variance * alone_;
 }
 
-double firmness(const std::vector<double>& weights, double degrees_of_freedom, int dimension) {
+double mean_psi_derivative(const std::vector<double>& weights, double degrees_of_freedom,
+                           int dimension) {
   if (degrees_of_freedom <= 0) return 1;
   double held = 0, sum = 0;
   for (double w : weights) {

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "armtrue/calibration/calibration.h"
-#include "statistics/ordered_blocks.h"
 #include "calibration/session_models.h"
+#include "statistics/ordered_blocks.h"
 
 namespace armtrue {
 
@@ -31,8 +31,8 @@ PoseInfluence influence_of_pose(const Eigen::Ref<const Eigen::MatrixXd>& rows,
 
 /// The pose's residual as it would scatter if nothing had been fitted to it, (1 - leverage)^-1/2 of
 /// its own (CR2 of the same source). `rows`: of the pose, in an orthonormal basis of the fit.
-Eigen::VectorXd unfitted(const Eigen::Ref<const Eigen::MatrixXd>& rows,
-                         const Eigen::Ref<const Eigen::VectorXd>& residual);
+Eigen::VectorXd leverage_corrected_residual(const Eigen::Ref<const Eigen::MatrixXd>& rows,
+                                            const Eigen::Ref<const Eigen::VectorXd>& residual);
 
 /// Sums over poses, of which their covariance consists.
 class InfluenceSums {
@@ -42,7 +42,7 @@ class InfluenceSums {
   /// Cluster covariance by pose: (n - 1) / n of the squares about the mean. What only one pose
   /// shows no scatter between poses can tell: there its readings have `variance`, as independent
   /// ones would.
-  Eigen::MatrixXd covariance(double firmness, double variance) const;
+  Eigen::MatrixXd covariance(double mean_psi_derivative, double variance) const;
 
  private:
   int poses_ = 0;
@@ -53,7 +53,8 @@ class InfluenceSums {
 /// Under Student's t the sum of weights overstates how firmly the readings hold the fit: a reading
 /// that moves away is held less. Mean of d(w r)/dr over that of w (Huber, "Robust statistics",
 /// 1981, 7.6); 1 if Gaussian.
-double firmness(const std::vector<double>& weights, double degrees_of_freedom, int dimension);
+double mean_psi_derivative(const std::vector<double>& weights, double degrees_of_freedom,
+                           int dimension);
 
 /// Rows in the order of their poses; those of pose k from first[k] to before first[k + 1].
 struct RowsByPose {
@@ -72,11 +73,11 @@ template <typename Sums, typename Add, typename Join>
 void for_each_pose(const SessionModels::At& at, const std::vector<double>& weights,
                    const Eigen::MatrixXd& root, const RowsByPose& rows, const Add& add,
                    const Join& join) {
-  constexpr int kPosesPerBlock = 32, kMostBlocks = 256, kRowsAtOnce = 40;
+  constexpr int kPosesPerBlock = 32, kMaxBlocks = 256, kRowsAtOnce = 40;
   const int count = rows.poses(), size = at.models().row_size();
   const Eigen::Index p = root.rows();
   for_ordered_blocks<Sums>(
-      count, std::max(kPosesPerBlock, (count + kMostBlocks - 1) / kMostBlocks),
+      count, std::max(kPosesPerBlock, (count + kMaxBlocks - 1) / kMaxBlocks),
       [&](int begin, int end) {
         Sums sums;
         for (int first = begin, last = first; first < end; first = last) {

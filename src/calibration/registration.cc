@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "armtrue/effects/robot_model.h"
 #include "armtrue/calibration/observation.h"
+#include "armtrue/effects/robot_model.h"
 #include "armtrue/statistics/summary.h"
 #include "calibration/session_models.h"
 #include "campaign/sessions.h"
@@ -17,8 +17,8 @@ namespace {
 
 // A base that misses by more than this is not a calibration error but a set-up nobody told us.
 constexpr double kFarBase = 0.08;         // m
-constexpr int kFewestPoints = 4;          // one more than a pose needs
-constexpr int kFewestDistances = 5;       // one more than the unknowns
+constexpr int kMinPoints = 4;             // one more than a pose needs
+constexpr int kMinDistances = 5;          // one more than the unknowns
 constexpr int kAnchorsThatShowATurn = 3;  // of the base
 
 }  // namespace
@@ -113,7 +113,7 @@ Pose registered_base(const Robot& robot, const Campaign& campaign) {
       measured.emplace_back(campaign.distance[row], campaign.distance[row + 1],
                             campaign.distance[row + 2]);
     }
-    if (std::ssize(rows) >= kFewestPoints)
+    if (std::ssize(rows) >= kMinPoints)
       return register_points(
           own(Eigen::all, rows),
           Eigen::Map<const Eigen::Matrix3Xd>(measured.front().data(), 3, std::ssize(measured)));
@@ -130,7 +130,7 @@ Pose registered_base(const Robot& robot, const Campaign& campaign) {
         rows.push_back(row);
         distances.push_back(campaign.distance[row] - anchor.zero);
       }
-    if (static_cast<int>(rows.size()) < kFewestDistances) continue;
+    if (static_cast<int>(rows.size()) < kMinDistances) continue;
     found.push_back(
         trilaterate(own(Eigen::all, rows),
                     Eigen::Map<const Eigen::VectorXd>(distances.data(), std::ssize(distances))));

@@ -2,9 +2,9 @@
 
 #include <Eigen/Core>
 
-#include "armtrue/effects/robot.h"
-#include "armtrue/campaign/campaign.h"
 #include "armtrue/calibration/identifiability.h"
+#include "armtrue/campaign/campaign.h"
+#include "armtrue/effects/robot.h"
 
 namespace armtrue {
 

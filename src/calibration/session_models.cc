@@ -11,8 +11,8 @@
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/statistics/summary.h"
 #include "campaign/sessions.h"
-#include "statistics/ordered_blocks.h"
 #include "linear_algebra/decompositions.h"
+#include "statistics/ordered_blocks.h"
 
 namespace armtrue {
 namespace {
@@ -58,7 +58,7 @@ std::vector<int> further(const std::vector<int>& shown, const std::vector<int>& 
 }  // namespace
 
 SessionModels::SessionModels(const Campaign& campaign, const Robot& robot,
-                             const std::vector<int>& geometric, const ReadingScale& scale,
+                             const std::vector<int>& geometric, const ReadingSigma& scale,
                              int fitted_effects)
     : campaign_(campaign), robot_(robot), rows_(rows_by_session(campaign)) {
   const size_t count = rows_.size();
@@ -146,7 +146,7 @@ Robot SessionModels::robot_at(const Eigen::VectorXd& x) const {
   return robot;
 }
 
-void SessionModels::set_scale(const ReadingScale& scale) {
+void SessionModels::set_scale(const ReadingSigma& scale) {
   scale_ = scale;
   for (size_t s = 0; s < models_.size(); ++s)
     models_[s].set_scale(

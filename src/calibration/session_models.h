@@ -20,7 +20,7 @@ class SessionModels {
  public:
   /// `geometric`: as for ObservationModel.
   SessionModels(const Campaign& campaign, const Robot& robot, const std::vector<int>& geometric,
-                const ReadingScale& scale, int fitted_effects = kAllEffects);
+                const ReadingSigma& scale, int fitted_effects = kAllEffects);
   SessionModels(const SessionModels&) = delete;  // the models refer to the campaigns held here
   SessionModels& operator=(const SessionModels&) = delete;
 
@@ -65,8 +65,8 @@ class SessionModels {
   /// The robot at x; with `sessions` if there are several.
   Robot robot_at(const Eigen::VectorXd& x) const;
 
-  const ReadingScale& scale() const { return scale_; }
-  void set_scale(const ReadingScale& scale);
+  const ReadingSigma& scale() const { return scale_; }
+  void set_scale(const ReadingSigma& scale);
 
   /// The law of the readings for one session's rows.
   ReadingLaw law_of(int session, const ReadingLaw& law) const;
@@ -94,9 +94,9 @@ class SessionModels {
   std::vector<Campaign> campaigns_;  // one per session; empty if the one given will do
   std::vector<ObservationModel> models_;
   std::vector<std::vector<Run>> runs_;
-  std::vector<ReadingScale>
+  std::vector<ReadingSigma>
       ratio_;  // a model's scale is about its own median row, not the campaign's
-  ReadingScale scale_;
+  ReadingSigma scale_;
 };
 
 class SessionModels::At {

@@ -8,7 +8,7 @@
 
 namespace armtrue {
 
-void favour(Campaign& campaign, const Robot& robot, const Zone& zone) {
+void weight_by_zone(Campaign& campaign, const Robot& robot, const Zone& zone) {
   const Eigen::Matrix3Xd points =
       own_points(starting_robot(robot, campaign, choose_identifiable(robot, campaign)), campaign);
   // Only the ratios of the standard deviations count.

@@ -8,8 +8,8 @@
 namespace armtrue {
 namespace {
 
-constexpr int kFewestAlike = 50;            // rows: enough to place a base, a target or an anchor
-constexpr long kFewestPosesOfSession = 30;  // enough for a base and a few offsets of its own
+constexpr int kMinAlike = 50;            // rows: enough to place a base, a target or an anchor
+constexpr long kMinPosesOfSession = 30;  // enough for a base and a few offsets of its own
 
 }  // namespace
 
@@ -25,7 +25,7 @@ std::vector<int> thinned_rows(const Campaign& campaign, int count) {
   for (const auto& [key, rows] : alike) {
     const long available = static_cast<long>(rows.size());
     const long share = count * available / campaign.rows();
-    const long kept = std::min(available, std::max<long>(share, kFewestAlike));
+    const long kept = std::min(available, std::max<long>(share, kMinAlike));
     for (long i = 0; i < kept; ++i) chosen.push_back(rows[i * available / kept]);
   }
   std::sort(chosen.begin(), chosen.end());
@@ -41,8 +41,7 @@ std::vector<int> rows_of_some_poses(const Campaign& campaign, long count) {
   std::set<int> chosen;
   for (const auto& [session, poses] : poses_of_session) {
     const auto own = static_cast<long>(poses.size());
-    const long taken =
-        std::clamp(own * count / available, std::min(own, kFewestPosesOfSession), own);
+    const long taken = std::clamp(own * count / available, std::min(own, kMinPosesOfSession), own);
     long place = 0;
     for (int pose : poses) {
       if (place * taken / own != (place + 1) * taken / own) chosen.insert(pose);

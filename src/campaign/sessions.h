@@ -32,7 +32,8 @@ std::vector<int> own_parameters(const Robot& robot);
 /// The name of the session of a row; empty where the campaign names none.
 std::string session_name(const Campaign& campaign, int row);
 
-/// The R_A of `robot.chain.base` from that of a session; the identity if the robot does not know it.
+/// The R_A of `robot.chain.base` from that of a session; the identity if the robot does not know
+/// it.
 Pose common_from_session(const Robot& robot, const std::string& session);
 
 }  // namespace armtrue

@@ -8,8 +8,8 @@
 
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/statistics/random.h"
-#include "statistics/shuffle.h"
 #include "linear_algebra/decompositions.h"
+#include "statistics/shuffle.h"
 
 namespace armtrue {
 namespace {

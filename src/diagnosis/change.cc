@@ -25,11 +25,11 @@
 namespace armtrue {
 namespace {
 
-constexpr double kIndistinguishable = 6;   // BIC
-constexpr double kBlunderWeight = 0.25;    // some six standard deviations under Student's t
-constexpr double kMostBlunders = 0.3;      // of the rows
-constexpr double kWorthExchanging = 1e-6;  // BIC
-constexpr size_t kMostMoves = 4;           // more at once want a new calibration
+constexpr double kIndistinguishable = 6;     // BIC
+constexpr double kBlunderWeight = 0.25;      // some six standard deviations under Student's t
+constexpr double kMaxBlunders = 0.3;         // of the rows
+constexpr double kExchangeTolerance = 1e-6;  // BIC
+constexpr size_t kMaxMoves = 4;              // more at once want a new calibration
 constexpr int kMaxSteps = 30;
 
 constexpr double kNothingKnown = std::numeric_limits<double>::infinity();
@@ -94,7 +94,7 @@ std::vector<int> shown(Robot robot, const std::vector<int>& parameters, const Ca
 // The readings of a campaign against the previous robot and what is known of its parameters.
 class Problem {
  public:
-  Problem(const Robot& previous, const Campaign& campaign, const ReadingScale& scale)
+  Problem(const Robot& previous, const Campaign& campaign, const ReadingSigma& scale)
       : previous_(previous),
         start_(start_of(previous, campaign)),
         own_(own_parameters(start_)),
@@ -137,7 +137,7 @@ class Problem {
 
  private:
   ParameterChange change_of(int parameter, double value, double deviation) const {
-    const double half_width = student_quantile(poses()) * deviation;
+    const double half_width = student_t_975(poses() - 1) * deviation;
     return {parameter, value, deviation, {value - half_width, value + half_width}};
   }
   // Where the unknowns of one of the moves begin.
@@ -476,7 +476,7 @@ std::vector<int> find_blunders(const Problem& problem) {
   for (size_t row = 0; row < best.weights.size(); ++row)
     if (is_off(best.weights[row])) blunders.push_back(static_cast<int>(row));
   if (static_cast<double>(blunders.size()) >
-      kMostBlunders * static_cast<double>(best.weights.size()))
+      kMaxBlunders * static_cast<double>(best.weights.size()))
     return {};
   return blunders;
 }
@@ -538,7 +538,7 @@ void exchange(const Problem& problem, Explanation& current) {
        k = (k + 1) % current.moved.size()) {
     Explanation other = each_beside(problem, all_but(current.moved, k)).front();
     ++kept;
-    if (other.bic >= current.bic - kWorthExchanging) continue;
+    if (other.bic >= current.bic - kExchangeTolerance) continue;
     current = std::move(other);
     kept = 0;
   }
@@ -558,7 +558,7 @@ Explanation find_moves(const Problem& problem) {
   Explanation current = explain(problem, {});
   const double independent = 1;  // the scatter of the poses is known once what moved is taken out
   while (problem.p_value(current.moved, current.fit, independent) < kChangeSignificance &&
-         current.moved.size() < kMostMoves) {
+         current.moved.size() < kMaxMoves) {
     Explanation more = each_beside(problem, current.moved).front();
     if (more.bic >= current.bic) break;
     current = std::move(more);
@@ -593,7 +593,7 @@ std::vector<Move> with_rivals(const Problem& problem, const Explanation& found,
 
 }  // namespace
 
-ChangeResult detect_change(const Robot& calibrated, const ReadingScale& spread,
+ChangeResult detect_change(const Robot& calibrated, const ReadingSigma& spread,
                            const Campaign& campaign) {
   const Robot previous = robot_at_row(calibrated, campaign, 0);
   if (previous.std.empty())

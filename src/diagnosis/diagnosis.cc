@@ -8,9 +8,9 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "armtrue/effects/robot_model.h"
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/effects/robot_model.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/summary.h"

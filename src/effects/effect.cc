@@ -7,7 +7,7 @@ ParameterUnit unit_of_parameter(const KinematicChain& chain, const std::string& 
   return index ? parameter_unit(*index) : ParameterUnit::radian;
 }
 
-std::string contradiction(const std::string& parameter, const Driver& driver, const Shape& shape) {
+std::string why_invalid(const std::string& parameter, const Driver& driver, const Shape& shape) {
   if (driver.is_pair() && shape.kind != ShapeKind::series)
     return "two joint angles need the shape 'series'";
   const bool is_scale = parameter == "instrument.scale";

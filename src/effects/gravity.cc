@@ -16,7 +16,7 @@ namespace {
 constexpr double kParallel = 1e-2;
 constexpr int kBasisPoses = 64;  // of which the most values, six links of three, are a fraction
 // Of a value's own norm: less that is new is what identified geometry adds to one that is kept.
-constexpr double kSmallestNew = 1e-2;
+constexpr double kMinNew = 1e-2;
 
 }  // namespace
 
@@ -102,7 +102,7 @@ void GravityLoad::choose_basis(const Robot& robot, const ChainEvaluator& evaluat
         column[i] = first_moment_value({link, axis}, evaluator.link_frames(poses[i]));
       const double norm = column.norm();
       for (int twice = 0; twice < 2; ++twice) column -= kept * (kept.transpose() * column);
-      if (norm < 1e-9 || column.norm() < kSmallestNew * norm) continue;
+      if (norm < 1e-9 || column.norm() < kMinNew * norm) continue;
       kept.conservativeResize(Eigen::NoChange, kept.cols() + 1);
       kept.rightCols<1>() = column.normalized();
       basis_.push_back({link, axis});

@@ -39,7 +39,7 @@ BoundEffect::BoundEffect(const Effect& effect, const Robot& robot,
   const auto fail = [&](const std::string& why) {
     throw std::invalid_argument("effect '" + effect.name + "': " + why);
   };
-  if (const std::string why = contradiction(effect.parameter, driver_, shape_); !why.empty())
+  if (const std::string why = why_invalid(effect.parameter, driver_, shape_); !why.empty())
     fail(why);
   if (driver_.involves(DriverKind::temperature)) {
     const auto found = std::find(temperature_names.begin(), temperature_names.end(), driver_.where);

@@ -12,9 +12,9 @@
 #include <unordered_set>
 
 #include "armtrue/io/csv_table.h"
+#include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
-#include "armtrue/kinematics/units.h"
 
 namespace armtrue {
 namespace {

@@ -7,9 +7,9 @@
 #include <numeric>
 #include <utility>
 
+#include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
-#include "armtrue/kinematics/units.h"
 
 namespace armtrue {
 namespace {
@@ -192,7 +192,7 @@ double CsvTable::number(int column) const {
   const double value = *read;
   if (!std::isfinite(value))
     fail(column, quoted(column) + " is not finite; correct it or remove the row");
-  if (std::abs(value) > kLargestNumber)
+  if (std::abs(value) > kMaxNumber)
     fail(column,
          quoted(column) + " is larger than anything measured; correct it or remove the row");
   return value;

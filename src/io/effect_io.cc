@@ -64,7 +64,7 @@ Effect read_effect_form(YamlMap& map, const KinematicChain& chain) {
   if (!driver) map.fail("driver", "'" + map.text("driver") + "' is none of " + kDriverForms);
   effect.driver = *driver;
   effect.shape = read_shape(map);
-  if (const std::string why = contradiction(effect.parameter, effect.driver, effect.shape);
+  if (const std::string why = why_invalid(effect.parameter, effect.driver, effect.shape);
       !why.empty())
     map.fail("driver", why);
   if (effect.shape.kind == ShapeKind::step) effect.shape.at = map.number("at_s");

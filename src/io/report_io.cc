@@ -404,8 +404,8 @@ std::string absorbers(const KinematicChain& chain, const AbsorbedParameter& abso
   return text;
 }
 
-YAML::Node zone_node(const FavouredZone& favoured) {
-  const auto& [zone, inside] = favoured;
+YAML::Node zone_node(const WeightedZone& weighted_zone) {
+  const auto& [zone, inside] = weighted_zone;
   return flow_map({{"x_mm", number_text(zone.centre.x(), kMillimetre)},
                    {"y_mm", number_text(zone.centre.y(), kMillimetre)},
                    {"z_mm", number_text(zone.centre.z(), kMillimetre)},
@@ -454,10 +454,10 @@ YAML::Node calibration_node(const CalibrationResult& result, const Campaign& cam
 
 std::string write_calibration(const CalibrationResult& result, const Campaign& campaign,
                               const Provenance& provenance,
-                              const std::optional<FavouredZone>& favoured) {
+                              const std::optional<WeightedZone>& weighted_zone) {
   YAML::Node root = robot_node(result.robot, provenance);
   root["calibration"] = calibration_node(result, campaign);
-  if (favoured) root["calibration"]["zone"] = zone_node(*favoured);
+  if (weighted_zone) root["calibration"]["zone"] = zone_node(*weighted_zone);
   return print_document(root);
 }
 

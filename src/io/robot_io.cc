@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "armtrue/text/input_error.h"
 #include "armtrue/io/source.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/text/input_error.h"
 #include "io/effect_io.h"
 #include "io/yaml_map.h"
 #include "io/yaml_text.h"
@@ -16,7 +16,7 @@
 namespace armtrue {
 namespace {
 
-constexpr double kMostGravity = 20;  // m/s2
+constexpr double kMaxGravity = 20;  // m/s2
 
 Pose read_pose(YamlMap map) {
   Pose pose;
@@ -224,8 +224,7 @@ CatalogueEntry read_entry(YamlMap map) {
   if (entry.driver_joint == CatalogueEntry::Joint::none && parsed.joint >= 0)
     entry.driver_joint = CatalogueEntry::Joint::fixed;
   entry.shape = read_shape(map);
-  if (const std::string why = contradiction(entry.parameter, entry.driver, entry.shape);
-      !why.empty())
+  if (const std::string why = why_invalid(entry.parameter, entry.driver, entry.shape); !why.empty())
     map.fail("driver", why);
   if ((entry.shape.kind == ShapeKind::step || entry.shape.kind == ShapeKind::exponential) &&
       entry.driver.kind != DriverKind::time)
@@ -244,10 +243,10 @@ CatalogueEntry read_entry(YamlMap map) {
 }
 
 // Of what a calibration says about itself, only the spread is ever read back.
-std::optional<ReadingScale> read_residual_spread(YamlMap calibration) {
+std::optional<ReadingSigma> read_residual_spread(YamlMap calibration) {
   if (!calibration.has("residual_spread")) return std::nullopt;
   YamlMap spread = calibration.map("residual_spread");
-  const ReadingScale scale{spread.number("position_mm") * kMillimetre,
+  const ReadingSigma scale{spread.number("position_mm") * kMillimetre,
                            spread.number("orientation_mrad", 0) * kMilliradian};
   if (scale.position < 0) spread.fail("position_mm", "must not be negative");
   if (scale.orientation < 0) spread.fail("orientation_mrad", "must not be negative");
@@ -302,7 +301,7 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
   if (document.has("gravity_m_s2")) {
     const std::vector<double> g = document.numbers("gravity_m_s2", 3);
     robot.gravity = {g[0], g[1], g[2]};
-    if (robot.gravity.norm() > kMostGravity)
+    if (robot.gravity.norm() > kMaxGravity)
       document.fail("gravity_m_s2", fmt::format("is {:.4g} m/s2 long, but that of the earth is "
                                                 "9.81; give it in m/s2",
                                                 robot.gravity.norm()));

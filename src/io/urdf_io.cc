@@ -14,9 +14,9 @@
 #include <numbers>
 #include <optional>
 
+#include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
-#include "armtrue/kinematics/units.h"
 
 namespace armtrue {
 namespace {

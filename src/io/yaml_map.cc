@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "armtrue/io/source.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
-#include "armtrue/io/source.h"
 
 namespace armtrue {
 
@@ -49,7 +49,7 @@ double YamlMap::number_of(const YAML::Node& node, const std::string& key) const 
   const std::optional<double> read = read_number(text);
   if (!read || !std::isfinite(*read)) fail(key, "'" + text + "' is no finite number");
   const double value = *read;
-  if (std::abs(value) > kLargestNumber) fail(key, "'" + text + "' is larger than anything real");
+  if (std::abs(value) > kMaxNumber) fail(key, "'" + text + "' is larger than anything real");
   return value;
 }
 

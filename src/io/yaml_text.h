@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "armtrue/effects/robot.h"
-#include "armtrue/text/number_text.h"
 #include "armtrue/io/provenance.h"
 #include "armtrue/statistics/summary.h"
+#include "armtrue/text/number_text.h"
 
 namespace armtrue {
 

@@ -14,7 +14,7 @@ using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 constexpr double kTolerance = 1e-10;  // [m], [rad]
-constexpr double kLargestStep = 0.3;  // [rad]: the linear model is good for no more
+constexpr double kMaxStep = 0.3;      // [rad]: the linear model is good for no more
 
 Vector6 miss(const Pose& wanted, const Pose& reached) {
   Vector6 twist;
@@ -54,7 +54,7 @@ InverseResult inverse_kinematics(const KinematicChain& chain, const Pose& a_from
     const Matrix6 normal = columns.transpose() * columns + damping * Matrix6::Identity();
     JointVector change = normal.ldlt().solve(columns.transpose() * twist);
     const double largest = change.cwiseAbs().maxCoeff();
-    if (largest > kLargestStep) change *= kLargestStep / largest;
+    if (largest > kMaxStep) change *= kMaxStep / largest;
     const JointVector q = result.q + change;
     const Vector6 left = miss(a_from_measured, evaluator.pose(q, jacobian));
     if (left.squaredNorm() >= twist.squaredNorm()) {

@@ -5,8 +5,9 @@
 #include <Eigen/QR>
 #include <Eigen/SVD>
 
-/// The decompositions that the house uses, of dense matrices of doubles. They are instantiated once,
-/// in decompositions.cc; a file that includes this header instead of Eigen's compiles none of them.
+/// The decompositions that the house uses, of dense matrices of doubles. They are instantiated
+/// once, in decompositions.cc; a file that includes this header instead of Eigen's compiles none of
+/// them.
 namespace Eigen {
 
 extern template class HouseholderQR<MatrixXd>;

@@ -7,7 +7,7 @@
 namespace armtrue {
 namespace {
 
-constexpr double kMostTimeApart = 0.5;  // [s] of a plane and where it is met
+constexpr double kMaxTimeApart = 0.5;  // [s] of a plane and where it is met
 
 struct Plane {
   Eigen::Vector3d point, normal;
@@ -31,9 +31,9 @@ std::optional<Eigen::Vector3d> meet_nearest(const Plane& plane, const Path& pass
     return std::max({pass.time[s] - plane.time, plane.time - pass.time[s + 1], 0.0});
   };
   while (true) {
-    const double back = below >= 0 ? time_apart(below) : 2 * kMostTimeApart;
-    const double ahead = above < segments ? time_apart(above) : 2 * kMostTimeApart;
-    if (std::min(back, ahead) > kMostTimeApart) return std::nullopt;
+    const double back = below >= 0 ? time_apart(below) : 2 * kMaxTimeApart;
+    const double ahead = above < segments ? time_apart(above) : 2 * kMaxTimeApart;
+    if (std::min(back, ahead) > kMaxTimeApart) return std::nullopt;
     const Eigen::Index s = back <= ahead ? below-- : above++;
     if (const auto point = meet(plane, pass, s)) return point;
   }

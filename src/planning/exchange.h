@@ -17,7 +17,7 @@ inline constexpr double kKnownFromStart = 1e-6;
 /// const`: of every candidate, what the design would be worth with it; larger is better.
 template <typename Criterion>
 std::vector<int> choose_by_exchange(Criterion& criterion, int candidates, int count) {
-  constexpr double kWorthExchanging = 1e-6;  // relative gain
+  constexpr double kExchangeTolerance = 1e-6;  // relative gain
   constexpr int kMaxPasses = 100;
   std::vector<bool> is_chosen(static_cast<size_t>(candidates), false);
   const auto set_chosen = [&](int candidate, bool chosen) {
@@ -42,7 +42,7 @@ std::vector<int> choose_by_exchange(Criterion& criterion, int candidates, int co
       set_chosen(candidate, false);
       const Eigen::VectorXd values = criterion.values_of_adding();
       const int best = best_free(values);
-      if (values[best] > (1 + kWorthExchanging) * values[candidate]) {
+      if (values[best] > (1 + kExchangeTolerance) * values[candidate]) {
         candidate = best;
         exchanged = true;
       }

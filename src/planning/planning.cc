@@ -7,9 +7,9 @@
 #include <stdexcept>
 
 #include "armtrue/calibration/calibration.h"
-#include "planning/exchange.h"
 #include "calibration/fold.h"
 #include "linear_algebra/decompositions.h"
+#include "planning/exchange.h"
 
 namespace armtrue {
 namespace {

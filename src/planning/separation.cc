@@ -8,19 +8,19 @@
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/statistics/distributions.h"
-#include "planning/exchange.h"
 #include "calibration/session_models.h"
 #include "campaign/sessions.h"
 #include "linear_algebra/decompositions.h"
+#include "planning/exchange.h"
 
 namespace armtrue {
 namespace {
 
 constexpr double kLevel = 0.05;
 constexpr double kHopeless = 0.5;  // power with all candidates, below which no choice of them helps
-constexpr double kSmallestLeft = 1e-5;   // of a column's own norm; less is rounding
-constexpr double kSmallestPivot = 1e-9;  // of columns of unit length
-constexpr int kRandomDesigns = 20;       // their mean power is good to a few per cent
+constexpr double kMinLeft = 1e-5;  // of a column's own norm; less is rounding
+constexpr double kMinPivot = 1e-9;  // of columns of unit length
+constexpr int kRandomDesigns = 20;  // their mean power is good to a few per cent
 
 // Columns, standardised: those orthonormal, in units of an average pose, that others span.
 struct Standard {
@@ -136,8 +136,7 @@ void standardise(Contest& contest, const Eigen::MatrixXd& rows, double poses) {
   for (const Contest::Member& member : contest.members) raw_members += member.raw_count;
   const Eigen::Index raw = rows.cols() - raw_members;
   const Eigen::MatrixXd nuisances = rows.leftCols(raw), members = rows.rightCols(raw_members);
-  const Standard nuisance =
-      standard_of(nuisances, nuisances.colwise().norm(), kSmallestPivot, poses);
+  const Standard nuisance = standard_of(nuisances, nuisances.colwise().norm(), kMinPivot, poses);
   const Eigen::MatrixXd basis = nuisances * nuisance.of_raw;
   const Eigen::MatrixXd along = basis.transpose() * members / poses;
   const Eigen::MatrixXd left = members - basis * along;
@@ -149,7 +148,7 @@ void standardise(Contest& contest, const Eigen::MatrixXd& rows, double poses) {
   Eigen::MatrixXd of_raw = Eigen::MatrixXd::Zero(raw_members, raw_members);
   for (Contest::Member& member : contest.members) {
     member.standard = standard_of(left.middleCols(taken, member.raw_count),
-                                  whole.segment(taken, member.raw_count), kSmallestLeft, poses);
+                                  whole.segment(taken, member.raw_count), kMinLeft, poses);
     member.first = count;
     member.count = static_cast<int>(member.standard.of_raw.cols());
     of_raw.block(taken, count, member.raw_count, member.count) = member.standard.of_raw;
@@ -336,7 +335,7 @@ class Separation {
       unknowns += one.effect.coefficients.size();
     }
     if (given.rows() * given.reading_size().all() < 2 * static_cast<int>(unknowns)) return;
-    const ReadingScale spread = calibrate(robot, given).spread;
+    const ReadingSigma spread = calibrate(robot, given).spread;
     const auto set = [](double shown, double stated, double& noise) {
       if (shown > 0) noise = std::max(shown, stated);
     };

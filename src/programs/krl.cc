@@ -9,11 +9,11 @@
 #include <string_view>
 #include <utility>
 
-#include "armtrue/text/input_error.h"
 #include "armtrue/kinematics/pose.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/programs/division.h"
 #include "armtrue/programs/matching.h"
+#include "armtrue/text/input_error.h"
 #include "programs/krl_syntax.h"
 
 namespace armtrue {

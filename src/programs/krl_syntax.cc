@@ -15,7 +15,7 @@ namespace armtrue {
 namespace {
 
 constexpr int kDecimals = 4;
-constexpr int kMostDecimals = 9;  // beyond, a double of some metres has none
+constexpr int kMaxDecimals = 9;  // beyond, a double of some metres has none
 constexpr const char* kComponentNames[kKrlComponents] = {"X",  "Y",  "Z",  "A",  "B",  "C",
                                                          "E1", "E2", "E3", "E4", "E5", "E6"};
 
@@ -512,9 +512,9 @@ int written_decimals(std::string_view number) {
     size_t from = exponent + 1;
     if (from < number.size() && number[from] == '+') ++from;
     std::from_chars(number.data() + from, number.data() + number.size(), power);
-    decimals = power > decimals ? 0 : std::min(decimals - power, kMostDecimals);
+    decimals = power > decimals ? 0 : std::min(decimals - power, kMaxDecimals);
   }
-  return std::min(decimals, kMostDecimals);
+  return std::min(decimals, kMaxDecimals);
 }
 
 std::string rounded(double value, int at_least) {

@@ -13,7 +13,7 @@ namespace armtrue {
 namespace {
 
 constexpr int kWidth = 720, kHeight = 300;
-constexpr Eigen::Index kMostPoints = 2000;  // of a curve
+constexpr Eigen::Index kMaxPoints = 2000;  // of a curve
 constexpr std::array<const char*, 3> kAxisNames{"x", "y", "z"};
 constexpr std::array<const char*, 3> kAxisColours{"#d62728", "#2ca02c", "#1f77b4"};
 
@@ -26,11 +26,11 @@ struct Curve {
 std::vector<Eigen::Index> thinned(const Eigen::VectorXd& values) {
   const Eigen::Index n = values.size();
   std::vector<Eigen::Index> kept;
-  if (n <= kMostPoints) {
+  if (n <= kMaxPoints) {
     for (Eigen::Index i = 0; i < n; ++i) kept.push_back(i);
     return kept;
   }
-  constexpr Eigen::Index stretches = kMostPoints / 2;
+  constexpr Eigen::Index stretches = kMaxPoints / 2;
   for (Eigen::Index k = 0; k < stretches; ++k) {
     const Eigen::Index begin = k * n / stretches, end = (k + 1) * n / stretches;
     Eigen::Index least = 0, largest = 0;
@@ -202,7 +202,7 @@ std::string force_plot(const PathDeviation& deviation, const ForceLaw& law) {
   for (int axis = 0; axis < 3; ++axis)
     forced.row(axis).array() -= law.offset[static_cast<size_t>(axis)].value;
   // Evenly thinned: extremes alone would not show where most of the samples lie.
-  const Eigen::Index stride = (deviation.time.size() + kMostPoints - 1) / kMostPoints;
+  const Eigen::Index stride = (deviation.time.size() + kMaxPoints - 1) / kMaxPoints;
   const Eigen::Index count = (deviation.time.size() + stride - 1) / stride;
   Eigen::VectorXd force(count), length(count);
   for (Eigen::Index i = 0; i < count; ++i) {

@@ -1,5 +1,4 @@
 #include "armtrue/statistics/autocorrelated_regression.h"
-#include "linear_algebra/decompositions.h"
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -8,16 +7,17 @@
 #include <stdexcept>
 
 #include "armtrue/statistics/distributions.h"
+#include "linear_algebra/decompositions.h"
 
 namespace armtrue {
 namespace {
 
-constexpr Eigen::Index kMostBins = 4096;  // more samples are summed in as many bins first
-constexpr double kWindow = 5;             // correlation times summed over
-constexpr double kSamplesPerCosine = 4;   // effective ones
-constexpr double kDependent = 1e-12;  // eigenvalue of a normal matrix of unit diagonal: rounding
-constexpr double kLeastShare = 1e-6;  // of degrees of freedom, squared: below, they are many
-constexpr double kFewestCosines = 2, kMostCosines = 24;  // beyond, Student's t hardly gains
+constexpr Eigen::Index kMaxBins = 4096;  // more samples are summed in as many bins first
+constexpr double kWindow = 5;            // correlation times summed over
+constexpr double kSamplesPerCosine = 4;  // effective ones
+constexpr double kDependent = 1e-12;     // eigenvalue of a normal matrix of unit diagonal: rounding
+constexpr double kMinShare = 1e-6;       // of degrees of freedom, squared: below, they are many
+constexpr double kMinCosines = 2, kMaxCosines = 24;  // beyond, Student's t hardly gains
 
 // Columns and residual times the weights of an estimate, summed over bins of consecutive samples.
 struct WeightedSums {
@@ -29,7 +29,7 @@ struct WeightedSums {
 
 WeightedSums sum_weighted(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residual,
                           const Eigen::VectorXd& weight) {
-  const Eigen::Index n = weight.size(), width = (n + kMostBins - 1) / kMostBins;
+  const Eigen::Index n = weight.size(), width = (n + kMaxBins - 1) / kMaxBins;
   const Eigen::Index bins = (n + width - 1) / width;
   WeightedSums sums{Eigen::MatrixXd(bins, columns.cols()), Eigen::VectorXd(bins),
                     Eigen::VectorXd(bins), static_cast<double>(width)};
@@ -75,8 +75,8 @@ Spread spread(const Eigen::MatrixXd& fitted, const Eigen::VectorXd& residual,
   const WeightedSums sums = sum_weighted(fitted, residual, weight);
   const double total = weight.squaredNorm();
   const double samples = total * total / weight.array().square().square().sum();
-  const auto cosines = static_cast<Eigen::Index>(std::clamp(
-      samples / (kSamplesPerCosine * correlation_time(sums)), kFewestCosines, kMostCosines));
+  const auto cosines = static_cast<Eigen::Index>(
+      std::clamp(samples / (kSamplesPerCosine * correlation_time(sums)), kMinCosines, kMaxCosines));
   // Cosines of the weights' own time have nothing in common with the estimate.
   Eigen::MatrixXd cosine(sums.passed.size(), cosines);
   for (Eigen::Index j = 0; j < cosines; ++j)
@@ -96,7 +96,7 @@ Spread spread(const Eigen::MatrixXd& fitted, const Eigen::VectorXd& residual,
 Estimate estimate(double value, const Spread& shown, double known) {
   const double variance = shown.variance + known, std = std::sqrt(variance);
   const double share = variance > 0 ? shown.variance / variance : 1;
-  const double freedom = shown.freedom / std::max(share * share, kLeastShare);
+  const double freedom = shown.freedom / std::max(share * share, kMinShare);
   const double half_width = student_t_quantile(0.975, freedom) * std;
   return {value, std, {value - half_width, value + half_width}};
 }

@@ -1,5 +1,6 @@
 #include "armtrue/statistics/distributions.h"
 
+#include <algorithm>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <boost/math/distributions/non_central_chi_squared.hpp>
@@ -35,5 +36,7 @@ double student_t_quantile(double probability, double dof) {
 }
 
 double normal_below(double value) { return math::cdf(math::normal(), value); }
+
+double student_t_975(int dof) { return student_t_quantile(0.975, std::max(1, dof)); }
 
 }  // namespace armtrue

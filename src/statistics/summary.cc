@@ -7,10 +7,6 @@
 
 namespace armtrue {
 
-double student_quantile(int poses) {
-  return student_t_quantile(0.975, std::max(1, poses - 1));
-}
-
 double normal_length_exceeded(double probability) {
   return std::sqrt(chi_squared_quantile_above(probability, 3));
 }

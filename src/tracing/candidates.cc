@@ -12,9 +12,9 @@
 namespace armtrue {
 namespace {
 
-constexpr int kStepGrid = 32;        // times of a step that are scanned; the best is then refined
-constexpr size_t kMostSteps = 2000;  // for its interval: finer than any campaign tells
-constexpr double kMostCycles = 300;  // per turn: motor order behind a reducer
+constexpr int kStepGrid = 32;       // times of a step that are scanned; the best is then refined
+constexpr size_t kMaxSteps = 2000;  // for its interval: finer than any campaign tells
+constexpr double kMaxCycles = 300;  // per turn: motor order behind a reducer
 // Of a periodogram, within its resolution: at the worst place between two steps 3 % of the
 // amplitude are lost.
 constexpr int kFrequencySteps = 4;
@@ -228,12 +228,12 @@ class OpenSearch {
   void add_periodogram(const std::string& parameter, const Driver& driver) {
     const auto [low, high] = travel_covered(driver.joint);
     const double covered = (high - low) / (2 * std::numbers::pi);
-    if (covered * kMostCycles < 1) return;  // not one cycle of any
+    if (covered * kMaxCycles < 1) return;  // not one cycle of any
     const Shape whole = series_on_joint(robot_, driver.joint, SeriesBasis::cosine, kSeriesCosines);
     const double step = 1 / (kFrequencySteps * covered);
     const double first =
         std::max(1 / covered, kSeriesCosines * std::numbers::pi / (whole.high[0] - whole.low[0]));
-    for (double n = std::ceil(first / step) * step; n <= kMostCycles; n += step) {
+    for (double n = std::ceil(first / step) * step; n <= kMaxCycles; n += step) {
       add(parameter, driver, harmonic(readable(n)));
       candidates_.back().frequency_resolution = 1 / covered;
     }
@@ -390,7 +390,7 @@ std::vector<Candidate> open_candidates(const Robot& robot, const Campaign& campa
 std::vector<Candidate> steps_at_any_time(const Candidate& step, const Campaign& campaign) {
   const TimeSpan span = time_span(campaign);
   std::vector<Candidate> steps;
-  for (double at : step_times(span, static_cast<int>(std::min(span.times.size(), kMostSteps)))) {
+  for (double at : step_times(span, static_cast<int>(std::min(span.times.size(), kMaxSteps)))) {
     steps.push_back(step);
     steps.back().effect.shape.at = at;
   }

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "armtrue/effects/catalogue.h"
 #include "armtrue/campaign/campaign.h"
+#include "armtrue/effects/catalogue.h"
 #include "tracing/scan.h"
 
 namespace armtrue {

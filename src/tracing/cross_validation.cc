@@ -6,9 +6,9 @@
 #include <map>
 #include <vector>
 
+#include "linear_algebra/decompositions.h"
 #include "statistics/ordered_blocks.h"
 #include "statistics/shuffle.h"
-#include "linear_algebra/decompositions.h"
 
 namespace armtrue {
 namespace {

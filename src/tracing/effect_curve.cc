@@ -10,9 +10,9 @@
 namespace armtrue {
 namespace {
 
-constexpr double kPointsPerPiece = 4;  // of a spline, or per half cycle
-constexpr int kStepsPerCycle = 16;     // of frequency, within the resolution
-constexpr double kWorthSaying = 0.05;  // of the variance of a curve
+constexpr double kPointsPerPiece = 4;      // of a spline, or per half cycle
+constexpr int kStepsPerCycle = 16;         // of frequency, within the resolution
+constexpr double kMinShareOfCycle = 0.05;  // of the variance of a curve
 
 }  // namespace
 
@@ -107,7 +107,7 @@ std::optional<StrongestCycle> strongest_cycle(const std::vector<CurvePoint>& cur
     sines.col(3) = (n * x).array().cos();
     const Eigen::Vector4d c = sines.householderQr().solve(y);
     const double share = (straight - (y - sines * c).squaredNorm()) / variance;
-    if (share > (best ? best->share : kWorthSaying))
+    if (share > (best ? best->share : kMinShareOfCycle))
       best = {n, resolution, std::hypot(c[2], c[3]), share};
   }
   return best;

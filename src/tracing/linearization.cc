@@ -11,8 +11,8 @@
 namespace armtrue {
 namespace {
 
-constexpr double kSmallestPivot = 1e-9;  // of columns of unit length
-constexpr double kWorthNaming = 0.1;     // of what an effect does to the readings
+constexpr double kMinPivot = 1e-9;        // of columns of unit length
+constexpr double kMinShareOfRefit = 0.1;  // of what an effect does to the readings
 
 // How many readings are worth one independent one. What the model lacks at a pose strikes all of
 // its readings alike, so that they agree more than independent ones would: m readings of a pose
@@ -68,7 +68,7 @@ Eigen::MatrixXd orthonormal_basis(const Eigen::MatrixXd& columns) {
   const Eigen::Index p = std::min(columns.rows(), columns.cols());
   const Eigen::MatrixXd triangle = tall.matrixQR().topRows(p).triangularView<Eigen::Upper>();
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> small(triangle);
-  small.setThreshold(kSmallestPivot);
+  small.setThreshold(kMinPivot);
   Eigen::MatrixXd chosen = Eigen::MatrixXd::Zero(columns.rows(), small.rank());
   chosen.topRows(p) = small.householderQ() * Eigen::MatrixXd::Identity(p, small.rank());
   return tall.householderQ() * chosen;
@@ -127,7 +127,7 @@ Linearization::Linearization(const CalibrationResult& fit, const Campaign& campa
     contribution_.push_back(contribution);
   }
   first_effect_column_.push_back(column);
-  firmness_ = firmness(fit.weights, fit.degrees_of_freedom, size);
+  mean_psi_derivative_ = mean_psi_derivative(fit.weights, fit.degrees_of_freedom, size);
   design_effect_ = estimate_design_effect(residual_, campaign, static_cast<double>(kept + others));
 }
 
@@ -142,7 +142,7 @@ Eigen::ColPivHouseholderQR<Eigen::MatrixXd> Linearization::all_but(
         }))
       columns.push_back(column);
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(fitted_(Eigen::all, columns));
-  qr.setThreshold(kSmallestPivot);
+  qr.setThreshold(kMinPivot);
   return qr;
 }
 
@@ -154,7 +154,7 @@ Eigen::MatrixXd Linearization::complement(
 
 double Linearization::standard_deviation(const Eigen::VectorXd& column) const {
   const Eigen::VectorXd beside = column - basis_ * (basis_.transpose() * column);
-  const double length = std::max(beside.norm(), kSmallestPivot * column.norm());
+  const double length = std::max(beside.norm(), kMinPivot * column.norm());
   const RowsByPose rows = rows_by_pose(pose_);
   const Eigen::Index rank = basis_.cols();
   InfluenceSums sums;
@@ -172,7 +172,7 @@ double Linearization::standard_deviation(const Eigen::VectorXd& column) const {
   }
   const double freedom = static_cast<double>(residual_.size() - basis_.cols() - 1);
   const double variance = residual_norm_ / std::max(1.0, freedom);
-  return std::sqrt(sums.covariance(firmness_, variance)(rank, rank)) / length;
+  return std::sqrt(sums.covariance(mean_psi_derivative_, variance)(rank, rank)) / length;
 }
 
 Linearization::Loss Linearization::without(const std::vector<int>& effects) const {
@@ -207,7 +207,7 @@ std::vector<int> Linearization::most_refitted(int effect, const Eigen::VectorXd&
       all_but({effect}).solve(basis_.transpose() * imitation - contribution_[effect]);
   std::vector<int> order;
   for (int k = 0; k < first_effect_column_.front(); ++k)
-    if (std::abs(moved[k]) > kWorthNaming * contribution_[effect].norm()) order.push_back(k);
+    if (std::abs(moved[k]) > kMinShareOfRefit * contribution_[effect].norm()) order.push_back(k);
   std::stable_sort(order.begin(), order.end(),
                    [&](int a, int b) { return std::abs(moved[a]) > std::abs(moved[b]); });
   order.resize(std::min(order.size(), static_cast<size_t>(count)));

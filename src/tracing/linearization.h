@@ -79,7 +79,7 @@ class Linearization {
   std::vector<int> first_effect_column_;       // per effect, and one past the last
   std::vector<Eigen::VectorXd> contribution_;  // of each effect, in coordinates of the basis
   Eigen::VectorXd residual_;
-  double residual_norm_ = 0, design_effect_ = 1, firmness_ = 1;
+  double residual_norm_ = 0, design_effect_ = 1, mean_psi_derivative_ = 1;
 };
 
 }  // namespace armtrue

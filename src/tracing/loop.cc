@@ -7,8 +7,8 @@
 #include <stdexcept>
 
 #include "armtrue/calibration/pose_bootstrap.h"
-#include "armtrue/tracing/predictor.h"
 #include "armtrue/statistics/summary.h"
+#include "armtrue/tracing/predictor.h"
 #include "campaign/sessions.h"
 #include "statistics/shuffle.h"
 

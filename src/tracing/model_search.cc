@@ -7,10 +7,10 @@
 #include <stdexcept>
 #include <tuple>
 
-#include "tracing/candidates.h"
-#include "tracing/cross_validation.h"
 #include "calibration/registration.h"
 #include "campaign/sessions.h"
+#include "tracing/candidates.h"
+#include "tracing/cross_validation.h"
 
 namespace armtrue {
 namespace {
@@ -22,9 +22,9 @@ constexpr size_t kManyOfOnePlace = 3;
 // Rounds after which exchanges, and inner values beside each other, go round in circles rather than
 // on: each settles in one or two.
 constexpr int kRevisions = 4, kSettlings = 2;
-constexpr size_t kMostModels = 100;  // some times what the longest search has gone through
-constexpr int kMostGatherings = 50;  // likewise
-constexpr int kTrials = 8;           // candidates that may fail the later gates in one step
+constexpr size_t kMaxModels = 100;  // some times what the longest search has gone through
+constexpr int kMaxMerges = 50;      // likewise
+constexpr int kTrials = 8;          // candidates that may fail the later gates in one step
 
 // The fewer were tried the better, then by what it is, the joint itself first: bending that turns
 // about a joint's axis is its compliance. The order in files does not matter.
@@ -90,11 +90,11 @@ void ModelSearch::run() {
   for (;;) {
     while (step()) {
       if (may_revise && chosen_.size() > 1) revise(KnownCauses::stay);
-      gather(kManyOfOnePlace);
+      merge_into_spline(kManyOfOnePlace);
       may_revise &= is_new_model();
       result_.stages.push_back(result_.fit);
     }
-    if (!(may_revise && revise(KnownCauses::give_way)) && !gather(2)) {
+    if (!(may_revise && revise(KnownCauses::give_way)) && !merge_into_spline(2)) {
       if (fine_curves_) break;
       fine_curves_ = true;
       continue;
@@ -277,8 +277,8 @@ CandidateScore ModelSearch::score_of(const std::vector<int>& chosen) {
 
 // `least` or more effects of one parameter and driver give way to one fine curve where it
 // explains more than they do together. False if nothing changed.
-bool ModelSearch::gather(size_t least) {
-  std::vector<int> gathered;
+bool ModelSearch::merge_into_spline(size_t least) {
+  std::vector<int> merged;
   int curve = -1;
   double most = kClearlyBetter;
   for (size_t first = 0; first < chosen_.size(); ++first) {
@@ -300,13 +300,13 @@ bool ModelSearch::gather(size_t least) {
           scores[c].score <= own + most)
         continue;
       most = scores[c].score - own;
-      gathered = together;
+      merged = together;
       curve = static_cast<int>(c);
     }
   }
-  if (curve < 0 || ++gatherings_ > kMostGatherings) return false;
+  if (curve < 0 || ++merges_ > kMaxMerges) return false;
   std::vector<Effect> coefficients = result_.fit.robot.effects;
-  remove(gathered, coefficients);
+  remove(merged, coefficients);
   chosen_.push_back(scan_->candidates()[curve]);
   p_at_gate_.push_back(std::nullopt);
   refit(coefficients);
@@ -377,7 +377,7 @@ bool ModelSearch::is_new_model() {
   for (const Candidate& candidate : chosen_)
     names.insert(candidate.effect.parameter + "|" + to_string(candidate.effect.driver) + "|" +
                  to_string(candidate.effect.shape));
-  return seen_.insert(names).second && seen_.size() < kMostModels;
+  return seen_.insert(names).second && seen_.size() < kMaxModels;
 }
 
 double ModelSearch::p_value(double score) {

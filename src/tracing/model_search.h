@@ -78,7 +78,7 @@ class ModelSearch {
   bool revise_one(KnownCauses known_causes);
   std::optional<int> better_than(double score, const std::vector<CandidateScore>& scores,
                                  bool known) const;
-  bool gather(size_t least);
+  bool merge_into_spline(size_t least);
   void settle_inner_values();
   void drop_idle();
   void remove(const std::vector<int>& indices, std::vector<Effect>& coefficients);
@@ -96,7 +96,7 @@ class ModelSearch {
   std::unique_ptr<View> view_;
   std::vector<double> null_scores_;  // of the view, as far as they were asked for
   int declared_ = 0;                 // effects that the robot came with
-  int gatherings_ = 0;
+  int merges_ = 0;
   bool fine_curves_ = false;  // whether they may enter: once nothing simpler is left
   std::optional<CandidateScan> scan_;
   std::vector<Candidate> chosen_;

@@ -7,8 +7,8 @@
 #include <string>
 
 #include "armtrue/calibration/evaluation.h"
-#include "statistics/ordered_blocks.h"
 #include "campaign/sessions.h"
+#include "statistics/ordered_blocks.h"
 #include "statistics/shuffle.h"
 
 namespace armtrue {

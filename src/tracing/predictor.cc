@@ -8,14 +8,13 @@
 #include <vector>
 
 #include "armtrue/statistics/distributions.h"
-
-#include "tracing/candidates.h"
-#include "tracing/scan.h"
 #include "calibration/session_models.h"
 #include "campaign/selection.h"
 #include "campaign/sessions.h"
-#include "statistics/shuffle.h"
 #include "linear_algebra/decompositions.h"
+#include "statistics/shuffle.h"
+#include "tracing/candidates.h"
+#include "tracing/scan.h"
 
 namespace armtrue {
 namespace {
@@ -23,20 +22,20 @@ namespace {
 using Rows = std::vector<Eigen::Index>;
 
 // More would sharpen the choice at a cost in proportion, of memory too.
-constexpr int kMostEquations = 6000;
+constexpr int kMaxEquations = 6000;
 constexpr int kFolds = 5;
 // The penalty falls from where nothing enters, by less than the choice of it matters, down to 1e-5
 // of that, or until so many in turn predict no better.
 constexpr float kFall = 0.75f;
-constexpr int kMostPenalties = 40, kPatience = 3;
-constexpr float kLeastBeside = 0.01f;  // of a column; less is what the model can imitate
-constexpr double kLeastPoses = 8;      // that carry a column
+constexpr int kMaxPenalties = 40, kPatience = 3;
+constexpr float kMinBeside = 0.01f;  // of a column; less is what the model can imitate
+constexpr double kMinPoses = 8;      // that carry a column
 // One standard error. What a fit clearly lacks is there, and need not be shown again by the gain.
 constexpr double kSignificanceWithLackOfFit = 0.16;
 // Coordinate descent: to where a coefficient's gradient is known to so much of the penalty, or
 // until candidates that imitate each other only trade places.
 constexpr float kTolerance = 1e-2f;
-constexpr int kMostSweeps = 100;
+constexpr int kMaxSweeps = 100;
 
 // All that a fit leaves, all that its unknowns do to it, and what each candidate would.
 struct Equations {
@@ -99,7 +98,7 @@ class Lasso {
     for (Eigen::Index j = 0; j < x_.cols(); ++j) {
       const float beside = x_.col(j).norm();
       const bool is_shown =
-          beside > kLeastBeside * length_[j] && poses_that_carry(x_.col(j)) >= kLeastPoses;
+          beside > kMinBeside * length_[j] && poses_that_carry(x_.col(j)) >= kMinPoses;
       length_[j] = is_shown ? beside : std::numeric_limits<float>::infinity();
       x_.col(j) /= length_[j];
     }
@@ -122,7 +121,7 @@ class Lasso {
           is_active_[j] = grown = true;
         }
       float change = penalty;
-      for (int sweep = 0; sweep < kMostSweeps && change > kTolerance * penalty; ++sweep) {
+      for (int sweep = 0; sweep < kMaxSweeps && change > kTolerance * penalty; ++sweep) {
         change = 0;
         for (Eigen::Index j : active_) {
           const float to_fit = x_.col(j).dot(left_) + unit_weights_[j];
@@ -191,7 +190,7 @@ int best_falls(const Equations& all, float highest, std::uint64_t seed, double s
   std::iota(order.begin(), order.end(), 0);
   shuffle(order, seed);
   for (int k = 0; k < poses; ++k) fold_of[order[k]] = k % kFolds;
-  Eigen::MatrixXd left = Eigen::MatrixXd::Zero(poses, kMostPenalties);  // squares
+  Eigen::MatrixXd left = Eigen::MatrixXd::Zero(poses, kMaxPenalties);  // squares
   for (int fold = 0; fold < kFolds; ++fold) {
     Rows in, out;
     for (size_t row = 0; row < all.pose.size(); ++row)
@@ -202,7 +201,7 @@ int best_falls(const Equations& all, float highest, std::uint64_t seed, double s
     double least = std::numeric_limits<double>::infinity();
     Eigen::VectorXd squares;
     float penalty = highest;
-    for (int falls = 0, since = 0; falls < kMostPenalties; ++falls, penalty *= kFall) {
+    for (int falls = 0, since = 0; falls < kMaxPenalties; ++falls, penalty *= kFall) {
       if (since <= kPatience) {
         if (falls > 0) lasso.solve(penalty);
         squares = lasso.left_of(out).cwiseAbs2();
@@ -239,7 +238,7 @@ Robot with_remainder(const CalibrationResult& fit, const Campaign& campaign,
   const auto poses = static_cast<double>(campaign.pose_ids.size());
   const double equations = static_cast<double>(campaign.rows()) * campaign.reading_size().all();
   const std::vector<int> part_rows =
-      rows_of_some_poses(campaign, std::lround(poses * std::min(1.0, kMostEquations / equations)));
+      rows_of_some_poses(campaign, std::lround(poses * std::min(1.0, kMaxEquations / equations)));
   const Campaign part = campaign.select(part_rows);
   CalibrationResult fit_of_part = fit;
   fit_of_part.weights.clear();

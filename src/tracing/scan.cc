@@ -9,9 +9,9 @@
 #include <random>
 #include <string>
 
-#include "statistics/ordered_blocks.h"
 #include "calibration/pose_influence.h"
 #include "linear_algebra/decompositions.h"
+#include "statistics/ordered_blocks.h"
 
 namespace armtrue {
 namespace {
@@ -20,12 +20,12 @@ using RowMajorXf = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::R
 
 // A whitened column below this is a driver that did not move but for rounding: no length or angle
 // that could be told by it is possible, and its inverse is no number.
-constexpr double kSmallestNorm = 1e-10;
+constexpr double kMinNorm = 1e-10;
 // Less than this of a candidate's own norm left after projection is rounding, not evidence.
-constexpr double kSmallestLeft = 1e-5;
+constexpr double kMinLeft = 1e-5;
 // A direction among a candidate's columns that is less than this (squared) of its largest.
 // Of many coefficients some combination is always weak, and would take any value.
-constexpr double kSmallestDirection = 1e-6, kSmallestOfFineCurve = 1e-4;
+constexpr double kMinDirection = 1e-6, kMinOfFineCurve = 1e-4;
 constexpr int kCandidatesPerBlock = 64;
 constexpr double kPossibleVariation = 0.02;  // m or rad: a larger one is no effect but a mistake
 constexpr double kSameScore = 0.01;          // EBIC; less is rounding and the end of an iteration
@@ -270,16 +270,15 @@ ProjectedCandidates::Solution ProjectedCandidates::solve(int candidate,
   Eigen::VectorXd unit = Eigen::VectorXd::Zero(k);
   double most_left = 0;
   for (int c = 0; c < k; ++c) {
-    if (own[c] <= kSmallestNorm * kSmallestNorm) continue;
+    if (own[c] <= kMinNorm * kMinNorm) continue;
     const double left = std::sqrt(std::max(0.0, gram(c, c)) / own[c]);
     most_left = std::max(most_left, left);
-    if (left >= kSmallestLeft) unit[c] = 1 / std::sqrt(gram(c, c));
+    if (left >= kMinLeft) unit[c] = 1 / std::sqrt(gram(c, c));
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(unit.asDiagonal() * gram *
                                                              unit.asDiagonal());
   const Eigen::VectorXd& values = eigen.eigenvalues();  // smallest first
-  const double share =
-      scan_.candidates_[candidate].fine ? kSmallestOfFineCurve : kSmallestDirection;
+  const double share = scan_.candidates_[candidate].fine ? kMinOfFineCurve : kMinDirection;
   const auto rank = (values.array() > share * values[k - 1]).count();
   return {values.tail(rank).cwiseSqrt().cwiseInverse().asDiagonal() *
               eigen.eigenvectors().rightCols(rank).transpose() * unit.asDiagonal(),
@@ -373,7 +372,7 @@ CandidateScore ProjectedCandidates::score_of(const std::vector<int>& effects,
 // The fit has bent itself to the residual, and bends itself to every draw anew. So what it took is
 // given back first, pose by pose: draws of the bare residual would scatter too little, the more so
 // the fewer the poses and the more alike the readings of a pose err.
-Eigen::VectorXd ProjectedCandidates::unfitted_residual() const {
+Eigen::VectorXd ProjectedCandidates::leverage_corrected_residual_by_pose() const {
   Eigen::VectorXd residual = fit_.residual();
   const int size = fit_.row_size();
   const RowsByPose rows = rows_by_pose(fit_.pose());
@@ -385,7 +384,8 @@ Eigen::VectorXd ProjectedCandidates::unfitted_residual() const {
           for (int k = rows.first[pose]; k < rows.first[pose + 1]; ++k)
             for (int axis = 0; axis < size; ++axis)
               own.push_back(static_cast<Eigen::Index>(rows.row[k]) * size + axis);
-          residual(own) = unfitted(fit_.basis()(own, Eigen::all), residual(own)).eval();
+          residual(own) =
+              leverage_corrected_residual(fit_.basis()(own, Eigen::all), residual(own)).eval();
         }
         return 0;
       },
@@ -394,7 +394,7 @@ Eigen::VectorXd ProjectedCandidates::unfitted_residual() const {
 }
 
 std::vector<double> ProjectedCandidates::best_of_flipped(int flips, std::uint64_t seed) const {
-  const Eigen::VectorXd residual = unfitted_residual();
+  const Eigen::VectorXd residual = leverage_corrected_residual_by_pose();
   // One sign for each pose in each draw; the same for every candidate. What flips together is
   // summed first. A rank among draws needs no more digits than float has, once the projection has
   // been done in double.
@@ -461,7 +461,7 @@ std::vector<double> ProjectedCandidates::best_of_flipped(int flips, std::uint64_
           // In units in which the slopes are near one: columns differ by orders of magnitude.
           const Eigen::VectorXd unit = grams_[candidate].diagonal().cwiseSqrt();
           const Eigen::VectorXd inverse =
-              (unit.array() > kSmallestNorm).select(unit.cwiseInverse(), 0.0);
+              (unit.array() > kMinNorm).select(unit.cwiseInverse(), 0.0);
           slope = inverse.cast<float>().asDiagonal() * slope;
           const Eigen::MatrixXf whitening = (solution.whitening * unit.asDiagonal()).cast<float>();
           Eigen::RowVectorXf gains = Eigen::RowVectorXf::Zero(flips);

@@ -120,7 +120,7 @@ class ProjectedCandidates {
   std::vector<CandidateScore> scores(const Linearization::Loss& loss, bool with_residual) const;
   double ebic_fall(const std::string& parameter, double log_choices, int degrees_of_freedom,
                    double gain, double residual_norm) const;
-  Eigen::VectorXd unfitted_residual() const;
+  Eigen::VectorXd leverage_corrected_residual_by_pose() const;
   template <typename Columns>
   Eigen::MatrixXd moment_sums(int parameter, const Columns& columns) const;
 

@@ -8,11 +8,12 @@
 
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/pose_bootstrap.h"
+#include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/summary.h"
+#include "campaign/selection.h"
 #include "tracing/candidates.h"
 #include "tracing/cross_validation.h"
 #include "tracing/model_search.h"
-#include "campaign/selection.h"
 #include "tracing/variance_shares.h"
 
 namespace armtrue {
@@ -21,7 +22,7 @@ namespace {
 constexpr double kSameProjection = 0.95;  // correlation from which two candidates are one class
 // What explains less than half of the variance that an effect explains stands beside it, not in its
 // place.
-const double kMostOfIt = std::sqrt(0.5);
+const double kMaxOfIt = std::sqrt(0.5);
 constexpr double kSameEvidence = 6.0;  // EBIC: odds of 20 to 1
 // BIC: odds of a thousand to one. The price of having looked at many is none of the readings'
 // doing.
@@ -32,7 +33,7 @@ const double kFallToStep95 = -2 * std::log(1 - std::sqrt(0.95));
 constexpr double kLackOfFit = 1e-3;  // p from which the fit clearly lacks something
 constexpr int kRefitted = 3;         // parameters named of those that are refitted for a rival
 // More would find smaller effects at a cost in proportion, and only the fit needs all.
-constexpr int kMostPosesOfSearch = 2000;
+constexpr int kMaxPosesOfSearch = 2000;
 
 // Amplitude and phase of an effect, if it is a harmonic, its frequency as it stands.
 std::optional<Cycle> fixed_cycle(const CalibrationResult& fit, const Eigen::MatrixXd& departures,
@@ -75,7 +76,7 @@ std::optional<Cycle> cycle_of(ModelSearch& search, const Campaign& campaign,
         q * (sine * std::cos(n * q) - cosine * std::sin(n * q));
   }
   cycle->frequency_std = fit.standard_deviation(column);
-  const double half_width = student_quantile(poses) * cycle->frequency_std;
+  const double half_width = student_t_975(poses - 1) * cycle->frequency_std;
   cycle->frequency_ci95 = {n - half_width, n + half_width};
   return cycle;
 }
@@ -127,7 +128,7 @@ void list_rivals(ModelSearch& search, size_t chosen, TracedEffect& traced) {
     const CandidateScore& score = scores[k];
     if (same_claim(other, found) || score.degrees_of_freedom == 0) continue;
     const double correlation = std::sqrt(imitations[k].gain);
-    if (correlation < kMostOfIt) continue;
+    if (correlation < kMaxOfIt) continue;
     const double behind = own.score - score.score;
     const bool simple = score.degrees_of_freedom <= std::max(2, own.degrees_of_freedom);
     if (!(simple && correlation >= kSameProjection) && behind > kSameEvidence) continue;
@@ -166,7 +167,7 @@ std::vector<VarianceShare> order_by_share(ModelSearch& search, int poses, std::u
     return std::pair(place[a].dot(share), found.of_group[a]) >
            std::pair(place[b].dot(share), found.of_group[b]);
   });
-  const double wide = student_quantile(poses);
+  const double wide = student_t_975(poses - 1);
   std::vector<VarianceShare> shares;
   for (size_t k : order) {
     const auto own = static_cast<Eigen::Index>(k);
@@ -260,9 +261,9 @@ double significance_level(const CalibrationResult& fit, const Campaign& campaign
 
 TraceResult trace(const Robot& robot, const Campaign& campaign, const Catalogue& catalogue,
                   const TraceOptions& options) {
-  if (static_cast<int>(campaign.pose_ids.size()) <= kMostPosesOfSearch)
+  if (static_cast<int>(campaign.pose_ids.size()) <= kMaxPosesOfSearch)
     return search_and_describe(robot, campaign, catalogue, options);
-  const Campaign part = campaign.select(rows_of_some_poses(campaign, kMostPosesOfSearch));
+  const Campaign part = campaign.select(rows_of_some_poses(campaign, kMaxPosesOfSearch));
   TraceResult result = search_and_describe(robot, part, catalogue, options);
   refit_to_all(robot, campaign, options, result);
   return result;

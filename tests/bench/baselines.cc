@@ -21,15 +21,15 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/tracing/loop.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/tracing/loop.h"
 #include "bench/two_threads.h"
+#include "calibration/session_models.h"
 #include "tracing/candidates.h"
 #include "tracing/linearization.h"
 #include "tracing/scan.h"
-#include "calibration/session_models.h"
 
 namespace {
 
@@ -256,7 +256,7 @@ class Lasso {
   float highest() const { return pull_.cwiseAbs().maxCoeff(); }
 
   const VectorXf& solve(float penalty) {
-    constexpr int kMostSweeps = 100;
+    constexpr int kMaxSweeps = 100;
     constexpr float kTolerance = 1e-2f;  // of the penalty
     for (bool grown = true; grown;) {
       grown = false;
@@ -266,7 +266,7 @@ class Lasso {
           is_active_[static_cast<size_t>(j)] = grown = true;
         }
       float change = penalty;
-      for (int sweep = 0; sweep < kMostSweeps && change > kTolerance * penalty; ++sweep) {
+      for (int sweep = 0; sweep < kMaxSweeps && change > kTolerance * penalty; ++sweep) {
         change = 0;
         for (Eigen::Index j : active_) {
           const float to_fit = x_.col(j).dot(left_) + weights_[j];
@@ -332,7 +332,7 @@ class LassoBesideGeometry {
 // Mean error of the held-out readings [m].
 double lasso_on_candidates(const CalibrationResult& model, const Campaign& training,
                            const Campaign& held_out, const Catalogue& catalogue) {
-  constexpr int kMostPenalties = 40, kPatience = 3;
+  constexpr int kMaxPenalties = 40, kPatience = 3;
   constexpr float kFall = 0.75f;
   std::vector<Candidate> candidates = catalogue_candidates(catalogue, model.robot, training);
   for (const Candidate& open : open_candidates(model.robot, training)) candidates.push_back(open);
@@ -356,7 +356,7 @@ double lasso_on_candidates(const CalibrationResult& model, const Campaign& train
   const float highest = all.highest();
   float penalty = highest, best = highest;
   double least = std::numeric_limits<double>::infinity();
-  for (int k = 0, since = 0; k < kMostPenalties && since < kPatience; ++k, ++since) {
+  for (int k = 0, since = 0; k < kMaxPenalties && since < kPatience; ++k, ++since) {
     double error = 0;
     for (size_t fold = 0; fold < kFolds; ++fold) {
       folds[fold].solve(penalty);

@@ -12,10 +12,10 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/tracing/loop.h"
 #include "armtrue/calibration/pose_bootstrap.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/tracing/loop.h"
 #include "bench/two_threads.h"
 #include "tracing/hidden_campaign.h"
 

@@ -7,14 +7,14 @@
 #include <vector>
 
 #include "armtrue/calibration/calibration.h"
-#include "armtrue/diagnosis/change.h"
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/identifiability.h"
-#include "armtrue/planning/planning.h"
-#include "armtrue/campaign/simulation.h"
 #include "armtrue/calibration/zone.h"
+#include "armtrue/campaign/simulation.h"
+#include "armtrue/diagnosis/change.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/parameters.h"
+#include "armtrue/planning/planning.h"
 #include "calibration/carried_campaign.h"
 #include "kinematics/jet_chain.h"
 
@@ -312,7 +312,7 @@ TEST(Distance, InAZoneCountForMore) {
   Campaign campaign = measured(truth, 120, 20, 0.02);
   Campaign weighted = campaign;
   const Zone zone{{1.6, 0, 1.0}, 0.4};
-  favour(weighted, robot, zone);
+  weight_by_zone(weighted, robot, zone);
   SimulationOptions options;
   options.poses = 40;
   options.box = Box{{1.3, -0.3, 0.7}, {1.9, 0.3, 1.3}};

@@ -41,7 +41,7 @@ TEST(Fold, KeepsTheNormalEquationsOfAllRows) {
       loss += law.loss(squared, 6);
       gram += law.weight(squared, 6) * block.transpose() * block;
     }
-    for (FoldBy by : {FoldBy::rotations, FoldBy::products}) {
+    for (FoldBy by : {FoldBy::qr, FoldBy::normal_equations}) {
       const Fold folded = fold(at, model, law, by);
       EXPECT_TRUE(folded.factor.isUpperTriangular());
       EXPECT_LT((folded.factor.transpose() * folded.factor - gram).norm(), 1e-10 * gram.norm());
@@ -55,7 +55,7 @@ TEST(Fold, GivesTheSameBytesEveryTime) {
   const Setting setting(9000);  // several blocks, over the threads there are
   const ObservationModel model(setting.campaign, setting.robot, {0, 1, 7, 12, 20, 30, 41}, {1, 1});
   const auto at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
-  for (FoldBy by : {FoldBy::rotations, FoldBy::products}) {
+  for (FoldBy by : {FoldBy::qr, FoldBy::normal_equations}) {
     const Fold first = fold(at, model, {4, {}}, by);
     for (int i = 0; i < 3; ++i) {
       const Fold again = fold(at, model, {4, {}}, by);

@@ -46,7 +46,8 @@ std::vector<std::string> names_of(const Robot& robot, const std::vector<int>& pa
 
 TEST(Identifiability, RanksOfTheSeedPaper) {
   Robot robot = kr360();
-  EXPECT_EQ(choose_identifiable(robot, poses(robot, true)).kept.size(), 30u);   // base, links and tool
+  EXPECT_EQ(choose_identifiable(robot, poses(robot, true)).kept.size(),
+            30u);  // base, links and tool
   EXPECT_EQ(choose_identifiable(robot, poses(robot, false)).kept.size(), 27u);  // from points alone
   robot = table1();
   robot.identify = links_with_beta(robot, {3});
@@ -77,7 +78,8 @@ TEST(Identifiability, SeesEveryTargetOfALongCampaign) {
   }
 }
 
-// Eq. 3 as it is printed turns alpha_3 and beta_3 about the same axis y: then one of the 25 is lost.
+// Eq. 3 as it is printed turns alpha_3 and beta_3 about the same axis y: then one of the 25 is
+// lost.
 TEST(Identifiability, PrintedEquationThreeHasRank24) {
   Robot robot = kr360();
   robot.identify = {"paper-25"};
@@ -131,9 +133,9 @@ TEST(Identifiability, AJointThatNeverMovesIsMissed) {
   const IdentifiableSet set = choose_identifiable(robot, campaign);
   EXPECT_LT(set.kept.size(), 30u);
   EXPECT_THAT(lost_to_poses(robot, campaign, set), Not(testing::IsEmpty()));
-  EXPECT_THAT(lost_to_poses(robot, poses(robot, true),
-                            choose_identifiable(robot, poses(robot, true))),
-              testing::IsEmpty());
+  EXPECT_THAT(
+      lost_to_poses(robot, poses(robot, true), choose_identifiable(robot, poses(robot, true))),
+      testing::IsEmpty());
 }
 
 TEST(Identifiability, AnUnknownNameIsAnError) {

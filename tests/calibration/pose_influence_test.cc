@@ -21,7 +21,8 @@ TEST(Unfitted, ResidualsOfAPoseScatterAsTheErrors) {
   for (int own : {4, 9, 25}) {
     const Eigen::MatrixXd of_pose = basis.topRows(own);
     Eigen::MatrixXd root(own, own);  // it is linear in the residual
-    for (int k = 0; k < own; ++k) root.col(k) = unfitted(of_pose, Eigen::VectorXd::Unit(own, k));
+    for (int k = 0; k < own; ++k)
+      root.col(k) = leverage_corrected_residual(of_pose, Eigen::VectorXd::Unit(own, k));
     const Eigen::MatrixXd left =
         Eigen::MatrixXd::Identity(own, own) - of_pose * of_pose.transpose();
     EXPECT_LT((root * left * root.transpose() - Eigen::MatrixXd::Identity(own, own)).norm(), 1e-10)
@@ -34,7 +35,7 @@ TEST(Unfitted, WhatOnlyOnePoseShowsStaysZero) {
   Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(3, 2);
   rows(0, 0) = 1;
   rows(1, 1) = 0.6;
-  const Eigen::Vector3d given = unfitted(rows, Eigen::Vector3d(0, 0.8, 2));
+  const Eigen::Vector3d given = leverage_corrected_residual(rows, Eigen::Vector3d(0, 0.8, 2));
   EXPECT_LT((given - Eigen::Vector3d(0, 1, 2)).norm(), 1e-12) << given.transpose();
 }
 

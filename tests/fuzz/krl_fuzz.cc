@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/text/input_error.h"
 #include "armtrue/programs/krl.h"
+#include "armtrue/text/input_error.h"
 
 namespace {
 

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "armtrue/text/input_error.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/text/input_error.h"
 #include "io/temporary_file.h"
 
 namespace armtrue {

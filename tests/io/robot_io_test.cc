@@ -6,8 +6,8 @@
 #include <numbers>
 #include <sstream>
 
-#include "armtrue/text/input_error.h"
 #include "armtrue/kinematics/parameters.h"
+#include "armtrue/text/input_error.h"
 
 namespace armtrue {
 namespace {

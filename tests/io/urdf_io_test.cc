@@ -3,9 +3,9 @@
 #include <gtest/gtest.h>
 
 #include "armtrue/effects/sampling.h"
-#include "armtrue/text/input_error.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/evaluator.h"
+#include "armtrue/text/input_error.h"
 
 namespace armtrue {
 namespace {

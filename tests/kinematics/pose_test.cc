@@ -57,8 +57,7 @@ TEST(Pose, InverseRightJacobianIsTheDerivativeOfTheLogarithm) {
   armtrue_oracle::Uniform uniform(3);
   constexpr double kStep = 1e-6;
   for (double size : {0.0, 1e-5, 0.1, 1.0, 2.5}) {
-    const Vector3d w =
-        size * Vector3d(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)).normalized();
+    const Vector3d w = size * Vector3d(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)).normalized();
     for (int k = 0; k < 3; ++k) {
       const Vector3d e = kStep * Vector3d::Unit(k);
       const Vector3d numeric = (rotation_log(rotation_exp(w) * rotation_exp(e)) -

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <cstdio>
 
+#include "armtrue/path/low_pass.h"
 #include "armtrue/path/mirror/engagement.h"
 #include "armtrue/path/mirror/force_law.h"
-#include "armtrue/path/low_pass.h"
 #include "armtrue/path/mirror/mirror.h"
 #include "path/plant_pass.h"
 

@@ -15,10 +15,10 @@
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
-#include "armtrue/tracing/tracing.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/tracing/tracing.h"
 #include "support/oracle.h"
 
 namespace armtrue {

@@ -1,4 +1,3 @@
-#include "armtrue/io/program_io.h"
 #include "armtrue/programs/krl.h"
 
 #include <gmock/gmock.h>
@@ -16,6 +15,7 @@
 #include <regex>
 #include <sstream>
 
+#include "armtrue/io/program_io.h"
 #include "armtrue/text/input_error.h"
 #include "io/temporary_file.h"
 

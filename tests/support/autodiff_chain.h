@@ -33,13 +33,15 @@ Transform<T> shift(const T& x, const T& y, const T& z) {
 }
 
 /// R_A from the measured frame. `p` are the 47 parameters: base and tool as small twists applied to
-/// `base` and `tool` (translation added, rotation vector to first order on the left), links alpha d theta r beta.
+/// `base` and `tool` (translation added, rotation vector to first order on the left), links alpha d
+/// theta r beta.
 template <typename T>
 Transform<T> chain(const T* p, const double* q, const double* sign, const Eigen::Matrix4d& base,
                    const Eigen::Matrix4d& tool) {
   const auto moved = [](const T* twist, const Eigen::Matrix4d& pose) {
     Transform<T> m = pose.cast<T>();
-    const Transform<T> rotation = turn<T>(0, twist[3]) * turn<T>(1, twist[4]) * turn<T>(2, twist[5]);
+    const Transform<T> rotation =
+        turn<T>(0, twist[3]) * turn<T>(1, twist[4]) * turn<T>(2, twist[5]);
     m.template topLeftCorner<3, 3>() =
         (rotation.template topLeftCorner<3, 3>() * pose.topLeftCorner<3, 3>().cast<T>()).eval();
     for (int i = 0; i < 3; ++i) m(i, 3) += twist[i];

@@ -11,10 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/planning/pose_cloud.h"
-#include "armtrue/tracing/tracing.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/robot_io.h"
+#include "armtrue/planning/pose_cloud.h"
+#include "armtrue/tracing/tracing.h"
 #include "support/oracle.h"
 
 namespace armtrue {

@@ -12,9 +12,9 @@
 #include <numeric>
 #include <set>
 
-#include "armtrue/tracing/effect_curve.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/tracing/effect_curve.h"
 #include "tracing/hidden_campaign.h"
 
 namespace armtrue {

@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "armtrue/tracing/loop.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/tracing/loop.h"
 #include "tracing/hidden_campaign.h"
 
 namespace armtrue {

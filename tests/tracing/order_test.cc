@@ -10,10 +10,10 @@
 #include <random>
 #include <set>
 
-#include "armtrue/tracing/loop.h"
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/robot_io.h"
+#include "armtrue/tracing/loop.h"
 #include "tracing/hidden_campaign.h"
 
 namespace armtrue {

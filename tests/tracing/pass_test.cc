@@ -11,11 +11,11 @@
 #include <set>
 #include <string>
 
-#include "armtrue/tracing/loop.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/mirror_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/tracing/loop.h"
 #include "path/plant_pass.h"
 #include "support/oracle.h"
 

@@ -9,10 +9,11 @@
 
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/io/robot_io.h"
+#include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/random.h"
 #include "armtrue/statistics/summary.h"
-#include "tracing/linearization.h"
 #include "calibration/session_models.h"
+#include "tracing/linearization.h"
 
 namespace armtrue {
 namespace {
@@ -113,7 +114,7 @@ TEST(VarianceShares, HaveTheInfluenceOfEachPoseAndIntervalsThatHold) {
     beside.pose = pose;
     const VarianceShares shares = variance_shares(beside, 1);
     covered += std::abs(shares.of_group[0] - truth) <=
-               student_quantile(kPoses) * shares.standard_deviation(Eigen::Vector2d::UnitX());
+               student_t_975(kPoses - 1) * shares.standard_deviation(Eigen::Vector2d::UnitX());
     if (campaign > 0) continue;
     constexpr double kMore = 1e-5;
     for (int p : {0, 17, 59}) {

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/effects/robot.h"
-#include "armtrue/campaign/campaign.h"
 #include "armtrue/calibration/identifiability.h"
 #include "armtrue/calibration/observation.h"
+#include "armtrue/campaign/campaign.h"
+#include "armtrue/effects/robot.h"
 
 namespace armtrue {
 
@@ -20,7 +20,7 @@ struct CalibrationOptions {
   /// coefficients.
   int fitted_effects = kAllEffects;
   int max_iterations = 1000;  ///< a direction that poses hardly show takes hundreds
-  double tolerance = 1e-10;  ///< of the cost, relative: what an iteration has to gain
+  double tolerance = 1e-10;   ///< of the cost, relative: what an iteration has to gain
   /// A fit of nearly the same model to the same campaign: its spread and law of the residuals are
   /// where this one starts. nullptr: from the median.
   const CalibrationResult* near = nullptr;
@@ -40,8 +40,8 @@ struct CalibrationResult {
   /// Prior knowledge of each unknown as one more equation: 1 / its standard deviation [1/SI], zero
   /// without any, and what is left of it.
   Eigen::VectorXd prior_weight, prior_residual;
-  ReadingScale scale;   ///< what readings are weighed by, per axis, in a pose that is not off
-  ReadingScale spread;  ///< of the readings about the model, per axis, in poses off as a whole too
+  ReadingSigma scale;   ///< what readings are weighed by, per axis, in a pose that is not off
+  ReadingSigma spread;  ///< of the readings about the model, per axis, in poses off as a whole too
   double degrees_of_freedom = 0;  ///< of Student's t that describes the residuals; 0 = Gaussian
   std::vector<double> weights;    ///< of each row; a row far below 1 looks like a blunder
   int rank = 0;                   ///< of all unknowns

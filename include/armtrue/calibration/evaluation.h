@@ -4,9 +4,9 @@
 #include <optional>
 #include <vector>
 
-#include "armtrue/effects/robot.h"
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/campaign/campaign.h"
+#include "armtrue/effects/robot.h"
 #include "armtrue/statistics/summary.h"
 
 namespace armtrue {

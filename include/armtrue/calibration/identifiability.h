@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "armtrue/effects/robot.h"
 #include "armtrue/campaign/campaign.h"
+#include "armtrue/effects/robot.h"
 
 namespace armtrue {
 

@@ -5,13 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/effects/robot_model.h"
 #include "armtrue/campaign/campaign.h"
+#include "armtrue/effects/robot_model.h"
 
 namespace armtrue {
 
 /// Spread of the readings about the model, per axis, one standard deviation.
-struct ReadingScale {
+struct ReadingSigma {
   double position = 1;     ///< [m]
   double orientation = 1;  ///< [rad]
 };
@@ -43,7 +43,7 @@ class ObservationModel {
   /// `common_from_own`: the R_A that points, orientations and base are in, from that of the
   /// instrument, which stands at its origin and has the anchors in it.
   ObservationModel(const Campaign& campaign, const Robot& robot, std::vector<int> geometric,
-                   const ReadingScale& scale, int fitted_effects = kAllEffects,
+                   const ReadingSigma& scale, int fitted_effects = kAllEffects,
                    const Pose& common_from_own = {});
 
   int rows() const { return campaign_.rows(); }
@@ -66,10 +66,10 @@ class ObservationModel {
   class At;
   At at(const Eigen::VectorXd& x) const;
 
-  const ReadingScale& scale() const { return scale_; }
-  void set_scale(const ReadingScale& scale) { scale_ = scale; }
+  const ReadingSigma& scale() const { return scale_; }
+  void set_scale(const ReadingSigma& scale) { scale_ = scale; }
   /// Standard deviations of one row: position [m], orientation [rad].
-  ReadingScale row_scale(int row) const;
+  ReadingSigma row_scale(int row) const;
 
  private:
   friend class At;
@@ -88,7 +88,7 @@ class ObservationModel {
   std::vector<int> first_coefficient_, first_value_;
   int coefficient_count_ = 0;      // of those that are fitted
   Eigen::MatrixXd effect_values_;  // values x rows
-  ReadingScale scale_;
+  ReadingSigma scale_;
   int fitted_effects_;
   Pose common_from_own_;
   double median_sigma_position_ = 0, median_sigma_orientation_ = 0;

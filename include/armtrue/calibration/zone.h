@@ -2,8 +2,8 @@
 
 #include <Eigen/Core>
 
-#include "armtrue/effects/robot.h"
 #include "armtrue/campaign/campaign.h"
+#include "armtrue/effects/robot.h"
 
 namespace armtrue {
 
@@ -19,6 +19,6 @@ struct Zone {
 /// it, and each session has an R_A of its own. Written into the standard deviations of the
 /// readings; those that are stated keep their part. Throws std::invalid_argument as
 /// choose_identifiable() does.
-void favour(Campaign& campaign, const Robot& robot, const Zone& zone);
+void weight_by_zone(Campaign& campaign, const Robot& robot, const Zone& zone);
 
 }  // namespace armtrue

@@ -77,13 +77,14 @@ struct Campaign {
   Campaign select(const std::vector<int>& rows) const;
 };
 
-/// The column that a driver of this kind is read from, if the campaign lacks it, else nothing. `where`
-/// is the sensor of a temperature. A campaign without a payload or a force had none: it lacks nothing.
+/// The column that a driver of this kind is read from, if the campaign lacks it, else nothing.
+/// `where` is the sensor of a temperature. A campaign without a payload or a force had none: it
+/// lacks nothing.
 std::string missing_column(const Campaign& campaign, DriverKind kind, const std::string& where);
 
 /// Throws std::invalid_argument, with file and remedy, if the effect follows what the campaign does
-/// not tell of its readings: time, a temperature, motor torques or directions of arrival. Those that
-/// are read from a file have directions, stated or derived (derive_arrival).
+/// not tell of its readings: time, a temperature, motor torques or directions of arrival. Those
+/// that are read from a file have directions, stated or derived (derive_arrival).
 void require_drivers(const Campaign& campaign, const Effect& effect);
 
 /// Makes three rows, its coordinates, of each row with a point in a campaign of points and
@@ -91,9 +92,9 @@ void require_drivers(const Campaign& campaign, const Effect& effect);
 /// Of an anchor without a column its name is empty.
 void points_to_coordinates(Campaign& campaign);
 
-/// Fills `arrival` from the previous visit of the same session where the file does not state it: the
-/// sign of each joint's last motion, 0 before its first. Motions below 1e-4 deg are none. Rows are
-/// visited in the order of their times or, without times, as they stand.
+/// Fills `arrival` from the previous visit of the same session where the file does not state it:
+/// the sign of each joint's last motion, 0 before its first. Motions below 1e-4 deg are none. Rows
+/// are visited in the order of their times or, without times, as they stand.
 void derive_arrival(Campaign& campaign);
 
 /// From each of the times on, readings are of a session of their own, as after a knock of the

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <optional>
 
-#include "armtrue/effects/robot.h"
 #include "armtrue/campaign/campaign.h"
+#include "armtrue/effects/robot.h"
 
 namespace armtrue {
 

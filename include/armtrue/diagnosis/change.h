@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/effects/robot.h"
-#include "armtrue/campaign/campaign.h"
 #include "armtrue/calibration/observation.h"
+#include "armtrue/campaign/campaign.h"
+#include "armtrue/effects/robot.h"
 
 namespace armtrue {
 
@@ -37,7 +37,7 @@ struct Move {
 struct ChangeResult {
   bool holds = true;
   double p_value = 1;         ///< of the residuals if nothing has moved
-  ReadingScale scale;         ///< spread of the readings that was taken, per axis
+  ReadingSigma scale;         ///< spread of the readings that was taken, per axis
   std::vector<int> blunders;  ///< rows that are off alone; they take no part
   /// What has moved, as all of it together explains the readings; in the order of discovery. Empty
   /// if the calibration holds or no move explains what is off.
@@ -82,7 +82,7 @@ struct ChangeResult {
 /// as a move of base or tool. In a session that the previous robot knows its base is that of the
 /// session. Throws std::invalid_argument if `previous.std` is empty, the spread of what was
 /// measured is not above zero, or the readings of one of several sessions only place its base.
-ChangeResult detect_change(const Robot& previous, const ReadingScale& spread,
+ChangeResult detect_change(const Robot& previous, const ReadingSigma& spread,
                            const Campaign& campaign);
 
 }  // namespace armtrue

@@ -16,7 +16,7 @@ class Arrival {
   const Direction& at(const JointVector& q) {
     for (int j = 0; j < kJoints; ++j) {
       const double motion = q[j] - moved_last_[j];
-      if (std::abs(motion) <= kLeastMotion) continue;
+      if (std::abs(motion) <= kMinMotion) continue;
       direction_[j] = motion > 0 ? 1 : -1;
       moved_last_[j] = q[j];
     }
@@ -24,7 +24,7 @@ class Arrival {
   }
 
  private:
-  static constexpr double kLeastMotion = 1e-4 * kDegree;  // no rounding of a file is a motion
+  static constexpr double kMinMotion = 1e-4 * kDegree;  // no rounding of a file is a motion
 
   JointVector moved_last_;  // small motions add up, so that a slow joint is seen to move too
   Direction direction_{};

@@ -53,6 +53,6 @@ inline bool is_group(const std::string& parameter) {
 ParameterUnit unit_of_parameter(const KinematicChain& chain, const std::string& parameter);
 
 /// Why no robot's parameter can follow the driver in this shape, with the remedy; empty if it can.
-std::string contradiction(const std::string& parameter, const Driver& driver, const Shape& shape);
+std::string why_invalid(const std::string& parameter, const Driver& driver, const Shape& shape);
 
 }  // namespace armtrue

@@ -4,16 +4,16 @@
 #include <string>
 
 #include "armtrue/calibration/calibration.h"
-#include "armtrue/diagnosis/change.h"
 #include "armtrue/calibration/evaluation.h"
-#include "armtrue/tracing/loop.h"
 #include "armtrue/calibration/zone.h"
+#include "armtrue/diagnosis/change.h"
 #include "armtrue/io/provenance.h"
+#include "armtrue/tracing/loop.h"
 
 namespace armtrue {
 
 /// Where the arm shall be accurate, and how many of the readings lie there.
-struct FavouredZone {
+struct WeightedZone {
   Zone zone;
   int readings_inside;
 };
@@ -22,7 +22,7 @@ struct FavouredZone {
 /// errors, the zone that it was fitted for, and every absorbed parameter with what absorbs it.
 std::string write_calibration(const CalibrationResult& result, const Campaign& campaign,
                               const Provenance& provenance,
-                              const std::optional<FavouredZone>& favoured = std::nullopt);
+                              const std::optional<WeightedZone>& weighted_zone = std::nullopt);
 
 /// armtrue-summary/1: errors of a robot on a campaign.
 std::string write_summary(const Evaluation& evaluation, const Robot& robot,

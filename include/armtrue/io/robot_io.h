@@ -3,9 +3,9 @@
 #include <optional>
 #include <string>
 
+#include "armtrue/calibration/observation.h"
 #include "armtrue/effects/catalogue.h"
 #include "armtrue/effects/robot.h"
-#include "armtrue/calibration/observation.h"
 #include "armtrue/io/provenance.h"
 
 namespace armtrue {
@@ -13,7 +13,7 @@ namespace armtrue {
 struct RobotFile {
   Robot robot;
   /// What its calibration left, per axis; 0 for orientations that it did not have.
-  std::optional<ReadingScale> residual_spread;
+  std::optional<ReadingSigma> residual_spread;
   std::string name;  ///< of the file, for messages and provenance
   std::string sha256;
 };

@@ -6,8 +6,8 @@
 #include <optional>
 #include <vector>
 
-#include "armtrue/planning/pose_cloud.h"
 #include "armtrue/calibration/zone.h"
+#include "armtrue/planning/pose_cloud.h"
 
 namespace armtrue {
 

@@ -5,10 +5,10 @@
 #include <optional>
 #include <vector>
 
-#include "armtrue/effects/robot.h"
-#include "armtrue/campaign/campaign.h"
 #include "armtrue/calibration/observation.h"
+#include "armtrue/campaign/campaign.h"
 #include "armtrue/campaign/simulation.h"
+#include "armtrue/effects/robot.h"
 
 namespace armtrue {
 
@@ -30,7 +30,7 @@ struct PoseCloud {
   Robot robot;
   CloudOptions options;
   Campaign given;      ///< poses already measured, with the orientations that the robot predicts
-  ReadingScale noise;  ///< the robot's; 0.1 mm and 0.1 mrad where it states none
+  ReadingSigma noise;  ///< the robot's; 0.1 mm and 0.1 mrad where it states none
   std::vector<JointVector> configurations;
   std::vector<int> unknowns;  ///< what choose_identifiable() finds in cloud and given poses
 };

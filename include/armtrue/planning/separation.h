@@ -26,7 +26,7 @@ struct SeparationPlan {
   std::vector<SeparatedPair> pairs;
   /// Per axis, that the power is for: the spread of the given readings about the model with what
   /// was found, at least the robot's; the cloud's where too few are given to show it.
-  ReadingScale noise;
+  ReadingSigma noise;
 };
 
 /// Chooses `count` poses, at most kCloudSize, that best tell apart an effect that was found and

@@ -2,15 +2,20 @@
 
 namespace armtrue {
 
-/// Tail probabilities and quantiles of the laws that tests use. They wrap Boost.Math, whose headers take seconds to
-/// compile. Degrees of freedom are above zero and need not be whole.
+/// Tail probabilities and quantiles of the laws that tests use. They wrap Boost.Math, whose headers
+/// take seconds to compile. Degrees of freedom are above zero and need not be whole.
 
 double chi_squared_above(double value, double dof);  ///< P(X > value)
-double chi_squared_quantile_above(double probability, double dof);  ///< x with P(X > x) = probability
+double chi_squared_quantile_above(double probability,
+                                  double dof);  ///< x with P(X > x) = probability
 double non_central_chi_squared_above(double value, double dof, double non_centrality);
 double fisher_f_above(double value, double dof, double dof_of_denominator);
 double student_t_above(double value, double dof);
 double student_t_quantile(double probability, double dof);  ///< x with P(X <= x) = probability
 double normal_below(double value);
+
+/// Half width of a 95 % interval in standard deviations: the 0.975 quantile of Student's t. Fewer
+/// than one degree of freedom count as one.
+double student_t_975(int dof);
 
 }  // namespace armtrue

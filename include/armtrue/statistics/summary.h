@@ -12,10 +12,6 @@ struct ErrorSummary {
 
 ErrorSummary summarize(std::vector<double> errors);
 
-/// How many standard deviations a 95 % interval reaches to each side if the deviation is from so
-/// many poses: Student's t with poses - 1 degrees of freedom, at least one.
-double student_quantile(int poses);
-
 /// The length that vectors of three normal components of unit variance exceed with a probability.
 double normal_length_exceeded(double probability);
 

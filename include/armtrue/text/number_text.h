@@ -7,7 +7,7 @@
 namespace armtrue {
 
 /// No file means a larger number, whatever the unit; squares of it would leave no digits to others.
-inline constexpr double kLargestNumber = 1e15;
+inline constexpr double kMaxNumber = 1e15;
 
 /// The number that a whole text is, `+` before it allowed; it may be inf or nan. Nothing if it is
 /// none.

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/tracing/effect_curve.h"
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/tracing/effect_curve.h"
 #include "armtrue/tracing/nested_validation.h"
 #include "armtrue/tracing/tracing.h"
 

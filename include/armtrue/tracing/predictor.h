@@ -1,7 +1,7 @@
 #pragma once
 
-#include "armtrue/effects/catalogue.h"
 #include "armtrue/calibration/calibration.h"
+#include "armtrue/effects/catalogue.h"
 #include "armtrue/tracing/tracing.h"
 
 namespace armtrue {

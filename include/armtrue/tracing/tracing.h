@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/effects/catalogue.h"
 #include "armtrue/calibration/calibration.h"
+#include "armtrue/effects/catalogue.h"
 
 namespace armtrue {
 

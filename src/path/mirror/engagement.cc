@@ -10,9 +10,9 @@ namespace armtrue {
 namespace {
 
 constexpr double kLeaves = 6, kReturns = 3;  // standard deviations of the magnitude in air
-constexpr double kMostHidden = 2;            // a weak force: times its visible growth
-constexpr Eigen::Index kFewestBlocks = 5;    // below, no part of the record is its quiet one
-constexpr int kMostRounds = 20;
+constexpr double kMaxHidden = 2;             // a weak force: times its visible growth
+constexpr Eigen::Index kMinBlocks = 5;       // below, no part of the record is its quiet one
+constexpr int kMaxRounds = 20;
 constexpr double kShortest = 0.25;  // [s]: a shorter push is a knock, no cut
 
 // Mean and standard deviation of the magnitude in air.
@@ -41,7 +41,7 @@ Air quiet_level(const Eigen::VectorXd& magnitude, Eigen::Index width) {
   });
   std::vector<Eigen::Index> quiet(order.begin(), order.begin() + (count + 9) / 10);
   Air air = air_of(magnitude, width, quiet);
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMaxRounds; ++round) {
     std::vector<Eigen::Index> next;
     for (const Eigen::Index b : order)
       if (magnitude.segment(b * width, width).maxCoeff() <= air.mean + kLeaves * air.deviation)
@@ -91,7 +91,7 @@ EngagementRecord find_engagement(const Eigen::VectorXd& time, const Eigen::Matri
   const double period = (time[n - 1] - time[0]) / static_cast<double>(n - 1);
   const auto width =
       std::max<Eigen::Index>(3, static_cast<Eigen::Index>(std::llround(kShortest / period)));
-  if (n / width < kFewestBlocks) return record;
+  if (n / width < kMinBlocks) return record;
   const Eigen::VectorXd magnitude = signal.colwise().norm().transpose();
   const Air air = quiet_level(magnitude, width);
   const double high = air.mean + kLeaves * air.deviation;
@@ -107,7 +107,7 @@ EngagementRecord find_engagement(const Eigen::VectorXd& time, const Eigen::Matri
   if (level < 2 * air.mean) return record;
   // A sample within the noise may be one of the force `high`, lessened by noise.
   const double hidden =
-      level / 2 > high ? std::min(high / (level / 2 - high), kMostHidden) : kMostHidden;
+      level / 2 > high ? std::min(high / (level / 2 - high), kMaxHidden) : kMaxHidden;
 
   Eigen::Index past = 0;  // first sample in air after the run before
   Eigen::Index quiet = 0;

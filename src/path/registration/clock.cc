@@ -15,21 +15,21 @@
 #include <vector>
 
 #include "armtrue/kinematics/units.h"
-#include "path/registration/ornstein_uhlenbeck.h"
 #include "linear_algebra/decompositions.h"
+#include "path/registration/ornstein_uhlenbeck.h"
 
 namespace armtrue {
 namespace {
 
 // Quartz keeps time to 1e-4; the pass rarely lasts long enough to say so by itself.
 constexpr double kRateDeviation = 2e-4;
-constexpr double kWorstRate = 1e-3;          // beyond it is no clock
-constexpr double kOffsetDeviation = 1;       // [s], about the first offset: so far off it never is
-constexpr double kLargestDeviation = 10e-3;  // [m]: beyond it the frames differ, not the path
-constexpr double kWorstOffset = 0.1;         // [s], one standard deviation
-constexpr double kDrag = 0.15e-3;            // [m]: friction holds the tool back by about this
-constexpr double kSoftest = 1e-3;            // [m/N]: no machine gives way more
-constexpr double kWeakFramePrior = 1;        // [m], [rad]: what a path cannot show stays put
+constexpr double kWorstRate = 1e-3;      // beyond it is no clock
+constexpr double kOffsetDeviation = 1;   // [s], about the first offset: so far off it never is
+constexpr double kMaxDeviation = 10e-3;  // [m]: beyond it the frames differ, not the path
+constexpr double kWorstOffset = 0.1;     // [s], one standard deviation
+constexpr double kDrag = 0.15e-3;        // [m]: friction holds the tool back by about this
+constexpr double kSoftest = 1e-3;        // [m/N]: no machine gives way more
+constexpr double kWeakFramePrior = 1;    // [m], [rad]: what a path cannot show stays put
 
 std::string text(const char* format, double value) {
   std::array<char, 64> buffer{};
@@ -122,8 +122,7 @@ double coarse_offset(const Path& programmed, const Path& measured) {
   for (size_t k = 0; k < places.size(); k += std::max<size_t>(1, places.size() / kTried))
     peaks.push_back(places[k]);
   double best = highest;
-  double least =
-      kLargestDeviation * kLargestDeviation;  // further off it is not positions that agree
+  double least = kMaxDeviation * kMaxDeviation;  // further off it is not positions that agree
   for (const Eigen::Index k : peaks) {
     const double offset = offset_of(static_cast<double>(k));
     const double here = misfit(programmed, measured, offset);
@@ -448,7 +447,7 @@ Eigen::VectorXd distances(const Path& programmed, const Path& measured, const Cl
                 "would lie %.3f mm away: %s",
                 std::sqrt(misfit(programmed, measured, offset)) / kMillimetre, shift[0], shift[1],
                 shift[2], abc[0], abc[1], abc[2], off.mean() / kMillimetre,
-                std::sqrt(off.array().square().mean()) < kLargestDeviation
+                std::sqrt(off.array().square().mean()) < kMaxDeviation
                     ? "apply that to the record or use --fit-frame"
                     : "no frame joins them; take the record of this pass");
   throw std::invalid_argument(message.data());
@@ -458,7 +457,7 @@ Eigen::VectorXd distances(const Path& programmed, const Path& measured, const Cl
 void check_joined(const Path& programmed, const Path& measured, const ClockFit& fit) {
   const Eigen::VectorXd off = distances(programmed, measured, fit);
   const double rms = std::sqrt(off.array().square().mean());
-  if (!(rms > kLargestDeviation)) return;
+  if (!(rms > kMaxDeviation)) return;
   throw std::invalid_argument("the measured path lies " + text("%.4g", rms / kMillimetre) +
                               " mm from the programmed one in whatever frame: it is not of this "
                               "program or not of one pass; take the record of this pass");
@@ -524,8 +523,7 @@ ClockFit fit_clock(const Path& programmed, const Path& measured, const ClockOpti
   fit.offset = options.offset ? *options.offset : coarse_offset(programmed, measured);
   check_overlap(programmed, measured, fit);
   const auto apart = [&](const ClockFit& clock) {
-    return misfit(programmed, measured, clock.offset, clock.rate) >
-           kLargestDeviation * kLargestDeviation;
+    return misfit(programmed, measured, clock.offset, clock.rate) > kMaxDeviation * kMaxDeviation;
   };
   if (apart(fit) && !options.fit_frame) {
     ClockFit drifting = fit;

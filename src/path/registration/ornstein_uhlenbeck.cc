@@ -1,10 +1,11 @@
 #include "path/registration/ornstein_uhlenbeck.h"
-#include "linear_algebra/decompositions.h"
 
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "linear_algebra/decompositions.h"
 
 namespace armtrue {
 namespace {

@@ -54,7 +54,7 @@ class JumpFilter {
   bool reaches(Index a, Index b) const {
     const double duration = std::abs(path_.time[sample(b)] - path_.time[sample(a)]);
     return (path_.position.col(sample(b)) - path_.position.col(sample(a))).norm() <=
-           kLargestDeviation + speed_ * duration;
+           kMaxDeviation + speed_ * duration;
   }
 
   // From a good piece to those that the tool may have gone on to. Where none follows, the record

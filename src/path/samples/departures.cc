@@ -18,7 +18,7 @@ using Eigen::Index;
 using Eigen::Vector3d;
 
 constexpr double kQuick = 0.25;  // [s]: an arm takes longer to go out and come back
-constexpr size_t kMostSide = 6;  // samples on either side that say where the tool was
+constexpr size_t kMaxSide = 6;   // samples on either side that say where the tool was
 
 // A sample against a prediction from others: how far off, and by how many times the noise of one
 // sample that may differ by chance.
@@ -59,8 +59,8 @@ Difference from_cubic(double time, const Vector3d& sample, const std::array<doub
 // The samples on either side of a run, the nearest first, and its own first and last.
 struct Surroundings {
   size_t count;  // on either side
-  std::array<double, kMostSide> before, after;
-  std::array<Vector3d, kMostSide> before_at, after_at;
+  std::array<double, kMaxSide> before, after;
+  std::array<Vector3d, kMaxSide> before_at, after_at;
   std::array<double, 2> ends;
   std::array<Vector3d, 2> ends_at;
 
@@ -150,7 +150,7 @@ class DepartureFilter {
         path_(deviation),
         wanted_(&wanted),
         period_(median_period(deviation)),
-        side_(kMostSide),
+        side_(kMaxSide),
         good_(std::move(good)),
         rounding_(rounding) {}
 
@@ -313,8 +313,8 @@ class DepartureFilter {
         for (Index skipped = 0; skipped + length <= side(); ++skipped) {
           const Index first = at_start ? skipped : size() - skipped - length;
           const Index inner = at_start ? first + length : first - 1;  // the next good one
-          std::array<double, kMostSide> times{};
-          std::array<Vector3d, kMostSide> others;
+          std::array<double, kMaxSide> times{};
+          std::array<Vector3d, kMaxSide> others;
           for (size_t j = 0; j < side_; ++j) {
             const auto away = static_cast<Index>(j);
             times[j] = time(at_start ? inner + away : inner - away);

@@ -64,7 +64,7 @@ std::vector<Index> not_frozen(const Eigen::Matrix3Xd& readings, const Travel& tr
     if (next == count) continue;  // it may be the tool that stays
     const double jump = (readings.col(next) - readings.col(last)).norm();
     if (jump <= travel(last, next) + std::max(kFreePlay, chance) ||
-        jump > travel(first, next) + kLargestDeviation)
+        jump > travel(first, next) + kMaxDeviation)
       continue;
     for (Index k = first + 1; k <= last; ++k)
       frozen[static_cast<size_t>(k)] = has_left(k, next, jump);

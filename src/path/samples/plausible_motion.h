@@ -9,7 +9,7 @@ namespace armtrue {
 /// Consecutive samples that depart together.
 inline constexpr Eigen::Index kFew = 3;
 /// [m] of a tool from its program.
-inline constexpr double kLargestDeviation = 10e-3;
+inline constexpr double kMaxDeviation = 10e-3;
 /// [m]: a loose or sticking tool moves as suddenly.
 inline constexpr double kFreePlay = 0.4e-3;
 /// Of calling any sample bad in a record without.

@@ -6,12 +6,12 @@
 #include <vector>
 
 #include "armtrue/effects/robot.h"
-#include "armtrue/path/samples/bad_samples.h"
-#include "armtrue/path/registration/clock.h"
+#include "armtrue/path/low_pass.h"
 #include "armtrue/path/mirror/engagement.h"
 #include "armtrue/path/mirror/force_law.h"
-#include "armtrue/path/low_pass.h"
 #include "armtrue/path/path.h"
+#include "armtrue/path/registration/clock.h"
+#include "armtrue/path/samples/bad_samples.h"
 #include "armtrue/statistics/summary.h"
 
 namespace armtrue {
