@@ -24,16 +24,21 @@ the case ends with 99. `fails 1 cmp -s a b` says that two files differ. `fails 1
 
     run_case.py CASE BIN CONFIG               runs one case with the commands in BIN
     run_case.py --self-test                   checks this file
+    run_case.py --stub-test CASES BIN CONFIG  checks that no case in the folder CASES passes if a stub stands in for its
+                                              command; the other commands in BIN stay as they are
 """
 
+import concurrent.futures
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
 
 TOLERANCE = 1e-6
+WORKERS = 2
 
 PRELUDE = """
 shopt -s inherit_errexit
@@ -46,6 +51,23 @@ fails() {
     exit 99
   fi
 }
+"""
+
+# What a stub does after it has read its input. $product is the file after -o, or standard output.
+STUBS = {
+    "random bytes": '{head} -c 2000 /dev/urandom > "$product"',
+    "the same line": 'echo "pose: 1, 2, 3" > "$product"',
+    "silence": "exit $EXPECTED_EXIT",
+    "a signal": "kill -SEGV $$",
+}
+STUB_START = """#!{bash}
+ulimit -c 0
+product=/dev/stdout
+while [ $# -gt 0 ]; do
+  if [ "$1" = -o ]; then product=$2; shift; fi
+  shift
+done
+{cat} > /dev/null
 """
 
 
@@ -101,9 +123,10 @@ def check(case, exit_code, out, err):
 
 
 def run(case, path, config):
-    """What is wrong with a case, and what it printed. `path` has the commands."""
+    """What is wrong with a case, and what it printed. `path` has the commands, the first folder counts first."""
     with tempfile.TemporaryDirectory() as folder:
-        environment = dict(os.environ, CASE=str(case), CONFIG=config, PATH=f"{path}:{os.environ['PATH']}")
+        environment = dict(os.environ, CASE=str(case), CONFIG=config, PATH=f"{path}:{os.environ['PATH']}",
+                           EXPECTED_EXIT=str(expected_exit(case)))
         done = subprocess.run(["bash", "-euo", "pipefail", "-c", PRELUDE + (case / "cmd").read_text()], cwd=folder,
                               env=environment, capture_output=True, text=True, errors="replace",
                               stdin=subprocess.DEVNULL)
@@ -116,6 +139,40 @@ def run_and_report(case, binaries, config):
     if wrong:
         print("\n".join(wrong), f"\n--- stdout\n{out[:4000]}\n--- stderr\n{err[:4000]}")
     return not wrong
+
+
+def write_stub(action, path):
+    tools = {name: shutil.which(name) for name in ("bash", "cat", "head")}  # a case may change PATH
+    path.parent.mkdir(parents=True)
+    path.write_text((STUB_START + action + "\n").format(**tools))
+    path.chmod(0o755)
+
+
+def passes_with_stub(cases, binaries, config):
+    """The number of runs, and the cases that pass with a stub as '<command>/<case>: <stub>'."""
+    folders = sorted(path.parent for path in cases.glob("*/*/cmd"))
+    with tempfile.TemporaryDirectory() as stubs:
+        for stub, action in STUBS.items():
+            for command in {folder.parent.name for folder in folders}:
+                write_stub(action, pathlib.Path(stubs, stub, command, command))
+
+        def passes(job):
+            folder, stub = job
+            wrong, _, _ = run(folder, f"{stubs}/{stub}/{folder.parent.name}:{binaries}", config)
+            return not wrong
+
+        jobs = [(folder, stub) for folder in folders for stub in STUBS]
+        with concurrent.futures.ThreadPoolExecutor(WORKERS) as pool:
+            passed = list(pool.map(passes, jobs))
+    return len(jobs), [f"{folder.parent.name}/{folder.name}: {stub}" for (folder, stub), ok in zip(jobs, passed) if ok]
+
+
+def stub_test(cases, binaries, config):
+    count, passed = passes_with_stub(cases, binaries, config)
+    print(f"{count} runs with a stub, {len(passed)} passed")
+    for line in passed:
+        print(f"cannot fail: {line}")
+    return count > 0 and not passed
 
 
 def self_test():
@@ -146,6 +203,7 @@ def self_test():
         (case / "stderr.contains").unlink()
         assert check(case, 139, "", "the remedy is")
     self_test_of_shell()
+    self_test_of_stubs()
 
 
 def self_test_of_shell():
@@ -174,8 +232,27 @@ def self_test_of_shell():
         assert not passes("fails 1 sh -c 'kill -SEGV $$'")
 
 
+def self_test_of_stubs():
+    """The stub test must name exactly the cases that cannot fail."""
+    with tempfile.TemporaryDirectory() as folder:
+        cases, binaries = pathlib.Path(folder, "cases"), pathlib.Path(folder, "bin")
+        binaries.mkdir()
+        (binaries / "say").write_text("#!/bin/sh\necho yes\n")
+        (binaries / "say").chmod(0o755)
+        for name, cmd in (("sees", "test $(say) = yes"), ("blind", "say > a || true"), ("half-blind", "say > a")):
+            (cases / "say" / name).mkdir(parents=True)
+            (cases / "say" / name / "cmd").write_text(cmd)
+            assert not run(cases / "say" / name, binaries, folder)[0], name
+        count, passed = passes_with_stub(cases, binaries, folder)
+        assert count == 3 * len(STUBS)
+        assert passed == [f"say/{name}: {stub}" for name in ("blind", "half-blind")
+                          for stub in ("random bytes", "the same line", "silence")], passed
+
+
 if __name__ == "__main__":
     if sys.argv[1] == "--self-test":
         self_test()
+    elif sys.argv[1] == "--stub-test":
+        sys.exit(0 if stub_test(pathlib.Path(sys.argv[2]), sys.argv[3], sys.argv[4]) else 1)
     else:
         sys.exit(0 if run_and_report(pathlib.Path(sys.argv[1]), sys.argv[2], sys.argv[3]) else 1)
