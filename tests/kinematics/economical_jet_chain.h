@@ -113,7 +113,7 @@ class EconomicalJetChain {
   }
 
  private:
-  // Widened to a multiple of four numbers: twice as fast as 47 or 29.
+  // Widened to a multiple of four numbers: 2 to 3 times as fast as 47 or 29.
   using Jet = ceres::Jet<double, (N + 3) / 4 * 4>;
   using Vector = std::array<Jet, 3>;
   struct Frame {
