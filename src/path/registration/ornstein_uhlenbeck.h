@@ -29,8 +29,8 @@ struct AxisSamples {
 /// one at 5 s_i costs.
 struct Whitened {
   Eigen::MatrixXd columns;
-  double log_determinant =
-      0;  ///< sum of log s_i, half that of the covariance; plus 5^2/2 a blunder
+  /// Sum of log s_i, half the log determinant of the covariance, plus 5^2 / 2 for each blunder.
+  double log_determinant = 0;
   int blunders = 0;
 };
 Whitened whiten(const OrnsteinUhlenbeck& process, const AxisSamples& samples);
