@@ -16,13 +16,13 @@ namespace {
 using Eigen::Index;
 using Eigen::Vector3d;
 
-// Samples that show the same.
+// Consecutive samples with the same reading.
 struct Hold {
   Index first, last;
 };
 
-// Where the instrument repeats a reading more than twice as often as it usually does: one that is
-// asked more often than it measures repeats all of them.
+// Holds more than twice as long as the median: an instrument that is asked more often than it
+// measures repeats every reading.
 std::vector<Hold> long_holds(const Eigen::Matrix3Xd& readings) {
   std::vector<Hold> holds;
   std::vector<double> lengths;
@@ -61,7 +61,7 @@ std::vector<Index> not_frozen(const Eigen::Matrix3Xd& readings, const Travel& tr
       normal_length_exceeded(kChance / static_cast<double>(count)) * std::numbers::sqrt2 * noise;
   for (const auto& [first, last] : holds) {
     const Index next = last + 1;
-    if (next == count) continue;  // it may be the tool that stays
+    if (next == count) continue;  // at the end the tool may stand
     const double jump = (readings.col(next) - readings.col(last)).norm();
     if (jump <= travel(last, next) + std::max(kFreePlay, chance) ||
         jump > travel(first, next) + kMaxDeviation)
