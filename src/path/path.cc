@@ -12,7 +12,7 @@ double median_period(const Path& path) {
   std::vector<double> periods;
   for (Eigen::Index i = 1; i < path.samples(); ++i)
     periods.push_back(path.time[i] - path.time[i - 1]);
-  return median(std::move(periods));
+  return periods.empty() ? 0 : median(std::move(periods));
 }
 
 double longest_move(const Path& path, double duration) {

@@ -48,7 +48,7 @@ struct Equations {
   int row_size;
 
   Equations(const CandidateScan& scan, const CalibrationResult& fit, const Campaign& campaign) {
-    const SessionModels models(campaign, fit.robot, fit.set.kept, fit.scale);
+    const SessionModels models(campaign, fit.robot, fit.set.kept, fit.sigma);
     Eigen::MatrixXd blocks = models.blocks();
     row_size = models.row_size();
     for (int row = 0; row < campaign.rows(); ++row)
@@ -274,7 +274,7 @@ Robot with_remainder(const CalibrationResult& fit, const Campaign& campaign,
   }
   CalibrationOptions refit;
   refit.fitted_effects = static_cast<int>(fit.robot.effects.size());
-  refit.near = &fit;
+  refit.start_near(fit);
   return calibrate(robot, campaign, fit.set, refit).robot;
 }
 

@@ -34,6 +34,7 @@ std::vector<Hold> long_holds(const Eigen::Matrix3Xd& readings) {
     holds.push_back({first, i - 1});
     first = i;
   }
+  if (lengths.empty()) return holds;
   const double usual = median(std::move(lengths));
   std::erase_if(holds, [&](const Hold& hold) {
     return static_cast<double>(hold.last - hold.first + 1) <= 2 * usual;
