@@ -10,6 +10,7 @@
 #include "armtrue/io/output.h"
 #include "armtrue/io/residuals_io.h"
 #include "armtrue/kinematics/units.h"
+#include "columns.h"
 #include "command_line.h"
 
 using namespace armtrue;
@@ -43,6 +44,7 @@ void add_options(app::Command& command, Arguments& arguments) {
               "Exit with 3 if calibration: training: position_mm: max, the largest error of "
               "the readings, is larger")
       .check(app::above_zero());
+  command.add_columns(app::kMeasuredPoseColumns);
 }
 
 // weight_by_zone() multiplies the sigma of a reading at the distance d outside a sphere of radius r

@@ -11,6 +11,7 @@
 #include "armtrue/report/loop_table.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/tracing/loop.h"
+#include "columns.h"
 #include "command_line.h"
 
 using namespace armtrue;
@@ -58,6 +59,7 @@ void add_options(app::Command& command, Arguments& arguments) {
                      "plan-poses --separate plans others");
   command.option("--catalogue", arguments.catalogue, "Effects to look for");
   command.flag("--only-catalogue", arguments.only_catalogue, "Do not search beyond the catalogue");
+  command.add_columns(app::kMeasuredPoseColumns);
 }
 
 // The measured poses: those that the search may use and those held out to judge its result.

@@ -7,6 +7,7 @@
 #include "armtrue/io/residuals_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
+#include "columns.h"
 #include "command_line.h"
 
 using namespace armtrue;
@@ -31,6 +32,7 @@ void add_options(app::Command& command, Arguments& arguments) {
       .option("--max-error-mm", arguments.max_error_mm,
               "Exit with 3 if position_mm: mean, the mean error of the readings, is larger")
       .check(app::above_zero());
+  command.add_columns(app::kMeasuredPoseColumns);
 }
 
 // A robot file with sessions must have the base of every session of the campaign.

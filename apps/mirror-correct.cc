@@ -15,6 +15,7 @@
 #include "armtrue/report/mirror_report.h"
 #include "armtrue/report/mirror_table.h"
 #include "armtrue/text/input_error.h"
+#include "columns.h"
 #include "command_line.h"
 
 using namespace armtrue;
@@ -136,6 +137,7 @@ void add_options(app::Command& command, Arguments& arguments) {
                                "Write the deviation and its trend here"));
   of_passes(command.add_output("--report", arguments.report,
                                "Write a page with plots (HTML) of the measured passes here"));
+  command.add_columns(app::kPathColumns);
 }
 
 MirrorOptions mirror_options(const Arguments& arguments) {

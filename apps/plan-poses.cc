@@ -14,6 +14,7 @@
 #include "armtrue/planning/separation.h"
 #include "armtrue/report/plan_tables.h"
 #include "armtrue/tracing/loop.h"
+#include "columns.h"
 #include "command_line.h"
 
 using namespace armtrue;
@@ -55,6 +56,7 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.flag("--points", arguments.points,
                "Positions only; with --given, what is read there is read again");
   separate.excludes(zone);
+  command.add_columns(app::kMeasuredPoseColumns);
 }
 
 PlanOptions plan_options(const app::Command& command, const Arguments& arguments) {

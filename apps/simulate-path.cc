@@ -6,6 +6,7 @@
 #include "armtrue/io/path_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/path/simulation.h"
+#include "columns.h"
 #include "command_line.h"
 
 using namespace armtrue;
@@ -86,6 +87,7 @@ void add_options(app::Command& command, Arguments& arguments) {
   add_recorder_options(
       command.group("Instrument", "its time is (1 + rate) * (time of the path) + offset"),
       arguments);
+  command.add_columns(app::kPathColumns);
 }
 
 // All of a pass but the part.

@@ -7,6 +7,7 @@
 #include "armtrue/io/output.h"
 #include "armtrue/kinematics/inverse.h"
 #include "armtrue/kinematics/units.h"
+#include "columns.h"
 #include "command_line.h"
 
 using namespace armtrue;
@@ -48,6 +49,7 @@ void add_options(app::Command& command, Arguments& arguments) {
       .check(app::one_of({"random", "sorted"}))
       .default_shown();
   command.numbers("--box-mm", arguments.box_mm, 6, "x0,x1,y0,y1,z0,z1 in mm", "Working box in R_A");
+  command.add_columns(app::kJointTargetColumns);
 }
 
 SimulationOptions simulation_options(const Arguments& arguments, std::uint64_t seed) {

@@ -6,6 +6,7 @@
 #include "armtrue/io/ranking_io.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/tracing/tracing.h"
+#include "columns.h"
 #include "command_line.h"
 
 using namespace armtrue;
@@ -31,6 +32,7 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.option("--catalogue", arguments.catalogue, "Effects to look for").excludes(since);
   command.flag("--only-catalogue", arguments.only_catalogue, "Do not search beyond it")
       .excludes(since);
+  command.add_columns(app::kMeasuredPoseColumns);
 }
 
 // Standard deviation of the residuals of the previous calibration; without one, the noise of the
