@@ -2,12 +2,16 @@
 
 #include <set>
 
+#include "armtrue/io/calibration_io.h"
+#include "armtrue/io/loop_io.h"
 #include "armtrue/io/output.h"
-#include "armtrue/io/report_io.h"
+#include "armtrue/io/residuals_io.h"
 #include "armtrue/planning/separation.h"
 #include "armtrue/report/loop_report.h"
+#include "armtrue/report/loop_table.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/tracing/loop.h"
+#include "columns.h"
 #include "command_line.h"
 
 using namespace armtrue;
@@ -16,30 +20,56 @@ namespace {
 
 constexpr int kNextPoses = 15;
 
-struct Paths {
+struct Arguments {
   std::string robot, catalogue, test, robot_out, predictor_out, residuals, report, next_poses;
+  double held_out = 0.25;
+  int nested_folds = 0;  // 0: no nested validation
+  bool only_catalogue = false;
 };
 
-std::string residuals(const Robot& robot, const Campaign& measured, const Split& split,
-                      const Campaign& test) {
-  std::vector<std::string> names(measured.rows(), "training");
-  for (int row : split.held_out) names[row] = "held-out";
-  std::vector<Residuals> all = {{measured, evaluate(robot, measured).residuals, names}};
-  if (test.rows() > 0)
-    all.push_back(
-        {test, evaluate(robot, test).residuals, std::vector<std::string>(test.rows(), "held-out")});
-  return write_residuals(all);
+void add_options(app::Command& command, Arguments& arguments) {
+  command.add_input("Measured poses");
+  command.add_output();
+  command.add_seed();
+  command.add_new_sessions();
+  command.option("--robot", arguments.robot, "The nominal robot").required();
+  const app::Option share =
+      command.option("--held-out", arguments.held_out, "Share of the poses set aside")
+          .check(app::in_range(0.0, 0.9))
+          .default_shown();
+  command
+      .option("--test", arguments.test,
+              "Measured poses that take no part, from a file of their own")
+      .excludes(share);
+  command
+      .option("--nested", arguments.nested_folds,
+              "Nested cross-validation beside the held-out figure: repeat the whole search in so "
+              "many folds of all measured poses, judge each on the poses it left out, and count "
+              "how often each effect is found again; takes about so many times as long")
+      .check(app::in_range(2, 1000));
+  command.add_output("--robot-out", arguments.robot_out, "Write the robot with its effects here");
+  command.add_output("--predictor-out", arguments.predictor_out,
+                     "Write a robot here that only predicts: to the effects that are named it adds "
+                     "many small ones, none of which is a finding, where poses left out gain");
+  command.add_output("--residuals", arguments.residuals,
+                     "Write the final residual of every reading here");
+  command.add_output("--report", arguments.report, "Write a page with plots (HTML) here");
+  command.add_output("--next-poses", arguments.next_poses,
+                     "Write 15 poses that tell apart what this data cannot here, if any do; "
+                     "plan-poses --separate plans others");
+  command.option("--catalogue", arguments.catalogue, "Effects to look for");
+  command.flag("--only-catalogue", arguments.only_catalogue, "Do not search beyond the catalogue");
+  command.add_columns(app::kMeasuredPoseColumns);
 }
 
-// Poses that tell apart what was found from what it cannot be told from; none if no poses do.
-std::vector<JointVector> next_poses(const TraceResult& found, const Campaign& measured,
-                                    std::uint64_t seed) {
-  CloudOptions options;
-  options.seed = seed;
-  return plan_separation(found.fit.robot, found.effects, kNextPoses, options, measured).poses;
-}
+// The measured poses: those that the search may use and those held out to judge its result.
+struct Measured {
+  Campaign all;  // of the file that is searched
+  Split split;   // of `all`; empty with --test
+  Campaign training, held_out;
+};
 
-// Readings that are in both files took part.
+// A reading that is in both files would judge a model that was fitted to it.
 void check_apart(const Campaign& training, const Campaign& test) {
   const auto reading = [](const Campaign& campaign, int row) {
     std::vector<double> numbers(campaign.q[row].begin(), campaign.q[row].end());
@@ -57,63 +87,92 @@ void check_apart(const Campaign& training, const Campaign& test) {
                       test.source, test.line[row], training.source));
 }
 
-int work(app::Command& command, const Paths& paths, double held_out_share, int nested_folds,
-         bool only_catalogue) {
-  const Robot robot = command.robot(paths.robot).robot;
-  const Campaign all = command.campaign(command.input, robot);
-  Campaign training, held_out;
-  Split split;
-  if (paths.test.empty()) {
-    split = split_by_pose(all, held_out_share, command.seed);
-    training = all.select(split.training);
-    held_out = all.select(split.held_out);
+Measured read_measured(app::Command& command, const Arguments& arguments, const Robot& robot) {
+  Measured measured;
+  measured.all = command.read_campaign(command.input);
+  app::refuse_mistakes(robot, measured.all);
+  if (arguments.test.empty()) {
+    measured.split = split_by_pose(measured.all, arguments.held_out, command.seed);
+    measured.training = measured.all.select(measured.split.training);
+    measured.held_out = measured.all.select(measured.split.held_out);
   } else {
-    training = all;
-    held_out = command.campaign(paths.test, robot);
-    check_apart(training, held_out);
+    measured.training = measured.all;
+    measured.held_out = command.read_campaign(arguments.test);
+    app::refuse_mistakes(robot, measured.held_out);
+    check_apart(measured.training, measured.held_out);
   }
+  return measured;
+}
+
+LoopResult search(app::Command& command, const Arguments& arguments, const Robot& robot,
+                  const Measured& measured, const TraceOptions& options) {
+  const Catalogue catalogue = app::catalogue(arguments.catalogue);
+  LoopResult result = close_loop(robot, measured.training, measured.held_out, catalogue, options);
+  if (arguments.nested_folds > 0) {
+    command.progress("repeating the search in " + std::to_string(arguments.nested_folds) +
+                     " folds");
+    result.nested = nested_validation(robot, measured.all, catalogue, arguments.nested_folds,
+                                      result.trace.effects, options);
+  }
+  if (!arguments.predictor_out.empty())
+    add_predictor(result, measured.training, measured.held_out, catalogue, options);
+  return result;
+}
+
+std::string residuals(const Robot& robot, const Measured& measured, bool with_test) {
+  std::vector<std::string> split(measured.all.rows(), "training");
+  for (int row : measured.split.held_out) split[row] = "held-out";
+  std::vector<Residuals> parts = {{measured.all, evaluate(robot, measured.all).residuals, split}};
+  if (with_test && measured.held_out.rows() > 0)
+    parts.push_back({measured.held_out, evaluate(robot, measured.held_out).residuals,
+                     std::vector<std::string>(measured.held_out.rows(), "held-out")});
+  return write_residuals(parts);
+}
+
+// Plans poses that separate each effect found from the effects that the data cannot tell from it.
+// Returns false if there are no such poses; the file is written in any case, so that poses of an
+// earlier campaign do not stay in it.
+bool write_next_poses(app::Command& command, const std::string& path, const TraceResult& found,
+                      const Campaign& measured) {
+  command.progress("planning the next poses");
+  CloudOptions options;
+  options.seed = command.seed;
+  const std::vector<JointVector> planned =
+      plan_separation(found.fit.robot, found.effects, kNextPoses, options, measured).poses;
+  write_output(path, write_joint_targets(app::numbered(planned, measured.pose_ids)));
+  if (planned.empty())
+    command.warn(path + " holds no poses: there is nothing that poses would tell apart");
+  return !planned.empty();
+}
+
+int run(app::Command& command, const Arguments& arguments) {
+  const Robot robot = command.read_robot(arguments.robot).robot;
+  const Measured measured = read_measured(command, arguments, robot);
   TraceOptions options;
   options.seed = command.seed;
-  options.beyond_catalogue = !only_catalogue;
+  options.beyond_catalogue = !arguments.only_catalogue;
   options.progress = [&](const std::string& what) { command.progress(what); };
-  const Catalogue catalogue = app::catalogue(paths.catalogue);
-  LoopResult result = close_loop(robot, training, held_out, catalogue, options);
-  if (nested_folds > 0) {
-    command.progress("repeating the search in " + std::to_string(nested_folds) + " folds");
-    result.nested =
-        nested_validation(robot, all, catalogue, nested_folds, result.trace.effects, options);
-  }
-  if (!paths.predictor_out.empty()) add_predictor(result, training, held_out, catalogue, options);
+  const LoopResult result = search(command, arguments, robot, measured, options);
 
   const Provenance provenance = command.provenance();
   if (result.predictor)
-    write_output(paths.predictor_out, write_robot(result.predictor->robot, provenance));
-  if (!paths.robot_out.empty())
-    write_output(paths.robot_out, write_calibration(result.trace.fit, training, provenance));
-  if (!paths.residuals.empty())
-    write_output(paths.residuals, residuals(result.trace.fit.robot, all, split,
-                                            paths.test.empty() ? Campaign() : held_out));
-  std::vector<JointVector> planned;
-  if (!paths.next_poses.empty()) {
-    command.progress("planning the next poses");
-    planned = next_poses(result.trace, all, command.seed);
-    // Written in any case, or the poses of another campaign could stay.
-    write_output(paths.next_poses, write_joint_targets(app::numbered(planned, all.pose_ids)));
-    if (planned.empty())
-      command.warn(paths.next_poses +
-                   " holds no poses: there is nothing that poses would tell apart");
-  }
+    write_output(arguments.predictor_out, write_robot(result.predictor->robot, provenance));
+  if (!arguments.robot_out.empty())
+    write_output(arguments.robot_out,
+                 write_calibration(result.trace.fit, measured.training, provenance));
+  if (!arguments.residuals.empty())
+    write_output(arguments.residuals,
+                 residuals(result.trace.fit.robot, measured, !arguments.test.empty()));
+  const bool planned = !arguments.next_poses.empty() &&
+                       write_next_poses(command, arguments.next_poses, result.trace, measured.all);
   write_output(command.output,
-               write_loop(result, options, provenance, planned.empty() ? "" : paths.next_poses));
-  if (!paths.report.empty())
-    write_output(paths.report,
-                 loop_report(result, effect_descriptions(result), robot.name + ": " + all.source));
+               write_loop(result, options, provenance, planned ? arguments.next_poses : ""));
+  if (!arguments.report.empty())
+    write_output(arguments.report, loop_report(result, robot.name + ": " + measured.all.source));
   command.tell(before_after_table(result));
-  if (!result.trace.fit.converged) {
-    command.warn(app::not_converged(result.trace.fit));
-    return app::kNotReached;
-  }
-  return app::kSuccess;
+  if (result.trace.fit.converged) return app::kSuccess;
+  command.warn(app::not_converged(result.trace.fit));
+  return app::kNotReached;
 }
 
 }  // namespace
@@ -122,46 +181,10 @@ int main(int argc, char** argv) {
   app::Command command(
       "close-loop",
       "Calibrate, trace the residual to what the model lacks, add it, and report the error before "
-      "and "
-      "after on poses that took no part.",
+      "and after on poses that took no part.",
       "close-loop --robot robot.yaml measured.csv --robot-out closed.yaml > loop.yaml\n"
       "  close-loop --robot robot.yaml knocked.csv --new-session-at-s 1234 > loop.yaml");
-  Paths paths;
-  double held_out = 0.25;
-  int nested_folds = 0;
-  bool only_catalogue = false;
-  command.add_input("Measured poses");
-  command.add_output();
-  command.add_seed();
-  command.add_new_sessions();
-  CLI::App& options = command.options();
-  options.add_option("--robot", paths.robot, "The nominal robot")->required();
-  auto* share = options.add_option("--held-out", held_out, "Share of the poses set aside")
-                    ->check(CLI::Range(0.0, 0.9))
-                    ->capture_default_str();
-  options
-      .add_option("--test", paths.test,
-                  "Measured poses that take no part, from a file of their own")
-      ->excludes(share);
-  options
-      .add_option(
-          "--nested", nested_folds,
-          "Nested cross-validation beside the held-out figure: repeat the whole search in so "
-          "many folds of all measured poses, judge each on the poses it left out, and count "
-          "how often each effect is found again; takes about so many times as long")
-      ->check(CLI::Range(2, 1000));
-  command.add_output("--robot-out", paths.robot_out, "Write the robot with its effects here");
-  command.add_output("--predictor-out", paths.predictor_out,
-                     "Write a robot here that only predicts: to the effects that are named it adds "
-                     "many small ones, none of which is a finding, where poses left out gain");
-  command.add_output("--residuals", paths.residuals,
-                     "Write the final residual of every reading here");
-  command.add_output("--report", paths.report, "Write a page with plots (HTML) here");
-  command.add_output("--next-poses", paths.next_poses,
-                     "Write 15 poses that tell apart what this data cannot here, if any do; "
-                     "plan-poses --separate plans others");
-  options.add_option("--catalogue", paths.catalogue, "Effects to look for");
-  options.add_flag("--only-catalogue", only_catalogue, "Do not search beyond the catalogue");
-  return command.run(argc, argv,
-                     [&] { return work(command, paths, held_out, nested_folds, only_catalogue); });
+  Arguments arguments;
+  add_options(command, arguments);
+  return command.run(argc, argv, [&] { return run(command, arguments); });
 }

@@ -1,18 +1,29 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
+#include <cstdint>
 #include <functional>
+#include <memory>
+#include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/zone.h"
+#include "armtrue/campaign/simulation.h"
 #include "armtrue/effects/catalogue.h"
 #include "armtrue/io/campaign_io.h"
+#include "armtrue/io/joint_target_io.h"
 #include "armtrue/io/path_io.h"
 #include "armtrue/io/provenance.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/path/joint_path.h"
 #include "armtrue/text/input_error.h"
+
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
 
 namespace armtrue::app {
 
@@ -20,23 +31,88 @@ namespace armtrue::app {
 inline constexpr int kSuccess = 0;
 inline constexpr int kBadInput = 1;  ///< bad data, or reading or writing failed
 inline constexpr int kBadUsage = 2;
-inline constexpr int kNotReached = 3;  ///< it ran, but a criterion failed
+inline constexpr int kNotReached = 3;  ///< the command ran, but a criterion failed
 
-/// One command: its options, those that all commands share, and its work. The constructor opens no
-/// file.
-class Command {
+/// A condition on the text of an option.
+struct Check {
+  std::string form;  ///< stands in --help after the type of the option; may be empty
+  /// Says what is wrong with a text; empty if nothing is.
+  std::function<std::string(const std::string&)> why_wrong;
+};
+
+Check above_zero();
+Check not_below_zero();
+/// A whole number from 0 to 2^64 - 1. CLI11 would read -1 as 2^64 - 1.
+Check seed_number();
+/// Bounds included.
+Check in_range(int low, int high);
+Check in_range(double low, double high);
+Check one_of(const std::vector<std::string>& words);
+
+/// Handle of an option; a copy stands for the same option. Each member function returns the handle.
+class Option {
  public:
-  Command(std::string name, const std::string& purpose, const std::string& example);
+  explicit Option(CLI::Option* option) : option_(option) {}
 
-  /// For the command's own options.
-  CLI::App& options() { return app_; }
-  /// The options that most commands need, each added on request.
+  Option required() const;
+  Option needs(Option other) const;
+  Option excludes(Option other) const;
+  Option check(const Check& check) const;
+  /// --help shows the value that the variable has now.
+  Option default_shown() const;
+
+ private:
+  CLI::Option* option_;
+};
+
+/// Options under one heading of --help. The variables of the options must live as long as the
+/// command.
+class OptionGroup {
+ public:
+  Option option(const std::string& names, std::string& value, const std::string& help);
+  Option option(const std::string& names, double& value, const std::string& help);
+  Option option(const std::string& names, int& value, const std::string& help);
+  Option option(const std::string& names, std::uint64_t& value, const std::string& help);
+  /// Empty unless the option is given.
+  Option option(const std::string& names, std::optional<double>& value, const std::string& help);
+  /// One or more values after the option.
+  Option option(const std::string& names, std::vector<std::string>& values,
+                const std::string& help);
+  Option flag(const std::string& names, bool& value, const std::string& help);
+  /// `count` numbers separated by commas, such as `x,y,z,radius in mm` (the `form`, for messages).
+  /// They are one value: of several values the last could be the file that follows.
+  Option numbers(const std::string& names, std::vector<double>& values, size_t count,
+                 const std::string& form, const std::string& help);
+  /// --zone x,y,z,radius [mm]; see zone_from_text().
+  Option zone(std::string& zone, const std::string& help);
+
+  OptionGroup group(const std::string& heading, const std::string& help = "");
+  /// Exactly one option of this group must be given.
+  void require_one();
+
+ protected:
+  explicit OptionGroup(std::shared_ptr<CLI::App> app) : app_(std::move(app)) {}
+
+  std::shared_ptr<CLI::App> app_;
+};
+
+/// One command: its options, the options that all commands share, and the files that it reads. It
+/// opens no file before all arguments are parsed and checked.
+class Command : public OptionGroup {
+ public:
+  Command(std::string name, const std::string& purpose, std::string example);
+  Command(const Command&) = delete;
+  Command& operator=(const Command&) = delete;
+
+  /// Options that most commands need, each added on request.
   void add_input(const std::string& what);
   void add_output();
-  /// A further product. No two products may go to one file, nor one to a file that is read.
-  CLI::Option* add_output(const std::string& name, std::string& path, const std::string& what);
+  /// A further product. Two products may not go to one file, and none to a file that is read.
+  Option add_output(const std::string& name, std::string& path, const std::string& what);
   void add_seed();
   void add_new_sessions();
+  /// A paragraph of --help on the columns of a file; see columns.h.
+  void add_columns(const std::string& columns) { columns_ += "\n" + columns; }
 
   std::string input = "-";
   std::string output = "-";
@@ -44,24 +120,24 @@ class Command {
   std::vector<double> new_sessions_s;
   bool verbose = false, quiet = false;
 
-  /// Parses the arguments and runs `work`, whose result is the exit code. Errors become a message
-  /// on stderr and their exit code.
+  /// Parses the arguments, then runs `work`. Returns the exit code of the process. An exception
+  /// becomes a message on stderr and an exit code.
   int run(int argc, char** argv, const std::function<int()>& work);
 
-  /// A word to the user on stderr, unless -q.
+  /// A message on stderr, unless -q.
   void warn(const std::string& message) const;
-  /// Shown on stderr only with -v.
+  /// A text on stderr, only with -v.
   void tell(const std::string& message) const;
-  /// What is being done: on stderr, only on a terminal and only after a second of work.
+  /// What the command does now: on stderr, only on a terminal and only after a second of work.
   void progress(const std::string& message);
 
-  /// Reads a robot and a campaign, keeps their sums for the provenance, and passes warnings on.
-  RobotFile robot(const std::string& path);
-  /// Begins the new sessions that were asked for. Throws InputError if the numbers give a mistake
-  /// of units, frames or signs away.
-  Campaign campaign(const std::string& path, const Robot& robot);
-  /// Columns that the command does not know are named, unless the rows are kept for the output.
-  PathFile path(const std::string& path, KeepRows keep = KeepRows::no);
+  /// These read a file, note its SHA-256 for the provenance and print the warnings of the reader.
+  RobotFile read_robot(const std::string& path);
+  /// Sessions begin where --new-session-at-s says so. Call refuse_mistakes() on the result.
+  Campaign read_campaign(const std::string& path);
+  /// Unknown columns are named, unless the rows are kept for the output.
+  PathFile read_path(const std::string& path, KeepRows keep = KeepRows::no);
+
   Provenance provenance() const;
 
  private:
@@ -69,18 +145,21 @@ class Command {
   void begin_new_sessions(Campaign& campaign, bool is_input) const;
   void warn_of_unknown(const std::vector<std::string>& columns) const;
 
-  std::string name_;
-  CLI::App app_;
+  std::string name_, example_, columns_;
   std::vector<const CLI::Option*> outputs_;
   std::vector<std::pair<std::string, std::string>> inputs_;
   double started_ = 0;
   bool progress_shown_ = false;
 };
 
-/// The error of a sample that the robot cannot take, with the file and line where it stands.
+/// Throws InputError if the numbers of a campaign show a mistake of units, frames or signs. The
+/// diagnosis calibrates the robot if the readings lie far from it.
+void refuse_mistakes(const Robot& robot, const Campaign& campaign);
+
+/// The error of a sample that the robot cannot take, with the file and line of the sample.
 InputError at_its_line(const PathFile& file, const UnreachableSample& error);
 
-/// Does work on the path of a file, and throws that error for such a sample.
+/// Runs `work` on the path of a file; throws at_its_line() for a sample that the robot cannot take.
 template <typename Work>
 auto on_samples_of(const PathFile& file, const Work& work) {
   try {
@@ -90,32 +169,28 @@ auto on_samples_of(const PathFile& file, const Work& work) {
   }
 }
 
-/// Splits `A1.alpha, A2.d` at its commas; spaces about an item are no part of it.
+/// Splits `A1.alpha, A2.d` at its commas; spaces around an item are dropped.
 std::vector<std::string> split_list(const std::string& text);
 
-/// Targets with numbers for ids, less those that are taken, so that both fit into one file.
+/// `count` finite numbers separated by commas. Throws std::invalid_argument; the message names the
+/// `form`.
+std::vector<double> numbers_from_text(const std::string& text, size_t count,
+                                      const std::string& form);
+
+/// x,y,z,radius [mm]. Throws std::invalid_argument.
+Zone zone_from_text(const std::string& text);
+
+/// x0,x1,y0,y1,z0,z1 [mm]; no box for no numbers.
+std::optional<Box> box_from_numbers(const std::vector<double>& numbers_mm);
+
+/// Targets with the ids 1, 2, 3 ..., without the ids in `taken`, so that both fit into one file.
 std::vector<JointTarget> numbered(const std::vector<JointVector>& configurations,
                                   const std::vector<std::string>& taken);
 
-/// An option of `count` numbers at commas, such as `x,y,z,radius in mm` (the `form`, for messages).
-/// One text, not several values: those would take the file that follows for one more.
-void add_numbers(CLI::App& options, const std::string& name, std::vector<double>& numbers,
-                 size_t count, const std::string& form, const std::string& help);
-
-/// What to say of a fit that did not converge.
+/// The warning for a fit that did not converge.
 std::string not_converged(const CalibrationResult& fit);
 
-/// Checks for options of one number: the messages of CLI11 name the largest double.
-CLI::Validator above_zero();
-CLI::Validator not_below_zero();
-/// CLI11 wraps a seed below zero round, and cuts one that is too large.
-CLI::Validator seed_number();
-
-/// The catalogue from a file, or the one that armtrue ships for "".
+/// Reads a catalogue; "" stands for the catalogue that armtrue ships.
 Catalogue catalogue(const std::string& path);
-
-/// --zone x,y,z,radius [mm], and the zone it stands for; std::invalid_argument if it is none.
-void add_zone(CLI::App& options, std::string& zone, const std::string& help);
-Zone zone(const std::string& text);
 
 }  // namespace armtrue::app

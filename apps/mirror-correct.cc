@@ -2,23 +2,159 @@
 
 #include <filesystem>
 
+#include "armtrue/io/deviation_io.h"
 #include "armtrue/io/mirror_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/program_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/path/joint_path.h"
+#include "armtrue/path/mirror/findings.h"
 #include "armtrue/path/mirror/mirror.h"
 #include "armtrue/path/samples/bad_samples.h"
 #include "armtrue/programs/krl.h"
 #include "armtrue/report/mirror_report.h"
+#include "armtrue/report/mirror_table.h"
 #include "armtrue/text/input_error.h"
+#include "columns.h"
 #include "command_line.h"
 
 using namespace armtrue;
 
 namespace {
 
-// An earlier correction has to be one of this program: the same samples, other positions.
+struct Arguments {
+  std::string programmed, robot, previous, program, program_out;
+  std::vector<std::string> measured, before;
+  bool from_force = false, engaged_only = false, fit_frame = false;
+  int order = MirrorOptions{}.order;
+  std::string cutoff_hz = "1.5625", gain = "auto", points = "turning";
+  std::optional<double> max_mm, offset_s;
+  double spacing_mm = KrlCorrectionOptions{}.spacing / kMillimetre;
+  std::string poses, summary, deviation, report;
+};
+
+// "auto" leaves the choice to the data.
+std::optional<double> number_or_auto(const std::string& text) {
+  if (text == "auto") return std::nullopt;
+  return std::stod(text);
+}
+
+app::Check positive_or_auto() {
+  return {"NUMBER or auto", [](const std::string& text) {
+            return text == "auto" ? std::string() : app::above_zero().why_wrong(text);
+          }};
+}
+
+app::Check gain_or_auto() {
+  return {"NUMBER or auto", [](const std::string& text) {
+            const std::string wrong = positive_or_auto().why_wrong(text);
+            if (!wrong.empty() || text == "auto" || std::stod(text) < 2) return wrong;
+            return "'" + text +
+                   "' must be below 2: the correction would put the tool at least as far off on "
+                   "the other side, and every further pass farther; 1 takes off the whole "
+                   "deviation";
+          }};
+}
+
+void add_correction_options(app::Command& command, Arguments& arguments, app::Option from_force) {
+  command.option("--order", arguments.order, "Order of the Butterworth filter, each way")
+      .check(app::in_range(1, 12))
+      .default_shown();
+  command.option("--cut-off", arguments.cutoff_hz, "-3 dB of both ways together, Hz; or auto")
+      .check(positive_or_auto())
+      .default_shown();
+  command
+      .option("--points", arguments.points,
+              "turning: straight between the turning points of the trend; or spline")
+      .check(app::one_of({"turning", "spline"}))
+      .default_shown()
+      .excludes(from_force);
+  command
+      .option("--gain", arguments.gain,
+              "Share of the deviation to take off, below 2; auto: what is no noise")
+      .check(gain_or_auto())
+      .default_shown();
+  command.option("--max-mm", arguments.max_mm, "Longest correction").check(app::above_zero());
+  const app::Option fit_frame = command
+                                    .flag("--fit-frame", arguments.fit_frame,
+                                          "The instrument's frame is not the program's: fit it too")
+                                    .excludes(from_force);
+  command
+      .option("--offset-s", arguments.offset_s,
+              "The instrument's clock is this far ahead of the program's; not fitted")
+      .excludes(from_force)
+      .excludes(fit_frame);
+}
+
+void add_program_options(app::Command& command, Arguments& arguments) {
+  const app::Option program = command.option(
+      "--program", arguments.program, "KUKA program (.src, with its .dat) of the programmed path");
+  command
+      .add_output("--program-out", arguments.program_out,
+                  "Write the corrected program here, its .dat beside it [NAME-corrected.src]")
+      .needs(program);
+  command
+      .option("--spacing-mm", arguments.spacing_mm,
+              "Least distance of the points that are inserted into the program")
+      .check(app::in_range(0.0, 1000.0))
+      .default_shown()
+      .needs(program);
+}
+
+void add_options(app::Command& command, Arguments& arguments) {
+  command.add_output();
+  command
+      .option("--programmed", arguments.programmed, "The path as it should be: t_s,x_mm,y_mm,z_mm")
+      .required();
+  app::OptionGroup source = command.group("Deviation");
+  source.option("--measured", arguments.measured,
+                "One or more recorded passes, each with a clock of its own; - is standard input");
+  const app::Option from_force = source.flag(
+      "--from-force", arguments.from_force,
+      "No pass was measured: what the forces in the program's file make --robot give way");
+  source.require_one();
+  from_force.needs(command.option(
+      "--robot", arguments.robot,
+      "Robot file with effects that a force drives: its prediction is compared with the pass"));
+  // For an option that means nothing without a measured pass.
+  const auto of_passes = [&](app::Option option) { option.excludes(from_force); };
+  of_passes(
+      command.flag("--engaged-only", arguments.engaged_only, "Correct only where the tool cuts"));
+  of_passes(command.option("--before", arguments.before,
+                           "Recorded passes before the correction, to tell what it gained"));
+  of_passes(command.add_output("--poses", arguments.poses,
+                               "Write the pass as measured poses for close-loop here; the joint "
+                               "angles are those of the program's file or, with --robot, "
+                               "calculated"));
+  of_passes(command.option("--previous", arguments.previous,
+                           "The corrected path that these passes ran; the new correction adds to "
+                           "it"));
+  add_correction_options(command, arguments, from_force);
+  add_program_options(command, arguments);
+  of_passes(command.add_output("--summary", arguments.summary,
+                               "Write clocks, noise, deviation and forecast here"));
+  of_passes(command.add_output("--deviation", arguments.deviation,
+                               "Write the deviation and its trend here"));
+  of_passes(command.add_output("--report", arguments.report,
+                               "Write a page with plots (HTML) of the measured passes here"));
+  command.add_columns(app::kPathColumns);
+}
+
+MirrorOptions mirror_options(const Arguments& arguments) {
+  MirrorOptions options;
+  options.order = arguments.order;
+  options.cutoff = number_or_auto(arguments.cutoff_hz);
+  options.gain = number_or_auto(arguments.gain);
+  options.points =
+      arguments.points == "spline" ? CorrectionPoints::spline : CorrectionPoints::turning;
+  options.engaged_only = arguments.engaged_only;
+  if (arguments.max_mm) options.max = *arguments.max_mm * kMillimetre;
+  options.clock.fit_frame = arguments.fit_frame;
+  options.clock.offset = arguments.offset_s;
+  return options;
+}
+
+// The correction that the passes ran. It must have the samples of the program.
 Eigen::Matrix3Xd previous_correction(const PathFile& previous, const PathFile& programmed) {
   if (previous.path.time != programmed.path.time)
     throw InputError(previous.source + ": its times are not those of " + programmed.source +
@@ -31,7 +167,7 @@ std::string program_report(const std::string& name, const CorrectedKrl& correcte
                      corrected.corrected, corrected.inserted, corrected.left_alone);
 }
 
-// The .dat first: a .src that calls for points which are not there yet would be worse.
+// The .dat is written first: a .src that calls for points that do not exist yet would be worse.
 void write_program(const CorrectedKrl& corrected, const std::filesystem::path& program,
                    std::filesystem::path out) {
   if (out.empty())
@@ -42,13 +178,25 @@ void write_program(const CorrectedKrl& corrected, const std::filesystem::path& p
   write_output(out, corrected.src);
 }
 
+void correct_program(const app::Command& command, const Arguments& arguments,
+                     const Path& programmed, const Eigen::Matrix3Xd& corrected) {
+  KrlCorrectionOptions options;
+  options.spacing = arguments.spacing_mm * kMillimetre;
+  const KrlProgram program = read_krl(arguments.program);
+  const CorrectedKrl rewritten = correct_krl(program, programmed, corrected, options);
+  for (const std::string& warning : rewritten.warnings) command.warn(warning);
+  command.tell(program_report(program.src.name, rewritten));
+  write_program(rewritten, arguments.program, arguments.program_out);
+}
+
 std::vector<PathFile> read_passes(app::Command& command, const std::vector<std::string>& files) {
   std::vector<PathFile> passes;
-  for (const std::string& file : files) passes.push_back(command.path(file));
+  for (const std::string& file : files) passes.push_back(command.read_path(file));
   return passes;
 }
 
-// The same record twice passes for two passes that agree, and the program for one that is right.
+// A record that is named twice looks like two passes that agree; the program, named as a record,
+// looks like a pass without deviation.
 void warn_of_the_same(const app::Command& command, const std::vector<const PathFile*>& files) {
   for (size_t i = 0; i < files.size(); ++i)
     for (size_t k = 0; k < i; ++k)
@@ -63,7 +211,7 @@ std::vector<Path> paths(const std::vector<PathFile>& files) {
   return all;
 }
 
-// How many, where and how far off.
+// Count, lines and distances of the bad samples.
 std::string describe_bad(const PathFile& pass, const std::vector<BadSample>& bad) {
   constexpr size_t kNamed = 5;
   std::string text = fmt::format(
@@ -99,7 +247,7 @@ MirrorResult correct(const app::Command& command, const Path& programmed,
   }
 }
 
-// Passes that are only compared with.
+// Paths of the earlier passes, which are only compared with, without their bad samples.
 std::vector<Path> without_bad(const app::Command& command, const Path& programmed,
                               const std::vector<PathFile>& passes) {
   std::vector<Path> good;
@@ -112,7 +260,7 @@ std::vector<Path> without_bad(const app::Command& command, const Path& programme
   return good;
 }
 
-// What the record does not show is not corrected, or only guessed.
+// A stretch that no sample covers is not corrected; a gap inside a record is interpolated.
 void warn_of_gaps(const app::Command& command, const MirrorResult& result) {
   if (result.unrecorded > 0)
     command.warn(fmt::format(
@@ -125,37 +273,6 @@ void warn_of_gaps(const app::Command& command, const MirrorResult& result) {
           "the record has a gap of {:.2f} s, longer than the correction can follow: there it is "
           "only interpolated",
           pass.longest_gap));
-}
-
-// In the clock of the program.
-std::vector<Path> registered(const std::vector<Path>& passes, const std::vector<ClockFit>& clocks) {
-  std::vector<Path> in_time;
-  for (size_t p = 0; p < passes.size(); ++p) in_time.push_back(registered(passes[p], clocks[p]));
-  return in_time;
-}
-
-// What the passes show beside the correction.
-void describe(MirrorFindings& findings, const PathFile& program, const std::vector<Path>& passes,
-              const std::vector<Path>& earlier, const std::optional<Robot>& robot) {
-  const Path& programmed = program.path;
-  std::vector<ClockFit> clocks, earlier_clocks;
-  std::vector<Path> good;
-  for (size_t p = 0; p < passes.size(); ++p) {
-    clocks.push_back(findings.result.passes[p].clock);
-    good.push_back(without(passes[p], findings.result.passes[p].bad));
-  }
-  for (const Path& pass : earlier)
-    earlier_clocks.push_back(fit_clock(programmed, pass, findings.options.clock));
-  findings.accuracy = pass_accuracy(programmed, registered(good, clocks));
-  if (!earlier.empty())
-    findings.before = pass_accuracy(programmed, registered(earlier, earlier_clocks));
-  const PathDeviation& deviation = findings.result.deviation;
-  findings.force =
-      force_law(deviation, programmed, position_at(programmed, deviation.time),
-                LowPass(findings.options.order, findings.result.cutoff, 1 / deviation.period));
-  if (robot)
-    findings.robot = app::on_samples_of(
-        program, [&] { return measured_on_predicted(deviation, programmed, *robot); });
 }
 
 Eigen::Matrix3Xd corrected_from_force(const PathFile& programmed, const Robot& robot,
@@ -178,7 +295,7 @@ std::string pass_as_poses(const PathFile& programmed, const std::optional<Robot>
     throw InputError(programmed.source +
                      ": --poses needs the joint angles of the program: add q1_deg to q6_deg, or "
                      "give --robot");
-  constexpr int kBlock = 10;  // samples of the instrument to a pose
+  constexpr int kBlock = 10;  // samples of the deviation per pose
   return app::on_samples_of(programmed, [&] {
     return write_pass_as_poses(
         programmed.path, robot ? joint_path(programmed.path, robot->chain) : programmed.path.q,
@@ -186,30 +303,81 @@ std::string pass_as_poses(const PathFile& programmed, const std::optional<Robot>
   });
 }
 
-// "auto" leaves the choice to the data.
-std::optional<double> number_or_auto(const std::string& text) {
-  if (text == "auto") return std::nullopt;
-  return std::stod(text);
+// The files of one run.
+struct Inputs {
+  PathFile programmed;
+  std::optional<Robot> robot;
+  std::vector<PathFile> passes, earlier;
+  std::optional<PathFile> previous;
+};
+
+Inputs read_inputs(app::Command& command, const Arguments& arguments) {
+  command.progress("reading");
+  Inputs inputs;
+  inputs.programmed = command.read_path(arguments.programmed, KeepRows::yes);
+  if (!arguments.robot.empty()) inputs.robot = command.read_robot(arguments.robot).robot;
+  inputs.passes = read_passes(command, arguments.measured);
+  inputs.earlier = read_passes(command, arguments.before);
+  std::vector<const PathFile*> all = {&inputs.programmed};
+  for (const PathFile& pass : inputs.passes) all.push_back(&pass);
+  for (const PathFile& pass : inputs.earlier) all.push_back(&pass);
+  warn_of_the_same(command, all);
+  if (!arguments.previous.empty())
+    inputs.previous = command.read_path(arguments.previous, KeepRows::yes);
+  return inputs;
 }
 
-CLI::Validator positive_or_auto() {
-  return CLI::Validator(
-      [check = app::above_zero()](std::string& text) {
-        return text == "auto" ? std::string() : check(text);
-      },
-      "NUMBER or auto");
+// What only a measured pass gives.
+void write_findings(app::Command& command, const Arguments& arguments, const Inputs& inputs,
+                    MirrorFindings& findings) {
+  warn_of_gaps(command, findings.result);
+  if (command.verbose || !arguments.summary.empty() || !arguments.report.empty()) {
+    command.progress("describing");
+    const std::vector<Path> earlier = without_bad(command, inputs.programmed.path, inputs.earlier);
+    app::on_samples_of(inputs.programmed, [&] {
+      describe_passes(findings, inputs.programmed.path, paths(inputs.passes), earlier,
+                      inputs.robot);
+    });
+    command.tell(mirror_table(findings));
+  }
+  if (!arguments.summary.empty())
+    write_output(arguments.summary, write_mirror(findings, command.provenance()));
+  if (!arguments.deviation.empty())
+    write_output(arguments.deviation, write_deviation(findings.result.deviation));
+  if (!arguments.poses.empty())
+    write_output(arguments.poses,
+                 pass_as_poses(inputs.programmed, inputs.robot, findings.result.deviation));
+  if (!arguments.report.empty())
+    write_output(arguments.report,
+                 mirror_report(inputs.programmed.path, findings,
+                               "Mirror correction of " + inputs.programmed.source));
 }
 
-CLI::Validator gain_or_auto() {
-  return CLI::Validator(
-      [positive = positive_or_auto()](std::string& text) {
-        const std::string wrong = positive(text);
-        if (!wrong.empty() || text == "auto" || std::stod(text) < 2) return wrong;
-        return "'" + text +
-               "' must be below 2: the correction would put the tool at least as far off on the "
-               "other side, and every further pass farther; 1 takes off the whole deviation";
-      },
-      "NUMBER or auto");
+int run(app::Command& command, const Arguments& arguments) {
+  MirrorFindings findings;
+  findings.options = mirror_options(arguments);
+  const Inputs inputs = read_inputs(command, arguments);
+  for (const PathFile& pass : inputs.passes) {
+    findings.files.push_back(pass.source);
+    findings.lines.push_back(pass.line);
+  }
+  if (inputs.previous)
+    findings.options.executed = previous_correction(*inputs.previous, inputs.programmed);
+
+  command.progress("correcting");
+  if (!arguments.from_force)
+    findings.result = correct(command, inputs.programmed.path, inputs.passes, findings.options);
+  const Eigen::Matrix3Xd corrected =
+      arguments.from_force
+          ? corrected_from_force(inputs.programmed, *inputs.robot, findings.options)
+          : findings.result.position;
+  // The correction is written before the further products, so that an error in one of them cannot
+  // keep it back.
+  if (!arguments.program.empty())
+    correct_program(command, arguments, inputs.programmed.path, corrected);
+  write_output(command.output, write_path_like(inputs.programmed, corrected));
+  if (!arguments.from_force) write_findings(command, arguments, inputs, findings);
+  return app::kSuccess;
 }
 
 }  // namespace
@@ -218,147 +386,7 @@ int main(int argc, char** argv) {
   app::Command command("mirror-correct",
                        "A programmed path, corrected by the mirror of what was measured across it.",
                        "mirror-correct --programmed path.csv --measured pass.csv > corrected.csv");
-  std::string programmed_path, previous_path, summary_path, deviation_path, program_path,
-      program_out, robot_path, poses_path, report_path;
-  std::string cutoff = "1.5625", gain = "auto", points = "turning";
-  std::vector<std::string> measured_paths, before_paths;
-  double max_mm = 0, offset = 0;
-  KrlCorrectionOptions krl;
-  double spacing_mm = krl.spacing / kMillimetre;
-  MirrorOptions mirror;
-  command.add_output();
-  CLI::App& options = command.options();
-  options
-      .add_option("--programmed", programmed_path, "The path as it should be: t_s,x_mm,y_mm,z_mm")
-      ->required();
-  CLI::Option_group* const source = options.add_option_group("Deviation");
-  source->add_option(
-      "--measured", measured_paths,
-      "One or more recorded passes, each with a clock of its own; - is standard input");
-  bool from_force = false;
-  CLI::Option* const force_option = source->add_flag(
-      "--from-force", from_force,
-      "No pass was measured: what the forces in the program's file make --robot give way");
-  source->require_option(1);
-  CLI::Option* const robot_option = options.add_option(
-      "--robot", robot_path,
-      "Robot file with effects that a force drives: its prediction is compared with the pass");
-  force_option->needs(robot_option);
-  // What only a measured pass gives.
-  const auto of_passes = [&](CLI::Option* option) { option->excludes(force_option); };
-  of_passes(
-      options.add_flag("--engaged-only", mirror.engaged_only, "Correct only where the tool cuts"));
-  of_passes(options.add_option("--before", before_paths,
-                               "Recorded passes before the correction, to tell what it gained"));
-  of_passes(command.add_output("--poses", poses_path,
-                               "Write the pass as measured poses for close-loop here; the joint "
-                               "angles are those of the program's file or, with --robot, "
-                               "calculated"));
-  of_passes(options.add_option(
-      "--previous", previous_path,
-      "The corrected path that these passes ran; the new correction adds to it"));
-  options.add_option("--order", mirror.order, "Order of the Butterworth filter, each way")
-      ->check(CLI::Range(1, 12))
-      ->capture_default_str();
-  options.add_option("--cut-off", cutoff, "-3 dB of both ways together, Hz; or auto")
-      ->check(positive_or_auto())
-      ->capture_default_str();
-  of_passes(options
-                .add_option("--points", points,
-                            "turning: straight between the turning points of the trend; or spline")
-                ->check(CLI::IsMember({"turning", "spline"}))
-                ->capture_default_str());
-  options
-      .add_option("--gain", gain,
-                  "Share of the deviation to take off, below 2; auto: what is no noise")
-      ->check(gain_or_auto())
-      ->capture_default_str();
-  options.add_option("--max-mm", max_mm, "Longest correction")->check(app::above_zero());
-  CLI::Option* const frame_option =
-      options.add_flag("--fit-frame", mirror.clock.fit_frame,
-                       "The instrument's frame is not the program's: fit it too");
-  of_passes(frame_option);
-  CLI::Option* const offset_option =
-      options.add_option("--offset-s", offset,
-                         "The instrument's clock is this far ahead of the program's; not fitted");
-  of_passes(offset_option);
-  offset_option->excludes(frame_option);
-  CLI::Option* const program_option = options.add_option(
-      "--program", program_path, "KUKA program (.src, with its .dat) of the programmed path");
-  command
-      .add_output("--program-out", program_out,
-                  "Write the corrected program here, its .dat beside it [NAME-corrected.src]")
-      ->needs(program_option);
-  options
-      .add_option("--spacing-mm", spacing_mm,
-                  "Least distance of the points that are inserted into the program")
-      ->check(CLI::Range(0.0, 1000.0))
-      ->capture_default_str()
-      ->needs(program_option);
-  of_passes(command.add_output("--summary", summary_path,
-                               "Write clocks, noise, deviation and forecast here"));
-  of_passes(
-      command.add_output("--deviation", deviation_path, "Write the deviation and its trend here"));
-  of_passes(command.add_output("--report", report_path,
-                               "Write a page with plots (HTML) of the measured passes here"));
-  return command.run(argc, argv, [&] {
-    command.progress("reading");
-    const PathFile programmed = command.path(programmed_path, KeepRows::yes);
-    std::optional<Robot> robot;
-    if (!robot_path.empty()) robot = command.robot(robot_path).robot;
-    mirror.cutoff = number_or_auto(cutoff);
-    mirror.gain = number_or_auto(gain);
-    mirror.points = points == "spline" ? CorrectionPoints::spline : CorrectionPoints::turning;
-    if (max_mm > 0) mirror.max = max_mm * kMillimetre;
-    if (*offset_option) mirror.clock.offset = offset;
-    MirrorFindings findings;
-    findings.options = mirror;
-    const std::vector<PathFile> passes = read_passes(command, measured_paths);
-    const std::vector<PathFile> earlier = read_passes(command, before_paths);
-    std::vector<const PathFile*> all = {&programmed};
-    for (const PathFile& pass : passes) all.push_back(&pass);
-    for (const PathFile& pass : earlier) all.push_back(&pass);
-    warn_of_the_same(command, all);
-    for (const PathFile& pass : passes) {
-      findings.files.push_back(pass.source);
-      findings.lines.push_back(pass.line);
-    }
-    if (!previous_path.empty())
-      findings.options.executed =
-          previous_correction(command.path(previous_path, KeepRows::yes), programmed);
-    command.progress("correcting");
-    if (!from_force) findings.result = correct(command, programmed.path, passes, findings.options);
-    const Eigen::Matrix3Xd corrected =
-        from_force ? corrected_from_force(programmed, *robot, mirror) : findings.result.position;
-    // The products first: nothing that goes wrong with the rest shall keep them back.
-    if (!program_path.empty()) {
-      krl.spacing = spacing_mm * kMillimetre;
-      const KrlProgram program = read_krl(program_path);
-      const CorrectedKrl rewritten = correct_krl(program, programmed.path, corrected, krl);
-      for (const std::string& warning : rewritten.warnings) command.warn(warning);
-      command.tell(program_report(program.src.name, rewritten));
-      write_program(rewritten, program_path, program_out);
-    }
-    write_output(command.output, write_path_like(programmed, corrected));
-    if (from_force) return app::kSuccess;
-
-    warn_of_gaps(command, findings.result);
-    if (command.verbose || !summary_path.empty() || !report_path.empty()) {
-      command.progress("describing");
-      describe(findings, programmed, paths(passes), without_bad(command, programmed.path, earlier),
-               robot);
-      command.tell(mirror_table(findings));
-    }
-    if (!summary_path.empty())
-      write_output(summary_path, write_mirror(findings, command.provenance()));
-    if (!deviation_path.empty())
-      write_output(deviation_path, write_deviation(findings.result.deviation));
-    if (!poses_path.empty())
-      write_output(poses_path, pass_as_poses(programmed, robot, findings.result.deviation));
-    if (!report_path.empty())
-      write_output(report_path,
-                   mirror_report(programmed.path, findings.result, findings.options, findings.force,
-                                 findings.files, "Mirror correction of " + programmed.source));
-    return app::kSuccess;
-  });
+  Arguments arguments;
+  add_options(command, arguments);
+  return command.run(argc, argv, [&] { return run(command, arguments); });
 }

@@ -6,39 +6,78 @@
 #include <map>
 #include <set>
 
+#include "armtrue/io/joint_target_io.h"
 #include "armtrue/io/output.h"
-#include "armtrue/io/report_io.h"
+#include "armtrue/io/ranking_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/planning/planning.h"
 #include "armtrue/planning/separation.h"
+#include "armtrue/report/plan_tables.h"
 #include "armtrue/tracing/loop.h"
+#include "columns.h"
 #include "command_line.h"
 
 using namespace armtrue;
 
 namespace {
 
-std::string comparison(const PlanQuality& planned, const PlanQuality& random, bool with_zone) {
-  std::string table = fmt::format("{:<40}{:>13}{:>13}\n", "", "planned", "random");
-  const auto add = [&](const std::string& what, double a, double b) {
-    const auto cell = [](double value) {
-      return std::isfinite(value) ? fmt::format("{:.5g}", value) : std::string("no bound");
-    };
-    table += fmt::format("{:<40}{:>13}{:>13}\n", what, cell(a), cell(b));
-  };
-  for (size_t k = 0; k < planned.observability.size(); ++k)
-    add(fmt::format("O{}", k + 1), planned.observability[k], random.observability[k]);
-  add("expected error over the candidates, mm", planned.cloud_deviation / kMillimetre,
-      random.cloud_deviation / kMillimetre);
-  if (with_zone)
-    add("expected error in the zone, mm", planned.zone_deviation / kMillimetre,
-        random.zone_deviation / kMillimetre);
-  return table;
+struct Arguments {
+  std::string robot, given, separate, zone;
+  int count = 0;
+  std::vector<double> box_mm;
+  double floor_mm = 0;
+  bool points = false;
+};
+
+void add_options(app::Command& command, Arguments& arguments) {
+  command.add_output();
+  command.add_seed();
+  command.option("--robot", arguments.robot, "The robot that will be measured").required();
+  command.option("--count", arguments.count, "Number of poses")
+      .required()
+      .check(app::in_range(1, kCloudSize));
+  command.option("--given", arguments.given,
+                 "Measured poses that the planned ones shall complete; of several sessions the "
+                 "last is continued, and box and zone are in its R_A");
+  const app::Option separate =
+      command.option("--separate", arguments.separate,
+                     "What close-loop or trace-residual wrote: tell its effects from those it "
+                     "calls indistinguishable; -v shows the expected power");
+  const app::Option zone =
+      command.zone(arguments.zone,
+                   "Sphere x,y,z,radius in R_A in which the arm shall be accurate; everywhere if "
+                   "absent");
+  command.numbers("--box-mm", arguments.box_mm, 6, "x0,x1,y0,y1,z0,z1 in mm",
+                  "Working box in R_A of the poses");
+  command
+      .option("--floor-mm", arguments.floor_mm,
+              "Height in R_0 below which neither links nor tool may go")
+      .default_shown();
+  command.flag("--points", arguments.points,
+               "Positions only; with --given, what is read there is read again");
+  separate.excludes(zone);
+  command.add_columns(app::kMeasuredPoseColumns);
+}
+
+PlanOptions plan_options(const app::Command& command, const Arguments& arguments) {
+  const std::vector<double>& box = arguments.box_mm;
+  for (size_t k = 0; k < box.size(); k += 2)
+    if (!(box[k] < box[k + 1]))
+      throw std::invalid_argument(
+          fmt::format("--box-mm: {:g} must be below {:g}", box[k], box[k + 1]));
+  PlanOptions options;
+  options.orientation = !arguments.points;
+  options.floor = arguments.floor_mm * kMillimetre;
+  options.seed = command.seed;
+  options.box = app::box_from_numbers(box);
+  if (!arguments.zone.empty()) options.zone = app::zone_from_text(arguments.zone);
+  return options;
 }
 
 bool determines(const PlanQuality& quality) { return std::isfinite(quality.cloud_deviation); }
 
-// Too few poses promise nothing. How many would do: any will, so random ones tell.
+// With too few poses the expected error has no bound. Whether a number of poses is enough does not
+// depend on which they are, so random poses show the smallest number that is.
 void warn_of_too_few(const app::Command& command, const PosePlanner& planner, int count) {
   int enough = count + 1;
   while (enough < kCloudSize && !determines(planner.quality(planner.random(enough, command.seed))))
@@ -49,32 +88,27 @@ void warn_of_too_few(const app::Command& command, const PosePlanner& planner, in
       count, count == 1 ? " does" : "s do", enough));
 }
 
-std::string follows(const Effect& effect) { return "'" + describe(effect) + "'"; }
+std::string quoted(const Effect& effect) { return "'" + describe(effect) + "'"; }
 
-std::string power_table(const SeparationPlan& plan) {
-  std::string table = fmt::format(
-      "power at 5 %, with {:.3g} mm and {:.3g} mrad of noise\n{:>7}{:>9}{:>9}   truth, rival\n",
-      plan.noise.position / kMillimetre, plan.noise.orientation / kMilliradian, "given", "planned",
-      "random");
-  for (const SeparatedPair& pair : plan.pairs)
-    table +=
-        fmt::format("{:>7.2f}{:>9.2f}{:>9.2f}   {}, {}\n", pair.power_given, pair.power_planned,
-                    pair.power_random, follows(pair.truth), follows(pair.rival));
-  return table;
-}
+// Effects of which no poses tell any two apart, and the readings that would.
+struct InseparableSet {
+  std::vector<std::string> effects;
+  std::set<std::string> readings;
+};
 
-// What poses leave undecided, and what would decide it: a warning for each set of effects no two of
-// which poses tell apart, whichever is the truth.
-void warn_of_what_is_left(const app::Command& command, const SeparationPlan& plan) {
+// Each pair of effects that no poses tell apart, whichever of the two is the truth, is in one of
+// the sets. A set starts from such a pair and takes in every effect that forms such a pair with all
+// its members.
+std::vector<InseparableSet> inseparable_sets(const SeparationPlan& plan) {
   using Pair = std::pair<std::string, std::string>;
   std::set<Pair> told;
   for (const SeparatedPair& pair : plan.pairs)
-    if (pair.by_poses) told.insert(std::minmax(follows(pair.truth), follows(pair.rival)));
+    if (pair.by_poses) told.insert(std::minmax(quoted(pair.truth), quoted(pair.rival)));
 
   std::vector<std::string> effects;
   std::map<Pair, std::vector<std::string>> untold;  // to the readings that would tell
   for (const SeparatedPair& pair : plan.pairs) {
-    const std::string truth = follows(pair.truth), rival = follows(pair.rival);
+    const std::string truth = quoted(pair.truth), rival = quoted(pair.rival);
     if (told.count(std::minmax(truth, rival))) continue;
     untold[std::minmax(truth, rival)] = pair.readings;
     for (const std::string& effect : {truth, rival})
@@ -82,31 +116,80 @@ void warn_of_what_is_left(const app::Command& command, const SeparationPlan& pla
         effects.push_back(effect);
   }
 
-  std::set<Pair> said;
+  std::vector<InseparableSet> sets;
+  std::set<Pair> covered;
   for (size_t i = 0; i < effects.size(); ++i)
     for (size_t j = i + 1; j < effects.size(); ++j) {
       const Pair seed = std::minmax(effects[i], effects[j]);
-      if (!untold.count(seed) || said.count(seed)) continue;
-      std::vector<std::string> set = {effects[i]};
-      std::set<std::string> readings;
+      if (!untold.count(seed) || covered.count(seed)) continue;
+      InseparableSet& set = sets.emplace_back();
+      set.effects.push_back(effects[i]);
       const auto add = [&](const std::string& effect) {
-        for (const std::string& member : set) {
+        for (const std::string& member : set.effects) {
           const Pair pair = std::minmax(effect, member);
-          said.insert(pair);
-          readings.insert(untold[pair].begin(), untold[pair].end());
+          covered.insert(pair);
+          set.readings.insert(untold[pair].begin(), untold[pair].end());
         }
-        set.push_back(effect);
+        set.effects.push_back(effect);
       };
       add(effects[j]);
       for (const std::string& effect : effects)
-        if (std::all_of(set.begin(), set.end(), [&](const std::string& member) {
+        if (std::ranges::all_of(set.effects, [&](const std::string& member) {
               return untold.count(std::minmax(effect, member)) > 0;
             }))
           add(effect);
-      command.warn(fmt::format(
-          "no poses tell apart {}: refitted they predict alike{}{}", fmt::join(set, ", "),
-          readings.empty() ? "" : "; what would: ", fmt::join(readings, "; or ")));
     }
+  return sets;
+}
+
+void warn_of_inseparable(const app::Command& command, const SeparationPlan& plan) {
+  for (const auto& [effects, readings] : inseparable_sets(plan))
+    command.warn(fmt::format(
+        "no poses tell apart {}: refitted they predict alike{}{}", fmt::join(effects, ", "),
+        readings.empty() ? "" : "; what would: ", fmt::join(readings, "; or ")));
+}
+
+int plan_for_separation(app::Command& command, const Arguments& arguments, const Robot& robot,
+                        const Campaign& given, const PlanOptions& options) {
+  const SeparationPlan plan = plan_separation(robot, read_findings(arguments.separate, robot.chain),
+                                              arguments.count, options, given);
+  if (plan.pairs.empty())
+    command.warn(
+        arguments.separate +
+        ": no effect has an entry under 'indistinguishable'; there is nothing to separate");
+  warn_of_inseparable(command, plan);
+  command.tell(power_table(plan));
+  if (plan.poses.empty()) return app::kNotReached;
+  write_output(command.output, write_joint_targets(app::numbered(plan.poses, given.pose_ids)));
+  return app::kSuccess;
+}
+
+int plan_for_geometry(app::Command& command, const Arguments& arguments, const Robot& robot,
+                      const Campaign& given, const PlanOptions& options) {
+  const PosePlanner planner(robot, options, given);
+  const std::vector<JointVector> planned = planner.plan(arguments.count);
+  const PlanQuality quality = planner.quality(planned);
+  if (!determines(quality)) warn_of_too_few(command, planner, arguments.count);
+  if (command.verbose)
+    command.tell(plan_table(quality,
+                            planner.quality(planner.random(arguments.count, command.seed + 1)),
+                            options.zone.has_value()));
+  write_output(command.output, write_joint_targets(app::numbered(planned, given.pose_ids)));
+  return app::kSuccess;
+}
+
+int run(app::Command& command, const Arguments& arguments) {
+  const PlanOptions options = plan_options(command, arguments);
+  const Robot robot = command.read_robot(arguments.robot).robot;
+  Campaign given;
+  if (!arguments.given.empty()) {
+    given = command.read_campaign(arguments.given);
+    app::refuse_mistakes(robot, given);
+  }
+  command.progress("planning");
+  return arguments.separate.empty()
+             ? plan_for_geometry(command, arguments, robot, given, options)
+             : plan_for_separation(command, arguments, robot, given, options);
 }
 
 }  // namespace
@@ -119,74 +202,7 @@ int main(int argc, char** argv) {
                        "plan-poses --robot nominal.yaml --count 40 > targets.csv\n"
                        "  plan-poses --robot calibrated.yaml --given measured.csv --separate "
                        "loop.yaml --count 15 > targets.csv");
-  std::string robot_path, given_path, findings_path, zone;
-  int count = 0;
-  double floor_mm = 0;
-  bool points = false;
-  std::vector<double> box;
-  command.add_output();
-  command.add_seed();
-  CLI::App& options = command.options();
-  options.add_option("--robot", robot_path, "The robot that will be measured")->required();
-  options.add_option("--count", count, "Number of poses")
-      ->required()
-      ->check(CLI::Range(1, kCloudSize));
-  options.add_option(
-      "--given", given_path,
-      "Measured poses that the planned ones shall complete; of several sessions the last "
-      "is continued, and box and zone are in its R_A");
-  options.add_option("--separate", findings_path,
-                     "What close-loop or trace-residual wrote: tell its effects from those it "
-                     "calls indistinguishable; -v shows the expected power");
-  app::add_zone(options, zone,
-                "Sphere x,y,z,radius in R_A in which the arm shall be accurate; everywhere if "
-                "absent");
-  app::add_numbers(options, "--box-mm", box, 6, "x0,x1,y0,y1,z0,z1 in mm",
-                   "Working box in R_A of the poses");
-  options
-      .add_option("--floor-mm", floor_mm, "Height in R_0 below which neither links nor tool may go")
-      ->capture_default_str();
-  options.add_flag("--points", points,
-                   "Positions only; with --given, what is read there is read again");
-  options.get_option("--separate")->excludes(options.get_option("--zone"));
-  return command.run(argc, argv, [&] {
-    const Robot robot = command.robot(robot_path).robot;
-    const Campaign given = given_path.empty() ? Campaign() : command.campaign(given_path, robot);
-    PlanOptions plan;
-    plan.orientation = !points;
-    plan.floor = floor_mm * kMillimetre;
-    plan.seed = command.seed;
-    for (size_t k = 0; k < box.size(); k += 2)
-      if (!(box[k] < box[k + 1]))
-        throw std::invalid_argument(
-            fmt::format("--box-mm: {:g} must be below {:g}", box[k], box[k + 1]));
-    if (!box.empty())
-      plan.box = Box{Eigen::Vector3d(box[0], box[2], box[4]) * kMillimetre,
-                     Eigen::Vector3d(box[1], box[3], box[5]) * kMillimetre};
-    if (!zone.empty()) plan.zone = app::zone(zone);
-    command.progress("planning");
-    if (!findings_path.empty()) {
-      const SeparationPlan separation =
-          plan_separation(robot, read_findings(findings_path, robot.chain), count, plan, given);
-      if (separation.pairs.empty())
-        command.warn(findings_path +
-                     ": no effect has an entry under 'indistinguishable'; there is "
-                     "nothing to separate");
-      warn_of_what_is_left(command, separation);
-      command.tell(power_table(separation));
-      if (separation.poses.empty()) return app::kNotReached;
-      write_output(command.output,
-                   write_joint_targets(app::numbered(separation.poses, given.pose_ids)));
-      return app::kSuccess;
-    }
-    const PosePlanner planner(robot, plan, given);
-    const std::vector<JointVector> planned = planner.plan(count);
-    const PlanQuality quality = planner.quality(planned);
-    if (!determines(quality)) warn_of_too_few(command, planner, count);
-    if (command.verbose)
-      command.tell(comparison(quality, planner.quality(planner.random(count, command.seed + 1)),
-                              !zone.empty()));
-    write_output(command.output, write_joint_targets(app::numbered(planned, given.pose_ids)));
-    return app::kSuccess;
-  });
+  Arguments arguments;
+  add_options(command, arguments);
+  return command.run(argc, argv, [&] { return run(command, arguments); });
 }

@@ -3,16 +3,70 @@
 #include <algorithm>
 
 #include "armtrue/campaign/simulation.h"
+#include "armtrue/io/joint_target_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/kinematics/inverse.h"
 #include "armtrue/kinematics/units.h"
+#include "columns.h"
 #include "command_line.h"
 
 using namespace armtrue;
 
 namespace {
 
-// A true controller would not drive there.
+struct Arguments {
+  std::string robot, truth, targets;
+  int count = SimulationOptions{}.poses, repeats = SimulationOptions{}.repeats;
+  double noise_mm = 0, noise_mrad = 0, blunders = 0;
+  bool points = false;
+  std::string order = "random";
+  std::vector<double> box_mm;
+};
+
+void add_options(app::Command& command, Arguments& arguments) {
+  command.add_output();
+  command.add_seed();
+  command.option("--robot", arguments.robot, "The robot that is commanded").required();
+  command.option("--truth", arguments.truth, "The robot that is measured; the same if absent");
+  app::OptionGroup poses = command.group("Poses");
+  poses.option("--count", arguments.count, "Number of random poses")
+      .check(app::in_range(1, 10000000));
+  poses.option("--targets", arguments.targets,
+               "The poses, as plan-poses writes them; - is standard input");
+  poses.require_one();
+  command.option("--repeats", arguments.repeats, "Visits of each pose")
+      .check(app::in_range(1, 1000));
+  command.option("--noise-mm", arguments.noise_mm, "Noise of the position, per axis")
+      .check(app::not_below_zero());
+  command.option("--noise-mrad", arguments.noise_mrad, "Noise of the orientation, per axis")
+      .check(app::not_below_zero());
+  command.option("--blunders", arguments.blunders, "Share of readings 2 to 20 mm off")
+      .check(app::in_range(0.0, 0.5));
+  command.flag("--points", arguments.points, "Positions only");
+  command
+      .option("--order", arguments.order,
+              "Order of the visits: random, or sorted by the first joint")
+      .check(app::one_of({"random", "sorted"}))
+      .default_shown();
+  command.numbers("--box-mm", arguments.box_mm, 6, "x0,x1,y0,y1,z0,z1 in mm", "Working box in R_A");
+  command.add_columns(app::kJointTargetColumns);
+}
+
+SimulationOptions simulation_options(const Arguments& arguments, std::uint64_t seed) {
+  SimulationOptions options;
+  options.poses = arguments.count;
+  options.repeats = arguments.repeats;
+  options.noise_position = arguments.noise_mm * kMillimetre;
+  options.noise_orientation = arguments.noise_mrad * kMilliradian;
+  options.blunders = arguments.blunders;
+  options.orientation = !arguments.points;
+  options.order = arguments.order == "random" ? VisitOrder::random : VisitOrder::sorted;
+  options.box = app::box_from_numbers(arguments.box_mm);
+  options.seed = seed;
+  return options;
+}
+
+// A real controller refuses such targets.
 void warn_beyond_travel(const app::Command& command, const std::string& file,
                         const std::vector<JointTarget>& targets, const KinematicChain& chain) {
   const auto beyond = [&](const JointTarget& target) {
@@ -30,6 +84,29 @@ void warn_beyond_travel(const app::Command& command, const std::string& file,
       link.max / kDegree));
 }
 
+Campaign simulate_targets(app::Command& command, const std::string& path, const Robot& robot,
+                          const Robot& truth, const SimulationOptions& options) {
+  const std::vector<JointTarget> targets = read_joint_targets(path);
+  warn_beyond_travel(command, path, targets, robot.chain);
+  std::vector<JointVector> commanded;
+  for (const JointTarget& target : targets) commanded.push_back(target.q);
+  Campaign campaign = simulate(commanded, truth, options);
+  for (size_t pose = 0; pose < targets.size(); ++pose) campaign.pose_ids[pose] = targets[pose].pose;
+  return campaign;
+}
+
+int run(app::Command& command, const Arguments& arguments) {
+  const SimulationOptions options = simulation_options(arguments, command.seed);
+  const Robot robot = command.read_robot(arguments.robot).robot;
+  const Robot truth = arguments.truth.empty() ? robot : command.read_robot(arguments.truth).robot;
+  command.progress("simulating");
+  write_output(command.output, write_campaign(arguments.targets.empty()
+                                                  ? simulate(robot, truth, options)
+                                                  : simulate_targets(command, arguments.targets,
+                                                                     robot, truth, options)));
+  return app::kSuccess;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -37,61 +114,7 @@ int main(int argc, char** argv) {
       "simulate-poses", "Measured poses as a robot would give them.",
       "simulate-poses --robot nominal.yaml --truth truth.yaml --count 60 --repeats 3 "
       "--noise-mm 0.095 --noise-mrad 0.15 > measured.csv");
-  std::string robot_path, truth_path, targets_path;
-  SimulationOptions simulation;
-  double noise_mm = 0, noise_mrad = 0;
-  bool points = false;
-  std::vector<double> box;
-  std::string order = "random";
-  command.add_output();
-  command.add_seed();
-  CLI::App& options = command.options();
-  options.add_option("--robot", robot_path, "The robot that is commanded")->required();
-  options.add_option("--truth", truth_path, "The robot that is measured; the same if absent");
-  CLI::Option_group* const poses = options.add_option_group("Poses");
-  poses->add_option("--count", simulation.poses, "Number of random poses")
-      ->check(CLI::Range(1, 10000000));
-  poses->add_option("--targets", targets_path,
-                    "The poses, as plan-poses writes them; - is standard input");
-  poses->require_option(1);
-  options.add_option("--repeats", simulation.repeats, "Visits of each pose")
-      ->check(CLI::Range(1, 1000));
-  options.add_option("--noise-mm", noise_mm, "Noise of the position, per axis")
-      ->check(app::not_below_zero());
-  options.add_option("--noise-mrad", noise_mrad, "Noise of the orientation, per axis")
-      ->check(app::not_below_zero());
-  options.add_option("--blunders", simulation.blunders, "Share of readings 2 to 20 mm off")
-      ->check(CLI::Range(0.0, 0.5));
-  options.add_flag("--points", points, "Positions only");
-  options.add_option("--order", order, "Order of the visits: random, or sorted by the first joint")
-      ->check(CLI::IsMember({"random", "sorted"}))
-      ->capture_default_str();
-  app::add_numbers(options, "--box-mm", box, 6, "x0,x1,y0,y1,z0,z1 in mm", "Working box in R_A");
-  return command.run(argc, argv, [&] {
-    const Robot robot = command.robot(robot_path).robot;
-    const Robot truth = truth_path.empty() ? robot : command.robot(truth_path).robot;
-    simulation.noise_position = noise_mm * kMillimetre;
-    simulation.noise_orientation = noise_mrad * kMilliradian;
-    simulation.orientation = !points;
-    simulation.order = order == "random" ? VisitOrder::random : VisitOrder::sorted;
-    simulation.seed = command.seed;
-    if (!box.empty())
-      simulation.box = Box{Eigen::Vector3d(box[0], box[2], box[4]) * kMillimetre,
-                           Eigen::Vector3d(box[1], box[3], box[5]) * kMillimetre};
-    command.progress("simulating");
-    Campaign campaign;
-    if (targets_path.empty()) {
-      campaign = simulate(robot, truth, simulation);
-    } else {
-      std::vector<JointVector> commanded;
-      const std::vector<JointTarget> targets = read_joint_targets(targets_path);
-      warn_beyond_travel(command, targets_path, targets, robot.chain);
-      for (const JointTarget& target : targets) commanded.push_back(target.q);
-      campaign = simulate(commanded, truth, simulation);
-      for (size_t pose = 0; pose < targets.size(); ++pose)
-        campaign.pose_ids[pose] = targets[pose].pose;
-    }
-    write_output(command.output, write_campaign(campaign));
-    return app::kSuccess;
-  });
+  Arguments arguments;
+  add_options(command, arguments);
+  return command.run(argc, argv, [&] { return run(command, arguments); });
 }

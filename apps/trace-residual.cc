@@ -1,18 +1,43 @@
 #include <fmt/format.h>
 
 #include "armtrue/diagnosis/change.h"
+#include "armtrue/io/change_io.h"
 #include "armtrue/io/output.h"
-#include "armtrue/io/report_io.h"
+#include "armtrue/io/ranking_io.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/tracing/tracing.h"
+#include "columns.h"
 #include "command_line.h"
 
 using namespace armtrue;
 
 namespace {
 
-// What the previous calibration left; where it does not say, the instrument's noise stands in.
-ReadingSigma spread_of(const RobotFile& previous, const app::Command& command) {
+struct Arguments {
+  std::string robot, since, catalogue;
+  bool only_catalogue = false;
+};
+
+void add_options(app::Command& command, Arguments& arguments) {
+  command.add_input("Measured poses");
+  command.add_output();
+  command.add_seed();
+  command.add_new_sessions();
+  app::OptionGroup model = command.group("Model");
+  model.option("--robot", arguments.robot, "The robot, nominal or calibrated");
+  const app::Option since = model.option(
+      "--since", arguments.since,
+      "A robot as calibrate or close-loop --robot-out wrote it: has it changed since?");
+  model.require_one();
+  command.option("--catalogue", arguments.catalogue, "Effects to look for").excludes(since);
+  command.flag("--only-catalogue", arguments.only_catalogue, "Do not search beyond it")
+      .excludes(since);
+  command.add_columns(app::kMeasuredPoseColumns);
+}
+
+// Standard deviation of the residuals of the previous calibration; without one, the noise of the
+// instrument.
+ReadingSigma residual_spread(const RobotFile& previous, const app::Command& command) {
   if (previous.residual_spread) {
     command.tell(previous.name + ": spread of the readings from its calibration\n");
     return *previous.residual_spread;
@@ -46,9 +71,11 @@ std::string explanation(const ChangeResult& result) {
 }
 
 int report_change(app::Command& command, const std::string& path) {
-  const RobotFile previous = command.robot(path);
-  const Campaign campaign = command.campaign(command.input, previous.robot);
-  const ChangeResult result = detect_change(previous.robot, spread_of(previous, command), campaign);
+  const RobotFile previous = command.read_robot(path);
+  const Campaign campaign = command.read_campaign(command.input);
+  app::refuse_mistakes(previous.robot, campaign);
+  const ChangeResult result =
+      detect_change(previous.robot, residual_spread(previous, command), campaign);
   for (int row : result.blunders)
     command.warn(fmt::format("{}:{}: pose {} is off alone and takes no part", campaign.source,
                              campaign.line[row], campaign.pose_ids[campaign.pose[row]]));
@@ -58,6 +85,24 @@ int report_change(app::Command& command, const std::string& path) {
   command.warn(fmt::format("the calibration does not hold (p = {:.2g}); {}", result.p_value,
                            explanation(result)));
   return app::kNotReached;
+}
+
+int rank_candidates(app::Command& command, const Arguments& arguments) {
+  const Robot robot = command.read_robot(arguments.robot).robot;
+  const Campaign campaign = command.read_campaign(command.input);
+  app::refuse_mistakes(robot, campaign);
+  TraceOptions options;
+  options.seed = command.seed;
+  options.beyond_catalogue = !arguments.only_catalogue;
+  options.progress = [&](const std::string& what) { command.progress(what); };
+  const TraceResult result = trace(robot, campaign, app::catalogue(arguments.catalogue), options);
+  write_output(command.output, write_ranking(result, command.provenance()));
+  return app::kSuccess;
+}
+
+int run(app::Command& command, const Arguments& arguments) {
+  return arguments.since.empty() ? rank_candidates(command, arguments)
+                                 : report_change(command, arguments.since);
 }
 
 }  // namespace
@@ -70,34 +115,7 @@ int main(int argc, char** argv) {
       "has moved if not (then exit code 3).",
       "trace-residual --robot robot.yaml measured.csv > ranking.yaml\n"
       "  trace-residual --since calibrated.yaml ten-new-poses.csv > change.yaml");
-  std::string robot_path, previous_path, catalogue_path;
-  bool only_catalogue = false;
-  command.add_input("Measured poses");
-  command.add_output();
-  command.add_seed();
-  command.add_new_sessions();
-  CLI::Option_group* model = command.options().add_option_group("Model");
-  model->add_option("--robot", robot_path, "The robot, nominal or calibrated");
-  CLI::Option* const since = model->add_option(
-      "--since", previous_path,
-      "A robot as calibrate or close-loop --robot-out wrote it: has it changed since?");
-  model->require_option(1);
-  command.options()
-      .add_option("--catalogue", catalogue_path, "Effects to look for")
-      ->excludes(since);
-  command.options()
-      .add_flag("--only-catalogue", only_catalogue, "Do not search beyond it")
-      ->excludes(since);
-  return command.run(argc, argv, [&] {
-    if (!previous_path.empty()) return report_change(command, previous_path);
-    const Robot robot = command.robot(robot_path).robot;
-    const Campaign campaign = command.campaign(command.input, robot);
-    TraceOptions options;
-    options.seed = command.seed;
-    options.beyond_catalogue = !only_catalogue;
-    options.progress = [&](const std::string& what) { command.progress(what); };
-    const TraceResult result = trace(robot, campaign, app::catalogue(catalogue_path), options);
-    write_output(command.output, write_ranking(result, command.provenance()));
-    return app::kSuccess;
-  });
+  Arguments arguments;
+  add_options(command, arguments);
+  return command.run(argc, argv, [&] { return run(command, arguments); });
 }

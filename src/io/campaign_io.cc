@@ -27,7 +27,7 @@ constexpr const char* kNoId = "is empty; every row needs the id of its pose";
 
 std::string joint_column(int j) { return "q" + std::to_string(j + 1); }
 
-// Texts to indices, in the order of their first appearance.
+// Gives each text an index, in the order of first appearance.
 class Index {
  public:
   explicit Index(std::vector<std::string>& names)
@@ -160,7 +160,7 @@ class CampaignReader {
     }
   }
 
-  // Columns that make sense only together.
+  // Columns of one quantity: all of them, or none.
   template <typename Columns>
   Columns group(const std::string& what, const Columns& columns,
                 const std::vector<std::string>& names) {
@@ -267,7 +267,7 @@ class CampaignReader {
     }
   }
 
-  // A file with columns for both may have rows of one kind only.
+  // A file with columns for points and for distances may have rows of one kind only.
   void sort_kinds() {
     Campaign& c = campaign_;
     const auto distances =
@@ -423,86 +423,6 @@ std::string write_campaign(const Campaign& campaign) {
       for (int direction : campaign.arrival[row]) add(std::to_string(direction));
     text += "\n";
   }
-  return text;
-}
-
-std::vector<JointTarget> read_joint_targets(const std::string& path) {
-  Source source(path);
-  CsvTable table(source, "pose,q1_deg,...,q6_deg");
-  std::vector<std::string> missing;
-  const auto pose = table.find("pose");
-  if (!pose) missing.emplace_back("pose");
-  std::array<std::optional<Quantity>, kJoints> q;
-  for (int j = 0; j < kJoints; ++j)
-    if (!(q[j] = table.find_angle(joint_column(j)))) missing.push_back(joint_column(j) + "_deg");
-  if (!missing.empty()) table.fail_missing(missing);
-  std::vector<JointTarget> targets;
-  std::map<std::string, int, std::less<>> lines;  // of each id
-  while (table.next_row()) {
-    if (table.is_empty(*pose)) table.fail(*pose, kNoId);
-    JointTarget& target = targets.emplace_back();
-    target.pose = table.text(*pose);
-    target.line = table.line_number();
-    if (const auto [first, is_new] = lines.emplace(target.pose, target.line); !is_new)
-      table.fail(*pose, table.quoted(*pose) + " stands in line " + std::to_string(first->second) +
-                            " too; give every target an id of its own");
-    for (int j = 0; j < kJoints; ++j) target.q[j] = table.number(*q[j]);
-  }
-  if (targets.empty()) throw InputError(source.name() + ": has no row");
-  return targets;
-}
-
-std::string write_joint_targets(const std::vector<JointTarget>& targets) {
-  std::string text = "pose";
-  for (int j = 0; j < kJoints; ++j) text += "," + joint_column(j) + "_deg";
-  text += "\n";
-  for (const JointTarget& target : targets) {
-    text += target.pose;
-    for (int j = 0; j < kJoints; ++j) text += "," + number_text(target.q[j], kDegree);
-    text += "\n";
-  }
-  return text;
-}
-
-std::string write_residuals(const std::vector<Residuals>& campaigns) {
-  const bool of_distances = std::ranges::any_of(
-      campaigns, [](const Residuals& part) { return part.campaign.has_distances(); });
-  std::string text =
-      "pose,repeat,split,dx_mm,dy_mm,dz_mm,rx_mrad,ry_mrad,rz_mrad,position_error_mm,"
-      "orientation_error_mrad";
-  text += of_distances ? ",dl_mm\n" : "\n";
-  for (const auto& [campaign, residuals, split] : campaigns)
-    for (int row = 0; row < campaign.rows(); ++row) {
-      const auto& residual = residuals[row];
-      text += campaign.pose_ids[campaign.pose[row]] + "," +
-              (campaign.repeat.empty() ? "" : std::to_string(campaign.repeat[row])) + "," +
-              split[row];
-      const auto add = [&](double value, double unit) { text += "," + number_text(value / unit); };
-      const bool has_point = !campaign.has_distances();
-      const int axis =
-          campaign.kind(row) == ReadingKind::coordinate ? campaign.coordinate[row]->axis : -1;
-      for (int i = 0; i < 3; ++i)
-        if (i == axis)
-          add(residual[0], kMillimetre);
-        else if (has_point)
-          add(residual[i], kMillimetre);
-        else
-          text += ",";
-      if (campaign.has_orientation())
-        for (int i = 3; i < 6; ++i) add(residual[i], kMilliradian);
-      else
-        text += ",,,";
-      add(residual.head<3>().norm(), kMillimetre);
-      if (campaign.has_orientation())
-        add(residual.tail<3>().norm(), kMilliradian);
-      else
-        text += ",";
-      if (campaign.has_distances() && axis < 0)
-        add(residual[0], kMillimetre);
-      else if (of_distances)
-        text += ",";
-      text += "\n";
-    }
   return text;
 }
 

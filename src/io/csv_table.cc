@@ -23,7 +23,7 @@ std::string_view trim(std::string_view text) {
   return text;
 }
 
-// Levenshtein distance, for "did you mean".
+// Levenshtein distance, for the suggestion of a column name.
 int edit_distance(std::string_view a, std::string_view b) {
   std::vector<int> row(b.size() + 1);
   std::iota(row.begin(), row.end(), 0);
@@ -39,7 +39,7 @@ int edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
-// A forgotten unit or another case are the likeliest slips.
+// The most frequent mistakes are a missing unit and another case.
 std::string stem(const std::string& name) {
   std::string lower = name.substr(0, name.rfind('_'));
   for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));

@@ -94,7 +94,7 @@ Effect read_effect(YamlMap map, const KinematicChain& chain) {
       entry.fail("unit", "'" + unit + "' is not read: values are in SI units, here in m or rad");
     entry.finish();
   }
-  // What close-loop says about an effect does not change what it predicts.
+  // Statements of close-loop about an effect; the prediction does not depend on them.
   for (const char* key : {"evidence", "indistinguishable", "ruled_out", "cause", "description",
                           "curve", "cycle", "unidentifiable", "separated_by", "variance_share",
                           "variance_share_ci95", "may_lead", "at_s_ci95"})

@@ -6,7 +6,7 @@
 
 namespace armtrue {
 
-/// What a driver may be, for messages.
+/// The forms of a driver, for messages.
 inline constexpr const char* kDriverForms =
     "joint-angle <j>[,<k>], gravity-torque <j>, motor-torque <j>, arrival <j>, time, temperature "
     "<where>, payload, force, moment, position (of instrument.scale), or one of them * arrival "
@@ -14,13 +14,13 @@ inline constexpr const char* kDriverForms =
 
 Shape read_shape(YamlMap& map);
 
-/// The inner values of a series.
+/// Reads basis, count and ranges of a series.
 void read_series(YamlMap series, bool two_drivers, Shape& shape);
 
-/// Parameter, driver and shape with its inner values; other keys are left for the caller.
+/// Reads parameter, driver and shape; the caller reads the other keys.
 Effect read_effect_form(YamlMap& map, const KinematicChain& chain);
 
-/// An entry of `effects`, whether of a robot or of what was found. Throws InputError.
+/// Reads an entry of `effects` of a robot, ranking or loop document. Throws InputError.
 Effect read_effect(YamlMap map, const KinematicChain& chain);
 
 }  // namespace armtrue

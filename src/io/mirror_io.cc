@@ -103,7 +103,8 @@ YAML::Node line_node(const ForceLine& line) {
   return flow(node);
 }
 
-// How much of the deviation that the robot file predicts from the force was measured: 1 is right.
+// Slope of the measured deviation on the one that the robot file predicts from the force; 1 is
+// ideal.
 YAML::Node line_of_robot(const ForceLine& line) {
   YAML::Node node;
   node["measured_over_predicted"] = estimate_node(line.k, 1);
@@ -189,110 +190,6 @@ std::string write_mirror(const MirrorFindings& findings, const Provenance& prove
   if (force) root["force"] = force_node(*force);
   if (robot) root["robot"] = line_of_robot(*robot);
   return print_document(root);
-}
-
-std::string mirror_table(const MirrorFindings& findings) {
-  const auto& [result, options, files, lines, accuracy, before, force, robot] = findings;
-  std::string table;
-  for (size_t p = 0; p < files.size(); ++p) {
-    const Pass& pass = result.passes[p];
-    table += fmt::format(
-        "{}: clock {:.4f} +- {:.4f} s ahead of the program (95 %), rate {:.0f} +- {:.0f} ppm, {} "
-        "samples, {} lost, {} bad\n",
-        files[p], pass.clock.offset, 1.96 * pass.clock.offset_deviation(), pass.clock.rate * 1e6,
-        1.96e6 * std::sqrt(pass.clock.covariance(1, 1)), pass.samples, pass.lost, pass.bad.size());
-  }
-  const auto row = [&](const std::string& what, double value) {
-    table += fmt::format("{:<44}{:>9.3f}\n", what, value / kMillimetre);
-  };
-  if (result.uncorrected) row("mean deviation without correction, mm", *result.uncorrected);
-  row("mean deviation across the path, mm", result.before.mean);
-  row("expected after the correction, mm", result.expected_after);
-  table += fmt::format("  if {}\n", result.expected_if());
-  row("noise of a sample, mm", result.deviation.noise);
-  if (files.size() > 1) row("spread from pass to pass, mm", result.deviation.spread);
-  row("path accuracy AT (ISO 9283), mm", accuracy.path.at);
-  if (accuracy.path.rt) row("path repeatability RT, mm", *accuracy.path.rt);
-  table += fmt::format("{:<44}{:>9.3f}  (goal {:.3f}: {})\n", "RMS of these passes, mm",
-                       accuracy.errors.whole.rms / kMillimetre, kFormGoal / kMillimetre,
-                       accuracy.errors.whole.rms <= kFormGoal ? "held" : "not held");
-  if (before) {
-    const Reduction gained = reduction(before->errors, accuracy.errors);
-    const auto per_cent = [](const std::optional<double>& share) {
-      return share ? fmt::format("{:.0f}", 100 * *share) : std::string("-");
-    };
-    table += fmt::format("error reduced by, per cent: x {}, y {}, z {}, whole {}\n",
-                         per_cent(gained.axis[0]), per_cent(gained.axis[1]),
-                         per_cent(gained.axis[2]), per_cent(gained.whole));
-  }
-  if (force && force->magnitude.k)
-    table += fmt::format("deviation over force: {:.4f} mm/N [{:.4f}, {:.4f}], R2 {:.2f}\n",
-                         force->magnitude.k->value / kMillimetre,
-                         force->magnitude.k->ci95[0] / kMillimetre,
-                         force->magnitude.k->ci95[1] / kMillimetre, force->magnitude.r2);
-  table += fmt::format(
-      "cut-off {:.3g} Hz, gain {:.3f}, {} correction points, {} breaks, {} samples clipped\n",
-      result.cutoff, result.gain, result.points.size(), result.deviation.breaks.size(),
-      result.clipped);
-  return table;
-}
-
-std::string write_deviation(const PathDeviation& deviation) {
-  std::string text = "t_s,s_mm,dx_mm,dy_mm,dz_mm,along_mm,trend_x_mm,trend_y_mm,trend_z_mm,break\n";
-  size_t next = 0;
-  for (Eigen::Index i = 0; i < deviation.time.size(); ++i) {
-    const bool breaks = next < deviation.breaks.size() && deviation.breaks[next] == i;
-    next += breaks;
-    const Eigen::Vector3d normal = deviation.normal.col(i) / kMillimetre;
-    const Eigen::Vector3d trend = deviation.trend.col(i) / kMillimetre;
-    text += fmt::format("{:.6f},{:.4f},{:.5f},{:.5f},{:.5f},{:.5f},{:.5f},{:.5f},{:.5f},{}\n",
-                        deviation.time[i], deviation.arc_length[i] / kMillimetre, normal[0],
-                        normal[1], normal[2], deviation.along[i] / kMillimetre, trend[0], trend[1],
-                        trend[2], breaks ? 1 : 0);
-  }
-  return text;
-}
-
-std::string write_pass_as_poses(const Path& programmed,
-                                const Eigen::Matrix<double, kJoints, Eigen::Dynamic>& q,
-                                const PathDeviation& deviation, int block) {
-  const bool with_force = deviation.force.cols() > 0;
-  std::string text = "pose,t_s";
-  for (int j = 1; j <= kJoints; ++j) text += fmt::format(",q{}_deg", j);
-  text += ",x_mm,y_mm,z_mm,sigma_mm";
-  text += with_force ? ",fx_n,fy_n,fz_n\n" : "\n";
-  const std::string sigma =
-      ',' + decimal_text(deviation.noise / std::sqrt(static_cast<double>(block)) / kMillimetre, 6);
-  const Eigen::Matrix3Xd wanted = position_at(programmed, deviation.time);
-  const Eigen::Matrix3Xd measured = wanted + deviation.whole;
-  const Eigen::MatrixXd angles = interpolate(programmed.time, q, deviation.time);
-  size_t next_break = 0;
-  int pose = 0;
-  for (Eigen::Index begin = 0; begin + block <= deviation.time.size();) {
-    while (next_break < deviation.breaks.size() && deviation.breaks[next_break] <= begin)
-      ++next_break;
-    const bool jumps =
-        next_break < deviation.breaks.size() && deviation.breaks[next_break] < begin + block;
-    if (jumps) {
-      begin = deviation.breaks[next_break];
-      continue;
-    }
-    if (wanted.col(begin) != wanted.col(begin + block - 1)) {
-      text += fmt::format("{},{}", ++pose,
-                          decimal_text(deviation.time.segment(begin, block).mean(), 7));
-      const auto add = [&](const auto& values, double unit, int decimals) {
-        const Eigen::VectorXd mean = values.middleCols(begin, block).rowwise().mean();
-        for (const double value : mean) text += ',' + decimal_text(value / unit, decimals);
-      };
-      add(angles, kDegree, 9);
-      add(measured, kMillimetre, 6);
-      text += sigma;
-      if (with_force) add(deviation.force, 1, 6);
-      text += '\n';
-    }
-    begin += block;
-  }
-  return text;
 }
 
 }  // namespace armtrue

@@ -36,7 +36,7 @@ const char* remedy(int error) {
   throw OutputError(path + ": cannot be written: " + std::strerror(error) + remedy(error));
 }
 
-// A link stays; the file that it names is replaced.
+// A symbolic link stays; the file that it names is replaced.
 std::string target(const std::string& path) {
   std::error_code error;
   const auto absolute = std::filesystem::absolute(path, error);
@@ -60,7 +60,7 @@ void check_writable(const std::string& path) {
     return;
   }
   const std::string file = target(path);
-  // A file that is protected would be replaced all the same where its folder is not.
+  // Renaming replaces a write-protected file if its folder is writable; refuse that.
   if (access(file.c_str(), F_OK) == 0 && access(file.c_str(), W_OK) != 0) fail(path);
   const std::string folder = std::filesystem::path(file).parent_path().string();
   if (access(folder.c_str(), W_OK | X_OK) != 0) fail(path);

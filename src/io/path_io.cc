@@ -86,7 +86,7 @@ PathColumns find_columns(const CsvTable& table) {
   return columns;
 }
 
-// Numbers of all samples, one group after the other, until their count is known.
+// Collects the numbers of all samples; their count is only known at the end of the file.
 class SampleBuffer {
  public:
   template <size_t N>

@@ -56,7 +56,7 @@ int link_index(const YamlMap& map, const KinematicChain& chain, const std::strin
   map.fail("link", "the robot has no link '" + name + "'");
 }
 
-// A parameter that is a constant of the set-up: instrument.scale is none, only effects have it.
+// Index of a parameter that is constant. instrument.scale is not: only effects have it.
 int constant_parameter(const YamlMap& map, const std::string& key, const std::string& name,
                        const KinematicChain& chain) {
   const auto parameter = find_parameter(chain, name);
@@ -119,7 +119,7 @@ void read_masses(YamlMap& document, Robot& robot) {
 
 YAML::Node pose_node(const Pose& pose) {
   const Eigen::Vector3d abc = abc_from_rotation(pose.rotation);
-  // A rotation holds its angles to 1e-15 rad; further digits would be rounding.
+  // A rotation holds its angles to 1e-15 rad; digits below that are rounding errors.
   const auto angle = [](double radians) {
     const double degrees = radians / kDegree;
     return number_text(std::abs(degrees) < 1e-13 ? 0.0
@@ -162,7 +162,7 @@ YAML::Node deviations_node(const std::map<std::string, double>& values, const Ki
   return node;
 }
 
-// An estimate's deviation is known to a few digits at best.
+// Four digits: a standard deviation is not known better.
 YAML::Node std_node(const std::map<std::string, double>& values, const KinematicChain& chain) {
   return deviations_node(values, chain,
                          [](double si, double unit) { return fmt::format("{:.4g}", si / unit); });
@@ -178,112 +178,40 @@ YAML::Node session_node(const Session& session, const KinematicChain& chain) {
   return node;
 }
 
-CatalogueEntry read_entry(YamlMap map) {
-  CatalogueEntry entry;
-  entry.name = map.text("name");
-  entry.parameter = map.text("parameter");
-  const bool of_a_joint = entry.parameter == "alpha" || entry.parameter == "beta" ||
-                          entry.parameter == "theta" || entry.parameter == "d" ||
-                          entry.parameter == "r";
-  if (!of_a_joint && !is_group(entry.parameter) && entry.parameter.find('.') == std::string::npos)
-    map.fail("parameter", "'" + entry.parameter +
-                              "' is none of alpha, d, theta, r and beta, no group (base, tool) and "
-                              "no single one such as base.rx or instrument.scale");
-  if (map.has("joints")) {
-    if (!of_a_joint) map.fail("joints", "only alpha, d, theta, r and beta belong to joints");
-    for (const std::string& text : map.texts("joints")) {
-      if (text.size() != 1 || text[0] < '1' || text[0] > '6')
-        map.fail("joints", "'" + text + "' is no joint from 1 to 6");
-      entry.joints.push_back(text[0] - '1');
-    }
-  } else if (of_a_joint) {
-    for (int j = 0; j < kJoints; ++j) entry.joints.push_back(j);
-  }
-  std::string driver = map.text("driver");
-  for (const auto& [word, which] : {std::pair{" own", CatalogueEntry::Joint::own},
-                                    std::pair{" previous", CatalogueEntry::Joint::previous}})
-    if (driver.ends_with(word)) {
-      if (entry.joints.empty()) map.fail("driver", "'" + driver + "' needs a parameter of a joint");
-      if (driver.find('*') != std::string::npos)
-        map.fail("driver", "'" + driver +
-                               "': own and previous stand for the joint of a driver "
-                               "without a factor; give numbers, in an entry for each joint");
-      entry.driver_joint = which;
-      driver.replace(driver.size() - std::string(word).size(), std::string::npos, " 1");
-    }
-  // "temperature" alone stands for every sensor of the campaign.
-  const auto parsed =
-      driver == "temperature"
-          ? Driver{DriverKind::temperature, -1, -1, ""}
-          : parse_driver(driver).value_or(Driver{DriverKind::joint_angle, -1, -1, "?"});
-  if (parsed.where == "?")
-    map.fail("driver", "'" + driver + "' is no driver; give one of " + kDriverForms +
-                           ", where own and previous may stand for the <j> of one alone, and "
-                           "temperature for every sensor");
-  entry.driver = parsed;
-  if (entry.driver_joint == CatalogueEntry::Joint::none && parsed.joint >= 0)
-    entry.driver_joint = CatalogueEntry::Joint::fixed;
-  entry.shape = read_shape(map);
-  if (const std::string why = why_invalid(entry.parameter, entry.driver, entry.shape); !why.empty())
-    map.fail("driver", why);
-  if ((entry.shape.kind == ShapeKind::step || entry.shape.kind == ShapeKind::exponential) &&
-      entry.driver.kind != DriverKind::time)
-    map.fail("shape", "'" + to_string(entry.shape) +
-                          "' follows time alone here, over which t* and tau are searched; take the "
-                          "driver 'time' or another shape");
-  if (entry.shape.kind == ShapeKind::series)
-    read_series(map.map("series"), entry.driver.is_pair(), entry.shape);
-  const std::string sign = map.text("sign", "any");
-  if (sign != "any" && sign != "positive")
-    map.fail("sign", "'" + sign + "' is neither any nor positive");
-  entry.only_positive = sign == "positive";
-  entry.separated_by = map.text("separated_by", "");
-  map.finish();
-  return entry;
-}
-
-// Of what a calibration says about itself, only the spread is ever read back.
+// Of the map `calibration` only the spread of the residuals is read back.
 std::optional<ReadingSigma> read_residual_spread(YamlMap calibration) {
   if (!calibration.has("residual_spread")) return std::nullopt;
   YamlMap spread = calibration.map("residual_spread");
-  const ReadingSigma scale{spread.number("position_mm") * kMillimetre,
+  const ReadingSigma sigma{spread.number("position_mm") * kMillimetre,
                            spread.number("orientation_mrad", 0) * kMilliradian};
-  if (scale.position < 0) spread.fail("position_mm", "must not be negative");
-  if (scale.orientation < 0) spread.fail("orientation_mrad", "must not be negative");
+  if (sigma.position < 0) spread.fail("position_mm", "must not be negative");
+  if (sigma.orientation < 0) spread.fail("orientation_mrad", "must not be negative");
   spread.finish();
-  return scale;
+  return sigma;
 }
 
-RobotFile parse_file(const std::string& text, const std::string& file) {
-  YamlMap document = read_document(text, file, {"armtrue-robot/1"});
-  RobotFile result;
-  Robot& robot = result.robot;
-  robot.name = document.text("name");
-  robot.chain.base = read_pose(document.map("base"));
+void read_links(YamlMap& document, KinematicChain& chain) {
   std::vector<YamlMap> links = document.maps("links");
   if (links.size() != kLinks)
     document.fail("links", "has " + std::to_string(links.size()) +
                                " entries; the chain has seven, six revolute and then one fixed");
   for (int j = 0; j < kLinks; ++j) {
-    Link& link = robot.chain.links[j] = read_link(links[j], j < kJoints);
+    Link& link = chain.links[j] = read_link(links[j], j < kJoints);
     for (int k = 0; k < j; ++k)
-      if (robot.chain.links[k].name == link.name)
+      if (chain.links[k].name == link.name)
         links[j].fail("name", "'" + link.name + "' stands twice; parameters are named after links");
     for (const char* taken : {"base", "base_link", "tool", "world", "instrument"})
       if (link.name == taken)
         links[j].fail("name", "'" + link.name + "' means something else; name the link otherwise");
   }
-  robot.chain.tool = read_pose(document.map("tool"));
-  if (document.has("sessions")) {
-    YamlMap sessions = document.map("sessions");
-    for (const std::string& name : sessions.keys())
-      robot.sessions[name] = read_session(sessions.map(name), robot.chain);
-  }
+}
+
+void read_targets_and_anchors(YamlMap& document, KinematicChain& chain) {
   if (document.has("targets")) {
     YamlMap targets = document.map("targets");
     for (const std::string& name : targets.keys()) {
       const std::vector<double> p = targets.numbers(name, 3);
-      robot.chain.targets.push_back({name, Eigen::Vector3d(p[0], p[1], p[2]) * kMillimetre});
+      chain.targets.push_back({name, Eigen::Vector3d(p[0], p[1], p[2]) * kMillimetre});
     }
   }
   if (document.has("anchors")) {
@@ -292,20 +220,25 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
       YamlMap entry = anchors.map(name);
       const Eigen::Vector3d position(entry.number("x_mm"), entry.number("y_mm"),
                                      entry.number("z_mm"));
-      robot.chain.anchors.push_back(
+      chain.anchors.push_back(
           {name, position * kMillimetre, entry.number("zero_mm", 0) * kMillimetre});
       entry.finish();
     }
   }
-  read_masses(document, robot);
-  if (document.has("gravity_m_s2")) {
-    const std::vector<double> g = document.numbers("gravity_m_s2", 3);
-    robot.gravity = {g[0], g[1], g[2]};
-    if (robot.gravity.norm() > kMaxGravity)
-      document.fail("gravity_m_s2", fmt::format("is {:.4g} m/s2 long, but that of the earth is "
-                                                "9.81; give it in m/s2",
-                                                robot.gravity.norm()));
-  }
+}
+
+void read_gravity(YamlMap& document, Robot& robot) {
+  if (!document.has("gravity_m_s2")) return;
+  const std::vector<double> g = document.numbers("gravity_m_s2", 3);
+  robot.gravity = {g[0], g[1], g[2]};
+  if (robot.gravity.norm() > kMaxGravity)
+    document.fail("gravity_m_s2", fmt::format("is {:.4g} m/s2 long, but that of the earth is "
+                                              "9.81; give it in m/s2",
+                                              robot.gravity.norm()));
+}
+
+// Which parameters are identified; the chain is known.
+void read_identify(YamlMap& document, Robot& robot) {
   if (document.has("identify")) robot.identify = document.texts("identify");
   for (const std::string& name : robot.identify)
     if (name != "auto" && name != "paper-25" && name != "base" && name != "tool")
@@ -315,14 +248,34 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
   for (const std::string& name : robot.identify_per_session)
     if (!is_zero_offset(robot.chain, name))
       document.fail("identify_per_session", "'" + name + "' is no zero offset such as A2.theta");
-  if (document.has("noise")) {
-    YamlMap noise = document.map("noise");
-    robot.noise.position = noise.number("position_mm", 0) * kMillimetre;
-    robot.noise.orientation = noise.number("orientation_mrad", 0) * kMilliradian;
-    if (robot.noise.position < 0) noise.fail("position_mm", "must not be negative");
-    if (robot.noise.orientation < 0) noise.fail("orientation_mrad", "must not be negative");
-    noise.finish();
+}
+
+void read_noise(YamlMap noise, InstrumentNoise& result) {
+  result.position = noise.number("position_mm", 0) * kMillimetre;
+  result.orientation = noise.number("orientation_mrad", 0) * kMilliradian;
+  if (result.position < 0) noise.fail("position_mm", "must not be negative");
+  if (result.orientation < 0) noise.fail("orientation_mrad", "must not be negative");
+  noise.finish();
+}
+
+RobotFile parse_file(const std::string& text, const std::string& file) {
+  YamlMap document = read_document(text, file, {"armtrue-robot/1"});
+  RobotFile result;
+  Robot& robot = result.robot;
+  robot.name = document.text("name");
+  robot.chain.base = read_pose(document.map("base"));
+  read_links(document, robot.chain);
+  robot.chain.tool = read_pose(document.map("tool"));
+  if (document.has("sessions")) {
+    YamlMap sessions = document.map("sessions");
+    for (const std::string& name : sessions.keys())
+      robot.sessions[name] = read_session(sessions.map(name), robot.chain);
   }
+  read_targets_and_anchors(document, robot.chain);
+  read_masses(document, robot);
+  read_gravity(document, robot);
+  read_identify(document, robot);
+  if (document.has("noise")) read_noise(document.map("noise"), robot.noise);
   if (document.has("priors")) robot.priors = read_deviations(document.map("priors"), robot.chain);
   if (document.has("std")) robot.std = read_deviations(document.map("std"), robot.chain);
   for (const YamlMap& entry : document.maps("effects"))
@@ -411,20 +364,6 @@ YAML::Node robot_node(const Robot& robot, const Provenance& provenance) {
 
 std::string write_robot(const Robot& robot, const Provenance& provenance) {
   return print_document(robot_node(robot, provenance));
-}
-
-Catalogue parse_catalogue(const std::string& text, const std::string& file) {
-  YamlMap document = read_document(text, file, {"armtrue-catalogue/1"});
-  Catalogue catalogue;
-  for (const YamlMap& entry : document.maps("effects")) catalogue.push_back(read_entry(entry));
-  if (catalogue.empty()) document.fail("effects", "is empty");
-  document.finish();
-  return catalogue;
-}
-
-Catalogue read_catalogue(const std::string& path) {
-  Source source(path);
-  return parse_catalogue(source.read_all(), source.name());
 }
 
 }  // namespace armtrue

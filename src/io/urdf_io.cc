@@ -34,8 +34,8 @@ Pose link_transform(const Link& link) {
   return pose;
 }
 
-// Text as an attribute may hold it. One character at a time, because tinyxml takes "&#x" for the
-// begin of a reference and leaves it as it is.
+// Escapes a text for an attribute. One character at a time, because tinyxml takes "&#x" for the
+// beginning of a reference and leaves it as it is.
 std::string attribute(const std::string& text) {
   std::string result;
   for (const char c : text) TiXmlBase::EncodeString(std::string(1, c), &result);
@@ -56,7 +56,7 @@ std::string link_xml(const std::string& name, const std::string& content = "") {
   return fmt::format("  <link name=\"{}\">\n{}  </link>\n", attribute(name), content);
 }
 
-// The bodies of one link as one, with no moment of inertia: statics need none.
+// Merges the bodies of a link into one, without moment of inertia: statics needs none.
 std::string inertial_xml(const Robot& robot, int link) {
   double mass = 0;
   Pose centre;
@@ -73,7 +73,7 @@ std::string inertial_xml(const Robot& robot, int link) {
       origin_xml(centre), number_text(mass));
 }
 
-// The robot file's own numbers, exact.
+// The numbers of the robot file, exact, as attributes that other readers ignore.
 std::string link_attributes(const Link& link) {
   return fmt::format(
       "    <armtrue alpha_deg=\"{}\" d_mm=\"{}\" theta_deg=\"{}\" r_mm=\"{}\" beta_deg=\"{}\"/>\n",
@@ -120,7 +120,7 @@ struct ChainJoint {
   urdf::LinkConstSharedPtr child;
 };
 
-// What urdfdom says of a file, instead of printing it.
+// Collects the messages of urdfdom instead of printing them.
 class Complaints : public console_bridge::OutputHandler {
  public:
   Complaints() { console_bridge::useOutputHandler(this); }
@@ -137,7 +137,8 @@ class Complaints : public console_bridge::OutputHandler {
   std::string first_;
 };
 
-// urdfdom leaves out what it cannot read: an arm without its masses would be another arm.
+// urdfdom skips elements that it cannot read. A skipped mass would change the predictions, so its
+// messages become errors.
 urdf::ModelInterfaceSharedPtr parse_strictly(const std::string& text, const std::string& file) {
   const Complaints complaints;
   urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(text);
@@ -148,7 +149,7 @@ urdf::ModelInterfaceSharedPtr parse_strictly(const std::string& text, const std:
   return model;
 }
 
-// urdfdom takes a mass below zero, and does not say where one stands that is no number.
+// urdfdom accepts a negative mass, and does not name the link of a mass that is no number.
 void check_masses(const std::string& text, const std::string& file) {
   TiXmlDocument document;
   document.Parse(text.c_str());
@@ -237,7 +238,7 @@ void copy_mass(const ChainJoint& from, int link, const Pose& link_from_urdf, Rob
       {link, from.child->inertial->mass, link_from_urdf * Vector3d(c.x, c.y, c.z)});
 }
 
-// world, base_link, A1..A6, spindle, tool, as write_urdf lays them out.
+// Reads world, base_link, A1..A6, spindle and tool in the order of write_urdf.
 std::optional<Robot> as_written(const std::vector<ChainJoint>& chain, const std::string& text,
                                 const std::string& file) {
   if (chain.size() != kLinks + 2) return std::nullopt;
@@ -280,7 +281,7 @@ Pose frame_towards(const Axis& own, const Axis& next, const Pose& previous) {
     origin = own.point + own.direction * (between.dot(across) / own.direction.dot(across));
   } else {
     const Vector3d offset = between - own.direction * between.dot(own.direction);
-    // Coincident or parallel axes: stay where the previous frame is, along the axis.
+    // Coincident or parallel axes have many normals: take the one through the previous frame.
     x = offset.norm() > 1e-9
             ? Vector3d(offset.normalized())
             : Vector3d((previous.rotation.col(0) -
@@ -333,7 +334,7 @@ Robot from_axes(const std::vector<ChainJoint>& chain, const std::string& file) {
     throw InputError(file + ": has " + std::to_string(driven.size()) +
                      " revolute joints; armtrue knows arms of six");
   Robot robot;
-  // R_0 stands on axis 1's foot in the root link, so that link 1 needs no beta.
+  // R_0 stands at the foot of the common normal on axis 1, so that link 1 needs no beta.
   const Axis vertical{Vector3d::Zero(), Vector3d::UnitZ()};
   Pose previous = frame_towards(vertical, axes.front(), Pose{});
   robot.chain.base = previous;

@@ -10,8 +10,8 @@
 
 namespace armtrue {
 
-/// A YAML map read strictly: every key is asked for once, and one that nobody asked for is an
-/// error. Errors throw InputError with file, line and key.
+/// A YAML map that is read strictly: a key that was never asked for is an error. Errors throw
+/// InputError with file, line and key.
 class YamlMap {
  public:
   YamlMap(const YAML::Node& node, std::string file, std::string what);
@@ -28,7 +28,7 @@ class YamlMap {
   std::vector<std::string> keys() const;
   void ignore(const std::string& key) { asked_.insert(key); }
 
-  /// Throws if a key is left that nobody asked for.
+  /// Throws if there is a key that was never asked for.
   void finish() const;
 
   [[noreturn]] void fail(const std::string& key, const std::string& why) const;
@@ -42,7 +42,7 @@ class YamlMap {
   std::set<std::string> asked_;
 };
 
-/// Parses a document and checks its `format:`, which must be one of those.
+/// Parses a document; its `format:` must be one of `formats`.
 YamlMap read_document(const std::string& text, const std::string& file,
                       const std::vector<std::string>& formats);
 

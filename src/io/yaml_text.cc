@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "armtrue/kinematics/units.h"
+
 namespace armtrue {
 namespace {
 
@@ -33,8 +35,8 @@ const char* si_name(ParameterUnit unit) {
   return "1";
 }
 
-// What the parameter is measured in that a coefficient moves. Of a group x, y and z come first, and
-// have half of the coefficients, unless the moment turns it.
+// Unit of the parameter that a coefficient moves. In a group the first half of the coefficients
+// moves x, y and z; if the driver is a moment, all turn it.
 ParameterUnit unit_moved(const Effect& effect, size_t coefficient, const KinematicChain& chain) {
   if (is_group(effect.parameter) && effect.driver.kind != DriverKind::moment &&
       2 * coefficient < effect.coefficients.size())
@@ -75,6 +77,34 @@ YAML::Node error_node(const ErrorSummary& errors, double unit) {
                    {"rms", rounded(errors.rms / unit)},
                    {"p95", rounded(errors.p95 / unit)},
                    {"max", rounded(errors.max / unit)}});
+}
+
+YAML::Node errors_node(const ErrorSummary& position,
+                       const std::optional<ErrorSummary>& orientation) {
+  YAML::Node node;
+  node["position_mm"] = error_node(position, kMillimetre);
+  if (orientation) node["orientation_mrad"] = error_node(*orientation, kMilliradian);
+  return node;
+}
+
+YAML::Node noise_node(const NoiseFloor& noise) {
+  static constexpr const char* kSources[] = {"replicates", "instrument", "none"};
+  std::vector<std::pair<std::string, std::string>> entries{
+      {"source", kSources[static_cast<int>(noise.source)]},
+      {"position_mm", rounded(noise.position / kMillimetre)}};
+  if (noise.orientation > 0)
+    entries.emplace_back("orientation_mrad", rounded(noise.orientation / kMilliradian));
+  return flow_map(entries);
+}
+
+YAML::Node text_or_null(const std::string& text) {
+  return text.empty() ? YAML::Node(YAML::NodeType::Null) : YAML::Node(text);
+}
+
+YAML::Node list_node(const std::vector<YAML::Node>& items) {
+  YAML::Node list(YAML::NodeType::Sequence);
+  for (const YAML::Node& item : items) list.push_back(item);
+  return items.empty() ? flow(list) : list;
 }
 
 YAML::Node effect_form_node(const Effect& effect) {

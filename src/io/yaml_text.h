@@ -2,10 +2,12 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "armtrue/calibration/evaluation.h"
 #include "armtrue/effects/robot.h"
 #include "armtrue/io/provenance.h"
 #include "armtrue/statistics/summary.h"
@@ -13,8 +15,8 @@
 
 namespace armtrue {
 
-// Documents are built as trees of nodes, whose keys keep their order, and printed once. Numbers are
-// put in as text, so that they read back exactly.
+// A document is built as a tree of nodes, whose keys keep their order, and printed once. Numbers
+// are stored as text, so that they read back exactly.
 
 inline YAML::Node flow(YAML::Node node) {
   node.SetStyle(YAML::EmitterStyle::Flow);
@@ -26,15 +28,24 @@ YAML::Node flow_map(const std::vector<std::pair<std::string, std::string>>& entr
 /// A list on one line.
 YAML::Node flow_list(const std::vector<double>& values);
 
-/// Four significant digits, which are all that a statistic carries.
+/// Four significant digits, enough for a statistic.
 std::string rounded(double value);
 
 YAML::Node error_node(const ErrorSummary& errors, double unit);
+/// Of positions [m] and, where there are some, of orientations [rad].
+YAML::Node errors_node(const ErrorSummary& position,
+                       const std::optional<ErrorSummary>& orientation);
+YAML::Node noise_node(const NoiseFloor& noise);
+
+/// Null for "".
+YAML::Node text_or_null(const std::string& text);
+/// A list; an empty one stands on the line of its key.
+YAML::Node list_node(const std::vector<YAML::Node>& items);
 
 /// Name, parameter, driver and shape with its inner values.
 YAML::Node effect_form_node(const Effect& effect);
 YAML::Node effect_node(const Effect& effect, const KinematicChain& chain);
-/// What each session of a robot has for itself.
+/// The base and the zero offsets of each session of a robot.
 YAML::Node sessions_node(const Robot& robot);
 YAML::Node robot_node(const Robot& robot, const Provenance& provenance);
 YAML::Node provenance_node(const Provenance& provenance);

@@ -10,7 +10,8 @@
 namespace armtrue {
 namespace {
 
-// The script goes through a file, because gnuplot may answer before it has read all of a pipe.
+// The script goes through a file: through a pipe, gnuplot could block on its output before it has
+// read the whole script.
 class ScriptFile {
  public:
   explicit ScriptFile(const std::string& text)

@@ -4,11 +4,11 @@
 
 namespace armtrue {
 
-/// The SVG that gnuplot draws of a script (without `set terminal` and `set output`). Throws
+/// The SVG that gnuplot draws from a script (without `set terminal` and `set output`). Throws
 /// std::runtime_error with the remedy if gnuplot is missing or rejects the script.
 std::string plot_svg(const std::string& script, int width, int height);
 
-/// Text as a quoted string of gnuplot.
+/// The text as a quoted string of gnuplot.
 std::string quoted(const std::string& text);
 
 }  // namespace armtrue

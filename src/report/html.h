@@ -7,7 +7,7 @@ namespace armtrue {
 /// Text with the characters that HTML reserves written as entities.
 std::string escaped(const std::string& text);
 
-/// A number with four digits that count.
+/// A number with four significant digits.
 std::string number(double value);
 
 /// A whole page around the HTML of its body, with `title` (plain text) as its heading.

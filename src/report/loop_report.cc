@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "armtrue/kinematics/units.h"
+#include "armtrue/tracing/description.h"
 #include "report/gnuplot.h"
 #include "report/html.h"
 
@@ -23,7 +24,7 @@ std::string stages_plot(const LoopResult& result) {
             "set ylabel 'held-out "
          << error_name(result)
          << ", mm'\nset yrange [0:*]\nset key top right\nset xtics noenhanced\n$d << END\n";
-  // The nominal robot would dwarf the rest.
+  // Without the nominal robot, whose error is so large that the other bars could not be read.
   for (size_t k = 1; k < result.stages.size(); ++k) {
     const ErrorSummary& errors = result.stages[k].held_out.position;
     script << (k == 1 ? std::string("geometry") : "+" + std::to_string(k - 1)) << " "
@@ -124,8 +125,8 @@ void write_effect(std::ostringstream& html, const LoopResult& result, size_t k,
 
 }  // namespace
 
-std::string loop_report(const LoopResult& result, const std::vector<std::string>& descriptions,
-                        const std::string& title) {
+std::string loop_report(const LoopResult& result, const std::string& title) {
+  const std::vector<std::string> descriptions = effect_descriptions(result);
   std::ostringstream html;
   html << "<p>Verdict: <b>" << to_string(result.verdict) << "</b>. " << result.training_poses
        << " poses to learn from, " << result.held_out_poses << " held out.";

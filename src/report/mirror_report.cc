@@ -19,10 +19,10 @@ constexpr std::array<const char*, 3> kAxisColours{"#d62728", "#2ca02c", "#1f77b4
 
 struct Curve {
   Eigen::VectorXd x, y;
-  std::string look;  // what follows in gnuplot's plot command
+  std::string look;  // the style, as gnuplot's plot command has it
 };
 
-// The least and the largest value of each of so many stretches: a peak is not lost.
+// Thins a curve: keeps the smallest and the largest value of each stretch, so that no peak is lost.
 std::vector<Eigen::Index> thinned(const Eigen::VectorXd& values) {
   const Eigen::Index n = values.size();
   std::vector<Eigen::Index> kept;
@@ -61,7 +61,7 @@ std::string draw(const std::string& settings, const std::vector<Curve>& curves,
 
 std::string in_colour(int axis) { return std::string(" lc rgb '") + kAxisColours[axis] + "'"; }
 
-// Upright lines in a plot against time, and what they are for its key.
+// Vertical lines in a plot against time, and their entries in its key.
 struct Marks {
   std::ostringstream settings, key;
 
@@ -128,7 +128,7 @@ std::string trend_plot(const Path& programmed, const MirrorResult& result) {
   return draw("set xlabel 'time of the program, s'\nset ylabel 'trend, mm'\n", curves);
 }
 
-// 1, 2 or 5 times a power of ten, so that a deviation of `largest` shows in an extent.
+// 1, 2 or 5 times a power of ten, at most, by which `largest` is a tenth of `extent`; at least 1.
 double magnification(double largest, double extent) {
   if (!(largest > 0) || !(extent > 0)) return 1;
   const double wanted = 0.1 * extent / largest;
@@ -137,7 +137,7 @@ double magnification(double largest, double extent) {
   return std::max(1.0, power * (digit >= 5 ? 5 : digit >= 2 ? 2 : 1));
 }
 
-// Programmed, measured and corrected path in the plane of the two axes that show most of them.
+// Programmed, measured and corrected path in the plane of the two axes of largest extent.
 std::string path_plot(const Path& programmed, const MirrorResult& result) {
   const PathDeviation& deviation = result.deviation;
   const Eigen::Vector3d extent =
@@ -156,7 +156,7 @@ std::string path_plot(const Path& programmed, const MirrorResult& result) {
   settings << "set xlabel '" << kAxisNames[axes[0]] << ", mm'\nset ylabel '" << kAxisNames[axes[1]]
            << ", mm'\nset title 'measured and corrected: distance from the programmed path times "
            << factor << "'\n";
-  // A contour keeps its shape; a straight path would leave no height to its deviation.
+  // Equal scales keep the shape of a contour; a nearly straight path would become too flat.
   if (extent[axes[1]] > 0.1 * extent[axes[0]]) settings << "set size ratio -1\n";
   const Eigen::Matrix3Xd on_grid = position_at(programmed, deviation.time);
   return draw(
@@ -168,7 +168,7 @@ std::string path_plot(const Path& programmed, const MirrorResult& result) {
       "", kHeight + 120);
 }
 
-// What the correction takes off the deviation that these passes show, on its grid.
+// The correction beyond the one that these passes ran, on the grid of the deviation.
 Eigen::Matrix3Xd new_correction(const Path& programmed, const MirrorResult& result,
                                 const MirrorOptions& options) {
   Path correction = programmed;
@@ -201,7 +201,7 @@ std::string force_plot(const PathDeviation& deviation, const ForceLaw& law) {
   Eigen::Matrix3Xd forced = deviation.whole;
   for (int axis = 0; axis < 3; ++axis)
     forced.row(axis).array() -= law.offset[static_cast<size_t>(axis)].value;
-  // Evenly thinned: extremes alone would not show where most of the samples lie.
+  // Every n-th sample: extremes would not show where most samples lie.
   const Eigen::Index stride = (deviation.time.size() + kMaxPoints - 1) / kMaxPoints;
   const Eigen::Index count = (deviation.time.size() + stride - 1) / stride;
   Eigen::VectorXd force(count), length(count);
@@ -269,18 +269,18 @@ std::string force_line(const ForceLaw& law) {
 
 }  // namespace
 
-std::string mirror_report(const Path& programmed, const MirrorResult& result,
-                          const MirrorOptions& options, const std::optional<ForceLaw>& force,
-                          const std::vector<std::string>& passes, const std::string& title) {
-  std::string html = numbers_table(result, passes);
+std::string mirror_report(const Path& programmed, const MirrorFindings& findings,
+                          const std::string& title) {
+  const MirrorResult& result = findings.result;
+  std::string html = numbers_table(result, findings.files);
   html += "<h2>Deviation</h2>\n" + deviation_plot(result.deviation);
   html += "<h2>Path</h2>\n" + path_plot(programmed, result);
   html +=
       "<h2>Before and after</h2>\n<p>The record less the correction still holds its noise; the "
       "expected mean of the next pass does not.</p>\n" +
-      before_after_plot(programmed, result, options);
+      before_after_plot(programmed, result, findings.options);
   html += "<h2>Trend and correction points</h2>\n" + trend_plot(programmed, result);
-  if (force)
+  if (const auto& force = findings.force)
     html += "<h2>Deviation against force</h2>\n" + force_line(*force) +
             force_plot(result.deviation, *force);
   return html_page(title, html);

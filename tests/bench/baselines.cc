@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "armtrue/io/campaign_io.h"
+#include "armtrue/io/catalogue_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/tracing/loop.h"

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "armtrue/calibration/pose_bootstrap.h"
+#include "armtrue/io/catalogue_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/tracing/loop.h"

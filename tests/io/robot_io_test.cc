@@ -6,6 +6,7 @@
 #include <numbers>
 #include <sstream>
 
+#include "armtrue/io/catalogue_io.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/text/input_error.h"
 

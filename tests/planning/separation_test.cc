@@ -16,6 +16,7 @@
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/io/campaign_io.h"
+#include "armtrue/io/catalogue_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/tracing/tracing.h"

@@ -12,6 +12,7 @@
 #include <numeric>
 #include <set>
 
+#include "armtrue/io/catalogue_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/tracing/effect_curve.h"

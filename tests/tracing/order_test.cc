@@ -12,6 +12,7 @@
 
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/io/campaign_io.h"
+#include "armtrue/io/catalogue_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/tracing/loop.h"
 #include "tracing/hidden_campaign.h"

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "armtrue/io/catalogue_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/tracing/loop.h"

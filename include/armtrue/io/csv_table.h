@@ -10,20 +10,19 @@
 
 namespace armtrue {
 
-/// A CSV file as the file contract has it: one header row; comma and decimal point, or semicolon
-/// and decimal comma (told from the header); CRLF, a BOM, blank lines at the end and lines that
-/// begin with # are accepted. Rows are read one at a time. Errors throw InputError with file, line,
-/// column and content.
+/// A CSV file as armtrue-formats(5) describes it: one header row; comma and decimal point, or
+/// semicolon and decimal comma (told from the header); CRLF, a BOM, blank lines at the end and
+/// lines that begin with # are accepted. Rows are read one at a time. Errors throw InputError with
+/// file, line, column and content.
 class CsvTable {
  public:
-  /// `header`: one that would do, for whoever gives an empty file.
+  /// `header` is an example of a header row, for the error of an empty file.
   CsvTable(Source& source, std::string_view header);
 
   const std::vector<std::string>& columns() const { return columns_; }
   std::optional<int> find(std::string_view column) const;
 
-  /// A quantity by its name without unit: finds `x_mm` or `x_m` for ("x", ...) and how to make SI
-  /// of it.
+  /// Column of a quantity and the factor from its unit to SI: ("x") finds `x_mm` or `x_m`.
   struct Quantity {
     int column;
     double unit;

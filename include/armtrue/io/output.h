@@ -10,10 +10,11 @@ class OutputError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// /dev/null, a pipe, or /dev/stdout that leads to a file: written to, never replaced.
+/// True of /dev/null, a pipe, or /dev/stdout, even if it leads to a file: they are written to,
+/// never replaced.
 bool is_device_or_pipe(const std::string& path);
 
-/// Throws OutputError if write_output() could not write there, so far as can be told beforehand.
+/// Throws OutputError if write_output() to `path` would fail, as far as one can know beforehand.
 void check_writable(const std::string& path);
 
 /// Writes a product: to standard output for "-" or "", else to a temporary file beside `path` that

@@ -13,7 +13,7 @@ struct PathFile {
   std::vector<int> line;  ///< of each sample
   int lost = 0;           ///< rows whose position is empty; they are no samples
   std::string sha256;
-  std::vector<std::string> unknown_columns;  ///< not used; worth one word to the user
+  std::vector<std::string> unknown_columns;  ///< not used; the command warns of them
   /// The file as it was read, for write_path_like(): column names, and the rows, comma-separated.
   std::vector<std::string> columns;
   std::string rows;

@@ -6,7 +6,7 @@
 
 namespace armtrue {
 
-/// How a document came to be.
+/// Which command, in which version, made a document from which files.
 struct Provenance {
   std::string command;
   std::string version;

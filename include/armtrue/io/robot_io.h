@@ -4,7 +4,6 @@
 #include <string>
 
 #include "armtrue/calibration/observation.h"
-#include "armtrue/effects/catalogue.h"
 #include "armtrue/effects/robot.h"
 #include "armtrue/io/provenance.h"
 
@@ -12,7 +11,8 @@ namespace armtrue {
 
 struct RobotFile {
   Robot robot;
-  /// What its calibration left, per axis; 0 for orientations that it did not have.
+  /// Standard deviation of the residuals of its calibration, per axis; 0 for orientations that it
+  /// did not have.
   std::optional<ReadingSigma> residual_spread;
   std::string name;  ///< of the file, for messages and provenance
   std::string sha256;
@@ -24,9 +24,5 @@ Robot parse_robot(const std::string& text, const std::string& file);
 
 /// The document, without provenance if that names no command. Numbers read back exactly.
 std::string write_robot(const Robot& robot, const Provenance& provenance = {});
-
-/// Reads an armtrue-catalogue/1 document. Throws InputError.
-Catalogue read_catalogue(const std::string& path);
-Catalogue parse_catalogue(const std::string& text, const std::string& file);
 
 }  // namespace armtrue

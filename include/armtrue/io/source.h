@@ -44,8 +44,8 @@ class Source {
   int line_number_ = 0;
 };
 
-/// Throws InputError for what no file of text in UTF-8 holds: a zero byte, and a carriage return
-/// that is no part of CRLF, as old Macs end lines: it would make one line of a whole file.
+/// Throws InputError for a zero byte, which no text in UTF-8 holds, and for a carriage return
+/// outside CRLF: as the line end of old Macs it would make one line of the whole file.
 void check_text(std::string_view text, const std::string& file, int first_line = 1);
 
 }  // namespace armtrue

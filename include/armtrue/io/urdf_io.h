@@ -13,7 +13,7 @@ namespace armtrue {
 /// to the last digit.
 std::string write_urdf(const Robot& robot);
 
-/// What the robot has that URDF cannot hold, by the names of the robot file.
+/// The keys of the robot file that URDF cannot hold and this robot has.
 std::vector<std::string> lost_in_urdf(const Robot& robot);
 
 /// Reads a URDF of a serial arm with six revolute joints, parsed by urdfdom. Links written by

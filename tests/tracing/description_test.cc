@@ -1,4 +1,4 @@
-#include "armtrue/io/report_io.h"
+#include "armtrue/tracing/description.h"
 
 #include <gmock/gmock.h>
 
@@ -10,7 +10,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-// A loop that found one effect, which changes the error of the held-out poses by so much.
+// A loop that found one effect, with its gain on the held-out poses.
 LoopResult found(bool from_catalogue, const std::vector<HeldOutGain>& gains) {
   LoopResult loop;
   loop.trace.fit.robot = read_robot(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml").robot;
@@ -24,8 +24,8 @@ LoopResult found(bool from_catalogue, const std::vector<HeldOutGain>& gains) {
   return loop;
 }
 
-// The held-out poses are asked only where there are some.
-TEST(ReportIo, PredictionImprovesIsSaidOfTheHeldOutPosesOnlyWhereTheyShowIt) {
+// Without held-out poses the sentence says nothing of them.
+TEST(Description, PredictionImprovesIsSaidOfTheHeldOutPosesOnlyWhereTheyShowIt) {
   const HeldOutGain shown{.position = 1e-4, .ci95 = {2e-5, 2e-4}};
   const HeldOutGain not_shown{.position = 1e-4, .ci95 = {-2e-5, 2e-4}};
   const auto words = [](bool from_catalogue, const std::vector<HeldOutGain>& gains) {

@@ -1,0 +1,25 @@
+#pragma once
+
+namespace armtrue::app {
+
+// The columns of each kind of CSV file, for --help; see Command::add_columns(). Decimal commas,
+// other units and missing rows are in armtrue-formats(5).
+
+inline constexpr const char* kMeasuredPoseColumns =
+    "Columns of measured poses, one row per reading:\n"
+    "  pose, q1_deg..q6_deg; x_mm, y_mm, z_mm or the distance l_mm to the point named in anchor\n"
+    "  optional orientation: a_deg, b_deg, c_deg (R = Rz(a) Ry(b) Rx(c)) or qw, qx, qy, qz\n"
+    "  optional: repeat, t_s, session, target, sigma_mm, sigma_deg\n"
+    "  optional causes of effects: payload_kg, temp_NAME_c, fx_n, fy_n, fz_n, dir1..dir6,\n"
+    "  tau1_nm..tau6_nm\n";
+
+inline constexpr const char* kPathColumns =
+    "Columns of paths and passes, one row per sample:\n"
+    "  t_s, x_mm, y_mm, z_mm; a measured pass may leave x_mm, y_mm, z_mm empty (lost sample)\n"
+    "  optional: a_deg, b_deg, c_deg (R = Rz(a) Ry(b) Rx(c)); q1_deg..q6_deg; fx_n, fy_n, fz_n\n";
+
+inline constexpr const char* kJointTargetColumns =
+    "Columns of targets, one row per pose:\n"
+    "  pose, q1_deg..q6_deg\n";
+
+}  // namespace armtrue::app

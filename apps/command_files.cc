@@ -1,0 +1,145 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <unordered_set>
+
+#include "armtrue/diagnosis/diagnosis.h"
+#include "armtrue/io/catalogue_io.h"
+#include "armtrue/kinematics/units.h"
+#include "armtrue/text/number_text.h"
+#include "command_line.h"
+
+namespace armtrue::app {
+
+RobotFile Command::read_robot(const std::string& path) {
+  RobotFile file = armtrue::read_robot(path);
+  inputs_.emplace_back(file.name, file.sha256);
+  return file;
+}
+
+Campaign Command::read_campaign(const std::string& path) {
+  progress("reading measurements");
+  CampaignFile file = armtrue::read_campaign(path);
+  inputs_.emplace_back(file.campaign.source, file.sha256);
+  warn_of_unknown(file.unknown_columns);
+  if (file.campaign.skipped_rows > 0)
+    warn(fmt::format("{} rows without a measurement skipped", file.campaign.skipped_rows));
+  begin_new_sessions(file.campaign, path == input);
+  return std::move(file.campaign);
+}
+
+void Command::begin_new_sessions(Campaign& campaign, bool is_input) const {
+  if (new_sessions_s.empty()) return;
+  const std::vector<double>& times = campaign.time_s;
+  if (times.empty())
+    throw InputError(campaign.source +
+                     ": --new-session-at-s needs the time of each reading; add the column t_s");
+  const auto [first, last] = std::minmax_element(times.begin(), times.end());
+  for (double start : new_sessions_s)
+    if (is_input && !(start > *first && start <= *last))  // held-out poses may all lie on one side
+      throw InputError(fmt::format(
+          "{}: --new-session-at-s {} leaves no reading on one side; t_s goes from {} to {}",
+          campaign.source, start, *first, *last));
+  begin_sessions(campaign, new_sessions_s);
+}
+
+PathFile Command::read_path(const std::string& path, KeepRows keep) {
+  PathFile file = armtrue::read_path(path, keep);
+  inputs_.emplace_back(file.source, file.sha256);
+  if (keep == KeepRows::no) warn_of_unknown(file.unknown_columns);
+  return file;
+}
+
+void Command::warn_of_unknown(const std::vector<std::string>& columns) const {
+  if (columns.empty()) return;
+  std::string list;
+  for (const std::string& column : columns) list += (list.empty() ? "" : ", ") + column;
+  warn("columns not used: " + list);
+}
+
+Provenance Command::provenance() const { return {name_, ARMTRUE_VERSION, inputs_}; }
+
+void refuse_mistakes(const Robot& robot, const Campaign& campaign) {
+  if (const auto findings = diagnose(robot, campaign); !findings.empty())
+    throw InputError(campaign.source + ": " + findings.front());
+}
+
+InputError at_its_line(const PathFile& file, const UnreachableSample& error) {
+  return InputError(
+      file.source + ":" + std::to_string(file.line[static_cast<size_t>(error.sample)]) +
+      ": the sample at t_s = " + number_text(file.path.time[error.sample]) + ": " + error.what());
+}
+
+std::vector<std::string> split_list(const std::string& text) {
+  std::vector<std::string> items;
+  size_t begin = 0;
+  while (begin <= text.size()) {
+    const size_t end = std::min(text.find(',', begin), text.size());
+    const size_t first = std::min(text.find_first_not_of(' ', begin), end);
+    const size_t last = end > first ? text.find_last_not_of(' ', end - 1) + 1 : first;
+    if (last > first) items.push_back(text.substr(first, last - first));
+    begin = end + 1;
+  }
+  return items;
+}
+
+std::vector<double> numbers_from_text(const std::string& text, size_t count,
+                                      const std::string& form) {
+  std::vector<double> numbers;
+  const std::vector<std::string> items = split_list(text);
+  if (static_cast<size_t>(std::ranges::count(text, ',')) + 1 != items.size())
+    throw std::invalid_argument("'" + text + "' has an empty place; give " + form);
+  for (const std::string& item : items) {
+    char* end = nullptr;
+    numbers.push_back(std::strtod(item.c_str(), &end));
+    if (*end != '\0' || !std::isfinite(numbers.back()))
+      throw std::invalid_argument("'" + item + "' is not a number; give " + form);
+  }
+  if (numbers.size() != count)
+    throw std::invalid_argument(fmt::format("'{}' has {} numbers instead of {}; give {}", text,
+                                            numbers.size(), count, form));
+  return numbers;
+}
+
+Zone zone_from_text(const std::string& text) {
+  const std::vector<double> numbers = numbers_from_text(text, 4, "x,y,z,radius in mm");
+  if (numbers[3] <= 0) throw std::invalid_argument("the radius must be above zero");
+  return {Eigen::Vector3d(numbers[0], numbers[1], numbers[2]) * kMillimetre,
+          numbers[3] * kMillimetre};
+}
+
+std::optional<Box> box_from_numbers(const std::vector<double>& numbers_mm) {
+  if (numbers_mm.empty()) return std::nullopt;
+  const std::vector<double>& n = numbers_mm;
+  return Box{Eigen::Vector3d(n[0], n[2], n[4]) * kMillimetre,
+             Eigen::Vector3d(n[1], n[3], n[5]) * kMillimetre};
+}
+
+std::vector<JointTarget> numbered(const std::vector<JointVector>& configurations,
+                                  const std::vector<std::string>& taken) {
+  const std::unordered_set<std::string> ids(taken.begin(), taken.end());
+  std::vector<JointTarget> targets;
+  for (int number = 1; targets.size() < configurations.size(); ++number) {
+    const std::string id = std::to_string(number);
+    if (!ids.contains(id)) targets.push_back({id, configurations[targets.size()]});
+  }
+  return targets;
+}
+
+std::string not_converged(const CalibrationResult& fit) {
+  return fmt::format(
+      "not converged after {} iterations ({}); measure poses that move every joint over its "
+      "travel, or identify fewer parameters",
+      fit.iterations, fit.termination);
+}
+
+Catalogue catalogue(const std::string& path) {
+  extern const char* const kShippedCatalogue;
+  return path.empty() ? parse_catalogue(kShippedCatalogue, "the shipped catalogue")
+                      : read_catalogue(path);
+}
+
+}  // namespace armtrue::app

@@ -1,0 +1,14 @@
+#pragma once
+
+#include <string>
+
+#include "armtrue/calibration/evaluation.h"
+#include "armtrue/io/provenance.h"
+
+namespace armtrue {
+
+/// armtrue-summary/1: errors of a robot on a campaign.
+std::string write_summary(const Evaluation& evaluation, const Robot& robot,
+                          const Campaign& campaign, const Provenance& provenance);
+
+}  // namespace armtrue

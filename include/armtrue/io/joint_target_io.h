@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "armtrue/kinematics/chain.h"
+
+namespace armtrue {
+
+/// One commanded configuration.
+struct JointTarget {
+  std::string pose;
+  JointVector q;
+  int line = 0;  ///< of its file
+};
+
+/// Reads `pose,q1_deg..q6_deg`. Throws InputError, also for an id that is missing or stands twice.
+std::vector<JointTarget> read_joint_targets(const std::string& path);
+
+/// The same columns as text.
+std::string write_joint_targets(const std::vector<JointTarget>& targets);
+
+}  // namespace armtrue

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "armtrue/campaign/campaign.h"
+
+namespace armtrue {
+
+/// The residuals of a campaign, one for each row.
+struct Residuals {
+  const Campaign& campaign;
+  std::vector<Eigen::Matrix<double, 6, 1>> of_row;  ///< as in Evaluation [m, rad]
+  std::vector<std::string> split;                   ///< of each row: training, held-out or all
+};
+
+/// Measured minus model, in R_A; the residual of a distance stands in the column dl_mm. The rows of
+/// each campaign follow those of the one before.
+std::string write_residuals(const std::vector<Residuals>& campaigns);
+
+}  // namespace armtrue

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "armtrue/effects/robot.h"
+#include "armtrue/path/accuracy.h"
+#include "armtrue/path/mirror/force_law.h"
+#include "armtrue/path/mirror/mirror.h"
+
+namespace armtrue {
+
+/// A mirror correction and what its passes show beside it.
+struct MirrorFindings {
+  MirrorResult result;
+  MirrorOptions options;
+  std::vector<std::string> files;       ///< the measured passes
+  std::vector<std::vector<int>> lines;  ///< of the files, for each sample
+  PassAccuracy accuracy;                ///< of these passes, noise of the instrument included
+  std::optional<PassAccuracy> before;   ///< of earlier passes, to compare with
+  std::optional<ForceLaw> force;
+  std::optional<ForceLine> robot;  ///< measured deviation on that predicted from the force
+};
+
+/// Fills in accuracy, before, force and robot from `result` and `options`. `passes` are the passes
+/// of the result, bad samples included; `earlier` are passes before the correction, bad samples
+/// left out. Throws UnreachableSample if the robot cannot take a sample of the program.
+void describe_passes(MirrorFindings& findings, const Path& programmed,
+                     const std::vector<Path>& passes, const std::vector<Path>& earlier,
+                     const std::optional<Robot>& robot);
+
+}  // namespace armtrue

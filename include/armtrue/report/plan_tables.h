@@ -1,0 +1,17 @@
+#pragma once
+
+#include <string>
+
+#include "armtrue/planning/planning.h"
+#include "armtrue/planning/separation.h"
+
+namespace armtrue {
+
+/// Observability and expected errors of a plan beside those of random poses, for a terminal.
+std::string plan_table(const PlanQuality& planned, const PlanQuality& random, bool with_zone);
+
+/// The power with which the poses of a plan tell each pair of effects apart, for a terminal: of the
+/// given poses alone, with the planned poses, and with random poses.
+std::string power_table(const SeparationPlan& plan);
+
+}  // namespace armtrue

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "armtrue/tracing/loop.h"
+
+namespace armtrue {
+
+/// What was found about one effect, as one sentence: what depends on what, how much, and how sure
+/// the cause is. `gain` may be null, `curve` may be empty.
+std::string in_words(const TracedEffect& traced, const HeldOutGain* gain,
+                     const std::vector<CurvePoint>& curve, const Robot& robot);
+
+/// in_words() of each effect of a loop.
+std::vector<std::string> effect_descriptions(const LoopResult& result);
+
+/// The exchange between an effect and its rival that these readings do not show, by how much the
+/// two differ, and the readings that would tell.
+std::string unidentifiable(const TracedEffect& traced, const Rival& rival);
+
+/// Unit of the amplitude of an effect: "mrad", or "mrad per K" where a factor multiplies it.
+std::string amplitude_unit(const Effect& effect, const Robot& robot);
+
+/// "a, b and c".
+std::string listed(const std::vector<std::string>& items);
+
+}  // namespace armtrue

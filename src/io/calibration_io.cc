@@ -1,0 +1,84 @@
+#include "armtrue/io/calibration_io.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "armtrue/calibration/evaluation.h"
+#include "armtrue/kinematics/parameters.h"
+#include "armtrue/kinematics/units.h"
+#include "io/yaml_text.h"
+
+namespace armtrue {
+namespace {
+
+// Names the strongest absorbers of a parameter.
+std::string absorbers(const KinematicChain& chain, const AbsorbedParameter& absorbed) {
+  if (absorbed.absorbed_by.empty()) return "moves nothing that was measured";
+  std::string text;
+  constexpr size_t kMaxNamed = 4;
+  for (size_t i = 0; i < std::min(kMaxNamed, absorbed.absorbed_by.size()); ++i) {
+    text += (i ? ", " : "") + parameter_name(chain, absorbed.absorbed_by[i].first);
+  }
+  if (absorbed.absorbed_by.size() > kMaxNamed)
+    text += fmt::format(" and {} more", absorbed.absorbed_by.size() - kMaxNamed);
+  return text;
+}
+
+YAML::Node zone_node(const WeightedZone& weighted_zone) {
+  const auto& [zone, inside] = weighted_zone;
+  return flow_map({{"x_mm", number_text(zone.centre.x(), kMillimetre)},
+                   {"y_mm", number_text(zone.centre.y(), kMillimetre)},
+                   {"z_mm", number_text(zone.centre.z(), kMillimetre)},
+                   {"radius_mm", number_text(zone.radius, kMillimetre)},
+                   {"readings_inside", std::to_string(inside)}});
+}
+
+YAML::Node calibration_node(const CalibrationResult& result, const Campaign& campaign) {
+  const Robot& robot = result.robot;
+  YAML::Node node;
+  node["converged"] = result.converged ? "true" : "false";
+  node["iterations"] = std::to_string(result.iterations);
+  node["poses"] = std::to_string(campaign.pose_ids.size());
+  node["rows"] = std::to_string(campaign.rows());
+  node["unknowns"] = std::to_string(result.names.size());
+  node["rank"] = std::to_string(result.rank);
+  node["condition"] = rounded(result.condition);
+  YAML::Node observability;
+  for (size_t k = 0; k < result.observability.size(); ++k)
+    observability["O" + std::to_string(k + 1)] = rounded(result.observability[k]);
+  node["observability"] = flow(observability);
+  std::vector<std::pair<std::string, std::string>> spread{
+      {"position_mm", rounded(result.spread.position / kMillimetre)}};
+  if (campaign.has_orientation())
+    spread.emplace_back("orientation_mrad", rounded(result.spread.orientation / kMilliradian));
+  node["residual_spread"] = flow_map(spread);
+  node["residual_law"] = result.degrees_of_freedom > 0
+                             ? fmt::format("student-t {:g}", result.degrees_of_freedom)
+                             : std::string("normal");
+  const Evaluation evaluation = evaluate(robot, campaign);
+  node["training"] = errors_node(summarize(evaluation.position),
+                                 evaluation.orientation.empty()
+                                     ? std::nullopt
+                                     : std::optional(summarize(evaluation.orientation)));
+  YAML::Node identified(YAML::NodeType::Sequence);
+  for (int k : result.set.kept) identified.push_back(parameter_name(robot.chain, k));
+  node["identified"] = flow(identified);
+  for (const AbsorbedParameter& absorbed : result.set.absorbed)
+    node["absorbed"][parameter_name(robot.chain, absorbed.parameter)] =
+        absorbers(robot.chain, absorbed);
+  return node;
+}
+
+}  // namespace
+
+std::string write_calibration(const CalibrationResult& result, const Campaign& campaign,
+                              const Provenance& provenance,
+                              const std::optional<WeightedZone>& weighted_zone) {
+  YAML::Node root = robot_node(result.robot, provenance);
+  root["calibration"] = calibration_node(result, campaign);
+  if (weighted_zone) root["calibration"]["zone"] = zone_node(*weighted_zone);
+  return print_document(root);
+}
+
+}  // namespace armtrue

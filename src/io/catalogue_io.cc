@@ -1,0 +1,103 @@
+#include "armtrue/io/catalogue_io.h"
+
+#include <optional>
+#include <utility>
+
+#include "armtrue/io/source.h"
+#include "io/effect_io.h"
+#include "io/yaml_map.h"
+
+namespace armtrue {
+namespace {
+
+// The joints of an entry: those that it names, or all.
+std::vector<int> read_joints(YamlMap& map, bool of_a_joint) {
+  std::vector<int> joints;
+  if (map.has("joints")) {
+    if (!of_a_joint) map.fail("joints", "only alpha, d, theta, r and beta belong to joints");
+    for (const std::string& text : map.texts("joints")) {
+      if (text.size() != 1 || text[0] < '1' || text[0] > '6')
+        map.fail("joints", "'" + text + "' is no joint from 1 to 6");
+      joints.push_back(text[0] - '1');
+    }
+  } else if (of_a_joint) {
+    for (int j = 0; j < kJoints; ++j) joints.push_back(j);
+  }
+  return joints;
+}
+
+// Driver and driver_joint of an entry; its joints are known.
+void read_driver(YamlMap& map, CatalogueEntry& entry) {
+  std::string driver = map.text("driver");
+  for (const auto& [word, which] : {std::pair{" own", CatalogueEntry::Joint::own},
+                                    std::pair{" previous", CatalogueEntry::Joint::previous}})
+    if (driver.ends_with(word)) {
+      if (entry.joints.empty()) map.fail("driver", "'" + driver + "' needs a parameter of a joint");
+      if (driver.find('*') != std::string::npos)
+        map.fail("driver", "'" + driver +
+                               "': own and previous stand for the joint of a driver "
+                               "without a factor; give numbers, in an entry for each joint");
+      entry.driver_joint = which;
+      driver.replace(driver.size() - std::string(word).size(), std::string::npos, " 1");
+    }
+  // "temperature" alone stands for every sensor of the campaign.
+  const std::optional<Driver> parsed =
+      driver == "temperature" ? Driver{DriverKind::temperature, -1, -1, ""} : parse_driver(driver);
+  if (!parsed)
+    map.fail("driver", "'" + driver + "' is no driver; give one of " + kDriverForms +
+                           ", where own and previous may stand for the <j> of one alone, and "
+                           "temperature for every sensor");
+  entry.driver = *parsed;
+  if (entry.driver_joint == CatalogueEntry::Joint::none && parsed->joint >= 0)
+    entry.driver_joint = CatalogueEntry::Joint::fixed;
+}
+
+CatalogueEntry read_entry(YamlMap map) {
+  CatalogueEntry entry;
+  entry.name = map.text("name");
+  entry.parameter = map.text("parameter");
+  const bool of_a_joint = entry.parameter == "alpha" || entry.parameter == "beta" ||
+                          entry.parameter == "theta" || entry.parameter == "d" ||
+                          entry.parameter == "r";
+  if (!of_a_joint && !is_group(entry.parameter) && entry.parameter.find('.') == std::string::npos)
+    map.fail("parameter", "'" + entry.parameter +
+                              "' is none of alpha, d, theta, r and beta, no group (base, tool) and "
+                              "no single one such as base.rx or instrument.scale");
+  entry.joints = read_joints(map, of_a_joint);
+  read_driver(map, entry);
+  entry.shape = read_shape(map);
+  if (const std::string why = why_invalid(entry.parameter, entry.driver, entry.shape); !why.empty())
+    map.fail("driver", why);
+  if ((entry.shape.kind == ShapeKind::step || entry.shape.kind == ShapeKind::exponential) &&
+      entry.driver.kind != DriverKind::time)
+    map.fail("shape", "'" + to_string(entry.shape) +
+                          "' follows time alone here, over which t* and tau are searched; take the "
+                          "driver 'time' or another shape");
+  if (entry.shape.kind == ShapeKind::series)
+    read_series(map.map("series"), entry.driver.is_pair(), entry.shape);
+  const std::string sign = map.text("sign", "any");
+  if (sign != "any" && sign != "positive")
+    map.fail("sign", "'" + sign + "' is neither any nor positive");
+  entry.only_positive = sign == "positive";
+  entry.separated_by = map.text("separated_by", "");
+  map.finish();
+  return entry;
+}
+
+}  // namespace
+
+Catalogue parse_catalogue(const std::string& text, const std::string& file) {
+  YamlMap document = read_document(text, file, {"armtrue-catalogue/1"});
+  Catalogue catalogue;
+  for (const YamlMap& entry : document.maps("effects")) catalogue.push_back(read_entry(entry));
+  if (catalogue.empty()) document.fail("effects", "is empty");
+  document.finish();
+  return catalogue;
+}
+
+Catalogue read_catalogue(const std::string& path) {
+  Source source(path);
+  return parse_catalogue(source.read_all(), source.name());
+}
+
+}  // namespace armtrue

@@ -1,0 +1,85 @@
+#include "armtrue/io/change_io.h"
+
+#include "armtrue/kinematics/parameters.h"
+#include "armtrue/kinematics/units.h"
+#include "io/yaml_text.h"
+
+namespace armtrue {
+namespace {
+
+// The keys end in _mm or _deg, by the kind of the parameter.
+YAML::Node change_node(const KinematicChain& chain, const ParameterChange& change) {
+  const bool is_length = parameter_unit(change.parameter) == ParameterUnit::metre;
+  const double unit = is_length ? kMillimetre : kDegree;
+  const std::string suffix = is_length ? "_mm" : "_deg";
+  YAML::Node node, interval;
+  for (double bound : change.ci95) interval.push_back(rounded(bound / unit));
+  node["parameter"] = parameter_name(chain, change.parameter);
+  node["change" + suffix] = rounded(change.value / unit);
+  node["std" + suffix] = rounded(change.std / unit);
+  node["ci95" + suffix] = flow(interval);
+  return flow(node);
+}
+
+YAML::Node move_node(const KinematicChain& chain, const Move& move) {
+  YAML::Node node;
+  if (move.changes.size() == 1) {
+    node = change_node(chain, move.changes.front());
+  } else {
+    node["parameter"] = move.what;
+    for (const ParameterChange& change : move.changes)
+      node["changes"].push_back(change_node(chain, change));
+  }
+  for (const std::string& session : move.sessions) node["sessions"].push_back(session);
+  node["p_value"] = rounded(move.p_value);
+  return node;
+}
+
+// A move of the robot, as part of an explanation.
+YAML::Node explaining_node(const KinematicChain& chain, const Move& move) {
+  YAML::Node node = move_node(chain, move);
+  node["delta_bic"] = rounded(move.delta_bic);
+  node["p_value_left"] = rounded(move.p_value_left);
+  return node;
+}
+
+}  // namespace
+
+std::string write_change(const ChangeResult& result, const Robot& previous,
+                         const Campaign& campaign, const Provenance& provenance) {
+  YAML::Node root;
+  root["format"] = "armtrue-change/1";
+  root["provenance"] = provenance_node(provenance);
+  root["robot"] = previous.name;
+  root["holds"] = result.holds ? "true" : "false";
+  root["p_value"] = rounded(result.p_value);
+  root["poses"] = std::to_string(campaign.pose_ids.size());
+  root["rows"] = std::to_string(campaign.rows());
+  YAML::Node excluded(YAML::NodeType::Sequence);
+  for (int row : result.blunders) excluded.push_back(std::to_string(campaign.line[row]));
+  root["excluded_rows"] = flow(excluded);
+  std::vector<std::pair<std::string, std::string>> spread{
+      {"position_mm", rounded(result.sigma.position / kMillimetre)}};
+  if (campaign.has_orientation())
+    spread.emplace_back("orientation_mrad", rounded(result.sigma.orientation / kMilliradian));
+  root["spread"] = flow_map(spread);
+  root["mean_error_mm"] = flow_map({{"before", rounded(result.before / kMillimetre)},
+                                    {"after", rounded(result.after / kMillimetre)}});
+  std::vector<YAML::Node> moved, indistinguishable, stations;
+  for (const Move& move : result.moved) {
+    moved.push_back(explaining_node(previous.chain, move));
+    for (const Move& rival : move.indistinguishable) {
+      YAML::Node& node = indistinguishable.emplace_back(explaining_node(previous.chain, rival));
+      node["instead_of"] = move.what;
+    }
+  }
+  for (const Move& station : result.stations)
+    stations.push_back(move_node(previous.chain, station));
+  root["moved"] = list_node(moved);
+  root["indistinguishable"] = list_node(indistinguishable);
+  root["p_value_left"] = rounded(result.p_value_left);
+  if (!campaign.session_names.empty()) root["stations"] = list_node(stations);
+  return print_document(root);
+}
+
+}  // namespace armtrue

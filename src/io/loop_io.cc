@@ -1,0 +1,106 @@
+#include "armtrue/io/loop_io.h"
+
+#include "armtrue/kinematics/units.h"
+#include "io/traced_effect_text.h"
+#include "io/yaml_text.h"
+
+namespace armtrue {
+namespace {
+
+YAML::Node stage_node(const Stage& stage, bool held_out) {
+  const auto node_of = [](const StageErrors& errors) {
+    return errors_node(errors.position, errors.orientation);
+  };
+  YAML::Node node;
+  node["name"] = stage.name;
+  node["parameters"] = std::to_string(stage.parameters);
+  node["training"] = node_of(stage.training);
+  if (held_out) node["held_out"] = node_of(stage.held_out);
+  return node;
+}
+
+YAML::Node data_node(const LoopResult& result, const TraceOptions& options) {
+  YAML::Node data =
+      flow_map({{"poses", std::to_string(result.training_poses + result.held_out_poses)},
+                {"rows", std::to_string(result.rows)},
+                {"held_out_poses", std::to_string(result.held_out_poses)},
+                {"seed", std::to_string(options.seed)}});
+  if (result.of_distances) data["measured"] = "distances";
+  YAML::Node excluded(YAML::NodeType::Sequence);
+  for (int line : result.excluded_rows) excluded.push_back(std::to_string(line));
+  data["excluded_rows"] = flow(excluded);
+  return data;
+}
+
+YAML::Node before_after_node(const LoopResult& result) {
+  const bool held_out = result.held_out_poses > 0;
+  const auto if_held_out = [&](double value) {
+    return text_or_null(held_out ? rounded(value) : "");
+  };
+  YAML::Node before_after;
+  before_after["before_mm"] = if_held_out(result.before / kMillimetre);
+  before_after["after_mm"] = if_held_out(result.after / kMillimetre);
+  before_after["floor_mm"] = rounded(result.floor / kMillimetre);
+  before_after["reducible_removed"] = if_held_out(result.reducible_removed);
+  YAML::Node interval;
+  for (double bound : result.gain_ci95) interval.push_back(rounded(bound / kMillimetre));
+  if (held_out) before_after["gain_ci95_mm"] = flow(interval);
+  return flow(before_after);
+}
+
+YAML::Node nested_node(const NestedValidation& nested, const std::vector<TracedEffect>& effects) {
+  const auto in_mm = [](double value) { return rounded(value / kMillimetre); };
+  YAML::Node node = flow_map({{"folds", std::to_string(nested.folds)},
+                              {"before_mm", in_mm(nested.before.mean)},
+                              {"before_se_mm", in_mm(nested.before.error)},
+                              {"after_mm", in_mm(nested.after.mean)},
+                              {"after_se_mm", in_mm(nested.after.error)},
+                              {"gain_mm", in_mm(nested.gain.mean)},
+                              {"gain_se_mm", in_mm(nested.gain.error)}});
+  YAML::Node found_again(YAML::NodeType::Sequence);
+  for (size_t k = 0; k < effects.size(); ++k)
+    found_again.push_back(flow_map({{"parameter", effects[k].effect.parameter},
+                                    {"driver", to_string(effects[k].effect.driver)},
+                                    {"folds", std::to_string(nested.found_again[k])}}));
+  node["found_again"] = flow(found_again);
+  return node;
+}
+
+}  // namespace
+
+std::string write_loop(const LoopResult& result, const TraceOptions& options,
+                       const Provenance& provenance, const std::string& next_poses) {
+  const Robot& robot = result.trace.fit.robot;
+  YAML::Node root;
+  root["format"] = "armtrue-loop/1";
+  root["provenance"] = provenance_node(provenance);
+  root["verdict"] = to_string(result.verdict);
+  root["noise_floor"] = noise_node(result.noise);
+  root["data"] = data_node(result, options);
+  const bool held_out = result.held_out_poses > 0;
+  for (const Stage& stage : result.stages) root["stages"].push_back(stage_node(stage, held_out));
+  if (!robot.sessions.empty()) root["sessions"] = sessions_node(robot);
+  root["effects"] = YAML::Node(YAML::NodeType::Sequence);
+  for (size_t k = 0; k < result.trace.effects.size(); ++k)
+    root["effects"].push_back(traced_node(result.trace.effects[k],
+                                          k < result.gains.size() ? &result.gains[k] : nullptr,
+                                          result.curves[k], robot));
+  if (result.trace.effects.empty()) root["effects"] = flow(root["effects"]);
+  root["before_after"] = before_after_node(result);
+  if (result.predictor) root["predictor"] = stage_node(result.predictor->stage, held_out);
+  if (result.nested) root["nested_cv"] = nested_node(*result.nested, result.trace.effects);
+  YAML::Node remaining;
+  remaining["lack_of_fit_p"] = text_or_null(result.lack_of_fit ? rounded(*result.lack_of_fit) : "");
+  remaining["pattern"] = text_or_null(result.pattern);
+  remaining["pattern_p"] = rounded(result.trace.remaining_p);
+  root["remaining"] = flow(remaining);
+  const NullRun& null_run = result.trace.null_run;
+  root["null_run"] = flow_map({{"flips", std::to_string(null_run.flips)},
+                               {"false_add_rate", rounded(null_run.false_add_rate)},
+                               {"delta_ebic_95", rounded(null_run.score_95)}});
+  root["not_separable"] = not_separable_node(result.trace.not_separable);
+  root["next_poses"] = text_or_null(next_poses);
+  return print_document(root);
+}
+
+}  // namespace armtrue

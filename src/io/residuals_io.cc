@@ -1,0 +1,52 @@
+#include "armtrue/io/residuals_io.h"
+
+#include <algorithm>
+
+#include "armtrue/kinematics/units.h"
+#include "armtrue/text/number_text.h"
+
+namespace armtrue {
+
+std::string write_residuals(const std::vector<Residuals>& campaigns) {
+  const bool of_distances = std::ranges::any_of(
+      campaigns, [](const Residuals& part) { return part.campaign.has_distances(); });
+  std::string text =
+      "pose,repeat,split,dx_mm,dy_mm,dz_mm,rx_mrad,ry_mrad,rz_mrad,position_error_mm,"
+      "orientation_error_mrad";
+  text += of_distances ? ",dl_mm\n" : "\n";
+  for (const auto& [campaign, residuals, split] : campaigns)
+    for (int row = 0; row < campaign.rows(); ++row) {
+      const auto& residual = residuals[row];
+      text += campaign.pose_ids[campaign.pose[row]] + "," +
+              (campaign.repeat.empty() ? "" : std::to_string(campaign.repeat[row])) + "," +
+              split[row];
+      const auto add = [&](double value, double unit) { text += "," + number_text(value / unit); };
+      const bool has_point = !campaign.has_distances();
+      const int axis =
+          campaign.kind(row) == ReadingKind::coordinate ? campaign.coordinate[row]->axis : -1;
+      for (int i = 0; i < 3; ++i)
+        if (i == axis)
+          add(residual[0], kMillimetre);
+        else if (has_point)
+          add(residual[i], kMillimetre);
+        else
+          text += ",";
+      if (campaign.has_orientation())
+        for (int i = 3; i < 6; ++i) add(residual[i], kMilliradian);
+      else
+        text += ",,,";
+      add(residual.head<3>().norm(), kMillimetre);
+      if (campaign.has_orientation())
+        add(residual.tail<3>().norm(), kMilliradian);
+      else
+        text += ",";
+      if (campaign.has_distances() && axis < 0)
+        add(residual[0], kMillimetre);
+      else if (of_distances)
+        text += ",";
+      text += "\n";
+    }
+  return text;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,133 @@
+#include "io/traced_effect_text.h"
+
+#include <fmt/format.h>
+
+#include "armtrue/kinematics/parameters.h"
+#include "armtrue/kinematics/units.h"
+#include "armtrue/tracing/description.h"
+
+namespace armtrue {
+namespace {
+
+DisplayUnit shown_in(const Robot& robot, const std::string& parameter) {
+  return display_unit(unit_of_parameter(robot.chain, parameter));
+}
+
+YAML::Node rivals_node(const std::vector<Rival>& rivals) {
+  YAML::Node list(YAML::NodeType::Sequence);
+  for (const Rival& rival : rivals) {
+    YAML::Node node = effect_form_node(rival.effect);
+    node["correlation"] = fmt::format("{:.3f}", rival.correlation);
+    node["delta_ebic"] = fmt::format("{:.1f}", rival.delta_ebic);
+    if (!rival.separated_by.empty()) node["separated_by"] = rival.separated_by;
+    list.push_back(flow(node));
+  }
+  if (rivals.empty()) return flow(list);
+  return list;
+}
+
+YAML::Node curve_node(const Effect& effect, const std::vector<CurvePoint>& curve,
+                      const Robot& robot) {
+  const DisplayUnit unit = shown_in(robot, effect.parameter);
+  const bool is_angle = effect.driver.kind == DriverKind::joint_angle;
+  YAML::Node drivers, values, half_widths;
+  for (const CurvePoint& point : curve) {
+    drivers.push_back(fmt::format("{:.5g}", is_angle ? point.driver / kDegree : point.driver));
+    values.push_back(rounded(point.value / unit.si));
+    half_widths.push_back(rounded(point.half_width / unit.si));
+  }
+  YAML::Node node;
+  node[is_angle                                 ? "driver_deg"
+       : effect.driver.kind == DriverKind::time ? "driver_s"
+                                                : "driver_c"] = flow(drivers);
+  node["value_" + unit.name] = flow(values);
+  node["half_width_" + unit.name] = flow(half_widths);
+  if (const auto cycle = is_angle ? strongest_cycle(curve) : std::nullopt)
+    node["strongest_cycle"] =
+        flow_map({{"per_turn", fmt::format("{:.5g}", cycle->per_turn)},
+                  {"resolution", rounded(cycle->resolution)},
+                  {"amplitude_" + unit.name, rounded(cycle->amplitude / unit.si)},
+                  {"share", rounded(cycle->share)}});
+  return node;
+}
+
+// A value with its interval.
+YAML::Node estimate_node(double value, double std, const std::array<double, 2>& ci95) {
+  YAML::Node node, interval;
+  const auto text = [](double number) { return fmt::format("{:.6g}", number); };
+  for (double bound : ci95) interval.push_back(text(bound));
+  node["value"] = text(value);
+  node["std"] = rounded(std);
+  node["ci95"] = flow(interval);
+  return flow(node);
+}
+
+YAML::Node cycle_node(const TracedEffect& traced, const Robot& robot) {
+  const double unit = shown_in(robot, traced.effect.parameter).si;
+  const Cycle& cycle = *traced.cycle;
+  YAML::Node node;
+  if (cycle.frequency_std > 0)
+    node["per_turn"] =
+        estimate_node(traced.effect.shape.harmonic, cycle.frequency_std, cycle.frequency_ci95);
+  const auto [low, high] = cycle.amplitude_ci95;
+  node["amplitude"] =
+      estimate_node(cycle.amplitude / unit, cycle.amplitude_std / unit, {low / unit, high / unit});
+  node["amplitude"]["unit"] = amplitude_unit(traced.effect, robot);
+  node["phase_deg"] = rounded(cycle.phase / kDegree);
+  return node;
+}
+
+}  // namespace
+
+YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain,
+                       const std::vector<CurvePoint>& curve, const Robot& robot) {
+  YAML::Node node = effect_node(traced.effect, robot.chain);
+  std::vector<std::pair<std::string, std::string>> evidence{
+      {"delta_ebic", rounded(traced.evidence.delta_ebic)},
+      {"p_value", rounded(traced.evidence.p_value)},
+      {"cross_validated_gain", rounded(traced.evidence.cross_validated_gain)},
+      {"cross_validated_gain_std", rounded(traced.evidence.cross_validated_gain_error)}};
+  if (gain) evidence.emplace_back("held_out_gain_mm", rounded(gain->position / kMillimetre));
+  YAML::Node evidence_node = flow_map(evidence);
+  if (gain) {
+    YAML::Node interval;
+    for (double bound : gain->ci95) interval.push_back(rounded(bound / kMillimetre));
+    evidence_node["held_out_gain_ci95_mm"] = flow(interval);
+  }
+  node["evidence"] = evidence_node;
+  const VarianceShare& share = traced.variance_share;
+  YAML::Node share_interval;
+  for (double bound : share.ci95) share_interval.push_back(rounded(bound));
+  node["variance_share"] = rounded(share.value);
+  node["variance_share_ci95"] = flow(share_interval);
+  node["may_lead"] = share.may_lead ? "true" : "false";
+  node["indistinguishable"] = rivals_node(traced.indistinguishable);
+  if (!traced.ruled_out.empty()) node["ruled_out"] = rivals_node(traced.ruled_out);
+  for (const Rival& rival : traced.indistinguishable)
+    node["unidentifiable"].push_back(unidentifiable(traced, rival));
+  if (!traced.separated_by.empty()) node["separated_by"] = traced.separated_by;
+  if (traced.cycle) node["cycle"] = cycle_node(traced, robot);
+  if (traced.step_ci95) {
+    YAML::Node interval;
+    for (double bound : *traced.step_ci95) interval.push_back(number_text(bound));
+    node["at_s_ci95"] = flow(interval);
+  }
+  node["description"] = in_words(traced, gain, curve, robot);
+  if (!curve.empty() && traced.effect.shape.kind == ShapeKind::series)
+    node["curve"] = curve_node(traced.effect, curve, robot);
+  return node;
+}
+
+YAML::Node not_separable_node(const std::vector<RankedCandidate>& candidates) {
+  YAML::Node list(YAML::NodeType::Sequence);
+  for (const RankedCandidate& candidate : candidates) {
+    YAML::Node node = flow_map({{"name", candidate.effect.name},
+                                {"parameter", candidate.effect.parameter},
+                                {"driver", to_string(candidate.effect.driver)}});
+    if (!candidate.separated_by.empty()) node["separated_by"] = candidate.separated_by;
+    list.push_back(node);
+  }
+  return list;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,57 @@
+#include "armtrue/report/mirror_table.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "armtrue/kinematics/units.h"
+
+namespace armtrue {
+
+std::string mirror_table(const MirrorFindings& findings) {
+  const auto& [result, options, files, lines, accuracy, before, force, robot] = findings;
+  std::string table;
+  for (size_t p = 0; p < files.size(); ++p) {
+    const Pass& pass = result.passes[p];
+    table += fmt::format(
+        "{}: clock {:.4f} +- {:.4f} s ahead of the program (95 %), rate {:.0f} +- {:.0f} ppm, {} "
+        "samples, {} lost, {} bad\n",
+        files[p], pass.clock.offset, 1.96 * pass.clock.offset_deviation(), pass.clock.rate * 1e6,
+        1.96e6 * std::sqrt(pass.clock.covariance(1, 1)), pass.samples, pass.lost, pass.bad.size());
+  }
+  const auto row = [&](const std::string& what, double value) {
+    table += fmt::format("{:<44}{:>9.3f}\n", what, value / kMillimetre);
+  };
+  if (result.uncorrected) row("mean deviation without correction, mm", *result.uncorrected);
+  row("mean deviation across the path, mm", result.before.mean);
+  row("expected after the correction, mm", result.expected_after);
+  table += fmt::format("  if {}\n", result.expected_if());
+  row("noise of a sample, mm", result.deviation.noise);
+  if (files.size() > 1) row("spread from pass to pass, mm", result.deviation.spread);
+  row("path accuracy AT (ISO 9283), mm", accuracy.path.at);
+  if (accuracy.path.rt) row("path repeatability RT, mm", *accuracy.path.rt);
+  table += fmt::format("{:<44}{:>9.3f}  (goal {:.3f}: {})\n", "RMS of these passes, mm",
+                       accuracy.errors.whole.rms / kMillimetre, kFormGoal / kMillimetre,
+                       accuracy.errors.whole.rms <= kFormGoal ? "held" : "not held");
+  if (before) {
+    const Reduction gained = reduction(before->errors, accuracy.errors);
+    const auto per_cent = [](const std::optional<double>& share) {
+      return share ? fmt::format("{:.0f}", 100 * *share) : std::string("-");
+    };
+    table += fmt::format("error reduced by, per cent: x {}, y {}, z {}, whole {}\n",
+                         per_cent(gained.axis[0]), per_cent(gained.axis[1]),
+                         per_cent(gained.axis[2]), per_cent(gained.whole));
+  }
+  if (force && force->magnitude.k)
+    table += fmt::format("deviation over force: {:.4f} mm/N [{:.4f}, {:.4f}], R2 {:.2f}\n",
+                         force->magnitude.k->value / kMillimetre,
+                         force->magnitude.k->ci95[0] / kMillimetre,
+                         force->magnitude.k->ci95[1] / kMillimetre, force->magnitude.r2);
+  table += fmt::format(
+      "cut-off {:.3g} Hz, gain {:.3f}, {} correction points, {} breaks, {} samples clipped\n",
+      result.cutoff, result.gain, result.points.size(), result.deviation.breaks.size(),
+      result.clipped);
+  return table;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,162 @@
+#include "armtrue/tracing/description.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "armtrue/kinematics/parameters.h"
+#include "armtrue/kinematics/units.h"
+#include "armtrue/text/number_text.h"
+
+namespace armtrue {
+namespace {
+
+DisplayUnit shown_in(const Robot& robot, const std::string& parameter) {
+  return display_unit(unit_of_parameter(robot.chain, parameter));
+}
+
+// "0.8 mrad", "0.3 mm", "12 ppm".
+std::string size_text(const Robot& robot, const std::string& parameter, double value) {
+  const DisplayUnit unit = shown_in(robot, parameter);
+  return fmt::format("{:.3g} {}", value / unit.si, unit.name);
+}
+
+std::string driver_text(const Effect& effect, double value) {
+  switch (effect.driver.kind) {
+    case DriverKind::joint_angle:
+      return fmt::format("{:.0f} deg", value / kDegree);
+    case DriverKind::time:
+      return fmt::format("{:.0f} s", value);
+    default:
+      return fmt::format("{:.1f} degC", value);
+  }
+}
+
+// "37.41 +- 0.03 cycles per turn, amplitude 0.21 +- 0.04 mrad, phase 41 deg".
+std::string cycle_text(const Effect& effect, const Cycle& cycle, const Robot& robot) {
+  const double unit = shown_in(robot, effect.parameter).si;
+  const double half_width = 0.5 * (cycle.amplitude_ci95[1] - cycle.amplitude_ci95[0]);
+  std::string frequency = fmt::format("{:g}", effect.shape.harmonic);
+  if (cycle.frequency_std > 0) {
+    const double of_frequency = 0.5 * (cycle.frequency_ci95[1] - cycle.frequency_ci95[0]);
+    const int digits =
+        static_cast<int>(std::clamp(std::ceil(1 - std::log10(of_frequency)), 0.0, 6.0));
+    frequency = fmt::format("{:.{}f} +- {:.2g}", effect.shape.harmonic, digits, of_frequency);
+  }
+  return fmt::format("{} cycles per turn, amplitude {:.3g} +- {:.2g} {}, phase {:.0f} deg",
+                     frequency, cycle.amplitude / unit, half_width / unit,
+                     amplitude_unit(effect, robot), cycle.phase / kDegree);
+}
+
+// "a step of 0.33 mrad between 1580 and 1660 s".
+std::string step_text(const TracedEffect& step, const Robot& robot) {
+  const std::vector<Coefficient>& c = step.effect.coefficients;
+  const std::string size =
+      c.size() == 1 ? " of " + size_text(robot, step.effect.parameter, c.front().value) : "";
+  const auto [low, high] = *step.step_ci95;
+  return fmt::format("a step{} between {:.0f} and {:.0f} s", size, low, high);
+}
+
+// The curve of an effect in words: "0.8 mrad peak at 90 deg, even".
+std::string course(const Effect& effect, const std::vector<CurvePoint>& curve, const Robot& robot) {
+  if (curve.empty()) return "";
+  const auto peak =
+      std::max_element(curve.begin(), curve.end(), [](const CurvePoint& a, const CurvePoint& b) {
+        return std::abs(a.value) < std::abs(b.value);
+      });
+  std::string text = fmt::format("{} at {}", size_text(robot, effect.parameter, peak->value),
+                                 driver_text(effect, peak->driver));
+  if (effect.driver.kind != DriverKind::joint_angle) return text;
+  double even = 0, odd = 0;
+  for (size_t i = 0; i < curve.size(); ++i) {
+    const double a = curve[i].value, b = curve[curve.size() - 1 - i].value;
+    even += (a + b) * (a + b);
+    odd += (a - b) * (a - b);
+  }
+  const bool about_zero = std::abs(curve.front().driver + curve.back().driver) <
+                          0.1 * (curve.back().driver - curve.front().driver);
+  if (about_zero && even > 9 * odd) text += ", even";
+  if (about_zero && odd > 9 * even) text += ", odd";
+  if (const auto cycle = strongest_cycle(curve))
+    text +=
+        fmt::format(", of which {:.0f} % is a cycle of {:.4g} per turn and {}", 100 * cycle->share,
+                    cycle->per_turn, size_text(robot, effect.parameter, cycle->amplitude));
+  return text;
+}
+
+// An effect is added only if training poses that were left out gain by it.
+std::string of_prediction(const HeldOutGain* gain) {
+  if (!gain || gain->ci95[0] > 0) return "prediction improves";
+  return "prediction improves for training poses left out, not clearly for the held-out ones";
+}
+
+std::string statement(const TracedEffect& effect, const HeldOutGain* gain) {
+  if (!effect.from_catalogue) return of_prediction(gain) + "; no known cause";
+  if (effect.incomplete)
+    return "incomplete: what it leaves still follows the same driver, see the other effect on it";
+  if (effect.indistinguishable.empty())
+    return "cause shown: no other candidate explains these readings";
+  return of_prediction(gain) + "; cause is one of the class under indistinguishable";
+}
+
+}  // namespace
+
+std::string listed(const std::vector<std::string>& items) {
+  std::string text;
+  for (size_t k = 0; k < items.size(); ++k)
+    text += (k == 0 ? "" : k + 1 < items.size() ? ", " : " and ") + items[k];
+  return text;
+}
+
+std::string unidentifiable(const TracedEffect& traced, const Rival& rival) {
+  const double apart = std::sqrt(std::max(0.0, 1.0 - rival.correlation * rival.correlation));
+  std::string text = fmt::format(
+      "more of '{}' and less of '{}'{}: they differ here by {:.2g} % of their size",
+      describe(traced.effect), describe(rival.effect),
+      rival.refitted.empty() ? "" : ", with " + listed(rival.refitted) + " refitted", 100 * apart);
+  std::vector<std::string> readings;
+  for (const std::string& reading : {traced.separated_by, rival.separated_by})
+    if (!reading.empty() && (readings.empty() || readings.front() != reading))
+      readings.push_back(reading);
+  if (!readings.empty()) text += "; what would tell: " + readings.front();
+  if (readings.size() > 1) text += "; or " + readings.back();
+  return text;
+}
+
+std::string amplitude_unit(const Effect& effect, const Robot& robot) {
+  const ParameterUnit moved = unit_of_parameter(robot.chain, effect.parameter);
+  const std::string unit = display_unit(moved).name;
+  const std::string of_factor = effect.driver.factor ? unit_of(*effect.driver.factor, moved) : "";
+  return of_factor.empty() ? unit : unit + " per " + of_factor;
+}
+
+std::string in_words(const TracedEffect& traced, const HeldOutGain* gain,
+                     const std::vector<CurvePoint>& curve, const Robot& robot) {
+  const std::string words = traced.cycle       ? cycle_text(traced.effect, *traced.cycle, robot)
+                            : traced.step_ci95 ? step_text(traced, robot)
+                                               : course(traced.effect, curve, robot);
+  std::string text = traced.effect.parameter + " depends on " + to_string(traced.effect.driver) +
+                     (words.empty() ? "" : ", " + words) + "; " + statement(traced, gain);
+  // A step of the base is a knock of the instrument, not a property of the robot.
+  if (traced.effect.parameter.starts_with("base") &&
+      traced.effect.driver.kind == DriverKind::time && traced.effect.shape.kind == ShapeKind::step)
+    text += "; --new-session-at-s " + number_text(traced.effect.shape.at) +
+            " makes a session of its own of what follows";
+  const DriverKind driver = traced.effect.driver.kind;
+  if ((driver == DriverKind::gravity_torque || driver == DriverKind::moment) &&
+      !robot.bodies.empty())
+    text += "; intervals are given the masses of the robot file, which they take as exact";
+  return text;
+}
+
+std::vector<std::string> effect_descriptions(const LoopResult& result) {
+  std::vector<std::string> descriptions;
+  for (size_t k = 0; k < result.trace.effects.size(); ++k)
+    descriptions.push_back(in_words(result.trace.effects[k],
+                                    k < result.gains.size() ? &result.gains[k] : nullptr,
+                                    result.curves[k], result.trace.fit.robot));
+  return descriptions;
+}
+
+}  // namespace armtrue
