@@ -43,7 +43,7 @@ struct Unknown {
   bool acts_in(int session) const { return first <= session && session <= last; }
 };
 
-struct Hypothesis {
+struct ChangeHypothesis {
   std::string what;
   std::vector<Unknown> moves;
 };
@@ -171,7 +171,7 @@ class Problem {
   std::vector<double> session_shares_;     // of each session in its poses; 1: they are its alone
   const RowsByPose rows_by_pose_;
   std::vector<Unknown> errors_;
-  std::vector<Hypothesis> hypotheses_;
+  std::vector<ChangeHypothesis> hypotheses_;
   double equations_ = 0, degrees_of_freedom_ = 0;
 };
 
@@ -230,7 +230,7 @@ void Problem::enter_errors() {
 
 void Problem::enter_hypothesis(const std::string& what, const std::vector<int>& parameters,
                                int first, int last) {
-  Hypothesis hypothesis{what, {}};
+  ChangeHypothesis hypothesis{what, {}};
   for (int k : parameters) hypothesis.moves.push_back({k, first, last, kNothingKnown});
   if (!parameters.empty()) hypotheses_.push_back(hypothesis);
 }
@@ -372,7 +372,7 @@ double Problem::mean_error(const std::vector<int>& moved, const Fit& fitted) con
 }
 
 Move Problem::described(const std::vector<int>& moved, size_t which, const Fit& fitted) const {
-  const Hypothesis& hypothesis = hypotheses_[moved[which]];
+  const ChangeHypothesis& hypothesis = hypotheses_[moved[which]];
   Move move{.what = hypothesis.what, .sessions = {}, .changes = {}, .indistinguishable = {}};
   Eigen::Index k = first_of(moved, which);
   for (const Unknown& unknown : hypothesis.moves) {

@@ -13,7 +13,7 @@ constexpr double kLeaves = 6, kReturns = 3;  // standard deviations of the magni
 constexpr double kMaxHidden = 2;             // a weak force: times its visible growth
 constexpr Eigen::Index kMinBlocks = 5;       // below, no part of the record is its quiet one
 constexpr int kMaxRounds = 20;
-constexpr double kShortest = 0.25;  // [s]: a shorter push is a knock, no cut
+constexpr double kShortestCut = 0.25;  // [s]: a shorter push is a knock, no cut
 
 // Mean and standard deviation of the magnitude in air.
 struct Air {
@@ -90,14 +90,14 @@ EngagementRecord find_engagement(const Eigen::VectorXd& time, const Eigen::Matri
   if (n < 2) return record;
   const double period = (time[n - 1] - time[0]) / static_cast<double>(n - 1);
   const auto width =
-      std::max<Eigen::Index>(3, static_cast<Eigen::Index>(std::llround(kShortest / period)));
+      std::max<Eigen::Index>(3, static_cast<Eigen::Index>(std::llround(kShortestCut / period)));
   if (n / width < kMinBlocks) return record;
   const Eigen::VectorXd magnitude = signal.colwise().norm().transpose();
   const Air air = quiet_level(magnitude, width);
   const double high = air.mean + kLeaves * air.deviation;
   const double low = air.mean + kReturns * air.deviation;
   std::vector<Run> runs = runs_above(magnitude, high, low, width);
-  std::erase_if(runs, [&](const Run& run) { return time[run.last] - time[run.first] < kShortest; });
+  std::erase_if(runs, [&](const Run& run) { return time[run.last] - time[run.first] < kShortestCut; });
   if (runs.empty()) return record;
 
   std::vector<double> engaged;
