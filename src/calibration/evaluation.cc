@@ -13,15 +13,15 @@
 namespace armtrue {
 namespace {
 
-constexpr double kBlunderWeight = 0.05;  // some fourteen standard deviations under Student's t
+constexpr double kBlunderWeight = 0.05;  // under Student's t some 14 standard deviations
 
 // Rows of one session, pose and channel, and their mean residual.
 struct Replicates {
   std::vector<int> rows;
-  Eigen::Matrix<double, 6, 1> mean;  // in units of what the rows' own deviations are to the median
+  Eigen::Matrix<double, 6, 1> mean;  // of residuals as at_median() gives them
 };
 
-// Of each row; 1 where the file states none.
+// Ratio of each row's stated deviation to the median; 1 if the file states none.
 std::vector<double> own_to_median(const std::vector<double>& deviations, int rows) {
   if (deviations.empty()) return std::vector<double>(static_cast<size_t>(rows), 1.0);
   const double middle = median(deviations);
@@ -30,7 +30,7 @@ std::vector<double> own_to_median(const std::vector<double>& deviations, int row
   return ratios;
 }
 
-// As if all rows had the median of the stated deviations.
+// The residuals divided by those ratios: as if all rows had the median deviation.
 std::vector<Eigen::Matrix<double, 6, 1>> at_median(const Campaign& campaign,
                                                    const Evaluation& evaluation) {
   const std::vector<double> position = own_to_median(campaign.sigma_position, campaign.rows());

@@ -63,7 +63,7 @@ std::vector<int> paper_25() {
   return set;
 }
 
-// `unknown`: of what a further session has of its own.
+// `unknown`: index of an own parameter of a further session.
 [[noreturn]] void fail_of_session(const SessionModels& models, const KinematicChain& chain,
                                   int unknown) {
   int session = 1;
@@ -135,13 +135,13 @@ IdentifiableSet choose_identifiable(const Robot& robot, const Campaign& campaign
   Eigen::MatrixXd triangle = Eigen::MatrixXd::Zero(columns, columns);  // kept columns in the basis
   std::vector<int> kept;
   for (int step = 0; step < columns; ++step) {
-    // What further sessions have of their own first: nothing else says where the instrument stood.
+    // The own parameters of further sessions first: nothing else shows where the instrument stood.
     const int c = (asked + step) % columns;
     const int rank = static_cast<int>(kept.size());
     Eigen::VectorXd column = jacobian.col(c);
     const double norm = column.norm();
     Eigen::VectorXd shares = Eigen::VectorXd::Zero(rank);
-    for (int twice = 0; twice < 2; ++twice) {  // once more for what rounding left
+    for (int twice = 0; twice < 2; ++twice) {  // the second time removes rounding errors
       const Eigen::VectorXd part = basis.leftCols(rank).transpose() * column;
       column -= basis.leftCols(rank) * part;
       shares += part;

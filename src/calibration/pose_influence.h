@@ -11,37 +11,42 @@
 
 namespace armtrue {
 
-/// A root of the inverse of the information: its product with its transpose is the inverse, but for
-/// directions of which nothing is known.
+/// L with L L^T = information^-1, unknowns x rank: directions without information are left out.
 Eigen::MatrixXd inverse_root(const Eigen::MatrixXd& information);
 
-/// What one pose, with all its readings, does to a fit. All is in coordinates of the unknowns in
-/// which the fit's information is the unit matrix.
+/// The influence of one pose, with all its readings, on a fit, in coordinates of the unknowns in
+/// which the information of the fit is the unit matrix: with A the rows of the pose in these
+/// coordinates, r its residual and H = A A^T its leverage,
+///     change = A^T (I - H)^-1 r.
 struct PoseInfluence {
-  Eigen::VectorXd change;  ///< the fit with the pose less the fit without it, in one Newton step
-  Eigen::MatrixXd alone;   ///< x directions that no other pose shows; nothing of them in `change`
+  Eigen::VectorXd change;  ///< the fit with the pose minus the fit without it, in one Newton step
+  /// A^T times the eigenvectors of H with eigenvalue 1: directions that no other pose shows. They
+  /// are left out of `change`.
+  Eigen::MatrixXd alone;
 };
 
-/// `rows`: of the pose, whitened and weighted, times a root of the inverse of the information. The
-/// residual counts as it would be if the pose took no part, (1 - leverage)^-1 of its own (CR3 of
-/// Bell, McCaffrey, "Bias reduction in standard errors for linear regression with multi-stage
-/// samples", 2002): this makes up for a pose that bends the fit to itself.
+/// `rows`: A, the whitened and weighted rows of the pose times inverse_root(). (I - H)^-1 r is the
+/// residual that the pose would have if it took no part in the fit (CR3 of Bell, McCaffrey, "Bias
+/// reduction in standard errors for linear regression with multi-stage samples", 2002).
 PoseInfluence influence_of_pose(const Eigen::Ref<const Eigen::MatrixXd>& rows,
                                 const Eigen::Ref<const Eigen::VectorXd>& residual);
 
-/// The pose's residual as it would scatter if nothing had been fitted to it, (1 - leverage)^-1/2 of
-/// its own (CR2 of the same source). `rows`: of the pose, in an orthonormal basis of the fit.
+/// (I - H)^-1/2 r: the residual of the pose, corrected so that its covariance is that of the
+/// readings (CR2 of the same source). `rows`: of the pose, in an orthonormal basis of the fit.
 Eigen::VectorXd leverage_corrected_residual(const Eigen::Ref<const Eigen::MatrixXd>& rows,
                                             const Eigen::Ref<const Eigen::VectorXd>& residual);
 
-/// Sums over poses, of which their covariance consists.
+/// Sums over poses, from which the covariance is computed.
 class InfluenceSums {
  public:
   void add(const PoseInfluence& pose);
   void add(const InfluenceSums& others);
-  /// Cluster covariance by pose: (n - 1) / n of the squares about the mean. What only one pose
-  /// shows no scatter between poses can tell: there its readings have `variance`, as independent
-  /// ones would.
+  /// Cluster covariance by pose, with u_i the changes, n their number and k the mean psi
+  /// derivative:
+  ///     (n - 1) / (n k^2) sum_i (u_i - mean u) (u_i - mean u)^T + variance sum_i alone_i
+  ///     alone_i^T.
+  /// Directions that only one pose shows have no scatter between poses, so there the readings count
+  /// as independent with `variance`.
   Eigen::MatrixXd covariance(double mean_psi_derivative, double variance) const;
 
  private:
@@ -50,20 +55,20 @@ class InfluenceSums {
   Eigen::MatrixXd squares_, alone_;
 };
 
-/// Under Student's t the sum of weights overstates how firmly the readings hold the fit: a reading
-/// that moves away is held less. Mean of d(w r)/dr over that of w (Huber, "Robust statistics",
-/// 1981, 7.6); 1 if Gaussian.
+/// Correction of the information for Student's t, whose weights w fall as residuals grow: with
+/// psi(r) = w(r) r, the mean of psi' divided by the mean of w (Huber, "Robust statistics", 1981,
+/// 7.6). Below 1; 1 if Gaussian.
 double mean_psi_derivative(const std::vector<double>& weights, double degrees_of_freedom,
                            int dimension);
 
-/// Rows in the order of their poses; those of pose k from first[k] to before first[k + 1].
+/// Rows in the order of their poses; those of pose k are row[first[k]] to row[first[k + 1] - 1].
 struct RowsByPose {
   std::vector<int> first, row;
   int poses() const { return static_cast<int>(first.size()) - 1; }
 };
 /// `pose`: its number, of each row; numbers without rows are left out.
 RowsByPose rows_by_pose(const std::vector<int>& pose);
-/// So many of them, evenly spread; all if there are no more.
+/// The rows of `count` of the poses, evenly drawn; all if there are no more.
 RowsByPose some_poses(const RowsByPose& all, int count);
 
 /// Calls `add(sums, influence, rows)` for each pose, into a Sums for each block of them, and hands

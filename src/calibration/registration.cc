@@ -15,11 +15,12 @@
 namespace armtrue {
 namespace {
 
-// A base that misses by more than this is not a calibration error but a set-up nobody told us.
+// A base that misses by more is not a calibration error but a set-up that the robot file does not
+// have.
 constexpr double kFarBase = 0.08;         // m
 constexpr int kMinPoints = 4;             // one more than a pose needs
 constexpr int kMinDistances = 5;          // one more than the unknowns
-constexpr int kAnchorsThatShowATurn = 3;  // of the base
+constexpr int kAnchorsThatShowATurn = 3;  // all rotations of the base
 
 }  // namespace
 
@@ -36,7 +37,7 @@ Eigen::Matrix3Xd own_points(Robot robot, const Campaign& campaign) {
 
 namespace {
 
-// Fits to the columns `chosen`, which are those that the fit before missed least.
+// Fits to all columns, then twice to the half of them with the smaller errors.
 template <typename Fit, typename Miss>
 auto fit_nearer_half(int count, const Fit& fit, const Miss& miss) {
   std::vector<int> chosen(static_cast<size_t>(count));
@@ -142,10 +143,10 @@ Pose registered_base(const Robot& robot, const Campaign& campaign) {
   if (count == 0) return robot.chain.base;
   const Eigen::Map<const Eigen::Matrix3Xd> in_0(found.front().data(), 3, count);
   const Eigen::Map<const Eigen::Matrix3Xd> in_a(given.front().data(), 3, count);
-  // All of them: the nearer half of three shows no turn.
+  // To all of them: half of three anchors shows no rotation.
   if (count >= kAnchorsThatShowATurn) return carry(in_0, in_a);
   Eigen::Matrix3d rotation = robot.chain.base.rotation;
-  if (count == 2)  // which show all of the turn but that about the line between them
+  if (count == 2)  // they show all rotations but that about the connecting line
     rotation = Eigen::Quaterniond::FromTwoVectors(rotation * (in_0.col(1) - in_0.col(0)),
                                                   in_a.col(1) - in_a.col(0)) *
                rotation;
@@ -173,7 +174,7 @@ Robot with_base_near(const Robot& robot, const Campaign& campaign) {
 }  // namespace
 
 Robot starting_robot(const Robot& robot, const Campaign& campaign, const IdentifiableSet& set) {
-  // Fewer than three anchors do not show all turns of the base.
+  // Fewer than three anchors do not show all rotations of the base.
   const bool shows_turn = !campaign.has_distances() || campaign.has_coordinates() ||
                           match_anchors(campaign, robot.chain).size() >= kAnchorsThatShowATurn;
   bool finds_first_base = true;

@@ -8,21 +8,22 @@
 
 namespace armtrue {
 
-/// The points that the instrument looked at, as the robot without effects sees them, in the R_A of
-/// `robot.chain.base`, one column a row.
+/// The measured points as the robot without effects predicts them, in the R_A of
+/// `robot.chain.base`, one column per row.
 Eigen::Matrix3Xd own_points(Robot robot, const Campaign& campaign);
 
-/// The base pose that best carries the robot's own points, without effects, onto what was measured,
-/// robustly repeated on the nearer half. Used to start from a file whose base is unknown.
-/// Measured points: Umeyama's closed form. Distances: the place of each anchor in R_0
-/// (trilateration, linear in the place and its squared distance from the origin), carried onto the
-/// places in the file; two anchors leave the turn of the base about the line between them as it is,
-/// one all turns. Throws as
-/// match_anchors().
+/// The base pose that best maps the robot's own points, without effects, onto the measured ones;
+/// fitted to all, then twice to the half with the smaller errors. Used where the base in the robot
+/// file is unknown.
+/// Points (and coordinates, if there are four points): Umeyama's closed form. Distances: the place
+/// of each anchor in R_0 by trilateration, |p - a|^2 = l^2, linear in a and |a|^2, then the places
+/// are mapped onto those in the file. With two anchors the rotation of the base about the
+/// connecting line is kept, with one all rotations. Throws as match_anchors().
 Pose registered_base(const Robot& robot, const Campaign& campaign);
 
-/// The robot that calibration starts from: as it is in the first session, with a base for each. A
-/// base that is far off and to be found is registered.
+/// The robot that calibration starts from: as in the first session of the campaign, with a base for
+/// each session. A base that misses the readings by 80 mm (median) or more, and that is to be
+/// identified, is replaced by registered_base() if that misses by less.
 Robot starting_robot(const Robot& robot, const Campaign& campaign, const IdentifiableSet& set);
 
 }  // namespace armtrue

@@ -35,12 +35,12 @@ class SessionModels {
   /// The R_A that the models share, from that of a session.
   const Pose& common_from_own(int session) const { return common_from_own_[session]; }
 
-  /// A run of unknowns within x.
+  /// Consecutive unknowns within x.
   struct Run {
     int first, count;
   };
-  /// The runs of x that, joined, are the unknowns of one session's model. No two sessions' runs
-  /// overlap unless they are the same. One run where there is only one session.
+  /// The runs of x that, joined, are the unknowns of one session's model. The runs of two sessions
+  /// are equal or do not overlap. One run if there is only one session.
   const std::vector<Run>& runs(int session) const { return runs_[session]; }
   Eigen::VectorXd unknowns_of(int session, const Eigen::VectorXd& x) const;
 
@@ -48,8 +48,8 @@ class SessionModels {
   int rows() const { return campaign_.rows(); }
   int row_size() const { return models_.front().row_size(); }
   int unknowns() const { return first_own(sessions()); }
-  /// The own parameters of a session, as far as its readings show its base; those of a further
-  /// session stand in x from first_own(session) on.
+  /// The own parameters of a session, without rotations of the base that its readings cannot
+  /// observe; those of a further session stand in x from first_own(session) on.
   const std::vector<int>& own(int session) const { return own_[session]; }
   int first_own(int session) const {
     int first = models_.front().unknowns();
@@ -84,7 +84,8 @@ class SessionModels {
   Eigen::MatrixXd join(const std::vector<Eigen::MatrixXd>& factors) const;
 
  private:
-  // Columns of one session's model to where they stand among the unknowns, the residual last.
+  // Copies the columns of one session's model to their places among the unknowns, the residual
+  // last.
   void scatter(int session, const Eigen::Ref<const Eigen::MatrixXd>& block,
                Eigen::Ref<Eigen::MatrixXd> out) const;
 

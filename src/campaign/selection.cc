@@ -8,7 +8,7 @@
 namespace armtrue {
 namespace {
 
-constexpr int kMinAlike = 50;            // rows: enough to place a base, a target or an anchor
+constexpr int kMinAlike = 50;            // rows: enough to locate a base, a target or an anchor
 constexpr long kMinPosesOfSession = 30;  // enough for a base and a few offsets of its own
 
 }  // namespace

@@ -12,20 +12,20 @@ namespace armtrue {
 /// where the campaign names no sessions.
 std::vector<std::vector<int>> rows_by_session(const Campaign& campaign);
 
-/// Throws std::invalid_argument if a session of `held_out` has no reading in `training`, from which
-/// alone it can be learnt where its instrument stood.
+/// Throws std::invalid_argument if a session of `held_out` has no reading in `training`: only those
+/// show where its instrument stood.
 void require_known_sessions(const Campaign& training, const Campaign& held_out);
 
-/// The robot as it was at one row: with what the row's session has of its own, or as it is if the
-/// robot does not know the session.
+/// The robot at one row: with the base and the zero offsets of the row's session, or unchanged if
+/// the robot does not know the session.
 Robot robot_at_row(const Robot& robot, const Campaign& campaign, int row);
 
-/// The readings as an instrument that never moved would have given them: points, orientations and
-/// forces of each session that the robot knows, moved from its own R_A to that of
-/// `robot.chain.base`. Distances are the same in both.
+/// The readings of all sessions in one R_A, that of `robot.chain.base`: transforms the points,
+/// orientations and forces of each session that the robot knows from the session's own R_A.
+/// Distances do not depend on the frame; coordinates stay along the axes of their own R_A.
 Campaign in_common_frame(Campaign campaign, const Robot& robot);
 
-/// What each session has for itself: the base, then the zero offsets of
+/// The parameters of which each session has its own value: the base, then the zero offsets of
 /// `robot.identify_per_session`. Throws std::invalid_argument for a name that is no zero offset.
 std::vector<int> own_parameters(const Robot& robot);
 

@@ -24,7 +24,7 @@ bool inside(const Box& box, const Eigen::Vector3d& point) {
   return (point.array() >= box.low.array()).all() && (point.array() <= box.high.array()).all();
 }
 
-// Moves a configuration, by damped steps of least motion, until its point is the one wanted.
+// Moves a configuration by damped least-squares steps until its point is the wanted one.
 bool reach(const ChainEvaluator& evaluator, const KinematicChain& chain,
            const Eigen::Vector3d& wanted, JointVector& q) {
   for (int step = 0; step < 60; ++step) {
@@ -91,7 +91,7 @@ Campaign simulate(const std::vector<JointVector>& commanded, const Robot& truth,
   const int targets = std::max<int>(1, static_cast<int>(truth.chain.targets.size()));
   const int anchors = std::max<int>(1, static_cast<int>(truth.chain.anchors.size()));
 
-  // The visits first: an effect may depend on the direction in which the arm arrives.
+  // The visits first: an effect may depend on the direction of arrival.
   double time = 0;
   std::vector<int> order(poses);
   for (int pose = 0; pose < poses; ++pose) order[pose] = pose;

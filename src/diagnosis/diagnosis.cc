@@ -23,8 +23,8 @@ namespace {
 constexpr double kImplausibleMiss =
     0.02;  // m, median with the base registered: no calibration error
 constexpr double kImplausibleTurn = 0.1;  // rad
-// Of a link's parameter, from the robot file to the calibration: beyond any error of an arm and any
-// play that poorly chosen poses leave.
+// Change of a link's parameter from the robot file to the calibration: larger than any error of an
+// arm and than the uncertainty that poorly chosen poses leave.
 constexpr double kImplausibleLength = 0.1, kImplausibleAngle = 0.5;  // m, rad
 constexpr double kClearly = 5;                                       // standard deviations
 constexpr double kMuchBetter = 0.1;
@@ -36,12 +36,14 @@ double median_miss(Robot robot, const Campaign& campaign) {
   return median(evaluate(robot, campaign).position);
 }
 
-// How far the turns of tool and base that the orientations ask for differ from pose to pose.
+// Median angle, from pose to pose, by which the tool's rotations that the orientations imply
+// differ.
 double median_turn(Robot robot, const Campaign& campaign) {
   robot.effects.clear();
   robot.chain.base = registered_base(robot, campaign);
   const RobotModel model(robot);
-  // The tool's own turn is unknown: take it from each reading, compare with the first ones.
+  // The tool's own rotation is unknown: each reading implies one; all are compared with the first
+  // nine, and the best of these counts.
   std::vector<Eigen::Quaterniond> turns;
   for (int row = 0; row < campaign.rows(); ++row)
     turns.emplace_back(model.pose(campaign.context(row)).rotation.transpose() *
@@ -118,7 +120,7 @@ std::vector<Hypothesis> position_hypotheses(bool of_distances) {
   return hypotheses;
 }
 
-// The angles a, b, c, changed.
+// A hypothesis that changes the angles a, b, c.
 Hypothesis of_angles(std::string remedy,
                      std::function<Eigen::Vector3d(const Eigen::Vector3d&)> by) {
   return {std::move(remedy), [by = std::move(by)](Robot&, Campaign& c) {
@@ -172,7 +174,7 @@ void try_hypotheses(const Robot& robot, const Campaign& campaign,
   if (!remedy.empty()) findings.push_back(remedy);
 }
 
-// What is left if all that a calibration may change is changed, where that is no error of an arm.
+// Names what remains after a calibration, if it is larger than any error of an arm.
 void try_calibration(const Robot& robot, const Campaign& campaign,
                      std::vector<std::string>& findings) {
   CalibrationResult result;
@@ -197,7 +199,7 @@ void try_calibration(const Robot& robot, const Campaign& campaign,
     const auto k = static_cast<Eigen::Index>(i);
     const bool is_length = parameter_unit(parameter) == ParameterUnit::metre;
     const double moved = result.change[k];
-    // Poses that hardly show a parameter let it wander; that says nothing of the robot.
+    // A weakly observable parameter may change a lot without meaning anything.
     if (std::abs(moved) < kClearly * std::sqrt(result.covariance(k, k))) continue;
     const double change = std::abs(is_length ? moved : std::remainder(moved, 2 * std::numbers::pi));
     const bool is_link = parameter >= kLinkParameters && parameter < kToolParameters;
@@ -213,7 +215,7 @@ void try_calibration(const Robot& robot, const Campaign& campaign,
 }  // namespace
 
 std::vector<std::string> diagnose(const Robot& given, const Campaign& all) {
-  // One base must fit what is looked at: the session with most rows.
+  // One base must fit the rows looked at: those of the session with most rows.
   const std::vector<std::vector<int>> sessions = rows_by_session(all);
   const std::vector<int>& own =
       *std::max_element(sessions.begin(), sessions.end(),

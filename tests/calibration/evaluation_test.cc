@@ -1,12 +1,22 @@
 #include "armtrue/calibration/evaluation.h"
 
 #include <gtest/gtest.h>
+#include <stdlib.h>
 
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <random>
+#include <stdexcept>
+
+#include "armtrue/io/campaign_io.h"
+#include "armtrue/io/robot_io.h"
+#include "support/oracle.h"
 
 namespace armtrue {
 namespace {
+
+constexpr const char* kSpindle = ARMTRUE_CONFIG "/robots/kr360-spindle.yaml";
 
 TEST(Evaluation, MeanErrorOfNoiseIsThatOfThreeNormalAxes) {
   std::mt19937_64 random(6);
@@ -16,6 +26,96 @@ TEST(Evaluation, MeanErrorOfNoiseIsThatOfThreeNormalAxes) {
   for (int i = 0; i < kDraws; ++i)
     sum += std::hypot(normal(random), normal(random), normal(random));
   EXPECT_NEAR(mean_error_of_noise(0.095), sum / kDraws, 0.0005);
+}
+
+// Each pose read twice, a and -a off its own mean on every axis; the means differ from pose to
+// pose.
+struct ReadTwice {
+  Campaign campaign;
+  Evaluation evaluation;
+
+  ReadTwice(int poses, double a) {
+    for (int row = 0; row < 2 * poses; ++row) {
+      const int pose = row / 2;
+      if (row % 2 == 0) campaign.pose_ids.push_back(std::to_string(pose));
+      campaign.pose.push_back(pose);
+      campaign.q.emplace_back(JointVector::Zero());
+      campaign.position.emplace_back(Eigen::Vector3d::Zero());
+      Eigen::Matrix<double, 6, 1> residual = Eigen::Matrix<double, 6, 1>::Zero();
+      residual.head<3>().setConstant(1e-3 * pose + (row % 2 == 0 ? a : -a));
+      evaluation.residuals.push_back(residual);
+    }
+  }
+};
+
+// Of two readings, the deviations from their mean, times sqrt(2 / (2 - 1)), are all +-sqrt(2) a.
+// The robust standard deviation of values of one size b is b / 0.9866: all lie within three of it.
+TEST(NoiseFloor, OfReplicatesIsTheirScatterAboutThePose) {
+  const ReadTwice readings(7, 1e-4);
+  const NoiseFloor floor = noise_floor({}, readings.campaign, readings.evaluation);
+  EXPECT_EQ(floor.source, NoiseFloor::Source::replicates);
+  EXPECT_EQ(floor.degrees_of_freedom, 21);  // poses x axes x (2 - 1)
+  EXPECT_NEAR(floor.position, std::sqrt(2) * 1e-4 / 0.9866, 1e-12);
+}
+
+// Readings that state twice the standard deviation scatter twice as far: one floor, of the median.
+TEST(NoiseFloor, WeighsReadingsByTheirOwnDeviation) {
+  ReadTwice readings(9, 1e-4);
+  for (int row = 0; row < 18; ++row) {
+    const bool is_coarse = row < 4;
+    readings.campaign.sigma_position.push_back(is_coarse ? 2e-5 : 1e-5);
+    if (is_coarse) readings.evaluation.residuals[static_cast<size_t>(row)] *= 2;
+  }
+  const NoiseFloor floor = noise_floor({}, readings.campaign, readings.evaluation);
+  EXPECT_NEAR(floor.position, std::sqrt(2) * 1e-4 / 0.9866, 1e-12);
+}
+
+// Below 20 degrees of freedom the readings' own statement counts, then that of the robot file.
+TEST(NoiseFloor, OfFewReplicatesIsWhatIsStated) {
+  ReadTwice readings(6, 1e-4);
+  Robot robot;
+  EXPECT_EQ(noise_floor(robot, readings.campaign, readings.evaluation).source,
+            NoiseFloor::Source::none);
+  robot.noise.position = 5e-5;
+  NoiseFloor floor = noise_floor(robot, readings.campaign, readings.evaluation);
+  EXPECT_EQ(floor.source, NoiseFloor::Source::instrument);
+  EXPECT_EQ(floor.position, 5e-5);
+  readings.campaign.sigma_position = {1e-5, 2e-5, 3e-5, 4e-5, 5e-5, 6e-5,
+                                      7e-5, 8e-5, 9e-5, 9e-5, 9e-5, 9e-5};
+  floor = noise_floor(robot, readings.campaign, readings.evaluation);
+  EXPECT_NEAR(floor.position, 6.5e-5, 1e-18);
+}
+
+// The lack-of-fit p of a calibration of the oracle's campaign that hides an effect of this family.
+double lack_of_fit_p(const std::string& family, double size_mm, unsigned seed) {
+  armtrue_oracle::CampaignPlan plan;
+  plan.poses = 40;
+  plan.seed = seed;
+  std::string folder = std::filesystem::temp_directory_path() / "armtrue-fit-XXXXXX";
+  if (!mkdtemp(folder.data())) throw std::runtime_error("cannot create " + folder);
+  armtrue_oracle::write_campaign(armtrue_oracle::read_arm(kSpindle), family, size_mm, plan, folder);
+  const Campaign campaign = read_campaign(folder + "/train.csv").campaign;
+  std::filesystem::remove_all(folder);
+  return assess(calibrate(read_robot(kSpindle).robot, campaign), campaign).lack_of_fit.value();
+}
+
+// Where the model is true its p is uniform on [0, 1]: Kolmogorov and Smirnov's distance of 200
+// draws exceeds 1.63 / sqrt(200) = 0.115 by chance once in a hundred times.
+TEST(LackOfFit, IsUniformWhereTheModelLacksNothing) {
+  constexpr int kCampaigns = 200;
+  std::vector<double> p;
+  for (unsigned seed = 1; seed <= kCampaigns; ++seed) p.push_back(lack_of_fit_p("null", 0, seed));
+  std::sort(p.begin(), p.end());
+  double distance = 0;
+  for (size_t i = 0; i < p.size(); ++i)
+    distance = std::max({distance, p[i] - static_cast<double>(i) / kCampaigns,
+                         static_cast<double>(i + 1) / kCampaigns - p[i]});
+  EXPECT_LT(distance, 1.63 / std::sqrt(kCampaigns));
+}
+
+TEST(LackOfFit, IsClearWhereAnEffectIsHidden) {
+  for (unsigned seed = 1; seed <= 5; ++seed)
+    EXPECT_LT(lack_of_fit_p("compliance", 0.12, seed), 1e-3) << seed;
 }
 
 }  // namespace

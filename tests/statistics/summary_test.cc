@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <random>
+#include <stdexcept>
 
 namespace armtrue {
 namespace {
@@ -14,6 +15,13 @@ TEST(Statistics, SummaryOfAKnownSample) {
   EXPECT_DOUBLE_EQ(summary.rms, std::sqrt(7.5));
   EXPECT_DOUBLE_EQ(summary.p95, 3.85);
   EXPECT_DOUBLE_EQ(summary.max, 4);
+}
+
+TEST(Statistics, MedianOfNothingIsAnError) {
+  EXPECT_EQ(median({3, 1, 2}), 2);
+  EXPECT_EQ(median({4, 1, 3, 2}), 2.5);
+  EXPECT_THROW(median({}), std::invalid_argument);
+  EXPECT_EQ(robust_deviation({}), 0);
 }
 
 // The table of chi-square with three degrees of freedom.

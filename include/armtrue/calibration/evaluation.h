@@ -13,9 +13,10 @@ namespace armtrue {
 
 /// Errors of a robot on measured poses, reading by reading.
 struct Evaluation {
-  /// Measured minus model, R_A [m, rad]; of a distance the first component, the others zero.
+  /// Measured minus model, R_A [m, rad]. The residual of a distance or a coordinate is the first
+  /// component, the others are zero.
   std::vector<Eigen::Matrix<double, 6, 1>> residuals;
-  std::vector<double> position;     ///< norms [m]; of distances their errors
+  std::vector<double> position;     ///< norms [m]
   std::vector<double> orientation;  ///< norms [rad]; empty without orientations
 };
 
@@ -27,28 +28,35 @@ Evaluation evaluate(const Robot& robot, const Campaign& campaign);
 struct NoiseFloor {
   enum class Source { replicates, instrument, none };
   Source source = Source::none;
-  int axes = 3;  ///< of a position; 1: of a distance
-  /// Per axis, one standard deviation [m]; of a row with the median of the deviations that are
-  /// stated.
+  int axes = 3;  ///< numbers per position: 3 of a point, 1 of a distance or coordinate
+  /// Standard deviation per axis [m]; if rows state their own, that of a row that states the
+  /// median.
   double position = 0;
   double orientation = 0;      ///< [rad]; 0 without orientations
   int degrees_of_freedom = 0;  ///< of the replicates
 };
 
-/// Scatter of the replicates about their own mean residual, by session, pose and channel, estimated
-/// robustly; where no pose is repeated, what the readings state themselves (their median
-/// `sigma_mm`), else what the robot file says of the instrument. Replicates
-/// taken in a row at standstill show the instrument, not the arm's return to a pose.
+/// From replicates (rows of one session, pose and channel), if they have 20 degrees of freedom: the
+/// robust_deviation() of
+///     sqrt(m / (m - 1)) (r - mean of the m replicates' r),
+/// r the residual of a row times (median sigma / own sigma). Otherwise the median `sigma_mm` of the
+/// rows, else the noise that the robot file states. Replicates taken in a row at standstill show
+/// the noise of the instrument, not how well the arm returns to a pose.
 NoiseFloor noise_floor(const Robot& robot, const Campaign& campaign, const Evaluation& evaluation);
 
-/// Mean length of an error that is only noise: three axes of a normal law, or one of a distance.
+/// Mean length of an error that is only normal noise: s sqrt(8 / pi) of three axes with the
+/// standard deviation s each, s sqrt(2 / pi) of one.
 double mean_error_of_noise(double deviation_per_axis, int axes = 3);
 
-/// A fit against the noise of its own readings, blunders apart. Lack of fit against pure error:
-/// probability of a ratio of mean squares this large if the model lacked nothing (F test; against a
-/// floor that is only known from the instrument, chi-square). Nothing without any floor.
+/// A fit against the noise of its own readings, without blunders. The lack-of-fit p is the
+/// probability of a Q this large if the model were complete (Draper, Smith, "Applied regression
+/// analysis", 1998, 2.1):
+///     Q = sum over groups of replicates of m |mean residual|^2 / floor^2,
+/// with f = axes x groups - unknowns degrees of freedom. Q / f is F-distributed with f and the
+/// replicates' degrees of freedom; against a stated floor, Q is chi-squared. Nothing without a
+/// floor.
 struct FitQuality {
-  std::vector<int> blunders;  ///< rows whose weight is next to nothing: 14 standard deviations
+  std::vector<int> blunders;  ///< rows with a weight below 0.05: some 14 standard deviations
   NoiseFloor noise;
   std::optional<double> lack_of_fit;              ///< of position and orientation together
   std::optional<double> lack_of_fit_in_position;  ///< of position alone

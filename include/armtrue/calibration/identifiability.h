@@ -10,11 +10,13 @@
 
 namespace armtrue {
 
-/// A parameter that this campaign cannot tell from the ones kept, and the strongest of those.
+/// A parameter that this campaign cannot distinguish from the kept ones, and those of them that
+/// imitate it.
 struct AbsorbedParameter {
   int parameter;
-  /// (parameter, share): moving this one by 1 looks like moving those by `share` (mixed units: m,
-  /// rad). Empty if the parameter moves nothing that was measured.
+  /// (parameter, share), largest first: a change of this one by 1 has the effect of changes of
+  /// those by `share` (mixed units: m, rad). Empty if the parameter moves nothing that was
+  /// measured.
   std::vector<std::pair<int, double>> absorbed_by;
 };
 
@@ -29,22 +31,22 @@ struct IdentifiableSet {
 /// Rank-revealing QR with columns of unit norm, taken in a fixed order of preference, so that the
 /// set does not depend on a platform's rounding: base, anchors, targets, tool, then over all links
 /// theta, alpha, d, r, and beta last, so that beta enters only where two axes are parallel
-/// (Hayati), and at the very end the anchors' zero errors. Anchors are what defines R_A: one shows
-/// the translation of the base alone, three all of it; what is then left of their coordinates is
-/// how they stand to each other. A
-/// column is absorbed when less than 1e-6 of it is left beside those before it. The columns are
-/// taken on the arm's ideal structure (link angles within 1 deg of a right angle count as right),
-/// because near-parallel axes are what makes a set ill-conditioned. The bases of further sessions
-/// and their own zero offsets are unknown beside the set, whatever `identify` says. Throws
+/// (Hayati), and at the very end the anchors' zero errors. Anchors define R_A: one shows only the
+/// translation of the base, three show all of it; their further coordinates are their places
+/// relative to each other. A column is absorbed if its part orthogonal to the columns before it is
+/// shorter than 1e-6 of it. The columns are taken on the arm's ideal structure (link angles within
+/// 1 deg of a right angle count as right), because near-parallel axes make a set ill-conditioned.
+/// The bases and own zero offsets of further sessions are always unknowns beside the set. Throws
 /// std::invalid_argument for a name that the robot does not have, or a session whose readings do
 /// not show what it has of its own.
 IdentifiableSet choose_identifiable(const Robot& robot, const Campaign& campaign);
 
-/// Parameters that poses all over the travel of the joints would show, but these poses do not.
+/// Parameters that poses spread over the whole travel of the joints would show, but these poses do
+/// not.
 std::vector<int> lost_to_poses(const Robot& robot, const Campaign& campaign,
                                const IdentifiableSet& set);
 
-/// The parameters of the names in `identify`, before identifiability is asked.
+/// The parameters of the names in `identify`, identifiable or not.
 std::vector<int> allowed_parameters(const Robot& robot, const Campaign& campaign);
 
 }  // namespace armtrue

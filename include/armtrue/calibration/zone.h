@@ -7,18 +7,17 @@
 
 namespace armtrue {
 
-/// Sphere in R_A, of several sessions that of the first [m].
+/// Sphere in R_A, with several sessions in that of the first [m].
 struct Zone {
   Eigen::Vector3d centre;
   double radius;
 };
 
-/// Lets readings count less the farther they lie outside a zone, by 1 / (1 + (distance from the
-/// sphere / its radius)^2): what the model cannot follow everywhere it then follows there. Where
-/// they lie the robot says, from the bases that its calibration starts from: distances do not show
-/// it, and each session has an R_A of its own. Written into the standard deviations of the
-/// readings; those that are stated keep their part. Throws std::invalid_argument as
-/// choose_identifiable() does.
+/// Weights readings by 1 / (1 + (d / radius)^2), d the distance of the point from the sphere, 0
+/// inside: where the model cannot fit everywhere, it then fits best in the zone. The points are
+/// those of the robot with the bases that its calibration starts from, because distances do not
+/// show them and each session has its own R_A. The weights are multiplied into the standard
+/// deviations of the readings. Throws std::invalid_argument as choose_identifiable() does.
 void weight_by_zone(Campaign& campaign, const Robot& robot, const Zone& zone);
 
 }  // namespace armtrue

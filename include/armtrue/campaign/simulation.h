@@ -16,7 +16,7 @@ struct Box {
 
 enum class VisitOrder {
   random,  ///< every round in a new random order
-  sorted,  ///< every round by the first joint: short ways, but slow drifts look like geometry
+  sorted,  ///< every round by the first joint: short motions, but a slow drift looks like geometry
 };
 
 struct SimulationOptions {
@@ -32,13 +32,13 @@ struct SimulationOptions {
   std::uint64_t seed = 1;
 };
 
-/// A campaign as `truth` would give it: configurations within the travel limits of `robot` (and
-/// within the box, as `robot` sees it), visited `repeats` times, read with noise. With targets in
-/// `truth` every visit reads each of them; with anchors, their distances from each. Throws
-/// std::invalid_argument if the box cannot be reached.
+/// A campaign as a measurement of `truth` would give it: configurations within the travel limits of
+/// `robot` (and within the box, by the model of `robot`), visited `repeats` times, read with noise.
+/// With targets in `truth` every visit reads each of them; with anchors, their distances from each.
+/// Throws std::invalid_argument if the box cannot be reached.
 Campaign simulate(const Robot& robot, const Robot& truth, const SimulationOptions& options);
 
-/// The same with the configurations given; `poses` and `box` of the options are not read.
+/// The same with the configurations given; does not use `poses` and `box` of the options.
 Campaign simulate(const std::vector<JointVector>& commanded, const Robot& truth,
                   const SimulationOptions& options);
 

@@ -13,7 +13,7 @@ using Direction = std::array<std::int8_t, kJoints>;
 
 inline constexpr int kMaxTemperatures = 8;
 
-/// Everything known about the moment of one reading, apart from the reading itself.
+/// The state of robot and surroundings at one reading, without the reading itself.
 struct Context {
   JointVector q = JointVector::Zero();  ///< encoder angles [rad]
   Direction arrival{};                  ///< of the last motion; 0 = unknown

@@ -8,11 +8,11 @@
 
 namespace armtrue {
 
-/// What makes a parameter change from one reading to the next.
+/// The quantity that a parameter follows from one reading to the next.
 enum class DriverKind {
   joint_angle,     ///< encoder angle of one joint, or of two (a series of both)
   gravity_torque,  ///< torque of gravity about the axis of one joint [N m]
-  motor_torque,    ///< torque of one joint's motor as it was measured, on the side of the arm [N m]
+  motor_torque,    ///< measured torque of one joint's motor, on the side of the arm [N m]
   arrival,         ///< direction in which one joint came to its pose: -1, 0, 1
   time,            ///< [s]
   temperature,     ///< of one sensor [deg C]

@@ -15,7 +15,7 @@ struct Coefficient {
   std::string name;  ///< "c"; "sin", "cos"; "rx", ...
   double value = 0;
   double std = 0;  ///< 0 if it was not identified here
-  /// Of 95 %, given the robot file's masses, which it takes as exact.
+  /// 95 % interval; takes the masses of the robot file as exact.
   std::array<double, 2> ci95{0, 0};
 };
 
@@ -33,12 +33,12 @@ struct Effect {
   std::vector<Coefficient> coefficients;
 };
 
-/// Whether one parameter follows one driver: the same cause, as far as a name goes.
+/// Whether both have one parameter and one driver.
 inline bool same_place(const Effect& a, const Effect& b) {
   return a.parameter == b.parameter && a.driver == b.driver;
 }
 
-/// Whether it does so in the same shape, whatever the coefficients.
+/// Whether both have one parameter, one driver and one shape; coefficients may differ.
 inline bool same_form(const Effect& a, const Effect& b) {
   return same_place(a, b) && a.shape == b.shape;
 }
@@ -52,7 +52,8 @@ inline bool is_group(const std::string& parameter) {
 /// their own unless the moment turns it.
 ParameterUnit unit_of_parameter(const KinematicChain& chain, const std::string& parameter);
 
-/// Why no robot's parameter can follow the driver in this shape, with the remedy; empty if it can.
+/// The reason why no parameter of this name can follow the driver in this shape, with the remedy;
+/// empty if it can.
 std::string why_invalid(const std::string& parameter, const Driver& driver, const Shape& shape);
 
 }  // namespace armtrue

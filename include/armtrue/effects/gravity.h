@@ -16,16 +16,16 @@ using ArmFrames = std::array<Pose, kLinks>;
 /// of the parameter, g . sum_k m_k d(com_k)/d(parameter) [N m for an angle, N for a length]. For
 /// A_j.theta it is the torque of gravity on joint j.
 ///
-/// Without masses it is a basis that spans the torque of any distribution of mass in the carrying
-/// links: the first moments of link j itself and of those after it whose axes stay parallel to
-/// joint j (for A2 the sine and cosine of the arm's and of the forearm's angle), per kg m. Lighter
-/// links, whose torque turns with the wrist, are left out: they would cost coefficients and carry
-/// next to nothing.
+/// Without masses the load is a basis that spans the torque of any distribution of mass in the
+/// carrying links: the first moments of link j itself and of the links after it whose axes stay
+/// parallel to joint j (for A2 the sine and cosine of the arm's and of the forearm's angle), per
+/// kg m. Wrist links are left out: their torque is small and would add coefficients.
 class GravityLoad {
  public:
   GravityLoad(const Robot& robot, int parameter);
 
-  /// 1 with masses; without, the size of the basis, 0 if gravity does no work on this parameter.
+  /// With masses 1. Without masses the size of the basis: 0 if gravity does no work on the
+  /// parameter.
   int value_count() const;
   void values(const Context& context, const ArmFrames& frames, double* out) const;
 

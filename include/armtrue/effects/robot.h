@@ -23,7 +23,7 @@ struct InstrumentNoise {
   double orientation = 0;  ///< [rad]
 };
 
-/// What a session of a campaign has for itself: a station of the instrument, a day.
+/// Parameters of one session of a campaign: a station of the instrument, a day.
 struct Session {
   Pose base;  ///< R_A from R_0
   /// Zero offsets (Link::theta) of its own, by 0-based link [rad]; the others are the chain's.
@@ -44,7 +44,7 @@ struct Robot {
   std::vector<Effect> effects;
 
   std::vector<std::string> identify{"auto"};  ///< {"auto"}, {"paper-25"}, or parameter names
-  /// Zero offsets, such as A2.theta, that each session has for itself, as it has its base.
+  /// Zero offsets, such as A2.theta, of which each session has its own value, as of its base.
   std::vector<std::string> identify_per_session;
   InstrumentNoise noise;
   std::map<std::string, double> priors;  ///< standard deviation about the nominal value [SI]

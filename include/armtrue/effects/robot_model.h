@@ -11,9 +11,9 @@
 
 namespace armtrue {
 
-/// An effect resolved for one robot: which parameters its coefficients move, and by what.
-/// Drivers and torques come from the robot's chain as it stands when the effect is bound; what
-/// calibration changes in it later (1e-3 of a length) changes an effect by as little.
+/// An effect resolved for one robot: which parameters its coefficients move, and by which values.
+/// Drivers and torques are computed with the robot's chain at the time of binding. A calibration
+/// afterwards changes lengths by some 1e-3, and the effect by as little.
 class BoundEffect {
  public:
   /// offset[parameter] += coefficient * value
@@ -60,25 +60,25 @@ class BoundEffect {
 };
 
 /// Predicts poses: the chain, with the effects that the robot file declares. Throws
-/// std::invalid_argument for one that follows what only a measurement tells (motor torque).
+/// std::invalid_argument for an effect whose driver is only known by measurement (motor torque).
 class RobotModel {
  public:
   explicit RobotModel(const Robot& robot, const std::vector<std::string>& temperature_names = {});
 
-  /// What the instrument reads of the measured frame: R_A from it, lengths times the instrument's
-  /// scale.
+  /// The reading of the measured frame: R_A from it, lengths times the instrument's scale.
   Pose pose(const Context& context) const;
 
   /// The same for a target, an index into the chain's targets, or -1 for the measured frame's
   /// origin.
   Eigen::Vector3d point(const Context& context, int target) const;
 
-  /// What is read of the target from an anchor, an index into the chain's anchors.
+  /// The reading of the target's distance from an anchor, an index into the chain's anchors:
+  /// scale |p - a| + zero.
   double distance(const Context& context, int target, int anchor) const;
 
   const ChainEvaluator& chain() const { return chain_; }
 
-  /// What the effects add to each parameter, instrument.scale last.
+  /// The sum of the effects on each parameter, instrument.scale last.
   Eigen::Matrix<double, kGeometricParameters + 1, 1> offsets(const Context& context) const;
 
  private:
