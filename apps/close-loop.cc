@@ -75,7 +75,7 @@ void check_apart(const Campaign& training, const Campaign& test) {
     std::vector<double> numbers(campaign.q[row].begin(), campaign.q[row].end());
     if (!campaign.position.empty())
       numbers.insert(numbers.end(), campaign.position[row].begin(), campaign.position[row].end());
-    if (!campaign.distance.empty()) numbers.push_back(campaign.distance[row]);
+    if (!campaign.distance.empty()) numbers.push_back(campaign.length(row));
     return numbers;
   };
   std::set<std::vector<double>> known;

@@ -39,46 +39,12 @@ void fold_into(Eigen::MatrixXd& factor, const Eigen::Ref<const Eigen::MatrixXd>&
 
 Eigen::Vector2d row_norms(const ObservationModel::At& at, const ObservationModel& model, int row) {
   const Eigen::Matrix<double, 6, 1> r = at.residual(row);
-  const ReadingSigma sigma = model.row_scale(row);
+  const ReadingSigma sigma = model.row_sigma(row);
   return {r.head<3>().squaredNorm() / (sigma.position * sigma.position),
           r.tail<3>().squaredNorm() / (sigma.orientation * sigma.orientation)};
 }
 
 }  // namespace
-
-double ReadingLaw::weight(double squared_norm, int dimension, double row_variance) const {
-  if (degrees_of_freedom <= 0) return 1.0;
-  return (degrees_of_freedom + dimension) / (degrees_of_freedom + squared_norm / row_variance);
-}
-
-double ReadingLaw::loss(double squared_norm, int dimension, double row_variance) const {
-  if (degrees_of_freedom <= 0) return squared_norm;
-  return row_variance * (degrees_of_freedom + dimension) *
-         std::log1p(squared_norm / (row_variance * degrees_of_freedom));
-}
-
-std::vector<double> pose_variances(const Campaign& campaign, const std::vector<double>& norms,
-                                   int dimension) {
-  const size_t poses = campaign.pose_ids.size() * std::max<size_t>(1, campaign.anchor_names.size());
-  // All alone; not every pose need be read from every anchor.
-  if (campaign.anchor.empty() && poses >= norms.size()) return {};
-  constexpr double kSmallest = 1e-12;  // the logarithm of an exact reading
-  const auto log_of = [&](int row) {
-    return std::log(std::max(norms[row] / dimension, kSmallest));
-  };
-  std::vector<double> sum(poses, 0.0);
-  std::vector<int> readings(poses, 0);
-  for (int row = 0; row < campaign.rows(); ++row) {
-    sum[campaign.pose_by_anchor(row)] += log_of(row);
-    ++readings[campaign.pose_by_anchor(row)];
-  }
-  std::vector<double> variances(norms.size(), 1.0);
-  for (int row = 0; row < campaign.rows(); ++row) {
-    const int pose = campaign.pose_by_anchor(row), others = readings[pose] - 1;
-    if (others > 0) variances[row] = std::max(1.0, std::exp((sum[pose] - log_of(row)) / others));
-  }
-  return variances;
-}
 
 Fold fold(const ObservationModel::At& at, const ObservationModel& model, const ReadingLaw& law,
           FoldBy by) {

@@ -183,8 +183,8 @@ std::vector<int> lost_to_poses(const Robot& robot, const Campaign& campaign,
   const int targets = std::max(1, static_cast<int>(campaign.target_names.size()));
   for (int row = 0; row < kPoses && !campaign.target.empty(); ++row)
     everywhere.target[row] = row % targets;
-  for (int row = 0; row < kPoses && !campaign.anchor.empty(); ++row)
-    everywhere.anchor[row] = row / targets % static_cast<int>(campaign.anchor_names.size());
+  for (int row = 0; row < kPoses; ++row)
+    everywhere.set_quantity(row, row / targets % campaign.quantities());
   const IdentifiableSet possible = choose_identifiable(robot, everywhere);
   std::vector<int> lost;
   if (possible.kept.size() <= set.kept.size()) return lost;

@@ -20,6 +20,11 @@ void turn_columns(PoseJacobian& jacobian, int first, const Eigen::Matrix3d& turn
   throw std::invalid_argument(campaign.source + line + ": " + what);
 }
 
+// 0 where no row states a standard deviation.
+double stated_median(const std::vector<double>& deviations) {
+  return deviations.empty() ? 0.0 : median(deviations);
+}
+
 // The first row that has the name of this number in its column.
 size_t first_row_of(size_t number, const std::vector<int>& column) {
   return static_cast<size_t>(std::find(column.begin(), column.end(), static_cast<int>(number)) -
@@ -57,17 +62,19 @@ std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& c
     return 0;
   };
   if (campaign.anchor.empty()) return {the_only()};
+  const auto first_row_from = [&](int anchor) {
+    int row = 0;
+    while (row < campaign.rows() &&
+           (campaign.kind(row) != ReadingKind::distance || campaign.anchor[row] != anchor))
+      ++row;
+    return static_cast<size_t>(row);
+  };
   std::vector<int> indices;
   for (const std::string& name : campaign.anchor_names) {
-    const auto place = static_cast<int>(indices.size());
-    if (campaign.has_coordinates && (place < 3 || name.empty())) {
-      indices.push_back(place < 3 ? -1 - place : the_only());
-      continue;
-    }
     const auto found = std::find_if(chain.anchors.begin(), chain.anchors.end(),
                                     [&](const Anchor& anchor) { return anchor.name == name; });
     if (found == chain.anchors.end())
-      fail_at(campaign, first_row_of(indices.size(), campaign.anchor),
+      fail_at(campaign, first_row_from(static_cast<int>(indices.size())),
               "column 'anchor': the robot file has no anchor '" + name + "'" + kRemedy);
     indices.push_back(static_cast<int>(found - chain.anchors.begin()));
   }
@@ -75,22 +82,23 @@ std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& c
 }
 
 ObservationModel::ObservationModel(const Campaign& campaign, const Robot& robot,
-                                   std::vector<int> geometric, const ReadingSigma& scale,
+                                   std::vector<int> geometric, const ReadingSigma& sigma,
                                    int fitted_effects, const Pose& common_from_own)
     : campaign_(campaign),
       robot_(robot),
       geometric_(std::move(geometric)),
       targets_(match_targets(campaign, robot.chain)),
       anchors_(match_anchors(campaign, robot.chain)),
-      scale_(scale),
+      sigma_(sigma),
       fitted_effects_(std::min(fitted_effects, static_cast<int>(robot.effects.size()))),
       common_from_own_(common_from_own),
-      median_sigma_position_(median(campaign.sigma_position)),
-      median_sigma_orientation_(median(campaign.sigma_orientation)) {
+      median_sigma_position_(stated_median(campaign.sigma_position)),
+      median_sigma_orientation_(stated_median(campaign.sigma_orientation)) {
   evaluate_effect_values(robot);
 }
 
-// Drivers do not move with the unknowns (see BoundEffect), so each is evaluated once per row.
+// The values of the drivers do not depend on the unknowns (see BoundEffect), so each is evaluated
+// once per row.
 void ObservationModel::evaluate_effect_values(const Robot& robot) {
   int value_count = 0, coefficient_count = 0;
   bool needs_frames = false, needs_jacobian = false;
@@ -161,13 +169,13 @@ Robot ObservationModel::robot_at(const Eigen::VectorXd& x) const {
   return robot;
 }
 
-ReadingSigma ObservationModel::row_scale(int row) const {
-  ReadingSigma scale = scale_;
+ReadingSigma ObservationModel::row_sigma(int row) const {
+  ReadingSigma sigma = sigma_;
   if (median_sigma_position_ > 0)
-    scale.position *= campaign_.sigma_position[row] / median_sigma_position_;
+    sigma.position *= campaign_.sigma_position[row] / median_sigma_position_;
   if (median_sigma_orientation_ > 0)
-    scale.orientation *= campaign_.sigma_orientation[row] / median_sigma_orientation_;
-  return scale;
+    sigma.orientation *= campaign_.sigma_orientation[row] / median_sigma_orientation_;
+  return sigma;
 }
 
 Eigen::Vector3d ObservationModel::turn_of(const Eigen::VectorXd& x, int first_parameter) const {
@@ -221,16 +229,20 @@ ObservationModel::At::Prediction ObservationModel::At::predict(int row,
     frame.translation += lever;
   }
   predicted.position = frame.translation - model_.common_from_own_.translation;
-  if (!model_.anchors_.empty()) {
-    const int anchor = model_.anchor_of(row);
-    if (anchor < 0) {
-      predicted.direction = model_.common_from_own_.rotation.col(-1 - anchor);
+  const Campaign& campaign = model_.campaign_;
+  switch (campaign.kind(row)) {
+    case ReadingKind::point:
+      break;
+    case ReadingKind::coordinate:
+      predicted.direction = model_.common_from_own_.rotation.col(campaign.coordinate[row]->axis);
       predicted.position = {predicted.direction.dot(predicted.position), 0, 0};
-    } else {
-      const Eigen::Vector3d wire =
-          frame.translation - model_.common_from_own_ * robot_.chain.anchors[anchor].position;
+      break;
+    case ReadingKind::distance: {
+      const Anchor& anchor = robot_.chain.anchors[model_.anchor_of(row)];
+      const Eigen::Vector3d wire = frame.translation - model_.common_from_own_ * anchor.position;
       predicted.position = {wire.norm(), 0, 0};
       predicted.direction = wire.normalized();
+      break;
     }
   }
   return predicted;
@@ -240,13 +252,14 @@ Eigen::Matrix<double, 6, 1> ObservationModel::At::residual(int row,
                                                            const Prediction& predicted) const {
   const Campaign& campaign = model_.campaign_;
   Eigen::Matrix<double, 6, 1> residual = Eigen::Matrix<double, 6, 1>::Zero();
-  if (model_.anchors_.empty()) {
+  const ReadingKind kind = campaign.kind(row);
+  if (kind == ReadingKind::point) {
     residual.head<3>() = campaign.position[row] - (model_.common_from_own_.translation +
                                                    predicted.scale * predicted.position);
   } else {
-    const int anchor = model_.anchor_of(row);
-    const double zero = anchor < 0 ? 0 : robot_.chain.anchors[anchor].zero;
-    residual[0] = campaign.distance[row] - zero - predicted.scale * predicted.position[0];
+    const bool is_distance = kind == ReadingKind::distance;
+    const double zero = is_distance ? robot_.chain.anchors[model_.anchor_of(row)].zero : 0;
+    residual[0] = campaign.length(row) - zero - predicted.scale * predicted.position[0];
   }
   if (campaign.has_orientation())
     residual.tail<3>() = rotation_log(campaign.orientation[row].toRotationMatrix() *
@@ -256,6 +269,36 @@ Eigen::Matrix<double, 6, 1> ObservationModel::At::residual(int row,
 
 Eigen::Matrix<double, 6, 1> ObservationModel::At::residual(int row) const {
   return residual(row, predict(row, nullptr));
+}
+
+void ObservationModel::At::set_instrument_column(int row, int parameter,
+                                                 const Prediction& predicted, double sigma,
+                                                 Eigen::Ref<Eigen::VectorXd> column) const {
+  const ReadingKind kind = model_.campaign_.kind(row);
+  const bool is_length = kind != ReadingKind::point;
+  const int first_anchor = first_anchor_parameter(robot_.chain);
+  column.setZero();
+  if (parameter == kInstrumentScale) {
+    const int size = is_length ? 1 : 3;
+    column.head(size) = predicted.position.head(size) / sigma;
+  } else if (parameter >= first_anchor) {
+    const int anchor = (parameter - first_anchor) / 4, which = (parameter - first_anchor) % 4;
+    if (kind == ReadingKind::distance && anchor == model_.anchor_of(row))
+      column[0] =
+          (which == 3 ? 1.0
+                      : -predicted.scale *
+                            predicted.direction.dot(model_.common_from_own_.rotation.col(which))) /
+          sigma;
+  } else if (!model_.targets_.empty()) {
+    const int target = (parameter - kTargetParameters) / 3;
+    const int axis = (parameter - kTargetParameters) % 3;
+    if (target != model_.targets_[model_.campaign_.target[row]]) return;
+    const Eigen::Vector3d motion = predicted.frame.rotation.col(axis) * (predicted.scale / sigma);
+    if (is_length)
+      column[0] = predicted.direction.dot(motion);
+    else
+      column.head<3>() = motion;
+  }
 }
 
 void ObservationModel::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const {
@@ -269,56 +312,30 @@ void ObservationModel::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const
   if (predicted.scale != 1.0) jacobian.topRows<3>() *= predicted.scale;
   turn_columns(jacobian, kBaseParameters + 3, base_turn_);
   turn_columns(jacobian, kToolParameters + 3, tool_turn_);
-  const bool is_distance = !model_.anchors_.empty();
-  if (is_distance)
-    jacobian.row(0) = (predicted.direction.transpose() * jacobian.topRows<3>()).eval();
+  const bool is_length = model_.campaign_.kind(row) != ReadingKind::point;
+  if (is_length) jacobian.row(0) = (predicted.direction.transpose() * jacobian.topRows<3>()).eval();
 
-  const ReadingSigma sigma = model_.row_scale(row);
+  const ReadingSigma sigma = model_.row_sigma(row);
   Eigen::Matrix<double, 6, 1> weight;
   weight.head<3>().setConstant(1.0 / sigma.position);
   weight.tail<3>().setConstant(1.0 / sigma.orientation);
 
-  // Those rows of a column that are of the position: one of a distance, three of a point.
-  const auto position_rows = [&](auto&& column) { return column.head(is_distance ? 1 : 3); };
-  const int first_anchor = first_anchor_parameter(robot_.chain);
-  for (int k = 0; k < model_.geometric_count(); ++k) {
-    const int index = model_.geometric_[k];
-    auto column = out.col(k);
-    if (index < kGeometricParameters) {
-      column = jacobian.col(index).head(size).cwiseProduct(weight.head(size));
-      continue;
-    }
-    column.setZero();
-    if (index == kInstrumentScale) {
-      position_rows(column) = position_rows(predicted.position) / sigma.position;
-    } else if (index >= first_anchor) {
-      const int anchor = (index - first_anchor) / 4, which = (index - first_anchor) % 4;
-      if (is_distance && anchor == model_.anchor_of(row))
-        column[0] =
-            (which == 3 ? 1.0
-                        : -predicted.scale * predicted.direction.dot(
-                                                 model_.common_from_own_.rotation.col(which))) /
-            sigma.position;
-    } else if (!model_.targets_.empty()) {
-      const int target = (index - kTargetParameters) / 3, axis = (index - kTargetParameters) % 3;
-      if (target != model_.targets_[model_.campaign_.target[row]]) continue;
-      const Eigen::Vector3d motion =
-          predicted.frame.rotation.col(axis) * (predicted.scale / sigma.position);
-      if (is_distance)
-        column[0] = predicted.direction.dot(motion);
-      else
-        column.head<3>() = motion;
-    }
-  }
+  for (int k = 0; k < model_.geometric_count(); ++k)
+    if (const int index = model_.geometric_[k]; index < kGeometricParameters)
+      out.col(k) = jacobian.col(index).head(size).cwiseProduct(weight.head(size));
+    else
+      set_instrument_column(row, index, predicted, sigma.position, out.col(k));
   out.col(model_.unknowns()) = r.head(size).cwiseProduct(weight.head(size));
   const int first = model_.geometric_count();
   if (model_.coefficient_count_ > 0) out.middleCols(first, model_.coefficient_count_).setZero();
+  const int position_size = is_length ? 1 : 3;
   for (int e = 0; e < model_.fitted_effects_; ++e)
     for (const BoundEffect::Term& term : model_.effects_[e].terms()) {
       const double value = model_.effect_values_(model_.first_value_[e] + term.value, row);
       auto column = out.col(first + model_.first_coefficient_[e] + term.coefficient);
       if (term.parameter == kInstrumentScale)
-        position_rows(column) += position_rows(predicted.position) * (value / sigma.position);
+        column.head(position_size) +=
+            predicted.position.head(position_size) * (value / sigma.position);
       else
         column += (jacobian.col(term.parameter).head(size).cwiseProduct(weight.head(size))) * value;
     }

@@ -31,7 +31,7 @@ std::array<double, 2> percentile_interval(std::vector<double> values, int poses)
 
 Eigen::MatrixXd bootstrap_coefficients(const CalibrationResult& fit, const Campaign& campaign,
                                        int draws, std::uint64_t seed) {
-  const SessionModels models(campaign, fit.robot, fit.set.kept, fit.scale);
+  const SessionModels models(campaign, fit.robot, fit.set.kept, fit.sigma);
   const Eigen::MatrixXd& root = fit.inverse_root;
   const auto of_coefficients =
       root.middleRows(models.geometric_count(), models.first_own(1) - models.geometric_count());

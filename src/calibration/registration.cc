@@ -102,16 +102,18 @@ Pose registered_base(const Robot& robot, const Campaign& campaign) {
     for (int row = 0; row < campaign.rows(); ++row) measured.col(row) = campaign.position[row];
     return register_points(own, measured);
   }
-  if (campaign.has_coordinates) {
+  if (campaign.has_coordinates()) {
     std::vector<int> rows;
     std::vector<Eigen::Vector3d> measured;
+    const auto reads_axis = [&](int row, int axis) {
+      return campaign.kind(row) == ReadingKind::coordinate &&
+             campaign.coordinate[row]->axis == axis;
+    };
     for (int row = 0; row + 2 < campaign.rows(); ++row) {
-      if (campaign.anchor[row] != 0 || campaign.anchor[row + 1] != 1 ||
-          campaign.anchor[row + 2] != 2)
-        continue;
+      if (!reads_axis(row, 0) || !reads_axis(row + 1, 1) || !reads_axis(row + 2, 2)) continue;
       rows.push_back(row);
-      measured.emplace_back(campaign.distance[row], campaign.distance[row + 1],
-                            campaign.distance[row + 2]);
+      measured.emplace_back(campaign.length(row), campaign.length(row + 1),
+                            campaign.length(row + 2));
     }
     if (std::ssize(rows) >= kMinPoints)
       return register_points(
@@ -121,12 +123,12 @@ Pose registered_base(const Robot& robot, const Campaign& campaign) {
   const std::vector<int> anchors = match_anchors(campaign, robot.chain);
   std::vector<Eigen::Vector3d> found, given;  // in R_0, in R_A
   for (size_t a = 0; a < anchors.size(); ++a) {
-    if (anchors[a] < 0) continue;
     const Anchor& anchor = robot.chain.anchors[anchors[a]];
     std::vector<int> rows;
     std::vector<double> distances;
     for (int row = 0; row < campaign.rows(); ++row)
-      if (campaign.anchor.empty() || campaign.anchor[row] == static_cast<int>(a)) {
+      if (campaign.kind(row) == ReadingKind::distance &&
+          (campaign.anchor.empty() || campaign.anchor[row] == static_cast<int>(a))) {
         rows.push_back(row);
         distances.push_back(campaign.distance[row] - anchor.zero);
       }
@@ -155,6 +157,7 @@ namespace {
 Robot with_base_near(const Robot& robot, const Campaign& campaign) {
   const auto typical_miss = [&](const Robot& candidate) {
     const SessionModels model(campaign, candidate, {}, {1.0, 1.0});
+    if (model.rows() == 0) return 0.0;
     std::vector<double> squares;
     for (const Eigen::Vector2d& norms :
          model.squared_norms(Eigen::VectorXd::Zero(model.unknowns())))
@@ -171,7 +174,7 @@ Robot with_base_near(const Robot& robot, const Campaign& campaign) {
 
 Robot starting_robot(const Robot& robot, const Campaign& campaign, const IdentifiableSet& set) {
   // Fewer than three anchors do not show all turns of the base.
-  const bool shows_turn = !campaign.has_distances() ||
+  const bool shows_turn = !campaign.has_distances() || campaign.has_coordinates() ||
                           match_anchors(campaign, robot.chain).size() >= kAnchorsThatShowATurn;
   bool finds_first_base = true;
   for (int k = 0; k < (shows_turn ? 6 : 3); ++k)

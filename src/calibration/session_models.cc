@@ -18,6 +18,7 @@ namespace armtrue {
 namespace {
 
 double median_ratio(const std::vector<double>& part, const std::vector<double>& whole) {
+  if (whole.empty()) return 1.0;
   const double of_whole = median(whole);
   return of_whole > 0 ? median(part) / of_whole : 1.0;
 }
@@ -26,16 +27,17 @@ bool contains(const std::vector<int>& parameters, int parameter) {
   return std::find(parameters.begin(), parameters.end(), parameter) != parameters.end();
 }
 
-// Turns of the base about an only anchor, or about the line through two, change no distance; of
-// those about the line, the axis that is most along it stands for all.
-std::vector<int> turns_not_shown(const Campaign& readings, const KinematicChain& chain,
-                                 const Pose& common_from_own) {
+// Base rotations that distances cannot observe: all three with one anchor; about the connecting
+// line with two, for which the rotation about the axis nearest to that line is left out.
+std::vector<int> unobservable_rotations(const Campaign& readings, const KinematicChain& chain,
+                                        const Pose& common_from_own) {
   if (!readings.has_distances()) return {};
   const std::vector<int> matched = match_anchors(readings, chain);
   std::set<int> seen;
-  for (int row = 0; row < readings.rows(); ++row)
+  for (int row = 0; row < readings.rows(); ++row) {
+    if (readings.kind(row) == ReadingKind::coordinate) return {};
     seen.insert(matched[readings.anchor.empty() ? 0 : readings.anchor[row]]);
-  if (*seen.begin() < 0) return {};  // coordinates
+  }
   constexpr int kTurns = kBaseParameters + 3;
   if (seen.size() == 1) return {kTurns, kTurns + 1, kTurns + 2};
   if (seen.size() > 2) return {};
@@ -58,7 +60,7 @@ std::vector<int> further(const std::vector<int>& shown, const std::vector<int>& 
 }  // namespace
 
 SessionModels::SessionModels(const Campaign& campaign, const Robot& robot,
-                             const std::vector<int>& geometric, const ReadingSigma& scale,
+                             const std::vector<int>& geometric, const ReadingSigma& sigma,
                              int fitted_effects)
     : campaign_(campaign), robot_(robot), rows_(rows_by_session(campaign)) {
   const size_t count = rows_.size();
@@ -76,10 +78,10 @@ SessionModels::SessionModels(const Campaign& campaign, const Robot& robot,
     Robot there = robot_at_row(robot, readings, 0);
     there.chain.base = robot.chain.base;
     std::vector<int>& shown = own_.emplace_back(own);
-    for (int turn : turns_not_shown(readings, there.chain, common_from_own_.back()))
+    for (int turn : unobservable_rotations(readings, there.chain, common_from_own_.back()))
       std::erase(shown, turn);
     models_.emplace_back(readings, there, s == 0 ? geometric : further(shown, own, geometric),
-                         scale, fitted_effects, common_from_own_.back());
+                         sigma, fitted_effects, common_from_own_.back());
     ratio_.push_back({median_ratio(readings.sigma_position, campaign.sigma_position),
                       median_ratio(readings.sigma_orientation, campaign.sigma_orientation)});
   }
@@ -96,7 +98,7 @@ SessionModels::SessionModels(const Campaign& campaign, const Robot& robot,
     runs_.front().push_back({begin, end - begin});
     for (int s = 1; s < sessions() && !is_own(begin); ++s) runs_[s].push_back({begin, end - begin});
   }
-  set_scale(scale);
+  set_sigma(sigma);
 }
 
 Eigen::VectorXd SessionModels::unknowns_of(int session, const Eigen::VectorXd& x) const {
@@ -146,11 +148,11 @@ Robot SessionModels::robot_at(const Eigen::VectorXd& x) const {
   return robot;
 }
 
-void SessionModels::set_scale(const ReadingSigma& scale) {
-  scale_ = scale;
+void SessionModels::set_sigma(const ReadingSigma& sigma) {
+  sigma_ = sigma;
   for (size_t s = 0; s < models_.size(); ++s)
-    models_[s].set_scale(
-        {scale.position * ratio_[s].position, scale.orientation * ratio_[s].orientation});
+    models_[s].set_sigma(
+        {sigma.position * ratio_[s].position, sigma.orientation * ratio_[s].orientation});
 }
 
 ReadingLaw SessionModels::law_of(int session, const ReadingLaw& law) const {

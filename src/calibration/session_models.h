@@ -18,9 +18,12 @@ namespace armtrue {
 /// for, then coefficients), then the own parameters of each further session.
 class SessionModels {
  public:
-  /// `geometric`: as for ObservationModel.
+  /// `geometric`, `sigma`, `fitted_effects`: as for ObservationModel. The campaign is not copied
+  /// unless it has several sessions: it must outlive the models.
   SessionModels(const Campaign& campaign, const Robot& robot, const std::vector<int>& geometric,
-                const ReadingSigma& scale, int fitted_effects = kAllEffects);
+                const ReadingSigma& sigma, int fitted_effects = kAllEffects);
+  SessionModels(const Campaign&& campaign, const Robot& robot, const std::vector<int>& geometric,
+                const ReadingSigma& sigma, int fitted_effects = kAllEffects) = delete;
   SessionModels(const SessionModels&) = delete;  // the models refer to the campaigns held here
   SessionModels& operator=(const SessionModels&) = delete;
 
@@ -65,8 +68,8 @@ class SessionModels {
   /// The robot at x; with `sessions` if there are several.
   Robot robot_at(const Eigen::VectorXd& x) const;
 
-  const ReadingSigma& scale() const { return scale_; }
-  void set_scale(const ReadingSigma& scale);
+  const ReadingSigma& sigma() const { return sigma_; }
+  void set_sigma(const ReadingSigma& sigma);
 
   /// The law of the readings for one session's rows.
   ReadingLaw law_of(int session, const ReadingLaw& law) const;
@@ -94,9 +97,9 @@ class SessionModels {
   std::vector<Campaign> campaigns_;  // one per session; empty if the one given will do
   std::vector<ObservationModel> models_;
   std::vector<std::vector<Run>> runs_;
-  std::vector<ReadingSigma>
-      ratio_;  // a model's scale is about its own median row, not the campaign's
-  ReadingSigma scale_;
+  // Sigma of a model is that of its own median row, not of the campaign's: their ratio.
+  std::vector<ReadingSigma> ratio_;
+  ReadingSigma sigma_;
 };
 
 class SessionModels::At {

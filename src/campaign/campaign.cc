@@ -9,6 +9,11 @@
 #include "armtrue/effects/arrival.h"
 
 namespace armtrue {
+namespace {
+
+constexpr int kAxes = 3;  // of R_A
+
+}  // namespace
 
 Context Campaign::context(int row) const {
   Context context;
@@ -22,15 +27,35 @@ Context Campaign::context(int row) const {
   return context;
 }
 
-int Campaign::channel(int row) const {
-  const int targets = std::max(1, static_cast<int>(target_names.size()));
-  return (anchor.empty() ? 0 : anchor[row] * targets) + (target.empty() ? 0 : target[row]);
+ReadingKind Campaign::kind(int row) const {
+  if (!has_distances()) return ReadingKind::point;
+  return has_coordinates() && coordinate[row] ? ReadingKind::coordinate : ReadingKind::distance;
 }
 
-int Campaign::pose_by_anchor(int row) const {
-  if (anchor.empty()) return pose[row];
-  return pose[row] * static_cast<int>(anchor_names.size()) + anchor[row];
+int Campaign::quantity(int row) const {
+  if (kind(row) == ReadingKind::coordinate) return coordinate[row]->axis;
+  return (has_coordinates() ? kAxes : 0) + (anchor.empty() ? 0 : anchor[row]);
 }
+
+int Campaign::quantities() const {
+  return (has_coordinates() ? kAxes : 0) + std::max(1, static_cast<int>(anchor_names.size()));
+}
+
+void Campaign::set_quantity(int row, int quantity) {
+  if (has_coordinates()) {
+    coordinate[row].reset();
+    if (quantity < kAxes) coordinate[row] = Coordinate{quantity, 0};
+    quantity = std::max(0, quantity - kAxes);
+  }
+  if (!anchor.empty()) anchor[row] = quantity;
+}
+
+int Campaign::channel(int row) const {
+  const int targets = std::max(1, static_cast<int>(target_names.size()));
+  return quantity(row) * targets + (target.empty() ? 0 : target[row]);
+}
+
+int Campaign::pose_by_quantity(int row) const { return pose[row] * quantities() + quantity(row); }
 
 std::vector<int> Campaign::pose_by_id() const {
   std::vector<int> order(pose_ids.size());
@@ -61,7 +86,6 @@ Campaign Campaign::select(const std::vector<int>& rows) const {
   }
   chosen.target_names = target_names;
   chosen.anchor_names = anchor_names;
-  chosen.has_coordinates = has_coordinates;
   chosen.temperature_names = temperature_names;
   chosen.session_names = session_names;
   const auto pick = [&](const auto& from, auto& to) {
@@ -73,6 +97,7 @@ Campaign Campaign::select(const std::vector<int>& rows) const {
   pick(q, chosen.q);
   pick(position, chosen.position);
   pick(distance, chosen.distance);
+  pick(coordinate, chosen.coordinate);
   pick(repeat, chosen.repeat);
   pick(orientation, chosen.orientation);
   pick(time_s, chosen.time_s);
@@ -123,25 +148,16 @@ void require_drivers(const Campaign& campaign, const Effect& effect) {
 void points_to_coordinates(Campaign& campaign) {
   std::vector<int> rows;
   for (int row = 0; row < campaign.rows(); ++row)
-    rows.insert(rows.end(), campaign.distance[row] > 0 ? 1 : 3, row);
-  const bool is_named = !campaign.anchor.empty();
-  if (!is_named) {
-    campaign.anchor.assign(campaign.q.size(), 0);
-    campaign.anchor_names = {""};
-  }
+    rows.insert(rows.end(), campaign.distance[row] > 0 ? 1 : kAxes, row);
   Campaign all = campaign.select(rows);
   all.skipped_rows = campaign.skipped_rows;
-  for (int row = 0, axis = 0; row < all.rows(); ++row)
-    if (all.distance[row] > 0) {
-      all.anchor[row] += 3;
-    } else {
-      all.distance[row] = all.position[row][axis];
-      all.anchor[row] = axis;
-      axis = (axis + 1) % 3;
-    }
+  all.coordinate.resize(all.q.size());
+  for (int row = 0, axis = 0; row < all.rows(); ++row) {
+    if (all.distance[row] > 0) continue;
+    all.coordinate[row] = Coordinate{axis, all.position[row][axis]};
+    axis = (axis + 1) % kAxes;
+  }
   all.position.clear();
-  for (const char* axis : {"z", "y", "x"}) all.anchor_names.insert(all.anchor_names.begin(), axis);
-  all.has_coordinates = true;
   campaign = std::move(all);
 }
 

@@ -14,13 +14,13 @@ constexpr long kMinPosesOfSession = 30;  // enough for a base and a few offsets 
 }  // namespace
 
 std::vector<int> thinned_rows(const Campaign& campaign, int count) {
-  std::map<std::array<int, 3>, std::vector<int>> alike;  // by session, target and anchor
+  std::map<std::array<int, 3>, std::vector<int>> alike;  // by session, target and quantity
   const auto of = [](const std::vector<int>& column, int row) {
     return column.empty() ? 0 : column[row];
   };
   for (int row = 0; row < campaign.rows(); ++row)
-    alike[{of(campaign.session, row), of(campaign.target, row), of(campaign.anchor, row)}]
-        .push_back(row);
+    alike[{of(campaign.session, row), of(campaign.target, row), campaign.quantity(row)}].push_back(
+        row);
   std::vector<int> chosen;
   for (const auto& [key, rows] : alike) {
     const long available = static_cast<long>(rows.size());

@@ -6,12 +6,13 @@
 
 namespace armtrue {
 
-/// About `count` rows, evenly chosen from those of each target and anchor in each session, and of
-/// all of these enough to place them.
+/// About `count` rows, evenly drawn from the rows of each session, target and quantity; at least 50
+/// of each, if there are as many, so that every base, target and anchor can still be located.
 std::vector<int> thinned_rows(const Campaign& campaign, int count);
 
-/// All rows of about `count` poses: of every so many in each session, in the order of their ids,
-/// whatever that of the rows.
+/// All rows of about `count` poses, evenly drawn from the poses of each session in the order of
+/// their ids; at least 30 of each session, if there are as many. The order of the rows does not
+/// change the choice.
 std::vector<int> rows_of_some_poses(const Campaign& campaign, long count);
 
 }  // namespace armtrue

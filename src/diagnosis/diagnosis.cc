@@ -64,6 +64,8 @@ struct Hypothesis {
 void scale_lengths(Campaign& campaign, double factor) {
   for (Eigen::Vector3d& p : campaign.position) p *= factor;
   for (double& l : campaign.distance) l *= factor;
+  for (std::optional<Coordinate>& c : campaign.coordinate)
+    if (c) c->value *= factor;
 }
 
 std::vector<Hypothesis> position_hypotheses(bool of_distances) {

@@ -63,12 +63,12 @@ int series_count(const Shape& shape) {
   return shape.basis == SeriesBasis::fourier ? 2 * shape.count : shape.count;
 }
 
-struct Word {
+struct ShapeWord {
   ShapeKind kind;
   std::string_view text;
 };
 
-constexpr Word kWords[] = {
+constexpr ShapeWord kShapeWords[] = {
     {ShapeKind::linear, "linear"},
     {ShapeKind::harmonic, "harmonic"},
     {ShapeKind::sign, "sign"},
@@ -81,7 +81,7 @@ constexpr Word kWords[] = {
 
 std::string to_string(const Shape& shape) {
   std::string text;
-  for (const Word& word : kWords)
+  for (const ShapeWord& word : kShapeWords)
     if (word.kind == shape.kind) text = word.text;
   if (shape.kind != ShapeKind::harmonic) return text;
   char number[32];  // shortest that reads back
@@ -91,7 +91,7 @@ std::string to_string(const Shape& shape) {
 
 std::optional<Shape> parse_shape(std::string_view text) {
   const size_t space = text.find(' ');
-  for (const Word& word : kWords) {
+  for (const ShapeWord& word : kShapeWords) {
     if (word.text != text.substr(0, space)) continue;
     Shape shape;
     shape.kind = word.kind;

@@ -59,9 +59,9 @@ std::string write_change(const ChangeResult& result, const Robot& previous,
   for (int row : result.blunders) excluded.push_back(std::to_string(campaign.line[row]));
   root["excluded_rows"] = flow(excluded);
   std::vector<std::pair<std::string, std::string>> spread{
-      {"position_mm", rounded(result.scale.position / kMillimetre)}};
+      {"position_mm", rounded(result.sigma.position / kMillimetre)}};
   if (campaign.has_orientation())
-    spread.emplace_back("orientation_mrad", rounded(result.scale.orientation / kMilliradian));
+    spread.emplace_back("orientation_mrad", rounded(result.sigma.orientation / kMilliradian));
   root["spread"] = flow_map(spread);
   root["mean_error_mm"] = flow_map({{"before", rounded(result.before / kMillimetre)},
                                     {"after", rounded(result.after / kMillimetre)}});

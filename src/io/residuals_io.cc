@@ -23,7 +23,7 @@ std::string write_residuals(const std::vector<Residuals>& campaigns) {
       const auto add = [&](double value, double unit) { text += "," + number_text(value / unit); };
       const bool has_point = !campaign.has_distances();
       const int axis =
-          campaign.has_coordinates && campaign.anchor[row] < 3 ? campaign.anchor[row] : -1;
+          campaign.kind(row) == ReadingKind::coordinate ? campaign.coordinate[row]->axis : -1;
       for (int i = 0; i < 3; ++i)
         if (i == axis)
           add(residual[0], kMillimetre);

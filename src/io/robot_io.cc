@@ -182,12 +182,12 @@ YAML::Node session_node(const Session& session, const KinematicChain& chain) {
 std::optional<ReadingSigma> read_residual_spread(YamlMap calibration) {
   if (!calibration.has("residual_spread")) return std::nullopt;
   YamlMap spread = calibration.map("residual_spread");
-  const ReadingSigma scale{spread.number("position_mm") * kMillimetre,
+  const ReadingSigma sigma{spread.number("position_mm") * kMillimetre,
                            spread.number("orientation_mrad", 0) * kMilliradian};
-  if (scale.position < 0) spread.fail("position_mm", "must not be negative");
-  if (scale.orientation < 0) spread.fail("orientation_mrad", "must not be negative");
+  if (sigma.position < 0) spread.fail("position_mm", "must not be negative");
+  if (sigma.orientation < 0) spread.fail("orientation_mrad", "must not be negative");
   spread.finish();
-  return scale;
+  return sigma;
 }
 
 void read_links(YamlMap& document, KinematicChain& chain) {

@@ -2,12 +2,6 @@
 
 namespace Eigen {
 
-template class HouseholderQR<MatrixXd>;
-template class ColPivHouseholderQR<MatrixXd>;
-template class CompleteOrthogonalDecomposition<MatrixXd>;
-template class SelfAdjointEigenSolver<MatrixXd>;
-template class JacobiSVD<MatrixXd>;
-template class LDLT<MatrixXd>;
-template class LLT<MatrixXd>;
+ARMTRUE_DECOMPOSITIONS(template)
 
 }  // namespace Eigen

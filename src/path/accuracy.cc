@@ -7,14 +7,14 @@
 namespace armtrue {
 namespace {
 
-constexpr double kMaxTimeApart = 0.5;  // [s] of a plane and where it is met
+constexpr double kMaxTimeApart = 0.5;  // [s] between a plane and its intersection
 
 struct Plane {
   Eigen::Vector3d point, normal;
   double time;
 };
 
-// The pass where segment s, from sample s to s + 1, goes through the plane.
+// Intersection of the plane with segment s of the pass, from sample s to s + 1.
 std::optional<Eigen::Vector3d> meet(const Plane& plane, const Path& pass, Eigen::Index s) {
   const Eigen::Vector3d from = pass.position.col(s), to = pass.position.col(s + 1);
   const double a = plane.normal.dot(from - plane.point), b = plane.normal.dot(to - plane.point);
@@ -22,7 +22,8 @@ std::optional<Eigen::Vector3d> meet(const Plane& plane, const Path& pass, Eigen:
   return from + (to - from) * (a / (a - b));
 }
 
-// Outwards from segment `start`, the one with the plane's own time.
+// The intersection nearest in time: searches outwards from segment `start`, which holds the time of
+// the plane.
 std::optional<Eigen::Vector3d> meet_nearest(const Plane& plane, const Path& pass,
                                             Eigen::Index start) {
   Eigen::Index below = start, above = start + 1;
@@ -126,9 +127,8 @@ PassAccuracy pass_accuracy(const Path& command, const std::vector<Path>& passes)
 
 Reduction reduction(const PathErrors& before, const PathErrors& after) {
   const auto gone = [](const ErrorSummary& b, const ErrorSummary& a) -> std::optional<double> {
-    constexpr double kNone =
-        1e-9;  // [m]: what rounding leaves across an axis that the path follows
-    if (b.mean < kNone) return std::nullopt;
+    constexpr double kMinError = 1e-9;  // [m]: less is rounding
+    if (b.mean < kMinError) return std::nullopt;
     return 1 - a.mean / b.mean;
   };
   Reduction result;

@@ -11,8 +11,9 @@
 namespace armtrue {
 namespace {
 
-constexpr double kOtherRobot = 10e-3;  // [m] between a position and that of the path's own angles
-constexpr int kStarts = 64;            // enough for each of the eight branches of an arm
+// Largest distance of a position from that of the path's own angles [m]: else of another robot.
+constexpr double kMaxDisagreement = 10e-3;
+constexpr int kStarts = 64;  // enough to find each of the eight branches of an arm
 
 std::string text(double value, const char* unit) {
   char buffer[40];
@@ -38,7 +39,7 @@ Eigen::Matrix3d orientation_at(const Path& path, const ChainEvaluator& chain,
 
 void check_own_angles(const Path& path, const ChainEvaluator& chain, Eigen::Index i) {
   const double apart = (chain.pose(path.q.col(i)).translation - path.position.col(i)).norm();
-  if (apart > kOtherRobot)
+  if (apart > kMaxDisagreement)
     throw UnreachableSample(
         i, "its joint angles put the tool " + text(apart / kMillimetre, "mm") +
                " away from its position; the angles belong to another robot, base or tool: give "

@@ -11,9 +11,9 @@
 namespace armtrue {
 namespace {
 
-constexpr double kHighest = 0.45;  // of the sample rate
+constexpr double kMaxCutoff = 0.45;  // of a single run, over the sample rate
 
-// Value at `at` of the straight line through samples 0, 1, 2, ...
+// Value at `at` of the straight line fitted to samples 0, 1, 2, ...
 double line_at(const Eigen::VectorXd& samples, double at) {
   const auto n = static_cast<double>(samples.size());
   const double mean = samples.mean();
@@ -29,15 +29,14 @@ LowPass::LowPass(int order, double cutoff, double sample_rate)
     : sample_rate_(sample_rate), cutoff_(cutoff) {
   if (order < 1 || order > 12)
     throw std::invalid_argument("the order of the filter has to be between 1 and 12");
-  // Two passes of |H|^2 = 1 / (1 + (w / w1)^(2 order)) give 1 / sqrt 2 at w1 (sqrt 2 - 1)^(1/(2
-  // n)).
+  // Two runs of |H|^2 = 1 / (1 + (w / w1)^(2 n)) give 1 / sqrt 2 at w1 (sqrt 2 - 1)^(1/(2 n)).
   const double widening = std::pow(std::numbers::sqrt2 - 1, -0.5 / order);
-  if (!(cutoff > 0) || !(cutoff * widening < kHighest * sample_rate)) {
+  if (!(cutoff > 0) || !(cutoff * widening < kMaxCutoff * sample_rate)) {
     std::array<char, 160> message{};
     std::snprintf(message.data(), message.size(),
                   "a cut-off of %.4g Hz does not go with %.4g samples per second; it has to be "
                   "below %.4g Hz",
-                  cutoff, sample_rate, kHighest * sample_rate / widening);
+                  cutoff, sample_rate, kMaxCutoff * sample_rate / widening);
     throw std::invalid_argument(message.data());
   }
   const double analog = std::tan(std::numbers::pi * cutoff / sample_rate) * widening;
@@ -56,10 +55,10 @@ LowPass::LowPass(int order, double cutoff, double sample_rate)
         {analog / (1 + analog), analog / (1 + analog), 0, (analog - 1) / (1 + analog), 0});
 }
 
-// One pass, begun as if the first sample had stood for ever.
+// One run, in the steady state of the first sample.
 void LowPass::run(Eigen::Matrix3Xd& samples) const {
-  // Direct form II, transposed, from rest. Three channels and all sections go side by side: each
-  // alone would wait for its own last result.
+  // Direct form II, transposed. Three channels go side by side: a single one would wait for its own
+  // last result.
   struct State {
     Eigen::Array3d first, second;
   };

@@ -7,16 +7,17 @@
 #include "armtrue/statistics/summary.h"
 
 namespace armtrue {
+
 double median_period(const Path& path) {
   std::vector<double> periods;
   for (Eigen::Index i = 1; i < path.samples(); ++i)
     periods.push_back(path.time[i] - path.time[i - 1]);
-  return median(std::move(periods));
+  return periods.empty() ? 0 : median(std::move(periods));
 }
 
 double longest_move(const Path& path, double duration) {
   double longest = 0;
-  // The distance of two places of a polygon is greatest where one of them is a corner.
+  // The distance of two places on a polygon is greatest where one of them is a vertex.
   for (const double shift : {0.0, -duration}) {
     const Eigen::VectorXd begin = path.time.array() + shift;
     const Eigen::VectorXd end = begin.array() + duration;
@@ -33,7 +34,7 @@ Eigen::MatrixXd interpolate(const Eigen::VectorXd& time,
   const Eigen::Index last = time.size() - 1;
   Eigen::Index k = 0;
   for (Eigen::Index i = 0; i < at.size(); ++i) {
-    // The next sample is near: steps that double until they are past it, then halves.
+    // The next sample is near: double the step until it is past, then bisect.
     Eigen::Index step = 1;
     while (k + step < last && time[k + step] < at[i]) step *= 2;
     if (step > 1)
@@ -44,6 +45,23 @@ Eigen::MatrixXd interpolate(const Eigen::VectorXd& time,
     result.col(i) = (1 - share) * values.col(k) + share * values.col(k + 1);
   }
   return result;
+}
+
+Eigen::Matrix3Xd velocity_at(const Path& path, const Eigen::VectorXd& times) {
+  const Eigen::Index n = path.samples();
+  Eigen::Matrix3Xd velocity = Eigen::Matrix3Xd::Zero(3, times.size());
+  Eigen::Index k = 0;
+  for (Eigen::Index i = 0; i < times.size(); ++i) {
+    if (times[i] < path.time[0] || times[i] > path.time[n - 1]) continue;
+    while (k + 2 < n && path.time[k + 1] < times[i]) ++k;
+    velocity.col(i) =
+        (path.position.col(k + 1) - path.position.col(k)) / (path.time[k + 1] - path.time[k]);
+  }
+  return velocity;
+}
+
+double extent(const Path& path) {
+  return (path.position.rowwise().maxCoeff() - path.position.rowwise().minCoeff()).norm();
 }
 
 Eigen::VectorXd arc_length(const Path& path) {
@@ -68,7 +86,7 @@ Eigen::Matrix3Xd tangents(const Path& path) {
       from_last[i] = from_last[i - 1] + 1;
     }
   }
-  // From behind: standstill takes the motion to come if that is nearer.
+  // Backwards: a sample at standstill takes the tangent of the next motion if that is nearer.
   double to_next = -1;
   for (Eigen::Index i = n - 1; i >= 0; --i) {
     if (from_last[i] == 0)

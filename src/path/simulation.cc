@@ -19,8 +19,8 @@ namespace {
 using Angles = Eigen::Matrix<double, kJoints, Eigen::Dynamic>;
 using Eigen::Vector3d;
 
-// A random function of arc length with mean 0 and RMS 1: sines of half to twice the wavelength with
-// which the force of the paper's table 5 changes.
+// A random function of arc length with mean 0 and RMS 1: a sum of sines with half to twice the
+// wavelength at which the force of the paper's table 5 changes.
 class Variation {
  public:
   explicit Variation(std::uint64_t seed) {
@@ -57,7 +57,7 @@ double engagement(double s, const std::array<double, 2>& engaged, double ramp) {
   return inside < ramp ? inside / ramp : 1;
 }
 
-// First order, exact for commands that are linear between samples.
+// Angles behind a first-order lag, exact for commands that are linear between samples.
 Angles lagging(const Eigen::VectorXd& time, Angles angles, double lag) {
   if (lag <= 0) return angles;
   JointVector last = angles.col(0);  // commanded
@@ -71,7 +71,7 @@ Angles lagging(const Eigen::VectorXd& time, Angles angles, double lag) {
   return angles;
 }
 
-// Of the joints at each sample of the controller.
+// Directions from which the joints arrive at each sample of the controller.
 std::vector<Direction> arrivals(const Angles& angles) {
   std::vector<Direction> directions;
   Arrival arrival(angles.col(0));
@@ -79,7 +79,7 @@ std::vector<Direction> arrivals(const Angles& angles) {
   return directions;
 }
 
-// Between samples i and i + 1, u of the way.
+// Linear between samples i and i + 1; u from 0 to 1.
 template <typename Columns>
 auto between(const Columns& columns, Eigen::Index i, double u) {
   return ((1 - u) * columns.col(i) + u * columns.col(i + 1)).eval();

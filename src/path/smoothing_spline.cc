@@ -8,8 +8,8 @@
 namespace armtrue {
 namespace {
 
-// min sum (y - g)^2 + weight * integral of g''^2 (samples one apart) has the response
-// 1 / (1 + weight w^4) at low frequencies.
+// The weight in min sum (y - g)^2 + weight * integral of g''^2, samples one apart. The response
+// 1 / (1 + weight w^4), at low frequencies, is 1 / sqrt 2 at the cut-off.
 double penalty(double cutoff, double rate) {
   const double w = 2 * std::numbers::pi * cutoff / rate;
   return (std::numbers::sqrt2 - 1) / (w * w * w * w);

@@ -10,15 +10,15 @@ namespace armtrue {
 namespace {
 
 constexpr double kTurn = 2 * std::numbers::pi;
-constexpr int kDeep = 40;  // then pieces are halved, so that the time stays n log n
+constexpr int kMaxDepth = 40;  // deeper pieces are halved: the time stays O(n log n)
 
 struct Piece {
   size_t first, last;
   int depth;
 };
 
-// Divides at the knot that deviates most, as long as it deviates by more than the tolerance.
-// `deviation(first, last)` prepares a piece and returns the deviation of its knots by index.
+// Divides every piece at the knot that deviates most, while that is more than the tolerance.
+// `deviation(first, last)` returns the function that gives the deviation of a knot of that piece.
 template <class Deviation>
 std::vector<size_t> divide(const std::vector<Knot>& knots, double tolerance, double shortest,
                            Deviation deviation) {
@@ -48,7 +48,7 @@ std::vector<size_t> divide(const std::vector<Knot>& knots, double tolerance, dou
       continue;
     }
     const size_t middle = (piece.first + piece.last) / 2;
-    if (piece.depth > kDeep && may_divide(middle)) worst = middle;
+    if (piece.depth > kMaxDepth && may_divide(middle)) worst = middle;
     open.push_back({worst, piece.last, piece.depth + 1});
     open.push_back({piece.first, worst, piece.depth + 1});
   }
@@ -77,8 +77,8 @@ std::optional<Arc> arc_through(const Eigen::Vector3d& start, const Eigen::Vector
   const Eigen::Vector3d a = via - start, b = end - start;
   const Eigen::Vector3d normal = a.cross(b);
   const double sine = normal.norm() / (a.norm() * b.norm());
-  constexpr double kStraight = 1e-9;
-  if (!(sine > kStraight)) return std::nullopt;
+  constexpr double kMinSine = 1e-9;
+  if (!(sine > kMinSine)) return std::nullopt;
   Arc arc;
   arc.centre = start + (a.squaredNorm() * b - b.squaredNorm() * a).cross(normal) /
                            (2 * normal.squaredNorm());
@@ -122,7 +122,7 @@ std::vector<size_t> divide_arc(const Arc& arc, double via, const std::vector<Kno
     const auto piece =
         arc_through(displaced(knots[first].t), displaced(middle), displaced(knots[last].t));
     return [&knots, &arc, piece](size_t k) {
-      // Three points on a line where an arc should be: nothing to go by, so divide.
+      // Three points on a line define no arc: divide.
       const Eigen::Vector3d wanted = arc.at(knots[k].t) + knots[k].displacement;
       return piece ? piece->distance(wanted) : std::numeric_limits<double>::infinity();
     };

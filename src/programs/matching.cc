@@ -17,7 +17,7 @@ struct Foot {
   double distance;
 };
 
-// The segments of a polygon under a binary tree of boxes.
+// Finds the segments of a polygon near a point: a binary tree of bounding boxes.
 class SegmentTree {
  public:
   explicit SegmentTree(const Eigen::Matrix3Xd& polygon) : polygon_(polygon) {
@@ -31,8 +31,8 @@ class SegmentTree {
       box(node) = box(2 * node).merged(box(2 * node + 1));
   }
 
-  // Feet of the perpendiculars on the segments within `distance`, in their order; `visit` returns
-  // the distance from then on.
+  // Calls `visit` with the foot of the perpendicular on each segment within `distance`, in the
+  // order of the segments. `visit` returns the distance for the rest of the search.
   template <class Visit>
   void within(const Eigen::Vector3d& point, double distance, Visit visit) const {
     descend(1, point, distance, visit);
@@ -75,8 +75,8 @@ class SegmentTree {
   std::vector<Eigen::AlignedBox3d> boxes_;
 };
 
-// The places where the polygon is nearest to the point, one for each time it passes: feet inside a
-// segment, and vertices that are the foot on both sides.
+// Local minima of the distance between polygon and point, one for each pass: feet inside a segment,
+// and vertices that are the foot on the segments of both sides.
 void add_passes(const SegmentTree& tree, Index segments, const Eigen::Vector3d& point,
                 double tolerance, std::vector<Foot>& passes) {
   double last = -1;
@@ -94,11 +94,11 @@ struct Candidate {
   double place;
   double merit;
   Index point;
-  Index before = -1;  // the candidate that the best choice up to here ends with
-  double sum = 0;
+  Index before = -1;  // the candidate before this one in the best chain that ends here; -1: none
+  double sum = 0;     // of the merits of that chain
 };
 
-// The greatest sum of merits over all candidates up to a rank (a Fenwick tree of maxima).
+// Finds the candidate with the greatest sum among those up to a rank: a Fenwick tree of maxima.
 class BestUpTo {
  public:
   explicit BestUpTo(size_t ranks) : best_(ranks + 1, -1) {}
@@ -123,8 +123,8 @@ class BestUpTo {
   std::vector<Index> best_;
 };
 
-// Chains candidates, given point by point, to the best choice of non-decreasing places; returns its
-// last candidate.
+// Chains candidates, given point by point, with non-decreasing places and the greatest sum of
+// merits. Returns the last candidate of the best chain; -1 if there is none.
 Index chain(std::vector<Candidate>& candidates) {
   std::vector<double> places;
   places.reserve(candidates.size());

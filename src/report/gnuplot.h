@@ -4,6 +4,8 @@
 
 namespace armtrue {
 
+inline constexpr int kPlotWidth = 720, kPlotHeight = 300;
+
 /// The SVG that gnuplot draws from a script (without `set terminal` and `set output`). Throws
 /// std::runtime_error with the remedy if gnuplot is missing or rejects the script.
 std::string plot_svg(const std::string& script, int width, int height);

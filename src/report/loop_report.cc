@@ -11,7 +11,6 @@
 namespace armtrue {
 namespace {
 
-constexpr int kWidth = 720, kHeight = 300;
 constexpr int kBins = 30;
 
 const char* error_name(const LoopResult& result) {
@@ -32,7 +31,7 @@ std::string stages_plot(const LoopResult& result) {
   }
   script << "END\nplot $d using 2:xtic(1) title 'mean', '' using 3 title '95 % of the readings', "
          << result.floor / kMillimetre << " title 'noise floor (mean)' with lines lw 2 dt 2\n";
-  return plot_svg(script.str(), kWidth, kHeight);
+  return plot_svg(script.str(), kPlotWidth, kPlotHeight);
 }
 
 std::string histogram_plot(const LoopResult& result) {
@@ -52,7 +51,7 @@ std::string histogram_plot(const LoopResult& result) {
   script << "END\nset boxwidth " << 0.9 * width / kMillimetre
          << "\nplot $d using 1:2 with boxes title 'geometry alone', "
             "'' using 1:3 with boxes title 'with the effects'\n";
-  return plot_svg(script.str(), kWidth, kHeight);
+  return plot_svg(script.str(), kPlotWidth, kPlotHeight);
 }
 
 std::string curve_plot(const Effect& effect, const std::vector<CurvePoint>& curve,
@@ -72,7 +71,7 @@ std::string curve_plot(const Effect& effect, const std::vector<CurvePoint>& curv
            << (point.value + point.half_width) / unit.si << "\n";
   script
       << "END\nplot $d using 1:3:4 with filledcurves fs solid 0.3, '' using 1:2 with lines lw 2\n";
-  return plot_svg(script.str(), kWidth, kHeight - 40);
+  return plot_svg(script.str(), kPlotWidth, kPlotHeight - 40);
 }
 
 std::string stages_table(const LoopResult& result) {

@@ -12,7 +12,6 @@
 namespace armtrue {
 namespace {
 
-constexpr int kWidth = 720, kHeight = 300;
 constexpr Eigen::Index kMaxPoints = 2000;  // of a curve
 constexpr std::array<const char*, 3> kAxisNames{"x", "y", "z"};
 constexpr std::array<const char*, 3> kAxisColours{"#d62728", "#2ca02c", "#1f77b4"};
@@ -43,7 +42,7 @@ std::vector<Eigen::Index> thinned(const Eigen::VectorXd& values) {
 }
 
 std::string draw(const std::string& settings, const std::vector<Curve>& curves,
-                 const std::string& lines = "", int height = kHeight) {
+                 const std::string& lines = "", int height = kPlotHeight) {
   std::ostringstream script;
   script.precision(8);
   script << "set grid\nset key tmargin center horizontal\n" << settings;
@@ -56,7 +55,7 @@ std::string draw(const std::string& settings, const std::vector<Curve>& curves,
   for (size_t k = 0; k < curves.size(); ++k)
     script << (k == 0 ? "plot $c" : ", $c") << k << " using 1:2 " << curves[k].look;
   script << lines << "\n";
-  return plot_svg(script.str(), kWidth, height);
+  return plot_svg(script.str(), kPlotWidth, height);
 }
 
 std::string in_colour(int axis) { return std::string(" lc rgb '") + kAxisColours[axis] + "'"; }
@@ -165,7 +164,7 @@ std::string path_plot(const Path& programmed, const MirrorResult& result) {
        curve(programmed.position + factor * result.correction,
              "with lines lw 2 lc rgb '#2ca02c' title 'corrected'"),
        curve(programmed.position, "with lines lw 2 lc rgb '#000000' title 'programmed'")},
-      "", kHeight + 120);
+      "", kPlotHeight + 120);
 }
 
 // The correction beyond the one that these passes ran, on the grid of the deviation.

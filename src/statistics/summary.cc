@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "armtrue/statistics/distributions.h"
 
@@ -12,7 +13,7 @@ double normal_length_exceeded(double probability) {
 }
 
 double median(std::vector<double> values) {
-  if (values.empty()) return 0;
+  if (values.empty()) throw std::invalid_argument("median: there are no values");
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   if (values.size() % 2 == 1) return *middle;
@@ -44,6 +45,7 @@ ErrorSummary summarize(std::vector<double> errors) {
 double robust_deviation(const std::vector<double>& deviations) {
   constexpr double kMedianToDeviation = 1.482602218505602;
   constexpr double kDeviationWithinThree = 0.9866;  // of a normal law cut at three deviations
+  if (deviations.empty()) return 0;
   std::vector<double> sizes;
   for (double d : deviations) sizes.push_back(std::abs(d));
   double deviation = kMedianToDeviation * median(sizes);

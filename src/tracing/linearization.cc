@@ -31,7 +31,7 @@ double estimate_design_effect(const Eigen::VectorXd& residual, const Campaign& c
   for (int row = 0; row < campaign.rows(); ++row) {
     Eigen::Vector3d r = Eigen::Vector3d::Zero();
     r.head(size.position) = residual.segment(row * size.all(), size.position);
-    Group& group = groups[campaign.pose_by_anchor(row)];
+    Group& group = groups[campaign.pose_by_quantity(row)];
     group.sum += r;
     group.squares += r.squaredNorm();
     ++group.count;
@@ -80,7 +80,7 @@ Linearization::Linearization(const CalibrationResult& fit, const Campaign& campa
     : row_size_(campaign.reading_size().all()), pose_(campaign.pose_by_id()) {
   std::vector<int> all(parameter_count(fit.robot.chain));
   for (size_t k = 0; k < all.size(); ++k) all[k] = static_cast<int>(k);
-  const SessionModels models(campaign, fit.robot, all, fit.scale);
+  const SessionModels models(campaign, fit.robot, all, fit.sigma);
   const int size = row_size_;
   Eigen::MatrixXd blocks = models.blocks();
   for (int row = 0; row < campaign.rows(); ++row)
@@ -91,7 +91,7 @@ Linearization::Linearization(const CalibrationResult& fit, const Campaign& campa
     const ObservationModel& own = models.model(s);
     const ObservationModel model(own.campaign(),
                                  own.robot_at(Eigen::VectorXd::Zero(own.unknowns())), all,
-                                 own.scale(), 0, models.common_from_own(s));
+                                 own.sigma(), 0, models.common_from_own(s));
     const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
     Eigen::MatrixXd block(size, model.unknowns() + 1);
     for (int i = 0; i < model.rows(); ++i) {

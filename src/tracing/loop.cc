@@ -63,7 +63,7 @@ Robot without_effect(const CalibrationResult& fit, const Campaign& campaign, siz
   Robot reduced = fit.robot;
   reduced.effects.erase(reduced.effects.begin() + static_cast<std::ptrdiff_t>(effect));
   CalibrationOptions options;
-  options.near = &fit;
+  options.start_near(fit);
   options.tolerance = 1e-5;  // an error to three digits is all that is asked of it
   return calibrate(reduced, campaign, fit.set, options).robot;
 }

@@ -188,7 +188,7 @@ void ModelSearch::refit(const std::vector<Effect>& start) {
     robot.effects.push_back(effect);
   }
   CalibrationOptions options;
-  options.near = &result_.fit;
+  options.start_near(result_.fit);
   options.tolerance = kSearchTolerance;
   result_.fit = calibrate(robot, campaign_, result_.fit.set, options);
   view_.reset();

@@ -23,7 +23,7 @@ using Rows = std::vector<Eigen::Index>;
 
 // More would sharpen the choice at a cost in proportion, of memory too.
 constexpr int kMaxEquations = 6000;
-constexpr int kFolds = 5;
+constexpr int kChoiceFolds = 5;
 // The penalty falls from where nothing enters, by less than the choice of it matters, down to 1e-5
 // of that, or until so many in turn predict no better.
 constexpr float kFall = 0.75f;
@@ -48,7 +48,7 @@ struct Equations {
   int row_size;
 
   Equations(const CandidateScan& scan, const CalibrationResult& fit, const Campaign& campaign) {
-    const SessionModels models(campaign, fit.robot, fit.set.kept, fit.scale);
+    const SessionModels models(campaign, fit.robot, fit.set.kept, fit.sigma);
     Eigen::MatrixXd blocks = models.blocks();
     row_size = models.row_size();
     for (int row = 0; row < campaign.rows(); ++row)
@@ -189,9 +189,9 @@ int best_falls(const Equations& all, float highest, std::uint64_t seed, double s
   std::vector<int> order(poses), fold_of(poses);
   std::iota(order.begin(), order.end(), 0);
   shuffle(order, seed);
-  for (int k = 0; k < poses; ++k) fold_of[order[k]] = k % kFolds;
+  for (int k = 0; k < poses; ++k) fold_of[order[k]] = k % kChoiceFolds;
   Eigen::MatrixXd left = Eigen::MatrixXd::Zero(poses, kMaxPenalties);  // squares
-  for (int fold = 0; fold < kFolds; ++fold) {
+  for (int fold = 0; fold < kChoiceFolds; ++fold) {
     Rows in, out;
     for (size_t row = 0; row < all.pose.size(); ++row)
       for (int k = 0; k < all.row_size; ++k)
@@ -274,7 +274,7 @@ Robot with_remainder(const CalibrationResult& fit, const Campaign& campaign,
   }
   CalibrationOptions refit;
   refit.fitted_effects = static_cast<int>(fit.robot.effects.size());
-  refit.near = &fit;
+  refit.start_near(fit);
   return calibrate(robot, campaign, fit.set, refit).robot;
 }
 

@@ -225,7 +225,7 @@ void refit_to_all(const Robot& robot, const Campaign& campaign, const TraceOptio
                   TraceResult& result) {
   if (options.progress) options.progress("fitting what was found to all poses");
   CalibrationOptions near;
-  near.near = &result.fit;
+  near.start_near(result.fit);
   near.tolerance = kSearchTolerance;
   result.stages.front() = calibrate(robot, campaign, result.fit.set);
   const CalibrationResult fit = calibrate(result.fit.robot, campaign, result.fit.set, near);

@@ -13,7 +13,7 @@ namespace {
 
 constexpr size_t kMaxInAllOrders = 5;
 constexpr int kOrdersDrawn = 64;    // and their reverses; the mean is good to a per cent
-constexpr double kMinPivot = 1e-9;  // of columns of unit length
+constexpr double kMinOwnPart = 1e-9;  // of columns of unit length
 
 std::vector<std::vector<int>> orders_of_entry(size_t groups, std::uint64_t seed) {
   std::vector<int> order(groups);
@@ -48,9 +48,9 @@ class Entry {
     Eigen::MatrixXd added = columns;
     for (int twice = 0; twice < 2; ++twice) added -= basis_ * (basis_.transpose() * added);
     for (Eigen::Index k = 0; k < added.cols(); ++k)
-      if (added.col(k).norm() < kMinPivot * columns.col(k).norm()) added.col(k).setZero();
+      if (added.col(k).norm() < kMinOwnPart * columns.col(k).norm()) added.col(k).setZero();
     Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(added);
-    qr.setThreshold(kMinPivot);
+    qr.setThreshold(kMinOwnPart);
     const Eigen::Index rank = qr.rank(), known = basis_.cols();
     basis_.conservativeResize(Eigen::NoChange, known + rank);
     basis_.rightCols(rank) = qr.householderQ() * Eigen::MatrixXd::Identity(added.rows(), rank);

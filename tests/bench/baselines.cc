@@ -216,7 +216,7 @@ Dictionary dictionary(const std::vector<Candidate>& candidates, const Calibratio
                       const Campaign& campaign, const std::vector<double>& weights) {
   CalibrationResult fit = geometry;
   fit.weights = weights;
-  const SessionModels models(campaign, fit.robot, fit.set.kept, fit.scale);
+  const SessionModels models(campaign, fit.robot, fit.set.kept, fit.sigma);
   MatrixXd blocks = models.blocks();
   const int size = models.row_size();
   for (int row = 0; row < campaign.rows(); ++row)
@@ -376,7 +376,7 @@ double lasso_on_candidates(const CalibrationResult& model, const Campaign& train
       candidates, model, held_out, std::vector<double>(static_cast<size_t>(held_out.rows()), 1)));
   double sum = 0;
   for (int row = 0; row < held_out.rows(); ++row)
-    sum += model.scale.position * left.segment<3>(row * size).norm();
+    sum += model.sigma.position * left.segment<3>(row * size).norm();
   return sum / held_out.rows();
 }
 

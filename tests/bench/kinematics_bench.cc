@@ -1,107 +1,305 @@
-// Forward kinematics with the full Jacobian (47 columns) against Ceres's automatic differentiation
-// of the same chain, in one run.
+// Forward kinematics with the full Jacobian (47 columns) against automatic differentiation, central
+// differences and the Jacobians of KDL and Pinocchio, in one run. Before they are timed, all are
+// compared: their columns are the same numbers.
 
 #include <benchmark/benchmark.h>
-#include <ceres/autodiff_cost_function.h>
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <kdl/chainjnttojacsolver.hpp>
+#include <numeric>
+#include <span>
+#include <string>
 #include <vector>
+
+#ifdef ARMTRUE_HAS_PINOCCHIO
+#include <pinocchio/algorithm/kinematics.hpp>
+#include <pinocchio/algorithm/regressor.hpp>
+#include <pinocchio/multibody.hpp>
+#endif
 
 #include "armtrue/effects/sampling.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/evaluator.h"
 #include "bench/times.h"
-#include "support/autodiff_chain.h"
+#include "kinematics/economical_jet_chain.h"
+#include "kinematics/kdl_arm.h"
 
 namespace {
 
 using namespace armtrue;
 
-struct Arm {
-  Robot robot = read_robot(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml").robot;
-  std::vector<JointVector> poses = sample_joint_space(robot.chain, 256);
-};
+using Columns = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
-const Arm& arm() {
-  static const Arm arm;
-  return arm;
+const KinematicChain& chain() {
+  static const KinematicChain chain =
+      read_robot(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml").robot.chain;
+  return chain;
 }
 
-Eigen::Matrix4d matrix(const Pose& pose) {
-  Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
-  m.topLeftCorner<3, 3>() = pose.rotation;
-  m.topRightCorner<3, 1>() = pose.translation;
-  return m;
+const std::vector<JointVector>& poses() {
+  static const std::vector<JointVector> poses = sample_joint_space(chain(), 256);
+  return poses;
 }
 
-// Position and the three columns' worth of orientation that a left perturbation turns: as much as a
-// pose residual needs.
-struct ChainFunctor {
-  const JointVector& q;
-  const double* sign;
-  const Eigen::Matrix4d &base, &tool;
+constexpr std::array<int, kGeometricParameters> all_parameters() {
+  std::array<int, kGeometricParameters> all{};
+  std::iota(all.begin(), all.end(), 0);
+  return all;
+}
 
-  template <typename T>
-  bool operator()(const T* p, T* out) const {
-    const armtrue_oracle::Transform<T> end = armtrue_oracle::chain(p, q.data(), sign, base, tool);
-    for (int i = 0; i < 3; ++i) out[i] = end(i, 3);
-    out[3] = end(2, 1);
-    out[4] = end(0, 2);
-    out[5] = end(1, 0);
-    return true;
+// What is commonly identified of this arm: alpha, d, theta and r of the seven links, and beta where
+// an axis is parallel to the one before (A3).
+constexpr int kCommonParameters = 29;
+constexpr std::array<int, kCommonParameters> common_parameters() {
+  std::array<int, kCommonParameters> common{};
+  int size = 0;
+  for (int j = 0; j < kLinks; ++j)
+    for (int k = 0; k < 5; ++k)
+      if (k < 4 || j == 2) common[size++] = kLinkParameters + 5 * j + k;
+  return common;
+}
+
+constexpr auto kAll = all_parameters();
+constexpr auto kCommon = common_parameters();
+
+// Each opponent is a function of the joint angles that leaves its Jacobian behind.
+
+class CentralDifferences {
+ public:
+  const PoseJacobian& operator()(const JointVector& q) {
+    constexpr double kStep = 1e-6;
+    const Pose here = evaluator_.pose(q);
+    for (int k = 0; k < kGeometricParameters; ++k) {
+      offsets_[k] = kStep;
+      const Pose plus = evaluator_.pose(q, offsets_);
+      offsets_[k] = -kStep;
+      const Pose minus = evaluator_.pose(q, offsets_);
+      offsets_[k] = 0;
+      jacobian_.col(k).head<3>() = (plus.translation - minus.translation) / (2 * kStep);
+      const Eigen::Matrix3d d = (plus.rotation - minus.rotation) / (2 * kStep);
+      for (int i = 0; i < 3; ++i)
+        jacobian_(3 + i, k) = d.row((i + 2) % 3).dot(here.rotation.row((i + 1) % 3));
+    }
+    return jacobian_;
   }
+
+ private:
+  ChainEvaluator evaluator_{chain()};
+  ParameterOffsets offsets_ = ParameterOffsets::Zero();
+  PoseJacobian jacobian_;
 };
 
-void analytic(benchmark::State& state) {
-  const ChainEvaluator evaluator(arm().robot.chain);
-  PoseJacobian jacobian;
+template <int N>
+class Jets {
+ public:
+  explicit Jets(std::span<const int, N> free) : jets_(chain(), free) {}
+  const auto& operator()(const JointVector& q) {
+    benchmark::DoNotOptimize(jets_.pose(q, jacobian_));
+    return jacobian_;
+  }
+
+ private:
+  EconomicalJetChain<N> jets_;
+  typename EconomicalJetChain<N>::Jacobian jacobian_;
+};
+
+class Kdl {
+ public:
+  const auto& operator()(const JointVector& q) {
+    angles_.data = q;
+    solver_.JntToJac(angles_, jacobian_);
+    return jacobian_.data;
+  }
+
+ private:
+  KDL::Chain arm_ = kdl_arm(chain());
+  KDL::ChainJntToJacSolver solver_{arm_};
+  KDL::JntArray angles_{kJoints};
+  KDL::Jacobian jacobian_{kJoints};
+};
+
+#ifdef ARMTRUE_HAS_PINOCCHIO
+// The kinematic regressor: six columns for the placement of each driven joint, a twist in its axes
+// before it turns.
+class Pinocchio {
+ public:
+  static constexpr int kPlacements = 6 * kJoints;
+
+  Pinocchio() {
+    Pose before = chain().base;
+    for (int j = 0; j < kJoints; ++j) {
+      before = before * placement(chain().links[j]);
+      model_.addJoint(j, pinocchio::JointModelRZ(), {before.rotation, before.translation},
+                      "A" + std::to_string(j + 1));
+      before = {};
+    }
+    const Pose end = placement(chain().links[kJoints]) * chain().tool;
+    end_ = {end.rotation, end.translation};
+    data_ = pinocchio::Data(model_);
+  }
+
+  const Columns& operator()(const JointVector& q) {
+    for (int j = 0; j < kJoints; ++j) angles_[j] = chain().links[j].sign * q[j];
+    pinocchio::forwardKinematics(model_, data_, angles_);
+    pinocchio::computeJointKinematicRegressor(model_, data_, kJoints,
+                                              pinocchio::LOCAL_WORLD_ALIGNED, end_, regressor_);
+    return regressor_;
+  }
+
+ private:
+  static Pose placement(const Link& link) {
+    KinematicChain one;
+    one.links[0] = link;
+    return ChainEvaluator(one).pose(JointVector::Zero());
+  }
+
+  pinocchio::Model model_;
+  pinocchio::Data data_;
+  pinocchio::SE3 end_;
+  Eigen::VectorXd angles_{kJoints};
+  Columns regressor_{6, kPlacements};
+};
+
+// The columns of armtrue's parameters of the driven links that the twists of the placements give:
+// rows 0-2 of a twist are the translation of the placed frame, rows 3-5 its rotation, in its axes.
+Columns of_link_parameters(const Columns& placements) {
+  Columns result(6, 5 * kJoints);
+  for (int j = 0; j < kJoints; ++j) {
+    const Link& link = chain().links[j];
+    const double c = std::cos(link.theta), s = std::sin(link.theta);
+    const double ca = std::cos(link.alpha), sa = std::sin(link.alpha);
+    const auto moved = placements.middleCols<3>(6 * j),
+               turned = placements.middleCols<3>(6 * j + 3);
+    // The axes before theta, seen from the axes after it.
+    const Eigen::Vector3d x(c, -s, 0), y(s, c, 0), z(0, 0, 1), lever = link.d * x + link.r * z;
+    const Eigen::Vector3d old_y = ca * y - sa * z;
+    const auto rotation = [&](const Eigen::Vector3d& axis) {
+      return (moved * axis.cross(lever) + turned * axis).eval();
+    };
+    result.col(5 * j + 0) = rotation(x);
+    result.col(5 * j + 1) = moved * x;
+    result.col(5 * j + 2) = turned * z;
+    result.col(5 * j + 3) = moved * z;
+    result.col(5 * j + 4) = rotation(old_y);
+  }
+  return result;
+}
+#endif
+
+template <typename Opponent>
+void measure(benchmark::State& state, Opponent opponent) {
   size_t k = 0;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(evaluator.pose(arm().poses[k++ % arm().poses.size()], jacobian));
-    benchmark::DoNotOptimize(jacobian);
+    const auto& jacobian = opponent(poses()[k++ % poses().size()]);
+    benchmark::DoNotOptimize(jacobian.data());
+    benchmark::ClobberMemory();
   }
 }
 
 void forward_only(benchmark::State& state) {
-  const ChainEvaluator evaluator(arm().robot.chain);
+  const ChainEvaluator evaluator(chain());
   size_t k = 0;
-  for (auto _ : state)
-    benchmark::DoNotOptimize(evaluator.pose(arm().poses[k++ % arm().poses.size()]));
+  for (auto _ : state) benchmark::DoNotOptimize(evaluator.pose(poses()[k++ % poses().size()]));
 }
 
-void automatic(benchmark::State& state) {
-  const KinematicChain& chain = arm().robot.chain;
-  double parameters[kGeometricParameters] = {}, sign[kJoints];
-  for (int j = 0; j < kLinks; ++j) {
-    const Link& link = chain.links[j];
-    const double values[] = {link.alpha, link.d, link.theta, link.r, link.beta};
-    std::copy(values, values + 5, parameters + link_parameter(j, LinkParameter::alpha));
-    if (j < kJoints) sign[j] = link.sign;
-  }
-  const Eigen::Matrix4d base = matrix(chain.base), tool = matrix(chain.tool);
-  double residual[6], jacobian[6 * kGeometricParameters];
-  const double* blocks[] = {parameters};
-  double* jacobians[] = {jacobian};
-  size_t k = 0;
-  for (auto _ : state) {
-    const JointVector& q = arm().poses[k++ % arm().poses.size()];
-    const ceres::AutoDiffCostFunction<ChainFunctor, 6, kGeometricParameters> cost(
-        new ChainFunctor{q, sign, base, tool});
-    benchmark::DoNotOptimize(cost.Evaluate(blocks, residual, jacobians));
-    benchmark::DoNotOptimize(jacobian);
+void armtrue_47(benchmark::State& state) {
+  const ChainEvaluator evaluator(chain());
+  PoseJacobian jacobian;
+  measure(state, [&](const JointVector& q) -> const PoseJacobian& {
+    benchmark::DoNotOptimize(evaluator.pose(q, jacobian));
+    return jacobian;
+  });
+}
+
+void central_differences_47(benchmark::State& state) { measure(state, CentralDifferences{}); }
+void ceres_jets_47(benchmark::State& state) { measure(state, Jets<kGeometricParameters>(kAll)); }
+void ceres_jets_29(benchmark::State& state) { measure(state, Jets<kCommonParameters>(kCommon)); }
+void kdl_joints_6(benchmark::State& state) {
+  Kdl kdl;  // its solver keeps a reference to its chain
+  measure(state, std::ref(kdl));
+}
+#ifdef ARMTRUE_HAS_PINOCCHIO
+void pinocchio_placements_36(benchmark::State& state) {
+  Pinocchio pinocchio;
+  measure(state, std::ref(pinocchio));
+}
+#endif
+
+// Stops unless the columns are armtrue's.
+void compare(const char* name, const Columns& expected, const Columns& own, double tolerance) {
+  const double apart = (expected - own).cwiseAbs().maxCoeff();
+  if (apart <= tolerance) return;
+  std::fprintf(stderr, "%s differs from armtrue's Jacobian by %.2g, more than %.2g\n", name, apart,
+               tolerance);
+  std::exit(1);
+}
+
+template <size_t N>
+Columns selected(const PoseJacobian& jacobian, const std::array<int, N>& columns) {
+  return jacobian(Eigen::all, columns);
+}
+
+void compare_all() {
+  const ChainEvaluator evaluator(chain());
+  CentralDifferences differences;
+  Jets<kGeometricParameters> jets(kAll);
+  Jets<kCommonParameters> common_jets(kCommon);
+  Kdl kdl;
+#ifdef ARMTRUE_HAS_PINOCCHIO
+  Pinocchio pinocchio;
+#endif
+  for (const JointVector& q : poses()) {
+    PoseJacobian own;
+    evaluator.pose(q, own);
+    compare("ceres_jets_47", own, jets(q), 1e-9);
+    compare("ceres_jets_29", selected(own, kCommon), common_jets(q), 1e-9);
+    compare("central_differences_47", own, differences(q), 1e-6);
+    Columns joints(6, kJoints);
+    for (int j = 0; j < kJoints; ++j)
+      joints.col(j) = chain().links[j].sign * own.col(link_parameter(j, LinkParameter::theta));
+    compare("kdl_joints_6", joints, kdl(q), 1e-9);
+#ifdef ARMTRUE_HAS_PINOCCHIO
+    compare("pinocchio_placements_36", own.middleCols<5 * kJoints>(kLinkParameters),
+            of_link_parameters(pinocchio(q)), 1e-9);
+#endif
   }
 }
 
-BENCHMARK(forward_only)->MinTime(0.5);
-BENCHMARK(analytic)->MinTime(0.5);
-BENCHMARK(automatic)->MinTime(0.5);
+void repeated(benchmark::internal::Benchmark* run) { run->MinTime(0.1)->Repetitions(9); }
+
+BENCHMARK(forward_only)->Apply(repeated);
+BENCHMARK(armtrue_47)->Apply(repeated);
+BENCHMARK(ceres_jets_47)->Apply(repeated);
+BENCHMARK(ceres_jets_29)->Apply(repeated);
+BENCHMARK(central_differences_47)->Apply(repeated);
+BENCHMARK(kdl_joints_6)->Apply(repeated);
+#ifdef ARMTRUE_HAS_PINOCCHIO
+BENCHMARK(pinocchio_placements_36)->Apply(repeated);
+#endif
 
 }  // namespace
 
 int main(int argc, char** argv) {
   benchmark::Initialize(&argc, argv);
+  compare_all();
   armtrue_bench::Times times;
   benchmark::RunSpecifiedBenchmarks(&times);
-  std::printf("\nforward kinematics with 47 columns: %.0f ns; autodiff takes %.1f times as long\n",
-              times.nanoseconds("analytic"), times.ratio("automatic", "analytic"));
+  std::printf("\nforward kinematics with 47 columns: %.0f ns (pose alone %.0f ns)\n",
+              times.nanoseconds("armtrue_47"), times.nanoseconds("forward_only"));
+  const auto print = [&](const char* function, const char* what) {
+    std::printf("%-40s %7.0f ns, %5.1f times as long\n", what, times.nanoseconds(function),
+                times.ratio(function, "armtrue_47"));
+  };
+  print("ceres_jets_47", "Ceres Jets, the same 47 columns");
+  print("ceres_jets_29", "Ceres Jets, 29 of them");
+  print("central_differences_47", "central differences, 47 columns");
+  print("kdl_joints_6", "KDL's Jacobian, 6 columns of joints");
+#ifdef ARMTRUE_HAS_PINOCCHIO
+  print("pinocchio_placements_36", "Pinocchio's regressor, 36 of placements");
+#endif
 }

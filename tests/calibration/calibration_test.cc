@@ -220,7 +220,7 @@ TEST(Calibration, EffectsBehindThoseFittedKeepTheirCoefficients) {
   // It predicts: left out, the other would be fitted to a robot that lacks something.
   const Coefficient& found = result.robot.effects[0].coefficients[0];
   EXPECT_NEAR(found.value, truth.effects[0].coefficients[0].value, 4 * found.std);
-  EXPECT_NEAR(result.scale.position, 2e-5, 4e-6);
+  EXPECT_NEAR(result.sigma.position, 2e-5, 4e-6);
 }
 
 // An absent column is no value of 0, unless it says that there was nothing.

@@ -245,10 +245,10 @@ TEST(Distance, AMovedAnchorIsNamed) {
   Robot truth = shipped("kr360-table4", 3);
   const CalibrationResult previous =
       calibrate(shipped("kr360-spindle", 3), measured(truth, 60, 10, 0.095, 3));
-  EXPECT_TRUE(detect_change(previous.robot, previous.scale, measured(truth, 10, 11, 0.095)).holds);
+  EXPECT_TRUE(detect_change(previous.robot, previous.sigma, measured(truth, 10, 11, 0.095)).holds);
   truth.chain.anchors[1].position += Eigen::Vector3d(1e-3, 1e-3, -1e-3);
   const ChangeResult change =
-      detect_change(previous.robot, previous.scale, measured(truth, 10, 11, 0.095));
+      detect_change(previous.robot, previous.sigma, measured(truth, 10, 11, 0.095));
   EXPECT_FALSE(change.holds);
   EXPECT_EQ(change.moved.front().what, "anchor 2");
   EXPECT_LT(change.after, 0.5 * change.before);
@@ -295,7 +295,7 @@ TEST(Distance, AZeroOffsetThatMovedBetweenTwoSessionsIsNamed) {
     });
     const CalibrationResult previous = calibrate(robot, sessions_of(all, 0, 0));
     const ChangeResult change =
-        detect_change(previous.robot, previous.scale, sessions_of(all, 1, 2));
+        detect_change(previous.robot, previous.sigma, sessions_of(all, 1, 2));
     EXPECT_EQ(change.holds, offset == 0);
     if (offset == 0) continue;
     ASSERT_EQ(change.moved.size(), 1u);

@@ -114,11 +114,16 @@ TEST(CampaignIo, PointsBesideDistancesAreThreeCoordinates) {
   const std::string rows =
       "1,0,0,0,0,0,0,,,,5,0.2\n2,1,0,0,0,0,0,1,2,3,,0.1\n3,2,0,0,0,0,0,4,5,6,,0.1\n";
   const Campaign campaign = read(std::string(kHeader) + ",l_m,sigma_mm\n" + rows);
-  EXPECT_TRUE(campaign.has_coordinates);
   EXPECT_TRUE(campaign.position.empty());
-  EXPECT_EQ(campaign.distance, (std::vector<double>{5, 1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3}));
-  EXPECT_EQ(campaign.anchor, (std::vector<int>{3, 0, 1, 2, 0, 1, 2}));
-  EXPECT_EQ(campaign.anchor_names, (std::vector<std::string>{"x", "y", "z", ""}));
+  EXPECT_TRUE(campaign.anchor.empty());
+  ASSERT_EQ(campaign.rows(), 7);
+  EXPECT_EQ(campaign.kind(0), ReadingKind::distance);
+  EXPECT_EQ(campaign.length(0), 5);
+  for (int row = 1; row < 7; ++row) {
+    ASSERT_EQ(campaign.kind(row), ReadingKind::coordinate);
+    EXPECT_EQ(campaign.coordinate[row]->axis, (row - 1) % 3);
+    EXPECT_EQ(campaign.length(row), 1e-3 * row);
+  }
   EXPECT_EQ(campaign.pose, (std::vector<int>{0, 1, 1, 1, 2, 2, 2}));
   EXPECT_EQ(campaign.line, (std::vector<int>{2, 3, 3, 3, 4, 4, 4}));
 }

@@ -1,13 +1,15 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
-#include <kdl/chain.hpp>
 #include <kdl/chainfksolverpos_recursive.hpp>
 #include <numbers>
+#include <vector>
 
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/evaluator.h"
 #include "kinematics/jet_chain.h"
+#include "kinematics/kdl_arm.h"
+#include "kinematics/places.h"
 #include "support/random_chain.h"
 
 namespace armtrue {
@@ -39,22 +41,10 @@ JointVector random_angles(Uniform& uniform) {
   return q;
 }
 
-// KDL's own modified Denavit-Hartenberg segments (Craig), which know no beta.
 Pose kdl_pose(const KinematicChain& chain, const JointVector& q) {
-  KDL::Chain arm;
+  const KDL::Chain arm = kdl_arm(chain);
   KDL::JntArray angles(kJoints);
-  KDL::Frame before = KDL::Frame::Identity();
-  for (int j = 0; j < kLinks; ++j) {
-    const Link& link = chain.links[j];
-    // Craig's frame before the joint turns, then the joint about its z.
-    before = before * KDL::Frame::DH_Craig1989(link.d, link.alpha, link.r, link.theta);
-    if (j == kJoints) break;
-    arm.addSegment(KDL::Segment(KDL::Joint(KDL::Joint::None), before));
-    arm.addSegment(KDL::Segment(KDL::Joint(KDL::Joint::RotZ, link.sign), KDL::Frame::Identity()));
-    before = KDL::Frame::Identity();
-    angles(static_cast<unsigned>(j)) = q[j];
-  }
-  arm.addSegment(KDL::Segment(KDL::Joint(KDL::Joint::None), before));
+  angles.data = q;
   KDL::ChainFkSolverPos_recursive solver(arm);
   KDL::Frame frame;
   solver.JntToCart(angles, frame);
@@ -63,7 +53,7 @@ Pose kdl_pose(const KinematicChain& chain, const JointVector& q) {
     pose.translation[i] = frame.p[i];
     for (int k = 0; k < 3; ++k) pose.rotation(i, k) = frame.M(i, k);
   }
-  return chain.base * pose * chain.tool;
+  return pose;
 }
 
 TEST(Chain, EqualsKdlOnRandomChains) {
@@ -168,6 +158,102 @@ TEST(Jacobian, OffsetsEqualAChainWithMovedParameters) {
     EXPECT_LT((a.translation - b.translation).norm(), 1e-13);
     EXPECT_LT((a.rotation - b.rotation).norm(), 1e-13);
     expect_same_columns(chain, own, expected);
+  }
+}
+
+// A chain whose base, tool and links stand at a place: its rotation vectors give base and tool, and
+// one component after the other the angles of the links.
+class ChainLaws : public testing::TestWithParam<Place> {
+ protected:
+  struct Sample {
+    KinematicChain chain;
+    JointVector q;
+    Eigen::Vector3d base_turn, tool_turn;  ///< at the place too
+  };
+  std::vector<Sample> samples() {
+    constexpr size_t kSamples = 30;
+    const std::vector<Eigen::Vector3d> w = rotation_vectors(GetParam(), 2 * kSamples);
+    Uniform uniform(16);
+    std::vector<Sample> result;
+    for (size_t i = 0; i < kSamples; ++i) {
+      size_t next = i;
+      const auto angle = [&] {
+        ++next;
+        return w[next % w.size()][static_cast<int>(next % 3)];
+      };
+      Sample sample{random_chain(uniform, false), JointVector::Zero(), w[2 * i], w[2 * i + 1]};
+      sample.chain.base.rotation = rotation_exp(w[i]);
+      sample.chain.tool.rotation = rotation_exp(w[kSamples + i]);
+      for (int j = 0; j < kLinks; ++j) {
+        Link& link = sample.chain.links[j];
+        link.alpha = angle();
+        link.beta = angle();
+        link.theta = angle();
+        if (j < kJoints) sample.q[j] = angle();
+      }
+      result.push_back(sample);
+    }
+    return result;
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(, ChainLaws, testing::ValuesIn(kPlaces), place_name);
+
+// The difference of two poses as the rows of a Jacobian have it: exp(dr) `from` = `to`.
+Eigen::Matrix<double, 6, 1> difference(const Pose& from, const Pose& to) {
+  Eigen::Matrix<double, 6, 1> result;
+  result << to.translation - from.translation,
+      rotation_log(to.rotation * from.rotation.transpose());
+  return result;
+}
+
+TEST_P(ChainLaws, EveryColumnIsWhatAPerturbationDoes) {
+  // Central differences of an arm of at most 20 m truncate 20 step^2 / 6 = 3e-10 and round
+  // 20 epsilon / step = 4e-10.
+  constexpr double kStep = 1e-5, kBound = 1e-9;
+  for (const auto& [chain, q, base_turn, tool_turn] : samples()) {
+    PoseJacobian own;
+    const Pose pose = ChainEvaluator(chain).pose(q, own);
+    const Eigen::Vector3d target(0.3, -0.7, 0.5);
+    PoseJacobian at_target = own;
+    move_to_point(at_target, pose.rotation * target);
+    for (int k = 0; k < kGeometricParameters; ++k) {
+      KinematicChain plus = chain, minus = chain;
+      move_parameter(plus, k, kStep);
+      move_parameter(minus, k, -kStep);
+      const Pose to = ChainEvaluator(plus).pose(q), from = ChainEvaluator(minus).pose(q);
+      EXPECT_LE((difference(from, to) / (2 * kStep) - own.col(k)).norm(), kBound)
+          << "column " << parameter_name(chain, k);
+      const Eigen::Vector3d moved = (to * target - from * target) / (2 * kStep);
+      EXPECT_LE((moved - at_target.col(k).head<3>()).norm(), kBound)
+          << "target, column " << parameter_name(chain, k);
+    }
+  }
+}
+
+TEST_P(ChainLaws, OffsetsTurnBaseAndToolOnTheLeft) {
+  for (const auto& [chain, q, base_turn, tool_turn] : samples()) {
+    ParameterOffsets offsets = ParameterOffsets::Zero();
+    offsets.segment<3>(kBaseParameters + 3) = base_turn;
+    offsets.segment<3>(kToolParameters + 3) = tool_turn;
+    KinematicChain moved = chain;
+    moved.base.rotation = rotation_exp(base_turn) * chain.base.rotation;
+    moved.tool.rotation = rotation_exp(tool_turn) * chain.tool.rotation;
+    PoseJacobian own, expected;
+    const Pose a = ChainEvaluator(chain).pose(q, offsets, own);
+    const Pose b = ChainEvaluator(moved).pose(q, expected);
+    EXPECT_EQ(a.translation, b.translation);
+    EXPECT_EQ(a.rotation, b.rotation);
+    EXPECT_EQ(own, expected);
+  }
+}
+
+TEST_P(ChainLaws, LinkFramesEndInThePose) {
+  for (const auto& [chain, q, base_turn, tool_turn] : samples()) {
+    const ChainEvaluator evaluator(chain);
+    const Pose whole = chain.base * evaluator.link_frames(q).back() * chain.tool;
+    // Some twenty rotations in a row, of at most 30 m.
+    EXPECT_LE(difference(whole, evaluator.pose(q)).norm(), 1e-14);
   }
 }
 

@@ -164,7 +164,7 @@ TEST(VarianceShares, OfAFitAreThoseBesideItsGeometry) {
   model.effects = truth.effects;
   const CalibrationResult fit = calibrate(model, campaign);
 
-  const SessionModels models(campaign, fit.robot, fit.set.kept, fit.scale);
+  const SessionModels models(campaign, fit.robot, fit.set.kept, fit.sigma);
   Eigen::MatrixXd blocks = models.blocks();
   const int size = models.row_size(), kept = static_cast<int>(fit.set.kept.size());
   for (int row = 0; row < campaign.rows(); ++row)

@@ -2,9 +2,11 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "armtrue/calibration/fold_by.h"
 #include "armtrue/calibration/identifiability.h"
 #include "armtrue/calibration/observation.h"
 #include "armtrue/campaign/campaign.h"
@@ -14,64 +16,75 @@ namespace armtrue {
 
 struct CalibrationResult;
 
+/// What the residuals of a fit look like.
+struct ResidualLaw {
+  ReadingSigma sigma;
+  double degrees_of_freedom = 0;  ///< of Student's t; 0: Gaussian
+};
+
 struct CalibrationOptions {
-  bool robust = true;  ///< false: least squares whatever the residuals look like
-  /// So many of the robot's effects, from the first; the others predict, but keep their
-  /// coefficients.
+  bool robust = true;  ///< false: least squares, even if the residuals have heavy tails
+  /// Number of the robot's effects, counted from the first, whose coefficients are fitted. The
+  /// others predict with the coefficients that they have.
   int fitted_effects = kAllEffects;
-  int max_iterations = 1000;  ///< a direction that poses hardly show takes hundreds
-  double tolerance = 1e-10;   ///< of the cost, relative: what an iteration has to gain
-  /// A fit of nearly the same model to the same campaign: its spread and law of the residuals are
-  /// where this one starts. nullptr: from the median.
-  const CalibrationResult* near = nullptr;
+  int max_iterations = 1000;  ///< weakly observable directions need hundreds
+  double tolerance = 1e-10;   ///< stop when an iteration lowers the cost by less than this share
+  /// Sigma and law of the residuals to start from, such as those of an earlier fit. Nothing: sigma
+  /// from the median of the residuals, Student's t with 4 degrees of freedom if `robust`.
+  std::optional<ResidualLaw> start_law{};
+  /// How the steps of the solver reduce the rows. The statistics of the result are always by QR.
+  FoldBy fold_by = FoldBy::qr;
+
+  /// Sets the two above for one step of a search, a fit of nearly the same model to the same
+  /// campaign: starts from the law of `fit`, and steps by the normal equations.
+  void start_near(const CalibrationResult& fit);
 };
 
 struct CalibrationResult {
   Robot robot;  ///< with the identified values, and their standard deviations in `std`
   IdentifiableSet set;
-  /// Of the unknowns: geometric parameters, coefficients, what further sessions have of their own
-  /// (`session day 2 base.x`).
+  /// Names of the unknowns: geometric parameters, coefficients, then the own parameters of further
+  /// sessions (`session day 2 base.x`).
   std::vector<std::string> names;
   Eigen::VectorXd change;      ///< from the start [SI]
   Eigen::MatrixXd covariance;  ///< of the unknowns [SI], clustered by pose
-  /// Its product with its transpose is the inverse of the information [SI]: the covariance if
-  /// readings erred independently of each other, as far as `scale` says.
+  /// L with L L^T = (J^T W J + priors)^-1, unknowns x rank [SI]: the covariance if readings were
+  /// independent of each other with the standard deviation `sigma`.
   Eigen::MatrixXd inverse_root;
-  /// Prior knowledge of each unknown as one more equation: 1 / its standard deviation [1/SI], zero
-  /// without any, and what is left of it.
+  /// Prior of each unknown as one more equation: 1 / its standard deviation [1/SI], zero without a
+  /// prior, and the residual of the equation at the solution.
   Eigen::VectorXd prior_weight, prior_residual;
-  ReadingSigma scale;   ///< what readings are weighed by, per axis, in a pose that is not off
-  ReadingSigma spread;  ///< of the readings about the model, per axis, in poses off as a whole too
+  ReadingSigma sigma;   ///< by which readings are weighted, in poses that are not off as a whole
+  ReadingSigma spread;  ///< of all readings about the model, those of poses off as a whole included
   double degrees_of_freedom = 0;  ///< of Student's t that describes the residuals; 0 = Gaussian
   std::vector<double> weights;    ///< of each row; a row far below 1 looks like a blunder
-  int rank = 0;                   ///< of all unknowns
-  double condition = 0;           ///< of the Jacobian in m and rad
+  int rank = 0;                   ///< of the Jacobian of all unknowns
+  double condition = 0;           ///< of the Jacobian of the geometric unknowns in m and rad
   std::array<double, 5> observability{};  ///< O1 ... O5
   bool converged = false;
   int iterations = 0;
   std::string termination;  ///< the solver's own words
 };
 
-/// Identifies the geometric parameters that `robot.identify` allows and the campaign can show, and
-/// the coefficients of the robot's effects, from measured poses.
+/// Identifies, from measured poses, the geometric parameters that `robot.identify` allows and the
+/// campaign can show, and the coefficients of the robot's effects.
 ///
-/// Maximum likelihood under Student's t with its degrees of freedom and the spreads of position and
-/// orientation taken from the residuals: Levenberg-Marquardt (Ceres) on the folded residual block.
-/// A base far from the measurements is first set by rigid registration of the points or anchors.
-/// Several sessions are solved jointly, sparse: the robot is common, each further session adds the
-/// six unknowns of its base and the zero offsets of `robot.identify_per_session`, which count in
-/// covariance, rank and observability; what is found stands in `robot.sessions`.
-/// Readings of a pose may err alike, so the covariance, and with it every standard deviation, is
-/// from what each pose does to the fit (cluster covariance CR3 of Bell, McCaffrey 2002). Prior
-/// knowledge, and what only one pose shows, which no scatter between poses can tell, count with
-/// their own standard deviation and that of the readings. Intervals are Student's with one degree
-/// of freedom less than there are poses.
+/// Maximum likelihood under Student's t, whose degrees of freedom and sigma of position and
+/// orientation are found from the residuals, by Levenberg and Marquardt's method (Ceres) on the
+/// folded residual block. A base far from the measurements is first set by rigid registration of
+/// the points or anchors. Several sessions are solved jointly: the robot is common; each further
+/// session adds the six unknowns of its base and the zero offsets of `robot.identify_per_session`,
+/// which count in covariance, rank and observability. Their values stand in `robot.sessions`.
+/// Readings of a pose may err alike. So the covariance, and with it every standard deviation, is
+/// found from the influence of each pose on the fit (cluster covariance CR3 of Bell, McCaffrey
+/// 2002). Priors, and directions that only one pose shows, contribute with their own standard
+/// deviation and that of the readings. Intervals are Student's with poses - 1 degrees of freedom.
 /// Lack of convergence and of rank are reported in the result. Throws std::invalid_argument if
-/// there are fewer readings than unknowns or the robot and the campaign do not fit together.
+/// there are not more equations than unknowns, or the robot and the campaign do not fit together.
 CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
                             const CalibrationOptions& options = {});
 
-/// The same with the geometric parameters given; used to refit a model after an effect is added.
+/// The same with the geometric parameters given: refits a model after an effect is added.
 CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
                             const IdentifiableSet& set, const CalibrationOptions& options = {});
 
@@ -80,9 +93,9 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
 /// Driels, Pathre 1990; Nahvi et al. 1994; Nahvi, Hollerbach 1996; Sun, Hollerbach 2008).
 std::array<double, 5> observability(const Eigen::VectorXd& singular_values, int readings);
 
-/// A robot carried to another set-up: only what `what` names (base, tool, single parameters) is
-/// fitted, its links and effects stay as they are. Each session of the campaign has a base of its
-/// own; zero offsets that `robot` knows of a session are kept.
+/// Calibrates a robot that was carried to another set-up: fits only what `what` names (base, tool,
+/// single parameters); links and effects stay as they are. Each session of the campaign has a base
+/// of its own; zero offsets that `robot` knows of a session are kept.
 Robot refit_set_up(const Robot& robot, const Campaign& campaign,
                    const std::vector<std::string>& what);
 

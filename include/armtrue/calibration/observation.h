@@ -10,41 +10,52 @@
 
 namespace armtrue {
 
-/// Spread of the readings about the model, per axis, one standard deviation.
+/// Standard deviation of the readings about the model, per axis.
 struct ReadingSigma {
   double position = 1;     ///< [m]
   double orientation = 1;  ///< [rad]
 };
 
-/// Of a robot: as many as it has.
+/// Value of `fitted_effects` that fits every effect of the robot.
 inline constexpr int kAllEffects = std::numeric_limits<int>::max();
 
 /// The robot's target that each of the campaign's target names stands for, as indices. Throws
 /// std::invalid_argument, with file and line, if the robot does not have it.
 std::vector<int> match_targets(const Campaign& campaign, const KinematicChain& chain);
 
-/// The robot's anchor that each of the campaign's anchor names stands for, as indices; just the
-/// only anchor where the campaign names none. -1, -2, -3 for the axes that coordinates are along.
-/// Empty unless distances were measured. Throws
+/// The robot's anchor that each of the campaign's anchor names stands for, as indices; the robot's
+/// only anchor if the campaign names none. Empty unless distances were measured. Throws
 /// std::invalid_argument, with file and line, if the robot does not have the anchor.
 std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& chain);
 
-/// Readings in one R_A against the model of one robot:
-/// residuals, measured minus model, and the model's derivatives, divided by the standard deviation
-/// of each reading so that position and orientation can stand in one sum of squares.
+/// Readings in one R_A against the model of one robot: residuals, measured minus model, and the
+/// model's derivatives, both divided by the standard deviation of each reading (whitened), so that
+/// position and orientation can stand in one sum of squares.
 ///
 /// The unknowns x are changes from the robot given: of the chosen geometric parameters, then of the
-/// coefficients of its effects, of the first `fitted_effects` of them. Rotations of base and tool
-/// compose as exp(x_r) R.
+/// coefficients of the first `fitted_effects` of its effects. Rotations of base and tool compose as
+/// exp(x_r) R.
+///
+/// With p the point in R_A that the model predicts for a row, o the instrument (the origin of the
+/// session's own R_A), e the axes of that R_A, a and z the place and zero error of the anchor, and
+/// s the instrument's scale, the model of a reading is
+///     point         o + s (p - o)
+///     coordinate    s e_axis . (p - o)
+///     distance      s |p - a| + z
+///     orientation   the rotation of the measured frame; its residual is log(measured * model^-1).
 class ObservationModel {
  public:
-  /// `geometric`: parameter indices. Rows with a `sigma_mm` or `sigma_deg` of their own keep their
-  /// ratio to `scale` (taken as the standard deviation of a row whose own sigma is the median).
-  /// `common_from_own`: the R_A that points, orientations and base are in, from that of the
-  /// instrument, which stands at its origin and has the anchors in it.
+  /// `geometric`: parameter indices. `sigma`: standard deviation of a row, or, if rows state a
+  /// `sigma_mm` or `sigma_deg`, of a row that states their median; the others keep their ratio to
+  /// it. `common_from_own`: the pose of the instrument, and with it of the anchors, in the R_A that
+  /// points, orientations and base are in.
+  /// The campaign is not copied: it must outlive the model.
   ObservationModel(const Campaign& campaign, const Robot& robot, std::vector<int> geometric,
-                   const ReadingSigma& scale, int fitted_effects = kAllEffects,
+                   const ReadingSigma& sigma, int fitted_effects = kAllEffects,
                    const Pose& common_from_own = {});
+  ObservationModel(const Campaign&& campaign, const Robot& robot, std::vector<int> geometric,
+                   const ReadingSigma& sigma, int fitted_effects = kAllEffects,
+                   const Pose& common_from_own = {}) = delete;
 
   int rows() const { return campaign_.rows(); }
   int row_size() const { return campaign_.reading_size().all(); }
@@ -56,20 +67,20 @@ class ObservationModel {
   /// Robot and campaign names for each unknown: `A2.d`, `joint compliance A2.theta c`.
   std::vector<std::string> unknown_names() const;
 
-  /// Mean square, over the rows, of what a coefficient of the effects is multiplied by.
+  /// Mean square, over the rows, of the value that a coefficient of the effects is multiplied by.
   double mean_square_value(int coefficient) const;
 
   /// The robot at x.
   Robot robot_at(const Eigen::VectorXd& x) const;
 
-  /// A model of the same readings at one value of x, for reading rows from several threads.
+  /// The model at one value of x; several threads may read rows of it. The model must outlive it.
   class At;
   At at(const Eigen::VectorXd& x) const;
 
-  const ReadingSigma& scale() const { return scale_; }
-  void set_scale(const ReadingSigma& scale) { scale_ = scale; }
+  const ReadingSigma& sigma() const { return sigma_; }
+  void set_sigma(const ReadingSigma& sigma) { sigma_ = sigma; }
   /// Standard deviations of one row: position [m], orientation [rad].
-  ReadingSigma row_scale(int row) const;
+  ReadingSigma row_sigma(int row) const;
 
  private:
   friend class At;
@@ -88,17 +99,17 @@ class ObservationModel {
   std::vector<int> first_coefficient_, first_value_;
   int coefficient_count_ = 0;      // of those that are fitted
   Eigen::MatrixXd effect_values_;  // values x rows
-  ReadingSigma scale_;
+  ReadingSigma sigma_;
   int fitted_effects_;
   Pose common_from_own_;
-  double median_sigma_position_ = 0, median_sigma_orientation_ = 0;
+  double median_sigma_position_ = 0, median_sigma_orientation_ = 0;  // 0: no row states any
 };
 
 class ObservationModel::At {
  public:
   /// The residual of one row, in R_A: measured minus model, [m], and [rad] as the rotation vector
-  /// of measured * model^-1 (zero without orientations). Of a distance the first component, the
-  /// others zero. Not whitened.
+  /// of measured * model^-1 (zero without orientations). The residual of a distance or a coordinate
+  /// is the first component, the others are zero. Not whitened.
   Eigen::Matrix<double, 6, 1> residual(int row) const;
 
   /// Writes the whitened block of one row: row_size() x (unknowns() + 1), the derivatives of the
@@ -109,16 +120,19 @@ class ObservationModel::At {
   friend class ObservationModel;
   At(const ObservationModel& model, const Eigen::VectorXd& x);
   void offsets(int row, ParameterOffsets& offsets, double& scale) const;
-  // A row as the model sees it.
+  // The model's prediction of a row.
   struct Prediction {
     Pose frame;                 // R_A from the measured frame, its origin at the target
-    Eigen::Vector3d position;   // what the scale multiplies: the point from the instrument, or the
-                                // distance first
-    Eigen::Vector3d direction;  // of a distance: from the anchor, or along the axis, unit
+    Eigen::Vector3d position;   // what the scale multiplies: of a point its place from the
+                                // instrument; of a length that length, as the first component
+    Eigen::Vector3d direction;  // unit; derivative of a length by the point
     double scale;
   };
   Prediction predict(int row, PoseJacobian* jacobian) const;
   Eigen::Matrix<double, 6, 1> residual(int row, const Prediction& predicted) const;
+  // The derivative of the position by a parameter that is none of the chain's, whitened by `sigma`.
+  void set_instrument_column(int row, int parameter, const Prediction& predicted, double sigma,
+                             Eigen::Ref<Eigen::VectorXd> column) const;
 
   const ObservationModel& model_;
   Robot robot_;

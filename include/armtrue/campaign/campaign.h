@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,17 +13,32 @@
 
 namespace armtrue {
 
+/// What one row of a campaign reads.
+enum class ReadingKind {
+  point,       ///< the three coordinates of a point in R_A and, if the campaign has orientations,
+               ///< the orientation of the measured frame: a pose
+  distance,    ///< the distance of the point from an anchor
+  coordinate,  ///< one coordinate of a point; only in a campaign of points and distances
+};
+
+/// One coordinate of a measured point.
+struct Coordinate {
+  int axis = 0;      ///< of R_A: 0 is x, 1 is y, 2 is z
+  double value = 0;  ///< [m]
+};
+
 /// How many numbers a reading consists of.
 struct ReadingSize {
-  int position = 3;     ///< 1: a distance
+  int position = 3;     ///< 3 for a point, 1 for a distance or a coordinate
   int orientation = 0;  ///< 3 if it is read
   int all() const { return position + orientation; }
-  /// Of the unknowns of a fit, about: what position takes of its own degrees of freedom.
+  /// The share of the unknowns of a fit that is charged to the position: position / all.
   double share_of_position() const { return static_cast<double>(position) / all(); }
 };
 
-/// Measured poses, one row a reading, in order of visit. Columns are vectors of their own, so that
-/// a million rows cost only what they hold; an optional column is empty when absent.
+/// Measured poses, one row per reading, in the order of the visits. Each column is a vector of its
+/// own, so that a million rows take only the memory of the columns that they have; a column that
+/// the file does not have is empty.
 struct Campaign {
   std::string source;  ///< file name, for messages
 
@@ -30,9 +46,13 @@ struct Campaign {
   std::vector<std::string> pose_ids;
   std::vector<int> line;       ///< line in the file
   std::vector<JointVector> q;  ///< [rad]
-  /// What was measured, in R_A [m]: points, or distances to anchors; the other is empty.
+  /// What was measured, in R_A [m]: points, or distances from anchors; the other column is empty.
   std::vector<Eigen::Vector3d> position;
   std::vector<double> distance;
+  /// In a campaign of points and distances, of each row: the coordinate that it reads, or nothing
+  /// where it reads `distance`. A point is three such rows, because all readings of a campaign have
+  /// one size. Otherwise empty. See points_to_coordinates().
+  std::vector<std::optional<Coordinate>> coordinate;
 
   // Optional columns.
   std::vector<int> repeat;
@@ -40,11 +60,8 @@ struct Campaign {
   std::vector<double> time_s;
   std::vector<int> target;  ///< index into target_names
   std::vector<std::string> target_names;
-  std::vector<int> anchor;  ///< of a distance; index into anchor_names
+  std::vector<int> anchor;  ///< of a distance: index into anchor_names; 0 of a coordinate
   std::vector<std::string> anchor_names;
-  /// Points and distances in one: the first three anchors are the axes of R_A, and what is read
-  /// from them, as a distance, is a coordinate. A point is three rows.
-  bool has_coordinates = false;
   std::vector<double> sigma_position;     ///< per axis [m]
   std::vector<double> sigma_orientation;  ///< per axis [rad]
   std::vector<Direction> arrival;
@@ -60,16 +77,29 @@ struct Campaign {
 
   int rows() const { return static_cast<int>(q.size()); }
   bool has_orientation() const { return !orientation.empty(); }
+  /// Whether readings are single lengths: distances, some of them perhaps coordinates.
   bool has_distances() const { return !distance.empty(); }
+  bool has_coordinates() const { return !coordinate.empty(); }
+  ReadingKind kind(int row) const;
+  /// The reading of a row with distances: the distance, or the coordinate [m].
+  double length(int row) const {
+    return kind(row) == ReadingKind::coordinate ? coordinate[row]->value : distance[row];
+  }
   ReadingSize reading_size() const { return {has_distances() ? 1 : 3, has_orientation() ? 3 : 0}; }
-  /// Numbers what a row reads of its pose, by target and anchor: rows of one pose and channel are
-  /// replicates.
+  /// Number of what a row reads of its target: 0 for a point, the anchor's index for a distance;
+  /// in a campaign of points and distances the axis (0 to 2) for a coordinate and 3 + the anchor's
+  /// index for a distance. It groups rows, and is no index into anything.
+  int quantity(int row) const;
+  int quantities() const;  ///< one more than the largest
+  void set_quantity(int row, int quantity);
+  /// Number of what a row reads of its pose, by target and quantity: rows with the same session,
+  /// pose and channel are replicates.
   int channel(int row) const;
-  /// Numbers poses or, where distances are read, poses by anchor: what the model lacks at a pose
-  /// strikes such rows alike.
-  int pose_by_anchor(int row) const;
-  /// Numbers the pose of every row in the order of the ids (`P2` before `P10`), which, unlike
-  /// `pose`, does not depend on the order of the rows.
+  /// Number of the pose and quantity of a row, pose * quantities() + quantity: a model error at a
+  /// pose is the same in all these rows.
+  int pose_by_quantity(int row) const;
+  /// Number of the pose of every row in the order of the ids (`P2` before `P10`). Unlike `pose` it
+  /// does not depend on the order of the rows.
   std::vector<int> pose_by_id() const;
   Context context(int row) const;
 
@@ -77,29 +107,29 @@ struct Campaign {
   Campaign select(const std::vector<int>& rows) const;
 };
 
-/// The column that a driver of this kind is read from, if the campaign lacks it, else nothing.
-/// `where` is the sensor of a temperature. A campaign without a payload or a force had none: it
-/// lacks nothing.
+/// The column that a driver of this kind is read from if the campaign does not have it, else an
+/// empty text. `where` is the sensor of a temperature. Payload and force are never missing: a
+/// campaign without these columns had none.
 std::string missing_column(const Campaign& campaign, DriverKind kind, const std::string& where);
 
-/// Throws std::invalid_argument, with file and remedy, if the effect follows what the campaign does
-/// not tell of its readings: time, a temperature, motor torques or directions of arrival. Those
-/// that are read from a file have directions, stated or derived (derive_arrival).
+/// Throws std::invalid_argument, with file and remedy, if the campaign does not have the column
+/// that the effect is driven by: time, a temperature, motor torques or directions of arrival.
+/// Campaigns read from a file always have directions, stated or derived (derive_arrival).
 void require_drivers(const Campaign& campaign, const Effect& effect);
 
-/// Makes three rows, its coordinates, of each row with a point in a campaign of points and
-/// distances: one whose `position` and `distance` have all rows, the latter 0 where there is none.
-/// Of an anchor without a column its name is empty.
+/// Replaces each row that has a point by three rows, one per coordinate, in a campaign of points
+/// and distances. Before the call `position` and `distance` have all rows, and `distance` is 0
+/// where the row has a point; afterwards `position` is empty and `coordinate` has all rows.
 void points_to_coordinates(Campaign& campaign);
 
-/// Fills `arrival` from the previous visit of the same session where the file does not state it:
-/// the sign of each joint's last motion, 0 before its first. Motions below 1e-4 deg are none. Rows
-/// are visited in the order of their times or, without times, as they stand.
+/// Fills `arrival` of a campaign whose file does not state it: the sign of each joint's last motion
+/// in the same session, 0 before its first. Motions below 1e-4 deg do not count. The order of the
+/// visits is that of the times or, without times, that of the rows.
 void derive_arrival(Campaign& campaign);
 
-/// From each of the times on, readings are of a session of their own, as after a knock of the
-/// tracker. The sessions are called 1, 2, ... or, where they had names, `day 1`, `day 1 (2)`, ...
-/// The campaign has times.
+/// Begins a new session at each of the times, as after a knock of the tracker. The sessions are
+/// called 1, 2, ... or, where they had names, `day 1`, `day 1 (2)`, ... The campaign must have
+/// times.
 void begin_sessions(Campaign& campaign, const std::vector<double>& times_s);
 
 }  // namespace armtrue

@@ -37,7 +37,7 @@ struct Move {
 struct ChangeResult {
   bool holds = true;
   double p_value = 1;         ///< of the residuals if nothing has moved
-  ReadingSigma scale;         ///< spread of the readings that was taken, per axis
+  ReadingSigma sigma;         ///< spread of the readings that was taken, per axis
   std::vector<int> blunders;  ///< rows that are off alone; they take no part
   /// What has moved, as all of it together explains the readings; in the order of discovery. Empty
   /// if the calibration holds or no move explains what is off.

@@ -10,30 +10,30 @@
 
 namespace armtrue {
 
-/// RMS of form that machining asks for [m] (the paper's application).
+/// Largest RMS form error of a machined part [m] (the paper's application).
 inline constexpr double kFormGoal = 0.050e-3;
 
-/// Where a pass meets the planes normal to the command path.
+/// Intersections of a pass with the planes normal to the command path.
 struct PlaneCrossings {
-  std::vector<Eigen::Index> sample;  ///< of the command path, increasing; its planes that are met
+  std::vector<Eigen::Index> sample;  ///< of the command path whose planes are met, increasing
   Eigen::Matrix3Xd deviation;        ///< in the plane, from that sample to the pass [m]
 };
 
-/// Intersections of a measured pass, a polygon registered in the clock of `command`, with the plane
-/// through each sample of `command` normal to its tangent; of several that nearest in time, within
-/// 0.5 s. Samples at standstill have no plane of their own; at a corner the tangent is the mean of
-/// both sides. Throws std::invalid_argument if either path has fewer than two samples.
+/// Intersects a measured pass, a polygon in the clock of `command`, with the plane through each
+/// sample of `command` normal to its tangent. Of several intersections the nearest in time counts,
+/// within 0.5 s. A sample at standstill has no plane; at a corner the tangent is the mean of both
+/// sides. Throws std::invalid_argument if either path has fewer than two samples.
 PlaneCrossings cross_normal_planes(const Path& command, const Path& measured);
 
 /// Path accuracy and repeatability, ISO 9283:1998, 8.2 and 8.3, position. In plane i let p_ij be
 /// the intersection of pass j of n, b_i their barycentre, c_i the command, l_ij = |p_ij - b_i|:
 ///     AT_p = max_i |b_i - c_i|,    RT_p = max_i (mean_j l_ij + 3 S_i),
 /// S_i the standard deviation of l_ij over j (n - 1). The standard has n = 10; with one pass AT_p
-/// is its largest deviation. Noise of the instrument is in both.
+/// is its largest deviation. Both contain the noise of the instrument.
 struct PathAccuracy {
   double at = 0;             ///< [m]
   std::optional<double> rt;  ///< [m]; empty for one pass
-  Eigen::Index planes = 0;   ///< met by all passes; the others take no part
+  Eigen::Index planes = 0;   ///< met by all passes; the others do not count
 };
 
 /// `passes`: cross_normal_planes() of each. Throws std::invalid_argument if there is none, or no
@@ -50,18 +50,18 @@ struct PathErrors {
 /// whole.rms <= kFormGoal.
 PathErrors path_errors(const Eigen::Matrix3Xd& deviation);
 
-/// How well passes keep to their program.
+/// Accuracy of passes against their program.
 struct PassAccuracy {
   PathAccuracy path;
   PathErrors errors;
 };
 
-/// Both, of passes registered in the clock and the frame of `command`; the errors are those of all
-/// passes together. Throws std::invalid_argument as cross_normal_planes() and path_accuracy() do.
+/// `passes`: in the clock and the frame of `command`; the errors are those of all passes together.
+/// Throws std::invalid_argument as cross_normal_planes() and path_accuracy() do.
 PassAccuracy pass_accuracy(const Path& command, const std::vector<Path>& passes);
 
-/// Share of the mean error that is gone, 1 - after / before, as the paper's table 6: negative if it
-/// grew, empty where there was no error before.
+/// 1 - after / before of the mean errors (the paper's table 6): negative if an error grew, empty if
+/// there was none before.
 struct Reduction {
   std::array<std::optional<double>, 3> axis;  ///< of the mean |deviation| of each axis
   std::optional<double> whole;                ///< of the mean length, not the mean of the axes

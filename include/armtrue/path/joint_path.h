@@ -9,7 +9,7 @@
 
 namespace armtrue {
 
-/// A sample of a programmed path that the robot cannot take.
+/// A sample of a programmed path that the robot cannot reach.
 struct UnreachableSample : std::invalid_argument {
   UnreachableSample(Eigen::Index at, const std::string& what)
       : std::invalid_argument(what), sample(at) {}
@@ -17,17 +17,17 @@ struct UnreachableSample : std::invalid_argument {
 };
 
 struct JointPathOptions {
-  std::optional<Eigen::Matrix3d> orientation;  ///< of the measured frame, where the path has none
-  std::optional<JointVector> start;            ///< near the angles at the first sample: the branch
+  std::optional<Eigen::Matrix3d> orientation;  ///< of the measured frame, if the path has none
+  std::optional<JointVector> start;  ///< near the angles at the first sample: chooses the branch
 };
 
-/// Encoder angles along a programmed path: inverse kinematics of the chain, each sample from the
-/// one before, so that the branch is kept. The first one is sought near `start`, without it in the
-/// whole travel. Angles of the path itself show the branch (a corrected path may carry those of the
-/// path before) and, like `start`, the orientation if nothing else does.
-/// Throws UnreachableSample, with the remedy, for a pose out of reach or of travel, for one whose
-/// orientation nothing states, and if the path's own angles put the tool more than 10 mm away from
-/// its position.
+/// Encoder angles along a programmed path, by inverse kinematics of the chain. Each sample starts
+/// from the angles of the one before, which keeps the branch. The first sample starts from `start`,
+/// else from the angles of the path, else the whole travel is searched. The orientation is that of
+/// the path, else that of the options, else that of the path's angles, else that of `start`. The
+/// angles of a corrected path may be those of the path before its correction.
+/// Throws UnreachableSample, with the remedy: for a pose out of reach or of travel, for a missing
+/// orientation, and if the path's own angles put the tool more than 10 mm from its position.
 Eigen::Matrix<double, kJoints, Eigen::Dynamic> joint_path(const Path& programmed,
                                                           const KinematicChain& chain,
                                                           const JointPathOptions& options = {});

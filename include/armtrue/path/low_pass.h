@@ -5,21 +5,22 @@
 
 namespace armtrue {
 
-/// Butterworth low-pass run forwards and backwards, so that nothing is delayed. The two passes
-/// together have lost 3 dB at the cut-off: each alone is designed with a higher one.
+/// Butterworth low-pass of order n, run forwards and backwards, so that it delays nothing. Both
+/// runs together lose 3 dB at the cut-off f_c: a single one is designed for f_c (sqrt 2 - 1)^(-1/(2
+/// n)).
 class LowPass {
  public:
   /// `order` of one pass, 1 to 12; `cutoff` and `sample_rate` [Hz]. Throws std::invalid_argument
   /// unless the cut-off of a single pass lies below 0.45 of the sample rate.
   LowPass(int order, double cutoff, double sample_rate);
 
-  /// Filters samples taken at the rate of the filter, channel by channel (rows); columns are
-  /// samples. At both ends the samples are continued by their point reflection about the end of a
-  /// straight line through the first, or last, samples, so that a slope goes on and the noise of
-  /// one sample does not hold the end.
+  /// Filters channels (rows) of samples (columns) taken at `sample_rate`. Beyond each end the
+  /// samples are continued by point reflection about the end of the straight line fitted to the
+  /// first, or last, samples: a slope goes on, and the noise of a single sample does not fix the
+  /// end.
   Eigen::MatrixXd operator()(const Eigen::MatrixXd& samples) const;
 
-  /// Share of white noise power that passes: the mean of the squared response of both passes.
+  /// Share of white noise power that passes: the mean over frequency of |H|^4, H of one run.
   double noise_share() const;
 
  private:

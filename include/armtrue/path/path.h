@@ -6,17 +6,17 @@
 
 namespace armtrue {
 
-/// Neighbouring samples nearer than this do not move: it is rounding [m].
+/// Neighbouring samples no further apart than this [m] stand still: the difference is rounding.
 inline constexpr double kStandstill = 1e-9;
 
-/// A tool path sampled in time, as programmed or as an instrument recorded it. One column per
-/// sample; what was not recorded has no columns.
+/// A tool path sampled in time, as programmed or as an instrument recorded it. One column for each
+/// sample; a quantity that was not recorded has no columns.
 struct Path {
   Eigen::VectorXd time;                              ///< [s], strictly increasing
   Eigen::Matrix3Xd position;                         ///< of the tool tip [m]
   Eigen::Matrix3Xd orientation;                      ///< KUKA angles a, b, c [rad]
   Eigen::Matrix<double, kJoints, Eigen::Dynamic> q;  ///< encoder angles [rad]
-  Eigen::Matrix3Xd force;                            ///< on the tool [N], axes of the positions
+  Eigen::Matrix3Xd force;                            ///< on the tool [N], in the axes of `position`
 
   Eigen::Index samples() const { return time.size(); }
   bool has_orientation() const { return orientation.cols() > 0; }
@@ -24,28 +24,34 @@ struct Path {
   bool has_force() const { return force.cols() > 0; }
 };
 
-/// Median of the time between samples [s]: the sample period, whatever is lost.
+/// Median of the time between samples [s]: the sample period, even if samples are lost.
 double median_period(const Path& path);
 
-/// Values (a column per `time`, increasing) at the times `at`, increasing too: linear between
-/// samples, those of the ends before and after them.
+/// Values (a column for each of the increasing times `time`) at the times `at`, increasing too:
+/// linear between samples, constant before the first and after the last.
 Eigen::MatrixXd interpolate(const Eigen::VectorXd& time,
                             const Eigen::Ref<const Eigen::MatrixXd>& values,
                             const Eigen::VectorXd& at);
 
-/// Positions of the tool at other times; before and after the path it stands [m].
+/// Positions of the tool at other times, increasing [m]; it stands still before and after the path.
 inline Eigen::Matrix3Xd position_at(const Path& path, const Eigen::VectorXd& times) {
   return interpolate(path.time, path.position, times);
 }
 
-/// The furthest that the tool gets from where it was so long before [m].
+/// Velocities of the polygon at other times, increasing [m/s]; zero before and after the path.
+Eigen::Matrix3Xd velocity_at(const Path& path, const Eigen::VectorXd& times);
+
+/// max over t of |p(t + duration) - p(t)| [m].
 double longest_move(const Path& path, double duration);
 
-/// Length of the polygon up to each sample [m]; starts at 0.
+/// Diagonal of the box around the positions, along the axes [m].
+double extent(const Path& path);
+
+/// Length of the polygon from its first sample to each sample [m].
 Eigen::VectorXd arc_length(const Path& path);
 
-/// Unit tangent at each sample, by central differences; where the tool stands still, that of the
-/// nearest sample that moves. All zero if nothing moves.
+/// Unit tangent at each sample: the direction of p_(i+1) - p_(i-1). Where the tool stands still,
+/// that of the nearest sample that moves. All zero if nothing moves.
 Eigen::Matrix3Xd tangents(const Path& path);
 
 }  // namespace armtrue

@@ -10,20 +10,19 @@
 
 namespace armtrue {
 
-/// The cut, and the force with which it pushes the tool. The force does not depend on how far the
-/// tool gives way. Numbers: the 8 mm pass of the paper (k = 0.022 mm/N and a mean deviation of
-/// 0.91 mm make 41 N; their direction, and how much and how often they change along the path, are
-/// those of its table 5).
+/// A cut, and its force on the tool; the deviation of the tool does not change the force. Defaults:
+/// the 8 mm pass of the paper. Its k = 0.022 mm/N and mean deviation of 0.91 mm make 41 N;
+/// direction and variation along the path are those of its table 5.
 struct Cut {
-  double depth = 8e-3;  ///< [m]; 0 cuts air
+  double depth = 8e-3;  ///< [m]; 0: no force
   /// Force on the tool per metre of depth, along feed, normal and z [N/m]. The normal lies to the
   /// left of the feed as seen from above: z x feed; a tool that plunges along z has none.
   Eigen::Vector3d force_per_depth{580, 5000, -1160};
   /// Arc lengths between which the tool cuts [m]; absent: the whole path.
   std::optional<std::array<double, 2>> engaged;
   double ramp = 5e-3;      ///< length of entry and exit [m]; here the radius of the paper's cutter
-  double variation = 0.1;  ///< of the force, RMS relative to it
-  std::uint64_t part_seed = 1;  ///< the variation belongs to the part: the next pass has it too
+  double variation = 0.1;  ///< RMS of the variation of the force, relative to the force
+  std::uint64_t part_seed = 1;  ///< of the variation, which every pass over one part repeats
 };
 
 /// The instrument that records the pass. Its clock shows
@@ -33,16 +32,15 @@ struct PathRecorder {
   double clock_offset = 0, clock_rate = 0;
   double noise = 0;        ///< of the position, per axis [m]
   double force_noise = 0;  ///< per axis [N]
-  double lost = 0;         ///< share of samples that are lost
+  double lost = 0;         ///< chance that a sample is lost
   std::uint64_t seed = 1;
 };
 
 struct PassOptions {
   JointPathOptions joints;
   Cut cut;
-  /// The path that the part was programmed with, at the same times, if the one that runs corrects
-  /// it: the stock, and what varies in it, stays where it is while the corrected path is a little
-  /// longer.
+  /// The path that the part was programmed with, at the same times, if the path that runs is a
+  /// correction of it: the force follows the part, not the slightly longer corrected path.
   std::optional<Path> part;
   double lag = 0;  ///< time constant of the servos, first order, the same for all joints [s]
   PathRecorder recorder;
@@ -52,10 +50,10 @@ struct PassOptions {
 /// if the tool would cut nowhere on the path.
 Eigen::Matrix3Xd cutting_force(const Path& path, const Cut& cut);
 
-/// The pass as the instrument records it: position, force and the angles of the encoders. The
-/// controller knows the chain of `robot`, without its effects, and turns the path into joint
-/// angles; the joints follow with their lag; `truth`, with its effects, puts the tool where they
-/// and the force bring it. Throws as joint_path() and cutting_force() do.
+/// Simulates a pass as the instrument records it: position, force and encoder angles. The
+/// controller turns the path into joint angles with the chain of `robot`, without its effects. The
+/// joints follow with their lag. `truth`, with its effects, gives the position of the tool at these
+/// angles and this force. Throws as joint_path() and cutting_force() do.
 Path simulate_pass(const Path& programmed, const Robot& robot, const Robot& truth,
                    const PassOptions& options = {});
 

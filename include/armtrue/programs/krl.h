@@ -8,7 +8,7 @@
 
 namespace armtrue {
 
-/// A text of the controller, byte by byte; its encoding and line ends do not matter.
+/// A text of the controller, byte by byte. Any encoding and any line ends are kept.
 struct KrlFile {
   std::string name;  ///< for messages
   std::string text;
@@ -21,42 +21,44 @@ struct KrlProgram {
 };
 
 struct KrlCorrectionOptions {
-  /// No inserted point lies nearer to the next one [m]: a controller reads a move ahead for each
-  /// and blends over half of it. At 27 mm/s three cycles of 12 ms; a step of the correction becomes
-  /// as long.
+  /// Least distance of an inserted point from the next point [m]. The controller reads ahead and
+  /// blends over half a move; 1 mm is three cycles of 12 ms at 27 mm/s. A step of the correction is
+  /// spread over this length.
   double spacing = 1e-3;
-  double tolerance = 5e-6;  ///< how far the moves may stray from the corrected path before a point
-                            ///< is inserted [m]; a tenth of what a machining robot shall reach
+  /// Largest distance of the moves from the corrected path without an inserted point [m]: a tenth
+  /// of kFormGoal.
+  double tolerance = 5e-6;
 };
 
 struct CorrectedKrl {
   std::string src;
   std::optional<std::string> dat;  ///< where the program has one, changed or not
-  int corrected = 0;               ///< moves whose end lies on the path
+  int corrected = 0;               ///< moves whose end lies on the path: it is displaced
   int inserted = 0;                ///< new moves
   int left_alone = 0;              ///< all other moves
   std::vector<std::string> warnings;
 };
 
-/// The program with its points displaced as the path `programmed` (in the $BASE of the program) is
-/// displaced to `corrected` (3 x samples, [m]).
+/// Displaces the points of the program as the correction displaces the path: `programmed`, in the
+/// $BASE of the program, becomes `corrected` (3 x samples, [m]).
 ///
-/// Points of PTP, LIN, CIRC, their spline forms and SPL count: a frame {X .., Y .., ..}, or a name
-/// that the .src or the .dat gives a frame. In the order of the text they are looked for on the
-/// path (see places_in_order); what is not on it is left alone, as are axis angles, names declared
-/// elsewhere or used for more than moves, and expressions, and relative moves, which start from the
-/// corrected point before them. Warnings name all of them.
+/// Which points: the ends and auxiliary points of PTP, LIN, CIRC, their spline forms and SPL, given
+/// as a frame {X .., Y .., ..} or as a name to which the .src or the .dat gives a frame. They are
+/// looked for on the path in the order of the text (places_in_order()). These moves are left alone,
+/// each with a warning: those that end off the path, go to axis angles or to an expression, use a
+/// name that is declared elsewhere or given several values, and relative moves, which start from
+/// the corrected point before them.
 ///
-/// Where the path between two points is bent by the correction, LIN .. C_DIS (SLIN .. C_SPL) are
-/// inserted with the orientation and external axes between; a CIRC becomes several, or
-/// LIN where a piece is straight; their auxiliary points lie half-way on each. Nothing is inserted
-/// in a spline block or behind a TRIGGER.
+/// Where the correction bends the path between two points, moves LIN .. C_DIS (SLIN .. C_SPL) are
+/// inserted; their orientation and external axes lie between those of the two points. A CIRC
+/// becomes several, or LIN where a piece is straight; the auxiliary point of each lies half-way.
+/// Nothing is inserted in a spline block or behind a TRIGGER.
 ///
-/// Only X, Y, Z change, rounded to 0.0001 mm (finer where more decimals were written), without
-/// zeros at the end that were not there; a component that was left out, and so came from the move
-/// before, is added where that no longer holds. A named point is changed in its declaration, or, if
-/// its moves need different corrections or others use it, written into the moves. Every other byte
-/// stands; without displacement all do.
+/// Only X, Y, Z change. They are rounded to 0.0001 mm, or finer where more decimals were written;
+/// no zeros are added at the end. A component that a frame leaves out comes from the move before;
+/// it is added where that no longer gives the same value. A named point is changed in its
+/// declaration; if its moves need different corrections, or others use it, frames replace the name
+/// in the moves. Every other byte is kept; without displacement all bytes are.
 ///
 /// Throws InputError if no point lies on the path.
 CorrectedKrl correct_krl(const KrlProgram& program, const Path& programmed,

@@ -4,10 +4,11 @@
 
 namespace armtrue {
 
-/// Where points lie on a polygon (3 x n, n >= 2) that is run through in their order: for each
-/// column of `points` a vertex index with its fraction, or NaN for a point that has no place. The
-/// places never go back; among all such choices this one has the greatest sum of 1 - (distance /
-/// tolerance)^2, so that a polygon that crosses or repeats itself is no obstacle. Lengths in m.
+/// Finds points on a polygon (3 x n, n >= 2) that passes them in their order. The place of a point
+/// is the index of a vertex plus the fraction of the segment behind it; NaN: no place. Places never
+/// decrease; of all such choices this one has the greatest
+///     sum over the points with a place of 1 - (distance / tolerance)^2.
+/// So a polygon may cross or repeat itself. Lengths in m.
 Eigen::VectorXd places_in_order(const Eigen::Matrix3Xd& polygon, const Eigen::Matrix3Xd& points,
                                 double tolerance);
 
@@ -19,7 +20,7 @@ struct NearestPoint {
   double distance = 0;  ///< [m]
 };
 
-/// The one of `points` (at least one) that is nearest to the polygon.
+/// The point nearest to the polygon; `points` has at least one column.
 NearestPoint nearest_to(const Eigen::Matrix3Xd& polygon, const Eigen::Matrix3Xd& points);
 
 }  // namespace armtrue

@@ -5,7 +5,7 @@
 
 namespace armtrue {
 
-/// Mean, root mean square, 95th percentile and maximum of a sample of errors.
+/// Mean, root mean square, 95th percentile and maximum of a sample of errors; zero if it is empty.
 struct ErrorSummary {
   double mean = 0, rms = 0, p95 = 0, max = 0;
 };
@@ -15,10 +15,12 @@ ErrorSummary summarize(std::vector<double> errors);
 /// The length that vectors of three normal components of unit variance exceed with a probability.
 double normal_length_exceeded(double probability);
 
+/// Throws std::invalid_argument if there are no values.
 double median(std::vector<double> values);
 
-/// Robust standard deviation about zero: the median of |x| to start, then the root mean square of
-/// what lies within three of it, both made consistent for a normal law.
+/// Robust standard deviation about zero: from the median of |x|, then ten times from the root mean
+/// square of the values within three standard deviations; both are made consistent for a normal
+/// law. 0 if there are no values.
 double robust_deviation(const std::vector<double>& deviations);
 
 }  // namespace armtrue

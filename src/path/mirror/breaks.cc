@@ -5,17 +5,19 @@
 #include <numbers>
 
 #include "armtrue/kinematics/units.h"
+#include "armtrue/path/mirror/engagement.h"
 #include "armtrue/statistics/summary.h"
 #include "path/mirror/corners.h"
 
 namespace armtrue {
 namespace {
 
-constexpr double kReversal = 0.01 * kDegree;  // of travel back, to count as one
-constexpr Eigen::Index kShortest = 4;         // samples of a piece
-constexpr double kFinest = 1e-7;              // [m]: nothing is read to less
+constexpr double kMinReversal = 0.01 * kDegree;  // travel back
+constexpr Eigen::Index kMinPiece = 4;            // samples
+constexpr double kMinNoise = 1e-7;               // [m]: no instrument reads more finely
+constexpr double kJumpWindow = 0.32;  // [s], ten samples of 32 ms: noise falls to a third
 
-// Places where a joint turns back.
+// Adds the times at which a joint turns back.
 void add_reversals(const Path& path, std::vector<double>& times) {
   for (int joint = 0; joint < kJoints; ++joint) {
     double extreme = path.q(joint, 0);
@@ -23,10 +25,10 @@ void add_reversals(const Path& path, std::vector<double>& times) {
     int direction = 0;
     for (Eigen::Index i = 1; i < path.samples(); ++i) {
       const double moved = path.q(joint, i) - extreme;
-      if (direction * moved >= 0 && (direction != 0 || std::abs(moved) < kReversal)) {
+      if (direction * moved >= 0 && (direction != 0 || std::abs(moved) < kMinReversal)) {
         if (moved != 0) at = i;
         extreme = path.q(joint, i);
-      } else if (std::abs(moved) > kReversal) {
+      } else if (std::abs(moved) > kMinReversal) {
         if (direction != 0) times.push_back(path.time[at]);
         direction = moved > 0 ? 1 : -1;
         extreme = path.q(joint, i);
@@ -36,20 +38,23 @@ void add_reversals(const Path& path, std::vector<double>& times) {
   }
 }
 
+// Splits samples at the largest jump of the mean, while it is more than chance. With m the means of
+// up to `window` samples before and after sample i, n their numbers, the statistic of a jump at i
+// is
+//     |m_after - m_before|^2 / (noise^2 (1 / n_before + 1 / n_after)).
 class JumpSearch {
  public:
   JumpSearch(const Eigen::Matrix3Xd& samples, double noise, Eigen::Index window,
              const std::vector<Eigen::Index>& likely)
-      : noise_(std::max(noise, kFinest)), window_(window), likely_(samples.cols(), false) {
+      : noise_(std::max(noise, kMinNoise)), window_(window), likely_(samples.cols(), false) {
     for (const Eigen::Index i : likely)
       if (i >= 0 && i < samples.cols()) likely_[static_cast<size_t>(i)] = true;
     sums_.resize(3, samples.cols() + 1);
     sums_.col(0).setZero();
     for (Eigen::Index i = 0; i < samples.cols(); ++i)
       sums_.col(i + 1) = sums_.col(i) + samples.col(i);
-    // A jump across the path has two components: P(chi^2_2 > x) = exp(-x / 2). Where the deviation
-    // moves all the time, slopes make every statistic larger: a jump has to stand out of its
-    // median.
+    // A jump across the path has two components: P(chi^2_2 > x) = exp(-x / 2). Slopes of the
+    // deviation make every statistic larger, so it is divided by its median over that of chi^2_2.
     constexpr double kChance = 1e-3;  // of any jump in a record that has none
     const double usual = std::max(1.0, median_statistic() / (2 * std::numbers::ln2));
     anywhere_ = -2 * std::log(kChance / static_cast<double>(samples.cols())) * usual;
@@ -57,14 +62,14 @@ class JumpSearch {
   }
 
   void split(Eigen::Index begin, Eigen::Index end, std::vector<Eigen::Index>& jumps) const {
-    // A long path has many pieces: a stack of its own, instead of one call in the other.
+    // A stack instead of recursion: a long path has many pieces.
     std::vector<std::pair<Eigen::Index, Eigen::Index>> open{{begin, end}};
     while (!open.empty()) {
       const auto [first, last] = open.back();
       open.pop_back();
       Eigen::Index best = -1;
       double highest = 1;
-      for (Eigen::Index i = first + kShortest; i + kShortest <= last; ++i) {
+      for (Eigen::Index i = first + kMinPiece; i + kMinPiece <= last; ++i) {
         const double here =
             statistic(first, i, last) / (likely_[static_cast<size_t>(i)] ? at_likely_ : anywhere_);
         if (here <= highest) continue;
@@ -90,7 +95,7 @@ class JumpSearch {
   double median_statistic() const {
     const Eigen::Index end = sums_.cols() - 1;
     std::vector<double> all;
-    for (Eigen::Index i = kShortest; i + kShortest <= end; ++i) all.push_back(statistic(0, i, end));
+    for (Eigen::Index i = kMinPiece; i + kMinPiece <= end; ++i) all.push_back(statistic(0, i, end));
     return all.empty() ? 0 : median(std::move(all));
   }
 
@@ -100,6 +105,18 @@ class JumpSearch {
   Eigen::Matrix3Xd sums_;
   double anywhere_, at_likely_;
 };
+
+// Removes engagements that begin or end at a break of the program: without a force the deviation
+// shows the cut, but a corner or a reversal makes a step too.
+void drop_other_causes(const std::vector<double>& breaks, PathDeviation& deviation) {
+  const auto at_break = [&](const std::optional<Instant>& instant) {
+    return instant && std::any_of(breaks.begin(), breaks.end(), [&](double time) {
+             return std::abs(time - instant->time) <= instant->uncertainty + deviation.period;
+           });
+  };
+  std::erase_if(deviation.engagement.intervals,
+                [&](const Engagement& e) { return at_break(e.entry) || at_break(e.exit); });
+}
 
 }  // namespace
 
@@ -125,6 +142,21 @@ std::vector<Eigen::Index> find_jumps(const Eigen::Matrix3Xd& samples, double noi
   JumpSearch(samples, noise, window, likely).split(0, samples.cols(), jumps);
   std::sort(jumps.begin(), jumps.end());
   return jumps;
+}
+
+void find_breaks(const Path& programmed, PathDeviation& deviation) {
+  const double rate = 1 / deviation.period;
+  const auto window = static_cast<Eigen::Index>(std::ceil(kJumpWindow * rate));
+  deviation.engagement = find_engagement(
+      deviation.time, deviation.force.cols() > 0 ? deviation.force : deviation.normal);
+  std::vector<double> times = program_breaks(programmed);
+  if (deviation.force.cols() == 0) drop_other_causes(times, deviation);
+  for (const Engagement& engagement : deviation.engagement.intervals)
+    for (const auto& instant : {engagement.entry, engagement.exit})
+      if (instant) times.push_back(instant->time);
+  std::vector<Eigen::Index> likely;
+  for (const double time : times) likely.push_back(std::lround((time - deviation.time[0]) * rate));
+  deviation.breaks = find_jumps(deviation.normal, deviation.noise, window, likely);
 }
 
 }  // namespace armtrue

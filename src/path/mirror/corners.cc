@@ -9,21 +9,22 @@
 namespace armtrue {
 namespace {
 
-constexpr double kCorner = 15 * kDegree;   // between neighbouring samples
-constexpr Eigen::Index kSharp = 2;         // samples over which central differences see a corner
-constexpr double kTurnsBack = 1e-3;        // sine
-constexpr double kMitre = 2, kReach = 10;  // of the displacement
+constexpr double kMinCornerAngle = 15 * kDegree;  // between neighbouring samples
+constexpr Eigen::Index kMaxSharp = 2;  // samples over which central differences see a corner
+constexpr double kMinSine = 1e-3;      // below it the sides are parallel
+constexpr double kMaxMitre = 2;        // of the larger displacement
+constexpr double kReach = 10;          // length of a side that is shifted, over the shift
 
 double distance_to_line(const Eigen::Vector3d& point, const Eigen::Vector3d& on,
                         const Eigen::Vector3d& direction) {
   return (point - on).cross(direction).norm();
 }
 
-// Shares a, b with which a * along_a - b * along_b comes nearest to `step`.
+// a, b that minimise |a * along_a - b * along_b - step|; zero for parallel lines.
 Eigen::Vector2d between_lines(const Eigen::Vector3d& along_a, const Eigen::Vector3d& along_b,
                               const Eigen::Vector3d& step) {
   const double cosine = along_a.dot(along_b), square = 1 - cosine * cosine;
-  if (square < kTurnsBack * kTurnsBack) return Eigen::Vector2d::Zero();
+  if (square < kMinSine * kMinSine) return Eigen::Vector2d::Zero();
   const double a = along_a.dot(step), b = along_b.dot(step);
   return Eigen::Vector2d(a - cosine * b, cosine * a - b) / square;
 }
@@ -33,7 +34,7 @@ Eigen::Vector2d between_lines(const Eigen::Vector3d& along_a, const Eigen::Vecto
 std::vector<Corner> find_corners(const Path& path) {
   const Eigen::Matrix3Xd tangent = tangents(path);
   const Eigen::Index end = path.samples();
-  const double cosine = std::cos(kCorner);
+  const double cosine = std::cos(kMinCornerAngle);
   const auto turns = [&](Eigen::Index i) {
     return tangent.col(i).dot(tangent.col(i - 1)) < cosine;
   };
@@ -42,7 +43,7 @@ std::vector<Corner> find_corners(const Path& path) {
     if (!turns(i)) continue;
     const Eigen::Index first = i;
     while (i + 1 < end && turns(i + 1)) ++i;
-    if (i - first > kSharp) continue;  // a tight curve
+    if (i - first > kMaxSharp) continue;  // a tight curve
     const Eigen::Index a = std::max<Eigen::Index>(first - 2, 0), b = std::min(i + 1, end - 1);
     Corner corner{a, path.position.col(a), tangent.col(a), tangent.col(b)};
     if (corner.before.dot(corner.after) > cosine) continue;
@@ -61,11 +62,19 @@ std::vector<Corner> find_corners(const Path& path) {
 Eigen::Matrix3Xd side_tangents(const Path& path, const std::vector<Corner>& corners) {
   Eigen::Matrix3Xd tangent = tangents(path);
   for (const Corner& corner : corners)
-    for (Eigen::Index k = 0; k <= kSharp; ++k) {
+    for (Eigen::Index k = 0; k <= kMaxSharp; ++k) {
       if (corner.last >= k) tangent.col(corner.last - k) = corner.before;
       if (corner.last + 1 + k < path.samples()) tangent.col(corner.last + 1 + k) = corner.after;
     }
   return tangent;
+}
+
+Eigen::Matrix3Xd without_along(const Path& path, const std::vector<Corner>& corners,
+                               Eigen::Matrix3Xd vectors) {
+  const Eigen::Matrix3Xd tangent = side_tangents(path, corners);
+  for (Eigen::Index i = 0; i < vectors.cols(); ++i)
+    vectors.col(i) -= tangent.col(i).dot(vectors.col(i)) * tangent.col(i);
+  return vectors;
 }
 
 void join_sides(const Path& path, const std::vector<Corner>& corners,
@@ -78,8 +87,8 @@ void join_sides(const Path& path, const std::vector<Corner>& corners,
     const Corner& corner = corners[k];
     const Eigen::Vector3d before = across.col(corner.last), after = across.col(corner.last + 1);
     const Eigen::Vector2d along = between_lines(corner.before, corner.after, after - before);
-    const double mitre = kMitre * std::max(before.norm(), after.norm());
-    // Each of two corners on a side has half of it.
+    const double mitre = kMaxMitre * std::max(before.norm(), after.norm());
+    // Two corners on one side share it half and half.
     const Eigen::Index first = k > 0 ? (corners[k - 1].last + 1 + corner.last) / 2 : 0;
     const Eigen::Index end =
         k + 1 < corners.size() ? (corner.last + 1 + corners[k + 1].last) / 2 : path.samples() - 1;

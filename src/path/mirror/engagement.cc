@@ -9,11 +9,12 @@
 namespace armtrue {
 namespace {
 
-constexpr double kLeaves = 6, kReturns = 3;  // standard deviations of the magnitude in air
-constexpr double kMaxHidden = 2;             // a weak force: times its visible growth
-constexpr Eigen::Index kMinBlocks = 5;       // below, no part of the record is its quiet one
+// Levels of entry and exit, in standard deviations of the magnitude in air above its mean.
+constexpr double kEntryLevel = 6, kExitLevel = 3;
+constexpr double kMaxHidden = 2;        // hidden time of a growing force, over its visible time
+constexpr Eigen::Index kMinBlocks = 5;  // with fewer no part of the record counts as quiet
 constexpr int kMaxRounds = 20;
-constexpr double kShortest = 0.25;  // [s]: a shorter push is a knock, no cut
+constexpr double kMinDuration = 0.25;  // [s]: a shorter push is a knock, no cut
 
 // Mean and standard deviation of the magnitude in air.
 struct Air {
@@ -31,7 +32,8 @@ Air air_of(const Eigen::VectorXd& magnitude, Eigen::Index width,
   return {mean, std::sqrt(squares / count)};
 }
 
-// From the quietest tenth of the blocks to all that stay within its noise.
+// Mean and deviation in air: from the quietest tenth of the blocks, then, round by round, from all
+// blocks that stay within the noise found so far.
 Air quiet_level(const Eigen::VectorXd& magnitude, Eigen::Index width) {
   const Eigen::Index count = magnitude.size() / width;
   std::vector<Eigen::Index> order(static_cast<size_t>(count));
@@ -44,7 +46,7 @@ Air quiet_level(const Eigen::VectorXd& magnitude, Eigen::Index width) {
   for (int round = 0; round < kMaxRounds; ++round) {
     std::vector<Eigen::Index> next;
     for (const Eigen::Index b : order)
-      if (magnitude.segment(b * width, width).maxCoeff() <= air.mean + kLeaves * air.deviation)
+      if (magnitude.segment(b * width, width).maxCoeff() <= air.mean + kEntryLevel * air.deviation)
         next.push_back(b);
     if (next.empty() || next == quiet) break;
     quiet = std::move(next);
@@ -74,8 +76,8 @@ std::vector<Run> runs_above(const Eigen::VectorXd& magnitude, double high, doubl
   return runs;
 }
 
-// From a sample in air to one at half the level. A force that grows evenly may be hidden in the
-// noise for a share of that time more.
+// The instant between a sample in air and one at half the level. The noise hides the beginning of a
+// force that grows evenly, for the share `hidden` of that time more.
 Instant between(double in_air, double at_half, double hidden) {
   const double earliest = in_air + (in_air - at_half) * hidden;
   return {(earliest + at_half) / 2, std::abs(at_half - earliest) / 2};
@@ -90,14 +92,15 @@ EngagementRecord find_engagement(const Eigen::VectorXd& time, const Eigen::Matri
   if (n < 2) return record;
   const double period = (time[n - 1] - time[0]) / static_cast<double>(n - 1);
   const auto width =
-      std::max<Eigen::Index>(3, static_cast<Eigen::Index>(std::llround(kShortest / period)));
+      std::max<Eigen::Index>(3, static_cast<Eigen::Index>(std::llround(kMinDuration / period)));
   if (n / width < kMinBlocks) return record;
   const Eigen::VectorXd magnitude = signal.colwise().norm().transpose();
   const Air air = quiet_level(magnitude, width);
-  const double high = air.mean + kLeaves * air.deviation;
-  const double low = air.mean + kReturns * air.deviation;
+  const double high = air.mean + kEntryLevel * air.deviation;
+  const double low = air.mean + kExitLevel * air.deviation;
   std::vector<Run> runs = runs_above(magnitude, high, low, width);
-  std::erase_if(runs, [&](const Run& run) { return time[run.last] - time[run.first] < kShortest; });
+  std::erase_if(runs,
+                [&](const Run& run) { return time[run.last] - time[run.first] < kMinDuration; });
   if (runs.empty()) return record;
 
   std::vector<double> engaged;
@@ -105,7 +108,7 @@ EngagementRecord find_engagement(const Eigen::VectorXd& time, const Eigen::Matri
     for (Eigen::Index i = run.first; i <= run.last; ++i) engaged.push_back(magnitude[i]);
   const double level = median(engaged);
   if (level < 2 * air.mean) return record;
-  // A sample within the noise may be one of the force `high`, lessened by noise.
+  // Noise may lower a force of `high` to a sample within the noise of air.
   const double hidden =
       level / 2 > high ? std::min(high / (level / 2 - high), kMaxHidden) : kMaxHidden;
 

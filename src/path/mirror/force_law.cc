@@ -5,30 +5,33 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "armtrue/path/joint_path.h"
 #include "armtrue/path/path.h"
+#include "armtrue/path/registration/clock.h"
 #include "linear_algebra/decompositions.h"
+#include "path/mirror/corners.h"
 
 namespace armtrue {
 namespace {
 
-constexpr double kStandsOut = 3;        // RMS of a force over that of its noise
-constexpr double kRelativeRank = 1e-6;  // of a force's RMS: rounding
-constexpr double kStepOfItsOwn = 0.05;  // share that the other steps must leave of a step
-constexpr double kReverses = 1e-3;      // change of direction, of 2; a filter's rounding is less
+constexpr double kMinForceToNoise = 3;        // ratio of RMS; below it a force is unknown
+constexpr double kRelativeRank = 1e-6;        // of a force's RMS: less is rounding
+constexpr double kMinOwnStep = 0.05;          // share of a step that the other steps do not explain
+constexpr double kMinDirectionChange = 1e-3;  // of the 2 of a reversal: a filter rounds to less
 
 double rms(const Eigen::MatrixXd& values) {
   return std::sqrt(values.squaredNorm() /
                    static_cast<double>(std::max<Eigen::Index>(values.size(), 1)));
 }
 
-// Deviation without force: a constant and steps (columns of half the direction, so that a
-// coefficient is a whole step).
+// The regressors of the deviation without force: a constant, and half the direction of each axis
+// that reverses, so that its coefficient is a whole step.
 struct Unforced {
   Eigen::MatrixXd columns;  // n x (1 + steps)
   std::vector<ReversalStep> steps;
 };
 
-// What the columns leave of `values` (n x m).
+// `values` (n x m) minus their projection on the columns.
 Eigen::MatrixXd unexplained(const Eigen::MatrixXd& columns, const Eigen::MatrixXd& values) {
   if (columns.cols() == 0) return values;
   const Eigen::MatrixXd normal = columns.transpose() * columns;
@@ -40,9 +43,9 @@ Unforced unforced(const Eigen::MatrixXd& direction, Eigen::Index n) {
   Eigen::MatrixXd& columns = result.columns;
   for (Eigen::Index axis = 0; axis < direction.rows(); ++axis) {
     const Eigen::VectorXd row = direction.row(axis).transpose();
-    if (row.maxCoeff() - row.minCoeff() < kReverses) continue;
+    if (row.maxCoeff() - row.minCoeff() < kMinDirectionChange) continue;
     const Eigen::VectorXd column = (row.array() - row.mean()) / 2;
-    if (unexplained(columns, column).norm() > kStepOfItsOwn * column.norm()) {
+    if (unexplained(columns, column).norm() > kMinOwnStep * column.norm()) {
       columns.conservativeResize(Eigen::NoChange, columns.cols() + 1);
       columns.rightCols(1) = column;
       result.steps.push_back({{axis}, {}});
@@ -59,7 +62,7 @@ Unforced unforced(const Eigen::MatrixXd& direction, Eigen::Index n) {
   return result;
 }
 
-// One axis of the deviation, and of the errors that all its samples share (n x errors).
+// One axis of the deviation, and of the errors that all its samples share (n x number of errors).
 struct AxisDeviation {
   Eigen::VectorXd value;
   Eigen::MatrixXd shared;
@@ -74,8 +77,8 @@ AxisDeviation deviation_along(const ForceRecord& record, Eigen::Index axis) {
   return result;
 }
 
-// Regression of a deviation on force columns, whose noise covariance is `noise`, and on the columns
-// beside it.
+// Regression of a deviation on force columns with the noise covariance `noise`, and on the columns
+// `beside`, which have no noise.
 Regression regress(const Eigen::MatrixXd& force, const Eigen::MatrixXd& noise,
                    const Eigen::MatrixXd& beside, const AxisDeviation& deviation) {
   Eigen::MatrixXd columns(force.rows(), force.cols() + beside.cols());
@@ -90,8 +93,9 @@ ForceLine line(const Eigen::VectorXd& force, double noise, const Eigen::MatrixXd
   ForceLine result;
   const double observed = rms(unexplained(beside, force));
   const double floor = std::max(noise, kRelativeRank * rms(force));
-  // The observed power holds the noise once more.
-  if (!(observed > std::hypot(kStandsOut * floor, noise)) || rms(deviation.value) < kStandstill)
+  // observed^2 = force^2 + noise^2, and force > kMinForceToNoise * floor is asked for.
+  if (!(observed > std::hypot(kMinForceToNoise * floor, noise)) ||
+      rms(deviation.value) < kStandstill)
     return result;
   const Regression fit =
       regress(force, Eigen::MatrixXd::Constant(1, 1, noise * noise), beside, deviation);
@@ -101,7 +105,8 @@ ForceLine line(const Eigen::VectorXd& force, double noise, const Eigen::MatrixXd
   return result;
 }
 
-// Principal directions of what the columns beside leave of the force, strongest first.
+// Principal directions of the force without its projection on the columns `beside`, strongest
+// first.
 std::array<ForceDirection, 3> principal_directions(const ForceRecord& record,
                                                    const Eigen::MatrixXd& beside) {
   const Eigen::MatrixXd own = unexplained(beside, record.force.transpose());
@@ -113,19 +118,19 @@ std::array<ForceDirection, 3> principal_directions(const ForceRecord& record,
     Eigen::Vector3d u = solver.eigenvectors().col(2 - i);
     Eigen::Index largest = 0;
     u.cwiseAbs().maxCoeff(&largest);
-    if (u[largest] < 0) u = -u;  // one of two signs, always the same
+    if (u[largest] < 0) u = -u;  // of the two signs always the same
     directions[static_cast<size_t>(i)].direction = u;
     directions[static_cast<size_t>(i)].rms = std::sqrt(std::max(solver.eigenvalues()[2 - i], 0.0));
   }
   return directions;
 }
 
-// Fills compliance, offset and steps of a law whose directions are known.
+// Fills rank, condition, compliance, offset and steps of a law, given its directions.
 void fit_compliance(const ForceRecord& record, const Eigen::MatrixXd& beside, ForceLaw& law) {
   Eigen::Matrix3Xd known(3, 0);
   for (const ForceDirection& d : law.directions) {
     const double noise = record.force_noise.cwiseProduct(d.direction).norm();
-    if (!(d.rms > std::max(kStandsOut * noise, kRelativeRank * rms(record.force)))) break;
+    if (!(d.rms > std::max(kMinForceToNoise * noise, kRelativeRank * rms(record.force)))) break;
     known.conservativeResize(Eigen::NoChange, known.cols() + 1);
     known.rightCols(1) = d.direction;
   }
@@ -218,6 +223,38 @@ Eigen::Matrix3Xd deviation_from_force(const RobotModel& robot,
     deviation.col(i) = robot.pose(context).translation - free;
   }
   return deviation;
+}
+
+std::optional<ForceLine> measured_on_predicted(const PathDeviation& deviation,
+                                               const Path& programmed, const Robot& robot) {
+  if (deviation.force.cols() == 0) return std::nullopt;
+  const Eigen::Matrix3Xd force = interpolate(deviation.time, deviation.force, programmed.time);
+  const Eigen::Matrix3Xd predicted = without_along(
+      programmed, find_corners(programmed),
+      deviation_from_force(RobotModel(robot), joint_path(programmed, robot.chain), force));
+  return line_through_origin(interpolate(programmed.time, predicted, deviation.time),
+                             deviation.normal);
+}
+
+std::optional<ForceLaw> force_law(const PathDeviation& deviation, const Path& programmed,
+                                  const Eigen::MatrixXd& axes, const LowPass& filter) {
+  if (deviation.force.cols() == 0) return std::nullopt;
+  const Eigen::Matrix3Xd wanted = position_at(programmed, deviation.time);
+  std::vector<Eigen::Index> moves;
+  for (Eigen::Index i = 1; i + 1 < wanted.cols(); ++i)
+    if ((wanted.col(i + 1) - wanted.col(i - 1)).norm() > kStandstill) moves.push_back(i);
+  const auto moving = [&](const Eigen::MatrixXd& samples) -> Eigen::MatrixXd {
+    return filter(samples)(Eigen::all, moves);
+  };
+  ForceRecord record;
+  record.deviation = moving(deviation.whole);
+  record.force = moving(deviation.force);
+  record.force_noise = deviation.engagement.noise * std::sqrt(filter.noise_share());
+  record.direction = moving(motion_directions(axes));
+  for (const Eigen::Matrix3Xd& error :
+       clock_errors(programmed, deviation.time, deviation.clock_covariance))
+    record.shared_errors.push_back(moving(error));
+  return force_law(record);
 }
 
 }  // namespace armtrue

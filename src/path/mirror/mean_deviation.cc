@@ -4,12 +4,13 @@
 #include <cmath>
 #include <utility>
 
+#include "armtrue/path/registration/unit_check.h"
 #include "path/mirror/corners.h"
 
 namespace armtrue {
 namespace {
 
-// Sums what the passes say about the deviation, on one grid of program times.
+// Means of the deviations of passes on one grid of program times.
 class DeviationGrid {
  public:
   DeviationGrid(const Path& programmed, const std::vector<Path>& measured,
@@ -31,8 +32,8 @@ class DeviationGrid {
     force_ = Eigen::Matrix3Xd::Zero(3, with_force_ ? count_ : 0);
   }
 
-  // Each reading goes to the nearest place of the grid: a deviation changes little in half a period
-  // and interpolation would take noise out of some samples only.
+  // Adds each reading to the nearest place of the grid: a deviation changes little in half a
+  // period, and interpolation would reduce the noise of some samples only.
   void add(const Path& measured, const Eigen::Matrix3Xd& deviation, const ClockFit& clock) {
     for (Eigen::Index i = 0; i < measured.samples(); ++i) {
       const auto place = static_cast<Eigen::Index>(
@@ -44,7 +45,7 @@ class DeviationGrid {
     }
   }
 
-  // Ends the sum.
+  // The means; places without a reading are filled by interpolation.
   PathDeviation mean() {
     for (Eigen::Index i = 0; i < count_; ++i) {
       if (weight_[i] == 0) continue;
@@ -126,8 +127,7 @@ double longest_gap(const Path& measured) {
   return longest;
 }
 
-// Registers a record and takes its bad samples out of it: first those that could mislead the clock,
-// then those that only its deviations show.
+// Registers one record, see register_passes().
 Pass register_pass(const Path& programmed, Path& record, size_t which,
                    const ClockOptions& options) {
   Pass pass;
@@ -135,7 +135,7 @@ Pass register_pass(const Path& programmed, Path& record, size_t which,
   pass.lost = lost_samples(record);
   const auto check_number = [&] {
     if (!too_many(pass.bad, record)) return;
-    check_units(programmed, record);  // readings in another unit look bad, too
+    check_units(programmed, record);  // readings in another unit look bad too
     throw TooManyBadSamples(which, pass.bad);
   };
   pass.bad = find_bad_samples(programmed, record);
@@ -152,6 +152,7 @@ Pass register_pass(const Path& programmed, Path& record, size_t which,
   pass.longest_gap = longest_gap(record);
   return pass;
 }
+
 // Measured minus programmed, each sample at its own time.
 Eigen::Matrix3Xd deviations(const Path& programmed, const Path& measured, const ClockFit& clock) {
   Path own = registered(measured, clock);
@@ -159,7 +160,7 @@ Eigen::Matrix3Xd deviations(const Path& programmed, const Path& measured, const 
   return std::move(own.position);
 }
 
-// Of the passes [first, last).
+// The mean of the passes [first, last).
 PathDeviation mean_of(const Path& programmed, const std::vector<Path>& measured,
                       const std::vector<Pass>& passes, size_t first, size_t last) {
   DeviationGrid grid(programmed, measured, passes);
@@ -198,6 +199,14 @@ PathDeviation mean_deviation(const Path& programmed, const std::vector<Path>& me
 PathDeviation deviation_of_pass(const Path& programmed, const std::vector<Path>& measured,
                                 const std::vector<Pass>& passes, size_t which) {
   return mean_of(programmed, measured, passes, which, which + 1);
+}
+
+Path registered(const Path& measured, const ClockFit& clock) {
+  Path path = measured;
+  path.time = (measured.time.array() - clock.offset) / (1 + clock.rate);
+  path.position = (clock.program_from_instrument.rotation * measured.position).colwise() +
+                  clock.program_from_instrument.translation;
+  return path;
 }
 
 }  // namespace armtrue

@@ -2,21 +2,23 @@
 
 #include <vector>
 
-#include "armtrue/path/mirror/mirror.h"
+#include "armtrue/path/mirror/path_deviation.h"
 
 namespace armtrue {
 
-/// The sample nearest in time, searched onwards of `from`.
+/// The sample nearest in time, at `from` or behind it.
 Eigen::Index nearest_sample(const Path& path, double time, Eigen::Index from);
 
 /// Registers the records, each by itself, and takes their bad samples out of them: first those that
-/// could mislead the clock, then those that only its deviations show.
+/// could mislead the clock, then those that only the deviations show. Throws TooManyBadSamples, and
+/// std::invalid_argument as fit_clock() does.
 std::vector<Pass> register_passes(const Path& programmed, std::vector<Path>& records,
                                   const ClockOptions& options);
 
-/// Mean deviation of registered passes, and the deviation of one of them on the same grid.
+/// Mean deviation of registered passes on the grid of all of them.
 PathDeviation mean_deviation(const Path& programmed, const std::vector<Path>& measured,
                              const std::vector<Pass>& passes);
+/// The deviation of one of the passes on the same grid.
 PathDeviation deviation_of_pass(const Path& programmed, const std::vector<Path>& measured,
                                 const std::vector<Pass>& passes, size_t which);
 

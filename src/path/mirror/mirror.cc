@@ -5,7 +5,6 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "armtrue/path/joint_path.h"
 #include "armtrue/path/low_pass.h"
 #include "path/mirror/breaks.h"
 #include "path/mirror/corners.h"
@@ -17,20 +16,10 @@
 namespace armtrue {
 namespace {
 
-// Mean of the length of a vector whose square has mean 1: two normal components (Rayleigh's law).
+// Mean length over RMS length of a vector with two normal components (Rayleigh distribution).
 const double kMeanOfRms = std::sqrt(std::numbers::pi) / 2;
-constexpr double kJumpWindow = 0.32;  // [s], ten samples of 32 ms: noise falls to a third
 
-// Vectors without their part along the path.
-Eigen::Matrix3Xd across(const Path& path, const std::vector<Corner>& corners,
-                        Eigen::Matrix3Xd vectors) {
-  const Eigen::Matrix3Xd tangent = side_tangents(path, corners);
-  for (Eigen::Index i = 0; i < vectors.cols(); ++i)
-    vectors.col(i) -= tangent.col(i).dot(vectors.col(i)) * tangent.col(i);
-  return vectors;
-}
-
-// Shortens what is longer than `max`; returns how many were.
+// Shortens the vectors that are longer than `max`; returns their number.
 int clip(Eigen::Matrix3Xd& vectors, double max) {
   int clipped = 0;
   for (auto vector : vectors.colwise()) {
@@ -42,17 +31,17 @@ int clip(Eigen::Matrix3Xd& vectors, double max) {
   return clipped;
 }
 
-// The trend at the samples of the program. It jumps half a period before the first sample after a
-// break, or, if that is a corner, at this.
+// The trend at the samples of the program. It jumps half a period before the first sample of a
+// piece, or, if a corner is near, at the corner.
 Eigen::Matrix3Xd trend_on(const Path& programmed, const std::vector<Corner>& corners,
                           const PathDeviation& deviation) {
-  constexpr double kNear = 2;  // periods
+  constexpr double kMaxDistance = 2;  // of a corner, in periods
   std::vector<double> jumps;
   for (const Eigen::Index b : deviation.breaks) {
     jumps.push_back(deviation.time[b] - deviation.period / 2);
     for (const Corner& corner : corners) {
       const double time = programmed.time[corner.last + 1];
-      if (std::abs(time - jumps.back()) < kNear * deviation.period) jumps.back() = time;
+      if (std::abs(time - jumps.back()) < kMaxDistance * deviation.period) jumps.back() = time;
     }
   }
   Eigen::Matrix3Xd trend(3, programmed.samples());
@@ -70,9 +59,10 @@ Eigen::Matrix3Xd trend_on(const Path& programmed, const std::vector<Corner>& cor
     trend.col(i) =
         (1 - share) * deviation.trend.col(k) + share * deviation.trend.col(std::min(k + 1, last));
   }
-  return across(programmed, corners, std::move(trend));
+  return without_along(programmed, corners, std::move(trend));
 }
 
+// 1 for each sample at which the tool moves, 0 at standstill.
 Eigen::VectorXd moving(const Path& programmed) {
   Eigen::VectorXd moves = Eigen::VectorXd::Zero(programmed.samples());
   for (Eigen::Index i = 1; i + 1 < programmed.samples(); ++i)
@@ -93,35 +83,7 @@ bool engaged(const EngagementRecord& record, double time) {
   });
 }
 
-// Without a force a step of the deviation shows the cut, but a corner or a reversal makes one too.
-void drop_other_causes(const std::vector<double>& breaks, PathDeviation& deviation) {
-  const auto at_break = [&](const std::optional<Instant>& instant) {
-    return instant && std::any_of(breaks.begin(), breaks.end(), [&](double time) {
-             return std::abs(time - instant->time) <= instant->uncertainty + deviation.period;
-           });
-  };
-  std::erase_if(deviation.engagement.intervals,
-                [&](const Engagement& e) { return at_break(e.entry) || at_break(e.exit); });
-}
-
-// When the tool cuts, and where the deviation jumps: where the program starts, stops or turns, or
-// where the tool enters or leaves the material.
-void find_breaks(const Path& programmed, PathDeviation& deviation) {
-  const double rate = 1 / deviation.period;
-  const auto window = static_cast<Eigen::Index>(std::ceil(kJumpWindow * rate));
-  deviation.engagement = find_engagement(
-      deviation.time, deviation.force.cols() > 0 ? deviation.force : deviation.normal);
-  std::vector<double> times = program_breaks(programmed);
-  if (deviation.force.cols() == 0) drop_other_causes(times, deviation);
-  for (const Engagement& engagement : deviation.engagement.intervals)
-    for (const auto& instant : {engagement.entry, engagement.exit})
-      if (instant) times.push_back(instant->time);
-  std::vector<Eigen::Index> likely;
-  for (const double time : times) likely.push_back(std::lround((time - deviation.time[0]) * rate));
-  deviation.breaks = find_jumps(deviation.normal, deviation.noise, window, likely);
-}
-
-// Mean square by which passes differ from their mean, slower than the noise.
+// Mean square of the smoothed difference of a pass from the mean of the passes, without its noise.
 double pass_to_pass_square(const Path& programmed, const std::vector<Path>& measured,
                            const std::vector<Pass>& passes, const PathDeviation& mean,
                            const Smoother& low_pass) {
@@ -136,7 +98,7 @@ double pass_to_pass_square(const Path& programmed, const std::vector<Path>& meas
   return std::max(0.0, square / (count - 1) - noise);
 }
 
-// Leaves the correction only where the tool cuts.
+// Removes the correction where the tool is not in the material.
 void keep_engaged(const Path& programmed, const EngagementRecord& record,
                   Eigen::Matrix3Xd& correction) {
   if (record.intervals.empty())
@@ -147,8 +109,8 @@ void keep_engaged(const Path& programmed, const EngagementRecord& record,
     if (!engaged(record, programmed.time[i])) correction.col(i).setZero();
 }
 
-// Beyond the record nothing is known: the path stays what was run. Standing beside the record is
-// standing at its end. Returns the number of samples in motion there.
+// Keeps the executed path before and after the record, where the deviation is unknown; a standstill
+// beside the record belongs to it. Returns the number of samples in motion that are kept.
 int keep_unrecorded(const Path& programmed, const Path& executed, const Eigen::VectorXd& moves,
                     const PathDeviation& deviation, Eigen::Matrix3Xd& correction) {
   const Eigen::Index samples = programmed.samples();
@@ -167,7 +129,7 @@ int keep_unrecorded(const Path& programmed, const Path& executed, const Eigen::V
   return static_cast<int>(moves.head(first).sum() + moves.tail(after).sum());
 }
 
-// The samples of the program that lie nearest to those points of the deviation.
+// The samples of the program nearest in time to points of the deviation.
 std::vector<Eigen::Index> samples_at(const Path& programmed, const PathDeviation& deviation,
                                      const std::vector<Eigen::Index>& points) {
   std::vector<Eigen::Index> samples;
@@ -220,7 +182,7 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& rec
                 : power > 0  ? std::max(0.0, 1 - std::min(missed, power) / power)
                              : 0;
   const auto run = executed.position - programmed.position;
-  result.correction = across(programmed, corners, run - result.gain * trend);
+  result.correction = without_along(programmed, corners, run - result.gain * trend);
   if (options.executed) result.uncorrected = lengths_in_motion(trend - run, moves).mean;
   if (options.engaged_only) keep_engaged(programmed, deviation.engagement, result.correction);
   join_sides(programmed, corners, result.correction);
@@ -228,9 +190,10 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& rec
   result.unrecorded = keep_unrecorded(programmed, executed, moves, deviation, result.correction);
   result.position = programmed.position + result.correction;
   result.points = samples_at(programmed, deviation, points);
-  // What was not taken off stays: by the gain, by --max, outside the material.
+  // The part of the trend that stays: by the gain, by the largest correction, outside the material.
   const double stays =
-      lengths_in_motion(across(programmed, corners, trend + result.correction - run), moves).mean;
+      lengths_in_motion(without_along(programmed, corners, trend + result.correction - run), moves)
+          .mean;
   result.expected_after = std::sqrt(stays * stays + std::pow(kMeanOfRms * result.gain, 2) * missed);
   return result;
 }
@@ -242,50 +205,10 @@ Eigen::Matrix3Xd correct_from_force(const Path& programmed, const Eigen::Matrix3
   const LowPass filter(options.order, cutoff, 1 / median_period(programmed));
   const std::vector<Corner> corners = find_corners(programmed);
   Eigen::Matrix3Xd correction =
-      -options.gain.value_or(1) * across(programmed, corners, filter(deviation));
+      -options.gain.value_or(1) * without_along(programmed, corners, filter(deviation));
   join_sides(programmed, corners, correction);
   clip(correction, options.max);
   return programmed.position + correction;
-}
-
-std::optional<ForceLine> measured_on_predicted(const PathDeviation& deviation,
-                                               const Path& programmed, const Robot& robot) {
-  if (deviation.force.cols() == 0) return std::nullopt;
-  const Eigen::Matrix3Xd force = interpolate(deviation.time, deviation.force, programmed.time);
-  const Eigen::Matrix3Xd predicted =
-      across(programmed, find_corners(programmed),
-             deviation_from_force(RobotModel(robot), joint_path(programmed, robot.chain), force));
-  return line_through_origin(interpolate(programmed.time, predicted, deviation.time),
-                             deviation.normal);
-}
-
-std::optional<ForceLaw> force_law(const PathDeviation& deviation, const Path& programmed,
-                                  const Eigen::MatrixXd& axes, const LowPass& filter) {
-  if (deviation.force.cols() == 0) return std::nullopt;
-  const Eigen::Matrix3Xd wanted = position_at(programmed, deviation.time);
-  std::vector<Eigen::Index> moves;
-  for (Eigen::Index i = 1; i + 1 < wanted.cols(); ++i)
-    if ((wanted.col(i + 1) - wanted.col(i - 1)).norm() > kStandstill) moves.push_back(i);
-  const auto moving = [&](const Eigen::MatrixXd& samples) -> Eigen::MatrixXd {
-    return filter(samples)(Eigen::all, moves);
-  };
-  ForceRecord record;
-  record.deviation = moving(deviation.whole);
-  record.force = moving(deviation.force);
-  record.force_noise = deviation.engagement.noise * std::sqrt(filter.noise_share());
-  record.direction = moving(motion_directions(axes));
-  for (const Eigen::Matrix3Xd& error :
-       clock_errors(programmed, deviation.time, deviation.clock_covariance))
-    record.shared_errors.push_back(moving(error));
-  return force_law(record);
-}
-
-Path registered(const Path& measured, const ClockFit& clock) {
-  Path path = measured;
-  path.time = (measured.time.array() - clock.offset) / (1 + clock.rate);
-  path.position = (clock.program_from_instrument.rotation * measured.position).colwise() +
-                  clock.program_from_instrument.translation;
-  return path;
 }
 
 }  // namespace armtrue

@@ -9,7 +9,7 @@
 namespace armtrue {
 namespace {
 
-// How far the values are from the straight line between two samples, and where.
+// The largest distance of the values from the straight line between two samples, and its sample.
 std::pair<double, Eigen::Index> farthest(const Eigen::Matrix3Xd& values, Eigen::Index first,
                                          Eigen::Index last) {
   std::pair<double, Eigen::Index> most{0, first};
@@ -22,8 +22,8 @@ std::pair<double, Eigen::Index> farthest(const Eigen::Matrix3Xd& values, Eigen::
   return most;
 }
 
-// Samples that a polygon through some of them needs so as to stay within `tolerance` (Ramer,
-// Douglas and Peucker).
+// Adds the samples through which a polygon has to go so as to stay within `tolerance` of the others
+// (Ramer 1972, Douglas and Peucker 1973).
 void add_corners(const Eigen::Matrix3Xd& values, Eigen::Index begin, Eigen::Index end,
                  double tolerance, std::vector<Eigen::Index>& corners) {
   std::vector<std::pair<Eigen::Index, Eigen::Index>> open{{begin, end}};
@@ -40,8 +40,8 @@ void add_corners(const Eigen::Matrix3Xd& values, Eigen::Index begin, Eigen::Inde
   }
 }
 
-// The points without those that the polygon through the others comes near enough to: of the
-// turning points of three components many are one.
+// The points without those within `tolerance` of the line between their neighbours: many turning
+// points of the three components are one.
 std::vector<Eigen::Index> needed(const Eigen::Matrix3Xd& values,
                                  const std::vector<Eigen::Index>& points, double tolerance) {
   std::vector<Eigen::Index> kept{points.front()};
@@ -51,7 +51,7 @@ std::vector<Eigen::Index> needed(const Eigen::Matrix3Xd& values,
   return kept;
 }
 
-// Turning points of one component that stand out by more than `prominence`.
+// Adds the turning points of one component that stand out by more than `prominence`.
 void add_turning_points(const Eigen::RowVectorXd& values, Eigen::Index begin, double prominence,
                         std::vector<Eigen::Index>& points) {
   Eigen::Index low = 0, high = 0;  // of the stretch since the last turning point
@@ -73,8 +73,9 @@ void add_turning_points(const Eigen::RowVectorXd& values, Eigen::Index begin, do
   }
 }
 
-// The polygon over the points [first, last] that comes nearest to the samples: their hat functions
-// make the normal equations tridiagonal.
+// Replaces `polygon` from the first to the last point by the polygon with vertices at the points
+// that is the least-squares fit to the samples. Hat functions make the normal equations
+// tridiagonal.
 void fit_polygon(const Eigen::Matrix3Xd& samples, const std::vector<Eigen::Index>& points,
                  Eigen::Matrix3Xd& polygon) {
   const auto count = static_cast<Eigen::Index>(points.size());
@@ -99,7 +100,7 @@ void fit_polygon(const Eigen::Matrix3Xd& samples, const std::vector<Eigen::Index
     right.col(k) += (1 - share) * samples.col(i);
     right.col(k + 1) += share * samples.col(i);
   });
-  for (Eigen::Index k = 1; k < count; ++k) {  // Thomas
+  for (Eigen::Index k = 1; k < count; ++k) {  // Thomas algorithm
     const double factor = beside[k - 1] / diagonal[k - 1];
     diagonal[k] -= factor * beside[k - 1];
     right.col(k) -= factor * right.col(k - 1);
@@ -117,8 +118,8 @@ void fit_polygon(const Eigen::Matrix3Xd& samples, const std::vector<Eigen::Index
 
 std::vector<Eigen::Index> straighten(PathDeviation& deviation, CorrectionPoints how,
                                      double uncertainty) {
-  // Between two extremes, each with its noise; and of two components between a sample and the mean
-  // of two others.
+  // 95 %: of the difference of two extremes, one component; of a sample minus the mean of two
+  // others, two components, P(chi^2_2 > 5.99) = 0.05.
   const double prominence = 1.96 * std::sqrt(2.0) * uncertainty;
   const double tolerance = std::sqrt(5.99 * 1.5) * uncertainty;
   std::vector<Eigen::Index> points;

@@ -2,12 +2,15 @@
 
 #include <vector>
 
-#include "armtrue/path/mirror/mirror.h"
+#include "armtrue/path/mirror/mirror_options.h"
+#include "armtrue/path/mirror/path_deviation.h"
 
 namespace armtrue {
 
-/// Makes the trend, known to `uncertainty` per component, straight between its correction points;
-/// returns these. A point has to make a difference that noise would not make: 5 % of chance.
+/// Chooses the correction points of the trend, whose standard error per component is `uncertainty`;
+/// with CorrectionPoints::turning makes the trend a polygon over them. A point is chosen if it
+/// makes a difference that noise makes with a chance of 5 % at most. Returns the points, as
+/// samples.
 std::vector<Eigen::Index> straighten(PathDeviation& deviation, CorrectionPoints how,
                                      double uncertainty);
 

@@ -17,7 +17,7 @@ namespace {
 
 double duration(const Eigen::VectorXd& time) { return time[time.size() - 1] - time[0]; }
 
-// By Stein's estimate, of a trend that kept this share of the noise.
+// Stein's estimate for a trend that kept the share `kept` of the noise.
 double expected_square(const PathDeviation& deviation, const Eigen::Matrix3Xd& trend, double kept) {
   const auto n = static_cast<double>(trend.cols());
   const double left = (deviation.normal - trend).colwise().squaredNorm().sum() / n;
@@ -25,20 +25,21 @@ double expected_square(const PathDeviation& deviation, const Eigen::Matrix3Xd& t
   return std::max(left - noise + 2 * noise * kept, noise * kept);
 }
 
-// Share of the noise that piecewise smoothing keeps.
+// Share of the noise that piecewise smoothing keeps: each piece has a free constant.
 double kept_piecewise(const PathDeviation& deviation, double share) {
   return share + static_cast<double>(deviation.breaks.size() + 1) /
                      static_cast<double>(deviation.time.size());
 }
 
-// The same of polygons: each point is free in two components, and in its place if not at an end.
+// Share of the noise that polygons keep: a vertex is free in two components, and in its place along
+// the path unless it ends a piece.
 double kept_by_polygon(const PathDeviation& deviation, size_t points) {
   const auto all = static_cast<double>(points);
   const double inner = all - 2 * static_cast<double>(deviation.breaks.size() + 1);
   return (all + inner / 2) / static_cast<double>(deviation.time.size());
 }
 
-// Stretches of a long record that show the cut-off as well as all of it.
+// A long record reduced to runs of samples, evenly spread: they determine the cut-off as well.
 PathDeviation thinned(const PathDeviation& deviation) {
   constexpr Eigen::Index kRuns = 20, kRun = 2000;
   const Eigen::Index count = deviation.time.size();
@@ -58,10 +59,10 @@ PathDeviation thinned(const PathDeviation& deviation) {
   return some;
 }
 
-// The cut-off with the least expected error.
+// The cut-off with the least expected error, from a grid.
 double best_cutoff(const PathDeviation& deviation, const MirrorOptions& options) {
-  constexpr Eigen::Index kLong = 100000;
-  if (deviation.time.size() > kLong) return best_cutoff(thinned(deviation), options);
+  constexpr Eigen::Index kMaxSamples = 100000;
+  if (deviation.time.size() > kMaxSamples) return best_cutoff(thinned(deviation), options);
   const double rate = 1 / deviation.period;
   const double lowest = std::max(0.1, 2 / duration(deviation.time)), highest = 0.25 * rate;
   double best = lowest, least = std::numeric_limits<double>::infinity();

@@ -10,84 +10,91 @@
 namespace armtrue {
 namespace {
 
-constexpr double kBlunder = 5;
-constexpr Eigen::Index kLongestForLaw = 2048;
+constexpr double kBlunderThreshold = 5;  // standard deviations of an innovation
+constexpr Eigen::Index kMaxSamplesOfFit = 2048;
+
+// A process times `scale` (deviation and noise), and what it costs.
+struct ScaledCost {
+  double cost = std::numeric_limits<double>::infinity();
+  double scale = 1;
+};
+
+// Minus the logarithm of the restricted likelihood of the process at its best scale, which follows
+// in closed form: scale^2 = |rest|^2 / (samples - blunders - rank of the regressors).
+ScaledCost cost_at_best_scale(const OrnsteinUhlenbeck& process, const AxisSamples& samples) {
+  const Whitened white = whiten(process, samples);
+  double total = white.log_determinant;
+  Eigen::VectorXd rest = white.columns.col(0);
+  auto free = static_cast<double>(rest.size() - white.blunders);
+  const auto regressors = white.columns.rightCols(white.columns.cols() - 1);
+  if (!regressors.isZero(0)) {
+    // The unrestricted likelihood would take what the regressors explain for less deviation.
+    const auto solver = regressors.colPivHouseholderQr();
+    rest -= regressors * solver.solve(rest);
+    free -= static_cast<double>(solver.rank());
+    total += solver.matrixR().diagonal().head(solver.rank()).cwiseAbs().array().log().sum();
+  }
+  if (free < 1) return {};
+  const double square = rest.squaredNorm() / free;
+  return {total + 0.5 * free * std::log(std::max(square, std::numeric_limits<double>::min())),
+          std::sqrt(square)};
+}
 
 }  // namespace
 
-Whitened whiten(const DeviationLaw& law, const AxisSamples& samples) {
-  const double power = law.deviation * law.deviation;
-  const double noise = law.noise * law.noise;
-  const double jump = law.jump * law.jump;
+Whitened whiten(const OrnsteinUhlenbeck& process, const AxisSamples& samples) {
+  const double power = process.deviation * process.deviation;
+  const double noise = process.noise * process.noise;
+  const double jump = process.jump * process.jump;
   Whitened white{samples.columns};
   double variance = power;
   Eigen::RowVectorXd mean = Eigen::RowVectorXd::Zero(white.columns.cols());
   Eigen::RowVectorXd innovation(white.columns.cols());
   for (Eigen::Index i = 0; i < samples.time.size(); ++i) {
     if (i > 0) {
-      const double kept = std::exp(-(samples.time[i] - samples.time[i - 1]) / law.correlation_time);
+      const double kept =
+          std::exp(-(samples.time[i] - samples.time[i - 1]) / process.correlation_time);
       mean *= kept;
-      variance = kept * kept * variance + (1 - kept * kept) * power + jump * samples.share[i];
+      variance = kept * kept * variance + (1 - kept * kept) * power + jump * samples.jump_share[i];
     }
-    const double scale = 1 / std::sqrt(variance + noise);
+    const double weight = 1 / std::sqrt(variance + noise);
     innovation = white.columns.row(i) - mean;
-    if (std::abs(innovation[0]) * scale > kBlunder) {
+    if (std::abs(innovation[0]) * weight > kBlunderThreshold) {
       white.columns.row(i).setZero();
-      white.log_determinant += 0.5 * kBlunder * kBlunder - std::log(scale);
+      white.log_determinant += 0.5 * kBlunderThreshold * kBlunderThreshold - std::log(weight);
       ++white.blunders;
       continue;
     }
-    mean += variance * scale * scale * innovation;
-    variance *= noise * scale * scale;
-    white.columns.row(i) = scale * innovation;
-    white.log_determinant -= std::log(scale);
+    mean += variance * weight * weight * innovation;
+    variance *= noise * weight * weight;
+    white.columns.row(i) = weight * innovation;
+    white.log_determinant -= std::log(weight);
   }
   return white;
 }
 
-double cost(const DeviationLaw& law, const AxisSamples& samples, double* best_scale) {
-  const Whitened white = whiten(law, samples);
-  double total = white.log_determinant;
-  Eigen::VectorXd rest = white.columns.col(0);
-  auto free = static_cast<double>(rest.size() - white.blunders);
-  const auto regressors = white.columns.rightCols(white.columns.cols() - 1);
-  if (!regressors.isZero(0)) {
-    // Restricted: otherwise what the regressors take would look like less deviation.
-    const auto solver = regressors.colPivHouseholderQr();
-    rest -= regressors * solver.solve(rest);
-    free -= static_cast<double>(solver.rank());
-    total += solver.matrixR().diagonal().head(solver.rank()).cwiseAbs().array().log().sum();
-  }
-  if (free < 1) return std::numeric_limits<double>::infinity();
-  if (!best_scale) return total + 0.5 * rest.squaredNorm();
-  const double size = rest.squaredNorm() / free;
-  *best_scale = std::sqrt(size);
-  return total + 0.5 * free * std::log(std::max(size, std::numeric_limits<double>::min()));
-}
-
-DeviationLaw fit_law(const AxisSamples& samples) {
-  // A law is a matter of a few hundred samples; the rest of a long record would only take time.
-  const Eigen::Index count = std::min(samples.time.size(), kLongestForLaw);
+OrnsteinUhlenbeck fit_ornstein_uhlenbeck(const AxisSamples& samples) {
+  // A few hundred samples determine the process; more would only take time.
+  const Eigen::Index count = std::min(samples.time.size(), kMaxSamplesOfFit);
   const Eigen::Index begin = (samples.time.size() - count) / 2;
-  const AxisSamples some{samples.time.segment(begin, count), samples.share.segment(begin, count),
+  const AxisSamples some{samples.time.segment(begin, count),
+                         samples.jump_share.segment(begin, count),
                          samples.columns.middleRows(begin, count)};
   const double duration = some.time[count - 1] - some.time[0];
-  // Nothing is read to less than this [m]; a simulated record without noise must not divide by
-  // zero.
-  constexpr double kFinest = 1e-7;
-  const double typical =
-      std::max(kFinest, std::sqrt(some.columns.col(0).squaredNorm() / static_cast<double>(count)));
-  DeviationLaw best;
+  // [m]: no instrument reads more finely. A simulated record has no noise at all.
+  constexpr double kMinNoise = 1e-7;
+  const double typical = std::max(
+      kMinNoise, std::sqrt(some.columns.col(0).squaredNorm() / static_cast<double>(count)));
+  OrnsteinUhlenbeck best;
   double least = std::numeric_limits<double>::infinity();
-  // The overall size follows in closed form, so a grid over the other two suffices.
+  // A grid over correlation time and deviation : noise; the overall scale follows in closed form.
   for (double time = 4 * duration / static_cast<double>(count); time < 2 * duration; time *= 1.6) {
-    for (double ratio = 0.05; ratio < 60; ratio *= 1.6) {  // deviation : noise
+    for (double ratio = 0.05; ratio < 60; ratio *= 1.6) {
       const double noise = typical / std::sqrt(1 + ratio * ratio);
-      double scale = 1;
-      const double here = cost({ratio * noise, time, noise}, some, &scale);
-      if (here >= least) continue;
-      least = here;
-      best = {scale * ratio * noise, time, std::max(scale * noise, kFinest)};
+      const auto [cost, scale] = cost_at_best_scale({ratio * noise, time, noise}, some);
+      if (cost >= least) continue;
+      least = cost;
+      best = {scale * ratio * noise, time, std::max(scale * noise, kMinNoise)};
     }
   }
   return best;

@@ -4,38 +4,39 @@
 
 namespace armtrue {
 
-/// What a tool deviates by along one axis, as a random process: Ornstein and Uhlenbeck's, which may
-/// jump where the motion changes, read with white noise.
-struct DeviationLaw {
-  double deviation = 0;         ///< standard deviation [m]
+/// The deviation of a tool along one axis as a random process, of Ornstein and Uhlenbeck (1930),
+/// that may jump where the motion changes, read with white noise:
+///     x_i = a x_(i-1) + w_i,    a = exp(-(t_i - t_(i-1)) / correlation_time),
+///     var w_i = (1 - a^2) deviation^2 + jump_share_i * jump^2,    var x_0 = deviation^2,
+///     y_i = x_i + e_i,    var e_i = noise^2.
+struct OrnsteinUhlenbeck {
+  double deviation = 0;         ///< standard deviation of x [m]
   double correlation_time = 1;  ///< [s]
   double noise = 0;             ///< standard deviation of one reading [m]
   double jump = 0;              ///< standard deviation of a jump [m]
 };
 
-/// The samples of one axis by row: the data first, then its regressors, which are filtered alike.
+/// The samples of one axis, a row each: the data y in column 0, behind it the regressors.
 struct AxisSamples {
-  Eigen::VectorXd time;   ///< [s]
-  Eigen::VectorXd share;  ///< of a jump's variance that falls between a sample and the one before
+  Eigen::VectorXd time;        ///< [s]
+  Eigen::VectorXd jump_share;  ///< share of a jump's variance that falls just before each sample
   Eigen::MatrixXd columns;
 };
 
-/// The columns of independent numbers of unit variance that stand for samples of the law (the
-/// innovations of its Kalman filter). A sample whose data lies more than five deviations off its
-/// prediction is a blunder; its row becomes zero and it costs as if it lay just there.
+/// The innovations of the Kalman filter of the process, each divided by its standard deviation s_i:
+/// independent numbers of unit variance. Regressors are filtered like the data. A sample is a
+/// blunder if its data lies more than 5 s_i off the prediction: its row is zero, and it costs what
+/// one at 5 s_i costs.
 struct Whitened {
   Eigen::MatrixXd columns;
-  double log_determinant = 0;  ///< half that of the covariance, and what the blunders cost
+  /// Sum of log s_i, half the log determinant of the covariance, plus 5^2 / 2 for each blunder.
+  double log_determinant = 0;
   int blunders = 0;
 };
-Whitened whiten(const DeviationLaw& law, const AxisSamples& samples);
+Whitened whiten(const OrnsteinUhlenbeck& process, const AxisSamples& samples);
 
-/// Minus the logarithm of the restricted likelihood: of the data, free of what regressors explain.
-/// If asked for, `best_scale` becomes the factor on the law's sizes for which the data are
-/// likeliest, and the cost is that at this factor.
-double cost(const DeviationLaw& law, const AxisSamples& samples, double* best_scale = nullptr);
-
-/// The law without jumps under which the data are likeliest.
-DeviationLaw fit_law(const AxisSamples& samples);
+/// The process without jumps under which the data have the greatest restricted likelihood (REML,
+/// Patterson and Thompson 1971): that of the data free of what the regressors explain.
+OrnsteinUhlenbeck fit_ornstein_uhlenbeck(const AxisSamples& samples);
 
 }  // namespace armtrue

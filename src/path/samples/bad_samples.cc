@@ -20,7 +20,7 @@ struct Piece {
   Index first, last;
 };
 
-// Leaves out what leaves and comes back by jumps that no tool can make: lost locks.
+// Removes lost locks: pieces of the record that begin and end with a jump that no tool can make.
 class JumpFilter {
  public:
   JumpFilter(const Path& path, double speed, const std::vector<Index>& samples)
@@ -49,7 +49,7 @@ class JumpFilter {
  private:
   Index sample(Index k) const { return samples_[static_cast<size_t>(k)]; }
   Index length(size_t k) const { return pieces_[k].last - pieces_[k].first + 1; }
-  // Instruments write zeros while they see nothing.
+  // Instruments write zeros while they have lost the target.
   bool is_zero(size_t k) const { return path_.position.col(sample(pieces_[k].first)).isZero(0); }
   bool reaches(Index a, Index b) const {
     const double duration = std::abs(path_.time[sample(b)] - path_.time[sample(a)]);
@@ -57,8 +57,8 @@ class JumpFilter {
            kMaxDeviation + speed_ * duration;
   }
 
-  // From a good piece to those that the tool may have gone on to. Where none follows, the record
-  // stays away: such a step is not for this filter to judge.
+  // Goes from a good piece to those that the tool can have reached from there. Behind the last of
+  // them the record never comes back: such a step may be real, and longer pieces are kept.
   void follow(size_t from, int direction) {
     const auto end = static_cast<std::ptrdiff_t>(direction > 0 ? pieces_.size() : size_t(-1));
     const auto near = [&](size_t k) { return direction > 0 ? pieces_[k].first : pieces_[k].last; };
@@ -74,23 +74,22 @@ class JumpFilter {
     for (std::ptrdiff_t k = static_cast<std::ptrdiff_t>(good) + direction; k != end;
          k += direction) {
       const auto piece = static_cast<size_t>(k);
-      kept_[piece] = length(piece) > kFew && !is_zero(piece);
+      kept_[piece] = length(piece) > kMaxRun && !is_zero(piece);
     }
   }
 
   const Path& path_;
   double speed_;
   const std::vector<Index>& samples_;
-  std::vector<Piece> pieces_;  // by the place of their samples
+  std::vector<Piece> pieces_;  // of samples_, by index
   std::vector<bool> kept_;
 };
 
-// Samples that are not good, and how far off: from the straight line between the good ones beside
-// them, or from the only one.
-//
-// Between two bad ones a good one looks bad, too, until they are gone, and a repeated reading does
-// until its deviation is known: those within the tolerance are none.
-std::vector<BadSample> the_others(const Path& path, const WithoutDepartures& left) {
+// The samples that are not good, with their distance from the straight line between the good ones
+// on both sides, or from the only good one. Samples within the tolerance are left out: a good
+// sample between two bad ones looks bad until they are gone, and a repeated reading until its
+// deviation is known.
+std::vector<BadSample> bad_among(const Path& path, const WithoutDepartures& left) {
   const std::vector<Index>& good = left.good;
   std::vector<BadSample> bad;
   size_t next = 0;
@@ -126,34 +125,34 @@ std::vector<BadSample> find_bad_samples(const Path& programmed, const Path& meas
   };
   const auto has_left = [&](Index k, Index next, double jump) { return jump > travel(k, next); };
   const std::vector<Index> live = not_frozen(measured.position, travel, has_left);
-  return the_others(measured,
-                    without_departures(programmed, measured, speed, rounding(measured.position),
-                                       JumpFilter(measured, speed, live).good_samples()));
+  return bad_among(measured,
+                   without_departures(programmed, measured, speed, rounding(measured.position),
+                                      JumpFilter(measured, speed, live).good_samples()));
 }
 
 std::vector<BadSample> find_bad_deviations(const Path& deviation, const Eigen::Matrix3Xd& wanted,
                                            const std::vector<BadSample>& known) {
   if (deviation.samples() < 2) return {};
-  // Along the program; a sample more on either side, for the clock may be off by as much.
+  // Travel along the program, one sample more on either side: the clock may be off by as much.
   const auto travel = [&](Index from, Index to) {
     double length = 0;
     for (Index i = std::max<Index>(from, 1); i <= std::min(to + 1, deviation.samples() - 1); ++i)
       length += (wanted.col(i) - wanted.col(i - 1)).norm();
     return length;
   };
-  const auto has_left = [](Index, Index, double) { return true; };  // see the_others()
+  const auto has_left = [](Index, Index, double) { return true; };  // see bad_among()
   Eigen::Matrix3Xd readings = deviation.position + wanted;
   const double rounded = rounding(readings);
   std::vector<Index> live = not_frozen(readings, travel, has_left);
-  readings.resize(3, 0);  // for the memory
+  readings.resize(3, 0);  // frees memory
   std::erase_if(live, [&](Index i) {
     return std::binary_search(known.begin(), known.end(), BadSample{i, 0}, earlier);
   });
-  return the_others(deviation, without_departures(deviation, wanted, rounded, std::move(live)));
+  return bad_among(deviation, without_departures(deviation, wanted, rounded, std::move(live)));
 }
 
 bool too_many(const std::vector<BadSample>& bad, const Path& measured) {
-  return static_cast<double>(bad.size()) > kShareTooMany * static_cast<double>(measured.samples());
+  return static_cast<double>(bad.size()) > kMaxBadShare * static_cast<double>(measured.samples());
 }
 
 TooManyBadSamples::TooManyBadSamples(size_t which, std::vector<BadSample> those)

@@ -9,7 +9,9 @@
 #include <utility>
 
 #include "armtrue/statistics/summary.h"
+#include "path/samples/neighbours.h"
 #include "path/samples/plausible_motion.h"
+#include "path/samples/program_departure.h"
 
 namespace armtrue {
 namespace {
@@ -17,186 +19,61 @@ namespace {
 using Eigen::Index;
 using Eigen::Vector3d;
 
-constexpr double kQuick = 0.25;  // [s]: an arm takes longer to go out and come back
-constexpr size_t kMaxSide = 6;   // samples on either side that say where the tool was
+constexpr double kMinReturn = 0.25;  // [s]: an arm takes longer to go out and come back
 
-// A sample against a prediction from others: how far off, and by how many times the noise of one
-// sample that may differ by chance.
-struct Difference {
-  Vector3d vector;
-  double deviation;
-  double off() const { return vector.norm(); }
-};
-
-// From the straight line through the first `count` of the others.
-Difference from_line(double time, const Vector3d& sample, const double* times,
-                     const Vector3d* others, size_t count) {
-  const auto n = static_cast<double>(count);
-  double mean = 0, square = 0;
-  for (size_t j = 0; j < count; ++j) mean += times[j] / n;
-  for (size_t j = 0; j < count; ++j) square += (times[j] - mean) * (times[j] - mean);
-  Vector3d off = sample;
-  for (size_t j = 0; j < count; ++j)
-    off -= (1 / n + (time - mean) * (times[j] - mean) / square) * others[j];
-  return {off, std::sqrt(1 + 1 / n + (time - mean) * (time - mean) / square)};
-}
-
-// From the cubic through four others: evenly accelerated motion does not differ from it.
-Difference from_cubic(double time, const Vector3d& sample, const std::array<double, 4>& times,
-                      const std::array<Vector3d, 4>& others) {
-  Vector3d off = sample;
-  double variance = 1;
-  for (size_t j = 0; j < 4; ++j) {
-    double weight = 1;
-    for (size_t k = 0; k < 4; ++k)
-      if (k != j) weight *= (time - times[k]) / (times[j] - times[k]);
-    off -= weight * others[j];
-    variance += weight * weight;
-  }
-  return {off, std::sqrt(variance)};
-}
-
-// The samples on either side of a run, the nearest first, and its own first and last.
-struct Surroundings {
-  size_t count;  // on either side
-  std::array<double, kMaxSide> before, after;
-  std::array<Vector3d, kMaxSide> before_at, after_at;
-  std::array<double, 2> ends;
-  std::array<Vector3d, 2> ends_at;
-
-  Difference both(size_t end) const {
-    return from_cubic(ends[end], ends_at[end], {before[1], before[0], after[0], after[1]},
-                      {before_at[1], before_at[0], after_at[0], after_at[1]});
-  }
-  std::array<Difference, 2> sides(size_t end) const {
-    return {from_line(ends[end], ends_at[end], before.data(), before_at.data(), count),
-            from_line(ends[end], ends_at[end], after.data(), after_at.data(), count)};
-  }
-};
-
-// How far something departs by itself: from what both sides show, and from the nearer of the sides.
-struct Motion {
-  double both = 0, side = 0;
-};
-
-constexpr size_t kSideOfMotion = 3;  // with more, every start and stop would be a departure
-
-// The most that the program departs so, about some times, increasing, of its own.
-Motion departures(const Path& programmed, const Eigen::ArrayXd& times, double period, Index run) {
-  constexpr auto kSide = static_cast<Index>(kSideOfMotion);
-  std::vector<Eigen::Matrix3Xd> at;  // of samples 0 .. 2 kSide + run - 1 about each time
-  const double middle = 0.5 * static_cast<double>(2 * kSide + run - 1);
-  for (Index k = 0; k < 2 * kSide + run; ++k)
-    at.push_back(position_at(programmed, times + (static_cast<double>(k) - middle) * period));
-  Surroundings around{};
-  around.count = kSideOfMotion;
-  around.ends = {0, static_cast<double>(run - 1)};
-  for (size_t k = 0; k < kSideOfMotion; ++k) {
-    around.before[k] = -1 - static_cast<double>(k);
-    around.after[k] = static_cast<double>(run) + static_cast<double>(k);
-  }
-  constexpr double kNone = std::numeric_limits<double>::infinity();
-  Motion most;
-  for (Index i = 0; i < times.size(); ++i) {
-    const auto sample = [&](Index k) -> Vector3d { return at[static_cast<size_t>(k)].col(i); };
-    for (Index k = 0; k < kSide; ++k) {
-      around.before_at[static_cast<size_t>(k)] = sample(kSide - 1 - k);
-      around.after_at[static_cast<size_t>(k)] = sample(kSide + run + k);
-    }
-    around.ends_at = {sample(kSide), sample(kSide + run - 1)};
-    Motion here{kNone, kNone};
-    for (const size_t end : {size_t{0}, size_t{1}}) {
-      const auto [before, after] = around.sides(end);
-      here.side = std::min({here.side, before.off(), after.off()});
-      here.both = std::min(here.both, around.both(end).off());
-    }
-    most.both = std::max(most.both, std::min(here.both, here.side));
-    most.side = std::max(most.side, here.side);
-  }
-  return most;
-}
-
-// How far the program goes out and back in as short a time: about each of its samples, and half a
-// period before and after. A long one in parts, for the memory.
-Motion departures(const Path& programmed, double period, Index run) {
-  constexpr Index kPart = 8192;
-  Motion most;
-  for (Index begin = 0; begin < programmed.samples(); begin += kPart) {
-    const auto times =
-        programmed.time.segment(begin, std::min(kPart, programmed.samples() - begin)).array();
-    for (const double shift : {-0.5, 0.0, 0.5}) {
-      const Motion here = departures(programmed, times + shift * period, period, run);
-      most = {std::max(most.both, here.both), std::max(most.side, here.side)};
-    }
-  }
-  return most;
-}
-
+// Takes departed samples out of the good ones, round by round. What the program itself does at a
+// sample, and what the ends of the record show, depends on whether the record is registered: see
+// the two filters below.
 class DepartureFilter {
  public:
-  DepartureFilter(const Path& programmed, const Path& measured, double speed, double rounding,
-                  std::vector<Index> good)
-      : programmed_(programmed),
-        path_(measured),
-        period_(median_period(measured)),
-        speed_(speed),
-        side_(kSideOfMotion),
-        good_(std::move(good)),
-        rounding_(rounding) {}
+  virtual ~DepartureFilter() = default;
 
-  DepartureFilter(const Path& deviation, const Eigen::Matrix3Xd& wanted, double rounding,
-                  std::vector<Index> good)
-      : programmed_(deviation),
-        path_(deviation),
-        wanted_(&wanted),
-        period_(median_period(deviation)),
-        side_(kMaxSide),
-        good_(std::move(good)),
-        rounding_(rounding) {}
-
-  std::vector<Index> good_samples() {
+  WithoutDepartures run() {
     while (size() > 4 * side() && !crowded()) {
       find_noise();
-      const std::vector<Run> runs = departures();
-      if (!remove(runs)) break;
+      if (!remove(departed_runs())) break;
     }
-    return good_;
+    return {good_, std::max(kFreePlay, threshold_ * std::sqrt(1.5) * usual_)};
   }
 
-  double tolerance() const { return std::max(kFreePlay, threshold_ * std::sqrt(1.5) * usual_); }
-
- private:
+ protected:
   struct Run {
     Index first, length;  // among the good samples
-    double excess;        // off over what is allowed
+    double excess;        // smallest ratio of a difference to what is allowed
   };
+
+  DepartureFilter(const Path& path, size_t side, double rounding, std::vector<Index> good)
+      : path_(path),
+        period_(median_period(path)),
+        side_(side),
+        good_(std::move(good)),
+        rounding_(rounding) {}
+
+  // How far the program itself departs at a run.
+  virtual Departure own_departure(const Run& run) = 0;
+  // How far the sides of a run lie from each other at one of its ends [m].
+  virtual double step_between(const Neighbours& near,
+                              const std::array<Difference, 2>& sides) const = 0;
+  virtual void add_ends(std::vector<Run>& runs) const = 0;
 
   Index size() const { return static_cast<Index>(good_.size()); }
   Index side() const { return static_cast<Index>(side_); }
-  bool crowded() const {
-    return static_cast<double>(path_.samples() - size()) >
-           kShareTooMany * static_cast<double>(path_.samples());
-  }
+  double period() const { return period_; }
+  double threshold() const { return threshold_; }
   double time(Index k) const { return path_.time[good_[static_cast<size_t>(k)]]; }
   Vector3d at(Index k) const { return path_.position.col(good_[static_cast<size_t>(k)]); }
+  double noise(Index k) const { return noise_[static_cast<size_t>(k / kStretch)]; }
 
   Index longest_run() const {
-    return std::min(kFew, static_cast<Index>(std::floor(kQuick / period_)) - 1);
+    return std::min(kMaxRun, static_cast<Index>(std::floor(kMinReturn / period_)) - 1);
   }
 
-  // The samples on either side follow each other with few gaps.
-  bool is_dense(Index k, Index length) const {
-    constexpr double kLoose = 2;
-    return time(k + length + side() - 1) - time(k - side()) <=
-           kLoose * static_cast<double>(length + 2 * side() - 1) * period_;
-  }
-
-  Surroundings around(Index k, Index length, const Eigen::Matrix3Xd& positions,
-                      size_t count) const {
+  // The neighbours of a run of good samples, `count` on either side, with other positions.
+  Neighbours around(Index k, Index length, const Eigen::Matrix3Xd& positions, size_t count) const {
     const auto of = [&](Index n) -> Vector3d {
       return positions.col(good_[static_cast<size_t>(n)]);
     };
-    Surroundings result{};
+    Neighbours result{};
     result.count = count;
     for (size_t j = 0; j < count; ++j) {
       const auto away = static_cast<Index>(j);
@@ -209,40 +86,44 @@ class DepartureFilter {
     result.ends_at = {of(k), of(k + length - 1)};
     return result;
   }
-  Surroundings around(Index k, Index length) const {
+
+  // What chance and free play may make of a difference [m].
+  static double allowed(double deviation, double threshold, double noise) {
+    return std::max(kFreePlay, threshold * deviation * noise);
+  }
+
+ private:
+  static constexpr Index kStretch = 64;  // samples with one estimate of the noise
+
+  bool crowded() const {
+    return static_cast<double>(path_.samples() - size()) >
+           kMaxBadShare * static_cast<double>(path_.samples());
+  }
+
+  // Whether the neighbours of a run follow each other with few gaps.
+  bool is_dense(Index k, Index length) const {
+    constexpr double kMaxStretching = 2;  // of the time that they would take without gaps
+    return time(k + length + side() - 1) - time(k - side()) <=
+           kMaxStretching * static_cast<double>(length + 2 * side() - 1) * period_;
+  }
+
+  Neighbours around(Index k, Index length) const {
     return around(k, length, path_.position, side_);
   }
 
-  // What the program allows for: as much as it moves there, or, if that is not known, anywhere.
-  Motion motion(const Run& run) {
-    if (wanted_) {
-      const Surroundings near = around(run.first, run.length, *wanted_, kSideOfMotion);
-      Motion most;
-      for (const size_t end : {size_t{0}, size_t{1}}) {
-        most.both = std::max(most.both, near.both(end).off());
-        for (const Difference& side : near.sides(end)) most.side = std::max(most.side, side.off());
-      }
-      return most;
-    }
-    std::optional<Motion>& value = motion_[static_cast<size_t>(run.length - 1)];
-    if (!value) value = armtrue::departures(programmed_, period_, run.length);
-    return *value;
-  }
-
-  // The noise of a sample per axis, from how samples differ from their neighbours: the median, of
-  // the whole record and of the stretch where a sample lies, which may shake more.
+  // Estimates the noise of a sample per axis from the differences between samples and their
+  // neighbours: their median over the whole record, or, if that is more, over the three stretches
+  // around a sample, where the tool may shake.
   void find_noise() {
-    constexpr Index kStretch = 64;
-    // |.|^2 of three normal components has this median.
-    constexpr double kMedian = 2.365974;
+    constexpr double kMedian = 2.365974;  // of chi^2 with three degrees of freedom
     const auto from_squares = [](std::vector<double> squares) {
       return squares.empty() ? 0 : std::sqrt(median(std::move(squares)) / kMedian);
     };
     std::vector<double> all;
     std::vector<std::vector<double>> stretches(static_cast<size_t>(size() / kStretch + 1));
     for (Index k = side(); k + side() < size(); ++k) {
-      const Difference both = around(k, 1).both(0);
-      all.push_back(std::pow(both.off() / both.deviation, 2));
+      const Difference both = around(k, 1).from_both_sides(0);
+      all.push_back(std::pow(both.length() / both.deviation, 2));
       stretches[static_cast<size_t>(k / kStretch)].push_back(all.back());
     }
     usual_ = std::max(rounding_, from_squares(std::move(all)));
@@ -253,92 +134,66 @@ class DepartureFilter {
         near.insert(near.end(), stretches[n].begin(), stretches[n].end());
       noise_[s] = std::max(usual_, from_squares(std::move(near)));
     }
-    stretch_ = kStretch;
     threshold_ = normal_length_exceeded(kChance / static_cast<double>(size()));
   }
-  double noise(Index k) const { return noise_[static_cast<size_t>(k / stretch_)]; }
 
-  std::vector<Run> departures() {
-    std::vector<Run> candidates;
+  // Runs that differ from both sides by more than chance.
+  std::vector<Run> candidates() const {
+    std::vector<Run> found;
     for (Index length = 1; length <= longest_run(); ++length)
       for (Index k = side(); k + length + side() <= size(); ++k) {
         if (!is_dense(k, length)) continue;
-        const Surroundings near = around(k, length);
+        const Neighbours near = around(k, length);
         double least = std::numeric_limits<double>::infinity();
         for (const size_t end : {size_t{0}, size_t{1}}) {
-          const Difference both = near.both(end);
-          least = std::min(least, both.off() / allowed(both.deviation, threshold_, noise(k)));
+          const Difference both = near.from_both_sides(end);
+          least = std::min(least, both.length() / allowed(both.deviation, threshold_, noise(k)));
         }
-        if (least > 1) candidates.push_back({k, length, 0});
+        if (least > 1) found.push_back({k, length, 0});
       }
-    // These stand out; which of them neither side explains is asked only as often.
-    const double confirmed = normal_length_exceeded(
-        kChance / static_cast<double>(std::max<size_t>(1, candidates.size())));
+    return found;
+  }
+
+  // The smallest ratio of the differences of a run to what chance (from a single side: `threshold`)
+  // and the program itself allow for.
+  double excess(const Run& run, double threshold) {
+    const Neighbours near = around(run.first, run.length);
+    const Departure own = own_departure(run);
+    double least = std::numeric_limits<double>::infinity();
+    const auto compare = [&](const Difference& difference, double factor, double by_itself) {
+      const double chance = allowed(difference.deviation, factor, noise(run.first));
+      least = std::min(least, difference.length() / (chance + by_itself));
+    };
+    for (const size_t end : {size_t{0}, size_t{1}}) {
+      compare(near.from_both_sides(end), threshold_, own.both);
+      const auto sides = near.from_each_side(end);
+      // A sample that departs and comes back is further off than the sides are from each other; a
+      // tool that goes from one to the other may turn on its way.
+      const double step = step_between(near, sides);
+      for (const Difference& side : sides) {
+        compare(side, threshold, own.side);
+        least = std::min(least, side.length() / step);
+      }
+    }
+    return least;
+  }
+
+  std::vector<Run> departed_runs() {
     std::vector<Run> runs;
-    for (Run run : candidates) {
-      const Surroundings near = around(run.first, run.length);
-      const Motion own = motion(run);
-      run.excess = std::numeric_limits<double>::infinity();
-      for (const size_t end : {size_t{0}, size_t{1}}) {
-        const auto compare = [&](const Difference& difference, double threshold, double by_itself) {
-          const double chance = allowed(difference.deviation, threshold, noise(run.first));
-          run.excess = std::min(run.excess, difference.off() / (chance + by_itself));
-        };
-        compare(near.both(end), threshold_, own.both);
-        const auto sides = near.sides(end);
-        // What departs and comes back is further off than the sides are from each other; on the way
-        // from one to the other a tool may turn.
-        const double step = wanted_ ? (near.before_at[0] - near.after_at[0]).norm()
-                                    : (sides[0].vector - sides[1].vector).norm();
-        for (const Difference& side : sides) {
-          compare(side, confirmed, own.side);
-          run.excess = std::min(run.excess, side.off() / step);
-        }
-      }
+    const std::vector<Run> those = candidates();
+    // Only the candidates are compared with single sides: chance has fewer occasions.
+    const double threshold =
+        normal_length_exceeded(kChance / static_cast<double>(std::max<size_t>(1, those.size())));
+    for (Run run : those) {
+      run.excess = excess(run, threshold);
       if (run.excess > 1) runs.push_back(run);
     }
-    if (!wanted_) add_ends(runs);
+    add_ends(runs);
     return runs;
   }
 
-  static double allowed(double deviation, double threshold, double noise) {
-    return std::max(kFreePlay, threshold * deviation * noise);
-  }
-
-  // Near an end of the record one side is missing. The other has to be off its line, and further
-  // than the tool travels.
-  void add_ends(std::vector<Run>& runs) const {
-    for (const bool at_start : {true, false})
-      for (Index length = 1; length <= longest_run(); ++length)
-        for (Index skipped = 0; skipped + length <= side(); ++skipped) {
-          const Index first = at_start ? skipped : size() - skipped - length;
-          const Index inner = at_start ? first + length : first - 1;  // the next good one
-          std::array<double, kMaxSide> times{};
-          std::array<Vector3d, kMaxSide> others;
-          for (size_t j = 0; j < side_; ++j) {
-            const auto away = static_cast<Index>(j);
-            times[j] = time(at_start ? inner + away : inner - away);
-            others[j] = at(at_start ? inner + away : inner - away);
-          }
-          double least = std::numeric_limits<double>::infinity();
-          const auto jump = [&](Index k, Index other) {
-            const double travel = speed_ * std::abs(time(k) - time(other));
-            const double chance = allowed(std::numbers::sqrt2, threshold_, noise(k));
-            least = std::min(least, (at(k) - at(other)).norm() / (travel + chance));
-          };
-          const Index last = first + length - 1;
-          jump(at_start ? last : first, inner);
-          if (skipped > 0 && at_start) jump(first, first - 1);
-          if (skipped > 0 && !at_start) jump(last, last + 1);
-          for (const Index k : {first, last}) {
-            const Difference line = from_line(time(k), at(k), times.data(), others.data(), side_);
-            least = std::min(least, line.off() / allowed(line.deviation, threshold_, noise(k)));
-          }
-          if (least > 1) runs.push_back({first, length, least});
-        }
-  }
-
-  // The clearest first; what lies beside one has to be looked at again without it.
+  // Takes runs out of the good samples, the clearest first. Those beside a run that is taken out
+  // are left for the next round, without it. Returns whether there were any.
   bool remove(std::vector<Run> runs) {
     std::stable_sort(runs.begin(), runs.end(), [](const Run& a, const Run& b) {
       return a.excess != b.excess ? a.excess > b.excess : a.length < b.length;
@@ -359,33 +214,116 @@ class DepartureFilter {
     return !runs.empty();
   }
 
-  const Path& programmed_;
   const Path& path_;
-  const Eigen::Matrix3Xd* wanted_ = nullptr;
-  double period_, speed_ = 0;
-  size_t side_;
+  double period_;
+  size_t side_;  // samples on either side that show where the tool was
   std::vector<Index> good_;
   double rounding_;            // part of the noise that the median may not show
   std::vector<double> noise_;  // by stretch
-  double usual_ = 0, threshold_ = 0;
-  Index stretch_ = 1;
-  std::array<std::optional<Motion>, kFew> motion_;
+  double usual_ = 0;           // noise of the whole record
+  double threshold_ = 0;       // standard deviations that a run in this record may differ by chance
+};
+
+// Filters a record as it is. Where the program is at a sample is not known: the program may depart
+// as far as it does anywhere.
+class RecordFilter final : public DepartureFilter {
+ public:
+  RecordFilter(const Path& programmed, const Path& measured, double speed, double rounding,
+               std::vector<Index> good)
+      : DepartureFilter(measured, kSideOfMotion, rounding, std::move(good)),
+        programmed_(programmed),
+        speed_(speed) {}
+
+ private:
+  Departure own_departure(const Run& run) override {
+    std::optional<Departure>& value = largest_[static_cast<size_t>(run.length - 1)];
+    if (!value) value = largest_departure(programmed_, period(), run.length);
+    return *value;
+  }
+
+  double step_between(const Neighbours& /*near*/,
+                      const std::array<Difference, 2>& sides) const override {
+    return (sides[0].vector - sides[1].vector).norm();
+  }
+
+  // Adds runs near an end of the record, where one side is missing. Such a run has to be off the
+  // line of the other side, and further from its neighbours than the tool travels.
+  void add_ends(std::vector<Run>& runs) const override {
+    for (const bool at_start : {true, false})
+      for (Index length = 1; length <= longest_run(); ++length)
+        for (Index skipped = 0; skipped + length <= side(); ++skipped) {
+          const Index first = at_start ? skipped : size() - skipped - length;
+          const Index inner = at_start ? first + length : first - 1;  // the next good one
+          std::array<double, kSideOfMotion> times{};
+          std::array<Vector3d, kSideOfMotion> others;
+          for (size_t j = 0; j < kSideOfMotion; ++j) {
+            const auto away = static_cast<Index>(j);
+            times[j] = time(at_start ? inner + away : inner - away);
+            others[j] = at(at_start ? inner + away : inner - away);
+          }
+          double least = std::numeric_limits<double>::infinity();
+          const auto jump = [&](Index k, Index other) {
+            const double travel = speed_ * std::abs(time(k) - time(other));
+            const double chance = allowed(std::numbers::sqrt2, threshold(), noise(k));
+            least = std::min(least, (at(k) - at(other)).norm() / (travel + chance));
+          };
+          const Index last = first + length - 1;
+          jump(at_start ? last : first, inner);
+          if (skipped > 0 && at_start) jump(first, first - 1);
+          if (skipped > 0 && !at_start) jump(last, last + 1);
+          for (const Index k : {first, last}) {
+            const Difference line = difference_from_line(time(k), at(k), times, others);
+            least = std::min(least, line.length() / allowed(line.deviation, threshold(), noise(k)));
+          }
+          if (least > 1) runs.push_back({first, length, least});
+        }
+  }
+
+  const Path& programmed_;
+  double speed_;
+  std::array<std::optional<Departure>, kMaxRun> largest_;  // by the length of the run
+};
+
+// Filters deviations, whose program is known at each sample.
+class DeviationFilter final : public DepartureFilter {
+ public:
+  DeviationFilter(const Path& deviation, const Eigen::Matrix3Xd& wanted, double rounding,
+                  std::vector<Index> good)
+      : DepartureFilter(deviation, kMaxSide, rounding, std::move(good)), wanted_(wanted) {}
+
+ private:
+  Departure own_departure(const Run& run) override {
+    const Neighbours near = around(run.first, run.length, wanted_, kSideOfMotion);
+    Departure most;
+    for (const size_t end : {size_t{0}, size_t{1}}) {
+      most.both = std::max(most.both, near.from_both_sides(end).length());
+      for (const Difference& side : near.from_each_side(end))
+        most.side = std::max(most.side, side.length());
+    }
+    return most;
+  }
+
+  double step_between(const Neighbours& near,
+                      const std::array<Difference, 2>& /*sides*/) const override {
+    return (near.before_at[0] - near.after_at[0]).norm();
+  }
+
+  // A record is registered only once its ends are clean.
+  void add_ends(std::vector<Run>& /*runs*/) const override {}
+
+  const Eigen::Matrix3Xd& wanted_;
 };
 
 }  // namespace
 
 WithoutDepartures without_departures(const Path& programmed, const Path& measured, double speed,
                                      double rounding, std::vector<Index> good) {
-  DepartureFilter filter(programmed, measured, speed, rounding, std::move(good));
-  std::vector<Index> left = filter.good_samples();
-  return {std::move(left), filter.tolerance()};
+  return RecordFilter(programmed, measured, speed, rounding, std::move(good)).run();
 }
 
 WithoutDepartures without_departures(const Path& deviation, const Eigen::Matrix3Xd& wanted,
                                      double rounding, std::vector<Index> good) {
-  DepartureFilter filter(deviation, wanted, rounding, std::move(good));
-  std::vector<Index> left = filter.good_samples();
-  return {std::move(left), filter.tolerance()};
+  return DeviationFilter(deviation, wanted, rounding, std::move(good)).run();
 }
 
 }  // namespace armtrue

@@ -7,19 +7,22 @@
 
 namespace armtrue {
 
-/// What is left of the samples of a record without those that neither side explains.
+/// A record without its departed samples: short runs that depart from what the samples before, the
+/// samples after and both together show.
 struct WithoutDepartures {
   std::vector<Eigen::Index> good;
-  double tolerance = 0;  ///< of samples that differ from their good neighbours by chance only [m]
+  /// A sample that differs by no more from the line between its good neighbours is good too [m].
+  double tolerance = 0;
 };
 
-/// Of a record as it is: how the program moves at a sample is not known yet, only how fast it moves
-/// anywhere [m/s]. `rounding`: part of the noise that the record may not show [m]; `good`: the
-/// samples that are not known to be bad.
+/// Filters a record that is not registered yet. `speed`: the greatest of the program [m/s];
+/// `rounding`: standard deviation of what the instrument rounds away, which a median may not show
+/// [m]; `good`: the samples that are not known to be bad.
 WithoutDepartures without_departures(const Path& programmed, const Path& measured, double speed,
                                      double rounding, std::vector<Eigen::Index> good);
 
-/// Of deviations from `wanted`, which change little: more neighbours tell where the tool was.
+/// Filters deviations from the positions `wanted`. They change little, so that more neighbours are
+/// used.
 WithoutDepartures without_departures(const Path& deviation, const Eigen::Matrix3Xd& wanted,
                                      double rounding, std::vector<Eigen::Index> good);
 

@@ -16,13 +16,13 @@ namespace {
 using Eigen::Index;
 using Eigen::Vector3d;
 
-// Samples that show the same.
+// Consecutive samples with the same reading.
 struct Hold {
   Index first, last;
 };
 
-// Where the instrument repeats a reading more than twice as often as it usually does: one that is
-// asked more often than it measures repeats all of them.
+// Holds more than twice as long as the median: an instrument that is asked more often than it
+// measures repeats every reading.
 std::vector<Hold> long_holds(const Eigen::Matrix3Xd& readings) {
   std::vector<Hold> holds;
   std::vector<double> lengths;
@@ -34,6 +34,7 @@ std::vector<Hold> long_holds(const Eigen::Matrix3Xd& readings) {
     holds.push_back({first, i - 1});
     first = i;
   }
+  if (lengths.empty()) return holds;
   const double usual = median(std::move(lengths));
   std::erase_if(holds, [&](const Hold& hold) {
     return static_cast<double>(hold.last - hold.first + 1) <= 2 * usual;
@@ -61,7 +62,7 @@ std::vector<Index> not_frozen(const Eigen::Matrix3Xd& readings, const Travel& tr
       normal_length_exceeded(kChance / static_cast<double>(count)) * std::numbers::sqrt2 * noise;
   for (const auto& [first, last] : holds) {
     const Index next = last + 1;
-    if (next == count) continue;  // it may be the tool that stays
+    if (next == count) continue;  // at the end the tool may stand
     const double jump = (readings.col(next) - readings.col(last)).norm();
     if (jump <= travel(last, next) + std::max(kFreePlay, chance) ||
         jump > travel(first, next) + kMaxDeviation)

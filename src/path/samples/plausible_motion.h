@@ -4,17 +4,17 @@
 
 namespace armtrue {
 
-// What a tool may do and an instrument sees of it; what goes beyond is a bad sample.
+// Bounds of what a tool does, as an instrument sees it; samples beyond them are bad.
 
-/// Consecutive samples that depart together.
-inline constexpr Eigen::Index kFew = 3;
-/// [m] of a tool from its program.
+/// Largest number of consecutive samples that depart together.
+inline constexpr Eigen::Index kMaxRun = 3;
+/// Largest deviation of a tool from its program [m].
 inline constexpr double kMaxDeviation = 10e-3;
-/// [m]: a loose or sticking tool moves as suddenly.
+/// Largest sudden movement of a loose or sticking tool [m].
 inline constexpr double kFreePlay = 0.4e-3;
-/// Of calling any sample bad in a record without.
+/// Chance that any sample of a clean record is called bad.
 inline constexpr double kChance = 1e-3;
-/// Of a record; with more of them the neighbours of each cannot be relied on.
-inline constexpr double kShareTooMany = 0.1;
+/// Share of bad samples above which the neighbours of a sample cannot be relied on.
+inline constexpr double kMaxBadShare = 0.1;
 
 }  // namespace armtrue

@@ -6,34 +6,35 @@
 
 namespace armtrue {
 
-/// A moment of which it is certain that it lies within +- uncertainty [s].
+/// An instant, certain to lie within time +- uncertainty [s].
 struct Instant {
   double time = 0, uncertainty = 0;
 };
 
-/// The tool in the material; an entry or exit that the record does not hold is empty.
+/// The tool in the material from entry to exit; empty: beyond the record.
 struct Engagement {
   std::optional<Instant> entry, exit;
 };
 
 struct EngagementRecord {
   std::vector<Engagement> intervals;
-  /// RMS of each axis in air, the noise that force_law() asks for; zero if nothing was found.
+  /// RMS of each axis in air: ForceRecord::force_noise before any low pass. Zero if nothing was
+  /// found.
   Eigen::Vector3d noise = Eigen::Vector3d::Zero();
 };
 
-/// When the tool is in the material, from `signal` (3 x n): the force, or, where there is none, the
-/// deviation. The quietest part of the record is taken for air. The tool enters where the magnitude
-/// leaves the air's mean by six of its standard deviations for good, and is out once it has stayed
-/// within three for a quarter of a second; what lasts less is no engagement. An entry lies between
-/// the last sample within the noise, less the time for which an even growth hides in it, and the
-/// first at half the engaged level (an exit likewise). That holds for a slow entry, whose beginning
-/// is meant, and for a sudden one behind a low pass without phase.
+/// Finds when the tool is in the material, from the magnitude of `signal` (3 x n): the force, or,
+/// if there is none, the deviation. The quietest part of the record counts as air, with mean m and
+/// standard deviation s. The tool enters where the magnitude exceeds m + 6 s and leaves when it has
+/// stayed below m + 3 s for a quarter of a second; a shorter engagement is none. The engaged level
+/// is the median magnitude in between. An entry lies between the last sample below m + 3 s, less
+/// the time for which a linear growth is hidden in the noise, and the first sample at half the
+/// engaged level; an exit likewise. This holds for the beginning of a slow entry, and for a sudden
+/// one behind a zero-phase low pass.
 ///
-/// Nothing is found if the engaged level is not twice that of air: the tool was in the material
-/// throughout, or never, or the signal does not show it. From deviations everything else that moves
-/// the tool, such as a reversal, looks like an engagement; prefer forces.
-/// Throws std::invalid_argument if sizes disagree.
+/// Nothing is found if the engaged level is less than 2 m: the tool was in the material throughout
+/// or never, or the signal does not show it. In deviations other causes, such as a reversal, look
+/// like an engagement; prefer forces. Throws std::invalid_argument if sizes disagree.
 EngagementRecord find_engagement(const Eigen::VectorXd& time, const Eigen::Matrix3Xd& signal);
 
 }  // namespace armtrue

@@ -5,36 +5,39 @@
 #include <optional>
 #include <vector>
 
+#include "armtrue/effects/robot.h"
 #include "armtrue/effects/robot_model.h"
+#include "armtrue/path/low_pass.h"
+#include "armtrue/path/mirror/path_deviation.h"
 #include "armtrue/statistics/autocorrelated_regression.h"
 
 namespace armtrue {
 
-/// What a registered pass says about force and deviation: one column per sample, in one clock.
-/// Leave out samples at standstill: friction and the servos hold the tool elsewhere there.
+/// Force and deviation of a registered pass: one column for each sample, in one clock. Leave out
+/// samples at standstill, where friction and the servos hold the tool elsewhere.
 struct ForceRecord {
-  /// Measured minus programmed position [m], the part along the path too: without it, a compliance
-  /// is what it leaves across the path, which on a curve changes all the way. A fitted clock has
-  /// taken a constant lag and drag off that part.
+  /// Measured minus programmed position [m], with its part along the path: without that part only
+  /// the compliance across the path would show, which changes along a curve. The fitted clock has
+  /// taken a constant lag and drag off it.
   Eigen::Matrix3Xd deviation;
   Eigen::Matrix3Xd force;  ///< on the tool [N], same axes, through the same low pass
-  /// RMS noise of `force` per axis [N], through that low pass too (find_engagement() measures it in
-  /// air). It draws every k towards zero by its share of the force's power, and is taken off.
+  /// RMS noise of `force` per axis [N], behind that low pass (find_engagement() measures it in
+  /// air). It would shrink every k by its share of the force's power; force_law() corrects for it.
   Eigen::Vector3d force_noise = Eigen::Vector3d::Zero();
   /// Sign of motion of each joint or axis that may have backlash, a row each (motion_directions()),
-  /// through the same low pass if the deviation went through one. No rows: no backlash.
+  /// behind the same low pass as the deviation. No rows: no backlash.
   Eigen::MatrixXd direction;
-  /// What independent errors of unit variance that all samples share would add to `deviation`
-  /// [m], one for each: those of a fitted clock (clock_errors()).
+  /// Errors of `deviation` that all samples share [m], such as those of a fitted clock
+  /// (clock_errors()): each is multiplied by an unknown number of unit variance.
   std::vector<Eigen::Matrix3Xd> shared_errors;
 };
 
-/// deviation = k * force, as the paper's figure 8, where k is in m/N.
+/// deviation = k * force (the paper's figure 8), k in m/N.
 struct ForceLine {
-  std::optional<Estimate> k;  ///< empty where no force stands out of its noise, or no
-                              ///< deviation is given
-  /// Share of the squared deviation that the force explains: of the deviation from what it is
-  /// without force (for a line through the origin zero, else the constant and steps that fit best).
+  /// Empty where the force does not stand out of its noise, or the deviation is zero.
+  std::optional<Estimate> k;
+  /// 1 - |residual|^2 / |deviation without force part|^2: the share that the force explains of what
+  /// the best constant and steps leave (for a line through the origin: of the whole deviation).
   double r2 = 0;
 };
 
@@ -42,12 +45,12 @@ struct ForceLine {
 struct ForceDirection {
   Eigen::Vector3d direction;  ///< unit vector
   double rms = 0;             ///< of the force along it, its noise taken off [N]
-  /// Deviation per newton along it, x, y, z [m/N]: the compliance times the direction. Empty where
-  /// this force never stood out of its noise: there the compliance is unknown, not zero.
+  /// Compliance times direction, x, y, z [m/N]. Empty if the force along it does not stand out of
+  /// its noise: the compliance is then unknown, not zero.
   std::optional<std::array<Estimate, 3>> compliance;
 };
 
-/// The deviation's change when joints or axes begin to move the other way.
+/// The step of the deviation when a joint or axis reverses.
 struct ReversalStep {
   std::vector<Eigen::Index> axes;  ///< rows of `direction`; several if they reverse together
   std::array<Estimate, 3> step;    ///< from negative to positive motion of the first, x, y, z [m]
@@ -55,44 +58,55 @@ struct ReversalStep {
 
 struct ForceLaw {
   std::array<ForceLine, 3> axis;  ///< deviation x on force x, y on y, z on z
-  /// |deviation| on |force| through the origin, once `offset` and `reversals` are taken off; the
-  /// interval takes these and the clock as exact. Noise lengthens |deviation| by half its variance
-  /// across it.
+  /// |deviation - offset - reversals| on |force|, through the origin. The interval takes offset,
+  /// reversals and clock as exact. The noise of the deviation is not corrected for: it lengthens
+  /// |deviation| by (its variance across) / (2 |deviation|).
   ForceLine magnitude;
   std::array<ForceDirection, 3> directions;  ///< strongest first
-  /// Sum over the known directions of compliance * direction' [m/N]: what it says of a force along
-  /// the others is nothing, so it is the whole compliance only if rank is 3.
+  /// Sum over the known directions of compliance * direction' [m/N]: the whole compliance only if
+  /// rank is 3; along the other directions it is unknown.
   Eigen::Matrix3d compliance = Eigen::Matrix3d::Zero();
   int rank = 0;          ///< number of known directions
   double condition = 1;  ///< strongest over weakest known direction
-  /// Deviation without force, which the air shows, at the mean of `direction` [m]: were it taken
-  /// for zero, as the paper has it, an offset of the frame or half a backlash would be taken for
-  /// force.
+  /// Deviation without force, at the mean of `direction` [m]; the samples in air show it. The paper
+  /// sets it to zero, which takes an offset of the frame or half a backlash for an effect of force.
   std::array<Estimate, 3> offset;
   std::vector<ReversalStep> reversals;
 };
 
-/// Fits all of it by least squares with intervals for residuals that wander slowly
-/// (regress_autocorrelated()). A constant and a step of each axis that reverses stand beside the
-/// force: which side of a backlash is zero is not known. Throws std::invalid_argument if sizes
-/// disagree or samples are fewer than twice the unknowns.
+/// Fits deviation = offset + compliance * force + sum of steps * direction / 2 by least squares,
+/// with intervals for autocorrelated residuals (regress_autocorrelated()). The offset is free
+/// because the zero of a backlash is unknown. Throws std::invalid_argument if sizes disagree or
+/// there are fewer samples than twice the unknowns.
 ForceLaw force_law(const ForceRecord& record);
 
-/// y = k x through the origin, rows and columns of both taken together: predicted against measured
-/// deviation (3 x n) for one. Throws std::invalid_argument if sizes disagree or there are fewer
-/// than two numbers.
+/// y = k x over all entries of two matrices, such as predicted and measured deviation (3 x n).
+/// Throws std::invalid_argument if sizes disagree or there are fewer than two entries.
 ForceLine line_through_origin(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y);
 
-/// +-1 by the sign of motion of each row of `coordinates` (joints or axes, as programmed: a noisy
-/// record would reverse at every sample); at standstill that of the last motion, before any that of
-/// the first; 0 if it never moves by more than rounding between samples.
+/// Sign of motion, +-1, of each row of `coordinates`: joints or axes as programmed, since a noisy
+/// record would reverse at every sample. At standstill the sign of the last motion, before any
+/// motion that of the first; 0 if the row never moves by more than rounding between samples.
 Eigen::MatrixXd motion_directions(const Eigen::MatrixXd& coordinates);
 
-/// How far forces [N, axes of R_A] move the tool at the encoder angles `q` [rad], by the effects of
-/// the robot that a force drives: the model with the force minus the model without, 3 x n [m] in
-/// R_A. Throws std::invalid_argument if sizes disagree.
+/// Displacement of the tool by forces [N, axes of R_A] at the encoder angles `q` [rad]: position of
+/// the model with the force minus position without, 3 x n [m] in R_A. Throws std::invalid_argument
+/// if sizes disagree.
 Eigen::Matrix3Xd deviation_from_force(const RobotModel& robot,
                                       const Eigen::Matrix<double, kJoints, Eigen::Dynamic>& q,
                                       const Eigen::Matrix3Xd& force);
+
+/// force_law() of a registered deviation where the tool moves. Deviation, force and directions go
+/// through the low pass: without it a weak force would not stand out of its noise. `axes`:
+/// coordinates of the axes that may have backlash, as programmed, a column for each sample of the
+/// deviation. Empty without a force.
+std::optional<ForceLaw> force_law(const PathDeviation& deviation, const Path& programmed,
+                                  const Eigen::MatrixXd& axes, const LowPass& filter);
+
+/// Regression of the measured deviation across the path on the one that the robot's effects predict
+/// from the recorded force: k = 1 if the robot file is right. Empty without a force. Throws as
+/// joint_path() does.
+std::optional<ForceLine> measured_on_predicted(const PathDeviation& deviation,
+                                               const Path& programmed, const Robot& robot);
 
 }  // namespace armtrue

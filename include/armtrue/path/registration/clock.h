@@ -11,25 +11,27 @@
 
 namespace armtrue {
 
-/// How the instrument's clock and frame lie to the program's.
+/// Clock and frame of an instrument, seen from the program.
 struct ClockFit {
-  /// t_instrument = offset + (1 + rate) * t_program [s]. A constant lag of the servos is a part of
-  /// the offset: no record can tell them apart.
+  /// t_instrument = offset + (1 + rate) * t_program [s]. The offset includes a constant lag of the
+  /// servos: no record can tell them apart.
   double offset = 0, rate = 0;
-  double middle = 0;  ///< of the record, by the clock of the program [s]
-  /// Of the offset in the middle, where it is known best, and the rate. Zero if they were given.
+  double middle = 0;  ///< middle of the record, by the clock of the program [s]
+  /// Covariance of the offset at `middle`, where it is known best, and of the rate. Zero if the
+  /// offset was given.
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
-  Pose program_from_instrument;  ///< identity unless asked for
+  Pose program_from_instrument;  ///< identity unless the frame was fitted
 
   double program_time(double instrument_time) const {
     return (instrument_time - offset) / (1 + rate);
   }
-  /// Standard deviation of the offset in the middle [s].
+  /// Standard deviation of the offset at `middle` [s].
   double offset_deviation() const { return std::sqrt(covariance(0, 0)); }
   std::pair<double, double> offset_ci95() const {
     return {offset - 1.96 * offset_deviation(), offset + 1.96 * offset_deviation()};
   }
-  /// Covariance of the offset at another time of the program, and of the rate.
+  /// Covariance of the offset at another time of the program and of the rate: F C F' with
+  /// F = [1, time - middle; 0, 1].
   Eigen::Matrix2d covariance_at(double time) const {
     const Eigen::Matrix2d moved{{1, time - middle}, {0, 1}};
     return moved * covariance * moved.transpose();
@@ -37,29 +39,26 @@ struct ClockFit {
 };
 
 struct ClockOptions {
-  bool fit_frame = false;  ///< refine the frame of the instrument too
-  std::optional<double>
-      offset;  ///< both clocks are known to be this far apart [s]: nothing is fitted
+  bool fit_frame = false;  ///< fit the frame of the instrument too
+  /// Known offset of the clocks [s]: no clock is fitted.
+  std::optional<double> offset;
 };
 
-/// Finds the clocks of a record. The offset comes first from the correlation of the two speeds,
-/// which no frame can disturb. Then offset, rate and, if asked, frame are refined by generalised
-/// least squares: what the tool deviates by is a random process (Ornstein and Uhlenbeck's, its law
-/// fitted to the data by axis) and the clock is what such a process cannot explain, so that a
-/// deviation along the path is neither taken for time nor the other way round.
-/// Throws std::invalid_argument, with the remedy, if the tool stands still in either path, if the
-/// paths do not overlap in time, if they show different units, if they lie more than 10 mm apart
-/// (then naming the rigid motion that would join them, if one does) or if the offset stays unknown.
+/// Finds the clock of a record. A first offset is the one at which the speeds of both paths
+/// correlate best; it depends on no frame. Generalised least squares then refine offset, rate and,
+/// if asked for, the frame. They treat the deviation of the tool as a random process, fitted to the
+/// data of each axis (Ornstein and Uhlenbeck), so that a deviation along the path is not taken for
+/// an error of the clock, nor the clock's error for a deviation.
+/// Throws std::invalid_argument, with the remedy: if the tool stands still in either path; if the
+/// paths do not overlap in time; if their units differ (check_units()); if they lie more than 10 mm
+/// apart (the message names the rigid motion that joins them, if there is one); or if the standard
+/// deviation of the offset is 0.1 s or more.
 ClockFit fit_clock(const Path& programmed, const Path& measured, const ClockOptions& options = {});
 
-/// Throws std::invalid_argument, naming the unit, if the sizes of the paths or how fast they run
-/// show that a column is in another unit than its name says.
-void check_units(const Path& programmed, const Path& measured);
-
-/// What the uncertainty of a clock adds to the deviations (measured minus programmed) at times of
-/// the program, increasing: two independent errors of unit variance, each shared by all samples
-/// [m]. `covariance` is that of the offset halfway between the first and the last of them, and the
-/// rate.
+/// The errors that an uncertain clock makes in the deviations (measured minus programmed) at times
+/// of the program, increasing. Error k at time t is v(t) (R_0k + R_1k (t - t_mid)) [m], times a
+/// number of unit variance that all samples share; R R = `covariance`, of the offset at t_mid,
+/// halfway between the first and the last time, and of the rate.
 std::array<Eigen::Matrix3Xd, 2> clock_errors(const Path& programmed, const Eigen::VectorXd& times,
                                              const Eigen::Matrix2d& covariance);
 

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "calibration/fold.h"
+#include "calibration/prior.h"
+#include "calibration/session_models.h"
+
+namespace armtrue {
+
+/// A fold of one session and what it was made at. The solver's last fold is at its solution if the
+/// last step was accepted, and need then not be repeated for the statistics.
+struct SessionFold {
+  Eigen::VectorXd x;
+  ReadingSigma sigma;
+  ReadingLaw law;
+  Fold folded;
+
+  bool is_at(const Eigen::VectorXd& other, const ObservationModel& model,
+             const ReadingLaw& other_law) const {
+    return x.size() == other.size() && x == other && sigma.position == model.sigma().position &&
+           sigma.orientation == model.sigma().orientation && law == other_law;
+  }
+};
+
+struct Solution {
+  bool converged = false;
+  int iterations = 0;
+  std::string termination;         ///< the solver's own words
+  std::vector<SessionFold> folds;  ///< the last of each session
+};
+
+/// Minimises over x, by Levenberg and Marquardt's method (Ceres), with sigma and law held fixed,
+///     sum over the rows of ReadingLaw::loss + sum over the priors of ((start + x) / deviation)^2.
+/// `x`: the start, and on return the solution.
+Solution minimise(const SessionModels& models, const ReadingLaw& law,
+                  const std::vector<Prior>& priors, int max_iterations, double tolerance, FoldBy by,
+                  Eigen::VectorXd& x);
+
+}  // namespace armtrue

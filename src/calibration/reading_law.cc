@@ -1,0 +1,150 @@
+#include "calibration/reading_law.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "armtrue/statistics/summary.h"
+
+namespace armtrue {
+namespace {
+
+constexpr int kMaxRounds = 8;  // of variances and sigma in turn; they settle in three or four
+
+// Squared norm of the whitened residual from those of position and orientation [m^2, rad^2].
+double whitened(const Eigen::Vector2d& s, const ReadingSigma& sigma, const ReadingSize& size) {
+  return s[0] / (sigma.position * sigma.position) +
+         (size.orientation > 0 ? s[1] / (sigma.orientation * sigma.orientation) : 0.0);
+}
+
+// Up to a constant: the sum over the rows of
+//     -m log sigma - (d / 2) log v - loss(s) / (2 v)
+//     + log Gamma((nu + d) / 2) - log Gamma(nu / 2) - (d / 2) log(nu / 2).
+double log_likelihood(const std::vector<Eigen::Vector2d>& norms, const ReadingSigma& sigma,
+                      const ReadingLaw& law, const ReadingSize& size) {
+  const int d = size.all();
+  const double n = static_cast<double>(norms.size()), dof = law.degrees_of_freedom;
+  double value = -size.position * n * std::log(sigma.position);
+  if (size.orientation > 0) value -= size.orientation * n * std::log(sigma.orientation);
+  for (size_t row = 0; row < norms.size(); ++row) {
+    const double variance = law.variance_of(static_cast<int>(row));
+    value -= 0.5 * law.loss(whitened(norms[row], sigma, size), d, variance) / variance;
+    if (dof > 0) value -= 0.5 * d * std::log(variance);
+  }
+  if (dof > 0)
+    value +=
+        n * (std::lgamma(0.5 * (dof + d)) - std::lgamma(0.5 * dof) - 0.5 * d * std::log(dof / 2));
+  return value;
+}
+
+// Expectation-maximisation of sigma under a law; see describe_residuals().
+ReadingSigma most_likely_sigma(const std::vector<Eigen::Vector2d>& norms, ReadingSigma sigma,
+                               const ReadingLaw& law, const ReadingSize& size, double correction) {
+  const int d = size.all();
+  const double n = static_cast<double>(norms.size());
+  for (int round = 0; round < (law.degrees_of_freedom > 0 ? 30 : 1); ++round) {
+    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    for (size_t row = 0; row < norms.size(); ++row) {
+      const double variance = law.variance_of(static_cast<int>(row));
+      sum += law.weight(whitened(norms[row], sigma, size), d, variance) / variance * norms[row];
+    }
+    sigma.position = std::max(kMinSigma, std::sqrt(correction * sum[0] / (size.position * n)));
+    if (size.orientation > 0)
+      sigma.orientation =
+          std::max(kMinSigma, std::sqrt(correction * sum[1] / (size.orientation * n)));
+  }
+  return sigma;
+}
+
+}  // namespace
+
+double ReadingLaw::weight(double squared_norm, int dimension, double row_variance) const {
+  if (degrees_of_freedom <= 0) return 1.0;
+  return (degrees_of_freedom + dimension) / (degrees_of_freedom + squared_norm / row_variance);
+}
+
+double ReadingLaw::loss(double squared_norm, int dimension, double row_variance) const {
+  if (degrees_of_freedom <= 0) return squared_norm;
+  return row_variance * (degrees_of_freedom + dimension) *
+         std::log1p(squared_norm / (row_variance * degrees_of_freedom));
+}
+
+std::vector<double> pose_variances(const Campaign& campaign, const std::vector<double>& norms,
+                                   int dimension) {
+  const size_t poses = campaign.pose_ids.size() * static_cast<size_t>(campaign.quantities());
+  // All alone; not every pose need be read from every anchor.
+  if (campaign.anchor.empty() && !campaign.has_coordinates() && poses >= norms.size()) return {};
+  constexpr double kSmallest = 1e-12;  // the logarithm of an exact reading
+  const auto log_of = [&](int row) {
+    return std::log(std::max(norms[row] / dimension, kSmallest));
+  };
+  std::vector<double> sum(poses, 0.0);
+  std::vector<int> readings(poses, 0);
+  for (int row = 0; row < campaign.rows(); ++row) {
+    sum[campaign.pose_by_quantity(row)] += log_of(row);
+    ++readings[campaign.pose_by_quantity(row)];
+  }
+  std::vector<double> variances(norms.size(), 1.0);
+  for (int row = 0; row < campaign.rows(); ++row) {
+    const int pose = campaign.pose_by_quantity(row), others = readings[pose] - 1;
+    if (others > 0) variances[row] = std::max(1.0, std::exp((sum[pose] - log_of(row)) / others));
+  }
+  return variances;
+}
+
+std::vector<double> pose_variances(const std::vector<Eigen::Vector2d>& norms,
+                                   const Campaign& campaign, const ReadingSigma& sigma) {
+  const ReadingSize size = campaign.reading_size();
+  std::vector<double> whole;
+  for (const Eigen::Vector2d& s : norms) whole.push_back(whitened(s, sigma, size));
+  return pose_variances(campaign, whole, size.all());
+}
+
+bool is_close(const ReadingSigma& a, const ReadingSigma& b) {
+  const auto same = [](double u, double v) { return std::abs(u - v) <= 1e-2 * std::max(u, v); };
+  return same(a.position, b.position) && same(a.orientation, b.orientation);
+}
+
+ResidualDescription describe_residuals(const std::vector<Eigen::Vector2d>& norms,
+                                       const Campaign& campaign, const ReadingSigma& start,
+                                       double correction, bool robust) {
+  const ReadingSize size = campaign.reading_size();
+  ResidualDescription best{most_likely_sigma(norms, start, {0}, size, correction), {0}};
+  if (!robust) return best;
+  const std::vector<double> variance = pose_variances(norms, campaign, start);
+  double best_value = log_likelihood(norms, best.sigma, best.law, size) +
+                      0.5 * std::log(static_cast<double>(norms.size()));
+  for (double dof : {2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 14.0, 20.0, 30.0}) {
+    const ReadingLaw law{dof, variance};
+    const ReadingSigma sigma = most_likely_sigma(norms, start, law, size, correction);
+    const double value = log_likelihood(norms, sigma, law, size);
+    if (value > best_value) {
+      best_value = value;
+      best = {sigma, law};
+    }
+  }
+  // The variances of the poses are in units of sigma, and sigma depends on them: both are repeated
+  // until sigma settles.
+  for (int round = 0; round < kMaxRounds && best.law.degrees_of_freedom > 0; ++round) {
+    best.law.variance = pose_variances(norms, campaign, best.sigma);
+    const ReadingSigma before = best.sigma;
+    best.sigma = most_likely_sigma(norms, before, best.law, size, correction);
+    if (is_close(best.sigma, before)) break;
+  }
+  return best;
+}
+
+ReadingSigma median_sigma(const std::vector<Eigen::Vector2d>& norms, const ReadingSize& size) {
+  constexpr double kMedianOfChiSquare1 = 0.4549364231, kMedianOfChiSquare3 = 2.365973884;
+  std::vector<double> position, orientation;
+  for (const Eigen::Vector2d& s : norms) {
+    position.push_back(s[0]);
+    orientation.push_back(s[1]);
+  }
+  const auto sigma = [](const std::vector<double>& s, double median_of_noise) {
+    return std::max(kMinSigma, std::sqrt(median(s) / median_of_noise));
+  };
+  return {sigma(position, size.position == 1 ? kMedianOfChiSquare1 : kMedianOfChiSquare3),
+          sigma(orientation, kMedianOfChiSquare3)};
+}
+
+}  // namespace armtrue

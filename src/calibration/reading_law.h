@@ -1,0 +1,75 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "armtrue/calibration/observation.h"
+#include "armtrue/campaign/campaign.h"
+
+namespace armtrue {
+
+inline constexpr double kMinSigma = 1e-9;  // m, rad: noise-free simulations must not divide by zero
+
+/// Student's t as the law of the readings: with few degrees of freedom a blunder hardly counts,
+/// with infinitely many it is least squares. Chosen because its weights fall off smoothly: no
+/// reading is thrown away, and a systematic error that the model still has only lowers the weight
+/// of its worst rows.
+///
+/// With s the squared norm of the whitened residual of a row, d its dimension, v the variance of
+/// the row in units of the campaign's, and nu the degrees of freedom:
+///     loss(s)   = v (nu + d) log(1 + s / (v nu))
+///     weight(s) = loss'(s) = (nu + d) / (nu + s / v)
+/// loss(s) is twice the negative log-likelihood of the row, times v and up to a constant. Gaussian:
+/// loss(s) = s, weight(s) = 1.
+/// Source: Lange, Little, Taylor, "Robust statistical modeling using the t distribution", 1989.
+///
+/// A blunder is an error of one reading; an error of the model is in every reading of a pose. So
+/// where all readings of a pose are off, each is judged against the others: v is above 1 there (see
+/// pose_variances).
+struct ReadingLaw {
+  double degrees_of_freedom = 0;   ///< nu; 0: Gaussian
+  std::vector<double> variance{};  ///< v of each row; empty: 1
+
+  bool operator==(const ReadingLaw&) const = default;
+  double variance_of(int row) const { return variance.empty() ? 1.0 : variance[row]; }
+  double weight(double squared_norm, int dimension, double row_variance = 1.0) const;
+  double loss(double squared_norm, int dimension, double row_variance = 1.0) const;
+};
+
+/// Variances for ReadingLaw from the squared norms s of the whitened residuals: for a row, the
+/// geometric mean of s / dimension over the other readings of its pose (from the same anchor), and
+/// at least 1. With the arithmetic mean two blunders in one pose would hide each other; with the
+/// smallest of the others, the target that a missing effect moves most would look like a blunder.
+std::vector<double> pose_variances(const Campaign& campaign, const std::vector<double>& norms,
+                                   int dimension);
+
+/// What the residuals of a fit look like: sigma of the readings and their law.
+struct ResidualDescription {
+  ReadingSigma sigma;
+  ReadingLaw law;
+};
+
+/// The law and the sigma that make the residuals most likely. `norms`: squared norms of position
+/// and orientation of each row, not whitened [m^2, rad^2]. Student's t with 2 to 30 degrees of
+/// freedom is taken if its log-likelihood exceeds that of the Gaussian law by more than log(rows) /
+/// 2, the BIC price of its one parameter. Sigma is found by expectation-maximisation: with m = 3 or
+/// 1 numbers per row,
+///     sigma^2 = correction / (m rows) sum_i weight_i / v_i |r_i|^2,
+/// repeated until it settles. `correction`: equations / (equations - unknowns).
+/// `robust` false: Gaussian in any case.
+ResidualDescription describe_residuals(const std::vector<Eigen::Vector2d>& norms,
+                                       const Campaign& campaign, const ReadingSigma& start,
+                                       double correction, bool robust);
+
+/// Sigma from the medians of the squared norms [m^2, rad^2], consistent for a Gaussian law. Throws
+/// std::invalid_argument if there are none.
+ReadingSigma median_sigma(const std::vector<Eigen::Vector2d>& norms, const ReadingSize& size);
+
+/// pose_variances() of norms that are not yet whitened.
+std::vector<double> pose_variances(const std::vector<Eigen::Vector2d>& norms,
+                                   const Campaign& campaign, const ReadingSigma& sigma);
+
+/// Whether two sigmas differ by 1 % at most.
+bool is_close(const ReadingSigma& a, const ReadingSigma& b);
+
+}  // namespace armtrue

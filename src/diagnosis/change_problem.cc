@@ -1,0 +1,372 @@
+#include "diagnosis/change_problem.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+#include "armtrue/calibration/identifiability.h"
+#include "armtrue/kinematics/parameters.h"
+#include "calibration/registration.h"
+#include "campaign/sessions.h"
+#include "linear_algebra/decompositions.h"
+
+namespace armtrue {
+namespace {
+
+constexpr int kMaxSteps = 30;
+
+constexpr double kNothingKnown = std::numeric_limits<double>::infinity();
+
+bool is_place_of_anchor(const KinematicChain& chain, int parameter) {
+  const int k = parameter - first_anchor_parameter(chain);
+  return k >= 0 && k % 4 < 3;
+}
+
+bool is_of_base(int parameter) { return parameter < kLinkParameters; }
+
+// The parameters that the previous calibration found, and those of base, tool and anchors, which
+// may have been set up anew.
+std::vector<int> parameters_of(const Robot& previous, const Campaign& campaign) {
+  std::vector<int> parameters;
+  const std::vector<int> own = own_parameters(previous);
+  for (int k = 0; k < parameter_count(previous.chain); ++k)
+    if (previous.std.contains(parameter_name(previous.chain, k)) ||
+        std::ranges::count(own, k) > 0 || (k >= kToolParameters && k < kInstrumentScale) ||
+        (campaign.has_distances() && is_place_of_anchor(previous.chain, k)))
+      parameters.push_back(k);
+  return parameters;
+}
+
+Robot start_of(const Robot& previous, const Campaign& campaign) {
+  if (rows_by_session(campaign).size() == 1) return robot_at_row(previous, campaign, 0);
+  IdentifiableSet bases;
+  for (int k = 0; k < kLinkParameters; ++k) bases.kept.push_back(k);
+  return starting_robot(previous, campaign, bases);
+}
+
+// Those of the parameters that these readings can show.
+std::vector<int> shown(Robot robot, const std::vector<int>& parameters, const Campaign& campaign) {
+  robot.identify.clear();
+  robot.identify_per_session.clear();
+  for (int k : parameters) robot.identify.push_back(parameter_name(robot.chain, k));
+  return choose_identifiable(robot, campaign).kept;
+}
+
+}  // namespace
+
+ChangeProblem::ChangeProblem(const Robot& previous, const Campaign& campaign,
+                             const ReadingSigma& sigma)
+    : previous_(previous),
+      start_(start_of(previous, campaign)),
+      own_(own_parameters(start_)),
+      models_(campaign, start_, parameters_of(start_, campaign), sigma, 0),
+      rows_by_pose_(rows_by_pose(campaign.pose)) {
+  for (int s = 0; s < sessions(); ++s) {
+    std::vector<int>& column = columns_.emplace_back(parameter_count(start_.chain), -1);
+    for (int k = 0; k < models_.model(s).unknowns(); ++k)
+      column[models_.model(s).geometric()[k]] = k;
+  }
+  count_replicates();
+  enter_errors();
+  enter_hypotheses();
+}
+
+void ChangeProblem::count_replicates() {
+  const Campaign& campaign = models_.campaign();
+  const auto key = [&](int row) { return std::pair{campaign.pose[row], campaign.channel(row)}; };
+  std::map<std::pair<int, int>, int> replicates;
+  for (int row = 0; row < campaign.rows(); ++row) ++replicates[key(row)];
+  for (int row = 0; row < campaign.rows(); ++row) shares_.push_back(1.0 / replicates[key(row)]);
+  equations_ = static_cast<double>(replicates.size()) * models_.row_size();
+  degrees_of_freedom_ = equations_;
+  for (int s = 0; s < sessions(); ++s) {
+    std::set<std::pair<int, int>> own;
+    double share = 0;
+    for (int row : models_.rows_of(s)) {
+      own.insert(key(row));
+      share += shares_[row];
+    }
+    session_shares_.push_back(share / static_cast<double>(own.size()));
+  }
+}
+
+// 0: as exact as the model; infinite in a session that the previous robot does not know.
+double ChangeProblem::deviation_of(int parameter, int session) const {
+  const auto known = previous_.sessions.find(models_.name(session));
+  if (is_of_base(parameter) || known == previous_.sessions.end()) return kNothingKnown;
+  const auto own = known->second.std.find(parameter_name(start_.chain, parameter));
+  return own == known->second.std.end() ? deviation_of(parameter) : own->second;
+}
+
+void ChangeProblem::enter_errors() {
+  for (int k : models_.geometric()) {
+    const double deviation = deviation_of(k);
+    if (!is_own(k) && deviation > 0) errors_.push_back({k, 0, sessions() - 1, deviation});
+  }
+  for (int s = 0; is_several() && s < sessions(); ++s) {
+    std::vector<int> free;
+    for (int k : models_.own(s)) {
+      const double deviation = deviation_of(k, s);
+      if (deviation == kNothingKnown)
+        free.push_back(k);
+      else if (deviation > 0)
+        errors_.push_back({k, s, s, deviation});
+    }
+    const Campaign readings = models_.campaign().select(models_.rows_of(s));
+    free = shown(robot_at_row(start_, readings, 0), free, readings);
+    const auto count = static_cast<double>(free.size());
+    if (count >= readings.rows() * models_.row_size())
+      throw std::invalid_argument(
+          readings.source + ": the readings of session '" + models_.name(s) +
+          "' only place its base; measure more poses in it, or leave it out");
+    degrees_of_freedom_ -= count * session_shares_[s];
+    for (int k : free) errors_.push_back({k, s, s});
+  }
+}
+
+void ChangeProblem::enter_hypothesis(const std::string& what, const std::vector<int>& parameters,
+                                     int first, int last) {
+  Hypothesis hypothesis{what, {}};
+  for (int k : parameters) hypothesis.moves.push_back({k, first, last, kNothingKnown});
+  if (!parameters.empty()) hypotheses_.push_back(hypothesis);
+}
+
+// Parameters that move none of these readings are left out.
+void ChangeProblem::enter_hypotheses() {
+  const int first_anchor = first_anchor_parameter(start_.chain);
+  const auto count = static_cast<int>(start_.chain.anchors.size());
+  for (int s = 0; s < sessions(); ++s) {
+    const ObservationModel& model = models_.model(s);
+    const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
+    Eigen::MatrixXd block(model.row_size(), model.unknowns() + 1);
+    Eigen::VectorXd squares = Eigen::VectorXd::Zero(model.unknowns());
+    for (int row = 0; row < model.rows(); ++row) {
+      at.block(row, block);
+      squares += block.leftCols(model.unknowns()).colwise().squaredNorm().transpose();
+    }
+    std::vector<int> tool, links;
+    std::vector<std::vector<int>> anchors(count);
+    for (int k : models_.geometric()) {
+      if (is_of_base(k) || squares[columns_[s][k]] <= 1e-12 * squares.maxCoeff()) continue;
+      if (k < kToolParameters)
+        links.push_back(k);
+      else if (k < kInstrumentScale)
+        tool.push_back(k);
+      else if (is_place_of_anchor(start_.chain, k))
+        anchors[(k - first_anchor) / 4].push_back(k);
+    }
+    const int last = sessions() - 1;
+    if (!is_several()) {
+      std::vector<int> base(kLinkParameters);
+      std::iota(base.begin(), base.end(), kBaseParameters);
+      enter_hypothesis("base", shown(start_, base, model.campaign()), s, last);
+    }
+    enter_hypothesis("tool", tool, s, last);
+    for (int a = 0; a < count && (count > 1 || models_.campaign().has_coordinates());
+         ++a)  // a single one is the base
+      enter_hypothesis("anchor " + start_.chain.anchors[a].name, anchors[a], s, last);
+    for (int k : links)
+      if (!is_own(k))
+        enter_hypothesis(parameter_name(start_.chain, k), {k}, s, last);
+      else if (deviation_of(k, s) != kNothingKnown)
+        enter_hypothesis(parameter_name(start_.chain, k), {k}, s, s);
+  }
+}
+
+std::vector<ChangeProblem::Unknown> ChangeProblem::unknowns_of(
+    const std::vector<int>& moved) const {
+  std::vector<Unknown> unknowns = errors_;
+  for (int k : moved)
+    unknowns.insert(unknowns.end(), hypotheses_[k].moves.begin(), hypotheses_[k].moves.end());
+  return unknowns;
+}
+
+Eigen::VectorXd ChangeProblem::unknowns_of(int session, const std::vector<Unknown>& unknowns,
+                                           const Eigen::VectorXd& x) const {
+  Eigen::VectorXd own = Eigen::VectorXd::Zero(models_.model(session).unknowns());
+  for (size_t i = 0; i < unknowns.size(); ++i)
+    if (unknowns[i].acts_in(session)) own[columns_[session][unknowns[i].parameter]] += x[i];
+  return own;
+}
+
+// `jacobian`, `residual`: of the rows, then one of each unknown, all whitened and weighted.
+void ChangeProblem::set_covariance(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residual,
+                                   Fit& result) const {
+  const int size = models_.row_size();
+  const Eigen::MatrixXd root = inverse_root(jacobian.transpose() * jacobian);
+  result.covariance = root * root.transpose();
+  const Eigen::MatrixXd shown = jacobian * root;
+  InfluenceSums sums;
+  for (int pose = 0; pose < poses(); ++pose) {
+    const int first = rows_by_pose_.first[pose], next = rows_by_pose_.first[pose + 1];
+    std::vector<int> own;
+    for (int k = first; k < next; ++k)
+      for (int i = 0; i < size; ++i) own.push_back(rows_by_pose_.row[k] * size + i);
+    const Eigen::VectorXd left = residual(own);
+    result.chi_squares[pose] = left.squaredNorm();
+    sums.add(influence_of_pose(shown(own, Eigen::all), left));
+  }
+  const auto known = shown.bottomRows(result.x.size());
+  result.by_pose = root * (sums.covariance(1, 1) + known.transpose() * known) * root.transpose();
+}
+
+ChangeProblem::Fit ChangeProblem::fit(const std::vector<int>& moved, const ReadingLaw& law) const {
+  const std::vector<Unknown> unknowns = unknowns_of(moved);
+  const int size = models_.row_size(), equations = models_.rows() * size;
+  const auto count = static_cast<int>(unknowns.size());
+  Fit result{Eigen::VectorXd::Zero(count), {}, {}, {}, Eigen::VectorXd::Zero(poses()), 0};
+  result.weights.assign(models_.rows(), 1.0);
+  for (int step = 0;; ++step) {
+    Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(equations + count, count);
+    Eigen::VectorXd residual = Eigen::VectorXd::Zero(equations + count);
+    double loss = 0;
+    for (int s = 0; s < sessions(); ++s) {
+      const ObservationModel& model = models_.model(s);
+      const ObservationModel::At at = model.at(unknowns_of(s, unknowns, result.x));
+      Eigen::MatrixXd block(size, model.unknowns() + 1);
+      for (int own = 0; own < model.rows(); ++own) {
+        const int row = models_.rows_of(s)[own];
+        at.block(own, block);
+        const double squared_norm = block.rightCols<1>().squaredNorm();
+        // The first step is one of least squares: where a parameter has moved, the residuals before
+        // it say nothing about blunders.
+        if (step > 0) result.weights[row] = law.weight(squared_norm, size);
+        loss += shares_[row] * law.loss(squared_norm, size);
+        const double root = std::sqrt(shares_[row] * result.weights[row]);
+        for (int i = 0; i < count; ++i)
+          if (unknowns[i].acts_in(s))
+            jacobian.col(i).segment(row * size, size) =
+                root * block.col(columns_[s][unknowns[i].parameter]);
+        residual.segment(row * size, size) = root * block.rightCols<1>();
+      }
+    }
+    for (int i = 0; i < count; ++i) {
+      jacobian(equations + i, i) = 1 / unknowns[i].deviation;
+      residual[equations + i] = -result.x[i] / unknowns[i].deviation;
+      loss += residual[equations + i] * residual[equations + i];
+    }
+    const bool settled = std::abs(loss - result.loss) <= 1e-7 * (1 + loss);
+    result.loss = loss;
+    // Columns of unit norm: m and rad differ by orders of magnitude.
+    const Eigen::VectorXd unit = jacobian.colwise().norm().cwiseMax(1e-300).cwiseInverse();
+    const Eigen::MatrixXd scaled = jacobian * unit.asDiagonal();
+    if ((step > 1 && settled) || step == kMaxSteps) {
+      set_covariance(jacobian, residual, result);
+      return result;
+    }
+    result.x += unit.asDiagonal() *
+                Eigen::VectorXd(scaled.completeOrthogonalDecomposition().solve(residual));
+  }
+}
+
+double ChangeProblem::mean_error(const std::vector<int>& moved, const Fit& fitted) const {
+  std::vector<Unknown> unknowns = unknowns_of(moved);
+  Eigen::VectorXd x = fitted.x;
+  for (size_t i = 0; i < unknowns.size(); ++i)
+    if (unknowns[i].deviation != kNothingKnown) x[i] = 0;
+  double sum = 0;
+  for (int s = 0; s < sessions(); ++s) {
+    const ObservationModel::At at = models_.model(s).at(unknowns_of(s, unknowns, x));
+    for (int row = 0; row < models_.model(s).rows(); ++row)
+      sum += at.residual(row).head<3>().norm();
+  }
+  return sum / models_.rows();
+}
+
+Move ChangeProblem::described(const std::vector<int>& moved, size_t which,
+                              const Fit& fitted) const {
+  const Hypothesis& hypothesis = hypotheses_[moved[which]];
+  Move move{.what = hypothesis.what, .sessions = {}, .changes = {}, .indistinguishable = {}};
+  Eigen::Index k = first_of(moved, which);
+  for (const Unknown& unknown : hypothesis.moves) {
+    const double variance = std::max(fitted.covariance(k, k), fitted.by_pose(k, k));
+    move.changes.push_back(change_of(unknown.parameter, fitted.x[k++], std::sqrt(variance)));
+  }
+  const Unknown& any = hypothesis.moves.front();
+  for (int s = any.first; any.last - any.first < sessions() - 1 && s <= any.last; ++s)
+    move.sessions.push_back(models_.name(s));
+  return move;
+}
+
+// The covariance of the difference from the known base is the sum of the covariances of both.
+std::vector<Move> ChangeProblem::stations(const Fit& fitted) const {
+  std::vector<Move> moves;
+  for (int s = 0; is_several() && s < sessions(); ++s) {
+    const auto known = previous_.sessions.find(models_.name(s));
+    if (known == previous_.sessions.end()) continue;
+    Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+    std::vector<int> places, parameters;
+    for (size_t i = 0; i < errors_.size(); ++i)
+      if (is_of_base(errors_[i].parameter) && errors_[i].acts_in(s)) {
+        places.push_back(static_cast<int>(i));
+        parameters.push_back(errors_[i].parameter);
+      }
+    covariance(parameters, parameters) = fitted.covariance(places, places);
+    const Pose own_from_common = inverse(models_.common_from_own(s));
+    const Pose base =
+        own_from_common * models_.model(s).robot_at(unknowns_of(s, errors_, fitted.x)).chain.base;
+    Eigen::Matrix<double, 6, 1> change;
+    change << base.translation - known->second.base.translation,
+        rotation_log(base.rotation * known->second.base.rotation.transpose());
+    Eigen::Matrix<double, 6, 6> turn = Eigen::Matrix<double, 6, 6>::Zero();
+    turn.topLeftCorner<3, 3>() = turn.bottomRightCorner<3, 3>() = own_from_common.rotation;
+    covariance = (turn * covariance * turn.transpose()).eval();
+    Move move{
+        .what = "base", .sessions = {models_.name(s)}, .changes = {}, .indistinguishable = {}};
+    for (int k : parameters) {
+      const auto own = known->second.std.find(parameter_name(start_.chain, k));
+      covariance(k, k) +=
+          std::pow(own == known->second.std.end() ? deviation_of(k) : own->second, 2);
+      move.changes.push_back(change_of(k, change[k], std::sqrt(covariance(k, k))));
+    }
+    const Eigen::VectorXd seen = change(parameters);
+    const double chi_square =
+        seen.dot(Eigen::MatrixXd(covariance(parameters, parameters)).ldlt().solve(seen));
+    move.p_value = std::min(
+        1.0, sessions() * chi_squared_above(chi_square, static_cast<double>(parameters.size())));
+    if (move.p_value < kChangeSignificance) moves.push_back(move);
+  }
+  return moves;
+}
+
+double ChangeProblem::p_value(const std::vector<int>& moved, const Fit& fitted,
+                              double overdispersion) const {
+  const double freedom = std::max(1.0, degrees_of_freedom_ - moves_in(moved));
+  return chi_squared_above(fitted.loss / overdispersion, freedom / overdispersion);
+}
+
+double ChangeProblem::overdispersion(const Fit& fitted) const {
+  const double n = poses();
+  if (n < 2) return 1;
+  Eigen::VectorXd equations = Eigen::VectorXd::Zero(poses());
+  for (int pose = 0; pose < poses(); ++pose)
+    for (int k = rows_by_pose_.first[pose]; k < rows_by_pose_.first[pose + 1]; ++k)
+      equations[pose] += shares_[rows_by_pose_.row[k]] * models_.row_size();
+  const double mean = fitted.chi_squares.sum() / equations.sum();
+  const double variance = n / (n - 1) * (fitted.chi_squares - mean * equations).squaredNorm();
+  return std::max(1.0, variance / (2 * equations.sum()));
+}
+
+double ChangeProblem::widening(const std::vector<int>& moved, size_t which,
+                               const Fit& fitted) const {
+  const Eigen::Index first = first_of(moved, which);
+  const auto count = static_cast<Eigen::Index>(hypotheses_[moved[which]].moves.size());
+  const Eigen::VectorXd ratio =
+      fitted.by_pose.diagonal()
+          .segment(first, count)
+          .cwiseQuotient(fitted.covariance.diagonal().segment(first, count));
+  return std::max(1.0, ratio.mean());
+}
+
+Eigen::Index ChangeProblem::first_of(const std::vector<int>& moved, size_t which) const {
+  size_t first = errors_.size();
+  for (size_t i = 0; i < which; ++i) first += hypotheses_[moved[i]].moves.size();
+  return static_cast<Eigen::Index>(first);
+}
+
+}  // namespace armtrue

@@ -1,0 +1,125 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "armtrue/diagnosis/change.h"
+#include "armtrue/statistics/distributions.h"
+#include "calibration/pose_influence.h"
+#include "calibration/reading_law.h"
+#include "calibration/session_models.h"
+
+namespace armtrue {
+
+/// The readings of a campaign against the previous robot, what is known of its parameters, and the
+/// hypotheses of what may have moved since: the base, the tool, one anchor of several and every
+/// identified parameter of a link. See detect_change() for the model.
+class ChangeProblem {
+ public:
+  /// An error of the previous calibration, or a move since.
+  struct Unknown {
+    int parameter;    ///< index
+    int first, last;  ///< sessions in which it acts
+    /// Standard deviation about zero; infinite: nothing is known of it.
+    double deviation = std::numeric_limits<double>::infinity();
+
+    bool acts_in(int session) const { return first <= session && session <= last; }
+  };
+
+  /// What may have moved, under one name.
+  struct Hypothesis {
+    std::string what;
+    std::vector<Unknown> moves;
+  };
+
+  struct Fit {
+    Eigen::VectorXd x;            ///< errors, then moves
+    Eigen::MatrixXd covariance;   ///< of x, if readings erred independently
+    Eigen::MatrixXd by_pose;      ///< the same, clustered by pose
+    std::vector<double> weights;  ///< of the rows
+    Eigen::VectorXd chi_squares;  ///< of each pose
+    double loss = 0;              ///< chi-square, or twice the negative log-likelihood
+  };
+
+  /// Both must outlive the problem.
+  ChangeProblem(const Robot& previous, const Campaign& campaign, const ReadingSigma& sigma);
+
+  int hypotheses() const { return static_cast<int>(hypotheses_.size()); }
+  /// Number of equations; replicates of a pose and channel count once.
+  double equations() const { return equations_; }
+
+  /// The most likely errors of the previous parameters and moves, if the hypotheses `moved` are
+  /// true together: Gauss-Newton on
+  ///     sum over the rows of loss(|r|^2) / replicates + sum over the unknowns of (x /
+  ///     deviation)^2,
+  /// with the weights of the rows found anew at every step.
+  Fit fit(const std::vector<int>& moved, const ReadingLaw& law) const;
+
+  /// Mean position error of the previous robot with the fitted moves and the fitted bases of
+  /// several sessions, but with the previous values of all else [m].
+  double mean_error(const std::vector<int>& moved, const Fit& fitted) const;
+
+  /// One of the moves with its changes, their standard deviations and intervals.
+  Move described(const std::vector<int>& moved, size_t which, const Fit& fitted) const;
+  /// See ChangeResult::stations.
+  std::vector<Move> stations(const Fit& fitted) const;
+  /// Probability of residuals this large, by Satterthwaite's chi-square law: with f degrees of
+  /// freedom and the overdispersion c, loss / c is chi-squared with f / c degrees of freedom.
+  double p_value(const std::vector<int>& moved, const Fit& fitted, double overdispersion) const;
+  /// Ratio of the variance of the poses' chi-squares to that of independent readings; at least 1.
+  double overdispersion(const Fit& fitted) const;
+  /// Mean ratio of the variances of one of the moves, clustered by pose, to those of independent
+  /// readings; at least 1.
+  double widening(const std::vector<int>& moved, size_t which, const Fit& fitted) const;
+  int poses() const { return rows_by_pose_.poses(); }
+  /// Number of unknowns of the moves.
+  int moves_in(const std::vector<int>& moved) const {
+    return static_cast<int>(unknowns_of(moved).size() - errors_.size());
+  }
+
+ private:
+  ParameterChange change_of(int parameter, double value, double deviation) const {
+    const double half_width = student_t_975(poses() - 1) * deviation;
+    return {parameter, value, deviation, {value - half_width, value + half_width}};
+  }
+  // Where the unknowns of one of the moves begin.
+  Eigen::Index first_of(const std::vector<int>& moved, size_t which) const;
+  int sessions() const { return models_.sessions(); }
+  bool is_several() const { return sessions() > 1; }
+  // Of several sessions, each has it for itself.
+  bool is_own(int parameter) const {
+    return is_several() && std::ranges::count(own_, parameter) > 0;
+  }
+  double deviation_of(int parameter) const {
+    const auto found = start_.std.find(parameter_name(start_.chain, parameter));
+    return found == start_.std.end() ? 0 : found->second;
+  }
+  double deviation_of(int parameter, int session) const;
+  void set_covariance(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residual,
+                      Fit& result) const;
+  void count_replicates();
+  void enter_errors();
+  void enter_hypotheses();
+  void enter_hypothesis(const std::string& what, const std::vector<int>& parameters, int first,
+                        int last);
+  std::vector<Unknown> unknowns_of(const std::vector<int>& moved) const;
+  Eigen::VectorXd unknowns_of(int session, const std::vector<Unknown>& unknowns,
+                              const Eigen::VectorXd& x) const;
+
+  const Robot& previous_;
+  const Robot start_;
+  const std::vector<int> own_;  // of a session
+  const SessionModels models_;
+  std::vector<std::vector<int>> columns_;  // of each session's model, by parameter; -1: none
+  std::vector<double> shares_;             // of each row in its pose and channel
+  std::vector<double> session_shares_;     // of each session in its poses; 1: they are its alone
+  const RowsByPose rows_by_pose_;
+  std::vector<Unknown> errors_;
+  std::vector<Hypothesis> hypotheses_;
+  double equations_ = 0, degrees_of_freedom_ = 0;
+};
+
+}  // namespace armtrue

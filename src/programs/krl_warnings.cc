@@ -1,0 +1,29 @@
+#include "programs/krl_warnings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace armtrue {
+
+void KrlWarnings::add(int line, const std::string& text) {
+  auto kind = std::find_if(kinds_.begin(), kinds_.end(),
+                           [&](const Kind& known) { return known.text == text; });
+  if (kind == kinds_.end()) kind = kinds_.insert(kind, {text, {}});
+  kind->lines.push_back(line);
+}
+
+std::vector<std::string> KrlWarnings::list() const {
+  constexpr size_t kShown = 5;
+  std::vector<std::string> result;
+  for (const Kind& kind : kinds_) {
+    std::string text = fmt::format("{}:{}: {}", file_, kind.lines.front(), kind.text);
+    for (size_t i = 1; i < std::min(kind.lines.size(), kShown); ++i)
+      text += fmt::format("{}{}", i == 1 ? "; also lines " : ", ", kind.lines[i]);
+    if (kind.lines.size() > kShown) text += fmt::format(" and {} more", kind.lines.size() - kShown);
+    result.push_back(text);
+  }
+  return result;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace armtrue {
+
+/// What correct_krl() warns of. Warnings with the same text become one warning with all its lines.
+class KrlWarnings {
+ public:
+  /// `file`: the name that every warning begins with.
+  explicit KrlWarnings(std::string file) : file_(std::move(file)) {}
+
+  void add(int line, const std::string& text);
+  /// In the order in which each text was first added; the first five lines of each are named.
+  std::vector<std::string> list() const;
+
+ private:
+  struct Kind {
+    std::string text;
+    std::vector<int> lines;
+  };
+  std::string file_;
+  std::vector<Kind> kinds_;
+};
+
+}  // namespace armtrue

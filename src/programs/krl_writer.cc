@@ -1,0 +1,398 @@
+#include "programs/krl_writer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "armtrue/programs/division.h"
+#include "armtrue/programs/matching.h"
+#include "programs/krl_edit.h"
+#include "programs/krl_knots.h"
+#include "programs/krl_pose.h"
+#include "programs/krl_warnings.h"
+
+namespace armtrue {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
+// Goes through the moves in order. Collects the edits of the .src, and for each frame the texts
+// that its moves want it to have; these become edits at the end, when all are known.
+class KrlWriter {
+ public:
+  KrlWriter(const KrlProgram& program, const KrlSyntax& syntax, const Path& path,
+            const Eigen::Matrix3Xd& corrected, const KrlCorrectionOptions& options)
+      : program_(program),
+        syntax_(syntax),
+        path_(path),
+        displacement_(corrected - path.position),
+        options_(options),
+        warnings_(program.src.name),
+        uses_(syntax.frames.size()) {}
+
+  CorrectedKrl write(const std::vector<KrlPlannedMove>& plans) {
+    if (syntax_.absolute_accuracy_line)
+      warnings_.add(
+          syntax_.absolute_accuracy_line,
+          "$ABS_ACCUR: the controller corrects the arm's geometry itself; measure and run "
+          "with it in the same state, or both corrections add up");
+    note_few_found(plans);
+    for (size_t i = 0; i < plans.size(); ++i) write_move(syntax_.moves[i], plans[i]);
+    edit_targets();
+    result_.src = apply_edits(program_.src.text, edits_, false);
+    if (program_.dat) result_.dat = apply_edits(program_.dat->text, edits_, true);
+    result_.warnings = warnings_.list();
+    return std::move(result_);
+  }
+
+ private:
+  // A target that refers to a frame, itself or by name, and the text that the frame is to have.
+  struct Use {
+    const KrlTarget* target;
+    std::string text;
+  };
+
+  std::string_view text_of(const KrlFrame& frame) const {
+    return frame.in_dat ? program_.dat->text : program_.src.text;
+  }
+  std::string_view src(size_t begin, size_t end) const {
+    return std::string_view(program_.src.text).substr(begin, end - begin);
+  }
+  const KrlFrame& frame(const KrlTarget& target) const {
+    return syntax_.frames[static_cast<size_t>(target.frame)];
+  }
+
+  // The text of the target with other values. `pose`: before, the pose that it inherits from;
+  // after, the pose that it gives.
+  std::string target_text(const KrlTarget& target, const KrlValues& values, KrlValues& pose) const {
+    const std::string text = krl_frame_text(text_of(frame(target)), frame(target), values, pose);
+    pose = inherit(inherit(pose, frame(target).values), values);
+    return text;
+  }
+
+  void write_target(const KrlTarget& target, const KrlValues& values, KrlValues& pose) {
+    uses_[static_cast<size_t>(target.frame)].push_back(
+        {&target, target_text(target, values, pose)});
+  }
+
+  void write_move(const KrlMove& move, const KrlPlannedMove& plan) {
+    if (move.start_unknown) pose_ = unknown_krl_values();
+    const bool circle = move.motion == KrlMotion::circle;
+    if (std::isfinite(plan.end_place)) {
+      ++result_.corrected;
+      note_surroundings(move);
+    } else {
+      ++result_.left_alone;
+      note_left_alone(move, plan);
+    }
+    if (circle && plan.known)
+      write_circle(move, plan);
+    else if (plan.known)
+      write_line(move, plan);
+    else
+      leave(move);
+    if (move.circle_angle) pose_ = unknown_krl_values();
+  }
+
+  // Keeps the text of a move that cannot be corrected. Its frames count as used, so that a named
+  // point keeps its value for this move, and later moves inherit what they give.
+  void leave(const KrlMove& move) {
+    const bool circle = move.motion == KrlMotion::circle;
+    const bool via = move.auxiliary.kind == KrlTargetKind::frame;
+    const bool to = move.target.kind == KrlTargetKind::frame;
+    KrlValues pose = pose_;
+    if (via) write_target(move.auxiliary, unknown_krl_values(), pose);
+    pose = common(pose_, pose);
+    if (to) write_target(move.target, unknown_krl_values(), pose);
+    pose_ = to && (via || !circle) ? pose : unknown_krl_values();
+  }
+
+  // Approach and retreat lie off the path. If most points do, the path is that of another program.
+  void note_few_found(const std::vector<KrlPlannedMove>& plans) {
+    int known = 0, found = 0, first_off = 0;
+    for (size_t i = 0; i < plans.size(); ++i) {
+      if (!plans[i].known) continue;
+      const bool on_path = std::isfinite(plans[i].end_place);
+      ++known;
+      found += on_path;
+      if (!on_path && first_off == 0) first_off = syntax_.moves[i].line;
+    }
+    if (2 * found < known)
+      warnings_.add(first_off, fmt::format("only {} of the {} points of the program lie on the "
+                                           "programmed path; is this the program of that path?",
+                                           found, known));
+  }
+
+  void note_surroundings(const KrlMove& move) {
+    if (!base_) base_ = {move.base, move.line};
+    if (base_->first != move.base)
+      warnings_.add(move.line, fmt::format("$BASE is another one than for the first corrected move "
+                                           "(line {}); its coordinates were taken as they stand",
+                                           base_->second));
+    if (move.in_loop)
+      warnings_.add(move.line, "stands in a loop; every turn gets the correction of the first");
+  }
+
+  void note_left_alone(const KrlMove& move, const KrlPlannedMove& plan) {
+    const auto what = [&]() -> std::string {
+      if (plan.known) return "ends off the path";
+      if (move.relative) return "relative to the (corrected) point before it";
+      const bool by_target =
+          move.motion != KrlMotion::circle || move.auxiliary.kind == KrlTargetKind::frame;
+      switch (by_target ? move.target.kind : move.auxiliary.kind) {
+        case KrlTargetKind::axes:
+          return "axis angles, which need the robot";
+        case KrlTargetKind::undeclared:
+          return "its point is declared neither here nor in " +
+                 (program_.dat ? program_.dat->name : "a .dat beside this file");
+        case KrlTargetKind::reassigned:
+          return "its point is given a value more than once, or in a way not understood";
+        case KrlTargetKind::expression:
+          return "its target is not understood";
+        case KrlTargetKind::frame:
+          break;
+      }
+      return "coordinates are left out and the point before is not known";
+    };
+    warnings_.add(move.line, "left alone: " + what());
+  }
+
+  KrlValues displaced(KrlValues pose, double place) const {
+    if (std::isfinite(place)) pose.head<3>() += at_place(displacement_, place);
+    return pose;
+  }
+
+  // The reason why no moves can be inserted before this one; empty if they can.
+  std::string obstacle(const KrlMove& move, const KrlPlannedMove& plan) const {
+    if (move.in_spline_block) return "a spline block";
+    if (move.after_trigger) return "a TRIGGER refers to this move";
+    const KrlValues& given = frame(move.target).values;
+    for (int i = 3; i < kKrlComponents; ++i)
+      if (std::isfinite(given[i]) && !(std::isfinite(plan.start[i]) && std::isfinite(plan.end[i])))
+        return "the orientation or an external axis before it is not known";
+    return "";
+  }
+
+  void write_line(const KrlMove& move, const KrlPlannedMove& plan) {
+    const Vector3d start = position(plan.start), end = position(plan.end);
+    const bool on_path = std::isfinite(plan.start_place) || std::isfinite(plan.end_place);
+    if (move.motion == KrlMotion::line && on_path && start.allFinite() && start != end)
+      insert_on_line(move, plan);
+    write_end(move, plan);
+  }
+
+  void insert_on_line(const KrlMove& move, const KrlPlannedMove& plan) {
+    const Vector3d start = position(plan.start), end = position(plan.end);
+    std::vector<Knot> knots = knots_on_line(plan, path_, displacement_);
+    // The part of a displacement along the line does not bend it: it moves the knot along the line.
+    const Vector3d along = (end - start).normalized();
+    for (size_t k = 0; k < knots.size(); ++k) {
+      const double forward = along.dot(knots[k].displacement);
+      knots[k].displacement -= forward * along;
+      knots[k].t += forward / (end - start).norm();
+      if (k > 0) knots[k].t = std::max(knots[k].t, knots[k - 1].t);
+    }
+    const std::vector<size_t> divisions =
+        divide_line(knots, options_.tolerance, options_.spacing / (end - start).norm());
+    if (!may_insert(move, plan, divisions.size() - 2)) return;
+    for (size_t i = 1; i + 1 < divisions.size(); ++i) {
+      const Knot& knot = knots[divisions[i]];
+      KrlValues pose = between(plan.start, plan.end, std::clamp(knot.t, 0.0, 1.0));
+      pose.head<3>() = start + knot.t * (end - start) + knot.displacement;
+      insert(move,
+             std::string(src(move.keyword_end, move.target.begin)) +
+                 target_text(move.target, pose, pose_),
+             false);
+    }
+  }
+
+  // An end on the path gets every component as planned, whatever the move before it inherits now;
+  // an end off the path keeps its text.
+  void write_end(const KrlMove& move, const KrlPlannedMove& plan) {
+    write_target(
+        move.target,
+        std::isfinite(plan.end_place) ? displaced(plan.end, plan.end_place) : unknown_krl_values(),
+        pose_);
+  }
+
+  void write_circle(const KrlMove& move, const KrlPlannedMove& plan) {
+    const auto arc =
+        arc_through(position(plan.start), position(plan.auxiliary), position(plan.end));
+    if (!arc || move.circle_angle || !std::isfinite(plan.start_place) ||
+        !std::isfinite(plan.end_place)) {
+      write_circle_points(move, plan);
+      return;
+    }
+    const std::vector<Knot> knots = knots_on_arc(plan, *arc, path_, displacement_);
+    const double via = arc->foot(position(plan.auxiliary));
+    const std::vector<size_t> divisions = divide_arc(*arc, via, knots, options_.tolerance,
+                                                     options_.spacing / (arc->radius * arc->angle));
+    if (may_insert(move, plan, divisions.size() - 2)) {
+      write_pieces(move, plan, *arc, knots, divisions);
+      return;
+    }
+    KrlValues auxiliary = unknown_krl_values();
+    auxiliary.head<3>() = position(plan.auxiliary) + displacement_at(knots, via);
+    write_auxiliary(move, auxiliary);
+    write_end(move, plan);
+  }
+
+  // Writes a displaced arc as pieces that end at the `divisions` among the knots: circular pieces,
+  // or lines where a piece is straight. The last piece is the move itself; the others are inserted.
+  void write_pieces(const KrlMove& move, const KrlPlannedMove& plan, const Arc& arc,
+                    const std::vector<Knot>& knots, const std::vector<size_t>& divisions) {
+    const auto displaced_at = [&](double t) {
+      KrlValues pose = between(plan.start, plan.end, t);
+      pose.head<3>() = arc.at(t) + displacement_at(knots, t);
+      return pose;
+    };
+    for (size_t i = 1; i < divisions.size(); ++i) {
+      const size_t first = divisions[i - 1], last = divisions[i];
+      const bool straight = is_straight(arc, knots, first, last, options_.tolerance);
+      KrlValues auxiliary = displaced_at((knots[first].t + knots[last].t) / 2);
+      // The auxiliary points of the pieces give the components that the one of the move gives.
+      for (int k = 3; k < kKrlComponents; ++k)
+        if (!std::isfinite(frame(move.auxiliary).values[k])) auxiliary[k] = kUnknown;
+      if (i + 1 < divisions.size())
+        insert_piece(move, auxiliary, displaced_at(knots[last].t), straight);
+      else
+        write_last_piece(move, plan, auxiliary, straight);
+    }
+  }
+
+  void insert_piece(const KrlMove& move, const KrlValues& auxiliary, const KrlValues& end,
+                    bool straight) {
+    std::string points(src(move.keyword_end, move.auxiliary.begin));
+    if (!straight) {
+      KrlValues via_pose = pose_;
+      points += target_text(move.auxiliary, auxiliary, via_pose);
+      points += src(move.auxiliary.end, move.target.begin);
+      pose_ = common(pose_, via_pose);
+    }
+    insert(move, points + target_text(move.target, end, pose_), straight);
+  }
+
+  void write_last_piece(const KrlMove& move, const KrlPlannedMove& plan, const KrlValues& auxiliary,
+                        bool straight) {
+    if (straight) {
+      KrlValues unused = pose_;
+      write_target(move.auxiliary, unknown_krl_values(), unused);
+      edits_.push_back(
+          {false, move.begin, move.target.begin,
+           line_keyword(move) + std::string(src(move.keyword_end, move.auxiliary.begin))});
+    } else {
+      write_auxiliary(move, auxiliary);
+    }
+    write_end(move, plan);
+  }
+
+  void write_auxiliary(const KrlMove& move, const KrlValues& auxiliary) {
+    KrlValues pose = pose_;
+    write_target(move.auxiliary, auxiliary, pose);
+    pose_ = common(pose_, pose);
+  }
+
+  // Displaces the points of a circle, each by its own displacement, and divides nothing.
+  void write_circle_points(const KrlMove& move, const KrlPlannedMove& plan) {
+    KrlValues auxiliary = unknown_krl_values();
+    if (std::isfinite(plan.auxiliary_place))
+      auxiliary.head<3>() = displaced(plan.auxiliary, plan.auxiliary_place).head<3>();
+    write_auxiliary(move, auxiliary);
+    write_end(move, plan);
+    if (std::isfinite(plan.auxiliary_place) || std::isfinite(plan.end_place))
+      warnings_.add(move.line,
+                    "CIRC that starts or ends off the path, or has an angle: only its points are "
+                    "corrected, what lies between follows");
+  }
+
+  bool may_insert(const KrlMove& move, const KrlPlannedMove& plan, size_t count) {
+    if (count == 0) return false;
+    const std::string reason = obstacle(move, plan);
+    if (reason.empty()) return true;
+    warnings_.add(move.line,
+                  "the correction bends along this move, but no points are inserted: " + reason);
+    return false;
+  }
+
+  static std::string line_keyword(const KrlMove& move) { return move.spline ? "SLIN" : "LIN"; }
+
+  // Inserts a move of the same kind (or a straight one) to `points`, blended into the next, on a
+  // line of its own before the move.
+  void insert(const KrlMove& move, const std::string& points, bool straight) {
+    const std::string& text = program_.src.text;
+    std::string line(src(move.line_begin, move.begin));
+    line += straight ? line_keyword(move) : std::string(src(move.begin, move.keyword_end));
+    const std::string_view rest = src(move.target.end, move.end);
+    line += points;
+    line += rest;
+    if (!is_blended(rest)) line += move.spline ? " C_SPL" : " C_DIS";
+    size_t newline = text.find('\n', move.end);
+    if (newline == std::string::npos && move.line_begin > 0) newline = move.line_begin - 1;
+    const bool returns = newline != std::string::npos && newline > 0 && text[newline - 1] == '\r';
+    line += returns ? "\r\n" : "\n";
+    edits_.push_back({false, move.line_begin, move.line_begin, line});
+    ++result_.inserted;
+    if (move.in_inline_form)
+      warnings_.add(move.line,
+                    "points are inserted in an inline form; changing it on the pendant drops them");
+  }
+
+  static bool is_blended(std::string_view rest) {
+    const std::string capitals = upper(rest);
+    for (const char* word : {"C_DIS", "C_SPL", "C_VEL", "C_ORI", "C_PTP"})
+      if (capitals.find(word) != std::string::npos) return true;
+    return false;
+  }
+
+  // Changes a frame where it stands, if all moves that use it want the same text and nothing else
+  // uses its name. Otherwise replaces the name in each move that wants another text by a frame.
+  void edit_targets() {
+    for (size_t i = 0; i < uses_.size(); ++i) {
+      const KrlFrame& frame = syntax_.frames[i];
+      const std::string_view now = text_of(frame).substr(frame.begin, frame.end - frame.begin);
+      const std::vector<Use>& uses = uses_[i];
+      if (uses.empty()) continue;
+      const bool agreed = std::all_of(
+          uses.begin(), uses.end(), [&](const Use& use) { return use.text == uses.front().text; });
+      if (agreed && !uses.front().target->shared) {
+        if (uses.front().text != now)
+          edits_.push_back({frame.in_dat, frame.begin, frame.end, uses.front().text});
+        continue;
+      }
+      for (const Use& use : uses)
+        if (use.text != now)
+          edits_.push_back({false, use.target->begin, use.target->end, use.text});
+    }
+  }
+
+  const KrlProgram& program_;
+  const KrlSyntax& syntax_;
+  const Path& path_;
+  const Eigen::Matrix3Xd displacement_;
+  const KrlCorrectionOptions options_;
+  KrlWarnings warnings_;
+  std::vector<std::vector<Use>> uses_;  // by frame
+  std::vector<KrlEdit> edits_;
+  KrlValues pose_ = unknown_krl_values();    // the end of the moves so far, as written
+  std::optional<std::pair<int, int>> base_;  // $BASE of the first corrected move, and its line
+  CorrectedKrl result_;
+};
+
+}  // namespace
+
+CorrectedKrl write_corrected_krl(const KrlProgram& program, const KrlSyntax& syntax,
+                                 const std::vector<KrlPlannedMove>& plans, const Path& programmed,
+                                 const Eigen::Matrix3Xd& corrected,
+                                 const KrlCorrectionOptions& options) {
+  return KrlWriter(program, syntax, programmed, corrected, options).write(plans);
+}
+
+}  // namespace armtrue
