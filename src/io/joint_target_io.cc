@@ -12,7 +12,7 @@
 namespace armtrue {
 namespace {
 
-std::string joint_column(int j) { return "q" + std::to_string(j + 1); }
+std::string angle_name(int j) { return "q" + std::to_string(j + 1); }
 
 }  // namespace
 
@@ -24,7 +24,7 @@ std::vector<JointTarget> read_joint_targets(const std::string& path) {
   if (!pose) missing.emplace_back("pose");
   std::array<std::optional<CsvTable::Quantity>, kJoints> q;
   for (int j = 0; j < kJoints; ++j)
-    if (!(q[j] = table.find_angle(joint_column(j)))) missing.push_back(joint_column(j) + "_deg");
+    if (!(q[j] = table.find_angle(angle_name(j)))) missing.push_back(angle_name(j) + "_deg");
   if (!missing.empty()) table.fail_missing(missing);
   std::vector<JointTarget> targets;
   std::map<std::string, int, std::less<>> lines;  // of each id
@@ -44,7 +44,7 @@ std::vector<JointTarget> read_joint_targets(const std::string& path) {
 
 std::string write_joint_targets(const std::vector<JointTarget>& targets) {
   std::string text = "pose";
-  for (int j = 0; j < kJoints; ++j) text += "," + joint_column(j) + "_deg";
+  for (int j = 0; j < kJoints; ++j) text += "," + angle_name(j) + "_deg";
   text += "\n";
   for (const JointTarget& target : targets) {
     text += target.pose;

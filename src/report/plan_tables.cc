@@ -10,7 +10,7 @@
 namespace armtrue {
 namespace {
 
-std::string quoted(const Effect& effect) { return "'" + describe(effect) + "'"; }
+std::string in_quotes(const Effect& effect) { return "'" + describe(effect) + "'"; }
 
 }  // namespace
 
@@ -40,7 +40,7 @@ std::string power_table(const SeparationPlan& plan) {
   for (const SeparatedPair& pair : plan.pairs)
     table +=
         fmt::format("{:>7.2f}{:>9.2f}{:>9.2f}   {}, {}\n", pair.power_given, pair.power_planned,
-                    pair.power_random, quoted(pair.truth), quoted(pair.rival));
+                    pair.power_random, in_quotes(pair.truth), in_quotes(pair.rival));
   return table;
 }
 

@@ -6,7 +6,8 @@ namespace armtrue {
 namespace {
 
 // The passes in the clock of the program.
-std::vector<Path> registered(const std::vector<Path>& passes, const std::vector<ClockFit>& clocks) {
+std::vector<Path> all_registered(const std::vector<Path>& passes,
+                                 const std::vector<ClockFit>& clocks) {
   std::vector<Path> in_time;
   for (size_t p = 0; p < passes.size(); ++p) in_time.push_back(registered(passes[p], clocks[p]));
   return in_time;
@@ -25,9 +26,9 @@ void describe_passes(MirrorFindings& findings, const Path& programmed,
   }
   for (const Path& pass : earlier)
     earlier_clocks.push_back(fit_clock(programmed, pass, findings.options.clock));
-  findings.accuracy = pass_accuracy(programmed, registered(good, clocks));
+  findings.accuracy = pass_accuracy(programmed, all_registered(good, clocks));
   if (!earlier.empty())
-    findings.before = pass_accuracy(programmed, registered(earlier, earlier_clocks));
+    findings.before = pass_accuracy(programmed, all_registered(earlier, earlier_clocks));
   const PathDeviation& deviation = findings.result.deviation;
   findings.force =
       force_law(deviation, programmed, position_at(programmed, deviation.time),
