@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "armtrue/kinematics/units.h"
+#include "armtrue/path/registration/unit_check.h"
 #include "plant_pass.h"
 
 namespace armtrue {
