@@ -53,21 +53,21 @@ Eigen::MatrixXd bootstrap_coefficients(const CalibrationResult& fit, const Campa
   return (poses - 1) / (poses * firm) * drawn_poses(poses, draws, seed) * influence;
 }
 
-std::array<double, 2> interval_about(const Eigen::VectorXd& departures, double deviation,
+std::array<double, 2> interval_about(const Eigen::VectorXd& bootstrap_draws, double deviation,
                                      int poses) {
-  const double drawn = std::sqrt(departures.squaredNorm() * poses /
-                                 (static_cast<double>(departures.size()) * std::max(1, poses - 1)));
+  const double drawn = std::sqrt(bootstrap_draws.squaredNorm() * poses /
+                                 (static_cast<double>(bootstrap_draws.size()) * std::max(1, poses - 1)));
   const double wide = student_t_975(poses - 1) * deviation;
   if (!(drawn > 0)) return {-wide, wide};
-  const auto [low, high] = percentile_interval({departures.begin(), departures.end()}, poses);
+  const auto [low, high] = percentile_interval({bootstrap_draws.begin(), bootstrap_draws.end()}, poses);
   return {low / drawn * deviation, high / drawn * deviation};
 }
 
-void set_intervals(const Eigen::MatrixXd& departures, int poses, Robot& robot) {
+void set_intervals(const Eigen::MatrixXd& bootstrap_draws, int poses, Robot& robot) {
   Eigen::Index k = 0;
   for (Effect& effect : robot.effects)
     for (Coefficient& c : effect.coefficients) {
-      const auto [low, high] = interval_about(departures.col(k++), c.std, poses);
+      const auto [low, high] = interval_about(bootstrap_draws.col(k++), c.std, poses);
       c.ci95 = {c.value + low, c.value + high};
     }
 }

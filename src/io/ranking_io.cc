@@ -24,7 +24,7 @@ std::string write_ranking(const TraceResult& result, const Provenance& provenanc
                   {"driver", to_string(ranked.effect.driver)},
                   {"shape", to_string(ranked.effect.shape)},
                   {"degrees_of_freedom", std::to_string(ranked.degrees_of_freedom)},
-                  {"left", rounded(ranked.left)},
+                  {"left", rounded(ranked.unexplained_share)},
                   {"delta_ebic", rounded(ranked.score)}}));
   root["not_separable"] = not_separable_node(result.not_separable);
   return print_document(root);

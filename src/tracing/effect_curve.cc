@@ -17,7 +17,7 @@ constexpr double kMinShareOfCycle = 0.05;  // of the variance of a curve
 }  // namespace
 
 std::vector<CurvePoint> effect_curve(const CalibrationResult& fit, const Campaign& campaign,
-                                     size_t effect, const Eigen::MatrixXd& departures) {
+                                     size_t effect, const Eigen::MatrixXd& bootstrap_draws) {
   const Effect& e = fit.robot.effects[effect];
   const double pieces = e.shape.kind == ShapeKind::harmonic ? 2 * e.shape.harmonic
                                                             : static_cast<double>(e.shape.count);
@@ -52,7 +52,7 @@ std::vector<CurvePoint> effect_curve(const CalibrationResult& fit, const Campaig
   }
   const auto count = static_cast<Eigen::Index>(all.size());
   const Eigen::Map<const Eigen::VectorXd> coefficients(all.data(), count);
-  const Eigen::MatrixXd draws = departures(Eigen::all, unknowns);
+  const Eigen::MatrixXd draws = bootstrap_draws(Eigen::all, unknowns);
   const auto first = static_cast<Eigen::Index>(fit.set.kept.size());
   const Eigen::MatrixXd covariance =
       fit.covariance.block(first, first, unknown, unknown)(unknowns, unknowns);

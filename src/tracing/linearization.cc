@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <utility>
 
 #include "calibration/pose_influence.h"
 #include "calibration/session_models.h"
@@ -11,14 +12,16 @@
 namespace armtrue {
 namespace {
 
-constexpr double kMinPivot = 1e-9;        // of columns of unit length
-constexpr double kMinShareOfRefit = 0.1;  // of what an effect does to the readings
+constexpr double kMinPivot = 1e-9;  // columns have unit length; a smaller pivot is rounding
+// A parameter is named as refitted if it moves the readings by at least this share of the effect.
+constexpr double kMinShareOfRefit = 0.1;
 
-// How many readings are worth one independent one. What the model lacks at a pose strikes all of
-// its readings alike, so that they agree more than independent ones would: m readings of a pose
-// count as m / (1 + (m - 1) icc), where icc is the share of the variance that a pose has in common,
-// from one-way analysis of variance of the position residuals (Kish, "Survey Sampling", 1965). The
-// unknowns follow the means of the poses, so they are taken off the freedom between poses.
+// Design effect deff = 1 + (m - 1) icc (Kish, "Survey Sampling", 1965): the number of readings that
+// are worth one independent reading. All m readings of a pose share the error of the model at that
+// pose; icc is the share of the variance that they share, from a one-way analysis of variance of
+// the position residuals:
+//     icc = (MS_between - MS_within) / (MS_between + (m - 1) MS_within).
+// The unknowns follow the means of the poses, so they reduce the degrees of freedom between poses.
 double estimate_design_effect(const Eigen::VectorXd& residual, const Campaign& campaign,
                               double unknowns) {
   const ReadingSize size = campaign.reading_size();
@@ -55,15 +58,15 @@ double estimate_design_effect(const Eigen::VectorXd& residual, const Campaign& c
   return 1.0 + (group_size - 1) * std::max(0.0, icc);
 }
 
-// Columns of unit length; columns of nothing stay nothing.
+// Scales each column to unit length; a zero column stays zero.
 Eigen::MatrixXd normalized(Eigen::MatrixXd columns) {
   for (int k = 0; k < columns.cols(); ++k) columns.col(k).normalize();
   return columns;
 }
 
-// An orthonormal basis of the columns; columns that depend on the others are left out.
+// Returns an orthonormal basis of the columns; leaves out columns that depend on the others.
 Eigen::MatrixXd orthonormal_basis(const Eigen::MatrixXd& columns) {
-  // Tall columns are first folded by a blocked decomposition, which is several times faster.
+  // A blocked QR first reduces the tall columns to a triangle, which is several times faster.
   Eigen::HouseholderQR<Eigen::MatrixXd> tall(columns);
   const Eigen::Index p = std::min(columns.rows(), columns.cols());
   const Eigen::MatrixXd triangle = tall.matrixQR().topRows(p).triangularView<Eigen::Upper>();
@@ -74,19 +77,20 @@ Eigen::MatrixXd orthonormal_basis(const Eigen::MatrixXd& columns) {
   return tall.householderQ() * chosen;
 }
 
-}  // namespace
-
-Linearization::Linearization(const CalibrationResult& fit, const Campaign& campaign)
-    : row_size_(campaign.reading_size().all()), pose_(campaign.pose_by_id()) {
+// Whitens and weights the derivatives and the readings of a fit.
+LinearProblem linear_problem(const CalibrationResult& fit, const Campaign& campaign) {
+  LinearProblem problem;
+  problem.row_size = campaign.reading_size().all();
+  problem.pose = campaign.pose_by_id();
   std::vector<int> all(parameter_count(fit.robot.chain));
-  for (size_t k = 0; k < all.size(); ++k) all[k] = static_cast<int>(k);
+  std::iota(all.begin(), all.end(), 0);
   const SessionModels models(campaign, fit.robot, all, fit.sigma);
-  const int size = row_size_;
+  const int size = problem.row_size;
   Eigen::MatrixXd blocks = models.blocks();
   for (int row = 0; row < campaign.rows(); ++row)
     blocks.middleRows(row * size, size) *= std::sqrt(fit.weights[row]);
-  jacobian_ = blocks.leftCols(kTargetParameters);
-  // What a session has of its own is fitted in columns of its own, but an effect moves it in all.
+  problem.jacobian = blocks.leftCols(kTargetParameters);
+  // The fit has columns for each session, but an effect moves its parameter in all sessions.
   for (int s = 1; s < models.sessions(); ++s) {
     const ObservationModel& own = models.model(s);
     const ObservationModel model(own.campaign(),
@@ -97,41 +101,59 @@ Linearization::Linearization(const CalibrationResult& fit, const Campaign& campa
     for (int i = 0; i < model.rows(); ++i) {
       const int row = models.rows_of(s)[i];
       at.block(i, block);
-      jacobian_.middleRows(row * size, size) =
+      problem.jacobian.middleRows(row * size, size) =
           std::sqrt(fit.weights[row]) * block.leftCols(kTargetParameters);
     }
   }
 
-  const int kept = static_cast<int>(fit.set.kept.size());
+  problem.geometric = static_cast<int>(fit.set.kept.size());
   const int others = models.unknowns() - static_cast<int>(all.size());
-  Eigen::MatrixXd fitted(blocks.rows(), kept + others);
-  fitted << blocks(Eigen::all, fit.set.kept),
+  problem.fitted.resize(blocks.rows(), problem.geometric + others);
+  problem.fitted << blocks(Eigen::all, fit.set.kept),
       blocks.middleCols(static_cast<int>(all.size()), others);
-  const Eigen::VectorXd readings = blocks.rightCols<1>();
-  const Eigen::VectorXd length = fitted.colwise().norm();
-  fitted = normalized(std::move(fitted));
+  problem.readings = blocks.rightCols<1>();
+  for (const Effect& effect : fit.robot.effects) {
+    std::vector<double>& values = problem.coefficients_of_effect.emplace_back();
+    for (const Coefficient& coefficient : effect.coefficients) values.push_back(coefficient.value);
+  }
+  problem.mean_psi_derivative = mean_psi_derivative(fit.weights, fit.degrees_of_freedom, size);
+  return problem;
+}
+
+}  // namespace
+
+Linearization::Linearization(LinearProblem problem)
+    : row_size_(problem.row_size),
+      pose_(std::move(problem.pose)),
+      jacobian_(std::move(problem.jacobian)),
+      mean_psi_derivative_(problem.mean_psi_derivative) {
+  const Eigen::VectorXd length = problem.fitted.colwise().norm();
+  const Eigen::MatrixXd fitted = normalized(std::move(problem.fitted));
   basis_ = orthonormal_basis(fitted);
   fitted_ = basis_.transpose() * fitted;
-  explained_ = basis_.transpose() * readings;
-  residual_ = readings - basis_ * explained_;
+  explained_ = basis_.transpose() * problem.readings;
+  residual_ = problem.readings - basis_ * explained_;
   residual_norm_ = residual_.squaredNorm();
 
-  int column = kept;
-  for (const Effect& effect : fit.robot.effects) {
+  int column = problem.geometric;
+  for (const std::vector<double>& coefficients : problem.coefficients_of_effect) {
     first_effect_column_.push_back(column);
     Eigen::VectorXd contribution = Eigen::VectorXd::Zero(basis_.cols());
-    for (const Coefficient& coefficient : effect.coefficients) {
-      contribution += fitted_.col(column) * (length[column] * coefficient.value);
+    for (double coefficient : coefficients) {
+      contribution += fitted_.col(column) * (length[column] * coefficient);
       ++column;
     }
     contribution_.push_back(contribution);
   }
   first_effect_column_.push_back(column);
-  mean_psi_derivative_ = mean_psi_derivative(fit.weights, fit.degrees_of_freedom, size);
-  design_effect_ = estimate_design_effect(residual_, campaign, static_cast<double>(kept + others));
 }
 
-// Of the fitted columns all but those of some effects.
+Linearization::Linearization(const CalibrationResult& fit, const Campaign& campaign)
+    : Linearization(linear_problem(fit, campaign)) {
+  design_effect_ = estimate_design_effect(residual_, campaign, static_cast<double>(fitted_.cols()));
+}
+
+// Decomposes the fitted columns without those of some effects.
 Eigen::ColPivHouseholderQR<Eigen::MatrixXd> Linearization::all_but(
     const std::vector<int>& effects) const {
   std::vector<Eigen::Index> columns;

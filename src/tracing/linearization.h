@@ -9,49 +9,66 @@
 
 namespace armtrue {
 
-/// What some effects explain beside all else in the model: of each the columns, and the readings,
-/// projected off the rest of what is fitted, in coordinates of all that they span together.
+/// What some effects explain beside everything else in the model. Columns and readings are
+/// projected off the rest of the model and stand in the coordinates of `span`.
 struct BesideTheRest {
-  std::vector<Eigen::MatrixXd> columns;
+  std::vector<Eigen::MatrixXd> columns;  ///< one matrix for each effect
   Eigen::VectorXd readings;
-  Eigen::MatrixXd span;      ///< orthonormal: the coordinates as equations
-  Eigen::VectorXd residual;  ///< of the equations: what none of them explains
+  Eigen::MatrixXd span;      ///< equations x coordinates, orthonormal
+  Eigen::VectorXd residual;  ///< equations; what no effect explains
   std::vector<int> pose;     ///< number of the pose, from 0, of each `row_size` equations
   int row_size = 1;
 
   int poses() const { return pose.empty() ? 0 : 1 + *std::max_element(pose.begin(), pose.end()); }
 };
 
-/// A fit seen from close by: the derivatives of every reading with respect to every parameter,
-/// whitened and weighted, what the fitted ones span, and the residual that is left.
+/// A fit as a linear problem: readings = fitted * unknowns + residual, whitened and weighted.
+struct LinearProblem {
+  std::vector<int> pose;  ///< number of the pose, from 0, of each row
+  int row_size = 3;       ///< equations of a row
+  /// (rows * row_size) x kTargetParameters: derivatives with respect to every parameter.
+  Eigen::MatrixXd jacobian;
+  /// (rows * row_size) x unknowns: geometric parameters, coefficients of the effects, parameters of
+  /// further sessions.
+  Eigen::MatrixXd fitted;
+  int geometric = 0;         ///< number of geometric columns of `fitted`
+  Eigen::VectorXd readings;  ///< rows * row_size: readings minus the model
+  std::vector<std::vector<double>> coefficients_of_effect;
+  double mean_psi_derivative = 1;  ///< see pose_influence.h
+};
+
+/// The linear problem at a fit, with the fitted columns as an orthonormal basis Q and the residual
+/// r = (I - Q Q^T) readings.
 class Linearization {
  public:
   Linearization(const CalibrationResult& fit, const Campaign& campaign);
+  /// Counts all readings as independent (design effect 1).
+  explicit Linearization(LinearProblem problem);
 
   int rows() const { return static_cast<int>(pose_.size()); }
   int row_size() const { return row_size_; }
-  /// Number of the pose of each row, by its id; rows of one pose need not be independent.
+  /// Number of the pose of each row, in the order of the ids. Rows of one pose may share an error.
   const std::vector<int>& pose() const { return pose_; }
   /// (rows * row_size) x kTargetParameters.
   const Eigen::MatrixXd& jacobian() const { return jacobian_; }
-  /// Orthonormal basis of the fitted columns, (rows * row_size) x rank.
+  /// Q: orthonormal basis of the fitted columns, (rows * row_size) x rank.
   const Eigen::MatrixXd& basis() const { return basis_; }
-  /// Orthogonal to the basis.
+  /// r: orthogonal to the basis.
   const Eigen::VectorXd& residual() const { return residual_; }
-  double residual_norm() const { return residual_norm_; }  ///< sum of squares
-  /// How many independent equations the readings are worth beyond those that the fit takes up. The
-  /// residual lies in so many dimensions: evidence counted over all equations would be too strong
-  /// by what the geometry has absorbed, half of it and more in a campaign of few poses.
+  double residual_norm() const { return residual_norm_; }  ///< |r|^2
+  /// m = equations / design effect - rank(Q): the number of independent equations that the residual
+  /// is worth. EBIC with all equations instead of m would count chance as evidence: in a campaign
+  /// of few poses the geometry takes half of the equations or more.
   double residual_freedom() const {
     return std::max(1.0, static_cast<double>(residual_.size()) / design_effect_ -
                              static_cast<double>(basis_.cols()));
   }
 
-  /// Standard deviation of the coefficient of one more column, its value unknown as that of all in
-  /// the model: clustered by pose, as the covariance of the fit is.
+  /// Standard deviation of the coefficient of one more column, fitted with all unknowns of the
+  /// model; clustered by pose, as the covariance of the fit is.
   double standard_deviation(const Eigen::VectorXd& column) const;
 
-  /// What the model loses with some of its effects, in coordinates of the basis.
+  /// What the model loses without some of its effects, in coordinates of the basis.
   struct Loss {
     Eigen::MatrixXd span;      ///< rank x independent columns, orthonormal: what only they span
     Eigen::VectorXd residual;  ///< what they explain of the readings, in that span
@@ -61,13 +78,14 @@ class Linearization {
   /// What the effects from `first` on explain.
   BesideTheRest effects_from(int first) const;
 
-  /// The fitted geometric parameters (as in the set, from 0) that move most, by a tenth of the
-  /// effect or more, when what imitates it (in all rows, whitened) takes its place.
+  /// The geometric parameters (indices into the set, from 0) that move most when an imitation (all
+  /// rows, whitened) takes the place of an effect. Names at most `count`, and only those that move
+  /// the readings by a tenth of the effect or more.
   std::vector<int> most_refitted(int effect, const Eigen::VectorXd& imitation, int count) const;
 
  private:
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> all_but(const std::vector<int>& effects) const;
-  // What is orthogonal to the columns of a decomposition, in coordinates of the basis.
+  // Orthonormal complement of the columns of a decomposition, in coordinates of the basis.
   Eigen::MatrixXd complement(const Eigen::ColPivHouseholderQR<Eigen::MatrixXd>& qr) const;
 
   int row_size_ = 3;
@@ -75,8 +93,8 @@ class Linearization {
   Eigen::MatrixXd jacobian_;
   Eigen::MatrixXd basis_;
   Eigen::MatrixXd fitted_;     // the fitted columns in coordinates of the basis, of unit length
-  Eigen::VectorXd explained_;  // the readings in coordinates of the basis, but for the constants
-  std::vector<int> first_effect_column_;       // per effect, and one past the last
+  Eigen::VectorXd explained_;  // Q^T readings
+  std::vector<int> first_effect_column_;       // of each effect, and one past the last
   std::vector<Eigen::VectorXd> contribution_;  // of each effect, in coordinates of the basis
   Eigen::VectorXd residual_;
   double residual_norm_ = 0, design_effect_ = 1, mean_psi_derivative_ = 1;

@@ -15,10 +15,6 @@
 namespace armtrue {
 namespace {
 
-constexpr double kSignificance = 0.01;
-// Times the floor, beyond which held-out errors of few poses do not scatter.
-constexpr double kFarFromFloor = 2.0;
-
 int count_poses(const Campaign& campaign) {
   return static_cast<int>(std::set<int>(campaign.pose.begin(), campaign.pose.end()).size());
 }
@@ -92,44 +88,7 @@ std::string changes(const Robot& before, const Robot& after) {
   return came.empty() && went.empty() ? "refitted" : (came + went).substr(1);
 }
 
-// A curve of which no cause is known is no other answer to what the cause is.
-bool has_other_cause(const TracedEffect& traced) {
-  return std::any_of(traced.indistinguishable.begin(), traced.indistinguishable.end(),
-                     [](const Rival& rival) { return rival.from_catalogue; });
-}
-
-Verdict conclude(const LoopResult& result) {
-  const bool left = result.lack_of_fit && *result.lack_of_fit < kSignificance;
-  const auto& effects = result.trace.effects;
-  // A floor that only shows the instrument makes every arm look unexplained; what remains then
-  // counts only if a candidate still shows.
-  const bool significant = left && (result.noise.source == NoiseFloor::Source::replicates ||
-                                    result.trace.remaining_p < kSignificance);
-  if (significant) return Verdict::unexplained;
-  // Poses that took no part may show what too few training poses could not.
-  if (effects.empty())
-    return result.floor > 0 && result.after > kFarFromFloor * result.floor
-               ? Verdict::unexplained
-               : Verdict::nothing_to_explain;
-  return std::any_of(effects.begin(), effects.end(), has_other_cause) ? Verdict::not_separable
-                                                                      : Verdict::closed;
-}
-
 }  // namespace
-
-std::string to_string(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::closed:
-      return "closed";
-    case Verdict::nothing_to_explain:
-      return "nothing-to-explain";
-    case Verdict::not_separable:
-      return "not-separable";
-    case Verdict::unexplained:
-      break;
-  }
-  return "unexplained";
-}
 
 std::string describe(const Effect& effect) {
   return effect.parameter + " follows " + to_string(effect.driver) + " (" +
@@ -183,7 +142,7 @@ LoopResult close_loop(const Robot& robot, const Campaign& training, const Campai
   const size_t declared = final_robot.effects.size() - result.trace.effects.size();
   for (size_t k = 0; k < result.trace.effects.size(); ++k)
     result.curves.push_back(
-        effect_curve(result.trace.fit, training, declared + k, result.trace.departures));
+        effect_curve(result.trace.fit, training, declared + k, result.trace.bootstrap_draws));
 
   if (held_out.rows() > 0) {
     const std::vector<int> poses = held_out.pose_by_id();
@@ -207,7 +166,9 @@ LoopResult close_loop(const Robot& robot, const Campaign& training, const Campai
     }
   }
   if (!result.trace.ranking.empty()) result.pattern = describe(result.trace.ranking.front().effect);
-  result.verdict = conclude(result);
+  result.verdict = conclude({result.trace.effects, result.lack_of_fit,
+                             result.noise.source == NoiseFloor::Source::replicates,
+                             result.trace.remaining_p, result.after, result.floor});
   return result;
 }
 

@@ -15,6 +15,7 @@
 #include "statistics/shuffle.h"
 #include "tracing/candidates.h"
 #include "tracing/scan.h"
+#include "tracing/significance.h"
 
 namespace armtrue {
 namespace {

@@ -30,14 +30,13 @@ const double kRuledOut = 2 * std::log(1000.0);
 // Twice the fall of the likelihood within which 95 % of the times of a step lie. A step is no
 // regular parameter: P(fall <= x) = (1 - exp(-x/2))^2 (Hansen, Econometrica 68, 2000).
 const double kFallToStep95 = -2 * std::log(1 - std::sqrt(0.95));
-constexpr double kLackOfFit = 1e-3;  // p from which the fit clearly lacks something
-constexpr int kRefitted = 3;         // parameters named of those that are refitted for a rival
+constexpr int kRefitted = 3;  // parameters named of those that are refitted for a rival
 // More would find smaller effects at a cost in proportion, and only the fit needs all.
 constexpr int kMaxPosesOfSearch = 2000;
 
 // Amplitude and phase of an effect, if it is a harmonic, its frequency as it stands.
-std::optional<Cycle> fixed_cycle(const CalibrationResult& fit, const Eigen::MatrixXd& departures,
-                                 int effect, int poses) {
+std::optional<Cycle> fixed_cycle(const CalibrationResult& fit,
+                                 const Eigen::MatrixXd& bootstrap_draws, int effect, int poses) {
   const Effect& e = fit.robot.effects[effect];
   if (e.shape.kind != ShapeKind::harmonic || e.coefficients.size() != 2) return std::nullopt;
   const double sine = e.coefficients[0].value, cosine = e.coefficients[1].value;
@@ -52,23 +51,23 @@ std::optional<Cycle> fixed_cycle(const CalibrationResult& fit, const Eigen::Matr
   const Eigen::Matrix2d covariance = fit.covariance.block<2, 2>(unknown, unknown);
   cycle.amplitude_std = std::sqrt(along.dot(covariance * along));
   const auto [low, high] =
-      interval_about(departures.middleCols<2>(first) * along, cycle.amplitude_std, poses);
+      interval_about(bootstrap_draws.middleCols<2>(first) * along, cycle.amplitude_std, poses);
   cycle.amplitude_ci95 = {cycle.amplitude + low, cycle.amplitude + high};
   return cycle;
 }
 
 // With the uncertainty of its frequency, too, if that was searched.
-std::optional<Cycle> cycle_of(ModelSearch& search, const Campaign& campaign,
+std::optional<Cycle> cycle_of(EffectModel& model, const Campaign& campaign,
                               const TraceResult& result, size_t chosen) {
-  const int effect = search.in_fit(chosen);
+  const int effect = model.in_fit(chosen);
   const auto poses = static_cast<int>(campaign.pose_ids.size());
-  std::optional<Cycle> cycle = fixed_cycle(result.fit, result.departures, effect, poses);
-  if (!cycle || search.chosen()[chosen].frequency_resolution == 0) return cycle;
+  std::optional<Cycle> cycle = fixed_cycle(result.fit, result.bootstrap_draws, effect, poses);
+  if (!cycle || model.chosen()[chosen].frequency_resolution == 0) return cycle;
   const Effect& e = result.fit.robot.effects[effect];
   const double sine = e.coefficients[0].value, cosine = e.coefficients[1].value;
   const double n = e.shape.harmonic;
   // The derivative with respect to the frequency.
-  const Linearization& fit = search.view().fit;
+  const Linearization& fit = model.view().fit;
   Eigen::VectorXd column = fit.jacobian().col(*find_parameter(result.fit.robot.chain, e.parameter));
   for (int row = 0; row < fit.rows(); ++row) {
     const double q = campaign.q[row][e.driver.joint];
@@ -82,12 +81,12 @@ std::optional<Cycle> cycle_of(ModelSearch& search, const Campaign& campaign,
 }
 
 // The times at which a step would explain nearly as much, out to the readings about them.
-std::optional<std::array<double, 2>> step_ci95(ModelSearch& search, const Campaign& campaign,
+std::optional<std::array<double, 2>> step_ci95(EffectModel& model, const Campaign& campaign,
                                                size_t chosen) {
-  const Candidate& step = search.chosen()[chosen];
+  const Candidate& step = model.chosen()[chosen];
   if (step.effect.shape.kind != ShapeKind::step) return std::nullopt;
   const std::vector<Candidate> steps = steps_at_any_time(step, campaign);
-  const std::vector<CandidateScore> scores = search.scores_of(steps, search.in_fit(chosen));
+  const std::vector<CandidateScore> scores = model.scores_of(steps, model.in_fit(chosen));
   double best = 0;
   for (const CandidateScore& score : scores) best = std::max(best, score.score);
   double low = step.effect.shape.at, high = low;
@@ -114,12 +113,12 @@ bool same_claim(const Candidate& a, const Candidate& b) {
 }
 
 // Sets what cannot be told from one of the chosen, or only by odds.
-void list_rivals(ModelSearch& search, size_t chosen, TracedEffect& traced) {
-  const int effect = search.in_fit(chosen);
-  const Candidate& found = search.chosen()[chosen];
-  const auto& [fit, projected] = search.view();
-  const std::vector<Candidate>& candidates = search.scan().candidates();
-  const CandidateScore own = search.score_of({static_cast<int>(chosen)});
+void list_rivals(EffectModel& model, size_t chosen, TracedEffect& traced) {
+  const int effect = model.in_fit(chosen);
+  const Candidate& found = model.chosen()[chosen];
+  const auto& [fit, projected] = model.view();
+  const std::vector<Candidate>& candidates = model.scan().candidates();
+  const CandidateScore own = model.score_of({static_cast<int>(chosen)});
   const std::vector<CandidateScore> scores = projected.scores_without({effect});
   const std::vector<CandidateScore> imitations = projected.imitations(effect);
   std::vector<int> listed;
@@ -132,15 +131,15 @@ void list_rivals(ModelSearch& search, size_t chosen, TracedEffect& traced) {
     const double behind = own.score - score.score;
     const bool simple = score.degrees_of_freedom <= std::max(2, own.degrees_of_freedom);
     if (!(simple && correlation >= kSameProjection) && behind > kSameEvidence) continue;
-    if (!search.scan().is_possible(k, score.coefficients)) continue;
+    if (!model.scan().is_possible(k, score.coefficients)) continue;
     if (std::any_of(listed.begin(), listed.end(),
                     [&](int rival) { return same_claim(candidates[rival], other); }))
       continue;
     listed.push_back(k);
     std::vector<std::string> refitted;
-    const Eigen::VectorXd imitation = search.scan().columns(fit, k) * imitations[k].coefficients;
+    const Eigen::VectorXd imitation = model.scan().columns(fit, k) * imitations[k].coefficients;
     for (int unknown : fit.most_refitted(effect, imitation, kRefitted))
-      refitted.push_back(parameter_name(search.fit().robot.chain, search.fit().set.kept[unknown]));
+      refitted.push_back(parameter_name(model.fit().robot.chain, model.fit().set.kept[unknown]));
     const double by_readings = behind - 2 * (other.log_choices - found.log_choices);
     const bool ruled_out = std::min(behind, by_readings) > kRuledOut;
     (ruled_out ? traced.ruled_out : traced.indistinguishable)
@@ -151,10 +150,11 @@ void list_rivals(ModelSearch& search, size_t chosen, TracedEffect& traced) {
 
 // What explains most leads, whichever was found first; effects of one parameter and driver are
 // pieces of one thing and stand together. Returns the shares in that order.
-std::vector<VarianceShare> order_by_share(ModelSearch& search, int poses, std::uint64_t seed) {
-  const std::vector<Candidate>& chosen = search.chosen();
+std::vector<VarianceShare> order_by_share(SearchResult& search, int poses, std::uint64_t seed) {
+  EffectModel& model = search.model;
+  const std::vector<Candidate>& chosen = model.chosen();
   const VarianceShares found =
-      variance_shares(search.view().fit.effects_from(search.in_fit(0)), seed);
+      variance_shares(model.view().fit.effects_from(model.in_fit(0)), seed);
   const auto effects = static_cast<Eigen::Index>(chosen.size());
   const Eigen::Map<const Eigen::VectorXd> share(found.of_group.data(), effects);
   std::vector<Eigen::VectorXd> place(chosen.size(), Eigen::VectorXd::Zero(effects));
@@ -177,47 +177,59 @@ std::vector<VarianceShare> order_by_share(ModelSearch& search, int poses, std::u
                       {std::max(0.0, share[own] - half), std::min(1.0, share[own] + half)},
                       behind.dot(share) <= wide * found.standard_deviation(behind)});
   }
-  search.put_in_order(order);
+  if (model.put_in_order(order)) search.stages.back() = model.fit();
   return shares;
 }
 
-// Evidence of each effect beside all the others, and what cannot be told from it.
-void describe(ModelSearch& search, const Campaign& campaign, const TraceOptions& options,
-              TraceResult& result) {
+// Describes what a search has found: the evidence of each effect beside all the others, and what
+// cannot be told from it.
+TraceResult described(SearchResult search, const Campaign& campaign, const TraceOptions& options) {
   const auto poses = static_cast<int>(campaign.pose_ids.size());
   const std::vector<VarianceShare> shares = order_by_share(search, poses, options.seed);
-  if (shares.empty()) return;
+  EffectModel& model = search.model;
+  TraceResult result;
+  result.fit = model.fit();
+  result.stages = std::move(search.stages);
+  result.ranking = std::move(search.ranking);
+  result.not_separable = std::move(search.not_separable);
+  result.best_score = search.best_score;
+  result.null_run = search.null_run;
+  result.remaining_p = search.remaining_p;
+  if (shares.empty()) return result;
   if (options.progress) options.progress("looking for what cannot be told apart");
-  result.departures = bootstrap_coefficients(result.fit, campaign, options.bootstrap, options.seed);
-  set_intervals(result.departures, poses, result.fit.robot);
-  const std::vector<Candidate>& chosen = search.chosen();
+  result.bootstrap_draws =
+      bootstrap_coefficients(result.fit, campaign, options.bootstrap, options.seed);
+  set_intervals(result.bootstrap_draws, poses, result.fit.robot);
+  const std::vector<Candidate>& chosen = model.chosen();
   for (size_t k = 0; k < chosen.size(); ++k) {
     TracedEffect& traced = result.effects.emplace_back();
-    traced.effect = result.fit.robot.effects[search.in_fit(k)];
+    traced.effect = result.fit.robot.effects[model.in_fit(k)];
     traced.variance_share = shares[k];
-    traced.cycle = cycle_of(search, campaign, result, k);
-    traced.step_ci95 = step_ci95(search, campaign, k);
+    traced.cycle = cycle_of(model, campaign, result, k);
+    traced.step_ci95 = step_ci95(model, campaign, k);
     traced.from_catalogue = chosen[k].from_catalogue;
     traced.separated_by = chosen[k].separated_by;
     traced.incomplete = std::count_if(chosen.begin(), chosen.end(), [&](const Candidate& other) {
                           return same_place(other.effect, chosen[k].effect);
                         }) > 1;
-    const double score = search.score_of({static_cast<int>(k)}).score;
+    const double score = model.score_of({static_cast<int>(k)}).score;
     const CrossValidation cv =
-        CrossValidation::of_effect(search.view().fit, search.in_fit(k), options.seed);
-    const std::optional<double> p_at_gate = search.p_at_gate(k);
-    traced.evidence = {score, p_at_gate ? *p_at_gate : search.p_value(score), cv.gain, cv.error};
-    list_rivals(search, k, traced);
+        CrossValidation::of_effect(model.view().fit, model.in_fit(k), options.seed);
+    std::optional<double> p = model.p_at_gate(k);
+    if (!p) {
+      const EffectModel::Chance chance = model.chance_of(score);
+      result.null_run = chance.run;
+      p = chance.p;
+    }
+    traced.evidence = {score, *p, cv.gain, cv.error};
+    list_rivals(model, k, traced);
   }
+  return result;
 }
 
 TraceResult search_and_describe(const Robot& robot, const Campaign& campaign,
                                 const Catalogue& catalogue, const TraceOptions& options) {
-  TraceResult result;
-  ModelSearch search(robot, campaign, catalogue, options, result);
-  search.run();
-  describe(search, campaign, options, result);
-  return result;
+  return described(search_effects(robot, campaign, catalogue, options), campaign, options);
 }
 
 // What was found in some of the poses, fitted to all.
@@ -233,15 +245,16 @@ void refit_to_all(const Robot& robot, const Campaign& campaign, const TraceOptio
   result.stages.back() = result.fit;
   if (result.effects.empty()) return;
   const int poses = static_cast<int>(campaign.pose_ids.size());
-  result.departures = bootstrap_coefficients(result.fit, campaign, options.bootstrap, options.seed);
-  set_intervals(result.departures, poses, result.fit.robot);
+  result.bootstrap_draws =
+      bootstrap_coefficients(result.fit, campaign, options.bootstrap, options.seed);
+  set_intervals(result.bootstrap_draws, poses, result.fit.robot);
   const auto declared = static_cast<int>(robot.effects.size());
   for (size_t k = 0; k < result.effects.size(); ++k) {
     TracedEffect& traced = result.effects[k];
     const int effect = declared + static_cast<int>(k);
     traced.effect = result.fit.robot.effects[effect];
     const Cycle before = traced.cycle.value_or(Cycle{});
-    traced.cycle = fixed_cycle(result.fit, result.departures, effect, poses);
+    traced.cycle = fixed_cycle(result.fit, result.bootstrap_draws, effect, poses);
     if (!traced.cycle) continue;
     traced.cycle->frequency_std = before.frequency_std;
     traced.cycle->frequency_ci95 = before.frequency_ci95;
@@ -249,15 +262,6 @@ void refit_to_all(const Robot& robot, const Campaign& campaign, const TraceOptio
 }
 
 }  // namespace
-
-// An effect without a lack of fit is a stranger claim, and needs the stronger evidence. The lack is
-// that of position, which is what the arm shall be accurate in.
-double significance_level(const CalibrationResult& fit, const Campaign& campaign, double with_lack,
-                          double without_lack) {
-  const double lack_of_fit = assess(fit, campaign).lack_of_fit_in_position.value_or(1.0);
-  const double missing = std::clamp(std::log(lack_of_fit) / std::log(kLackOfFit), 0.0, 1.0);
-  return without_lack * std::pow(with_lack / without_lack, missing);
-}
 
 TraceResult trace(const Robot& robot, const Campaign& campaign, const Catalogue& catalogue,
                   const TraceOptions& options) {

@@ -28,10 +28,10 @@ Eigen::MatrixXd bootstrap_coefficients(const CalibrationResult& fit, const Campa
 /// 95 % interval, relative to the fit, of a value whose differences from the fit were drawn. The
 /// draws give its asymmetry, the standard deviation its width: draws contain neither the priors nor
 /// the directions that only one pose shows.
-std::array<double, 2> interval_about(const Eigen::VectorXd& departures, double deviation,
+std::array<double, 2> interval_about(const Eigen::VectorXd& bootstrap_draws, double deviation,
                                      int poses);
 
 /// Sets the intervals of the coefficients by interval_about().
-void set_intervals(const Eigen::MatrixXd& departures, int poses, Robot& robot);
+void set_intervals(const Eigen::MatrixXd& bootstrap_draws, int poses, Robot& robot);
 
 }  // namespace armtrue

@@ -17,10 +17,10 @@ struct CurvePoint {
 
 /// The curve of one effect of a fit, with all others that make the same parameter follow the same
 /// driver, at even steps over the values that the driver took, fine enough for its shape. Empty
-/// unless one parameter follows one joint angle, the time or a temperature. `departures` as from
-/// bootstrap_coefficients().
+/// unless one parameter follows one joint angle, the time or a temperature. `bootstrap_draws` as
+/// from bootstrap_coefficients().
 std::vector<CurvePoint> effect_curve(const CalibrationResult& fit, const Campaign& campaign,
-                                     size_t effect, const Eigen::MatrixXd& departures);
+                                     size_t effect, const Eigen::MatrixXd& bootstrap_draws);
 
 /// What comes back most strongly in a curve over a joint angle.
 struct StrongestCycle {

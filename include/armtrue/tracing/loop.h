@@ -10,17 +10,9 @@
 #include "armtrue/tracing/effect_curve.h"
 #include "armtrue/tracing/nested_validation.h"
 #include "armtrue/tracing/tracing.h"
+#include "armtrue/tracing/verdict.h"
 
 namespace armtrue {
-
-/// What close_loop concludes.
-enum class Verdict {
-  closed,              ///< effects were found, and nothing significant is left
-  nothing_to_explain,  ///< no effect was found and the residual is noise
-  not_separable,  ///< effects were found, but which of several causes it is this data cannot tell
-  unexplained,    ///< a significant part of the residual is left
-};
-std::string to_string(Verdict verdict);
 
 /// Errors of one stage on one set of poses.
 struct StageErrors {

@@ -1,37 +1,15 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/effects/catalogue.h"
+#include "armtrue/tracing/search.h"
 
 namespace armtrue {
-
-struct TraceOptions {
-  std::uint64_t seed = 1;
-  int flips = 199;  ///< sign-flipped residuals for each family-wise p-value
-  /// Of each addition where the fit clearly lacks something against the noise (p of 0.001), and
-  /// where it does not at all or no noise is known, where ten times as many flips decide; in
-  /// proportion to the logarithms between.
-  double significance = 0.05, significance_without_lack_of_fit = 0.005;
-  int max_effects = 16;
-  int bootstrap = 1000;  ///< draws of the poses for each interval
-  /// What the search begins with, as a campaign before found it, say: candidates of the search,
-  /// which may be dropped or exchanged like those that it adds itself.
-  std::vector<Effect> start;
-  bool beyond_catalogue = true;                      ///< search parameter x driver x basis as well
-  std::function<void(const std::string&)> progress;  ///< called with what is being done
-};
-
-/// The p at which something beyond a fit is believed, from what the fit lacks against the noise:
-/// `with_lack` or `without_lack` or between them, as TraceOptions says.
-double significance_level(const CalibrationResult& fit, const Campaign& campaign, double with_lack,
-                          double without_lack);
 
 /// Something that this campaign cannot tell from an effect that was found: it can imitate most of
 /// what the effect does.
@@ -93,28 +71,11 @@ struct TracedEffect {
   bool incomplete = false;      ///< its parameter follows its driver in a further effect too
 };
 
-/// A candidate that was looked at in the last scan.
-struct RankedCandidate {
-  Effect effect;
-  std::string separated_by;
-  int degrees_of_freedom = 0;  ///< independent columns left after projection
-  double left = 0;             ///< share of its largest column that no known parameter can imitate
-  double score = 0;            ///< fall of EBIC
-};
-
-/// The last scan repeated on residuals whose signs are flipped pose by pose: what the search finds
-/// where there is nothing.
-struct NullRun {
-  int flips = 0;
-  double false_add_rate = 0;  ///< share of the draws in which an effect would have been added
-  double score_95 = 0;        ///< EBIC fall that the best candidate exceeds in one draw of twenty
-};
-
 struct TraceResult {
   CalibrationResult fit;                  ///< the model with all effects, on the readings given
   std::vector<CalibrationResult> stages;  ///< geometry alone, then with each effect as it was added
   std::vector<TracedEffect> effects;
-  Eigen::MatrixXd departures;            ///< of all coefficients of the fit; bootstrap_coefficients
+  Eigen::MatrixXd bootstrap_draws;       ///< draws x coefficients; see bootstrap_coefficients()
   std::vector<RankedCandidate> ranking;  ///< of the last scan, best first
   /// Catalogue effects that no campaign like this can show.
   std::vector<RankedCandidate> not_separable;

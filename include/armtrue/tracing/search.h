@@ -1,0 +1,46 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "armtrue/effects/effect.h"
+
+namespace armtrue {
+
+/// What trace() and its search are told.
+struct TraceOptions {
+  std::uint64_t seed = 1;
+  int flips = 199;  ///< sign-flipped residuals for each family-wise p-value
+  /// Significance level for adding an effect: `significance` where the p of the lack of fit against
+  /// the noise is at most 0.001, `significance_without_lack_of_fit` where it is 1 or no noise is
+  /// known, log-interpolated between. Near the lower level ten times as many flips decide.
+  double significance = 0.05, significance_without_lack_of_fit = 0.005;
+  int max_effects = 16;
+  int bootstrap = 1000;  ///< draws of the poses for each interval
+  /// Effects that the search begins with, for example those of an earlier campaign. They must be
+  /// candidates of the search, which may drop or exchange them like those that it adds.
+  std::vector<Effect> start;
+  bool beyond_catalogue = true;                      ///< search parameter x driver x basis as well
+  std::function<void(const std::string&)> progress;  ///< called with what is being done
+};
+
+/// A candidate of the last scan.
+struct RankedCandidate {
+  Effect effect;
+  std::string separated_by;
+  int degrees_of_freedom = 0;    ///< independent columns left after projection
+  double unexplained_share = 0;  ///< largest share of a column that no known parameter can imitate
+  double score = 0;              ///< fall of EBIC
+};
+
+/// The last scan repeated on residuals with signs flipped pose by pose: what the search finds where
+/// there is no effect.
+struct NullRun {
+  int flips = 0;
+  double false_add_rate = 0;  ///< share of the draws in which an effect would have been added
+  double score_95 = 0;        ///< EBIC fall that the best candidate exceeds in one draw of twenty
+};
+
+}  // namespace armtrue

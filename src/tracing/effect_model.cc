@@ -1,0 +1,217 @@
+#include "tracing/effect_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <stdexcept>
+#include <tuple>
+
+#include "calibration/registration.h"
+#include "campaign/sessions.h"
+#include "tracing/candidates.h"
+#include "tracing/significance.h"
+
+namespace armtrue {
+namespace {
+
+// Order among candidates that explain alike: fewer choices first, then joint angles (bending about
+// the axis of a joint is its compliance), then the names. The order in files does not matter.
+bool is_preferred(const Candidate& a, const Candidate& b) {
+  const auto key = [](const Candidate& candidate) {
+    const Effect& effect = candidate.effect;
+    const bool is_joint = effect.parameter.ends_with(".theta");
+    const Driver& driver = effect.driver;
+    const Shape& shape = effect.shape;
+    return std::tuple(candidate.log_choices, !is_joint, effect.parameter, driver.kind, driver.joint,
+                      driver.second_joint, driver.where, driver.factor, shape.kind, shape.harmonic,
+                      shape.basis, shape.count, shape.at, shape.tau, shape.low, shape.high);
+  };
+  return key(a) < key(b);
+}
+
+// Candidates of the catalogue and, if asked for, beyond it.
+std::vector<Candidate> all_candidates(const Robot& robot, const Campaign& campaign,
+                                      const Catalogue& catalogue, const TraceOptions& options) {
+  std::vector<Candidate> candidates = catalogue_candidates(catalogue, robot, campaign);
+  if (options.beyond_catalogue) {
+    const size_t known = candidates.size();
+    for (const Candidate& candidate : open_candidates(robot, campaign))
+      candidates.push_back(candidate);
+    // A search beyond the catalogue has looked at the catalogue too.
+    for (size_t k = known; k < candidates.size(); ++k)
+      candidates[k].log_choices =
+          std::log(std::exp(candidates[k].log_choices) + static_cast<double>(known));
+  }
+  std::sort(candidates.begin(), candidates.end(), is_preferred);
+  return candidates;
+}
+
+}  // namespace
+
+EffectModel::EffectModel(const Robot& robot, const Campaign& campaign, const Catalogue& catalogue,
+                         const TraceOptions& options)
+    : campaign_(campaign), options_(options), declared_(static_cast<int>(robot.effects.size())) {
+  if (options.progress) options.progress("fitting the geometry");
+  fit_ = calibrate(robot, campaign);
+  const std::vector<Candidate> candidates = all_candidates(robot, campaign, catalogue, options);
+  // Moments and forces are taken along the axes of R_A, so each base must stand where it was.
+  const Robot start = starting_robot(robot, campaign, fit_.set);
+  scan_ = std::make_unique<CandidateScan>(candidates, start, in_common_frame(campaign, start));
+  if (candidates.empty())
+    throw std::invalid_argument(
+        campaign.source +
+        ": no effect of the catalogue can be looked for in these measurements, which lack the "
+        "columns of its drivers (t_s, temp_..._c, payload_kg, fx_n, dir1, tau1_nm, ...); log "
+        "them, take another catalogue or search beyond it (without --only-catalogue)");
+}
+
+bool EffectModel::contains(const Effect& effect) const {
+  const auto& effects = fit_.robot.effects;
+  return std::any_of(effects.begin(), effects.end(),
+                     [&](const Effect& other) { return same_form(other, effect); });
+}
+
+void EffectModel::add(const Candidate& candidate, double p) {
+  p_at_gate_.push_back(p);
+  chosen_.push_back(candidate);
+  refit({});
+}
+
+void EffectModel::exchange(size_t k, const Candidate& candidate) {
+  std::vector<Effect> coefficients = fit_.robot.effects;
+  chosen_[k] = candidate;
+  p_at_gate_[k] = std::nullopt;
+  coefficients[in_fit(k)] = {};
+  refit(coefficients);
+}
+
+void EffectModel::drop(const std::vector<int>& ascending) {
+  std::vector<Effect> coefficients = fit_.robot.effects;
+  remove(ascending, coefficients);
+  refit(coefficients);
+}
+
+void EffectModel::merge(const std::vector<int>& ascending, const Candidate& candidate) {
+  std::vector<Effect> coefficients = fit_.robot.effects;
+  remove(ascending, coefficients);
+  chosen_.push_back(candidate);
+  p_at_gate_.push_back(std::nullopt);
+  refit(coefficients);
+}
+
+void EffectModel::settle(const std::vector<Candidate>& candidates) {
+  chosen_ = candidates;
+  refit({});
+}
+
+bool EffectModel::put_in_order(const std::vector<size_t>& order) {
+  if (std::is_sorted(order.begin(), order.end())) return false;
+  const std::vector<Candidate> chosen = chosen_;
+  const auto p_at_gate = p_at_gate_;
+  std::vector<Effect> in_order = fit_.robot.effects;
+  for (size_t k = 0; k < order.size(); ++k) {
+    chosen_[k] = chosen[order[k]];
+    p_at_gate_[k] = p_at_gate[order[k]];
+    in_order[in_fit(k)] = fit_.robot.effects[in_fit(order[k])];
+  }
+  refit(in_order);
+  return true;
+}
+
+void EffectModel::remove(const std::vector<int>& ascending, std::vector<Effect>& coefficients) {
+  for (auto k = ascending.rbegin(); k != ascending.rend(); ++k) {
+    chosen_.erase(chosen_.begin() + *k);
+    p_at_gate_.erase(p_at_gate_.begin() + *k);
+    coefficients.erase(coefficients.begin() + declared_ + *k);
+  }
+}
+
+// Refits the geometry and all effects from the coefficients of `start`, or of the present fit if it
+// is empty; coefficients of new effects start at zero.
+void EffectModel::refit(const std::vector<Effect>& start) {
+  Robot robot = fit_.robot;
+  robot.effects.resize(declared_);
+  for (size_t k = 0; k < chosen_.size(); ++k) {
+    Effect effect = chosen_[k].effect;
+    const auto& old = start.empty() ? fit_.robot.effects : start;
+    const size_t place = static_cast<size_t>(declared_) + k;
+    if (place < old.size() && same_form(old[place], effect))
+      effect.coefficients = old[place].coefficients;
+    if (effect.coefficients.empty())
+      effect.coefficients.resize(
+          BoundEffect(effect, robot, campaign_.temperature_names).coefficient_count());
+    robot.effects.push_back(effect);
+  }
+  CalibrationOptions options;
+  options.start_near(fit_);
+  options.tolerance = kSearchTolerance;
+  fit_ = calibrate(robot, campaign_, fit_.set, options);
+  view_.reset();
+  null_scores_.clear();
+}
+
+const EffectModel::View& EffectModel::view() {
+  if (!view_) view_ = std::make_unique<const View>(*scan_, fit_, campaign_);
+  return *view_;
+}
+
+CandidateScore EffectModel::score_of(const std::vector<int>& chosen) {
+  std::vector<int> effects;
+  double log_choices = 0;
+  for (int k : chosen) {
+    effects.push_back(in_fit(static_cast<size_t>(k)));
+    log_choices += chosen_[k].log_choices;
+  }
+  return view().projected.score_of(effects, chosen_[chosen.front()].effect.parameter, log_choices);
+}
+
+std::vector<CandidateScore> EffectModel::scores_of(const std::vector<Candidate>& candidates,
+                                                   int effect) {
+  const Robot& robot = fit_.robot;
+  const CandidateScan scan(candidates, robot, in_common_frame(campaign_, robot));
+  const ProjectedCandidates projected(scan, view().fit);
+  return effect < 0 ? projected.scores() : projected.scores_without({effect});
+}
+
+Candidate EffectModel::refined(const Candidate& found, int effect) {
+  const std::vector<Candidate> finer = refined_candidates(found, campaign_);
+  if (finer.empty()) return found;
+  return finer[best_first(scores_of(finer, effect)).front()];
+}
+
+double EffectModel::significance() const {
+  return significance_level(fit_, campaign_, options_.significance,
+                            options_.significance_without_lack_of_fit);
+}
+
+EffectModel::Chance EffectModel::chance_of(double score) {
+  const double level = significance();
+  double p = 1;
+  for (int flips : {options_.flips, 10 * options_.flips}) {
+    if (static_cast<int>(null_scores_.size()) < flips)
+      null_scores_ = view().projected.best_of_flipped(flips, options_.seed);
+    const auto as_high = std::count_if(null_scores_.begin(), null_scores_.end(),
+                                       [&](double by_chance) { return by_chance >= score; });
+    p = (1.0 + static_cast<double>(as_high)) / (1.0 + static_cast<double>(null_scores_.size()));
+    // More draws decide only between the two levels.
+    if (p >= options_.significance || p < level) break;
+  }
+  return {p, null_run(level)};
+}
+
+// A draw adds an effect if its best candidate passes the gates of EBIC and of p.
+NullRun EffectModel::null_run(double level) const {
+  std::vector<double> scores = null_scores_;
+  std::sort(scores.begin(), scores.end(), std::greater<>());
+  const auto count = static_cast<double>(scores.size());
+  NullRun run;
+  run.flips = static_cast<int>(scores.size());
+  run.score_95 = scores[static_cast<size_t>(0.05 * count)];
+  int added = 0;
+  for (size_t k = 0; k < scores.size(); ++k)
+    added += scores[k] > 0 && static_cast<double>(k + 1) / (1.0 + count) < level;
+  run.false_add_rate = added / count;
+  return run;
+}
+
+}  // namespace armtrue

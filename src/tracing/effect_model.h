@@ -1,0 +1,94 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "armtrue/calibration/calibration.h"
+#include "armtrue/effects/catalogue.h"
+#include "armtrue/tracing/search.h"
+#include "tracing/projection.h"
+
+namespace armtrue {
+
+/// Relative fall of the cost at which a fit of the search ends. Its figures are compared to two
+/// digits.
+inline constexpr double kSearchTolerance = 1e-6;
+
+/// The model of a search: geometry and the effects chosen so far, fitted together. Each change
+/// refits everything. It also sees all candidates of the search beside or in the place of its
+/// effects.
+class EffectModel {
+ public:
+  /// Fits the geometry. Keeps references to `campaign` and `options`, which must outlive it. Throws
+  /// std::invalid_argument if the measurements allow no candidate.
+  EffectModel(const Robot& robot, const Campaign& campaign, const Catalogue& catalogue,
+              const TraceOptions& options);
+
+  const CalibrationResult& fit() const { return fit_; }
+  /// The chosen candidates, in the order of the effects of the model.
+  const std::vector<Candidate>& chosen() const { return chosen_; }
+  /// Index of the k-th chosen candidate among the effects of the model.
+  int in_fit(size_t k) const { return declared_ + static_cast<int>(k); }
+  /// The p with which the k-th chosen candidate was added; none if it replaced another one.
+  std::optional<double> p_at_gate(size_t k) const { return p_at_gate_[k]; }
+  /// Whether the model has this effect, declared or chosen.
+  bool contains(const Effect& effect) const;
+
+  void add(const Candidate& candidate, double p);
+  void exchange(size_t k, const Candidate& candidate);
+  void drop(const std::vector<int>& ascending);
+  /// Replaces some chosen candidates by one.
+  void merge(const std::vector<int>& ascending, const Candidate& candidate);
+  /// Replaces all chosen candidates by the same with other inner values.
+  void settle(const std::vector<Candidate>& candidates);
+  /// Puts the chosen candidates into another order; false if it is the present one.
+  bool put_in_order(const std::vector<size_t>& order);
+
+  /// The fit as a linear problem, and all candidates projected off it.
+  struct View {
+    Linearization fit;
+    ProjectedCandidates projected;
+
+    View(const CandidateScan& scan, const CalibrationResult& result, const Campaign& campaign)
+        : fit(result, campaign), projected(scan, fit) {}
+  };
+  /// Valid until the next change.
+  const View& view();
+  const CandidateScan& scan() const { return *scan_; }
+
+  /// What some chosen candidates, all on one parameter, explain together.
+  CandidateScore score_of(const std::vector<int>& chosen);
+  /// Scores of candidates outside the scan, all on one parameter: beside the model or, if `effect`
+  /// is not negative, in the place of that effect.
+  std::vector<CandidateScore> scores_of(const std::vector<Candidate>& candidates, int effect);
+  /// The candidate with the inner values (t*, tau, frequency) that explain most; `effect` as for
+  /// scores_of().
+  Candidate refined(const Candidate& found, int effect);
+
+  /// Level below which a family-wise p allows an addition.
+  double significance() const;
+  struct Chance {
+    double p = 1;  ///< share of the draws whose best candidate scores as high
+    NullRun run;
+  };
+  Chance chance_of(double score);
+
+ private:
+  void refit(const std::vector<Effect>& start);
+  void remove(const std::vector<int>& ascending, std::vector<Effect>& coefficients);
+  NullRun null_run(double level) const;
+
+  const Campaign& campaign_;
+  const TraceOptions& options_;
+  CalibrationResult fit_;
+  int declared_ = 0;  // effects that the robot came with
+  std::unique_ptr<const CandidateScan> scan_;
+  std::vector<Candidate> chosen_;
+  std::vector<std::optional<double>> p_at_gate_;
+  std::unique_ptr<const View> view_;  // of the present fit, once asked for
+  std::vector<double> null_scores_;   // of the view, as many as were asked for
+};
+
+}  // namespace armtrue

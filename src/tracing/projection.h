@@ -1,0 +1,110 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tracing/linearization.h"
+#include "tracing/scan.h"
+
+namespace armtrue {
+
+/// A smaller norm of a whitened column is rounding of a driver that did not move.
+inline constexpr double kMinColumnNorm = 1e-10;
+/// Candidates of one task; the sums do not depend on it.
+inline constexpr int kCandidatesPerBlock = 64;
+
+/// What a candidate would explain beside the model.
+struct CandidateScore {
+  int degrees_of_freedom = 0;    ///< independent columns left after projection; 0: not separable
+  double unexplained_share = 0;  ///< largest share of a column's norm that the model cannot imitate
+  double gain = 0;               ///< fall of the sum of squares of the whitened residuals
+  double score = 0;              ///< ebic_fall(); positive: the model with it is better
+  Eigen::VectorXd coefficients;
+};
+
+/// Indices of the scores, best first. Scores that differ by less than 0.01 keep their order.
+std::vector<int> best_first(const std::vector<CandidateScore>& scores);
+
+/// All candidates projected off everything that a fit has in its model (Frisch, Waugh 1933; Lovell
+/// 1963). For a candidate with columns X, basis Q and residual r:
+///     X2 = X - Q Q^T X,  gain = |P r|^2,  P the projector on the columns of X2.
+/// The products X2^T X2 = X^T X - (Q^T X)^T (Q^T X) come from Gram matrices, so that X2 itself
+/// never exists. (Regression of r on the raw X would shrink the coefficients.)
+class ProjectedCandidates {
+ public:
+  /// Keeps references to both arguments.
+  ProjectedCandidates(const CandidateScan& scan, const Linearization& fit);
+
+  /// Scores of each candidate beside everything in the model.
+  std::vector<CandidateScore> scores() const;
+
+  /// Orthonormal basis of the columns X2 of one candidate.
+  Eigen::MatrixXd directions(int candidate) const;
+
+  /// Scores of each candidate in the place of some effects of the model.
+  std::vector<CandidateScore> scores_without(const std::vector<int>& effects) const;
+
+  /// How well each candidate imitates one effect of the model. Effect and candidate are projected
+  /// off the rest of the model; `gain` is cos^2 of the angle between what the effect explains and
+  /// the columns of the candidate, `coefficients` are those of the closest imitation.
+  std::vector<CandidateScore> imitations(int effect) const;
+
+  /// Score of effects of the model, all on one parameter, together beside the others. `log_choices`
+  /// is the sum over the effects.
+  CandidateScore score_of(const std::vector<int>& effects, const std::string& parameter,
+                          double log_choices) const;
+
+  /// Null distribution of the family-wise test: the best score of all candidates on residuals with
+  /// random signs, one for each draw. All rows of a pose get the same sign, since they may share an
+  /// error. The residual of pose i is first corrected for its leverage H_i,
+  ///     (I - H_i)^(-1/2) r_i   (CR2; Bell, McCaffrey 2002),
+  /// because the fit follows the readings of a pose, most where poses are few: draws of r itself
+  /// would scatter too little.
+  std::vector<double> best_of_flipped(int flips, std::uint64_t seed) const;
+
+ private:
+  // Orthonormalises the columns X2 of a candidate without the dependent ones:
+  // whitening^T whitening is the (pseudo)inverse of their Gram matrix.
+  struct Solution {
+    Eigen::MatrixXd whitening;  // degrees of freedom x coefficients
+    int degrees_of_freedom = 0;
+    double unexplained_share = 0;
+  };
+  Eigen::MatrixXd on_basis(int candidate) const;
+  Solution solve(int candidate, const Eigen::MatrixXd& projected,
+                 const Eigen::MatrixXd& returned) const;
+  std::vector<CandidateScore> scores(const Linearization::Loss& loss, bool with_residual) const;
+  void project_columns();
+  void compute_grams(const std::vector<Eigen::VectorXd>& squares);
+  Eigen::VectorXd squares_by_context(int parameter) const;
+
+  // Sums over the rows of each context of d(row)/d(parameter) . columns(row): contexts x columns.
+  template <typename Columns>
+  Eigen::MatrixXd sums_by_context(int parameter, const Columns& columns) const {
+    const int size = fit_.row_size();
+    Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(columns.cols(), scan_.values_.rows());
+    const auto derivative = fit_.jacobian().col(parameter);
+    for (int row = 0; row < fit_.rows(); ++row)
+      for (int axis = 0; axis < size; ++axis)
+        if (derivative[row * size + axis] != 0)
+          sums.col(scan_.context_of_row_[row]) +=
+              derivative[row * size + axis] * columns.row(row * size + axis).transpose();
+    return sums.transpose();
+  }
+
+  // Of best_of_flipped(); see sign_flips.cc.
+  struct Draws;
+  Eigen::VectorXd leverage_corrected_residual_by_pose() const;
+  Draws draw(int flips, std::uint64_t seed) const;
+  Eigen::VectorXd best_of_block(const Draws& draws, int begin, int end) const;
+
+  const CandidateScan& scan_;
+  const Linearization& fit_;
+  Eigen::MatrixXd on_basis_;            // Q^T X: rank x columns
+  Eigen::VectorXd slopes_;              // X^T r: columns
+  std::vector<Eigen::MatrixXd> grams_;  // X^T X, per candidate
+};
+
+}  // namespace armtrue

@@ -1,0 +1,155 @@
+// The null run of the search: sign flips by pose.
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "calibration/pose_influence.h"
+#include "statistics/ordered_blocks.h"
+#include "tracing/ebic.h"
+#include "tracing/projection.h"
+
+namespace armtrue {
+namespace {
+
+// float is precise enough for a rank among draws, once the projection was done in double.
+using RowMajorXf = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+constexpr int kColumnsAtOnce = 256;  // bounds the memory of one task
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// One sign for each pose and draw, the same for all candidates: poses x flips.
+Eigen::MatrixXf random_signs(int poses, int flips, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  Eigen::MatrixXf signs(poses, flips);
+  for (int f = 0; f < flips; ++f)
+    for (int pose = 0; pose < poses; ++pose) signs(pose, f) = random() >> 63 ? 1.0f : -1.0f;
+  return signs;
+}
+
+}  // namespace
+
+// The residuals e with flipped signs, as the candidates see them.
+struct ProjectedCandidates::Draws {
+  RowMajorXf slopes;         // X2^T e: columns x flips
+  Eigen::RowVectorXf norms;  // |e - Q Q^T e|^2: flips
+};
+
+Eigen::VectorXd ProjectedCandidates::leverage_corrected_residual_by_pose() const {
+  Eigen::VectorXd residual = fit_.residual();
+  const int size = fit_.row_size();
+  const RowsByPose rows = rows_by_pose(fit_.pose());
+  for_ordered_blocks<int>(
+      rows.poses(), 32,
+      [&](int begin, int end) {
+        for (int pose = begin; pose < end; ++pose) {
+          std::vector<Eigen::Index> own;
+          for (int k = rows.first[pose]; k < rows.first[pose + 1]; ++k)
+            for (int axis = 0; axis < size; ++axis)
+              own.push_back(static_cast<Eigen::Index>(rows.row[k]) * size + axis);
+          residual(own) =
+              leverage_corrected_residual(fit_.basis()(own, Eigen::all), residual(own)).eval();
+        }
+        return 0;
+      },
+      [](int) {});
+  return residual;
+}
+
+ProjectedCandidates::Draws ProjectedCandidates::draw(int flips, std::uint64_t seed) const {
+  const Eigen::VectorXd residual = leverage_corrected_residual_by_pose();
+  const std::vector<int>& pose_of_row = fit_.pose();
+  const int poses = 1 + *std::max_element(pose_of_row.begin(), pose_of_row.end());
+  std::vector<int> pose_of_context(scan_.values_.rows());
+  for (int row = 0; row < fit_.rows(); ++row)
+    pose_of_context[scan_.context_of_row_[row]] = pose_of_row[row];
+  const Eigen::MatrixXf signs = random_signs(poses, flips, seed);
+
+  // Rows of a pose flip together, so their products are summed before the draws.
+  const int size = fit_.row_size();
+  Eigen::MatrixXd basis_by_pose = Eigen::MatrixXd::Zero(poses, fit_.basis().cols());
+  for (int row = 0; row < fit_.rows(); ++row)
+    basis_by_pose.row(pose_of_row[row]) +=
+        residual.segment(row * size, size).transpose() * fit_.basis().middleRows(row * size, size);
+  const Eigen::MatrixXf flipped_on_basis = basis_by_pose.transpose().cast<float>() * signs;
+  Draws draws;
+  draws.norms =
+      static_cast<float>(residual.squaredNorm()) - flipped_on_basis.colwise().squaredNorm().array();
+
+  draws.slopes.resize(slopes_.size(), flips);
+  for_ordered_blocks<int>(
+      kTargetParameters, 1,
+      [&](int parameter, int) {
+        const int first = scan_.first_column_[parameter];
+        const int count = scan_.first_column_[parameter + 1] - first;
+        if (count == 0) return 0;
+        const Eigen::VectorXd products = sums_by_context(parameter, residual);
+        for (int begin = 0; begin < count; begin += kColumnsAtOnce) {
+          const int width = std::min(kColumnsAtOnce, count - begin);
+          Eigen::MatrixXd by_pose = Eigen::MatrixXd::Zero(poses, width);
+          for (int k = 0; k < width; ++k) {
+            const auto values = scan_.values_.col(scan_.value_of_column_[first + begin + k]);
+            for (int context = 0; context < values.size(); ++context)
+              by_pose(pose_of_context[context], k) +=
+                  static_cast<double>(values[context]) * products[context];
+          }
+          by_pose.noalias() -= basis_by_pose * on_basis_.middleCols(first + begin, width);
+          draws.slopes.middleRows(first + begin, width).noalias() =
+              by_pose.transpose().cast<float>() * signs;
+        }
+        return 0;
+      },
+      [](int) {});
+  return draws;
+}
+
+// The best score of some candidates in each draw.
+Eigen::VectorXd ProjectedCandidates::best_of_block(const Draws& draws, int begin, int end) const {
+  const Eigen::Index flips = draws.norms.size();
+  const double freedom = fit_.residual_freedom();
+  Eigen::VectorXd best = Eigen::VectorXd::Constant(flips, -kInfinity);
+  // exp(-best / freedom): tells without a logarithm whether a gain can beat the best score.
+  Eigen::VectorXd to_beat = Eigen::VectorXd::Constant(flips, kInfinity);
+  for (int candidate = begin; candidate < end; ++candidate) {
+    const Solution solution = solve(candidate, on_basis(candidate), {});
+    if (solution.degrees_of_freedom == 0) continue;
+    RowMajorXf slope = RowMajorXf::Zero(scan_.coefficient_count_[candidate], flips);
+    for (const auto& term : scan_.terms_[candidate])
+      slope.row(term.coefficient) += draws.slopes.row(term.column);
+    // Scaled to columns of unit length: their norms differ by orders of magnitude.
+    const Eigen::VectorXd unit = grams_[candidate].diagonal().cwiseSqrt();
+    const Eigen::VectorXd inverse =
+        (unit.array() > kMinColumnNorm).select(unit.cwiseInverse(), 0.0);
+    slope = inverse.cast<float>().asDiagonal() * slope;
+    const Eigen::MatrixXf whitening = (solution.whitening * unit.asDiagonal()).cast<float>();
+    Eigen::RowVectorXf gains = Eigen::RowVectorXf::Zero(flips);
+    for (const auto& axis : whitening.rowwise())  // too few and short for a blocked product
+      gains += axis.lazyProduct(slope).cwiseAbs2();
+    const auto& parameter = scan_.candidates_[candidate].effect.parameter;
+    const double log_choices = scan_.candidates_[candidate].log_choices;
+    const double of_choices = std::exp(-2.0 * log_choices / freedom);
+    for (Eigen::Index f = 0; f < flips; ++f) {
+      if (gains[f] <= draws.norms[f] * (1 - to_beat[f] * of_choices)) continue;
+      const double score = ebic_fall(parameter, log_choices, solution.degrees_of_freedom, gains[f],
+                                     draws.norms[f], freedom);
+      if (score <= best[f]) continue;
+      best[f] = score;
+      to_beat[f] = std::exp(-score / freedom);
+    }
+  }
+  return best;
+}
+
+std::vector<double> ProjectedCandidates::best_of_flipped(int flips, std::uint64_t seed) const {
+  const Draws draws = draw(flips, seed);
+  Eigen::VectorXd best = Eigen::VectorXd::Constant(flips, -kInfinity);
+  for_ordered_blocks<Eigen::VectorXd>(
+      static_cast<int>(grams_.size()), kCandidatesPerBlock,
+      [&](int begin, int end) { return best_of_block(draws, begin, end); },
+      [&](const Eigen::VectorXd& block) { best = best.cwiseMax(block); });
+  return {best.begin(), best.end()};
+}
+
+}  // namespace armtrue

@@ -1,0 +1,195 @@
+// The scan against plain least squares on all columns at once, on linear problems made by hand.
+
+#include "tracing/projection.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/QR>
+#include <cmath>
+#include <limits>
+
+#include "tracing/ebic.h"
+#include "tracing/linear_problem.h"
+
+namespace armtrue {
+namespace {
+
+constexpr double kFloat = 1e-5;  // relative: values of candidates are floats
+
+double squares_left(const Eigen::MatrixXd& columns, const Eigen::VectorXd& readings) {
+  return (readings - columns * columns.householderQr().solve(readings)).squaredNorm();
+}
+
+Eigen::MatrixXd beside(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
+  Eigen::MatrixXd both(a.rows(), a.cols() + b.cols());
+  both << a, b;
+  return both;
+}
+
+double first_angle(const JointVector& q) { return q[0]; }
+double second_angle(const JointVector& q) { return q[1]; }
+double fourth_angle(const JointVector& q) { return q[3]; }
+double sine_of_fifth(const JointVector& q) { return std::sin(q[4]); }
+double cosine_of_fifth(const JointVector& q) { return std::cos(q[4]); }
+
+// 30 poses read twice, a model of five columns and one effect on A2.theta by joint 2, and
+// candidates of one, two and six columns.
+struct Problem {
+  Random random{3};
+  Campaign campaign = angles_by_hand(random, 30, 2);
+  std::vector<Candidate> candidates{candidate_of("A3.theta", 0),
+                                    candidate_of("A3.theta", 4, ShapeKind::harmonic),
+                                    candidate_of("A5.alpha", 1), candidate_of("base", 3)};
+  LinearProblem linear = problem_by_hand(random, campaign, 5);
+  Eigen::MatrixXd effect;  // the column of the model's own effect
+
+  Problem() {
+    candidates[0].log_choices = std::log(4.0);
+    candidates[1].log_choices = std::log(7.0);
+    effect = column("A2.theta", second_angle);
+    linear.fitted = beside(linear.fitted, effect);
+    linear.coefficients_of_effect = {{0}};  // readings are those of the model with the effect
+    linear.readings = normal_matrix(random, effect.rows(), 1) +
+                      0.7 * column("A3.theta", first_angle) + 0.9 * effect;
+    const Eigen::VectorXd all = linear.fitted.householderQr().solve(linear.readings);
+    // As calibration hands them over: the effect's coefficient is in the model already.
+    linear.coefficients_of_effect = {{all[5]}};
+    linear.readings -= linear.fitted * all;
+  }
+
+  Eigen::VectorXd column(const std::string& parameter, double (*value)(const JointVector&)) const {
+    Eigen::VectorXd column = linear.jacobian.col(parameter_by_hand(parameter));
+    for (int row = 0; row < campaign.rows(); ++row)
+      column.segment<3>(3 * row) *= value(campaign.q[row]);
+    return column;
+  }
+
+  Eigen::MatrixXd columns(int candidate) const {
+    if (candidate == 0) return column("A3.theta", first_angle);
+    if (candidate == 1)
+      return beside(column("A3.theta", sine_of_fifth), column("A3.theta", cosine_of_fifth));
+    if (candidate == 2) return column("A5.alpha", second_angle);
+    Eigen::MatrixXd six(linear.jacobian.rows(), 0);
+    for (const std::string axis : {"x", "y", "z", "rx", "ry", "rz"})
+      six = beside(six, column("base." + axis, fourth_angle));
+    return six;
+  }
+};
+
+TEST(Projection, GainIsTheFallOfTheSumOfSquaresOfAWholeFit) {
+  const Problem problem;
+  const Linearization fit(problem.linear);
+  const CandidateScan scan(problem.candidates, robot_by_hand(), problem.campaign);
+  const ProjectedCandidates projected(scan, fit);
+  const std::vector<CandidateScore> scores = projected.scores();
+  const Eigen::MatrixXd& model = problem.linear.fitted;
+  const Eigen::VectorXd& readings = problem.linear.readings;
+  const double before = squares_left(model, readings);
+  EXPECT_NEAR(fit.residual_norm(), before, 1e-10 * before);
+  ASSERT_EQ(scores.size(), 4u);
+  for (int k = 0; k < 4; ++k) {
+    const Eigen::MatrixXd own = problem.columns(k);
+    const Eigen::MatrixXd all = beside(model, own);
+    const double gain = before - squares_left(all, readings);
+    EXPECT_NEAR(scores[k].gain, gain, kFloat * before) << k;
+    EXPECT_EQ(scores[k].degrees_of_freedom, own.cols()) << k;
+    const Eigen::VectorXd coefficients = all.householderQr().solve(readings).tail(own.cols());
+    EXPECT_LT((scores[k].coefficients - coefficients).norm(), 1e-4 * coefficients.norm()) << k;
+    const Candidate& candidate = problem.candidates[k];
+    const double freedom = 180 - 6;  // equations less unknowns: all readings independent
+    EXPECT_NEAR(scores[k].score,
+                ebic_fall(candidate.effect.parameter, candidate.log_choices,
+                          static_cast<int>(own.cols()), gain, before, freedom),
+                1e-3)
+        << k;
+    const Eigen::MatrixXd directions = projected.directions(k);
+    EXPECT_LT((model.transpose() * directions).norm(), 1e-4) << k;
+    EXPECT_NEAR((directions.transpose() * readings).squaredNorm(), gain, kFloat * before) << k;
+  }
+  EXPECT_GT(scores[0].gain, 5 * scores[2].gain);  // the one that is in the readings
+}
+
+TEST(Projection, InThePlaceOfAnEffectIsAFitWithoutIt) {
+  const Problem problem;
+  const Linearization fit(problem.linear);
+  const CandidateScan scan(problem.candidates, robot_by_hand(), problem.campaign);
+  const ProjectedCandidates projected(scan, fit);
+  const std::vector<CandidateScore> scores = projected.scores_without({0});
+  const Eigen::MatrixXd rest = problem.linear.fitted.leftCols<5>();
+  const Eigen::VectorXd readings =
+      problem.linear.readings + problem.linear.coefficients_of_effect[0][0] * problem.effect;
+  const double before = squares_left(rest, readings);
+  for (int k = 0; k < 4; ++k) {
+    const double gain = before - squares_left(beside(rest, problem.columns(k)), readings);
+    EXPECT_NEAR(scores[k].gain, gain, kFloat * before) << k;
+  }
+  const CandidateScore own = projected.score_of({0}, "A2.theta", 1.25);
+  const double gain = before - squares_left(problem.linear.fitted, readings);
+  EXPECT_NEAR(own.gain, gain, 1e-9 * gain);
+  EXPECT_EQ(own.degrees_of_freedom, 1);
+  EXPECT_NEAR(own.score, ebic_fall("A2.theta", 1.25, 1, gain, before, 180 - 6), 1e-9);
+}
+
+// cos^2 of the angle between the column of the effect and those of the candidate, both projected
+// off the other columns of the model.
+TEST(Projection, CorrelationOfAnImitationIsTheCosineOfThePrincipalAngle) {
+  const Problem problem;
+  const Linearization fit(problem.linear);
+  const CandidateScan scan(problem.candidates, robot_by_hand(), problem.campaign);
+  const std::vector<CandidateScore> imitations = ProjectedCandidates(scan, fit).imitations(0);
+  const Eigen::MatrixXd rest = problem.linear.fitted.leftCols<5>();
+  const auto off_the_rest = [&](const Eigen::MatrixXd& columns) -> Eigen::MatrixXd {
+    return columns - rest * rest.householderQr().solve(columns);
+  };
+  const Eigen::VectorXd effect = off_the_rest(problem.effect).col(0);
+  const double size = problem.linear.coefficients_of_effect[0][0];
+  for (int k = 0; k < 4; ++k) {
+    const Eigen::MatrixXd own = off_the_rest(problem.columns(k));
+    const Eigen::VectorXd closest = own.householderQr().solve(effect);
+    const double cosine = (own * closest).norm() / effect.norm();
+    EXPECT_NEAR(std::sqrt(imitations[k].gain), cosine, 1e-4) << k;
+    EXPECT_LT((imitations[k].coefficients - size * closest).norm(), 1e-3 * (size * closest).norm())
+        << k;
+  }
+}
+
+TEST(Projection, ATwinImitatesAnEffectWholly) {
+  const Problem problem;
+  const Linearization fit(problem.linear);
+  const CandidateScan scan({candidate_of("A2.theta", 1)}, robot_by_hand(), problem.campaign);
+  const CandidateScore twin = ProjectedCandidates(scan, fit).imitations(0).front();
+  EXPECT_NEAR(twin.gain, 1, 1e-6);
+  EXPECT_NEAR(twin.coefficients[0], problem.linear.coefficients_of_effect[0][0],
+              kFloat * std::abs(twin.coefficients[0]));
+}
+
+TEST(Projection, ACollinearCandidateHasNoDegreeOfFreedom) {
+  Problem problem;
+  // A parameter whose derivatives the model spans, whatever the joint does, and one by half.
+  const int spanned = parameter_by_hand("A5.alpha");
+  problem.linear.jacobian.col(spanned) = problem.linear.fitted.col(2);
+  for (JointVector& q : problem.campaign.q) q[1] = 0.75;  // a driver that did not move
+  const Linearization fit(problem.linear);
+  const CandidateScan scan(problem.candidates, robot_by_hand(), problem.campaign);
+  const std::vector<CandidateScore> scores = ProjectedCandidates(scan, fit).scores();
+  EXPECT_EQ(scores[2].degrees_of_freedom, 0);
+  EXPECT_EQ(scores[2].score, -std::numeric_limits<double>::infinity());
+  EXPECT_EQ(scores[2].gain, 0);
+  EXPECT_LT(scores[2].unexplained_share, kFloat);
+  // The share of the column's norm that is left, by an explicit projection.
+  const Eigen::VectorXd column = problem.columns(0);
+  const double share = std::sqrt(squares_left(problem.linear.fitted, column)) / column.norm();
+  EXPECT_NEAR(scores[0].unexplained_share, share, kFloat);
+}
+
+TEST(BestFirst, KeepsTheOrderOfScoresThatDifferByRounding) {
+  std::vector<CandidateScore> scores(4);
+  scores[0].score = 1.0;
+  scores[1].score = 5.001;
+  scores[2].score = 5.003;
+  scores[3].score = 7.0;
+  EXPECT_EQ(best_first(scores), (std::vector<int>{3, 1, 2, 0}));
+}
+
+}  // namespace
+}  // namespace armtrue
