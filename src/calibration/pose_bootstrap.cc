@@ -55,11 +55,13 @@ Eigen::MatrixXd bootstrap_coefficients(const CalibrationResult& fit, const Campa
 
 std::array<double, 2> interval_about(const Eigen::VectorXd& bootstrap_draws, double deviation,
                                      int poses) {
-  const double drawn = std::sqrt(bootstrap_draws.squaredNorm() * poses /
-                                 (static_cast<double>(bootstrap_draws.size()) * std::max(1, poses - 1)));
+  const double drawn =
+      std::sqrt(bootstrap_draws.squaredNorm() * poses /
+                (static_cast<double>(bootstrap_draws.size()) * std::max(1, poses - 1)));
   const double wide = student_t_975(poses - 1) * deviation;
   if (!(drawn > 0)) return {-wide, wide};
-  const auto [low, high] = percentile_interval({bootstrap_draws.begin(), bootstrap_draws.end()}, poses);
+  const auto [low, high] =
+      percentile_interval({bootstrap_draws.begin(), bootstrap_draws.end()}, poses);
   return {low / drawn * deviation, high / drawn * deviation};
 }
 

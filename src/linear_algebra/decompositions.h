@@ -11,29 +11,28 @@
 /// The decompositions that the house uses, of dense matrices of doubles. They are instantiated
 /// once, in decompositions.cc; a file that includes this header instead of Eigen's compiles none of
 /// them.
-#define ARMTRUE_DECOMPOSITIONS(instantiate)                                                       \
-  instantiate class HouseholderQR<MatrixXd>;                                                      \
-  instantiate class ColPivHouseholderQR<MatrixXd>;                                                \
-  instantiate class CompleteOrthogonalDecomposition<MatrixXd>;                                    \
-  instantiate class SelfAdjointEigenSolver<MatrixXd>;                                             \
-  instantiate class JacobiSVD<MatrixXd>;                                                          \
-  instantiate class LDLT<MatrixXd>;                                                               \
-  instantiate class LLT<MatrixXd>;                                                                \
-  /* Members that are templates themselves, which the lines above leave out. */                   \
-  instantiate SelfAdjointEigenSolver<MatrixXd>& SelfAdjointEigenSolver<MatrixXd>::compute(        \
-      const EigenBase<MatrixXd>&, int);                                                           \
-  instantiate LDLT<MatrixXd>& LDLT<MatrixXd>::compute(const EigenBase<MatrixXd>&);                \
-  instantiate LLT<MatrixXd>& LLT<MatrixXd>::compute(const EigenBase<MatrixXd>&);                  \
-  instantiate void HouseholderQR<Ref<MatrixXd>>::computeInPlace();                                \
-  instantiate void HouseholderQR<MatrixXd>::_solve_impl(const VectorXd&, VectorXd&) const;        \
-  instantiate void ColPivHouseholderQR<MatrixXd>::_solve_impl(const VectorXd&, VectorXd&) const;  \
-  instantiate void CompleteOrthogonalDecomposition<MatrixXd>::_solve_impl(const VectorXd&,        \
-                                                                          VectorXd&) const;       \
-  instantiate void LDLT<MatrixXd>::_solve_impl_transposed<true>(const VectorXd&, VectorXd&)       \
-      const;                                                                                      \
-  /* What the solvers call for an argument of any type. */                                        \
-  instantiate void internal::tridiagonalization_inplace(MatrixXd&, VectorXd&, VectorXd&,          \
-                                                        VectorXd&, bool);                         \
+#define ARMTRUE_DECOMPOSITIONS(instantiate)                                                        \
+  instantiate class HouseholderQR<MatrixXd>;                                                       \
+  instantiate class ColPivHouseholderQR<MatrixXd>;                                                 \
+  instantiate class CompleteOrthogonalDecomposition<MatrixXd>;                                     \
+  instantiate class SelfAdjointEigenSolver<MatrixXd>;                                              \
+  instantiate class JacobiSVD<MatrixXd>;                                                           \
+  instantiate class LDLT<MatrixXd>;                                                                \
+  instantiate class LLT<MatrixXd>;                                                                 \
+  /* Members that are templates themselves, which the lines above leave out. */                    \
+  instantiate SelfAdjointEigenSolver<MatrixXd>& SelfAdjointEigenSolver<MatrixXd>::compute(         \
+      const EigenBase<MatrixXd>&, int);                                                            \
+  instantiate LDLT<MatrixXd>& LDLT<MatrixXd>::compute(const EigenBase<MatrixXd>&);                 \
+  instantiate LLT<MatrixXd>& LLT<MatrixXd>::compute(const EigenBase<MatrixXd>&);                   \
+  instantiate void HouseholderQR<Ref<MatrixXd>>::computeInPlace();                                 \
+  instantiate void HouseholderQR<MatrixXd>::_solve_impl(const VectorXd&, VectorXd&) const;         \
+  instantiate void ColPivHouseholderQR<MatrixXd>::_solve_impl(const VectorXd&, VectorXd&) const;   \
+  instantiate void CompleteOrthogonalDecomposition<MatrixXd>::_solve_impl(const VectorXd&,         \
+                                                                          VectorXd&) const;        \
+  instantiate void LDLT<MatrixXd>::_solve_impl_transposed<true>(const VectorXd&, VectorXd&) const; \
+  /* What the solvers call for an argument of any type. */                                         \
+  instantiate void internal::tridiagonalization_inplace(MatrixXd&, VectorXd&, VectorXd&,           \
+                                                        VectorXd&, bool);                          \
   instantiate Matrix4d umeyama(const MatrixBase<Matrix3Xd>&, const MatrixBase<Matrix3Xd>&, bool);
 
 namespace Eigen {

@@ -4,7 +4,8 @@
 
 /// Eigen's loops over dense matrices of doubles, instantiated once, in kernels.cc. They are named,
 /// internal as they are, because each file with a product would else compile them again, which is
-/// a third of its time; where Eigen names them otherwise, the list is empty and all compile as before.
+/// a third of its time; where Eigen names them otherwise, the list is empty and all compile as
+/// before.
 #if EIGEN_VERSION_AT_LEAST(3, 4, 0) && !EIGEN_VERSION_AT_LEAST(3, 4, 90)
 namespace Eigen::internal {
 
@@ -15,28 +16,28 @@ using ArmtrueMapper = const_blas_data_mapper<double, Index, Order>;
 
 }  // namespace Eigen::internal
 
-#define ARMTRUE_KERNELS(instantiate)                                                              \
-  instantiate struct gebp_kernel<double, double, Index, ArmtrueResult, ArmtrueTraits::mr,         \
-                                 ArmtrueTraits::nr, false, false>;                                \
-  instantiate struct gemm_pack_lhs<double, Index, ArmtrueMapper<ColMajor>, ArmtrueTraits::mr,     \
-                                   ArmtrueTraits::LhsProgress, ArmtrueTraits::LhsPacket4Packing,  \
-                                   ColMajor>;                                                     \
-  instantiate struct gemm_pack_lhs<double, Index, ArmtrueMapper<RowMajor>, ArmtrueTraits::mr,     \
-                                   ArmtrueTraits::LhsProgress, ArmtrueTraits::LhsPacket4Packing,  \
-                                   RowMajor>;                                                     \
-  instantiate struct gemm_pack_rhs<double, Index, ArmtrueMapper<ColMajor>, ArmtrueTraits::nr,     \
-                                   ColMajor>;                                                     \
-  instantiate struct gemm_pack_rhs<double, Index, ArmtrueMapper<RowMajor>, ArmtrueTraits::nr,     \
-                                   RowMajor>;                                                     \
-  instantiate struct general_matrix_vector_product<                                               \
-      Index, double, ArmtrueMapper<ColMajor>, ColMajor, false, double, ArmtrueMapper<RowMajor>,   \
-      false>;                                                                                     \
-  instantiate struct general_matrix_vector_product<                                               \
-      Index, double, ArmtrueMapper<RowMajor>, RowMajor, false, double, ArmtrueMapper<ColMajor>,   \
-      false>;                                                                                     \
-  ARMTRUE_TRIANGULAR_KERNELS(instantiate, Lower)                                                  \
-  ARMTRUE_TRIANGULAR_KERNELS(instantiate, Upper)                                                  \
-  ARMTRUE_TRIANGULAR_KERNELS(instantiate, UnitLower)                                              \
+#define ARMTRUE_KERNELS(instantiate)                                                             \
+  instantiate struct gebp_kernel<double, double, Index, ArmtrueResult, ArmtrueTraits::mr,        \
+                                 ArmtrueTraits::nr, false, false>;                               \
+  instantiate struct gemm_pack_lhs<double, Index, ArmtrueMapper<ColMajor>, ArmtrueTraits::mr,    \
+                                   ArmtrueTraits::LhsProgress, ArmtrueTraits::LhsPacket4Packing, \
+                                   ColMajor>;                                                    \
+  instantiate struct gemm_pack_lhs<double, Index, ArmtrueMapper<RowMajor>, ArmtrueTraits::mr,    \
+                                   ArmtrueTraits::LhsProgress, ArmtrueTraits::LhsPacket4Packing, \
+                                   RowMajor>;                                                    \
+  instantiate struct gemm_pack_rhs<double, Index, ArmtrueMapper<ColMajor>, ArmtrueTraits::nr,    \
+                                   ColMajor>;                                                    \
+  instantiate struct gemm_pack_rhs<double, Index, ArmtrueMapper<RowMajor>, ArmtrueTraits::nr,    \
+                                   RowMajor>;                                                    \
+  instantiate struct general_matrix_vector_product<Index, double, ArmtrueMapper<ColMajor>,       \
+                                                   ColMajor, false, double,                      \
+                                                   ArmtrueMapper<RowMajor>, false>;              \
+  instantiate struct general_matrix_vector_product<Index, double, ArmtrueMapper<RowMajor>,       \
+                                                   RowMajor, false, double,                      \
+                                                   ArmtrueMapper<ColMajor>, false>;              \
+  ARMTRUE_TRIANGULAR_KERNELS(instantiate, Lower)                                                 \
+  ARMTRUE_TRIANGULAR_KERNELS(instantiate, Upper)                                                 \
+  ARMTRUE_TRIANGULAR_KERNELS(instantiate, UnitLower)                                             \
   ARMTRUE_TRIANGULAR_KERNELS(instantiate, UnitUpper)
 
 #define ARMTRUE_TRIANGULAR_KERNELS(instantiate, mode)                                             \

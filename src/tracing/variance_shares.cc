@@ -12,7 +12,7 @@ namespace armtrue {
 namespace {
 
 constexpr size_t kMaxInAllOrders = 5;
-constexpr int kOrdersDrawn = 64;    // and their reverses; the mean is good to a per cent
+constexpr int kOrdersDrawn = 64;      // and their reverses; the mean is good to a per cent
 constexpr double kMinOwnPart = 1e-9;  // of columns of unit length
 
 std::vector<std::vector<int>> orders_of_entry(size_t groups, std::uint64_t seed) {
