@@ -498,7 +498,8 @@ TEST(Split, KeepsPosesWhole) {
     for (int b : split.training) ASSERT_NE(campaign.training.pose[a], campaign.training.pose[b]);
 }
 
-// Sign-flips are about the null, so p is uniform there: count how often it falls below 0.2.
+// Sign flips simulate the null, so p is uniform there: count how often it is at most 0.2. This is
+// the whole chain on a few campaigns; sign_flips_test.cc bounds the law of p by 1500 draws.
 TEST(FamilyWiseP, IsCalibratedOnNull) {
   int low = 0;
   constexpr int kCampaigns = 40;

@@ -81,10 +81,12 @@ TEST(SignFlips, FamilyWisePIsUniformUnderTheNull) {
   EXPECT_LT(distance, ks_bound(kDraws));
 }
 
-// Repeats err alike, so signs flip by pose: by row the best score would look rare far too often.
-TEST(SignFlips, FamilyWisePIsUniformWhereReadingsOfAPoseErrAlike) {
+// 20 poses of which the model takes 20 of 60 directions, and repeats that err alike: each draw must
+// be projected off the model as the residual is, in its slopes (else the distance is 0.39) and in
+// its norm (0.07 if that is off by 5 %).
+TEST(SignFlips, FamilyWisePIsUniformWhereTheModelTakesMuchOfThePoses) {
   constexpr int kDraws = 1500;
-  const double distance = distance_from_uniform(null_p_values(kDraws, 60, 4, 3));
+  const double distance = distance_from_uniform(null_p_values(kDraws, 20, 20, 3));
   std::printf("distance from uniform %.4f, bound %.4f\n", distance, ks_bound(kDraws));
   EXPECT_LT(distance, ks_bound(kDraws));
 }
