@@ -31,8 +31,8 @@ constexpr double kMm = 1e-3;
 const std::string kFolder = ARMTRUE_TESTS "/programs/krl/";
 
 KrlProgram program(const std::string& src, const std::string& dat = "") {
-  KrlProgram result{{"p.src", src, ""}, std::nullopt};
-  if (!dat.empty()) result.dat = KrlFile{"p.dat", dat, ""};
+  KrlProgram result{{"p.src", src}, std::nullopt};
+  if (!dat.empty()) result.dat = KrlFile{"p.dat", dat};
   return result;
 }
 
