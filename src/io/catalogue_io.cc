@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "armtrue/io/source.h"
-#include "io/effect_io.h"
-#include "io/yaml_map.h"
+#include "io/yaml/effect_io.h"
+#include "io/yaml/yaml_map.h"
 
 namespace armtrue {
 namespace {

@@ -2,7 +2,7 @@
 
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
-#include "io/yaml_text.h"
+#include "io/yaml/yaml_text.h"
 
 namespace armtrue {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "armtrue/kinematics/units.h"
-#include "io/yaml_text.h"
+#include "io/yaml/yaml_text.h"
 
 namespace armtrue {
 

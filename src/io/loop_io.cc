@@ -1,8 +1,8 @@
 #include "armtrue/io/loop_io.h"
 
 #include "armtrue/kinematics/units.h"
-#include "io/traced_effect_text.h"
-#include "io/yaml_text.h"
+#include "io/yaml/traced_effect_text.h"
+#include "io/yaml/yaml_text.h"
 
 namespace armtrue {
 namespace {

@@ -1,10 +1,10 @@
 #include "armtrue/io/ranking_io.h"
 
 #include "armtrue/io/source.h"
-#include "io/effect_io.h"
-#include "io/traced_effect_text.h"
-#include "io/yaml_map.h"
-#include "io/yaml_text.h"
+#include "io/yaml/effect_io.h"
+#include "io/yaml/traced_effect_text.h"
+#include "io/yaml/yaml_map.h"
+#include "io/yaml/yaml_text.h"
 
 namespace armtrue {
 

@@ -9,9 +9,9 @@
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
-#include "io/effect_io.h"
-#include "io/yaml_map.h"
-#include "io/yaml_text.h"
+#include "io/yaml/effect_io.h"
+#include "io/yaml/yaml_map.h"
+#include "io/yaml/yaml_text.h"
 
 namespace armtrue {
 namespace {

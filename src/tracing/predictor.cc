@@ -12,10 +12,10 @@
 #include "campaign/selection.h"
 #include "campaign/sessions.h"
 #include "linear_algebra/decompositions.h"
+#include "search/candidates.h"
+#include "search/scan.h"
+#include "search/significance.h"
 #include "statistics/shuffle.h"
-#include "tracing/candidates.h"
-#include "tracing/scan.h"
-#include "tracing/significance.h"
 
 namespace armtrue {
 namespace {

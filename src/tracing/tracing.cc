@@ -11,9 +11,9 @@
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/summary.h"
 #include "campaign/selection.h"
-#include "tracing/candidates.h"
-#include "tracing/cross_validation.h"
-#include "tracing/model_search.h"
+#include "search/candidates.h"
+#include "search/cross_validation.h"
+#include "search/model_search.h"
 #include "tracing/variance_shares.h"
 
 namespace armtrue {

@@ -28,9 +28,9 @@
 #include "armtrue/tracing/loop.h"
 #include "bench/two_threads.h"
 #include "calibration/session_models.h"
-#include "tracing/candidates.h"
-#include "tracing/linearization.h"
-#include "tracing/scan.h"
+#include "search/candidates.h"
+#include "search/linearization.h"
+#include "search/scan.h"
 
 namespace {
 

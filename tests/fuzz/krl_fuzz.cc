@@ -54,8 +54,8 @@ auto lines(const std::string& text) { return std::count(text.begin(), text.end()
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const std::string input(reinterpret_cast<const char*>(data), size);
   const size_t zero = input.find('\0');
-  KrlProgram program{{"p.src", input.substr(0, zero), ""}, std::nullopt};
-  if (zero != std::string::npos) program.dat = {"p.dat", input.substr(zero + 1), ""};
+  KrlProgram program{{"p.src", input.substr(0, zero)}, std::nullopt};
+  if (zero != std::string::npos) program.dat = {"p.dat", input.substr(zero + 1)};
   static const Path programmed = path();
   try {
     const CorrectedKrl same = correct_krl(program, programmed, programmed.position);

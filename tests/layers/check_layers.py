@@ -13,7 +13,8 @@ USES = {
     "effects": ["kinematics"],
     "campaign": ["effects", "statistics"],
     "calibration": ["campaign"],
-    "tracing": ["calibration", "text"],
+    "search": ["calibration"],
+    "tracing": ["search", "text"],
     "diagnosis": ["calibration"],
     "planning": ["tracing"],
     "path": ["effects", "statistics"],
@@ -89,9 +90,9 @@ def self_test():
     assert broken_rule("src/kinematics/pose.cc", "armtrue/io/output.h")
     assert broken_rule("src/effects/shape.cc", "ceres/ceres.h")
     assert broken_rule("include/armtrue/io/robot_io.h", "yaml-cpp/yaml.h")
-    assert broken_rule("include/armtrue/tracing/loop.h", "tracing/scan.h")
+    assert broken_rule("include/armtrue/tracing/loop.h", "search/scan.h")
     assert broken_rule("src/tracing/loop.cc", "armtrue/io/output.h")
-    assert broken_rule("src/calibration/fold.cc", "tracing/scan.h")
+    assert broken_rule("src/calibration/fold.cc", "search/scan.h")
     assert broken_rule("src/diagnosis/change.cc", "armtrue/planning/planning.h")
     assert broken_rule("src/path/samples/frozen_readings.cc", "path/mirror/trend.h")
     assert broken_rule("src/programs/krl.cc", "armtrue/io/source.h")

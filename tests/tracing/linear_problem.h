@@ -10,8 +10,8 @@
 
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/statistics/random.h"
-#include "tracing/linearization.h"
-#include "tracing/projection.h"
+#include "search/linearization.h"
+#include "search/projection.h"
 
 namespace armtrue {
 

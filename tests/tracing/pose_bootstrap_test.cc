@@ -8,8 +8,8 @@
 
 #include "armtrue/io/robot_io.h"
 #include "armtrue/statistics/random.h"
+#include "search/linearization.h"
 #include "tracing/hidden_campaign.h"
-#include "tracing/linearization.h"
 
 namespace armtrue {
 namespace {

@@ -13,7 +13,7 @@
 #include "armtrue/statistics/random.h"
 #include "armtrue/statistics/summary.h"
 #include "calibration/session_models.h"
-#include "tracing/linearization.h"
+#include "search/linearization.h"
 
 namespace armtrue {
 namespace {

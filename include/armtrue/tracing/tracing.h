@@ -7,7 +7,7 @@
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/effects/catalogue.h"
-#include "armtrue/tracing/search.h"
+#include "armtrue/search/search.h"
 
 namespace armtrue {
 

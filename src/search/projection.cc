@@ -1,4 +1,4 @@
-#include "tracing/projection.h"
+#include "search/projection.h"
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -6,8 +6,8 @@
 #include <numeric>
 
 #include "linear_algebra/decompositions.h"
+#include "search/ebic.h"
 #include "statistics/ordered_blocks.h"
-#include "tracing/ebic.h"
 
 namespace armtrue {
 namespace {

@@ -1,4 +1,4 @@
-#include "tracing/linearization.h"
+#include "search/linearization.h"
 
 #include <algorithm>
 #include <cmath>

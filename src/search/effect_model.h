@@ -7,8 +7,8 @@
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/effects/catalogue.h"
-#include "armtrue/tracing/search.h"
-#include "tracing/projection.h"
+#include "armtrue/search/search.h"
+#include "search/projection.h"
 
 namespace armtrue {
 

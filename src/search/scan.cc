@@ -1,4 +1,4 @@
-#include "tracing/scan.h"
+#include "search/scan.h"
 
 #include <Eigen/Core>
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "tracing/ebic.h"
+#include "search/ebic.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "tracing/cross_validation.h"
+#include "search/cross_validation.h"
 
 #include <Eigen/Core>
 #include <algorithm>

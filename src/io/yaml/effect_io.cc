@@ -1,4 +1,4 @@
-#include "io/effect_io.h"
+#include "io/yaml/effect_io.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "tracing/effect_model.h"
+#include "search/effect_model.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,8 +8,8 @@
 
 #include "calibration/registration.h"
 #include "campaign/sessions.h"
-#include "tracing/candidates.h"
-#include "tracing/significance.h"
+#include "search/candidates.h"
+#include "search/significance.h"
 
 namespace armtrue {
 namespace {

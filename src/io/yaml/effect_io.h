@@ -2,7 +2,7 @@
 
 #include "armtrue/effects/effect.h"
 #include "armtrue/kinematics/chain.h"
-#include "io/yaml_map.h"
+#include "io/yaml/yaml_map.h"
 
 namespace armtrue {
 

@@ -1,4 +1,4 @@
-#include "io/yaml_map.h"
+#include "io/yaml/yaml_map.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "io/traced_effect_text.h"
+#include "io/yaml/traced_effect_text.h"
 
 #include <fmt/format.h>
 

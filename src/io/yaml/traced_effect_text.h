@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "armtrue/tracing/loop.h"
-#include "io/yaml_text.h"
+#include "io/yaml/yaml_text.h"
 
 namespace armtrue {
 

@@ -7,9 +7,9 @@
 #include <random>
 
 #include "calibration/pose_influence.h"
+#include "search/ebic.h"
+#include "search/projection.h"
 #include "statistics/ordered_blocks.h"
-#include "tracing/ebic.h"
-#include "tracing/projection.h"
 
 namespace armtrue {
 namespace {

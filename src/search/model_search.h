@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "armtrue/tracing/search.h"
-#include "tracing/effect_model.h"
+#include "armtrue/search/search.h"
+#include "search/effect_model.h"
 
 namespace armtrue {
 

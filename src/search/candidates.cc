@@ -1,4 +1,4 @@
-#include "tracing/candidates.h"
+#include "search/candidates.h"
 
 #include <algorithm>
 #include <cmath>

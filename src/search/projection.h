@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "tracing/linearization.h"
-#include "tracing/scan.h"
+#include "search/linearization.h"
+#include "search/scan.h"
 
 namespace armtrue {
 

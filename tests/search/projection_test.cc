@@ -1,6 +1,6 @@
 // The scan against plain least squares on all columns at once, on linear problems made by hand.
 
-#include "tracing/projection.h"
+#include "search/projection.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-#include "tracing/ebic.h"
+#include "search/ebic.h"
 #include "tracing/linear_problem.h"
 
 namespace armtrue {

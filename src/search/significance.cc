@@ -1,4 +1,4 @@
-#include "tracing/significance.h"
+#include "search/significance.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 
 #include "armtrue/campaign/campaign.h"
 #include "armtrue/effects/catalogue.h"
-#include "tracing/scan.h"
+#include "search/scan.h"
 
 namespace armtrue {
 

@@ -1,4 +1,4 @@
-#include "tracing/model_search.h"
+#include "search/model_search.h"
 
 #include <algorithm>
 #include <limits>
@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "tracing/cross_validation.h"
+#include "search/cross_validation.h"
 
 namespace armtrue {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "armtrue/effects/robot_model.h"
-#include "tracing/linearization.h"
+#include "search/linearization.h"
 
 namespace armtrue {
 

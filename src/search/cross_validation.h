@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "tracing/linearization.h"
+#include "search/linearization.h"
 
 namespace armtrue {
 

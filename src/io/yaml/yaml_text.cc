@@ -1,4 +1,4 @@
-#include "io/yaml_text.h"
+#include "io/yaml/yaml_text.h"
 
 #include <fmt/format.h>
 
