@@ -8,8 +8,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A frame on its way along the chain, and the one link that carries it on. The axes are kept as
-// three vectors because each elementary rotation mixes just two of them.
+// Frame that is propagated along the chain. The axes are three vectors because each elementary
+// rotation changes only two of them.
 struct MovingFrame {
   Vector3d x, y, z, origin;
 
@@ -42,13 +42,13 @@ struct MovingFrame {
   }
 };
 
-// What the derivatives of one link's parameters need: its axes and a point of each.
+// Rotation axes of one link and a point on each, for the derivatives of its parameters.
 struct LinkAxes {
   Vector3d y, x, x_origin, z, z_origin;
 };
 
-// Written out, not by comma initialisers, which the compiler does not see through: half the time of
-// a pose goes into these.
+// A loop instead of comma initialisers, which the compiler optimises badly: these columns take half
+// the time of a pose.
 inline void set_column(PoseJacobian& jacobian, int column, const Vector3d& moved,
                        const Vector3d& turned) {
   double* const out = jacobian.data() + PoseJacobian::RowsAtCompileTime * column;

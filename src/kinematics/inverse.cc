@@ -14,7 +14,7 @@ using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 constexpr double kTolerance = 1e-10;  // [m], [rad]
-constexpr double kMaxStep = 0.3;      // [rad]: the linear model is good for no more
+constexpr double kMaxStep = 0.3;      // [rad]: limit of the linear model
 
 Vector6 miss(const Pose& wanted, const Pose& reached) {
   Vector6 twist;

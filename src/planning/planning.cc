@@ -27,12 +27,12 @@ Eigen::MatrixXd divided_by(const Eigen::MatrixXd& rows, const Eigen::MatrixXd& t
   return triangle.triangularView<Eigen::Upper>().solve<Eigen::OnTheRight>(rows);
 }
 
-// What a design is worth. Unknowns are scaled so that an average pose has the identity as its
+// Criterion of a design: D- or I-optimality. Unknowns are scaled so that an average pose has the identity as its
 // information: determinants and variances then stay near 1 whatever the units.
 class Information {
  public:
   // `blocks`: unknowns x (candidates * block), the transposed derivatives of each candidate.
-  // `aim`: the criterion is |aim information^-1/2|^2; empty: the determinant.
+  // `aim` A: minimise tr(A M^-1 A^T), M the information; empty: maximise log det M.
   Information(Eigen::MatrixXd blocks, int block, Eigen::MatrixXd information, Eigen::MatrixXd aim)
       : blocks_(std::move(blocks)),
         block_(block),

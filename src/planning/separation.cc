@@ -162,7 +162,7 @@ void standardise(Contest& contest, const Eigen::MatrixXd& rows, double poses) {
   contest.standard.bottomRightCorner(raw_members, count) = used;
 }
 
-// A design as the members see it: their inner products once the nuisances are fitted.
+// Information of the members after the nuisances are projected out (Schur complement).
 struct Fitted {
   Eigen::LLT<Eigen::MatrixXd> nuisance;  // information of the nuisances
   Eigen::MatrixXd share;                 // L^-1 times their products with the members
@@ -177,11 +177,11 @@ struct Fitted {
   }
 };
 
-// The rival fitted to the truth.
+// Least-squares fit of the rival to the truth.
 struct Imitation {
   Eigen::LLT<Eigen::MatrixXd> information;  // of the rival's coefficients
   Eigen::VectorXd size;                     // the rival's coefficients
-  double left = 0;                          // squared, in standard deviations
+  double left = 0;                          // lambda: whitened residual sum of squares
 
   Imitation(const Fitted& fitted, const Contest::Member& truth, const Contest::Member& rival)
       : information(fitted.members.block(rival.first, rival.first, rival.count, rival.count) +
@@ -208,7 +208,7 @@ struct Pair {
   bool by_poses = true;
 };
 
-// The smallest noncentrality of the pairs that poses can tell.
+// Criterion: smallest noncentrality lambda of the pairs that poses can separate.
 class Discrimination {
  public:
   // `blocks`: of each contest, columns x (candidates * block), standardised and transposed; `grams`
@@ -231,8 +231,8 @@ class Discrimination {
     }
   }
 
-  // What is left of the truth grows by r^T V^-1 r, with r the error at the candidate of what is
-  // fitted without it, and V the variance of that error.
+  // A candidate increases lambda by r^T V^-1 r: r is the prediction error at the candidate of the
+  // fit without it, V the variance of that error.
   Eigen::VectorXd values_of_adding() const {
     Eigen::VectorXd smallest =
         Eigen::VectorXd::Constant(kCloudSize, std::numeric_limits<double>::infinity());

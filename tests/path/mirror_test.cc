@@ -55,9 +55,10 @@ Passes run_passes(plant::Shape shape, const MirrorOptions& options) {
 TEST(Mirror, TakesTheDeviationOffInOnePass) {
   for (const plant::Shape shape : kShapes) {
     const Passes passes = run_passes(shape, {});
-    EXPECT_LT(passes.after, 0.12 * passes.before) << static_cast<int>(shape);
-    EXPECT_LT(passes.second, 0.07 * passes.before) << static_cast<int>(shape);
-    EXPECT_NEAR(passes.expected, passes.after, 0.25 * passes.after) << static_cast<int>(shape);
+    // The seeds are fixed: 4.7 to 6.3 % are left by the first pass, 4.3 to 6.2 % by the second.
+    EXPECT_LT(passes.after, 0.066 * passes.before) << static_cast<int>(shape);
+    EXPECT_LT(passes.second, 0.065 * passes.before) << static_cast<int>(shape);
+    EXPECT_NEAR(passes.expected, passes.after, 0.2 * passes.after) << static_cast<int>(shape);
   }
 }
 
@@ -66,8 +67,8 @@ TEST(Mirror, TakesMoreOffWithTheCutoffOfTheData) {
   options.cutoff.reset();
   for (const plant::Shape shape : kShapes) {
     const Passes passes = run_passes(shape, options);
-    EXPECT_LT(passes.after, 0.09 * passes.before) << static_cast<int>(shape);
-    EXPECT_LT(passes.second, 0.07 * passes.before) << static_cast<int>(shape);
+    EXPECT_LT(passes.after, 0.062 * passes.before) << static_cast<int>(shape);
+    EXPECT_LT(passes.second, 0.062 * passes.before) << static_cast<int>(shape);
   }
 }
 

@@ -25,12 +25,12 @@ using JointVector = Eigen::Matrix<double, kJoints, 1>;
 struct Link {
   std::string name;
   double alpha = 0, d = 0, theta = 0, r = 0, beta = 0;
-  double sign = 1;                                        ///< +1 or -1: the encoder's direction
+  double sign = 1;                                        ///< direction of the encoder: +1 or -1
   double min = -std::numeric_limits<double>::infinity();  ///< travel of the encoder angle [rad]
   double max = std::numeric_limits<double>::infinity();
 };
 
-/// Travel of a joint [rad]: half a turn from zero where the link has no limit.
+/// Returns the travel {min, max} of a joint [rad]; a missing limit is replaced by -pi or +pi.
 inline std::array<double, 2> travel(const Link& link) {
   return {std::isfinite(link.min) ? link.min : -std::numbers::pi,
           std::isfinite(link.max) ? link.max : std::numbers::pi};
@@ -42,8 +42,8 @@ struct Target {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
 };
 
-/// Where a draw-wire or a ball-bar is fixed, in R_A [m]. It reads its distance to a target (or to
-/// the origin of the measured frame) plus its zero error.
+/// Fixed end of a draw-wire or ball-bar, in R_A [m]. The reading is |p - position| + zero, where p
+/// is a target or the origin of the measured frame.
 struct Anchor {
   std::string name;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
@@ -54,7 +54,7 @@ struct Anchor {
 /// the instrument and the measured frame on the tool.
 struct KinematicChain {
   Pose base;                       ///< R_A from R_0
-  std::array<Link, kLinks> links;  ///< links[6] turns no joint
+  std::array<Link, kLinks> links;  ///< links[6] has no joint
   Pose tool;                       ///< R_7 from the measured frame
   std::vector<Target> targets;
   std::vector<Anchor> anchors;

@@ -7,27 +7,29 @@
 
 namespace armtrue {
 
-/// Where the search for joint angles ended.
+/// Result of the numerical inverse kinematics.
 struct InverseResult {
-  JointVector q;                 ///< encoder angles [rad]; travel limits are not regarded
-  double position_error = 0;     ///< what is left [m]
-  double orientation_error = 0;  ///< what is left [rad]
-  bool reached = false;          ///< both below 1e-10
+  JointVector q;                 ///< encoder angles [rad]; travel limits are ignored
+  double position_error = 0;     ///< remaining distance [m]
+  double orientation_error = 0;  ///< remaining rotation angle [rad]
+  bool reached = false;          ///< both errors are below 1e-10
 };
 
-/// Encoder angles at which the measured frame takes the pose `a_from_measured`: the solution near
-/// `start`, of the same branch. Newton's method with Levenberg's damping on the analytic Jacobian;
-/// far from a pose that cannot be reached it ends at the least error it finds.
+/// Finds encoder angles at which the measured frame has the pose `a_from_measured`, near `start`.
+/// Levenberg's method with the analytic Jacobian: dq = (J^T J + lambda I)^-1 J^T e, where e is the
+/// pose error [m, rad]; each step is at most 0.3 rad per joint. If the pose cannot be reached, the
+/// result has the smallest error found.
 InverseResult inverse_kinematics(const KinematicChain& chain, const Pose& a_from_measured,
                                  const JointVector& start);
 
-/// The same from several starts: of the solutions within the travel of the joints the one nearest
-/// to its middle, whole turns taken out; nothing if no start leads to one.
+/// Searches from several starts. Whole turns are removed; solutions outside the travel are
+/// discarded. Returns the solution with the smallest max_j |q_j - middle of travel_j|, or nothing
+/// if no start leads to a solution.
 std::optional<JointVector> inverse_kinematics(const KinematicChain& chain,
                                               const Pose& a_from_measured,
                                               const std::vector<JointVector>& starts);
 
-/// The first joint (0-based) that stands outside its travel; -1 if none does.
+/// Returns the first joint (0-based) outside its travel; -1 if there is none.
 int joint_beyond_travel(const KinematicChain& chain, const JointVector& q);
 
 }  // namespace armtrue

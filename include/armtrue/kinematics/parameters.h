@@ -16,8 +16,8 @@ namespace armtrue {
 ///     47      instrument.scale (relative error of the instrument's lengths)
 ///     48..    targets, x y z each
 ///     then    anchors, x y z zero each
-/// The pose of base or tool moves by its translation in the axes of its parent frame, and by a
-/// rotation vector in those axes on the left: R <- exp(r) R, about the pose's own origin.
+/// The parameters of base and tool change the pose in the axes of its parent frame:
+/// t <- t + (x, y, z) and R <- exp([r]x) R with r = (rx, ry, rz), about the pose's own origin.
 inline constexpr int kBaseParameters = 0;
 inline constexpr int kLinkParameters = 6;
 inline constexpr int kToolParameters = 41;
@@ -25,7 +25,7 @@ inline constexpr int kGeometricParameters = 47;
 inline constexpr int kInstrumentScale = 47;
 inline constexpr int kTargetParameters = 48;
 
-/// The components of a pose, as the parameters of base and tool are called in files.
+/// Names of the parameters of base and tool in files.
 inline constexpr std::array<const char*, 6> kTwistNames{"x", "y", "z", "rx", "ry", "rz"};
 
 enum class LinkParameter { alpha, d, theta, r, beta };
@@ -34,7 +34,7 @@ constexpr int link_parameter(int link, LinkParameter which) {
   return kLinkParameters + 5 * link + static_cast<int>(which);
 }
 
-/// Whether a parameter is the zero offset (theta) of a driven joint, whose link is
+/// Returns whether a parameter is the zero offset (theta) of a driven joint. The link is
 /// (index - kLinkParameters) / 5.
 constexpr bool is_zero_offset(int index) {
   return index >= kLinkParameters && index < kLinkParameters + 5 * kJoints &&
@@ -51,13 +51,13 @@ inline int parameter_count(const KinematicChain& chain) {
   return first_anchor_parameter(chain) + 4 * static_cast<int>(chain.anchors.size());
 }
 
-/// What a parameter is measured in, within the SI.
+/// SI unit of a parameter.
 enum class ParameterUnit { metre, radian, one };
 ParameterUnit parameter_unit(int index);
 
-/// What values of a parameter are shown in: mm, mrad, or ppm of what has no unit.
+/// Unit in which values of a parameter are displayed: mm, mrad, or ppm if it has no unit.
 struct DisplayUnit {
-  double si;  ///< what one of it is
+  double si;  ///< one display unit in SI units
   std::string name;
 };
 DisplayUnit display_unit(ParameterUnit unit);
@@ -68,8 +68,8 @@ std::string parameter_name(const KinematicChain& chain, int index);
 /// The inverse of parameter_name; nothing if the chain has no such parameter.
 std::optional<int> find_parameter(const KinematicChain& chain, std::string_view name);
 
-/// Moves one parameter by `delta` (m or rad). instrument.scale is not a property of the chain and
-/// leaves it as it is.
+/// Adds `delta` (m or rad) to one parameter. instrument.scale is not a property of the chain: the
+/// chain does not change.
 void move_parameter(KinematicChain& chain, int index, double delta);
 
 }  // namespace armtrue

@@ -16,29 +16,31 @@ inline Pose operator*(const Pose& a_from_b, const Pose& b_from_c) {
           a_from_b.rotation * b_from_c.translation + a_from_b.translation};
 }
 
-/// A point of frame b, seen from frame a.
+/// Transforms a point from the coordinates of frame b to those of frame a.
 inline Eigen::Vector3d operator*(const Pose& a_from_b, const Eigen::Vector3d& point_in_b) {
   return a_from_b.rotation * point_in_b + a_from_b.translation;
 }
 
+/// Returns b_from_a.
 inline Pose inverse(const Pose& a_from_b) {
   return {a_from_b.rotation.transpose(), -(a_from_b.rotation.transpose() * a_from_b.translation)};
 }
 
-/// KUKA angles [rad] to a rotation: R = Rz(a) Ry(b) Rx(c).
+/// Returns the rotation of the KUKA angles [rad]: R = Rz(a) Ry(b) Rx(c).
 Eigen::Matrix3d rotation_from_abc(double a, double b, double c);
 
-/// The KUKA angles (a, b, c) [rad] of a rotation, b in [-pi/2, pi/2]. At b = +-pi/2 only a -+ c is
+/// Returns the KUKA angles (a, b, c) [rad] of a rotation, b in [-pi/2, pi/2]. At b = +-pi/2 only a -+ c is
 /// defined; there c = 0.
 Eigen::Vector3d abc_from_rotation(const Eigen::Matrix3d& rotation);
 
-/// The rotation by |w| about w [rad].
+/// Returns exp([w]x): the rotation about w by the angle |w| [rad].
 Eigen::Matrix3d rotation_exp(const Eigen::Vector3d& w);
 
-/// The rotation vector of a rotation, norm in [0, pi].
+/// Returns the rotation vector of a rotation [rad], norm in [0, pi]. At an angle of pi both signs
+/// are valid: the component with the largest diagonal element of `rotation` is then positive.
 Eigen::Vector3d rotation_log(const Eigen::Matrix3d& rotation);
 
-/// [v]x, so that cross_matrix(v) * u == v.cross(u).
+/// Returns [v]x, so that cross_matrix(v) * u == v.cross(u).
 Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v);
 
 /// Jr^-1(w) of SO(3): rotation_log(rotation_exp(w) * rotation_exp(e)) = w + Jr^-1(w) e + O(e^2).

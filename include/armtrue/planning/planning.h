@@ -12,38 +12,39 @@
 namespace armtrue {
 
 struct PlanOptions : CloudOptions {
-  std::optional<Zone> zone;  ///< where the arm shall be accurate; absent: everywhere
+  std::optional<Zone> zone;  ///< where the arm must be accurate; absent: everywhere
 };
 
-/// What a geometric calibration from some poses, with those given, promises.
+/// Expected quality of a geometric calibration from some poses and the given ones.
 struct PlanQuality {
-  double log_determinant;               ///< of the information matrix [SI]; -inf: rank is missing
-  std::array<double, 5> observability;  ///< O1 ... O5, as in CalibrationResult
-  /// Expected deviation of the predicted position from the true one, three axes together [m]: root
-  /// of its mean square over the cloud of candidates, and over the zone (0 without a zone).
-  /// Infinite where rank is missing.
+  double log_determinant;               ///< of M = J^T W J [SI]; -inf if rank-deficient
+  std::array<double, 5> observability;  ///< O1 ... O5, see calibration.h
+  /// Expected RMS error of the predicted position, three axes together [m]:
+  /// sqrt(mean of tr(J_p M^-1 J_p^T)), J_p the position Jacobian; over the cloud of candidates, and
+  /// over the zone (0 without a zone). Infinite if M is rank-deficient.
   double cloud_deviation, zone_deviation;
 };
 
-/// Chooses the poses from which a geometric calibration is best.
+/// Chooses poses for a geometric calibration by optimal design.
 ///
-/// Every candidate of the cloud is a block of whitened derivatives of its readings. The robot's
-/// effects and priors are left out. Given poses of several sessions have each a base of their own;
-/// the planned ones continue the last.
+/// Each candidate of the cloud is a block of whitened derivatives of its readings. The planner
+/// ignores the effects and priors of the robot. Each session of the given poses has its own base;
+/// the planned poses continue the last session.
 class PosePlanner {
  public:
   /// Throws std::invalid_argument as pose_cloud() does, and if no configuration has its point
   /// within the zone.
   PosePlanner(const Robot& robot, const PlanOptions& options, const Campaign& given = {});
 
-  /// `count` different configurations, at most kCloudSize, that with the given poses make
-  /// the determinant of the information matrix largest (D-optimal) or, with a zone, the mean
-  /// variance of the position predicted in it smallest (I-optimal), by exchange; for robots Borm
-  /// and Menq 1991. The same for the same seed. Random poses all over the travel are nearly as good
-  /// for all of it; planning pays for a zone, in a box, and where poses are few.
+  /// Returns `count` different configurations, at most kCloudSize. With M = J^T W J of the given and
+  /// planned poses, the exchange search
+  ///     without a zone maximises log det M (D-optimal; for robots Borm and Menq 1991),
+  ///     with a zone minimises the mean of tr(J_p M^-1 J_p^T) over the zone (I-optimal).
+  /// The same seed gives the same plan. Over the whole travel, random poses are nearly as good;
+  /// planning helps for a zone, in a box, and if poses are few.
   std::vector<JointVector> plan(int count) const;
 
-  /// Random configurations under the same limits, for comparison.
+  /// Returns random configurations under the same limits, for comparison.
   std::vector<JointVector> random(int count, std::uint64_t seed) const;
 
   PlanQuality quality(const std::vector<JointVector>& configurations) const;
@@ -56,7 +57,7 @@ class PosePlanner {
   std::optional<Zone> zone_;
   PoseCloud cloud_;
 
-  // Upper triangles R; R^T R is, over the unknowns, ...
+  // Upper triangular factors R over the unknowns; R^T R is:
   Eigen::MatrixXd typical_;                         // the information of an average pose
   Eigen::MatrixXd given_;                           // the information of the given poses
   Eigen::MatrixXd cloud_position_, zone_position_;  // the mean of J^T J of the position [m]

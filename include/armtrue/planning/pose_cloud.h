@@ -12,7 +12,7 @@
 
 namespace armtrue {
 
-/// Which poses may be planned, and how they will be read.
+/// Limits of the poses to plan, and what is measured at them.
 struct CloudOptions {
   bool orientation = true;  ///< is read; false: positions only. Given poses decide for themselves,
                             ///< targets and anchors come without
@@ -22,8 +22,8 @@ struct CloudOptions {
 };
 
 /// The poses that a plan is chosen from: random configurations within the travel limits, above the
-/// floor; an arm that strikes itself or what stands around it is not seen. With targets every pose
-/// reads each of them; with anchors, their distances from each.
+/// floor. Collisions are not checked. Each pose reads every target; with anchors, it reads the
+/// distance of every target from every anchor.
 struct PoseCloud {
   /// Without effects; without targets and anchors if the given poses read none. As it is in the
   /// last session of the given poses, which the planned ones continue: box and zone are in its R_A.
@@ -32,7 +32,7 @@ struct PoseCloud {
   Campaign given;      ///< poses already measured, with the orientations that the robot predicts
   ReadingSigma noise;  ///< the robot's; 0.1 mm and 0.1 mrad where it states none
   std::vector<JointVector> configurations;
-  std::vector<int> unknowns;  ///< what choose_identifiable() finds in cloud and given poses
+  std::vector<int> unknowns;  ///< choose_identifiable() of the cloud and the given poses
 };
 
 inline constexpr int kCloudSize = 2000;
@@ -42,10 +42,10 @@ inline constexpr int kCloudSize = 2000;
 /// floor, or no allowed parameter is identifiable.
 PoseCloud pose_cloud(const Robot& robot, const CloudOptions& options, const Campaign& given = {});
 
-/// Random configurations under the limits of the cloud.
+/// Returns random configurations under the limits of the cloud.
 std::vector<JointVector> random_poses(const PoseCloud& cloud, int count, std::uint64_t seed);
 
-/// The configurations of the cloud and of the given poses, each pose once.
+/// Returns the configurations of the cloud and of the given poses, each pose once.
 std::vector<JointVector> with_given(const PoseCloud& cloud);
 
 /// Of every target, once for each anchor, where it would be; without noise and context.
@@ -60,7 +60,7 @@ Campaign readings(const PoseCloud& cloud, const std::vector<JointVector>& config
 /// all count, with what each but the last has of its own fitted: `unknowns` are of the last.
 Eigen::MatrixXd given_derivatives(const PoseCloud& cloud, const Robot& robot);
 
-/// No link origin, no point of the tool and no target below the height.
+/// Returns whether no link origin, point of the tool or target is below the height `floor` [m].
 bool is_above(double floor, const Robot& robot, const JointVector& q);
 
 }  // namespace armtrue

@@ -8,16 +8,15 @@
 
 namespace armtrue {
 
-/// Two members of a class that a campaign cannot tell apart, one of them taken to be the truth.
+/// Two effects of one class that a campaign cannot separate; one is assumed to be the truth.
 struct SeparatedPair {
   Effect truth;  ///< as large as it would have to be to show what the found effect shows
   Effect rival;  ///< fitted to it, with the geometry and all other effects
-  std::vector<std::string> readings;  ///< that would tell them where poses do not, in words
-  /// False: poses do not tell them. Not even all candidates of the cloud together would reject the
-  /// rival in half of the campaigns.
+  std::vector<std::string> readings;  ///< that would separate them if poses cannot, in words
+  /// Whether poses can separate them: with all candidates of the cloud the power is above 0.5.
   bool by_poses = true;
-  /// Probability that the rival is rejected at 5 % if the truth is the truth: with the given poses
-  /// alone, with the planned ones and with as many random ones (mean of some designs) besides.
+  /// Power: probability that the rival is rejected at 5 % if `truth` is true. With the given poses
+  /// alone, with the planned poses added, and with as many random poses added (mean of designs).
   double power_given = 0, power_planned = 0, power_random = 0;
 };
 
@@ -29,17 +28,19 @@ struct SeparationPlan {
   ReadingSigma noise;
 };
 
-/// Chooses `count` poses, at most kCloudSize, that best tell apart an effect that was found and
-/// those this campaign cannot tell from it.
+/// Chooses `count` poses, at most kCloudSize, that best separate an effect that was found from those
+/// that this campaign cannot distinguish from it.
 ///
-/// What counts of a pair is what is left of the truth, in standard deviations, when geometry, other
-/// effects and rival are fitted to it: T-optimality (Atkinson and Fedorov, "The design of
-/// experiments for discriminating between two rival models", Biometrika 62, 1975). The smallest
-/// over all ordered pairs that poses can tell is made largest, by exchange over the cloud. Its
-/// square is the noncentrality of the chi-square with as many degrees of freedom as the truth has
-/// independent coefficients by which the likelihood ratio rejects the rival.
+/// T-optimality (Atkinson and Fedorov, "The design of experiments for discriminating between two
+/// rival models", Biometrika 62, 1975). For a pair,
+///     lambda = min over x of |y_truth - A x|^2,
+/// y_truth: whitened readings of the truth; A: whitened columns of geometry, other effects and
+/// rival. The exchange search over the cloud maximises the smallest lambda of all ordered pairs
+/// that poses can separate. The likelihood ratio then rejects the rival with the power
+///     P(chi'^2(k, lambda) > chi^2_0.95(k)),
+/// chi'^2: non-central chi-square; k: independent coefficients of the truth.
 ///
-/// `found` may hold several classes; effects without rivals are fitted along. Readings count as
+/// `found` may hold several classes; effects without rivals are fitted too. Readings are taken as
 /// independent. Every planned pose is read once (each target), after the given ones, at their pace,
 /// under the load, temperature and motor torques of the last. Of several sessions all count, each
 /// with a base of its own; the planned poses continue the last. Throws std::invalid_argument as

@@ -8,8 +8,8 @@
 
 namespace armtrue {
 
-/// Random numbers that a seed determines everywhere: own laws on the engine's numbers, because
-/// those of <random> differ between libraries.
+/// Random numbers that are the same for a seed on every platform. The distributions are written
+/// here because those of <random> differ between libraries.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : engine_(seed) {}

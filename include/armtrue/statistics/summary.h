@@ -12,7 +12,7 @@ struct ErrorSummary {
 
 ErrorSummary summarize(std::vector<double> errors);
 
-/// The length that vectors of three normal components of unit variance exceed with a probability.
+/// Returns the length x with P(|v| > x) = probability, v of three independent N(0, 1) components.
 double normal_length_exceeded(double probability);
 
 /// Throws std::invalid_argument if there are no values.
