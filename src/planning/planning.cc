@@ -27,8 +27,8 @@ Eigen::MatrixXd divided_by(const Eigen::MatrixXd& rows, const Eigen::MatrixXd& t
   return triangle.triangularView<Eigen::Upper>().solve<Eigen::OnTheRight>(rows);
 }
 
-// Criterion of a design: D- or I-optimality. Unknowns are scaled so that an average pose has the identity as its
-// information: determinants and variances then stay near 1 whatever the units.
+// Criterion of a design: D- or I-optimality. Unknowns are scaled so that the information of an
+// average pose is the identity: determinants and variances then stay near 1 whatever the units.
 class Information {
  public:
   // `blocks`: unknowns x (candidates * block), the transposed derivatives of each candidate.

@@ -29,21 +29,22 @@ inline Pose inverse(const Pose& a_from_b) {
 /// Returns the rotation of the KUKA angles [rad]: R = Rz(a) Ry(b) Rx(c).
 Eigen::Matrix3d rotation_from_abc(double a, double b, double c);
 
-/// Returns the KUKA angles (a, b, c) [rad] of a rotation, b in [-pi/2, pi/2]. At b = +-pi/2 only a -+ c is
-/// defined; there c = 0.
+/// Returns the KUKA angles (a, b, c) [rad] of a rotation, b in [-pi/2, pi/2].
+/// At b = +-pi/2 only a -+ c is defined; then c = 0.
 Eigen::Vector3d abc_from_rotation(const Eigen::Matrix3d& rotation);
 
 /// Returns exp([w]x): the rotation about w by the angle |w| [rad].
 Eigen::Matrix3d rotation_exp(const Eigen::Vector3d& w);
 
-/// Returns the rotation vector of a rotation [rad], norm in [0, pi]. At an angle of pi both signs
+/// Returns the rotation vector of a rotation [rad], norm in [0, pi]. At exactly pi both signs
 /// are valid: the component with the largest diagonal element of `rotation` is then positive.
 Eigen::Vector3d rotation_log(const Eigen::Matrix3d& rotation);
 
 /// Returns [v]x, so that cross_matrix(v) * u == v.cross(u).
 Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v);
 
-/// Jr^-1(w) of SO(3): rotation_log(rotation_exp(w) * rotation_exp(e)) = w + Jr^-1(w) e + O(e^2).
+/// Returns Jr^-1(w) of SO(3): log(exp(w) exp(e)) = w + Jr^-1(w) e + O(e^2). The residual
+/// w = log(R_read R_model^T) needs it: R_model <- exp(e) R_model changes w by -Jr^-1(w) e.
 Eigen::Matrix3d inverse_right_jacobian(const Eigen::Vector3d& w);
 
 }  // namespace armtrue

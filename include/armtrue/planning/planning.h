@@ -36,8 +36,8 @@ class PosePlanner {
   /// within the zone.
   PosePlanner(const Robot& robot, const PlanOptions& options, const Campaign& given = {});
 
-  /// Returns `count` different configurations, at most kCloudSize. With M = J^T W J of the given and
-  /// planned poses, the exchange search
+  /// Returns `count` different configurations, at most kCloudSize. With M = J^T W J of the given
+  /// and planned poses, the exchange search
   ///     without a zone maximises log det M (D-optimal; for robots Borm and Menq 1991),
   ///     with a zone minimises the mean of tr(J_p M^-1 J_p^T) over the zone (I-optimal).
   /// The same seed gives the same plan. Over the whole travel, random poses are nearly as good;

@@ -28,8 +28,8 @@ struct SeparationPlan {
   ReadingSigma noise;
 };
 
-/// Chooses `count` poses, at most kCloudSize, that best separate an effect that was found from those
-/// that this campaign cannot distinguish from it.
+/// Chooses `count` poses, at most kCloudSize, that best separate an effect that was found from
+/// those that this campaign cannot distinguish from it.
 ///
 /// T-optimality (Atkinson and Fedorov, "The design of experiments for discriminating between two
 /// rival models", Biometrika 62, 1975). For a pair,
