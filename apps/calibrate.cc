@@ -6,6 +6,7 @@
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/calibration/gross_poses.h"
 #include "armtrue/io/calibration_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/residuals_io.h"
@@ -20,6 +21,7 @@ namespace {
 struct Arguments {
   std::string robot, identify, identify_per_session, residuals, zone;
   double max_error_mm = 0;  // 0: no limit
+  bool no_priors = false;
 };
 
 void add_options(app::Command& command, Arguments& arguments) {
@@ -44,6 +46,8 @@ void add_options(app::Command& command, Arguments& arguments) {
               "Exit with 3 if calibration: training: position_mm: max, the largest error of "
               "the readings, is larger")
       .check(app::above_zero());
+  command.flag("--no-priors", arguments.no_priors,
+               "Plain least squares: links may be anything, as far as the readings say");
   command.add_columns(app::kMeasuredPoseColumns);
 }
 
@@ -83,26 +87,55 @@ std::optional<std::string> missed_criterion(const CalibrationResult& result, con
   return fmt::format("the largest error, {:.4g} mm, is above {:g} mm", worst, max_error_mm);
 }
 
+void report_near_nominal(const app::Command& command, const CalibrationResult& result,
+                         const Campaign& campaign) {
+  const NearNominal near = near_nominal(result, campaign);
+  if (near.parameters.empty()) return;
+  std::string names;
+  for (int k : near.parameters)
+    names += (names.empty() ? "" : ", ") + result.names[static_cast<size_t>(k)];
+  command.report(names + ": near the nominal value for want of readings; " +
+                 (near.poses > 0
+                      ? fmt::format("some {} more poses like these would tell", near.poses)
+                      : "poses like these do not tell, however many; move every joint "
+                        "over its travel") +
+                 "\n");
+}
+
+void warn_of_gross_poses(const app::Command& command, const std::vector<GrossPose>& gross) {
+  for (const GrossPose& pose : gross)
+    command.warn(fmt::format("pose {} is off as a whole, by {:.4g} mm, and takes no part: {}",
+                             pose.id, pose.off / kMillimetre, pose.likely));
+}
+
 int run(app::Command& command, const Arguments& arguments) {
   Robot robot = command.read_robot(arguments.robot).robot;
   if (!arguments.identify.empty()) robot.identify = app::split_list(arguments.identify);
   if (!arguments.identify_per_session.empty())
     robot.identify_per_session = app::split_list(arguments.identify_per_session);
-  Campaign campaign = command.read_campaign(command.input);
-  app::refuse_mistakes(robot, campaign);
+  robot.free_links = arguments.no_priors;
+  const Campaign all = command.read_campaign(command.input);
+  app::refuse_mistakes(robot, all);
+  command.progress("identifying");
+  const std::vector<GrossPose> gross = find_gross_poses(robot, all);
+  Campaign campaign = without_gross(all, gross);
+  warn_of_gross_poses(command, gross);
   std::optional<WeightedZone> zone;
   if (!arguments.zone.empty())
     zone = weight_readings_by_zone(command, campaign, robot, app::zone_from_text(arguments.zone));
 
-  command.progress("identifying");
   const CalibrationResult result = calibrate(robot, campaign);
+  require_worthwhile(robot, result, campaign, assess(result, campaign).blunders,
+                     static_cast<int>(rows_of(gross).size()));
   if (!arguments.residuals.empty()) {
-    const std::vector<std::string> split(campaign.rows(), "training");
+    const std::vector<std::string> split(all.rows(), "training");
     write_output(arguments.residuals,
-                 write_residuals({{campaign, evaluate(result.robot, campaign).residuals, split}}));
+                 write_residuals({{all, evaluate(result.robot, all).residuals, split}}));
   }
-  write_output(command.output, write_calibration(result, campaign, command.provenance(), zone));
+  write_output(command.output,
+               write_calibration(result, campaign, command.provenance(), zone, gross));
 
+  report_near_nominal(command, result, campaign);
   const auto missed = missed_criterion(result, robot, campaign, arguments.max_error_mm);
   if (!missed) return app::kSuccess;
   command.warn(*missed);

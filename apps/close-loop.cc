@@ -6,6 +6,7 @@
 #include "armtrue/io/loop_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/residuals_io.h"
+#include "armtrue/kinematics/units.h"
 #include "armtrue/planning/separation.h"
 #include "armtrue/report/loop_report.h"
 #include "armtrue/report/loop_table.h"
@@ -24,7 +25,7 @@ struct Arguments {
   std::string robot, catalogue, test, robot_out, predictor_out, residuals, report, next_poses;
   double held_out = 0.25;
   int nested_folds = 0;  // 0: no nested validation
-  bool only_catalogue = false;
+  bool only_catalogue = false, no_priors = false, held_out_region = false;
 };
 
 void add_options(app::Command& command, Arguments& arguments) {
@@ -37,6 +38,9 @@ void add_options(app::Command& command, Arguments& arguments) {
       command.option("--held-out", arguments.held_out, "Share of the poses set aside")
           .check(app::in_range(0.0, 0.9))
           .default_shown();
+  command.flag("--held-out-region", arguments.held_out_region,
+               "Hold out one end of the region measured instead of poses drawn at random, to see "
+               "how the result carries over; --seed 1 to 6 takes its six ends, the farthest first");
   command
       .option("--test", arguments.test,
               "Measured poses that take no part, from a file of their own")
@@ -59,6 +63,8 @@ void add_options(app::Command& command, Arguments& arguments) {
                      "plan-poses --separate plans others");
   command.option("--catalogue", arguments.catalogue, "Effects to look for");
   command.flag("--only-catalogue", arguments.only_catalogue, "Do not search beyond the catalogue");
+  command.flag("--no-priors", arguments.no_priors,
+               "Plain least squares: links may be anything, as far as the readings say");
   command.add_columns(app::kMeasuredPoseColumns);
 }
 
@@ -92,7 +98,9 @@ Measured read_measured(app::Command& command, const Arguments& arguments, const 
   measured.all = command.read_campaign(command.input);
   app::refuse_mistakes(robot, measured.all);
   if (arguments.test.empty()) {
-    measured.split = split_by_pose(measured.all, arguments.held_out, command.seed);
+    measured.split = arguments.held_out_region
+                         ? split_by_region(robot, measured.all, arguments.held_out, command.seed)
+                         : split_by_pose(measured.all, arguments.held_out, command.seed);
     measured.training = measured.all.select(measured.split.training);
     measured.held_out = measured.all.select(measured.split.held_out);
   } else {
@@ -104,18 +112,33 @@ Measured read_measured(app::Command& command, const Arguments& arguments, const 
   return measured;
 }
 
+// All readings but those of gross training poses.
+Campaign sound_of_all(const Measured& measured, const LoopResult& result) {
+  std::set<int> off;
+  for (int row : rows_of(result.gross_poses))
+    off.insert(measured.split.training.empty() ? row : measured.split.training[row]);
+  std::vector<int> rows;
+  for (int row = 0; row < measured.all.rows(); ++row)
+    if (!off.contains(row)) rows.push_back(row);
+  return measured.all.select(rows);
+}
+
 LoopResult search(app::Command& command, const Arguments& arguments, const Robot& robot,
                   const Measured& measured, const TraceOptions& options) {
   const Catalogue catalogue = app::catalogue(arguments.catalogue);
   LoopResult result = close_loop(robot, measured.training, measured.held_out, catalogue, options);
+  for (const GrossPose& pose : result.gross_poses)
+    command.warn(fmt::format("pose {} is off as a whole, by {:.4g} mm, and takes no part: {}",
+                             pose.id, pose.off / kMillimetre, pose.likely));
   if (arguments.nested_folds > 0) {
     command.progress("repeating the search in " + std::to_string(arguments.nested_folds) +
                      " folds");
-    result.nested = nested_validation(robot, measured.all, catalogue, arguments.nested_folds,
-                                      result.trace.effects, options);
+    result.nested = nested_validation(robot, sound_of_all(measured, result), catalogue,
+                                      arguments.nested_folds, result.trace.effects, options);
   }
   if (!arguments.predictor_out.empty())
-    add_predictor(result, measured.training, measured.held_out, catalogue, options);
+    add_predictor(result, without_gross(measured.training, result.gross_poses), measured.held_out,
+                  catalogue, options);
   return result;
 }
 
@@ -145,8 +168,20 @@ bool write_next_poses(app::Command& command, const std::string& path, const Trac
   return !planned.empty();
 }
 
+// Why the result is not to be used; empty if it is.
+std::string why_not_reached(const LoopResult& result) {
+  if (!result.trace.fit.converged) return app::not_converged(result.trace.fit);
+  if (!result.worse_than_nominal) return "";
+  const double nominal = result.stages.front().held_out.position.mean;
+  return fmt::format(
+      "on the held-out poses the result is worse than the nominal robot with base and tool placed: "
+      "{:.4g} mm, against {:.4g}; keep the nominal robot, or measure more poses",
+      result.after / kMillimetre, nominal / kMillimetre);
+}
+
 int run(app::Command& command, const Arguments& arguments) {
-  const Robot robot = command.read_robot(arguments.robot).robot;
+  Robot robot = command.read_robot(arguments.robot).robot;
+  robot.free_links = arguments.no_priors;
   const Measured measured = read_measured(command, arguments, robot);
   TraceOptions options;
   options.seed = command.seed;
@@ -169,10 +204,15 @@ int run(app::Command& command, const Arguments& arguments) {
                write_loop(result, options, provenance, planned ? arguments.next_poses : ""));
   if (!arguments.report.empty())
     write_output(arguments.report, loop_report(result, robot.name + ": " + measured.all.source));
-  command.tell(before_after_table(result));
-  if (result.trace.fit.converged) return app::kSuccess;
-  command.warn(app::not_converged(result.trace.fit));
-  return app::kNotReached;
+  command.report(before_after_table(result));
+  for (const std::string& path : {arguments.robot_out, arguments.predictor_out, arguments.residuals,
+                                  arguments.report, command.output})
+    if (!path.empty() && path != "-") command.report("wrote " + path + "\n");
+  if (const std::string missed = why_not_reached(result); !missed.empty()) {
+    command.warn(missed);
+    return app::kNotReached;
+  }
+  return app::kSuccess;
 }
 
 }  // namespace

@@ -290,6 +290,12 @@ void Command::tell(const std::string& message) const {
   if (verbose) fmt::print(stderr, "{}", message);
 }
 
+void Command::report(const std::string& message) const {
+  const bool terminal = isatty(STDERR_FILENO);
+  if (verbose || (terminal && !quiet))
+    fmt::print(stderr, "{}{}", terminal ? "\r\033[K" : "", message);
+}
+
 void Command::progress(const std::string& message) {
   if (quiet || !isatty(STDERR_FILENO) || seconds() - started_ < 1.0) return;
   fmt::print(stderr, "\r\033[K{}: {} ...", name_, message);

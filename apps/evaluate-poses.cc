@@ -56,11 +56,15 @@ int run(app::Command& command, const Arguments& arguments) {
     robot = refit_set_up(robot, campaign, app::split_list(arguments.refit));
   }
   const Evaluation evaluation = evaluate(robot, campaign);
+  std::vector<Prediction> predictions;
+  if (robot.uncertainty) predictions = predict(robot, campaign);
   if (!arguments.residuals.empty()) {
     const std::vector<std::string> split(campaign.rows(), "all");
-    write_output(arguments.residuals, write_residuals({{campaign, evaluation.residuals, split}}));
+    write_output(arguments.residuals,
+                 write_residuals({{campaign, evaluation.residuals, split, predictions}}));
   }
-  write_output(command.output, write_summary(evaluation, robot, campaign, command.provenance()));
+  write_output(command.output,
+               write_summary(evaluation, robot, campaign, command.provenance(), predictions));
   const double mean = summarize(evaluation.position).mean / kMillimetre;
   if (arguments.max_error_mm == 0 || mean <= arguments.max_error_mm) return app::kSuccess;
   command.warn(

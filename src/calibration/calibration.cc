@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "armtrue/calibration/prediction.h"
 #include "armtrue/statistics/distributions.h"
 #include "calibration/covariance.h"
 #include "calibration/levenberg_marquardt.h"
@@ -15,6 +16,7 @@
 #include "calibration/registration.h"
 #include "calibration/session_models.h"
 #include "campaign/selection.h"
+#include "campaign/sessions.h"
 #include "linear_algebra/decompositions.h"
 
 namespace armtrue {
@@ -25,6 +27,8 @@ constexpr int kMaxRounds = 8;  // of sigma and law of the residuals; they settle
 // Relative, of the cost. Rough: while sigma and law still change. End: of all rows, where a fit to
 // an even choice of them has brought the unknowns to within their standard deviations.
 constexpr double kRoughTolerance = 1e-6, kEndTolerance = 1e-7;
+// Of a reading about the model, where the robot file states no noise; a start, no more.
+constexpr double kTypicalSigma = 1e-4;        // m
 constexpr double kStartDegreesOfFreedom = 4;  // of Student's t, before anything is known
 
 // Squared norms [m^2, rad^2], not whitened: sigma is multiplied in again, the ratios of the rows'
@@ -46,37 +50,100 @@ Eigen::MatrixXd joint_factor(const SessionModels& models, const std::vector<Sess
   return models.join(factors);
 }
 
-// Sigma, law, priors of the curves and x in turn, until they settle.
-Solution fit(SessionModels& model, ReadingLaw& law, std::vector<Prior>& priors,
+// How many of the unknowns positions and orientations determine: tr J (J_all^T J_all + P)^-1 J^T,
+// J of that kind, P of the priors. With many equations, in proportion to their numbers, which
+// leaves sigma right to 3 %.
+Eigen::Array2d determined_by(const SessionModels& model, const Eigen::MatrixXd& factor,
+                             const Priors& priors, const Eigen::VectorXd& x) {
+  constexpr double kMany = 4;  // equations per unknown
+  const ReadingSize size = model.campaign().reading_size();
+  const int p = model.unknowns();
+  if (model.rows() * size.all() > kMany * p || size.orientation == 0)
+    return (p - undetermined(factor, priors)) *
+           Eigen::Array2d(size.share_of_position(), 1 - size.share_of_position());
+  const auto triangle = factor.topLeftCorner(p, p);
+  Eigen::MatrixXd information = triangle.transpose() * triangle;
+  add_priors(priors.of_unknowns, information);
+  const Eigen::MatrixXd root = inverse_root(information);
+  const SessionModels::At at = model.at(x);
+  Eigen::MatrixXd block(model.row_size(), p + 1);
+  Eigen::Array2d determined = Eigen::Array2d::Zero();
+  for (int row = 0; row < model.rows(); ++row) {
+    at.block(row, block);
+    const Eigen::MatrixXd moved = block.leftCols(p) * root;
+    determined[0] += moved.topRows(size.position).squaredNorm();
+    determined[1] += moved.bottomRows(size.orientation).squaredNorm();
+  }
+  return determined;
+}
+
+// Sigma where hardly more readings than unknowns are left over to show it. Beforehand
+// ln sigma ~ N(ln expected, 2^2), so with S the sum of squares, sigma^2 f of f degrees of freedom,
+//     S / sigma^2 = f + ln(sigma / expected) / 4.
+// With many degrees of freedom it changes nothing.
+double sigma_by_prior_too(double sigma, double freedom, double expected) {
+  const double squares = sigma * sigma * freedom;
+  double low = std::log(kMinSigma), high = std::log(std::max(sigma, expected)) + 1;
+  while (high - low > 1e-9) {
+    const double middle = 0.5 * (low + high);
+    const double excess =
+        squares * std::exp(-2 * middle) - freedom - 0.25 * (middle - std::log(expected));
+    (excess > 0 ? low : high) = middle;
+  }
+  return std::exp(0.5 * (low + high));
+}
+
+// Sigma, law, widths of the priors and x in turn, until they settle.
+Solution fit(SessionModels& model, ReadingLaw& law, Priors& priors,
              const CalibrationOptions& options, Eigen::VectorXd& x) {
-  const double equations = static_cast<double>(model.rows()) * model.row_size();
+  const ReadingSize size = model.campaign().reading_size();
+  const Eigen::Array2d equations =
+      static_cast<double>(model.rows()) * Eigen::Array2d(size.position, size.orientation);
   const std::vector<Eigen::Vector2d> at_start = raw_norms(model, x);
   if (options.start_law) {
     model.set_sigma(options.start_law->sigma);
     law = {options.start_law->degrees_of_freedom,
            pose_variances(at_start, model.campaign(), options.start_law->sigma)};
   } else {
-    model.set_sigma(median_sigma(at_start, model.campaign().reading_size()));
+    model.set_sigma(median_sigma(at_start, size));
     if (options.robust) law = {kStartDegreesOfFreedom};
   }
+  // Far from the solution sigma is that of the misfit. The priors are widened by as much, so that
+  // they hold back no more than they would at the noise.
+  const InstrumentNoise stated = model.noise();
+  const ReadingSigma noise{stated.position > 0 ? stated.position : kTypicalSigma,
+                           stated.orientation > 0 ? stated.orientation : kTypicalSigma};
+  const bool near = options.start_law && !options.start_law->prior_widths.empty();
+  if (near)
+    set_widths(options.start_law->prior_widths, priors);
+  else
+    scale_widths(std::max(1.0, model.sigma().position / noise.position), priors);
   Solution solution;
   int iterations = 0;
   bool settled = false;
   for (int round = 0; round < kMaxRounds; ++round) {
     const bool last_round = settled || round + 1 == kMaxRounds;
     solution =
-        minimise(model, law, priors, options.max_iterations - iterations,
+        minimise(model, law, priors.of_unknowns, options.max_iterations - iterations,
                  last_round ? options.tolerance : std::max(options.tolerance, kRoughTolerance),
                  options.fold_by, x);
     iterations += solution.iterations;
     if (last_round || iterations >= options.max_iterations) break;
-    const CurveUpdate curves = update_curves(joint_factor(model, solution.folds), x, priors);
-    const double freedom = equations - (model.unknowns() - curves.undetermined);
-    const ResidualDescription next =
+    const Eigen::MatrixXd factor = joint_factor(model, solution.folds);
+    const Eigen::Array2d freedom = (equations - determined_by(model, factor, priors, x)).max(0.0);
+    ResidualDescription next =
         describe_residuals(raw_norms(model, x), model.campaign(), model.sigma(),
-                           equations / std::max(1.0, freedom), options.robust);
+                           equations / freedom.max(1.0), options.robust);
+    next.sigma.position = sigma_by_prior_too(next.sigma.position, freedom[0], noise.position);
+    if (model.campaign().has_orientation())
+      next.sigma.orientation =
+          sigma_by_prior_too(next.sigma.orientation, freedom[1], noise.orientation);
+    // The factor at the new sigma, and the priors at theirs.
+    const double rescaled = model.sigma().position / next.sigma.position;
+    if (round == 0 && !near) scale_widths(1, priors);
+    const bool widths_settled = update_widths(rescaled * factor, x, priors);
     settled = is_close(next.sigma, model.sigma()) &&
-              next.law.degrees_of_freedom == law.degrees_of_freedom && curves.settled;
+              next.law.degrees_of_freedom == law.degrees_of_freedom && widths_settled;
     model.set_sigma(next.sigma);
     law = next.law;
   }
@@ -142,18 +209,26 @@ void set_observability(const SessionModels& model, const Eigen::MatrixXd& factor
 }
 
 // `folds`: those of the solution, if they may be used for statistics.
-void set_statistics(const SessionModels& model, const ReadingLaw& law,
-                    const std::vector<Prior>& priors, const Eigen::VectorXd& x,
-                    std::vector<SessionFold> folds, CalibrationResult& result) {
+void set_statistics(const SessionModels& model, const ReadingLaw& law, const Priors& all_priors,
+                    const Eigen::VectorXd& x, std::vector<SessionFold> folds,
+                    CalibrationResult& result) {
+  const std::vector<Prior>& priors = all_priors.of_unknowns;
   const int p = model.unknowns();
   const Eigen::MatrixXd factor = factor_at(model, law, x, std::move(folds));
+  const Eigen::Array2d determined = determined_by(model, factor, all_priors, x);
+  result.determined = {determined[0], determined[1]};
   Eigen::MatrixXd information = factor.topLeftCorner(p, p).transpose() * factor.topLeftCorner(p, p);
   add_priors(priors, information);
   result.inverse_root = inverse_root(information);
   result.prior_weight = result.prior_residual = Eigen::VectorXd::Zero(p);
+  result.share_of_readings = Eigen::VectorXd::Ones(p);
   for (const Prior& prior : priors) {
     result.prior_weight[prior.unknown] = 1.0 / prior.deviation;
     result.prior_residual[prior.unknown] = -prior.residual(x);
+    result.share_of_readings[prior.unknown] =
+        std::clamp(1 - result.inverse_root.row(prior.unknown).squaredNorm() /
+                           (prior.deviation * prior.deviation),
+                   0.0, 1.0);
   }
   result.names = model.unknown_names();
   const double variance = set_weights(model, law, x, result);
@@ -165,6 +240,7 @@ void set_statistics(const SessionModels& model, const ReadingLaw& law,
 void set_robot(const SessionModels& model, const Eigen::VectorXd& x, CalibrationResult& result) {
   result.robot = model.robot_at(x);
   result.robot.std.clear();
+  result.robot.uncertainty.reset();
   int k = 0;
   for (; k < model.geometric_count(); ++k)
     result.robot.std[result.names[k]] = std::sqrt(result.covariance(k, k));
@@ -197,7 +273,7 @@ void set_robot(const SessionModels& model, const Eigen::VectorXd& x, Calibration
 void require_enough_readings(const SessionModels& model, const std::vector<Prior>& priors) {
   // A prior of a parameter or a curve counts as an equation; the mere bound of an effect does not.
   const auto known = std::ranges::count_if(priors, [&](const Prior& prior) {
-    return prior.curve >= 0 || prior.unknown < model.geometric_count();
+    return prior.width >= 0 || prior.unknown < model.geometric_count();
   });
   const int equations = model.rows() * model.row_size() + static_cast<int>(known);
   if (equations <= model.unknowns())
@@ -216,10 +292,11 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
 
 CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
                             const IdentifiableSet& set, const CalibrationOptions& options) {
-  const Robot start = starting_robot(robot, campaign, set);
+  Robot start = starting_robot(robot, campaign, set);
+  if (!start.nominal) start.nominal = robot.chain;
   SessionModels model(campaign, start, set.kept, {1.0, 1.0}, options.fitted_effects);
-  std::vector<Prior> priors = priors_of(start, model);
-  require_enough_readings(model, priors);
+  Priors priors = priors_of(start, model);
+  require_enough_readings(model, priors.of_unknowns);
 
   Eigen::VectorXd x = Eigen::VectorXd::Zero(model.unknowns());
   ReadingLaw law;
@@ -234,8 +311,8 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
   }
   Solution solution;
   if (iterations > 0) {
-    solution =
-        minimise(model, law, priors, options.max_iterations, kEndTolerance, options.fold_by, x);
+    solution = minimise(model, law, priors.of_unknowns, options.max_iterations, kEndTolerance,
+                        options.fold_by, x);
     solution.iterations += iterations;
   } else {
     solution = fit(model, law, priors, options, x);
@@ -250,12 +327,28 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
   result.degrees_of_freedom = law.degrees_of_freedom;
   if (options.fold_by == FoldBy::normal_equations) solution.folds.clear();
   set_statistics(model, law, priors, x, std::move(solution.folds), result);
+  for (const PriorWidth& width : priors.widths)
+    if (!width.name.empty()) result.prior_widths[width.name] = width.deviation;
   set_robot(model, x, result);
   return result;
 }
 
+NearNominal near_nominal(const CalibrationResult& fit, const Campaign& campaign) {
+  constexpr double kNothing = 0.01;  // share from which no number of such poses would help
+  NearNominal result;
+  double most = 0;
+  for (size_t k = 0; k < fit.set.kept.size(); ++k) {
+    const double share = fit.share_of_readings[static_cast<Eigen::Index>(k)];
+    if (share >= kMostlyReadings) continue;
+    result.parameters.push_back(static_cast<int>(k));
+    if (share > kNothing) most = std::max(most, (1 - share) / share);
+  }
+  result.poses = static_cast<int>(std::ceil(most * static_cast<double>(campaign.pose_ids.size())));
+  return result;
+}
+
 void CalibrationOptions::start_near(const CalibrationResult& fit) {
-  start_law = ResidualLaw{fit.sigma, fit.degrees_of_freedom};
+  start_law = ResidualLaw{fit.sigma, fit.degrees_of_freedom, fit.prior_widths};
   fold_by = FoldBy::normal_equations;
 }
 
@@ -276,9 +369,12 @@ Robot refit_set_up(const Robot& robot, const Campaign& campaign,
   start.identify_per_session.clear();
   CalibrationOptions options;
   options.fitted_effects = 0;
-  Robot refitted =
-      calibrate(start, campaign, choose_identifiable(links_only, campaign), options).robot;
+  const IdentifiableSet set = choose_identifiable(links_only, campaign);
+  Robot refitted = calibrate(start, campaign, set, options).robot;
   refitted.identify_per_session = robot.identify_per_session;
+  refitted.uncertainty = robot.uncertainty;
+  if (robot.uncertainty && rows_by_session(campaign).size() == 1)
+    refitted.uncertainty = after_refit(refitted, campaign, set.kept);
   return refitted;
 }
 

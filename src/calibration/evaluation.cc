@@ -62,7 +62,8 @@ std::vector<Replicates> replicates_of(const Campaign& campaign,
 }
 
 std::optional<double> lack_of_fit_p(const Evaluation& evaluation, const Campaign& campaign,
-                                    const NoiseFloor& floor, int unknowns, bool of_orientation) {
+                                    const NoiseFloor& floor,
+                                    const std::array<double, 2>& determined, bool of_orientation) {
   if (floor.source == NoiseFloor::Source::none || floor.position <= 0) return std::nullopt;
   const bool turns = of_orientation && campaign.has_orientation() && floor.orientation > 0;
   double ratio = 0, groups = 0;
@@ -72,8 +73,8 @@ std::optional<double> lack_of_fit_p(const Evaluation& evaluation, const Campaign
     if (turns) ratio += readings * (group.mean.tail<3>() / floor.orientation).squaredNorm();
     ++groups;
   }
-  const double share = turns ? 1.0 : campaign.reading_size().share_of_position();
-  const double freedom = (floor.axes + (turns ? 3 : 0)) * groups - share * unknowns;
+  const double unknowns = determined[0] + (turns ? determined[1] : 0);
+  const double freedom = (floor.axes + (turns ? 3 : 0)) * groups - unknowns;
   if (freedom < 1) return std::nullopt;
   if (floor.source == NoiseFloor::Source::instrument) return chi_squared_above(ratio, freedom);
   return fisher_f_above(ratio / freedom, freedom, floor.degrees_of_freedom);
@@ -149,10 +150,9 @@ FitQuality assess(const CalibrationResult& fit, const Campaign& campaign) {
   const Campaign readings = quality.blunders.empty() ? campaign : campaign.select(sound);
   const Evaluation evaluation = evaluate(fit.robot, readings);
   quality.noise = noise_floor(fit.robot, readings, evaluation);
-  const auto unknowns = static_cast<int>(fit.names.size());
-  quality.lack_of_fit = lack_of_fit_p(evaluation, readings, quality.noise, unknowns, true);
+  quality.lack_of_fit = lack_of_fit_p(evaluation, readings, quality.noise, fit.determined, true);
   quality.lack_of_fit_in_position =
-      lack_of_fit_p(evaluation, readings, quality.noise, unknowns, false);
+      lack_of_fit_p(evaluation, readings, quality.noise, fit.determined, false);
   return quality;
 }
 

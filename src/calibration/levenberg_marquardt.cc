@@ -79,6 +79,27 @@ class FoldedCost : public ceres::CostFunction {
   mutable SessionFold last_;
 };
 
+// The priors of the unknowns that a session is the first to have, by their places among its own.
+std::vector<Prior> priors_of_session(const SessionModels& models, int session,
+                                     const std::vector<Prior>& priors) {
+  const int begin = session == 0 ? 0 : models.first_own(session);
+  const int end = models.first_own(session + 1);
+  std::vector<Prior> own;
+  for (Prior prior : priors) {
+    if (prior.unknown < begin || prior.unknown >= end) continue;
+    int place = 0;
+    for (const SessionModels::Run& run : models.runs(session)) {
+      if (prior.unknown >= run.first && prior.unknown < run.first + run.count) {
+        prior.unknown += place - run.first;
+        break;
+      }
+      place += run.count;
+    }
+    own.push_back(prior);
+  }
+  return own;
+}
+
 }  // namespace
 
 Solution minimise(const SessionModels& models, const ReadingLaw& law,
@@ -93,9 +114,8 @@ Solution minimise(const SessionModels& models, const ReadingLaw& law,
   for (int s = 0; s < models.sessions(); ++s) {
     std::vector<double*> blocks;
     for (const SessionModels::Run& run : models.runs(s)) blocks.push_back(x.data() + run.first);
-    // Priors are of the robot and its first base, all of them unknowns of the first session.
     costs.push_back(
-        std::make_unique<FoldedCost>(models, s, law, s == 0 ? priors : std::vector<Prior>{}, by));
+        std::make_unique<FoldedCost>(models, s, law, priors_of_session(models, s, priors), by));
     problem.AddResidualBlock(costs.back().get(), nullptr, blocks);
   }
   ceres::Solver::Options options;

@@ -3,6 +3,8 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numbers>
 
 #include "armtrue/kinematics/parameters.h"
 #include "linear_algebra/decompositions.h"
@@ -11,18 +13,101 @@ namespace armtrue {
 namespace {
 
 constexpr double kMaxEffect = 0.005;  // m, rad: of a parameter, by one effect
-constexpr double kTypicalCurve = 5e-4, kMinCurve = 1e-6;
+constexpr double kTypicalCurve = 5e-4, kMinWidth = 1e-6;
 constexpr size_t kMinOfCurve = 3;  // coefficients
+constexpr double kSettled = 0.01;  // relative change of a width
+constexpr double kFree = std::numeric_limits<double>::infinity();
 
-}  // namespace
+enum Class { lengths, angles, zero_offsets, kClasses };
 
-std::vector<Prior> priors_of(const Robot& robot, const SessionModels& models) {
-  std::vector<Prior> priors;
-  for (int k = 0; k < models.geometric_count(); ++k) {
-    const auto found = robot.priors.find(parameter_name(robot.chain, models.geometric()[k]));
-    if (found != robot.priors.end()) priors.push_back({k, found->second});
+// How far links are from their data sheets: tolerances of castings and of the assembly of gears,
+// and mastering by gauge or by mark. Two thirds of arms are within a factor of two.
+std::vector<PriorWidth> typical_widths() {
+  constexpr double kWithinTwo = std::numbers::ln2;
+  return {{"lengths", 3e-4, kWithinTwo, 3e-4},
+          {"angles", 3e-4, kWithinTwo, 3e-4},
+          {"zero offsets", 2e-3, kWithinTwo, 2e-3}};
+}
+
+bool is_of_links(int parameter) {
+  return parameter >= kLinkParameters && parameter < kToolParameters;
+}
+
+Class class_of(int parameter) {
+  if (is_zero_offset(parameter)) return zero_offsets;
+  return parameter_unit(parameter) == ParameterUnit::metre ? lengths : angles;
+}
+
+double link_value(const KinematicChain& chain, int parameter) {
+  const Link& link = chain.links[(parameter - kLinkParameters) / 5];
+  switch (static_cast<LinkParameter>((parameter - kLinkParameters) % 5)) {
+    case LinkParameter::alpha:
+      return link.alpha;
+    case LinkParameter::d:
+      return link.d;
+    case LinkParameter::theta:
+      return link.theta;
+    case LinkParameter::r:
+      return link.r;
+    case LinkParameter::beta:
+      break;
   }
-  int k = models.geometric_count(), curves = 0;
+  return link.beta;
+}
+
+// How far a parameter of the links is from its nominal value.
+double from_nominal(const Robot& robot, int parameter, double value) {
+  return robot.nominal ? value - link_value(*robot.nominal, parameter) : 0.0;
+}
+
+void add_geometry(const Robot& robot, const SessionModels& models, Priors& priors) {
+  const auto add = [&](int unknown, int parameter, double value) {
+    if (!is_of_links(parameter)) return;
+    const Class width = class_of(parameter);
+    priors.of_unknowns.push_back(
+        {unknown, priors.widths[width].deviation, from_nominal(robot, parameter, value), width});
+  };
+  for (int k = 0; k < models.geometric_count(); ++k) {
+    const int parameter = models.geometric()[k];
+    if (!robot.priors.contains(parameter_name(robot.chain, parameter)))
+      add(k, parameter, is_of_links(parameter) ? link_value(robot.chain, parameter) : 0);
+  }
+  for (int s = 1; s < models.sessions(); ++s)
+    for (size_t k = 0; k < models.own(s).size(); ++k) {
+      const int parameter = models.own(s)[k];
+      if (!is_of_links(parameter)) continue;
+      double value = link_value(robot.chain, parameter);
+      if (const auto known = robot.sessions.find(models.name(s)); known != robot.sessions.end())
+        if (const auto own = known->second.theta.find((parameter - kLinkParameters) / 5);
+            own != known->second.theta.end())
+          value = own->second;
+      add(models.first_own(s) + static_cast<int>(k), parameter, value);
+    }
+}
+
+// Typical size of each coefficient of an effect that belongs to a family or is one; else empty.
+std::vector<double> typical_sizes(const Effect& effect) {
+  std::vector<double> sizes;
+  if (effect.family && effect.members.empty())
+    sizes.assign(effect.coefficients.size(), effect.family->typical);
+  for (const Effect& member : effect.members)
+    sizes.insert(sizes.end(), member.coefficients.size(), member.family->typical);
+  return sizes;
+}
+
+// The width that the members of the effect's family share, a factor of their typical sizes.
+int width_of(const Effect& effect, Priors& priors) {
+  constexpr double kWithinThree = 1.0986;  // ln 3: causes differ more than tolerances do
+  const std::string& name =
+      effect.members.empty() ? effect.family->name : effect.members.front().family->name;
+  const auto found = std::ranges::find(priors.widths, name, &PriorWidth::name);
+  if (found != priors.widths.end()) return static_cast<int>(found - priors.widths.begin());
+  priors.widths.push_back({name, 1, kWithinThree, 1});
+  return static_cast<int>(priors.widths.size()) - 1;
+}
+
+void add_coefficients(const Robot& robot, const SessionModels& models, Priors& priors) {
+  int k = models.geometric_count();
   for (int e = 0; e < models.fitted_effects(); ++e) {
     const Effect& effect = robot.effects[e];
     const bool is_curve =
@@ -30,17 +115,60 @@ std::vector<Prior> priors_of(const Robot& robot, const SessionModels& models) {
     double squares = 0;
     for (const Coefficient& c : effect.coefficients) squares += c.value * c.value;
     const double as_before = std::sqrt(squares / static_cast<double>(effect.coefficients.size()));
-    const double curve = squares > 0 ? std::max(kMinCurve, as_before) : kTypicalCurve;
+    const double curve = squares > 0 ? std::max(kMinWidth, as_before) : kTypicalCurve;
+    const auto width = static_cast<int>(priors.widths.size());
+    if (is_curve) priors.widths.push_back({"", kTypicalCurve, kFree, curve});
+    const std::vector<double> typical = typical_sizes(effect);
+    const int of_family = typical.empty() ? -1 : width_of(effect, priors);
     for (const Coefficient& c : effect.coefficients) {
       const double value = models.mean_square_value(k - models.geometric_count());
       if (is_curve)
-        priors.push_back({k, curve, c.value, curves});
-      else if (value > 0)
-        priors.push_back({k, kMaxEffect / std::sqrt(value), c.value});
+        priors.of_unknowns.push_back({k, curve, c.value, width});
+      else if (!typical.empty()) {
+        const double unit = typical[static_cast<size_t>(&c - effect.coefficients.data())];
+        priors.of_unknowns.push_back(
+            {k, priors.widths[of_family].deviation * unit, c.value, of_family, unit});
+      } else if (value > 0)
+        priors.of_unknowns.push_back({k, kMaxEffect / std::sqrt(value), c.value});
       ++k;
     }
-    curves += is_curve;
   }
+}
+
+// The root tau of sum of squares / tau^2 = determined + ln(tau / typical) / log_spread^2, of which
+// the left side falls and the right side rises.
+double most_likely(const PriorWidth& width, double squares, double determined) {
+  if (width.log_spread == kFree)
+    return std::clamp(std::sqrt(squares / std::max(determined, 0.5)), kMinWidth, kMaxEffect);
+  const double pull = 1 / (width.log_spread * width.log_spread);
+  double low = std::log(width.typical) - 20, high = std::log(width.typical) + 20;
+  while (high - low > 1e-6) {
+    const double middle = 0.5 * (low + high);
+    const double excess =
+        squares * std::exp(-2 * middle) - determined - pull * (middle - std::log(width.typical));
+    (excess > 0 ? low : high) = middle;
+  }
+  return std::exp(0.5 * (low + high));
+}
+
+}  // namespace
+
+Priors priors_of(const Robot& robot, const SessionModels& models) {
+  Priors priors;
+  for (int k = 0; k < models.geometric_count(); ++k) {
+    const auto found = robot.priors.find(parameter_name(robot.chain, models.geometric()[k]));
+    if (found == robot.priors.end()) continue;
+    const int parameter = models.geometric()[k];
+    const double start = is_of_links(parameter)
+                             ? from_nominal(robot, parameter, link_value(robot.chain, parameter))
+                             : 0.0;
+    priors.of_unknowns.push_back({k, found->second, start});
+  }
+  if (!robot.free_links) {
+    priors.widths = typical_widths();
+    add_geometry(robot, models, priors);
+  }
+  add_coefficients(robot, models, priors);
   return priors;
 }
 
@@ -49,38 +177,78 @@ void add_priors(const std::vector<Prior>& priors, Eigen::MatrixXd& information) 
     information(prior.unknown, prior.unknown) += 1.0 / (prior.deviation * prior.deviation);
 }
 
-CurveUpdate update_curves(const Eigen::MatrixXd& factor, const Eigen::VectorXd& x,
-                          std::vector<Prior>& priors) {
-  CurveUpdate update;
-  int curves = 0;
-  for (const Prior& prior : priors) curves = std::max(curves, prior.curve + 1);
-  if (curves == 0) return update;
-  const Eigen::Index p = x.size();
+namespace {
+
+// Posterior variances of all unknowns.
+Eigen::VectorXd variances(const Eigen::MatrixXd& factor, const Priors& priors) {
+  const Eigen::Index p = factor.cols() - 1;
   const Eigen::MatrixXd triangle = factor.topLeftCorner(p, p);
   Eigen::MatrixXd information = triangle.transpose() * triangle;
-  add_priors(priors, information);
+  add_priors(priors.of_unknowns, information);
   const Eigen::VectorXd unit = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd scaled = unit.asDiagonal() * information * unit.asDiagonal();
   const Eigen::MatrixXd inverse = scaled.ldlt().solve(Eigen::MatrixXd::Identity(p, p));
-  for (int curve = 0; curve < curves; ++curve) {
-    double determined = 0, squares = 0, old = 0;
-    for (const Prior& prior : priors) {
-      if (prior.curve != curve) continue;
-      const double variance =
-          inverse(prior.unknown, prior.unknown) * unit[prior.unknown] * unit[prior.unknown];
-      old = prior.deviation;
-      const double by_readings = std::clamp(1.0 - variance / (old * old), 0.0, 1.0);
-      determined += by_readings;
-      update.undetermined += 1.0 - by_readings;
-      squares += (prior.start + x[prior.unknown]) * (prior.start + x[prior.unknown]);
-    }
-    const double deviation =
-        std::clamp(std::sqrt(squares / std::max(determined, 0.5)), kMinCurve, kMaxEffect);
-    update.settled = update.settled && std::abs(deviation - old) < 0.1 * old;
-    for (Prior& prior : priors)
-      if (prior.curve == curve) prior.deviation = deviation;
+  return inverse.diagonal().cwiseProduct(unit.cwiseAbs2());
+}
+
+double share_of_prior(const Prior& prior, const Eigen::VectorXd& variances) {
+  return std::clamp(variances[prior.unknown] / (prior.deviation * prior.deviation), 0.0, 1.0);
+}
+
+void set_deviations(Priors& priors) {
+  for (Prior& prior : priors.of_unknowns)
+    if (prior.width >= 0) prior.deviation = priors.widths[prior.width].deviation * prior.unit;
+}
+
+}  // namespace
+
+void scale_widths(double factor, Priors& priors) {
+  for (PriorWidth& width : priors.widths)
+    if (width.log_spread != kFree) width.deviation = factor * width.typical;
+  set_deviations(priors);
+}
+
+void set_widths(const std::map<std::string, double>& widths, Priors& priors) {
+  for (PriorWidth& width : priors.widths)
+    if (const auto known = widths.find(width.name); known != widths.end())
+      width.deviation = known->second;
+  set_deviations(priors);
+}
+
+double undetermined(const Eigen::MatrixXd& factor, const Priors& priors) {
+  if (priors.widths.empty()) return 0;
+  const Eigen::VectorXd variance = variances(factor, priors);
+  double sum = 0;
+  for (const Prior& prior : priors.of_unknowns)
+    if (prior.width >= 0) sum += share_of_prior(prior, variance);
+  return sum;
+}
+
+bool update_widths(const Eigen::MatrixXd& factor, const Eigen::VectorXd& x, Priors& priors) {
+  if (priors.widths.empty()) return true;
+  const Eigen::VectorXd variance = variances(factor, priors);
+  struct Sum {
+    double determined = 0, squares = 0;
+    int count = 0;
+  };
+  std::vector<Sum> sums(priors.widths.size());
+  for (const Prior& prior : priors.of_unknowns) {
+    if (prior.width < 0) continue;
+    const double change = (prior.start + x[prior.unknown]) / prior.unit;
+    sums[prior.width].determined += 1.0 - share_of_prior(prior, variance);
+    sums[prior.width].squares += change * change;
+    ++sums[prior.width].count;
   }
-  return update;
+  bool settled = true;
+  for (size_t w = 0; w < sums.size(); ++w) {
+    if (sums[w].count == 0) continue;
+    PriorWidth& width = priors.widths[w];
+    const double deviation = most_likely(width, sums[w].squares, sums[w].determined);
+    settled = settled && std::abs(deviation - width.deviation) < kSettled * width.deviation;
+    width.deviation = deviation;
+  }
+  set_deviations(priors);
+  return settled;
 }
 
 }  // namespace armtrue

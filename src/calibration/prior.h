@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
+#include <string>
 #include <vector>
 
 #include "armtrue/effects/robot.h"
@@ -14,36 +16,62 @@ struct Prior {
   int unknown;       ///< index
   double deviation;  ///< [SI]
   double start = 0;  ///< [SI]
-  int curve = -1;    ///< number of the effect among those that are curves; -1: of none
+  int width = -1;    ///< index of the width in Priors::widths that sets its deviation; -1: none
+  double unit = 1;   ///< deviation = unit * that width
 
   double residual(const Eigen::Ref<const Eigen::VectorXd>& x) const {
     return (start + x[unknown]) / deviation;
   }
 };
 
-/// The priors of a fit, all of unknowns of the first session:
+/// The deviation tau that some unknowns share, which the readings help to choose. Beforehand
+/// ln tau ~ N(ln typical, log_spread^2); with an infinite spread only the readings choose.
+struct PriorWidth {
+  std::string name;  ///< "lengths", "angles", "zero offsets"; the family; empty: of a curve
+  double typical;    ///< [SI]; of a family a factor of typical sizes
+  double log_spread;
+  double deviation;  ///< tau, in units of `typical`
+};
+
+struct Priors {
+  std::vector<Prior> of_unknowns;
+  std::vector<PriorWidth> widths;
+};
+
+/// The priors of a fit:
 /// - parameters named in `robot.priors`: about the nominal value;
-/// - coefficients of a curve (a series of three or more): about 0, all with one deviation, which
-///   update_curves() finds;
+/// - unless `robot.free_links`, every other parameter of the links: about the nominal value
+/// (Robot::nominal,
+///   else that of `robot`), with the deviation that its class shares: lengths (d, r), angles
+///   (alpha, beta and the theta of the last, fixed frame) and zero offsets (theta). Base, tool,
+///   targets and anchors have none: nobody knows beforehand where they are;
+/// - coefficients of a family: about 0, with a common multiple of their typical sizes;
+/// - coefficients of a curve (a series of three or more): about 0, all with one deviation;
 /// - other coefficients: about 0, with the deviation at which the effect moves its parameter by
 ///   5 mm or 5 mrad RMS over the rows. No effect is larger, and without this bound a coefficient
 ///   that the poses do not show would run away.
-std::vector<Prior> priors_of(const Robot& robot, const SessionModels& models);
+Priors priors_of(const Robot& robot, const SessionModels& models);
 
 /// Adds the information of the priors, 1 / deviation^2 on the diagonal, to that of the readings.
 void add_priors(const std::vector<Prior>& priors, Eigen::MatrixXd& information);
 
-struct CurveUpdate {
-  bool settled = true;      ///< no deviation changed by 10 % or more
-  double undetermined = 0;  ///< number of coefficients that the priors, not the readings, determine
-};
+/// Sets each width, but those of curves, to its typical value times `factor`.
+void scale_widths(double factor, Priors& priors);
 
-/// Sets the deviation of each curve to the one that makes the readings most likely (empirical
-/// Bayes; MacKay, "Bayesian interpolation", 1992): with c_k the coefficients, V_k their variances
-/// and s the deviation so far,
-///     gamma = sum_k (1 - V_k / s^2),    s_new^2 = sum_k c_k^2 / gamma;
-/// gamma is the number of coefficients that the readings determine. `factor`: of the fold at x.
-CurveUpdate update_curves(const Eigen::MatrixXd& factor, const Eigen::VectorXd& x,
-                          std::vector<Prior>& priors);
+/// Sets the widths that are named, [SI] or factors of typical sizes.
+void set_widths(const std::map<std::string, double>& widths, Priors& priors);
+
+/// Number of unknowns that the priors, not the readings, determine: the sum of V_k / tau^2 over
+/// those that share a width, V_k their posterior variances. `factor`: of the fold.
+double undetermined(const Eigen::MatrixXd& factor, const Priors& priors);
+
+/// Sets each width tau to the one that makes the readings most likely (type-II likelihood; MacKay,
+/// "Bayesian interpolation", 1992): with d_k the changes from the expected values, V_k their
+/// posterior variances and tau' the width so far,
+///     gamma = sum_k (1 - V_k / tau'^2),
+///     sum_k d_k^2 / tau^2 = gamma + ln(tau / typical) / log_spread^2;
+/// gamma is the number of unknowns that the readings determine. `factor`: of the fold at x. Returns
+/// whether no width changed by 2 % or more.
+bool update_widths(const Eigen::MatrixXd& factor, const Eigen::VectorXd& x, Priors& priors);
 
 }  // namespace armtrue

@@ -38,7 +38,8 @@ double log_likelihood(const std::vector<Eigen::Vector2d>& norms, const ReadingSi
 
 // Expectation-maximisation of sigma under a law; see describe_residuals().
 ReadingSigma most_likely_sigma(const std::vector<Eigen::Vector2d>& norms, ReadingSigma sigma,
-                               const ReadingLaw& law, const ReadingSize& size, double correction) {
+                               const ReadingLaw& law, const ReadingSize& size,
+                               const Eigen::Array2d& correction) {
   const int d = size.all();
   const double n = static_cast<double>(norms.size());
   for (int round = 0; round < (law.degrees_of_freedom > 0 ? 30 : 1); ++round) {
@@ -47,10 +48,10 @@ ReadingSigma most_likely_sigma(const std::vector<Eigen::Vector2d>& norms, Readin
       const double variance = law.variance_of(static_cast<int>(row));
       sum += law.weight(whitened(norms[row], sigma, size), d, variance) / variance * norms[row];
     }
-    sigma.position = std::max(kMinSigma, std::sqrt(correction * sum[0] / (size.position * n)));
+    sigma.position = std::max(kMinSigma, std::sqrt(correction[0] * sum[0] / (size.position * n)));
     if (size.orientation > 0)
       sigma.orientation =
-          std::max(kMinSigma, std::sqrt(correction * sum[1] / (size.orientation * n)));
+          std::max(kMinSigma, std::sqrt(correction[1] * sum[1] / (size.orientation * n)));
   }
   return sigma;
 }
@@ -106,7 +107,7 @@ bool is_close(const ReadingSigma& a, const ReadingSigma& b) {
 
 ResidualDescription describe_residuals(const std::vector<Eigen::Vector2d>& norms,
                                        const Campaign& campaign, const ReadingSigma& start,
-                                       double correction, bool robust) {
+                                       const Eigen::Array2d& correction, bool robust) {
   const ReadingSize size = campaign.reading_size();
   ResidualDescription best{most_likely_sigma(norms, start, {0}, size, correction), {0}};
   if (!robust) return best;

@@ -55,11 +55,11 @@ struct ResidualDescription {
 /// 2, the BIC price of its one parameter. Sigma is found by expectation-maximisation: with m = 3 or
 /// 1 numbers per row,
 ///     sigma^2 = correction / (m rows) sum_i weight_i / v_i |r_i|^2,
-/// repeated until it settles. `correction`: equations / (equations - unknowns).
+/// repeated until it settles. `correction`: equations / degrees of freedom, of each kind.
 /// `robust` false: Gaussian in any case.
 ResidualDescription describe_residuals(const std::vector<Eigen::Vector2d>& norms,
                                        const Campaign& campaign, const ReadingSigma& start,
-                                       double correction, bool robust);
+                                       const Eigen::Array2d& correction, bool robust);
 
 /// Sigma from the medians of the squared norms [m^2, rad^2], consistent for a Gaussian law. Throws
 /// std::invalid_argument if there are none.

@@ -9,6 +9,7 @@
 #include "armtrue/calibration/observation.h"
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/statistics/summary.h"
+#include "calibration/placement.h"
 #include "calibration/session_models.h"
 #include "campaign/sessions.h"
 
@@ -17,7 +18,10 @@ namespace {
 
 // A base that misses by more is not a calibration error but a set-up that the robot file does not
 // have.
-constexpr double kFarBase = 0.08;         // m
+constexpr double kFarBase = 0.08;  // m
+// The same of a tool, once the base is registered: no error of an arm leaves as much.
+constexpr double kFarTool = 0.02;         // m, position
+constexpr double kFarTurn = 0.3;          // rad
 constexpr int kMinPoints = 4;             // one more than a pose needs
 constexpr int kMinDistances = 5;          // one more than the unknowns
 constexpr int kAnchorsThatShowATurn = 3;  // all rotations of the base
@@ -33,6 +37,11 @@ Eigen::Matrix3Xd own_points(Robot robot, const Campaign& campaign) {
     points.col(row) =
         model.point(campaign.context(row), targets.empty() ? -1 : targets[campaign.target[row]]);
   return points;
+}
+
+Pose rigid_fit(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to) {
+  const Eigen::Matrix4d transform = Eigen::umeyama(from, to, false);
+  return {transform.topLeftCorner<3, 3>(), transform.topRightCorner<3, 1>()};
 }
 
 namespace {
@@ -55,16 +64,11 @@ auto fit_nearer_half(int count, const Fit& fit, const Miss& miss) {
   return found;
 }
 
-Pose carry(const Eigen::Matrix3Xd& own, const Eigen::Matrix3Xd& measured) {
-  const Eigen::Matrix4d transform = Eigen::umeyama(own, measured, false);
-  return {transform.topLeftCorner<3, 3>(), transform.topRightCorner<3, 1>()};
-}
-
 Pose register_points(const Eigen::Matrix3Xd& own, const Eigen::Matrix3Xd& measured) {
   return fit_nearer_half(
       static_cast<int>(own.cols()),
       [&](const std::vector<int>& chosen) {
-        return carry(own(Eigen::all, chosen), measured(Eigen::all, chosen));
+        return rigid_fit(own(Eigen::all, chosen), measured(Eigen::all, chosen));
       },
       [&](const Pose& base, int k) {
         return (measured.col(k) - base * Eigen::Vector3d(own.col(k))).norm();
@@ -144,7 +148,7 @@ Pose registered_base(const Robot& robot, const Campaign& campaign) {
   const Eigen::Map<const Eigen::Matrix3Xd> in_0(found.front().data(), 3, count);
   const Eigen::Map<const Eigen::Matrix3Xd> in_a(given.front().data(), 3, count);
   // To all of them: half of three anchors shows no rotation.
-  if (count >= kAnchorsThatShowATurn) return carry(in_0, in_a);
+  if (count >= kAnchorsThatShowATurn) return rigid_fit(in_0, in_a);
   Eigen::Matrix3d rotation = robot.chain.base.rotation;
   if (count == 2)  // they show all rotations but that about the connecting line
     rotation = Eigen::Quaterniond::FromTwoVectors(rotation * (in_0.col(1) - in_0.col(0)),
@@ -155,20 +159,35 @@ Pose registered_base(const Robot& robot, const Campaign& campaign) {
 
 namespace {
 
-Robot with_base_near(const Robot& robot, const Campaign& campaign) {
-  const auto typical_miss = [&](const Robot& candidate) {
-    const SessionModels model(campaign, candidate, {}, {1.0, 1.0});
-    if (model.rows() == 0) return 0.0;
-    std::vector<double> squares;
-    for (const Eigen::Vector2d& norms :
-         model.squared_norms(Eigen::VectorXd::Zero(model.unknowns())))
-      squares.push_back(norms[0]);
-    return std::sqrt(median(std::move(squares)));
-  };
-  if (typical_miss(robot) < kFarBase) return robot;
+// Median errors of position [m] and orientation [rad].
+Eigen::Vector2d typical_miss(const Robot& robot, const Campaign& campaign) {
+  const SessionModels model(campaign, robot, {}, {1.0, 1.0});
+  if (model.rows() == 0) return Eigen::Vector2d::Zero();
+  std::vector<double> position, orientation;
+  for (const Eigen::Vector2d& norms :
+       model.squared_norms(Eigen::VectorXd::Zero(model.unknowns()))) {
+    position.push_back(norms[0]);
+    orientation.push_back(norms[1]);
+  }
+  return {std::sqrt(median(std::move(position))), std::sqrt(median(std::move(orientation)))};
+}
+
+// `tool`: it may be placed too.
+Robot with_base_near(const Robot& robot, const Campaign& campaign, bool tool) {
+  const Eigen::Vector2d as_given = typical_miss(robot, campaign);
+  const bool turned = tool && as_given[1] > kFarTurn;
+  if (as_given[0] < kFarBase && !turned) return robot;
   Robot moved = robot;
   moved.chain.base = registered_base(robot, campaign);
-  return typical_miss(moved) < typical_miss(robot) ? moved : robot;
+  const Eigen::Vector2d registered = typical_miss(moved, campaign);
+  if (tool && (registered[0] > kFarTool || registered[1] > kFarTurn))
+    if (const auto placement = place_base_and_tool(robot, campaign, kFarTool)) {
+      Robot placed = placed_robot(robot, campaign, *placement);
+      const Eigen::Vector2d after = typical_miss(placed, campaign);
+      const bool better_turn = turned && after[1] < kFarTurn && after[0] < kFarBase;
+      if (after[0] < std::min(as_given[0], registered[0]) || better_turn) return placed;
+    }
+  return registered[0] < as_given[0] && as_given[0] >= kFarBase ? moved : robot;
 }
 
 }  // namespace
@@ -181,17 +200,19 @@ Robot starting_robot(const Robot& robot, const Campaign& campaign, const Identif
   for (int k = 0; k < (shows_turn ? 6 : 3); ++k)
     finds_first_base &=
         std::find(set.kept.begin(), set.kept.end(), kBaseParameters + k) != set.kept.end();
+  const bool finds_tool =
+      finds_first_base && std::ranges::find(set.kept, kToolParameters) != set.kept.end();
   const std::vector<std::vector<int>> sessions = rows_by_session(campaign);
   if (sessions.size() == 1) {
     const Robot there = robot_at_row(robot, campaign, 0);
-    return finds_first_base ? with_base_near(there, campaign) : there;
+    return finds_first_base ? with_base_near(there, campaign, finds_tool) : there;
   }
   Robot start = robot;
   start.sessions.clear();
   for (size_t s = 0; s < sessions.size(); ++s) {
     const Campaign readings = campaign.select(sessions[s]);
     Robot there = robot_at_row(robot, readings, 0);
-    if (s > 0 || finds_first_base) there = with_base_near(there, readings);
+    if (s > 0 || finds_first_base) there = with_base_near(there, readings, s == 0 && finds_tool);
     if (s == 0) start.chain = there.chain;
     const std::string& name = readings.session_names[readings.session.front()];
     const auto known = robot.sessions.find(name);

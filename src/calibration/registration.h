@@ -5,12 +5,17 @@
 #include "armtrue/calibration/identifiability.h"
 #include "armtrue/campaign/campaign.h"
 #include "armtrue/effects/robot.h"
+#include "armtrue/kinematics/pose.h"
 
 namespace armtrue {
 
 /// The measured points as the robot without effects predicts them, in the R_A of
 /// `robot.chain.base`, one column per row.
 Eigen::Matrix3Xd own_points(Robot robot, const Campaign& campaign);
+
+/// The rigid motion that best takes one set of points to another, in the least-squares sense
+/// (Umeyama 1991).
+Pose rigid_fit(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to);
 
 /// The base pose that best maps the robot's own points, without effects, onto the measured ones;
 /// fitted to all, then twice to the half with the smaller errors. Used where the base in the robot
@@ -23,7 +28,9 @@ Pose registered_base(const Robot& robot, const Campaign& campaign);
 
 /// The robot that calibration starts from: as in the first session of the campaign, with a base for
 /// each session. A base that misses the readings by 80 mm (median) or more, and that is to be
-/// identified, is replaced by registered_base() if that misses by less.
+/// identified, is replaced by registered_base() if that misses by less. Where that misses by more
+/// than 20 mm (or 0.3 rad) still and the tool is to be identified, both are replaced by those of
+/// place_base_and_tool().
 Robot starting_robot(const Robot& robot, const Campaign& campaign, const IdentifiableSet& set);
 
 }  // namespace armtrue

@@ -68,6 +68,7 @@ class SessionModels {
   /// The robot at x; with `sessions` if there are several.
   Robot robot_at(const Eigen::VectorXd& x) const;
 
+  const InstrumentNoise& noise() const { return robot_.noise; }
   const ReadingSigma& sigma() const { return sigma_; }
   void set_sigma(const ReadingSigma& sigma);
 

@@ -134,6 +134,7 @@ std::string missing_column(const Campaign& campaign, DriverKind kind, const std:
 
 void require_drivers(const Campaign& campaign, const Effect& effect) {
   if (campaign.rows() == 0) return;
+  for (const Effect& member : effect.members) require_drivers(campaign, member);
   const Driver& driver = effect.driver;
   std::string missing = missing_column(campaign, driver.kind, driver.where);
   if (missing.empty() && driver.factor)

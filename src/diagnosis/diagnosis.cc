@@ -14,6 +14,7 @@
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/summary.h"
+#include "calibration/placement.h"
 #include "calibration/registration.h"
 #include "campaign/sessions.h"
 
@@ -21,7 +22,7 @@ namespace armtrue {
 namespace {
 
 constexpr double kImplausibleMiss =
-    0.02;  // m, median with the base registered: no calibration error
+    0.02;  // m, median with base and tool fitted: no calibration error
 constexpr double kImplausibleTurn = 0.1;  // rad
 // Change of a link's parameter from the robot file to the calibration: larger than any error of an
 // arm and than the uncertainty that poorly chosen poses leave.
@@ -30,32 +31,37 @@ constexpr double kClearly = 5;                                       // standard
 constexpr double kMuchBetter = 0.1;
 constexpr int kRowsLookedAt = 500;
 
+// Median position error with base and tool fitted in full; with the base alone where the readings
+// are too few to show both, or are distances and the fit fails.
 double median_miss(Robot robot, const Campaign& campaign) {
   robot.effects.clear();
+  if (const auto placed = place_base_and_tool(robot, campaign, kImplausibleMiss))
+    return median(placed->miss);
   robot.chain.base = registered_base(robot, campaign);
-  return median(evaluate(robot, campaign).position);
+  const double miss = median(evaluate(robot, campaign).position);
+  if (!campaign.has_distances() || miss <= kImplausibleMiss) return miss;
+  robot.identify = {"base", "tool"};
+  robot.identify_per_session.clear();
+  try {
+    return std::min(miss, median(evaluate(calibrate(robot, campaign).robot, campaign).position));
+  } catch (const std::invalid_argument&) {
+    return miss;  // too few readings to show both
+  }
 }
 
 // Median angle, from pose to pose, by which the tool's rotations that the orientations imply
-// differ.
+// differ. The points alone say how the base is turned, and any rotation of the tool is as good.
 double median_turn(Robot robot, const Campaign& campaign) {
   robot.effects.clear();
+  if (const auto placed = place_base_and_tool(robot, campaign, kImplausibleMiss))
+    return common_turn(placed->turns).second;
   robot.chain.base = registered_base(robot, campaign);
   const RobotModel model(robot);
-  // The tool's own rotation is unknown: each reading implies one; all are compared with the first
-  // nine, and the best of these counts.
-  std::vector<Eigen::Quaterniond> turns;
+  std::vector<Eigen::Matrix3d> turns;
   for (int row = 0; row < campaign.rows(); ++row)
-    turns.emplace_back(model.pose(campaign.context(row)).rotation.transpose() *
-                       campaign.orientation[row].toRotationMatrix());
-  double best = std::numbers::pi;
-  for (size_t reference = 0; reference < std::min<size_t>(turns.size(), 9); ++reference) {
-    std::vector<double> angles;
-    for (const Eigen::Quaterniond& turn : turns)
-      angles.push_back(turns[reference].angularDistance(turn));
-    best = std::min(best, median(angles));
-  }
-  return best;
+    turns.push_back(model.pose(campaign.context(row)).rotation.transpose() *
+                    campaign.orientation[row].toRotationMatrix());
+  return common_turn(turns).second;
 }
 
 struct Hypothesis {

@@ -6,6 +6,7 @@ std::vector<Effect> expand(const CatalogueEntry& entry, const Robot& robot) {
   std::vector<Effect> effects;
   const auto add = [&](const std::string& parameter, int joint) {
     Effect effect{entry.name, parameter, entry.driver, entry.shape, {}};
+    if (!entry.family.empty()) effect.family = Family{entry.family, entry.typical};
     if (entry.driver_joint == CatalogueEntry::Joint::own) effect.driver.joint = joint;
     if (entry.driver_joint == CatalogueEntry::Joint::previous) effect.driver.joint = joint - 1;
     const bool needs_joint = entry.driver_joint != CatalogueEntry::Joint::none;

@@ -21,4 +21,17 @@ std::string why_invalid(const std::string& parameter, const Driver& driver, cons
   return "";
 }
 
+std::vector<Effect> single_effects(const Effect& effect) {
+  if (effect.members.empty()) return {effect};
+  std::vector<Effect> singles = effect.members;
+  auto next = effect.coefficients.begin();
+  for (Effect& single : singles)
+    for (Coefficient& c : single.coefficients) {
+      const std::string name = c.name;
+      c = *next++;
+      c.name = name;
+    }
+  return singles;
+}
+
 }  // namespace armtrue

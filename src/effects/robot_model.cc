@@ -7,6 +7,7 @@ namespace armtrue {
 namespace {
 
 std::vector<int> moved_parameters(const Effect& effect, const Robot& robot) {
+  if (!effect.members.empty()) return {};
   if (!is_group(effect.parameter)) {
     const auto index = find_parameter(robot.chain, effect.parameter);
     if (!index || *index > kInstrumentScale)
@@ -36,6 +37,10 @@ std::vector<std::string> value_names(const Shape& shape, int count) {
 BoundEffect::BoundEffect(const Effect& effect, const Robot& robot,
                          const std::vector<std::string>& temperature_names)
     : driver_(effect.driver), shape_(effect.shape), parameters_(moved_parameters(effect, robot)) {
+  if (!effect.members.empty()) {
+    bind_members(effect, robot, temperature_names);
+    return;
+  }
   const auto fail = [&](const std::string& why) {
     throw std::invalid_argument("effect '" + effect.name + "': " + why);
   };
@@ -62,9 +67,11 @@ BoundEffect::BoundEffect(const Effect& effect, const Robot& robot,
     if (load.value_count() != load_values && load.value_count() != 0)
       fail("the gravity basis differs between the components of '" + effect.parameter + "'");
 
+  needs_frames_ = !loads_.empty();
+  needs_jacobian_ = driver_.involves(DriverKind::force);
   const int members = static_cast<int>(parameters_.size());
   const bool is_vector = driver_.kind == DriverKind::moment && members > 1;
-  own_values_ = is_vector || needs_jacobian();
+  own_values_ = is_vector || needs_jacobian_;
   const int values = std::max(load_values, armtrue::value_count(shape_, driver_.is_pair()));
   const std::vector<std::string> names = value_names(shape_, values);
   value_count_ = own_values_ ? members * values : values;
@@ -79,6 +86,27 @@ BoundEffect::BoundEffect(const Effect& effect, const Robot& robot,
     for (const char* member : kTwistNames)
       for (const std::string& name : names)
         coefficient_names_.push_back(values == 1 ? member : member + (" " + name));
+}
+
+// Terms, values and coefficients of the members, one after the other.
+void BoundEffect::bind_members(const Effect& effect, const Robot& robot,
+                               const std::vector<std::string>& temperature_names) {
+  for (const Effect& member : effect.members) {
+    const BoundEffect& bound = members_.emplace_back(member, robot, temperature_names);
+    for (Term term : bound.terms_) {
+      term.coefficient += coefficient_count_;
+      term.value += value_count_;
+      terms_.push_back(term);
+    }
+    for (int parameter : bound.parameters_)
+      if (std::ranges::count(parameters_, parameter) == 0) parameters_.push_back(parameter);
+    for (const std::string& name : bound.coefficient_names_)
+      coefficient_names_.push_back(member.parameter + " " + name);
+    coefficient_count_ += bound.coefficient_count_;
+    value_count_ += bound.value_count_;
+    needs_frames_ |= bound.needs_frames_;
+    needs_jacobian_ |= bound.needs_jacobian_;
+  }
 }
 
 double BoundEffect::driver_value(DriverKind kind, int joint, size_t member, const Context& context,
@@ -125,6 +153,11 @@ void BoundEffect::values(const Context& context, const ArmFrames* frames,
                          const PoseJacobian* jacobian, double* out) const {
   constexpr double kReferenceTemperature = 20;  // deg C, ISO 1
   std::fill(out, out + value_count_, 0.0);
+  for (const BoundEffect& member : members_) {
+    member.values(context, frames, jacobian, out);
+    out += member.value_count_;
+  }
+  if (!members_.empty()) return;
   const size_t members = own_values_ ? parameters_.size() : 1;
   const auto values = value_count_ / static_cast<int>(members);
   for (size_t i = 0; i < members; ++i) {

@@ -5,8 +5,10 @@
 #include <algorithm>
 
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/calibration/prediction.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
+#include "io/yaml/gross_poses_text.h"
 #include "io/yaml/yaml_text.h"
 
 namespace armtrue {
@@ -64,6 +66,19 @@ YAML::Node calibration_node(const CalibrationResult& result, const Campaign& cam
   YAML::Node identified(YAML::NodeType::Sequence);
   for (int k : result.set.kept) identified.push_back(parameter_name(robot.chain, k));
   node["identified"] = flow(identified);
+  YAML::Node shares(YAML::NodeType::Map), nominal(YAML::NodeType::Sequence);
+  for (size_t k = 0; k < result.set.kept.size(); ++k) {
+    const auto unknown = static_cast<Eigen::Index>(k);
+    if (result.prior_weight[unknown] == 0) continue;
+    const std::string name = parameter_name(robot.chain, result.set.kept[k]);
+    shares[name] = fmt::format("{:.2f}", result.share_of_readings[unknown]);
+    if (result.share_of_readings[unknown] < kMostlyReadings) nominal.push_back(name);
+  }
+  if (shares.size() > 0) node["share_of_readings"] = flow(shares);
+  if (nominal.size() > 0) {
+    node["near_nominal"] = flow(nominal);
+    node["more_poses"] = std::to_string(near_nominal(result, campaign).poses);
+  }
   for (const AbsorbedParameter& absorbed : result.set.absorbed)
     node["absorbed"][parameter_name(robot.chain, absorbed.parameter)] =
         absorbers(robot.chain, absorbed);
@@ -74,10 +89,14 @@ YAML::Node calibration_node(const CalibrationResult& result, const Campaign& cam
 
 std::string write_calibration(const CalibrationResult& result, const Campaign& campaign,
                               const Provenance& provenance,
-                              const std::optional<WeightedZone>& weighted_zone) {
-  YAML::Node root = robot_node(result.robot, provenance);
+                              const std::optional<WeightedZone>& weighted_zone,
+                              const std::vector<GrossPose>& gross) {
+  Robot robot = result.robot;
+  robot.uncertainty = uncertainty_of(result, campaign);
+  YAML::Node root = robot_node(robot, provenance);
   root["calibration"] = calibration_node(result, campaign);
   if (weighted_zone) root["calibration"]["zone"] = zone_node(*weighted_zone);
+  if (!gross.empty()) root["calibration"]["gross_poses"] = gross_poses_node(gross);
   return print_document(root);
 }
 

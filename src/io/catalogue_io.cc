@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "armtrue/io/source.h"
+#include "armtrue/kinematics/units.h"
 #include "io/yaml/effect_io.h"
 #include "io/yaml/yaml_map.h"
 
@@ -52,6 +53,27 @@ void read_driver(YamlMap& map, CatalogueEntry& entry) {
     entry.driver_joint = CatalogueEntry::Joint::fixed;
 }
 
+Usual read_usual(YamlMap& map) {
+  const std::string usual = map.text("usual", "rare");
+  if (usual == "most arms") return Usual::most_arms;
+  if (usual == "some") return Usual::some;
+  if (usual != "rare") map.fail("usual", "'" + usual + "' is none of most arms, some and rare");
+  return Usual::rare;
+}
+
+void read_family(YamlMap& map, CatalogueEntry& entry) {
+  entry.family = map.text("family", "");
+  const auto sizes = {std::pair{"typical_mrad", kMilliradian}, {"typical_mm", kMillimetre}};
+  for (const auto& [key, unit] : sizes) {
+    if (!map.has(key)) continue;
+    if (entry.family.empty()) map.fail(key, "is the size of a family; name it under 'family'");
+    entry.typical = map.number(key) * unit;
+    if (entry.typical <= 0) map.fail(key, "must be above zero");
+  }
+  if (!entry.family.empty() && entry.typical == 0)
+    map.fail("family", "needs the typical size of a member, as typical_mrad or typical_mm");
+}
+
 CatalogueEntry read_entry(YamlMap map) {
   CatalogueEntry entry;
   entry.name = map.text("name");
@@ -79,6 +101,9 @@ CatalogueEntry read_entry(YamlMap map) {
   if (sign != "any" && sign != "positive")
     map.fail("sign", "'" + sign + "' is neither any nor positive");
   entry.only_positive = sign == "positive";
+  entry.usual = read_usual(map);
+  read_family(map, entry);
+  entry.in_words = map.text("in_words", "");
   entry.separated_by = map.text("separated_by", "");
   map.finish();
   return entry;

@@ -1,14 +1,41 @@
 #include "armtrue/io/evaluation_io.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "armtrue/kinematics/units.h"
 #include "io/yaml/yaml_text.h"
 
 namespace armtrue {
 
+namespace {
+
+YAML::Node prediction_node(const Evaluation& evaluation, const Campaign& campaign,
+                           const std::vector<Prediction>& predictions) {
+  double inside = 0, deviation = 0;
+  std::vector<double> leverage(campaign.pose_ids.size(), 0.0);
+  for (size_t row = 0; row < predictions.size(); ++row) {
+    inside += evaluation.position[row] <= predictions[row].bound_95;
+    deviation += predictions[row].deviation * predictions[row].deviation;
+    double& of_pose = leverage[static_cast<size_t>(campaign.pose[row])];
+    of_pose = std::max(of_pose, predictions[row].leverage);
+  }
+  const auto rows = static_cast<double>(predictions.size());
+  YAML::Node outside(YAML::NodeType::Sequence);
+  for (size_t pose = 0; pose < leverage.size(); ++pose)
+    if (leverage[pose] > 1) outside.push_back(campaign.pose_ids[pose]);
+  YAML::Node node;
+  node["rms_mm"] = rounded(std::sqrt(deviation / rows) / kMillimetre);
+  node["inside_95"] = rounded(inside / rows);
+  node["outside_measured"] = flow(outside);
+  return node;
+}
+
+}  // namespace
+
 std::string write_summary(const Evaluation& evaluation, const Robot& robot,
-                          const Campaign& campaign, const Provenance& provenance) {
+                          const Campaign& campaign, const Provenance& provenance,
+                          const std::vector<Prediction>& predictions) {
   YAML::Node root;
   root["format"] = "armtrue-summary/1";
   root["provenance"] = provenance_node(provenance);
@@ -20,6 +47,7 @@ std::string write_summary(const Evaluation& evaluation, const Robot& robot,
   root["position_mm"] = error_node(summarize(evaluation.position), kMillimetre);
   if (!evaluation.orientation.empty())
     root["orientation_mrad"] = error_node(summarize(evaluation.orientation), kMilliradian);
+  if (!predictions.empty()) root["prediction"] = prediction_node(evaluation, campaign, predictions);
   YAML::Node axes;
   for (int i = 0; i < campaign.reading_size().position; ++i) {
     double sum = 0, low = 1e300, high = -1e300;

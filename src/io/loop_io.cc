@@ -1,6 +1,8 @@
 #include "armtrue/io/loop_io.h"
 
 #include "armtrue/kinematics/units.h"
+#include "armtrue/tracing/description.h"
+#include "io/yaml/gross_poses_text.h"
 #include "io/yaml/traced_effect_text.h"
 #include "io/yaml/yaml_text.h"
 
@@ -29,6 +31,7 @@ YAML::Node data_node(const LoopResult& result, const TraceOptions& options) {
   YAML::Node excluded(YAML::NodeType::Sequence);
   for (int line : result.excluded_rows) excluded.push_back(std::to_string(line));
   data["excluded_rows"] = flow(excluded);
+  if (!result.gross_poses.empty()) data["gross_poses"] = gross_poses_node(result.gross_poses);
   return data;
 }
 
@@ -75,6 +78,7 @@ std::string write_loop(const LoopResult& result, const TraceOptions& options,
   root["format"] = "armtrue-loop/1";
   root["provenance"] = provenance_node(provenance);
   root["verdict"] = to_string(result.verdict);
+  root["sentence"] = verdict_in_words(result);
   root["noise_floor"] = noise_node(result.noise);
   root["data"] = data_node(result, options);
   const bool held_out = result.held_out_poses > 0;
@@ -87,6 +91,9 @@ std::string write_loop(const LoopResult& result, const TraceOptions& options,
                                           result.curves[k], robot));
   if (result.trace.effects.empty()) root["effects"] = flow(root["effects"]);
   root["before_after"] = before_after_node(result);
+  if (held_out) root["before_after"]["outside_p"] = rounded(result.outside_p);
+  for (const Effect& effect : result.held)
+    root["held_by_priors"].push_back(effect_node(effect, robot.chain));
   if (result.predictor) root["predictor"] = stage_node(result.predictor->stage, held_out);
   if (result.nested) root["nested_cv"] = nested_node(*result.nested, result.trace.effects);
   YAML::Node remaining;

@@ -13,8 +13,11 @@ std::string write_residuals(const std::vector<Residuals>& campaigns) {
   std::string text =
       "pose,repeat,split,dx_mm,dy_mm,dz_mm,rx_mrad,ry_mrad,rz_mrad,position_error_mm,"
       "orientation_error_mrad";
-  text += of_distances ? ",dl_mm\n" : "\n";
-  for (const auto& [campaign, residuals, split] : campaigns)
+  if (of_distances) text += ",dl_mm";
+  const bool predicted = std::ranges::any_of(
+      campaigns, [](const Residuals& part) { return !part.predictions.empty(); });
+  text += predicted ? ",std_mm,bound_95_mm,inside_95,leverage\n" : "\n";
+  for (const auto& [campaign, residuals, split, predictions] : campaigns)
     for (int row = 0; row < campaign.rows(); ++row) {
       const auto& residual = residuals[row];
       text += campaign.pose_ids[campaign.pose[row]] + "," +
@@ -44,6 +47,15 @@ std::string write_residuals(const std::vector<Residuals>& campaigns) {
         add(residual[0], kMillimetre);
       else if (of_distances)
         text += ",";
+      if (!predictions.empty()) {
+        const Prediction& prediction = predictions[row];
+        add(prediction.deviation, kMillimetre);
+        add(prediction.bound_95, kMillimetre);
+        text += residual.head<3>().norm() <= prediction.bound_95 ? ",1" : ",0";
+        add(prediction.leverage, 1);
+      } else if (predicted) {
+        text += ",,,,";
+      }
       text += "\n";
     }
   return text;

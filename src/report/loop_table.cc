@@ -71,7 +71,13 @@ std::string before_after_table(const LoopResult& result) {
         fmt::format("nested cross-validation, {} folds", nested->folds), "", "",
         nested->before.mean / kMillimetre, nested->after.mean / kMillimetre,
         nested->before.error / kMillimetre, nested->after.error / kMillimetre);
-  table += fmt::format("verdict: {}\n", to_string(result.verdict));
+  for (size_t k = 0; k < result.trace.effects.size(); ++k)
+    table +=
+        "- " +
+        for_the_cell(result.trace.effects[k], k < result.gains.size() ? &result.gains[k] : nullptr,
+                     result.trace.fit.robot) +
+        "\n";
+  table += fmt::format("verdict: {}: {}\n", to_string(result.verdict), verdict_in_words(result));
   return table;
 }
 

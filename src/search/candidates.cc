@@ -355,6 +355,7 @@ std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Ro
                                             const Campaign& campaign) {
   const TimeSpan span = time_span(campaign);
   std::vector<Candidate> candidates;
+  std::vector<Usual> usual;
   for (const CatalogueEntry& entry : catalogue)
     for (const Effect& effect : expand(entry, robot)) {
       std::vector<Driver> drivers{effect.driver};
@@ -369,13 +370,102 @@ std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Ro
           Candidate candidate{effect, 0, entry.only_positive, true, entry.separated_by};
           candidate.effect.driver = driver;
           candidate.effect.shape = shape;
+          candidate.in_words = entry.in_words;
           candidates.push_back(std::move(candidate));
+          usual.push_back(entry.usual);
         }
       }
     }
-  for (Candidate& candidate : candidates)
-    candidate.log_choices = std::log(static_cast<double>(candidates.size()));
+  // One of the candidates that are at least as usual.
+  for (size_t k = 0; k < candidates.size(); ++k)
+    candidates[k].log_choices = std::log(static_cast<double>(
+        std::ranges::count_if(usual, [&](Usual other) { return other <= usual[k]; })));
   return candidates;
+}
+
+namespace {
+
+constexpr int kPosesForLoads = 256;
+constexpr double kMinTorque = 1.0;  // N m, RMS: gravity does not turn such a joint
+
+// RMS of the values of an effect (of their norm, if it has several): over the travel of the joints
+// where gravity drives it, over the readings otherwise.
+double typical_value(const BoundEffect& bound, const Effect& effect, const Robot& robot,
+                     const Campaign& campaign) {
+  const bool by_gravity =
+      effect.driver.kind == DriverKind::gravity_torque || effect.driver.kind == DriverKind::moment;
+  std::vector<Context> contexts;
+  if (by_gravity)
+    for (const JointVector& q : sample_joint_space(robot.chain, kPosesForLoads)) {
+      contexts.push_back(campaign.context(0));
+      contexts.back().q = q;
+    }
+  else
+    for (int row = 0; row < campaign.rows(); ++row) contexts.push_back(campaign.context(row));
+  const ChainEvaluator chain(robot.chain);
+  Eigen::VectorXd values(bound.value_count());
+  double squares = 0;
+  for (const Context& context : contexts) {
+    ArmFrames frames;
+    PoseJacobian jacobian;
+    if (bound.needs_frames()) frames = chain.link_frames(context.q);
+    if (bound.needs_jacobian()) chain.pose(context.q, jacobian);
+    bound.values(context, &frames, &jacobian, values.data());
+    squares += values.squaredNorm();
+  }
+  return std::sqrt(squares / static_cast<double>(contexts.size()));
+}
+
+// Turns the typical size of what each member adds to its parameter into that of its coefficients.
+// A joint is as stiff as its load demands, or the load that it passes on: its reference is the
+// largest torque from it, or the joint before the last, to the tip.
+void set_typical_coefficients(std::vector<Effect>& members, std::vector<double> values) {
+  const bool by_torque = members.front().driver.kind == DriverKind::gravity_torque;
+  std::vector<double> reference = values;
+  if (by_torque)
+    for (size_t m = 0; m < members.size(); ++m)
+      for (size_t other = 0; other < members.size(); ++other)
+        if (members[other].driver.joint >= std::min(members[m].driver.joint, kJoints - 2))
+          reference[m] = std::max(reference[m], values[other]);
+  for (size_t m = 0; m < members.size(); ++m) members[m].family->typical /= reference[m];
+}
+
+}  // namespace
+
+std::vector<Candidate> family_candidates(const std::vector<Candidate>& singles, const Robot& robot,
+                                         const Campaign& campaign) {
+  std::vector<Candidate> families;
+  std::vector<std::vector<double>> values;  // typical, of each member
+  const auto same_family = [](const Candidate& family, const Candidate& single) {
+    const Effect& first = family.effect.members.front();
+    return first.family->name == single.effect.family->name &&
+           first.driver.kind == single.effect.driver.kind &&
+           first.driver.where == single.effect.driver.where && first.shape == single.effect.shape;
+  };
+  for (const Candidate& single : singles) {
+    if (!single.effect.family) continue;
+    const BoundEffect bound(single.effect, robot, campaign.temperature_names);
+    const double value = typical_value(bound, single.effect, robot, campaign);
+    const bool by_torque = single.effect.driver.kind == DriverKind::gravity_torque;
+    if (value < (by_torque ? kMinTorque : 1e-12)) continue;
+    auto family = std::ranges::find_if(
+        families, [&](const Candidate& other) { return same_family(other, single); });
+    if (family == families.end()) {
+      family = families.insert(families.end(), single);
+      family->effect.name = family->effect.parameter = single.effect.family->name;
+      family->log_choices = single.log_choices;
+      values.emplace_back();
+    }
+    values[static_cast<size_t>(family - families.begin())].push_back(value);
+    Effect& member = family->effect.members.emplace_back(single.effect);
+    member.coefficients.resize(static_cast<size_t>(bound.coefficient_count()));
+    for (size_t k = 0; k < member.coefficients.size(); ++k)
+      member.coefficients[k].name = bound.coefficient_names()[k];
+  }
+  for (size_t f = 0; f < families.size(); ++f)
+    set_typical_coefficients(families[f].effect.members, values[f]);
+  std::erase_if(families, [](const Candidate& family) { return family.effect.members.size() < 2; });
+  return families;
 }
 
 std::vector<Candidate> open_candidates(const Robot& robot, const Campaign& campaign) {
@@ -393,6 +483,7 @@ std::vector<Candidate> steps_at_any_time(const Candidate& step, const Campaign& 
   for (double at : step_times(span, static_cast<int>(std::min(span.times.size(), kMaxSteps)))) {
     steps.push_back(step);
     steps.back().effect.shape.at = at;
+    for (Effect& member : steps.back().effect.members) member.shape.at = at;
   }
   return steps;
 }
@@ -404,6 +495,7 @@ std::vector<Candidate> refined_candidates(const Candidate& candidate, const Camp
   const auto add = [&](const Shape& inner) {
     refined.push_back(candidate);
     refined.back().effect.shape = inner;
+    for (Effect& member : refined.back().effect.members) member.shape = inner;
   };
   if (shape.kind == ShapeKind::step) {
     refined = steps_at_any_time(candidate, campaign);

@@ -12,6 +12,11 @@ namespace armtrue {
 std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Robot& robot,
                                             const Campaign& campaign);
 
+/// The families of the catalogue, each as one candidate of all its effects among `singles`: those
+/// with two members or more.
+std::vector<Candidate> family_candidates(const std::vector<Candidate>& singles, const Robot& robot,
+                                         const Campaign& campaign);
+
 /// Every parameter against every driver, in bases that assume no cause.
 std::vector<Candidate> open_candidates(const Robot& robot, const Campaign& campaign);
 

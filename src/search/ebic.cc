@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "armtrue/effects/effect.h"
-
 namespace armtrue {
 namespace {
 
@@ -13,14 +11,14 @@ constexpr double kMinShareLeft = 1e-12;  // keeps the logarithm finite where not
 
 }  // namespace
 
-double ebic_fall(const std::string& parameter, double log_choices, int k, double gain,
-                 double before, double freedom) {
+double ebic_fall(bool is_shrunken, double log_choices, int k, double gain, double before,
+                 double freedom) {
   if (k == 0) return -std::numeric_limits<double>::infinity();
   const double left = std::max(kMinShareLeft, 1.0 - gain / before);
   const double fall = -freedom * std::log(left);
   const double count = k;
   double charge = count * std::log(freedom);
-  if (is_group(parameter))
+  if (is_shrunken)
     charge = std::min(charge, fall <= count ? fall : count * (1 + std::log(fall / count)));
   return fall - charge - 2.0 * log_choices;
 }

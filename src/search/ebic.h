@@ -1,7 +1,5 @@
 #pragma once
 
-#include <string>
-
 namespace armtrue {
 
 /// Fall of the extended BIC (Chen, Chen 2008, gamma 1) when a candidate with k independent columns
@@ -11,11 +9,12 @@ namespace armtrue {
 ///     charge = k ln m.
 /// Positive: the model with the candidate is better. -infinity if k is 0.
 ///
-/// A group of six coefficients (`parameter` base or tool) pays at most k (1 + ln(fall / k)), or the
-/// fall itself if fall <= k: the local empirical Bayes charge of Liang et al., JASA 103, 2008. One
-/// cause moves a few of the six much and the rest little, so six full charges are too many. A curve
-/// on one parameter pays the full charge, because its coefficients follow blunders otherwise.
-double ebic_fall(const std::string& parameter, double log_choices, int k, double gain,
-                 double before, double freedom);
+/// Coefficients that share one prior deviation (`is_shrunken`: six of base or tool, or a family)
+/// pay at most k (1 + ln(fall / k)), or the fall itself if fall <= k: the local empirical Bayes
+/// charge of Liang et al., JASA 103, 2008. One cause moves a few of them much and the rest little,
+/// so k full charges are too many. A curve on one parameter pays the full charge, because its
+/// coefficients follow blunders otherwise.
+double ebic_fall(bool is_shrunken, double log_choices, int k, double gain, double before,
+                 double freedom);
 
 }  // namespace armtrue

@@ -33,6 +33,9 @@ bool is_preferred(const Candidate& a, const Candidate& b) {
 std::vector<Candidate> all_candidates(const Robot& robot, const Campaign& campaign,
                                       const Catalogue& catalogue, const TraceOptions& options) {
   std::vector<Candidate> candidates = catalogue_candidates(catalogue, robot, campaign);
+  std::vector<Candidate> families = family_candidates(candidates, robot, campaign);
+  for (Candidate& alone : candidates) alone.effect.family.reset();
+  std::ranges::move(families, std::back_inserter(candidates));
   if (options.beyond_catalogue) {
     const size_t known = candidates.size();
     for (const Candidate& candidate : open_candidates(robot, campaign))
@@ -67,14 +70,94 @@ EffectModel::EffectModel(const Robot& robot, const Campaign& campaign, const Cat
 
 bool EffectModel::contains(const Effect& effect) const {
   const auto& effects = fit_.robot.effects;
-  return std::any_of(effects.begin(), effects.end(),
-                     [&](const Effect& other) { return same_form(other, effect); });
+  return std::any_of(effects.begin(), effects.end(), [&](const Effect& other) {
+    return same_form(other, effect) ||
+           std::ranges::any_of(other.members,
+                               [&](const Effect& member) { return same_form(member, effect); });
+  });
 }
 
 void EffectModel::add(const Candidate& candidate, double p) {
+  std::vector<Effect> coefficients = fit_.robot.effects;
+  // A family takes the place of its members.
+  std::vector<int> members;
+  for (size_t k = 0; k < chosen_.size(); ++k)
+    if (std::ranges::any_of(candidate.effect.members, [&](const Effect& member) {
+          return same_form(member, chosen_[k].effect);
+        }))
+      members.push_back(static_cast<int>(k));
+  remove(members, coefficients);
   p_at_gate_.push_back(p);
   chosen_.push_back(candidate);
-  refit({});
+  refit(coefficients);
+  drop_impossible_members(chosen_.size() - 1);
+}
+
+// Takes the members whose sign is impossible out of a family, the largest first.
+void EffectModel::drop_impossible_members(size_t k) {
+  while (chosen_[k].only_positive && chosen_[k].effect.members.size() > 1) {
+    Effect& family = chosen_[k].effect;
+    const Effect& fitted = fit_.robot.effects[in_fit(k)];
+    Eigen::Index first = 0;
+    std::optional<size_t> worst;
+    double most = 0;
+    for (size_t m = 0; m < family.members.size(); ++m) {
+      const size_t count = family.members[m].coefficients.size();
+      const double value = fitted.coefficients[static_cast<size_t>(first)].value;
+      // Several coefficients are moments of masses, which may have either sign.
+      const double t = value / std::max(1e-300, standard_deviation(in_fit(k), first));
+      if (count == 1 && t < most) {
+        most = t;
+        worst = m;
+      }
+      first += static_cast<Eigen::Index>(count);
+    }
+    if (!worst) return;
+    family.members.erase(family.members.begin() + static_cast<std::ptrdiff_t>(*worst));
+    refit({});
+  }
+}
+
+// Standard deviation of a coefficient of an effect of the model.
+double EffectModel::standard_deviation(int effect, Eigen::Index coefficient) const {
+  auto first = static_cast<Eigen::Index>(fit_.set.kept.size());
+  for (int e = 0; e < effect; ++e)
+    first += static_cast<Eigen::Index>(fit_.robot.effects[e].coefficients.size());
+  return std::sqrt(fit_.covariance(first + coefficient, first + coefficient));
+}
+
+bool EffectModel::split_family() {
+  const auto family = std::ranges::find_if(
+      chosen_, [](const Candidate& candidate) { return !candidate.effect.members.empty(); });
+  if (family == chosen_.end()) return false;
+  const auto k = static_cast<size_t>(family - chosen_.begin());
+  const std::optional<double> p = p_at_gate_[k];
+  std::vector<Effect> start = fit_.robot.effects;
+  const std::vector<Effect> singles = single_effects(start[in_fit(k)]);
+  remove({static_cast<int>(k)}, start);
+  for (const Effect& single : singles) {
+    const auto found = std::ranges::find_if(scan_->candidates(), [&](const Candidate& candidate) {
+      return same_place(candidate.effect, single) &&
+             candidate.effect.shape.kind == single.shape.kind;
+    });
+    chosen_.push_back(*found);  // but for inner values, which were settled for the family
+    chosen_.back().effect.shape = single.shape;
+    chosen_.back().effect.family = single.family;
+    p_at_gate_.push_back(p);
+    start.push_back(single);
+  }
+  refit(start);
+  return true;
+}
+
+void EffectModel::hold(size_t k) {
+  std::vector<Effect>& effects = fit_.robot.effects;
+  std::rotate(effects.begin() + declared_, effects.begin() + in_fit(k),
+              effects.begin() + in_fit(k) + 1);
+  chosen_.erase(chosen_.begin() + static_cast<std::ptrdiff_t>(k));
+  p_at_gate_.erase(p_at_gate_.begin() + static_cast<std::ptrdiff_t>(k));
+  ++declared_;
+  refit(std::vector<Effect>(effects));
 }
 
 void EffectModel::exchange(size_t k, const Candidate& candidate) {
@@ -83,6 +166,7 @@ void EffectModel::exchange(size_t k, const Candidate& candidate) {
   p_at_gate_[k] = std::nullopt;
   coefficients[in_fit(k)] = {};
   refit(coefficients);
+  drop_impossible_members(k);
 }
 
 void EffectModel::drop(const std::vector<int>& ascending) {
@@ -135,11 +219,12 @@ void EffectModel::refit(const std::vector<Effect>& start) {
     Effect effect = chosen_[k].effect;
     const auto& old = start.empty() ? fit_.robot.effects : start;
     const size_t place = static_cast<size_t>(declared_) + k;
-    if (place < old.size() && same_form(old[place], effect))
+    const BoundEffect bound(effect, robot, campaign_.temperature_names);
+    const auto count = static_cast<size_t>(bound.coefficient_count());
+    if (place < old.size() && same_form(old[place], effect) &&
+        old[place].coefficients.size() == count)
       effect.coefficients = old[place].coefficients;
-    if (effect.coefficients.empty())
-      effect.coefficients.resize(
-          BoundEffect(effect, robot, campaign_.temperature_names).coefficient_count());
+    effect.coefficients.resize(count);
     robot.effects.push_back(effect);
   }
   CalibrationOptions options;
@@ -162,7 +247,8 @@ CandidateScore EffectModel::score_of(const std::vector<int>& chosen) {
     effects.push_back(in_fit(static_cast<size_t>(k)));
     log_choices += chosen_[k].log_choices;
   }
-  return view().projected.score_of(effects, chosen_[chosen.front()].effect.parameter, log_choices);
+  return view().projected.score_of(effects, is_shrunken(chosen_[chosen.front()].effect),
+                                   log_choices);
 }
 
 std::vector<CandidateScore> EffectModel::scores_of(const std::vector<Candidate>& candidates,

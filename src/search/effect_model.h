@@ -29,6 +29,8 @@ class EffectModel {
   const CalibrationResult& fit() const { return fit_; }
   /// The chosen candidates, in the order of the effects of the model.
   const std::vector<Candidate>& chosen() const { return chosen_; }
+  /// Number of effects before the chosen ones: those that were declared and those that are held.
+  int declared() const { return declared_; }
   /// Index of the k-th chosen candidate among the effects of the model.
   int in_fit(size_t k) const { return declared_ + static_cast<int>(k); }
   /// The p with which the k-th chosen candidate was added; none if it replaced another one.
@@ -39,6 +41,12 @@ class EffectModel {
   void add(const Candidate& candidate, double p);
   void exchange(size_t k, const Candidate& candidate);
   void drop(const std::vector<int>& ascending);
+  /// Replaces a chosen family by its members, each as a chosen candidate of its own; they still
+  /// share their prior deviation. False if there is none.
+  bool split_family();
+  /// Leaves a chosen candidate in the model, but no longer among those that are chosen: only its
+  /// prior speaks for it.
+  void hold(size_t k);
   /// Replaces some chosen candidates by one.
   void merge(const std::vector<int>& ascending, const Candidate& candidate);
   /// Replaces all chosen candidates by the same with other inner values.
@@ -76,6 +84,8 @@ class EffectModel {
   Chance chance_of(double score);
 
  private:
+  void drop_impossible_members(size_t k);
+  double standard_deviation(int effect, Eigen::Index coefficient) const;
   void refit(const std::vector<Effect>& start);
   void remove(const std::vector<int>& ascending, std::vector<Effect>& coefficients);
   NullRun null_run(double level) const;

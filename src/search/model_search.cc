@@ -60,6 +60,7 @@ class ModelSearch {
   bool merge_into_spline(size_t least);
   void settle_inner_values();
   void drop_idle();
+  void split_families();
   bool is_new_model();
   bool may_enter(const Candidate& candidate) const;
   const std::vector<Candidate>& candidates() const { return model_.scan().candidates(); }
@@ -98,6 +99,7 @@ void ModelSearch::run() {
   }
   settle_inner_values();
   drop_idle();
+  split_families();
 }
 
 // One forward step; false if nothing more is to be added.
@@ -142,13 +144,14 @@ void ModelSearch::rank(const std::vector<CandidateScore>& scores, const std::vec
   for (int candidate : order) {
     if (result_.ranking.size() == kMaxRanked) break;
     const CandidateScore& score = scores[candidate];
+    if (!candidates()[candidate].effect.members.empty()) continue;  // its members are ranked
     if (score.degrees_of_freedom == 0) break;
     result_.ranking.push_back(ranked(candidates()[candidate], score));
   }
   result_.not_separable.clear();
   for (size_t k = 0; k < scores.size(); ++k)
     if (scores[k].degrees_of_freedom == 0 && candidates()[k].from_catalogue &&
-        !model_.contains(candidates()[k].effect))
+        candidates()[k].effect.members.empty() && !model_.contains(candidates()[k].effect))
       result_.not_separable.push_back(ranked(candidates()[k], scores[k]));
 }
 
@@ -284,6 +287,34 @@ void ModelSearch::drop_idle() {
     model_.drop({idle});
     result_.stages.back() = model_.fit();
   }
+}
+
+// Members of a family that the readings speak for become findings. The others stay in the model,
+// held by the prior that they share, if the readings speak for all of them together.
+void ModelSearch::split_families() {
+  bool found = false;
+  while (model_.split_family()) found = true;
+  if (!found) return;
+  constexpr double kAic = 2;  // of the gain per coefficient, from which it predicts better with it
+  for (;;) {
+    std::vector<int> weak;
+    for (int k = 0; k < static_cast<int>(model_.chosen().size()); ++k)
+      if (model_.chosen()[static_cast<size_t>(k)].effect.family && model_.score_of({k}).score <= 0)
+        weak.push_back(k);
+    if (weak.empty()) break;
+    const CandidateScore together = model_.score_of(weak);
+    if (together.gain > kAic * together.degrees_of_freedom)
+      for (auto k = weak.rbegin(); k != weak.rend(); ++k) model_.hold(static_cast<size_t>(*k));
+    else
+      model_.drop(weak);
+  }
+  for (CalibrationResult& stage : result_.stages) {
+    std::vector<Effect> singles;
+    for (const Effect& effect : stage.robot.effects)
+      for (Effect& single : single_effects(effect)) singles.push_back(std::move(single));
+    stage.robot.effects = std::move(singles);
+  }
+  result_.stages.back() = model_.fit();
 }
 
 // False once a model comes back, or after kMaxModels (frequencies seldom come back to the last

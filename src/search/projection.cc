@@ -169,7 +169,7 @@ std::vector<CandidateScore> ProjectedCandidates::scores(const Linearization::Los
           score.coefficients = solution.whitening.transpose() * whitened;
           score.gain = whitened.squaredNorm();
           const Candidate& of = scan_.candidates_[candidate];
-          score.score = ebic_fall(of.effect.parameter, of.log_choices, score.degrees_of_freedom,
+          score.score = ebic_fall(is_shrunken(of.effect), of.log_choices, score.degrees_of_freedom,
                                   score.gain, norm, fit_.residual_freedom());
         }
         return 0;
@@ -201,14 +201,13 @@ Eigen::MatrixXd ProjectedCandidates::directions(int candidate) const {
   return own * solve(candidate, projected, {}).whitening.transpose();
 }
 
-CandidateScore ProjectedCandidates::score_of(const std::vector<int>& effects,
-                                             const std::string& parameter,
+CandidateScore ProjectedCandidates::score_of(const std::vector<int>& effects, bool shrunken,
                                              double log_choices) const {
   const Linearization::Loss loss = fit_.without(effects);
   CandidateScore score;
   score.degrees_of_freedom = static_cast<int>(loss.span.cols());
   score.gain = loss.residual.squaredNorm();
-  score.score = ebic_fall(parameter, log_choices, score.degrees_of_freedom, score.gain,
+  score.score = ebic_fall(shrunken, log_choices, score.degrees_of_freedom, score.gain,
                           fit_.residual_norm() + score.gain, fit_.residual_freedom());
   return score;
 }

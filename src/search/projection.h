@@ -51,10 +51,9 @@ class ProjectedCandidates {
   /// the columns of the candidate, `coefficients` are those of the closest imitation.
   std::vector<CandidateScore> imitations(int effect) const;
 
-  /// Score of effects of the model, all on one parameter, together beside the others. `log_choices`
-  /// is the sum over the effects.
-  CandidateScore score_of(const std::vector<int>& effects, const std::string& parameter,
-                          double log_choices) const;
+  /// Score of effects of the model together beside the others. `shrunken`: as of ebic_fall();
+  /// `log_choices` is the sum over the effects.
+  CandidateScore score_of(const std::vector<int>& effects, bool shrunken, double log_choices) const;
 
   /// Null distribution of the family-wise test: the best score of all candidates on residuals with
   /// random signs, one for each draw. All rows of a pose get the same sign, since they may share an

@@ -16,6 +16,9 @@ constexpr double kMaxVariation = 0.02;  // m or rad: more is a mistake, not an e
 // Two effects with the same key have the same values in every context.
 std::string value_key(const Effect& effect) {
   const Shape& shape = effect.shape;
+  std::string members;
+  for (const Effect& member : effect.members) members += "|" + member.parameter + value_key(member);
+  if (!members.empty()) return members;
   std::string key = to_string(effect.driver) + "|" + to_string(shape) + "|" +
                     std::to_string(static_cast<int>(shape.basis)) + "|" +
                     std::to_string(shape.count) + "|" + std::to_string(shape.at) + "|" +

@@ -23,6 +23,7 @@ struct Candidate {
   /// A curve of many coefficients, which can imitate almost any function of its driver. It may
   /// enter the model only when no simpler candidate is left.
   bool fine = false;
+  std::string in_words{};  ///< from the catalogue
 };
 
 /// All candidates of a search with the values of their drivers and shapes in every row of a

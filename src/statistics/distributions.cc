@@ -1,6 +1,7 @@
 #include "armtrue/statistics/distributions.h"
 
 #include <algorithm>
+#include <boost/math/distributions/binomial.hpp>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
 #include <boost/math/distributions/non_central_chi_squared.hpp>
@@ -27,6 +28,10 @@ double fisher_f_above(double value, double dof, double dof_of_denominator) {
   return math::cdf(math::complement(math::fisher_f(dof, dof_of_denominator), value));
 }
 
+double fisher_f_quantile(double probability, double dof, double dof_of_denominator) {
+  return math::quantile(math::fisher_f(dof, dof_of_denominator), probability);
+}
+
 double student_t_above(double value, double dof) {
   return math::cdf(math::complement(math::students_t(dof), value));
 }
@@ -36,6 +41,11 @@ double student_t_quantile(double probability, double dof) {
 }
 
 double normal_below(double value) { return math::cdf(math::normal(), value); }
+
+double binomial_at_least(int count, int trials, double probability) {
+  if (count <= 0) return 1;
+  return math::cdf(math::complement(math::binomial(trials, probability), count - 1));
+}
 
 double student_t_975(int dof) { return student_t_quantile(0.975, std::max(1, dof)); }
 

@@ -85,6 +85,18 @@ std::string course(const Effect& effect, const std::vector<CurvePoint>& curve, c
   return text;
 }
 
+void replace(std::string& text, const std::string& from, const std::string& to) {
+  const size_t at = text.find(from);
+  if (at != std::string::npos) text.replace(at, from.size(), to);
+}
+
+// Number of the joint that an effect acts on; 0 if on none.
+int joint_of(const TracedEffect& traced, const Robot& robot) {
+  const auto parameter = find_parameter(robot.chain, traced.effect.parameter);
+  if (!parameter || *parameter < kLinkParameters || *parameter >= kToolParameters) return 0;
+  return (*parameter - kLinkParameters) / 5 + 1;
+}
+
 // An effect is added only if training poses that were left out gain by it.
 std::string of_prediction(const HeldOutGain* gain) {
   if (!gain || gain->ci95[0] > 0) return "prediction improves";
@@ -92,6 +104,9 @@ std::string of_prediction(const HeldOutGain* gain) {
 }
 
 std::string statement(const TracedEffect& effect, const HeldOutGain* gain) {
+  if (!effect.beaten_cause.empty())
+    return of_prediction(gain) + "; a curve that no listed cause explains: '" +
+           effect.beaten_cause + "' comes nearest, and a curve without a name explains far more";
   if (!effect.from_catalogue) return of_prediction(gain) + "; no known cause";
   if (effect.incomplete)
     return "incomplete: what it leaves still follows the same driver, see the other effect on it";
@@ -148,6 +163,61 @@ std::string in_words(const TracedEffect& traced, const HeldOutGain* gain,
       !robot.bodies.empty())
     text += "; intervals are given the masses of the robot file, which they take as exact";
   return text;
+}
+
+std::string for_the_cell(const TracedEffect& traced, const HeldOutGain* gain, const Robot& robot) {
+  std::string text = traced.in_words;
+  if (text.empty()) {
+    text = traced.effect.parameter + " follows " + to_string(traced.effect.driver) +
+           " along a curve that no listed cause explains";
+  } else {
+    const int joint = joint_of(traced, robot);
+    replace(text, "{j}", std::to_string(joint));
+    replace(text, "{k}", std::to_string(traced.effect.driver.joint + 1));
+    if (traced.cycle) {
+      const double unit = shown_in(robot, traced.effect.parameter).si;
+      text += fmt::format(", {:.3g} {}", traced.cycle->amplitude / unit,
+                          amplitude_unit(traced.effect, robot));
+    }
+  }
+  std::vector<std::string> others;
+  for (const Rival& rival : traced.indistinguishable)
+    if (rival.from_catalogue && others.size() < 2 &&
+        std::ranges::count(others, rival.effect.name) == 0)
+      others.push_back("'" + rival.effect.name + "' of " + rival.effect.parameter);
+  if (!others.empty()) text += "; or " + listed(others) + ", these poses do not tell";
+  if (gain && !gain->confirmed()) text += " (not confirmed on held-out poses)";
+  return text;
+}
+
+std::string verdict_in_words(const LoopResult& result) {
+  const bool held_out = result.held_out_poses > 0;
+  std::string text =
+      held_out ? fmt::format("error {:.3g} -> {:.3g} mm, {:+.0f} %, floor {:.3g}",
+                             result.before / kMillimetre, result.after / kMillimetre,
+                             100 * (result.after / std::max(result.before, 1e-300) - 1),
+                             result.floor / kMillimetre)
+               : fmt::format("no poses held out, floor {:.3g} mm", result.floor / kMillimetre);
+  const bool by_replicates = result.noise.source == NoiseFloor::Source::replicates;
+  switch (result.verdict) {
+    case Verdict::closed:
+      return text + "; nothing is left that these poses could show";
+    case Verdict::nothing_to_explain:
+      return text + "; nothing to explain: what is left is noise";
+    case Verdict::not_separable:
+      return text + "; the cause is one of several that these poses do not tell apart";
+    case Verdict::too_few_poses:
+      return text + fmt::format("; too few poses to tell what is left: some {} more would",
+                                result.more_poses);
+    case Verdict::unexplained:
+      break;
+  }
+  if (result.outside_p < 0.01)
+    return text +
+           "; held-out poses lie beyond what was predicted of them: something is left that "
+           "the readings of the training do not show";
+  return text + (by_replicates ? "; a rest remains that no listed cause explains"
+                               : "; unexplained, or the instrument is noisier than stated");
 }
 
 std::vector<std::string> effect_descriptions(const LoopResult& result) {

@@ -2,14 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <set>
 #include <stdexcept>
 
 #include "armtrue/calibration/pose_bootstrap.h"
+#include "armtrue/calibration/prediction.h"
+#include "armtrue/kinematics/evaluator.h"
+#include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/summary.h"
 #include "armtrue/tracing/predictor.h"
 #include "campaign/sessions.h"
+#include "linear_algebra/decompositions.h"
 #include "statistics/shuffle.h"
 
 namespace armtrue {
@@ -44,13 +49,27 @@ Stage stage_of(const std::string& name, int parameters, const Robot& robot,
   return stage;
 }
 
-// The nominal robot as it is met in a cell: only base and tool have been set up.
-Robot placed(const Robot& robot, const Campaign& campaign) {
-  Robot placed = robot;
-  placed.identify = {"base", "tool"};
-  placed.identify_per_session.clear();
-  CalibrationOptions options;
-  return calibrate(placed, campaign, options).robot;
+// Searches without the gross poses. What the geometry lacks hides a pose that is off, or looks like
+// one, so they are looked for once more when the effects are known. Returns the sound poses.
+Campaign trace_sound(const Robot& robot, const Campaign& given, const Catalogue& catalogue,
+                     const TraceOptions& options, LoopResult& result) {
+  result.gross_poses = find_gross_poses(robot, given);
+  Campaign sound = without_gross(given, result.gross_poses);
+  result.trace = trace(robot, sound, catalogue, options);
+  if (result.trace.effects.empty()) return sound;
+  std::vector<GrossPose> gross = find_gross_poses(result.trace.fit.robot, given);
+  if (rows_of(gross) == rows_of(result.gross_poses)) return sound;
+  result.gross_poses = std::move(gross);
+  sound = without_gross(given, result.gross_poses);
+  result.trace = trace(robot, sound, catalogue, options);
+  return sound;
+}
+
+void set_excluded_rows(const std::vector<int>& blunders, const Campaign& sound,
+                       const Campaign& given, LoopResult& result) {
+  for (int row : blunders) result.excluded_rows.push_back(sound.line[row]);
+  for (int row : rows_of(result.gross_poses)) result.excluded_rows.push_back(given.line[row]);
+  std::ranges::sort(result.excluded_rows);
 }
 
 // The fit without one effect, all else adjusted to that: far from where the fit was linear if the
@@ -90,6 +109,45 @@ std::string changes(const Robot& before, const Robot& after) {
 
 }  // namespace
 
+namespace {
+
+// Factor of the floor that the mean error of a perfect model stays below in 99 % of cases: with n
+// held-out readings and the floor known with f degrees of freedom, 1 + 2.33 sqrt(cv^2 / n + 1 /
+// 2f). cv: standard deviation over mean of the length of a normal error in one or three axes.
+double highest_of_floor(const NoiseFloor& noise, int readings) {
+  const double cv = noise.axes == 1 ? 0.756 : 0.422;
+  const double by_replicates = noise.source == NoiseFloor::Source::replicates
+                                   ? 0.5 / std::max(1, noise.degrees_of_freedom)
+                                   : 0.0;
+  return 1 + 2.33 * std::sqrt(cv * cv / std::max(1, readings) + by_replicates);
+}
+
+// Sets the p of the held-out errors. Returns the factor by which the unknowns, known from so few
+// poses, raise the error of a complete model over the floor, in 99 % of cases at most:
+// sqrt(1 + mean square by them / variance of a reading).
+double judge_held_out(const Campaign& training, const Campaign& held_out, LoopResult& result) {
+  Robot robot = result.trace.fit.robot;
+  robot.uncertainty = uncertainty_if_complete(result.trace.fit, training);
+  result.outside_p = p_of_errors(robot, held_out);
+  constexpr double kBeyond = 0.01;
+  const MeanSquare by_unknowns = mean_square_by_uncertainty(robot, held_out);
+  const double highest = by_unknowns.expected / by_unknowns.freedom *
+                         chi_squared_quantile_above(kBeyond, by_unknowns.freedom);
+  const double of_reading = robot.uncertainty->reading.position;
+  return std::sqrt(1 + highest / std::max(1e-300, result.noise.axes * of_reading * of_reading));
+}
+
+// The excess of the squared error over the floor falls with the number of poses.
+int poses_to_the_floor(const LoopResult& result, double floor_high) {
+  const double excess = result.after * result.after - result.floor * result.floor;
+  const double allowed = floor_high * floor_high - result.floor * result.floor;
+  if (allowed <= 0) return 0;
+  const double poses = result.training_poses * excess / allowed;
+  return std::max(1, static_cast<int>(std::ceil(poses)) - result.training_poses);
+}
+
+}  // namespace
+
 std::string describe(const Effect& effect) {
   return effect.parameter + " follows " + to_string(effect.driver) + " (" +
          to_string(effect.shape) + ")";
@@ -108,29 +166,77 @@ Split split_by_pose(const Campaign& campaign, double share, std::uint64_t seed) 
   return split;
 }
 
-LoopResult close_loop(const Robot& robot, const Campaign& training, const Campaign& held_out,
-                      const Catalogue& catalogue, const TraceOptions& options) {
-  require_known_sessions(training, held_out);
-  LoopResult result;
-  result.of_distances = training.has_distances();
-  result.training_poses = count_poses(training);
-  result.held_out_poses = count_poses(held_out);
-  result.rows = training.rows() + held_out.rows();
-  result.trace = trace(robot, training, catalogue, options);
+Split split_by_region(const Robot& robot, const Campaign& campaign, double share,
+                      std::uint64_t seed) {
+  const std::vector<int> pose = campaign.pose_by_id();
+  const ChainEvaluator chain(robot.chain);
+  std::map<int, Eigen::Vector3d> point_of_pose;
+  for (int row = 0; row < campaign.rows(); ++row)
+    point_of_pose.try_emplace(pose[row], chain.pose(campaign.q[row]).translation);
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const auto& [id, point] : point_of_pose)
+    mean += point / static_cast<double>(point_of_pose.size());
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  for (const auto& [id, point] : point_of_pose)
+    scatter += (point - mean) * (point - mean).transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen{Eigen::MatrixXd(scatter)};
+  const auto choice = static_cast<Eigen::Index>((seed + 5) % 6);
+  Eigen::Vector3d direction = eigen.eigenvectors().col(2 - choice / 2);
+  // The sign of an eigenvector is arbitrary.
+  Eigen::Index largest = 0;
+  direction.cwiseAbs().maxCoeff(&largest);
+  if ((direction[largest] < 0) != (choice % 2 == 1)) direction = -direction;
+  std::vector<std::pair<double, int>> along;
+  for (const auto& [id, point] : point_of_pose)
+    along.emplace_back(-direction.dot(point - mean), id);
+  std::sort(along.begin(), along.end());
+  along.resize(static_cast<size_t>(std::lround(share * static_cast<double>(point_of_pose.size()))));
+  std::set<int> held_out;
+  for (const auto& [distance, id] : along) held_out.insert(id);
+  Split split;
+  for (int row = 0; row < campaign.rows(); ++row)
+    (held_out.contains(pose[row]) ? split.held_out : split.training).push_back(row);
+  return split;
+}
 
-  const Robot nominal = placed(robot, training);
-  result.stages.push_back(stage_of("nominal", 0, nominal, training, held_out));
-  for (size_t k = 0; k < result.trace.stages.size(); ++k) {
-    const CalibrationResult& fit = result.trace.stages[k];
-    const std::string name =
-        k == 0 ? "geometric" : changes(result.trace.stages[k - 1].robot, fit.robot);
-    result.stages.push_back(
-        stage_of(name, static_cast<int>(fit.names.size()), fit.robot, training, held_out));
+namespace {
+
+// Errors before and after on the held-out poses, and what each effect does for them.
+void set_held_out(const Robot& robot, const Campaign& training, const Campaign& held_out,
+                  const TraceOptions& options, LoopResult& result) {
+  const CalibrationResult& fit = result.trace.fit;
+  const size_t declared = fit.robot.effects.size() - result.trace.effects.size();
+  const std::vector<int> poses = held_out.pose_by_id();
+  result.errors_before = evaluate(result.trace.stages.front().robot, held_out).position;
+  result.errors_after = evaluate(fit.robot, held_out).position;
+  result.before = summarize(result.errors_before).mean;
+  result.after = summarize(result.errors_after).mean;
+  const double reducible = result.before * result.before - result.floor * result.floor;
+  if (reducible > 0)
+    result.reducible_removed = std::clamp(
+        (result.before * result.before - result.after * result.after) / reducible, 0.0, 1.0);
+  const std::vector<double> nominal = evaluate(placed_nominal(robot, training), held_out).position;
+  result.against_nominal_ci95 = paired_bootstrap(result.errors_after, nominal, poses, options);
+  result.gain_ci95 = paired_bootstrap(result.errors_before, result.errors_after, poses, options);
+  for (size_t k = 0; k < result.trace.effects.size(); ++k) {
+    const Evaluation without = evaluate(without_effect(fit, training, declared + k), held_out);
+    HeldOutGain& gain = result.gains.emplace_back();
+    gain.position = summarize(without.position).mean - result.after;
+    gain.ci95 = paired_bootstrap(without.position, result.errors_after, poses, options);
   }
-  const Robot& final_robot = result.trace.fit.robot;
-  const Robot& geometric_robot = result.trace.stages.front().robot;
-  const FitQuality quality = assess(result.trace.fit, training);
-  for (int row : quality.blunders) result.excluded_rows.push_back(training.line[row]);
+}
+
+void set_verdict(const Campaign& training, const Campaign& held_out, LoopResult& result) {
+  const double raised = held_out.rows() > 0 ? judge_held_out(training, held_out, result) : 1;
+  const double floor_high = raised * result.floor * highest_of_floor(result.noise, held_out.rows());
+  result.worse_than_nominal = result.after > floor_high && result.against_nominal_ci95[0] > 0;
+  result.verdict = conclude({result.trace.effects, result.lack_of_fit, result.after, result.floor,
+                             floor_high, result.outside_p});
+  if (result.verdict == Verdict::too_few_poses)
+    result.more_poses = poses_to_the_floor(result, floor_high);
+}
+
+void set_floor(const FitQuality& quality, const Campaign& training, LoopResult& result) {
   result.noise = quality.noise;
   result.lack_of_fit = quality.lack_of_fit;
   result.floor = mean_error_of_noise(result.noise.position, result.noise.axes);
@@ -138,37 +244,45 @@ LoopResult close_loop(const Robot& robot, const Campaign& training, const Campai
       !own.empty())  // it is of the median
     result.floor *= std::accumulate(own.begin(), own.end(), 0.0) /
                     (static_cast<double>(own.size()) * median(own));
+}
 
-  const size_t declared = final_robot.effects.size() - result.trace.effects.size();
+}  // namespace
+
+LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign& held_out,
+                      const Catalogue& catalogue, const TraceOptions& options) {
+  require_known_sessions(given, held_out);
+  LoopResult result;
+  result.of_distances = given.has_distances();
+  result.training_poses = count_poses(given);
+  result.held_out_poses = count_poses(held_out);
+  result.rows = given.rows() + held_out.rows();
+  const Campaign training = trace_sound(robot, given, catalogue, options, result);
+
+  result.stages.push_back(
+      stage_of("nominal", 0, placed_nominal(robot, training), training, held_out));
+  for (size_t k = 0; k < result.trace.stages.size(); ++k) {
+    const CalibrationResult& fit = result.trace.stages[k];
+    const std::string name =
+        k == 0 ? "geometric" : changes(result.trace.stages[k - 1].robot, fit.robot);
+    result.stages.push_back(
+        stage_of(name, static_cast<int>(fit.names.size()), fit.robot, training, held_out));
+  }
+  const FitQuality quality = assess(result.trace.fit, training);
+  require_worthwhile(robot, result.trace.fit, training, quality.blunders,
+                     given.rows() - training.rows());
+  set_excluded_rows(quality.blunders, training, given, result);
+  set_floor(quality, training, result);
+
+  const std::vector<Effect>& effects = result.trace.fit.robot.effects;
+  const size_t declared = effects.size() - result.trace.effects.size();
   for (size_t k = 0; k < result.trace.effects.size(); ++k)
     result.curves.push_back(
         effect_curve(result.trace.fit, training, declared + k, result.trace.bootstrap_draws));
-
-  if (held_out.rows() > 0) {
-    const std::vector<int> poses = held_out.pose_by_id();
-    const Evaluation before = evaluate(geometric_robot, held_out);
-    const Evaluation after = evaluate(final_robot, held_out);
-    result.errors_before = before.position;
-    result.errors_after = after.position;
-    result.before = summarize(before.position).mean;
-    result.after = summarize(after.position).mean;
-    const double reducible = result.before * result.before - result.floor * result.floor;
-    if (reducible > 0)
-      result.reducible_removed = std::clamp(
-          (result.before * result.before - result.after * result.after) / reducible, 0.0, 1.0);
-    result.gain_ci95 = paired_bootstrap(before.position, after.position, poses, options);
-    for (size_t k = 0; k < result.trace.effects.size(); ++k) {
-      const Evaluation without =
-          evaluate(without_effect(result.trace.fit, training, declared + k), held_out);
-      HeldOutGain& gain = result.gains.emplace_back();
-      gain.position = summarize(without.position).mean - result.after;
-      gain.ci95 = paired_bootstrap(without.position, after.position, poses, options);
-    }
-  }
+  result.held.assign(effects.begin() + static_cast<std::ptrdiff_t>(robot.effects.size()),
+                     effects.begin() + static_cast<std::ptrdiff_t>(declared));
   if (!result.trace.ranking.empty()) result.pattern = describe(result.trace.ranking.front().effect);
-  result.verdict = conclude({result.trace.effects, result.lack_of_fit,
-                             result.noise.source == NoiseFloor::Source::replicates,
-                             result.trace.remaining_p, result.after, result.floor});
+  if (held_out.rows() > 0) set_held_out(robot, training, held_out, options, result);
+  set_verdict(training, held_out, result);
   return result;
 }
 
@@ -176,7 +290,7 @@ void add_predictor(LoopResult& result, const Campaign& training, const Campaign&
                    const Catalogue& catalogue, const TraceOptions& options) {
   const CalibrationResult& fit = result.trace.fit;
   if (options.progress) options.progress("looking for what many effects predict together");
-  const Robot robot = with_remainder(fit, training, catalogue, options);
+  Robot robot = with_remainder(fit, training, catalogue, options);
   auto unknowns = static_cast<int>(fit.names.size());
   for (size_t k = fit.robot.effects.size(); k < robot.effects.size(); ++k)
     unknowns += static_cast<int>(std::ranges::count_if(
@@ -184,6 +298,7 @@ void add_predictor(LoopResult& result, const Campaign& training, const Campaign&
   const size_t added = robot.effects.size() - fit.robot.effects.size();
   const std::string name = added > 0 ? "+ " + std::to_string(added) + " that only predict, unnamed"
                                      : "+ nothing that would predict better";
+  robot.uncertainty = uncertainty_of(fit, training);
   result.predictor = {robot, stage_of(name, unknowns, robot, training, held_out)};
 }
 

@@ -126,6 +126,7 @@ void list_rivals(EffectModel& model, size_t chosen, TracedEffect& traced) {
     const Candidate& other = candidates[k];
     const CandidateScore& score = scores[k];
     if (same_claim(other, found) || score.degrees_of_freedom == 0) continue;
+    if (!other.effect.members.empty()) continue;  // its members are rivals themselves
     const double correlation = std::sqrt(imitations[k].gain);
     if (correlation < kMaxOfIt) continue;
     const double behind = own.score - score.score;
@@ -146,6 +147,25 @@ void list_rivals(EffectModel& model, size_t chosen, TracedEffect& traced) {
         .push_back({other.effect, correlation, behind, refitted, other.separated_by,
                     other.from_catalogue});
   }
+}
+
+// Whether a curve without a name, of the same parameter, explains the readings so much better that
+// the cause does not stand.
+bool is_beaten(EffectModel& model, size_t chosen) {
+  const Candidate& found = model.chosen()[chosen];
+  if (!found.from_catalogue) return false;
+  const int effect = model.in_fit(chosen);
+  const double own = model.score_of({static_cast<int>(chosen)}).score + 2 * found.log_choices;
+  const std::vector<CandidateScore> scores = model.view().projected.scores_without({effect});
+  const std::vector<Candidate>& candidates = model.scan().candidates();
+  for (size_t k = 0; k < candidates.size(); ++k) {
+    const Candidate& other = candidates[k];
+    if (other.from_catalogue || other.effect.parameter != found.effect.parameter) continue;
+    if (scores[k].score + 2 * other.log_choices > own + kRuledOut &&
+        model.scan().is_possible(static_cast<int>(k), scores[k].coefficients))
+      return true;
+  }
+  return false;
 }
 
 // What explains most leads, whichever was found first; effects of one parameter and driver are
@@ -209,6 +229,13 @@ TraceResult described(SearchResult search, const Campaign& campaign, const Trace
     traced.step_ci95 = step_ci95(model, campaign, k);
     traced.from_catalogue = chosen[k].from_catalogue;
     traced.separated_by = chosen[k].separated_by;
+    traced.in_words = chosen[k].in_words;
+    if (is_beaten(model, k)) {
+      traced.beaten_cause = traced.effect.name;
+      traced.from_catalogue = false;
+      traced.in_words.clear();
+      traced.effect.name = "unexplained";
+    }
     traced.incomplete = std::count_if(chosen.begin(), chosen.end(), [&](const Candidate& other) {
                           return same_place(other.effect, chosen[k].effect);
                         }) > 1;
@@ -248,7 +275,7 @@ void refit_to_all(const Robot& robot, const Campaign& campaign, const TraceOptio
   result.bootstrap_draws =
       bootstrap_coefficients(result.fit, campaign, options.bootstrap, options.seed);
   set_intervals(result.bootstrap_draws, poses, result.fit.robot);
-  const auto declared = static_cast<int>(robot.effects.size());
+  const auto declared = static_cast<int>(result.fit.robot.effects.size() - result.effects.size());
   for (size_t k = 0; k < result.effects.size(); ++k) {
     TracedEffect& traced = result.effects[k];
     const int effect = declared + static_cast<int>(k);

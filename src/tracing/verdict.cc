@@ -25,6 +25,8 @@ std::string to_string(Verdict verdict) {
       return "nothing-to-explain";
     case Verdict::not_separable:
       return "not-separable";
+    case Verdict::too_few_poses:
+      return "too-few-poses";
     case Verdict::unexplained:
       break;
   }
@@ -32,17 +34,16 @@ std::string to_string(Verdict verdict) {
 }
 
 Verdict conclude(const Grounds& grounds) {
-  const bool lacks_something = grounds.lack_of_fit && *grounds.lack_of_fit < kSignificance;
-  if (lacks_something && (grounds.noise_from_replicates || grounds.remaining_p < kSignificance))
-    return Verdict::unexplained;
-  // Held-out poses may show what too few training poses cannot.
-  if (grounds.effects.empty())
-    return grounds.floor > 0 && grounds.after > kMaxTimesFloor * grounds.floor
-               ? Verdict::unexplained
-               : Verdict::nothing_to_explain;
-  return std::any_of(grounds.effects.begin(), grounds.effects.end(), has_other_cause)
-             ? Verdict::not_separable
-             : Verdict::closed;
+  if (grounds.lack_of_fit && *grounds.lack_of_fit < kSignificance) return Verdict::unexplained;
+  if (grounds.outside_p < kSignificance) return Verdict::unexplained;
+  const bool beyond_floor = grounds.floor > 0 && grounds.after > grounds.floor_high;
+  if (grounds.effects.empty()) {
+    // Held-out poses may show what too few training poses cannot.
+    if (beyond_floor && grounds.after > kMaxTimesFloor * grounds.floor) return Verdict::unexplained;
+    return beyond_floor ? Verdict::too_few_poses : Verdict::nothing_to_explain;
+  }
+  if (std::ranges::any_of(grounds.effects, has_other_cause)) return Verdict::not_separable;
+  return beyond_floor ? Verdict::too_few_poses : Verdict::closed;
 }
 
 }  // namespace armtrue

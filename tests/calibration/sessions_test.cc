@@ -209,6 +209,7 @@ TEST(Sessions, OwnDeviationsOfRowsWeighBetweenSessions) {
   const Robot truth = shipped("kr360-table4");
   Robot robot = shipped("kr360-spindle");
   robot.identify = {"paper-25"};
+  robot.free_links = true;  // priors would say what the coarse readings hide
   Campaign campaign =
       measured(truth, {.noise_mm = 0.05, .noise_mrad = 0.1, .coarser = 100, .orientation = false});
   const double unstated = calibrate(robot, campaign).robot.std.at("A3.d");

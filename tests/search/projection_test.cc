@@ -98,7 +98,7 @@ TEST(Projection, GainIsTheFallOfTheSumOfSquaresOfAWholeFit) {
     const Candidate& candidate = problem.candidates[k];
     const double freedom = 180 - 6;  // equations less unknowns: all readings independent
     EXPECT_NEAR(scores[k].score,
-                ebic_fall(candidate.effect.parameter, candidate.log_choices,
+                ebic_fall(is_shrunken(candidate.effect), candidate.log_choices,
                           static_cast<int>(own.cols()), gain, before, freedom),
                 1e-3)
         << k;
@@ -123,11 +123,11 @@ TEST(Projection, InThePlaceOfAnEffectIsAFitWithoutIt) {
     const double gain = before - squares_left(beside(rest, problem.columns(k)), readings);
     EXPECT_NEAR(scores[k].gain, gain, kFloat * before) << k;
   }
-  const CandidateScore own = projected.score_of({0}, "A2.theta", 1.25);
+  const CandidateScore own = projected.score_of({0}, false, 1.25);
   const double gain = before - squares_left(problem.linear.fitted, readings);
   EXPECT_NEAR(own.gain, gain, 1e-9 * gain);
   EXPECT_EQ(own.degrees_of_freedom, 1);
-  EXPECT_NEAR(own.score, ebic_fall("A2.theta", 1.25, 1, gain, before, 180 - 6), 1e-9);
+  EXPECT_NEAR(own.score, ebic_fall(false, 1.25, 1, gain, before, 180 - 6), 1e-9);
 }
 
 // cos^2 of the angle between the column of the effect and those of the candidate, both projected

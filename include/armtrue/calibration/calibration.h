@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,7 +20,8 @@ struct CalibrationResult;
 /// What the residuals of a fit look like.
 struct ResidualLaw {
   ReadingSigma sigma;
-  double degrees_of_freedom = 0;  ///< of Student's t; 0: Gaussian
+  double degrees_of_freedom = 0;                 ///< of Student's t; 0: Gaussian
+  std::map<std::string, double> prior_widths{};  ///< as CalibrationResult::prior_widths
 };
 
 struct CalibrationOptions {
@@ -54,6 +56,14 @@ struct CalibrationResult {
   /// Prior of each unknown as one more equation: 1 / its standard deviation [1/SI], zero without a
   /// prior, and the residual of the equation at the solution.
   Eigen::VectorXd prior_weight, prior_residual;
+  /// Deviations that the priors of a class share: "lengths" [m], "angles", "zero offsets" [rad],
+  /// and of families, by their names, as factors of their typical sizes.
+  std::map<std::string, double> prior_widths;
+  /// How much of each unknown the readings say, 1 - posterior variance / prior variance; 1 without
+  /// a prior. Below a half it stands nearer to its nominal value than to what the readings say.
+  Eigen::VectorXd share_of_readings;
+  /// How many of the unknowns positions and orientations determine; priors determine the others.
+  std::array<double, 2> determined{};
   ReadingSigma sigma;   ///< by which readings are weighted, in poses that are not off as a whole
   ReadingSigma spread;  ///< of all readings about the model, those of poses off as a whole included
   double degrees_of_freedom = 0;  ///< of Student's t that describes the residuals; 0 = Gaussian
@@ -65,6 +75,19 @@ struct CalibrationResult {
   int iterations = 0;
   std::string termination;  ///< the solver's own words
 };
+
+/// Below this share of its readings a parameter is said to stand at its nominal value.
+inline constexpr double kMostlyReadings = 0.5;
+
+/// The parameters, as indices into fit.set.kept, of which the readings say less than their priors
+/// do, and how many poses like these would tell the best known of them apart from its nominal
+/// value: with s the share of the readings at n poses, n (1 - s) / s. 0: no number of poses like
+/// these.
+struct NearNominal {
+  std::vector<int> parameters;
+  int poses = 0;
+};
+NearNominal near_nominal(const CalibrationResult& fit, const Campaign& campaign);
 
 /// Identifies, from measured poses, the geometric parameters that `robot.identify` allows and the
 /// campaign can show, and the coefficients of the robot's effects.

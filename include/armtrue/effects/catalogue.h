@@ -8,6 +8,10 @@
 
 namespace armtrue {
 
+/// How many arms have an effect, which is its price in the search: one of few likely causes needs
+/// less evidence than one of many unlikely ones.
+enum class Usual { most_arms, some, rare };
+
 /// One kind of effect that robots are known to have, for every joint that can have it.
 struct CatalogueEntry {
   enum class Joint { none, own, previous, fixed };
@@ -19,7 +23,13 @@ struct CatalogueEntry {
   Joint driver_joint = Joint::none;
   Shape shape;
   bool only_positive = false;  ///< a negative coefficient would not be this effect (compliance)
-  std::string separated_by;    ///< what to measure to tell it from its likes, in words
+  Usual usual = Usual::rare;
+  std::string family;  ///< that its effects form together; empty: none
+  double typical = 0;  ///< of a family: what a member typically adds to its parameter [m, rad]
+  /// One sentence for the cell, in which {j} stands for the joint and {n} for cycles per turn:
+  /// "axis {j} sags under gravity".
+  std::string in_words;
+  std::string separated_by;  ///< what to measure to tell it from its likes, in words
 };
 
 using Catalogue = std::vector<CatalogueEntry>;

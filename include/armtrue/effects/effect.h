@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,14 @@ struct Coefficient {
   std::array<double, 2> ci95{0, 0};
 };
 
+/// One cause that acts in many places, such as gravity on the stiffness of every joint. The
+/// coefficients of its members are about 0, each with its typical size times a common factor as
+/// prior deviation.
+struct Family {
+  std::string name;
+  double typical = 0;  ///< typical size of each coefficient of the effect, in its unit
+};
+
 /// A parameter that is not constant:
 ///     parameter(context) = constant + sum_k c_k shape_k(driver(context)).
 /// `parameter` is the name of one parameter, or of a group of six (`base`, `tool`), each of which
@@ -31,6 +40,10 @@ struct Effect {
   Driver driver;
   Shape shape;
   std::vector<Coefficient> coefficients;
+  std::optional<Family> family{};  ///< that the effect belongs to
+  /// The effects that make up a whole family, whose coefficients stand here one after the other;
+  /// `parameter` is then the name of the family. Only a search has such effects.
+  std::vector<Effect> members{};
 };
 
 /// Whether both have one parameter and one driver.
@@ -47,6 +60,14 @@ inline bool same_form(const Effect& a, const Effect& b) {
 inline bool is_group(const std::string& parameter) {
   return parameter == "base" || parameter == "tool";
 }
+
+/// Whether the coefficients share one prior deviation: those of a group, and of a whole family.
+inline bool is_shrunken(const Effect& effect) {
+  return is_group(effect.parameter) || !effect.members.empty();
+}
+
+/// The members of a whole family, with their coefficients; otherwise the effect itself.
+std::vector<Effect> single_effects(const Effect& effect);
 
 /// What an effect's parameter is measured in; radian of a group, whose coefficients have units of
 /// their own unless the moment turns it.

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,20 @@ struct Session {
   std::map<std::string, double> std;  ///< as Robot::std; of the first session they stand there
 };
 
+/// How far a calibrated robot may be from the arm.
+struct Uncertainty {
+  /// Geometric parameters by name; after them come the coefficients of all effects, in their order.
+  std::vector<std::string> parameters;
+  Eigen::MatrixXd root;  ///< G with G G^T = covariance of all these [SI]; lower triangular
+  /// Standard deviation of a reading about the model, per axis, where that was calibrated: noise,
+  /// and what differs from pose to pose and the model lacks. 0 of orientations: not measured.
+  InstrumentNoise reading;
+  /// Largest variance of the position by `root`, the sum over its axes, of a pose of the
+  /// calibration [m^2].
+  double largest_variance = 0;
+  int poses = 0;  ///< of the calibration
+};
+
 /// A robot as its file describes it: the model that predicts a pose, and what identification is
 /// allowed to change in it.
 struct Robot {
@@ -48,7 +63,13 @@ struct Robot {
   std::vector<std::string> identify_per_session;
   InstrumentNoise noise;
   std::map<std::string, double> priors;  ///< standard deviation about the nominal value [SI]
-  std::map<std::string, double> std;     ///< of identified parameters [SI]
+  /// The chain that priors are about, if it is not `chain`: that of the robot before a calibration.
+  /// Files do not hold it: the values of a file are its nominal ones.
+  std::optional<KinematicChain> nominal;
+  std::map<std::string, double> std;       ///< of identified parameters [SI]
+  std::optional<Uncertainty> uncertainty;  ///< of a calibrated robot
+  /// Whether links may be anything: parameters that `priors` does not name have no prior then.
+  bool free_links = false;
 };
 
 }  // namespace armtrue

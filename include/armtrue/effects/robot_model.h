@@ -31,14 +31,16 @@ class BoundEffect {
   /// The parameters moved, each once.
   const std::vector<int>& parameters() const { return parameters_; }
   const std::vector<std::string>& coefficient_names() const { return coefficient_names_; }
-  bool needs_frames() const { return !loads_.empty(); }
-  bool needs_jacobian() const { return driver_.involves(DriverKind::force); }
+  bool needs_frames() const { return needs_frames_; }
+  bool needs_jacobian() const { return needs_jacobian_; }
 
   /// `frames` is read if needs_frames(); `jacobian`, at the context's pose, if needs_jacobian().
   void values(const Context& context, const ArmFrames* frames, const PoseJacobian* jacobian,
               double* out) const;
 
  private:
+  void bind_members(const Effect& effect, const Robot& robot,
+                    const std::vector<std::string>& temperature_names);
   // The torque on a joint is one for all members of a group.
   const GravityLoad& load_on(size_t member) const {
     return loads_[std::min(member, loads_.size() - 1)];
@@ -57,6 +59,8 @@ class BoundEffect {
   std::vector<std::string> coefficient_names_;
   int coefficient_count_ = 0, value_count_ = 0;
   bool own_values_ = false;  // of each parameter
+  bool needs_frames_ = false, needs_jacobian_ = false;
+  std::vector<BoundEffect> members_;  // of a whole family
 };
 
 /// Predicts poses: the chain, with the effects that the robot file declares. Throws

@@ -2,8 +2,10 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "armtrue/calibration/calibration.h"
+#include "armtrue/calibration/gross_poses.h"
 #include "armtrue/calibration/zone.h"
 #include "armtrue/io/provenance.h"
 
@@ -16,10 +18,11 @@ struct WeightedZone {
 };
 
 /// The calibrated robot as an armtrue-robot/1 document with a `calibration:` map: convergence,
-/// rank, condition, observability, errors, the zone, and each absorbed parameter with the
-/// parameters that absorb it.
+/// rank, condition, observability, errors, the zone, the gross poses that were left out, and each
+/// absorbed parameter with the parameters that absorb it.
 std::string write_calibration(const CalibrationResult& result, const Campaign& campaign,
                               const Provenance& provenance,
-                              const std::optional<WeightedZone>& weighted_zone = std::nullopt);
+                              const std::optional<WeightedZone>& weighted_zone = std::nullopt,
+                              const std::vector<GrossPose>& gross = {});
 
 }  // namespace armtrue

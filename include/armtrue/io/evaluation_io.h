@@ -3,12 +3,15 @@
 #include <string>
 
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/calibration/prediction.h"
 #include "armtrue/io/provenance.h"
 
 namespace armtrue {
 
-/// armtrue-summary/1: errors of a robot on a campaign.
+/// armtrue-summary/1: errors of a robot on a campaign, and what was predicted of them if it states
+/// its uncertainty.
 std::string write_summary(const Evaluation& evaluation, const Robot& robot,
-                          const Campaign& campaign, const Provenance& provenance);
+                          const Campaign& campaign, const Provenance& provenance,
+                          const std::vector<Prediction>& predictions = {});
 
 }  // namespace armtrue

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "armtrue/calibration/prediction.h"
 #include "armtrue/campaign/campaign.h"
 
 namespace armtrue {
@@ -13,6 +14,7 @@ struct Residuals {
   const Campaign& campaign;
   std::vector<Eigen::Matrix<double, 6, 1>> of_row;  ///< as in Evaluation [m, rad]
   std::vector<std::string> split;                   ///< of each row: training, held-out or all
+  std::vector<Prediction> predictions{};  ///< of each row; empty: of a robot without uncertainty
 };
 
 /// Measured minus model, in R_A; the residual of a distance stands in the column dl_mm. The rows of

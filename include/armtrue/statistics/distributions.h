@@ -10,9 +10,13 @@ double chi_squared_quantile_above(double probability,
                                   double dof);  ///< x with P(X > x) = probability
 double non_central_chi_squared_above(double value, double dof, double non_centrality);
 double fisher_f_above(double value, double dof, double dof_of_denominator);
+double fisher_f_quantile(double probability, double dof,
+                         double dof_of_denominator);  ///< x with P(X <= x) = probability
 double student_t_above(double value, double dof);
 double student_t_quantile(double probability, double dof);  ///< x with P(X <= x) = probability
 double normal_below(double value);
+/// P(X >= count) of a binomial X.
+double binomial_at_least(int count, int trials, double probability);
 
 /// Half width of a 95 % interval in standard deviations: the 0.975 quantile of Student's t. Fewer
 /// than one degree of freedom count as one.

@@ -12,6 +12,12 @@ namespace armtrue {
 std::string in_words(const TracedEffect& traced, const HeldOutGain* gain,
                      const std::vector<CurvePoint>& curve, const Robot& robot);
 
+/// One sentence for the cell: the cause if one stands, and how sure it is.
+std::string for_the_cell(const TracedEffect& traced, const HeldOutGain* gain, const Robot& robot);
+
+/// The verdict as one sentence: the error before and after, and what remains.
+std::string verdict_in_words(const LoopResult& result);
+
 /// in_words() of each effect of a loop.
 std::vector<std::string> effect_descriptions(const LoopResult& result);
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/calibration/gross_poses.h"
 #include "armtrue/tracing/effect_curve.h"
 #include "armtrue/tracing/nested_validation.h"
 #include "armtrue/tracing/tracing.h"
@@ -26,8 +27,10 @@ struct Stage {
   StageErrors training, held_out;
 };
 
-/// What an effect does for the poses that took no part, and how sure that is.
+/// What an effect does for the poses that took no part, and how sure that is. Confirmed: the whole
+/// interval is above zero.
 struct HeldOutGain {
+  bool confirmed() const { return ci95[0] > 0; }
   double position = 0;               ///< fall of the mean error when the effect is in [m]
   std::array<double, 2> ci95{0, 0};  ///< paired bootstrap over poses [m]
 };
@@ -43,15 +46,25 @@ struct LoopResult {
   bool of_distances = false;  ///< position errors are those of distances
   NoiseFloor noise;
   int training_poses = 0, held_out_poses = 0, rows = 0;
-  std::vector<int> excluded_rows;  ///< lines of the training file that the final fit calls blunders
+  /// Lines of the training file that the final fit calls blunders, those of gross poses included.
+  std::vector<int> excluded_rows;
+  std::vector<GrossPose> gross_poses;  ///< of the training poses; they take no part
   std::vector<Stage> stages;
   TraceResult trace;
   std::vector<double> errors_before, errors_after;  ///< of each held-out reading [m]
   std::vector<HeldOutGain> gains;                   ///< per effect of the trace
   std::vector<std::vector<CurvePoint>> curves;      ///< per effect of the trace; see effect_curve
+  std::vector<Effect> held;  ///< members of families that only their priors hold, with values
+  int more_poses = 0;    ///< `too_few_poses`: about so many more would bring the error to the floor
+  double outside_p = 1;  ///< p of so many held-out poses beyond their 95 % bounds
   double before = 0, after = 0;  ///< mean held-out position error, geometric and final [m]
   double floor = 0;              ///< what a perfect model would score [m]
   double reducible_removed = 0;  ///< (before^2 - after^2) / (before^2 - floor^2), in [0, 1]
+  /// Of the mean held-out error after minus that of the nominal robot with base and tool placed
+  /// [m].
+  std::array<double, 2> against_nominal_ci95{0, 0};
+  /// That interval is above zero, and the error is above what a complete model would have.
+  bool worse_than_nominal = false;
   std::array<double, 2> gain_ci95{0, 0};   ///< of before - after, paired bootstrap over poses [m]
   std::optional<double> lack_of_fit;       ///< p, of the final model on the training poses
   std::optional<NestedValidation> nested;  ///< close_loop leaves it empty
@@ -65,6 +78,13 @@ struct Split {
   std::vector<int> training, held_out;  ///< rows
 };
 Split split_by_pose(const Campaign& campaign, double share, std::uint64_t seed);
+
+/// Holds out the `share` of the poses that lie farthest along one direction, so that the held-out
+/// errors show how a result carries over to a region that was not measured. The points are those of
+/// `robot`; the directions are the principal ones of all points, the longest first, each to both
+/// sides: seed 1 takes the first, seed 7 again.
+Split split_by_region(const Robot& robot, const Campaign& campaign, double share,
+                      std::uint64_t seed);
 
 /// The loop: geometry, tracing and refit on `training` alone; `held_out` is used once, to report.
 /// Throws std::invalid_argument if a session of `held_out` has no reading in `training`.

@@ -66,7 +66,12 @@ struct TracedEffect {
   /// Those that could imitate it by their course, but that these readings speak against by odds of
   /// more than a thousand to one.
   std::vector<Rival> ruled_out;
-  std::string separated_by;     ///< as of a rival
+  std::string separated_by;  ///< as of a rival
+  std::string in_words;      ///< as of CatalogueEntry; empty where no cause is known
+  /// The cause that it was found as, where a curve without a name explains the readings so much
+  /// better that the cause does not stand: odds of a thousand to one, the price of having looked at
+  /// many not counted. The effect is then unexplained.
+  std::string beaten_cause;
   bool from_catalogue = false;  ///< false: found by the open search, no cause is known
   bool incomplete = false;      ///< its parameter follows its driver in a further effect too
 };

@@ -14,25 +14,30 @@ enum class Verdict {
   nothing_to_explain,  ///< no effect was found and the residual is noise
   not_separable,  ///< effects were found, but which of several causes it is this data cannot tell
   unexplained,    ///< a significant part of the residual is left
+  too_few_poses,  ///< held-out poses err by more than noise, and these poses do not tell why
 };
 
-/// As in the files: `closed`, `nothing-to-explain`, `not-separable`, `unexplained`.
+/// As in the files: `closed`, `nothing-to-explain`, `not-separable`, `unexplained`,
+/// `too-few-poses`.
 std::string to_string(Verdict verdict);
 
 /// What a verdict is drawn from.
 struct Grounds {
   const std::vector<TracedEffect>& effects;
-  std::optional<double> lack_of_fit;   ///< p, of the final model on the training poses
-  bool noise_from_replicates = false;  ///< else the noise is that of the instrument alone
-  double remaining_p = 1;              ///< family-wise p of the best candidate left
-  double after = 0, floor = 0;         ///< mean held-out error, and that of a perfect model [m]
+  std::optional<double> lack_of_fit;  ///< p, of the final model on the training poses
+  double after = 0, floor = 0;        ///< mean held-out error, and that of a perfect model [m]
+  /// Upper end of the 95 % interval of what a complete model, fitted to these poses, would score
+  /// [m].
+  double floor_high = 0;
+  /// p of so many held-out poses beyond their 95 % bounds, if the bounds hold.
+  double outside_p = 1;
 };
 
-/// `unexplained` if the lack of fit is significant (p < 0.01) and either the noise is that of
-/// replicates or a candidate still shows (p < 0.01): a floor of the instrument alone makes every
-/// arm look unexplained. `unexplained`, too, if no effect was found but the held-out error is more
-/// than twice the floor. `not_separable` if an effect has a rival of the catalogue; a curve without
-/// a known cause is no other cause.
+/// `unexplained` if the lack of fit is significant (p < 0.01), if held-out poses lie beyond what
+/// was predicted of them (p < 0.01), or if no effect was found and the held-out error is more than
+/// twice the floor. `not_separable` if an effect has a rival of the catalogue; a curve without a
+/// known cause is no other cause. `too_few_poses` if the held-out error is above `floor_high`:
+/// nobody can say then that nothing is left.
 Verdict conclude(const Grounds& grounds);
 
 }  // namespace armtrue

@@ -80,6 +80,10 @@ Effect read_effect_form(YamlMap& map, const KinematicChain& chain) {
 Effect read_effect(YamlMap map, const KinematicChain& chain) {
   Effect effect = read_effect_form(map, chain);
   effect.name = map.text("name");
+  if (map.has("family")) {
+    effect.family = Family{map.text("family"), map.number("typical")};
+    if (effect.family->typical <= 0) map.fail("typical", "must be above zero");
+  }
   for (YamlMap& entry : map.maps("coefficients")) {
     Coefficient& c = effect.coefficients.emplace_back();
     c.name = entry.text("name", "c");
@@ -97,7 +101,7 @@ Effect read_effect(YamlMap map, const KinematicChain& chain) {
   // Statements of close-loop about an effect; the prediction does not depend on them.
   for (const char* key : {"evidence", "indistinguishable", "ruled_out", "cause", "description",
                           "curve", "cycle", "unidentifiable", "separated_by", "variance_share",
-                          "variance_share_ci95", "may_lead", "at_s_ci95"})
+                          "variance_share_ci95", "may_lead", "at_s_ci95", "confirmed", "sentence"})
     map.ignore(key);
   map.finish();
   return effect;

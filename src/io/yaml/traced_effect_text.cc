@@ -112,6 +112,8 @@ YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain,
     for (double bound : *traced.step_ci95) interval.push_back(number_text(bound));
     node["at_s_ci95"] = flow(interval);
   }
+  if (gain) node["confirmed"] = gain->confirmed() ? "true" : "false";
+  node["sentence"] = for_the_cell(traced, gain, robot);
   node["description"] = in_words(traced, gain, curve, robot);
   if (!curve.empty() && traced.effect.shape.kind == ShapeKind::series)
     node["curve"] = curve_node(traced.effect, curve, robot);

@@ -69,13 +69,19 @@ std::string YamlMap::text(const std::string& key, const std::string& otherwise) 
   return has(key) ? text(key) : otherwise;
 }
 
+std::vector<double> YamlMap::numbers(const std::string& key) {
+  const YAML::Node node = need(key);
+  if (!node.IsSequence()) fail(key, "must be a list of numbers");
+  std::vector<double> values;
+  for (const auto& item : node) values.push_back(number_of(item, key));
+  return values;
+}
+
 std::vector<double> YamlMap::numbers(const std::string& key, size_t count) {
   const YAML::Node node = need(key);
   if (!node.IsSequence() || node.size() != count)
     fail(key, "must be a list of " + std::to_string(count) + " numbers");
-  std::vector<double> values;
-  for (const auto& item : node) values.push_back(number_of(item, key));
-  return values;
+  return numbers(key);
 }
 
 YamlMap YamlMap::map(const std::string& key) { return {need(key), file_, "'" + key + "'"}; }

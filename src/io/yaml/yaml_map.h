@@ -21,6 +21,7 @@ class YamlMap {
   double number(const std::string& key, double otherwise);
   std::string text(const std::string& key);
   std::string text(const std::string& key, const std::string& otherwise);
+  std::vector<double> numbers(const std::string& key);  ///< a list of any length
   std::vector<double> numbers(const std::string& key, size_t count);
   YamlMap map(const std::string& key);
   std::vector<YamlMap> maps(const std::string& key);       ///< empty if the key is not there

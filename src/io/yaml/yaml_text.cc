@@ -146,6 +146,10 @@ YAML::Node effect_node(const Effect& effect, const KinematicChain& chain) {
     coefficient["unit"] = coefficient_unit(effect, unit_moved(effect, k, chain));
     node["coefficients"].push_back(flow(coefficient));
   }
+  if (effect.family) {
+    node["family"] = effect.family->name;
+    node["typical"] = number_text(effect.family->typical);
+  }
   return node;
 }
 

@@ -1,0 +1,390 @@
+#include "armtrue/calibration/gross_poses.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+#include "armtrue/calibration/evaluation.h"
+#include "armtrue/kinematics/parameters.h"
+#include "armtrue/kinematics/units.h"
+#include "armtrue/statistics/distributions.h"
+#include "armtrue/statistics/summary.h"
+#include "calibration/likely_mistake.h"
+#include "calibration/session_models.h"
+
+namespace armtrue {
+namespace {
+
+constexpr int kMostPoses = 2000, kFewestPoses = 8, kMostRounds = 6;
+constexpr double kImprobable = 1e-3;
+constexpr double kTimesMiss = 4, kGap = 1.5;
+// Where poses scatter more than their replicates, the model lacks something, perhaps a steep
+// effect.
+constexpr double kLacking = 1.25, kGapOfLacking = 2.5;
+constexpr double kMedianOfNormal3 = 1.538, kMedianOfNormal1 = 0.6745;  // of the norm
+constexpr double kWholePose = 0.5;  // share of the pose's error that each of its readings has
+constexpr double kCommonShare = 0.1, kLargestShare = 0.25;  // of the poses
+
+// One reading for each session, pose and channel.
+struct Reduced {
+  std::vector<int> rows;                  // of the campaign
+  std::vector<std::vector<int>> like;     // the replicates of each, itself included
+  std::vector<std::vector<int>> of_pose;  // indices into `rows`
+  Campaign campaign;                      // every row a pose of its own
+};
+
+Eigen::Vector3d reading(const Campaign& campaign, int row) {
+  return campaign.has_distances() ? Eigen::Vector3d(campaign.length(row), 0, 0)
+                                  : campaign.position[row];
+}
+
+int nearest_to_median(const Campaign& campaign, const std::vector<int>& rows) {
+  if (rows.size() < 3) return rows.front();
+  Eigen::Vector3d middle;
+  for (int k = 0; k < 3; ++k) {
+    std::vector<double> values;
+    for (int row : rows) values.push_back(reading(campaign, row)[k]);
+    middle[k] = median(std::move(values));
+  }
+  return *std::ranges::min_element(
+      rows, {}, [&](int row) { return (reading(campaign, row) - middle).norm(); });
+}
+
+Reduced reduced(const Campaign& campaign) {
+  std::map<std::array<int, 2>, std::map<int, std::vector<int>>> groups;
+  for (int row = 0; row < campaign.rows(); ++row)
+    groups[{campaign.session.empty() ? 0 : campaign.session[row], campaign.pose[row]}]
+          [campaign.channel(row)]
+              .push_back(row);
+  Reduced result;
+  for (const auto& [pose, channels] : groups) {
+    std::vector<int>& own = result.of_pose.emplace_back();
+    for (const auto& [channel, rows] : channels) {
+      own.push_back(static_cast<int>(result.rows.size()));
+      result.rows.push_back(nearest_to_median(campaign, rows));
+      result.like.push_back(rows);
+    }
+  }
+  return result;
+}
+
+// Rows of some poses of the reduced campaign, each a pose of its own so that none is excused by
+// the others.
+Campaign kept_of(const Reduced& all, const Campaign& campaign, const std::vector<bool>& gross) {
+  std::vector<int> rows;
+  for (size_t p = 0; p < all.of_pose.size(); ++p)
+    if (!gross[p])
+      for (int k : all.of_pose[p]) rows.push_back(all.rows[static_cast<size_t>(k)]);
+  Campaign kept = campaign.select(rows);
+  std::vector<std::string> ids;
+  for (size_t k = 0; k < rows.size(); ++k) {
+    ids.push_back(kept.pose_ids[static_cast<size_t>(kept.pose[k])] + "." + std::to_string(k));
+    kept.pose[k] = static_cast<int>(k);
+  }
+  kept.pose_ids = ids;
+  return kept;
+}
+
+// What a fit without a pose says of it.
+struct Judged {
+  double ratio = 0;           // u^2 before the division by s^2
+  int size = 0;               // d
+  double off = 0;             // m, mean over its rows that are off, or over all
+  std::vector<int> rows_off;  // indices into Reduced::rows
+};
+
+struct Deleted {
+  Eigen::VectorXd error;
+  double square;
+};
+
+// See find_gross_poses().
+Deleted deleted(const Eigen::MatrixXd& shown, const Eigen::VectorXd& residual,
+                const Eigen::VectorXd& weight) {
+  constexpr double kLeast = 1e-6;
+  const Eigen::MatrixXd gram = shown * shown.transpose();
+  const Eigen::VectorXd root = weight.cwiseMax(1e-12).cwiseSqrt();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(root.asDiagonal() * gram *
+                                                             root.asDiagonal());
+  const Eigen::VectorXd leverage = eigen.eigenvalues().cwiseMax(0.0);
+  const Eigen::VectorXd left = (1 - leverage.array()).max(kLeast);
+  const Eigen::MatrixXd axes = root.cwiseInverse().asDiagonal() * eigen.eigenvectors();
+  const Eigen::MatrixXd c = axes * leverage.cwiseQuotient(left).asDiagonal() * axes.transpose();
+  const Eigen::VectorXd error = residual + c * weight.asDiagonal() * residual;
+  const Eigen::MatrixXd s = Eigen::MatrixXd::Identity(c.rows(), c.cols()) + c;
+  return {error, error.dot(s.ldlt().solve(error))};
+}
+
+class Search {
+ public:
+  Search(const Robot& robot, const Campaign& campaign)
+      : robot_(robot),
+        campaign_(campaign),
+        set_(choose_identifiable(robot, campaign)),
+        all_(reduced(campaign)),
+        gross_(all_.of_pose.size(), false) {}
+
+  std::vector<GrossPose> found() {
+    if (poses() < kFewestPoses || poses() > kMostPoses) return {};
+    for (int round = 0; round < kMostRounds; ++round) {
+      judge();
+      std::vector<bool> next = beyond();
+      if (next == gross_) break;
+      gross_ = std::move(next);
+    }
+    if (std::ranges::none_of(gross_, [](bool is) { return is; })) return {};
+    judge();
+    drop_structure();
+    return described();
+  }
+
+ private:
+  int poses() const { return static_cast<int>(all_.of_pose.size()); }
+
+  void judge() {
+    const Campaign kept = kept_of(all_, campaign_, gross_);
+    fit_ = calibrate(robot_, kept, set_);
+    const Campaign readings = campaign_.select(all_.rows);
+    const SessionModels models(readings, fit_.robot, set_.kept, fit_.sigma);
+    const Eigen::MatrixXd blocks = models.blocks();
+    const int size = models.row_size();
+    const Eigen::Index p = blocks.cols() - 1;
+    const Eigen::MatrixXd shown = blocks.leftCols(p) * fit_.inverse_root;
+    judged_.assign(static_cast<size_t>(poses()), {});
+    size_t next_kept = 0;
+    std::vector<Eigen::VectorXd> errors(all_.rows.size());
+    for (size_t pose = 0; pose < judged_.size(); ++pose) {
+      const std::vector<int>& own = all_.of_pose[pose];
+      const auto numbers = static_cast<Eigen::Index>(own.size()) * size;
+      const Eigen::Index first = own.front() * size;
+      Eigen::VectorXd weight(numbers);
+      for (size_t k = 0; k < own.size(); ++k)
+        weight.segment(static_cast<Eigen::Index>(k) * size, size)
+            .setConstant(gross_[pose] ? 0.0 : fit_.weights[next_kept++]);
+      const Deleted without =
+          deleted(shown.middleRows(first, numbers), blocks.col(p).segment(first, numbers), weight);
+      judged_[pose].size = static_cast<int>(numbers);
+      judged_[pose].ratio = without.square / static_cast<double>(numbers);
+      for (size_t k = 0; k < own.size(); ++k) {
+        const double miss = fit_.sigma.position * without.error
+                                                      .segment(static_cast<Eigen::Index>(k) * size,
+                                                               readings.reading_size().position)
+                                                      .norm();
+        errors[static_cast<size_t>(own[k])] = Eigen::VectorXd::Constant(1, miss);
+      }
+    }
+    typical_miss_ =
+        fit_.sigma.position * (readings.has_distances() ? kMedianOfNormal1 : kMedianOfNormal3);
+    for (size_t pose = 0; pose < judged_.size(); ++pose) set_off(pose, errors);
+  }
+
+  void set_off(size_t pose, const std::vector<Eigen::VectorXd>& errors) {
+    Judged& judged = judged_[pose];
+    double sum = 0;
+    for (int k : all_.of_pose[pose])
+      if (const double miss = errors[static_cast<size_t>(k)][0];
+          miss > kTimesMiss * typical_miss_) {
+        judged.rows_off.push_back(k);
+        sum += miss;
+      }
+    judged.off = judged.rows_off.empty() ? 0 : sum / static_cast<double>(judged.rows_off.size());
+  }
+
+  // s^2, from the quantiles of chi-square over its degrees of freedom.
+  double scale() const {
+    std::vector<double> ratios;
+    for (const Judged& judged : judged_) ratios.push_back(judged.ratio);
+    std::ranges::sort(ratios);
+    double largest = 1e-12;
+    for (double share : {0.5, 0.75, 0.9}) {
+      const double at = ratios[static_cast<size_t>(share * static_cast<double>(poses() - 1))];
+      const double size = judged_.front().size;
+      largest = std::max(largest, at * size / chi_squared_quantile_above(1 - share, size));
+    }
+    return largest;
+  }
+
+  double p_value(size_t pose, double scale) const {
+    const double size = judged_[pose].size;
+    return fisher_f_above(judged_[pose].ratio / scale, size, 0.5 * size * poses());
+  }
+
+  bool lacks_something() const {
+    const NoiseFloor floor = noise_floor(fit_.robot, campaign_, evaluate(fit_.robot, campaign_));
+    return floor.source == NoiseFloor::Source::replicates &&
+           fit_.sigma.position > kLacking * floor.position;
+  }
+
+  std::vector<bool> beyond() const {
+    const double s2 = scale();
+    std::vector<size_t> order(judged_.size());
+    std::iota(order.begin(), order.end(), size_t{0});
+    std::ranges::stable_sort(order, std::greater<>{},
+                             [&](size_t pose) { return judged_[pose].ratio; });
+    const auto most = static_cast<size_t>(kLargestShare * poses());
+    const double gap = lacks_something() ? kGapOfLacking : kGap;
+    size_t count = 0;
+    for (size_t k = 0; k < std::max<size_t>(1, most); ++k) {
+      if (p_value(order[k], s2) * poses() > kImprobable) break;
+      if (judged_[order[k]].ratio > gap * gap * judged_[order[k + 1]].ratio) count = k + 1;
+    }
+    std::vector<bool> result(judged_.size(), false);
+    for (size_t k = 0; k < count; ++k) result[order[k]] = !judged_[order[k]].rows_off.empty();
+    return result;
+  }
+
+  const JointVector& q(size_t pose) const {
+    return campaign_
+        .q[static_cast<size_t>(all_.rows[static_cast<size_t>(all_.of_pose[pose].front())])];
+  }
+
+  // Whether the poses next to it along some joint are off too.
+  bool has_company(size_t pose, double s2) const {
+    constexpr double kOffToo = 0.01;
+    constexpr size_t kNearest = 4, kCompany = 2;
+    for (int joint = 0; joint < kJoints; ++joint) {
+      std::vector<std::pair<double, size_t>> others;
+      for (size_t other = 0; other < judged_.size(); ++other)
+        if (other != pose) others.emplace_back(std::abs(q(other)[joint] - q(pose)[joint]), other);
+      std::ranges::sort(others);
+      size_t company = 0;
+      for (size_t k = 0; k < std::min(kNearest, others.size()); ++k)
+        company += p_value(others[k].second, s2) < kOffToo ? 1 : 0;
+      if (company >= kCompany) return true;
+    }
+    return false;
+  }
+
+  void drop_structure() {
+    const double s2 = scale();
+    const Evaluation evaluation = evaluate(fit_.robot, campaign_);
+    std::vector<bool> kept = gross_;
+    for (size_t pose = 0; pose < judged_.size(); ++pose) {
+      if (!gross_[pose]) continue;
+      for (int k : judged_[pose].rows_off)
+        for (int row : all_.like[static_cast<size_t>(k)])
+          if (evaluation.position[static_cast<size_t>(row)] < kWholePose * judged_[pose].off &&
+              all_.like[static_cast<size_t>(k)].size() > 1)
+            kept[pose] = false;
+      // Only what is small enough to be an effect can be one.
+      constexpr double kNoEffect = 5e-3;  // m
+      if (judged_[pose].off < kNoEffect && has_company(pose, s2)) kept[pose] = false;
+      if (judged_[pose].rows_off.empty()) kept[pose] = false;
+    }
+    gross_ = kept;
+  }
+
+  std::vector<GrossPose> described() const {
+    std::vector<GrossPose> list;
+    std::vector<std::vector<int>> readings;
+    for (size_t pose = 0; pose < judged_.size(); ++pose) {
+      if (!gross_[pose]) continue;
+      GrossPose& found = list.emplace_back();
+      std::vector<int>& read = readings.emplace_back();
+      found.off = judged_[pose].off;
+      for (int k : judged_[pose].rows_off) {
+        read.push_back(all_.rows[static_cast<size_t>(k)]);
+        const std::vector<int>& like = all_.like[static_cast<size_t>(k)];
+        found.rows.insert(found.rows.end(), like.begin(), like.end());
+      }
+      std::ranges::sort(found.rows);
+      found.id = campaign_.pose_ids[static_cast<size_t>(campaign_.pose[read.front()])];
+    }
+    int explained = 0;
+    for (size_t k = 0; k < list.size(); ++k) {
+      const auto mistake = likely_mistake(fit_.robot, campaign_, readings, k, list[k].off,
+                                          kTimesMiss * typical_miss_);
+      explained += mistake ? 1 : 0;
+      list[k].likely = mistake.value_or(
+          "the readings fit no other pose or target: a reflector that was bumped, or a target "
+          "that moved");
+    }
+    const double most = std::max(1.0, kCommonShare * poses());
+    if (static_cast<double>(list.size()) > most && 2 * explained < std::ssize(list)) return {};
+    return list;
+  }
+
+  const Robot& robot_;
+  const Campaign& campaign_;
+  const IdentifiableSet set_;
+  const Reduced all_;
+  std::vector<bool> gross_;
+  CalibrationResult fit_;
+  std::vector<Judged> judged_;
+  double typical_miss_ = 0;
+};
+
+}  // namespace
+
+std::vector<GrossPose> find_gross_poses(const Robot& robot, const Campaign& campaign) {
+  try {
+    return Search(robot, campaign).found();
+  } catch (const std::invalid_argument&) {
+    return {};  // too few readings; calibrate() says so
+  }
+}
+
+std::vector<int> rows_of(const std::vector<GrossPose>& gross) {
+  std::vector<int> rows;
+  for (const GrossPose& pose : gross) rows.insert(rows.end(), pose.rows.begin(), pose.rows.end());
+  std::ranges::sort(rows);
+  return rows;
+}
+
+Campaign without_gross(const Campaign& campaign, const std::vector<GrossPose>& gross) {
+  if (gross.empty()) return campaign;
+  const std::vector<int> off = rows_of(gross);
+  std::vector<int> rows;
+  for (int row = 0; row < campaign.rows(); ++row)
+    if (!std::ranges::binary_search(off, row)) rows.push_back(row);
+  return campaign.select(rows);
+}
+
+Robot placed_nominal(const Robot& robot, const Campaign& campaign) {
+  Robot placed = robot;
+  placed.identify = {"base", "tool"};
+  placed.identify_per_session.clear();
+  return calibrate(placed, campaign).robot;
+}
+
+void require_worthwhile(const Robot& nominal, const CalibrationResult& fit, const Campaign& sound,
+                        const std::vector<int>& blunders, int gross_rows) {
+  const std::string remedy =
+      "; a target, a reflector or the joint angles of several poses may be wrong: look at the "
+      "residuals, then correct or leave out those rows, or measure them anew";
+  const int all = sound.rows() + gross_rows;
+  const int left_out = static_cast<int>(blunders.size()) + gross_rows;
+  if (2 * left_out > all)
+    throw std::invalid_argument(
+        fmt::format("{}: {} of {} readings look like blunders, more than are kept{}", sound.source,
+                    left_out, all, remedy));
+  const auto identifies = [&](int parameter) {
+    return std::ranges::find(fit.set.kept, parameter) != fit.set.kept.end();
+  };
+  if (!identifies(kBaseParameters) || !identifies(kToolParameters)) return;
+  std::vector<int> rows;
+  for (int row = 0; row < sound.rows(); ++row)
+    if (!std::ranges::binary_search(blunders, row)) rows.push_back(row);
+  const Campaign kept = sound.select(rows);
+  const auto mean = [&](const Robot& robot) {
+    return summarize(evaluate(robot, kept).position).mean;
+  };
+  constexpr double kWorse = 1.02, kExact = 1e-6;  // a robust fit need not have the least mean
+  const double fitted = mean(fit.robot), placed = mean(placed_nominal(nominal, kept));
+  if (fitted > kWorse * placed + kExact)
+    throw std::invalid_argument(
+        fmt::format("{}: the calibrated robot misses its readings by {:.4g} mm (mean), the nominal "
+                    "robot with base and tool placed by {:.4g} mm{}",
+                    sound.source, fitted / kMillimetre, placed / kMillimetre, remedy));
+}
+
+}  // namespace armtrue

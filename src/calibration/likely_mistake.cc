@@ -1,0 +1,148 @@
+#include "calibration/likely_mistake.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include "armtrue/calibration/evaluation.h"
+
+namespace armtrue {
+namespace {
+
+class Corrections {
+ public:
+  Corrections(const Robot& fitted, const Campaign& readings, double off, double tolerance)
+      : fitted_(fitted),
+        readings_(readings),
+        least_(std::min(off / 3, std::max(tolerance, 0.02 * off))) {}
+
+  template <typename Change>
+  void attempt(const std::string& mistake, const Change& change) {
+    Campaign corrected = readings_;
+    change(corrected);
+    const double miss = worst_miss(fitted_, corrected);
+    if (miss >= least_) return;
+    least_ = miss;
+    best_ = mistake;
+  }
+
+  static double worst_miss(const Robot& robot, const Campaign& campaign) {
+    return std::ranges::max(evaluate(robot, campaign).position);
+  }
+
+  double least() const { return least_; }
+  const std::optional<std::string>& best() const { return best_; }
+
+ private:
+  const Robot& fitted_;
+  const Campaign& readings_;
+  double least_;
+  std::optional<std::string> best_;
+};
+
+void give_joints(Campaign& campaign, const JointVector& q) { std::ranges::fill(campaign.q, q); }
+
+bool is_one_of(const std::vector<std::vector<int>>& readings, const Campaign& campaign, int pose) {
+  return std::ranges::any_of(
+      readings, [&](const std::vector<int>& rows) { return campaign.pose[rows.front()] == pose; });
+}
+
+void attempt_other_poses(const Campaign& campaign, const std::vector<std::vector<int>>& readings,
+                         size_t which, Corrections& corrections) {
+  std::vector<bool> seen(campaign.pose_ids.size(), false);
+  seen[campaign.pose[readings[which].front()]] = true;
+  for (int row = 0; row < campaign.rows(); ++row) {
+    const int pose = campaign.pose[row];
+    if (seen[pose]) continue;
+    seen[pose] = true;
+    const std::string& id = campaign.pose_ids[pose];
+    corrections.attempt(is_one_of(readings, campaign, pose)
+                            ? "its joint angles and those of pose " + id + " look exchanged"
+                            : "its readings fit the joint angles of pose " + id,
+                        [&](Campaign& c) { give_joints(c, campaign.q[row]); });
+  }
+}
+
+// Each reading the target that fits it best.
+void attempt_targets(const Robot& fitted, const Campaign& readings, Corrections& corrections) {
+  if (readings.target.empty() || readings.target_names.size() < 2) return;
+  std::vector<int> better;
+  std::string names;
+  for (int row = 0; row < readings.rows(); ++row) {
+    Campaign alone = readings.select({row});
+    double least = std::numeric_limits<double>::infinity();
+    int best = 0;
+    for (int target = 0; target < static_cast<int>(readings.target_names.size()); ++target) {
+      alone.target[0] = target;
+      const double miss = Corrections::worst_miss(fitted, alone);
+      if (miss >= least) continue;
+      least = miss;
+      best = target;
+    }
+    better.push_back(best);
+    names += fmt::format("{}{} reads {}", names.empty() ? "" : ", ",
+                         readings.target_names[readings.target[row]], readings.target_names[best]);
+  }
+  corrections.attempt("the ids of targets look exchanged: " + names,
+                      [&](Campaign& c) { c.target = better; });
+}
+
+void attempt_joints(Corrections& corrections) {
+  for (int j = 0; j < kJoints; ++j)
+    corrections.attempt(fmt::format("q{} seems to have the wrong sign", j + 1), [j](Campaign& c) {
+      for (JointVector& q : c.q) q[j] = -q[j];
+    });
+  for (int j = 0; j + 1 < kJoints; ++j)
+    corrections.attempt(fmt::format("q{} and q{} look exchanged", j + 1, j + 2), [j](Campaign& c) {
+      for (JointVector& q : c.q) std::swap(q[j], q[j + 1]);
+    });
+  corrections.attempt("its joint angles look like radians among degrees", [](Campaign& c) {
+    for (JointVector& q : c.q) q *= 180 / std::numbers::pi;
+  });
+}
+
+void attempt_lengths(const Campaign& readings, Corrections& corrections) {
+  const std::array<std::pair<double, const char*>, 4> units = {
+      {{1000, "metres among millimetres"},
+       {1e-3, "millimetres among metres"},
+       {25.4, "inches among millimetres"},
+       {10, "centimetres among millimetres"}}};
+  for (const auto& [factor, name] : units)
+    corrections.attempt(std::string("its readings look like ") + name,
+                        [factor = factor](Campaign& c) {
+                          for (Eigen::Vector3d& p : c.position) p *= factor;
+                          for (double& l : c.distance) l *= factor;
+                        });
+  if (readings.position.empty()) return;
+  for (int axis = 0; axis < 3; ++axis) {
+    corrections.attempt(fmt::format("its {} seems to have the wrong sign", "xyz"[axis]),
+                        [axis](Campaign& c) {
+                          for (Eigen::Vector3d& p : c.position) p[axis] = -p[axis];
+                        });
+    const int other = (axis + 1) % 3;
+    corrections.attempt(fmt::format("its {} and {} look exchanged", "xyz"[axis], "xyz"[other]),
+                        [axis, other](Campaign& c) {
+                          for (Eigen::Vector3d& p : c.position) std::swap(p[axis], p[other]);
+                        });
+  }
+}
+
+}  // namespace
+
+std::optional<std::string> likely_mistake(const Robot& fitted, const Campaign& campaign,
+                                          const std::vector<std::vector<int>>& readings,
+                                          size_t which, double off, double tolerance) {
+  const Campaign own = campaign.select(readings[which]);
+  Corrections corrections(fitted, own, off, tolerance);
+  attempt_joints(corrections);
+  attempt_lengths(own, corrections);
+  attempt_targets(fitted, own, corrections);
+  attempt_other_poses(campaign, readings, which, corrections);
+  return corrections.best();
+}
+
+}  // namespace armtrue

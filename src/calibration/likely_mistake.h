@@ -1,0 +1,22 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "armtrue/campaign/campaign.h"
+#include "armtrue/effects/robot.h"
+
+namespace armtrue {
+
+/// The mistake that explains a pose that is off, in words: each mistake is corrected in turn, and
+/// the best counts if all readings then fit within `tolerance` (or 2 % of `off`) and a third of
+/// `off` [m]. Mistakes: joint angles of another pose, exchanged or copied; ids of targets
+/// exchanged; a joint's sign; two joints exchanged; degrees for radians; a wrong unit or a wrong
+/// sign of a coordinate, two coordinates exchanged.
+/// `readings`: of each pose that is off, one row for each of its channels; `which` is asked for.
+std::optional<std::string> likely_mistake(const Robot& fitted, const Campaign& campaign,
+                                          const std::vector<std::vector<int>>& readings,
+                                          size_t which, double off, double tolerance);
+
+}  // namespace armtrue

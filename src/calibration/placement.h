@@ -1,0 +1,40 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "armtrue/campaign/campaign.h"
+#include "armtrue/effects/robot.h"
+#include "armtrue/kinematics/pose.h"
+
+namespace armtrue {
+
+/// Base and tool that best map the arm's own points, without effects, onto the measured ones.
+struct Placement {
+  Pose base;                           ///< R_A from R_0
+  Eigen::Matrix3Xd targets;            ///< in R_7, one column per target that was measured [m]
+  std::vector<double> miss;            ///< of each row [m]
+  std::vector<Eigen::Matrix3d> turns;  ///< of each row, its tool's rotation in R_7; or empty
+};
+
+/// Fits the base and the place of each target on the last link, by Levenberg and Marquardt's method
+/// under Student's t with 4 degrees of freedom whose scale is the median of the misses. With the
+/// rotation of the base given, all else is linear:
+///     R_B^T measured = (R_B^T b) + p + R t
+/// with p, R the pose of the last link in R_0, t the target on it. So a tool that is anywhere else
+/// than the robot file has it does not turn the base. Starts from the rotation of the registered
+/// base and, where the misses stay above `good`, from the 24 rotations of a cube about it. Nothing
+/// without points, or where they give fewer than 9 equations more than there are unknowns.
+std::optional<Placement> place_base_and_tool(const Robot& robot, const Campaign& campaign,
+                                             double good);
+
+/// The rotation that most of `turns` are near to, and the median angle to it [rad]: that of the
+/// first nine with the smallest median, then the mean of those within twice its median.
+std::pair<Eigen::Matrix3d, double> common_turn(const std::vector<Eigen::Matrix3d>& turns);
+
+/// The robot with that base, and with the tool that lies best on the places of the targets. The
+/// tool's rotation is that of the orientations, else that of three targets or more, else as it was.
+Robot placed_robot(const Robot& robot, const Campaign& campaign, const Placement& placement);
+
+}  // namespace armtrue

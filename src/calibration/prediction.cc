@@ -1,0 +1,249 @@
+#include "armtrue/calibration/prediction.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+
+#include "armtrue/calibration/evaluation.h"
+#include "armtrue/kinematics/parameters.h"
+#include "armtrue/statistics/distributions.h"
+#include "calibration/session_models.h"
+#include "linear_algebra/decompositions.h"
+
+namespace armtrue {
+namespace {
+
+// Calls `take(row, moved, residual)` for each row: what a root moves its position, 3 x columns, or
+// 1 x columns of a length, and the residual.
+template <typename Take>
+void for_each_position(const Robot& robot, const Campaign& campaign,
+                       const std::vector<int>& geometric, const Eigen::MatrixXd& root,
+                       const Take& take) {
+  const SessionModels models(campaign, robot, geometric, {1.0, 1.0});
+  const int axes = campaign.reading_size().position;
+  for (int s = 0; s < models.sessions(); ++s) {
+    const ObservationModel& model = models.model(s);
+    const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
+    const auto count = std::min<Eigen::Index>(model.unknowns(), root.rows());
+    Eigen::MatrixXd block(model.row_size(), model.unknowns() + 1);
+    for (int row = 0; row < model.rows(); ++row) {
+      at.block(row, block);
+      const double sigma = model.row_sigma(row).position;
+      const Eigen::MatrixXd moved = sigma * block.topLeftCorner(axes, count) * root.topRows(count);
+      take(static_cast<size_t>(models.rows_of(s)[row]), moved,
+           sigma * block.rightCols<1>().head(axes));
+    }
+  }
+}
+
+// Covariances of the positions of all rows that a root gives, 3 x 3, or 1 x 1 of lengths.
+std::vector<Eigen::MatrixXd> position_covariances(const Robot& robot, const Campaign& campaign,
+                                                  const std::vector<int>& geometric,
+                                                  const Eigen::MatrixXd& root) {
+  std::vector<Eigen::MatrixXd> covariances(static_cast<size_t>(campaign.rows()));
+  for_each_position(robot, campaign, geometric, root,
+                    [&](size_t row, const Eigen::MatrixXd& moved, const auto&) {
+                      covariances[row] = moved * moved.transpose();
+                    });
+  return covariances;
+}
+
+// Sums over the readings of a pose.
+struct PoseError {
+  Eigen::MatrixXd moved;
+  Eigen::VectorXd residual;
+  int readings = 0;
+};
+
+// Lower triangular G with G G^T = covariance.
+Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance) {
+  const Eigen::VectorXd unit = covariance.diagonal().cwiseMax(0).cwiseSqrt();
+  const Eigen::VectorXd inverse = (unit.array() > 0).select(unit.cwiseInverse(), 0.0);
+  // A covariance from fewer poses than unknowns has no Cholesky factor; its QR one exists.
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(inverse.asDiagonal() * covariance *
+                                                             inverse.asDiagonal());
+  const Eigen::MatrixXd square_root =
+      eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal() * eigen.eigenvectors().transpose();
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(square_root);
+  const Eigen::MatrixXd triangle = qr.matrixQR().triangularView<Eigen::Upper>();
+  return unit.asDiagonal() * triangle.transpose();
+}
+
+std::vector<int> indices_of(const Robot& robot, const std::vector<std::string>& names) {
+  std::vector<int> indices;
+  for (const std::string& name : names)
+    indices.push_back(find_parameter(robot.chain, name).value());
+  return indices;
+}
+
+// Standard deviation per axis of the residuals of a fit, unknowns counted off; of rows of one pose
+// together with what they have in common.
+InstrumentNoise spread_of(const CalibrationResult& fit, const Campaign& campaign) {
+  const Evaluation evaluation = evaluate(fit.robot, campaign);
+  const ReadingSize size = campaign.reading_size();
+  double position = 0, orientation = 0, rows = 0;
+  for (int row = 0; row < campaign.rows(); ++row) {
+    const double weight = fit.weights[static_cast<size_t>(row)];
+    position += weight * evaluation.residuals[static_cast<size_t>(row)].head<3>().squaredNorm();
+    orientation += weight * evaluation.residuals[static_cast<size_t>(row)].tail<3>().squaredNorm();
+    rows += std::min(1.0, weight);
+  }
+  // Readings of a pose share what the model lacks: the unknowns follow poses, not readings.
+  const double poses = static_cast<double>(campaign.pose_ids.size());
+  const double quantities = poses * campaign.quantities();
+  // Within poses the noise loses nothing to the unknowns; between poses all readings of a pose do.
+  const double visits = std::max(1.0, rows / quantities);
+  const auto deviation = [&](double squares, int axes, double determined) {
+    if (axes == 0) return 0.0;
+    const double left = std::max(0.1, 1 - determined / (quantities * axes));
+    return std::sqrt(squares / (rows * axes * (visits - 1 + left) / visits));
+  };
+  return {deviation(position, size.position, fit.determined[0]),
+          deviation(orientation, size.orientation, fit.determined[1])};
+}
+
+}  // namespace
+
+MeanSquare mean_square_by_uncertainty(const Robot& robot, const Campaign& campaign) {
+  const Uncertainty& known = robot.uncertainty.value();
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(known.root.cols(), known.root.cols());
+  for_each_position(robot, campaign, indices_of(robot, known.parameters), known.root,
+                    [&](size_t, const Eigen::MatrixXd& moved, const auto&) {
+                      sum.noalias() += moved.transpose() * moved;
+                    });
+  sum /= campaign.rows();
+  const double expected = sum.trace();
+  if (expected <= 0) return {};
+  return {expected, expected * expected / sum.squaredNorm()};
+}
+
+Uncertainty uncertainty_of(const CalibrationResult& fit, const Campaign& campaign) {
+  Uncertainty uncertainty;
+  for (int k : fit.set.kept) uncertainty.parameters.push_back(parameter_name(fit.robot.chain, k));
+  auto count = static_cast<Eigen::Index>(fit.set.kept.size());
+  for (const Effect& effect : fit.robot.effects)
+    count += static_cast<Eigen::Index>(effect.coefficients.size());
+  count = std::min(count, fit.covariance.rows());
+  uncertainty.root = root_of(fit.covariance.topLeftCorner(count, count));
+  uncertainty.reading = spread_of(fit, campaign);
+  uncertainty.poses = static_cast<int>(campaign.pose_ids.size());
+  for (const Eigen::MatrixXd& covariance_of_row :
+       position_covariances(fit.robot, campaign, fit.set.kept, uncertainty.root))
+    uncertainty.largest_variance =
+        std::max(uncertainty.largest_variance, covariance_of_row.trace());
+  return uncertainty;
+}
+
+Uncertainty uncertainty_if_complete(const CalibrationResult& fit, const Campaign& campaign) {
+  Uncertainty uncertainty = uncertainty_of(fit, campaign);
+  const Eigen::MatrixXd root = fit.inverse_root.topRows(uncertainty.root.rows());
+  // Readings of a pose may err together: they scatter about the model as single ones do.
+  const double scatter = std::max(1.0, uncertainty.reading.position / fit.sigma.position);
+  uncertainty.root = scatter * root_of(root * root.transpose());
+  return uncertainty;
+}
+
+Uncertainty after_refit(const Robot& robot, const Campaign& campaign,
+                        const std::vector<int>& refitted) {
+  if (!robot.uncertainty)
+    throw std::invalid_argument("the robot does not state its uncertainty; calibrate writes it");
+  Uncertainty known = *robot.uncertainty;
+  const std::vector<int> before = indices_of(robot, known.parameters);
+  std::vector<int> all = refitted;  // then the others
+  std::vector<Eigen::Index> others;
+  for (Eigen::Index k = 0; k < known.root.rows(); ++k) {
+    const bool geometric = k < std::ssize(before);
+    if (geometric && std::ranges::count(refitted, before[static_cast<size_t>(k)]) > 0) continue;
+    if (geometric) all.push_back(before[static_cast<size_t>(k)]);
+    others.push_back(k);
+  }
+  const ReadingSigma sigma{std::max(1e-9, known.reading.position),
+                           known.reading.orientation > 0 ? known.reading.orientation : 1.0};
+  const ObservationModel model(campaign, robot, all, sigma);
+  const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
+  const int size = model.row_size();
+  Eigen::MatrixXd rows(model.rows() * size, model.unknowns() + 1);
+  for (int row = 0; row < model.rows(); ++row) at.block(row, rows.middleRows(row * size, size));
+
+  const auto own = static_cast<Eigen::Index>(refitted.size());
+  const auto rest = std::min<Eigen::Index>(std::ssize(others), model.unknowns() - own);
+  others.resize(static_cast<size_t>(rest));
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rows.leftCols(own));
+  const Eigen::MatrixXd taken_up = -qr.solve(rows.middleCols(own, rest));
+  const Eigen::MatrixXd root = known.root(others, Eigen::all);
+  Eigen::MatrixXd joint(own + rest, root.cols());
+  joint << taken_up * root, root;
+  Eigen::MatrixXd covariance = joint * joint.transpose();
+  const Eigen::MatrixXd gram = rows.leftCols(own).transpose() * rows.leftCols(own);
+  covariance.topLeftCorner(own, own) += gram.ldlt().solve(Eigen::MatrixXd::Identity(own, own));
+  known.root = root_of(covariance);
+  known.parameters.clear();
+  for (int k : all) known.parameters.push_back(parameter_name(robot.chain, k));
+  return known;
+}
+
+std::vector<Prediction> predict(const Robot& robot, const Campaign& campaign) {
+  if (!robot.uncertainty)
+    throw std::invalid_argument("the robot does not state its uncertainty; calibrate writes it");
+  const Uncertainty& known = *robot.uncertainty;
+  std::vector<Prediction> predictions;
+  for (Eigen::MatrixXd& covariance :
+       position_covariances(robot, campaign, indices_of(robot, known.parameters), known.root)) {
+    Prediction& prediction = predictions.emplace_back();
+    if (known.largest_variance > 0)
+      prediction.leverage = covariance.trace() / known.largest_variance;
+    const double of_robot = covariance.trace();
+    covariance.diagonal().array() += known.reading.position * known.reading.position;
+    const double trace = covariance.trace(), of_reading = trace - of_robot;
+    prediction.deviation = std::sqrt(trace);
+    const double freedom = trace * trace / covariance.squaredNorm();
+    // The robot's part comes from the scatter of the poses, that of a reading from their axes too.
+    const double poses = std::max(1, known.poses - 1);
+    const auto axes = static_cast<double>(covariance.rows());
+    const double known_with =
+        trace * trace / (of_robot * of_robot / poses + of_reading * of_reading / (axes * poses));
+    prediction.bound_95 = std::sqrt(trace * fisher_f_quantile(0.95, freedom, known_with));
+  }
+  return predictions;
+}
+
+double p_of_errors(const Robot& robot, const Campaign& campaign) {
+  const Uncertainty& known = robot.uncertainty.value();
+  const Eigen::Index columns = known.root.cols();
+  const int axes = campaign.reading_size().position;
+  std::map<int, PoseError> poses;
+  for_each_position(robot, campaign, indices_of(robot, known.parameters), known.root,
+                    [&](size_t row, const Eigen::MatrixXd& moved, const Eigen::VectorXd& residual) {
+                      PoseError& pose = poses[campaign.pose[row]];
+                      if (pose.readings++ == 0) {
+                        pose.moved = Eigen::MatrixXd::Zero(axes, columns);
+                        pose.residual = Eigen::VectorXd::Zero(axes);
+                      }
+                      pose.moved += moved;
+                      pose.residual += residual;
+                    });
+  const double known_with = axes * std::max(1, known.poses - 1);
+  const double bound_95 = axes * fisher_f_quantile(0.95, axes, known_with);
+  const double gross = axes * fisher_f_quantile(0.999, axes, known_with);
+  const Eigen::MatrixXd noise =
+      known.reading.position * known.reading.position * Eigen::MatrixXd::Identity(axes, axes);
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(columns);
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Identity(columns, columns);
+  int outside = 0;
+  for (auto& [id, pose] : poses) {
+    pose.moved /= pose.readings;
+    const Eigen::VectorXd error = pose.residual / pose.readings - pose.moved * mean;
+    const Eigen::MatrixXd gain = covariance * pose.moved.transpose();
+    const Eigen::LDLT<Eigen::MatrixXd> variance(pose.moved * gain + noise);
+    const double squares = error.dot(variance.solve(error));
+    outside += squares > bound_95;
+    if (squares > gross) continue;  // a blunder says nothing of the others
+    mean += gain * variance.solve(error);
+    covariance -= gain * variance.solve(gain.transpose());
+  }
+  return binomial_at_least(outside, static_cast<int>(poses.size()), 0.05);
+}
+
+}  // namespace armtrue

@@ -1,0 +1,164 @@
+#include "calibration/prior.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "armtrue/calibration/calibration.h"
+#include "armtrue/calibration/evaluation.h"
+#include "armtrue/calibration/prediction.h"
+#include "armtrue/campaign/simulation.h"
+#include "armtrue/io/robot_io.h"
+#include "armtrue/kinematics/parameters.h"
+
+namespace armtrue {
+namespace {
+
+Robot shipped(const std::string& name) {
+  return read_robot(ARMTRUE_CONFIG "/robots/" + name + ".yaml").robot;
+}
+
+Campaign measured(const Robot& truth, int poses, unsigned seed,
+                  const std::optional<Box>& box = {}) {
+  SimulationOptions options;
+  options.poses = poses;
+  options.seed = seed;
+  options.noise_position = 0.095e-3;
+  options.noise_orientation = 0.15e-3;
+  options.box = box;
+  return simulate(shipped("kr360-spindle"), truth, options);
+}
+
+const Box kBox{{1.6, -0.3, 0.9}, {2.2, 0.3, 1.5}};
+
+// One unknown, seen with information 4 and found 3e-4 away, under a width of 2e-4:
+//     gamma = 1 - 1 / (1 + 4 * 4e-8 / ...) by hand, and the equation for the new width holds.
+TEST(Priors, WidthSolvesTheEquationOfItsLikelihood) {
+  Priors priors;
+  priors.widths = {{"lengths", 3e-4, 0.5, 2e-4}};
+  priors.of_unknowns = {{0, 2e-4, 0, 0}};
+  Eigen::MatrixXd factor = Eigen::MatrixXd::Zero(2, 2);
+  factor(0, 0) = 1e4;  // 1 / standard deviation by the readings
+  const Eigen::VectorXd x = Eigen::VectorXd::Constant(1, 3e-4);
+  const double variance = 1 / (1e8 + 1 / 4e-8);
+  const double gamma = 1 - variance / 4e-8;
+  EXPECT_NEAR(undetermined(factor, priors), variance / 4e-8, 1e-9);
+  update_widths(factor, x, priors);
+  const double tau = priors.widths.front().deviation;
+  EXPECT_NEAR(9e-8 / (tau * tau), gamma + std::log(tau / 3e-4) / 0.25, 1e-4);
+  EXPECT_EQ(priors.of_unknowns.front().deviation, tau);
+}
+
+TEST(Priors, ClassThatTheReadingsDoNotShowKeepsItsTypicalWidth) {
+  Priors priors;
+  priors.widths = {{"lengths", 3e-4, 0.5, 3e-4}};
+  priors.of_unknowns = {{0, 3e-4, 0, 0}};
+  update_widths(Eigen::MatrixXd::Zero(2, 2), Eigen::VectorXd::Zero(1), priors);
+  EXPECT_NEAR(priors.widths.front().deviation, 3e-4, 1e-9);
+}
+
+// Many poses say nearly all, and plain least squares finds the same to a fraction of its standard
+// deviations.
+TEST(Priors, AreInvisibleWithManyPoses) {
+  Robot robot = shipped("kr360-spindle");
+  const Campaign campaign = measured(shipped("kr360-table4"), 150, 3);
+  const CalibrationResult with = calibrate(robot, campaign);
+  robot.free_links = true;
+  const CalibrationResult without = calibrate(robot, campaign);
+  ASSERT_EQ(with.set.kept, without.set.kept);
+  EXPECT_GT(with.share_of_readings.minCoeff(), 0.8);
+  EXPECT_EQ(without.share_of_readings.minCoeff(), 1);
+  for (Eigen::Index k = 0; k < with.change.size(); ++k)
+    EXPECT_NEAR(with.change[k], without.change[k], std::sqrt(without.covariance(k, k)))
+        << with.names[static_cast<size_t>(k)];
+  EXPECT_TRUE(near_nominal(with, campaign).parameters.empty());
+}
+
+// A calibrated robot that is calibrated again is drawn to the values of its file, not to those of
+// the fit before.
+TEST(Priors, StayAboutTheNominalValues) {
+  const Robot robot = shipped("kr360-spindle");
+  const Campaign campaign = measured(shipped("kr360-table4"), 12, 4);
+  const CalibrationResult once = calibrate(robot, campaign);
+  const CalibrationResult again = calibrate(once.robot, campaign, once.set);
+  ASSERT_TRUE(once.robot.nominal);
+  for (int j = 0; j < kLinks; ++j) {
+    EXPECT_EQ(once.robot.nominal->links[j].d, robot.chain.links[j].d);
+    EXPECT_NEAR(again.robot.chain.links[j].d, once.robot.chain.links[j].d, 1e-5);
+  }
+}
+
+// Of 30 poses in a box, judged all over the travel: intervals of 95 % hold 93 to 97 % of the
+// readings, and poses there are said to be outside what was measured.
+TEST(Predictions, CoverOtherRegions) {
+  const Robot robot = shipped("kr360-spindle"), truth = shipped("kr360-table4");
+  int inside = 0, readings = 0, outside_measured = 0;
+  double squares = 0, predicted = 0;
+  for (unsigned seed = 1; seed <= 40; ++seed) {
+    const Campaign training = measured(truth, 30, seed, kBox);
+    const CalibrationResult fit = calibrate(robot, training);
+    Robot calibrated = fit.robot;
+    calibrated.uncertainty = uncertainty_of(fit, training);
+    const Campaign there = measured(truth, 40, 1000 + seed);
+    const std::vector<Prediction> predictions = predict(calibrated, there);
+    const Evaluation evaluation = evaluate(calibrated, there);
+    for (size_t row = 0; row < predictions.size(); ++row) {
+      inside += evaluation.position[row] <= predictions[row].bound_95;
+      outside_measured += predictions[row].leverage > 1;
+      squares += evaluation.position[row] * evaluation.position[row];
+      predicted += predictions[row].deviation * predictions[row].deviation;
+      ++readings;
+    }
+  }
+  const double share = static_cast<double>(inside) / readings;
+  std::printf("coverage of predictions elsewhere %.4f, RMS %.3f of predicted, outside %.2f\n",
+              share, std::sqrt(squares / predicted),
+              static_cast<double>(outside_measured) / readings);
+  EXPECT_GT(share, 0.93);
+  EXPECT_LT(share, 0.97);
+  EXPECT_GT(outside_measured, readings / 2);
+  EXPECT_NEAR(std::sqrt(squares / predicted), 1, 0.15);
+}
+
+// Base and tool fitted again somewhere else take up part of what the links are off.
+TEST(Predictions, CoverAnotherSetUp) {
+  const Robot robot = shipped("kr360-spindle");
+  int inside = 0, readings = 0;
+  for (unsigned seed = 1; seed <= 30; ++seed) {
+    Robot truth = shipped("kr360-table4");
+    const Campaign training = measured(truth, 40, seed);
+    const CalibrationResult fit = calibrate(robot, training);
+    Robot calibrated = fit.robot;
+    calibrated.uncertainty = uncertainty_of(fit, training);
+    truth.chain.base.translation += Eigen::Vector3d(0.1, 0.2, -0.05);
+    const Robot moved = refit_set_up(calibrated, measured(truth, 20, 500 + seed), {"base"});
+    ASSERT_TRUE(moved.uncertainty);
+    const Campaign there = measured(truth, 30, 1000 + seed);
+    const std::vector<Prediction> predictions = predict(moved, there);
+    const Evaluation evaluation = evaluate(moved, there);
+    for (size_t row = 0; row < predictions.size(); ++row)
+      inside += evaluation.position[row] <= predictions[row].bound_95;
+    readings += there.rows();
+  }
+  const double share = static_cast<double>(inside) / readings;
+  std::printf("coverage of predictions in another set-up %.4f\n", share);
+  EXPECT_GT(share, 0.93);
+  EXPECT_LT(share, 0.975);
+}
+
+TEST(Predictions, UncertaintyComesBackFromItsFile) {
+  const Robot robot = shipped("kr360-spindle");
+  const Campaign campaign = measured(shipped("kr360-table4"), 20, 9);
+  const CalibrationResult fit = calibrate(robot, campaign);
+  Robot calibrated = fit.robot;
+  calibrated.uncertainty = uncertainty_of(fit, campaign);
+  const Robot read = parse_robot(write_robot(calibrated), "calibrated.yaml");
+  ASSERT_TRUE(read.uncertainty);
+  EXPECT_EQ(read.uncertainty->parameters, calibrated.uncertainty->parameters);
+  const std::vector<Prediction> a = predict(calibrated, campaign), b = predict(read, campaign);
+  for (size_t row = 0; row < a.size(); ++row)
+    EXPECT_NEAR(a[row].deviation, b[row].deviation, 1e-3 * a[row].deviation);
+}
+
+}  // namespace
+}  // namespace armtrue
