@@ -11,7 +11,7 @@ inline constexpr const char* kMeasuredPoseColumns =
     "  optional orientation: a_deg, b_deg, c_deg (R = Rz(a) Ry(b) Rx(c)) or qw, qx, qy, qz\n"
     "  optional: repeat, t_s, session, target, sigma_mm, sigma_deg\n"
     "  optional causes of effects: payload_kg, temp_NAME_c, fx_n, fy_n, fz_n, dir1..dir6,\n"
-    "  tau1_nm..tau6_nm\n";
+    "  stroke1_deg..stroke6_deg, tau1_nm..tau6_nm\n";
 
 inline constexpr const char* kPathColumns =
     "Columns of paths and passes, one row per sample:\n"

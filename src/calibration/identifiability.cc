@@ -107,7 +107,7 @@ std::vector<int> allowed_parameters(const Robot& robot, const Campaign& campaign
         for (int k = targets_end; k < anchors_end; ++k) allowed.push_back(k);
     } else {
       const auto index = find_parameter(robot.chain, name);
-      if (!index || *index == kInstrumentScale)
+      if (!index || is_instrument_parameter(*index))
         throw std::invalid_argument("identify: the robot has no parameter '" + name +
                                     "'; use auto, paper-25, base, tool, or names such as A2.d, "
                                     "base.x, tool.rz");

@@ -195,18 +195,17 @@ ObservationModel::At::At(const ObservationModel& model, const Eigen::VectorXd& x
   tool_turn_ = inverse_right_jacobian(-model.turn_of(x, kToolParameters)).inverse();
 }
 
-void ObservationModel::At::offsets(int row, ParameterOffsets& offsets, double& scale) const {
-  offsets.setZero();
-  scale = 1.0;
+Eigen::VectorXd ObservationModel::At::offsets(int row) const {
+  Eigen::VectorXd offsets = Eigen::VectorXd::Zero(parameter_count(robot_.chain));
   for (size_t e = 0; e < model_.effects_.size(); ++e)
-    for (const BoundEffect::Term& term : model_.effects_[e].terms()) {
-      const double offset = robot_.effects[e].coefficients[term.coefficient].value *
-                            model_.effect_values_(model_.first_value_[e] + term.value, row);
-      if (term.parameter == kInstrumentScale)
-        scale += offset;
-      else
-        offsets[term.parameter] += offset;
-    }
+    for (const BoundEffect::Term& term : model_.effects_[e].terms())
+      offsets[term.parameter] += robot_.effects[e].coefficients[term.coefficient].value *
+                                 model_.effect_values_(model_.first_value_[e] + term.value, row);
+  return offsets;
+}
+
+LineOfSight ObservationModel::At::line_of_sight(const Pose& frame) const {
+  return {model_.common_from_own_ * instrument_place(robot_), upwards(robot_), frame.translation};
 }
 
 ObservationModel::At::Prediction ObservationModel::At::predict(int row,
@@ -215,31 +214,48 @@ ObservationModel::At::Prediction ObservationModel::At::predict(int row,
   Prediction predicted;
   predicted.scale = 1.0;
   Pose& frame = predicted.frame;
+  Eigen::VectorXd offset;  // empty without effects
   if (model_.effects_.empty()) {
     frame = jacobian ? chain_.pose(q, *jacobian) : chain_.pose(q);
   } else {
-    ParameterOffsets offset;
-    offsets(row, offset, predicted.scale);
-    frame = jacobian ? chain_.pose(q, offset, *jacobian) : chain_.pose(q, offset);
+    offset = offsets(row);
+    const ParameterOffsets of_chain = offset.head<kGeometricParameters>();
+    predicted.scale += offset[kInstrumentScale];
+    frame = jacobian ? chain_.pose(q, of_chain, *jacobian) : chain_.pose(q, of_chain);
   }
   if (!model_.targets_.empty()) {
     const int target = model_.targets_[model_.campaign_.target[row]];
-    const Eigen::Vector3d lever = frame.rotation * robot_.chain.targets[target].position;
+    Eigen::Vector3d place = robot_.chain.targets[target].position;
+    if (offset.size() > 0) place += offset.segment<3>(kTargetParameters + 3 * target);
+    const Eigen::Vector3d lever = frame.rotation * place;
     if (jacobian) move_to_point(*jacobian, lever);
     frame.translation += lever;
   }
   predicted.position = frame.translation - model_.common_from_own_.translation;
   const Campaign& campaign = model_.campaign_;
-  switch (campaign.kind(row)) {
+  const ReadingKind kind = campaign.kind(row);
+  if (offset.size() > 0 && kind != ReadingKind::distance) {
+    const Eigen::Vector3d errors = offset.segment<3>(kInstrumentRange);
+    if (!errors.isZero(0)) predicted.off = line_of_sight(frame).derivatives() * errors;
+  }
+  switch (kind) {
     case ReadingKind::point:
       break;
     case ReadingKind::coordinate:
       predicted.direction = model_.common_from_own_.rotation.col(campaign.coordinate[row]->axis);
       predicted.position = {predicted.direction.dot(predicted.position), 0, 0};
+      predicted.off = {predicted.direction.dot(predicted.off), 0, 0};
       break;
     case ReadingKind::distance: {
-      const Anchor& anchor = robot_.chain.anchors[model_.anchor_of(row)];
-      const Eigen::Vector3d wire = frame.translation - model_.common_from_own_ * anchor.position;
+      const int number = model_.anchor_of(row);
+      Eigen::Vector3d place = robot_.chain.anchors[number].position;
+      predicted.zero = robot_.chain.anchors[number].zero;
+      if (offset.size() > 0) {
+        const int first = first_anchor_parameter(robot_.chain) + 4 * number;
+        place += offset.segment<3>(first);
+        predicted.zero += offset[first + 3];
+      }
+      const Eigen::Vector3d wire = frame.translation - model_.common_from_own_ * place;
       predicted.position = {wire.norm(), 0, 0};
       predicted.direction = wire.normalized();
       break;
@@ -254,12 +270,12 @@ Eigen::Matrix<double, 6, 1> ObservationModel::At::residual(int row,
   Eigen::Matrix<double, 6, 1> residual = Eigen::Matrix<double, 6, 1>::Zero();
   const ReadingKind kind = campaign.kind(row);
   if (kind == ReadingKind::point) {
-    residual.head<3>() = campaign.position[row] - (model_.common_from_own_.translation +
-                                                   predicted.scale * predicted.position);
+    residual.head<3>() =
+        campaign.position[row] - (model_.common_from_own_.translation +
+                                  predicted.scale * predicted.position + predicted.off);
   } else {
-    const bool is_distance = kind == ReadingKind::distance;
-    const double zero = is_distance ? robot_.chain.anchors[model_.anchor_of(row)].zero : 0;
-    residual[0] = campaign.length(row) - zero - predicted.scale * predicted.position[0];
+    residual[0] = campaign.length(row) - predicted.zero - predicted.scale * predicted.position[0] -
+                  predicted.off[0];
   }
   if (campaign.has_orientation())
     residual.tail<3>() = rotation_log(campaign.orientation[row].toRotationMatrix() *
@@ -281,6 +297,14 @@ void ObservationModel::At::set_instrument_column(int row, int parameter,
   if (parameter == kInstrumentScale) {
     const int size = is_length ? 1 : 3;
     column.head(size) = predicted.position.head(size) / sigma;
+  } else if (is_instrument_parameter(parameter)) {
+    if (kind == ReadingKind::distance) return;
+    const Eigen::Vector3d motion =
+        line_of_sight(predicted.frame).derivatives().col(parameter - kInstrumentRange) / sigma;
+    if (is_length)
+      column[0] = predicted.direction.dot(motion);
+    else
+      column.head<3>() = motion;
   } else if (parameter >= first_anchor) {
     const int anchor = (parameter - first_anchor) / 4, which = (parameter - first_anchor) % 4;
     if (kind == ReadingKind::distance && anchor == model_.anchor_of(row))
@@ -328,16 +352,17 @@ void ObservationModel::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const
   out.col(model_.unknowns()) = r.head(size).cwiseProduct(weight.head(size));
   const int first = model_.geometric_count();
   if (model_.coefficient_count_ > 0) out.middleCols(first, model_.coefficient_count_).setZero();
-  const int position_size = is_length ? 1 : 3;
+  Eigen::VectorXd of_reading(size);
   for (int e = 0; e < model_.fitted_effects_; ++e)
     for (const BoundEffect::Term& term : model_.effects_[e].terms()) {
       const double value = model_.effect_values_(model_.first_value_[e] + term.value, row);
       auto column = out.col(first + model_.first_coefficient_[e] + term.coefficient);
-      if (term.parameter == kInstrumentScale)
-        column.head(position_size) +=
-            predicted.position.head(position_size) * (value / sigma.position);
-      else
+      if (term.parameter < kGeometricParameters) {
         column += (jacobian.col(term.parameter).head(size).cwiseProduct(weight.head(size))) * value;
+      } else {
+        set_instrument_column(row, term.parameter, predicted, sigma.position, of_reading);
+        column += of_reading * value;
+      }
     }
 }
 

@@ -19,6 +19,7 @@ Context Campaign::context(int row) const {
   Context context;
   context.q = q[row];
   if (!arrival.empty()) context.arrival = arrival[row];
+  if (!stroke.empty()) context.stroke = stroke[row];
   if (!time_s.empty()) context.time_s = time_s[row];
   if (!payload_kg.empty()) context.payload_kg = payload_kg[row];
   if (!motor_torque_nm.empty()) context.motor_torque_nm = motor_torque_nm[row];
@@ -106,6 +107,7 @@ Campaign Campaign::select(const std::vector<int>& rows) const {
   pick(sigma_position, chosen.sigma_position);
   pick(sigma_orientation, chosen.sigma_orientation);
   pick(arrival, chosen.arrival);
+  pick(stroke, chosen.stroke);
   pick(payload_kg, chosen.payload_kg);
   pick(motor_torque_nm, chosen.motor_torque_nm);
   pick(force_n, chosen.force_n);
@@ -127,6 +129,8 @@ std::string missing_column(const Campaign& campaign, DriverKind kind, const std:
       return campaign.motor_torque_nm.empty() ? "tau1_nm to tau6_nm" : "";
     case DriverKind::arrival:
       return campaign.arrival.empty() ? "dir1 to dir6" : "";
+    case DriverKind::stroke:
+      return campaign.stroke.empty() ? "stroke1_deg to stroke6_deg" : "";
     default:
       return "";
   }
@@ -169,12 +173,24 @@ void derive_arrival(Campaign& campaign) {
   if (!campaign.time_s.empty())
     std::stable_sort(visits.begin(), visits.end(),
                      [&](int a, int b) { return campaign.time_s[a] < campaign.time_s[b]; });
-  campaign.arrival.resize(campaign.q.size());
+  std::vector<Direction> directions(campaign.q.size());
+  std::vector<JointVector> strokes(campaign.q.size());
   for (int row : visits) {
     const int session = campaign.session.empty() ? 0 : campaign.session[row];
     Arrival& arrival = sessions.try_emplace(session, campaign.q[row]).first->second;
-    campaign.arrival[row] = arrival.at(campaign.q[row]);
+    arrival.go_to(campaign.q[row]);
+    directions[row] = arrival.direction();
+    strokes[row] = arrival.stroke();
   }
+  if (campaign.arrival.empty()) campaign.arrival = directions;
+  const auto agree = [](const Direction& given, const Direction& derived) {
+    for (size_t j = 0; j < derived.size(); ++j)
+      if (derived[j] != 0 && derived[j] != given[j]) return false;
+    return true;
+  };
+  if (campaign.stroke.empty() &&
+      std::equal(campaign.arrival.begin(), campaign.arrival.end(), directions.begin(), agree))
+    campaign.stroke = std::move(strokes);
 }
 
 void begin_sessions(Campaign& campaign, const std::vector<double>& times_s) {

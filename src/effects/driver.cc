@@ -17,12 +17,18 @@ constexpr Word kWords[] = {
     {DriverKind::gravity_torque, "gravity-torque", "N m", true},
     {DriverKind::motor_torque, "motor-torque", "N m", true},
     {DriverKind::arrival, "arrival", "", true},
+    {DriverKind::stroke, "stroke", "rad", true},
     {DriverKind::time, "time", "s", false},
     {DriverKind::temperature, "temperature", "K", false},
     {DriverKind::payload, "payload", "kg", false},
     {DriverKind::force, "force", "N m", false},
     {DriverKind::moment, "moment", "N m", false},
     {DriverKind::position, "position", "", false},
+    {DriverKind::tool_weight, "tool-weight", "N m", true},
+    {DriverKind::range, "range", "m", false},
+    {DriverKind::azimuth, "azimuth", "rad", false},
+    {DriverKind::elevation, "elevation", "rad", false},
+    {DriverKind::incidence, "incidence", "rad", false},
 };
 
 const Word& word(DriverKind kind) {
@@ -53,6 +59,10 @@ std::optional<Driver> product(std::optional<Driver> first, const std::optional<D
     case DriverKind::payload:
     case DriverKind::force:
       break;
+    case DriverKind::gravity_torque:
+    case DriverKind::tool_weight:
+      if (first->kind != DriverKind::time) return std::nullopt;
+      break;
     default:
       return std::nullopt;
   }
@@ -63,6 +73,12 @@ std::optional<Driver> product(std::optional<Driver> first, const std::optional<D
 }
 
 }  // namespace
+
+bool is_angle(DriverKind kind) {
+  return kind == DriverKind::joint_angle || kind == DriverKind::stroke ||
+         kind == DriverKind::azimuth || kind == DriverKind::elevation ||
+         kind == DriverKind::incidence;
+}
 
 std::string to_string(const Driver& driver) {
   if (driver.factor) {

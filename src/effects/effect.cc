@@ -2,22 +2,38 @@
 
 namespace armtrue {
 
+int group_size(const std::string& parameter) {
+  if (parameter == "base" || parameter == "tool") return 6;
+  return parameter.starts_with("target ") && parameter.find('.') == std::string::npos ? 3 : 1;
+}
+
+std::optional<int> first_parameter(const KinematicChain& chain, const std::string& parameter) {
+  return find_parameter(chain, is_group(parameter) ? parameter + ".x" : parameter);
+}
+
 ParameterUnit unit_of_parameter(const KinematicChain& chain, const std::string& parameter) {
-  const auto index = find_parameter(chain, parameter);
+  if (group_size(parameter) == 6) return ParameterUnit::radian;
+  const auto index = first_parameter(chain, parameter);
   return index ? parameter_unit(*index) : ParameterUnit::radian;
 }
 
 std::string why_invalid(const std::string& parameter, const Driver& driver, const Shape& shape) {
+  const bool of_instrument = parameter.starts_with("instrument.");
+  const bool moves_reading =
+      of_instrument || parameter.starts_with("target ") || parameter.starts_with("anchor ");
   if (driver.is_pair() && shape.kind != ShapeKind::series)
     return "two joint angles need the shape 'series'";
-  const bool is_scale = parameter == "instrument.scale";
-  if (driver.kind == DriverKind::position && !is_scale)
-    return "'position', the reading itself, drives instrument.scale alone, and would be a constant "
-           "of '" +
+  if (driver.kind == DriverKind::position && (!of_instrument || parameter == "instrument.azimuth"))
+    return "'position', the reading itself, drives instrument.scale, .range and .elevation alone, "
+           "and would be a constant of '" +
            parameter + "'; name what changes it from reading to reading";
-  if (is_scale && (driver.kind == DriverKind::moment || driver.involves(DriverKind::force)))
-    return "'moment' and 'force' are what a load does on the parameter itself, and on "
-           "instrument.scale, which moves nothing, it does none; take another driver";
+  if (moves_reading && (driver.kind == DriverKind::moment || driver.involves(DriverKind::force)))
+    return "'moment' and 'force' are what a load does on the parameter itself, and on " +
+           parameter + ", which moves no part of the arm, it does none; take another driver";
+  if (shape.kind == ShapeKind::pre_sliding && driver.kind != DriverKind::stroke)
+    return "the shape 'pre-sliding' needs the driver 'stroke <j>', the way since the last reversal";
+  if (has_at(shape.kind) && driver.kind != DriverKind::time && !is_angle(driver.kind))
+    return "the shape '" + to_string(shape) + "' needs a time or an angle as driver";
   return "";
 }
 

@@ -1,26 +1,38 @@
 #include "armtrue/effects/robot_model.h"
 
 #include <algorithm>
+#include <optional>
 #include <stdexcept>
+#include <utility>
+
+#include "armtrue/effects/line_of_sight.h"
 
 namespace armtrue {
+
+using Eigen::Vector3d;
+
 namespace {
+
+constexpr double kReferenceTemperature = 20;  // deg C, ISO 1
 
 std::vector<int> moved_parameters(const Effect& effect, const Robot& robot) {
   if (!effect.members.empty()) return {};
-  if (!is_group(effect.parameter)) {
-    const auto index = find_parameter(robot.chain, effect.parameter);
-    if (!index || *index > kInstrumentScale)
-      throw std::invalid_argument("effect '" + effect.name + "': the robot has no parameter '" +
-                                  effect.parameter + "'");
-    return {*index};
-  }
-  const int first = effect.parameter == "base" ? kBaseParameters : kToolParameters;
+  const auto first = first_parameter(robot.chain, effect.parameter);
+  if (!first)
+    throw std::invalid_argument("effect '" + effect.name + "': the robot has no parameter '" +
+                                effect.parameter + "'");
+  const int size = group_size(effect.parameter);
   // A moment turns a group about the moment's own axis; every other driver may move it any way.
   std::vector<int> parameters;
-  for (int i = effect.driver.kind == DriverKind::moment ? 3 : 0; i < 6; ++i)
-    parameters.push_back(first + i);
+  for (int i = size == 6 && effect.driver.kind == DriverKind::moment ? 3 : 0; i < size; ++i)
+    parameters.push_back(*first + i);
   return parameters;
+}
+
+// The robot with nothing but 1 kg at the measured frame.
+Robot with_unit_weight(Robot robot) {
+  robot.bodies = {{kLinks - 1, 1.0, robot.chain.tool.translation}};
+  return robot;
 }
 
 // Names of the values of a shape, as the coefficients are called in files.
@@ -36,7 +48,13 @@ std::vector<std::string> value_names(const Shape& shape, int count) {
 
 BoundEffect::BoundEffect(const Effect& effect, const Robot& robot,
                          const std::vector<std::string>& temperature_names)
-    : driver_(effect.driver), shape_(effect.shape), parameters_(moved_parameters(effect, robot)) {
+    : driver_(effect.driver),
+      shape_(effect.shape),
+      base_(robot.chain.base),
+      tool_(robot.chain.tool),
+      instrument_(instrument_place(robot)),
+      up_(upwards(robot)),
+      parameters_(moved_parameters(effect, robot)) {
   if (!effect.members.empty()) {
     bind_members(effect, robot, temperature_names);
     return;
@@ -53,8 +71,13 @@ BoundEffect::BoundEffect(const Effect& effect, const Robot& robot,
            "'; measurements tell it in a column temp_" + driver_.where + "_c");
     temperature_ = static_cast<int>(found - temperature_names.begin());
   }
-  if (driver_.kind == DriverKind::gravity_torque)
-    loads_.emplace_back(robot, link_parameter(driver_.joint, LinkParameter::theta));
+  for (const auto& [kind, joint] : {std::pair(std::optional(driver_.kind), driver_.joint),
+                                    std::pair(driver_.factor, driver_.second_joint)}) {
+    if (kind == DriverKind::gravity_torque)
+      loads_.emplace_back(robot, link_parameter(joint, LinkParameter::theta));
+    if (kind == DriverKind::tool_weight)
+      loads_.emplace_back(with_unit_weight(robot), link_parameter(joint, LinkParameter::theta));
+  }
   if (driver_.kind == DriverKind::moment)
     for (int parameter : parameters_) loads_.emplace_back(robot, parameter);
 
@@ -63,11 +86,15 @@ BoundEffect::BoundEffect(const Effect& effect, const Robot& robot,
   for (const GravityLoad& load : loads_) load_values = std::max(load_values, load.value_count());
   if (load_values > 1 && shape_.kind != ShapeKind::linear)
     fail("the shape '" + to_string(shape_) + "' of a torque needs the robot's masses");
+  if (load_values > 1 && driver_.factor == DriverKind::gravity_torque)
+    fail("a torque of gravity as a factor needs the robot's masses");
   for (const GravityLoad& load : loads_)
     if (load.value_count() != load_values && load.value_count() != 0)
       fail("the gravity basis differs between the components of '" + effect.parameter + "'");
 
-  needs_frames_ = !loads_.empty();
+  needs_frames_ = !loads_.empty() || driver_.kind == DriverKind::range ||
+                  driver_.kind == DriverKind::azimuth || driver_.kind == DriverKind::elevation ||
+                  driver_.kind == DriverKind::incidence;
   needs_jacobian_ = driver_.involves(DriverKind::force);
   const int members = static_cast<int>(parameters_.size());
   const bool is_vector = driver_.kind == DriverKind::moment && members > 1;
@@ -83,9 +110,11 @@ BoundEffect::BoundEffect(const Effect& effect, const Robot& robot,
   if (is_vector || members == 1)
     coefficient_names_ = names;
   else
-    for (const char* member : kTwistNames)
+    for (int i = 0; i < members; ++i)
       for (const std::string& name : names)
-        coefficient_names_.push_back(values == 1 ? member : member + (" " + name));
+        coefficient_names_.push_back(values == 1
+                                         ? kTwistNames[static_cast<size_t>(i)]
+                                         : kTwistNames[static_cast<size_t>(i)] + (" " + name));
 }
 
 // Terms, values and coefficients of the members, one after the other.
@@ -118,6 +147,8 @@ double BoundEffect::driver_value(DriverKind kind, int joint, size_t member, cons
       return context.motor_torque_nm[joint];
     case DriverKind::arrival:
       return context.arrival[joint];
+    case DriverKind::stroke:
+      return context.stroke[joint];
     case DriverKind::time:
       return context.time_s;
     case DriverKind::temperature:
@@ -128,6 +159,18 @@ double BoundEffect::driver_value(DriverKind kind, int joint, size_t member, cons
       return jacobian->col(parameters_[member]).head<3>().dot(context.force_n);
     case DriverKind::position:
       return 1.0;
+    case DriverKind::range:
+    case DriverKind::azimuth:
+    case DriverKind::elevation:
+    case DriverKind::incidence:
+      return sight_value(kind, base_ * frames->back() * tool_);
+    case DriverKind::tool_weight: {
+      Context unloaded = context;
+      unloaded.payload_kg = 0;
+      double torque = 0;
+      loads_.front().values(unloaded, *frames, &torque);
+      return torque;
+    }
     case DriverKind::gravity_torque:
     case DriverKind::moment:
       break;
@@ -137,11 +180,21 @@ double BoundEffect::driver_value(DriverKind kind, int joint, size_t member, cons
   return load;
 }
 
+double BoundEffect::sight_value(DriverKind kind, const Pose& measured) const {
+  const LineOfSight sight(instrument_, up_, measured.translation);
+  if (kind == DriverKind::range) return sight.range();
+  if (kind == DriverKind::azimuth) return sight.azimuth();
+  if (kind == DriverKind::elevation) return sight.elevation();
+  return sight.incidence(measured.rotation.col(2));
+}
+
 void BoundEffect::shape_values(size_t member, const Context& context, const ArmFrames* frames,
                                const PoseJacobian* jacobian, double* out) const {
   if (driver_.is_pair())
     return evaluate_product(shape_, context.q[driver_.joint], context.q[driver_.second_joint], out);
-  const bool linear_load = !loads_.empty() && shape_.kind == ShapeKind::linear;
+  const bool linear_load =
+      (driver_.kind == DriverKind::gravity_torque || driver_.kind == DriverKind::moment) &&
+      shape_.kind == ShapeKind::linear;
   if (!linear_load)
     return evaluate(
         shape_, driver_value(driver_.kind, driver_.joint, member, context, frames, jacobian), out);
@@ -151,7 +204,6 @@ void BoundEffect::shape_values(size_t member, const Context& context, const ArmF
 
 void BoundEffect::values(const Context& context, const ArmFrames* frames,
                          const PoseJacobian* jacobian, double* out) const {
-  constexpr double kReferenceTemperature = 20;  // deg C, ISO 1
   std::fill(out, out + value_count_, 0.0);
   for (const BoundEffect& member : members_) {
     member.values(context, frames, jacobian, out);
@@ -172,7 +224,12 @@ void BoundEffect::values(const Context& context, const ArmFrames* frames,
 }
 
 RobotModel::RobotModel(const Robot& robot, const std::vector<std::string>& temperature_names)
-    : chain_(robot.chain), targets_(robot.chain.targets), anchors_(robot.chain.anchors) {
+    : chain_(robot.chain),
+      targets_(robot.chain.targets),
+      anchors_(robot.chain.anchors),
+      instrument_(instrument_place(robot)),
+      up_(upwards(robot)),
+      parameters_(parameter_count(robot.chain)) {
   for (const Effect& effect : robot.effects) {
     if (effect.driver.kind == DriverKind::motor_torque)
       throw std::invalid_argument("effect '" + effect.name +
@@ -189,10 +246,8 @@ RobotModel::RobotModel(const Robot& robot, const std::vector<std::string>& tempe
   }
 }
 
-Eigen::Matrix<double, kGeometricParameters + 1, 1> RobotModel::offsets(
-    const Context& context) const {
-  Eigen::Matrix<double, kGeometricParameters + 1, 1> offsets;
-  offsets.setZero();
+Eigen::VectorXd RobotModel::offsets(const Context& context) const {
+  Eigen::VectorXd offsets = Eigen::VectorXd::Zero(parameters_);
   ArmFrames frames;
   PoseJacobian jacobian;
   bool have_frames = false, have_jacobian = false;
@@ -215,27 +270,46 @@ Eigen::Matrix<double, kGeometricParameters + 1, 1> RobotModel::offsets(
   return offsets;
 }
 
+Vector3d RobotModel::read(const Vector3d& point, const Eigen::VectorXd& offsets) const {
+  const Vector3d errors = offsets.segment<3>(kInstrumentRange);
+  const LineOfSight sight(instrument_, up_, point);
+  return (1.0 + offsets[kInstrumentScale]) * point + sight.derivatives() * errors;
+}
+
 Pose RobotModel::pose(const Context& context) const {
   if (effects_.empty()) return chain_.pose(context.q);
-  const auto all = offsets(context);
+  const Eigen::VectorXd all = offsets(context);
   Pose pose = chain_.pose(context.q, all.head<kGeometricParameters>());
-  pose.translation *= 1.0 + all[kInstrumentScale];
+  pose.translation = read(pose.translation, all);
   return pose;
 }
 
-Eigen::Vector3d RobotModel::point(const Context& context, int target) const {
-  const Eigen::Vector3d position =
-      target < 0 ? Eigen::Vector3d::Zero() : targets_[static_cast<size_t>(target)].position;
-  if (effects_.empty()) return chain_.pose(context.q) * position;
-  const auto all = offsets(context);
-  return (1.0 + all[kInstrumentScale]) *
-         (chain_.pose(context.q, all.head<kGeometricParameters>()) * position);
+// Where the target stands; `offsets` is empty without effects.
+Vector3d RobotModel::place(const Context& context, int target,
+                           const Eigen::VectorXd& offsets) const {
+  const Vector3d position =
+      target < 0 ? Vector3d::Zero() : targets_[static_cast<size_t>(target)].position;
+  if (offsets.size() == 0) return chain_.pose(context.q) * position;
+  const Vector3d moved =
+      target < 0 ? position : position + offsets.segment<3>(kTargetParameters + 3 * target);
+  return chain_.pose(context.q, offsets.head<kGeometricParameters>()) * moved;
+}
+
+Vector3d RobotModel::point(const Context& context, int target) const {
+  if (effects_.empty()) return place(context, target, {});
+  const Eigen::VectorXd all = offsets(context);
+  return read(place(context, target, all), all);
 }
 
 double RobotModel::distance(const Context& context, int target, int anchor) const {
-  const double scale = effects_.empty() ? 1.0 : 1.0 + offsets(context)[kInstrumentScale];
   const Anchor& from = anchors_[static_cast<size_t>(anchor)];
-  return scale * (point(context, target) / scale - from.position).norm() + from.zero;
+  if (effects_.empty()) return (place(context, target, {}) - from.position).norm() + from.zero;
+  const Eigen::VectorXd all = offsets(context);
+  const Eigen::Vector4d moved =
+      all.segment<4>(kTargetParameters + 3 * static_cast<int>(targets_.size()) + 4 * anchor);
+  return (1.0 + all[kInstrumentScale]) *
+             (place(context, target, all) - from.position - moved.head<3>()).norm() +
+         from.zero + moved[3];
 }
 
 }  // namespace armtrue

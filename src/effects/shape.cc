@@ -73,7 +73,9 @@ constexpr ShapeWord kShapeWords[] = {
     {ShapeKind::harmonic, "harmonic"},
     {ShapeKind::sign, "sign"},
     {ShapeKind::step, "step"},
+    {ShapeKind::kink, "kink"},
     {ShapeKind::exponential, "exponential"},
+    {ShapeKind::pre_sliding, "pre-sliding"},
     {ShapeKind::series, "series"},
 };
 
@@ -136,8 +138,14 @@ void evaluate(const Shape& shape, double x, double* out) {
     case ShapeKind::step:
       out[0] = x >= shape.at ? 1.0 : 0.0;
       return;
+    case ShapeKind::kink:
+      out[0] = std::max(0.0, x - shape.at);
+      return;
     case ShapeKind::exponential:
       out[0] = 1.0 - std::exp(-x / shape.tau);
+      return;
+    case ShapeKind::pre_sliding:
+      out[0] = ((x > 0) - (x < 0)) * (1.0 - 2.0 * std::exp(-std::abs(x) / shape.tau));
       return;
     case ShapeKind::series:
       return series_values(shape, 0, x, out);

@@ -82,7 +82,7 @@ class CampaignReader {
                        std::to_string(campaign_.skipped_rows) + " without a measurement)");
     if (distance_ && has_points_) sort_kinds();
     check_repeats();
-    if (!arrival_.front()) derive_arrival(campaign_);
+    derive_arrival(campaign_);
   }
 
   std::vector<std::string> unknown_columns() const {
@@ -141,12 +141,17 @@ class CampaignReader {
         group("a force", std::array{table_.find("fx_n"), table_.find("fy_n"), table_.find("fz_n")},
               {"fx_n", "fy_n", "fz_n"});
     std::array<std::optional<int>, kJoints> arrival, motor_torque;
+    std::array<std::optional<Quantity>, kJoints> stroke;
     for (int j = 0; j < kJoints; ++j) {
+      stroke[j] = table_.find_angle("stroke" + std::to_string(j + 1));
       arrival[j] = table_.find("dir" + std::to_string(j + 1));
       motor_torque[j] = table_.find("tau" + std::to_string(j + 1) + "_nm");
     }
     arrival_ =
         group("directions of arrival", arrival, {"dir1", "dir2", "dir3", "dir4", "dir5", "dir6"});
+    stroke_ = group(
+        "ways since the last reversal", stroke,
+        {"stroke1_deg", "stroke2_deg", "stroke3_deg", "stroke4_deg", "stroke5_deg", "stroke6_deg"});
     motor_torque_ = group("a set of motor torques", motor_torque,
                           {"tau1_nm", "tau2_nm", "tau3_nm", "tau4_nm", "tau5_nm", "tau6_nm"});
     for (size_t c = 0; c < table_.columns().size(); ++c) {
@@ -220,6 +225,10 @@ class CampaignReader {
         directions[j] = static_cast<std::int8_t>(direction);
       }
       c.arrival.push_back(directions);
+    }
+    if (stroke_[0]) {
+      JointVector& strokes = c.stroke.emplace_back();
+      for (int j = 0; j < kJoints; ++j) strokes[j] = table_.number(*stroke_[j]);
     }
     if (motor_torque_[0]) {
       auto& torques = c.motor_torque_nm.emplace_back();
@@ -373,6 +382,7 @@ class CampaignReader {
   std::array<std::optional<int>, 4> quaternion_;
   std::array<std::optional<int>, 3> force_;
   std::array<std::optional<int>, kJoints> arrival_, motor_torque_;
+  std::array<std::optional<Quantity>, kJoints> stroke_;
   std::optional<Quantity> sigma_position_, sigma_orientation_;
   std::vector<int> temperatures_;
 };

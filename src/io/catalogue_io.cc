@@ -34,7 +34,7 @@ void read_driver(YamlMap& map, CatalogueEntry& entry) {
                                     std::pair{" previous", CatalogueEntry::Joint::previous}})
     if (driver.ends_with(word)) {
       if (entry.joints.empty()) map.fail("driver", "'" + driver + "' needs a parameter of a joint");
-      if (driver.find('*') != std::string::npos)
+      if (driver.find('*') != std::string::npos && !driver.starts_with("time *"))
         map.fail("driver", "'" + driver +
                                "': own and previous stand for the joint of a driver "
                                "without a factor; give numbers, in an entry for each joint");
@@ -81,20 +81,22 @@ CatalogueEntry read_entry(YamlMap map) {
   const bool of_a_joint = entry.parameter == "alpha" || entry.parameter == "beta" ||
                           entry.parameter == "theta" || entry.parameter == "d" ||
                           entry.parameter == "r";
-  if (!of_a_joint && !is_group(entry.parameter) && entry.parameter.find('.') == std::string::npos)
+  if (!of_a_joint && !is_group(entry.parameter) && entry.parameter != "target" &&
+      entry.parameter.find('.') == std::string::npos)
     map.fail("parameter", "'" + entry.parameter +
-                              "' is none of alpha, d, theta, r and beta, no group (base, tool) and "
-                              "no single one such as base.rx or instrument.scale");
+                              "' is none of alpha, d, theta, r and beta, no group (base, tool, "
+                              "target) and no single one such as base.rx or instrument.scale");
   entry.joints = read_joints(map, of_a_joint);
   read_driver(map, entry);
   entry.shape = read_shape(map);
   if (const std::string why = why_invalid(entry.parameter, entry.driver, entry.shape); !why.empty())
     map.fail("driver", why);
-  if ((entry.shape.kind == ShapeKind::step || entry.shape.kind == ShapeKind::exponential) &&
+  const bool of_angle = has_at(entry.shape.kind) && entry.driver.kind == DriverKind::joint_angle;
+  if ((has_at(entry.shape.kind) || entry.shape.kind == ShapeKind::exponential) && !of_angle &&
       entry.driver.kind != DriverKind::time)
     map.fail("shape", "'" + to_string(entry.shape) +
-                          "' follows time alone here, over which t* and tau are searched; take the "
-                          "driver 'time' or another shape");
+                          "' follows time or a joint angle here, over which t* and tau are "
+                          "searched; take such a driver or another shape");
   if (entry.shape.kind == ShapeKind::series)
     read_series(map.map("series"), entry.driver.is_pair(), entry.shape);
   const std::string sign = map.text("sign", "any");

@@ -56,16 +56,17 @@ int link_index(const YamlMap& map, const KinematicChain& chain, const std::strin
   map.fail("link", "the robot has no link '" + name + "'");
 }
 
-// Index of a parameter that is constant. instrument.scale is not: only effects have it.
+// Index of a parameter that is constant. Those of the instrument are not: only effects have them.
 int constant_parameter(const YamlMap& map, const std::string& key, const std::string& name,
                        const KinematicChain& chain) {
   const auto parameter = find_parameter(chain, name);
   if (!parameter) map.fail(key, "the robot has no parameter '" + name + "'");
-  if (*parameter == kInstrumentScale)
-    map.fail(key,
-             "instrument.scale is not identified with the robot; remove it, and let an effect fit "
-             "it: {name: instrument scale, parameter: instrument.scale, driver: position, shape: "
-             "linear, coefficients: [{name: c, value: 0}]}");
+  if (is_instrument_parameter(*parameter))
+    map.fail(key, name +
+                      " is not identified with the robot; remove it, and let an effect fit it: "
+                      "{name: instrument, parameter: " +
+                      name +
+                      ", driver: position, shape: linear, coefficients: [{name: c, value: 0}]}");
   return *parameter;
 }
 
@@ -237,6 +238,12 @@ void read_gravity(YamlMap& document, Robot& robot) {
                                               robot.gravity.norm()));
 }
 
+void read_instrument(YamlMap& document, Robot& robot) {
+  if (!document.has("instrument_mm")) return;
+  const std::vector<double> place = document.numbers("instrument_mm", 3);
+  robot.instrument = Eigen::Vector3d(place[0], place[1], place[2]) * kMillimetre;
+}
+
 // Which parameters are identified; the chain is known.
 void read_identify(YamlMap& document, Robot& robot) {
   if (document.has("identify")) robot.identify = document.texts("identify");
@@ -320,6 +327,7 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
   read_targets_and_anchors(document, robot.chain);
   read_masses(document, robot);
   read_gravity(document, robot);
+  read_instrument(document, robot);
   read_identify(document, robot);
   if (document.has("noise")) read_noise(document.map("noise"), robot.noise);
   if (document.has("priors")) robot.priors = read_deviations(document.map("priors"), robot.chain);
@@ -384,6 +392,12 @@ YAML::Node robot_node(const Robot& robot, const Provenance& provenance) {
         {{"link", robot.chain.links[body.link].name}, {"mass_kg", number_text(body.mass_kg)}});
     entry["com_mm"] = flow(centre);
     root["masses"].push_back(entry);
+  }
+  if (robot.instrument) {
+    YAML::Node place;
+    for (double coordinate : *robot.instrument)
+      place.push_back(number_text(coordinate, kMillimetre));
+    root["instrument_mm"] = flow(place);
   }
   root["gravity_m_s2"] = flow_list({robot.gravity.x(), robot.gravity.y(), robot.gravity.z()});
   if (robot.identify.size() == 1 &&

@@ -7,6 +7,7 @@
 namespace armtrue {
 namespace {
 
+constexpr const char* kInstrumentNames[] = {"scale", "range", "azimuth", "elevation"};
 constexpr const char* kAnchorNames[] = {"x", "y", "z", "zero"};
 constexpr const char* kLinkParameterNames[] = {"alpha", "d", "theta", "r", "beta"};
 
@@ -24,7 +25,8 @@ void move_pose(Pose& pose, int component, double delta) {
 
 ParameterUnit parameter_unit(int index) {
   if (index == kInstrumentScale) return ParameterUnit::one;
-  if (index >= kTargetParameters) return ParameterUnit::metre;
+  if (index >= kTargetParameters || index == kInstrumentRange) return ParameterUnit::metre;
+  if (is_instrument_parameter(index)) return ParameterUnit::radian;
   if (index < kLinkParameters) return index < 3 ? ParameterUnit::metre : ParameterUnit::radian;
   if (index >= kToolParameters)
     return index - kToolParameters < 3 ? ParameterUnit::metre : ParameterUnit::radian;
@@ -53,7 +55,8 @@ std::string parameter_name(const KinematicChain& chain, int index) {
     return chain.links[k / 5].name + "." + kLinkParameterNames[k % 5];
   }
   if (index < kInstrumentScale) return std::string("tool.") + kTwistNames[index - kToolParameters];
-  if (index == kInstrumentScale) return "instrument.scale";
+  if (is_instrument_parameter(index))
+    return std::string("instrument.") + kInstrumentNames[index - kInstrumentScale];
   if (const int k = index - first_anchor_parameter(chain); k >= 0)
     return "anchor " + chain.anchors[k / 4].name + "." + kAnchorNames[k % 4];
   const int k = index - kTargetParameters;
@@ -77,7 +80,7 @@ void move_parameter(KinematicChain& chain, int index, double delta) {
     return;
   }
   if (index < kInstrumentScale) return move_pose(chain.tool, index - kToolParameters, delta);
-  if (index == kInstrumentScale) return;
+  if (is_instrument_parameter(index)) return;
   if (const int k = index - first_anchor_parameter(chain); k >= 0) {
     Anchor& anchor = chain.anchors[k / 4];
     (k % 4 < 3 ? anchor.position[k % 4] : anchor.zero) += delta;

@@ -71,12 +71,15 @@ Angles lagging(const Eigen::VectorXd& time, Angles angles, double lag) {
   return angles;
 }
 
-// Directions from which the joints arrive at each sample of the controller.
-std::vector<Direction> arrivals(const Angles& angles) {
-  std::vector<Direction> directions;
+// How the joints have moved up to each sample of the controller.
+std::vector<Arrival> arrivals(const Angles& angles) {
+  std::vector<Arrival> all;
   Arrival arrival(angles.col(0));
-  for (const auto& q : angles.colwise()) directions.push_back(arrival.at(q));
-  return directions;
+  for (const auto& q : angles.colwise()) {
+    arrival.go_to(q);
+    all.push_back(arrival);
+  }
+  return all;
 }
 
 // Linear between samples i and i + 1; u from 0 to 1.
@@ -87,7 +90,7 @@ auto between(const Columns& columns, Eigen::Index i, double u) {
 
 Path record(const Eigen::VectorXd& time, const Angles& angles, const Eigen::Matrix3Xd& force,
             const RobotModel& truth, const PathRecorder& recorder) {
-  const std::vector<Direction> arrival = arrivals(angles);
+  const std::vector<Arrival> arrival = arrivals(angles);
   Random random(recorder.seed);
   const double period = recorder.period / (1 + recorder.clock_rate);
   const double begin = time[0] + period * random.uniform(0, 1);
@@ -106,7 +109,8 @@ Path record(const Eigen::VectorXd& time, const Angles& angles, const Eigen::Matr
     const double u = (t - time[i]) / (time[i + 1] - time[i]);
     Context context;
     context.q = between(angles, i, u);
-    context.arrival = arrival[static_cast<size_t>(i + 1)];
+    context.arrival = arrival[static_cast<size_t>(i + 1)].direction();
+    context.stroke = arrival[static_cast<size_t>(i + 1)].stroke();
     context.time_s = t;
     context.force_n = between(force, i, u);
     const Vector3d noise = recorder.noise * random.normal3();

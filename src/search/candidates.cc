@@ -12,7 +12,7 @@
 namespace armtrue {
 namespace {
 
-constexpr int kStepGrid = 32;       // times of a step that are scanned; the best is then refined
+constexpr int kStepGrid = 32;       // places of a step that are scanned; the best is then refined
 constexpr size_t kMaxSteps = 2000;  // for its interval: finer than any campaign tells
 constexpr double kMaxCycles = 300;  // per turn: motor order behind a reducer
 // Of a periodogram, within its resolution: at the worst place between two steps 3 % of the
@@ -22,47 +22,59 @@ constexpr int kFinerSteps = 100;         // within one of those
 constexpr int kSeriesCosines = 6;        // a curve that a campaign of some tens of poses can carry
 constexpr int kPosesForCoefficient = 4;  // of a fine curve; fewer would leave it to its prior
 
-struct TimeSpan {
-  std::vector<double> times;  // distinct, ascending
-  double duration() const { return times.back() - times.front(); }
+// Values of a driver, distinct and ascending.
+struct Span {
+  std::vector<double> values;
+  double length() const { return values.empty() ? 0 : values.back() - values.front(); }
 };
 
-TimeSpan time_span(const Campaign& campaign) {
+Span time_span(const Campaign& campaign) {
   const std::set<double> distinct(campaign.time_s.begin(), campaign.time_s.end());
   return {{distinct.begin(), distinct.end()}};
 }
 
-bool has_time(const TimeSpan& span) { return span.times.size() > 2; }
+// Of the time or of a joint angle.
+Span span_of(const Driver& driver, const Campaign& campaign) {
+  if (driver.kind != DriverKind::joint_angle) return time_span(campaign);
+  std::set<double> distinct;
+  for (const JointVector& q : campaign.q) distinct.insert(q[driver.joint]);
+  return {{distinct.begin(), distinct.end()}};
+}
+
+bool has_time(const Span& span) { return span.values.size() > 2; }
 
 // Between readings, evenly over their number; the ends leave too few readings to show a step.
-std::vector<double> step_times(const TimeSpan& span, int count) {
+std::vector<double> step_places(const Span& span, int count) {
   std::vector<double> steps;
-  const size_t n = span.times.size();
+  const size_t n = span.values.size();
   for (int k = 1; k <= count; ++k) {
     const size_t i = n * static_cast<size_t>(k) / static_cast<size_t>(count + 1);
     if (i < 1 || i >= n) continue;
-    const double at = 0.5 * (span.times[i - 1] + span.times[i]);
+    const double at = 0.5 * (span.values[i - 1] + span.values[i]);
     if (steps.empty() || at > steps.back()) steps.push_back(at);
   }
   return steps;
 }
 
-std::vector<double> time_constants(const TimeSpan& span) {
+std::vector<double> scales_of(const Shape& shape, const Span& span) {
+  if (shape.kind == ShapeKind::pre_sliding)
+    return {0.5 * kDegree, 1 * kDegree,  2 * kDegree, 4 * kDegree,
+            8 * kDegree,   16 * kDegree, 32 * kDegree};
   std::vector<double> constants;
-  for (double share : {0.05, 0.1, 0.2, 0.4, 0.8}) constants.push_back(share * span.duration());
+  for (double share : {0.05, 0.1, 0.2, 0.4, 0.8}) constants.push_back(share * span.length());
   return constants;
 }
 
 // One shape without inner values, or each of its grid.
-std::vector<Shape> with_inner_values(const Shape& shape, const TimeSpan& span) {
+std::vector<Shape> with_inner_values(const Shape& shape, const Span& span) {
   std::vector<Shape> shapes;
-  if (shape.kind == ShapeKind::step)
-    for (double at : step_times(span, kStepGrid)) {
+  if (has_at(shape.kind))
+    for (double at : step_places(span, kStepGrid)) {
       shapes.push_back(shape);
       shapes.back().at = at;
     }
-  else if (shape.kind == ShapeKind::exponential)
-    for (double tau : time_constants(span)) {
+  else if (has_tau(shape.kind))
+    for (double tau : scales_of(shape, span)) {
       shapes.push_back(shape);
       shapes.back().tau = tau;
     }
@@ -79,7 +91,7 @@ bool varies(const Values& values) {
 
 // Whether the campaign holds what drives the effect, and it changes.
 bool is_driven(DriverKind kind, const std::string& where, const Campaign& campaign,
-               const TimeSpan& span) {
+               const Span& span) {
   switch (kind) {
     case DriverKind::time:
       return has_time(span);
@@ -91,7 +103,7 @@ bool is_driven(DriverKind kind, const std::string& where, const Campaign& campai
       return missing_column(campaign, kind, where).empty();
   }
 }
-bool is_driven(const Driver& driver, const Campaign& campaign, const TimeSpan& span) {
+bool is_driven(const Driver& driver, const Campaign& campaign, const Span& span) {
   return is_driven(driver.kind, driver.where, campaign, span) &&
          (!driver.factor || is_driven(*driver.factor, driver.where, campaign, span));
 }
@@ -130,6 +142,7 @@ class OpenSearch {
       const std::string parameter = name(link_parameter(j, LinkParameter::theta));
       for (int d = 0; d < kJoints; ++d) add_angle_shapes(parameter, d);
       for (int d = 0; d < kJoints; ++d) add(parameter, {DriverKind::arrival, d, -1, ""}, sign());
+      add_places(parameter, {DriverKind::joint_angle, j, -1, ""});
       add_torque_series(parameter, j);
       add_time_shapes(parameter);
       add_conditions(parameter);
@@ -148,6 +161,14 @@ class OpenSearch {
       if (k < kToolParameters && parameter_unit(k) == ParameterUnit::radian)
         add(name(k), {DriverKind::moment, -1, -1, ""}, Shape{});
     }
+    close_stage();
+  }
+
+  // Slow curves of the time, of all of the base or the tool together.
+  void add_slow_curves() {
+    if (!has_time(span_)) return;
+    for (const char* group : {"base", "tool"})
+      add(group, {DriverKind::time, -1, -1, ""}, time_series());
     close_stage();
   }
 
@@ -264,17 +285,29 @@ class OpenSearch {
   }
 
   // Something local: a dent in a track, a collision of cables. Neighbours overlap at half height.
+  // The widths are those of mechanical parts, whatever the travel limits say.
   void add_bumps(const std::string& parameter, const Driver& driver) {
-    const Shape whole = series_on_joint(robot_, driver.joint, SeriesBasis::bump, 1);
-    for (int parts : {4, 8}) {
-      const double part = (whole.high[0] - whole.low[0]) / parts;
-      for (int k = 0; k <= parts; ++k) {
-        Shape shape = whole;
-        const double middle = whole.low[0] + k * part;
-        shape.low[0] = middle - 0.5 * part;
-        shape.high[0] = middle + 0.5 * part;
+    const bool own = *find_parameter(robot_.chain, parameter) ==
+                     link_parameter(driver.joint, LinkParameter::theta);
+    const auto [low, high] = travel_covered(driver.joint);
+    for (double width : {80 * kDegree, 40 * kDegree, 20 * kDegree, 10 * kDegree}) {
+      if (!own && width < 40 * kDegree) continue;
+      for (double k = std::floor(low / width); k <= std::ceil(high / width); ++k) {
+        Shape shape = series_on_joint(robot_, driver.joint, SeriesBasis::bump, 1);
+        shape.low[0] = (k - 0.5) * width;
+        shape.high[0] = (k + 0.5) * width;
         add(parameter, driver, shape);
       }
+    }
+  }
+
+  // Something that begins at an angle: a stop, a cable that tightens, a worn segment.
+  void add_places(const std::string& parameter, const Driver& driver) {
+    for (ShapeKind kind : {ShapeKind::step, ShapeKind::kink}) {
+      Shape shape;
+      shape.kind = kind;
+      for (const Shape& inner : with_inner_values(shape, span_of(driver, campaign_)))
+        add(parameter, driver, inner);
     }
   }
 
@@ -287,12 +320,16 @@ class OpenSearch {
       shape.kind = kind;
       for (const Shape& inner : with_inner_values(shape, span_)) add(parameter, driver, inner);
     }
+    add(parameter, driver, time_series());
+  }
+
+  Shape time_series() const {
     Shape series;
     series.kind = ShapeKind::series;
     series.count = 4;
-    series.low[0] = span_.times.front();
-    series.high[0] = span_.times.back();
-    add(parameter, driver, series);
+    series.low[0] = span_.values.front();
+    series.high[0] = span_.values.back();
+    return series;
   }
 
   void add_conditions(const std::string& parameter) {
@@ -344,16 +381,56 @@ class OpenSearch {
 
   const Robot& robot_;
   const Campaign& campaign_;
-  TimeSpan span_;
+  Span span_;
   std::vector<Candidate> candidates_;
   size_t stage_ = 0;
 };
 
 }  // namespace
 
+namespace {
+
+bool is_load(DriverKind kind) {
+  return kind == DriverKind::gravity_torque || kind == DriverKind::moment;
+}
+
+// Whether the robot has what an entry of the catalogue needs, and the campaign reads what it moves.
+bool is_shown(const Effect& effect, const Robot& robot, const Campaign& campaign) {
+  const Driver& driver = effect.driver;
+  const bool needs_masses = (is_load(driver.kind) && effect.shape.kind != ShapeKind::linear) ||
+                            (driver.factor && is_load(*driver.factor));
+  if (needs_masses && robot.bodies.empty()) return false;
+  const std::string& parameter = effect.parameter;
+  if (parameter.starts_with("target "))
+    return std::ranges::count(campaign.target_names, parameter.substr(7)) > 0;
+  if (parameter.starts_with("anchor ")) return campaign.has_distances();
+  const bool by_sight = parameter.starts_with("instrument.") && parameter != "instrument.scale";
+  return !by_sight ||
+         (knows_instrument(robot) && (!campaign.has_distances() || campaign.has_coordinates()));
+}
+
+// Whether nearly all ways since a reversal are so long that the shape is backlash, an effect of
+// its own: its values correlate with the direction by more than what counts as the same.
+bool is_plain_sign(const Shape& shape, const Driver& driver, const Campaign& campaign) {
+  if (shape.kind != ShapeKind::pre_sliding) return false;
+  constexpr double kSame = 0.98;
+  double product = 0, squares = 0, moved = 0;
+  for (const JointVector& stroke : campaign.stroke) {
+    double value = 0;
+    const double way = stroke[driver.joint];
+    evaluate(shape, way, &value);
+    product += way < 0 ? -value : value;
+    squares += value * value;
+    moved += way != 0;
+  }
+  return product >= kSame * std::sqrt(squares * moved);
+}
+
+}  // namespace
+
 std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Robot& robot,
                                             const Campaign& campaign) {
-  const TimeSpan span = time_span(campaign);
+  const Span span = time_span(campaign);
   std::vector<Candidate> candidates;
   std::vector<Usual> usual;
   for (const CatalogueEntry& entry : catalogue)
@@ -364,9 +441,11 @@ std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Ro
         for (const std::string& where : campaign.temperature_names)
           drivers.push_back({DriverKind::temperature, -1, -1, where});
       }
+      if (!is_shown(effect, robot, campaign)) continue;
       for (const Driver& driver : drivers) {
         if (!is_driven(driver, campaign, span)) continue;
-        for (const Shape& shape : with_inner_values(effect.shape, span)) {
+        for (const Shape& shape : with_inner_values(effect.shape, span_of(driver, campaign))) {
+          if (is_plain_sign(shape, driver, campaign)) continue;
           Candidate candidate{effect, 0, entry.only_positive, true, entry.separated_by};
           candidate.effect.driver = driver;
           candidate.effect.shape = shape;
@@ -416,16 +495,24 @@ double typical_value(const BoundEffect& bound, const Effect& effect, const Robot
   return std::sqrt(squares / static_cast<double>(contexts.size()));
 }
 
+// Joint whose load drives an effect; -1: none does.
+int loaded_joint(const Driver& driver) {
+  if (driver.kind == DriverKind::gravity_torque || driver.kind == DriverKind::tool_weight)
+    return driver.joint;
+  return driver.factor == DriverKind::gravity_torque || driver.factor == DriverKind::tool_weight
+             ? driver.second_joint
+             : -1;
+}
+
 // Turns the typical size of what each member adds to its parameter into that of its coefficients.
 // A joint is as stiff as its load demands, or the load that it passes on: its reference is the
 // largest torque from it, or the joint before the last, to the tip.
 void set_typical_coefficients(std::vector<Effect>& members, std::vector<double> values) {
-  const bool by_torque = members.front().driver.kind == DriverKind::gravity_torque;
   std::vector<double> reference = values;
-  if (by_torque)
-    for (size_t m = 0; m < members.size(); ++m)
+  for (size_t m = 0; m < members.size(); ++m)
+    if (const int joint = loaded_joint(members[m].driver); joint >= 0)
       for (size_t other = 0; other < members.size(); ++other)
-        if (members[other].driver.joint >= std::min(members[m].driver.joint, kJoints - 2))
+        if (loaded_joint(members[other].driver) >= std::min(joint, kJoints - 2))
           reference[m] = std::max(reference[m], values[other]);
   for (size_t m = 0; m < members.size(); ++m) members[m].family->typical /= reference[m];
 }
@@ -473,14 +560,15 @@ std::vector<Candidate> open_candidates(const Robot& robot, const Campaign& campa
   search.add_joint_errors();
   search.add_products();
   search.add_other_parameters();
+  search.add_slow_curves();
   search.add_own_angles();
   return search.take();
 }
 
-std::vector<Candidate> steps_at_any_time(const Candidate& step, const Campaign& campaign) {
-  const TimeSpan span = time_span(campaign);
+std::vector<Candidate> steps_anywhere(const Candidate& step, const Campaign& campaign) {
+  const Span span = span_of(step.effect.driver, campaign);
   std::vector<Candidate> steps;
-  for (double at : step_times(span, static_cast<int>(std::min(span.times.size(), kMaxSteps)))) {
+  for (double at : step_places(span, static_cast<int>(std::min(span.values.size(), kMaxSteps)))) {
     steps.push_back(step);
     steps.back().effect.shape.at = at;
     for (Effect& member : steps.back().effect.members) member.shape.at = at;
@@ -491,15 +579,15 @@ std::vector<Candidate> steps_at_any_time(const Candidate& step, const Campaign& 
 std::vector<Candidate> refined_candidates(const Candidate& candidate, const Campaign& campaign) {
   const Shape& shape = candidate.effect.shape;
   std::vector<Candidate> refined;
-  const TimeSpan span = time_span(campaign);
+  const Span span = span_of(candidate.effect.driver, campaign);
   const auto add = [&](const Shape& inner) {
     refined.push_back(candidate);
     refined.back().effect.shape = inner;
     for (Effect& member : refined.back().effect.members) member.shape = inner;
   };
-  if (shape.kind == ShapeKind::step) {
-    refined = steps_at_any_time(candidate, campaign);
-    const double reach = 2.0 * span.duration() / kStepGrid;
+  if (has_at(shape.kind)) {
+    refined = steps_anywhere(candidate, campaign);
+    const double reach = 2.0 * span.length() / kStepGrid;
     std::erase_if(refined, [&](const Candidate& step) {
       return std::abs(step.effect.shape.at - shape.at) > reach;
     });
@@ -510,9 +598,23 @@ std::vector<Candidate> refined_candidates(const Candidate& candidate, const Camp
       inner.harmonic = readable(shape.harmonic + k * step);
       add(inner);
     }
-  } else if (shape.kind == ShapeKind::exponential) {
+  } else if (shape.kind == ShapeKind::series && shape.basis == SeriesBasis::bump) {
+    const double width = shape.high[0] - shape.low[0];
+    const double middle = 0.5 * (shape.low[0] + shape.high[0]);
+    for (double other : {5.0, 7.0, 10.0, 14.0, 20.0, 28.0, 40.0, 56.0, 80.0, 112.0}) {
+      const double wide = other * kDegree, step = wide / 6;
+      if (std::abs(std::log(wide / width)) > std::log(2.1)) continue;
+      for (double k = std::ceil((middle - width) / step); k * step <= middle + width; ++k) {
+        Shape inner = shape;
+        inner.low[0] = k * step - 0.5 * wide;
+        inner.high[0] = k * step + 0.5 * wide;
+        add(inner);
+      }
+    }
+  } else if (has_tau(shape.kind)) {
     // Steps of a grid that does not depend on where the search has come from.
-    for (double tau = span.duration() / 64; tau <= 2 * span.duration(); tau *= 1.15) {
+    const double whole = shape.kind == ShapeKind::pre_sliding ? 32 * kDegree : span.length();
+    for (double tau = whole / 64; tau <= 2 * whole; tau *= 1.15) {
       if (std::abs(std::log(tau / shape.tau)) > std::log(2.0)) continue;
       Shape inner = shape;
       inner.tau = tau;

@@ -20,8 +20,9 @@ std::vector<Candidate> family_candidates(const std::vector<Candidate>& singles, 
 /// Every parameter against every driver, in bases that assume no cause.
 std::vector<Candidate> open_candidates(const Robot& robot, const Campaign& campaign);
 
-/// A step of time at any moment between two readings (of very many, evenly taken).
-std::vector<Candidate> steps_at_any_time(const Candidate& step, const Campaign& campaign);
+/// A step or kink at any place of its driver, the time or a joint angle, between two readings (of
+/// very many, evenly taken).
+std::vector<Candidate> steps_anywhere(const Candidate& step, const Campaign& campaign);
 
 /// The same effect with finer inner values about those it has; none if its shape has no inner
 /// value.

@@ -89,7 +89,7 @@ LinearProblem linear_problem(const CalibrationResult& fit, const Campaign& campa
   Eigen::MatrixXd blocks = models.blocks();
   for (int row = 0; row < campaign.rows(); ++row)
     blocks.middleRows(row * size, size) *= std::sqrt(fit.weights[row]);
-  problem.jacobian = blocks.leftCols(kTargetParameters);
+  problem.jacobian = blocks.leftCols(static_cast<Eigen::Index>(all.size()));
   // The fit has columns for each session, but an effect moves its parameter in all sessions.
   for (int s = 1; s < models.sessions(); ++s) {
     const ObservationModel& own = models.model(s);
@@ -102,7 +102,7 @@ LinearProblem linear_problem(const CalibrationResult& fit, const Campaign& campa
       const int row = models.rows_of(s)[i];
       at.block(i, block);
       problem.jacobian.middleRows(row * size, size) =
-          std::sqrt(fit.weights[row]) * block.leftCols(kTargetParameters);
+          std::sqrt(fit.weights[row]) * block.leftCols(static_cast<Eigen::Index>(all.size()));
     }
   }
 

@@ -26,7 +26,7 @@ struct BesideTheRest {
 struct LinearProblem {
   std::vector<int> pose;  ///< number of the pose, from 0, of each row
   int row_size = 3;       ///< equations of a row
-  /// (rows * row_size) x kTargetParameters: derivatives with respect to every parameter.
+  /// (rows * row_size) x parameters: derivatives with respect to every parameter.
   Eigen::MatrixXd jacobian;
   /// (rows * row_size) x unknowns: geometric parameters, coefficients of the effects, parameters of
   /// further sessions.
@@ -49,7 +49,7 @@ class Linearization {
   int row_size() const { return row_size_; }
   /// Number of the pose of each row, in the order of the ids. Rows of one pose may share an error.
   const std::vector<int>& pose() const { return pose_; }
-  /// (rows * row_size) x kTargetParameters.
+  /// (rows * row_size) x parameters.
   const Eigen::MatrixXd& jacobian() const { return jacobian_; }
   /// Q: orthonormal basis of the fitted columns, (rows * row_size) x rank.
   const Eigen::MatrixXd& basis() const { return basis_; }

@@ -57,9 +57,9 @@ void ProjectedCandidates::project_columns() {
   Eigen::MatrixXd target(fit_.basis().rows(), fit_.basis().cols() + 1);
   target << fit_.basis(), fit_.residual();
   const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> by_row = target;
-  std::vector<Eigen::VectorXd> squares(kTargetParameters);
+  std::vector<Eigen::VectorXd> squares(static_cast<size_t>(scan_.parameters()));
   for_ordered_blocks<int>(
-      kTargetParameters, 1,
+      scan_.parameters(), 1,
       [&](int parameter, int) {
         const int first = scan_.first_column_[parameter];
         const int count = scan_.first_column_[parameter + 1] - first;

@@ -68,13 +68,14 @@ CandidateScan::CandidateScan(const std::vector<Candidate>& candidates, const Rob
     if (is_new) sources.push_back(std::move(bound));
   }
   first_value.push_back(value_count);
-  share_columns(std::move(terms_by_value));
+  share_columns(std::move(terms_by_value), static_cast<size_t>(parameter_count(robot.chain)));
   fill_values(sources, first_value, robot, contexts);
 }
 
 // Numbers the columns: one for each pair of parameter and value that occurs.
-void CandidateScan::share_columns(std::vector<std::vector<Term>> terms_by_value) {
-  std::vector<std::map<int, int>> column_of_value(kTargetParameters);
+void CandidateScan::share_columns(std::vector<std::vector<Term>> terms_by_value,
+                                  size_t parameters) {
+  std::vector<std::map<int, int>> column_of_value(parameters);
   for (const auto& terms : terms_by_value)
     for (const Term& term : terms) column_of_value[term.parameter].try_emplace(term.column, 0);
   for (auto& columns : column_of_value) {
@@ -142,8 +143,8 @@ double CandidateScan::variation(int candidate, const Eigen::VectorXd& coefficien
   }
   double largest = 0;
   for (const auto& [parameter, offset] : offsets) {
-    // The model fits no constant scale, so the mean of a scale counts as variation.
-    const double constant = parameter == kInstrumentScale ? 0 : offset.mean();
+    // The model fits no constants of the instrument, so their mean counts as variation.
+    const double constant = is_instrument_parameter(parameter) ? 0 : offset.mean();
     largest = std::max(largest, std::sqrt((offset.array() - constant).square().mean()));
   }
   return largest;

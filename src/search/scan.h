@@ -39,7 +39,7 @@ class CandidateScan {
   Eigen::MatrixXd columns(const Linearization& fit, int candidate) const;
 
   /// Largest standard deviation over the campaign of what the candidate adds to a parameter
-  /// [m, rad]. For instrument.scale, which the model does not fit as a constant, the RMS.
+  /// [m, rad]. Of the instrument, whose parameters the model does not fit as constants, the RMS.
   double variation(int candidate, const Eigen::VectorXd& coefficients) const;
 
   /// Whether a candidate may have these coefficients: the sign is allowed and the variation is
@@ -50,13 +50,15 @@ class CandidateScan {
  private:
   friend class ProjectedCandidates;
 
+  int parameters() const { return static_cast<int>(first_column_.size()) - 1; }
+
   // column = d(reading)/d(parameter) * value of a shape; the columns of one parameter stand
   // together.
   struct Term {
     int coefficient, parameter, column;
   };
 
-  void share_columns(std::vector<std::vector<Term>> terms_by_value);
+  void share_columns(std::vector<std::vector<Term>> terms_by_value, size_t parameters);
   void fill_values(const std::vector<BoundEffect>& sources, const std::vector<int>& first_value,
                    const Robot& robot, const std::vector<Context>& contexts);
 

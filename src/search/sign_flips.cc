@@ -80,7 +80,7 @@ ProjectedCandidates::Draws ProjectedCandidates::draw(int flips, std::uint64_t se
 
   draws.slopes.resize(slopes_.size(), flips);
   for_ordered_blocks<int>(
-      kTargetParameters, 1,
+      scan_.parameters(), 1,
       [&](int parameter, int) {
         const int first = scan_.first_column_[parameter];
         const int count = scan_.first_column_[parameter + 1] - first;

@@ -49,13 +49,17 @@ std::string cycle_text(const Effect& effect, const Cycle& cycle, const Robot& ro
                      amplitude_unit(effect, robot), cycle.phase / kDegree);
 }
 
-// "a step of 0.33 mrad between 1580 and 1660 s".
+// "a step of 0.33 mrad between 1580 and 1660 s", "a kink between 31 and 35 deg".
 std::string step_text(const TracedEffect& step, const Robot& robot) {
   const std::vector<Coefficient>& c = step.effect.coefficients;
+  const bool sized = c.size() == 1 && step.effect.shape.kind == ShapeKind::step;
   const std::string size =
-      c.size() == 1 ? " of " + size_text(robot, step.effect.parameter, c.front().value) : "";
+      sized ? " of " + size_text(robot, step.effect.parameter, c.front().value) : "";
   const auto [low, high] = *step.step_ci95;
-  return fmt::format("a step{} between {:.0f} and {:.0f} s", size, low, high);
+  const bool angle = is_angle(step.effect.driver.kind);
+  const double unit = angle ? kDegree : 1.0;
+  return fmt::format("a {}{} between {:.0f} and {:.0f} {}", to_string(step.effect.shape), size,
+                     low / unit, high / unit, angle ? "deg" : "s");
 }
 
 // The curve of an effect in words: "0.8 mrad peak at 90 deg, even".
@@ -165,6 +169,19 @@ std::string in_words(const TracedEffect& traced, const HeldOutGain* gain,
   return text;
 }
 
+bool may_be_instrument(const TracedEffect& traced, const Robot& robot) {
+  const auto of_instrument = [](const Rival& rival) {
+    return rival.effect.parameter.starts_with("instrument.");
+  };
+  if (std::ranges::any_of(traced.indistinguishable, of_instrument)) return true;
+  // Neither a base nor a length of a rigid link follows a joint angle.
+  const auto first = first_parameter(robot.chain, traced.effect.parameter);
+  const bool is_length = first && *first >= kLinkParameters && *first < kToolParameters &&
+                         parameter_unit(*first) == ParameterUnit::metre;
+  return traced.in_words.empty() && traced.effect.driver.involves(DriverKind::joint_angle) &&
+         (is_length || traced.effect.parameter.starts_with("base"));
+}
+
 std::string for_the_cell(const TracedEffect& traced, const HeldOutGain* gain, const Robot& robot) {
   std::string text = traced.in_words;
   if (text.empty()) {
@@ -186,6 +203,7 @@ std::string for_the_cell(const TracedEffect& traced, const HeldOutGain* gain, co
         std::ranges::count(others, rival.effect.name) == 0)
       others.push_back("'" + rival.effect.name + "' of " + rival.effect.parameter);
   if (!others.empty()) text += "; or " + listed(others) + ", these poses do not tell";
+  if (may_be_instrument(traced, robot)) text += "; may be the instrument";
   if (gain && !gain->confirmed()) text += " (not confirmed on held-out poses)";
   return text;
 }

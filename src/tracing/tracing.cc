@@ -80,12 +80,12 @@ std::optional<Cycle> cycle_of(EffectModel& model, const Campaign& campaign,
   return cycle;
 }
 
-// The times at which a step would explain nearly as much, out to the readings about them.
+// The places at which a step or kink would explain nearly as much, out to the readings about them.
 std::optional<std::array<double, 2>> step_ci95(EffectModel& model, const Campaign& campaign,
                                                size_t chosen) {
   const Candidate& step = model.chosen()[chosen];
-  if (step.effect.shape.kind != ShapeKind::step) return std::nullopt;
-  const std::vector<Candidate> steps = steps_at_any_time(step, campaign);
+  if (!has_at(step.effect.shape.kind)) return std::nullopt;
+  const std::vector<Candidate> steps = steps_anywhere(step, campaign);
   const std::vector<CandidateScore> scores = model.scores_of(steps, model.in_fit(chosen));
   double best = 0;
   for (const CandidateScore& score : scores) best = std::max(best, score.score);
@@ -97,9 +97,12 @@ std::optional<std::array<double, 2>> step_ci95(EffectModel& model, const Campaig
   }
   std::array<double, 2> readings{-std::numeric_limits<double>::infinity(),
                                  std::numeric_limits<double>::infinity()};
-  for (double time : campaign.time_s) {
-    if (time < low) readings[0] = std::max(readings[0], time);
-    if (time > high) readings[1] = std::min(readings[1], time);
+  const Driver& driver = step.effect.driver;
+  for (int row = 0; row < campaign.rows(); ++row) {
+    const double place =
+        driver.kind == DriverKind::time ? campaign.time_s[row] : campaign.q[row][driver.joint];
+    if (place < low) readings[0] = std::max(readings[0], place);
+    if (place > high) readings[1] = std::min(readings[1], place);
   }
   return readings;
 }

@@ -18,7 +18,7 @@ std::vector<double> values(const Shape& shape, double x) {
 
 TEST(Shape, NamesReadBack) {
   for (const char* text : {"linear", "harmonic 1", "harmonic 47", "harmonic 50.5", "sign", "step",
-                           "exponential", "series"})
+                           "kink", "exponential", "pre-sliding", "series"})
     EXPECT_EQ(to_string(parse_shape(text).value()), text);
   for (const char* text : {"", "harmonic", "harmonic 0", "harmonic x", "harmonic -3",
                            "harmonic inf", "harmonic nan", "linear 2", "cubic"})
@@ -26,14 +26,33 @@ TEST(Shape, NamesReadBack) {
 }
 
 TEST(Driver, NamesReadBack) {
-  for (const char* text :
-       {"joint-angle 4", "joint-angle 2,4", "gravity-torque 6", "arrival 1", "time",
-        "temperature air", "payload", "force", "moment", "position", "joint-angle 3 * payload",
-        "joint-angle 3 * arrival 2", "gravity-torque 2 * temperature air", "force * time"})
+  for (const char* text : {"joint-angle 4",
+                           "joint-angle 2,4",
+                           "gravity-torque 6",
+                           "arrival 1",
+                           "time",
+                           "temperature air",
+                           "payload",
+                           "force",
+                           "moment",
+                           "position",
+                           "joint-angle 3 * payload",
+                           "joint-angle 3 * arrival 2",
+                           "stroke 3",
+                           "tool-weight 2",
+                           "range",
+                           "azimuth",
+                           "elevation",
+                           "incidence",
+                           "time * tool-weight 2",
+                           "time * gravity-torque 3",
+                           "gravity-torque 2 * temperature air",
+                           "force * time"})
     EXPECT_EQ(to_string(parse_driver(text).value()), text);
   for (const char* text :
        {"", "joint-angle", "joint-angle 7", "arrival 1,2", "time 3", "temperature", "time * time",
-        "time * joint-angle 1", "joint-angle 1,2 * time", "time * payload * time", " * time"})
+        "time * joint-angle 1", "joint-angle 1,2 * time", "payload * tool-weight 2", "range 1",
+        "stroke", "time * payload * time", " * time"})
     EXPECT_FALSE(parse_driver(text)) << text;
 }
 
@@ -47,6 +66,22 @@ TEST(Shape, StepAndExponentialFollowTheirInnerValues) {
   growth.kind = ShapeKind::exponential;
   growth.tau = 2;
   EXPECT_DOUBLE_EQ(values(growth, 2)[0], 1 - std::exp(-1));
+}
+
+TEST(Shape, KinkBeginsAndPreSlidingTurnsRound) {
+  Shape kink;
+  kink.kind = ShapeKind::kink;
+  kink.at = 0.5;
+  EXPECT_EQ(values(kink, 0.4)[0], 0);
+  EXPECT_DOUBLE_EQ(values(kink, 0.75)[0], 0.25);
+  Shape sliding;
+  sliding.kind = ShapeKind::pre_sliding;
+  sliding.tau = 0.1;
+  EXPECT_EQ(values(sliding, 0)[0], 0);
+  EXPECT_NEAR(values(sliding, 1e-12)[0], -1, 1e-10);  // still where the last way has left it
+  EXPECT_NEAR(values(sliding, 0.1 * std::log(2))[0], 0, 1e-15);
+  EXPECT_NEAR(values(sliding, 10)[0], 1, 1e-15);
+  EXPECT_NEAR(values(sliding, -10)[0], -1, 1e-15);
 }
 
 // Together with the one left out, splines sum to 1 and are never negative: check by the clamped

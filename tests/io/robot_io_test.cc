@@ -206,9 +206,15 @@ TEST(RobotIo, ADriverThatCannotMoveItsParameterIsAnError) {
   expect("parameter: instrument.scale, driver: force, shape: linear", "on instrument.scale");
   expect("parameter: instrument.scale, driver: time * force, shape: linear", "on instrument.scale");
   expect("parameter: instrument.scale, driver: moment, shape: linear", "on instrument.scale");
-  expect("parameter: A2.d, driver: position, shape: linear", "drives instrument.scale alone");
+  expect("parameter: A2.d, driver: position, shape: linear", "drives instrument.scale, .range");
   expect("parameter: A2.d, driver: 'joint-angle 2,4', shape: linear", "need the shape 'series'");
-  expect("parameter: A2.d, driver: moon, shape: linear", "moment, position (of instrument.scale)");
+  expect("parameter: A2.d, driver: moon, shape: linear", "position (of the instrument)");
+  expect("parameter: A2.theta, driver: joint-angle 2, shape: pre-sliding",
+         "needs the driver 'stroke");
+  expect("parameter: A2.theta, driver: payload, shape: step", "needs a time or an angle");
+  expect("parameter: A2.theta, driver: payload * gravity-torque 2, shape: linear", "is none of");
+  expect("parameter: instrument.azimuth, driver: position, shape: linear", "would be a constant");
+  expect("parameter: target 9, driver: time, shape: step", "no parameter 'target 9'");
 }
 
 TEST(RobotIo, TheShippedCatalogueReads) {
@@ -243,7 +249,7 @@ TEST(RobotIo, ErrorsOfACatalogueNameLineAndKey) {
   expect("parameter: instrument.scale, driver: force, shape: linear", "'driver' of");
   expect("parameter: theta, driver: joint-angle 3 * arrival own, shape: linear", "'driver' of");
   expect("parameter: theta, driver: temperature, shape: exponential", "'shape' of");
-  expect("parameter: theta, driver: joint-angle own, shape: step", "'shape' of");
+  expect("parameter: theta, driver: joint-angle own, shape: exponential", "'shape' of");
   expect("parameter: theta, driver: time, shape: linear, sign: postive", "'sign' of");
   const std::string pair =
       "parameter: theta, driver: 'joint-angle 2,4', shape: series, "

@@ -19,6 +19,7 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kDeg = kPi / 180;
 constexpr double kSecondsPerVisit = 20;
+constexpr double kSliding = 25 * kDeg;  // of a friction that gives way slowly, as in a belt
 
 KDL::Rotation abc(double a, double b, double c) { return KDL::Rotation::RPY(c, b, a); }
 
@@ -33,6 +34,19 @@ KDL::Frame link_frame(const OracleLink& link, double q) {
          KDL::Frame(KDL::Vector(link.d, 0, 0)) *
          KDL::Frame(KDL::Rotation::RotZ(link.theta + link.sign * q)) *
          KDL::Frame(KDL::Vector(0, 0, link.r));
+}
+
+// What an instrument with errors reads of a point: spherical coordinates about its place, changed
+// and turned back.
+KDL::Vector as_read(const OracleArm& arm, const KDL::Vector& point) {
+  if (arm.range == 0 && arm.azimuth == 0 && arm.elevation == 0) return point;
+  const KDL::Vector ray = point - kStation;
+  const double range = ray.Norm() + arm.range;
+  const double azimuth = std::atan2(ray.y(), ray.x()) + arm.azimuth;
+  const double elevation = std::atan2(ray.z(), std::hypot(ray.x(), ray.y())) + arm.elevation;
+  return kStation + range * KDL::Vector(std::cos(elevation) * std::cos(azimuth),
+                                        std::cos(elevation) * std::sin(azimuth),
+                                        std::sin(elevation));
 }
 
 // The parameters of an arm as one list, for the numeric Jacobian of the refit.
@@ -73,6 +87,10 @@ OracleArm changed(const OracleArm& arm, const HiddenEffect& effect, const Moment
   scaled.base = KDL::addDelta(arm.base, KDL::diff(arm.base, unit.base) * amplitude);
   scaled.tool = KDL::addDelta(arm.tool, KDL::diff(arm.tool, unit.tool) * amplitude);
   scaled.scale += amplitude * (unit.scale - arm.scale);
+  scaled.range += amplitude * unit.range;
+  scaled.azimuth += amplitude * unit.azimuth;
+  scaled.elevation += amplitude * unit.elevation;
+  scaled.second_wire += amplitude * unit.second_wire;
   return scaled;
 }
 
@@ -113,6 +131,7 @@ std::pair<double, double> left_after_refit(const OracleArm& arm, const std::vect
   Eigen::VectorXd left =
       signal - jacobian * jacobian.completeOrthogonalDecomposition().solve(signal);
   constexpr double kNothing = 1e-5;
+  if (signal.norm() == 0) return {1, 1};  // it moves no pose: the effect has the size that is asked
   if (left.norm() < kNothing * signal.norm()) left = signal;
   double position = 0, orientation = 0;
   for (int v = 0; v < n; ++v) {
@@ -127,7 +146,17 @@ void add_visit(std::vector<Visit>& visits, int pose, int repeat, const Moment& m
       visits.empty() ? std::array<double, 6>{} : visits.back().moment.q;
   Visit visit{pose, repeat, moment};
   visit.moment.time_s = kSecondsPerVisit * static_cast<double>(visits.size());
-  for (size_t j = 0; j < 6; ++j) visit.moment.arrival[j] = visit.moment.q[j] >= last[j] ? 1 : -1;
+  for (size_t j = 0; j < 6; ++j) {
+    const double motion = visit.moment.q[j] - last[j];
+    visit.moment.arrival[j] = motion >= 0 ? 1 : -1;
+    const Moment before = visits.empty() ? Moment{} : visits.back().moment;
+    const bool goes_on = motion * before.stroke[j] >= 0;
+    visit.moment.stroke[j] = motion + (goes_on ? before.stroke[j] : 0);
+    // dz = (1 - sign(dx) z) dx / kSliding along the way
+    const double end = motion >= 0 ? 1 : -1;
+    visit.moment.friction[j] =
+        end + (before.friction[j] - end) * std::exp(-std::abs(motion) / kSliding);
+  }
   visits.push_back(visit);
 }
 
@@ -170,6 +199,8 @@ void vary_conditions(const OracleArm& arm, std::vector<Visit>& visits, Dice& dic
     loaded.masses.push_back({6, payload_kg, arm.tool.p});
     Moment& moment = visit.moment = moment_of(loaded, unloaded.q);
     moment.arrival = unloaded.arrival;
+    moment.stroke = unloaded.stroke;
+    moment.friction = unloaded.friction;
     moment.time_s = unloaded.time_s;
     moment.payload_kg = payload_kg;
     moment.force = place->second;
@@ -244,8 +275,9 @@ void write_pose(std::ostream& out, KDL::Frame frame, const CampaignPlan& plan, D
 }
 
 void write_distance(std::ostream& out, const KDL::Vector& point, size_t anchor,
-                    const CampaignPlan& plan, Dice& dice, double& sum) {
-  const OracleAnchor& from = plan.anchors[anchor];
+                    const CampaignPlan& plan, double second_wire, Dice& dice, double& sum) {
+  OracleAnchor from = plan.anchors[anchor];
+  if (anchor == 1) from.zero += second_wire;
   const double noise = 1e-3 * plan.noise_mm * dice.normal();
   sum += 1000 * std::abs(noise);
   double blunder = 0;
@@ -271,22 +303,26 @@ void write_csv(const std::string& path, const OracleArm& arm, const std::vector<
           : plan.orientation    ? ",x_mm,y_mm,z_mm,a_deg,b_deg,c_deg"
                                 : ",x_mm,y_mm,z_mm");
   out << ",dir1,dir2,dir3,dir4,dir5,dir6";
+  if (truth.strokes)
+    out << ",stroke1_deg,stroke2_deg,stroke3_deg,stroke4_deg,stroke5_deg,stroke6_deg";
   if (truth.conditions) out << ",payload_kg,fx_n,fy_n,fz_n,temp_arm_c";
   if (plan.motor_torque) out << ",tau1_nm,tau2_nm,tau3_nm,tau4_nm,tau5_nm,tau6_nm";
   out << '\n' << std::setprecision(12);
   double sum = 0;
   const size_t rows_per_visit = std::max<size_t>(1, plan.anchors.size());
   for (const Visit& visit : visits) {
-    const KDL::Frame frame = forward(changed(arm, truth.effect, visit.moment, amplitude),
-                                     at_rest(visit.moment.q, visit.pose, plan));
+    const OracleArm now = changed(arm, truth.effect, visit.moment, amplitude);
+    const KDL::Frame frame = forward(now, at_rest(visit.moment.q, visit.pose, plan));
     for (size_t row = 0; row < rows_per_visit; ++row) {
       out << visit.pose + 1 << ',' << visit.repeat << ',' << visit.moment.time_s;
       for (double q : visit.moment.q) out << ',' << q / kDeg;
       if (plan.anchors.empty())
         write_pose(out, frame, plan, dice, sum);
       else
-        write_distance(out, frame.p, row, plan, dice, sum);
+        write_distance(out, frame.p, row, plan, now.second_wire, dice, sum);
       for (int direction : visit.moment.arrival) out << ',' << direction;
+      if (truth.strokes)
+        for (double stroke : visit.moment.stroke) out << ',' << stroke / kDeg;
       if (truth.conditions) {
         out << ',' << visit.moment.payload_kg;
         for (int i = 0; i < 3; ++i) out << ',' << visit.moment.force[i];
@@ -344,6 +380,14 @@ std::optional<Hidden> by_angle(const std::string& family, Dice& dice) {
     return on_theta(family, j, "arrival " + joint_text(j),
                     [j](const Moment& m) { return 0.5 * m.arrival[static_cast<size_t>(j)]; });
   }
+  if (family == "friction") {
+    const int j = dice.below(3);
+    Hidden friction = on_theta(family, j, "stroke " + joint_text(j), [j](const Moment& m) {
+      return 1e-3 * m.friction[static_cast<size_t>(j)];
+    });
+    friction.strokes = true;
+    return friction;
+  }
   if (family == "x-cycles") {
     const int j = dice.below(6);
     const double n = dice.uniform(10, 120), phase = dice.uniform(0, 2 * kPi);
@@ -384,6 +428,12 @@ std::optional<Hidden> by_load(const std::string& family, Dice& dice) {
                  [j](const Moment& m) { return 1e-6 * m.torque[static_cast<size_t>(j)]; });
     compliance.conditions = family == "two-payloads";
     return compliance;
+  }
+  if (family == "play") {
+    const int j = 1 + dice.below(2);
+    return on_theta(family, j, "gravity-torque " + joint_text(j), [j](const Moment& m) {
+      return m.torque[static_cast<size_t>(j)] > 0 ? 1e-4 : -1e-4;
+    });
   }
   if (family == "tilt")
     return Hidden{family, "base", "moment", [](const Moment& m, OracleArm& arm) {
@@ -426,6 +476,57 @@ std::optional<Hidden> by_load(const std::string& family, Dice& dice) {
   return std::nullopt;
 }
 
+// Errors of the instrument, as it sees the point of a pose.
+std::optional<Hidden> of_instrument(const std::string& family, Dice& dice, double duration_s) {
+  const double at = dice.uniform(0.35, 0.65) * duration_s;
+  const auto hide = [&](const std::string& parameter, const std::string& driver,
+                        const HiddenEffect& effect) {
+    return Hidden{family, "instrument." + parameter, driver, effect};
+  };
+  const auto ray = [](const Moment& m, const OracleArm& arm) {
+    return forward(arm, m.q).p - kStation;
+  };
+  if (family == "instrument-offset")
+    return hide("range", "position", [](const Moment&, OracleArm& arm) { arm.range += 1e-3; });
+  if (family == "instrument-rezeroed") {
+    Hidden step = hide("range", "time", [at](const Moment& m, OracleArm& arm) {
+      if (m.time_s >= at) arm.range += 1e-3;
+    });
+    step.step_at_s = at;
+    return step;
+  }
+  if (family == "instrument-refraction")
+    return hide("elevation", "range", [ray](const Moment& m, OracleArm& arm) {
+      arm.elevation += 1e-4 * ray(m, arm).Norm();
+    });
+  if (family == "instrument-index")
+    return hide("elevation", "position",
+                [](const Moment&, OracleArm& arm) { arm.elevation += 1e-3; });
+  if (family == "instrument-circle")
+    return hide("azimuth", "azimuth", [ray](const Moment& m, OracleArm& arm) {
+      const KDL::Vector seen = ray(m, arm);
+      arm.azimuth += 1e-3 * std::sin(2 * std::atan2(seen.y(), seen.x()) + 0.7);
+    });
+  if (family == "instrument-turns")
+    return hide("azimuth", "time", [duration_s](const Moment& m, OracleArm& arm) {
+      arm.azimuth += 1e-4 * m.time_s / duration_s;
+    });
+  if (family == "wire-rezeroed" || family == "wire-drift") {
+    const bool step = family == "wire-rezeroed";
+    Hidden wire{family, "anchor 2.zero", "time", [=](const Moment& m, OracleArm& arm) {
+                  arm.second_wire += step ? (m.time_s >= at ? 1.0 : 0.0) : m.time_s / duration_s;
+                }};
+    if (step) wire.step_at_s = at;
+    return wire;
+  }
+  if (family == "instrument-incidence")
+    return hide("range", "incidence", [ray](const Moment& m, OracleArm& arm) {
+      const KDL::Vector seen = ray(m, arm);
+      arm.range += 1e-3 * KDL::dot(seen / seen.Norm(), forward(arm, m.q).M.UnitZ());
+    });
+  return std::nullopt;
+}
+
 // The families that follow the clock, or the temperature.
 std::optional<Hidden> in_time(const std::string& family, Dice& dice, double duration_s) {
   if (family == "thermal") {
@@ -438,6 +539,19 @@ std::optional<Hidden> in_time(const std::string& family, Dice& dice, double dura
     return under_changing_conditions(
         {family, "A3.d", "temperature arm",
          [](const Moment& m, OracleArm& arm) { arm.links[2].d += 1e-5 * m.temperature_c; }});
+  if (family == "other-load") {
+    const double at = dice.uniform(0.35, 0.65) * duration_s;
+    Hidden load{family, "A2.theta", "time * tool-weight 2", [at](const Moment& m, OracleArm& arm) {
+                  if (m.time_s < at) return;
+                  // The sag under 1 kg at the tool; all joints are alike.
+                  OracleArm only = arm;
+                  only.masses = {{6, 1.0, arm.tool.p}};
+                  const Moment weight = moment_of(only, m.q);
+                  for (size_t j = 0; j < 6; ++j) arm.links[j].theta += 1e-6 * weight.torque[j];
+                }};
+    load.step_at_s = at;
+    return load;
+  }
   if (family == "zero-drift") {
     const int j = 1 + dice.below(4);
     const double tau = dice.uniform(0.2, 0.5) * duration_s;
@@ -509,7 +623,7 @@ KDL::Frame forward(const OracleArm& arm, const std::array<double, 6>& q) {
   KDL::Frame frame = arm.base;
   for (size_t j = 0; j < 7; ++j) frame = frame * link_frame(arm.links[j], j < 6 ? q[j] : 0);
   frame = frame * arm.tool;
-  return {frame.M, arm.scale * frame.p};
+  return {frame.M, as_read(arm, arm.scale * frame.p)};
 }
 
 Moment moment_of(const OracleArm& arm, const std::array<double, 6>& q) {
@@ -544,11 +658,45 @@ double Dice::normal() {
 }
 
 std::vector<std::string> families() {
-  return {"null",     "null-conditions", "compliance",     "two-payloads", "harmonic", "harmonic-2",
-          "ratio",    "coupling",        "wobble",         "bending",      "backlash", "thermal",
-          "warm-up",  "zero-drift",      "remaster",       "drift",        "knock",    "tilt",
-          "cutting",  "reseated",        "scale",          "x-product",    "x-bump",   "x-payload",
-          "x-cycles", "x-warm-course",   "x-loaded-course"};
+  return {"null",
+          "null-conditions",
+          "compliance",
+          "two-payloads",
+          "harmonic",
+          "harmonic-2",
+          "ratio",
+          "coupling",
+          "wobble",
+          "bending",
+          "backlash",
+          "thermal",
+          "warm-up",
+          "zero-drift",
+          "remaster",
+          "drift",
+          "knock",
+          "tilt",
+          "cutting",
+          "reseated",
+          "scale",
+          "x-product",
+          "x-bump",
+          "x-payload",
+          "x-cycles",
+          "x-warm-course",
+          "x-loaded-course",
+          "friction",
+          "play",
+          "other-load",
+          "instrument-offset",
+          "instrument-rezeroed",
+          "instrument-refraction",
+          "instrument-index",
+          "instrument-circle",
+          "instrument-turns",
+          "instrument-incidence",
+          "wire-rezeroed",
+          "wire-drift"};
 }
 
 Hidden hidden(const std::string& family, Dice& dice, double duration_s) {
@@ -563,6 +711,7 @@ Hidden hidden(const std::string& family, Dice& dice, double duration_s) {
   if (const auto found = by_angle(family, dice)) return *found;
   if (const auto found = by_load(family, dice)) return *found;
   if (const auto found = in_time(family, dice, duration_s)) return *found;
+  if (const auto found = of_instrument(family, dice, duration_s)) return *found;
   throw std::invalid_argument("no family " + family);
 }
 

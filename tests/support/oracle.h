@@ -26,7 +26,13 @@ struct OracleArm {
   std::vector<OracleMass> masses;
   KDL::Vector gravity{0, 0, -9.81};
   double scale = 1;  // of the lengths that the instrument reads
+  // Errors of what an instrument at kStation reads: of the distance [m] and of its two angles.
+  double range = 0, azimuth = 0, elevation = 0;
+  double second_wire = 0;  // zero error of the second wire, beside that of its anchor [m]
 };
+
+/// Where an instrument of range and angles stands in R_A; z is up.
+inline const KDL::Vector kStation{3.6, -2.9, 1.3};
 
 /// Reads an armtrue-robot/1 file, as far as the oracle needs it.
 OracleArm read_arm(const std::string& path);
@@ -35,6 +41,8 @@ OracleArm read_arm(const std::string& path);
 struct Moment {
   std::array<double, 6> q{};
   std::array<int, 6> arrival{};
+  std::array<double, 6> stroke{};    // way since the last reversal, signed
+  std::array<double, 6> friction{};  // of Dahl's model, -1 to 1
   double time_s = 0;
   std::array<double, 6> torque{};  // of gravity about each joint [N m]
   // Of the weights beyond frame j about its origin, in its axes; frame 0 is R_0 [N m].
@@ -86,6 +94,7 @@ struct Hidden {
   double cycles_per_turn = 0;     // of a gear train, if that is what is hidden
   bool conditions = false;        // payload, force and temperature change, and are logged
   double step_at_s = 0;           // when it happened, if something did
+  bool strokes = false;           // are logged
 };
 
 /// The families that the tests hide; x- are those that no catalogue knows. `x-sum-of-2` and

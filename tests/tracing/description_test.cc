@@ -40,5 +40,29 @@ TEST(Description, PredictionImprovesIsSaidOfTheHeldOutPosesOnlyWhereTheyShowIt) 
   EXPECT_THAT(words(true, {not_shown}), ElementsAre(HasSubstr("; " + unclear + "; cause is one")));
 }
 
+// Lengths and bases do not follow joint angles; angles of joints do.
+TEST(Description, SaysWhereTheInstrumentMayErr) {
+  const Driver angle{DriverKind::joint_angle, 1, -1, ""}, time{DriverKind::time, -1, -1, ""};
+  LoopResult loop = found(false, {});
+  TracedEffect& traced = loop.trace.effects.front();
+  const auto said = [&](const std::string& parameter, const Driver& driver) {
+    traced.effect.parameter = parameter;
+    traced.effect.driver = driver;
+    return may_be_instrument(traced, loop.trace.fit.robot);
+  };
+  for (const char* parameter : {"base", "base.rx", "A2.d", "A4.r"}) {
+    EXPECT_TRUE(said(parameter, angle)) << parameter;
+    EXPECT_FALSE(said(parameter, time)) << parameter;
+  }
+  for (const char* parameter : {"A2.theta", "A3.alpha", "tool.x"})
+    EXPECT_FALSE(said(parameter, angle)) << parameter;
+  said("A2.d", angle);
+  EXPECT_THAT(for_the_cell(traced, nullptr, loop.trace.fit.robot),
+              HasSubstr("; may be the instrument"));
+  Effect offset{"radial offset", "instrument.range", {DriverKind::position, -1, -1, ""}, {}, {}};
+  traced.indistinguishable.push_back({.effect = offset, .from_catalogue = true});
+  EXPECT_TRUE(said("A2.theta", angle));
+}
+
 }  // namespace
 }  // namespace armtrue

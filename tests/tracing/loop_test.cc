@@ -11,7 +11,9 @@
 #include <map>
 #include <numeric>
 #include <set>
+#include <tuple>
 
+#include "armtrue/campaign/simulation.h"
 #include "armtrue/io/catalogue_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
@@ -60,7 +62,22 @@ const std::map<std::string, std::vector<std::string>> kFamiliesOfEntry{
     {"cutting force", {"cutting"}},
     {"re-seated target", {"reseated"}},
     {"instrument scale", {"scale"}},
+    {"friction hysteresis", {"friction"}},
+    {"play under gravity", {"play"}},
+    {"another load", {"other-load"}},
+    {"radial offset", {"instrument-offset"}},
+    {"instrument re-zeroed", {"instrument-rezeroed"}},
+    {"refraction", {"instrument-refraction"}},
+    {"index error", {"instrument-index"}},
+    {"eccentric circle", {"instrument-circle"}},
+    {"station turns", {"instrument-turns"}},
+    {"incidence on the reflector", {"instrument-incidence"}},
+    {"wire re-zeroed", {"wire-rezeroed"}},
+    {"wire drifts", {"wire-drift"}},
 };
+
+// Needs targets, of which the oracle has none; it has a test of its own below.
+const std::string kEntryOfTargets = "target moved";
 
 TEST(Catalogue, IsHiddenEntryByEntry) {
   std::set<std::string> entries,
@@ -71,17 +88,19 @@ TEST(Catalogue, IsHiddenEntryByEntry) {
     EXPECT_EQ(entries.erase(entry), 1u) << entry;
     families.insert(hidden_by.begin(), hidden_by.end());
   }
+  EXPECT_EQ(entries.erase(kEntryOfTargets), 1u);
   EXPECT_TRUE(entries.empty()) << "no family hides " << *entries.begin();
   const std::vector<std::string> known = armtrue_oracle::families();
   EXPECT_EQ(families, std::set<std::string>(known.begin(), known.end()));
 }
 
-// All but those that no campaign shows.
+// All but those that no campaign of poses shows.
 std::vector<std::string> families_to_find() {
   std::vector<std::string> families = armtrue_oracle::families();
   std::erase(families, "null");
   std::erase(families, "null-conditions");
   std::erase(families, "scale");
+  std::erase_if(families, [](const std::string& family) { return family.starts_with("wire-"); });
   return families;
 }
 
@@ -91,7 +110,12 @@ TEST_P(Family, IsNamedAddedAndGone) {
   armtrue_oracle::CampaignPlan plan;
   plan.seed = 41;
   const HiddenCampaign campaign(kNominal, GetParam(), 0.12, plan);
-  const LoopResult result = closed(campaign);
+  Robot robot = read_robot(kNominal).robot;
+  if (GetParam().starts_with("instrument-")) {
+    const KDL::Vector& place = armtrue_oracle::kStation;
+    robot.instrument = Eigen::Vector3d(place.x(), place.y(), place.z());
+  }
+  const LoopResult result = closed(campaign, robot);
   const auto& truth = campaign.written.truth;
   ASSERT_FALSE(result.trace.effects.empty());
   EXPECT_TRUE(names(truth, result.trace.effects.front()))
@@ -376,11 +400,11 @@ TEST(Nothing, IsEvidenceByChanceWhereTheGeometryTakesNearlyHalf) {
 }
 
 // Joints that come to rest somewhat off, in every pose by another amount, leave far more than the
-// readings' noise: much is lacking, and nothing of it follows anything. Half of the chance levels
-// lie above one half; draws of the bare residual would put nine in ten below.
+// readings' noise: much is lacking, and nothing of it follows anything. Chance levels below 0.05
+// are no more than one in twenty; draws of the bare residual would put nine in ten below one half.
 TEST(Nothing, IsInPosesThatErrAsAWhole) {
-  int below_half = 0;
-  constexpr int kCampaigns = 16;
+  int below_half = 0, below_twentieth = 0;
+  constexpr int kCampaigns = 40;
   for (unsigned seed = 300; seed < 300 + kCampaigns; ++seed) {
     armtrue_oracle::CampaignPlan plan;
     plan.seed = seed;
@@ -390,8 +414,10 @@ TEST(Nothing, IsInPosesThatErrAsAWhole) {
     const LoopResult result =
         closed(HiddenCampaign(kNominal, "null", 0, plan), read_robot(kNominal).robot, options);
     below_half += result.trace.remaining_p < 0.5;
+    below_twentieth += result.trace.remaining_p < 0.05;
   }
-  EXPECT_NEAR(below_half, kCampaigns / 2, 4);  // two standard deviations
+  EXPECT_LT(below_half, 0.75 * kCampaigns);
+  EXPECT_LE(below_twentieth, 5);  // 2 expected, more than 5 in 1.4 % of such runs
 }
 
 // Draw-wires from three anchors, whose places and zero errors the file only knows roughly.
@@ -458,7 +484,9 @@ TEST(MotorTorque, ShowsTheComplianceOfAnArmWhoseMassesAreUnknown) {
 class DistanceFamily : public testing::TestWithParam<std::string> {};
 
 TEST_P(DistanceFamily, IsNamedAddedAndGone) {
-  const HiddenCampaign campaign(kNominal, GetParam(), 0.12, three_wires(74));
+  // Of a wire all that it errs, in one reading of three.
+  const double size_mm = GetParam().starts_with("wire-") ? 0.3 : 0.12;
+  const HiddenCampaign campaign(kNominal, GetParam(), size_mm, three_wires(74));
   const LoopResult result = closed(campaign, with_three_anchors());
   const auto& truth = campaign.written.truth;
   ASSERT_FALSE(result.trace.effects.empty());
@@ -472,7 +500,41 @@ TEST_P(DistanceFamily, IsNamedAddedAndGone) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Hidden, DistanceFamily,
-                         testing::Values("compliance", "harmonic", "backlash", "thermal"));
+                         testing::Values("compliance", "harmonic", "backlash", "thermal",
+                                         "wire-rezeroed", "wire-drift"));
+
+// One of three targets slips in its nest at half time.
+TEST(Targets, OneThatMovedIsNamedAndTheArmStaysAsItIs) {
+  Robot robot = read_robot(kNominal).robot;
+  for (const auto& [name, x, y, z] :
+       {std::tuple{"a", 0.10, 0.0, 0.05}, std::tuple{"b", -0.12, 0.08, 0.0},
+        std::tuple{"c", 0.0, -0.15, 0.1}})
+    robot.chain.targets.push_back({name, {x, y, z}});
+  Robot truth = robot;
+  truth.chain.links[1].d += 4e-4;
+  Effect slip{"slip", "target b", {DriverKind::time, -1, -1, ""}, {}, {}};
+  slip.shape.kind = ShapeKind::step;
+  slip.shape.at = 1210;
+  slip.coefficients = {{"x", 3e-4}, {"y", -2e-4}, {"z", 1e-4}};
+  truth.effects.push_back(slip);
+  SimulationOptions options;
+  options.repeats = 2;
+  options.noise_position = 95e-6;
+  options.orientation = false;
+  options.seed = 9;
+  const Campaign campaign = simulate(robot, truth, options);
+  const Split halves = split_by_pose(campaign, 0.4, 1);
+  const LoopResult result =
+      close_loop(robot, campaign.select(halves.training), campaign.select(halves.held_out),
+                 read_catalogue(kCatalogue), {});
+  ASSERT_EQ(result.trace.effects.size(), 1u) << listed(result);
+  const Effect& found = result.trace.effects.front().effect;
+  EXPECT_EQ(found.parameter, "target b") << listed(result);
+  EXPECT_NEAR(found.shape.at, 1210, 60);
+  for (size_t k = 0; k < 3; ++k)
+    EXPECT_NEAR(found.coefficients[k].value, slip.coefficients[k].value, 8e-5);
+  EXPECT_EQ(result.verdict, Verdict::closed);
+}
 
 TEST(Scale, OfTheInstrumentIsSaidToBeBeyondAnyCampaign) {
   armtrue_oracle::CampaignPlan plan;

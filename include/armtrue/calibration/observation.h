@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "armtrue/campaign/campaign.h"
+#include "armtrue/effects/line_of_sight.h"
 #include "armtrue/effects/robot_model.h"
 
 namespace armtrue {
@@ -36,11 +37,12 @@ std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& c
 /// coefficients of the first `fitted_effects` of its effects. Rotations of base and tool compose as
 /// exp(x_r) R.
 ///
-/// With p the point in R_A that the model predicts for a row, o the instrument (the origin of the
-/// session's own R_A), e the axes of that R_A, a and z the place and zero error of the anchor, and
-/// s the instrument's scale, the model of a reading is
-///     point         o + s (p - o)
-///     coordinate    s e_axis . (p - o)
+/// With p the point in R_A that the model predicts for a row, o and e the origin and the axes of
+/// the session's own R_A, a and z the place and zero error of the anchor, s the instrument's scale,
+/// and w what the errors of its range and its two angles do to the point (LineOfSight), the model
+/// of a reading is
+///     point         o + s (p - o) + w
+///     coordinate    e_axis . (s (p - o) + w)
 ///     distance      s |p - a| + z
 ///     orientation   the rotation of the measured frame; its residual is log(measured * model^-1).
 class ObservationModel {
@@ -119,7 +121,8 @@ class ObservationModel::At {
  private:
   friend class ObservationModel;
   At(const ObservationModel& model, const Eigen::VectorXd& x);
-  void offsets(int row, ParameterOffsets& offsets, double& scale) const;
+  Eigen::VectorXd offsets(int row) const;
+  LineOfSight line_of_sight(const Pose& frame) const;
   // The model's prediction of a row.
   struct Prediction {
     Pose frame;                 // R_A from the measured frame, its origin at the target
@@ -127,6 +130,8 @@ class ObservationModel::At {
                                 // instrument; of a length that length, as the first component
     Eigen::Vector3d direction;  // unit; derivative of a length by the point
     double scale;
+    Eigen::Vector3d off{0, 0, 0};  // what errors of range and angles add to the position
+    double zero = 0;               // error of a distance
   };
   Prediction predict(int row, PoseJacobian* jacobian) const;
   Eigen::Matrix<double, 6, 1> residual(int row, const Prediction& predicted) const;

@@ -65,6 +65,7 @@ struct Campaign {
   std::vector<double> sigma_position;     ///< per axis [m]
   std::vector<double> sigma_orientation;  ///< per axis [rad]
   std::vector<Direction> arrival;
+  std::vector<JointVector> stroke;  ///< see Arrival [rad]
   std::vector<double> payload_kg;
   std::vector<std::array<double, kJoints>> motor_torque_nm;
   std::vector<Eigen::Vector3d> force_n;
@@ -122,9 +123,10 @@ void require_drivers(const Campaign& campaign, const Effect& effect);
 /// where the row has a point; afterwards `position` is empty and `coordinate` has all rows.
 void points_to_coordinates(Campaign& campaign);
 
-/// Fills `arrival` of a campaign whose file does not state it: the sign of each joint's last motion
-/// in the same session, 0 before its first. Motions below 1e-4 deg do not count. The order of the
-/// visits is that of the times or, without times, that of the rows.
+/// Fills `arrival` and `stroke`, unless the campaign has them: the sign of each joint's last motion
+/// in the same session, 0 before its first, and its way since it last reversed. Motions below
+/// 1e-4 deg do not count. The order of the visits is that of the times or, without times, that of
+/// the rows. The way stays unknown where the directions are given and are not those of this order.
 void derive_arrival(Campaign& campaign);
 
 /// Begins a new session at each of the times, as after a knock of the tracker. The sessions are

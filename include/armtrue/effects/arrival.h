@@ -7,27 +7,35 @@
 
 namespace armtrue {
 
-/// Follows the encoder angles from one visit to the next: which way each joint moved last.
+/// Follows the encoder angles from one visit to the next: which way each joint moved last, and how
+/// far since it last reversed. Between two visits every joint is taken to move one way.
 class Arrival {
  public:
   explicit Arrival(const JointVector& start) : moved_last_(start) {}
 
-  /// Sign of the last motion of each joint at the next visit; 0: it has not moved yet.
-  const Direction& at(const JointVector& q) {
+  /// Goes to the next visit.
+  void go_to(const JointVector& q) {
     for (int j = 0; j < kJoints; ++j) {
       const double motion = q[j] - moved_last_[j];
       if (std::abs(motion) <= kMinMotion) continue;
+      const bool reverses = motion * stroke_[j] < 0;
+      stroke_[j] = reverses ? motion : stroke_[j] + motion;
       direction_[j] = motion > 0 ? 1 : -1;
       moved_last_[j] = q[j];
     }
-    return direction_;
   }
+
+  /// Sign of the last motion of each joint; 0: it has not moved yet.
+  const Direction& direction() const { return direction_; }
+  /// Way of each joint since it last reversed, with the sign of its motion [rad].
+  const JointVector& stroke() const { return stroke_; }
 
  private:
   static constexpr double kMinMotion = 1e-4 * kDegree;  // no rounding of a file is a motion
 
   JointVector moved_last_;  // small motions add up, so that a slow joint is seen to move too
   Direction direction_{};
+  JointVector stroke_ = JointVector::Zero();
 };
 
 }  // namespace armtrue

@@ -17,7 +17,8 @@ struct CatalogueEntry {
   enum class Joint { none, own, previous, fixed };
 
   std::string name;
-  std::string parameter;  ///< alpha, d, theta, r, beta (of each joint), or base, base.rx, tool, ...
+  std::string parameter;  ///< alpha, d, theta, r, beta (of each joint), target, anchor.zero (of
+                          ///< each target or anchor), or base, base.rx, tool, instrument.range ...
   std::vector<int> joints;  ///< 0-based; the joints whose parameter it is
   Driver driver;            ///< its joint is filled in as `driver_joint` says
   Joint driver_joint = Joint::none;

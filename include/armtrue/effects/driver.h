@@ -14,21 +14,27 @@ enum class DriverKind {
   gravity_torque,  ///< torque of gravity about the axis of one joint [N m]
   motor_torque,    ///< measured torque of one joint's motor, on the side of the arm [N m]
   arrival,         ///< direction in which one joint came to its pose: -1, 0, 1
+  stroke,          ///< way of one joint since it last reversed, with the sign of its motion [rad]
   time,            ///< [s]
   temperature,     ///< of one sensor [deg C]
   payload,         ///< [kg]
   force,           ///< generalised force of the tool load on the parameter itself [N m or N]
   moment,          ///< generalised force of gravity on the parameter itself [N m or N]
-  position,        ///< the reading itself; only for instrument.scale
+  position,        ///< the reading itself, a constant; only for parameters of the instrument
+  tool_weight,     ///< torque about one joint of 1 kg at the measured frame [N m]
+  range,           ///< distance of the measured frame from the instrument [m]
+  azimuth,         ///< of the line of sight, about the vertical through the instrument [rad]
+  elevation,       ///< of the line of sight, above the horizontal [rad]
+  incidence,       ///< angle between the line of sight and the z axis of the measured frame [rad]
 };
 
 struct Driver {
   DriverKind kind = DriverKind::joint_angle;
-  int joint = -1;         ///< 0-based; joint_angle, the torques and arrival
-  int second_joint = -1;  ///< 0-based; joint_angle of two joints, arrival as a factor
+  int joint = -1;         ///< 0-based; joint_angle, the torques, arrival and stroke
+  int second_joint = -1;  ///< 0-based; joint_angle of two joints, a factor of a joint
   std::string where;      ///< temperature: the sensor's name, as in the column temp_<where>_c
   /// A second driver, whose value multiplies the shape of the first: arrival, time, temperature
-  /// (from 20 deg C on, the reference of ISO 1), payload or force.
+  /// (from 20 deg C on, the reference of ISO 1), payload, force or, of time, a torque of gravity.
   std::optional<DriverKind> factor{};
 
   /// Two joint angles, each with a shape of its own.
@@ -38,6 +44,9 @@ struct Driver {
 
   bool operator==(const Driver&) const = default;
 };
+
+/// Whether a driver of this kind is an angle.
+bool is_angle(DriverKind kind);
 
 /// As in the files: `joint-angle 4`, `joint-angle 2,4`, `gravity-torque 2`, `temperature air`,
 /// `joint-angle 3 * payload`, ...

@@ -30,10 +30,11 @@ struct Family {
 
 /// A parameter that is not constant:
 ///     parameter(context) = constant + sum_k c_k shape_k(driver(context)).
-/// `parameter` is the name of one parameter, or of a group of six (`base`, `tool`), each of which
-/// then has its own coefficients, in the order x y z rx ry rz, and follows its own generalised
-/// force; with the driver `moment` a group is its rotation vector, which follows the vector of the
-/// moment with one common coefficient. A factor of the driver multiplies every shape_k.
+/// `parameter` is the name of one parameter, or of a group: the six of `base` or `tool`, in the
+/// order x y z rx ry rz, or the place x y z of a `target <name>`. Each of a group has its own
+/// coefficients and follows its own generalised force; with the driver `moment` a group is its
+/// rotation vector, which follows the vector of the moment with one common coefficient. A factor of
+/// the driver multiplies every shape_k.
 struct Effect {
   std::string name;
   std::string parameter;
@@ -56,10 +57,12 @@ inline bool same_form(const Effect& a, const Effect& b) {
   return same_place(a, b) && a.shape == b.shape;
 }
 
-/// Whether an effect's parameter stands for the six components of a pose.
-inline bool is_group(const std::string& parameter) {
-  return parameter == "base" || parameter == "tool";
-}
+/// Number of the parameters that an effect's parameter stands for: 6 of a pose, 3 of a target.
+int group_size(const std::string& parameter);
+inline bool is_group(const std::string& parameter) { return group_size(parameter) > 1; }
+
+/// Index of the first of them; nothing if the chain has no such parameter or group.
+std::optional<int> first_parameter(const KinematicChain& chain, const std::string& parameter);
 
 /// Whether the coefficients share one prior deviation: those of a group, and of a whole family.
 inline bool is_shrunken(const Effect& effect) {
@@ -69,7 +72,7 @@ inline bool is_shrunken(const Effect& effect) {
 /// The members of a whole family, with their coefficients; otherwise the effect itself.
 std::vector<Effect> single_effects(const Effect& effect);
 
-/// What an effect's parameter is measured in; radian of a group, whose coefficients have units of
+/// What an effect's parameter is measured in; radian of a pose, whose coefficients have units of
 /// their own unless the moment turns it.
 ParameterUnit unit_of_parameter(const KinematicChain& chain, const std::string& parameter);
 

@@ -56,6 +56,9 @@ struct Robot {
   std::map<std::string, Session> sessions;
   std::vector<Body> bodies;              ///< may be empty: torques are then a generic basis
   Eigen::Vector3d gravity{0, 0, -9.81};  ///< in R_0 [m/s^2]
+  /// Where the instrument stands in R_A, for effects of its line of sight [m]; if the file does not
+  /// say it, at the origin.
+  std::optional<Eigen::Vector3d> instrument;
   std::vector<Effect> effects;
 
   std::vector<std::string> identify{"auto"};  ///< {"auto"}, {"paper-25"}, or parameter names
@@ -71,5 +74,17 @@ struct Robot {
   /// Whether links may be anything: parameters that `priors` does not name have no prior then.
   bool free_links = false;
 };
+
+/// The vertical in R_A, a unit vector; z where there is no gravity.
+Eigen::Vector3d upwards(const Robot& robot);
+
+/// The place of the instrument in R_A [m].
+inline Eigen::Vector3d instrument_place(const Robot& robot) {
+  return robot.instrument.value_or(Eigen::Vector3d::Zero());
+}
+
+/// Whether it is known where the instrument stands: the file says it, or the origin of R_A lies
+/// beyond the reach of the arm, where an instrument can stand.
+bool knows_instrument(const Robot& robot);
 
 }  // namespace armtrue

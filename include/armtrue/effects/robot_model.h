@@ -47,11 +47,14 @@ class BoundEffect {
   }
   double driver_value(DriverKind kind, int joint, size_t member, const Context& context,
                       const ArmFrames* frames, const PoseJacobian* jacobian) const;
+  double sight_value(DriverKind kind, const Pose& measured) const;
   void shape_values(size_t member, const Context& context, const ArmFrames* frames,
                     const PoseJacobian* jacobian, double* out) const;
 
   Driver driver_;
   Shape shape_;
+  Pose base_, tool_;
+  Eigen::Vector3d instrument_, up_;
   int temperature_ = -1;
   std::vector<GravityLoad> loads_;
   std::vector<int> parameters_;
@@ -69,7 +72,7 @@ class RobotModel {
  public:
   explicit RobotModel(const Robot& robot, const std::vector<std::string>& temperature_names = {});
 
-  /// The reading of the measured frame: R_A from it, lengths times the instrument's scale.
+  /// The reading of the measured frame: R_A from it, with the errors of the instrument.
   Pose pose(const Context& context) const;
 
   /// The same for a target, an index into the chain's targets, or -1 for the measured frame's
@@ -82,13 +85,18 @@ class RobotModel {
 
   const ChainEvaluator& chain() const { return chain_; }
 
-  /// The sum of the effects on each parameter, instrument.scale last.
-  Eigen::Matrix<double, kGeometricParameters + 1, 1> offsets(const Context& context) const;
+  /// The sum of the effects on each parameter of the chain, the instrument, targets and anchors.
+  Eigen::VectorXd offsets(const Context& context) const;
 
  private:
+  Eigen::Vector3d place(const Context& context, int target, const Eigen::VectorXd& offsets) const;
+  Eigen::Vector3d read(const Eigen::Vector3d& point, const Eigen::VectorXd& offsets) const;
+
   ChainEvaluator chain_;
   std::vector<Target> targets_;
   std::vector<Anchor> anchors_;
+  Eigen::Vector3d instrument_, up_;
+  int parameters_;
   std::vector<BoundEffect> effects_;
   std::vector<std::vector<double>> coefficients_;
 };

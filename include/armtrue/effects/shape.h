@@ -13,7 +13,10 @@ enum class ShapeKind {
   harmonic,     ///< sin n x, cos n x
   sign,         ///< sign of x
   step,         ///< 0 before `at`, 1 from it on
+  kink,         ///< 0 before `at`, x - at from it on
   exponential,  ///< 1 - exp(-x / tau)
+  pre_sliding,  ///< sign(x) (1 - 2 exp(-|x| / tau)): friction turns round within tau after a
+                ///< reversal
   series,       ///< a basis on a fixed range
 };
 
@@ -31,8 +34,8 @@ enum class SeriesBasis {
 struct Shape {
   ShapeKind kind = ShapeKind::linear;
   double harmonic = 1;  ///< n, cycles per turn; gear trains make it any number above zero
-  double at = 0;        ///< step: t* [s]
-  double tau = 0;       ///< exponential [s]
+  double at = 0;        ///< of a step or kink [s, rad]
+  double tau = 0;       ///< exponential [s], pre_sliding [rad]
 
   SeriesBasis basis = SeriesBasis::cosine;
   int count = 0;                        ///< order of the series, for each driver
@@ -41,8 +44,15 @@ struct Shape {
   bool operator==(const Shape&) const = default;
 };
 
-/// As in the files: `linear`, `harmonic 2`, `harmonic 50.5`, `sign`, `step`, `exponential`,
-/// `series`. The other inner values (at, tau, basis, count, range) stand in keys of their own.
+/// Whether a shape of this kind has the inner value `at`, or `tau`.
+constexpr bool has_at(ShapeKind kind) { return kind == ShapeKind::step || kind == ShapeKind::kink; }
+constexpr bool has_tau(ShapeKind kind) {
+  return kind == ShapeKind::exponential || kind == ShapeKind::pre_sliding;
+}
+
+/// As in the files: `linear`, `harmonic 2`, `harmonic 50.5`, `sign`, `step`, `kink`,
+/// `exponential`, `pre-sliding`, `series`. The other inner values (at, tau, basis, count, range)
+/// stand in keys of their own.
 std::string to_string(const Shape& shape);
 std::optional<Shape> parse_shape(std::string_view text);
 

@@ -14,7 +14,8 @@ namespace armtrue {
 ///     6..40   links  alpha d theta r beta, link by link
 ///     41..46  tool   x y z rx ry rz
 ///     47      instrument.scale (relative error of the instrument's lengths)
-///     48..    targets, x y z each
+///     48..50  instrument.range .azimuth .elevation (errors along and across its line of sight)
+///     51..    targets, x y z each
 ///     then    anchors, x y z zero each
 /// The parameters of base and tool change the pose in the axes of its parent frame:
 /// t <- t + (x, y, z) and R <- exp([r]x) R with r = (rx, ry, rz), about the pose's own origin.
@@ -23,7 +24,14 @@ inline constexpr int kLinkParameters = 6;
 inline constexpr int kToolParameters = 41;
 inline constexpr int kGeometricParameters = 47;
 inline constexpr int kInstrumentScale = 47;
-inline constexpr int kTargetParameters = 48;
+inline constexpr int kInstrumentRange = 48;
+inline constexpr int kInstrumentElevation = 50;
+inline constexpr int kTargetParameters = 51;
+
+/// Whether a parameter belongs to the instrument. It is 0 but for effects.
+constexpr bool is_instrument_parameter(int index) {
+  return index >= kInstrumentScale && index < kTargetParameters;
+}
 
 /// Names of the parameters of base and tool in files.
 inline constexpr std::array<const char*, 6> kTwistNames{"x", "y", "z", "rx", "ry", "rz"};
@@ -68,8 +76,8 @@ std::string parameter_name(const KinematicChain& chain, int index);
 /// The inverse of parameter_name; nothing if the chain has no such parameter.
 std::optional<int> find_parameter(const KinematicChain& chain, std::string_view name);
 
-/// Adds `delta` (m or rad) to one parameter. instrument.scale is not a property of the chain: the
-/// chain does not change.
+/// Adds `delta` (m or rad) to one parameter. Those of the instrument are no property of the chain:
+/// the chain does not change.
 void move_parameter(KinematicChain& chain, int index, double delta);
 
 }  // namespace armtrue

@@ -5,13 +5,21 @@
 #include <cmath>
 
 #include "armtrue/kinematics/parameters.h"
+#include "armtrue/kinematics/units.h"
 
 namespace armtrue {
+
+std::pair<std::string, double> inner_unit(DriverKind driver) {
+  return is_angle(driver) ? std::pair{"_deg", kDegree} : std::pair{"_s", 1.0};
+}
+
 Shape read_shape(YamlMap& map) {
   const auto shape = parse_shape(map.text("shape"));
   if (!shape)
-    map.fail("shape", "'" + map.text("shape") +
-                          "' is none of linear, harmonic <n>, sign, step, exponential, series");
+    map.fail("shape",
+             "'" + map.text("shape") +
+                 "' is none of linear, harmonic <n>, sign, step, kink, exponential, pre-sliding, "
+                 "series");
   return *shape;
 }
 
@@ -52,14 +60,8 @@ void read_series(YamlMap series, bool two_drivers, Shape& shape) {
 Effect read_effect_form(YamlMap& map, const KinematicChain& chain) {
   Effect effect;
   effect.parameter = map.text("parameter");
-  if (effect.parameter != "base" && effect.parameter != "tool") {
-    const auto parameter = find_parameter(chain, effect.parameter);
-    if (!parameter) map.fail("parameter", "the robot has no parameter '" + effect.parameter + "'");
-    if (*parameter > kInstrumentScale)
-      map.fail("parameter", "'" + effect.parameter +
-                                "' is a constant of targets and anchors, which no effect moves; "
-                                "name a parameter of a link, base, tool or instrument.scale");
-  }
+  if (!first_parameter(chain, effect.parameter))
+    map.fail("parameter", "the robot has no parameter '" + effect.parameter + "'");
   const auto driver = parse_driver(map.text("driver"));
   if (!driver) map.fail("driver", "'" + map.text("driver") + "' is none of " + kDriverForms);
   effect.driver = *driver;
@@ -67,10 +69,11 @@ Effect read_effect_form(YamlMap& map, const KinematicChain& chain) {
   if (const std::string why = why_invalid(effect.parameter, effect.driver, effect.shape);
       !why.empty())
     map.fail("driver", why);
-  if (effect.shape.kind == ShapeKind::step) effect.shape.at = map.number("at_s");
-  if (effect.shape.kind == ShapeKind::exponential) {
-    effect.shape.tau = map.number("tau_s");
-    if (effect.shape.tau <= 0) map.fail("tau_s", "must be above zero");
+  const auto [suffix, unit] = inner_unit(effect.driver.kind);
+  if (has_at(effect.shape.kind)) effect.shape.at = map.number("at" + suffix) * unit;
+  if (has_tau(effect.shape.kind)) {
+    effect.shape.tau = map.number("tau" + suffix) * unit;
+    if (effect.shape.tau <= 0) map.fail("tau" + suffix, "must be above zero");
   }
   if (effect.shape.kind == ShapeKind::series)
     read_series(map.map("series"), effect.driver.is_pair(), effect.shape);
@@ -99,9 +102,10 @@ Effect read_effect(YamlMap map, const KinematicChain& chain) {
     entry.finish();
   }
   // Statements of close-loop about an effect; the prediction does not depend on them.
-  for (const char* key : {"evidence", "indistinguishable", "ruled_out", "cause", "description",
-                          "curve", "cycle", "unidentifiable", "separated_by", "variance_share",
-                          "variance_share_ci95", "may_lead", "at_s_ci95", "confirmed", "sentence"})
+  for (const char* key :
+       {"evidence", "indistinguishable", "ruled_out", "cause", "description", "curve", "cycle",
+        "unidentifiable", "separated_by", "variance_share", "variance_share_ci95", "may_lead",
+        "at_s_ci95", "at_deg_ci95", "may_be_instrument", "confirmed", "sentence"})
     map.ignore(key);
   map.finish();
   return effect;

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <string>
+#include <utility>
+
 #include "armtrue/effects/effect.h"
 #include "armtrue/kinematics/chain.h"
 #include "io/yaml/yaml_map.h"
@@ -8,9 +11,13 @@ namespace armtrue {
 
 /// The forms of a driver, for messages.
 inline constexpr const char* kDriverForms =
-    "joint-angle <j>[,<k>], gravity-torque <j>, motor-torque <j>, arrival <j>, time, temperature "
-    "<where>, payload, force, moment, position (of instrument.scale), or one of them * arrival "
-    "<j>, time, temperature <where>, payload or force";
+    "joint-angle <j>[,<k>], gravity-torque <j>, motor-torque <j>, tool-weight <j>, arrival <j>, "
+    "stroke <j>, time, temperature <where>, payload, force, moment, range, azimuth, elevation, "
+    "incidence, position (of the instrument), or one of them * arrival <j>, time, temperature "
+    "<where>, payload or force, or time * gravity-torque <j> or tool-weight <j>";
+
+/// Ending of the keys `at` and `tau` of an effect with this driver, and their unit in SI.
+std::pair<std::string, double> inner_unit(DriverKind driver);
 
 Shape read_shape(YamlMap& map);
 

@@ -1,3 +1,4 @@
+#include "io/yaml/effect_io.h"
 #include "io/yaml/traced_effect_text.h"
 
 #include <fmt/format.h>
@@ -109,10 +110,12 @@ YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain,
   if (traced.cycle) node["cycle"] = cycle_node(traced, robot);
   if (traced.step_ci95) {
     YAML::Node interval;
-    for (double bound : *traced.step_ci95) interval.push_back(number_text(bound));
-    node["at_s_ci95"] = flow(interval);
+    const auto [suffix, unit] = inner_unit(traced.effect.driver.kind);
+    for (double bound : *traced.step_ci95) interval.push_back(number_text(bound, unit));
+    node["at" + suffix + "_ci95"] = flow(interval);
   }
   if (gain) node["confirmed"] = gain->confirmed() ? "true" : "false";
+  if (may_be_instrument(traced, robot)) node["may_be_instrument"] = "true";
   node["sentence"] = for_the_cell(traced, gain, robot);
   node["description"] = in_words(traced, gain, curve, robot);
   if (!curve.empty() && traced.effect.shape.kind == ShapeKind::series)

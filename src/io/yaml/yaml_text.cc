@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "armtrue/kinematics/units.h"
+#include "io/yaml/effect_io.h"
 
 namespace armtrue {
 namespace {
@@ -38,7 +39,7 @@ const char* si_name(ParameterUnit unit) {
 // Unit of the parameter that a coefficient moves. In a group the first half of the coefficients
 // moves x, y and z; if the driver is a moment, all turn it.
 ParameterUnit unit_moved(const Effect& effect, size_t coefficient, const KinematicChain& chain) {
-  if (is_group(effect.parameter) && effect.driver.kind != DriverKind::moment &&
+  if (group_size(effect.parameter) == 6 && effect.driver.kind != DriverKind::moment &&
       2 * coefficient < effect.coefficients.size())
     return ParameterUnit::metre;
   return unit_of_parameter(chain, effect.parameter);
@@ -114,8 +115,9 @@ YAML::Node effect_form_node(const Effect& effect) {
   node["driver"] = to_string(effect.driver);
   node["shape"] = to_string(effect.shape);
   const Shape& shape = effect.shape;
-  if (shape.kind == ShapeKind::step) node["at_s"] = number_text(shape.at);
-  if (shape.kind == ShapeKind::exponential) node["tau_s"] = number_text(shape.tau);
+  const auto [suffix, unit] = inner_unit(effect.driver.kind);
+  if (has_at(shape.kind)) node["at" + suffix] = number_text(shape.at, unit);
+  if (has_tau(shape.kind)) node["tau" + suffix] = number_text(shape.tau, unit);
   if (shape.kind == ShapeKind::series) {
     YAML::Node series;
     series["basis"] = basis_name(shape.basis);

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "armtrue/kinematics/pose.h"
+
+namespace armtrue {
+
+/// The line of sight of an instrument that measures a distance and two angles: a laser tracker, a
+/// total station. Its first axis is vertical. All vectors are in R_A.
+class LineOfSight {
+ public:
+  /// From `instrument` to `point` [m]; `up` is a unit vector.
+  LineOfSight(const Eigen::Vector3d& instrument, const Eigen::Vector3d& up,
+              const Eigen::Vector3d& point);
+
+  double range() const { return range_; }  ///< [m]
+  /// Angle about `up`, from the axis of R_A that is nearest to the horizontal plane [rad].
+  double azimuth() const;
+  double elevation() const;  ///< [rad]
+  /// Angle between the line, seen from the point, and `axis`, a unit vector [rad].
+  double incidence(const Eigen::Vector3d& axis) const;
+
+  /// d(reading of the point)/d(error of range, azimuth, elevation) [1, m, m]. The columns of the
+  /// angles are zero for a point at the instrument, that of the azimuth straight above it too.
+  const Eigen::Matrix3d& derivatives() const { return derivatives_; }
+
+ private:
+  Eigen::Vector3d ray_, up_;
+  double range_;
+  Eigen::Matrix3d derivatives_ = Eigen::Matrix3d::Zero();
+};
+
+}  // namespace armtrue
