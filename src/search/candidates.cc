@@ -1,6 +1,7 @@
 #include "search/candidates.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <set>
@@ -450,6 +451,7 @@ std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Ro
           candidate.effect.driver = driver;
           candidate.effect.shape = shape;
           candidate.in_words = entry.in_words;
+          candidate.of_most_arms = entry.usual == Usual::most_arms;
           candidates.push_back(std::move(candidate));
           usual.push_back(entry.usual);
         }
@@ -465,7 +467,8 @@ std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Ro
 namespace {
 
 constexpr int kPosesForLoads = 256;
-constexpr double kMinTorque = 1.0;  // N m, RMS: gravity does not turn such a joint
+constexpr double kMinTorque = 1.0;         // N m, RMS: gravity does not turn such a joint
+constexpr double kLeverOfWrist = 1.0 / 3;  // of the longest lever
 
 // RMS of the values of an effect (of their norm, if it has several): over the travel of the joints
 // where gravity drives it, over the readings otherwise.
@@ -493,6 +496,21 @@ double typical_value(const BoundEffect& bound, const Effect& effect, const Robot
     squares += values.squaredNorm();
   }
   return std::sqrt(squares / static_cast<double>(contexts.size()));
+}
+
+// How far an angle of each joint moves the measured frame, RMS over the travel [m].
+std::array<double, kJoints> levers(const Robot& robot) {
+  const ChainEvaluator chain(robot.chain);
+  std::array<double, kJoints> squares{};
+  for (const JointVector& q : sample_joint_space(robot.chain, kPosesForLoads)) {
+    PoseJacobian jacobian;
+    chain.pose(q, jacobian);
+    for (int j = 0; j < kJoints; ++j)
+      squares[static_cast<size_t>(j)] +=
+          jacobian.col(link_parameter(j, LinkParameter::theta)).head<3>().squaredNorm();
+  }
+  for (double& square : squares) square = std::sqrt(square / kPosesForLoads);
+  return squares;
 }
 
 // Joint whose load drives an effect; -1: none does.
@@ -523,6 +541,12 @@ std::vector<Candidate> family_candidates(const std::vector<Candidate>& singles, 
                                          const Campaign& campaign) {
   std::vector<Candidate> families;
   std::vector<std::vector<double>> values;  // typical, of each member
+  const std::array<double, kJoints> lever = levers(robot);
+  // Without masses the loads have no scale. Those of a wrist are small beside those of the arm.
+  const auto is_of_wrist = [&](const Driver& driver) {
+    return robot.bodies.empty() && driver.kind == DriverKind::gravity_torque &&
+           lever[static_cast<size_t>(driver.joint)] < kLeverOfWrist * std::ranges::max(lever);
+  };
   const auto same_family = [](const Candidate& family, const Candidate& single) {
     const Effect& first = family.effect.members.front();
     return first.family->name == single.effect.family->name &&
@@ -530,7 +554,7 @@ std::vector<Candidate> family_candidates(const std::vector<Candidate>& singles, 
            first.driver.where == single.effect.driver.where && first.shape == single.effect.shape;
   };
   for (const Candidate& single : singles) {
-    if (!single.effect.family) continue;
+    if (!single.effect.family || is_of_wrist(single.effect.driver)) continue;
     const BoundEffect bound(single.effect, robot, campaign.temperature_names);
     const double value = typical_value(bound, single.effect, robot, campaign);
     const bool by_torque = single.effect.driver.kind == DriverKind::gravity_torque;

@@ -1,6 +1,7 @@
 #include "search/model_search.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <optional>
 #include <set>
@@ -8,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "armtrue/calibration/evaluation.h"
 #include "search/cross_validation.h"
 
 namespace armtrue {
@@ -35,6 +37,7 @@ class ModelSearch {
   ModelSearch(const Robot& robot, const Campaign& campaign, const Catalogue& catalogue,
               const TraceOptions& options)
       : options_(options),
+        campaign_(campaign),
         result_{EffectModel(robot, campaign, catalogue, options), {}, {}, {}, 0, 1, {}},
         model_(result_.model) {
     result_.stages.push_back(model_.fit());
@@ -61,11 +64,14 @@ class ModelSearch {
   void settle_inner_values();
   void drop_idle();
   void split_families();
+  void hold_family_of_most_arms();
+  Eigen::VectorXd errors_left_out() const;
   bool is_new_model();
   bool may_enter(const Candidate& candidate) const;
   const std::vector<Candidate>& candidates() const { return model_.scan().candidates(); }
 
   const TraceOptions& options_;
+  const Campaign& campaign_;
   SearchResult result_;
   EffectModel& model_;
   int merges_ = 0;
@@ -100,6 +106,7 @@ void ModelSearch::run() {
   settle_inner_values();
   drop_idle();
   split_families();
+  hold_family_of_most_arms();
 }
 
 // One forward step; false if nothing more is to be added.
@@ -315,6 +322,57 @@ void ModelSearch::split_families() {
     stage.robot.effects = std::move(singles);
   }
   result_.stages.back() = model_.fit();
+}
+
+// What most arms have needs no evidence to stay in the model, only none against it: members of such
+// a family stay, held by the prior that they share, unless poses left out are predicted worse with
+// them by more than the standard error of the difference.
+void ModelSearch::hold_family_of_most_arms() {
+  const auto found = std::ranges::find_if(candidates(), [](const Candidate& candidate) {
+    return candidate.of_most_arms && !candidate.effect.members.empty();
+  });
+  if (found == candidates().end()) return;
+  Candidate family = *found;
+  std::erase_if(family.effect.members,
+                [&](const Effect& member) { return model_.contains(member); });
+  if (family.effect.members.empty()) return;
+  const Eigen::VectorXd without = errors_left_out();
+  model_.add(family, 1);
+  const Eigen::ArrayXd worse = errors_left_out() - without;
+  const auto poses = static_cast<double>(worse.size());
+  const double error = std::sqrt((worse - worse.mean()).square().sum() / (poses * (poses - 1)));
+  if (worse.mean() > error) {
+    model_.drop({static_cast<int>(model_.chosen().size()) - 1});
+    return;
+  }
+  const auto singles = static_cast<int>(model_.chosen().back().effect.members.size());
+  model_.split_family();
+  for (int k = 0; k < singles; ++k) model_.hold(model_.chosen().size() - 1);
+  result_.stages.back() = model_.fit();
+}
+
+// Mean error of the position of each pose by a fit of the same model that has not seen it [m].
+Eigen::VectorXd ModelSearch::errors_left_out() const {
+  constexpr int kFolds = 10;
+  const CalibrationResult& fit = model_.fit();
+  const std::vector<int> pose = campaign_.pose_by_id();
+  CalibrationOptions options;
+  options.start_near(fit);
+  options.tolerance = kSearchTolerance;
+  Eigen::VectorXd sums = Eigen::VectorXd::Zero(std::ssize(campaign_.pose_ids)), weights = sums;
+  for (int fold = 0; fold < kFolds; ++fold) {
+    std::vector<int> inside, outside;
+    for (int row = 0; row < campaign_.rows(); ++row)
+      (pose[row] % kFolds == fold ? outside : inside).push_back(row);
+    const CalibrationResult part = calibrate(fit.robot, campaign_.select(inside), fit.set, options);
+    const Evaluation evaluation = evaluate(part.robot, campaign_.select(outside));
+    for (size_t k = 0; k < outside.size(); ++k) {
+      const double weight = fit.weights[outside[k]];
+      sums[pose[outside[k]]] += weight * evaluation.position[k];
+      weights[pose[outside[k]]] += weight;
+    }
+  }
+  return sums.cwiseQuotient(weights.cwiseMax(1e-300));
 }
 
 // False once a model comes back, or after kMaxModels (frequencies seldom come back to the last

@@ -24,6 +24,7 @@ struct Candidate {
   /// enter the model only when no simpler candidate is left.
   bool fine = false;
   std::string in_words{};  ///< from the catalogue
+  bool of_most_arms = false;
 };
 
 /// All candidates of a search with the values of their drivers and shapes in every row of a
