@@ -193,8 +193,10 @@ int run(app::Command& command, const Arguments& arguments) {
   if (result.predictor)
     write_output(arguments.predictor_out, write_robot(result.predictor->robot, provenance));
   if (!arguments.robot_out.empty())
-    write_output(arguments.robot_out,
-                 write_calibration(result.trace.fit, measured.training, provenance));
+    write_output(
+        arguments.robot_out,
+        write_calibration(result.trace.fit, without_gross(measured.training, result.gross_poses),
+                          provenance, {}, result.gross_poses));
   if (!arguments.residuals.empty())
     write_output(arguments.residuals,
                  residuals(result.trace.fit.robot, measured, !arguments.test.empty()));

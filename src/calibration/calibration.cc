@@ -287,7 +287,15 @@ void require_enough_readings(const SessionModels& model, const std::vector<Prior
 
 CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
                             const CalibrationOptions& options) {
-  return calibrate(robot, campaign, choose_identifiable(robot, campaign), options);
+  const IdentifiableSet set = choose_identifiable(robot, campaign);
+  CalibrationResult fit = calibrate(robot, campaign, set, options);
+  // What the readings show depends on where the measured frame is: a reflector on the last axis of
+  // the file says less than one beside it.
+  Robot placed = robot;
+  placed.chain.base = fit.robot.chain.base;
+  placed.chain.tool = fit.robot.chain.tool;
+  const IdentifiableSet there = choose_identifiable(placed, campaign);
+  return there.kept == set.kept ? fit : calibrate(robot, campaign, there, options);
 }
 
 CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,

@@ -81,6 +81,8 @@ std::vector<int> indices_of(const Robot& robot, const std::vector<std::string>& 
 // Standard deviation per axis of the residuals of a fit, unknowns counted off; of rows of one pose
 // together with what they have in common.
 InstrumentNoise spread_of(const CalibrationResult& fit, const Campaign& campaign) {
+  if (std::ssize(fit.weights) != campaign.rows())
+    throw std::logic_error("the campaign is not the one of the fit");
   const Evaluation evaluation = evaluate(fit.robot, campaign);
   const ReadingSize size = campaign.reading_size();
   double position = 0, orientation = 0, rows = 0;

@@ -77,6 +77,11 @@ bool EffectModel::contains(const Effect& effect) const {
   });
 }
 
+bool EffectModel::has_possible_sign(size_t k) const {
+  const std::vector<Coefficient>& c = fit_.robot.effects[in_fit(k)].coefficients;
+  return !chosen_[k].only_positive || c.size() != 1 || c.front().value > 0;
+}
+
 void EffectModel::add(const Candidate& candidate, double p) {
   std::vector<Effect> coefficients = fit_.robot.effects;
   // A family takes the place of its members.

@@ -35,6 +35,8 @@ class EffectModel {
   int in_fit(size_t k) const { return declared_ + static_cast<int>(k); }
   /// The p with which the k-th chosen candidate was added; none if it replaced another one.
   std::optional<double> p_at_gate(size_t k) const { return p_at_gate_[k]; }
+  /// Whether the k-th chosen candidate has the sign that it may have.
+  bool has_possible_sign(size_t k) const;
   /// Whether the model has this effect, declared or chosen.
   bool contains(const Effect& effect) const;
 

@@ -279,16 +279,19 @@ void ModelSearch::settle_inner_values() {
   }
 }
 
-// Drops effects that stood for what the inner values of others missed.
+// Drops effects that stood for what the inner values of others missed, and those that have become
+// impossible beside the others.
 void ModelSearch::drop_idle() {
   for (;;) {
     int idle = -1;
     double least = 0;
     for (int k = 0; k < static_cast<int>(model_.chosen().size()); ++k) {
       const double score = model_.score_of({k}).score;
-      if (score > least) continue;
-      least = score;
+      const bool impossible = !model_.has_possible_sign(static_cast<size_t>(k));
+      if (score > least && !impossible) continue;
+      least = std::min(least, score);
       idle = k;
+      if (impossible) break;
     }
     if (idle < 0) return;
     model_.drop({idle});

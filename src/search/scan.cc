@@ -40,7 +40,7 @@ bool same(const Context& a, const Context& b) {
 
 CandidateScan::CandidateScan(const std::vector<Candidate>& candidates, const Robot& robot,
                              const Campaign& campaign)
-    : candidates_(candidates) {
+    : candidates_(candidates), max_scale_(campaign.has_distances() ? kMaxVariation : 1e-3) {
   std::vector<Context> contexts;
   for (int row = 0; row < campaign.rows(); ++row) {
     const Context context = campaign.context(row);
@@ -133,7 +133,7 @@ Eigen::MatrixXd CandidateScan::columns(const Linearization& fit, int candidate) 
   return columns;
 }
 
-double CandidateScan::variation(int candidate, const Eigen::VectorXd& coefficients) const {
+double CandidateScan::share_of_possible(int candidate, const Eigen::VectorXd& coefficients) const {
   std::map<int, Eigen::VectorXd> offsets;
   for (const Term& term : terms_[candidate]) {
     auto& offset =
@@ -145,7 +145,8 @@ double CandidateScan::variation(int candidate, const Eigen::VectorXd& coefficien
   for (const auto& [parameter, offset] : offsets) {
     // The model fits no constants of the instrument, so their mean counts as variation.
     const double constant = is_instrument_parameter(parameter) ? 0 : offset.mean();
-    largest = std::max(largest, std::sqrt((offset.array() - constant).square().mean()));
+    const double most = parameter == kInstrumentScale ? max_scale_ : kMaxVariation;
+    largest = std::max(largest, std::sqrt((offset.array() - constant).square().mean()) / most);
   }
   return largest;
 }
@@ -153,7 +154,7 @@ double CandidateScan::variation(int candidate, const Eigen::VectorXd& coefficien
 bool CandidateScan::is_possible(int candidate, const Eigen::VectorXd& coefficients) const {
   if (candidates_[candidate].only_positive && coefficients.size() == 1 && coefficients[0] <= 0)
     return false;
-  return variation(candidate, coefficients) < kMaxVariation;
+  return share_of_possible(candidate, coefficients) < 1;
 }
 
 }  // namespace armtrue

@@ -39,12 +39,13 @@ class CandidateScan {
   /// Whitened columns X of one candidate, before projection: (rows * row_size) x coefficients.
   Eigen::MatrixXd columns(const Linearization& fit, int candidate) const;
 
-  /// Largest standard deviation over the campaign of what the candidate adds to a parameter
-  /// [m, rad]. Of the instrument, whose parameters the model does not fit as constants, the RMS.
-  double variation(int candidate, const Eigen::VectorXd& coefficients) const;
+  /// Largest standard deviation over the campaign of what the candidate adds to a parameter, as a
+  /// share of what is possible: 20 mm, 20 mrad, or a scale of 1e-3 (of wires 2 %). Of the
+  /// instrument, whose parameters the model does not fit as constants, the RMS.
+  double share_of_possible(int candidate, const Eigen::VectorXd& coefficients) const;
 
-  /// Whether a candidate may have these coefficients: the sign is allowed and the variation is
-  /// below 20 mm or 20 mrad. Several coefficients may have either sign: they are first moments of
+  /// Whether a candidate may have these coefficients: the sign is allowed and the size is possible.
+  /// Several coefficients may have either sign: they are first moments of
   /// masses that the robot file does not state.
   bool is_possible(int candidate, const Eigen::VectorXd& coefficients) const;
 
@@ -64,6 +65,7 @@ class CandidateScan {
                    const Robot& robot, const std::vector<Context>& contexts);
 
   std::vector<Candidate> candidates_;
+  double max_scale_;
   std::vector<std::vector<Term>> terms_;
   std::vector<int> coefficient_count_;
   std::vector<int> context_of_row_;  // consecutive rows with the same context share it
