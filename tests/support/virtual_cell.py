@@ -4,7 +4,8 @@
     virtual_cell.py --seed N --out DIR [--effect NAME] [--robot NAME] [--poses N] [--visits N]
     virtual_cell.py --list
 
-It shares no code with armtrue. The arm is a product of exponentials: six screws and a home pose, read off the robot file.
+It shares no code with armtrue. The arm is a product of exponentials: six screws and a home pose, read off the robot
+file.
 DIR gets robot.yaml (nominal), train.csv, test.csv (held out, same region and time), truth_test.csv (where the arm truly
 is in these poses: no noise, no error of the instrument) and answer.json. The same seed gives the same files.
 
@@ -26,26 +27,26 @@ SIZE = (1.0, 5.0)              # RMS of the effect at the point, about its mean,
 TEST_POSES = 60
 STEP_S = 20.0
 
-# Arms that config/robots does not have, by their data sheets: name, alpha, d, theta, r of each link; kg and centre of each
-# mass, which are rough and stand in the robot file only if `masses` is true.
+# Arms that config/robots does not have, by their data sheets: name, alpha, d, theta, r of each link; kg and centre of
+# each mass. The masses are rough; they stand in the robot file only if `masses` is true.
 DATA_SHEETS = {
     "cobot-1300": {"masses": False, "links": [
-        ("A1", 0, 0, 0, 127.3), ("A2", 90, 0, 0, 0), ("A3", 0, -612, 0, 0), ("A4", 0, -572.3, 0, 163.9), ("A5", 90, 0, 0, 115.7),
-        ("A6", -90, 0, 0, 92.2)],
+        ("A1", 0, 0, 0, 127.3), ("A2", 90, 0, 0, 0), ("A3", 0, -612, 0, 0), ("A4", 0, -572.3, 0, 163.9),
+        ("A5", 90, 0, 0, 115.7), ("A6", -90, 0, 0, 92.2)],
         "kg": [("A1", 7.8, (0, 0, 0)), ("A2", 12.9, (-306, 0, 160)), ("A3", 3.9, (-286, 0, 50)), ("A4", 2, (0, 0, 0)),
                ("A5", 2, (0, 0, 0)), ("flange", 1.5, (0, 0, 20))],
         "travel": [(-180, 180), (-160, -20), (-150, 150), (-180, 180), (-180, 180), (-180, 180)]},
     "bench-580": {"masses": False, "links": [
-        ("A1", 0, 0, 0, 290), ("A2", -90, 0, -90, 0), ("A3", 0, 270, 0, 0), ("A4", -90, 70, 0, 302), ("A5", 90, 0, 0, 0),
-        ("A6", -90, 0, 180, 72)],
+        ("A1", 0, 0, 0, 290), ("A2", -90, 0, -90, 0), ("A3", 0, 270, 0, 0), ("A4", -90, 70, 0, 302),
+        ("A5", 90, 0, 0, 0), ("A6", -90, 0, 180, 72)],
         "kg": [("A1", 6, (0, 0, 0)), ("A2", 4, (120, 0, 0)), ("A3", 4.5, (30, 0, 10)), ("A4", 3, (0, 0, -100)),
                ("A5", 0.7, (0, 0, 0)), ("flange", 1, (0, 0, 20))],
         "travel": [(-165, 165), (-110, 110), (-110, 70), (-160, 160), (-120, 120), (-400, 400)]},
     "heavy-2650": {"masses": True, "links": [
-        ("A1", 0, 0, 0, 670), ("A2", -90, 312, -90, 0), ("A3", 0, 1075, 0, 0), ("A4", -90, 225, 0, 1280), ("A5", 90, 0, 0, 0),
-        ("A6", -90, 0, 0, 215)],
-        "kg": [("A1", 450, (150, 0, -200)), ("A2", 220, (500, 0, 0)), ("A3", 200, (150, 0, 100)), ("A4", 90, (0, 0, -400)),
-               ("A5", 40, (0, 0, 0)), ("flange", 60, (0, 0, 80))],
+        ("A1", 0, 0, 0, 670), ("A2", -90, 312, -90, 0), ("A3", 0, 1075, 0, 0), ("A4", -90, 225, 0, 1280),
+        ("A5", 90, 0, 0, 0), ("A6", -90, 0, 0, 215)],
+        "kg": [("A1", 450, (150, 0, -200)), ("A2", 220, (500, 0, 0)), ("A3", 200, (150, 0, 100)),
+               ("A4", 90, (0, 0, -400)), ("A5", 40, (0, 0, 0)), ("flange", 60, (0, 0, 80))],
         "travel": [(-185, 185), (-60, 76), (-120, 132), (-350, 350), (-120, 120), (-350, 350)]},
 }
 FROM_CONFIG = ["kr360", "kr360-spindle", "kr360-eq1-zero", "kr360-table4"]
@@ -177,7 +178,8 @@ class Arm:
             if link["joint"] == "revolute":
                 self.axes.append(scaled(turned(here[0], Z), link.get("sign", 1.0)))
                 self.points.append(here[1])
-                self.travel.append((math.radians(link.get("min_deg", -180.0)), math.radians(link.get("max_deg", 180.0))))
+                self.travel.append(tuple(math.radians(link.get(*limit)) for limit in
+                                         (("min_deg", -180.0), ("max_deg", 180.0))))
             frames[link["name"]] = (len(self.axes), here)
         self.home = here
         gravity = block("gravity_m_s2")
@@ -236,8 +238,8 @@ def data_sheet_yaml(name):
     lines = ["format: armtrue-robot/1", f"name: {name}",
              "base: {x_mm: 0, y_mm: 0, z_mm: 0, a_deg: 0, b_deg: 0, c_deg: 0}", "links:"]
     for (link, alpha, d, theta, r), (low, high) in zip(sheet["links"], sheet["travel"]):
-        lines.append(f"  - {{name: {link}, joint: revolute, alpha_deg: {alpha}, d_mm: {d}, theta_deg: {theta}, r_mm: {r}, "
-                     f"beta_deg: 0, sign: 1, min_deg: {low}, max_deg: {high}}}")
+        lines.append(f"  - {{name: {link}, joint: revolute, alpha_deg: {alpha}, d_mm: {d}, theta_deg: {theta}, "
+                     f"r_mm: {r}, beta_deg: 0, sign: 1, min_deg: {low}, max_deg: {high}}}")
     lines += ["  - {name: flange, joint: fixed, alpha_deg: 0, d_mm: 0, theta_deg: 0, r_mm: 0, beta_deg: 0}",
               "tool: {x_mm: 0, y_mm: 0, z_mm: 0, a_deg: 0, b_deg: 0, c_deg: 0}"]
     masses = ["masses:"] + [f"  - {{link: {link}, mass_kg: {kg}, com_mm: [{x}, {y}, {z}]}}"
@@ -262,12 +264,13 @@ class Effect:
     """What is hidden, at unit size. Each part is a function of the state of a reading.
 
     joints: turns {joint 0 to 5: rad}; links: shifts {joint: vector in R_0 at encoder zero}; base: (turn, shift) in R_A;
-    instrument: what the tracker adds to a point. `right` are the (parameter, driver) patterns that describe the same
-    physics; `near` are those that have place and driver right but tell another story.
+    instrument: what the tracker adds to a point. `right` are the patterns of (parameter, driver) that describe the same
+    physics, `stories` the names of the catalogue that tell it. `near` patterns have the place or the time right.
     """
 
-    def __init__(self, family, text, right=(), near=(), joints=None, links=None, base=None, instrument=None):
-        self.family, self.text, self.right, self.near = family, text, list(right), list(near)
+    def __init__(self, family, text, right=(), stories=(), near=(), joints=None, links=None, base=None, instrument=None):
+        self.family, self.text = family, text
+        self.right, self.stories, self.near = list(right), list(stories), list(near)
         self.joints = joints or (lambda state: {})
         self.links = links or (lambda state: {})
         self.base, self.instrument = base, instrument
@@ -280,7 +283,8 @@ class Reading:
 
 
 THETA = "A{}.theta"
-INSTRUMENT = [("instrument.*", "*")]
+INSTRUMENT = ([("instrument.*", "*")], ["instrument scale"])
+MOVED = ["tracker drift", "tracker knocked"]
 BASE_TIME = [("base*", "time"), ("A1.alpha", "time"), ("A1.beta", "time")]
 
 
@@ -293,11 +297,11 @@ def radial_offset(rng, cell):
     def shift(point, state):
         v, r = from_station(cell, point)
         return scaled(v, 1 / r)
-    return Effect("instrument", "the tracker adds a constant to each range", INSTRUMENT, instrument=shift)
+    return Effect("instrument", "the tracker adds a constant to each range", *INSTRUMENT, instrument=shift)
 
 
 def range_scale(rng, cell):
-    return Effect("instrument", "the tracker scales each range", INSTRUMENT,
+    return Effect("instrument", "the tracker scales each range", *INSTRUMENT,
                   instrument=lambda point, state: scaled(from_station(cell, point)[0], 1e-3))
 
 
@@ -308,11 +312,11 @@ def range_reset(rng, cell):
         v, r = from_station(cell, point)
         return scaled(v, (state.t >= when) / r)
     return Effect("instrument", f"the range of the tracker is zeroed anew at {when:.0f} s",
-                  INSTRUMENT + [("base*", "time")], instrument=shift)
+                  INSTRUMENT[0] + [("base*", "time")], INSTRUMENT[1] + MOVED, instrument=shift)
 
 
 def refraction(rng, cell):
-    return Effect("instrument", "the beam bends: points sag with the square of the distance", INSTRUMENT,
+    return Effect("instrument", "the beam bends: points sag with the square of the distance", *INSTRUMENT,
                   instrument=lambda point, state: (0.0, 0.0, -(from_station(cell, point)[1] / 1000) ** 2))
 
 
@@ -328,7 +332,8 @@ def circle(rng, cell):
         turn = 1e-3 * math.sin(cycles * math.atan2(v[1], v[0]) + phase)
         return (-v[1] * turn, v[0] * turn, 0.0)
     name = "elevation" if vertical else "azimuth"
-    return Effect("instrument", f"the {name} circle of the tracker has {cycles} cycles per turn", INSTRUMENT, instrument=shift)
+    return Effect("instrument", f"the {name} circle of the tracker has {cycles} cycles per turn", *INSTRUMENT,
+                  instrument=shift)
 
 
 def station_turns(rng, cell):
@@ -336,7 +341,8 @@ def station_turns(rng, cell):
 
     def shift(point, state):
         return scaled(cross(axis, from_station(cell, point)[0]), 1e-3 * state.t / cell["duration"])
-    return Effect("instrument", "the station turns slowly", INSTRUMENT + BASE_TIME, instrument=shift)
+    return Effect("instrument", "the station turns slowly", INSTRUMENT[0] + BASE_TIME, INSTRUMENT[1] + MOVED,
+                  instrument=shift)
 
 
 def incidence(rng, cell):
@@ -346,7 +352,7 @@ def incidence(rng, cell):
         v, r = from_station(cell, point)
         c = -dot(turned(state.frame, facing), v) / r
         return scaled(v, (1 - c * c) / r)
-    return Effect("instrument", "the range depends on the incidence on the reflector", INSTRUMENT, instrument=shift)
+    return Effect("instrument", "the range depends on the incidence on the reflector", *INSTRUMENT, instrument=shift)
 
 
 def volumetric(rng, cell):
@@ -357,20 +363,21 @@ def volumetric(rng, cell):
         u = scaled(sub(point, cell["centre"]), 1 / cell["spread"])
         terms = [u[0] ** a * u[1] ** b * u[2] ** c for a, b, c in powers]
         return tuple(sum(f * t for f, t in zip(row, terms)) for row in factors)
-    return Effect("instrument", "the tracker distorts space smoothly (terms of degree 2 and 3)", INSTRUMENT, instrument=shift)
+    return Effect("instrument", "the tracker distorts space smoothly (terms of degree 2 and 3)", *INSTRUMENT,
+                  instrument=shift)
 
 
 def own(j):
     """Patterns of joint j (from 1) as a function of its own angle."""
-    return [(THETA.format(j), f"joint-angle {j}"), (THETA.format(j), f"joint-angle {j},*"),
-            (THETA.format(j), f"joint-angle *,{j}"), (THETA.format(j), f"joint-angle {j} \\* *")]
+    return [(THETA.format(j), driver) for driver in
+            (f"joint-angle {j}", f"joint-angle {j},*", f"joint-angle *,{j}", f"joint-angle {j} [*] *")]
 
 
 def friction(rng, cell):
     j, stroke = rng.choice([1, 2, 3, 4, 5]), math.radians(rng.uniform(4, 25))
     cell["stroke"][j - 1] = stroke
-    return Effect("hysteresis", f"friction of axis {j}: its wind-up changes over {math.degrees(stroke):.0f} deg after a reversal",
-                  [(THETA.format(j), f"arrival {j}*"), (THETA.format(j), f"* \\* arrival {j}")],
+    text = f"friction of axis {j}: its wind-up changes over {math.degrees(stroke):.0f} deg after a reversal"
+    return Effect("hysteresis", text, [(THETA.format(j), f"*arrival {j}*")], ["backlash"],
                   joints=lambda state: {j - 1: 1e-3 * state.stroke[j - 1]})
 
 
@@ -383,7 +390,7 @@ def gravity_play(rng, cell):
     j = rng.choice(able or [5])
     largest = max(abs(reading.torque[j - 1]) for reading in cell["readings"]) or 1.0
     return Effect("hysteresis", f"play of axis {j} is taken up by the torque of gravity",
-                  [(THETA.format(j), f"gravity-torque {j}*"), (THETA.format(j), "moment*")],
+                  [(THETA.format(j), f"gravity-torque {j}*"), (THETA.format(j), "moment*")], ["joint compliance"],
                   joints=lambda state: {j - 1: 1e-3 * math.tanh(40 * state.torque[j - 1] / largest)})
 
 
@@ -400,7 +407,8 @@ def tool_mass(rng, cell):
         if state.t < when:
             return {}
         return {j: 1e-6 * soft[j] * state.tool_torque[j] for j in range(6)}
-    return Effect("load", f"the tool changes its mass at {when:.0f} s; all joints sag", right, near, joints=turns)
+    return Effect("load", f"the tool changes its mass at {when:.0f} s; all joints sag", right, ["joint compliance"],
+                  near, joints=turns)
 
 
 def hose(rng, cell):
@@ -459,6 +467,7 @@ def gas_spring(rng, cell):
         distance = math.sqrt(1 + ratio * ratio - 2 * ratio * math.cos(x))
         return {1: 1e-3 * (1 + heat * warm(cell, state.t)) * (distance - 0.2) * math.sin(x) / distance}
     return Effect("arm", "the gas spring of axis 2 is not in the model, and its force grows as it warms up", own(2),
+                  ["eccentricity", "eccentricity, twice per turn"],
                   [(THETA.format(2), "gravity-torque 2"), (THETA.format(2), "time"), (THETA.format(2), "temperature*")],
                   joints=turns)
 
@@ -479,7 +488,7 @@ def stiffening(rng, cell):
         return {j - 1: 1e-3 * math.copysign(abs(part) ** power, part)}
     return Effect("arm", f"axis {j} sags with its torque of gravity to the power {power}",
                   [(THETA.format(j), f"gravity-torque {j}*"), (THETA.format(j), f"motor-torque {j}"),
-                   (THETA.format(j), "moment*")], joints=turns)
+                   (THETA.format(j), "moment*")], ["joint compliance"], joints=turns)
 
 
 def two_time_constants(rng, cell):
@@ -499,13 +508,15 @@ def two_time_constants(rng, cell):
     right = [("A*.d", "time*"), ("A*.r", "time*"), ("A*.d", "temperature*"), ("A*.r", "temperature*"),
              ("flange.*", "time*"), ("spindle.*", "time*"), ("base.z", "time*"), ("instrument.scale", "time*")]
     return Effect("time", f"all links grow, with time constants of {fast:.0f} and {slow:.0f} s", right,
+                  ["thermal growth", "tracker drift", "instrument scale"],
                   [("base.*", "temperature*"), ("base", "time*")], links=shifts)
 
 
 def zero_drift(rng, cell):
     j, top = rng.choice([1, 2, 3, 4, 5]), rng.choice([0.0, 0.4, 0.5])
     right = [(THETA.format(j), "time*")] + ([("base.rz", "time*"), ("base", "time*")] if j == 1 else [])
-    return Effect("time", f"the zero of axis {j} drifts with the square of the time", right,
+    text = f"the zero of axis {j} drifts with the square of the time"
+    return Effect("time", text, right, ["zero drift", "tracker drift"],
                   joints=lambda state: {j - 1: 1e-3 * (state.t / cell["duration"] - top) ** 2})
 
 
@@ -518,7 +529,7 @@ def base_tilt(rng, cell):
         if state.t < when:
             return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         return scaled(axis, 1e-3 * (rest + (1 - rest) * math.exp(-(state.t - when) / tau))), (0.0, 0.0, 0.0)
-    return Effect("time", f"the foot tilts at {when:.0f} s and relaxes", BASE_TIME, base=motion)
+    return Effect("time", f"the foot tilts at {when:.0f} s and relaxes", BASE_TIME, MOVED, base=motion)
 
 
 def nothing(rng, cell):
@@ -526,9 +537,10 @@ def nothing(rng, cell):
 
 
 EFFECTS = {f.__name__: f for f in (
-    radial_offset, range_scale, range_reset, refraction, circle, station_turns, incidence, volumetric, friction, gravity_play,
-    tool_mass, hose, bump, angle_step, kink, worn_segment, gas_spring, parallelogram, stiffening, two_time_constants,
-    zero_drift, base_tilt, nothing)}
+    radial_offset, range_scale, range_reset, refraction, circle, station_turns, incidence, volumetric, friction,
+    gravity_play, tool_mass, hose, bump, angle_step, kink, worn_segment, gas_spring, parallelogram, stiffening,
+    two_time_constants, zero_drift, base_tilt, nothing)}
+TURNS = list(EFFECTS) + ["nothing", "nothing"]      # seeds take turns
 
 
 # ---- a campaign --------------------------------------------------------------------------------------------------
@@ -628,7 +640,7 @@ def shifts_by(cell, size):
 
 
 def left_after_refit(cell, shifts):
-    """RMS length of what base, links and tool cannot imitate: modified Gram-Schmidt on all small motions of the chain."""
+    """RMS length of what base, links and tool cannot imitate, by Gram-Schmidt on all small motions of the chain."""
     arm, truth = cell["arm"], cell["truth"]
     step = max(1, len(cell["readings"]) // 150)
     chosen = range(0, len(cell["readings"]), step)
@@ -645,7 +657,8 @@ def left_after_refit(cell, shifts):
                 for i in range(3):
                     row[i] += [axis[i], turn[i] / 1000]
             if j < 6:
-                here = after(after(here, truth["links"][j]), screw(arm.axes[j], arm.points[j], q[j] + truth["zeros"][j]))
+                turn = screw(arm.axes[j], arm.points[j], q[j] + truth["zeros"][j])
+                here = after(after(here, truth["links"][j]), turn)
         last = after(after(here, truth["links"][6]), after(arm.home, truth["tool"]))
         for axis in transposed(last[0]):
             for i in range(3):
@@ -672,8 +685,7 @@ def left_after_refit(cell, shifts):
 def campaign(seed, effect=None, robot=None, count=None, repeats=None):
     """One campaign: everything that is true in it, and its readings."""
     rng = random.Random(f"virtual cell {seed}")
-    names = list(EFFECTS)
-    effect = effect or names[seed % len(names)]
+    effect = effect or TURNS[seed % len(TURNS)]
     robot = robot or rng.choice(ROBOTS)
     nominal, with_masses = robot_text(robot)
     arm = Arm(with_masses)
@@ -746,8 +758,9 @@ def write(cell, folder):
                 rows(cell, random.Random(f"noise {cell['seed']}"), keep, noise, instrument))
     effect = cell["effect"]
     answer = {"seed": cell["seed"], "effect": cell["name"], "family": effect.family, "description": effect.text,
-              "right": effect.right, "near": effect.near, "robot": cell["robot"], "poses": cell["train"],
-              "visits": cell["repeats"], "points_only": cell["points_only"], "noise_mm": cell["noise_mm"],
+              "right": effect.right, "stories": effect.stories, "near": effect.near, "robot": cell["robot"],
+              "poses": cell["train"], "visits": cell["repeats"], "points_only": cell["points_only"],
+              "noise_mm": cell["noise_mm"],
               "floor_mean_mm": cell["noise_mm"] * math.sqrt(8 / math.pi), "size": cell["size"],
               "effect_rms_mm": cell["effect_rms_mm"], "left_after_refit_rms_mm": cell["left_rms_mm"],
               "temperature_recorded": cell["with_temperature"]}

@@ -13,6 +13,8 @@ import sys
 import tempfile
 import unittest
 
+sys.dont_write_bytecode = True
+
 import virtual_cell as vc
 
 BIN = None
@@ -36,7 +38,8 @@ class Kinematics(unittest.TestCase):
         for row in rows:
             rotation, point = arm.pose([math.radians(float(row[f"q{j}_deg"])) for j in range(1, 7)])
             self.assertLess(vc.length(vc.sub(point, [float(row[f"{axis}_mm"]) for axis in "xyz"])), 1e-6)
-            given = vc.placed({"x_mm": 0, "y_mm": 0, "z_mm": 0, **{f"{a}_deg": float(row[f"{a}_deg"]) for a in "abc"}})[0]
+            angles = {f"{a}_deg": float(row[f"{a}_deg"]) for a in "abc"}
+            given = vc.placed({"x_mm": 0, "y_mm": 0, "z_mm": 0, **angles})[0]
             for ours, theirs in zip(rotation, given):
                 self.assertLess(vc.length(vc.sub(ours, theirs)), 1e-9)
 
@@ -95,7 +98,8 @@ class Effects(unittest.TestCase):
             self.assertEqual(len(train), 40)
             self.assertEqual(test.keys(), truth.keys())
             self.assertFalse(test.keys() & train.keys())
-            off = [vc.sub(*([float(rows[pose][f"{axis}_mm"]) for axis in "xyz"] for rows in (test, truth))) for pose in test]
+            point = lambda row: [float(row[f"{axis}_mm"]) for axis in "xyz"]
+            off = [vc.sub(point(test[pose]), point(truth[pose])) for pose in test]
             expected = math.hypot(answer["effect_rms_mm"], math.sqrt(3) * answer["noise_mm"])
             self.assertLess(abs(vc.spread_rms(off) / expected - 1), 0.25)
 
