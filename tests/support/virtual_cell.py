@@ -7,7 +7,8 @@
 It shares no code with armtrue. The arm is a product of exponentials: six screws and a home pose, read off the robot
 file.
 DIR gets robot.yaml (nominal), train.csv, test.csv (held out, same region and time), truth_test.csv (where the arm truly
-is in these poses: no noise, no error of the instrument) and answer.json. The same seed gives the same files.
+is in these poses: no noise, no error of the instrument) and answer.json. In one campaign of four nobody has entered the
+reflector into robot.yaml: it stands up to 80 mm off. The same seed gives the same files.
 
 Lengths are mm, angles rad, masses kg, torques N m, times s.
 """
@@ -23,6 +24,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 NOISE_MM = (0.03, 0.15)
+ENTERED = 0.75                 # share of campaigns whose robot file has the reflector to some 3 mm, not as it was
 SIZE = (1.0, 5.0)              # RMS of the effect at the point, about its mean, over the noise of an axis
 TEST_POSES = 60
 STEP_S = 20.0
@@ -167,7 +169,7 @@ class Arm:
         self.base = placed(fields(block("base")[1]))
         self.tool = placed(fields(block("tool")[1]))
         links = [fields(line) for line in re.findall(r"\{.*\}", block("links")[1])]
-        self.axes, self.points, self.travel, frames = [], [], [], {}
+        self.axes, self.points, self.travel, self.square, frames = [], [], [], [], {}
         here = NONE
         for link in links:
             for axis, key in ((Y, "beta_deg"), (X, "alpha_deg")):
@@ -176,6 +178,7 @@ class Arm:
             here = after(here, screw(Z, NONE[1], math.radians(link["theta_deg"])))
             here = after(here, (NONE[0], (0.0, 0.0, link["r_mm"])))
             if link["joint"] == "revolute":
+                self.square.append(abs(math.cos(math.radians(link["alpha_deg"]))) < 1e-3)
                 self.axes.append(scaled(turned(here[0], Z), link.get("sign", 1.0)))
                 self.points.append(here[1])
                 self.travel.append(tuple(math.radians(link.get(*limit)) for limit in
@@ -190,6 +193,14 @@ class Arm:
                 mass = fields(line)
                 joints, frame = frames[mass["link"]]
                 self.masses.append((joints, mass["mass_kg"], moved(frame, mass["com_mm"])))
+
+    def twins(self, patterns):
+        """Patterns of beta where it is theta by another name: behind an alpha of 90 deg both turn about one axis."""
+        result = []
+        for j, square in enumerate(self.square, 1):
+            drivers = [driver for parameter, driver in patterns if square and parameter == f"A{j}.theta"]
+            result += [(f"A{j}.beta", "moment*" if "gravity" in driver else driver) for driver in drivers]
+        return result
 
     def pose(self, q, truth=None, effect=None, size=0.0, state=None):
         """The measured frame in R_A; with a truth the real arm, otherwise the nominal one."""
@@ -268,7 +279,8 @@ class Effect:
     physics, `stories` the names of the catalogue that tell it. `near` patterns have the place or the time right.
     """
 
-    def __init__(self, family, text, right=(), stories=(), near=(), joints=None, links=None, base=None, instrument=None):
+    def __init__(self, family, text, right=(), stories=(), near=(), joints=None, links=None, base=None,
+                 instrument=None):
         self.family, self.text = family, text
         self.right, self.stories, self.near = list(right), list(stories), list(near)
         self.joints = joints or (lambda state: {})
@@ -284,6 +296,7 @@ class Reading:
 
 THETA = "A{}.theta"
 INSTRUMENT = ([("instrument.*", "*")], ["instrument scale"])
+SAG = ["joint compliance", "link bending"]
 MOVED = ["tracker drift", "tracker knocked"]
 BASE_TIME = [("base*", "time"), ("A1.alpha", "time"), ("A1.beta", "time")]
 
@@ -390,7 +403,7 @@ def gravity_play(rng, cell):
     j = rng.choice(able or [5])
     largest = max(abs(reading.torque[j - 1]) for reading in cell["readings"]) or 1.0
     return Effect("hysteresis", f"play of axis {j} is taken up by the torque of gravity",
-                  [(THETA.format(j), f"gravity-torque {j}*"), (THETA.format(j), "moment*")], ["joint compliance"],
+                  [(THETA.format(j), f"gravity-torque {j}*"), (THETA.format(j), "moment*")], SAG,
                   joints=lambda state: {j - 1: 1e-3 * math.tanh(40 * state.torque[j - 1] / largest)})
 
 
@@ -407,7 +420,7 @@ def tool_mass(rng, cell):
         if state.t < when:
             return {}
         return {j: 1e-6 * soft[j] * state.tool_torque[j] for j in range(6)}
-    return Effect("load", f"the tool changes its mass at {when:.0f} s; all joints sag", right, ["joint compliance"],
+    return Effect("load", f"the tool changes its mass at {when:.0f} s; all joints sag", right, SAG,
                   near, joints=turns)
 
 
@@ -488,7 +501,7 @@ def stiffening(rng, cell):
         return {j - 1: 1e-3 * math.copysign(abs(part) ** power, part)}
     return Effect("arm", f"axis {j} sags with its torque of gravity to the power {power}",
                   [(THETA.format(j), f"gravity-torque {j}*"), (THETA.format(j), f"motor-torque {j}"),
-                   (THETA.format(j), "moment*")], ["joint compliance"], joints=turns)
+                   (THETA.format(j), "moment*")], SAG, joints=turns)
 
 
 def two_time_constants(rng, cell):
@@ -696,6 +709,11 @@ def campaign(seed, effect=None, robot=None, count=None, repeats=None):
             "noise_mrad": rng.uniform(0.08, 0.2), "with_temperature": rng.random() < 0.3,
             "stroke": [math.radians(5)] * 6}
     cell["truth"] = true_arm(rng, arm)
+    cell["entered"] = rng.random() < ENTERED
+    if cell["entered"]:
+        reflector = ", ".join(f"{axis}_mm: {x + rng.gauss(0, 3):.0f}" for axis, x in zip("xyz", cell["truth"]["tool"][1]))
+        cell["robot_text"] = re.sub(r"^tool: \{x_mm: [^,]*, y_mm: [^,]*, z_mm: [^,]*", f"tool: {{{reflector}", nominal,
+                                    flags=re.M)
     cell["masses"] = [(joints, kg * rng.uniform(0.85, 1.15), add(centre, tuple(rng.gauss(0, 15) for _ in range(3))))
                       for joints, kg, centre in arm.masses]
     chosen, cell["station"] = poses(rng, arm, train + TEST_POSES)
@@ -707,7 +725,9 @@ def campaign(seed, effect=None, robot=None, count=None, repeats=None):
     cell["spread"] = max(length(sub(p, cell["centre"])) for p in places)
     for reading in cell["readings"]:
         reading.temperature = 22 + 12 * warm(cell, reading.t)
-    cell["effect"] = EFFECTS[effect](rng, cell)
+    hidden = cell["effect"] = EFFECTS[effect](rng, cell)
+    hidden.right += arm.twins(hidden.right)
+    hidden.near += arm.twins(hidden.near)
     follow_friction(cell)
     cell["size"] = 0.0
     if effect != "nothing":
@@ -763,7 +783,8 @@ def write(cell, folder):
               "noise_mm": cell["noise_mm"],
               "floor_mean_mm": cell["noise_mm"] * math.sqrt(8 / math.pi), "size": cell["size"],
               "effect_rms_mm": cell["effect_rms_mm"], "left_after_refit_rms_mm": cell["left_rms_mm"],
-              "temperature_recorded": cell["with_temperature"]}
+              "temperature_recorded": cell["with_temperature"],
+              "reflector_entered": cell["entered"]}
     (folder / "answer.json").write_text(json.dumps(answer, indent=1) + "\n")
     return answer
 
