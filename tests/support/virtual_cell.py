@@ -276,7 +276,7 @@ class Effect:
 
     joints: turns {joint 0 to 5: rad}; links: shifts {joint: vector in R_0 at encoder zero}; base: (turn, shift) in R_A;
     instrument: what the tracker adds to a point. `right` are the patterns of (parameter, driver) that describe the same
-    physics, `stories` the names of the catalogue that tell it. `near` patterns have the place or the time right.
+    physics, `stories` the names of the catalogue that tell it. `near` patterns have joint or time right, no more.
     """
 
     def __init__(self, family, text, right=(), stories=(), near=(), joints=None, links=None, base=None,
@@ -295,6 +295,7 @@ class Reading:
 
 
 THETA = "A{}.theta"
+ANY_TIME = [("*", "time*")]
 INSTRUMENT = ([("instrument.*", "*")], ["instrument scale"])
 SAG = ["joint compliance", "link bending"]
 MOVED = ["tracker drift", "tracker knocked"]
@@ -325,7 +326,7 @@ def range_reset(rng, cell):
         v, r = from_station(cell, point)
         return scaled(v, (state.t >= when) / r)
     return Effect("instrument", f"the range of the tracker is zeroed anew at {when:.0f} s",
-                  INSTRUMENT[0] + [("base*", "time")], INSTRUMENT[1] + MOVED, instrument=shift)
+                  INSTRUMENT[0] + [("base*", "time")], INSTRUMENT[1] + MOVED, ANY_TIME, instrument=shift)
 
 
 def refraction(rng, cell):
@@ -355,7 +356,7 @@ def station_turns(rng, cell):
     def shift(point, state):
         return scaled(cross(axis, from_station(cell, point)[0]), 1e-3 * state.t / cell["duration"])
     return Effect("instrument", "the station turns slowly", INSTRUMENT[0] + BASE_TIME, INSTRUMENT[1] + MOVED,
-                  instrument=shift)
+                  ANY_TIME, instrument=shift)
 
 
 def incidence(rng, cell):
@@ -380,6 +381,10 @@ def volumetric(rng, cell):
                   instrument=shift)
 
 
+def of_joint(j):
+    return [(THETA.format(j), "*")]
+
+
 def own(j):
     """Patterns of joint j (from 1) as a function of its own angle."""
     return [(THETA.format(j), driver) for driver in
@@ -390,7 +395,7 @@ def friction(rng, cell):
     j, stroke = rng.choice([1, 2, 3, 4, 5]), math.radians(rng.uniform(4, 25))
     cell["stroke"][j - 1] = stroke
     text = f"friction of axis {j}: its wind-up changes over {math.degrees(stroke):.0f} deg after a reversal"
-    return Effect("hysteresis", text, [(THETA.format(j), f"*arrival {j}*")], ["backlash"],
+    return Effect("hysteresis", text, [(THETA.format(j), f"*arrival {j}*")], ["backlash"], of_joint(j),
                   joints=lambda state: {j - 1: 1e-3 * state.stroke[j - 1]})
 
 
@@ -403,7 +408,7 @@ def gravity_play(rng, cell):
     j = rng.choice(able or [5])
     largest = max(abs(reading.torque[j - 1]) for reading in cell["readings"]) or 1.0
     return Effect("hysteresis", f"play of axis {j} is taken up by the torque of gravity",
-                  [(THETA.format(j), f"gravity-torque {j}*"), (THETA.format(j), "moment*")], SAG,
+                  [(THETA.format(j), f"gravity-torque {j}*"), (THETA.format(j), "moment*")], SAG, of_joint(j),
                   joints=lambda state: {j - 1: 1e-3 * math.tanh(40 * state.torque[j - 1] / largest)})
 
 
@@ -413,7 +418,6 @@ COMPLIANCE = (0.4, 0.3, 0.5, 2.0, 2.0, 4.0)
 def tool_mass(rng, cell):
     when = rng.uniform(0.25, 0.75) * cell["duration"]
     soft = [c * rng.uniform(0.6, 1.6) for c in COMPLIANCE]
-    near = [(THETA.format(j), "time*") for j in range(1, 7)] + [("tool*", "time*")]
     right = [(THETA.format(j), f"*gravity-torque {j}*") for j in range(1, 7)]
 
     def turns(state):
@@ -421,7 +425,7 @@ def tool_mass(rng, cell):
             return {}
         return {j: 1e-6 * soft[j] * state.tool_torque[j] for j in range(6)}
     return Effect("load", f"the tool changes its mass at {when:.0f} s; all joints sag", right, SAG,
-                  near, joints=turns)
+                  ANY_TIME, joints=turns)
 
 
 def hose(rng, cell):
@@ -437,14 +441,15 @@ def hose(rng, cell):
         return {a - 1: -1e-3 * max(0.0, stretch - slack) * math.sin(u) * math.cos(v) / stretch}
     right = [(THETA.format(a), f"joint-angle {a},{b}"), (THETA.format(a), f"joint-angle {b},{a}"),
              (THETA.format(a), f"joint-angle {a}"), (THETA.format(a), f"joint-angle {b}")]
-    return Effect("load", f"a hose pulls on axis {a}, by the angles of axes {a} and {b}", right, joints=turns)
+    return Effect("load", f"a hose pulls on axis {a}, by the angles of axes {a} and {b}", right, near=of_joint(a),
+                  joints=turns)
 
 
 def cam(rng, cell, text, shape):
     j = rng.choice([1, 2, 3, 4, 5])
     angles = sorted(reading.q[j - 1] for reading in cell["readings"])
     q0 = angles[int(rng.uniform(0.2, 0.8) * len(angles))]
-    return Effect("cam", text.format(j=j, at=math.degrees(q0)), own(j),
+    return Effect("cam", text.format(j=j, at=math.degrees(q0)), own(j), near=of_joint(j),
                   joints=lambda state: {j - 1: 1e-3 * shape(state.q[j - 1] - q0)})
 
 
@@ -481,14 +486,14 @@ def gas_spring(rng, cell):
         return {1: 1e-3 * (1 + heat * warm(cell, state.t)) * (distance - 0.2) * math.sin(x) / distance}
     return Effect("arm", "the gas spring of axis 2 is not in the model, and its force grows as it warms up", own(2),
                   ["eccentricity", "eccentricity, twice per turn"],
-                  [(THETA.format(2), "gravity-torque 2"), (THETA.format(2), "time"), (THETA.format(2), "temperature*")],
-                  joints=turns)
+                  of_joint(2), joints=turns)
 
 
 def parallelogram(rng, cell):
     phase = rng.uniform(0, 2 * math.pi)
     return Effect("arm", "a parallelogram turns axis 3 by the angle of axis 2",
-                  [("A3.theta", "joint-angle 2"), ("A3.theta", "joint-angle 2,*"), ("A3.theta", "joint-angle *,2")],
+                  [("A3.theta", driver) for driver in ("joint-angle 2", "joint-angle 2,*", "joint-angle *,2")],
+                  near=of_joint(3),
                   joints=lambda state: {2: 1e-3 * (math.sin(state.q[1] + phase) + 0.4 * math.sin(2 * state.q[1]))})
 
 
@@ -501,7 +506,7 @@ def stiffening(rng, cell):
         return {j - 1: 1e-3 * math.copysign(abs(part) ** power, part)}
     return Effect("arm", f"axis {j} sags with its torque of gravity to the power {power}",
                   [(THETA.format(j), f"gravity-torque {j}*"), (THETA.format(j), f"motor-torque {j}"),
-                   (THETA.format(j), "moment*")], SAG, joints=turns)
+                   (THETA.format(j), "moment*")], SAG, of_joint(j), joints=turns)
 
 
 def two_time_constants(rng, cell):
@@ -522,14 +527,14 @@ def two_time_constants(rng, cell):
              ("flange.*", "time*"), ("spindle.*", "time*"), ("base.z", "time*"), ("instrument.scale", "time*")]
     return Effect("time", f"all links grow, with time constants of {fast:.0f} and {slow:.0f} s", right,
                   ["thermal growth", "tracker drift", "instrument scale"],
-                  [("base.*", "temperature*"), ("base", "time*")], links=shifts)
+                  [("base.*", "temperature*")] + ANY_TIME, links=shifts)
 
 
 def zero_drift(rng, cell):
     j, top = rng.choice([1, 2, 3, 4, 5]), rng.choice([0.0, 0.4, 0.5])
     right = [(THETA.format(j), "time*")] + ([("base.rz", "time*"), ("base", "time*")] if j == 1 else [])
     text = f"the zero of axis {j} drifts with the square of the time"
-    return Effect("time", text, right, ["zero drift", "tracker drift"],
+    return Effect("time", text, right, ["zero drift", "tracker drift"], of_joint(j) + ANY_TIME,
                   joints=lambda state: {j - 1: 1e-3 * (state.t / cell["duration"] - top) ** 2})
 
 
@@ -542,7 +547,7 @@ def base_tilt(rng, cell):
         if state.t < when:
             return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         return scaled(axis, 1e-3 * (rest + (1 - rest) * math.exp(-(state.t - when) / tau))), (0.0, 0.0, 0.0)
-    return Effect("time", f"the foot tilts at {when:.0f} s and relaxes", BASE_TIME, MOVED, base=motion)
+    return Effect("time", f"the foot tilts at {when:.0f} s and relaxes", BASE_TIME, MOVED, ANY_TIME, base=motion)
 
 
 def nothing(rng, cell):
@@ -711,7 +716,8 @@ def campaign(seed, effect=None, robot=None, count=None, repeats=None):
     cell["truth"] = true_arm(rng, arm)
     cell["entered"] = rng.random() < ENTERED
     if cell["entered"]:
-        reflector = ", ".join(f"{axis}_mm: {x + rng.gauss(0, 3):.0f}" for axis, x in zip("xyz", cell["truth"]["tool"][1]))
+        reflector = ", ".join(f"{axis}_mm: {x + rng.gauss(0, 3):.0f}"
+                              for axis, x in zip("xyz", cell["truth"]["tool"][1]))
         cell["robot_text"] = re.sub(r"^tool: \{x_mm: [^,]*, y_mm: [^,]*, z_mm: [^,]*", f"tool: {{{reflector}", nominal,
                                     flags=re.M)
     cell["masses"] = [(joints, kg * rng.uniform(0.85, 1.15), add(centre, tuple(rng.gauss(0, 15) for _ in range(3))))
