@@ -1,10 +1,13 @@
 #!/usr/bin/env python3
 """Checks the virtual cell: its arms move as those of simulate-poses do, and its effects have the size they shall have.
+Also checks how tests/practice/outside judges what is named.
 
     virtual_cell_test.py BIN
 """
 
 import csv
+import importlib.machinery
+import importlib.util
 import math
 import pathlib
 import re
@@ -110,6 +113,53 @@ class Effects(unittest.TestCase):
                 vc.write(vc.campaign(8, count=25), one)
             for path in folders[0].iterdir():
                 self.assertEqual(path.read_text(), (folders[1] / path.name).read_text())
+
+
+class Judgement(unittest.TestCase):
+    def setUp(self):
+        path = str(vc.ROOT / "tests" / "practice" / "outside")
+        loader = importlib.machinery.SourceFileLoader("outside", path)
+        self.outside = importlib.util.module_from_spec(importlib.util.spec_from_loader("outside", loader))
+        loader.exec_module(self.outside)
+
+    def judged(self, hidden, name, parameter, driver, confirmed=True, rivals=()):
+        effect = vc.campaign(1, effect=hidden, robot="heavy-2650", count=25, repeats=1)["effect"]
+        answer = {"right": effect.right, "stories": effect.stories, "near": effect.near}
+        return self.outside.judge({"name": name, "parameter": parameter, "driver": driver, "confirmed": confirmed,
+                                   "rivals": list(rivals)}, answer)
+
+    def test_same_physics_is_right_and_other_physics_is_not(self):
+        self.assertEqual(self.judged("base_tilt", "tracker knocked", "base", "time"), "right")
+        self.assertEqual(self.judged("base_tilt", "tracker drift", "base.rx", "time"), "right")
+        self.assertEqual(self.judged("base_tilt", "zero drift", "A2.theta", "time"), "near")
+        self.assertEqual(self.judged("base_tilt", "joint compliance", "A2.theta", "gravity-torque 2"), "wrong")
+        self.assertEqual(self.judged("tool_mass", "joint compliance", "A3.theta", "gravity-torque 3"), "right")
+        self.assertEqual(self.judged("tool_mass", "link bending", "A5.beta", "moment"), "right")
+        self.assertEqual(self.judged("tool_mass", "re-mastered joint", "A2.theta", "time"), "near")
+        self.assertEqual(self.judged("gas_spring", "gear or encoder scale", "A2.theta", "joint-angle 2"), "story")
+        self.assertEqual(self.judged("refraction", "floor compliance", "base.rx", "moment"), "wrong")
+        self.assertEqual(self.judged("refraction", "instrument scale", "instrument.scale", "position"), "right")
+        self.assertEqual(self.judged("nothing", "backlash", "A1.theta", "arrival 1"), "wrong")
+
+    def test_no_claim_is_not_false(self):
+        self.assertEqual(self.judged("refraction", "unexplained", "A1.r", "joint-angle 1"), "curve")
+        self.assertEqual(self.judged("refraction", "backlash", "A1.theta", "arrival 1", confirmed=False),
+                         "not confirmed")
+
+    def test_a_right_rival_makes_the_name_right(self):
+        self.assertEqual(self.judged("parallelogram", "gear or encoder scale", "A2.theta", "joint-angle 2",
+                                     rivals=[("A3.theta", "joint-angle 2")]), "right")
+
+    def test_interval(self):
+        low, high = self.outside.wilson(5, 100)
+        self.assertAlmostEqual(low, 0.0215, delta=5e-4)
+        self.assertAlmostEqual(high, 0.1118, delta=5e-4)
+
+    def test_station_is_no_part_of_the_arm(self):
+        text = ("links:\neffects:\n  - name: tracker knocked\n    parameter: base\n    driver: time\n"
+                "    coefficients:\n      - {name: x, value: 0.1, std: 0.2}\n  - name: backlash\n    parameter: A1.theta\n"
+                "    driver: arrival 1\n    coefficients:\n      - {name: c, value: 0.3}\nuncertainty:\n  value: 5\n")
+        self.assertEqual(self.outside.without_station(text), text.replace("0.1,", "0,"))
 
 
 if __name__ == "__main__":
