@@ -8,7 +8,8 @@ It shares no code with armtrue. The arm is a product of exponentials: six screws
 file.
 DIR gets robot.yaml (nominal), train.csv, test.csv (held out, same region and time), truth_test.csv (where the arm truly
 is in these poses: no noise, no error of the instrument) and answer.json. In one campaign of four nobody has entered the
-reflector into robot.yaml: it stands up to 80 mm off. The same seed gives the same files.
+reflector into robot.yaml: it stands up to 80 mm off. Most campaigns are in the frame of the tracker, whose place is the
+origin, the others in a frame at the foot of the robot. The same seed gives the same files.
 
 Lengths are mm, angles rad, masses kg, torques N m, times s.
 """
@@ -28,6 +29,7 @@ ENTERED = 0.75                 # share of campaigns whose robot file has the ref
 SIZE = (1.0, 5.0)              # RMS of the effect at the point, about its mean, over the noise of an axis
 TEST_POSES = 60
 STEP_S = 20.0
+OWN_FRAME = 0.7                # share of campaigns in the frame of the tracker
 
 # Arms that config/robots does not have, by their data sheets: name, alpha, d, theta, r of each link; kg and centre of
 # each mass. The masses are rough; they stand in the robot file only if `masses` is true.
@@ -296,8 +298,8 @@ class Reading:
 
 THETA = "A{}.theta"
 ANY_TIME = [("*", "time*")]
-INSTRUMENT = ([("instrument.*", "*")], ["instrument scale"])
-SAG = ["joint compliance", "link bending"]
+INSTRUMENT = [("instrument.*", "*")]
+SAG = ["joint compliance", "link bending", "play under gravity", "another load"]
 MOVED = ["tracker drift", "tracker knocked"]
 BASE_TIME = [("base*", "time"), ("A1.alpha", "time"), ("A1.beta", "time")]
 
@@ -311,11 +313,12 @@ def radial_offset(rng, cell):
     def shift(point, state):
         v, r = from_station(cell, point)
         return scaled(v, 1 / r)
-    return Effect("instrument", "the tracker adds a constant to each range", *INSTRUMENT, instrument=shift)
+    return Effect("instrument", "the tracker adds a constant to each range", INSTRUMENT, ["radial offset"],
+                  instrument=shift)
 
 
 def range_scale(rng, cell):
-    return Effect("instrument", "the tracker scales each range", *INSTRUMENT,
+    return Effect("instrument", "the tracker scales each range", INSTRUMENT, ["instrument scale"],
                   instrument=lambda point, state: scaled(from_station(cell, point)[0], 1e-3))
 
 
@@ -326,11 +329,12 @@ def range_reset(rng, cell):
         v, r = from_station(cell, point)
         return scaled(v, (state.t >= when) / r)
     return Effect("instrument", f"the range of the tracker is zeroed anew at {when:.0f} s",
-                  INSTRUMENT[0] + [("base*", "time")], INSTRUMENT[1] + MOVED, ANY_TIME, instrument=shift)
+                  INSTRUMENT + [("base*", "time")], MOVED + ["instrument re-zeroed"], ANY_TIME, instrument=shift)
 
 
 def refraction(rng, cell):
-    return Effect("instrument", "the beam bends: points sag with the square of the distance", *INSTRUMENT,
+    return Effect("instrument", "the beam bends: points sag with the square of the distance", INSTRUMENT,
+                  ["refraction", "index error"],
                   instrument=lambda point, state: (0.0, 0.0, -(from_station(cell, point)[1] / 1000) ** 2))
 
 
@@ -346,8 +350,8 @@ def circle(rng, cell):
         turn = 1e-3 * math.sin(cycles * math.atan2(v[1], v[0]) + phase)
         return (-v[1] * turn, v[0] * turn, 0.0)
     name = "elevation" if vertical else "azimuth"
-    return Effect("instrument", f"the {name} circle of the tracker has {cycles} cycles per turn", *INSTRUMENT,
-                  instrument=shift)
+    return Effect("instrument", f"the {name} circle of the tracker has {cycles} cycles per turn", INSTRUMENT,
+                  ["eccentric circle"], instrument=shift)
 
 
 def station_turns(rng, cell):
@@ -355,7 +359,7 @@ def station_turns(rng, cell):
 
     def shift(point, state):
         return scaled(cross(axis, from_station(cell, point)[0]), 1e-3 * state.t / cell["duration"])
-    return Effect("instrument", "the station turns slowly", INSTRUMENT[0] + BASE_TIME, INSTRUMENT[1] + MOVED,
+    return Effect("instrument", "the station turns slowly", INSTRUMENT + BASE_TIME, MOVED + ["station turns"],
                   ANY_TIME, instrument=shift)
 
 
@@ -366,7 +370,8 @@ def incidence(rng, cell):
         v, r = from_station(cell, point)
         c = -dot(turned(state.frame, facing), v) / r
         return scaled(v, (1 - c * c) / r)
-    return Effect("instrument", "the range depends on the incidence on the reflector", *INSTRUMENT, instrument=shift)
+    return Effect("instrument", "the range depends on the incidence on the reflector", INSTRUMENT,
+                  ["incidence on the reflector"], instrument=shift)
 
 
 def volumetric(rng, cell):
@@ -377,7 +382,8 @@ def volumetric(rng, cell):
         u = scaled(sub(point, cell["centre"]), 1 / cell["spread"])
         terms = [u[0] ** a * u[1] ** b * u[2] ** c for a, b, c in powers]
         return tuple(sum(f * t for f, t in zip(row, terms)) for row in factors)
-    return Effect("instrument", "the tracker distorts space smoothly (terms of degree 2 and 3)", *INSTRUMENT,
+    return Effect("instrument", "the tracker distorts space smoothly (terms of degree 2 and 3)", INSTRUMENT,
+                  ["refraction", "index error", "eccentric circle", "radial offset", "instrument scale"],
                   instrument=shift)
 
 
@@ -395,7 +401,8 @@ def friction(rng, cell):
     j, stroke = rng.choice([1, 2, 3, 4, 5]), math.radians(rng.uniform(4, 25))
     cell["stroke"][j - 1] = stroke
     text = f"friction of axis {j}: its wind-up changes over {math.degrees(stroke):.0f} deg after a reversal"
-    return Effect("hysteresis", text, [(THETA.format(j), f"*arrival {j}*")], ["backlash"], of_joint(j),
+    return Effect("hysteresis", text, [(THETA.format(j), f"*{driver} {j}*") for driver in ("arrival", "stroke")],
+                  ["backlash", "friction hysteresis"], of_joint(j),
                   joints=lambda state: {j - 1: 1e-3 * state.stroke[j - 1]})
 
 
@@ -418,7 +425,7 @@ COMPLIANCE = (0.4, 0.3, 0.5, 2.0, 2.0, 4.0)
 def tool_mass(rng, cell):
     when = rng.uniform(0.25, 0.75) * cell["duration"]
     soft = [c * rng.uniform(0.6, 1.6) for c in COMPLIANCE]
-    right = [(THETA.format(j), f"*gravity-torque {j}*") for j in range(1, 7)]
+    right = [(THETA.format(j), f"*{driver} {j}*") for j in range(1, 7) for driver in ("gravity-torque", "tool-weight")]
 
     def turns(state):
         if state.t < when:
@@ -700,6 +707,20 @@ def left_after_refit(cell, shifts):
     return math.sqrt(sum(x * x for x in rest) / len(chosen))
 
 
+def set_frame(cell):
+    """R_A of the files. The frame of the tracker stands upright; the robot file has the base in it roughly."""
+    rng = random.Random(f"frame {cell['seed']}")
+    cell["own_frame"], cell["frame"] = rng.random() < OWN_FRAME, NONE
+    if not cell["own_frame"]:
+        return
+    turn = about(Z, rng.uniform(-math.pi, math.pi))
+    cell["frame"] = (turn, scaled(turned(turn, cell["station"]), -1.0))
+    rotation, place = after(cell["frame"], cell["arm"].base)
+    angles = [f"{key}_deg: {angle + rng.gauss(0, 0.3):.2f}" for key, angle in zip("abc", kuka(rotation))]
+    place = [f"{key}_mm: {x + rng.gauss(0, 20):.0f}" for key, x in zip("xyz", place)]
+    cell["robot_text"] = re.sub(r"^base: .*", f"base: {{{', '.join(place + angles)}}}", cell["robot_text"], flags=re.M)
+
+
 def campaign(seed, effect=None, robot=None, count=None, repeats=None):
     """One campaign: everything that is true in it, and its readings."""
     rng = random.Random(f"virtual cell {seed}")
@@ -723,6 +744,7 @@ def campaign(seed, effect=None, robot=None, count=None, repeats=None):
     cell["masses"] = [(joints, kg * rng.uniform(0.85, 1.15), add(centre, tuple(rng.gauss(0, 15) for _ in range(3))))
                       for joints, kg, centre in arm.masses]
     chosen, cell["station"] = poses(rng, arm, train + TEST_POSES)
+    set_frame(cell)
     cell["readings"] = visits(rng, cell, chosen, train, repeats)
     cell["tau"] = rng.uniform(0.1, 0.5) * cell["duration"]
     cell["facing"] = scaled(Z, rng.choice([-1.0, 1.0])) if rng.random() < 0.5 else X
@@ -755,7 +777,7 @@ def rows(cell, rng, keep, noise=True, with_instrument=True):
     header += ["sigma_deg"] if cell["repeats"] == 1 and not cell["points_only"] else []
     yield header
     for reading in cell["readings"]:
-        rotation, point = observed(cell, reading, cell["size"], with_instrument)
+        rotation, point = after(cell["frame"], observed(cell, reading, cell["size"], with_instrument))
         wobble = tuple(rng.gauss(0, cell["noise_mm"]) for _ in range(3))
         turn = tuple(rng.gauss(0, 1e-3 * cell["noise_mrad"]) for _ in range(3))
         warmth = reading.temperature + rng.gauss(0, 0.1)
@@ -790,7 +812,7 @@ def write(cell, folder):
               "floor_mean_mm": cell["noise_mm"] * math.sqrt(8 / math.pi), "size": cell["size"],
               "effect_rms_mm": cell["effect_rms_mm"], "left_after_refit_rms_mm": cell["left_rms_mm"],
               "temperature_recorded": cell["with_temperature"],
-              "reflector_entered": cell["entered"]}
+              "reflector_entered": cell["entered"], "own_frame": cell["own_frame"]}
     (folder / "answer.json").write_text(json.dumps(answer, indent=1) + "\n")
     return answer
 

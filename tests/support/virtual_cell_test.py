@@ -124,7 +124,7 @@ class Judgement(unittest.TestCase):
 
     def judged(self, hidden, name, parameter, driver, confirmed=True, rivals=()):
         effect = vc.campaign(1, effect=hidden, robot="heavy-2650", count=25, repeats=1)["effect"]
-        answer = {"right": effect.right, "stories": effect.stories, "near": effect.near}
+        answer = {"right": effect.right, "stories": effect.stories, "near": effect.near, "family": effect.family}
         return self.outside.judge({"name": name, "parameter": parameter, "driver": driver, "confirmed": confirmed,
                                    "rivals": list(rivals)}, answer)
 
@@ -138,7 +138,8 @@ class Judgement(unittest.TestCase):
         self.assertEqual(self.judged("tool_mass", "re-mastered joint", "A2.theta", "time"), "near")
         self.assertEqual(self.judged("gas_spring", "gear or encoder scale", "A2.theta", "joint-angle 2"), "story")
         self.assertEqual(self.judged("refraction", "floor compliance", "base.rx", "moment"), "wrong")
-        self.assertEqual(self.judged("refraction", "instrument scale", "instrument.scale", "position"), "right")
+        self.assertEqual(self.judged("refraction", "instrument scale", "instrument.scale", "position"), "story")
+        self.assertEqual(self.judged("refraction", "eccentric circle", "instrument.elevation", "elevation"), "story")
         self.assertEqual(self.judged("nothing", "backlash", "A1.theta", "arrival 1"), "wrong")
 
     def test_no_claim_is_not_false(self):
@@ -157,7 +158,8 @@ class Judgement(unittest.TestCase):
 
     def test_station_is_no_part_of_the_arm(self):
         text = ("links:\neffects:\n  - name: tracker knocked\n    parameter: base\n    driver: time\n"
-                "    coefficients:\n      - {name: x, value: 0.1, std: 0.2}\n  - name: backlash\n    parameter: A1.theta\n"
+                "    coefficients:\n      - {name: x, value: 0.1, std: 0.2}\n"
+                "  - name: backlash\n    parameter: A1.theta\n"
                 "    driver: arrival 1\n    coefficients:\n      - {name: c, value: 0.3}\nuncertainty:\n  value: 5\n")
         self.assertEqual(self.outside.without_station(text), text.replace("0.1,", "0,"))
 
