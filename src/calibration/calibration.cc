@@ -289,11 +289,12 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
                             const CalibrationOptions& options) {
   const IdentifiableSet set = choose_identifiable(robot, campaign);
   CalibrationResult fit = calibrate(robot, campaign, set, options);
-  // What the readings show depends on where the measured frame is: a reflector on the last axis of
-  // the file says less than one beside it.
+  // What the readings show depends on where the measured frame is: a reflector on the last axis, as
+  // a rough file may have it, shows less than one beside it.
+  constexpr double kElsewhere = 0.01;  // m
   Robot placed = robot;
-  placed.chain.base = fit.robot.chain.base;
   placed.chain.tool = fit.robot.chain.tool;
+  if ((placed.chain.tool.translation - robot.chain.tool.translation).norm() < kElsewhere) return fit;
   const IdentifiableSet there = choose_identifiable(placed, campaign);
   return there.kept == set.kept ? fit : calibrate(robot, campaign, there, options);
 }

@@ -158,7 +158,11 @@ void ModelSearch::rank(const std::vector<CandidateScore>& scores, const std::vec
   result_.not_separable.clear();
   for (size_t k = 0; k < scores.size(); ++k)
     if (scores[k].degrees_of_freedom == 0 && candidates()[k].from_catalogue &&
-        candidates()[k].effect.members.empty() && !model_.contains(candidates()[k].effect))
+        candidates()[k].effect.members.empty() && !model_.contains(candidates()[k].effect) &&
+        std::ranges::none_of(result_.not_separable, [&](const RankedCandidate& listed) {
+          return same_place(listed.effect, candidates()[k].effect) &&
+                 listed.effect.shape.kind == candidates()[k].effect.shape.kind;
+        }))
       result_.not_separable.push_back(ranked(candidates()[k], scores[k]));
 }
 

@@ -228,10 +228,15 @@ void set_held_out(const Robot& robot, const Campaign& training, const Campaign& 
 
 void set_verdict(const Campaign& training, const Campaign& held_out, LoopResult& result) {
   const double raised = held_out.rows() > 0 ? judge_held_out(training, held_out, result) : 1;
-  const double floor_high = raised * result.floor * highest_of_floor(result.noise, held_out.rows());
-  result.worse_than_nominal = result.after > floor_high && result.against_nominal_ci95[0] > 0;
+  const double of_noise = highest_of_floor(result.noise, held_out.rows());
+  // However little the readings say: an error that is a third above noise is not called noise.
+  constexpr double kMostOfUnknowns = 1.3;
+  const double complete_high = raised * of_noise * result.floor;
+  const double floor_high =
+      std::min(complete_high, result.floor * std::max(of_noise, kMostOfUnknowns));
+  result.worse_than_nominal = result.after > complete_high && result.against_nominal_ci95[0] > 0;
   result.verdict = conclude({result.trace.effects, result.lack_of_fit, result.after, result.floor,
-                             floor_high, result.outside_p});
+                             floor_high, complete_high, result.outside_p});
   if (result.verdict == Verdict::too_few_poses)
     result.more_poses = poses_to_the_floor(result, floor_high);
 }

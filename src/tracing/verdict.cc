@@ -39,7 +39,8 @@ Verdict conclude(const Grounds& grounds) {
   const bool beyond_floor = grounds.floor > 0 && grounds.after > grounds.floor_high;
   if (grounds.effects.empty()) {
     // Held-out poses may show what too few training poses cannot.
-    if (beyond_floor && grounds.after > kMaxTimesFloor * grounds.floor) return Verdict::unexplained;
+    const double most = std::max(grounds.complete_high, kMaxTimesFloor * grounds.floor);
+    if (beyond_floor && grounds.after > most) return Verdict::unexplained;
     return beyond_floor ? Verdict::too_few_poses : Verdict::nothing_to_explain;
   }
   if (std::ranges::any_of(grounds.effects, has_other_cause)) return Verdict::not_separable;

@@ -69,12 +69,16 @@ TEST(Families, ArmThatBendsIsFoundInABoxAndCarriedOut) {
   EXPECT_GE(found, 2 * kCampaigns);
 }
 
+// What most arms have may stay by its prior; nothing is named, and it costs little.
 TEST(Families, RigidArmHasNone) {
   for (unsigned seed = 1; seed <= 6; ++seed) {
     const LoopResult result = carried(read_robot(kTruth).robot, seed);
     EXPECT_TRUE(result.trace.effects.empty()) << describe(result.trace.effects.front().effect);
-    EXPECT_TRUE(result.held.empty());
-    EXPECT_EQ(result.verdict, Verdict::nothing_to_explain) << seed;
+    // Outside the box these poses may be too few to say that nothing is left.
+    EXPECT_TRUE(result.verdict == Verdict::nothing_to_explain ||
+                result.verdict == Verdict::too_few_poses)
+        << to_string(result.verdict);
+    EXPECT_LT(result.after, 0.4 * result.stages.front().held_out.position.mean) << seed;
   }
 }
 

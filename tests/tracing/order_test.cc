@@ -139,7 +139,9 @@ TEST(Order, WhatExplainsMostLeadsWhicheverWasFoundFirst) {
   ASSERT_EQ(backwards.effects.size(), straight.effects.size());
   for (size_t k = 0; k < straight.effects.size(); ++k) {
     EXPECT_EQ(describe(backwards.effects[k].effect), describe(straight.effects[k].effect));
-    EXPECT_EQ(describe(backwards.fit.robot.effects[k]), describe(straight.effects[k].effect));
+    const size_t held = backwards.fit.robot.effects.size() - backwards.effects.size();
+    EXPECT_EQ(describe(backwards.fit.robot.effects[held + k]),
+              describe(straight.effects[k].effect));
     EXPECT_NEAR(backwards.effects[k].variance_share.value, straight.effects[k].variance_share.value,
                 1e-3);
     if (k > 0)

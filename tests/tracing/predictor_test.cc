@@ -52,7 +52,7 @@ Judged judge(const Campaign& all, std::uint64_t seed) {
   add_predictor(loop, training, held_out, catalogue, {});
   const Robot& robot = loop.predictor->robot;
   return {loop.after, loop.predictor->stage.held_out.position.mean,
-          robot.effects.size() - loop.trace.effects.size()};
+          robot.effects.size() - loop.trace.fit.robot.effects.size()};
 }
 
 TEST(Remainder, ManySmallEffectsPredictTogether) {
