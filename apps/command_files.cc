@@ -53,6 +53,12 @@ PathFile Command::read_path(const std::string& path, KeepRows keep) {
   return file;
 }
 
+ProgramFile Command::read_program(const std::string& path) {
+  ProgramFile file = armtrue::read_program(path);
+  inputs_.emplace_back(file.source, file.sha256);
+  return file;
+}
+
 void Command::warn_of_unknown(const std::vector<std::string>& columns) const {
   if (columns.empty()) return;
   std::string list;

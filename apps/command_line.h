@@ -13,6 +13,7 @@
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/effects/catalogue.h"
 #include "armtrue/io/campaign_io.h"
+#include "armtrue/io/compensation_io.h"
 #include "armtrue/io/joint_target_io.h"
 #include "armtrue/io/path_io.h"
 #include "armtrue/io/provenance.h"
@@ -139,6 +140,8 @@ class Command : public OptionGroup {
   Campaign read_campaign(const std::string& path);
   /// Unknown columns are named, unless the rows are kept for the output.
   PathFile read_path(const std::string& path, KeepRows keep = KeepRows::no);
+  /// All columns are kept for the output.
+  ProgramFile read_program(const std::string& path);
 
   Provenance provenance() const;
 

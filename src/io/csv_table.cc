@@ -150,10 +150,14 @@ bool CsvTable::next_row() {
   return false;
 }
 
-std::string CsvTable::quoted(int column) const {
+std::string_view CsvTable::original(int column) const {
   const std::string_view field = fields_[column];
   const char* const read = separator_ == ';' ? line_.data() : original_.data();
-  return "'" + std::string(original_.substr(field.data() - read, field.size())) + "'";
+  return original_.substr(field.data() - read, field.size());
+}
+
+std::string CsvTable::quoted(int column) const {
+  return "'" + std::string(original(column)) + "'";
 }
 
 void CsvTable::fail(int column, const std::string& what) const {

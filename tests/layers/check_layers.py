@@ -13,6 +13,7 @@ USES = {
     "effects": ["kinematics"],
     "campaign": ["effects", "statistics"],
     "calibration": ["campaign"],
+    "compensation": ["calibration"],
     "search": ["calibration"],
     "tracing": ["search", "text"],
     "diagnosis": ["calibration"],
@@ -22,7 +23,7 @@ USES = {
     "path/samples": ["path"],
     "path/mirror": ["path/registration", "path/samples"],
     "programs": ["path", "text"],
-    "io": ["diagnosis", "tracing", "path/mirror", "programs"],
+    "io": ["compensation", "diagnosis", "tracing", "path/mirror", "programs"],
     "report": ["planning", "path/mirror"],
 }
 # Third-party headers, by how their names begin, and the folders that may include them.

@@ -39,8 +39,11 @@ class CsvTable {
   double number(const Quantity& quantity) const { return quantity.unit * number(quantity.column); }
   int integer(int column) const;
 
-  /// The field as it stands in the file, for messages; text() has a point for a decimal comma.
+  /// The field as it stands in the file, without quotes; text() has a point for a decimal comma.
+  std::string_view original(int column) const;
+  /// The same, 'quoted' for messages.
   std::string quoted(int column) const;
+  char separator() const { return separator_; }
   /// file:line: column 'name': what
   [[noreturn]] void fail(int column, const std::string& what) const;
   /// The error of a missing column, with the nearest name that is there.

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "armtrue/compensation/compensation.h"
+#include "armtrue/io/provenance.h"
+
+namespace armtrue {
+
+/// The targets of a program as they were read, for commands with all columns of the file.
+struct ProgramFile {
+  std::string source;  ///< for messages
+  std::string sha256;
+  Program program;
+  char separator = ',';
+  bool has_decimal_commas = false;
+  std::vector<std::string> columns;
+  std::vector<std::vector<std::string>> cells;  ///< of each row, as they stand in the file
+
+  /// The place of a column and the factor from its unit to SI.
+  struct Place {
+    int column = -1;  ///< -1: not in the file
+    double unit = 1;
+  };
+  std::array<Place, kJoints> q;
+  std::array<Place, 6> pose;  ///< x y z a b c
+  Place turn;
+};
+
+/// Reads `pose` with `q1_deg..q6_deg`, or with `x_mm,y_mm,z_mm,a_deg,b_deg,c_deg` and, as a hint of
+/// the branch, `q1_deg..q6_deg`; and, where they are there, `t` and the columns of the context, as
+/// read_campaign() does. Throws InputError, also for a file that compensate wrote: its targets are
+/// corrected already.
+ProgramFile read_program(const std::string& path);
+
+enum class CommandKind { joints, cartesian };
+
+/// The rows of `file` with commands of a kind in place of the columns of that kind, or after all
+/// columns if it has none; then what is predicted, and the notes. A target that is not corrected,
+/// and every other column, stands as it was read. Angles have nine decimals, lengths in mm seven.
+std::string write_commands(const ProgramFile& file, const std::vector<CorrectedTarget>& targets,
+                           CommandKind kind);
+
+/// What the summary says beside the targets.
+struct CompensationStory {
+  std::string robot, controller;        ///< names
+  std::vector<std::string> assumed;     ///< what the commands hold for, in sentences
+  std::vector<std::string> not_applied; ///< effects of the station
+};
+
+/// An armtrue-compensation/1 document.
+std::string write_compensation(const std::vector<CorrectedTarget>& targets, const Program& program,
+                               const CompensationStory& story, const Provenance& provenance);
+
+/// The summary for a terminal: the sentence and the worst three targets.
+std::string compensation_table(const std::vector<CorrectedTarget>& targets, const Program& program);
+
+}  // namespace armtrue

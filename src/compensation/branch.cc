@@ -1,0 +1,39 @@
+#include "compensation/branch.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+namespace armtrue {
+namespace {
+
+constexpr double kBoth = 1e-9;  // [m], [m^2], 1: a program written at zero is of either branch
+
+int sign_of(double value) {
+  if (std::abs(value) < kBoth) return 0;
+  return value > 0 ? 1 : -1;
+}
+
+}  // namespace
+
+Branch branch_of(const ChainEvaluator& arm, const JointVector& q) {
+  const std::array<Pose, kLinks> frames = arm.link_frames(q);
+  const auto axis = [&](size_t j) -> Eigen::Vector3d { return frames[j].rotation.col(2); };
+  const auto origin = [&](size_t j) -> const Eigen::Vector3d& { return frames[j].translation; };
+  const Eigen::Vector3d wrist = origin(4);
+  Branch branch;
+  branch.shoulder = sign_of(axis(0).cross(axis(1)).dot(wrist - origin(0)));
+  branch.elbow = sign_of(axis(1).dot((origin(2) - origin(1)).cross(wrist - origin(2))));
+  branch.wrist = sign_of(axis(3).cross(axis(5)).dot(axis(4)));
+  return branch;
+}
+
+bool is_same(const Branch& a, const Branch& b) {
+  return a.shoulder * b.shoulder >= 0 && a.elbow * b.elbow >= 0 && a.wrist * b.wrist >= 0;
+}
+
+double wrist_sine(const ChainEvaluator& arm, const JointVector& q) {
+  const std::array<Pose, kLinks> frames = arm.link_frames(q);
+  return frames[3].rotation.col(2).cross(frames[5].rotation.col(2)).norm();
+}
+
+}  // namespace armtrue

@@ -1,0 +1,266 @@
+#include "armtrue/compensation/compensation.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "armtrue/effects/arrival.h"
+#include "armtrue/kinematics/inverse.h"
+#include "armtrue/kinematics/units.h"
+#include "compensation/branch.h"
+#include "compensation/coverage.h"
+#include "compensation/joint_correction.h"
+#include "compensation/program_arm.h"
+
+namespace armtrue {
+namespace {
+
+constexpr double kWholeTurn = 2 * std::numbers::pi;
+
+bool follows_arrival(const Robot& robot) {
+  for (const Effect& effect : robot.effects)
+    if (effect.driver.involves(DriverKind::arrival)) return true;
+  return false;
+}
+
+bool changes_turn(const JointVector& a, const JointVector& b) {
+  for (int j = 0; j < kJoints; ++j)
+    if ((a[j] < 0) != (b[j] < 0)) return true;
+  return false;
+}
+
+// Directions of arrival follow from the sequence, if they are not stated.
+void require_context(const Robot& robot, const Campaign& visits, bool tool_is_measured) {
+  for (const Effect& effect : robot.effects)
+    if (moves_program(effect, tool_is_measured) && !effect.driver.involves(DriverKind::arrival) &&
+        !effect.driver.involves(DriverKind::motor_torque))
+      require_drivers(visits, effect);
+}
+
+// Goes through the rows of one program.
+class Compensation {
+ public:
+  Compensation(const Robot& identified, const Robot& controller, const Program& program,
+               const CompensationOptions& options)
+      : program_(program),
+        options_(options),
+        visits_(program.visits),
+        arm_(identified, options, options.tool, visits_.temperature_names),
+        controller_(controller, options, options.tool, visits_.temperature_names),
+        arrival_matters_(follows_arrival(arm_.robot()) || follows_arrival(controller_.robot())),
+        states_arrival_(!visits_.arrival.empty()) {
+    for (Eigen::Vector3d& force : visits_.force_n) force = options.base.rotation * force;
+    if (!states_arrival_) visits_.arrival.assign(visits_.q.size(), Direction{});
+  }
+
+  std::vector<CorrectedTarget> run(const Robot& identified) {
+    for (int row = 0; row < program_.rows(); ++row) targets_.push_back(target_at(row));
+    for (int row = 0; row < program_.rows(); ++row)
+      visits_.q[static_cast<size_t>(row)] = targets_[static_cast<size_t>(row)].programmed;
+    const Coverage known = coverage(identified, options_, visits_);
+    for (size_t row = 0; row < known.deviation.size(); ++row)
+      cover(row, known.deviation[row], known.leverage[row]);
+    for (CorrectedTarget& target : targets_) {
+      if (target.is_corrected && changes_turn(target.programmed, target.q))
+        target.notes.push_back(CommandNote::turn);
+      std::ranges::sort(target.notes);
+    }
+    return std::move(targets_);
+  }
+
+ private:
+  CorrectedTarget target_at(int row) {
+    Context context = visits_.context(row);
+    CorrectedTarget target;
+    target.programmed = programmed_at(row, context);
+    arrive(context, target.programmed);
+    context.q = target.programmed;
+    const Pose intended = program_.is_cartesian()
+                              ? options_.base * program_.poses[static_cast<size_t>(row)]
+                              : controller_.pose(context);
+    correct(target, context, intended);
+    if (!states_arrival_) {
+      // The arm drives from command to command: these tell the directions, not the program.
+      const Direction assumed = context.arrival;
+      arrive(context, target.q);
+      if (arrival_matters_ && context.arrival != assumed) {
+        correct(target, context, intended);
+        const Direction second = context.arrival;
+        arrive(context, target.q);
+        if (context.arrival != second) target.notes.push_back(CommandNote::arrival);
+        context.arrival = second;
+      }
+      (arrival_ ? *arrival_ : arrival_.emplace(target.q)).at(target.q);
+    }
+    visits_.arrival[static_cast<size_t>(row)] = context.arrival;
+    finish(target, context, intended);
+    return target;
+  }
+
+  // The directions in which the joints come to `q` from the command before.
+  void arrive(Context& context, const JointVector& q) const {
+    if (states_arrival_) return;
+    Arrival next = arrival_.value_or(Arrival(q));
+    context.arrival = next.at(q);
+  }
+
+  void correct(CorrectedTarget& target, const Context& context, const Pose& intended) const {
+    target.notes.clear();
+    target.q = target.programmed;
+    target.is_corrected = false;
+    Context here = context;
+    here.q = target.programmed;
+    target.before = difference(intended, arm_.pose(here));
+    const JointCorrection correction =
+        correct_joints(arm_, context, intended, target.programmed, controller_.chain());
+    const KinematicChain& travel = controller_.robot().chain;
+    if (correction.is_damped ||
+        wrist_sine(arm_.chain(), target.programmed) < std::sin(kStretchedWrist))
+      target.notes.push_back(CommandNote::singular);
+    if (!correction.is_reached) {
+      target.notes.push_back(CommandNote::unreachable);
+    } else if (joint_beyond_travel(travel, correction.q) >= 0 ||
+               joint_beyond_travel(travel, target.programmed) >= 0) {
+      target.notes.push_back(CommandNote::limit);
+    } else if (target.before.position > options_.max_correction) {
+      target.notes.push_back(CommandNote::beyond_max);
+    } else {
+      target.q = correction.q;
+      target.is_corrected = true;
+    }
+  }
+
+  // What follows from the command.
+  void finish(CorrectedTarget& target, Context context, const Pose& intended) const {
+    const Pose program_from_foot = inverse(options_.base);
+    target.intended = program_from_foot * intended;
+    context.q = target.programmed;
+    target.before = difference(intended, arm_.pose(context));
+    context.q = target.q;
+    target.after = difference(intended, arm_.pose(context));
+    target.pose = target.is_corrected ? program_from_foot * controller_.pose(context)
+                                      : target.intended;
+  }
+
+  void cover(size_t row, double deviation, double leverage) {
+    CorrectedTarget& target = targets_[row];
+    target.deviation = deviation;
+    target.leverage = leverage;
+    if (leverage > 1) target.notes.push_back(CommandNote::outside_readings);
+    if (deviation > target.before.position) target.notes.push_back(CommandNote::below_std);
+    const bool covered = leverage <= 1 && deviation <= target.before.position;
+    if (covered || options_.correct_uncovered || !target.is_corrected) return;
+    target.q = target.programmed;
+    target.pose = target.intended;
+    target.after = target.before;
+    target.is_corrected = false;
+  }
+
+  JointVector programmed_at(int row, Context context) const {
+    const auto r = static_cast<size_t>(row);
+    if (!program_.is_cartesian()) return visits_.q[r];
+    if (!program_.hinted[r] && targets_.empty() && !options_.start)
+      throw UnreachableTarget(row,
+                              "nothing says on which branch the first target lies; add columns "
+                              "q1_deg to q6_deg with joint angles near it, or --start");
+    const JointVector hint = program_.hinted[r] ? visits_.q[r]
+                             : targets_.empty() ? *options_.start
+                                                : targets_.back().programmed;
+    arrive(context, hint);
+    return in_turn(row, on_branch_of(row, context, hint));
+  }
+
+  JointVector on_branch_of(int row, const Context& context, const JointVector& hint) const {
+    const Pose wanted = options_.base * program_.poses[static_cast<size_t>(row)];
+    const Branch branch = branch_of(controller_.chain(), hint);
+    const auto found_from = [&](const JointVector& start) {
+      return joints_of_pose(controller_, context, wanted, start);
+    };
+    JointCorrection found = found_from(hint);
+    if (found.is_reached && is_same(branch, branch_of(controller_.chain(), found.q)))
+      return found.q;
+    // The way from the hint may lead over a singular posture: begin beside it, in a fixed order.
+    bool is_reached = found.is_reached;
+    for (int k = 1; k <= 60; ++k) {
+      JointVector start = hint;
+      for (int j = 0; j < kJoints; ++j)
+        start[j] += 0.8 * (1 - 2 * std::fmod(k * std::sqrt(2.0 + j) + 0.5 * j, 1.0));
+      found = found_from(start);
+      is_reached |= found.is_reached;
+      if (!found.is_reached || (found.q - hint).cwiseAbs().maxCoeff() > kWholeTurn) continue;
+      if (is_same(branch, branch_of(controller_.chain(), found.q))) return found.q;
+    }
+    throw UnreachableTarget(
+        row, is_reached ? "the controller's model reaches it only on another branch than that of "
+                          "its hint; correct q1_deg to q6_deg, or add them"
+                        : "the controller's model does not reach it; check its unit and frame, "
+                          "--base and --tool");
+  }
+
+  // The same posture with the turns that the target states.
+  JointVector in_turn(int row, JointVector q) const {
+    if (program_.turns.empty()) return q;
+    const KinematicChain& chain = controller_.robot().chain;
+    for (int j = 0; j < kJoints; ++j) {
+      const bool below = (program_.turns[static_cast<size_t>(row)] >> j) & 1;
+      if ((q[j] < 0) == below) continue;
+      q[j] += below ? -kWholeTurn : kWholeTurn;
+      const Link& link = chain.links[static_cast<size_t>(j)];
+      if (q[j] < link.min || q[j] > link.max || (q[j] < 0) != below)
+        throw UnreachableTarget(
+            row, fmt::format("its turn says that {} stands {} zero, where it cannot; correct t",
+                             link.name, below ? "below" : "above"));
+    }
+    return q;
+  }
+
+  const Program& program_;
+  const CompensationOptions& options_;
+  Campaign visits_;  // forces in the axes of R_0
+  ProgramArm arm_, controller_;
+  bool arrival_matters_, states_arrival_;
+  std::optional<Arrival> arrival_;  // at the last command
+  std::vector<CorrectedTarget> targets_;
+};
+
+}  // namespace
+
+bool states_calibration(const Robot& robot) {
+  return robot.uncertainty || !robot.std.empty() || !robot.effects.empty();
+}
+
+Robot in_session(Robot robot, const std::string& session) {
+  std::string names;
+  bool differ = false;
+  for (const auto& [name, of] : robot.sessions) {
+    names += (names.empty() ? "" : ", ") + name;
+    differ |= !of.theta.empty();
+  }
+  if (session.empty()) {
+    if (differ)
+      throw std::invalid_argument("its sessions (" + names +
+                                  ") have zero offsets of their own; say with --session which of "
+                                  "them hold now");
+    return robot;
+  }
+  const auto found = robot.sessions.find(session);
+  if (found == robot.sessions.end())
+    throw std::invalid_argument("has no session '" + session + "'" +
+                                (names.empty() ? "" : "; it has " + names));
+  for (const auto& [link, theta] : found->second.theta)
+    robot.chain.links[static_cast<size_t>(link)].theta = theta;
+  return robot;
+}
+
+std::vector<CorrectedTarget> compensate(const Robot& identified, const Robot& controller,
+                                        const Program& program,
+                                        const CompensationOptions& options) {
+  for (const Robot* robot : {&identified, &controller})
+    require_context(*robot, program.visits, options.tool_is_measured);
+  CompensationOptions own = options;
+  if (options.tool_is_measured) own.tool = identified.chain.tool;
+  return Compensation(identified, controller, program, own).run(identified);
+}
+
+}  // namespace armtrue

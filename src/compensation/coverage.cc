@@ -1,0 +1,70 @@
+#include "compensation/coverage.h"
+
+#include "armtrue/calibration/prediction.h"
+#include "armtrue/kinematics/parameters.h"
+#include "compensation/program_arm.h"
+
+namespace armtrue {
+namespace {
+
+constexpr double kNoReading = 1e-12;  // [m]: the reading has no part in the deviation
+
+bool is_of_a_link(const KinematicChain& chain, const std::string& name) {
+  const auto index = find_parameter(chain, name);
+  return index && *index >= kLinkParameters && *index < kToolParameters;
+}
+
+// The robot with the effects that move a program, and of its uncertainty their rows and those of
+// the geometric parameters that `keep` takes.
+template <typename Keep>
+Robot part_of(const Robot& robot, bool tool_is_measured, const Keep& keep) {
+  Robot part = without_station_effects(robot, tool_is_measured);
+  Uncertainty& known = *part.uncertainty;
+  known.parameters.clear();
+  std::vector<Eigen::Index> rows;
+  Eigen::Index row = 0;
+  for (const std::string& name : robot.uncertainty->parameters) {
+    if (keep(name)) {
+      known.parameters.push_back(name);
+      rows.push_back(row);
+    }
+    ++row;
+  }
+  for (const Effect& effect : robot.effects)
+    for (size_t k = 0; k < effect.coefficients.size(); ++k, ++row)
+      if (moves_program(effect, tool_is_measured) && row < robot.uncertainty->root.rows())
+        rows.push_back(row);
+  known.root = Eigen::MatrixXd(robot.uncertainty->root(rows, Eigen::all));
+  return part;
+}
+
+// Readings at the visits, as far as a prediction needs them.
+Campaign readings_at(Campaign visits, const Pose& base) {
+  visits.position.assign(visits.q.size(), Eigen::Vector3d::Zero());
+  for (Eigen::Vector3d& force : visits.force_n) force = base.rotation * force;
+  return visits;
+}
+
+}  // namespace
+
+Coverage coverage(const Robot& identified, const CompensationOptions& options,
+                  const Campaign& visits) {
+  Coverage result;
+  if (!identified.uncertainty) return result;
+  const Campaign readings = readings_at(visits, identified.chain.base);
+  const bool measured = options.tool_is_measured;
+  // In the station of the calibration, which the largest variance is of.
+  for (const Prediction& of_row : predict(
+           part_of(identified, measured, [](const std::string&) { return true; }), readings))
+    result.leverage.push_back(of_row.leverage);
+  Robot arm = part_of(identified, measured, [&](const std::string& name) {
+    return is_of_a_link(identified.chain, name);
+  });
+  arm.chain.tool = options.tool;
+  arm.uncertainty->reading = {kNoReading, 0};
+  for (const Prediction& of_row : predict(arm, readings))
+    result.deviation.push_back(of_row.deviation);
+  return result;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <vector>
+
+#include "armtrue/campaign/campaign.h"
+#include "armtrue/compensation/compensation.h"
+
+namespace armtrue {
+
+/// What the uncertainty of the calibration says about each row of a program.
+struct Coverage {
+  std::vector<double> deviation;  ///< as CorrectedTarget::deviation
+  std::vector<double> leverage;   ///< as Prediction::leverage
+};
+
+/// `visits`: q programmed, arrival known, force in the axes of R_0. Empty vectors if the robot does
+/// not state its uncertainty.
+Coverage coverage(const Robot& identified, const CompensationOptions& options,
+                  const Campaign& visits);
+
+}  // namespace armtrue

@@ -1,0 +1,37 @@
+#pragma once
+
+#include "armtrue/kinematics/evaluator.h"
+#include "armtrue/kinematics/units.h"
+#include "compensation/program_arm.h"
+
+namespace armtrue {
+
+/// Largest change of a joint near a singular posture [rad]. There the exact correction may turn axes
+/// 4 and 6 by tens of degrees against each other for some 0.1 mrad of the tool.
+inline constexpr double kMaxSingularChange = 1.0 * kDegree;
+
+/// A wrist stretched within this angle counts as singular, whatever the correction is [rad].
+inline constexpr double kStretchedWrist = 0.1 * kDegree;
+
+struct JointCorrection {
+  JointVector q;            ///< encoder angles [rad]
+  bool is_reached = false;  ///< within 1e-9 m and 1e-9 rad, or damped
+  bool is_damped = false;   ///< the pose is not reached, so that the joints move little
+};
+
+/// Joint angles near `start` at which the arm has the pose R_0 from TCP; see correct_joints() for
+/// the equation. Whatever the branch.
+JointCorrection joints_of_pose(const ProgramArm& arm, const Context& context, const Pose& wanted,
+                               const JointVector& start);
+
+/// Joint angles at which the arm has the pose R_0 from TCP that the controller commands by
+/// `programmed`. Minimises
+///     |e_p|^2 + L^2 |e_r|^2 + lambda^2 |q - programmed|^2,    L = 0.1 m,
+/// with e_p, e_r the errors of position and rotation; lambda = 0 unless that leaves the branch, or
+/// moves a joint by more than kMaxSingularChange near a singular posture. Then lambda is the
+/// smallest that does neither (Levenberg; Nakamura and Hanafusa 1986), and joint 5 keeps its angle
+/// if the correction would bend the wrist to the other side. `controller`: tells the branch.
+JointCorrection correct_joints(const ProgramArm& arm, const Context& context, const Pose& wanted,
+                               const JointVector& programmed, const ChainEvaluator& controller);
+
+}  // namespace armtrue

@@ -1,0 +1,84 @@
+#include "compensation/program_arm.h"
+
+#include <algorithm>
+
+namespace armtrue {
+namespace {
+
+Robot with_tool(Robot robot, const Pose& tool) {
+  robot.chain.tool = tool;
+  return robot;
+}
+
+// Posture and loads act on the foot of the arm; a clock and a thermometer do not tell whose drift
+// it is.
+bool is_of_the_arm(DriverKind kind) {
+  switch (kind) {
+    case DriverKind::joint_angle:
+    case DriverKind::gravity_torque:
+    case DriverKind::motor_torque:
+    case DriverKind::arrival:
+    case DriverKind::payload:
+    case DriverKind::force:
+    case DriverKind::moment:
+      return true;
+    case DriverKind::time:
+    case DriverKind::temperature:
+    case DriverKind::position:
+      break;
+  }
+  return false;
+}
+
+}  // namespace
+
+bool moves_program(const Effect& effect, bool tool_is_measured) {
+  const std::string& parameter = effect.parameter;
+  if (parameter == "instrument.scale") return false;
+  if (parameter == "tool" || parameter.starts_with("tool.")) return tool_is_measured;
+  if (parameter != "base" && !parameter.starts_with("base.")) return true;
+  return is_of_the_arm(effect.driver.kind) ||
+         (effect.driver.factor && is_of_the_arm(*effect.driver.factor));
+}
+
+Robot without_station_effects(Robot robot, bool tool_is_measured) {
+  std::erase_if(robot.effects, [&](const Effect& effect) {
+    return !moves_program(effect, tool_is_measured);
+  });
+  return robot;
+}
+
+ProgramArm::ProgramArm(const Robot& robot, const CompensationOptions& options, const Pose& tool,
+                       const std::vector<std::string>& temperature_names)
+    : robot_(with_tool(without_station_effects(robot, options.tool_is_measured), tool)),
+      model_(robot_, temperature_names),
+      foot_from_station_(inverse(robot.chain.base)) {}
+
+Context ProgramArm::in_station(Context context) const {
+  context.force_n = robot_.chain.base.rotation * context.force_n;
+  return context;
+}
+
+Pose ProgramArm::pose(const Context& context) const {
+  return foot_from_station_ * model_.pose(in_station(context));
+}
+
+Pose ProgramArm::pose(const Context& context, JointJacobian& jacobian) const {
+  const ParameterOffsets offsets = model_.offsets(in_station(context)).head<kGeometricParameters>();
+  PoseJacobian all;
+  const Pose pose = foot_from_station_ * model_.chain().pose(context.q, offsets, all);
+  for (int j = 0; j < kJoints; ++j) {
+    const double sign = robot_.chain.links[static_cast<size_t>(j)].sign;
+    const auto column = sign * all.col(link_parameter(j, LinkParameter::theta));
+    jacobian.col(j).head<3>() = foot_from_station_.rotation * column.head<3>();
+    jacobian.col(j).tail<3>() = foot_from_station_.rotation * column.tail<3>();
+  }
+  return pose;
+}
+
+PoseDifference difference(const Pose& wanted, const Pose& reached) {
+  return {(wanted.translation - reached.translation).norm(),
+          rotation_log(wanted.rotation * reached.rotation.transpose()).norm()};
+}
+
+}  // namespace armtrue

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "armtrue/compensation/compensation.h"
+#include "armtrue/effects/context.h"
+#include "armtrue/effects/robot_model.h"
+
+namespace armtrue {
+
+using JointJacobian = Eigen::Matrix<double, 6, kJoints>;
+
+/// The robot without the effects that do not move a program.
+Robot without_station_effects(Robot robot, bool tool_is_measured);
+
+/// An arm as a program sees it: its foot R_0 and the TCP of the program, links and effects of the
+/// arm, no station. `base` of the robot stays in the model, because effects on it are in the axes of
+/// R_A, and is then taken off.
+class ProgramArm {
+ public:
+  /// `tool`: R_7 from the TCP. Throws std::invalid_argument as RobotModel does.
+  ProgramArm(const Robot& robot, const CompensationOptions& options, const Pose& tool,
+             const std::vector<std::string>& temperature_names);
+
+  /// R_0 from the TCP. The force of the context is in the axes of R_0.
+  Pose pose(const Context& context) const;
+  /// Also its derivative by the encoder angles, in the axes of R_0: rows 0-2 m/rad, 3-5 rad/rad.
+  /// Effects are taken as constant: they change by 1e-2 of an angle at most.
+  Pose pose(const Context& context, JointJacobian& jacobian) const;
+
+  const Robot& robot() const { return robot_; }
+  const ChainEvaluator& chain() const { return model_.chain(); }
+
+ private:
+  Context in_station(Context context) const;
+
+  Robot robot_;
+  RobotModel model_;
+  Pose foot_from_station_;
+};
+
+/// How far the pose `reached` is from `wanted`.
+PoseDifference difference(const Pose& wanted, const Pose& reached);
+
+}  // namespace armtrue

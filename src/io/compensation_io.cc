@@ -1,0 +1,213 @@
+#include "armtrue/io/compensation_io.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "armtrue/kinematics/units.h"
+#include "armtrue/statistics/summary.h"
+#include "armtrue/text/number_text.h"
+#include "io/compensation_columns.h"
+#include "io/yaml/yaml_text.h"
+
+namespace armtrue {
+namespace {
+
+constexpr int kWorst = 3;  // that a summary names
+constexpr int kAngleDecimals = 9, kLengthDecimals = 7;
+
+int decimals_of(double unit) {
+  if (unit == kMillimetre) return kLengthDecimals;
+  if (unit == kDegree) return kAngleDecimals;
+  return 11;  // m, rad
+}
+
+std::string notes_text(const CorrectedTarget& target) {
+  std::string text;
+  for (CommandNote note : target.notes) {
+    if (!text.empty()) text += ' ';
+    text += to_string(note);
+  }
+  return text;
+}
+
+// Writes the rows of one file with the commands of one kind.
+class CommandWriter {
+ public:
+  CommandWriter(const ProgramFile& file, CommandKind kind) : file_(file), kind_(kind) {
+    if (kind == CommandKind::joints)
+      places_.assign(file.q.begin(), file.q.end());
+    else
+      places_.assign(file.pose.begin(), file.pose.end());
+    appended_ = places_.front().column < 0;
+    if (!appended_) return;
+    for (size_t i = 0; i < places_.size(); ++i)
+      places_[i].unit = kind == CommandKind::cartesian && i < 3 ? kMillimetre : kDegree;
+  }
+
+  std::string header() const {
+    std::vector<std::string> names = file_.columns;
+    for (size_t i = 0; appended_ && i < places_.size(); ++i)
+      names.push_back(kind_ == CommandKind::joints ? "q" + std::to_string(i + 1) + "_deg"
+                                                   : kPoseColumns[i]);
+    names.insert(names.end(), kCommandColumns.begin(), kCommandColumns.end());
+    return line_of(names);
+  }
+
+  std::string row(size_t number, const CorrectedTarget& target) const {
+    std::vector<std::string> cells = file_.cells[number];
+    const std::vector<double> command = command_of(target);
+    // A target that stays is the text that was read, if it is of the same kind.
+    const bool is_own_kind = file_.program.is_cartesian() == (kind_ == CommandKind::cartesian);
+    for (size_t i = 0; i < command.size(); ++i) {
+      const std::string text =
+          number_of(decimal_text(command[i] / places_[i].unit, decimals_of(places_[i].unit)));
+      if (appended_)
+        cells.push_back(text);
+      else if (target.is_corrected || !is_own_kind)
+        cells[static_cast<size_t>(places_[i].column)] = text;
+    }
+    if (file_.turn.column >= 0)
+      cells[static_cast<size_t>(file_.turn.column)] =
+          std::to_string(turn_of(file_.program.turns[number], target.q));
+    cells.push_back(length(target.before.position, kMillimetre));
+    cells.push_back(length(target.before.orientation, kMilliradian));
+    cells.push_back(length(target.after.position, kMillimetre));
+    cells.push_back(length(target.after.orientation, kMilliradian));
+    cells.push_back(target.deviation ? length(*target.deviation, kMillimetre) : "");
+    cells.push_back(target.leverage ? number_of(fmt::format("{:.4g}", *target.leverage)) : "");
+    cells.push_back(notes_text(target));
+    return line_of(cells);
+  }
+
+ private:
+  std::string line_of(const std::vector<std::string>& cells) const {
+    std::string line;
+    for (const std::string& cell : cells) {
+      line += cell;
+      line += file_.separator;
+    }
+    line.back() = '\n';
+    return line;
+  }
+
+  std::string number_of(std::string text) const {
+    if (file_.has_decimal_commas) std::ranges::replace(text, '.', ',');
+    return text;
+  }
+
+  // Errors and deviations: six decimals of mm or mrad.
+  std::string length(double si, double unit) const { return number_of(decimal_text(si / unit, 6)); }
+
+  std::vector<double> command_of(const CorrectedTarget& target) const {
+    if (kind_ == CommandKind::joints) return {target.q.begin(), target.q.end()};
+    const Eigen::Vector3d& p = target.pose.translation;
+    const Eigen::Vector3d abc = abc_from_rotation(target.pose.rotation);
+    return {p.x(), p.y(), p.z(), abc.x(), abc.y(), abc.z()};
+  }
+
+  // Bits beyond those of six joints, of external axes, stay.
+  static int turn_of(int stated, const JointVector& q) {
+    int turn = stated & ~0x3f;
+    for (int j = 0; j < kJoints; ++j)
+      if (q[j] < 0) turn |= 1 << j;
+    return turn;
+  }
+
+  const ProgramFile& file_;
+  CommandKind kind_;
+  std::vector<ProgramFile::Place> places_;  // of the command
+  bool appended_ = false;
+};
+
+ErrorSummary summary_of(const std::vector<CorrectedTarget>& targets, auto value) {
+  std::vector<double> values;
+  for (const CorrectedTarget& target : targets) values.push_back(value(target));
+  return summarize(values);
+}
+
+YAML::Node worst_node(const std::vector<CorrectedTarget>& targets, const Program& program) {
+  YAML::Node list(YAML::NodeType::Sequence);
+  for (int row : worst_targets(targets, kWorst)) {
+    const CorrectedTarget& target = targets[static_cast<size_t>(row)];
+    YAML::Node node;
+    node["pose"] = program.visits.pose_ids[static_cast<size_t>(row)];
+    node["before_mm"] = rounded(target.before.position / kMillimetre);
+    node["after_mm"] = rounded(target.after.position / kMillimetre);
+    if (target.deviation) node["std_mm"] = rounded(*target.deviation / kMillimetre);
+    YAML::Node notes(YAML::NodeType::Sequence);
+    for (CommandNote note : target.notes) notes.push_back(to_string(note));
+    node["notes"] = notes;
+    list.push_back(flow(node));
+  }
+  return list;
+}
+
+YAML::Node texts_node(const std::vector<std::string>& texts) {
+  std::vector<YAML::Node> items;
+  for (const std::string& text : texts) items.emplace_back(text);
+  return list_node(items);
+}
+
+}  // namespace
+
+std::string write_commands(const ProgramFile& file, const std::vector<CorrectedTarget>& targets,
+                           CommandKind kind) {
+  const CommandWriter writer(file, kind);
+  std::string text = writer.header();
+  for (size_t row = 0; row < targets.size(); ++row) text += writer.row(row, targets[row]);
+  return text;
+}
+
+std::string write_compensation(const std::vector<CorrectedTarget>& targets, const Program& program,
+                               const CompensationStory& story, const Provenance& provenance) {
+  YAML::Node root;
+  root["format"] = "armtrue-compensation/1";
+  root["provenance"] = provenance_node(provenance);
+  root["robot"] = story.robot;
+  root["controller"] = story.controller;
+  root["sentence"] = compensation_sentence(targets);
+  root["targets"] = std::to_string(targets.size());
+  root["corrected"] =
+      std::to_string(std::ranges::count_if(targets, &CorrectedTarget::is_corrected));
+  root["before_mm"] = error_node(
+      summary_of(targets, [](const auto& t) { return t.before.position; }), kMillimetre);
+  root["before_mrad"] = error_node(
+      summary_of(targets, [](const auto& t) { return t.before.orientation; }), kMilliradian);
+  root["after_mm"] =
+      error_node(summary_of(targets, [](const auto& t) { return t.after.position; }), kMillimetre);
+  root["after_mrad"] = error_node(
+      summary_of(targets, [](const auto& t) { return t.after.orientation; }), kMilliradian);
+  if (targets.front().deviation)
+    root["std_mm"] =
+        error_node(summary_of(targets, [](const auto& t) { return *t.deviation; }), kMillimetre);
+  YAML::Node notes(YAML::NodeType::Map);
+  for (CommandNote note : command_notes())
+    notes[to_string(note)] = std::to_string(count_of(targets, note));
+  root["notes"] = flow(notes);
+  root["worst"] = worst_node(targets, program);
+  root["assumed"] = texts_node(story.assumed);
+  root["not_applied"] = texts_node(story.not_applied);
+  return print_document(root);
+}
+
+std::string compensation_table(const std::vector<CorrectedTarget>& targets,
+                               const Program& program) {
+  std::string text = compensation_sentence(targets) + "\n";
+  text += fmt::format("{:<20}{:>12}{:>12}{:>10}{:>10}  {}\n", "worst", "before_mm", "after_mm",
+                      "std_mm", "leverage", "note");
+  for (int row : worst_targets(targets, kWorst)) {
+    const CorrectedTarget& target = targets[static_cast<size_t>(row)];
+    const auto number = [](const std::optional<double>& value, double unit) {
+      return value ? fmt::format("{:.3g}", *value / unit) : std::string("-");
+    };
+    text += fmt::format("{:<20}{:>12.3g}{:>12.3g}{:>10}{:>10}  {}\n",
+                        program.visits.pose_ids[static_cast<size_t>(row)],
+                        target.before.position / kMillimetre, target.after.position / kMillimetre,
+                        number(target.deviation, kMillimetre), number(target.leverage, 1), notes_text(target));
+  }
+  return text;
+}
+
+}  // namespace armtrue

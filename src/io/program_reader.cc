@@ -1,0 +1,202 @@
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <ranges>
+#include <set>
+
+#include "armtrue/io/compensation_io.h"
+#include "armtrue/io/csv_table.h"
+#include "armtrue/kinematics/units.h"
+#include "armtrue/text/input_error.h"
+#include "armtrue/text/number_text.h"
+#include "io/compensation_columns.h"
+
+namespace armtrue {
+namespace {
+
+using Quantity = CsvTable::Quantity;
+using Place = ProgramFile::Place;
+
+// Columns of one quantity by their names in files: all of them, or none.
+template <size_t N>
+bool has_all(const CsvTable& table, const std::array<std::optional<Quantity>, N>& found,
+             const std::array<std::string, N>& names) {
+  std::vector<std::string> missing;
+  for (size_t i = 0; i < N; ++i)
+    if (!found[i]) missing.push_back(names[i]);
+  if (missing.size() == N) return false;
+  if (!missing.empty()) table.fail_missing(missing);
+  return true;
+}
+
+Place place_of(const Quantity& quantity) { return {quantity.column, quantity.unit}; }
+
+// Reads the rows of one program.
+class ProgramReader {
+ public:
+  ProgramReader(CsvTable& table, ProgramFile& file) : table_(table), file_(file) {
+    refuse_product();
+    file.columns = table.columns();
+    file.separator = table.separator();
+    find_targets();
+    find_context();
+  }
+
+  void read() {
+    while (table_.next_row()) read_row();
+    if (file_.program.rows() == 0) throw InputError(file_.source + ": has no row");
+  }
+
+ private:
+  void refuse_product() const {
+    for (const std::string& column : table_.columns())
+      if (std::ranges::find(kCommandColumns, column) != std::end(kCommandColumns))
+        throw InputError(file_.source + ": has the column '" + column +
+                         "', which compensate writes; its targets are corrected already, and would "
+                         "be corrected twice: give the original targets, or rename the column if "
+                         "it is another");
+  }
+
+  std::optional<Quantity> plain(const std::string& name) const {
+    if (const auto column = table_.find(name)) return Quantity{*column, 1};
+    return std::nullopt;
+  }
+
+  void find_targets() {
+    std::array<std::optional<Quantity>, kJoints> q;
+    std::array<std::string, kJoints> q_names;
+    for (size_t j = 0; j < q.size(); ++j) {
+      const std::string name = "q" + std::to_string(j + 1);
+      q[j] = table_.find_angle(name);
+      q_names[j] = name + "_deg";
+    }
+    const std::array<std::optional<Quantity>, 6> pose{
+        table_.find_length("x"), table_.find_length("y"), table_.find_length("z"),
+        table_.find_angle("a"),  table_.find_angle("b"),  table_.find_angle("c")};
+    is_cartesian_ = has_all<6>(table_, pose, kPoseColumns);
+    has_joints_ = has_all<kJoints>(table_, q, q_names);
+    std::vector<std::string> missing;
+    if (!table_.find("pose")) missing.emplace_back("pose");
+    if (!is_cartesian_ && !has_joints_)
+      missing.insert(missing.end(), q_names.begin(), q_names.end());
+    if (!missing.empty()) table_.fail_missing(missing);
+    name_ = *table_.find("pose");
+    for (size_t i = 0; is_cartesian_ && i < pose.size(); ++i) file_.pose[i] = place_of(*pose[i]);
+    for (size_t j = 0; has_joints_ && j < q.size(); ++j) file_.q[j] = place_of(*q[j]);
+    if (const auto turn = table_.find("t")) file_.turn.column = *turn;
+  }
+
+  void find_context() {
+    time_ = table_.find("t_s");
+    payload_ = table_.find("payload_kg");
+    const std::array force{plain("fx_n"), plain("fy_n"), plain("fz_n")};
+    has_force_ = has_all<3>(table_, force, {"fx_n", "fy_n", "fz_n"});
+    for (size_t i = 0; has_force_ && i < 3; ++i) force_[i] = force[i]->column;
+    std::array<std::optional<Quantity>, kJoints> arrival;
+    std::array<std::string, kJoints> names;
+    for (size_t j = 0; j < arrival.size(); ++j)
+      arrival[j] = plain(names[j] = "dir" + std::to_string(j + 1));
+    has_arrival_ = has_all<kJoints>(table_, arrival, names);
+    for (size_t j = 0; has_arrival_ && j < arrival.size(); ++j) arrival_[j] = arrival[j]->column;
+    for (size_t c = 0; c < table_.columns().size(); ++c) {
+      const std::string& name = table_.columns()[c];
+      if (!name.starts_with("temp_") || !name.ends_with("_c") || name.size() < 8) continue;
+      if (temperatures_.size() == kMaxTemperatures)
+        table_.fail(static_cast<int>(c), "more than 8 temperatures; remove the least useful");
+      temperatures_.push_back(static_cast<int>(c));
+      file_.program.visits.temperature_names.push_back(name.substr(5, name.size() - 7));
+    }
+  }
+
+  void read_row() {
+    std::vector<std::string>& cells = file_.cells.emplace_back();
+    for (int c = 0; c < static_cast<int>(file_.columns.size()); ++c) {
+      cells.emplace_back(table_.original(c));
+      // A number with a comma: so are those that are added.
+      file_.has_decimal_commas |=
+          table_.text(c) != table_.original(c) && read_number(table_.text(c)).has_value();
+    }
+    Campaign& visits = file_.program.visits;
+    if (table_.is_empty(name_)) table_.fail(name_, "is empty; every row needs the id of its pose");
+    visits.pose.push_back(visits.rows());
+    visits.pose_ids.emplace_back(table_.original(name_));
+    visits.line.push_back(table_.line_number());
+    read_target();
+    read_context();
+  }
+
+  void read_target() {
+    Program& program = file_.program;
+    JointVector q = JointVector::Zero();
+    int empty = 0;
+    if (has_joints_)
+      for (const Place& place : file_.q) empty += table_.is_empty(place.column);
+    const bool hinted = has_joints_ && !(is_cartesian_ && empty == kJoints);
+    for (int j = 0; hinted && j < kJoints; ++j) q[j] = number(file_.q[static_cast<size_t>(j)]);
+    program.visits.q.push_back(q);
+    if (is_cartesian_) {
+      std::array<double, 6> value{};
+      for (size_t i = 0; i < value.size(); ++i) value[i] = number(file_.pose[i]);
+      program.poses.push_back({rotation_from_abc(value[3], value[4], value[5]),
+                               Eigen::Vector3d(value[0], value[1], value[2])});
+      program.hinted.push_back(hinted);
+    }
+    if (file_.turn.column < 0) return;
+    const int turn = table_.integer(file_.turn.column);
+    if (turn < 0 || turn > 0xffff)
+      table_.fail(file_.turn.column,
+                  table_.quoted(file_.turn.column) + " is no turn, a whole number from 0 to 65535");
+    program.turns.push_back(turn);
+  }
+
+  void read_context() {
+    Campaign& visits = file_.program.visits;
+    if (time_) visits.time_s.push_back(table_.number(*time_));
+    if (payload_) {
+      visits.payload_kg.push_back(table_.number(*payload_));
+      if (visits.payload_kg.back() < 0)
+        table_.fail(*payload_, table_.quoted(*payload_) + " is below zero; a payload is a mass");
+    }
+    if (has_force_)
+      visits.force_n.emplace_back(table_.number(force_[0]), table_.number(force_[1]),
+                                  table_.number(force_[2]));
+    if (has_arrival_) {
+      Direction& directions = visits.arrival.emplace_back();
+      for (size_t j = 0; j < directions.size(); ++j) {
+        const int direction = table_.integer(arrival_[j]);
+        if (direction < -1 || direction > 1)
+          table_.fail(arrival_[j], table_.quoted(arrival_[j]) + " is not -1, 0 or 1");
+        directions[j] = static_cast<std::int8_t>(direction);
+      }
+    }
+    if (temperatures_.empty()) return;
+    auto& temperatures = visits.temperature_c.emplace_back();
+    for (size_t i = 0; i < temperatures_.size(); ++i)
+      temperatures[i] = table_.number(temperatures_[i]);
+  }
+
+  double number(const Place& place) const { return place.unit * table_.number(place.column); }
+
+  CsvTable& table_;
+  ProgramFile& file_;
+  bool is_cartesian_ = false, has_joints_ = false, has_force_ = false, has_arrival_ = false;
+  int name_ = 0;
+  std::optional<int> time_, payload_;
+  std::array<int, 3> force_{};
+  std::array<int, kJoints> arrival_{};
+  std::vector<int> temperatures_;
+};
+
+}  // namespace
+
+ProgramFile read_program(const std::string& path) {
+  Source source(path);
+  ProgramFile file;
+  file.source = file.program.visits.source = source.name();
+  CsvTable table(source, "pose,q1_deg,...,q6_deg");
+  ProgramReader(table, file).read();
+  file.sha256 = source.sha256();
+  return file;
+}
+
+}  // namespace armtrue
