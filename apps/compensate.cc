@@ -1,10 +1,9 @@
-#include "armtrue/compensation/compensation.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <set>
 
+#include "armtrue/compensation/compensation.h"
 #include "armtrue/io/compensation_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/kinematics/units.h"
@@ -58,8 +57,7 @@ void add_options(app::Command& command, Arguments& arguments) {
                   "Joint angles near the first Cartesian target, if it has none");
   command.option("--session", arguments.session,
                  "The session of --robot whose zero offsets hold, if they differ");
-  command
-      .option("--payload-kg", arguments.payload_kg, "Payload at the TCP, if there is no column")
+  command.option("--payload-kg", arguments.payload_kg, "Payload at the TCP, if there is no column")
       .check(app::not_below_zero());
   command.option("--t-s", arguments.time_s,
                  "Time since the start of the campaign, if there is no column");
@@ -142,11 +140,11 @@ void refuse_other_arm(const std::vector<CorrectedTarget>& targets, const Argumen
   const auto near = std::ranges::min_element(
       targets, {}, [](const CorrectedTarget& target) { return target.before.position; });
   if (near->before.position < kOtherArm) return;
-  throw InputError(fmt::format("{} and {} are different arms: their flanges stand {:.4g} mm apart "
-                               "or more at every target; give two models of one arm, with the same "
-                               "R_0, R_7 and zeros of the joints",
-                               arguments.robot, arguments.controller,
-                               near->before.position / kMillimetre));
+  throw InputError(
+      fmt::format("{} and {} are different arms: their flanges stand {:.4g} mm apart "
+                  "or more at every target; give two models of one arm, with the same "
+                  "R_0, R_7 and zeros of the joints",
+                  arguments.robot, arguments.controller, near->before.position / kMillimetre));
 }
 
 std::vector<std::string> station_effects(const Robot& robot, bool tool_is_measured) {

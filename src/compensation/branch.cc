@@ -31,6 +31,12 @@ bool is_same(const Branch& a, const Branch& b) {
   return a.shoulder * b.shoulder >= 0 && a.elbow * b.elbow >= 0 && a.wrist * b.wrist >= 0;
 }
 
+bool stays(const Branch& before, const Branch& now) {
+  const auto same = [](int a, int b) { return a == 0 || a == b; };
+  return same(before.shoulder, now.shoulder) && same(before.elbow, now.elbow) &&
+         same(before.wrist, now.wrist);
+}
+
 double wrist_sine(const ChainEvaluator& arm, const JointVector& q) {
   const std::array<Pose, kLinks> frames = arm.link_frames(q);
   return frames[3].rotation.col(2).cross(frames[5].rotation.col(2)).norm();

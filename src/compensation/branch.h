@@ -17,6 +17,9 @@ Branch branch_of(const ChainEvaluator& arm, const JointVector& q);
 /// Whether no sign differs; 0 fits both.
 bool is_same(const Branch& a, const Branch& b);
 
+/// Whether a posture stays on the branch that it had: only where that was both it may be either.
+bool stays(const Branch& before, const Branch& now);
+
 /// Sine of the angle between the axes 4 and 6: 0 where the wrist is stretched and singular.
 double wrist_sine(const ChainEvaluator& arm, const JointVector& q);
 

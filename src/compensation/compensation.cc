@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -115,8 +116,10 @@ class Compensation {
     const JointCorrection correction =
         correct_joints(arm_, context, intended, target.programmed, controller_.chain());
     const KinematicChain& travel = controller_.robot().chain;
-    if (correction.is_damped ||
-        wrist_sine(arm_.chain(), target.programmed) < std::sin(kStretchedWrist))
+    // The controller's own inverse kinematics is singular there too.
+    const double bend = std::min(wrist_sine(arm_.chain(), target.programmed),
+                                 wrist_sine(controller_.chain(), target.programmed));
+    if (correction.is_damped || bend < std::sin(kStretchedWrist))
       target.notes.push_back(CommandNote::singular);
     if (!correction.is_reached) {
       target.notes.push_back(CommandNote::unreachable);
@@ -139,8 +142,8 @@ class Compensation {
     target.before = difference(intended, arm_.pose(context));
     context.q = target.q;
     target.after = difference(intended, arm_.pose(context));
-    target.pose = target.is_corrected ? program_from_foot * controller_.pose(context)
-                                      : target.intended;
+    target.pose =
+        target.is_corrected ? program_from_foot * controller_.pose(context) : target.intended;
   }
 
   void cover(size_t row, double deviation, double leverage) {
@@ -159,7 +162,10 @@ class Compensation {
 
   JointVector programmed_at(int row, Context context) const {
     const auto r = static_cast<size_t>(row);
-    if (!program_.is_cartesian()) return visits_.q[r];
+    if (!program_.is_cartesian()) {
+      check_turn(row, visits_.q[r]);
+      return visits_.q[r];
+    }
     if (!program_.hinted[r] && targets_.empty() && !options_.start)
       throw UnreachableTarget(row,
                               "nothing says on which branch the first target lies; add columns "
@@ -196,6 +202,20 @@ class Compensation {
                           "its hint; correct q1_deg to q6_deg, or add them"
                         : "the controller's model does not reach it; check its unit and frame, "
                           "--base and --tool");
+  }
+
+  void check_turn(int row, const JointVector& q) const {
+    if (program_.turns.empty()) return;
+    const int turn = program_.turns[static_cast<size_t>(row)];
+    for (int j = 0; j < kJoints; ++j) {
+      const bool below = (turn >> j) & 1;
+      if ((q[j] < 0) != below)
+        throw UnreachableTarget(
+            row, fmt::format("its turn t = {} says that {} stands {} zero, and it stands at {:.6g} "
+                             "deg; correct t, or rename the column if it is another",
+                             turn, controller_.robot().chain.links[static_cast<size_t>(j)].name,
+                             below ? "below" : "above", q[j] / kDegree));
+    }
   }
 
   // The same posture with the turns that the target states.

@@ -54,8 +54,8 @@ Coverage coverage(const Robot& identified, const CompensationOptions& options,
   const Campaign readings = readings_at(visits, identified.chain.base);
   const bool measured = options.tool_is_measured;
   // In the station of the calibration, which the largest variance is of.
-  for (const Prediction& of_row : predict(
-           part_of(identified, measured, [](const std::string&) { return true; }), readings))
+  for (const Prediction& of_row :
+       predict(part_of(identified, measured, [](const std::string&) { return true; }), readings))
     result.leverage.push_back(of_row.leverage);
   Robot arm = part_of(identified, measured, [&](const std::string& name) {
     return is_of_a_link(identified.chain, name);

@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "compensation/branch.h"
 
@@ -13,14 +14,14 @@ namespace {
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-constexpr double kLength = 0.1;          // [m]: a mrad counts as 0.1 mm
-constexpr double kReached = 1e-10;       // [m], [rad]
-constexpr double kGoodEnough = 1e-9;     // [m], [rad]: 1e-6 mm
-constexpr double kLargestStep = 0.3;     // [rad]: limit of the linear model
+constexpr double kLength = 0.1;       // [m]: a mrad counts as 0.1 mm
+constexpr double kReached = 1e-10;    // [m], [rad]
+constexpr double kGoodEnough = 1e-9;  // [m], [rad]: 1e-6 mm
+constexpr double kLargestStep = 0.3;  // [rad]: limit of the linear model
 constexpr int kNoJoint = -1, kWristJoint = 4;
 // A wrist bent by less, or as little left of any other freedom, is near a singular posture.
 constexpr double kNearWrist = 3 * kDegree;
-const double kNearAny = kLength * std::sin(kNearWrist);
+constexpr double kNearAny = 0.5 * kLength * kNearWrist;  // of the least singular value
 
 // Position and rotation by which `reached` misses `wanted`; the rotation times kLength [m].
 Vector6 weighted_error(const Pose& wanted, const Pose& reached) {
@@ -45,6 +46,7 @@ class Minimum {
 
   const JointVector& q() const { return q_; }
   bool is_reached(double tolerance) const { return is_within(error_, tolerance); }
+  double error() const { return error_.norm(); }  // weighted [m]
 
  private:
   void take(const JointVector& q) {
@@ -62,8 +64,8 @@ class Minimum {
   }
 
   JointVector step(double damping) const {
-    Matrix6 normal = jacobian_.transpose() * jacobian_ +
-                     (lambda_ * lambda_ + damping) * Matrix6::Identity();
+    Matrix6 normal =
+        jacobian_.transpose() * jacobian_ + (lambda_ * lambda_ + damping) * Matrix6::Identity();
     Vector6 right = jacobian_.transpose() * error_ - lambda_ * lambda_ * (q_ - start_);
     if (held_ != kNoJoint) {
       normal.row(held_).setZero();
@@ -106,15 +108,19 @@ class Minimum {
   JointJacobian jacobian_;
 };
 
-bool is_near_singular(const ProgramArm& arm, Context context, const JointVector& q) {
-  if (wrist_sine(arm.chain(), q) < std::sin(kNearWrist)) return true;
+// By how much a joint may change: kMaxSingularChange at a singular posture, without a bound far
+// from it, and no step between.
+double largest_change(const ProgramArm& arm, Context context, const JointVector& q) {
   JointJacobian jacobian;
   context.q = q;
   arm.pose(context, jacobian);
   jacobian.bottomRows<3>() *= kLength;
   const Eigen::SelfAdjointEigenSolver<Matrix6> solver(jacobian.transpose() * jacobian,
                                                       Eigen::EigenvaluesOnly);
-  return std::sqrt(std::max(0.0, solver.eigenvalues()[0])) < 0.5 * kNearAny;
+  const double least = std::sqrt(std::max(0.0, solver.eigenvalues()[0]));
+  const double near = std::min(wrist_sine(arm.chain(), q) / std::sin(kNearWrist), least / kNearAny);
+  return near < 1 ? kMaxSingularChange / (1 - near * near)
+                  : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace
@@ -128,30 +134,31 @@ JointCorrection joints_of_pose(const ProgramArm& arm, const Context& context, co
 JointCorrection correct_joints(const ProgramArm& arm, const Context& context, const Pose& wanted,
                                const JointVector& programmed, const ChainEvaluator& controller) {
   const Branch branch = branch_of(controller, programmed);
-  const auto stays = [&](const JointVector& q) {
-    return is_same(branch, branch_of(controller, q));
+  const double most = largest_change(arm, context, programmed);
+  const auto is_good = [&](const JointVector& q) {
+    return (q - programmed).cwiseAbs().maxCoeff() <= most &&
+           stays(branch, branch_of(controller, q));
   };
-  const auto is_small = [&](const JointVector& q) {
-    return (q - programmed).cwiseAbs().maxCoeff() <= kMaxSingularChange;
-  };
-  const JointCorrection exact = joints_of_pose(arm, context, wanted, programmed);
-  const bool is_near = is_near_singular(arm, context, programmed);
-  if (!exact.is_reached && !is_near) return exact;
-  if (exact.is_reached && stays(exact.q) && (!is_near || is_small(exact.q))) return exact;
+  const Minimum exact(arm, context, wanted, programmed, 0, kNoJoint);
+  const bool is_reached = exact.is_reached(kGoodEnough);
+  if (is_reached && is_good(exact.q())) return {exact.q(), true, false};
+  if (!is_reached && std::isinf(most)) return {exact.q(), false, false};
 
-  const bool crosses_wrist =
-      branch.wrist * branch_of(controller, exact.q).wrist < 0 || branch.wrist == 0;
-  const int held = crosses_wrist ? kWristJoint : kNoJoint;
-  double low = -8, high = 2;  // log10 of lambda; above 10 nothing moves
-  JointVector best = programmed;
-  for (int k = 0; k < 30; ++k) {
-    const double middle = 0.5 * (low + high);
-    const Minimum damped(arm, context, wanted, programmed, std::pow(10.0, middle), held);
-    const bool is_good = is_small(damped.q()) && stays(damped.q());
-    if (is_good) best = damped.q();
-    (is_good ? high : low) = middle;
+  JointCorrection best{programmed, true, true};
+  double least = std::numeric_limits<double>::infinity();
+  for (int held : {kNoJoint, kWristJoint}) {
+    double low = -8, high = 2;  // log10 of lambda; above 10 nothing moves
+    for (int k = 0; k < 30; ++k) {
+      const double middle = 0.5 * (low + high);
+      const Minimum damped(arm, context, wanted, programmed, std::pow(10.0, middle), held);
+      const bool take = is_good(damped.q());
+      (take ? high : low) = middle;
+      if (!take || damped.error() >= least) continue;
+      least = damped.error();
+      best.q = damped.q();
+    }
   }
-  return {best, true, true};
+  return best;
 }
 
 }  // namespace armtrue

@@ -6,8 +6,8 @@
 
 namespace armtrue {
 
-/// Largest change of a joint near a singular posture [rad]. There the exact correction may turn axes
-/// 4 and 6 by tens of degrees against each other for some 0.1 mrad of the tool.
+/// Largest change of a joint near a singular posture [rad]. There the exact correction may turn
+/// axes 4 and 6 by tens of degrees against each other for some 0.1 mrad of the tool.
 inline constexpr double kMaxSingularChange = 1.0 * kDegree;
 
 /// A wrist stretched within this angle counts as singular, whatever the correction is [rad].
@@ -28,9 +28,11 @@ JointCorrection joints_of_pose(const ProgramArm& arm, const Context& context, co
 /// `programmed`. Minimises
 ///     |e_p|^2 + L^2 |e_r|^2 + lambda^2 |q - programmed|^2,    L = 0.1 m,
 /// with e_p, e_r the errors of position and rotation; lambda = 0 unless that leaves the branch, or
-/// moves a joint by more than kMaxSingularChange near a singular posture. Then lambda is the
-/// smallest that does neither (Levenberg; Nakamura and Hanafusa 1986), and joint 5 keeps its angle
-/// if the correction would bend the wrist to the other side. `controller`: tells the branch.
+/// moves a joint by too much near a singular posture: kMaxSingularChange / (1 - u^2), u from 0 at
+/// the posture to 1 where the wrist is bent by 3 deg. Then lambda is the smallest that does neither
+/// (damped least squares; Nakamura and Hanafusa 1986), with joint 5 held if that comes nearer, as
+/// it does where the exact correction would bend the wrist to the other side. `controller` tells
+/// the branch.
 JointCorrection correct_joints(const ProgramArm& arm, const Context& context, const Pose& wanted,
                                const JointVector& programmed, const ChainEvaluator& controller);
 

@@ -59,7 +59,9 @@ bool CorrectedTarget::has(CommandNote note) const {
   return std::ranges::find(notes, note) != notes.end();
 }
 
-double CorrectedTarget::expected() const { return std::hypot(after.position, deviation.value_or(0)); }
+double CorrectedTarget::expected() const {
+  return std::hypot(after.position, deviation.value_or(0));
+}
 
 int count_of(const std::vector<CorrectedTarget>& targets, CommandNote note) {
   return static_cast<int>(

@@ -42,9 +42,8 @@ bool moves_program(const Effect& effect, bool tool_is_measured) {
 }
 
 Robot without_station_effects(Robot robot, bool tool_is_measured) {
-  std::erase_if(robot.effects, [&](const Effect& effect) {
-    return !moves_program(effect, tool_is_measured);
-  });
+  std::erase_if(robot.effects,
+                [&](const Effect& effect) { return !moves_program(effect, tool_is_measured); });
   return robot;
 }
 

@@ -16,8 +16,8 @@ using JointJacobian = Eigen::Matrix<double, 6, kJoints>;
 Robot without_station_effects(Robot robot, bool tool_is_measured);
 
 /// An arm as a program sees it: its foot R_0 and the TCP of the program, links and effects of the
-/// arm, no station. `base` of the robot stays in the model, because effects on it are in the axes of
-/// R_A, and is then taken off.
+/// arm, no station. `base` of the robot stays in the model, because effects on it are in the axes
+/// of R_A, and is then taken off.
 class ProgramArm {
  public:
   /// `tool`: R_7 from the TCP. Throws std::invalid_argument as RobotModel does.

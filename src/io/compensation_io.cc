@@ -171,8 +171,8 @@ std::string write_compensation(const std::vector<CorrectedTarget>& targets, cons
   root["targets"] = std::to_string(targets.size());
   root["corrected"] =
       std::to_string(std::ranges::count_if(targets, &CorrectedTarget::is_corrected));
-  root["before_mm"] = error_node(
-      summary_of(targets, [](const auto& t) { return t.before.position; }), kMillimetre);
+  root["before_mm"] =
+      error_node(summary_of(targets, [](const auto& t) { return t.before.position; }), kMillimetre);
   root["before_mrad"] = error_node(
       summary_of(targets, [](const auto& t) { return t.before.orientation; }), kMilliradian);
   root["after_mm"] =
@@ -205,7 +205,8 @@ std::string compensation_table(const std::vector<CorrectedTarget>& targets,
     text += fmt::format("{:<20}{:>12.3g}{:>12.3g}{:>10}{:>10}  {}\n",
                         program.visits.pose_ids[static_cast<size_t>(row)],
                         target.before.position / kMillimetre, target.after.position / kMillimetre,
-                        number(target.deviation, kMillimetre), number(target.leverage, 1), notes_text(target));
+                        number(target.deviation, kMillimetre), number(target.leverage, 1),
+                        notes_text(target));
   }
   return text;
 }

@@ -156,9 +156,7 @@ std::string_view CsvTable::original(int column) const {
   return original_.substr(field.data() - read, field.size());
 }
 
-std::string CsvTable::quoted(int column) const {
-  return "'" + std::string(original(column)) + "'";
-}
+std::string CsvTable::quoted(int column) const { return "'" + std::string(original(column)) + "'"; }
 
 void CsvTable::fail(int column, const std::string& what) const {
   throw InputError(source_.name() + ":" + std::to_string(source_.line_number()) + ": column '" +

@@ -88,17 +88,17 @@ class UnreachableTarget : public std::runtime_error {
 };
 
 /// Whether an effect belongs to the arm, and so moves a program. Effects on links do. Effects on
-/// `base` do if a load or the posture drives them: the foot gives way. Driven by time or temperature
-/// alone they are the instrument's. Effects on `tool` belong to what carried the reflectors; they
-/// move a program only if that is its tool. instrument.scale never does.
+/// `base` do if a load or the posture drives them: the foot gives way. Driven by time or
+/// temperature alone they are the instrument's. Effects on `tool` belong to what carried the
+/// reflectors; they move a program only if that is its tool. instrument.scale never does.
 bool moves_program(const Effect& effect, bool tool_is_measured);
 
 /// Whether a robot file says that it comes from a calibration: standard deviations, an uncertainty,
 /// or effects.
 bool states_calibration(const Robot& robot);
 
-/// The robot with the zero offsets of one of its sessions. Throws std::invalid_argument if it has no
-/// such session, or if none is named and its sessions differ in zero offsets.
+/// The robot with the zero offsets of one of its sessions. Throws std::invalid_argument if it has
+/// no such session, or if none is named and its sessions differ in zero offsets.
 Robot in_session(Robot robot, const std::string& session);
 
 /// Finds for each target the joint angles q* at which the identified arm stands where the

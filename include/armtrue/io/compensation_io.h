@@ -47,9 +47,9 @@ std::string write_commands(const ProgramFile& file, const std::vector<CorrectedT
 
 /// What the summary says beside the targets.
 struct CompensationStory {
-  std::string robot, controller;        ///< names
-  std::vector<std::string> assumed;     ///< what the commands hold for, in sentences
-  std::vector<std::string> not_applied; ///< effects of the station
+  std::string robot, controller;         ///< names
+  std::vector<std::string> assumed;      ///< what the commands hold for, in sentences
+  std::vector<std::string> not_applied;  ///< effects of the station
 };
 
 /// An armtrue-compensation/1 document.

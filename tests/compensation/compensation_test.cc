@@ -1,0 +1,340 @@
+#include "armtrue/compensation/compensation.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "compensation/second_arm.h"
+
+namespace armtrue {
+namespace {
+
+using armtrue_oracle::HiddenEffect;
+using armtrue_oracle::Moment;
+using armtrue_oracle::OracleArm;
+using armtrue_oracle::Uniform;
+
+constexpr double kNanometre = 1e-9;  // 1e-6 mm
+
+Robot nominal_arm() { return read_robot(kNominalArm).robot; }
+
+// Effects of the arm in armtrue's words, and of its station; then those of the arm in KDL's.
+void add_effects(Robot& robot, std::vector<HiddenEffect>& same) {
+  robot.effects = {effect_on("A2.theta", "gravity-torque 2", "linear", {1e-7}),
+                   effect_on("A3.theta", "gravity-torque 3", "linear", {2e-7}),
+                   effect_on("A5.alpha", "joint-angle 4", "harmonic 1", {3e-4, 1e-4}),
+                   effect_on("A6.theta", "joint-angle 6", "harmonic 50", {1e-4, 0}),
+                   effect_on("A1.theta", "arrival 1", "linear", {2e-4}),
+                   effect_on("A3.d", "temperature arm", "linear", {1e-5}),
+                   effect_on("A4.theta", "payload", "linear", {2e-6}),
+                   effect_on("A1.theta", "force", "linear", {1e-7}),
+                   effect_on("A2.r", "time", "linear", {1e-7}),
+                   effect_on("base", "moment", "linear", {1e-8}),
+                   effect_on("base.x", "time", "linear", {1e-6}),
+                   effect_on("base.rz", "temperature arm", "linear", {1e-5}),
+                   effect_on("tool.x", "temperature arm", "linear", {1e-5}),
+                   effect_on("instrument.scale", "position", "linear", {1e-3})};
+  const auto on = [&](const HiddenEffect& effect) { same.push_back(effect); };
+  on([](const Moment& m, OracleArm& a) { a.links[1].theta += 1e-7 * m.torque[1]; });
+  on([](const Moment& m, OracleArm& a) { a.links[2].theta += 2e-7 * m.torque[2]; });
+  on([](const Moment& m, OracleArm& a) {
+    a.links[4].alpha += 3e-4 * std::sin(m.q[3]) + 1e-4 * std::cos(m.q[3]);
+  });
+  on([](const Moment& m, OracleArm& a) { a.links[5].theta += 1e-4 * std::sin(50 * m.q[5]); });
+  on([](const Moment& m, OracleArm& a) { a.links[0].theta += 2e-4 * m.arrival[0]; });
+  on([](const Moment& m, OracleArm& a) { a.links[2].d += 1e-5 * m.temperature_c; });
+  on([](const Moment& m, OracleArm& a) { a.links[3].theta += 2e-6 * m.payload_kg; });
+  on([](const Moment& m, OracleArm& a) { a.links[0].theta += 1e-7 * m.force_torque[0]; });
+  on([](const Moment& m, OracleArm& a) { a.links[1].r += 1e-7 * m.time_s; });
+  on([](const Moment& m, OracleArm& a) {
+    const KDL::Vector turn = a.base.M * m.overturning * 1e-8;
+    const double angle = length(turn);  // KDL::Rot takes those below 1e-6 for turns about x
+    a.base = KDL::Frame(KDL::Rotation::Rot2(turn / angle, angle) * a.base.M, a.base.p);
+  });
+}
+
+// Random conditions, for armtrue and for KDL.
+std::vector<Conditions> random_conditions(Program& program, const Pose& base, Uniform& uniform) {
+  Campaign& visits = program.visits;
+  visits.temperature_names = {"air", "arm"};
+  std::vector<Conditions> all;
+  for (int row = 0; row < program.rows(); ++row) {
+    Conditions now;
+    for (size_t j = 0; j < 6; ++j) now.arrival[j] = uniform(0, 1) < 0.5 ? -1 : 1;
+    now.time_s = uniform(0, 5000);
+    now.payload_kg = uniform(0, 100);
+    now.temperature_c = uniform(15, 40);
+    Eigen::Vector3d force(uniform(-500, 500), uniform(-500, 500), uniform(-500, 500));
+    visits.time_s.push_back(now.time_s);
+    visits.payload_kg.push_back(now.payload_kg);
+    visits.temperature_c.push_back({-7, now.temperature_c});
+    visits.force_n.push_back(force);  // in the program's frame
+    force = base.rotation * force;
+    now.force = {force.x(), force.y(), force.z()};
+    Direction& direction = visits.arrival.emplace_back();
+    for (size_t j = 0; j < 6; ++j) direction[j] = static_cast<std::int8_t>(now.arrival[j]);
+    all.push_back(now);
+  }
+  return all;
+}
+
+CompensationOptions frames() {
+  CompensationOptions options;
+  options.tool = {rotation_from_abc(0.3, -0.8, 1.1), {0.05, -0.02, 0.21}};
+  options.base = {rotation_from_abc(1.2, 0.1, -0.2), {1.5, 0.4, 0.8}};
+  options.max_correction = 0.1;
+  return options;
+}
+
+TEST(Compensation, TheSecondArmReachesTheIntendedPose) {
+  Uniform uniform(1);
+  const Robot nominal = nominal_arm();
+  const OracleArm controller = second(nominal);
+  const CompensationOptions options = frames();
+  const KDL::Frame tcp = kdl_frame(options.tool);
+  for (int arm = 0; arm < 60; ++arm) {
+    Robot identified = random_arm(uniform);
+    std::vector<HiddenEffect> effects;
+    add_effects(identified, effects);
+    std::vector<JointVector> targets;
+    for (int k = 0; k < 10; ++k) targets.push_back(random_target(nominal.chain, uniform));
+    Program program = joint_program(targets);
+    const std::vector<Conditions> now = random_conditions(program, options.base, uniform);
+    const OracleArm truth = second(identified);
+    const auto corrected = compensate(identified, nominal, program, options);
+    for (size_t k = 0; k < targets.size(); ++k) {
+      const KDL::Frame intended = second_pose(controller, {}, tcp, targets[k], {});
+      ASSERT_TRUE(corrected[k].is_corrected) << to_string(corrected[k].notes.front());
+      const KDL::Frame reached = second_pose(truth, effects, tcp, corrected[k].q, now[k]);
+      EXPECT_LT(metres_between(intended, reached), kNanometre);
+      EXPECT_LT(radians_between(intended, reached), 1e-9);
+      // And what would have been without.
+      const KDL::Frame before = second_pose(truth, effects, tcp, targets[k], now[k]);
+      EXPECT_NEAR(metres_between(intended, before), corrected[k].before.position, kNanometre);
+      EXPECT_NEAR(radians_between(intended, before), corrected[k].before.orientation, 1e-9);
+      EXPECT_GT(corrected[k].before.position, 1e-4);
+      // The wrist stays bent to its side; a controller that is given the pose finds the joints.
+      EXPECT_GT(targets[k][4] * corrected[k].q[4], 0);
+      const KDL::Frame fake =
+          kdl_frame(options.base).Inverse() * second_pose(controller, {}, tcp, corrected[k].q, {});
+      EXPECT_LT(metres_between(fake, kdl_frame(corrected[k].pose)), kNanometre);
+      EXPECT_LT(radians_between(fake, kdl_frame(corrected[k].pose)), 1e-9);
+    }
+  }
+}
+
+TEST(Compensation, CartesianTargetsGetTheCommandsOfTheirJoints) {
+  Uniform uniform(2);
+  const Robot nominal = nominal_arm();
+  CompensationOptions options = frames();
+  const Robot identified = random_arm(uniform);
+  std::vector<JointVector> targets;
+  for (int k = 0; k < 200; ++k) targets.push_back(random_target(nominal.chain, uniform));
+  const Program joints = joint_program(targets);
+  const auto expected = compensate(identified, nominal, joints, options);
+  Program cartesian = joints;
+  for (size_t k = 0; k < targets.size(); ++k) {
+    cartesian.poses.push_back(expected[k].intended);
+    cartesian.hinted.push_back(true);
+    for (int j = 0; j < kJoints; ++j) cartesian.visits.q[k][j] += uniform(-0.03, 0.03);
+  }
+  const auto found = compensate(identified, nominal, cartesian, options);
+  for (size_t k = 0; k < targets.size(); ++k) {
+    EXPECT_LT((found[k].programmed - targets[k]).norm(), 1e-7);
+    EXPECT_LT((found[k].q - expected[k].q).norm(), 1e-7);
+    EXPECT_LT(found[k].after.position, kNanometre);
+  }
+}
+
+TEST(Compensation, TheRowBeforeTellsTheBranchAndTheTurnTheWholeTurns) {
+  const Robot nominal = nominal_arm();
+  Uniform uniform(3);
+  const Robot identified = random_arm(uniform);
+  CompensationOptions options = frames();
+  JointVector q;
+  q << 0.2, -1.2, 1.5, 0.4, 0.7, -0.3;
+  std::vector<JointVector> targets;
+  for (int k = 0; k < 20; ++k) targets.push_back(q + k * JointVector::Constant(0.02));
+  Program program = joint_program(targets);
+  for (const CorrectedTarget& target : compensate(identified, nominal, program, options)) {
+    program.poses.push_back(target.intended);
+    program.hinted.push_back(false);
+  }
+  EXPECT_THROW(compensate(identified, nominal, program, options), UnreachableTarget);
+  options.start = targets.front() + JointVector::Constant(0.1);
+  const auto found = compensate(identified, nominal, program, options);
+  for (size_t k = 0; k < targets.size(); ++k)
+    EXPECT_LT((found[k].programmed - targets[k]).norm(), 1e-8) << k;
+
+  program.turns.assign(targets.size(), 0b001010);  // A4 below zero: a turn less
+  const auto turned = compensate(identified, nominal, program, options);
+  EXPECT_NEAR(turned.front().programmed[3], targets.front()[3] - 2 * std::numbers::pi, 1e-8);
+  EXPECT_NEAR(turned.front().programmed[5], targets.front()[5] + 2 * std::numbers::pi, 1e-8);
+  program.turns.assign(targets.size(), 0b001011);  // A1 at -348 deg: beyond its travel
+  EXPECT_THROW(compensate(identified, nominal, program, options), UnreachableTarget);
+}
+
+TEST(Compensation, TheStationMovesNoProgram) {
+  Uniform uniform(4);
+  const Robot nominal = nominal_arm();
+  Robot identified = random_arm(uniform);
+  identified.effects = {effect_on("A2.theta", "gravity-torque 2", "linear", {1e-7}),
+                        effect_on("base", "moment", "linear", {1e-8})};
+  std::vector<JointVector> targets;
+  for (int k = 0; k < 50; ++k) targets.push_back(random_target(nominal.chain, uniform));
+  Program program = joint_program(targets);
+  program.visits.payload_kg.assign(targets.size(), 40);
+  const auto here = compensate(identified, nominal, program, frames());
+  Robot elsewhere = identified;
+  const Robot other = random_arm(uniform);
+  elsewhere.chain.base = other.chain.base;
+  elsewhere.chain.tool = other.chain.tool;
+  elsewhere.effects.push_back(effect_on("instrument.scale", "position", "linear", {1e-4}));
+  Robot controller = nominal;  // nor does that of the controller's file
+  controller.chain.base = identified.chain.base;
+  controller.chain.tool = other.chain.tool;
+  const auto there = compensate(elsewhere, controller, program, frames());
+  for (size_t k = 0; k < targets.size(); ++k) {
+    EXPECT_LT((here[k].q - there[k].q).norm(), 1e-9);
+    EXPECT_LT((here[k].pose.translation - there[k].pose.translation).norm(), kNanometre);
+  }
+  EXPECT_FALSE(moves_program(effect_on("base", "time", "linear", {}), true));
+  EXPECT_FALSE(moves_program(effect_on("tool", "moment", "linear", {}), false));
+  EXPECT_TRUE(moves_program(effect_on("tool", "moment", "linear", {}), true));
+  EXPECT_TRUE(moves_program(effect_on("base.rx", "moment", "linear", {}), false));
+  EXPECT_TRUE(
+      moves_program(effect_on("base.x", "joint-angle 1 * temperature arm", "linear", {}), false));
+  EXPECT_FALSE(moves_program(effect_on("instrument.scale", "position", "linear", {}), true));
+}
+
+TEST(Compensation, TheMeasuredToolBringsItsEffects) {
+  Uniform uniform(5);
+  const Robot nominal = nominal_arm();
+  Robot identified = random_arm(uniform);
+  identified.effects = {effect_on("tool.z", "temperature arm", "linear", {1e-5})};
+  Program program = joint_program({random_target(nominal.chain, uniform)});
+  program.visits.temperature_names = {"arm"};
+  program.visits.temperature_c = {{30}};
+  CompensationOptions options;
+  options.tool_is_measured = true;
+  options.max_correction = 0.1;
+  const CorrectedTarget target = compensate(identified, nominal, program, options).front();
+  const KDL::Frame tcp = kdl_frame(identified.chain.tool);
+  const HiddenEffect growth = [](const Moment& m, OracleArm& arm) {
+    arm.tool.p.z(arm.tool.p.z() + 1e-5 * m.temperature_c);
+  };
+  Conditions now;
+  now.temperature_c = 30;
+  EXPECT_LT(metres_between(second_pose(second(identified), {growth}, tcp, target.q, now),
+                           second_pose(second(nominal), {}, tcp, target.programmed, {})),
+            kNanometre);
+}
+
+TEST(Compensation, AMakersModelWithEffectsIsTheControllersOwn) {
+  Uniform uniform(6);
+  Robot maker = random_arm(uniform);
+  maker.effects = {effect_on("A3.theta", "gravity-torque 3", "linear", {1e-7})};
+  const Robot identified = random_arm(uniform);
+  const std::vector<HiddenEffect> sag{
+      [](const Moment& m, OracleArm& a) { a.links[2].theta += 1e-7 * m.torque[2]; }};
+  const CompensationOptions options = frames();
+  const KDL::Frame tcp = kdl_frame(options.tool);
+  for (int k = 0; k < 20; ++k) {
+    const JointVector q = random_target(maker.chain, uniform);
+    const CorrectedTarget target =
+        compensate(identified, maker, joint_program({q}), options).front();
+    const KDL::Frame intended = second_pose(second(maker), sag, tcp, q, {});
+    EXPECT_LT(metres_between(intended, second_pose(second(identified), {}, tcp, target.q, {})),
+              kNanometre);
+  }
+  EXPECT_TRUE(states_calibration(maker));
+  EXPECT_FALSE(states_calibration(identified));
+}
+
+TEST(Compensation, DirectionsOfArrivalFollowTheCommands) {
+  const Robot nominal = nominal_arm();
+  Robot identified = nominal;
+  identified.effects = {effect_on("A1.theta", "arrival 1", "linear", {3e-4})};
+  JointVector q;
+  q << 0.1, -1.2, 1.5, 0.4, 0.7, -0.3;
+  const auto at = [&](double first) {
+    JointVector other = q;
+    other[0] = first;
+    return other;
+  };
+  // Up, down, down; then a program that stands, but whose correction would move the joint.
+  const auto found = compensate(identified, nominal,
+                                joint_program({at(0.1), at(0.3), at(0.2), at(0.1), at(0.1)}), {});
+  EXPECT_NEAR(found[0].q[0], 0.1, 1e-9);  // nobody knows how it came there
+  EXPECT_NEAR(found[1].q[0], 0.3 - 3e-4, 1e-9);
+  EXPECT_NEAR(found[2].q[0], 0.2 + 3e-4, 1e-9);
+  EXPECT_NEAR(found[3].q[0], 0.1 + 3e-4, 1e-9);
+  EXPECT_NEAR(found[4].q[0], 0.1 + 3e-4, 1e-9);
+  for (const CorrectedTarget& target : found) EXPECT_FALSE(target.has(CommandNote::arrival));
+  // From below by less than the correction: it comes from above in either case.
+  const auto small =
+      compensate(identified, nominal, joint_program({at(0.1), at(0.3), at(0.30001)}), {});
+  EXPECT_NEAR(small[2].q[0], 0.30001 - 3e-4, 1e-9);
+  EXPECT_FALSE(small[2].has(CommandNote::arrival));
+  const auto contrary =
+      compensate(identified, nominal, joint_program({at(0.1), at(0.3), at(0.2999)}), {});
+  EXPECT_TRUE(contrary[2].has(CommandNote::arrival));
+}
+
+TEST(Compensation, NeitherLimitsNorLargeCorrectionsArePassedInSilence) {
+  const Robot nominal = nominal_arm();
+  Robot identified = nominal;
+  identified.chain.links[1].theta += 2e-3;
+  JointVector q;
+  q << 0.1, 0, 0.5, 0.4, 0.7, -0.3;
+  q[1] = nominal.chain.links[1].min + 1e-3;
+  CompensationOptions options;
+  options.max_correction = 1;
+  const auto limit = compensate(identified, nominal, joint_program({q}), options).front();
+  EXPECT_TRUE(limit.has(CommandNote::limit));
+  EXPECT_EQ(limit.q, q);
+  EXPECT_FALSE(limit.is_corrected);
+  EXPECT_EQ(limit.after.position, limit.before.position);
+
+  q[1] = -1;
+  options.max_correction = 1e-3;
+  const auto large = compensate(identified, nominal, joint_program({q}), options).front();
+  EXPECT_TRUE(large.has(CommandNote::beyond_max));
+  EXPECT_EQ(large.q, q);
+  options.max_correction = 10e-3;
+  const auto allowed = compensate(identified, nominal, joint_program({q}), options).front();
+  EXPECT_TRUE(allowed.notes.empty());
+  EXPECT_NEAR(allowed.q[1], -1 - 2e-3, 1e-9);
+
+  q[1] = -1e-3;  // A2 crosses zero
+  identified.chain.links[1].theta -= 4e-3;
+  EXPECT_TRUE(
+      compensate(identified, nominal, joint_program({q}), options).front().has(CommandNote::turn));
+
+  // Out of reach: a stretched arm that is shorter than the controller thinks.
+  Robot longer = nominal;
+  longer.chain.links[2].d -= 0.1;
+  const auto far_away = compensate(nominal, longer, joint_program({[&] {
+                                     JointVector stretched = q;
+                                     stretched << 0, -1, 0.05, 0.4, 0.7, -0.3;
+                                     return stretched;
+                                   }()}),
+                                   options)
+                            .front();
+  EXPECT_TRUE(far_away.has(CommandNote::unreachable) || far_away.has(CommandNote::singular) ||
+              far_away.has(CommandNote::beyond_max));
+  EXPECT_FALSE(far_away.is_corrected);
+}
+
+TEST(Compensation, SessionsWithZerosOfTheirOwnMustBeNamed) {
+  Robot robot = nominal_arm();
+  EXPECT_THROW(in_session(robot, "day 1"), std::invalid_argument);
+  robot.sessions["day 1"];
+  EXPECT_EQ(in_session(robot, "").chain.links[1].theta, robot.chain.links[1].theta);
+  robot.sessions["day 2"].theta[1] = 3.1;
+  EXPECT_THROW(in_session(robot, ""), std::invalid_argument);
+  EXPECT_EQ(in_session(robot, "day 2").chain.links[1].theta, 3.1);
+}
+
+}  // namespace
+}  // namespace armtrue

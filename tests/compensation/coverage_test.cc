@@ -1,0 +1,94 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "compensation/second_arm.h"
+
+namespace armtrue {
+namespace {
+
+using armtrue_oracle::OracleArm;
+using armtrue_oracle::Uniform;
+
+Robot known_arm(Uniform& uniform, double size) {
+  Robot robot = random_arm(uniform);
+  robot.effects = {effect_on("base.x", "time", "linear", {1e-6}),
+                   effect_on("A3.theta", "gravity-torque 3", "linear", {2e-7})};
+  Uncertainty known;
+  known.parameters = {"base.z", "A2.theta", "A3.d", "A4.alpha", "tool.y"};
+  const std::vector<double> scale{1e-2, 1e-4, 2e-4, 1e-4, 1e-2, 1e-6, 3e-8};
+  known.root = Eigen::MatrixXd::Zero(7, 7);
+  for (int row = 0; row < 7; ++row)
+    for (int column = 0; column <= row; ++column)
+      known.root(row, column) = size * scale[static_cast<size_t>(row)] * uniform(-1, 1);
+  known.reading = {1e-4, 1e-4};
+  known.largest_variance = 1;
+  known.poses = 50;
+  robot.uncertainty = known;
+  return robot;
+}
+
+// The links and the effect on a link count; base, tool and the drift of the instrument do not.
+TEST(Coverage, IsTheDeviationOfTheArmAlone) {
+  Uniform uniform(21);
+  const Robot nominal = read_robot(kNominalArm).robot;
+  const Robot robot = known_arm(uniform, 1);
+  CompensationOptions options;
+  options.tool = {rotation_from_abc(0.3, -0.8, 1.1), {0.05, -0.02, 0.21}};
+  const KDL::Frame tcp = kdl_frame(options.tool);
+  const OracleArm arm = second(robot);
+  for (int k = 0; k < 20; ++k) {
+    const JointVector q = random_target(nominal.chain, uniform);
+    Program program = joint_program({q});
+    const CorrectedTarget target = compensate(robot, nominal, program, options).front();
+    const auto sag = [](double c) -> armtrue_oracle::HiddenEffect {
+      return [c](const armtrue_oracle::Moment& m, OracleArm& a) {
+        a.links[2].theta += c * m.torque[2];
+      };
+    };
+    double variance = 0;
+    const KDL::Frame here = second_pose(arm, {sag(2e-7)}, tcp, q, {});
+    for (int column = 0; column < 7; ++column) {
+      const auto& root = robot.uncertainty->root;
+      OracleArm moved = arm;
+      moved.links[1].theta += root(1, column);
+      moved.links[2].d += root(2, column);
+      moved.links[3].alpha += root(3, column);
+      const KDL::Frame there = second_pose(moved, {sag(2e-7 + root(6, column))}, tcp, q, {});
+      variance += std::pow(metres_between(here, there), 2);
+    }
+    ASSERT_TRUE(target.deviation);
+    EXPECT_NEAR(*target.deviation, std::sqrt(variance), 1e-3 * std::sqrt(variance));
+    EXPECT_LT(*target.leverage, 1);
+  }
+}
+
+TEST(Coverage, NamesWhatTheReadingsDoNotCover) {
+  Uniform uniform(22);
+  const Robot nominal = read_robot(kNominalArm).robot;
+  Robot robot = known_arm(uniform, 100);
+  robot.uncertainty->largest_variance = 100;
+  const Program program = joint_program({random_target(nominal.chain, uniform)});
+  CompensationOptions options;
+  const CorrectedTarget vague = compensate(robot, nominal, program, options).front();
+  EXPECT_TRUE(vague.has(CommandNote::below_std));
+  EXPECT_FALSE(vague.has(CommandNote::outside_readings));
+  EXPECT_TRUE(vague.is_corrected);
+
+  robot.uncertainty->largest_variance = 1e-9;
+  EXPECT_TRUE(
+      compensate(robot, nominal, program, options).front().has(CommandNote::outside_readings));
+  options.correct_uncovered = false;
+  const CorrectedTarget left = compensate(robot, nominal, program, options).front();
+  EXPECT_FALSE(left.is_corrected);
+  EXPECT_EQ(left.q, program.visits.q.front());
+  EXPECT_EQ(left.after.position, left.before.position);
+
+  robot.uncertainty.reset();
+  const CorrectedTarget unknown = compensate(robot, nominal, program, options).front();
+  EXPECT_FALSE(unknown.deviation || unknown.leverage);
+  EXPECT_TRUE(unknown.is_corrected);
+}
+
+}  // namespace
+}  // namespace armtrue
