@@ -156,9 +156,29 @@ std::vector<std::string> station_effects(const Robot& robot, bool tool_is_measur
   return names;
 }
 
+// Loads that the rows state, and no effect of the arm follows.
+void find_idle_loads(const Robot& robot, const Campaign& visits, std::vector<std::string>& found) {
+  bool follows_payload = false, follows_force = false;
+  for (const Effect& effect : robot.effects) {
+    const Driver& driver = effect.driver;
+    const bool follows_weight =
+        driver.involves(DriverKind::gravity_torque) || driver.involves(DriverKind::moment);
+    follows_payload |= driver.involves(DriverKind::payload) ||
+                       (follows_weight && !robot.bodies.empty());  // no part of the basis
+    follows_force |= driver.involves(DriverKind::force);
+  }
+  const bool has_payload = std::ranges::any_of(visits.payload_kg, [](double kg) { return kg > 0; });
+  const bool has_force =
+      std::ranges::any_of(visits.force_n, [](const auto& force) { return !force.isZero(0); });
+  if (has_payload && !follows_payload)
+    found.push_back("the payload changes nothing: no effect of the robot file follows it");
+  if (has_force && !follows_force)
+    found.push_back("the force changes nothing: no effect of the robot file follows it");
+}
+
 // What puts the assumptions in doubt, in sentences.
 std::vector<std::string> doubts(const Robot& robot, const Robot& controller,
-                                const std::vector<CorrectedTarget>& targets,
+                                const std::vector<CorrectedTarget>& targets, const Campaign& visits,
                                 const Arguments& arguments) {
   std::vector<std::string> found;
   if (states_calibration(controller))
@@ -173,6 +193,7 @@ std::vector<std::string> doubts(const Robot& robot, const Robot& controller,
     found.push_back(arguments.robot +
                     " comes from points or distances: no orientation was measured, so corrections "
                     "of orientation follow from the joints alone");
+  find_idle_loads(robot, visits, found);
   const bool is_nothing = std::ranges::all_of(
       targets, [](const CorrectedTarget& t) { return t.before.position < kNothing; });
   if (is_nothing)
@@ -253,7 +274,8 @@ int run(app::Command& command, const Arguments& arguments) {
 
   CompensationStory story{robot.name, controller.name, assumptions(arguments),
                           station_effects(robot, arguments.tool_is_measured)};
-  const std::vector<std::string> in_doubt = doubts(robot, controller, targets, arguments);
+  const std::vector<std::string> in_doubt =
+      doubts(robot, controller, targets, file.program.visits, arguments);
   for (const std::string& doubt : in_doubt) {
     command.warn(doubt);
     story.assumed.push_back(doubt + ".");
