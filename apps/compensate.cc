@@ -193,6 +193,11 @@ std::vector<std::string> doubts(const Robot& robot, const Robot& controller,
     found.push_back(arguments.robot +
                     " comes from points or distances: no orientation was measured, so corrections "
                     "of orientation follow from the joints alone");
+  if (const std::vector<std::string> names = parameters_of_station(robot); !names.empty())
+    found.push_back(fmt::format(
+        "{}: {} were identified without base or tool, so they may hold where the instrument and "
+        "the reflector stood, and move the program by it; calibrate with identify: auto",
+        arguments.robot, fmt::join(names, ", ")));
   find_idle_loads(robot, visits, found);
   const bool is_nothing = std::ranges::all_of(
       targets, [](const CorrectedTarget& t) { return t.before.position < kNothing; });

@@ -250,6 +250,35 @@ bool states_calibration(const Robot& robot) {
   return robot.uncertainty || !robot.std.empty() || !robot.effects.empty();
 }
 
+std::vector<std::string> parameters_of_station(const Robot& robot) {
+  std::vector<int> identified;
+  if (robot.uncertainty)
+    for (const std::string& name : robot.uncertainty->parameters)
+      identified.push_back(find_parameter(robot.chain, name).value_or(-1));
+  else
+    for (const auto& [name, deviation] : robot.std)
+      identified.push_back(find_parameter(robot.chain, name).value_or(-1));
+  const auto lacks = [&](int first) {
+    for (int k = 0; k < 6; ++k)
+      if (std::ranges::count(identified, first + k) == 0) return true;
+    return false;
+  };
+  const bool lacks_base = lacks(kBaseParameters), lacks_tool = lacks(kToolParameters);
+  constexpr int kLastJoint = kJoints - 1;
+  std::vector<std::string> names;
+  for (int k : identified) {
+    const bool follows_base =
+        k >= kLinkParameters && k < link_parameter(1, LinkParameter::alpha) && lacks_base;
+    const bool follows_tool =
+        (k == link_parameter(kLastJoint, LinkParameter::theta) ||
+         k == link_parameter(kLastJoint, LinkParameter::r) ||
+         (k >= link_parameter(kJoints, LinkParameter::alpha) && k < kToolParameters)) &&
+        lacks_tool;
+    if (follows_base || follows_tool) names.push_back(parameter_name(robot.chain, k));
+  }
+  return names;
+}
+
 Robot in_session(Robot robot, const std::string& session) {
   std::string names;
   bool differ = false;

@@ -63,6 +63,21 @@ TEST(Coverage, IsTheDeviationOfTheArmAlone) {
   }
 }
 
+TEST(Coverage, LinksMayHoldTheStation) {
+  Uniform uniform(23);
+  Robot robot = known_arm(uniform, 1);
+  Uncertainty& known = *robot.uncertainty;
+  EXPECT_TRUE(parameters_of_station(robot).empty());
+  known.parameters = {"A1.d", "A2.theta", "A6.r", "A6.d", "spindle.d"};
+  EXPECT_EQ(parameters_of_station(robot), (std::vector<std::string>{"A1.d", "A6.r", "spindle.d"}));
+  for (const char* name : {"base.x", "base.y", "base.z", "base.rx", "base.ry", "base.rz"})
+    known.parameters.emplace_back(name);
+  EXPECT_EQ(parameters_of_station(robot), (std::vector<std::string>{"A6.r", "spindle.d"}));
+  robot.uncertainty.reset();
+  robot.std = {{"A1.theta", 1e-4}, {"A3.d", 1e-4}};
+  EXPECT_EQ(parameters_of_station(robot), (std::vector<std::string>{"A1.theta"}));
+}
+
 TEST(Coverage, NamesWhatTheReadingsDoNotCover) {
   Uniform uniform(22);
   const Robot nominal = read_robot(kNominalArm).robot;

@@ -97,6 +97,12 @@ bool moves_program(const Effect& effect, bool tool_is_measured);
 /// or effects.
 bool states_calibration(const Robot& robot);
 
+/// Identified parameters of links that hold the place of the instrument or of the reflector,
+/// because `base` or `tool` was not identified with them: of the first link, which follows the
+/// base, and of the last joint and link, which the tool follows. Where base and tool were known
+/// otherwise they are the arm's.
+std::vector<std::string> parameters_of_station(const Robot& robot);
+
 /// The robot with the zero offsets of one of its sessions. Throws std::invalid_argument if it has
 /// no such session, or if none is named and its sessions differ in zero offsets.
 Robot in_session(Robot robot, const std::string& session);
