@@ -104,31 +104,42 @@ double stated_rms(const Folder& folder, const std::vector<std::array<double, 6>>
   return std::sqrt(sum / static_cast<double>(targets.size()));
 }
 
+struct Executed {
+  ErrorSummary before, after;
+  double stated = 0;  // root mean square of the standard deviations [m]
+};
+
 // Campaign, calibration, search for effects, compensation and execution, by the commands
-// themselves.
+// themselves. `of_station` happens during the campaign only.
+Executed close_the_loop(unsigned seed, const HiddenEffect& of_station) {
+  const Folder folder;
+  CampaignPlan plan;
+  plan.seed = seed;
+  plan.noise_mm = 0.05;
+  plan.noise_mrad = 0.1;
+  const auto measured = random_poses(100, 100 + seed), targets = random_poses(40, 200 + seed);
+  const HiddenEffect during_campaign = [&](const armtrue_oracle::Moment& m,
+                                           armtrue_oracle::OracleArm& arm) {
+    hidden_in_the_arm(m, arm);
+    if (of_station) of_station(m, arm);
+  };
+  armtrue_oracle::write_visits(armtrue_oracle::read_arm(kNominalArm), during_campaign, measured,
+                               plan, folder / "measured.csv");
+  write_targets(targets, folder / "targets.csv");
+  run("close-loop -q --only-catalogue --robot " + kNominalArm + " " + (folder / "measured.csv") +
+      " --robot-out " + (folder / "closed.yaml") + " -o " + (folder / "loop.yaml"));
+  run("compensate -q --max-mm 20 --robot " + (folder / "closed.yaml") + " --controller " +
+      kNominalArm + " " + (folder / "targets.csv") + " -o " + (folder / "commands.csv"));
+  return {executed(targets, targets, plan, folder),
+          executed(read_commands(folder / "commands.csv"), targets, plan, folder),
+          stated_rms(folder, targets)};
+}
+
+// Of four arms: 1.63, 1.75, 2.71 and 1.91 mm without, 0.029, 0.030, 0.036 and 0.036 mm with.
 TEST(ClosedLoop, TheTrueArmIsMoreAccurateOnTargetsThatWereNotMeasured) {
   double before_sum = 0, after_sum = 0;
   for (unsigned seed = 1; seed <= 4; ++seed) {
-    const Folder folder;
-    CampaignPlan plan;
-    plan.seed = seed;
-    plan.noise_mm = 0.05;
-    plan.noise_mrad = 0.1;
-    const auto measured = random_poses(100, 100 + seed), targets = random_poses(40, 200 + seed);
-    armtrue_oracle::write_visits(armtrue_oracle::read_arm(kNominalArm), hidden_in_the_arm, measured,
-                                 plan, folder / "measured.csv");
-    write_targets(targets, folder / "targets.csv");
-    run("close-loop -q --only-catalogue --robot " + kNominalArm + " " + (folder / "measured.csv") +
-        " --robot-out " + (folder / "closed.yaml") + " -o " + (folder / "loop.yaml"));
-    run("compensate -q --max-mm 20 --robot " + (folder / "closed.yaml") + " --controller " +
-        kNominalArm + " " + (folder / "targets.csv") + " -o " + (folder / "commands.csv"));
-    const ErrorSummary before = executed(targets, targets, plan, folder);
-    const ErrorSummary after =
-        executed(read_commands(folder / "commands.csv"), targets, plan, folder);
-    const double stated = stated_rms(folder, targets);
-    const auto micrometres = [](double metres) { return static_cast<int>(1e6 * metres); };
-    RecordProperty("before_um_" + std::to_string(seed), micrometres(before.mean));
-    RecordProperty("after_um_" + std::to_string(seed), micrometres(after.mean));
+    const auto [before, after, stated] = close_the_loop(seed, {});
     EXPECT_LT(after.mean, 0.04 * before.mean);
     EXPECT_LT(after.max, 0.06 * before.max);
     // What is left is what was stated, neither much more nor much less.
@@ -138,6 +149,15 @@ TEST(ClosedLoop, TheTrueArmIsMoreAccurateOnTargetsThatWereNotMeasured) {
     after_sum += after.mean;
   }
   EXPECT_LT(after_sum, 0.025 * before_sum);
+}
+
+// A tracker that drifts by 1 mm over the campaign moves no program: 2.07 mm without, 0.031 mm with.
+TEST(ClosedLoop, TheDriftOfTheTrackerStaysWithTheTracker) {
+  const HiddenEffect drift = [](const armtrue_oracle::Moment& m, armtrue_oracle::OracleArm& arm) {
+    arm.base.p = arm.base.p + KDL::Vector(0.8e-3, -0.5e-3, 0.3e-3) * (m.time_s / 2000);
+  };
+  const Executed found = close_the_loop(5, drift);
+  EXPECT_LT(found.after.mean, 0.04 * found.before.mean);
 }
 
 }  // namespace

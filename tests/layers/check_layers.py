@@ -94,6 +94,7 @@ def self_test():
     assert broken_rule("include/armtrue/tracing/loop.h", "search/scan.h")
     assert broken_rule("src/tracing/loop.cc", "armtrue/io/output.h")
     assert broken_rule("src/calibration/fold.cc", "search/scan.h")
+    assert broken_rule("src/compensation/compensation.cc", "armtrue/search/search.h")
     assert broken_rule("src/diagnosis/change.cc", "armtrue/planning/planning.h")
     assert broken_rule("src/path/samples/frozen_readings.cc", "path/mirror/trend.h")
     assert broken_rule("src/programs/krl.cc", "armtrue/io/source.h")
