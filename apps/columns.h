@@ -26,6 +26,7 @@ inline constexpr const char* kProgramColumns =
     "Columns of targets, one row per target:\n"
     "  pose; q1_deg..q6_deg, or x_mm, y_mm, z_mm, a_deg, b_deg, c_deg (R = Rz(a) Ry(b) Rx(c)) and\n"
     "  q1_deg..q6_deg as a hint of the branch; optional: t (KUKA's turn)\n"
-    "  optional causes of effects: payload_kg, t_s, temp_NAME_c, fx_n, fy_n, fz_n, dir1..dir6\n";
+    "  optional causes of effects: payload_kg, t_s, temp_NAME_c, fx_n, fy_n, fz_n, dir1..dir6,\n"
+    "  stroke1_deg..stroke6_deg\n";
 
 }  // namespace armtrue::app

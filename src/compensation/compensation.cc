@@ -18,10 +18,16 @@ namespace armtrue {
 namespace {
 
 constexpr double kWholeTurn = 2 * std::numbers::pi;
+constexpr int kMostTries = 20;         // for the motion to be that of the command
+constexpr double kSameStroke = 1e-12;  // [rad]
 
-bool follows_arrival(const Robot& robot) {
+bool follows_motion(const Effect& effect) {
+  return effect.driver.involves(DriverKind::arrival) || effect.driver.involves(DriverKind::stroke);
+}
+
+bool follows_motion(const Robot& robot) {
   for (const Effect& effect : robot.effects)
-    if (effect.driver.involves(DriverKind::arrival)) return true;
+    if (follows_motion(effect)) return true;
   return false;
 }
 
@@ -31,12 +37,15 @@ bool changes_turn(const JointVector& a, const JointVector& b) {
   return false;
 }
 
-// Directions of arrival follow from the sequence, if they are not stated.
+// What the effects follow must be stated; only the motion of the joints follows from the sequence,
+// unless its directions are stated: then so must be the strokes.
 void require_context(const Robot& robot, const Campaign& visits, bool tool_is_measured) {
-  for (const Effect& effect : robot.effects)
-    if (moves_program(effect, tool_is_measured) && !effect.driver.involves(DriverKind::arrival) &&
+  for (const Effect& effect : robot.effects) {
+    const bool from_sequence = follows_motion(effect) && visits.arrival.empty();
+    if (moves_program(effect, tool_is_measured) && !from_sequence &&
         !effect.driver.involves(DriverKind::motor_torque))
       require_drivers(visits, effect);
+  }
 }
 
 // Goes through the rows of one program.
@@ -49,10 +58,12 @@ class Compensation {
         visits_(program.visits),
         arm_(identified, options, options.tool, visits_.temperature_names),
         controller_(controller, options, options.tool, visits_.temperature_names),
-        arrival_matters_(follows_arrival(arm_.robot()) || follows_arrival(controller_.robot())),
-        states_arrival_(!visits_.arrival.empty()) {
+        motion_matters_(follows_motion(arm_.robot()) || follows_motion(controller_.robot())),
+        states_arrival_(!visits_.arrival.empty()),
+        states_stroke_(!visits_.stroke.empty()) {
     for (Eigen::Vector3d& force : visits_.force_n) force = options.base.rotation * force;
-    if (!states_arrival_) visits_.arrival.assign(visits_.q.size(), Direction{});
+    visits_.arrival.resize(visits_.q.size(), Direction{});
+    visits_.stroke.resize(visits_.q.size(), JointVector::Zero());
   }
 
   std::vector<CorrectedTarget> run(const Robot& identified) {
@@ -75,35 +86,41 @@ class Compensation {
     Context context = visits_.context(row);
     CorrectedTarget target;
     target.programmed = programmed_at(row, context);
-    arrive(context, target.programmed);
+    target.q = target.programmed;
+    arrive(context, target.q);
     context.q = target.programmed;
     const Pose intended = program_.is_cartesian()
                               ? options_.base * program_.poses[static_cast<size_t>(row)]
                               : controller_.pose(context);
-    correct(target, context, intended);
-    if (!states_arrival_) {
-      // The arm drives from command to command: these tell the directions, not the program.
-      const Direction assumed = context.arrival;
-      arrive(context, target.q);
-      if (arrival_matters_ && context.arrival != assumed) {
-        correct(target, context, intended);
-        const Direction second = context.arrival;
-        arrive(context, target.q);
-        if (context.arrival != second) target.notes.push_back(CommandNote::arrival);
-        context.arrival = second;
-      }
-      (arrival_ ? *arrival_ : arrival_.emplace(target.q)).at(target.q);
-    }
+    settle(target, context, intended);
+    (arrival_ ? *arrival_ : arrival_.emplace(target.q)).go_to(target.q);
     visits_.arrival[static_cast<size_t>(row)] = context.arrival;
+    visits_.stroke[static_cast<size_t>(row)] = context.stroke;
     finish(target, context, intended);
     return target;
   }
 
-  // The directions in which the joints come to `q` from the command before.
+  // The arm drives from command to command: these tell its motion, not the program.
+  void settle(CorrectedTarget& target, Context& context, const Pose& intended) const {
+    correct(target, context, intended);
+    if (!motion_matters_) return;
+    for (int k = 0; k < kMostTries; ++k) {
+      const Context assumed = context;
+      arrive(context, target.q);
+      if (context.arrival == assumed.arrival &&
+          (context.stroke - assumed.stroke).cwiseAbs().maxCoeff() < kSameStroke)
+        return;
+      correct(target, context, intended);
+    }
+    target.notes.push_back(CommandNote::arrival);
+  }
+
+  // The motion by which the joints come to `q` from the command before.
   void arrive(Context& context, const JointVector& q) const {
-    if (states_arrival_) return;
     Arrival next = arrival_.value_or(Arrival(q));
-    context.arrival = next.at(q);
+    next.go_to(q);
+    if (!states_arrival_) context.arrival = next.direction();
+    if (!states_stroke_) context.stroke = next.stroke();
   }
 
   void correct(CorrectedTarget& target, const Context& context, const Pose& intended) const {
@@ -239,7 +256,7 @@ class Compensation {
   const CompensationOptions& options_;
   Campaign visits_;  // forces in the axes of R_0
   ProgramArm arm_, controller_;
-  bool arrival_matters_, states_arrival_;
+  bool motion_matters_, states_arrival_, states_stroke_;
   std::optional<Arrival> arrival_;  // at the last command
   std::vector<CorrectedTarget> targets_;
 };

@@ -18,13 +18,19 @@ bool is_of_the_arm(DriverKind kind) {
     case DriverKind::gravity_torque:
     case DriverKind::motor_torque:
     case DriverKind::arrival:
+    case DriverKind::stroke:
     case DriverKind::payload:
     case DriverKind::force:
     case DriverKind::moment:
+    case DriverKind::tool_weight:
       return true;
     case DriverKind::time:
     case DriverKind::temperature:
     case DriverKind::position:
+    case DriverKind::range:
+    case DriverKind::azimuth:
+    case DriverKind::elevation:
+    case DriverKind::incidence:
       break;
   }
   return false;
@@ -34,7 +40,8 @@ bool is_of_the_arm(DriverKind kind) {
 
 bool moves_program(const Effect& effect, bool tool_is_measured) {
   const std::string& parameter = effect.parameter;
-  if (parameter == "instrument.scale") return false;
+  for (const char* of_station : {"instrument.", "target ", "anchor "})
+    if (parameter.starts_with(of_station)) return false;
   if (parameter == "tool" || parameter.starts_with("tool.")) return tool_is_measured;
   if (parameter != "base" && !parameter.starts_with("base.")) return true;
   return is_of_the_arm(effect.driver.kind) ||

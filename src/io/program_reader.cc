@@ -98,6 +98,18 @@ class ProgramReader {
       arrival[j] = plain(names[j] = "dir" + std::to_string(j + 1));
     has_arrival_ = has_all<kJoints>(table_, arrival, names);
     for (size_t j = 0; has_arrival_ && j < arrival.size(); ++j) arrival_[j] = arrival[j]->column;
+    std::array<std::optional<Quantity>, kJoints> stroke;
+    for (size_t j = 0; j < stroke.size(); ++j) {
+      const std::string name = "stroke" + std::to_string(j + 1);
+      stroke[j] = table_.find_angle(name);
+      names[j] = name + "_deg";
+    }
+    has_stroke_ = has_all<kJoints>(table_, stroke, names);
+    for (size_t j = 0; has_stroke_ && j < stroke.size(); ++j) stroke_[j] = place_of(*stroke[j]);
+    find_temperatures();
+  }
+
+  void find_temperatures() {
     for (size_t c = 0; c < table_.columns().size(); ++c) {
       const std::string& name = table_.columns()[c];
       if (!name.starts_with("temp_") || !name.ends_with("_c") || name.size() < 8) continue;
@@ -169,6 +181,10 @@ class ProgramReader {
         directions[j] = static_cast<std::int8_t>(direction);
       }
     }
+    if (has_stroke_) {
+      JointVector& strokes = visits.stroke.emplace_back();
+      for (size_t j = 0; j < stroke_.size(); ++j) strokes[static_cast<int>(j)] = number(stroke_[j]);
+    }
     if (temperatures_.empty()) return;
     auto& temperatures = visits.temperature_c.emplace_back();
     for (size_t i = 0; i < temperatures_.size(); ++i)
@@ -179,11 +195,13 @@ class ProgramReader {
 
   CsvTable& table_;
   ProgramFile& file_;
-  bool is_cartesian_ = false, has_joints_ = false, has_force_ = false, has_arrival_ = false;
+  bool is_cartesian_ = false, has_joints_ = false, has_force_ = false, has_arrival_ = false,
+       has_stroke_ = false;
   int name_ = 0;
   std::optional<int> time_, payload_;
   std::array<int, 3> force_{};
   std::array<int, kJoints> arrival_{};
+  std::array<Place, kJoints> stroke_;
   std::vector<int> temperatures_;
 };
 

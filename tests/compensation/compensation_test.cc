@@ -276,7 +276,11 @@ TEST(Compensation, TheStationMovesNoProgram) {
   EXPECT_TRUE(moves_program(effect_on("base.rx", "moment", "linear", {}), false));
   EXPECT_TRUE(
       moves_program(effect_on("base.x", "joint-angle 1 * temperature arm", "linear", {}), false));
-  EXPECT_FALSE(moves_program(effect_on("instrument.scale", "position", "linear", {}), true));
+  for (const char* parameter :
+       {"instrument.scale", "instrument.range", "target 1", "target 1.x", "anchor 1.zero"})
+    EXPECT_FALSE(moves_program(effect_on(parameter, "position", "linear", {}), true)) << parameter;
+  EXPECT_FALSE(moves_program(effect_on("base.x", "azimuth", "linear", {}), false));
+  EXPECT_TRUE(moves_program(effect_on("base.x", "stroke 1", "linear", {}), false));
 }
 
 TEST(Compensation, TheMeasuredToolBringsItsEffects) {
@@ -351,6 +355,39 @@ TEST(Compensation, DirectionsOfArrivalFollowTheCommands) {
   const auto contrary =
       compensate(identified, nominal, joint_program({at(0.1), at(0.3), at(0.2999)}), {});
   EXPECT_TRUE(contrary[2].has(CommandNote::arrival));
+}
+
+// Friction turns round within the stroke, which is that of the commands.
+TEST(Compensation, StrokesFollowTheCommandsToo) {
+  const Robot nominal = nominal_arm();
+  Robot identified = nominal;
+  constexpr double kLag = 2e-4, kTurnRound = 3e-3;
+  Effect friction = effect_on("A1.theta", "stroke 1", "pre-sliding", {kLag});
+  friction.shape.tau = kTurnRound;
+  identified.effects = {friction};
+  JointVector q;
+  q << 0.1, -1.2, 1.5, 0.4, 0.7, -0.3;
+  std::vector<JointVector> targets(5, q);
+  const double first[] = {0.1, 0.3, 0.298, 0.2965, 0.297};  // up, down in two steps, up again
+  for (size_t k = 0; k < targets.size(); ++k) targets[k][0] = first[k];
+  const auto found = compensate(identified, nominal, joint_program(targets), {});
+  double turned_at = found[0].q[0], before = turned_at;
+  int direction = 0;
+  for (size_t k = 1; k < targets.size(); ++k) {
+    const double now = found[k].q[0];
+    const int sign = now > before ? 1 : -1;
+    if (sign != direction) turned_at = before;
+    direction = sign;
+    before = now;
+    const double lag = kLag * sign * (1 - 2 * std::exp(-std::abs(now - turned_at) / kTurnRound));
+    EXPECT_NEAR(now + lag, first[k], 1e-11) << k;
+    EXPECT_FALSE(found[k].has(CommandNote::arrival));
+  }
+  Program stated = joint_program(targets);
+  stated.visits.arrival.assign(targets.size(), Direction{1, 1, 1, 1, 1, 1});
+  EXPECT_THROW(compensate(identified, nominal, stated, {}), std::invalid_argument);
+  stated.visits.stroke.assign(targets.size(), JointVector::Constant(1));
+  EXPECT_NEAR(compensate(identified, nominal, stated, {}).back().q[0], 0.297 - kLag, 1e-9);
 }
 
 TEST(Compensation, NeitherLimitsNorLargeCorrectionsArePassedInSilence) {

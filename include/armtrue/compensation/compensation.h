@@ -20,7 +20,7 @@ enum class CommandNote {
   outside_readings,  ///< leverage above 1: the calibration measured nothing of the kind
   below_std,         ///< the correction is smaller than its own standard deviation
   turn,              ///< a joint crosses zero: its turn (KUKA: bit of T) changes
-  arrival,           ///< the correction itself reverses the last motion of a joint, whichever way
+  arrival,           ///< the correction contradicts the motion that it assumes, whichever way
 };
 
 /// As in files: `outside-readings`.
@@ -90,7 +90,8 @@ class UnreachableTarget : public std::runtime_error {
 /// Whether an effect belongs to the arm, and so moves a program. Effects on links do. Effects on
 /// `base` do if a load or the posture drives them: the foot gives way. Driven by time or
 /// temperature alone they are the instrument's. Effects on `tool` belong to what carried the
-/// reflectors; they move a program only if that is its tool. instrument.scale never does.
+/// reflectors; they move a program only if that is its tool. Those on the instrument, targets and
+/// anchors never do.
 bool moves_program(const Effect& effect, bool tool_is_measured);
 
 /// Whether a robot file says that it comes from a calibration: standard deviations, an uncertainty,
