@@ -331,9 +331,9 @@ void ModelSearch::split_families() {
   result_.stages.back() = model_.fit();
 }
 
-// What most arms have needs no evidence to stay in the model, only none against it: members of such
-// a family stay, held by the prior that they share, unless poses left out are predicted worse with
-// them by more than the standard error of the difference.
+// What most arms have needs no evidence of its own to stay in the model, only none against it:
+// members of such a family stay, held by the prior that they share, unless poses left out are
+// predicted worse with them.
 void ModelSearch::hold_family_of_most_arms() {
   const auto found = std::ranges::find_if(candidates(), [](const Candidate& candidate) {
     return candidate.of_most_arms && !candidate.effect.members.empty();
@@ -345,10 +345,7 @@ void ModelSearch::hold_family_of_most_arms() {
   if (family.effect.members.empty()) return;
   const Eigen::VectorXd without = errors_left_out();
   model_.add(family, 1);
-  const Eigen::ArrayXd worse = errors_left_out() - without;
-  const auto poses = static_cast<double>(worse.size());
-  const double error = std::sqrt((worse - worse.mean()).square().sum() / (poses * (poses - 1)));
-  if (worse.mean() > error) {
+  if (errors_left_out().mean() > without.mean()) {
     model_.drop({static_cast<int>(model_.chosen().size()) - 1});
     return;
   }

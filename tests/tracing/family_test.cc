@@ -69,7 +69,7 @@ TEST(Families, ArmThatBendsIsFoundInABoxAndCarriedOut) {
   EXPECT_GE(found, 2 * kCampaigns);
 }
 
-// What most arms have may stay by its prior; nothing is named, and it costs little.
+// What most arms have may stay by its prior; nothing is named, and nominal is never better.
 TEST(Families, RigidArmHasNone) {
   for (unsigned seed = 1; seed <= 6; ++seed) {
     const LoopResult result = carried(read_robot(kTruth).robot, seed);
@@ -78,7 +78,7 @@ TEST(Families, RigidArmHasNone) {
     EXPECT_TRUE(result.verdict == Verdict::nothing_to_explain ||
                 result.verdict == Verdict::too_few_poses)
         << to_string(result.verdict);
-    EXPECT_LT(result.after, 0.4 * result.stages.front().held_out.position.mean) << seed;
+    EXPECT_LT(result.after, 0.5 * result.stages.front().held_out.position.mean) << seed;
   }
 }
 
