@@ -283,6 +283,25 @@ void require_enough_readings(const SessionModels& model, const std::vector<Prior
         " unknowns; measure more poses, or identify fewer parameters (--identify)");
 }
 
+// Without masses an effect of gravity has as many coefficients as this geometry shows first
+// moments, and those of an earlier geometry may be more or fewer.
+void match_coefficients(Robot& robot, const Campaign& campaign) {
+  if (!robot.bodies.empty()) return;
+  const auto match = [&](Effect& effect) {
+    const BoundEffect bound(effect, robot, campaign.temperature_names);
+    effect.coefficients.resize(static_cast<size_t>(bound.coefficient_count()));
+  };
+  const auto by_gravity = [](const Effect& effect) {
+    return effect.driver.kind == DriverKind::gravity_torque ||
+           effect.driver.kind == DriverKind::moment;
+  };
+  for (Effect& effect : robot.effects) {
+    if (!by_gravity(effect)) continue;
+    for (Effect& member : effect.members) match(member);
+    match(effect);
+  }
+}
+
 }  // namespace
 
 CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
@@ -294,7 +313,8 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
   constexpr double kElsewhere = 0.01;  // m
   Robot placed = robot;
   placed.chain.tool = fit.robot.chain.tool;
-  if ((placed.chain.tool.translation - robot.chain.tool.translation).norm() < kElsewhere) return fit;
+  if ((placed.chain.tool.translation - robot.chain.tool.translation).norm() < kElsewhere)
+    return fit;
   const IdentifiableSet there = choose_identifiable(placed, campaign);
   return there.kept == set.kept ? fit : calibrate(robot, campaign, there, options);
 }
@@ -303,6 +323,7 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
                             const IdentifiableSet& set, const CalibrationOptions& options) {
   Robot start = starting_robot(robot, campaign, set);
   if (!start.nominal) start.nominal = robot.chain;
+  match_coefficients(start, campaign);
   SessionModels model(campaign, start, set.kept, {1.0, 1.0}, options.fitted_effects);
   Priors priors = priors_of(start, model);
   require_enough_readings(model, priors.of_unknowns);

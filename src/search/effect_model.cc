@@ -107,7 +107,7 @@ void EffectModel::drop_impossible_members(size_t k) {
     std::optional<size_t> worst;
     double most = 0;
     for (size_t m = 0; m < family.members.size(); ++m) {
-      const size_t count = family.members[m].coefficients.size();
+      const size_t count = fitted.members[m].coefficients.size();
       const double value = fitted.coefficients[static_cast<size_t>(first)].value;
       // Several coefficients are moments of masses, which may have either sign.
       const double t = value / std::max(1e-300, standard_deviation(in_fit(k), first));

@@ -160,5 +160,34 @@ TEST(Predictions, UncertaintyComesBackFromItsFile) {
     EXPECT_NEAR(a[row].deviation, b[row].deviation, 1e-3 * a[row].deviation);
 }
 
+// Axes 2 and 3 are parallel in the file and are not in truth: what spans the load without masses
+// has another number of values after the fit than before it.
+TEST(Families, WithoutMassesFollowTheGeometryThatIsFound) {
+  Robot robot = shipped("kr360-spindle");
+  robot.bodies.clear();
+  Robot truth = robot;
+  truth.chain.links[2].alpha += 0.02;
+  Effect sag{"sag", "A2.theta", {DriverKind::gravity_torque, 1, -1, ""}, {}, {}};
+  sag.family = Family{"compliance of the arm", 4e-5};
+  Effect family = sag;
+  family.parameter = "compliance of the arm";
+  family.members = {sag, sag};
+  family.members[1].parameter = "A3.theta";
+  family.members[1].driver.joint = 2;
+  robot.effects = {family, sag};
+  robot.effects[1].parameter = "A1.theta";
+  const Campaign campaign = measured(truth, 40, 3);
+  const CalibrationResult first = calibrate(robot, campaign);
+  const CalibrationResult again = calibrate(first.robot, campaign);
+  for (const CalibrationResult& fit : {first, again}) {
+    size_t of_members = 0;
+    for (const Effect& member : fit.robot.effects[0].members)
+      of_members += member.coefficients.size();
+    EXPECT_EQ(fit.robot.effects[0].coefficients.size(), of_members);
+    EXPECT_EQ(single_effects(fit.robot.effects[0]).size(), 2u);
+  }
+  EXPECT_NE(first.robot.effects[1].coefficients.size(), again.robot.effects[1].coefficients.size());
+}
+
 }  // namespace
 }  // namespace armtrue
