@@ -27,8 +27,8 @@ struct CatalogueEntry {
   Usual usual = Usual::rare;
   std::string family;  ///< that its effects form together; empty: none
   double typical = 0;  ///< of a family: what a member typically adds to its parameter [m, rad]
-  /// One sentence for the cell, in which {j} stands for the joint and {n} for cycles per turn:
-  /// "axis {j} sags under gravity".
+  /// One sentence for the cell, in which {j} stands for the joint of the parameter, {k} for that of
+  /// the driver: "axis {j} sags under gravity".
   std::string in_words;
   std::string separated_by;  ///< what to measure to tell it from its likes, in words
 };
