@@ -217,10 +217,12 @@ class OpenSearch {
     return shape;
   }
 
-  void add(const std::string& parameter, const Driver& driver, const Shape& shape) {
+  void add(const std::string& parameter, const Driver& driver, const Shape& shape,
+           bool detail = false) {
     if (!is_driven(driver, campaign_, span_)) return;
     Candidate candidate;
     candidate.effect = {"unexplained", parameter, driver, shape, {}};
+    candidate.detail = detail;
     candidates_.push_back(std::move(candidate));
   }
 
@@ -274,7 +276,7 @@ class OpenSearch {
       shape.low[0] = first * knot;
       shape.high[0] = last * knot;
       add(parameter, driver, shape);
-      candidates_.back().fine = true;
+      candidates_.back().fine = candidates_.back().detail = true;
     }
   }
 
@@ -292,12 +294,13 @@ class OpenSearch {
                      link_parameter(driver.joint, LinkParameter::theta);
     const auto [low, high] = travel_covered(driver.joint);
     for (double width : {80 * kDegree, 40 * kDegree, 20 * kDegree, 10 * kDegree}) {
-      if (!own && width < 40 * kDegree) continue;
+      const bool narrow = width < 40 * kDegree;
+      if (!own && narrow) continue;
       for (double k = std::floor(low / width); k <= std::ceil(high / width); ++k) {
         Shape shape = series_on_joint(robot_, driver.joint, SeriesBasis::bump, 1);
         shape.low[0] = (k - 0.5) * width;
         shape.high[0] = (k + 0.5) * width;
-        add(parameter, driver, shape);
+        add(parameter, driver, shape, narrow);
       }
     }
   }
@@ -308,7 +311,7 @@ class OpenSearch {
       Shape shape;
       shape.kind = kind;
       for (const Shape& inner : with_inner_values(shape, span_of(driver, campaign_)))
-        add(parameter, driver, inner);
+        add(parameter, driver, inner, true);
     }
   }
 

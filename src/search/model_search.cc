@@ -75,7 +75,7 @@ class ModelSearch {
   SearchResult result_;
   EffectModel& model_;
   int merges_ = 0;
-  bool fine_curves_ = false;  // whether they may enter: once nothing simpler is left
+  bool details_ = false;  // whether they may enter: once nothing simpler is left
   std::set<std::multiset<std::string>> seen_;
 };
 
@@ -96,8 +96,8 @@ void ModelSearch::run() {
       result_.stages.push_back(model_.fit());
     }
     if (!(may_revise && revise(KnownCauses::give_way)) && !merge_into_spline(2)) {
-      if (fine_curves_) break;
-      fine_curves_ = true;
+      if (details_) break;
+      details_ = true;
       continue;
     }
     may_revise &= is_new_model();
@@ -391,7 +391,7 @@ bool ModelSearch::is_new_model() {
 }
 
 bool ModelSearch::may_enter(const Candidate& candidate) const {
-  return (fine_curves_ || !candidate.fine) && !model_.contains(candidate.effect);
+  return (details_ || !candidate.detail) && !model_.contains(candidate.effect);
 }
 
 }  // namespace

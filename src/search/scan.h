@@ -20,9 +20,12 @@ struct Candidate {
   /// One cycle over the travel covered [cycles per turn]. Two frequencies of a periodogram that
   /// differ by less are the same. 0: the frequency is fixed.
   double frequency_resolution = 0;
-  /// A curve of many coefficients, which can imitate almost any function of its driver. It may
-  /// enter the model only when no simpler candidate is left.
+  /// A curve of many coefficients, which can imitate almost any function of its driver.
   bool fine = false;
+  /// A fine curve, or a piece of one: a step, a kink or a narrow bump of a joint over its own angle.
+  /// It may enter the model only when no simpler candidate is left. Pieces that entered earlier
+  /// would use up the effects of a model before the curve that they are parts of could enter.
+  bool detail = false;
   std::string in_words{};  ///< from the catalogue
   bool of_most_arms = false;
 };
