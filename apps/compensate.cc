@@ -286,7 +286,7 @@ int run(app::Command& command, const Arguments& arguments) {
     story.assumed.push_back(doubt + ".");
   }
   for (const std::string& effect : story.not_applied)
-    command.warn("not applied, because it belongs to the station: " + effect);
+    command.warn("not applied, because it belongs to the station, or may: " + effect);
   warn_of_notes(command, targets, file);
   if (!arguments.summary.empty())
     write_output(arguments.summary,

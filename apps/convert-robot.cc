@@ -1,14 +1,23 @@
+#include <fmt/format.h>
+
 #include "armtrue/io/output.h"
 #include "armtrue/io/source.h"
 #include "armtrue/io/urdf_io.h"
+#include "armtrue/kinematics/units.h"
+#include "armtrue/text/input_error.h"
 #include "command_line.h"
 
 using namespace armtrue;
 
 namespace {
 
+// A base or tool that moves farther was hardly identified as part of the arm.
+constexpr double kLargeShift = 10 * kMillimetre, kLargeTurn = 1 * kDegree;
+
 struct Arguments {
-  std::string to;
+  std::string to, into;
+  UrdfEnds ends;
+  UrdfKept kept;
 };
 
 void add_options(app::Command& command, Arguments& arguments) {
@@ -17,6 +26,18 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.option("--to", arguments.to, "yaml or urdf")
       .required()
       .check(app::one_of({"yaml", "urdf"}));
+  command.option("--base", arguments.ends.base,
+                 "Link of the URDF whose frame is R_A; its root if absent");
+  command.option("--tip", arguments.ends.tip,
+                 "Link of the URDF whose frame is the tool; the only end if absent");
+  app::Option into =
+      command.option("--into", arguments.into,
+                     "URDF that the robot was made of: it is written with the robot's geometry, "
+                     "and changed in its origins alone");
+  command.flag("--keep-base", arguments.kept.base, "With --into: the base stays as in the URDF")
+      .needs(into);
+  command.flag("--keep-tool", arguments.kept.tool, "With --into: the tool stays as in the URDF")
+      .needs(into);
 }
 
 bool is_xml(const std::string& text) {
@@ -24,11 +45,43 @@ bool is_xml(const std::string& text) {
   return first != std::string::npos && text[first] == '<';
 }
 
+void explain_base(const app::Command& command, const std::string& text, const std::string& file,
+                  const UrdfEnds& ends) {
+  for (const std::string& link : frames_beside_base(text, file, ends))
+    command.warn(file + ": R_A is the frame of '" +
+                 (ends.base.empty() ? "the root link" : ends.base) + "'; '" + link +
+                 "' stands beside it, moved or turned; if the controller's poses are in '" + link +
+                 "', give --base " + link);
+}
+
+void warn_of_shift(const app::Command& command, const char* what, const char* where,
+                   const FrameShift& shift) {
+  if (shift.distance < kLargeShift && shift.angle < kLargeTurn) return;
+  command.warn(
+      fmt::format("the {} moves by {:.4g} mm and {:.3g} deg; if that is where the {} "
+                  "stood, and not the robot's own, give --keep-{}",
+                  what, shift.distance / kMillimetre, shift.angle / kDegree, where, what));
+}
+
+std::string into_urdf(const app::Command& command, const Robot& robot, const Arguments& arguments) {
+  Source source(arguments.into);
+  const PatchedUrdf patched =
+      write_into_urdf(robot, source.read_all(), source.name(), arguments.ends, arguments.kept);
+  warn_of_shift(command, "base", "instrument", patched.base);
+  warn_of_shift(command, "tool", "reflector", patched.tool);
+  return patched.text;
+}
+
 int run(app::Command& command, const Arguments& arguments) {
   Source source(command.input);
   const std::string text = source.read_all();
+  const bool is_urdf = is_xml(text);
+  if (!arguments.into.empty() && (is_urdf || arguments.to != "urdf"))
+    throw InputError(
+        "--into writes a robot file into a URDF: it needs --to urdf, and YAML as input");
   const Robot robot =
-      is_xml(text) ? parse_urdf(text, source.name()) : parse_robot(text, source.name());
+      is_urdf ? parse_urdf(text, source.name(), arguments.ends) : parse_robot(text, source.name());
+  if (is_urdf) explain_base(command, text, source.name(), arguments.ends);
   if (arguments.to == "yaml") {
     write_output(command.output, write_robot(robot));
     return app::kSuccess;
@@ -36,7 +89,8 @@ int run(app::Command& command, const Arguments& arguments) {
   std::string lost;
   for (const std::string& key : lost_in_urdf(robot)) lost += (lost.empty() ? "" : ", ") + key;
   if (!lost.empty()) command.warn("URDF cannot hold: " + lost);
-  write_output(command.output, write_urdf(robot));
+  write_output(command.output,
+               arguments.into.empty() ? write_urdf(robot) : into_urdf(command, robot, arguments));
   return app::kSuccess;
 }
 

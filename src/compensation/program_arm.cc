@@ -39,6 +39,7 @@ bool is_of_the_arm(DriverKind kind) {
 }  // namespace
 
 bool moves_program(const Effect& effect, bool tool_is_measured) {
+  if (effect.may_be_instrument) return false;
   const std::string& parameter = effect.parameter;
   for (const char* of_station : {"instrument.", "target ", "anchor "})
     if (parameter.starts_with(of_station)) return false;

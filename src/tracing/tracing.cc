@@ -10,6 +10,7 @@
 #include "armtrue/calibration/pose_bootstrap.h"
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/summary.h"
+#include "armtrue/tracing/description.h"
 #include "campaign/selection.h"
 #include "search/candidates.h"
 #include "search/cross_validation.h"
@@ -226,7 +227,8 @@ TraceResult described(SearchResult search, const Campaign& campaign, const Trace
   const std::vector<Candidate>& chosen = model.chosen();
   for (size_t k = 0; k < chosen.size(); ++k) {
     TracedEffect& traced = result.effects.emplace_back();
-    traced.effect = result.fit.robot.effects[model.in_fit(k)];
+    Effect& fitted = result.fit.robot.effects[model.in_fit(k)];
+    traced.effect = fitted;
     traced.variance_share = shares[k];
     traced.cycle = cycle_of(model, campaign, result, k);
     traced.step_ci95 = step_ci95(model, campaign, k);
@@ -237,7 +239,7 @@ TraceResult described(SearchResult search, const Campaign& campaign, const Trace
       traced.beaten_cause = traced.effect.name;
       traced.from_catalogue = false;
       traced.in_words.clear();
-      traced.effect.name = "unexplained";
+      traced.effect.name = fitted.name = "unexplained";
     }
     traced.incomplete = std::count_if(chosen.begin(), chosen.end(), [&](const Candidate& other) {
                           return same_place(other.effect, chosen[k].effect);
@@ -253,6 +255,8 @@ TraceResult described(SearchResult search, const Campaign& campaign, const Trace
     }
     traced.evidence = {score, *p, cv.gain, cv.error};
     list_rivals(model, k, traced);
+    traced.effect.may_be_instrument = fitted.may_be_instrument =
+        may_be_instrument(traced, result.fit.robot);
   }
   return result;
 }

@@ -91,7 +91,7 @@ class UnreachableTarget : public std::runtime_error {
 /// `base` do if a load or the posture drives them: the foot gives way. Driven by time or
 /// temperature alone they are the instrument's. Effects on `tool` belong to what carried the
 /// reflectors; they move a program only if that is its tool. Those on the instrument, targets and
-/// anchors never do.
+/// anchors never do, nor do those that may be the instrument's.
 bool moves_program(const Effect& effect, bool tool_is_measured);
 
 /// Whether a robot file says that it comes from a calibration: standard deviations, an uncertainty,

@@ -42,6 +42,9 @@ struct Effect {
   Shape shape;
   std::vector<Coefficient> coefficients;
   std::optional<Family> family{};  ///< that the effect belongs to
+  /// Whether the readings left open that the instrument errs in place of the arm. The effect then
+  /// stands for what the instrument reads, and moves no program.
+  bool may_be_instrument = false;
   /// The effects that make up a whole family, whose coefficients stand here one after the other;
   /// `parameter` is then the name of the family. Only a search has such effects.
   std::vector<Effect> members{};

@@ -87,6 +87,10 @@ Effect read_effect(YamlMap map, const KinematicChain& chain) {
     effect.family = Family{map.text("family"), map.number("typical")};
     if (effect.family->typical <= 0) map.fail("typical", "must be above zero");
   }
+  const std::string of_instrument = map.text("may_be_instrument", "false");
+  if (of_instrument != "true" && of_instrument != "false")
+    map.fail("may_be_instrument", "'" + of_instrument + "' is neither true nor false");
+  effect.may_be_instrument = of_instrument == "true";
   for (YamlMap& entry : map.maps("coefficients")) {
     Coefficient& c = effect.coefficients.emplace_back();
     c.name = entry.text("name", "c");
@@ -105,7 +109,7 @@ Effect read_effect(YamlMap map, const KinematicChain& chain) {
   for (const char* key :
        {"evidence", "indistinguishable", "ruled_out", "cause", "description", "curve", "cycle",
         "unidentifiable", "separated_by", "variance_share", "variance_share_ci95", "may_lead",
-        "at_s_ci95", "at_deg_ci95", "may_be_instrument", "confirmed", "sentence"})
+        "at_s_ci95", "at_deg_ci95", "confirmed", "sentence"})
     map.ignore(key);
   map.finish();
   return effect;

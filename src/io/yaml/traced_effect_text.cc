@@ -1,4 +1,3 @@
-#include "io/yaml/effect_io.h"
 #include "io/yaml/traced_effect_text.h"
 
 #include <fmt/format.h>
@@ -6,6 +5,7 @@
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/tracing/description.h"
+#include "io/yaml/effect_io.h"
 
 namespace armtrue {
 namespace {
@@ -115,7 +115,6 @@ YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain,
     node["at" + suffix + "_ci95"] = flow(interval);
   }
   if (gain) node["confirmed"] = gain->confirmed() ? "true" : "false";
-  if (may_be_instrument(traced, robot)) node["may_be_instrument"] = "true";
   node["sentence"] = for_the_cell(traced, gain, robot);
   node["description"] = in_words(traced, gain, curve, robot);
   if (!curve.empty() && traced.effect.shape.kind == ShapeKind::series)

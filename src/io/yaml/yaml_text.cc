@@ -152,6 +152,7 @@ YAML::Node effect_node(const Effect& effect, const KinematicChain& chain) {
     node["family"] = effect.family->name;
     node["typical"] = number_text(effect.family->typical);
   }
+  if (effect.may_be_instrument) node["may_be_instrument"] = "true";
   return node;
 }
 

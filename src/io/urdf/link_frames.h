@@ -1,0 +1,27 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "armtrue/kinematics/chain.h"
+
+namespace armtrue {
+
+/// The frame of a link in the frame before it, where the joint angle is 0.
+Pose link_transform(const Link& link);
+
+/// The axis of a joint where all joint angles are 0.
+struct JointAxis {
+  Eigen::Vector3d point, direction;
+};
+
+/// The frame on axis `own` whose x is the common normal towards `next`; source: Khalil and
+/// Kleinfinger (1986). Where the axes are parallel within 1 deg, the origin is the foot of the
+/// perpendicular from that of the frame before, and x points to the foot of the perpendicular from
+/// there on `next`; source: Hayati (1983).
+Pose frame_towards(const JointAxis& own, const JointAxis& next, const Pose& previous);
+
+/// Modified Denavit-Hartenberg parameters, with Hayati's beta, between two frames whose x axes
+/// frame_towards() has laid.
+Link link_between(const Pose& previous, const Pose& frame);
+
+}  // namespace armtrue

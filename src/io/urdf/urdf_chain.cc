@@ -1,0 +1,234 @@
+#include "io/urdf/urdf_chain.h"
+
+#include <console_bridge/console.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <urdf_model/model.h>
+#include <urdf_parser/urdf_parser.h>
+
+#include <Eigen/Geometry>
+#include <kdl/chain.hpp>
+#include <kdl/tree.hpp>
+
+#include "armtrue/text/input_error.h"
+
+namespace armtrue {
+namespace {
+
+constexpr size_t kMostLinksNamed = 12;  // in a message
+constexpr size_t kMostLinks = 2000;  // a whole cell; the way through them is searched recursively
+
+// Collects the messages of urdfdom instead of printing them.
+class Complaints : public console_bridge::OutputHandler {
+ public:
+  Complaints() { console_bridge::useOutputHandler(this); }
+  ~Complaints() override { console_bridge::restorePreviousOutputHandler(); }
+  Complaints(const Complaints&) = delete;
+  Complaints& operator=(const Complaints&) = delete;
+  void log(const std::string& text, console_bridge::LogLevel level, const char* /*file*/,
+           int /*line*/) override {
+    if (level == console_bridge::CONSOLE_BRIDGE_LOG_ERROR && first_.empty()) first_ = text;
+  }
+  const std::string& first() const { return first_; }
+
+ private:
+  std::string first_;
+};
+
+// urdfdom skips elements that it cannot read. A skipped mass would change the predictions, so its
+// messages become errors.
+urdf::ModelInterfaceSharedPtr parse_strictly(const std::string& text, const std::string& file) {
+  const Complaints complaints;
+  urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(text);
+  if (!complaints.first().empty())
+    throw InputError(file + ": is no valid URDF: " + complaints.first());
+  if (!model || !model->getRoot())
+    throw InputError(file + ": is no valid URDF: it has no root link");
+  if (model->links_.size() > kMostLinks)
+    throw InputError(fmt::format("{}: has {} links; at most {} are read", file,
+                                 model->links_.size(), kMostLinks));
+  return model;
+}
+
+void refuse_xacro(const std::string& text, const std::string& file) {
+  const bool unexpanded = text.find("<xacro:") != std::string::npos ||
+                          text.find("\"${") != std::string::npos ||
+                          text.find("$(find ") != std::string::npos;
+  if (unexpanded)
+    throw InputError(file + ": holds xacro macros that nobody has expanded; write 'xacro " + file +
+                     " > robot.urdf' and take robot.urdf");
+}
+
+bool is_driven(const urdf::Joint& joint) { return joint.type != urdf::Joint::FIXED; }
+
+bool leads_to_driven(const urdf::Link& link) {
+  return std::ranges::any_of(link.child_joints,
+                             [](const auto& joint) { return is_driven(*joint); }) ||
+         std::ranges::any_of(link.child_links,
+                             [](const auto& child) { return leads_to_driven(*child); });
+}
+
+// Links behind `link` that end a branch.
+void find_ends(const urdf::Link& link, std::vector<std::string>& ends) {
+  if (link.child_links.empty()) ends.push_back(link.name);
+  for (const auto& child : link.child_links) find_ends(*child, ends);
+}
+
+std::string some_of(const std::vector<std::string>& names) {
+  if (names.size() <= kMostLinksNamed) return fmt::format("{}", fmt::join(names, ", "));
+  return fmt::format("{}, ... ({} in all)",
+                     fmt::join(names.begin(), names.begin() + kMostLinksNamed, ", "), names.size());
+}
+
+// The end of the arm where nobody names it: along the branch with driven joints, and on as long as
+// one link follows the other.
+std::string only_end(const urdf::ModelInterface& model, const std::string& base,
+                     const std::string& file) {
+  urdf::LinkConstSharedPtr link = model.getLink(base);
+  while (!link->child_joints.empty()) {
+    std::vector<urdf::LinkConstSharedPtr> ways;
+    for (const auto& joint : link->child_joints) {
+      const urdf::LinkConstSharedPtr child = model.getLink(joint->child_link_name);
+      if (is_driven(*joint) || leads_to_driven(*child)) ways.push_back(child);
+    }
+    if (ways.empty())
+      for (const auto& child : link->child_links) ways.push_back(child);
+    if (ways.size() > 1) {
+      std::vector<std::string> ends;
+      for (const auto& way : ways) find_ends(*way, ends);
+      throw InputError(fmt::format(
+          "{}: the link '{}' branches; name the link where the arm ends: --tip {} (ends are {})",
+          file, link->name, ends.front(), some_of(ends)));
+    }
+    link = ways.front();
+  }
+  return link->name;
+}
+
+void require_link(const urdf::ModelInterface& model, const std::string& name, const char* option,
+                  const std::string& file) {
+  if (model.getLink(name)) return;
+  std::vector<std::string> names;
+  for (const auto& link : model.links_) names.push_back(link.first);
+  throw InputError(fmt::format("{}: has no link '{}' for {}; its links are {}", file, name, option,
+                               some_of(names)));
+}
+
+KDL::Frame kdl_frame(const urdf::Pose& pose) {
+  const urdf::Rotation& r = pose.rotation;
+  return {KDL::Rotation::Quaternion(r.x, r.y, r.z, r.w),
+          KDL::Vector(pose.position.x, pose.position.y, pose.position.z)};
+}
+
+KDL::Joint kdl_joint(const urdf::Joint& joint, const KDL::Frame& origin) {
+  const KDL::Vector axis(joint.axis.x, joint.axis.y, joint.axis.z);
+  switch (joint.type) {
+    case urdf::Joint::REVOLUTE:
+    case urdf::Joint::CONTINUOUS:
+      return {joint.name, origin.p, origin.M * axis, KDL::Joint::RotAxis};
+    case urdf::Joint::PRISMATIC:
+      return {joint.name, origin.p, origin.M * axis, KDL::Joint::TransAxis};
+    default:
+      return KDL::Joint(joint.name, KDL::Joint::Fixed);
+  }
+}
+
+void add_children(const urdf::Link& link, KDL::Tree& tree) {
+  for (const auto& child : link.child_links) {
+    const KDL::Frame origin = kdl_frame(child->parent_joint->parent_to_joint_origin_transform);
+    tree.addSegment(KDL::Segment(child->name, kdl_joint(*child->parent_joint, origin), origin),
+                    link.name);
+    add_children(*child, tree);
+  }
+}
+
+Pose from_kdl(const KDL::Frame& frame) {
+  Pose pose;
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 3; ++column) pose.rotation(row, column) = frame.M(row, column);
+  pose.translation = {frame.p.x(), frame.p.y(), frame.p.z()};
+  return pose;
+}
+
+void set_axis(const urdf::Joint& joint, const std::string& file, ChainJoint& result) {
+  result.axis = {joint.axis.x, joint.axis.y, joint.axis.z};
+  if (!(result.axis.norm() > 0))
+    throw InputError(file + ": the joint '" + joint.name +
+                     "' has the axis 0 0 0, which points nowhere; correct it");
+  result.axis.normalize();
+}
+
+void set_limits(const urdf::Joint& joint, const std::string& file, ChainJoint& result) {
+  if (!joint.limits || joint.type != urdf::Joint::REVOLUTE) return;
+  result.limited = true;
+  result.min = joint.limits->lower;
+  result.max = joint.limits->upper;
+  if (result.min >= result.max)
+    throw InputError(
+        fmt::format("{}: the joint '{}' has limits from {} to {} rad; upper must be above lower",
+                    file, joint.name, result.min, result.max));
+}
+
+ChainJoint joint_of(const KDL::Segment& segment, const urdf::ModelInterface& model,
+                    const std::string& file) {
+  const urdf::Joint& joint = *model.getJoint(segment.getJoint().getName());
+  const urdf::Link& link = *model.getLink(segment.getName());
+  ChainJoint result;
+  result.name = joint.name;
+  result.link = link.name;
+  result.origin = from_kdl(segment.pose(0));
+  result.backwards = joint.child_link_name != link.name;
+  if (joint.type == urdf::Joint::REVOLUTE || joint.type == urdf::Joint::CONTINUOUS)
+    result.kind = ChainJoint::Kind::revolute;
+  else if (is_driven(joint))
+    result.kind = ChainJoint::Kind::other;
+  if (result.kind != ChainJoint::Kind::fixed && result.backwards)
+    throw InputError(file + ": the joint '" + joint.name +
+                     "' lies behind the base; --base names a link before all driven joints");
+  if (result.kind == ChainJoint::Kind::revolute) {
+    set_axis(joint, file, result);
+    set_limits(joint, file, result);
+  }
+  if (link.inertial && !result.backwards) {
+    result.mass_kg = link.inertial->mass;
+    const urdf::Vector3& c = link.inertial->origin.position;
+    result.centre = {c.x, c.y, c.z};
+  }
+  return result;
+}
+
+std::vector<std::string> fixed_beside(const urdf::ModelInterface& model, const std::string& base) {
+  std::vector<std::string> names;
+  for (const auto& child : model.getLink(base)->child_links) {
+    const Pose at = from_kdl(kdl_frame(child->parent_joint->parent_to_joint_origin_transform));
+    const bool is_moved = !at.rotation.isIdentity(1e-9) || !at.translation.isZero(1e-9);
+    if (is_moved && !is_driven(*child->parent_joint) && !leads_to_driven(*child))
+      names.push_back(child->name);
+  }
+  return names;
+}
+
+}  // namespace
+
+UrdfChain read_urdf_chain(const std::string& text, const std::string& file, const UrdfEnds& ends) {
+  refuse_xacro(text, file);
+  const urdf::ModelInterfaceSharedPtr model = parse_strictly(text, file);
+  UrdfChain result;
+  result.robot = model->getName();
+  result.base = ends.base.empty() ? model->getRoot()->name : ends.base;
+  require_link(*model, result.base, "--base", file);
+  if (!ends.tip.empty()) require_link(*model, ends.tip, "--tip", file);
+  const std::string tip = ends.tip.empty() ? only_end(*model, result.base, file) : ends.tip;
+
+  KDL::Tree tree(model->getRoot()->name);
+  add_children(*model->getRoot(), tree);
+  KDL::Chain way;
+  if (!tree.getChain(result.base, tip, way))
+    throw InputError(file + ": there is no way from '" + result.base + "' to '" + tip + "'");
+  for (const KDL::Segment& segment : way.segments)
+    result.joints.push_back(joint_of(segment, *model, file));
+  result.beside_base = fixed_beside(*model, result.base);
+  return result;
+}
+
+}  // namespace armtrue

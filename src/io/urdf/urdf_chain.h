@@ -1,0 +1,45 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "armtrue/io/urdf_io.h"
+#include "armtrue/kinematics/pose.h"
+
+namespace armtrue {
+
+/// One joint on the way from the base to the tip.
+struct ChainJoint {
+  enum class Kind { fixed, revolute, other };
+
+  std::string name, link;  ///< link: the one behind it
+  Kind kind = Kind::fixed;
+  /// The frame of `link` in the frame before it, where the joint angle is 0. From child to parent
+  /// (`backwards`) it is the inverse of the joint's origin.
+  Pose origin;
+  bool backwards = false;
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< of a driven joint in its frame, unit
+  bool limited = false;
+  double min = 0, max = 0;  ///< [rad]
+  double mass_kg = 0;       ///< of `link`; 0: none stated
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+};
+
+/// The way of a URDF from base to tip.
+struct UrdfChain {
+  std::string robot;  ///< its name
+  std::string base;   ///< link
+  std::vector<ChainJoint> joints;
+  /// Links that stand fixed to the base beside the way, turned or moved, as the frame of a
+  /// controller often does.
+  std::vector<std::string> beside_base;
+};
+
+/// Reads the document with urdfdom and finds the way with KDL. Errors are those of parse_urdf().
+UrdfChain read_urdf_chain(const std::string& text, const std::string& file, const UrdfEnds& ends);
+
+/// The arm of a document whose way is `chain`. Errors are those of parse_urdf().
+Robot robot_of(const UrdfChain& chain, const std::string& text, const std::string& file);
+
+}  // namespace armtrue

@@ -1,0 +1,136 @@
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+
+#include "armtrue/effects/sampling.h"
+#include "armtrue/io/urdf_io.h"
+#include "armtrue/kinematics/evaluator.h"
+#include "armtrue/kinematics/units.h"
+#include "armtrue/text/input_error.h"
+#include "io/urdf/link_frames.h"
+#include "io/urdf/urdf_chain.h"
+#include "io/urdf/xml_origins.h"
+
+namespace armtrue {
+namespace {
+
+// No calibration moves a frame of a link farther.
+constexpr double kSameArm = 50 * kMillimetre, kSameArmAngle = 5 * kDegree;
+constexpr double kSameOrigin = 1e-13;  // [m], of matrix entries: below the digits of a file
+constexpr double kExact = 1e-9;        // [m, rad]
+constexpr int kPosesChecked = 50;
+
+double angle_between(const Pose& a, const Pose& b) {
+  return Eigen::AngleAxisd(a.rotation.transpose() * b.rotation).angle();
+}
+
+// Frames of the driven links in R_A where all joint angles are 0.
+std::vector<Pose> frames_at_zero(const KinematicChain& chain) {
+  std::vector<Pose> frames;
+  Pose frame = chain.base;
+  for (int j = 0; j < kJoints; ++j) {
+    frame = frame * link_transform(chain.links[j]);
+    frames.push_back(frame);
+  }
+  return frames;
+}
+
+Pose tip_at_zero(const KinematicChain& chain) {
+  return frames_at_zero(chain).back() * link_transform(chain.links[kLinks - 1]) * chain.tool;
+}
+
+void refuse_another_arm(const Robot& robot, const Robot& nominal, const std::string& file) {
+  KinematicChain own = robot.chain;
+  own.base = nominal.chain.base;
+  const std::vector<Pose> frames = frames_at_zero(own), expected = frames_at_zero(nominal.chain);
+  for (size_t j = 0; j < kJoints; ++j) {
+    const double distance = (frames[j].translation - expected[j].translation).norm();
+    const double angle = angle_between(frames[j], expected[j]);
+    if (robot.chain.links[j].sign == nominal.chain.links[j].sign && distance < kSameArm &&
+        angle < kSameArmAngle)
+      continue;
+    throw InputError(fmt::format(
+        "{}: is another arm than the robot '{}', or has other frames: at joint {} they stand "
+        "{:.4g} mm and {:.3g} deg apart; calibrate the robot that convert-robot --to yaml makes of "
+        "this URDF, with the same --base and --tip",
+        file, robot.name, j + 1, distance / kMillimetre, angle / kDegree));
+  }
+}
+
+bool same_origin(const Pose& a, const Pose& b) {
+  return (a.translation - b.translation).cwiseAbs().maxCoeff() < kSameOrigin &&
+         (a.rotation - b.rotation).cwiseAbs().maxCoeff() < kSameOrigin;
+}
+
+// The frame of each link behind a driven joint moves with the frame of the arm that it is fixed to.
+std::map<std::string, Pose> changed_origins(const UrdfChain& chain, const Robot& robot,
+                                            const Robot& nominal) {
+  const std::vector<Pose> from = frames_at_zero(nominal.chain), to = frames_at_zero(robot.chain);
+  std::map<std::string, Pose> origins;
+  const auto change = [&](const ChainJoint& joint, const Pose& origin) {
+    if (!same_origin(origin, joint.origin)) origins[joint.name] = origin;
+  };
+  Pose old_frame, frame;
+  size_t driven = 0;
+  for (size_t k = 0; k < chain.joints.size(); ++k) {
+    const ChainJoint& joint = chain.joints[k];
+    old_frame = old_frame * joint.origin;
+    Pose next = frame * joint.origin;
+    if (joint.kind == ChainJoint::Kind::revolute) {
+      next = to[driven] * inverse(from[driven]) * old_frame;
+      change(joint, inverse(frame) * next);
+      ++driven;
+    } else if (k + 1 == chain.joints.size() && driven == kJoints) {
+      change(joint, inverse(frame) * tip_at_zero(robot.chain));
+    }
+    frame = next;
+  }
+  return origins;
+}
+
+FrameShift shift_of(const Pose& from, const Pose& to) {
+  return {(from.translation - to.translation).norm(), angle_between(from, to)};
+}
+
+bool same_frame(const Pose& a, const Pose& b) {
+  return (a.translation - b.translation).norm() < kExact && angle_between(a, b) < kExact;
+}
+
+}  // namespace
+
+PatchedUrdf write_into_urdf(const Robot& robot, const std::string& document,
+                            const std::string& file, const UrdfEnds& ends, const UrdfKept& kept) {
+  const UrdfChain chain = read_urdf_chain(document, file, ends);
+  const Robot nominal = robot_of(chain, document, file);
+  refuse_another_arm(robot, nominal, file);
+  Robot wanted = robot;
+  if (kept.base) wanted.chain.base = nominal.chain.base;
+  // The tool in the file is that of its flange, whatever the calibration made of the flange's link.
+  if (kept.tool) {
+    wanted.chain.links[kLinks - 1] = nominal.chain.links[kLinks - 1];
+    wanted.chain.tool = nominal.chain.tool;
+  }
+  const auto tool_of = [](const KinematicChain& c) {
+    return link_transform(c.links[kLinks - 1]) * c.tool;
+  };
+  const Pose tool = tool_of(wanted.chain), old_tool = tool_of(nominal.chain);
+  const bool ends_driven = chain.joints.back().kind == ChainJoint::Kind::revolute;
+  if (ends_driven && !same_frame(tool, old_tool))
+    throw InputError(file + ": the link '" + chain.joints.back().link +
+                     "' turns with the last joint, so no origin can hold the tool; --tip names a "
+                     "link that is fixed behind it, or --keep-tool leaves the tool out");
+
+  const std::string result = with_origins(document, changed_origins(chain, wanted, nominal), file);
+  const ChainEvaluator expected(wanted.chain);
+  const Robot back = parse_urdf(result, file, ends);
+  const ChainEvaluator written(back.chain);
+  for (const JointVector& q : sample_joint_space(wanted.chain, kPosesChecked))
+    if (!same_frame(expected.pose(q), written.pose(q)))
+      throw std::logic_error(file + ": the geometry written into the URDF does not come back");
+  return {result, shift_of(nominal.chain.base, wanted.chain.base), shift_of(old_tool, tool)};
+}
+
+}  // namespace armtrue
