@@ -1,6 +1,7 @@
 #include "command_line.h"
 
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -13,9 +14,13 @@
 #include <cstdlib>
 #include <exception>
 #include <filesystem>
+#include <iostream>
 #include <limits>
+#include <new>
 
 #include "armtrue/io/output.h"
+#include "armtrue/text/number_text.h"
+#include "standard_streams.h"
 
 // The only file that includes CLI11: it takes some 10 s to compile.
 
@@ -45,11 +50,10 @@ void check_values(const CLI::App& app) {
 
 Check number_check(bool (*holds)(double), const std::string& wanted) {
   return {"NUMBER", [holds, wanted](const std::string& text) {
-            char* end = nullptr;
-            const double value = std::strtod(text.c_str(), &end);
-            if (text.empty() || *end != '\0') return "'" + text + "' is not a number";
-            if (!std::isfinite(value)) return "'" + text + "' is not finite";
-            return holds(value) ? std::string() : "'" + text + "' must be " + wanted;
+            const std::optional<double> value = read_number(text);
+            if (!value) return "'" + text + "' is not a number";
+            if (!std::isfinite(*value)) return "'" + text + "' is not finite";
+            return holds(*value) ? std::string() : "'" + text + "' must be " + wanted;
           }};
 }
 
@@ -73,6 +77,17 @@ Check above_zero() {
 
 Check not_below_zero() {
   return number_check([](double value) { return value >= 0; }, "0 or above");
+}
+
+Check above_zero_or_auto() {
+  return {"NUMBER or auto", [](const std::string& text) {
+            return text == "auto" ? std::string() : above_zero().why_wrong(text);
+          }};
+}
+
+std::optional<double> number_or_auto(const std::string& text) {
+  if (text == "auto") return std::nullopt;
+  return read_number(text);
 }
 
 Check seed_number() {
@@ -192,6 +207,7 @@ Command::Command(std::string name, const std::string& purpose, std::string examp
 }
 
 void Command::add_input(const std::string& what) {
+  has_input_ = true;
   option("file", input, what + "; standard input if absent or -");
 }
 
@@ -218,41 +234,80 @@ void Command::add_new_sessions() {
       ->allow_extra_args(false);  // else the file that follows would be read as a further time
 }
 
-int Command::run(int argc, char** argv, const std::function<int()>& work) {
-  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is a write error like any other
-  app_->footer(
-      "Example:\n  " + example_ + "\n" + columns_ +
-      "\nExit codes: 0 success, 1 bad data or input/output, 2 usage, 3 a criterion failed.");
+// Prints help, version or a mistake in the arguments.
+int Command::finish_parsing(const CLI::ParseError& error) const {
+  const bool is_mistake = app_->exit(error) != 0;
+  std::cout.flush();
+  if (is_mistake) return kBadUsage;
+  if (std::cout) return kSuccess;
+  print_error(name_ + ": <stdout>: cannot be written\n");
+  return kBadInput;
+}
+
+int Command::parse_and_work(int argc, char** argv, const std::function<int()>& work) {
   try {
     app_->parse(argc, argv);
     check_values(*app_);
     check_outputs();
+    started_ = seconds();
+    return work();  // may find that a derived product is named by an argument
   } catch (const CLI::ParseError& error) {
-    return app_->exit(error) == 0 ? kSuccess : kBadUsage;
-  } catch (const OutputError& error) {
-    fmt::print(stderr, "{}: {}\n", name_, error.what());
-    return kBadInput;
+    return finish_parsing(error);
   }
-  started_ = seconds();
+}
+
+int Command::run(int argc, char** argv, const std::function<int()>& work) {
+  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is a write error like any other
+  std::signal(SIGXFSZ, SIG_IGN);  // so is a file that grows beyond the limit of the shell
+  reserve_standard_streams();
+  app_->footer(
+      "Example:\n  " + example_ + "\n" + columns_ +
+      "\nExit codes: 0 success, 1 bad data or input/output, 2 usage, 3 a criterion failed.");
   int code = kBadInput;
+  std::string message;
   try {
-    code = work();
+    code = parse_and_work(argc, argv, work);
+  } catch (const std::bad_alloc&) {
+    message = "there is not enough memory for this input; check its size, or free memory";
   } catch (const std::exception& error) {
-    if (progress_shown_) std::fputs("\r\033[K", stderr);
-    progress_shown_ = false;
-    fmt::print(stderr, "{}: {}\n", name_, error.what());
+    message = error.what();
   }
-  if (progress_shown_) std::fputs("\r\033[K", stderr);
+  if (std::exchange(progress_shown_, false)) print_error("\r\033[K");
+  if (!message.empty()) print_error(name_ + ": " + printable(message) + "\n");
   return code;
 }
+
+// The files that the arguments name, apart from `own`, with the option of each.
+std::vector<std::pair<std::string, std::string>> Command::named_files(
+    const CLI::Option* own) const {
+  std::vector<std::pair<std::string, std::string>> files;
+  for (const CLI::Option* option : all_options(*app_)) {
+    if (option == own || option->get_type_name() != "TEXT") continue;
+    const bool is_output = std::ranges::find(outputs_, option) != outputs_.end();
+    for (const std::string& path : option->results())
+      files.emplace_back(option->get_name(),
+                         path != "-" ? path : (is_output ? "/dev/stdout" : "/dev/stdin"));
+  }
+  if (has_input_ && input == "-") files.emplace_back("standard input", "/dev/stdin");
+  return files;
+}
+
+void Command::refuse_named(const std::string& path, const std::string& name,
+                           const CLI::Option* own) const {
+  struct stat status {};
+  if (stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode)) return;  // a device, a pipe
+  for (const auto& [option, named] : named_files(own))
+    if (same_file(named, path))
+      throw CLI::ValidationError(name, "'" + path + "' is named by " + option +
+                                           " too; give each product a file of its own");
+}
+
+void Command::refuse_named(const std::string& path) const { refuse_named(path, path, nullptr); }
 
 // A product that cannot be written is reported before hours of work, not after.
 void Command::check_outputs() const {
   namespace fs = std::filesystem;
   std::error_code none;
-  const auto whole_path = [&](const std::string& path) {
-    return fs::weakly_canonical(fs::absolute(path, none), none);
-  };
   bool standard_output_taken = false;
   for (const CLI::Option* option : outputs_) {
     const bool is_product = option == outputs_.front();
@@ -263,43 +318,36 @@ void Command::check_outputs() const {
         throw CLI::ValidationError(option->get_name(),
                                    "two products cannot both go to standard output; give one of "
                                    "them a file");
+      refuse_named("/dev/stdout", "standard output", option);
       continue;
     }
     if (fs::is_directory(path, none))
       throw CLI::ValidationError(option->get_name(), "'" + path + "' is a folder; name a file");
+    refuse_named(path, option->get_name(), option);
     if (is_device_or_pipe(path)) continue;
     const fs::file_type folder = fs::status(fs::absolute(path, none).parent_path(), none).type();
     if (folder != fs::file_type::directory && folder != fs::file_type::none)  // none: not told
       throw CLI::ValidationError(option->get_name(), "'" + path + "': there is no such folder");
     check_writable(path);
-    const fs::path whole = whole_path(path);
-    for (const CLI::Option* other : all_options(*app_))
-      for (const std::string& named : other->results())
-        if (other != option && other->get_type_name() == "TEXT" && whole_path(named) == whole)
-          throw CLI::ValidationError(option->get_name(),
-                                     "'" + path + "' is named by " + other->get_name() +
-                                         " too; give each product a file of its own");
   }
 }
 
 void Command::warn(const std::string& message) const {
-  if (!quiet) fmt::print(stderr, "{}: {}\n", name_, message);
+  if (!quiet) print_error(name_ + ": " + printable(message) + "\n");
 }
 
 void Command::tell(const std::string& message) const {
-  if (verbose) fmt::print(stderr, "{}", message);
+  if (verbose) print_error(message);
 }
 
 void Command::report(const std::string& message) const {
   const bool terminal = isatty(STDERR_FILENO);
-  if (verbose || (terminal && !quiet))
-    fmt::print(stderr, "{}{}", terminal ? "\r\033[K" : "", message);
+  if (verbose || (terminal && !quiet)) print_error((terminal ? "\r\033[K" : "") + message);
 }
 
 void Command::progress(const std::string& message) {
   if (quiet || !isatty(STDERR_FILENO) || seconds() - started_ < 1.0) return;
-  fmt::print(stderr, "\r\033[K{}: {} ...", name_, message);
-  std::fflush(stderr);
+  print_error("\r\033[K" + name_ + ": " + printable(message) + " ...");
   progress_shown_ = true;
 }
 

@@ -24,6 +24,7 @@
 namespace CLI {
 class App;
 class Option;
+class ParseError;
 }  // namespace CLI
 
 namespace armtrue::app {
@@ -43,6 +44,10 @@ struct Check {
 
 Check above_zero();
 Check not_below_zero();
+Check above_zero_or_auto();
+/// Of a text that above_zero_or_auto() passed. Nothing for "auto", which leaves the choice to the
+/// data.
+std::optional<double> number_or_auto(const std::string& text);
 /// A whole number from 0 to 2^64 - 1. CLI11 would read -1 as 2^64 - 1.
 Check seed_number();
 /// Bounds included.
@@ -145,7 +150,15 @@ class Command : public OptionGroup {
 
   Provenance provenance() const;
 
+  /// Throws a mistake in the arguments if an argument names this file too, also by another name or
+  /// as the file behind a standard stream. For products whose name is derived.
+  void refuse_named(const std::string& path) const;
+
  private:
+  int parse_and_work(int argc, char** argv, const std::function<int()>& work);
+  int finish_parsing(const CLI::ParseError& error) const;
+  std::vector<std::pair<std::string, std::string>> named_files(const CLI::Option* own) const;
+  void refuse_named(const std::string& path, const std::string& name, const CLI::Option* own) const;
   void check_outputs() const;
   void begin_new_sessions(Campaign& campaign, bool is_input) const;
   void warn_of_unknown(const std::vector<std::string>& columns) const;
@@ -154,7 +167,7 @@ class Command : public OptionGroup {
   std::vector<const CLI::Option*> outputs_;
   std::vector<std::pair<std::string, std::string>> inputs_;
   double started_ = 0;
-  bool progress_shown_ = false;
+  bool progress_shown_ = false, has_input_ = false;
 };
 
 /// Throws InputError if the numbers of a campaign show a mistake of units, frames or signs. The

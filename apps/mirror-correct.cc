@@ -15,6 +15,7 @@
 #include "armtrue/report/mirror_report.h"
 #include "armtrue/report/mirror_table.h"
 #include "armtrue/text/input_error.h"
+#include "armtrue/text/number_text.h"
 #include "columns.h"
 #include "command_line.h"
 
@@ -33,22 +34,10 @@ struct Arguments {
   std::string poses, summary, deviation, report;
 };
 
-// "auto" leaves the choice to the data.
-std::optional<double> number_or_auto(const std::string& text) {
-  if (text == "auto") return std::nullopt;
-  return std::stod(text);
-}
-
-app::Check positive_or_auto() {
-  return {"NUMBER or auto", [](const std::string& text) {
-            return text == "auto" ? std::string() : app::above_zero().why_wrong(text);
-          }};
-}
-
 app::Check gain_or_auto() {
   return {"NUMBER or auto", [](const std::string& text) {
-            const std::string wrong = positive_or_auto().why_wrong(text);
-            if (!wrong.empty() || text == "auto" || std::stod(text) < 2) return wrong;
+            const std::string wrong = app::above_zero_or_auto().why_wrong(text);
+            if (!wrong.empty() || text == "auto" || *read_number(text) < 2) return wrong;
             return "'" + text +
                    "' must be below 2: the correction would put the tool at least as far off on "
                    "the other side, and every further pass farther; 1 takes off the whole "
@@ -61,7 +50,7 @@ void add_correction_options(app::Command& command, Arguments& arguments, app::Op
       .check(app::in_range(1, 12))
       .default_shown();
   command.option("--cut-off", arguments.cutoff_hz, "-3 dB of both ways together, Hz; or auto")
-      .check(positive_or_auto())
+      .check(app::above_zero_or_auto())
       .default_shown();
   command
       .option("--points", arguments.points,
@@ -143,8 +132,8 @@ void add_options(app::Command& command, Arguments& arguments) {
 MirrorOptions mirror_options(const Arguments& arguments) {
   MirrorOptions options;
   options.order = arguments.order;
-  options.cutoff = number_or_auto(arguments.cutoff_hz);
-  options.gain = number_or_auto(arguments.gain);
+  options.cutoff = app::number_or_auto(arguments.cutoff_hz);
+  options.gain = app::number_or_auto(arguments.gain);
   options.points =
       arguments.points == "spline" ? CorrectionPoints::spline : CorrectionPoints::turning;
   options.engaged_only = arguments.engaged_only;
@@ -167,26 +156,40 @@ std::string program_report(const std::string& name, const CorrectedKrl& correcte
                      corrected.corrected, corrected.inserted, corrected.left_alone);
 }
 
-// The .dat is written first: a .src that calls for points that do not exist yet would be worse.
-void write_program(const CorrectedKrl& corrected, const std::filesystem::path& program,
-                   std::filesystem::path out) {
-  if (out.empty())
-    out = std::filesystem::path(program).replace_filename(program.stem().string() + "-corrected" +
-                                                          program.extension().string());
-  if (corrected.dat)
-    write_output(std::filesystem::path(out).replace_extension(".dat"), *corrected.dat);
-  write_output(out, corrected.src);
+// The file of the corrected program.
+std::string program_out(const Arguments& arguments) {
+  if (!arguments.program_out.empty()) return arguments.program_out;
+  const std::filesystem::path program(arguments.program);
+  return std::filesystem::path(program)
+      .replace_filename(program.stem().string() + "-corrected" + program.extension().string())
+      .string();
+}
+
+// The names of the products follow from those of the arguments: they may be those of an input.
+void check_program_out(const app::Command& command, const Arguments& arguments,
+                       const KrlProgram& program) {
+  const std::string out = program_out(arguments);
+  if (arguments.program_out.empty()) command.refuse_named(out);
+  check_writable(out);
+  if (!program.dat) return;
+  const std::string dat = dat_beside(out, program);
+  command.refuse_named(dat);
+  if (same_file(dat, program.dat->name) || same_file(dat, out) || same_file(out, program.dat->name))
+    throw InputError(out + ": the data list of the corrected program would be " + dat +
+                     ", and that of the program, " + program.dat->name +
+                     ", would be lost; give --program-out another name, such as corrected.src");
+  check_writable(dat);
 }
 
 void correct_program(const app::Command& command, const Arguments& arguments,
-                     const Path& programmed, const Eigen::Matrix3Xd& corrected) {
+                     const KrlProgram& program, const Path& programmed,
+                     const Eigen::Matrix3Xd& corrected) {
   KrlCorrectionOptions options;
   options.spacing = arguments.spacing_mm * kMillimetre;
-  const KrlProgram program = read_krl(arguments.program);
   const CorrectedKrl rewritten = correct_krl(program, programmed, corrected, options);
   for (const std::string& warning : rewritten.warnings) command.warn(warning);
   command.tell(program_report(program.src.name, rewritten));
-  write_program(rewritten, arguments.program, arguments.program_out);
+  write_krl(rewritten, program, program_out(arguments));
 }
 
 std::vector<PathFile> read_passes(app::Command& command, const std::vector<std::string>& files) {
@@ -309,11 +312,16 @@ struct Inputs {
   std::optional<Robot> robot;
   std::vector<PathFile> passes, earlier;
   std::optional<PathFile> previous;
+  std::optional<KrlProgram> program;
 };
 
 Inputs read_inputs(app::Command& command, const Arguments& arguments) {
   command.progress("reading");
   Inputs inputs;
+  if (!arguments.program.empty()) {
+    inputs.program = read_krl(arguments.program);
+    check_program_out(command, arguments, *inputs.program);
+  }
   inputs.programmed = command.read_path(arguments.programmed, KeepRows::yes);
   if (!arguments.robot.empty()) inputs.robot = command.read_robot(arguments.robot).robot;
   inputs.passes = read_passes(command, arguments.measured);
@@ -373,8 +381,8 @@ int run(app::Command& command, const Arguments& arguments) {
           : findings.result.position;
   // The correction is written before the further products, so that an error in one of them cannot
   // keep it back.
-  if (!arguments.program.empty())
-    correct_program(command, arguments, inputs.programmed.path, corrected);
+  if (inputs.program)
+    correct_program(command, arguments, *inputs.program, inputs.programmed.path, corrected);
   write_output(command.output, write_path_like(inputs.programmed, corrected));
   if (!arguments.from_force) write_findings(command, arguments, inputs, findings);
   return app::kSuccess;

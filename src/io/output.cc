@@ -1,15 +1,21 @@
 #include "armtrue/io/output.h"
 
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <memory>
 #include <system_error>
 
 namespace armtrue {
 namespace {
+
+namespace fs = std::filesystem;
 
 const char* remedy(int error) {
   switch (error) {
@@ -24,6 +30,7 @@ const char* remedy(int error) {
       return "; name a file in a folder that there is";
     case ENOSPC:
     case EDQUOT:
+    case EFBIG:
       return "; make room there, or name a file elsewhere";
     case ENAMETOOLONG:
       return "; give it a shorter name";
@@ -39,18 +46,169 @@ const char* remedy(int error) {
 // A symbolic link stays; the file that it names is replaced.
 std::string target(const std::string& path) {
   std::error_code error;
-  const auto absolute = std::filesystem::absolute(path, error);
-  const auto whole = error ? absolute : std::filesystem::weakly_canonical(absolute, error);
+  const auto absolute = fs::absolute(path, error);
+  const auto whole = error ? absolute : fs::weakly_canonical(absolute, error);
   if (error) fail(path, error.value());
   return whole.string();
+}
+
+// A name of an open descriptor, such as /dev/stdout or /proc/self/fd/3.
+bool names_a_descriptor(const fs::path& path) {
+  const std::string name = path.lexically_normal().string();
+  return name.starts_with("/dev/fd/") || name.starts_with("/dev/std") ||
+         (name.starts_with("/proc/") && name.find("/fd/") != std::string::npos);
+}
+
+bool leads_to_a_descriptor(fs::path path) {
+  constexpr int kMaxLinks = 40;  // as many as Linux follows
+  std::error_code error;
+  for (int links = 0; links < kMaxLinks; ++links) {
+    if (names_a_descriptor(path)) return true;
+    const fs::path next = fs::read_symlink(path, error);
+    if (error) return false;  // no link
+    path = path.parent_path() / next;
+  }
+  return false;
+}
+
+// Signals that end a process wait until the files are whole and no temporary file is left.
+class SignalsWait {
+ public:
+  SignalsWait() {
+    sigset_t ending;
+    sigemptyset(&ending);
+    for (int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT}) sigaddset(&ending, signal);
+    pthread_sigmask(SIG_BLOCK, &ending, &before_);
+  }
+  ~SignalsWait() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+  SignalsWait(const SignalsWait&) = delete;
+  SignalsWait& operator=(const SignalsWait&) = delete;
+
+ private:
+  sigset_t before_;
+};
+
+void write_all(int descriptor, const std::string& text, const std::string& path) {
+  size_t written = 0;
+  while (written < text.size()) {
+    const ssize_t count = write(descriptor, text.data() + written, text.size() - written);
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) fail(path);
+    written += static_cast<size_t>(count);
+  }
+}
+
+// So that the new name survives a loss of power; file systems that cannot do it are left alone.
+void sync_folder(const std::string& file) {
+  const int folder = open(fs::path(file).parent_path().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (folder < 0) return;
+  fsync(folder);
+  close(folder);
+}
+
+// A file that is written under another name first. Until commit(), the old file is as it was, or
+// set aside under a name of its own; what was not committed is undone at the end of the scope.
+class Replacement {
+ public:
+  explicit Replacement(const Product& product)
+      : path_(product.path),
+        file_(target(product.path)),
+        part_(file_ + suffix(".part")),
+        old_(file_ + suffix(".old")) {
+    unlink(part_.c_str());  // of a process that was killed
+    const int descriptor = open(part_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (descriptor < 0) fail(path_);
+    is_part_ = true;
+    try {
+      write_all(descriptor, product.text, path_);
+      if (fsync(descriptor) != 0 && errno != EINVAL && errno != ENOTSUP) fail(path_);
+    } catch (const OutputError&) {
+      close(descriptor);
+      undo();
+      throw;
+    }
+    if (close(descriptor) == 0) return;
+    const int error = errno;
+    undo();
+    fail(path_, error);
+  }
+  Replacement(const Replacement&) = delete;
+  Replacement& operator=(const Replacement&) = delete;
+  ~Replacement() {
+    if (!committed_) undo();
+  }
+
+  void set_old_aside() {
+    if (std::rename(file_.c_str(), old_.c_str()) == 0)
+      is_aside_ = true;
+    else if (errno != ENOENT)
+      fail(path_);
+  }
+
+  void put_in_place() {
+    if (std::rename(part_.c_str(), file_.c_str()) != 0) fail(path_);
+    is_part_ = false;
+    is_new_ = true;
+    sync_folder(file_);
+  }
+
+  void commit() {
+    committed_ = true;
+    if (is_aside_) unlink(old_.c_str());
+  }
+
+ private:
+  static std::string suffix(const char* kind) { return kind + std::to_string(getpid()); }
+
+  void undo() {
+    if (is_part_) unlink(part_.c_str());
+    if (is_aside_)
+      std::rename(old_.c_str(), file_.c_str());
+    else if (is_new_)
+      unlink(file_.c_str());
+    is_part_ = is_aside_ = is_new_ = false;
+  }
+
+  std::string path_, file_, part_, old_;
+  bool is_part_ = false, is_aside_ = false, is_new_ = false, committed_ = false;
+};
+
+void write_to_device(const Product& product) {
+  if (product.path.empty() || product.path == "-") {
+    const std::string& text = product.text;
+    if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
+      fail("<stdout>");
+    return;
+  }
+  const int device = open(product.path.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
+  if (device < 0) fail(product.path);
+  try {
+    write_all(device, product.text, product.path);
+  } catch (const OutputError&) {
+    close(device);
+    throw;
+  }
+  if (close(device) != 0) fail(product.path);
 }
 
 }  // namespace
 
 bool is_device_or_pipe(const std::string& path) {
   std::error_code none;
-  return path.rfind("/dev/", 0) == 0 || path.rfind("/proc/", 0) == 0 ||
-         (std::filesystem::exists(path, none) && !std::filesystem::is_regular_file(path, none));
+  return leads_to_a_descriptor(path) ||
+         (fs::exists(path, none) && !fs::is_regular_file(path, none));
+}
+
+bool same_file(const std::string& a, const std::string& b) {
+  struct stat first {
+  }, second{};
+  if (stat(a.c_str(), &first) == 0 && stat(b.c_str(), &second) == 0)
+    return first.st_dev == second.st_dev && first.st_ino == second.st_ino;
+  std::error_code none;
+  const auto whole = [&](const std::string& path) {
+    return fs::weakly_canonical(fs::absolute(path, none), none);
+  };
+  return whole(a) == whole(b);
 }
 
 void check_writable(const std::string& path) {
@@ -62,36 +220,30 @@ void check_writable(const std::string& path) {
   const std::string file = target(path);
   // Renaming replaces a write-protected file if its folder is writable; refuse that.
   if (access(file.c_str(), F_OK) == 0 && access(file.c_str(), W_OK) != 0) fail(path);
-  const std::string folder = std::filesystem::path(file).parent_path().string();
+  const std::string folder = fs::path(file).parent_path().string();
   if (access(folder.c_str(), W_OK | X_OK) != 0) fail(path);
 }
 
+void write_outputs(const std::vector<Product>& products) {
+  for (const Product& product : products) check_writable(product.path);
+  {
+    const SignalsWait wait;
+    std::vector<std::unique_ptr<Replacement>> files;
+    for (const Product& product : products)
+      if (!product.path.empty() && product.path != "-" && !is_device_or_pipe(product.path))
+        files.push_back(std::make_unique<Replacement>(product));
+    if (files.size() > 1)
+      for (size_t k = files.size(); k-- > 0;) files[k]->set_old_aside();
+    for (const auto& file : files) file->put_in_place();
+    for (const auto& file : files) file->commit();
+  }
+  for (const Product& product : products)
+    if (product.path.empty() || product.path == "-" || is_device_or_pipe(product.path))
+      write_to_device(product);
+}
+
 void write_output(const std::string& path, const std::string& text) {
-  if (path.empty() || path == "-") {
-    if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
-      fail("<stdout>");
-    return;
-  }
-  check_writable(path);
-  if (is_device_or_pipe(path)) {
-    std::FILE* const device = std::fopen(path.c_str(), "ab");
-    if (!device) fail(path);
-    const bool taken = std::fwrite(text.data(), 1, text.size(), device) == text.size();
-    if (std::fclose(device) != 0 || !taken) fail(path);
-    return;
-  }
-  const std::string file_name = target(path);
-  const std::string temporary = file_name + ".part" + std::to_string(getpid());
-  std::FILE* file = std::fopen(temporary.c_str(), "wb");
-  if (!file) fail(path);
-  const bool written = std::fwrite(text.data(), 1, text.size(), file) == text.size();
-  const bool closed = std::fclose(file) == 0;
-  if (!written || !closed || std::rename(temporary.c_str(), file_name.c_str()) != 0) {
-    const int error = errno;
-    std::remove(temporary.c_str());
-    errno = error;
-    fail(path);
-  }
+  write_outputs({{path, text}});
 }
 
 }  // namespace armtrue

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "armtrue/io/output.h"
 #include "armtrue/io/source.h"
 
 namespace armtrue {
@@ -32,6 +33,20 @@ KrlProgram read_krl(const std::string& src, const std::string& dat) {
     }
   }
   return program;
+}
+
+std::string dat_beside(const std::string& src, const KrlProgram& original) {
+  const std::string ending =
+      original.dat ? std::filesystem::path(original.dat->name).extension().string() : "";
+  return std::filesystem::path(src).replace_extension(ending.empty() ? ".dat" : ending).string();
+}
+
+// The .src is the last, because it refers to the points of the .dat.
+void write_krl(const CorrectedKrl& corrected, const KrlProgram& original, const std::string& src) {
+  std::vector<Product> products;
+  if (corrected.dat) products.push_back({dat_beside(src, original), *corrected.dat});
+  products.push_back({src, corrected.src});
+  write_outputs(products);
 }
 
 }  // namespace armtrue

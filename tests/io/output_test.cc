@@ -1,13 +1,20 @@
 #include "armtrue/io/output.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <stdlib.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "io/temporary_file.h"
 
@@ -47,6 +54,108 @@ TEST(Output, APipeIsWrittenToAndNotReplaced) {
   EXPECT_EQ(read, "through");
   EXPECT_TRUE(std::filesystem::is_fifo(pipe));
   std::filesystem::remove(pipe);
+}
+
+// A folder of its own, gone at the end of the scope.
+struct TemporaryFolder {
+  TemporaryFolder() {
+    char name[] = "/tmp/armtrue-test-XXXXXX";
+    path = mkdtemp(name);
+  }
+  ~TemporaryFolder() { std::filesystem::remove_all(path); }
+  std::vector<std::string> files() const {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(path))
+      names.push_back(entry.path().filename());
+    std::ranges::sort(names);
+    return names;
+  }
+  std::string path;
+};
+
+TEST(Output, ProductsThatBelongTogetherReplaceTheOldOnes) {
+  const TemporaryFolder folder;
+  const std::string dat = folder.path + "/p.dat", src = folder.path + "/p.src";
+  write_outputs({{dat, "old data"}, {src, "old moves"}});
+  write_outputs({{dat, "new data"}, {src, "new moves"}});
+  EXPECT_EQ(text_of(dat), "new data");
+  EXPECT_EQ(text_of(src), "new moves");
+  EXPECT_THAT(folder.files(), testing::ElementsAre("p.dat", "p.src"));
+}
+
+TEST(Output, IfOneProductFailsTheOldOnesStay) {
+  const TemporaryFolder folder;
+  const std::string dat = folder.path + "/p.dat";
+  const std::string unwritable = folder.path + "/" + std::string(255, 'x');
+  write_output(dat, "old data");
+  EXPECT_THROW(write_outputs({{dat, "new data"}, {unwritable, "new moves"}}), OutputError);
+  EXPECT_EQ(text_of(dat), "old data");
+  EXPECT_THAT(folder.files(), testing::ElementsAre("p.dat"));
+}
+
+// SIGTERM at any moment: the process ends, the file is whole, and no temporary file is left.
+TEST(Output, ASignalLeavesNoTemporaryFile) {
+  const std::string old_text(1 << 16, 'a'), new_text(1 << 16, 'b');
+  for (int delay = 0; delay < 40; ++delay) {
+    const TemporaryFolder folder;
+    const std::string path = folder.path + "/product";
+    write_output(path, old_text);
+    const pid_t child = fork();
+    if (child == 0)
+      while (true) write_output(path, new_text);
+    usleep(static_cast<useconds_t>(1000 + 137 * delay));
+    kill(child, SIGTERM);
+    int status = 0;
+    waitpid(child, &status, 0);
+    EXPECT_TRUE(WIFSIGNALED(status));
+    EXPECT_THAT(text_of(path), testing::AnyOf(old_text, new_text));
+    EXPECT_THAT(folder.files(), testing::ElementsAre("product"));
+  }
+}
+
+// SIGKILL cannot wait: the files under the two names are never of different runs.
+TEST(Output, AKilledProcessLeavesNoMixture) {
+  for (int delay = 0; delay < 40; ++delay) {
+    const TemporaryFolder folder;
+    const std::string dat = folder.path + "/p.dat", src = folder.path + "/p.src";
+    write_outputs({{dat, "0"}, {src, "0"}});
+    const pid_t child = fork();
+    for (int run = 1; child == 0; ++run)
+      write_outputs({{dat, std::to_string(run)}, {src, std::to_string(run)}});
+    usleep(static_cast<useconds_t>(1000 + 137 * delay));
+    kill(child, SIGKILL);
+    waitpid(child, nullptr, 0);
+    if (std::filesystem::exists(dat) && std::filesystem::exists(src))
+      EXPECT_EQ(text_of(dat), text_of(src));
+    else
+      EXPECT_GT(folder.files().size(), 2);  // set aside
+  }
+}
+
+TEST(Output, AFileIsTheSameByAnyName) {
+  const TemporaryFile file("text");
+  const std::string link = file.path + ".link", hard = file.path + ".hard";
+  std::filesystem::create_symlink(file.path, link);
+  std::filesystem::create_hard_link(file.path, hard);
+  EXPECT_TRUE(same_file(file.path, link));
+  EXPECT_TRUE(same_file(file.path, hard));
+  EXPECT_TRUE(same_file("/no/such/file", "/no/../no/such/file"));
+  EXPECT_FALSE(same_file(file.path, "/no/such/file"));
+  std::filesystem::remove(link);
+  std::filesystem::remove(hard);
+}
+
+TEST(Output, OnlyDescriptorsAndWhatIsNoFileAreWrittenToAsTheyStand) {
+  const TemporaryFile file("text");
+  const std::string link = file.path + ".link";
+  std::filesystem::create_symlink("/dev/stdout", link);
+  EXPECT_TRUE(is_device_or_pipe("/dev/null"));
+  EXPECT_TRUE(is_device_or_pipe("/dev/stdout"));
+  EXPECT_TRUE(is_device_or_pipe("/proc/self/fd/1"));
+  EXPECT_TRUE(is_device_or_pipe(link));
+  EXPECT_FALSE(is_device_or_pipe(file.path));
+  EXPECT_FALSE(is_device_or_pipe("/dev/shm/armtrue-none"));
+  std::filesystem::remove(link);
 }
 
 TEST(Output, AFolderThatIsNotThereIsAnError) {

@@ -10,4 +10,12 @@ namespace armtrue {
 /// is one. Throws InputError if a file cannot be read.
 KrlProgram read_krl(const std::string& src, const std::string& dat = "");
 
+/// The name of the data list of a program that is written to `src`: that name with the ending of
+/// the list of the original program, .dat if it has none.
+std::string dat_beside(const std::string& src, const KrlProgram& original);
+
+/// Writes a corrected program to `src` and its data list to dat_beside(): both or none. Throws
+/// OutputError.
+void write_krl(const CorrectedKrl& corrected, const KrlProgram& original, const std::string& src);
+
 }  // namespace armtrue
