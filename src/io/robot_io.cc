@@ -17,6 +17,9 @@ namespace armtrue {
 namespace {
 
 constexpr double kMaxGravity = 20;  // m/s2
+// Each target, anchor or session adds parameters, whose number squared the fit takes time and
+// memory.
+constexpr size_t kMaxOfAKind = 1000;
 
 Pose read_pose(YamlMap map) {
   Pose pose;
@@ -74,6 +77,12 @@ double file_unit(int parameter) {
   return parameter_unit(parameter) == ParameterUnit::metre ? kMillimetre : kDegree;
 }
 
+void check_count(const YamlMap& map, const std::string& key, size_t count) {
+  if (count > kMaxOfAKind)
+    map.fail(key,
+             fmt::format("has {} entries; more than {} are none of one arm", count, kMaxOfAKind));
+}
+
 std::map<std::string, double> read_deviations(YamlMap map, const KinematicChain& chain) {
   std::map<std::string, double> deviations;
   for (const std::string& key : map.keys()) {
@@ -107,7 +116,9 @@ Session read_session(YamlMap map, const KinematicChain& chain) {
 }
 
 void read_masses(YamlMap& document, Robot& robot) {
-  for (YamlMap& entry : document.maps("masses")) {
+  std::vector<YamlMap> masses = document.maps("masses");
+  check_count(document, "masses", masses.size());
+  for (YamlMap& entry : masses) {
     Body& body = robot.bodies.emplace_back();
     body.link = link_index(entry, robot.chain, entry.text("link"));
     body.mass_kg = entry.number("mass_kg");
@@ -210,6 +221,7 @@ void read_links(YamlMap& document, KinematicChain& chain) {
 void read_targets_and_anchors(YamlMap& document, KinematicChain& chain) {
   if (document.has("targets")) {
     YamlMap targets = document.map("targets");
+    check_count(document, "targets", targets.keys().size());
     for (const std::string& name : targets.keys()) {
       const std::vector<double> p = targets.numbers(name, 3);
       chain.targets.push_back({name, Eigen::Vector3d(p[0], p[1], p[2]) * kMillimetre});
@@ -217,6 +229,7 @@ void read_targets_and_anchors(YamlMap& document, KinematicChain& chain) {
   }
   if (document.has("anchors")) {
     YamlMap anchors = document.map("anchors");
+    check_count(document, "anchors", anchors.keys().size());
     for (const std::string& name : anchors.keys()) {
       YamlMap entry = anchors.map(name);
       const Eigen::Vector3d position(entry.number("x_mm"), entry.number("y_mm"),
@@ -247,11 +260,13 @@ void read_instrument(YamlMap& document, Robot& robot) {
 // Which parameters are identified; the chain is known.
 void read_identify(YamlMap& document, Robot& robot) {
   if (document.has("identify")) robot.identify = document.texts("identify");
+  check_count(document, "identify", robot.identify.size());
   for (const std::string& name : robot.identify)
     if (name != "auto" && name != "paper-25" && name != "base" && name != "tool")
       constant_parameter(document, "identify", name, robot.chain);
   if (document.has("identify_per_session"))
     robot.identify_per_session = document.texts("identify_per_session");
+  check_count(document, "identify_per_session", robot.identify_per_session.size());
   for (const std::string& name : robot.identify_per_session)
     if (!is_zero_offset(robot.chain, name))
       document.fail("identify_per_session", "'" + name + "' is no zero offset such as A2.theta");
@@ -321,6 +336,7 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
   robot.chain.tool = read_pose(document.map("tool"));
   if (document.has("sessions")) {
     YamlMap sessions = document.map("sessions");
+    check_count(document, "sessions", sessions.keys().size());
     for (const std::string& name : sessions.keys())
       robot.sessions[name] = read_session(sessions.map(name), robot.chain);
   }

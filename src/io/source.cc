@@ -15,6 +15,7 @@ namespace {
 
 constexpr size_t kChunk = 1 << 20;
 constexpr size_t kLongestLine = 16 << 20;
+constexpr size_t kLargestText = 256 << 20;  // read at once
 
 }  // namespace
 
@@ -110,6 +111,8 @@ bool Source::next_line(std::string_view& line) {
 std::string Source::read_all() {
   std::string text;
   do {
+    if (text.size() > kLargestText)
+      throw InputError(name_ + ": is larger than 256 MB; check its name");
     text.append(buffer_.data() + begin_, end_ - begin_);
     begin_ = end_;
   } while (fill());

@@ -11,6 +11,7 @@
 #include <kdl/tree.hpp>
 
 #include "armtrue/text/input_error.h"
+#include "io/urdf/xml_bounds.h"
 
 namespace armtrue {
 namespace {
@@ -211,6 +212,7 @@ std::vector<std::string> fixed_beside(const urdf::ModelInterface& model, const s
 }  // namespace
 
 UrdfChain read_urdf_chain(const std::string& text, const std::string& file, const UrdfEnds& ends) {
+  check_xml_bounds(text, file);
   refuse_xacro(text, file);
   const urdf::ModelInterfaceSharedPtr model = parse_strictly(text, file);
   UrdfChain result;

@@ -184,8 +184,9 @@ Robot robot_of(const UrdfChain& chain, const std::string& text, const std::strin
 }
 
 Robot parse_urdf(const std::string& text, const std::string& file, const UrdfEnds& ends) {
+  const UrdfChain chain = read_urdf_chain(text, file, ends);
   check_masses(text, file);
-  return robot_of(read_urdf_chain(text, file, ends), text, file);
+  return robot_of(chain, text, file);
 }
 
 std::vector<std::string> frames_beside_base(const std::string& text, const std::string& file,

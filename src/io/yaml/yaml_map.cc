@@ -6,6 +6,7 @@
 #include "armtrue/io/source.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
+#include "io/yaml/yaml_bounds.h"
 
 namespace armtrue {
 
@@ -14,33 +15,32 @@ YamlMap::YamlMap(const YAML::Node& node, std::string file, std::string what)
   if (!node_.IsMap())
     throw InputError(file_ + ":" + std::to_string(node_.Mark().line + 1) + ": " + what_ +
                      " must be a map of keys");
-  std::set<std::string> seen;
   for (const auto& entry : node_) {
     if (!entry.first.IsScalar())
       throw InputError(file_ + ":" + std::to_string(entry.first.Mark().line + 1) + ": a key of " +
                        what_ + " is no text; write 'key: value'");
     const auto key = entry.first.as<std::string>();
-    if (!seen.insert(key).second)
+    if (!values_.emplace(key, entry.second).second)
       throw InputError(file_ + ":" + std::to_string(entry.first.Mark().line + 1) + ": key '" + key +
                        "' stands twice in " + what_ + "; remove one");
   }
 }
 
 void YamlMap::fail(const std::string& key, const std::string& why) const {
-  int line = node_.Mark().line;
-  if (node_[key]) line = node_[key].Mark().line;
+  const auto found = values_.find(key);
+  const int line = (found == values_.end() ? node_ : found->second).Mark().line;
   throw InputError(file_ + ":" + std::to_string(line + 1) + ": key '" + key + "' of " + what_ +
                    ": " + why);
 }
 
 bool YamlMap::has(const std::string& key) {
   asked_.insert(key);
-  return static_cast<bool>(node_[key]);
+  return values_.contains(key);
 }
 
 YAML::Node YamlMap::need(const std::string& key) {
   if (!has(key)) fail(key, "is missing");
-  return node_[key];
+  return values_.at(key);
 }
 
 double YamlMap::number_of(const YAML::Node& node, const std::string& key) const {
@@ -88,9 +88,10 @@ YamlMap YamlMap::map(const std::string& key) { return {need(key), file_, "'" + k
 
 std::vector<YamlMap> YamlMap::maps(const std::string& key) {
   std::vector<YamlMap> items;
-  if (!has(key) || node_[key].IsNull()) return items;
-  if (!node_[key].IsSequence()) fail(key, "must be a list");
-  for (const auto& item : node_[key]) items.emplace_back(item, file_, "an entry of '" + key + "'");
+  if (!has(key) || values_.at(key).IsNull()) return items;
+  const YAML::Node& node = values_.at(key);
+  if (!node.IsSequence()) fail(key, "must be a list");
+  for (const auto& item : node) items.emplace_back(item, file_, "an entry of '" + key + "'");
   return items;
 }
 
@@ -127,13 +128,8 @@ YamlMap read_document(const std::string& text, const std::string& file,
   for (size_t k = 1; k < formats.size(); ++k) expected += " or " + formats[k];
   expected += "'";
   check_text(text, file);
-  std::vector<YAML::Node> documents;
-  try {
-    documents = YAML::LoadAll(text);
-  } catch (const YAML::Exception& error) {
-    throw InputError(file + ":" + std::to_string(error.mark.line + 1) +
-                     ": is no valid YAML: " + error.msg);
-  }
+  check_yaml_bounds(text, file);
+  const std::vector<YAML::Node> documents = YAML::LoadAll(text);
   const YAML::Node root = documents.empty() ? YAML::Node() : documents.front();
   for (size_t k = 1; k < documents.size(); ++k)
     if (!documents[k].IsNull())

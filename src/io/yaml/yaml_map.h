@@ -3,6 +3,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <array>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -39,6 +40,7 @@ class YamlMap {
   double number_of(const YAML::Node& node, const std::string& key) const;
 
   YAML::Node node_;
+  std::map<std::string, YAML::Node> values_;
   std::string file_, what_;
   std::set<std::string> asked_;
 };
