@@ -1,49 +1,101 @@
 #include "report/gnuplot.h"
 
-#include <stdlib.h>
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/mman.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
-#include <cstdio>
-#include <filesystem>
+#include <array>
+#include <cerrno>
 #include <stdexcept>
 
 namespace armtrue {
 namespace {
 
-// The script goes through a file: through a pipe, gnuplot could block on its output before it has
-// read the whole script.
-class ScriptFile {
+// A descriptor that is closed at the end of the scope.
+class Descriptor {
  public:
-  explicit ScriptFile(const std::string& text)
-      : path_((std::filesystem::temp_directory_path() / "armtrue-plot-XXXXXX").string()) {
-    const int descriptor = mkstemp(path_.data());
-    std::FILE* file = descriptor < 0 ? nullptr : fdopen(descriptor, "w");
-    if (!file) throw std::runtime_error("cannot write " + path_);
-    const bool whole = std::fwrite(text.data(), 1, text.size(), file) == text.size();
-    if (std::fclose(file) != 0 || !whole) throw std::runtime_error("cannot write " + path_);
+  explicit Descriptor(int number) : number_(number) {
+    if (number < 0) throw std::runtime_error("a report cannot be drawn: no descriptor is left");
   }
-  ScriptFile(const ScriptFile&) = delete;
-  ScriptFile& operator=(const ScriptFile&) = delete;
-  ~ScriptFile() { unlink(path_.c_str()); }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() { close(); }
 
-  const std::string& path() const { return path_; }
+  int number() const { return number_; }
+  void close() {
+    if (number_ >= 0) ::close(number_);
+    number_ = -1;
+  }
 
  private:
-  std::string path_;
+  int number_;
 };
+
+// The script goes through a file: through a pipe, gnuplot could block on its output before it has
+// read the whole script. The file is in memory and has no name that a shell would read.
+int script_file(const std::string& text) {
+  const int file = memfd_create("armtrue-plot", MFD_CLOEXEC);
+  size_t written = 0;
+  while (file >= 0 && written < text.size()) {
+    const ssize_t count = write(file, text.data() + written, text.size() - written);
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0)
+      throw std::runtime_error("a report cannot be drawn: there is not enough memory");
+    written += static_cast<size_t>(count);
+  }
+  if (file >= 0) lseek(file, 0, SEEK_SET);
+  return file;
+}
+
+// Nothing if gnuplot could not be started.
+pid_t start_gnuplot(int input, int output) {
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, input, STDIN_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
+  posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+  std::string name = "gnuplot", from_input = "-";
+  std::array<char*, 3> arguments{name.data(), from_input.data(), nullptr};
+  pid_t child = -1;
+  if (posix_spawnp(&child, "gnuplot", &actions, nullptr, arguments.data(), environ) != 0)
+    child = -1;
+  posix_spawn_file_actions_destroy(&actions);
+  return child;
+}
+
+std::string read_all_of(int descriptor) {
+  std::string text;
+  std::array<char, 4096> buffer;
+  while (true) {
+    const ssize_t count = read(descriptor, buffer.data(), buffer.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) return text;
+    text.append(buffer.data(), static_cast<size_t>(count));
+  }
+}
+
+bool ended_well(pid_t child) {
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0)
+    if (errno != EINTR) return false;
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
 
 }  // namespace
 
 std::string plot_svg(const std::string& script, int width, int height) {
-  const ScriptFile file("set terminal svg size " + std::to_string(width) + "," +
-                        std::to_string(height) + " font 'sans-serif,12'\n" + script);
-  std::FILE* pipe = popen(("gnuplot '" + file.path() + "' 2>/dev/null").c_str(), "r");
-  if (!pipe) throw std::runtime_error("cannot start gnuplot");
-  std::string svg;
-  char buffer[4096];
-  for (size_t count = 0; (count = std::fread(buffer, 1, sizeof buffer, pipe)) > 0;)
-    svg.append(buffer, count);
-  if (pclose(pipe) != 0 || svg.find("<svg") == std::string::npos)
+  const Descriptor file(script_file("set terminal svg size " + std::to_string(width) + "," +
+                                    std::to_string(height) + " font 'sans-serif,12'\n" + script));
+  std::array<int, 2> ends{-1, -1};
+  (void)!pipe2(ends.data(), O_CLOEXEC);
+  const Descriptor reading(ends[0]);
+  Descriptor writing(ends[1]);
+  const pid_t child = start_gnuplot(file.number(), writing.number());
+  writing.close();
+  const std::string svg = child < 0 ? "" : read_all_of(reading.number());
+  if (child < 0 || !ended_well(child) || svg.find("<svg") == std::string::npos)
     throw std::runtime_error(
         "a report needs gnuplot, which could not draw; install the package gnuplot-nox");
   return svg.substr(svg.find("<svg"));  // without the XML prologue, to stand in a page
