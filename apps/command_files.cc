@@ -103,6 +103,8 @@ std::vector<double> numbers_from_text(const std::string& text, size_t count,
     numbers.push_back(std::strtod(item.c_str(), &end));
     if (*end != '\0' || !std::isfinite(numbers.back()))
       throw std::invalid_argument("'" + item + "' is not a number; give " + form);
+    if (std::abs(numbers.back()) > kMaxNumber)
+      throw std::invalid_argument("'" + item + "' is larger than anything real; give " + form);
   }
   if (numbers.size() != count)
     throw std::invalid_argument(fmt::format("'{}' has {} numbers instead of {}; give {}", text,
@@ -112,7 +114,10 @@ std::vector<double> numbers_from_text(const std::string& text, size_t count,
 
 Zone zone_from_text(const std::string& text) {
   const std::vector<double> numbers = numbers_from_text(text, 4, "x,y,z,radius in mm");
+  constexpr double kMinRadius = 1e-3;  // mm: distances are divided by it
   if (numbers[3] <= 0) throw std::invalid_argument("the radius must be above zero");
+  if (numbers[3] < kMinRadius)
+    throw std::invalid_argument(fmt::format("the radius is below {:g} mm", kMinRadius));
   return {Eigen::Vector3d(numbers[0], numbers[1], numbers[2]) * kMillimetre,
           numbers[3] * kMillimetre};
 }

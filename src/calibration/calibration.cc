@@ -306,7 +306,7 @@ void match_coefficients(Robot& robot, const Campaign& campaign) {
 
 CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
                             const CalibrationOptions& options) {
-  const IdentifiableSet set = choose_identifiable(robot, campaign);
+  const IdentifiableSet set = require_identifiable(robot, campaign);
   CalibrationResult fit = calibrate(robot, campaign, set, options);
   // What the readings show depends on where the measured frame is: a reflector on the last axis, as
   // a rough file may have it, shows less than one beside it.
@@ -399,7 +399,7 @@ Robot refit_set_up(const Robot& robot, const Campaign& campaign,
   start.identify_per_session.clear();
   CalibrationOptions options;
   options.fitted_effects = 0;
-  const IdentifiableSet set = choose_identifiable(links_only, campaign);
+  const IdentifiableSet set = require_identifiable(links_only, campaign);
   Robot refitted = calibrate(start, campaign, set, options).robot;
   refitted.identify_per_session = robot.identify_per_session;
   refitted.uncertainty = robot.uncertainty;

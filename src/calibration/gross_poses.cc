@@ -129,7 +129,7 @@ class Search {
   Search(const Robot& robot, const Campaign& campaign)
       : robot_(robot),
         campaign_(campaign),
-        set_(choose_identifiable(robot, campaign)),
+        set_(require_identifiable(robot, campaign)),
         all_(reduced(campaign)),
         gross_(all_.of_pose.size(), false) {}
 

@@ -175,6 +175,18 @@ IdentifiableSet choose_identifiable(const Robot& robot, const Campaign& campaign
   return set;
 }
 
+IdentifiableSet require_identifiable(const Robot& robot, const Campaign& campaign) {
+  IdentifiableSet set = choose_identifiable(robot, campaign);
+  if (set.kept.empty())
+    throw std::invalid_argument(
+        campaign.source + ": these readings show none of the parameters to be identified" +
+        (set.absorbed.empty()
+             ? ""
+             : ", such as " + parameter_name(robot.chain, set.absorbed.front().parameter)) +
+        "; identify others, or measure more (points alone do not show how the tool is turned)");
+  return set;
+}
+
 std::vector<int> lost_to_poses(const Robot& robot, const Campaign& campaign,
                                const IdentifiableSet& set) {
   constexpr int kPoses = 200;

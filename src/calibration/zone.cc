@@ -10,7 +10,7 @@ namespace armtrue {
 
 void weight_by_zone(Campaign& campaign, const Robot& robot, const Zone& zone) {
   const Eigen::Matrix3Xd points =
-      own_points(starting_robot(robot, campaign, choose_identifiable(robot, campaign)), campaign);
+      own_points(starting_robot(robot, campaign, require_identifiable(robot, campaign)), campaign);
   // Only the ratios of the standard deviations count.
   const auto rows = static_cast<size_t>(campaign.rows());
   if (campaign.sigma_position.empty()) campaign.sigma_position.assign(rows, 1e-3);

@@ -104,7 +104,7 @@ std::string write_loop(const LoopResult& result, const TraceOptions& options,
   const NullRun& null_run = result.trace.null_run;
   root["null_run"] = flow_map({{"flips", std::to_string(null_run.flips)},
                                {"false_add_rate", rounded(null_run.false_add_rate)},
-                               {"delta_ebic_95", rounded(null_run.score_95)}});
+                               {"delta_ebic_95", rounded_or_null(null_run.score_95)}});
   root["not_separable"] = not_separable_node(result.trace.not_separable);
   root["next_poses"] = text_or_null(next_poses);
   return print_document(root);

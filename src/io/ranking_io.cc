@@ -15,8 +15,8 @@ std::string write_ranking(const TraceResult& result, const Provenance& provenanc
   root["effects"] = YAML::Node(YAML::NodeType::Sequence);
   for (const TracedEffect& traced : result.effects)
     root["effects"].push_back(traced_node(traced, nullptr, {}, result.fit.robot));
-  root["remaining"] = flow_map(
-      {{"best_delta_ebic", rounded(result.best_score)}, {"p_value", rounded(result.remaining_p)}});
+  root["remaining"] = flow_map({{"best_delta_ebic", rounded_or_null(result.best_score)},
+                                {"p_value", rounded(result.remaining_p)}});
   for (const RankedCandidate& ranked : result.ranking)
     root["candidates"].push_back(
         flow_map({{"name", ranked.effect.name},
@@ -25,7 +25,7 @@ std::string write_ranking(const TraceResult& result, const Provenance& provenanc
                   {"shape", to_string(ranked.effect.shape)},
                   {"degrees_of_freedom", std::to_string(ranked.degrees_of_freedom)},
                   {"left", rounded(ranked.unexplained_share)},
-                  {"delta_ebic", rounded(ranked.score)}}));
+                  {"delta_ebic", rounded_or_null(ranked.score)}}));
   root["not_separable"] = not_separable_node(result.not_separable);
   return print_document(root);
 }

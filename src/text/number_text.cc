@@ -6,8 +6,16 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <stdexcept>
 
 namespace armtrue {
+
+void require_finite(double value) {
+  if (!std::isfinite(value))
+    throw std::runtime_error(
+        "a result is no finite number: numbers of the input are too large or too small to compute "
+        "with; check their units");
+}
 
 std::optional<double> read_number(std::string_view text) {
   if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
@@ -19,6 +27,7 @@ std::optional<double> read_number(std::string_view text) {
 }
 
 std::string number_text(double value) {
+  require_finite(value);
   if (value == 0) return "0";  // no "-0"
   return fmt::format("{}", value);
 }
@@ -32,6 +41,7 @@ std::string decimal_text(double value, int decimals) {
 std::string number_text(double si, double unit) {
   if (si == 0) return "0";
   const double value = si / unit;
+  require_finite(value);
   for (int digits = 15; digits <= 17; ++digits) {
     const std::string text = fmt::format("{:.{}g}", value, digits);
     const double parsed = std::strtod(text.c_str(), nullptr);

@@ -41,6 +41,9 @@ struct IdentifiableSet {
 /// not show what it has of its own.
 IdentifiableSet choose_identifiable(const Robot& robot, const Campaign& campaign);
 
+/// The same; throws std::invalid_argument if it is empty, because there is nothing to fit then.
+IdentifiableSet require_identifiable(const Robot& robot, const Campaign& campaign);
+
 /// Parameters that poses spread over the whole travel of the joints would show, but these poses do
 /// not.
 std::vector<int> lost_to_poses(const Robot& robot, const Campaign& campaign,

@@ -9,11 +9,14 @@ namespace armtrue {
 /// No file means a larger number, whatever the unit; squares of it would leave no digits to others.
 inline constexpr double kMaxNumber = 1e15;
 
+/// Throws std::runtime_error for inf and nan: no product states them as numbers.
+void require_finite(double value);
+
 /// The number that a whole text is, `+` before it allowed; it may be inf or nan. Nothing if it is
 /// none.
 std::optional<double> read_number(std::string_view text);
 
-/// The shortest decimal that reads back as exactly this number.
+/// The shortest decimal that reads back as exactly this number. Must be finite, as below.
 std::string number_text(double value);
 
 /// The value rounded to so many decimals, without zeros at the end.

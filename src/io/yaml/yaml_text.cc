@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "armtrue/kinematics/units.h"
 #include "io/yaml/effect_io.h"
 
@@ -71,7 +73,12 @@ YAML::Node flow_list(const std::vector<double>& values) {
   return flow(node);
 }
 
-std::string rounded(double value) { return fmt::format("{:.4g}", value); }
+std::string rounded(double value) {
+  require_finite(value);
+  return fmt::format("{:.4g}", value);
+}
+
+std::string rounded_or_null(double value) { return std::isfinite(value) ? rounded(value) : "null"; }
 
 YAML::Node error_node(const ErrorSummary& errors, double unit) {
   return flow_map({{"mean", rounded(errors.mean / unit)},

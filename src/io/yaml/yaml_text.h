@@ -30,6 +30,8 @@ YAML::Node flow_list(const std::vector<double>& values);
 
 /// Four significant digits, enough for a statistic.
 std::string rounded(double value);
+/// null for what is not finite, such as the score of an effect that nothing shows.
+std::string rounded_or_null(double value);
 
 YAML::Node error_node(const ErrorSummary& errors, double unit);
 /// Of positions [m] and, where there are some, of orientations [rad].
