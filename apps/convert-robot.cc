@@ -2,6 +2,7 @@
 
 #include "armtrue/io/output.h"
 #include "armtrue/io/source.h"
+#include "armtrue/io/ur_calibration_io.h"
 #include "armtrue/io/urdf_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
@@ -21,7 +22,7 @@ struct Arguments {
 };
 
 void add_options(app::Command& command, Arguments& arguments) {
-  command.add_input("A robot, YAML or URDF");
+  command.add_input("A robot: YAML, URDF, or calibration of Universal Robots");
   command.add_output();
   command.option("--to", arguments.to, "yaml or urdf")
       .required()
@@ -32,8 +33,8 @@ void add_options(app::Command& command, Arguments& arguments) {
                  "Link of the URDF whose frame is the tool; the only end if absent");
   app::Option into =
       command.option("--into", arguments.into,
-                     "URDF that the robot was made of: it is written with the robot's geometry, "
-                     "and changed in its origins alone");
+                     "URDF, or calibration of Universal Robots, that the robot was made of: it is "
+                     "written with the robot's geometry, and changed in its origins alone");
   command.flag("--keep-base", arguments.kept.base, "With --into: the base stays as in the URDF")
       .needs(into);
   command.flag("--keep-tool", arguments.kept.tool, "With --into: the tool stays as in the URDF")

@@ -3,10 +3,13 @@
 #include <console_bridge/console.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <tinyxml.h>
 #include <urdf_model/model.h>
 #include <urdf_parser/urdf_parser.h>
 
 #include <Eigen/Geometry>
+#include <cmath>
+#include <cstdlib>
 #include <kdl/chain.hpp>
 #include <kdl/tree.hpp>
 
@@ -49,6 +52,27 @@ urdf::ModelInterfaceSharedPtr parse_strictly(const std::string& text, const std:
     throw InputError(fmt::format("{}: has {} links; at most {} are read", file,
                                  model->links_.size(), kMostLinks));
   return model;
+}
+
+// urdfdom accepts a negative mass, and does not name the link of a mass that is no number.
+void check_masses(const std::string& text, const std::string& file) {
+  TiXmlDocument document;
+  document.Parse(text.c_str());
+  const TiXmlElement* const robot = document.FirstChildElement("robot");
+  if (!robot) return;
+  for (const TiXmlElement* link = robot->FirstChildElement("link"); link;
+       link = link->NextSiblingElement("link")) {
+    const TiXmlElement* const inertial = link->FirstChildElement("inertial");
+    const TiXmlElement* const mass = inertial ? inertial->FirstChildElement("mass") : nullptr;
+    const char* const value = mass ? mass->Attribute("value") : nullptr;
+    if (!value) continue;
+    char* end = nullptr;
+    const double number = std::strtod(value, &end);
+    if (end == value || *end != '\0' || !std::isfinite(number) || number < 0)
+      throw InputError(fmt::format(
+          "{}:{}: the mass '{}' of the link '{}' is no number from zero up; correct or remove it",
+          file, mass->Row(), value, link->Attribute("name") ? link->Attribute("name") : ""));
+  }
 }
 
 void refuse_xacro(const std::string& text, const std::string& file) {
@@ -214,6 +238,7 @@ std::vector<std::string> fixed_beside(const urdf::ModelInterface& model, const s
 UrdfChain read_urdf_chain(const std::string& text, const std::string& file, const UrdfEnds& ends) {
   check_xml_bounds(text, file);
   refuse_xacro(text, file);
+  check_masses(text, file);
   const urdf::ModelInterfaceSharedPtr model = parse_strictly(text, file);
   UrdfChain result;
   result.robot = model->getName();

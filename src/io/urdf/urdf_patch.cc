@@ -1,3 +1,5 @@
+#include "io/urdf/urdf_patch.h"
+
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
@@ -101,36 +103,46 @@ bool same_frame(const Pose& a, const Pose& b) {
 
 }  // namespace
 
-PatchedUrdf write_into_urdf(const Robot& robot, const std::string& document,
-                            const std::string& file, const UrdfEnds& ends, const UrdfKept& kept) {
-  const UrdfChain chain = read_urdf_chain(document, file, ends);
-  const Robot nominal = robot_of(chain, document, file);
+ChainPatch patch_of(const UrdfChain& chain, const Robot& nominal, const Robot& robot,
+                    const UrdfKept& kept, const std::string& file) {
   refuse_another_arm(robot, nominal, file);
-  Robot wanted = robot;
-  if (kept.base) wanted.chain.base = nominal.chain.base;
+  ChainPatch patch{robot, {}, {}, {}};
+  KinematicChain& wanted = patch.robot.chain;
+  if (kept.base) wanted.base = nominal.chain.base;
   // The tool in the file is that of its flange, whatever the calibration made of the flange's link.
   if (kept.tool) {
-    wanted.chain.links[kLinks - 1] = nominal.chain.links[kLinks - 1];
-    wanted.chain.tool = nominal.chain.tool;
+    wanted.links[kLinks - 1] = nominal.chain.links[kLinks - 1];
+    wanted.tool = nominal.chain.tool;
   }
   const auto tool_of = [](const KinematicChain& c) {
     return link_transform(c.links[kLinks - 1]) * c.tool;
   };
-  const Pose tool = tool_of(wanted.chain), old_tool = tool_of(nominal.chain);
+  const Pose tool = tool_of(wanted), old_tool = tool_of(nominal.chain);
   const bool ends_driven = chain.joints.back().kind == ChainJoint::Kind::revolute;
   if (ends_driven && !same_frame(tool, old_tool))
-    throw InputError(file + ": the link '" + chain.joints.back().link +
+    throw InputError(file + ": '" + chain.joints.back().link +
                      "' turns with the last joint, so no origin can hold the tool; --tip names a "
                      "link that is fixed behind it, or --keep-tool leaves the tool out");
+  patch.origins = changed_origins(chain, patch.robot, nominal);
+  patch.base = shift_of(nominal.chain.base, wanted.base);
+  patch.tool = shift_of(old_tool, tool);
+  return patch;
+}
 
-  const std::string result = with_origins(document, changed_origins(chain, wanted, nominal), file);
-  const ChainEvaluator expected(wanted.chain);
-  const Robot back = parse_urdf(result, file, ends);
-  const ChainEvaluator written(back.chain);
+void require_same_arm(const Robot& wanted, const Robot& written, const std::string& file) {
+  const ChainEvaluator expected(wanted.chain), found(written.chain);
   for (const JointVector& q : sample_joint_space(wanted.chain, kPosesChecked))
-    if (!same_frame(expected.pose(q), written.pose(q)))
-      throw std::logic_error(file + ": the geometry written into the URDF does not come back");
-  return {result, shift_of(nominal.chain.base, wanted.chain.base), shift_of(old_tool, tool)};
+    if (!same_frame(expected.pose(q), found.pose(q)))
+      throw std::logic_error(file + ": the geometry that was written does not come back");
+}
+
+PatchedUrdf write_into_urdf(const Robot& robot, const std::string& document,
+                            const std::string& file, const UrdfEnds& ends, const UrdfKept& kept) {
+  const UrdfChain chain = read_urdf_chain(document, file, ends);
+  const ChainPatch patch = patch_of(chain, robot_of(chain, document, file), robot, kept, file);
+  PatchedUrdf result{with_origins(document, patch.origins, file), patch.base, patch.tool};
+  require_same_arm(patch.robot, parse_urdf(result.text, file, ends), file);
+  return result;
 }
 
 }  // namespace armtrue

@@ -18,27 +18,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-// urdfdom accepts a negative mass, and does not name the link of a mass that is no number.
-void check_masses(const std::string& text, const std::string& file) {
-  TiXmlDocument document;
-  document.Parse(text.c_str());
-  const TiXmlElement* const robot = document.FirstChildElement("robot");
-  if (!robot) return;
-  for (const TiXmlElement* link = robot->FirstChildElement("link"); link;
-       link = link->NextSiblingElement("link")) {
-    const TiXmlElement* const inertial = link->FirstChildElement("inertial");
-    const TiXmlElement* const mass = inertial ? inertial->FirstChildElement("mass") : nullptr;
-    const char* const value = mass ? mass->Attribute("value") : nullptr;
-    if (!value) continue;
-    char* end = nullptr;
-    const double number = std::strtod(value, &end);
-    if (end == value || *end != '\0' || !std::isfinite(number) || number < 0)
-      throw InputError(fmt::format(
-          "{}:{}: the mass '{}' of the link '{}' is no number from zero up; correct or remove it",
-          file, mass->Row(), value, link->Attribute("name") ? link->Attribute("name") : ""));
-  }
-}
-
 // The exact link entries that write_urdf left, by joint name.
 std::map<std::string, Link> exact_links(const std::string& text) {
   std::map<std::string, Link> links;
@@ -184,9 +163,7 @@ Robot robot_of(const UrdfChain& chain, const std::string& text, const std::strin
 }
 
 Robot parse_urdf(const std::string& text, const std::string& file, const UrdfEnds& ends) {
-  const UrdfChain chain = read_urdf_chain(text, file, ends);
-  check_masses(text, file);
-  return robot_of(chain, text, file);
+  return robot_of(read_urdf_chain(text, file, ends), text, file);
 }
 
 std::vector<std::string> frames_beside_base(const std::string& text, const std::string& file,
