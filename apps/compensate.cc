@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <set>
 
 #include "armtrue/compensation/compensation.h"
 #include "armtrue/io/compensation_io.h"
@@ -9,45 +8,26 @@
 #include "armtrue/kinematics/units.h"
 #include "columns.h"
 #include "command_line.h"
+#include "program_arguments.h"
 
 using namespace armtrue;
 
 namespace {
 
-constexpr const char* kPoseForm = "x,y,z,a,b,c in mm and deg";
-constexpr double kOtherArm = 50 * kMillimetre;  // no two models of one arm are as far apart
-constexpr double kNothing = 1e-9;               // [m]
-constexpr size_t kMostNames = 5;                // in one warning
+constexpr double kNothing = 1e-9;  // [m]
+constexpr size_t kMostNames = 5;   // in one warning
 
-struct Arguments {
-  std::string robot, controller, commands, session, summary, uncovered = "keep";
-  std::vector<double> base, tool, start;
-  bool tool_is_measured = false, strict = false;
+struct Arguments : app::ProgramArguments {
+  std::string commands, summary, uncovered = "keep";
+  bool strict = false;
   double max_mm = CompensationOptions{}.max_correction / kMillimetre;
-  std::optional<double> payload_kg, time_s, temperature_c;
 };
-
-void add_frames(app::Command& command, Arguments& arguments) {
-  app::Option tool = command.numbers("--tool", arguments.tool, 6, kPoseForm,
-                                     "The program's tool: the TCP in R_7 (KUKA $TOOL), as "
-                                     "x,y,z,a,b,c in mm and deg; R_7 itself if absent");
-  command
-      .flag("--tool-is-measured", arguments.tool_is_measured,
-            "The TCP is the frame that was measured: tool and its effects are those of --robot")
-      .excludes(tool);
-  command.numbers("--base", arguments.base, 6, kPoseForm,
-                  "The program's frame in R_0 (KUKA $BASE), as x,y,z,a,b,c in mm and deg; R_0 "
-                  "itself if absent");
-}
 
 void add_options(app::Command& command, Arguments& arguments) {
   command.add_input("Targets of a program, in its order");
   command.add_output();
-  command.option("--robot", arguments.robot, "The identified arm, as close-loop writes it")
-      .required();
-  command.option("--controller", arguments.controller, "The model that the controller runs")
-      .required();
-  add_frames(command, arguments);
+  app::add_models(command, arguments);
+  app::add_frames(command, arguments);
   command
       .option("--commands", arguments.commands,
               "What is commanded: joints, or cartesian, the pose that the controller's model has "
@@ -55,14 +35,7 @@ void add_options(app::Command& command, Arguments& arguments) {
       .check(app::one_of({"joints", "cartesian"}));
   command.numbers("--start", arguments.start, 6, "q1,...,q6 in deg",
                   "Joint angles near the first Cartesian target, if it has none");
-  command.option("--session", arguments.session,
-                 "The session of --robot whose zero offsets hold, if they differ");
-  command.option("--payload-kg", arguments.payload_kg, "Payload at the TCP, if there is no column")
-      .check(app::not_below_zero());
-  command.option("--t-s", arguments.time_s,
-                 "Time since the start of the campaign, if there is no column");
-  command.option("--temp-c", arguments.temperature_c,
-                 "Temperature of all sensors, if there are no columns");
+  app::add_conditions(command, arguments);
   command
       .option("--max-mm", arguments.max_mm,
               "Targets that need a larger correction are left as programmed")
@@ -80,100 +53,11 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.add_columns(app::kProgramColumns);
 }
 
-Pose pose_from_numbers(const std::vector<double>& n) {
-  if (n.empty()) return {};
-  return {rotation_from_abc(n[3] * kDegree, n[4] * kDegree, n[5] * kDegree),
-          Eigen::Vector3d(n[0], n[1], n[2]) * kMillimetre};
-}
-
 CompensationOptions compensation_options(const Arguments& arguments) {
-  CompensationOptions options;
-  options.base = pose_from_numbers(arguments.base);
-  options.tool = pose_from_numbers(arguments.tool);
-  options.tool_is_measured = arguments.tool_is_measured;
+  CompensationOptions options = app::program_options(arguments);
   options.max_correction = arguments.max_mm * kMillimetre;
   options.correct_uncovered = arguments.uncovered == "keep";
-  if (!arguments.start.empty())
-    options.start = kDegree * Eigen::Map<const JointVector>(arguments.start.data());
   return options;
-}
-
-// One value of the command line for a column that all rows lack.
-template <typename Column, typename Value>
-void fill(Column& column, const Value& value, const ProgramFile& file, const std::string& option,
-          const std::string& name) {
-  if (!column.empty())
-    throw InputError(file.source + ": has the column '" + name + "' and " + option +
-                     " is given too; keep one of them");
-  column.assign(static_cast<size_t>(file.program.rows()), value);
-}
-
-void fill_context(ProgramFile& file, const Arguments& arguments,
-                  const std::vector<const Robot*>& robots) {
-  Campaign& visits = file.program.visits;
-  if (arguments.payload_kg)
-    fill(visits.payload_kg, *arguments.payload_kg, file, "--payload-kg", "payload_kg");
-  if (arguments.time_s) fill(visits.time_s, *arguments.time_s, file, "--t-s", "t_s");
-  if (!arguments.temperature_c) return;
-  std::array<double, kMaxTemperatures> all{};
-  all.fill(*arguments.temperature_c);
-  fill(visits.temperature_c, all, file, "--temp-c", "temp_NAME_c");
-  std::set<std::string> names;
-  for (const Robot* robot : robots)
-    for (const Effect& effect : robot->effects)
-      if (effect.driver.involves(DriverKind::temperature)) names.insert(effect.driver.where);
-  visits.temperature_names.assign(names.begin(), names.end());
-  visits.temperature_names.resize(std::min<size_t>(names.size(), kMaxTemperatures));
-}
-
-void refuse_other_files(const Robot& robot, const Robot& controller, const Arguments& arguments) {
-  if (states_calibration(controller) && !states_calibration(robot))
-    throw InputError(arguments.controller +
-                     ": states standard deviations, an uncertainty or effects, as a calibrated "
-                     "robot does, and " +
-                     arguments.robot +
-                     " does not; exchange --robot and --controller, or every error would be "
-                     "doubled");
-}
-
-void refuse_other_arm(const std::vector<CorrectedTarget>& targets, const Arguments& arguments) {
-  const auto near = std::ranges::min_element(
-      targets, {}, [](const CorrectedTarget& target) { return target.before.position; });
-  if (near->before.position < kOtherArm) return;
-  throw InputError(
-      fmt::format("{} and {} are different arms: their flanges stand {:.4g} mm apart "
-                  "or more at every target; give two models of one arm, with the same "
-                  "R_0, R_7 and zeros of the joints",
-                  arguments.robot, arguments.controller, near->before.position / kMillimetre));
-}
-
-std::vector<std::string> station_effects(const Robot& robot, bool tool_is_measured) {
-  std::vector<std::string> names;
-  for (const Effect& effect : robot.effects)
-    if (!moves_program(effect, tool_is_measured))
-      names.push_back(fmt::format("{} ({} follows {})", effect.name, effect.parameter,
-                                  to_string(effect.driver)));
-  return names;
-}
-
-// Loads that the rows state, and no effect of the arm follows.
-void find_idle_loads(const Robot& robot, const Campaign& visits, std::vector<std::string>& found) {
-  bool follows_payload = false, follows_force = false;
-  for (const Effect& effect : robot.effects) {
-    const Driver& driver = effect.driver;
-    const bool follows_weight =
-        driver.involves(DriverKind::gravity_torque) || driver.involves(DriverKind::moment);
-    follows_payload |= driver.involves(DriverKind::payload) ||
-                       (follows_weight && !robot.bodies.empty());  // no part of the basis
-    follows_force |= driver.involves(DriverKind::force);
-  }
-  const bool has_payload = std::ranges::any_of(visits.payload_kg, [](double kg) { return kg > 0; });
-  const bool has_force =
-      std::ranges::any_of(visits.force_n, [](const auto& force) { return !force.isZero(0); });
-  if (has_payload && !follows_payload)
-    found.push_back("the payload changes nothing: no effect of the robot file follows it");
-  if (has_force && !follows_force)
-    found.push_back("the force changes nothing: no effect of the robot file follows it");
 }
 
 // What puts the assumptions in doubt, in sentences.
@@ -185,20 +69,8 @@ std::vector<std::string> doubts(const Robot& robot, const Robot& controller,
     found.push_back(arguments.controller +
                     " is itself calibrated: the commands hold only if the controller runs it; if "
                     "it runs a nominal model, give that as --controller");
-  if (!robot.uncertainty)
-    found.push_back(arguments.robot +
-                    " does not state its uncertainty: nobody knows which targets its readings "
-                    "cover; calibrate and close-loop --robot-out write it");
-  else if (robot.uncertainty->reading.orientation == 0)
-    found.push_back(arguments.robot +
-                    " comes from points or distances: no orientation was measured, so corrections "
-                    "of orientation follow from the joints alone");
-  if (const std::vector<std::string> names = parameters_of_station(robot); !names.empty())
-    found.push_back(fmt::format(
-        "{}: {} were identified without base or tool, so they may hold where the instrument and "
-        "the reflector stood, and move the program by it; calibrate with identify: auto",
-        arguments.robot, fmt::join(names, ", ")));
-  find_idle_loads(robot, visits, found);
+  for (const std::string& doubt : app::doubts_of_robot(robot, visits, arguments))
+    found.push_back(doubt);
   const bool is_nothing = std::ranges::all_of(
       targets, [](const CorrectedTarget& t) { return t.before.position < kNothing; });
   if (is_nothing)
@@ -253,14 +125,6 @@ std::vector<CorrectedTarget> compensate_file(const Robot& robot, const Robot& co
   }
 }
 
-Robot robot_of_session(const Robot& robot, const Arguments& arguments) {
-  try {
-    return in_session(robot, arguments.session);
-  } catch (const std::invalid_argument& error) {
-    throw InputError(arguments.robot + ": " + error.what());
-  }
-}
-
 CommandKind command_kind(const Arguments& arguments, const Program& program) {
   if (arguments.commands.empty())
     return program.is_cartesian() ? CommandKind::cartesian : CommandKind::joints;
@@ -268,17 +132,19 @@ CommandKind command_kind(const Arguments& arguments, const Program& program) {
 }
 
 int run(app::Command& command, const Arguments& arguments) {
-  const Robot robot = robot_of_session(command.read_robot(arguments.robot).robot, arguments);
+  const Robot robot = app::robot_of_session(command.read_robot(arguments.robot).robot, arguments);
   const Robot controller = command.read_robot(arguments.controller).robot;
-  refuse_other_files(robot, controller, arguments);
+  app::refuse_other_files(robot, controller, arguments);
   ProgramFile file = command.read_program(command.input);
-  fill_context(file, arguments, {&robot, &controller});
+  app::fill_conditions(file.program.visits, arguments, {&robot, &controller});
   const std::vector<CorrectedTarget> targets =
       compensate_file(robot, controller, file, compensation_options(arguments));
-  refuse_other_arm(targets, arguments);
+  const auto nearest = std::ranges::min_element(
+      targets, {}, [](const CorrectedTarget& target) { return target.before.position; });
+  app::refuse_other_arm(nearest->before.position, arguments);
 
   CompensationStory story{robot.name, controller.name, assumptions(arguments),
-                          station_effects(robot, arguments.tool_is_measured)};
+                          app::station_effects(robot, arguments.tool_is_measured)};
   const std::vector<std::string> in_doubt =
       doubts(robot, controller, targets, file.program.visits, arguments);
   for (const std::string& doubt : in_doubt) {

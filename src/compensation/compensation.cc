@@ -1,29 +1,20 @@
 #include "armtrue/compensation/compensation.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
-#include "armtrue/effects/arrival.h"
 #include "armtrue/kinematics/inverse.h"
-#include "armtrue/kinematics/units.h"
 #include "compensation/branch.h"
 #include "compensation/coverage.h"
 #include "compensation/joint_correction.h"
 #include "compensation/program_arm.h"
+#include "compensation/programmed_joints.h"
 
 namespace armtrue {
 namespace {
 
-constexpr double kWholeTurn = 2 * std::numbers::pi;
 constexpr int kMostTries = 20;         // for the motion to be that of the command
 constexpr double kSameStroke = 1e-12;  // [rad]
-
-bool follows_motion(const Effect& effect) {
-  return effect.driver.involves(DriverKind::arrival) || effect.driver.involves(DriverKind::stroke);
-}
 
 bool follows_motion(const Robot& robot) {
   for (const Effect& effect : robot.effects)
@@ -37,17 +28,6 @@ bool changes_turn(const JointVector& a, const JointVector& b) {
   return false;
 }
 
-// What the effects follow must be stated; only the motion of the joints follows from the sequence,
-// unless its directions are stated: then so must be the strokes.
-void require_context(const Robot& robot, const Campaign& visits, bool tool_is_measured) {
-  for (const Effect& effect : robot.effects) {
-    const bool from_sequence = follows_motion(effect) && visits.arrival.empty();
-    if (moves_program(effect, tool_is_measured) && !from_sequence &&
-        !effect.driver.involves(DriverKind::motor_torque))
-      require_drivers(visits, effect);
-  }
-}
-
 // Goes through the rows of one program.
 class Compensation {
  public:
@@ -59,8 +39,8 @@ class Compensation {
         arm_(identified, options, options.tool, visits_.temperature_names),
         controller_(controller, options, options.tool, visits_.temperature_names),
         motion_matters_(follows_motion(arm_.robot()) || follows_motion(controller_.robot())),
-        states_arrival_(!visits_.arrival.empty()),
-        states_stroke_(!visits_.stroke.empty()) {
+        motion_(visits_),
+        programmed_(program_, options_, controller_) {
     for (Eigen::Vector3d& force : visits_.force_n) force = options.base.rotation * force;
     visits_.arrival.resize(visits_.q.size(), Direction{});
     visits_.stroke.resize(visits_.q.size(), JointVector::Zero());
@@ -87,13 +67,13 @@ class Compensation {
     CorrectedTarget target;
     target.programmed = programmed_at(row, context);
     target.q = target.programmed;
-    arrive(context, target.q);
+    motion_.arrive(context, target.q);
     context.q = target.programmed;
     const Pose intended = program_.is_cartesian()
                               ? options_.base * program_.poses[static_cast<size_t>(row)]
                               : controller_.pose(context);
     settle(target, context, intended);
-    (arrival_ ? *arrival_ : arrival_.emplace(target.q)).go_to(target.q);
+    motion_.go_to(target.q);
     visits_.arrival[static_cast<size_t>(row)] = context.arrival;
     visits_.stroke[static_cast<size_t>(row)] = context.stroke;
     finish(target, context, intended);
@@ -106,21 +86,13 @@ class Compensation {
     if (!motion_matters_) return;
     for (int k = 0; k < kMostTries; ++k) {
       const Context assumed = context;
-      arrive(context, target.q);
+      motion_.arrive(context, target.q);
       if (context.arrival == assumed.arrival &&
           (context.stroke - assumed.stroke).cwiseAbs().maxCoeff() < kSameStroke)
         return;
       correct(target, context, intended);
     }
     target.notes.push_back(CommandNote::arrival);
-  }
-
-  // The motion by which the joints come to `q` from the command before.
-  void arrive(Context& context, const JointVector& q) const {
-    Arrival next = arrival_.value_or(Arrival(q));
-    next.go_to(q);
-    if (!states_arrival_) context.arrival = next.direction();
-    if (!states_stroke_) context.stroke = next.stroke();
   }
 
   void correct(CorrectedTarget& target, const Context& context, const Pose& intended) const {
@@ -151,6 +123,13 @@ class Compensation {
     }
   }
 
+  JointVector programmed_at(int row, Context context) const {
+    const JointVector hint = programmed_.hint(
+        row, targets_.empty() ? std::nullopt : std::optional(targets_.back().programmed));
+    motion_.arrive(context, hint);
+    return programmed_.at(row, context, hint);
+  }
+
   // What follows from the command.
   void finish(CorrectedTarget& target, Context context, const Pose& intended) const {
     const Pose program_from_foot = inverse(options_.base);
@@ -177,87 +156,13 @@ class Compensation {
     target.is_corrected = false;
   }
 
-  JointVector programmed_at(int row, Context context) const {
-    const auto r = static_cast<size_t>(row);
-    if (!program_.is_cartesian()) {
-      check_turn(row, visits_.q[r]);
-      return visits_.q[r];
-    }
-    if (!program_.hinted[r] && targets_.empty() && !options_.start)
-      throw UnreachableTarget(row,
-                              "nothing says on which branch the first target lies; add columns "
-                              "q1_deg to q6_deg with joint angles near it, or --start");
-    const JointVector hint = program_.hinted[r] ? visits_.q[r]
-                             : targets_.empty() ? *options_.start
-                                                : targets_.back().programmed;
-    arrive(context, hint);
-    return in_turn(row, on_branch_of(row, context, hint));
-  }
-
-  JointVector on_branch_of(int row, const Context& context, const JointVector& hint) const {
-    const Pose wanted = options_.base * program_.poses[static_cast<size_t>(row)];
-    const Branch branch = branch_of(controller_.chain(), hint);
-    const auto found_from = [&](const JointVector& start) {
-      return joints_of_pose(controller_, context, wanted, start);
-    };
-    JointCorrection found = found_from(hint);
-    if (found.is_reached && is_same(branch, branch_of(controller_.chain(), found.q)))
-      return found.q;
-    // The way from the hint may lead over a singular posture: begin beside it, in a fixed order.
-    bool is_reached = found.is_reached;
-    for (int k = 1; k <= 60; ++k) {
-      JointVector start = hint;
-      for (int j = 0; j < kJoints; ++j)
-        start[j] += 0.8 * (1 - 2 * std::fmod(k * std::sqrt(2.0 + j) + 0.5 * j, 1.0));
-      found = found_from(start);
-      is_reached |= found.is_reached;
-      if (!found.is_reached || (found.q - hint).cwiseAbs().maxCoeff() > kWholeTurn) continue;
-      if (is_same(branch, branch_of(controller_.chain(), found.q))) return found.q;
-    }
-    throw UnreachableTarget(
-        row, is_reached ? "the controller's model reaches it only on another branch than that of "
-                          "its hint; correct q1_deg to q6_deg, or add them"
-                        : "the controller's model does not reach it; check its unit and frame, "
-                          "--base and --tool");
-  }
-
-  void check_turn(int row, const JointVector& q) const {
-    if (program_.turns.empty()) return;
-    const int turn = program_.turns[static_cast<size_t>(row)];
-    for (int j = 0; j < kJoints; ++j) {
-      const bool below = (turn >> j) & 1;
-      if ((q[j] < 0) != below)
-        throw UnreachableTarget(
-            row, fmt::format("its turn t = {} says that {} stands {} zero, and it stands at {:.6g} "
-                             "deg; correct t, or rename the column if it is another",
-                             turn, controller_.robot().chain.links[static_cast<size_t>(j)].name,
-                             below ? "below" : "above", q[j] / kDegree));
-    }
-  }
-
-  // The same posture with the turns that the target states.
-  JointVector in_turn(int row, JointVector q) const {
-    if (program_.turns.empty()) return q;
-    const KinematicChain& chain = controller_.robot().chain;
-    for (int j = 0; j < kJoints; ++j) {
-      const bool below = (program_.turns[static_cast<size_t>(row)] >> j) & 1;
-      if ((q[j] < 0) == below) continue;
-      q[j] += below ? -kWholeTurn : kWholeTurn;
-      const Link& link = chain.links[static_cast<size_t>(j)];
-      if (q[j] < link.min || q[j] > link.max || (q[j] < 0) != below)
-        throw UnreachableTarget(
-            row, fmt::format("its turn says that {} stands {} zero, where it cannot; correct t",
-                             link.name, below ? "below" : "above"));
-    }
-    return q;
-  }
-
   const Program& program_;
   const CompensationOptions& options_;
   Campaign visits_;  // forces in the axes of R_0
   ProgramArm arm_, controller_;
-  bool motion_matters_, states_arrival_, states_stroke_;
-  std::optional<Arrival> arrival_;  // at the last command
+  bool motion_matters_;
+  CommandedMotion motion_;
+  ProgrammedJoints programmed_;
   std::vector<CorrectedTarget> targets_;
 };
 

@@ -1,13 +1,14 @@
 #include "compensation/coverage.h"
 
-#include "armtrue/calibration/prediction.h"
+#include <algorithm>
+#include <cmath>
+
+#include "armtrue/calibration/observation.h"
 #include "armtrue/kinematics/parameters.h"
 #include "compensation/program_arm.h"
 
 namespace armtrue {
 namespace {
-
-constexpr double kNoReading = 1e-12;  // [m]: the reading has no part in the deviation
 
 bool is_of_a_link(const KinematicChain& chain, const std::string& name) {
   const auto index = find_parameter(chain, name);
@@ -45,6 +46,26 @@ Campaign readings_at(Campaign visits, const Pose& base) {
   return visits;
 }
 
+// Variances of the positions of all rows by the uncertainty of a robot, the sum over the axes.
+std::vector<double> position_variances(const Robot& robot, const Campaign& readings) {
+  const Uncertainty& known = *robot.uncertainty;
+  std::vector<int> geometric;
+  for (const std::string& name : known.parameters)
+    geometric.push_back(find_parameter(robot.chain, name).value());
+  const ObservationModel model(readings, robot, geometric, {1.0, 1.0});
+  const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
+  const auto count = std::min<Eigen::Index>(model.unknowns(), known.root.rows());
+  Eigen::MatrixXd block(model.row_size(), model.unknowns() + 1);
+  Eigen::MatrixXd moved(3, known.root.cols());
+  std::vector<double> variances;
+  for (int row = 0; row < model.rows(); ++row) {
+    at.block(row, block);
+    moved.noalias() = block.topLeftCorner(3, count) * known.root.topRows(count);
+    variances.push_back(moved.squaredNorm());
+  }
+  return variances;
+}
+
 }  // namespace
 
 Coverage coverage(const Robot& identified, const CompensationOptions& options,
@@ -54,16 +75,16 @@ Coverage coverage(const Robot& identified, const CompensationOptions& options,
   const Campaign readings = readings_at(visits, identified.chain.base);
   const bool measured = options.tool_is_measured;
   // In the station of the calibration, which the largest variance is of.
-  for (const Prediction& of_row :
-       predict(part_of(identified, measured, [](const std::string&) { return true; }), readings))
-    result.leverage.push_back(of_row.leverage);
+  const double largest = identified.uncertainty->largest_variance;
+  for (double variance : position_variances(
+           part_of(identified, measured, [](const std::string&) { return true; }), readings))
+    result.leverage.push_back(largest > 0 ? variance / largest : 0);
   Robot arm = part_of(identified, measured, [&](const std::string& name) {
     return is_of_a_link(identified.chain, name);
   });
   arm.chain.tool = options.tool;
-  arm.uncertainty->reading = {kNoReading, 0};
-  for (const Prediction& of_row : predict(arm, readings))
-    result.deviation.push_back(of_row.deviation);
+  for (double variance : position_variances(arm, readings))
+    result.deviation.push_back(std::sqrt(variance));
   return result;
 }
 

@@ -83,22 +83,40 @@ bool ended_well(pid_t child) {
   return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
-}  // namespace
+[[noreturn]] void fail_to_draw() {
+  throw std::runtime_error(
+      "a report needs gnuplot, which could not draw; install the package gnuplot-nox");
+}
 
-std::string plot_svg(const std::string& script, int width, int height) {
-  const Descriptor file(script_file("set terminal svg size " + std::to_string(width) + "," +
-                                    std::to_string(height) + " font 'sans-serif,12'\n" + script));
+// What gnuplot writes with one of its terminals.
+std::string drawn(const std::string& terminal, const std::string& script, int width, int height) {
+  const Descriptor file(script_file("set terminal " + terminal + " size " + std::to_string(width) +
+                                    "," + std::to_string(height) + " font 'sans-serif,12'\n" +
+                                    script));
   std::array<int, 2> ends{-1, -1};
   (void)!pipe2(ends.data(), O_CLOEXEC);
   const Descriptor reading(ends[0]);
   Descriptor writing(ends[1]);
   const pid_t child = start_gnuplot(file.number(), writing.number());
   writing.close();
-  const std::string svg = child < 0 ? "" : read_all_of(reading.number());
-  if (child < 0 || !ended_well(child) || svg.find("<svg") == std::string::npos)
-    throw std::runtime_error(
-        "a report needs gnuplot, which could not draw; install the package gnuplot-nox");
-  return svg.substr(svg.find("<svg"));  // without the XML prologue, to stand in a page
+  std::string picture = child < 0 ? "" : read_all_of(reading.number());
+  if (child < 0 || !ended_well(child)) fail_to_draw();
+  return picture;
+}
+
+}  // namespace
+
+std::string plot_svg(const std::string& script, int width, int height) {
+  const std::string svg = drawn("svg", script, width, height);
+  const size_t begin = svg.find("<svg");
+  if (begin == std::string::npos) fail_to_draw();
+  return svg.substr(begin);  // without the XML prologue, to stand in a page
+}
+
+std::string plot_png(const std::string& script, int width, int height) {
+  std::string png = drawn("pngcairo", script, width, height);
+  if (!png.starts_with("\x89PNG")) fail_to_draw();
+  return png;
 }
 
 std::string quoted(const std::string& text) {

@@ -10,6 +10,9 @@ inline constexpr int kPlotWidth = 720, kPlotHeight = 300;
 /// std::runtime_error with the remedy if gnuplot is missing or rejects the script.
 std::string plot_svg(const std::string& script, int width, int height);
 
+/// The PNG that it draws, the same way.
+std::string plot_png(const std::string& script, int width, int height);
+
 /// The text as a quoted string of gnuplot.
 std::string quoted(const std::string& text);
 

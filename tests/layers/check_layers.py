@@ -24,7 +24,7 @@ USES = {
     "path/mirror": ["path/registration", "path/samples"],
     "programs": ["path", "text"],
     "io": ["compensation", "diagnosis", "tracing", "path/mirror", "programs"],
-    "report": ["planning", "path/mirror"],
+    "report": ["compensation", "planning", "path/mirror"],
 }
 # Third-party headers, by how their names begin, and the folders that may include them.
 THIRD_PARTY = {

@@ -79,12 +79,19 @@ struct CorrectedTarget {
   double expected() const;
 };
 
-/// A Cartesian target that the controller's own model does not reach, or not near its hint.
+/// A target that gives the controller no joint angles: out of reach, without a hint of its branch,
+/// or with a turn that contradicts it.
 class UnreachableTarget : public std::runtime_error {
  public:
   UnreachableTarget(int target_row, const std::string& what)
       : std::runtime_error(what), row(target_row) {}
   int row;
+};
+
+/// One that the controller's model does not reach on the branch of its hint.
+class OutOfReach : public UnreachableTarget {
+ public:
+  using UnreachableTarget::UnreachableTarget;
 };
 
 /// Whether an effect belongs to the arm, and so moves a program. Effects on links do. Effects on

@@ -1,0 +1,371 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "armtrue/compensation/error_map.h"
+#include "armtrue/io/error_map_io.h"
+#include "armtrue/io/output.h"
+#include "armtrue/kinematics/evaluator.h"
+#include "armtrue/kinematics/units.h"
+#include "armtrue/report/error_map_plot.h"
+#include "columns.h"
+#include "command_line.h"
+#include "program_arguments.h"
+
+using namespace armtrue;
+
+namespace {
+
+constexpr double kDefaultSteps = 20;  // along the longest side of a box
+constexpr double kMostPoints = 2e6;   // of a grid: 1 GB
+constexpr double kStepsAlike = 1e-9;  // of a step: rounding adds no point
+constexpr double kMaxDisagreement = 10 * kMillimetre;
+constexpr double kNoError = 1e-9;  // [m]
+constexpr size_t kMostNamed = 5;   // in one warning
+
+struct Arguments : app::ProgramArguments {
+  std::string targets, path, summary, plot;
+  std::vector<double> box_mm, grid, orientation, part_mm;
+  std::optional<double> step_mm;
+};
+
+std::string why_no_picture(const std::string& file) {
+  if (file.ends_with(".svg") || file.ends_with(".png")) return "";
+  return "'" + file + "' ends neither with .svg nor with .png, which says what is drawn";
+}
+
+void add_places(app::Command& command, Arguments& arguments) {
+  app::OptionGroup where = command.group("Where");
+  const app::Option box =
+      where.numbers("--box-mm,--box", arguments.box_mm, 6, "x0,x1,y0,y1,z0,z1 in mm",
+                    "A grid in this box of the program's frame, x0,x1,y0,y1,z0,z1");
+  const app::Option targets =
+      where.option("--targets", arguments.targets, "Targets of a program; - is standard input");
+  where.option("--path", arguments.path,
+               "A path; - is standard input. Its time is no time of a campaign");
+  where.require_one();
+  const app::Option step =
+      command
+          .option("--step-mm", arguments.step_mm,
+                  "Largest distance between points of the grid; a twentieth of the longest side if "
+                  "absent")
+          .check(app::above_zero())
+          .needs(box);
+  command
+      .numbers("--grid", arguments.grid, 3, "NX,NY,NZ",
+               "Points along the sides of the box, NX,NY,NZ")
+      .needs(box)
+      .excludes(step);
+  command
+      .numbers(
+          "--orientation", arguments.orientation, 3, "a,b,c in deg",
+          "Orientation of the tool in the program's frame, as a,b,c in deg (KUKA), of the box and "
+          "of a path that states none; that at --start if absent")
+      .excludes(targets);
+  command.numbers("--start", arguments.start, 6, "q1,...,q6 in deg",
+                  "Joint angles that show the branch: of the box, and of a first Cartesian target "
+                  "or sample that states none");
+  command
+      .numbers("--part-mm", arguments.part_mm, 3, "LX,LY,LZ in mm",
+               "Size LX,LY,LZ of the part that shall stand in the box; half the box if absent")
+      .needs(box);
+}
+
+void add_options(app::Command& command, Arguments& arguments) {
+  command.add_output();
+  app::add_models(command, arguments);
+  app::add_frames(command, arguments);
+  add_places(command, arguments);
+  app::add_conditions(command, arguments);
+  command.add_output("--summary", arguments.summary,
+                     "Write errors by cause, direction and places of the part here");
+  command.add_output("--plot", arguments.plot, "Draw the map here, .svg or .png")
+      .check({"", why_no_picture});
+  command.add_columns(app::kProgramColumns);
+  command.add_columns(app::kPathColumns);
+}
+
+// The pose of the TCP in the program's frame that the constants of the controller's model have.
+Pose tcp_at(const Robot& controller, const CompensationOptions& options, const JointVector& q) {
+  KinematicChain chain = controller.chain;
+  chain.base = {};
+  chain.tool = options.tool;
+  return inverse(options.base) * ChainEvaluator(chain).pose(q);
+}
+
+// That of --orientation, else that at --start; nothing if neither is given.
+std::optional<Eigen::Matrix3d> orientation_of(const Robot& controller,
+                                              const CompensationOptions& options,
+                                              const Arguments& arguments) {
+  const std::vector<double>& n = arguments.orientation;
+  if (!n.empty()) return rotation_from_abc(n[0] * kDegree, n[1] * kDegree, n[2] * kDegree);
+  if (options.start) return tcp_at(controller, options, *options.start).rotation;
+  return std::nullopt;
+}
+
+// The grid of --box-mm, with --grid or --step-mm.
+Grid grid_of(const Arguments& arguments) {
+  const Box box = *app::box_from_numbers(arguments.box_mm);
+  Grid grid{box.low, box.high};
+  const Eigen::Vector3d side = grid.high - grid.low;
+  if (side.minCoeff() < 0)
+    throw std::invalid_argument(
+        "--box-mm: an end lies before its beginning; give x0,x1,y0,y1,z0,z1 in mm, the smaller of "
+        "each pair first");
+  if (arguments.start.empty())
+    throw std::invalid_argument(
+        "--box-mm needs joint angles that show the branch; give --start q1,...,q6 in deg, such as "
+        "those at which the arm stands in the box");
+  const double step = arguments.step_mm ? *arguments.step_mm * kMillimetre
+                                        : std::max(side.maxCoeff() / kDefaultSteps, kNoError);
+  double points = 1;
+  std::array<double, 3> count{};
+  for (size_t axis = 0; axis < 3; ++axis) {
+    const double length = side[static_cast<int>(axis)];
+    count[axis] =
+        arguments.grid.empty() ? std::ceil(length / step - kStepsAlike) + 1 : arguments.grid[axis];
+    if (!(count[axis] >= 1) || count[axis] != std::floor(count[axis]))
+      throw std::invalid_argument(
+          fmt::format("--grid: '{:g}' is no number of points; give three whole numbers from 1 on",
+                      count[axis]));
+    points *= count[axis];
+  }
+  if (points > kMostPoints)
+    throw std::invalid_argument(
+        fmt::format("the grid has {:.4g} points, more than {:.0f}; give a larger --step-mm, a "
+                    "coarser --grid or a smaller --box-mm",
+                    points, kMostPoints));
+  for (size_t axis = 0; axis < 3; ++axis) grid.count[axis] = static_cast<int>(count[axis]);
+  return grid;
+}
+
+std::optional<Eigen::Vector3d> part_of(const Arguments& arguments) {
+  if (arguments.part_mm.empty()) return std::nullopt;
+  const Eigen::Vector3d part = kMillimetre * Eigen::Vector3d(arguments.part_mm.data());
+  const Box box = *app::box_from_numbers(arguments.box_mm);
+  if (part.minCoeff() < 0 || ((box.high - box.low) * (1 + kStepsAlike) - part).minCoeff() < 0)
+    throw std::invalid_argument(
+        "--part-mm: the part must fit into --box-mm, each side from 0 to that of the box");
+  return part;
+}
+
+void refuse_other_joints(const PathFile& file, Eigen::Index sample, const Pose& tcp) {
+  const double apart = (tcp.translation - file.path.position.col(sample)).norm();
+  if (apart > kMaxDisagreement)
+    throw InputError(fmt::format(
+        "{}:{}: its joint angles put the tool {:.4g} mm away from its position; they belong to "
+        "another robot, base or tool: correct --controller, --base or --tool, or take the columns "
+        "q1_deg to q6_deg out",
+        file.source, file.line[static_cast<size_t>(sample)], apart / kMillimetre));
+}
+
+// A path as Cartesian targets with its joint angles, if it has some, as hints.
+Program program_of(const PathFile& file, const Robot& controller,
+                   const CompensationOptions& options, const Arguments& arguments) {
+  const Path& path = file.path;
+  if (path.has_orientation() && !arguments.orientation.empty())
+    throw InputError(file.source +
+                     ": states its orientation, and --orientation is given too; leave that out");
+  const auto orientation = orientation_of(controller, options, arguments);
+  if (!path.has_orientation() && !orientation && !path.has_joints())
+    throw InputError(file.source +
+                     ": states neither an orientation (a_deg, b_deg, c_deg) nor joint angles; give "
+                     "--orientation a,b,c, or --start with joint angles near its first sample");
+  Program program;
+  Campaign& visits = program.visits;
+  visits.source = file.source;
+  visits.line = file.line;
+  for (Eigen::Index i = 0; i < path.samples(); ++i) {
+    visits.pose.push_back(static_cast<int>(i));
+    visits.pose_ids.push_back(std::to_string(i + 1));
+    visits.q.emplace_back(path.has_joints() ? JointVector(path.q.col(i)) : JointVector::Zero());
+    if (path.has_force()) visits.force_n.emplace_back(path.force.col(i));
+    Pose tcp;
+    if (path.has_joints()) {
+      tcp = tcp_at(controller, options, visits.q.back());
+      refuse_other_joints(file, i, tcp);
+    }
+    if (path.has_orientation())
+      tcp.rotation =
+          rotation_from_abc(path.orientation(0, i), path.orientation(1, i), path.orientation(2, i));
+    else if (orientation && !(path.has_joints() && arguments.orientation.empty()))
+      tcp.rotation = *orientation;
+    tcp.translation = path.position.col(i);
+    program.poses.push_back(tcp);
+    program.hinted.push_back(path.has_joints());
+  }
+  return program;
+}
+
+ErrorMap map_program(const Robot& robot, const Robot& controller, const Program& program,
+                     const CompensationOptions& options) {
+  try {
+    return map_errors(robot, controller, program, options);
+  } catch (const UnreachableTarget& error) {
+    const auto row = static_cast<size_t>(error.row);
+    throw InputError(fmt::format("{}:{}: target '{}': {}", program.visits.source,
+                                 program.visits.line[row], program.visits.pose_ids[row],
+                                 error.what()));
+  }
+}
+
+// One row, with what the command line says of all points.
+Campaign conditions_of(const Arguments& arguments, const std::vector<const Robot*>& robots) {
+  Campaign one;
+  one.source = "--box-mm";
+  one.pose = {0};
+  one.pose_ids = {"box"};
+  one.line = {0};
+  one.q = {JointVector::Zero()};
+  app::fill_conditions(one, arguments, robots);
+  return one;
+}
+
+// Boxes and paths have no columns for what only the command line can say.
+void require_conditions(const Campaign& visits, const Robot& robot, const Arguments& arguments) {
+  for (const Effect& effect : robot.effects) {
+    if (!moves_program(effect, arguments.tool_is_measured)) continue;
+    for (const auto& [kind, option] :
+         {std::pair(DriverKind::time, "--t-s"), std::pair(DriverKind::temperature, "--temp-c")})
+      if (effect.driver.involves(kind) &&
+          !missing_column(visits, kind, effect.driver.where).empty())
+        throw std::invalid_argument(fmt::format("the effect '{}' makes {} follow {}; give {}",
+                                                effect.name, effect.parameter,
+                                                to_string(effect.driver), option));
+  }
+}
+
+// What is mapped, and what its rows say.
+struct Mapped {
+  ErrorMap map;
+  Campaign visits;
+};
+
+Mapped map_all(app::Command& command, const Robot& robot, const Robot& controller,
+               const Arguments& arguments) {
+  CompensationOptions options = app::program_options(arguments);
+  if (options.tool_is_measured) options.tool = robot.chain.tool;
+  if (!arguments.box_mm.empty()) {
+    Grid grid = grid_of(arguments);
+    grid.orientation = *orientation_of(controller, options, arguments);
+    Mapped mapped{{}, conditions_of(arguments, {&robot, &controller})};
+    for (const Robot* of : {&robot, &controller}) require_conditions(mapped.visits, *of, arguments);
+    command.progress("mapping");
+    mapped.map = map_errors(robot, controller, grid, mapped.visits, options);
+    return mapped;
+  }
+  Program program;
+  if (arguments.path.empty()) {
+    program = command.read_program(arguments.targets).program;
+  } else {
+    const PathFile file = command.read_path(arguments.path);
+    if (file.lost > 0)
+      command.warn(fmt::format("{}: {} rows without a position left out", file.source, file.lost));
+    program = program_of(file, controller, options, arguments);
+  }
+  app::fill_conditions(program.visits, arguments, {&robot, &controller});
+  for (const Robot* of : {&robot, &controller})
+    if (!arguments.path.empty()) require_conditions(program.visits, *of, arguments);
+  command.progress("mapping");
+  Mapped mapped{map_program(robot, controller, program, options), {}};
+  mapped.visits = std::move(program.visits);
+  return mapped;
+}
+
+// What puts the map in doubt, in sentences without a full stop.
+std::vector<std::string> doubts_of_map(const Robot& robot, const Robot& controller,
+                                       const Mapped& mapped, const ErrorMapSummary& summary,
+                                       const Arguments& arguments) {
+  std::vector<std::string> found;
+  if (states_calibration(controller))
+    found.push_back(arguments.controller +
+                    " is itself calibrated: the errors hold only if the controller runs it; if it "
+                    "runs a nominal model, give that as --controller");
+  for (const std::string& doubt : app::doubts_of_robot(robot, mapped.visits, arguments))
+    found.push_back(doubt);
+  std::vector<std::string> moving;
+  for (const Effect& effect : robot.effects)
+    if (effect.driver.involves(DriverKind::arrival) || effect.driver.involves(DriverKind::stroke))
+      moving.push_back(fmt::format("{} ({} follows {})", effect.name, effect.parameter,
+                                   to_string(effect.driver)));
+  if (mapped.map.grid && !moving.empty())
+    found.push_back(fmt::format(
+        "in a box no joint arrives from anywhere, so {} counts as 0; --targets or --path show it",
+        fmt::join(moving, ", ")));
+  if (summary.before.max < kNoError)
+    found.push_back("the controller already runs the model of " + arguments.robot +
+                    ": every error is 0");
+  return found;
+}
+
+std::vector<std::string> assumptions(const Arguments& arguments) {
+  const auto place = [](const std::vector<double>& numbers, const std::string& none) {
+    return numbers.empty() ? none : fmt::format("{:g}", fmt::join(numbers, ", "));
+  };
+  return {fmt::format("The controller runs {} and nothing else.", arguments.controller),
+          "The tool is " +
+              (arguments.tool_is_measured ? "that of " + arguments.robot
+                                          : place(arguments.tool, "R_7, the flange")) +
+              "; the program's frame is " + place(arguments.base, "R_0, the robot foot") + "."};
+}
+
+void warn_of_notes(const app::Command& command, const ErrorMap& map) {
+  for (CommandNote note : map_notes()) {
+    const int count = count_of(map, note);
+    if (count == 0) continue;
+    std::vector<std::string> names;
+    for (size_t k = 0; k < map.points.size() && !map.grid && names.size() <= kMostNamed; ++k)
+      if (map.points[k].has(note))
+        names.push_back(names.size() < kMostNamed ? map.names[k] : "...");
+    command.warn(fmt::format("{} of {} points: {}{}", count, map.points.size(), to_string(note),
+                             names.empty() ? "" : fmt::format(" ({})", fmt::join(names, ", "))));
+  }
+}
+
+int run(app::Command& command, const Arguments& arguments) {
+  const Robot robot = app::robot_of_session(command.read_robot(arguments.robot).robot, arguments);
+  const Robot controller = command.read_robot(arguments.controller).robot;
+  app::refuse_other_files(robot, controller, arguments);
+  const std::optional<Eigen::Vector3d> part = part_of(arguments);
+  const Mapped mapped = map_all(command, robot, controller, arguments);
+  const ErrorMap& map = mapped.map;
+  const ErrorMapSummary summary = summarize(map, part);
+  app::refuse_other_arm(map.points[static_cast<size_t>(summary.best)].error.norm(), arguments);
+
+  ErrorMapStory story{robot.name, controller.name, assumptions(arguments),
+                      app::station_effects(robot, arguments.tool_is_measured)};
+  for (const std::string& doubt : doubts_of_map(robot, controller, mapped, summary, arguments)) {
+    command.warn(doubt);
+    story.assumed.push_back(doubt + ".");
+  }
+  for (const std::string& effect : story.not_applied)
+    command.warn("not applied, because it belongs to the station: " + effect);
+  warn_of_notes(command, map);
+  if (!arguments.plot.empty())
+    write_output(arguments.plot,
+                 error_map_plot(map, arguments.plot.ends_with(".png") ? PictureFormat::png
+                                                                      : PictureFormat::svg));
+  if (!arguments.summary.empty())
+    write_output(arguments.summary,
+                 write_error_map_summary(map, summary, story, command.provenance()));
+  write_output(command.output, write_error_map(map));
+  command.report(error_map_table(map, summary));
+  return app::kSuccess;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  app::Command command(
+      "map-errors",
+      "Predicted error of an arm over a box, the targets of a program or a path, split by cause: "
+      "where in the cell should the part stand, what would a calibrated controller gain.",
+      "map-errors --robot closed.yaml --controller nominal.yaml --tool 0,0,150,0,0,0 "
+      "--box-mm 1400,2200,-400,400,300,1100 --start 0,-60,90,0,60,0 "
+      "--plot map.png -o map.csv");
+  Arguments arguments;
+  add_options(command, arguments);
+  return command.run(argc, argv, [&] { return run(command, arguments); });
+}

@@ -1,0 +1,171 @@
+#include "program_arguments.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <set>
+
+#include "armtrue/kinematics/units.h"
+#include "armtrue/text/input_error.h"
+
+namespace armtrue::app {
+namespace {
+
+constexpr double kOtherArm = 50 * kMillimetre;  // no two models of one arm are as far apart
+
+Pose pose_from_numbers(const std::vector<double>& n) {
+  if (n.empty()) return {};
+  return {rotation_from_abc(n[3] * kDegree, n[4] * kDegree, n[5] * kDegree),
+          Eigen::Vector3d(n[0], n[1], n[2]) * kMillimetre};
+}
+
+// One value of the command line for a column that all rows lack.
+template <typename Column, typename Value>
+void fill(Column& column, const Value& value, const Campaign& visits, const std::string& option,
+          const std::string& name) {
+  if (!column.empty())
+    throw InputError(visits.source + ": has the column '" + name + "' and " + option +
+                     " is given too; keep one of them");
+  column.assign(static_cast<size_t>(visits.rows()), value);
+}
+
+// Loads that the rows state, and no effect of the arm follows.
+void find_idle_loads(const Robot& robot, const Campaign& visits, std::vector<std::string>& found) {
+  bool follows_payload = false, follows_force = false;
+  for (const Effect& effect : robot.effects) {
+    const Driver& driver = effect.driver;
+    const bool follows_weight =
+        driver.involves(DriverKind::gravity_torque) || driver.involves(DriverKind::moment);
+    follows_payload |= driver.involves(DriverKind::payload) ||
+                       (follows_weight && !robot.bodies.empty());  // no part of the basis
+    follows_force |= driver.involves(DriverKind::force);
+  }
+  const bool has_payload = std::ranges::any_of(visits.payload_kg, [](double kg) { return kg > 0; });
+  const bool has_force =
+      std::ranges::any_of(visits.force_n, [](const auto& force) { return !force.isZero(0); });
+  if (has_payload && !follows_payload)
+    found.emplace_back("the payload changes nothing: no effect of the robot file follows it");
+  if (has_force && !follows_force)
+    found.emplace_back("the force changes nothing: no effect of the robot file follows it");
+}
+
+}  // namespace
+
+void add_models(Command& command, ProgramArguments& arguments) {
+  command.option("--robot", arguments.robot, "The identified arm, as close-loop writes it")
+      .required();
+  command.option("--controller", arguments.controller, "The model that the controller runs")
+      .required();
+}
+
+void add_frames(Command& command, ProgramArguments& arguments) {
+  Option tool = command.numbers("--tool", arguments.tool, 6, kPoseForm,
+                                "The program's tool: the TCP in R_7 (KUKA $TOOL), as "
+                                "x,y,z,a,b,c in mm and deg; R_7 itself if absent");
+  command
+      .flag("--tool-is-measured", arguments.tool_is_measured,
+            "The TCP is the frame that was measured: tool and its effects are those of --robot")
+      .excludes(tool);
+  command.numbers("--base", arguments.base, 6, kPoseForm,
+                  "The program's frame in R_0 (KUKA $BASE), as x,y,z,a,b,c in mm and deg; R_0 "
+                  "itself if absent");
+}
+
+void add_conditions(Command& command, ProgramArguments& arguments) {
+  command.option("--session", arguments.session,
+                 "The session of --robot whose zero offsets hold, if they differ");
+  command.option("--payload-kg", arguments.payload_kg, "Payload at the TCP, if there is no column")
+      .check(not_below_zero());
+  command.option("--t-s", arguments.time_s,
+                 "Time since the start of the campaign, if there is no column");
+  command.option("--temp-c", arguments.temperature_c,
+                 "Temperature of all sensors, if there are no columns");
+}
+
+CompensationOptions program_options(const ProgramArguments& arguments) {
+  CompensationOptions options;
+  options.base = pose_from_numbers(arguments.base);
+  options.tool = pose_from_numbers(arguments.tool);
+  options.tool_is_measured = arguments.tool_is_measured;
+  if (!arguments.start.empty())
+    options.start = kDegree * Eigen::Map<const JointVector>(arguments.start.data());
+  return options;
+}
+
+void fill_conditions(Campaign& visits, const ProgramArguments& arguments,
+                     const std::vector<const Robot*>& robots) {
+  if (arguments.payload_kg)
+    fill(visits.payload_kg, *arguments.payload_kg, visits, "--payload-kg", "payload_kg");
+  if (arguments.time_s) fill(visits.time_s, *arguments.time_s, visits, "--t-s", "t_s");
+  if (!arguments.temperature_c) return;
+  std::array<double, kMaxTemperatures> all{};
+  all.fill(*arguments.temperature_c);
+  fill(visits.temperature_c, all, visits, "--temp-c", "temp_NAME_c");
+  std::set<std::string> names;
+  for (const Robot* robot : robots)
+    for (const Effect& effect : robot->effects)
+      if (effect.driver.involves(DriverKind::temperature)) names.insert(effect.driver.where);
+  visits.temperature_names.assign(names.begin(), names.end());
+  visits.temperature_names.resize(std::min<size_t>(names.size(), kMaxTemperatures));
+}
+
+Robot robot_of_session(const Robot& robot, const ProgramArguments& arguments) {
+  try {
+    return in_session(robot, arguments.session);
+  } catch (const std::invalid_argument& error) {
+    throw InputError(arguments.robot + ": " + error.what());
+  }
+}
+
+void refuse_other_files(const Robot& robot, const Robot& controller,
+                        const ProgramArguments& arguments) {
+  if (states_calibration(controller) && !states_calibration(robot))
+    throw InputError(arguments.controller +
+                     ": states standard deviations, an uncertainty or effects, as a calibrated "
+                     "robot does, and " +
+                     arguments.robot +
+                     " does not; exchange --robot and --controller, or every error would be "
+                     "doubled");
+}
+
+void refuse_other_arm(double nearest, const ProgramArguments& arguments) {
+  if (nearest < kOtherArm) return;
+  throw InputError(
+      fmt::format("{} and {} are different arms: their flanges stand {:.4g} mm apart "
+                  "or more at every target; give two models of one arm, with the same "
+                  "R_0, R_7 and zeros of the joints",
+                  arguments.robot, arguments.controller, nearest / kMillimetre));
+}
+
+std::vector<std::string> station_effects(const Robot& robot, bool tool_is_measured) {
+  std::vector<std::string> names;
+  for (const Effect& effect : robot.effects)
+    if (!moves_program(effect, tool_is_measured))
+      names.push_back(fmt::format("{} ({} follows {})", effect.name, effect.parameter,
+                                  to_string(effect.driver)));
+  return names;
+}
+
+std::vector<std::string> doubts_of_robot(const Robot& robot, const Campaign& visits,
+                                         const ProgramArguments& arguments) {
+  std::vector<std::string> found;
+  if (!robot.uncertainty)
+    found.push_back(arguments.robot +
+                    " does not state its uncertainty: nobody knows which targets its readings "
+                    "cover; calibrate and close-loop --robot-out write it");
+  else if (robot.uncertainty->reading.orientation == 0)
+    found.push_back(arguments.robot +
+                    " comes from points or distances: no orientation was measured, so corrections "
+                    "of orientation follow from the joints alone");
+  if (const std::vector<std::string> names = parameters_of_station(robot); !names.empty())
+    found.push_back(fmt::format(
+        "{}: {} were identified without base or tool, so they may hold where the instrument and "
+        "the reflector stood, and move the program by it; calibrate with identify: auto",
+        arguments.robot, fmt::join(names, ", ")));
+  find_idle_loads(robot, visits, found);
+  return found;
+}
+
+}  // namespace armtrue::app

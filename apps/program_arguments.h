@@ -1,0 +1,56 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "armtrue/campaign/campaign.h"
+#include "armtrue/compensation/compensation.h"
+#include "armtrue/effects/robot.h"
+#include "command_line.h"
+
+namespace armtrue::app {
+
+inline constexpr const char* kPoseForm = "x,y,z,a,b,c in mm and deg";
+
+/// What compensate and map-errors ask for: an identified arm, the model of its controller, the
+/// program's frames, and what effects follow where no column says it.
+struct ProgramArguments {
+  std::string robot, controller, session;
+  std::vector<double> base, tool, start;
+  bool tool_is_measured = false;
+  std::optional<double> payload_kg, time_s, temperature_c;
+};
+
+/// --robot and --controller.
+void add_models(Command& command, ProgramArguments& arguments);
+/// --tool, --tool-is-measured and --base.
+void add_frames(Command& command, ProgramArguments& arguments);
+/// --session, --payload-kg, --t-s and --temp-c.
+void add_conditions(Command& command, ProgramArguments& arguments);
+
+/// Base, tool and start.
+CompensationOptions program_options(const ProgramArguments& arguments);
+
+/// Fills the columns that the command line states. Throws InputError if the file has one of them.
+void fill_conditions(Campaign& visits, const ProgramArguments& arguments,
+                     const std::vector<const Robot*>& robots);
+
+/// The robot of --session.
+Robot robot_of_session(const Robot& robot, const ProgramArguments& arguments);
+
+/// Throws InputError if --robot and --controller seem exchanged.
+void refuse_other_files(const Robot& robot, const Robot& controller,
+                        const ProgramArguments& arguments);
+
+/// The same if they are different arms; `nearest`: least distance between their flanges [m].
+void refuse_other_arm(double nearest, const ProgramArguments& arguments);
+
+/// Effects of the robot that belong to the station and move no program.
+std::vector<std::string> station_effects(const Robot& robot, bool tool_is_measured);
+
+/// What about the identified arm puts a prediction in doubt, in sentences without a full stop.
+std::vector<std::string> doubts_of_robot(const Robot& robot, const Campaign& visits,
+                                         const ProgramArguments& arguments);
+
+}  // namespace armtrue::app

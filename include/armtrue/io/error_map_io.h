@@ -1,0 +1,29 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "armtrue/compensation/error_map.h"
+#include "armtrue/io/provenance.h"
+
+namespace armtrue {
+
+/// One row for each point: its place, joint angles, the predicted error before and after, the parts
+/// of the causes, notes. Lengths and angles have six decimals.
+std::string write_error_map(const ErrorMap& map);
+
+/// What the summary says beside the map.
+struct ErrorMapStory {
+  std::string robot, controller;         ///< names
+  std::vector<std::string> assumed;      ///< what the errors hold for, in sentences
+  std::vector<std::string> not_applied;  ///< effects of the station
+};
+
+/// An armtrue-error-map/1 document.
+std::string write_error_map_summary(const ErrorMap& map, const ErrorMapSummary& summary,
+                                    const ErrorMapStory& story, const Provenance& provenance);
+
+/// The summary for a terminal: the sentence, errors by cause, the direction, the places of a part.
+std::string error_map_table(const ErrorMap& map, const ErrorMapSummary& summary);
+
+}  // namespace armtrue

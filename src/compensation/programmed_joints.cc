@@ -1,0 +1,120 @@
+#include "compensation/programmed_joints.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "armtrue/kinematics/units.h"
+#include "compensation/branch.h"
+#include "compensation/joint_correction.h"
+
+namespace armtrue {
+namespace {
+
+constexpr double kWholeTurn = 2 * std::numbers::pi;
+
+}  // namespace
+
+bool follows_motion(const Effect& effect) {
+  return effect.driver.involves(DriverKind::arrival) || effect.driver.involves(DriverKind::stroke);
+}
+
+void require_context(const Robot& robot, const Campaign& visits, bool tool_is_measured) {
+  for (const Effect& effect : robot.effects) {
+    const bool from_sequence = follows_motion(effect) && visits.arrival.empty();
+    if (moves_program(effect, tool_is_measured) && !from_sequence &&
+        !effect.driver.involves(DriverKind::motor_torque))
+      require_drivers(visits, effect);
+  }
+}
+
+void CommandedMotion::arrive(Context& context, const JointVector& q) const {
+  Arrival next = last_.value_or(Arrival(q));
+  next.go_to(q);
+  if (!states_arrival_) context.arrival = next.direction();
+  if (!states_stroke_) context.stroke = next.stroke();
+}
+
+FoundJoints joints_on_branch(const ProgramArm& arm, const Context& context, const Pose& wanted,
+                             const JointVector& hint, int more_starts) {
+  const Branch branch = branch_of(arm.chain(), hint);
+  JointCorrection found = joints_of_pose(arm, context, wanted, hint);
+  if (found.is_reached && is_same(branch, branch_of(arm.chain(), found.q)))
+    return {found.q, Reach::reached};
+  // The way from the hint may lead over a singular posture: begin beside it, in a fixed order.
+  bool is_reached = found.is_reached;
+  for (int k = 1; k <= more_starts; ++k) {
+    JointVector start = hint;
+    for (int j = 0; j < kJoints; ++j)
+      start[j] += 0.8 * (1 - 2 * std::fmod(k * std::sqrt(2.0 + j) + 0.5 * j, 1.0));
+    found = joints_of_pose(arm, context, wanted, start);
+    is_reached |= found.is_reached;
+    if (!found.is_reached || (found.q - hint).cwiseAbs().maxCoeff() > kWholeTurn) continue;
+    if (is_same(branch, branch_of(arm.chain(), found.q))) return {found.q, Reach::reached};
+  }
+  return {found.q, is_reached ? Reach::on_another_branch : Reach::unreachable};
+}
+
+JointVector ProgrammedJoints::hint(int row, const std::optional<JointVector>& previous) const {
+  const auto r = static_cast<size_t>(row);
+  if (!program_.is_cartesian() || program_.hinted[r]) return program_.visits.q[r];
+  if (previous) return *previous;
+  if (!options_.start)
+    throw UnreachableTarget(row,
+                            "nothing says on which branch the first target lies; add columns "
+                            "q1_deg to q6_deg with joint angles near it, or --start");
+  return *options_.start;
+}
+
+JointVector ProgrammedJoints::at(int row, const Context& context, const JointVector& hint,
+                                 int more_starts) const {
+  if (!program_.is_cartesian()) {
+    check_turn(row, hint);
+    return hint;
+  }
+  const Pose wanted = options_.base * program_.poses[static_cast<size_t>(row)];
+  const FoundJoints found = joints_on_branch(controller_, context, wanted, hint, more_starts);
+  if (found.reach == Reach::on_another_branch)
+    throw OutOfReach(row,
+                     "the controller's model reaches it only on another branch than that of its "
+                     "hint; correct q1_deg to q6_deg, or add them");
+  if (found.reach == Reach::unreachable)
+    throw OutOfReach(row,
+                     "the controller's model does not reach it; check its unit and frame, --base "
+                     "and --tool");
+  return in_turn(row, found.q);
+}
+
+void ProgrammedJoints::check_turn(int row, const JointVector& q) const {
+  if (program_.turns.empty()) return;
+  const int turn = program_.turns[static_cast<size_t>(row)];
+  for (int j = 0; j < kJoints; ++j) {
+    const bool below = (turn >> j) & 1;
+    if ((q[j] < 0) != below)
+      throw UnreachableTarget(
+          row, fmt::format("its turn t = {} says that {} stands {} zero, and it stands at {:.6g} "
+                           "deg; correct t, or rename the column if it is another",
+                           turn, controller_.robot().chain.links[static_cast<size_t>(j)].name,
+                           below ? "below" : "above", q[j] / kDegree));
+  }
+}
+
+// The same posture with the turns that the target states.
+JointVector ProgrammedJoints::in_turn(int row, JointVector q) const {
+  if (program_.turns.empty()) return q;
+  const KinematicChain& chain = controller_.robot().chain;
+  for (int j = 0; j < kJoints; ++j) {
+    const bool below = (program_.turns[static_cast<size_t>(row)] >> j) & 1;
+    if ((q[j] < 0) == below) continue;
+    q[j] += below ? -kWholeTurn : kWholeTurn;
+    const Link& link = chain.links[static_cast<size_t>(j)];
+    if (q[j] < link.min || q[j] > link.max || (q[j] < 0) != below)
+      throw UnreachableTarget(
+          row, fmt::format("its turn says that {} stands {} zero, where it cannot; correct t",
+                           link.name, below ? "below" : "above"));
+  }
+  return q;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <optional>
+
+#include "armtrue/compensation/compensation.h"
+#include "armtrue/effects/arrival.h"
+#include "compensation/program_arm.h"
+
+namespace armtrue {
+
+/// Throws std::invalid_argument if the visits lack what an effect that moves a program is driven
+/// by. Only the motion of the joints follows from the sequence of the rows, unless their directions
+/// are stated: then so must be the strokes.
+void require_context(const Robot& robot, const Campaign& visits, bool tool_is_measured);
+
+/// Whether an effect follows the direction or the stroke by which a joint arrives.
+bool follows_motion(const Effect& effect);
+
+/// How the joints come from one row of a program to the next: as the rows state it, else as the
+/// sequence of the commands tells.
+class CommandedMotion {
+ public:
+  explicit CommandedMotion(const Campaign& visits)
+      : states_arrival_(!visits.arrival.empty()), states_stroke_(!visits.stroke.empty()) {}
+
+  /// Puts the motion from the last command to `q` into a context.
+  void arrive(Context& context, const JointVector& q) const;
+  /// Goes on from the command `q`.
+  void go_to(const JointVector& q) { (last_ ? *last_ : last_.emplace(q)).go_to(q); }
+
+ private:
+  bool states_arrival_, states_stroke_;
+  std::optional<Arrival> last_;  // at the last command
+};
+
+/// What a search for joint angles on a branch has found.
+enum class Reach { reached, on_another_branch, unreachable };
+struct FoundJoints {
+  JointVector q;
+  Reach reach = Reach::unreachable;
+};
+
+/// Starts of a search that leaves nothing untried.
+inline constexpr int kAllStarts = 60;
+
+/// Joint angles at which the arm has the pose R_0 from TCP, on the branch of `hint` and within a
+/// whole turn of it. The first start is the hint; `more_starts` lie beside it, in a fixed order.
+FoundJoints joints_on_branch(const ProgramArm& arm, const Context& context, const Pose& wanted,
+                             const JointVector& hint, int more_starts);
+
+/// Joint angles at which the controller's model has the targets of a program.
+class ProgrammedJoints {
+ public:
+  /// All must outlive it.
+  ProgrammedJoints(const Program& program, const CompensationOptions& options,
+                   const ProgramArm& controller)
+      : program_(program), options_(options), controller_(controller) {}
+
+  /// Angles near those of a row: the joint target itself or, of a Cartesian one, its hint, else
+  /// `previous`, else CompensationOptions::start. Throws UnreachableTarget if there are none.
+  JointVector hint(int row, const std::optional<JointVector>& previous) const;
+
+  /// The angles, with the turns that the row states. Throws OutOfReach if the model does not reach
+  /// the pose on the branch of the hint, UnreachableTarget if its turn contradicts it.
+  JointVector at(int row, const Context& context, const JointVector& hint,
+                 int more_starts = kAllStarts) const;
+
+ private:
+  void check_turn(int row, const JointVector& q) const;
+  JointVector in_turn(int row, JointVector q) const;
+
+  const Program& program_;
+  const CompensationOptions& options_;
+  const ProgramArm& controller_;
+};
+
+}  // namespace armtrue
