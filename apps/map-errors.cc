@@ -200,9 +200,9 @@ Program program_of(const PathFile& file, const Robot& controller,
 }
 
 ErrorMap map_program(const Robot& robot, const Robot& controller, const Program& program,
-                     const CompensationOptions& options) {
+                     const CompensationOptions& options, Following following) {
   try {
-    return map_errors(robot, controller, program, options);
+    return map_errors(robot, controller, program, options, following);
   } catch (const UnreachableTarget& error) {
     const auto row = static_cast<size_t>(error.row);
     throw InputError(fmt::format("{}:{}: target '{}': {}", program.visits.source,
@@ -269,7 +269,9 @@ Mapped map_all(app::Command& command, const Robot& robot, const Robot& controlle
   for (const Robot* of : {&robot, &controller})
     if (!arguments.path.empty()) require_conditions(program.visits, *of, arguments);
   command.progress("mapping");
-  Mapped mapped{map_program(robot, controller, program, options), {}};
+  Mapped mapped{map_program(robot, controller, program, options,
+                            arguments.path.empty() ? Following::branch : Following::continuous),
+                {}};
   mapped.visits = std::move(program.visits);
   return mapped;
 }

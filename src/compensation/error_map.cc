@@ -10,6 +10,7 @@
 #include "compensation/branch.h"
 #include "compensation/coverage.h"
 #include "compensation/grid_joints.h"
+#include "compensation/near_posture.h"
 #include "compensation/programmed_joints.h"
 #include "statistics/ordered_blocks.h"
 
@@ -153,9 +154,18 @@ void predict_all(ErrorMap& map, const ErrorMapper& mapper, const VisitsOf& visit
       });
 }
 
+// From the sample before or, of the first, from the start: there whole turns are free.
+std::optional<JointVector> along_path(const ErrorMapper& mapper, const Context& context,
+                                      const Pose& sample, const JointVector& from, bool is_first) {
+  const NearPosture posture(
+      mapper.controller(), from,
+      is_first ? NearPosture::Turns::within_travel : NearPosture::Turns::nearest);
+  return posture.reach(context, mapper.options().base * sample, from);
+}
+
 // Goes through a program: joint angles, and how the joints come to them. `visits` takes both.
 std::vector<MapPoint> points_of(const Program& program, const ErrorMapper& mapper,
-                                Campaign& visits) {
+                                Following following, Campaign& visits) {
   const ProgrammedJoints programmed(program, mapper.options(), mapper.controller());
   CommandedMotion motion(visits);
   for (Eigen::Vector3d& force : visits.force_n) force = mapper.options().base.rotation * force;
@@ -172,14 +182,17 @@ std::vector<MapPoint> points_of(const Program& program, const ErrorMapper& mappe
     Context context = visits.context(row);
     const JointVector hint = programmed.hint(row, previous);
     motion.arrive(context, hint);
+    if (following == Following::continuous && program.is_cartesian() && !program.hinted[r])
+      point.q = along_path(mapper, context, program.poses[r], hint, !previous);
     try {
-      previous = point.q =
-          programmed.at(row, context, hint, misses < kManyMisses ? kAllStarts : kFewStarts);
+      if (!point.q)
+        point.q = programmed.at(row, context, hint, misses < kManyMisses ? kAllStarts : kFewStarts);
     } catch (const OutOfReach&) {
       if (!previous) previous = hint;
       ++misses;
       continue;
     }
+    previous = point.q;
     motion.arrive(context, *point.q);
     motion.go_to(*point.q);
     visits.arrival[r] = context.arrival;
@@ -215,7 +228,7 @@ Eigen::Vector3d Grid::position(int point) const {
 bool MapPoint::has(CommandNote note) const { return std::ranges::find(notes, note) != notes.end(); }
 
 ErrorMap map_errors(const Robot& identified, const Robot& controller, const Program& program,
-                    const CompensationOptions& options) {
+                    const CompensationOptions& options, Following following) {
   for (const Robot* robot : {&identified, &controller})
     require_context(*robot, program.visits, options.tool_is_measured);
   const ErrorMapper mapper(identified, controller, options, program.visits.temperature_names);
@@ -223,7 +236,7 @@ ErrorMap map_errors(const Robot& identified, const Robot& controller, const Prog
   for (int pose : program.visits.pose)
     map.names.push_back(program.visits.pose_ids[static_cast<size_t>(pose)]);
   Campaign visits = program.visits;
-  map.points = points_of(program, mapper, visits);
+  map.points = points_of(program, mapper, following, visits);
   predict_all(map, mapper, [&](int begin, int end) {
     std::vector<int> rows;
     for (int row = begin; row < end; ++row) rows.push_back(row);

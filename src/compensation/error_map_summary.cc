@@ -200,12 +200,17 @@ ErrorMapSummary summarize(const ErrorMap& map, const std::optional<Eigen::Vector
 
 std::string error_map_sentence(const ErrorMap& map, const ErrorMapSummary& summary) {
   std::string text = fmt::format(
-      "{} of {} points can be reached; there the arm errs by {} mm in the mean and {} mm at most; "
-      "with the identified constants alone {} mm would be left in the mean",
+      "{} of {} points can be reached; there the arm errs by {} mm in the mean and {} mm at most",
       summary.predicted, map.points.size(), millimetres(summary.before.mean),
-      millimetres(summary.before.max), millimetres(summary.left_by_constants.mean));
+      millimetres(summary.before.max));
+  if (map.effects > 0)
+    text += fmt::format("; with the identified constants alone {} mm would be left in the mean",
+                        millimetres(summary.left_by_constants.mean));
   if (summary.after)
-    text += fmt::format(", with its effects too {} mm", millimetres(summary.after->mean));
+    text += fmt::format("{} {} mm",
+                        map.effects > 0 ? ", with its effects too"
+                                        : "; with the identified constants there would be left",
+                        millimetres(summary.after->mean));
   const double alike = kErrorsAlike * summary.before.mean;
   if (summary.best_before && summary.worst_before->mean - summary.best_before->mean > alike)
     text += fmt::format(

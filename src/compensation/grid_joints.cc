@@ -3,19 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
-#include "compensation/branch.h"
-#include "compensation/joint_correction.h"
+#include "compensation/near_posture.h"
 #include "compensation/programmed_joints.h"
 #include "statistics/ordered_blocks.h"
 
 namespace armtrue {
 namespace {
 
-constexpr double kFullTurn = 2 * std::numbers::pi;
 constexpr int kSeedsPerSide = 4;    // points from which the grid is filled where others do not lead
-constexpr int kForearm = 3;         // axis 4
 constexpr int kSeedStarts = 20;     // of each of them
 constexpr int kPointsPerTask = 64;  // of a thread
 
@@ -29,7 +25,7 @@ class GridFlood {
         grid_(grid),
         base_(base),
         start_(start),
-        branch_(branch_of(arm.chain(), start)),
+        posture_(arm, start, NearPosture::Turns::within_travel),
         q_(static_cast<size_t>(grid.points())),
         wave_(q_.size(), kNever) {}
 
@@ -38,7 +34,7 @@ class GridFlood {
       if (q_[index(seed)]) continue;
       const FoundJoints found = joints_on_branch(arm_, context_, wanted(seed), start_, kSeedStarts);
       if (found.reach != Reach::reached) continue;
-      q_[index(seed)] = with_nearer_wrist(seed, found.q);
+      q_[index(seed)] = posture_.nearer(context_, wanted(seed), found.q);
       fill_from(seed);
     }
     return std::move(q_);
@@ -89,50 +85,12 @@ class GridFlood {
       }
   }
 
-  // The same posture with the whole turns that are nearest to the start or, if the travel ends
-  // before, those within it.
-  JointVector turned(JointVector q) const {
-    for (int j = 0; j < kJoints; ++j) {
-      const Link& link = arm_.robot().chain.links[static_cast<size_t>(j)];
-      q[j] = start_[j] + std::remainder(q[j] - start_[j], kFullTurn);
-      for (double other : {q[j] - kFullTurn, q[j] + kFullTurn})
-        if ((q[j] < link.min || q[j] > link.max) && other >= link.min && other <= link.max)
-          q[j] = other;
-    }
-    return q;
-  }
-
-  bool is_on_branch(const JointVector& q) const {
-    const Branch branch = branch_of(arm_.chain(), q);
-    return branch_.shoulder * branch.shoulder >= 0 && branch_.elbow * branch.elbow >= 0;
-  }
-
-  double turn_of_wrist(const JointVector& q) const {
-    return std::abs(std::remainder(q[kForearm] - start_[kForearm], kFullTurn));
-  }
-
-  // Of the two postures of the wrist the one whose axis 4 is nearer to the start. Else a tool that
-  // hangs down would turn axes 4 and 6 by half a turn wherever the forearm hangs down.
-  JointVector with_nearer_wrist(int point, const JointVector& q) const {
-    if (turn_of_wrist(q) <= 0.25 * kFullTurn) return turned(q);
-    JointVector start = q;
-    const Link& wrist = arm_.robot().chain.links[kForearm + 1];
-    start[kForearm] += 0.5 * kFullTurn;
-    start[kForearm + 1] = -q[kForearm + 1] - 2 * wrist.sign * wrist.theta;
-    start[kForearm + 2] += 0.5 * kFullTurn;
-    const JointCorrection other = joints_of_pose(arm_, context_, wanted(point), start);
-    const bool is_nearer =
-        other.is_reached && is_on_branch(other.q) && turn_of_wrist(other.q) < turn_of_wrist(q);
-    return turned(is_nearer ? other.q : q);
-  }
-
   // From the neighbours that the wave before has reached.
   std::optional<JointVector> reach(int point) const {
     std::optional<JointVector> q;
     for_neighbours(point, [&](int from) {
-      if (q || wave_[index(from)] != now_ - 1) return;
-      const JointCorrection found = joints_of_pose(arm_, context_, wanted(point), *q_[index(from)]);
-      if (found.is_reached && is_on_branch(found.q)) q = with_nearer_wrist(point, found.q);
+      if (!q && wave_[index(from)] == now_ - 1)
+        q = posture_.reach(context_, wanted(point), *q_[index(from)]);
     });
     return q;
   }
@@ -178,7 +136,7 @@ class GridFlood {
   const Grid& grid_;
   const Pose& base_;
   const JointVector& start_;
-  Branch branch_;
+  NearPosture posture_;
   std::vector<std::optional<JointVector>> q_;
   std::vector<int> wave_;  // in which a point was reached
   int now_ = 0;            // the wave that runs

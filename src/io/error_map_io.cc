@@ -68,10 +68,10 @@ void add_row(std::string& line, const ErrorMap& map, size_t row) {
   line += point.notes.empty() ? ",\n" : "\n";
 }
 
-YAML::Node vector_node(const Eigen::Vector3d& vector, double unit) {
-  return flow_map({{"x", rounded(vector.x() / unit)},
-                   {"y", rounded(vector.y() / unit)},
-                   {"z", rounded(vector.z() / unit)}});
+YAML::Node vector_node(const Eigen::Vector3d& vector) {
+  return flow_map({{"x", decimal_text(vector.x(), kMapDecimals)},
+                   {"y", decimal_text(vector.y(), kMapDecimals)},
+                   {"z", decimal_text(vector.z(), kMapDecimals)}});
 }
 
 // In mm, without the digits that only rounding makes.
@@ -182,8 +182,8 @@ std::string write_error_map_summary(const ErrorMap& map, const ErrorMapSummary& 
   if (summary.deviation) root["std_mm"] = error_node(*summary.deviation, kMillimetre);
   root["causes"] = causes_node(map, summary);
   YAML::Node direction;
-  direction["mean_mm"] = vector_node(summary.mean_error, kMillimetre);
-  direction["axis"] = vector_node(summary.axis, 1);
+  direction["mean_mm"] = vector_node(summary.mean_error / kMillimetre);
+  direction["axis"] = vector_node(summary.axis);
   direction["share"] = rounded(summary.axis_share);
   root["direction"] = direction;
   root["best"] = point_node(map, summary.best);
@@ -216,9 +216,8 @@ std::string error_map_table(const ErrorMap& map, const ErrorMapSummary& summary)
   }
   const Eigen::Vector3d mean = summary.mean_error / kMillimetre;
   text += fmt::format(
-      "direction: {:.0f} % of the squared error lies along ({:.2f}, {:.2f}, {:.2f}); the mean "
-      "error "
-      "is ({:.3g}, {:.3g}, {:.3g}) mm\n",
+      "direction: {:.0f} % of the squared error lies along ({:.2f}, {:.2f}, {:.2f}); the "
+      "mean error is ({:.3f}, {:.3f}, {:.3f}) mm\n",
       100 * summary.axis_share, summary.axis.x(), summary.axis.y(), summary.axis.z(), mean.x(),
       mean.y(), mean.z());
   const auto place = [&](const char* what, const std::optional<Placement>& placement) {

@@ -236,6 +236,26 @@ TEST(ErrorMap, KeepsTargetsThatCannotBeReached) {
   EXPECT_THROW(summarize(map_errors(nominal, nominal, program, options)), std::invalid_argument);
 }
 
+// Towards the foot the forearm hangs down and the wrist is stretched on the way: a path goes on, a
+// program of single targets keeps the side of the wrist and turns axes 4 and 6 by half a turn.
+TEST(ErrorMap, FollowsAPathThroughAStretchedWrist) {
+  const Robot nominal = nominal_arm();
+  const CompensationOptions options = tool_down();
+  const Eigen::Matrix3d down = orientation_at_start(nominal, options);
+  Program program = joint_program(std::vector<JointVector>(200, JointVector::Zero()));
+  for (int k = 0; k < 200; ++k) program.poses.push_back({down, {2.2 - 0.004 * k, 0.2, 0.3}});
+  program.hinted.assign(200, false);
+  const auto largest_step = [&](Following following) {
+    const ErrorMap map = map_errors(nominal, nominal, program, options, following);
+    double largest = 0;
+    for (size_t k = 1; k < 200; ++k)
+      largest = std::max(largest, (*map.points[k].q - *map.points[k - 1].q).cwiseAbs().maxCoeff());
+    return largest;
+  };
+  EXPECT_LT(largest_step(Following::continuous), 3 * kDegree);
+  EXPECT_GT(largest_step(Following::branch), 170 * kDegree);
+}
+
 // As compensate says it, with the scatter of the readings in what is left.
 TEST(ErrorMap, KnowsWhatTheReadingsDoNotCover) {
   Uniform uniform(34);

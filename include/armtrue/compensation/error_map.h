@@ -70,16 +70,22 @@ struct ErrorMap {
   }
 };
 
+/// How the joints come from one Cartesian target without a hint to the next.
+enum class Following {
+  branch,     ///< all signs of the branch stay, as compensate() keeps them
+  continuous  ///< as along a path: axes 4 to 6 go the short way through a stretched wrist
+};
+
 /// Maps the targets of a program, in its order. Those that cannot be reached stay, with their note.
 /// Throws UnreachableTarget for a target that says nothing of its branch, or contradicts itself,
 /// and std::invalid_argument if an effect's driver is missing.
 ErrorMap map_errors(const Robot& identified, const Robot& controller, const Program& program,
-                    const CompensationOptions& options);
+                    const CompensationOptions& options, Following following = Following::branch);
 
 /// Maps a grid. Shoulder and elbow are bent as at CompensationOptions::start, which must be given;
-/// of the two postures of the wrist the one whose axis 4 is nearer to it is taken, and of whole
-/// turns the nearest. `conditions`: one row with what effects are driven by at all points; no joint
-/// has a direction of arrival.
+/// the wrist stands to the side where axis 4 is nearer to the start or, if axis 4 does not turn the
+/// forearm, to the same side; of whole turns the nearest are taken. `conditions`: one row with what
+/// effects are driven by at all points; no joint has a direction of arrival.
 ErrorMap map_errors(const Robot& identified, const Robot& controller, const Grid& grid,
                     const Campaign& conditions, const CompensationOptions& options);
 

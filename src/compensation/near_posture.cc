@@ -1,0 +1,67 @@
+#include "compensation/near_posture.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "compensation/joint_correction.h"
+
+namespace armtrue {
+namespace {
+
+constexpr double kFullTurn = 2 * std::numbers::pi;
+constexpr int kForearm = 3;  // axis 4
+
+}  // namespace
+
+NearPosture::NearPosture(const ProgramArm& arm, const JointVector& like, Turns turns)
+    : arm_(arm),
+      like_(like),
+      turns_(turns),
+      branch_(branch_of(arm.chain(), like)),
+      rolls_(std::abs(std::sin(arm.robot().chain.links[kForearm].alpha)) > 0.5) {}
+
+std::optional<JointVector> NearPosture::reach(const Context& context, const Pose& wanted,
+                                              const JointVector& from) const {
+  const JointCorrection found = joints_of_pose(arm_, context, wanted, from);
+  if (!found.is_reached || !is_on_branch(found.q)) return std::nullopt;
+  return nearer(context, wanted, found.q);
+}
+
+// Else a tool that hangs down would turn axes 4 and 6 by half a turn where the forearm hangs down.
+JointVector NearPosture::nearer(const Context& context, const Pose& wanted,
+                                const JointVector& q) const {
+  if (!rolls_ || turn_of_forearm(q) <= 0.25 * kFullTurn) return turned(q);
+  JointVector start = q;
+  const Link& wrist = arm_.robot().chain.links[kForearm + 1];
+  start[kForearm] += 0.5 * kFullTurn;
+  start[kForearm + 1] = -q[kForearm + 1] - 2 * wrist.sign * wrist.theta;
+  start[kForearm + 2] += 0.5 * kFullTurn;
+  const JointCorrection other = joints_of_pose(arm_, context, wanted, start);
+  const bool is_nearer =
+      other.is_reached && is_on_branch(other.q) && turn_of_forearm(other.q) < turn_of_forearm(q);
+  return turned(is_nearer ? other.q : q);
+}
+
+bool NearPosture::is_on_branch(const JointVector& q) const {
+  Branch branch = branch_of(arm_.chain(), q);
+  if (rolls_) branch.wrist = branch_.wrist;  // nearer() chooses
+  return is_same(branch_, branch);
+}
+
+double NearPosture::turn_of_forearm(const JointVector& q) const {
+  return std::abs(std::remainder(q[kForearm] - like_[kForearm], kFullTurn));
+}
+
+JointVector NearPosture::turned(JointVector q) const {
+  for (int j = 0; j < kJoints; ++j) {
+    q[j] = like_[j] + std::remainder(q[j] - like_[j], kFullTurn);
+    if (turns_ == Turns::nearest) continue;
+    const Link& link = arm_.robot().chain.links[static_cast<size_t>(j)];
+    for (double other : {q[j] - kFullTurn, q[j] + kFullTurn})
+      if ((q[j] < link.min || q[j] > link.max) && other >= link.min && other <= link.max)
+        q[j] = other;
+  }
+  return q;
+}
+
+}  // namespace armtrue
