@@ -36,12 +36,15 @@ Effects some_effects() {
   effects.stated = {effect_on("A3.theta", "gravity-torque 3", "linear", {2e-7}),
                     effect_on("A5.alpha", "joint-angle 4", "harmonic 1", {3e-4, 1e-4}),
                     effect_on("base.x", "time", "linear", {1e-6}),
-                    effect_on("A1.theta", "arrival 1", "linear", {2e-4})};
-  effects.same = {[](const Moment& m, OracleArm& a) { a.links[2].theta += 2e-7 * m.torque[2]; },
-                  [](const Moment& m, OracleArm& a) {
-                    a.links[4].alpha += 3e-4 * std::sin(m.q[3]) + 1e-4 * std::cos(m.q[3]);
-                  },
-                  [](const Moment& m, OracleArm& a) { a.links[0].theta += 2e-4 * m.arrival[0]; }};
+                    effect_on("A1.theta", "arrival 1", "linear", {2e-4}),
+                    effect_on("A2.theta", "force", "linear", {1e-7})};
+  effects.same = {
+      [](const Moment& m, OracleArm& a) { a.links[2].theta += 2e-7 * m.torque[2]; },
+      [](const Moment& m, OracleArm& a) {
+        a.links[4].alpha += 3e-4 * std::sin(m.q[3]) + 1e-4 * std::cos(m.q[3]);
+      },
+      [](const Moment& m, OracleArm& a) { a.links[0].theta += 2e-4 * m.arrival[0]; },
+      [](const Moment& m, OracleArm& a) { a.links[1].theta += 1e-7 * m.force_torque[1]; }};
   return effects;
 }
 
@@ -60,13 +63,16 @@ TEST(ErrorMap, IsThatOfKdlAndSoAreTheParts) {
   for (int k = 0; k < 30; ++k) targets.push_back(random_target(nominal.chain, uniform));
   Program program = joint_program(targets);
   program.visits.time_s.assign(30, 4000);
+  program.visits.force_n.assign(30, {300, -200, 400});
+  const Eigen::Vector3d force = options.base.rotation * program.visits.force_n.front();
   const ErrorMap map = map_errors(robot, nominal, program, options);
   ASSERT_EQ(map.points.size(), 30u);
-  ASSERT_EQ(map.causes.size(), 4u);
-  EXPECT_EQ(map.effects, 3u);
+  ASSERT_EQ(map.causes.size(), 5u);
+  EXPECT_EQ(map.effects, 4u);
   for (size_t k = 0; k < 30; ++k) {
     Conditions now;
     now.time_s = 4000;
+    now.force = {force.x(), force.y(), force.z()};
     for (int j = 0; j < kJoints && k > 0; ++j)
       now.arrival[static_cast<size_t>(j)] = targets[k][j] > targets[k - 1][j] ? 1 : -1;
     const auto in_program = [&](const KDL::Vector& from, const KDL::Vector& to) {
@@ -83,7 +89,7 @@ TEST(ErrorMap, IsThatOfKdlAndSoAreTheParts) {
     EXPECT_NEAR(point.left_by_constants, metres_between(bare, real), kNanometre);
     EXPECT_LT((map.part(k, 0) - in_program(meant.p, bare.p)).norm(), kNanometre);
     Eigen::Vector3d sum = map.part(k, 0);
-    for (size_t e = 0; e < 3; ++e) {
+    for (size_t e = 0; e < 4; ++e) {
       const KDL::Frame one = second_pose(arm, {effects.same[e]}, tcp, targets[k], now);
       EXPECT_LT((map.part(k, e + 1) - in_program(bare.p, one.p)).norm(), kNanometre);
       sum += map.part(k, e + 1);
