@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
+#include "compensation/near_posture.h"
 #include "compensation/second_arm.h"
 
 namespace armtrue {
@@ -260,6 +262,26 @@ TEST(ErrorMap, FollowsAPathThroughAStretchedWrist) {
   };
   EXPECT_LT(largest_step(Following::continuous), 3 * kDegree);
   EXPECT_GT(largest_step(Following::branch), 170 * kDegree);
+}
+
+TEST(ErrorMap, TakesTheWristThatIsNearer) {
+  const Robot nominal = nominal_arm();
+  const CompensationOptions options = tool_down();
+  const ProgramArm arm(nominal, options, options.tool, {});
+  const NearPosture posture(arm, *options.start, NearPosture::Turns::within_travel);
+  JointVector near;
+  near << 0.2, -1.2, 1.3, -0.4, 0.7, 0.3;
+  JointVector other = near;  // the same pose
+  other[3] += std::numbers::pi;
+  other[4] = -near[4];
+  other[5] -= std::numbers::pi;
+  Context context;
+  context.q = near;
+  const Pose pose = arm.pose(context);
+  context.q = other;
+  ASSERT_LT(difference(pose, arm.pose(context)).position, kNanometre);
+  EXPECT_LT((posture.nearer(context, pose, other) - near).cwiseAbs().maxCoeff(), 1e-8);
+  EXPECT_LT((posture.nearer(context, pose, near) - near).cwiseAbs().maxCoeff(), 1e-8);
 }
 
 // As compensate says it, with the scatter of the readings in what is left.
