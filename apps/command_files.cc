@@ -4,10 +4,13 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <unordered_set>
 
 #include "armtrue/diagnosis/diagnosis.h"
 #include "armtrue/io/catalogue_io.h"
+#include "armtrue/io/output.h"
+#include "armtrue/io/program_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
 #include "command_line.h"
@@ -57,6 +60,16 @@ ProgramFile Command::read_program(const std::string& path) {
   ProgramFile file = armtrue::read_program(path);
   inputs_.emplace_back(file.source, file.sha256);
   return file;
+}
+
+std::vector<ProgramText> Command::read_robot_program(const std::string& path,
+                                                     const std::string& dat, bool with_dat) {
+  std::vector<ProgramText> texts;
+  for (const TextFile& file : read_program_texts(path, dat, with_dat)) {
+    inputs_.emplace_back(file.text.name, file.sha256);
+    texts.push_back(file.text);
+  }
+  return texts;
 }
 
 void Command::warn_of_unknown(const std::vector<std::string>& columns) const {
@@ -134,6 +147,15 @@ std::vector<JointTarget> numbered(const std::vector<JointVector>& configurations
   }
   return targets;
 }
+
+bool is_same_file(const std::string& a, const std::string& b) {
+  namespace fs = std::filesystem;
+  std::error_code none;
+  return fs::weakly_canonical(fs::absolute(a, none), none) ==
+         fs::weakly_canonical(fs::absolute(b, none), none);
+}
+
+bool is_piped(const std::string& output) { return output == "-" || is_device_or_pipe(output); }
 
 std::string not_converged(const CalibrationResult& fit) {
   return fmt::format(

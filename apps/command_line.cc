@@ -237,6 +237,9 @@ int Command::run(int argc, char** argv, const std::function<int()>& work) {
   int code = kBadInput;
   try {
     code = work();
+  } catch (const UsageError& error) {
+    fmt::print(stderr, "{}: {}\n", name_, error.what());
+    code = kBadUsage;
   } catch (const std::exception& error) {
     if (progress_shown_) std::fputs("\r\033[K", stderr);
     progress_shown_ = false;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <numbers>
 
 #include "armtrue/effects/arrival.h"
@@ -12,6 +13,7 @@
 #include "compensation/branch.h"
 #include "compensation/coverage.h"
 #include "compensation/joint_correction.h"
+#include "compensation/posture_search.h"
 #include "compensation/program_arm.h"
 
 namespace armtrue {
@@ -48,6 +50,23 @@ void require_context(const Robot& robot, const Campaign& visits, bool tool_is_me
   }
 }
 
+// Both models with one tool.
+struct Arms {
+  Arms(const Robot& of_identified, const Robot& of_controller, const ProgramSetUp& set_up,
+       const CompensationOptions& options, const std::vector<std::string>& temperature_names)
+      : base(set_up.base),
+        identified(of_identified, options, set_up.tool, temperature_names),
+        controller(of_controller, options, set_up.tool, temperature_names) {}
+
+  Pose base;
+  ProgramArm identified, controller;
+};
+
+std::vector<ProgramSetUp> set_ups_of(const Program& program, const CompensationOptions& options) {
+  if (program.set_ups.empty()) return {{options.base, options.tool}};
+  return program.set_ups;
+}
+
 // Goes through the rows of one program.
 class Compensation {
  public:
@@ -56,12 +75,14 @@ class Compensation {
       : program_(program),
         options_(options),
         visits_(program.visits),
-        arm_(identified, options, options.tool, visits_.temperature_names),
-        controller_(controller, options, options.tool, visits_.temperature_names),
-        motion_matters_(follows_motion(arm_.robot()) || follows_motion(controller_.robot())),
         states_arrival_(!visits_.arrival.empty()),
         states_stroke_(!visits_.stroke.empty()) {
-    for (Eigen::Vector3d& force : visits_.force_n) force = options.base.rotation * force;
+    for (const ProgramSetUp& set_up : set_ups_of(program, options))
+      arms_.emplace_back(identified, controller, set_up, options, visits_.temperature_names);
+    motion_matters_ =
+        follows_motion(arms_[0].identified.robot()) || follows_motion(arms_[0].controller.robot());
+    for (size_t row = 0; row < visits_.force_n.size(); ++row)
+      visits_.force_n[row] = arms(row).base.rotation * visits_.force_n[row];
     visits_.arrival.resize(visits_.q.size(), Direction{});
     visits_.stroke.resize(visits_.q.size(), JointVector::Zero());
   }
@@ -70,9 +91,8 @@ class Compensation {
     for (int row = 0; row < program_.rows(); ++row) targets_.push_back(target_at(row));
     for (int row = 0; row < program_.rows(); ++row)
       visits_.q[static_cast<size_t>(row)] = targets_[static_cast<size_t>(row)].programmed;
-    const Coverage known = coverage(identified, options_, visits_);
-    for (size_t row = 0; row < known.deviation.size(); ++row)
-      cover(row, known.deviation[row], known.leverage[row]);
+    if (identified.uncertainty)
+      for (size_t k = 0; k < arms_.size(); ++k) cover_rows_of(k, identified);
     for (CorrectedTarget& target : targets_) {
       if (target.is_corrected && changes_turn(target.programmed, target.q))
         target.notes.push_back(CommandNote::turn);
@@ -82,16 +102,21 @@ class Compensation {
   }
 
  private:
+  const Arms& arms(size_t row) const {
+    return arms_[program_.set_up.empty() ? 0 : static_cast<size_t>(program_.set_up[row])];
+  }
+
   CorrectedTarget target_at(int row) {
+    arms_now_ = &arms(static_cast<size_t>(row));
     Context context = visits_.context(row);
     CorrectedTarget target;
     target.programmed = programmed_at(row, context);
     target.q = target.programmed;
     arrive(context, target.q);
     context.q = target.programmed;
-    const Pose intended = program_.is_cartesian()
-                              ? options_.base * program_.poses[static_cast<size_t>(row)]
-                              : controller_.pose(context);
+    const Pose intended = program_.is_cartesian(static_cast<size_t>(row))
+                              ? arms_now_->base * program_.poses[static_cast<size_t>(row)]
+                              : controller().pose(context);
     settle(target, context, intended);
     (arrival_ ? *arrival_ : arrival_.emplace(target.q)).go_to(target.q);
     visits_.arrival[static_cast<size_t>(row)] = context.arrival;
@@ -99,6 +124,9 @@ class Compensation {
     finish(target, context, intended);
     return target;
   }
+
+  const ProgramArm& arm() const { return arms_now_->identified; }
+  const ProgramArm& controller() const { return arms_now_->controller; }
 
   // The arm drives from command to command: these tell its motion, not the program.
   void settle(CorrectedTarget& target, Context& context, const Pose& intended) const {
@@ -129,13 +157,13 @@ class Compensation {
     target.is_corrected = false;
     Context here = context;
     here.q = target.programmed;
-    target.before = difference(intended, arm_.pose(here));
+    target.before = difference(intended, arm().pose(here));
     const JointCorrection correction =
-        correct_joints(arm_, context, intended, target.programmed, controller_.chain());
-    const KinematicChain& travel = controller_.robot().chain;
+        correct_joints(arm(), context, intended, target.programmed, controller().chain());
+    const KinematicChain& travel = controller().robot().chain;
     // The controller's own inverse kinematics is singular there too.
-    const double bend = std::min(wrist_sine(arm_.chain(), target.programmed),
-                                 wrist_sine(controller_.chain(), target.programmed));
+    const double bend = std::min(wrist_sine(arm().chain(), target.programmed),
+                                 wrist_sine(controller().chain(), target.programmed));
     if (correction.is_damped || bend < std::sin(kStretchedWrist))
       target.notes.push_back(CommandNote::singular);
     if (!correction.is_reached) {
@@ -153,14 +181,27 @@ class Compensation {
 
   // What follows from the command.
   void finish(CorrectedTarget& target, Context context, const Pose& intended) const {
-    const Pose program_from_foot = inverse(options_.base);
+    const Pose program_from_foot = inverse(arms_now_->base);
     target.intended = program_from_foot * intended;
     context.q = target.programmed;
-    target.before = difference(intended, arm_.pose(context));
+    target.before = difference(intended, arm().pose(context));
     context.q = target.q;
-    target.after = difference(intended, arm_.pose(context));
+    target.after = difference(intended, arm().pose(context));
     target.pose =
-        target.is_corrected ? program_from_foot * controller_.pose(context) : target.intended;
+        target.is_corrected ? program_from_foot * controller().pose(context) : target.intended;
+  }
+
+  // Rows with the tool of one set-up.
+  void cover_rows_of(size_t set_up, const Robot& identified) {
+    std::vector<int> rows;
+    for (int row = 0; row < program_.rows(); ++row)
+      if (&arms(static_cast<size_t>(row)) == &arms_[set_up]) rows.push_back(row);
+    if (rows.empty()) return;
+    CompensationOptions options = options_;
+    options.tool = set_ups_of(program_, options_)[set_up].tool;
+    const Coverage known = coverage(identified, options, visits_.select(rows));
+    for (size_t k = 0; k < rows.size(); ++k)
+      cover(static_cast<size_t>(rows[k]), known.deviation[k], known.leverage[k]);
   }
 
   void cover(size_t row, double deviation, double leverage) {
@@ -179,10 +220,14 @@ class Compensation {
 
   JointVector programmed_at(int row, Context context) const {
     const auto r = static_cast<size_t>(row);
-    if (!program_.is_cartesian()) {
+    if (!program_.is_cartesian(r)) {
       check_turn(row, visits_.q[r]);
       return visits_.q[r];
     }
+    if (!program_.configurations.empty() && !program_.hinted[r])
+      if (const Configuration& stated = program_.configurations[r];
+          stated.is_stated() && !(stated.continues && !targets_.empty()))
+        return stated_at(row, context, stated);
     if (!program_.hinted[r] && targets_.empty() && !options_.start)
       throw UnreachableTarget(row,
                               "nothing says on which branch the first target lies; add columns "
@@ -194,14 +239,31 @@ class Compensation {
     return in_turn(row, on_branch_of(row, context, hint));
   }
 
+  // The posture that the target states.
+  JointVector stated_at(int row, Context context, const Configuration& stated) const {
+    const std::optional<JointVector> before =
+        targets_.empty() ? options_.start : std::optional(targets_.back().programmed);
+    arrive(context, before.value_or(stated.reference));
+    const Pose wanted = arms_now_->base * program_.poses[static_cast<size_t>(row)];
+    const PostureSearch search(controller(), context, wanted, stated, before);
+    if (const auto q = search.find()) return *q;
+    throw UnreachableTarget(
+        row, search.is_reached()
+                 ? "the controller's model reaches it, but not in the configuration that the "
+                   "program states (KUKA S and T, ABB confdata, FANUC CONFIG); check the frames, "
+                   "the tool and --controller"
+                 : "the controller's model does not reach it; check the frames, the tool and "
+                   "--controller");
+  }
+
   JointVector on_branch_of(int row, const Context& context, const JointVector& hint) const {
-    const Pose wanted = options_.base * program_.poses[static_cast<size_t>(row)];
-    const Branch branch = branch_of(controller_.chain(), hint);
+    const Pose wanted = arms_now_->base * program_.poses[static_cast<size_t>(row)];
+    const Branch branch = branch_of(controller().chain(), hint);
     const auto found_from = [&](const JointVector& start) {
-      return joints_of_pose(controller_, context, wanted, start);
+      return joints_of_pose(controller(), context, wanted, start);
     };
     JointCorrection found = found_from(hint);
-    if (found.is_reached && is_same(branch, branch_of(controller_.chain(), found.q)))
+    if (found.is_reached && is_same(branch, branch_of(controller().chain(), found.q)))
       return found.q;
     // The way from the hint may lead over a singular posture: begin beside it, in a fixed order.
     bool is_reached = found.is_reached;
@@ -212,7 +274,7 @@ class Compensation {
       found = found_from(start);
       is_reached |= found.is_reached;
       if (!found.is_reached || (found.q - hint).cwiseAbs().maxCoeff() > kWholeTurn) continue;
-      if (is_same(branch, branch_of(controller_.chain(), found.q))) return found.q;
+      if (is_same(branch, branch_of(controller().chain(), found.q))) return found.q;
     }
     throw UnreachableTarget(
         row, is_reached ? "the controller's model reaches it only on another branch than that of "
@@ -230,7 +292,7 @@ class Compensation {
         throw UnreachableTarget(
             row, fmt::format("its turn t = {} says that {} stands {} zero, and it stands at {:.6g} "
                              "deg; correct t, or rename the column if it is another",
-                             turn, controller_.robot().chain.links[static_cast<size_t>(j)].name,
+                             turn, controller().robot().chain.links[static_cast<size_t>(j)].name,
                              below ? "below" : "above", q[j] / kDegree));
     }
   }
@@ -238,7 +300,7 @@ class Compensation {
   // The same posture with the turns that the target states.
   JointVector in_turn(int row, JointVector q) const {
     if (program_.turns.empty()) return q;
-    const KinematicChain& chain = controller_.robot().chain;
+    const KinematicChain& chain = controller().robot().chain;
     for (int j = 0; j < kJoints; ++j) {
       const bool below = (program_.turns[static_cast<size_t>(row)] >> j) & 1;
       if ((q[j] < 0) == below) continue;
@@ -254,9 +316,10 @@ class Compensation {
 
   const Program& program_;
   const CompensationOptions& options_;
-  Campaign visits_;  // forces in the axes of R_0
-  ProgramArm arm_, controller_;
-  bool motion_matters_, states_arrival_, states_stroke_;
+  Campaign visits_;                 // forces in the axes of R_0
+  std::deque<Arms> arms_;           // models refer to their robots: they must not move
+  const Arms* arms_now_ = nullptr;  // of the row
+  bool motion_matters_ = false, states_arrival_, states_stroke_;
   std::optional<Arrival> arrival_;  // at the last command
   std::vector<CorrectedTarget> targets_;
 };
@@ -326,7 +389,11 @@ std::vector<CorrectedTarget> compensate(const Robot& identified, const Robot& co
     require_context(*robot, program.visits, options.tool_is_measured);
   CompensationOptions own = options;
   if (options.tool_is_measured) own.tool = identified.chain.tool;
-  return Compensation(identified, controller, program, own).run(identified);
+  if (!options.tool_is_measured || program.set_ups.empty())
+    return Compensation(identified, controller, program, own).run(identified);
+  Program with_measured_tool = program;
+  for (ProgramSetUp& set_up : with_measured_tool.set_ups) set_up.tool = own.tool;
+  return Compensation(identified, controller, with_measured_tool, own).run(identified);
 }
 
 }  // namespace armtrue

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "armtrue/programs/krl.h"
 
@@ -9,5 +10,16 @@ namespace armtrue {
 /// Reads a program. Without `dat`, the .dat file beside `src` with the same name is read, if there
 /// is one. Throws InputError if a file cannot be read.
 KrlProgram read_krl(const std::string& src, const std::string& dat = "");
+
+/// A text with the SHA-256 of its bytes.
+struct TextFile {
+  ProgramText text;
+  std::string sha256;
+};
+
+/// The texts of a robot program; `with_dat` as read_krl() does. Throws InputError if a file cannot
+/// be read.
+std::vector<TextFile> read_program_texts(const std::string& path, const std::string& dat,
+                                         bool with_dat);
 
 }  // namespace armtrue

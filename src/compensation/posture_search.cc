@@ -1,0 +1,90 @@
+#include "compensation/posture_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "compensation/joint_correction.h"
+
+namespace armtrue {
+namespace {
+
+constexpr double kFullTurn = 2 * std::numbers::pi;
+constexpr int kStarts = 240;
+
+// The multiple of a turn that brings an angle into [low, high], next to `near`; nothing if none
+// does.
+std::optional<double> turned_into(double angle, double low, double high, double near) {
+  constexpr double kSlack = 0.02 * kDegree;
+  std::optional<double> best;
+  for (int k = -3; k <= 3; ++k) {
+    const double turned = angle + k * kFullTurn;
+    if (turned < low - kSlack || turned > high + kSlack) continue;
+    if (!best || std::abs(turned - near) < std::abs(*best - near)) best = turned;
+  }
+  return best;
+}
+
+}  // namespace
+
+PostureSearch::PostureSearch(const ProgramArm& arm, const Context& context, const Pose& wanted,
+                             const Configuration& stated, const std::optional<JointVector>& before)
+    : arm_(arm),
+      context_(context),
+      wanted_(wanted),
+      stated_(stated),
+      before_(before),
+      reference_(branch_of(arm.chain(), stated.reference)) {
+  if (before) try_from(*before);
+  if (!found_) try_from(stated.reference);
+  const KinematicChain& chain = arm.robot().chain;
+  for (int k = 1; k <= kStarts && !found_; ++k) {
+    JointVector start;
+    for (int j = 0; j < kJoints; ++j) {
+      const auto [min, max] = travel(chain.links[static_cast<size_t>(j)]);
+      const double low = std::max(min, stated.low[j]), high = std::min(max, stated.high[j]);
+      const double share = std::fmod(k * std::sqrt(2.0 + j) + 0.5 * j, 1.0);
+      start[j] = low < high ? low + share * (high - low) : min + share * (max - min);
+    }
+    try_from(start);
+  }
+  if (!found_ && stated.sides_are_weak) found_ = in_ranges_only_;
+}
+
+void PostureSearch::try_from(const JointVector& start) {
+  const JointCorrection solution = joints_of_pose(arm_, context_, wanted_, start);
+  if (!solution.is_reached) return;
+  is_reached_ = true;
+  const auto q = in_ranges(solution.q);
+  if (!q) return;
+  if (has_sides(*q))
+    found_ = q;
+  else if (!in_ranges_only_)
+    in_ranges_only_ = q;
+}
+
+std::optional<JointVector> PostureSearch::in_ranges(JointVector q) const {
+  const KinematicChain& chain = arm_.robot().chain;
+  for (int j = 0; j < kJoints; ++j) {
+    const auto [min, max] = travel(chain.links[static_cast<size_t>(j)]);
+    // A target beyond the travel is told so later, with the note `limit`.
+    const auto in_travel = turned_into(q[j], std::max(min, stated_.low[j]),
+                                       std::min(max, stated_.high[j]), before_ ? (*before_)[j] : 0);
+    const auto turned =
+        in_travel ? in_travel
+                  : turned_into(q[j], stated_.low[j], stated_.high[j], before_ ? (*before_)[j] : 0);
+    if (!turned) return std::nullopt;
+    q[j] = *turned;
+  }
+  return q;
+}
+
+bool PostureSearch::has_sides(const JointVector& q) const {
+  const Branch branch = branch_of(arm_.chain(), q);
+  const auto is_on = [](int side, int reference, int now) { return side * reference * now >= 0; };
+  return is_on(stated_.sides[0], reference_.shoulder, branch.shoulder) &&
+         is_on(stated_.sides[1], reference_.elbow, branch.elbow) &&
+         is_on(stated_.sides[2], reference_.wrist, branch.wrist);
+}
+
+}  // namespace armtrue
