@@ -4,12 +4,10 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <filesystem>
 #include <unordered_set>
 
 #include "armtrue/diagnosis/diagnosis.h"
 #include "armtrue/io/catalogue_io.h"
-#include "armtrue/io/output.h"
 #include "armtrue/io/program_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
@@ -62,10 +60,10 @@ ProgramFile Command::read_program(const std::string& path) {
   return file;
 }
 
-std::vector<ProgramText> Command::read_robot_program(const std::string& path,
+std::vector<ProgramText> Command::read_program_texts(const std::string& path,
                                                      const std::string& dat, bool with_dat) {
   std::vector<ProgramText> texts;
-  for (const TextFile& file : read_program_texts(path, dat, with_dat)) {
+  for (const TextFile& file : armtrue::read_program_texts(path, dat, with_dat)) {
     inputs_.emplace_back(file.text.name, file.sha256);
     texts.push_back(file.text);
   }
@@ -147,15 +145,6 @@ std::vector<JointTarget> numbered(const std::vector<JointVector>& configurations
   }
   return targets;
 }
-
-bool is_same_file(const std::string& a, const std::string& b) {
-  namespace fs = std::filesystem;
-  std::error_code none;
-  return fs::weakly_canonical(fs::absolute(a, none), none) ==
-         fs::weakly_canonical(fs::absolute(b, none), none);
-}
-
-bool is_piped(const std::string& output) { return output == "-" || is_device_or_pipe(output); }
 
 std::string not_converged(const CalibrationResult& fit) {
   return fmt::format(

@@ -150,7 +150,7 @@ class Command : public OptionGroup {
   /// All columns are kept for the output.
   ProgramFile read_program(const std::string& path);
   /// A robot program; with its .dat if `with_dat`: `dat`, or that beside it.
-  std::vector<ProgramText> read_robot_program(const std::string& path, const std::string& dat,
+  std::vector<ProgramText> read_program_texts(const std::string& path, const std::string& dat,
                                               bool with_dat);
 
   Provenance provenance() const;
@@ -201,12 +201,6 @@ std::optional<Box> box_from_numbers(const std::vector<double>& numbers_mm);
 /// Targets with the ids 1, 2, 3 ..., without the ids in `taken`, so that both fit into one file.
 std::vector<JointTarget> numbered(const std::vector<JointVector>& configurations,
                                   const std::vector<std::string>& taken);
-
-/// Whether two paths lead to one file.
-bool is_same_file(const std::string& a, const std::string& b);
-
-/// Whether an output goes to standard output, a device or a pipe, and so has no name.
-bool is_piped(const std::string& output);
 
 /// The warning for a fit that did not converge.
 std::string not_converged(const CalibrationResult& fit);

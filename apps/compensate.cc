@@ -1,23 +1,21 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <set>
 
 #include "armtrue/compensation/compensation.h"
 #include "armtrue/compensation/program_targets.h"
 #include "armtrue/io/compensation_io.h"
 #include "armtrue/io/output.h"
-#include "armtrue/io/program_io.h"
 #include "armtrue/kinematics/units.h"
 #include "columns.h"
 #include "command_line.h"
+#include "robot_program_files.h"
 
 using namespace armtrue;
 
 namespace {
 
-constexpr const char* kPoseForm = "x,y,z,a,b,c in mm and deg";
 constexpr double kOtherArm = 50 * kMillimetre;  // no two models of one arm are as far apart
 constexpr double kNothing = 1e-9;               // [m]
 constexpr size_t kMostNames = 5;                // in one warning
@@ -28,72 +26,20 @@ struct Arguments {
   bool tool_is_measured = false, strict = false;
   double max_mm = CompensationOptions{}.max_correction / kMillimetre;
   std::optional<double> payload_kg, time_s, temperature_c;
-  std::string program, dat, program_out, dialect;
-  std::vector<std::string> frames;
+  app::RobotProgramFiles program;
 };
 
-Pose pose_from_numbers(const std::vector<double>& n) {
-  if (n.empty()) return {};
-  return {rotation_from_abc(n[3] * kDegree, n[4] * kDegree, n[5] * kDegree),
-          Eigen::Vector3d(n[0], n[1], n[2]) * kMillimetre};
-}
-
 void add_frames(app::Command& command, Arguments& arguments) {
-  app::Option tool = command.numbers("--tool", arguments.tool, 6, kPoseForm,
+  app::Option tool = command.numbers("--tool", arguments.tool, 6, app::kPoseForm,
                                      "The program's tool: the TCP in R_7 (KUKA $TOOL), as "
                                      "x,y,z,a,b,c in mm and deg; R_7 itself if absent");
   command
       .flag("--tool-is-measured", arguments.tool_is_measured,
             "The TCP is the frame that was measured: tool and its effects are those of --robot")
       .excludes(tool);
-  command.numbers("--base", arguments.base, 6, kPoseForm,
+  command.numbers("--base", arguments.base, 6, app::kPoseForm,
                   "The program's frame in R_0 (KUKA $BASE), as x,y,z,a,b,c in mm and deg; R_0 "
                   "itself if absent");
-}
-
-// `NAME=x,y,z,a,b,c`; the name may hold brackets.
-std::pair<std::string, Pose> frame_from_text(const std::string& text) {
-  const size_t equals = text.rfind('=');
-  if (equals == std::string::npos || equals == 0)
-    throw std::invalid_argument("'" + text + "' is no frame; give NAME=" + kPoseForm);
-  return {text.substr(0, equals),
-          pose_from_numbers(app::numbers_from_text(text.substr(equals + 1), 6, kPoseForm))};
-}
-
-app::Check frame_check() {
-  return {"", [](const std::string& text) {
-            try {
-              frame_from_text(text);
-              return std::string();
-            } catch (const std::invalid_argument& error) {
-              return std::string(error.what());
-            }
-          }};
-}
-
-void add_program(app::Command& command, Arguments& arguments) {
-  const app::Option program =
-      command.option("--program", arguments.program,
-                     "Robot program to correct instead of a file of targets: KUKA .src, ABB .mod, "
-                     "FANUC .ls, UR .script");
-  program.needs(command
-                    .add_output("--program-out", arguments.program_out,
-                                "Write the corrected program here, a .dat beside it")
-                    .needs(program));
-  command
-      .option("--dat", arguments.dat, "The .dat of a KUKA program; that beside the .src if absent")
-      .needs(program);
-  command
-      .option("--dialect", arguments.dialect,
-              "Language of the program, if the name of the file does not tell it")
-      .check(app::one_of({"krl", "rapid", "fanuc", "urscript"}))
-      .needs(program);
-  command
-      .option("--frame", arguments.frames,
-              "A frame or tool that the program only names, as NAME=x,y,z,a,b,c in mm and deg: "
-              "BASE_DATA[1], TOOL_DATA[1], wobj1, UF[1], UT[1]; may be given several times")
-      .check(frame_check())
-      .needs(program);
 }
 
 void add_options(app::Command& command, Arguments& arguments) {
@@ -130,7 +76,7 @@ void add_options(app::Command& command, Arguments& arguments) {
               "as programmed")
       .check(app::one_of({"keep", "leave"}))
       .default_shown();
-  add_program(command, arguments);
+  app::add_robot_program(command, arguments.program);
   command.add_output("--summary", arguments.summary, "Write counts, errors and the worst here");
   command.flag("--strict", arguments.strict,
                "Exit with 3 if a target has a note, or the assumptions are in doubt");
@@ -139,8 +85,8 @@ void add_options(app::Command& command, Arguments& arguments) {
 
 CompensationOptions compensation_options(const Arguments& arguments) {
   CompensationOptions options;
-  options.base = pose_from_numbers(arguments.base);
-  options.tool = pose_from_numbers(arguments.tool);
+  options.base = app::pose_from_numbers(arguments.base);
+  options.tool = app::pose_from_numbers(arguments.tool);
   options.tool_is_measured = arguments.tool_is_measured;
   options.max_correction = arguments.max_mm * kMillimetre;
   options.correct_uncovered = arguments.uncovered == "keep";
@@ -318,96 +264,37 @@ CommandKind command_kind(const Arguments& arguments, const Program& program) {
   return arguments.commands == "joints" ? CommandKind::joints : CommandKind::cartesian;
 }
 
-Dialect dialect_of(const Arguments& arguments) {
-  if (!arguments.dialect.empty()) return *find_dialect(arguments.dialect);
-  if (const auto dialect = dialect_of_file(arguments.program)) return *dialect;
-  throw app::UsageError("--program: '" + arguments.program +
-                        "' does not end as a program does (.src, .mod, .prg, .sys, .ls, .script, "
-                        ".urscript); say what it is with --dialect");
+void refuse_options_of_tables(const app::Command& command, const Arguments& arguments) {
+  if (!arguments.commands.empty())
+    throw app::UsageError("--commands: the targets of a program stay of their kind; leave it out");
+  if (command.output != "-")
+    throw app::UsageError("-o: a program goes to --program-out, and there is no other product");
 }
 
-// The .dat stands beside the .src, with the same name.
-std::string dat_beside(const std::string& src) {
-  const std::filesystem::path path(src);
-  const bool in_capitals = path.extension() == ".SRC";
-  return std::filesystem::path(path).replace_extension(in_capitals ? ".DAT" : ".dat").string();
-}
-
-void refuse_outputs(const RobotProgram& program, const Arguments& arguments) {
-  const std::filesystem::path out(arguments.program_out);
-  if (app::is_piped(arguments.program_out) && program.texts.size() < 2) return;
-  if (const std::string wrong = why_illegal_name(program.dialect, out.stem().string());
-      !wrong.empty())
-    throw app::UsageError("--program-out: " + wrong);
-  std::vector<std::string> outputs{arguments.program_out};
-  if (program.texts.size() > 1) outputs.push_back(dat_beside(arguments.program_out));
-  if (outputs.size() > 1 && outputs[0] == outputs[1])
-    throw app::UsageError("--program-out: '" + outputs[0] + "' is the name of a .dat; name a .src");
-  for (const std::string& output : outputs)
-    for (const ProgramText& text : program.texts)
-      if (app::is_same_file(output, text.name))
-        throw app::UsageError("--program-out: '" + output +
-                              "' is a file of the program itself; give the corrected program "
-                              "another name or folder");
-}
-
-struct ReadProgram {
-  RobotProgram program;
-  ProgramFile targets;
-};
-
-ReadProgram read_robot_program(app::Command& command, const Arguments& arguments) {
-  if (command.input != "-")
-    throw app::UsageError("'" + command.input +
-                          "' and --program are given; correct one of them at a time");
-  const Dialect dialect = dialect_of(arguments);
-  if (!arguments.dat.empty() && dialect != Dialect::krl)
-    throw app::UsageError("--dat: only a KUKA program has a .dat");
-  std::vector<ProgramText> texts =
-      command.read_robot_program(arguments.program, arguments.dat, dialect == Dialect::krl);
-  KnownFrames known;
-  for (const std::string& frame : arguments.frames) known.insert(frame_from_text(frame));
-  ReadProgram read;
-  read.program = parse_program(dialect, std::move(texts), known);
-  refuse_outputs(read.program, arguments);
-  read.targets.source = read.program.texts[0].name;
-  read.targets.program = program_targets(read.program, compensation_options(arguments));
-  return read;
-}
-
-// Writes the program; returns whether all of it could be followed.
-bool write_robot_program(const app::Command& command, const RobotProgram& program,
-                         std::vector<CorrectedTarget>& targets, const Arguments& arguments) {
-  const ProgramCommands commands = program_commands(program, targets);
-  RewrittenProgram rewritten = rewrite(program, commands.list);
-  const std::filesystem::path out(arguments.program_out);
-  if (!app::is_piped(arguments.program_out)) rename(program, out.stem().string(), rewritten.texts);
-  size_t warnings = 0;
-  for (const std::vector<std::string>* list :
-       std::initializer_list<const std::vector<std::string>*>{&program.warnings, &commands.warnings,
-                                                              &rewritten.warnings})
-    for (const std::string& warning : *list) {
-      command.warn(warning);
-      ++warnings;
-    }
-  command.tell(fmt::format("{}: {} points changed, {} moves left alone\n", program.texts[0].name,
-                           rewritten.changed, program.left_alone));
-  // The .dat first: a .src that calls for points that do not exist yet would be worse.
-  if (rewritten.texts.size() > 1)
-    write_output(dat_beside(arguments.program_out), rewritten.texts[1]);
-  write_output(arguments.program_out, rewritten.texts[0]);
-  return warnings == 0;
+void refuse_two_tools(const RobotProgram& program, const Arguments& arguments) {
+  for (const ProgramTarget& target : program.targets)
+    if (arguments.tool_is_measured && target.tool >= 0)
+      throw InputError(fmt::format(
+          "{}:{}: the program names the tool '{}', and --tool-is-measured is given; leave it out",
+          program.texts[0].name, target.line,
+          program.frames[static_cast<size_t>(target.tool)].name));
 }
 
 int run(app::Command& command, const Arguments& arguments) {
   const Robot robot = robot_of_session(command.read_robot(arguments.robot).robot, arguments);
   const Robot controller = command.read_robot(arguments.controller).robot;
   refuse_other_files(robot, controller, arguments);
-  const bool is_robot_program = !arguments.program.empty();
-  ReadProgram read;
-  if (is_robot_program) read = read_robot_program(command, arguments);
-  ProgramFile file =
-      is_robot_program ? std::move(read.targets) : command.read_program(command.input);
+  std::optional<RobotProgram> program;
+  ProgramFile file;
+  if (!arguments.program.path.empty()) {
+    refuse_options_of_tables(command, arguments);
+    program = app::read_robot_program(command, arguments.program);
+    refuse_two_tools(*program, arguments);
+    file.source = program->texts[0].name;
+    file.program = program_targets(*program, compensation_options(arguments));
+  } else {
+    file = command.read_program(command.input);
+  }
   fill_context(file, arguments, {&robot, &controller});
   std::vector<CorrectedTarget> targets =
       compensate_file(robot, controller, file, compensation_options(arguments));
@@ -424,8 +311,8 @@ int run(app::Command& command, const Arguments& arguments) {
   for (const std::string& effect : story.not_applied)
     command.warn("not applied, because it belongs to the station: " + effect);
   bool is_followed = true;
-  if (is_robot_program)
-    is_followed = write_robot_program(command, read.program, targets, arguments);
+  if (program)
+    is_followed = app::write_robot_program(command, *program, targets, arguments.program);
   else
     write_output(command.output,
                  write_commands(file, targets, command_kind(arguments, file.program)));

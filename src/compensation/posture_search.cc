@@ -49,30 +49,31 @@ PostureSearch::PostureSearch(const ProgramArm& arm, const Context& context, cons
     try_from(start);
   }
   if (!found_ && stated.sides_are_weak) found_ = in_ranges_only_;
+  if (!found_) found_ = beyond_travel_;
 }
 
 void PostureSearch::try_from(const JointVector& start) {
   const JointCorrection solution = joints_of_pose(arm_, context_, wanted_, start);
   if (!solution.is_reached) return;
   is_reached_ = true;
-  const auto q = in_ranges(solution.q);
-  if (!q) return;
-  if (has_sides(*q))
-    found_ = q;
-  else if (!in_ranges_only_)
-    in_ranges_only_ = q;
+  if (const auto q = in_ranges(solution.q, true)) {
+    (has_sides(*q) ? found_ : in_ranges_only_) = q;
+  } else if (!beyond_travel_) {
+    beyond_travel_ = in_ranges(solution.q, false);
+    if (beyond_travel_ && !has_sides(*beyond_travel_)) beyond_travel_.reset();
+  }
 }
 
-std::optional<JointVector> PostureSearch::in_ranges(JointVector q) const {
+std::optional<JointVector> PostureSearch::in_ranges(JointVector q, bool in_travel) const {
   const KinematicChain& chain = arm_.robot().chain;
   for (int j = 0; j < kJoints; ++j) {
-    const auto [min, max] = travel(chain.links[static_cast<size_t>(j)]);
-    // A target beyond the travel is told so later, with the note `limit`.
-    const auto in_travel = turned_into(q[j], std::max(min, stated_.low[j]),
-                                       std::min(max, stated_.high[j]), before_ ? (*before_)[j] : 0);
-    const auto turned =
-        in_travel ? in_travel
-                  : turned_into(q[j], stated_.low[j], stated_.high[j], before_ ? (*before_)[j] : 0);
+    double low = stated_.low[j], high = stated_.high[j];
+    if (in_travel) {
+      const auto [min, max] = travel(chain.links[static_cast<size_t>(j)]);
+      low = std::max(min, low);
+      high = std::min(max, high);
+    }
+    const auto turned = turned_into(q[j], low, high, before_ ? (*before_)[j] : 0);
     if (!turned) return std::nullopt;
     q[j] = *turned;
   }

@@ -10,7 +10,7 @@ namespace armtrue {
 
 /// Looks for the joint angles at which an arm has a pose in a stated configuration: from the
 /// posture before, from the reference of the configuration, then from other starts in a fixed
-/// order.
+/// order. One within the travel is preferred.
 class PostureSearch {
  public:
   /// `wanted`: R_0 from TCP. The arguments must live as long as the search.
@@ -24,8 +24,9 @@ class PostureSearch {
 
  private:
   void try_from(const JointVector& start);
-  /// The same posture, turned so that each joint stands in its range and its travel.
-  std::optional<JointVector> in_ranges(JointVector q) const;
+  /// The same posture, turned so that each joint stands in its range and, if asked for, in its
+  /// travel; nothing if that cannot be.
+  std::optional<JointVector> in_ranges(JointVector q, bool in_travel) const;
   bool has_sides(const JointVector& q) const;
 
   const ProgramArm& arm_;
@@ -35,7 +36,9 @@ class PostureSearch {
   const std::optional<JointVector>& before_;
   Branch reference_;
   bool is_reached_ = false;
-  std::optional<JointVector> found_, in_ranges_only_;
+  std::optional<JointVector> found_;
+  std::optional<JointVector> in_ranges_only_;  // on other sides
+  std::optional<JointVector> beyond_travel_;   // told so later, by the note `limit`
 };
 
 }  // namespace armtrue

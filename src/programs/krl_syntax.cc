@@ -11,6 +11,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "programs/krl_words.h"
 #include "programs/text_cursor.h"
 
 namespace armtrue {
@@ -20,37 +21,7 @@ bool contains(std::initializer_list<std::string_view> names, std::string_view na
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-struct Keyword {
-  std::string_view name;
-  KrlMotion motion;
-  bool spline;
-  bool relative;
-};
-
-const Keyword* find_motion(std::string_view name) {
-  using enum KrlMotion;
-  static constexpr Keyword kMotions[] = {
-      {"PTP", point_to_point, false, false},
-      {"LIN", line, false, false},
-      {"CIRC", circle, false, false},
-      {"SPTP", point_to_point, true, false},
-      {"SLIN", line, true, false},
-      {"SCIRC", circle, true, false},
-      {"SPL", spline_point, true, false},
-      {"PTP_REL", point_to_point, false, true},
-      {"LIN_REL", line, false, true},
-      {"CIRC_REL", circle, false, true},
-      {"SPTP_REL", point_to_point, true, true},
-      {"SLIN_REL", line, true, true},
-      {"SCIRC_REL", circle, true, true},
-      {"SPL_REL", spline_point, true, true},
-  };
-  for (const Keyword& keyword : kMotions)
-    if (keyword.name == name) return &keyword;
-  return nullptr;
-}
-
-struct Statement {
+struct KrlStatement {
   int line;
   size_t line_begin, begin, end;
 };
@@ -107,7 +78,7 @@ class KrlParser {
     }
   }
 
-  void read_statement(const Statement& statement) {
+  void read_statement(const KrlStatement& statement) {
     TextCursor cursor(text_, statement.begin, statement.end);
     std::string word = cursor.take_name();
     bool declares = false, global = false;
@@ -116,11 +87,12 @@ class KrlParser {
       global |= word == "GLOBAL";
     }
     if (is_krl_point_type(word)) return read_declaration(cursor, global);
-    if (word == "FDAT") return read_fdat(cursor);
+    if (word == "FDAT") return take_krl_fdat(cursor, syntax_.fdats);
     if (declares) return;
     if (read_definition(statement, word)) return;
     if (in_dat_) return;
-    if (const Keyword* keyword = find_motion(word)) return read_move(statement, *keyword, cursor);
+    if (const KrlKeyword* keyword = find_krl_motion(word))
+      return read_move(statement, *keyword, cursor);
     follow_structure(word);
     if (word == "$BASE" || word == "BAS") read_base(statement, word);
     in_set_up_ =
@@ -154,7 +126,7 @@ class KrlParser {
   }
 
   // Notes an assignment $BASE=.. or BAS(#BASE,..).
-  void read_base(const Statement& statement, std::string_view word) {
+  void read_base(const KrlStatement& statement, std::string_view word) {
     std::string spelled;
     for (size_t i = statement.begin; i < statement.end; ++i)
       if (!is_blank(text_[i])) spelled += text_[i];
@@ -191,28 +163,6 @@ class KrlParser {
     return static_cast<int>(syntax_.axes.size()) - 1;
   }
 
-  // Reads FP1={TOOL_NO 1,BASE_NO 3,IPO_FRAME #BASE,..}.
-  void read_fdat(TextCursor& cursor) {
-    const std::string name = cursor.take_name();
-    if (!cursor.take('=') || !cursor.take('{')) return;
-    KrlFdat fdat;
-    while (!cursor.done() && cursor.next() != '}') {
-      const std::string entry = cursor.take_name();
-      const auto number = [&]() -> std::optional<int> {
-        const auto value = cursor.take_number();
-        if (!value || !(std::abs(*value) < 1000)) return std::nullopt;
-        return static_cast<int>(*value);
-      };
-      if (entry == "TOOL_NO") fdat.tool = number();
-      if (entry == "BASE_NO") fdat.base = number();
-      if (entry == "IPO_FRAME" && cursor.take('#'))
-        fdat.is_external_tcp = cursor.take_name() == "TCP";
-      cursor.skip_to(",}");
-      if (!cursor.take(',')) break;
-    }
-    syntax_.fdats[name] = fdat;
-  }
-
   void define(const std::string& name, const KrlAggregate& aggregate, bool global) {
     Declaration& declaration = declarations_[name];
     ++declaration.values;
@@ -236,7 +186,7 @@ class KrlParser {
   }
 
   // Reads NAME={..}; returns false if the statement is anything else.
-  bool read_definition(const Statement& statement, const std::string& word) {
+  bool read_definition(const KrlStatement& statement, const std::string& word) {
     TextCursor cursor(text_, statement.begin, statement.end);
     if (word.empty() || word[0] == '$') return false;
     const std::string name = take_variable(cursor);
@@ -247,7 +197,7 @@ class KrlParser {
     return true;
   }
 
-  void read_move(const Statement& statement, const Keyword& keyword, TextCursor& cursor) {
+  void read_move(const KrlStatement& statement, const KrlKeyword& keyword, TextCursor& cursor) {
     KrlMove move;
     move.line = statement.line;
     move.line_begin = statement.line_begin;

@@ -184,8 +184,8 @@ class RapidReader {
       read_move(*move, line_of(at), cursor.at(), statement.end);
       return true;
     }
-    if (!is_other_move(word) || cursor.next() == '(' || cursor.next() == ':') return false;
-    if (cursor.done()) return false;
+    if (!is_other_move(word) || cursor.done() || cursor.next() == '(' || cursor.next() == ':')
+      return false;
     leave(line_of(at), "this instruction is not followed: " + word);
     return true;
   }
