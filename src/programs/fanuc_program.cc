@@ -153,21 +153,34 @@ class FanucReader {
   void read_moves(size_t begin, size_t end) {
     std::string part = text_.substr(0, std::min(end, text_.size()));
     part.replace(0, begin, begin, ' ');
-    for (char& c : part)
-      if (c == '{' || c == '(' || c == '[') c = c == '[' ? '[' : ' ';  // no list goes over a line
-    const int line = line_of(begin) - 1;
-    std::vector<Statement> statements = split_statements(part, ';');
-    for (Statement& statement : statements) statement.line += line;
+    const std::vector<Statement> statements = lines_of(part, begin);
     for (const Statement& statement : statements) read_statement(part, statement, true);
     for (const Statement& statement : statements) read_statement(part, statement, false);
+  }
+
+  // One for each line; a line that begins with a colon continues the one before. A comment may hold
+  // quotes and semicolons.
+  std::vector<Statement> lines_of(std::string& part, size_t begin) const {
+    std::vector<Statement> lines;
+    int line = line_of(begin);
+    for (size_t at = begin; at < part.size(); ++line) {
+      const size_t end = std::min(part.find('\n', at), part.size());
+      TextCursor cursor(part, at, end);
+      if (cursor.next() == ':' && !lines.empty()) {
+        std::replace(part.begin() + static_cast<long>(lines.back().end),
+                     part.begin() + static_cast<long>(at), '\n', ' ');
+        lines.back().end = end;
+      } else {
+        lines.push_back({line, at, end});
+      }
+      at = end + 1;
+    }
+    return lines;
   }
 
   // `12:L P[3] 250mm/sec FINE`; a comment begins with ! or //.
   void read_statement(const std::string& part, const Statement& statement, bool assignments) {
     TextCursor cursor(part, statement.begin, statement.end);
-    if (cursor.take('/')) {  // /MN before the first line
-      cursor.take_name();
-    }
     cursor.take_number();
     cursor.take(':');
     if (cursor.next() == '!' || cursor.next() == '/') return;

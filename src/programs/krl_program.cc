@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/programs/krl.h"
@@ -79,6 +81,7 @@ class KrlReader {
     warnings_.add(move.line, "left alone: " + reason);
     ++program_.left_alone;
     before_ = unknown_krl_values();
+    is_posture_known_ = false;
   }
 
   void read_move(const KrlMove& move) {
@@ -138,12 +141,13 @@ class KrlReader {
       before_ = unknown_krl_values();
     } else {
       result.pose = pose_of_numbers(Dialect::krl, numbers);
-      result.configuration =
-          configuration_of(frame, is_auxiliary || move.motion != KrlMotion::point_to_point);
+      const bool is_straight = is_auxiliary || move.motion != KrlMotion::point_to_point;
+      result.configuration = configuration_of(frame, is_straight && is_posture_known_);
       note_external_axes(move, values);
       if (!is_auxiliary) before_ = values;
     }
     program_.targets.push_back(result);
+    is_posture_known_ = true;
     return true;
   }
 
@@ -166,9 +170,7 @@ class KrlReader {
                 bool is_auxiliary) {
     ProgramPoint point;
     const int text = frame.in_dat ? 1 : 0;
-    const std::string& whole = program_.texts[static_cast<size_t>(text)].text;
-    point.line = 1 + static_cast<int>(std::count(
-                         whole.begin(), whole.begin() + static_cast<long>(frame.begin), '\n'));
+    point.line = line_of(text, frame.begin);
     point.name = name_of(target, frame, point.line);
     const auto place = [&](const KrlFrame::Number& number) {
       return ProgramNumber{text, frame.begin + number.begin, frame.begin + number.end, 0, ""};
@@ -191,6 +193,18 @@ class KrlReader {
     }
     if (frame.turn) point.configuration.emplace_back(place(frame.turn_number)).value = *frame.turn;
     return keep(point);
+  }
+
+  // Counts on from the last place: points mostly come in their order.
+  int line_of(int text, size_t at) {
+    const std::string& whole = program_.texts[static_cast<size_t>(text)].text;
+    auto& [place, line] = counted_[static_cast<size_t>(text)];
+    if (at < place) {
+      place = 0;
+      line = 1;
+    }
+    for (; place < at; ++place) line += whole[place] == '\n';
+    return line;
   }
 
   int keep(const ProgramPoint& point) {
@@ -239,6 +253,8 @@ class KrlReader {
   KrlValues before_ = unknown_krl_values();  // the end of the move before, as programmed
   KrlValues external_ = unknown_krl_values();
   bool warned_of_external_ = false;
+  bool is_posture_known_ = true;  // no move was left alone since the last target
+  std::array<std::pair<size_t, int>, 2> counted_{{{0, 1}, {0, 1}}};  // of each text: place, line
 };
 
 }  // namespace

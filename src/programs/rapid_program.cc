@@ -42,7 +42,7 @@ bool is_other_move(const std::string& word) {
     if (word.starts_with(begin) && word.size() > std::string(begin).size()) {
       const char last = word.back();
       return last == 'L' || last == 'J' || last == 'C' || word.ends_with("START") ||
-             word.ends_with("END");
+             word.ends_with("END") || word.ends_with("IOS");
     }
   return false;
 }
@@ -67,9 +67,11 @@ class RapidReader {
     const std::vector<Statement> statements = split_statements(text_, ';');
     for (const Statement& statement : statements) read_words(statement, true);
     for (const Statement& statement : statements) read_words(statement, false);
-    for (const auto& [name, value] : values_)
-      if (value.point >= 0 && uses_.contains(name))
-        warnings_.add(uses_[name], "uses " + name + ", which is corrected, beside the moves to it");
+    for (const auto& [name, line] : uses_)
+      if (values_[name].point >= 0)
+        warnings_.add(line, "uses " + name + ", which is corrected, beside the moves to it");
+      else
+        leave(line, "uses the point " + name + " in a way that is not followed");
     program_.warnings = warnings_.list();
   }
 
@@ -106,7 +108,7 @@ class RapidReader {
           read_instruction(word, at, cursor, statement))
         return;
       if (declarations && before != '\\' && before != '.') note_assignment(word, cursor);
-      if (!declarations) note_use(word, at);
+      if (!declarations && cursor.next() != ':' && cursor.next() != '.') note_use(word, at);
       before = ' ';
     }
   }
@@ -346,14 +348,12 @@ class RapidReader {
 
   const RapidValue* value_of(const std::string& name, const char* type) const {
     const auto found = values_.find(name);
-    const bool is_known = found != values_.end() && found->second.values == 1 &&
-                          found->second.type == type &&
-                          found->second.list.kind == ListItem::Kind::list;
-    return is_known ? &found->second : nullptr;
+    if (found == values_.end() || found->second.values != 1) return nullptr;
+    const RapidValue& value = found->second;
+    return value.type == type && value.list.kind == ListItem::Kind::list ? &value : nullptr;
   }
 
   std::string word_of(const ListItem& item) const { return upper(part_of(item.begin, item.end)); }
-
   // [robhold, ufprog, "ufmec", uframe, oframe]
   int work_object_frame(const std::string& name, std::string& why_not) {
     std::optional<Pose> pose;

@@ -44,6 +44,7 @@ std::vector<Statement> split_statements(std::string& text, char separator) {
   std::optional<Statement> open;
   for (size_t i = 0; i < text.size(); ++i) {
     char& c = text[i];
+    if (c == ';') depth = 0;  // stands in no brackets
     const bool is_end = c == separator && depth == 0;
     if (c == '\n') {
       ++line;

@@ -267,6 +267,34 @@ TEST(RobotProgramTest, FanucJointThreeIsRelativeToTheHorizontal) {
   EXPECT_THAT(rewrite(program, {command}).texts[0], HasSubstr("J2= 20.5 deg,J3= -50.5 deg,J4= 0 "));
 }
 
+TEST(RobotProgramTest, AQuoteInACommentHidesNoMove) {
+  const RobotProgram program =
+      parsed("p.ls",
+             "/PROG P\n/MN\n1:  !don't ;\n2:J P[1] 100% FINE ;\n/POS\nP[1]{\n GP1:\n UF : 0, "
+             "UT : 0,\nJ1= 0 deg,J2= 0 deg,J3= 0 deg,J4= 0 deg,J5= -90 deg,J6= 0 deg\n};\n/END\n");
+  EXPECT_EQ(program.targets.size(), 1u);
+  EXPECT_EQ(program.targets[0].line, 4);
+}
+
+TEST(RobotProgramTest, APointThatOnlyAnotherRoutineUsesIsNotPassedInSilence) {
+  const RobotProgram program =
+      parsed("p.mod",
+             "CONST robtarget p1:=[[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];\n"
+             "CONST robtarget p2:=[[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];\n"
+             "MoveL p1,v1,fine,tool0;\nGlue p2,v1;\n");
+  EXPECT_EQ(program.left_alone, 1);
+  EXPECT_THAT(program.warnings, ElementsAre(AllOf(HasSubstr("p.mod:4"), HasSubstr("P2"))));
+}
+
+TEST(RobotProgramTest, BehindAMoveThatIsLeftAloneAStraightMoveTakesItsOwnStatus) {
+  const RobotProgram program = parsed("p.src",
+                                      "LIN {X 1,Y 2,Z 3,A 0,B 80,C 0,S 2,T 10}\n"
+                                      "LIN {X 1,Y 2,Z 3,A 0,B 80,C 0,S 2,T 10}\nPTP XHOME\n"
+                                      "LIN {X 1,Y 2,Z 3,A 0,B 80,C 0,S 2,T 10}\n");
+  EXPECT_TRUE(program.targets[1].configuration.continues);
+  EXPECT_FALSE(program.targets[2].configuration.continues);
+}
+
 TEST(RobotProgramTest, FramesAndToolsHoldFromTheirLineOn) {
   const RobotProgram program =
       parsed("p.src", read_text(ARMTRUE_TESTS "/programs/targets/krl/base_and_tool.src"));
