@@ -169,8 +169,10 @@ class Rewriter {
                                             const ProgramCommand& command) const {
     std::vector<std::string> texts(point.configuration.size());
     const auto change = [&](size_t i, int before, int now) {
-      if (before != now)
-        texts[i] = fmt::format("{}", static_cast<int>(point.configuration[i].value) + now - before);
+      constexpr double kMost = 1e6;  // 9E9 states nothing
+      const double written = point.configuration[i].value;
+      if (before != now && std::abs(written) < kMost)
+        texts[i] = fmt::format("{}", static_cast<int>(written) + now - before);
     };
     if (program_.dialect == Dialect::krl && !texts.empty())
       change(0, turn_bits(command.programmed), turn_bits(command.q));

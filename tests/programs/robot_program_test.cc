@@ -168,10 +168,11 @@ TEST(RobotProgramTest, TheRewrittenProgramReadsAsTheCommands) {
       // The orientation of an auxiliary point may be left out.
       const bool is_stated =
           program.points[static_cast<size_t>(target.point)].numbers[3].is_written();
-      if (is_stated || file.dialect != Dialect::krl)
+      if (is_stated || file.dialect != Dialect::krl) {
         EXPECT_LT(rotation_log(target.pose.rotation * commands[k].pose.rotation.transpose()).norm(),
                   2 * angle)
             << where;
+      }
     }
   }
 }
