@@ -8,6 +8,7 @@
 
 #include "armtrue/diagnosis/diagnosis.h"
 #include "armtrue/io/catalogue_io.h"
+#include "armtrue/io/program_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
 #include "command_line.h"
@@ -57,6 +58,16 @@ ProgramFile Command::read_program(const std::string& path) {
   ProgramFile file = armtrue::read_program(path);
   inputs_.emplace_back(file.source, file.sha256);
   return file;
+}
+
+std::vector<ProgramText> Command::read_program_texts(const std::string& path,
+                                                     const std::string& dat, bool with_dat) {
+  std::vector<ProgramText> texts;
+  for (const TextFile& file : armtrue::read_program_texts(path, dat, with_dat)) {
+    inputs_.emplace_back(file.text.name, file.sha256);
+    texts.push_back(file.text);
+  }
+  return texts;
 }
 
 void Command::warn_of_unknown(const std::vector<std::string>& columns) const {

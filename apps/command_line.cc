@@ -269,6 +269,9 @@ int Command::run(int argc, char** argv, const std::function<int()>& work) {
     code = parse_and_work(argc, argv, work);
   } catch (const std::bad_alloc&) {
     message = "there is not enough memory for this input; check its size, or free memory";
+  } catch (const UsageError& error) {
+    message = error.what();
+    code = kBadUsage;
   } catch (const std::exception& error) {
     message = error.what();
   }

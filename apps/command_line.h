@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -19,6 +20,7 @@
 #include "armtrue/io/provenance.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/path/joint_path.h"
+#include "armtrue/programs/program_text.h"
 #include "armtrue/text/input_error.h"
 
 namespace CLI {
@@ -34,6 +36,11 @@ inline constexpr int kSuccess = 0;
 inline constexpr int kBadInput = 1;  ///< bad data, or reading or writing failed
 inline constexpr int kBadUsage = 2;
 inline constexpr int kNotReached = 3;  ///< the command ran, but a criterion failed
+
+/// Arguments that do not fit together, where that shows only after files are read.
+class UsageError : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
 
 /// A condition on the text of an option.
 struct Check {
@@ -147,6 +154,9 @@ class Command : public OptionGroup {
   PathFile read_path(const std::string& path, KeepRows keep = KeepRows::no);
   /// All columns are kept for the output.
   ProgramFile read_program(const std::string& path);
+  /// A robot program; with its .dat if `with_dat`: `dat`, or that beside it.
+  std::vector<ProgramText> read_program_texts(const std::string& path, const std::string& dat,
+                                              bool with_dat);
 
   Provenance provenance() const;
 

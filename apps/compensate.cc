@@ -3,12 +3,14 @@
 #include <algorithm>
 
 #include "armtrue/compensation/compensation.h"
+#include "armtrue/compensation/program_targets.h"
 #include "armtrue/io/compensation_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/kinematics/units.h"
 #include "columns.h"
 #include "command_line.h"
 #include "program_arguments.h"
+#include "robot_program_files.h"
 
 using namespace armtrue;
 
@@ -21,6 +23,7 @@ struct Arguments : app::ProgramArguments {
   std::string commands, summary, uncovered = "keep";
   bool strict = false;
   double max_mm = CompensationOptions{}.max_correction / kMillimetre;
+  app::RobotProgramFiles program;
 };
 
 void add_options(app::Command& command, Arguments& arguments) {
@@ -47,6 +50,7 @@ void add_options(app::Command& command, Arguments& arguments) {
               "as programmed")
       .check(app::one_of({"keep", "leave"}))
       .default_shown();
+  app::add_robot_program(command, arguments.program);
   command.add_output("--summary", arguments.summary, "Write counts, errors and the worst here");
   command.flag("--strict", arguments.strict,
                "Exit with 3 if a target has a note, or the assumptions are in doubt");
@@ -131,13 +135,39 @@ CommandKind command_kind(const Arguments& arguments, const Program& program) {
   return arguments.commands == "joints" ? CommandKind::joints : CommandKind::cartesian;
 }
 
+void refuse_options_of_tables(const app::Command& command, const Arguments& arguments) {
+  if (!arguments.commands.empty())
+    throw app::UsageError("--commands: the targets of a program stay of their kind; leave it out");
+  if (command.output != "-")
+    throw app::UsageError("-o: a program goes to --program-out, and there is no other product");
+}
+
+void refuse_two_tools(const RobotProgram& program, const Arguments& arguments) {
+  for (const ProgramTarget& target : program.targets)
+    if (arguments.tool_is_measured && target.tool >= 0)
+      throw InputError(fmt::format(
+          "{}:{}: the program names the tool '{}', and --tool-is-measured is given; leave it out",
+          program.texts[0].name, target.line,
+          program.frames[static_cast<size_t>(target.tool)].name));
+}
+
 int run(app::Command& command, const Arguments& arguments) {
   const Robot robot = app::robot_of_session(command.read_robot(arguments.robot).robot, arguments);
   const Robot controller = command.read_robot(arguments.controller).robot;
   app::refuse_other_files(robot, controller, arguments);
-  ProgramFile file = command.read_program(command.input);
+  std::optional<RobotProgram> program;
+  ProgramFile file;
+  if (!arguments.program.path.empty()) {
+    refuse_options_of_tables(command, arguments);
+    program = app::read_robot_program(command, arguments.program);
+    refuse_two_tools(*program, arguments);
+    file.source = program->texts[0].name;
+    file.program = program_targets(*program, compensation_options(arguments));
+  } else {
+    file = command.read_program(command.input);
+  }
   app::fill_conditions(file.program.visits, arguments, {&robot, &controller});
-  const std::vector<CorrectedTarget> targets =
+  std::vector<CorrectedTarget> targets =
       compensate_file(robot, controller, file, compensation_options(arguments));
   const auto nearest = std::ranges::min_element(
       targets, {}, [](const CorrectedTarget& target) { return target.before.position; });
@@ -153,25 +183,31 @@ int run(app::Command& command, const Arguments& arguments) {
   }
   for (const std::string& effect : story.not_applied)
     command.warn("not applied, because it belongs to the station, or may: " + effect);
+  bool is_followed = true;
+  if (program)
+    is_followed = app::write_robot_program(command, *program, targets, arguments.program);
+  else
+    write_output(command.output,
+                 write_commands(file, targets, command_kind(arguments, file.program)));
   warn_of_notes(command, targets, file);
   if (!arguments.summary.empty())
     write_output(arguments.summary,
                  write_compensation(targets, file.program, story, command.provenance()));
-  write_output(command.output,
-               write_commands(file, targets, command_kind(arguments, file.program)));
   command.report(compensation_table(targets, file.program));
   const bool is_noted = std::ranges::any_of(
       targets, [](const CorrectedTarget& target) { return !target.notes.empty(); });
-  return arguments.strict && (is_noted || !in_doubt.empty()) ? app::kNotReached : app::kSuccess;
+  return arguments.strict && (is_noted || !is_followed || !in_doubt.empty()) ? app::kNotReached
+                                                                             : app::kSuccess;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  app::Command command("compensate",
-                       "Commands that make an identified arm reach the targets of a program.",
-                       "compensate --robot closed.yaml --controller nominal.yaml targets.csv "
-                       "-o commands.csv");
+  app::Command command(
+      "compensate", "Commands that make an identified arm reach the targets of a program.",
+      "compensate --robot closed.yaml --controller nominal.yaml targets.csv "
+      "-o commands.csv\n  compensate --robot closed.yaml --controller nominal.yaml "
+      "--program part.src --program-out new/part.src");
   Arguments arguments;
   add_options(command, arguments);
   return command.run(argc, argv, [&] { return run(command, arguments); });

@@ -15,12 +15,6 @@ namespace {
 
 constexpr double kOtherArm = 50 * kMillimetre;  // no two models of one arm are as far apart
 
-Pose pose_from_numbers(const std::vector<double>& n) {
-  if (n.empty()) return {};
-  return {rotation_from_abc(n[3] * kDegree, n[4] * kDegree, n[5] * kDegree),
-          Eigen::Vector3d(n[0], n[1], n[2]) * kMillimetre};
-}
-
 // One value of the command line for a column that all rows lack.
 template <typename Column, typename Value>
 void fill(Column& column, const Value& value, const Campaign& visits, const std::string& option,
@@ -52,6 +46,12 @@ void find_idle_loads(const Robot& robot, const Campaign& visits, std::vector<std
 }
 
 }  // namespace
+
+Pose pose_from_numbers(const std::vector<double>& n) {
+  if (n.empty()) return {};
+  return {rotation_from_abc(n[3] * kDegree, n[4] * kDegree, n[5] * kDegree),
+          Eigen::Vector3d(n[0], n[1], n[2]) * kMillimetre};
+}
 
 void add_models(Command& command, ProgramArguments& arguments) {
   command.option("--robot", arguments.robot, "The identified arm, as close-loop writes it")

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 
 #include "armtrue/kinematics/inverse.h"
 #include "compensation/branch.h"
 #include "compensation/coverage.h"
 #include "compensation/joint_correction.h"
+#include "compensation/posture_search.h"
 #include "compensation/program_arm.h"
 #include "compensation/programmed_joints.h"
 
@@ -28,20 +30,46 @@ bool changes_turn(const JointVector& a, const JointVector& b) {
   return false;
 }
 
+std::vector<ProgramSetUp> set_ups_of(const Program& program, const CompensationOptions& options) {
+  if (program.set_ups.empty()) return {{options.base, options.tool}};
+  return program.set_ups;
+}
+
+CompensationOptions with_set_up(CompensationOptions options, const ProgramSetUp& set_up) {
+  options.base = set_up.base;
+  options.tool = set_up.tool;
+  return options;
+}
+
+// Both models with one frame and one tool.
+struct Arms {
+  Arms(const Robot& of_identified, const Robot& of_controller, const Program& program,
+       const CompensationOptions& own, const std::vector<std::string>& temperature_names)
+      : options(own),
+        identified(of_identified, options, options.tool, temperature_names),
+        controller(of_controller, options, options.tool, temperature_names),
+        programmed(program, options, controller) {}
+  Arms(const Arms&) = delete;
+  Arms& operator=(const Arms&) = delete;
+
+  CompensationOptions options;
+  ProgramArm identified, controller;
+  ProgrammedJoints programmed;
+};
+
 // Goes through the rows of one program.
 class Compensation {
  public:
   Compensation(const Robot& identified, const Robot& controller, const Program& program,
                const CompensationOptions& options)
-      : program_(program),
-        options_(options),
-        visits_(program.visits),
-        arm_(identified, options, options.tool, visits_.temperature_names),
-        controller_(controller, options, options.tool, visits_.temperature_names),
-        motion_matters_(follows_motion(arm_.robot()) || follows_motion(controller_.robot())),
-        motion_(visits_),
-        programmed_(program_, options_, controller_) {
-    for (Eigen::Vector3d& force : visits_.force_n) force = options.base.rotation * force;
+      : program_(program), options_(options), visits_(program.visits), motion_(visits_) {
+    for (const ProgramSetUp& set_up : set_ups_of(program, options))
+      arms_.emplace_back(identified, controller, program, with_set_up(options, set_up),
+                         visits_.temperature_names);
+    motion_matters_ =
+        follows_motion(arms_[0].identified.robot()) || follows_motion(arms_[0].controller.robot());
+    for (size_t row = 0; row < visits_.force_n.size(); ++row)
+      visits_.force_n[row] = arms(row).options.base.rotation * visits_.force_n[row];
     visits_.arrival.resize(visits_.q.size(), Direction{});
     visits_.stroke.resize(visits_.q.size(), JointVector::Zero());
   }
@@ -50,9 +78,8 @@ class Compensation {
     for (int row = 0; row < program_.rows(); ++row) targets_.push_back(target_at(row));
     for (int row = 0; row < program_.rows(); ++row)
       visits_.q[static_cast<size_t>(row)] = targets_[static_cast<size_t>(row)].programmed;
-    const Coverage known = coverage(identified, options_, visits_);
-    for (size_t row = 0; row < known.deviation.size(); ++row)
-      cover(row, known.deviation[row], known.leverage[row]);
+    if (identified.uncertainty)
+      for (const Arms& arms : arms_) cover_rows_of(arms, identified);
     for (CorrectedTarget& target : targets_) {
       if (target.is_corrected && changes_turn(target.programmed, target.q))
         target.notes.push_back(CommandNote::turn);
@@ -62,16 +89,23 @@ class Compensation {
   }
 
  private:
+  const Arms& arms(size_t row) const {
+    return arms_[program_.set_up.empty() ? 0 : static_cast<size_t>(program_.set_up[row])];
+  }
+  const ProgramArm& arm() const { return arms_now_->identified; }
+  const ProgramArm& controller() const { return arms_now_->controller; }
+
   CorrectedTarget target_at(int row) {
+    arms_now_ = &arms(static_cast<size_t>(row));
     Context context = visits_.context(row);
     CorrectedTarget target;
     target.programmed = programmed_at(row, context);
     target.q = target.programmed;
     motion_.arrive(context, target.q);
     context.q = target.programmed;
-    const Pose intended = program_.is_cartesian()
-                              ? options_.base * program_.poses[static_cast<size_t>(row)]
-                              : controller_.pose(context);
+    const Pose intended = program_.is_cartesian(static_cast<size_t>(row))
+                              ? wanted_at(row)
+                              : controller().pose(context);
     settle(target, context, intended);
     motion_.go_to(target.q);
     visits_.arrival[static_cast<size_t>(row)] = context.arrival;
@@ -101,13 +135,13 @@ class Compensation {
     target.is_corrected = false;
     Context here = context;
     here.q = target.programmed;
-    target.before = difference(intended, arm_.pose(here));
+    target.before = difference(intended, arm().pose(here));
     const JointCorrection correction =
-        correct_joints(arm_, context, intended, target.programmed, controller_.chain());
-    const KinematicChain& travel = controller_.robot().chain;
+        correct_joints(arm(), context, intended, target.programmed, controller().chain());
+    const KinematicChain& travel = controller().robot().chain;
     // The controller's own inverse kinematics is singular there too.
-    const double bend = std::min(wrist_sine(arm_.chain(), target.programmed),
-                                 wrist_sine(controller_.chain(), target.programmed));
+    const double bend = std::min(wrist_sine(arm().chain(), target.programmed),
+                                 wrist_sine(controller().chain(), target.programmed));
     if (correction.is_damped || bend < std::sin(kStretchedWrist))
       target.notes.push_back(CommandNote::singular);
     if (!correction.is_reached) {
@@ -123,23 +157,62 @@ class Compensation {
     }
   }
 
+  // R_0 from the TCP of a Cartesian target.
+  Pose wanted_at(int row) const {
+    return arms_now_->options.base * program_.poses[static_cast<size_t>(row)];
+  }
+
   JointVector programmed_at(int row, Context context) const {
-    const JointVector hint = programmed_.hint(
-        row, targets_.empty() ? std::nullopt : std::optional(targets_.back().programmed));
+    const auto r = static_cast<size_t>(row);
+    const std::optional<JointVector> previous =
+        targets_.empty() ? std::nullopt : std::optional(targets_.back().programmed);
+    if (program_.is_cartesian(r) && !program_.configurations.empty() && !program_.hinted[r])
+      if (const Configuration& stated = program_.configurations[r];
+          stated.is_stated() && !(stated.continues && previous))
+        return stated_at(row, context, stated, previous);
+    const JointVector hint = arms_now_->programmed.hint(row, previous);
     motion_.arrive(context, hint);
-    return programmed_.at(row, context, hint);
+    return arms_now_->programmed.at(row, context, hint);
+  }
+
+  // The posture that the target states.
+  JointVector stated_at(int row, Context context, const Configuration& stated,
+                        const std::optional<JointVector>& previous) const {
+    const std::optional<JointVector> before = previous ? previous : options_.start;
+    motion_.arrive(context, before.value_or(stated.reference));
+    const Pose wanted = wanted_at(row);
+    const PostureSearch search(controller(), context, wanted, stated, before);
+    if (const auto q = search.find()) return *q;
+    throw UnreachableTarget(
+        row, search.is_reached()
+                 ? "the controller's model reaches it, but not in the configuration that the "
+                   "program states (KUKA S and T, ABB confdata, FANUC CONFIG); check the frames, "
+                   "the tool and --controller"
+                 : "the controller's model does not reach it; check the frames, the tool and "
+                   "--controller");
   }
 
   // What follows from the command.
   void finish(CorrectedTarget& target, Context context, const Pose& intended) const {
-    const Pose program_from_foot = inverse(options_.base);
+    const Pose program_from_foot = inverse(arms_now_->options.base);
     target.intended = program_from_foot * intended;
     context.q = target.programmed;
-    target.before = difference(intended, arm_.pose(context));
+    target.before = difference(intended, arm().pose(context));
     context.q = target.q;
-    target.after = difference(intended, arm_.pose(context));
+    target.after = difference(intended, arm().pose(context));
     target.pose =
-        target.is_corrected ? program_from_foot * controller_.pose(context) : target.intended;
+        target.is_corrected ? program_from_foot * controller().pose(context) : target.intended;
+  }
+
+  // Rows with one frame and tool.
+  void cover_rows_of(const Arms& own, const Robot& identified) {
+    std::vector<int> rows;
+    for (int row = 0; row < program_.rows(); ++row)
+      if (&arms(static_cast<size_t>(row)) == &own) rows.push_back(row);
+    if (rows.empty()) return;
+    const Coverage known = coverage(identified, own.options, visits_.select(rows));
+    for (size_t k = 0; k < rows.size(); ++k)
+      cover(static_cast<size_t>(rows[k]), known.deviation[k], known.leverage[k]);
   }
 
   void cover(size_t row, double deviation, double leverage) {
@@ -158,11 +231,11 @@ class Compensation {
 
   const Program& program_;
   const CompensationOptions& options_;
-  Campaign visits_;  // forces in the axes of R_0
-  ProgramArm arm_, controller_;
-  bool motion_matters_;
+  Campaign visits_;                 // forces in the axes of R_0
+  std::deque<Arms> arms_;           // they refer to their own members: they must not move
+  const Arms* arms_now_ = nullptr;  // of the row
+  bool motion_matters_ = false;
   CommandedMotion motion_;
-  ProgrammedJoints programmed_;
   std::vector<CorrectedTarget> targets_;
 };
 
@@ -231,7 +304,11 @@ std::vector<CorrectedTarget> compensate(const Robot& identified, const Robot& co
     require_context(*robot, program.visits, options.tool_is_measured);
   CompensationOptions own = options;
   if (options.tool_is_measured) own.tool = identified.chain.tool;
-  return Compensation(identified, controller, program, own).run(identified);
+  if (!options.tool_is_measured || program.set_ups.empty())
+    return Compensation(identified, controller, program, own).run(identified);
+  Program with_measured_tool = program;
+  for (ProgramSetUp& set_up : with_measured_tool.set_ups) set_up.tool = own.tool;
+  return Compensation(identified, controller, with_measured_tool, own).run(identified);
 }
 
 }  // namespace armtrue

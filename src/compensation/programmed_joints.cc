@@ -58,7 +58,7 @@ FoundJoints joints_on_branch(const ProgramArm& arm, const Context& context, cons
 
 JointVector ProgrammedJoints::hint(int row, const std::optional<JointVector>& previous) const {
   const auto r = static_cast<size_t>(row);
-  if (!program_.is_cartesian() || program_.hinted[r]) return program_.visits.q[r];
+  if (!program_.is_cartesian(r) || program_.hinted[r]) return program_.visits.q[r];
   if (previous) return *previous;
   if (!options_.start)
     throw UnreachableTarget(row,
@@ -69,7 +69,7 @@ JointVector ProgrammedJoints::hint(int row, const std::optional<JointVector>& pr
 
 JointVector ProgrammedJoints::at(int row, const Context& context, const JointVector& hint,
                                  int more_starts) const {
-  if (!program_.is_cartesian()) {
+  if (!program_.is_cartesian(static_cast<size_t>(row))) {
     check_turn(row, hint);
     return hint;
   }

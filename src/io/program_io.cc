@@ -8,30 +8,43 @@
 namespace armtrue {
 namespace {
 
-KrlFile read_file(const std::string& path) {
+TextFile read_text(const std::string& path) {
   Source source(path);
-  KrlFile file;
-  file.name = source.name();
-  file.text = source.read_all();
+  TextFile file;
+  file.text.name = source.name();
+  file.text.text = source.read_all();
+  file.sha256 = source.sha256();
   return file;
+}
+
+// The .dat beside a .src; empty if there is none.
+std::string dat_beside_src(const std::string& src) {
+  std::filesystem::path beside(src);
+  if (!beside.has_extension()) return "";
+  for (const char* extension : {".dat", ".DAT", ".Dat"}) {
+    beside.replace_extension(extension);
+    std::error_code none;
+    if (std::filesystem::is_regular_file(beside, none)) return beside.string();
+  }
+  return "";
 }
 
 }  // namespace
 
+std::vector<TextFile> read_program_texts(const std::string& path, const std::string& dat,
+                                         bool with_dat) {
+  std::vector<TextFile> files{read_text(path)};
+  if (!with_dat) return files;
+  const bool is_file = files[0].text.name == path;  // no standard input
+  const std::string beside = !dat.empty() ? dat : is_file ? dat_beside_src(path) : "";
+  if (!beside.empty()) files.push_back(read_text(beside));
+  return files;
+}
+
 KrlProgram read_krl(const std::string& src, const std::string& dat) {
-  KrlProgram program{read_file(src), std::nullopt};
-  std::filesystem::path beside(src);
-  if (!dat.empty()) {
-    program.dat = read_file(dat);
-  } else if (program.src.name == src && beside.has_extension()) {
-    for (const char* extension : {".dat", ".DAT", ".Dat"}) {
-      beside.replace_extension(extension);
-      std::error_code none;
-      if (!std::filesystem::is_regular_file(beside, none)) continue;
-      program.dat = read_file(beside.string());
-      break;
-    }
-  }
+  const std::vector<TextFile> files = read_program_texts(src, dat, true);
+  KrlProgram program{files[0].text, std::nullopt};
+  if (files.size() > 1) program.dat = files[1].text;
   return program;
 }
 

@@ -6,16 +6,18 @@
 #include <charconv>
 #include <cmath>
 #include <iterator>
+#include <optional>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "armtrue/kinematics/units.h"
+#include "programs/written_number.h"
 
 namespace armtrue {
 namespace {
 
-constexpr int kDecimals = 4;     // that a changed number has at least: 0.0001 mm
-constexpr int kMaxDecimals = 9;  // a double of some metres has no more
+constexpr int kDecimals = 4;  // that a changed number has at least: 0.0001 mm
 constexpr const char* kComponentNames[kKrlComponents] = {"X",  "Y",  "Z",  "A",  "B",  "C",
                                                          "E1", "E2", "E3", "E4", "E5", "E6"};
 
@@ -23,31 +25,50 @@ double unit_of(int component) {
   return component < 3 ? kMillimetre : component < 6 ? kDegree : 1.0;
 }
 
-// Decimal places of a number as it is written: digits behind the point less the exponent.
-int written_decimals(std::string_view number) {
-  const size_t exponent = std::min(number.find_first_of("eE"), number.size());
-  const size_t point = number.find('.');
-  int decimals =
-      point < exponent ? static_cast<int>(std::min<size_t>(exponent - point - 1, 20)) : 0;
-  if (exponent < number.size()) {
-    int power = 0;
-    size_t from = exponent + 1;
-    if (from < number.size() && number[from] == '+') ++from;
-    std::from_chars(number.data() + from, number.data() + number.size(), power);
-    decimals = power > decimals ? 0 : std::min(decimals - power, kMaxDecimals);
-  }
-  return std::min(decimals, kMaxDecimals);
+KrlFrame::Number place_from(const KrlFrame& frame, size_t begin, const TextCursor& cursor) {
+  return {static_cast<unsigned>(begin - frame.begin),
+          static_cast<unsigned>(cursor.at() - frame.begin)};
 }
 
-// With kDecimals decimals, or more if `at_least` is more, but without zeros behind `at_least`.
-std::string rounded(double value, int at_least) {
-  std::string text = fmt::format("{:.{}f}", value, std::max(at_least, kDecimals));
-  const size_t point = text.find('.');
-  while (text.size() - point - 1 > static_cast<size_t>(at_least) && text.back() == '0')
-    text.pop_back();
-  if (text.back() == '.') text.pop_back();
-  if (text.find_first_not_of("-0.") == std::string::npos && text[0] == '-') text.erase(0, 1);
-  return text;
+bool is_at_end_of_entry(TextCursor& cursor) { return cursor.next() == ',' || cursor.next() == '}'; }
+
+// A whole number, or bits as 'B100011', or 'H23'.
+std::optional<int> take_whole(TextCursor& cursor) {
+  if (cursor.take('\'')) {
+    const std::string digits = cursor.take_name();
+    int value = 0;
+    const char* const end = digits.data() + digits.size();
+    const int base = digits.starts_with('B') ? 2 : digits.starts_with('H') ? 16 : 0;
+    if (base == 0) return std::nullopt;
+    const auto [rest, error] = std::from_chars(digits.data() + 1, end, value, base);
+    if (error != std::errc() || rest != end || !cursor.take('\'')) return std::nullopt;
+    return value;
+  }
+  const auto value = cursor.take_number();
+  constexpr double kMost = 0xffff;
+  if (!value || !(*value >= 0 && *value <= kMost) || *value != std::floor(*value))
+    return std::nullopt;
+  return static_cast<int>(*value);
+}
+
+void take_bits(TextCursor cursor, bool is_turn, KrlFrame& frame) {
+  cursor.next();
+  const size_t begin = cursor.at();
+  const auto value = take_whole(cursor);
+  const KrlFrame::Number place = place_from(frame, begin, cursor);
+  if (!value || !is_at_end_of_entry(cursor)) return;
+  (is_turn ? frame.turn : frame.status) = value;
+  if (is_turn) frame.turn_number = place;
+}
+
+void take_axis(TextCursor cursor, size_t axis, KrlFrame& frame) {
+  cursor.next();
+  const size_t begin = cursor.at();
+  const auto value = cursor.take_number();
+  const KrlFrame::Number place = place_from(frame, begin, cursor);
+  if (!value || !is_at_end_of_entry(cursor)) return;
+  frame.axes[axis] = *value;
+  frame.axis_numbers[axis] = place;
 }
 
 }  // namespace
@@ -56,7 +77,7 @@ bool is_krl_point_type(std::string_view name) {
   return name == "POS" || name == "E6POS" || name == "FRAME" || name == "AXIS" || name == "E6AXIS";
 }
 
-KrlAggregate take_krl_aggregate(KrlCursor& cursor) {
+KrlAggregate take_krl_aggregate(TextCursor& cursor) {
   KrlAggregate result;
   KrlFrame& frame = result.frame;
   cursor.next();
@@ -85,9 +106,11 @@ KrlAggregate take_krl_aggregate(KrlCursor& cursor) {
           static_cast<unsigned>(cursor.at() - frame.begin)};
       positions |= index < 6;
     } else if (name == "S" || name == "T") {
+      take_bits(cursor, name == "T", frame);
       cursor.skip_to(",}");
     } else if (name.size() == 2 && name[0] == 'A' && name[1] >= '1' && name[1] <= '6') {
       axes = true;
+      take_axis(cursor, static_cast<size_t>(name[1] - '1'), frame);
       cursor.skip_to(",}");
     } else {
       return result;
@@ -123,9 +146,9 @@ std::string krl_frame_text(std::string_view text, const KrlFrame& frame, const K
     const double step = std::pow(10.0, -std::max(decimals, kDecimals));
     if (std::abs(value - now) <= 0.5 * step) continue;
     if (present)
-      changes.push_back({begin, end, rounded(value, decimals)});
+      changes.push_back({begin, end, rounded_text(value, decimals, kDecimals)});
     else
-      added += fmt::format(",{} {}", kComponentNames[i], rounded(value, 0));
+      added += fmt::format(",{} {}", kComponentNames[i], rounded_text(value, 0, kDecimals));
   }
   if (!added.empty()) {
     if (after_xyz == frame.entries) added = added.substr(1) + ",";

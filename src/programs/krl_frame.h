@@ -1,13 +1,21 @@
 #pragma once
 
 #include <array>
+#include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 
-#include "programs/krl_cursor.h"
 #include "programs/krl_pose.h"
+#include "programs/text_cursor.h"
 
 namespace armtrue {
+
+inline std::array<double, 6> unknown_krl_axes() {
+  std::array<double, 6> axes{};
+  axes.fill(std::numeric_limits<double>::quiet_NaN());
+  return axes;
+}
 
 /// An aggregate {X 1.0,Y 2.0,...} in the .src or the .dat: where it stands and what it says.
 struct KrlFrame {
@@ -19,6 +27,11 @@ struct KrlFrame {
   };
   std::array<Number, kKrlComponents> numbers;
   KrlValues values = unknown_krl_values();
+  /// A1 to A6 of joint angles [deg]; NaN: not given, or no plain number.
+  std::array<Number, 6> axis_numbers;
+  std::array<double, 6> axes = unknown_krl_axes();
+  Number turn_number;  ///< T, if it is a plain number
+  std::optional<int> status, turn;
 };
 
 enum class KrlAggregateKind { frame, axes, other };
@@ -34,7 +47,7 @@ bool is_krl_point_type(std::string_view name);
 /// Reads {X 1.0, ..} or {E6POS: X 1.0, ..}: the cursor stands on `{` before, behind `}` after. The
 /// kind is `other`, and the cursor stands anywhere, if a component is no plain number, is given
 /// twice or belongs to no position.
-KrlAggregate take_krl_aggregate(KrlCursor& cursor);
+KrlAggregate take_krl_aggregate(TextCursor& cursor);
 
 /// The text of the frame with other `values` (NaN: as it is). `text`: the whole text that the frame
 /// stands in. Numbers are rounded as correct_krl() says; a number that is the same after rounding

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <initializer_list>
 #include <optional>
 #include <string>
@@ -10,7 +11,8 @@
 #include <unordered_map>
 #include <utility>
 
-#include "programs/krl_cursor.h"
+#include "programs/krl_words.h"
+#include "programs/text_cursor.h"
 
 namespace armtrue {
 namespace {
@@ -19,37 +21,7 @@ bool contains(std::initializer_list<std::string_view> names, std::string_view na
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-struct Keyword {
-  std::string_view name;
-  KrlMotion motion;
-  bool spline;
-  bool relative;
-};
-
-const Keyword* find_motion(std::string_view name) {
-  using enum KrlMotion;
-  static constexpr Keyword kMotions[] = {
-      {"PTP", point_to_point, false, false},
-      {"LIN", line, false, false},
-      {"CIRC", circle, false, false},
-      {"SPTP", point_to_point, true, false},
-      {"SLIN", line, true, false},
-      {"SCIRC", circle, true, false},
-      {"SPL", spline_point, true, false},
-      {"PTP_REL", point_to_point, false, true},
-      {"LIN_REL", line, false, true},
-      {"CIRC_REL", circle, false, true},
-      {"SPTP_REL", point_to_point, true, true},
-      {"SLIN_REL", line, true, true},
-      {"SCIRC_REL", circle, true, true},
-      {"SPL_REL", spline_point, true, true},
-  };
-  for (const Keyword& keyword : kMotions)
-    if (keyword.name == name) return &keyword;
-  return nullptr;
-}
-
-struct Statement {
+struct KrlStatement {
   int line;
   size_t line_begin, begin, end;
 };
@@ -58,7 +30,7 @@ struct Statement {
 struct Declaration {
   int values = 0;       // how often the name is given a value
   int frame = -1;       // its last value, if that was a frame
-  bool axes = false;    // its last value is joint angles
+  int axes = -1;        // its last value, if that was joint angles
   bool shared = false;  // other files, or other statements than moves, read it
   bool used = false;    // a statement that is not understood may change it
 };
@@ -95,7 +67,7 @@ class KrlParser {
   }
 
   void read_comment(std::string_view comment) {
-    KrlCursor cursor(comment, 1, comment.size());
+    TextCursor cursor(comment, 1, comment.size());
     const std::string word = cursor.take_name();
     if (word == "FOLD") {
       folds_.push_back(comment.find("%{") != std::string_view::npos);
@@ -106,8 +78,8 @@ class KrlParser {
     }
   }
 
-  void read_statement(const Statement& statement) {
-    KrlCursor cursor(text_, statement.begin, statement.end);
+  void read_statement(const KrlStatement& statement) {
+    TextCursor cursor(text_, statement.begin, statement.end);
     std::string word = cursor.take_name();
     bool declares = false, global = false;
     for (; contains({"DECL", "GLOBAL", "CONST"}, word); word = cursor.take_name()) {
@@ -115,19 +87,31 @@ class KrlParser {
       global |= word == "GLOBAL";
     }
     if (is_krl_point_type(word)) return read_declaration(cursor, global);
+    if (word == "FDAT") return take_krl_fdat(cursor, syntax_.fdats);
     if (declares) return;
     if (read_definition(statement, word)) return;
     if (in_dat_) return;
-    if (const Keyword* keyword = find_motion(word)) return read_move(statement, *keyword, cursor);
+    if (const KrlKeyword* keyword = find_krl_motion(word))
+      return read_move(statement, *keyword, cursor);
     follow_structure(word);
     if (word == "$BASE" || word == "BAS") read_base(statement, word);
+    in_set_up_ =
+        contains({"DEF", "DEFFCT", "$BASE", "$TOOL", "$IPO_MODE", "BAS", "FDAT_ACT"}, word);
+    if (in_set_up_)
+      syntax_.set_ups.push_back(
+          {statement.line, statement.begin, statement.end, word, conditions_ > 0});
     note_names(statement.begin, statement.end, false);
+    in_set_up_ = false;
   }
 
   void follow_structure(std::string_view word) {
     if (contains({"DEF", "DEFFCT"}, word)) {
       start_unknown_ = true;
-      loops_ = 0;
+      loops_ = conditions_ = 0;
+    } else if (contains({"IF", "SWITCH"}, word)) {
+      ++conditions_;
+    } else if (contains({"ENDIF", "ENDSWITCH"}, word)) {
+      conditions_ = std::max(0, conditions_ - 1);
     } else if (contains({"LOOP", "FOR", "WHILE", "REPEAT"}, word)) {
       ++loops_;
     } else if (contains({"ENDLOOP", "ENDFOR", "ENDWHILE", "UNTIL"}, word)) {
@@ -142,7 +126,7 @@ class KrlParser {
   }
 
   // Notes an assignment $BASE=.. or BAS(#BASE,..).
-  void read_base(const Statement& statement, std::string_view word) {
+  void read_base(const KrlStatement& statement, std::string_view word) {
     std::string spelled;
     for (size_t i = statement.begin; i < statement.end; ++i)
       if (!is_blank(text_[i])) spelled += text_[i];
@@ -155,9 +139,9 @@ class KrlParser {
 
   // Takes the name of a variable, NAME, or of an element of an array, NAME[3]. Returns nothing if
   // the index is no number.
-  std::string take_variable(KrlCursor& cursor) {
+  std::string take_variable(TextCursor& cursor) {
     std::string name = cursor.take_name();
-    KrlCursor ahead = cursor;
+    TextCursor ahead = cursor;
     if (name.empty() || !ahead.take('[')) return name;
     const auto index = ahead.take_number();
     if (!index || !ahead.take(']')) return "";
@@ -172,16 +156,23 @@ class KrlParser {
     return static_cast<int>(syntax_.frames.size()) - 1;
   }
 
+  int keep_axes(const KrlAggregate& aggregate) {
+    if (aggregate.kind != KrlAggregateKind::axes) return -1;
+    syntax_.axes.push_back(aggregate.frame);
+    syntax_.axes.back().in_dat = in_dat_;
+    return static_cast<int>(syntax_.axes.size()) - 1;
+  }
+
   void define(const std::string& name, const KrlAggregate& aggregate, bool global) {
     Declaration& declaration = declarations_[name];
     ++declaration.values;
     declaration.frame = keep(aggregate);
-    declaration.axes = aggregate.kind == KrlAggregateKind::axes;
+    declaration.axes = keep_axes(aggregate);
     declaration.shared |= global;
   }
 
   // Reads the names behind a type, each with or without a value.
-  void read_declaration(KrlCursor& cursor, bool global) {
+  void read_declaration(TextCursor& cursor, bool global) {
     do {
       const std::string name = take_variable(cursor);
       if (name.empty()) return;
@@ -195,8 +186,8 @@ class KrlParser {
   }
 
   // Reads NAME={..}; returns false if the statement is anything else.
-  bool read_definition(const Statement& statement, const std::string& word) {
-    KrlCursor cursor(text_, statement.begin, statement.end);
+  bool read_definition(const KrlStatement& statement, const std::string& word) {
+    TextCursor cursor(text_, statement.begin, statement.end);
     if (word.empty() || word[0] == '$') return false;
     const std::string name = take_variable(cursor);
     if (name.empty() || !cursor.take('=') || cursor.next() != '{') return false;
@@ -206,7 +197,7 @@ class KrlParser {
     return true;
   }
 
-  void read_move(const Statement& statement, const Keyword& keyword, KrlCursor& cursor) {
+  void read_move(const KrlStatement& statement, const KrlKeyword& keyword, TextCursor& cursor) {
     KrlMove move;
     move.line = statement.line;
     move.line_begin = statement.line_begin;
@@ -222,6 +213,7 @@ class KrlParser {
     move.after_trigger = trigger_;
     move.start_unknown = start_unknown_;
     move.base = base_;
+    move.set_ups = syntax_.set_ups.size();
     trigger_ = start_unknown_ = false;
     if (keyword.relative) {
       note_names(move.keyword_end, move.end, true);
@@ -237,7 +229,7 @@ class KrlParser {
         forget_names();
         note_names(move.keyword_end, move.end, true);
       } else {
-        KrlCursor rest = cursor;
+        TextCursor rest = cursor;
         move.circle_angle = move.motion == KrlMotion::circle && rest.take(',');
         note_names(cursor.at(), move.end, true);
       }
@@ -247,7 +239,7 @@ class KrlParser {
 
   // Reads a frame, axis angles or a name that ends at a separator or at a word. Returns false if
   // the target is anything else.
-  bool read_target(KrlCursor& cursor, KrlTarget& target, std::string_view separators,
+  bool read_target(TextCursor& cursor, KrlTarget& target, std::string_view separators,
                    bool auxiliary) {
     const char first = cursor.next();
     target.begin = cursor.at();
@@ -257,6 +249,7 @@ class KrlParser {
       target.kind =
           aggregate.kind == KrlAggregateKind::axes ? KrlTargetKind::axes : KrlTargetKind::frame;
       target.frame = keep(aggregate);
+      target.axes = keep_axes(aggregate);
     } else {
       const std::string name = take_variable(cursor);
       if (name.empty()) return false;
@@ -288,7 +281,7 @@ class KrlParser {
           if (c == '$')
             note_system_variable(name, i + 1, end);
           else
-            uses_.push_back({name, only_reads});
+            uses_.push_back({name, only_reads, in_set_up_});
         }
       }
       if (!is_blank(c)) before = c;
@@ -298,7 +291,7 @@ class KrlParser {
   // Notes $ABS_ACCUR, unless the statement switches it off.
   void note_system_variable(std::string_view name, size_t behind, size_t end) {
     if (name.size() != 10 || upper(name) != "$ABS_ACCUR" || syntax_.absolute_accuracy_line) return;
-    KrlCursor cursor(text_, behind, end);
+    TextCursor cursor(text_, behind, end);
     if (cursor.take('=')) {
       cursor.take('=');
       cursor.take('#');
@@ -311,17 +304,23 @@ class KrlParser {
 
   // Finds what the named targets stand for, once both texts are read.
   void resolve() {
-    std::unordered_map<std::string, std::pair<bool, bool>> used;  // read, perhaps changed
+    struct Uses {
+      bool read = false, perhaps_changed = false, beyond_set_up = false;
+    };
+    std::unordered_map<std::string, Uses> used;
     if (!declarations_.empty())
-      for (const auto& [name, only_reads] : uses_) {
-        auto& use = used[upper(name)];
-        (only_reads ? use.first : use.second) = true;
+      for (const NamedUse& use : uses_) {
+        Uses& all = used[upper(use.name)];
+        (use.only_reads ? all.read : all.perhaps_changed) = true;
+        all.beyond_set_up |= !use.only_reads && !use.in_set_up;
       }
     for (auto& [name, declaration] : declarations_) {
       const auto use = used.find(name.substr(0, name.find('[')));
-      if (use == used.end()) continue;
-      declaration.shared |= use->second.first;
-      declaration.used |= use->second.second;
+      const Uses all = use == used.end() ? Uses{} : use->second;
+      declaration.shared |= all.read;
+      declaration.used |= all.perhaps_changed;
+      if (declaration.values == 1 && declaration.frame >= 0 && !all.beyond_set_up)
+        syntax_.frame_names[name] = declaration.frame;
     }
     for (const NamedTarget& named : named_) {
       KrlMove& move = syntax_.moves[named.move];
@@ -335,13 +334,18 @@ class KrlParser {
       const bool known = declaration.values == 1 && !declaration.used;
       target.shared = declaration.shared;
       target.frame = declaration.frame;
+      target.axes = declaration.axes;
       target.kind = !known                   ? KrlTargetKind::reassigned
-                    : declaration.axes       ? KrlTargetKind::axes
+                    : declaration.axes >= 0  ? KrlTargetKind::axes
                     : declaration.frame >= 0 ? KrlTargetKind::frame
                                              : KrlTargetKind::expression;
     }
   }
 
+  struct NamedUse {
+    std::string_view name;
+    bool only_reads, in_set_up;
+  };
   struct NamedTarget {
     size_t move;
     bool auxiliary;
@@ -354,13 +358,14 @@ class KrlParser {
   bool in_dat_ = false;
   std::vector<bool> folds_;  // open ones; true: an inline form of the pendant
   int inline_forms_ = 0;     // of these
-  int loops_ = 0;
+  int loops_ = 0, conditions_ = 0;
+  bool in_set_up_ = false;
   bool spline_block_ = false, trigger_ = false, start_unknown_ = true;
   int base_ = 0;
   std::unordered_map<std::string, int> bases_;
   std::unordered_map<std::string, Declaration> declarations_;
   std::vector<NamedTarget> named_;
-  std::vector<std::pair<std::string_view, bool>> uses_;
+  std::vector<NamedUse> uses_;
 };
 
 }  // namespace

@@ -1,6 +1,9 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
+#include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "armtrue/programs/krl.h"
@@ -23,6 +26,7 @@ struct KrlTarget {
   KrlTargetKind kind = KrlTargetKind::expression;
   size_t begin = 0, end = 0;  ///< in the .src
   int frame = -1;       ///< in KrlSyntax::frames: the target itself or the declaration of its name
+  int axes = -1;        ///< in KrlSyntax::axes, of joint angles
   bool shared = false;  ///< the name is declared, and not only moves of this program use it
 };
 
@@ -46,11 +50,30 @@ struct KrlMove {
   int base = 0;                ///< the same number where the same assignment to $BASE holds
   KrlTarget target;
   KrlTarget auxiliary;  ///< the point on the way of a circular move
+  size_t set_ups = 0;   ///< statements in KrlSyntax::set_ups before this move
+};
+
+/// A statement of the .src that begins a DEF or may set $BASE, $TOOL or $IPO_MODE.
+struct KrlSetUp {
+  int line = 0;
+  size_t begin = 0, end = 0;  ///< in the .src, without its comment
+  std::string word;           ///< DEF, $BASE, $TOOL, $IPO_MODE, BAS or FDAT_ACT
+  bool is_conditional = false;
+};
+
+/// Tool and base of an inline form: DECL FDAT FP1={TOOL_NO 1,BASE_NO 3,IPO_FRAME #BASE}.
+struct KrlFdat {
+  std::optional<int> tool, base;
+  bool is_external_tcp = false;
 };
 
 struct KrlSyntax {
   std::vector<KrlFrame> frames;
+  std::vector<KrlFrame> axes;  ///< joint angles
   std::vector<KrlMove> moves;
+  std::vector<KrlSetUp> set_ups;
+  std::unordered_map<std::string, KrlFdat> fdats;
+  std::unordered_map<std::string, int> frame_names;  ///< with one value, that nothing may change
   int absolute_accuracy_line = 0;  ///< the first line that uses $ABS_ACCUR; 0: none does
 };
 

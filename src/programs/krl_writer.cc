@@ -12,10 +12,10 @@
 
 #include "armtrue/programs/division.h"
 #include "armtrue/programs/matching.h"
-#include "programs/krl_edit.h"
 #include "programs/krl_knots.h"
 #include "programs/krl_pose.h"
-#include "programs/krl_warnings.h"
+#include "programs/program_warnings.h"
+#include "programs/text_edit.h"
 
 namespace armtrue {
 namespace {
@@ -47,8 +47,8 @@ class KrlWriter {
     note_few_found(plans);
     for (size_t i = 0; i < plans.size(); ++i) write_move(syntax_.moves[i], plans[i]);
     edit_targets();
-    result_.src = apply_edits(program_.src.text, edits_, false);
-    if (program_.dat) result_.dat = apply_edits(program_.dat->text, edits_, true);
+    result_.src = apply_edits(program_.src.text, edits_, 0);
+    if (program_.dat) result_.dat = apply_edits(program_.dat->text, edits_, 1);
     result_.warnings = warnings_.list();
     return std::move(result_);
   }
@@ -286,7 +286,7 @@ class KrlWriter {
       KrlValues unused = pose_;
       write_target(move.auxiliary, unknown_krl_values(), unused);
       edits_.push_back(
-          {false, move.begin, move.target.begin,
+          {0, move.begin, move.target.begin,
            line_keyword(move) + std::string(src(move.keyword_end, move.auxiliary.begin))});
     } else {
       write_auxiliary(move, auxiliary);
@@ -338,7 +338,7 @@ class KrlWriter {
     if (newline == std::string::npos && move.line_begin > 0) newline = move.line_begin - 1;
     const bool returns = newline != std::string::npos && newline > 0 && text[newline - 1] == '\r';
     line += returns ? "\r\n" : "\n";
-    edits_.push_back({false, move.line_begin, move.line_begin, line});
+    edits_.push_back({0, move.line_begin, move.line_begin, line});
     ++result_.inserted;
     if (move.in_inline_form)
       warnings_.add(move.line,
@@ -364,12 +364,11 @@ class KrlWriter {
           uses.begin(), uses.end(), [&](const Use& use) { return use.text == uses.front().text; });
       if (agreed && !uses.front().target->shared) {
         if (uses.front().text != now)
-          edits_.push_back({frame.in_dat, frame.begin, frame.end, uses.front().text});
+          edits_.push_back({frame.in_dat ? 1 : 0, frame.begin, frame.end, uses.front().text});
         continue;
       }
       for (const Use& use : uses)
-        if (use.text != now)
-          edits_.push_back({false, use.target->begin, use.target->end, use.text});
+        if (use.text != now) edits_.push_back({0, use.target->begin, use.target->end, use.text});
     }
   }
 
@@ -378,9 +377,9 @@ class KrlWriter {
   const Path& path_;
   const Eigen::Matrix3Xd displacement_;
   const KrlCorrectionOptions options_;
-  KrlWarnings warnings_;
+  ProgramWarnings warnings_;
   std::vector<std::vector<Use>> uses_;  // by frame
-  std::vector<KrlEdit> edits_;
+  std::vector<TextEdit> edits_;
   KrlValues pose_ = unknown_krl_values();    // the end of the moves so far, as written
   std::optional<std::pair<int, int>> base_;  // $BASE of the first corrected move, and its line
   CorrectedKrl result_;

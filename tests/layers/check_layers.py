@@ -13,7 +13,7 @@ USES = {
     "effects": ["kinematics"],
     "campaign": ["effects", "statistics"],
     "calibration": ["campaign"],
-    "compensation": ["calibration"],
+    "compensation": ["calibration", "programs"],
     "search": ["calibration"],
     "tracing": ["search", "text"],
     "diagnosis": ["calibration"],

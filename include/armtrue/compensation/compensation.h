@@ -8,6 +8,7 @@
 #include "armtrue/campaign/campaign.h"
 #include "armtrue/effects/robot.h"
 #include "armtrue/kinematics/pose.h"
+#include "armtrue/programs/configuration.h"
 
 namespace armtrue {
 
@@ -26,6 +27,12 @@ enum class CommandNote {
 /// As in files: `outside-readings`.
 std::string to_string(CommandNote note);
 
+/// Frame and tool of a target.
+struct ProgramSetUp {
+  Pose base;  ///< R_0 from the program's frame (KUKA: $BASE)
+  Pose tool;  ///< R_7 from the TCP (KUKA: $TOOL, if R_7 is the flange)
+};
+
 /// The targets of a program, in the order in which the arm drives to them.
 struct Program {
   /// One row for each target: its name, line and context. `q` is the joint target [rad] or, of a
@@ -36,9 +43,17 @@ struct Program {
   std::vector<bool> hinted;  ///< of Cartesian targets: whether `q` holds a hint
   /// KUKA's turn of each target, bit j set if joint j + 1 is below zero; empty if not stated.
   std::vector<int> turns;
+  /// Of a program that mixes both kinds: whether a row is a joint target; else empty.
+  std::vector<bool> joints;
+  /// What Cartesian targets say of their branch; empty if none says anything but a hint.
+  std::vector<Configuration> configurations;
+  /// Frames and tools, and the one of each row; empty if those of CompensationOptions hold for all.
+  std::vector<ProgramSetUp> set_ups;
+  std::vector<int> set_up;
 
   int rows() const { return visits.rows(); }
   bool is_cartesian() const { return !poses.empty(); }
+  bool is_cartesian(size_t row) const { return is_cartesian() && (joints.empty() || !joints[row]); }
 };
 
 struct CompensationOptions {

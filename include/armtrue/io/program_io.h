@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "armtrue/programs/krl.h"
 
@@ -17,5 +18,16 @@ std::string dat_beside(const std::string& src, const KrlProgram& original);
 /// Writes a corrected program to `src` and its data list to dat_beside(): both or none. Throws
 /// OutputError.
 void write_krl(const CorrectedKrl& corrected, const KrlProgram& original, const std::string& src);
+
+/// A text with the SHA-256 of its bytes.
+struct TextFile {
+  ProgramText text;
+  std::string sha256;
+};
+
+/// The texts of a robot program; `with_dat` as read_krl() does. Throws InputError if a file cannot
+/// be read.
+std::vector<TextFile> read_program_texts(const std::string& path, const std::string& dat,
+                                         bool with_dat);
 
 }  // namespace armtrue

@@ -5,14 +5,11 @@
 #include <vector>
 
 #include "armtrue/path/path.h"
+#include "armtrue/programs/program_text.h"
 
 namespace armtrue {
 
-/// A text of the controller, byte by byte. Any encoding and any line ends are kept.
-struct KrlFile {
-  std::string name;  ///< for messages
-  std::string text;
-};
+using KrlFile = ProgramText;
 
 /// A program of a KUKA controller: the `.src` and, where there is one, the `.dat` with its points.
 struct KrlProgram {

@@ -1,11 +1,11 @@
-#include "programs/krl_cursor.h"
+#include "programs/text_cursor.h"
 
 #include <charconv>
 #include <system_error>
 
 namespace armtrue {
 
-std::string KrlCursor::take_name() {
+std::string TextCursor::take_name() {
   skip_blanks();
   const size_t begin = at_;
   if (at_ < end_ && is_letter(text_[at_]))
@@ -13,7 +13,7 @@ std::string KrlCursor::take_name() {
   return upper(text_.substr(begin, at_ - begin));
 }
 
-std::optional<double> KrlCursor::take_number() {
+std::optional<double> TextCursor::take_number() {
   skip_blanks();
   size_t begin = at_;
   if (begin < end_ && text_[begin] == '+') ++begin;

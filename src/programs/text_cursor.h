@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-// The characters of KRL: names, numbers, blanks.
+// The characters of robot programs: names, numbers, blanks.
 
 namespace armtrue {
 
@@ -14,7 +14,7 @@ inline bool is_letter(char c) {
 inline bool is_digit(char c) { return c >= '0' && c <= '9'; }
 inline bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
-/// The text with the letters a to z as capitals: KRL does not tell them apart.
+/// The text with the letters a to z as capitals: most languages do not tell them apart.
 inline std::string upper(std::string_view text) {
   std::string result(text);
   for (char& c : result)
@@ -23,9 +23,10 @@ inline std::string upper(std::string_view text) {
 }
 
 /// Reads a part of a text from left to right. Blanks before whatever is asked for are skipped.
-class KrlCursor {
+class TextCursor {
  public:
-  KrlCursor(std::string_view text, size_t begin, size_t end) : text_(text), at_(begin), end_(end) {}
+  TextCursor(std::string_view text, size_t begin, size_t end)
+      : text_(text), at_(begin), end_(end) {}
 
   size_t at() const { return at_; }
   /// Whether only blanks are left.

@@ -1,4 +1,4 @@
-#include "programs/krl_warnings.h"
+#include "programs/program_warnings.h"
 
 #include <fmt/format.h>
 
@@ -6,14 +6,14 @@
 
 namespace armtrue {
 
-void KrlWarnings::add(int line, const std::string& text) {
+void ProgramWarnings::add(int line, const std::string& text) {
   auto kind = std::find_if(kinds_.begin(), kinds_.end(),
                            [&](const Kind& known) { return known.text == text; });
   if (kind == kinds_.end()) kind = kinds_.insert(kind, {text, {}});
   kind->lines.push_back(line);
 }
 
-std::vector<std::string> KrlWarnings::list() const {
+std::vector<std::string> ProgramWarnings::list() const {
   constexpr size_t kShown = 5;
   std::vector<std::string> result;
   for (const Kind& kind : kinds_) {

@@ -6,11 +6,12 @@
 
 namespace armtrue {
 
-/// What correct_krl() warns of. Warnings with the same text become one warning with all its lines.
-class KrlWarnings {
+/// What is said about the lines of a program. Warnings with the same text become one warning with
+/// all its lines.
+class ProgramWarnings {
  public:
   /// `file`: the name that every warning begins with.
-  explicit KrlWarnings(std::string file) : file_(std::move(file)) {}
+  explicit ProgramWarnings(std::string file) : file_(std::move(file)) {}
 
   void add(int line, const std::string& text);
   /// In the order in which each text was first added; the first five lines of each are named.

@@ -1,0 +1,144 @@
+#include "robot_program_files.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <initializer_list>
+#include <utility>
+
+#include "armtrue/compensation/program_targets.h"
+#include "armtrue/io/output.h"
+#include "program_arguments.h"
+
+namespace armtrue::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+// `NAME=x,y,z,a,b,c`; the name may hold brackets.
+std::pair<std::string, Pose> frame_from_text(const std::string& text) {
+  const size_t equals = text.rfind('=');
+  if (equals == std::string::npos || equals == 0)
+    throw std::invalid_argument("'" + text + "' is no frame; give NAME=" + kPoseForm);
+  return {text.substr(0, equals),
+          pose_from_numbers(numbers_from_text(text.substr(equals + 1), 6, kPoseForm))};
+}
+
+Check frame_check() {
+  return {"", [](const std::string& text) {
+            try {
+              frame_from_text(text);
+              return std::string();
+            } catch (const std::invalid_argument& error) {
+              return std::string(error.what());
+            }
+          }};
+}
+
+// Standard output, a device or a pipe has no name.
+bool has_name(const std::string& output) { return output != "-" && !is_device_or_pipe(output); }
+
+Dialect dialect_of(const RobotProgramFiles& files) {
+  if (!files.dialect.empty()) return *find_dialect(files.dialect);
+  if (const auto dialect = dialect_of_file(files.path)) return *dialect;
+  throw UsageError("--program: '" + files.path +
+                   "' does not end as a program does (.src, .mod, .prg, .sys, .ls, .script, "
+                   ".urscript); say what it is with --dialect");
+}
+
+// The .dat stands beside the .src, with the same name.
+std::string dat_beside(const std::string& src) {
+  const fs::path path(src);
+  return fs::path(path).replace_extension(path.extension() == ".SRC" ? ".DAT" : ".dat").string();
+}
+
+void refuse_outputs(const RobotProgram& program, const RobotProgramFiles& files) {
+  const bool has_dat = program.texts.size() > 1;
+  if (!has_name(files.out)) {
+    if (!has_dat) return;
+    throw UsageError(
+        "--program-out: the program has a .dat, which needs a file beside it; name a "
+        "file");
+  }
+  if (const std::string wrong =
+          why_illegal_name(program.dialect, fs::path(files.out).stem().string());
+      !wrong.empty())
+    throw UsageError("--program-out: " + wrong);
+  std::vector<std::string> outputs{files.out};
+  if (has_dat) outputs.push_back(dat_beside(files.out));
+  if (has_dat && same_file(outputs[0], outputs[1]))
+    throw UsageError("--program-out: '" + files.out + "' is the name of a .dat; name a .src");
+  for (const std::string& output : outputs)
+    for (const ProgramText& text : program.texts)
+      if (same_file(output, text.name))
+        throw UsageError("--program-out: '" + output +
+                         "' is a file of the program itself; give the corrected program another "
+                         "name or folder");
+}
+
+}  // namespace
+
+void add_robot_program(Command& command, RobotProgramFiles& files) {
+  const Option program =
+      command.option("--program", files.path,
+                     "Robot program to correct instead of a file of targets: KUKA .src, ABB .mod, "
+                     "FANUC .ls, UR .script");
+  program.needs(command
+                    .add_output("--program-out", files.out,
+                                "Write the corrected program here, a .dat beside it")
+                    .needs(program));
+  command.option("--dat", files.dat, "The .dat of a KUKA program; that beside the .src if absent")
+      .needs(program);
+  command
+      .option("--dialect", files.dialect,
+              "Language of the program, if the name of the file does not tell it")
+      .check(one_of({"krl", "rapid", "fanuc", "urscript"}))
+      .needs(program);
+  command
+      .option("--frame", files.frames,
+              "A frame or tool that the program only names, as NAME=x,y,z,a,b,c in mm and deg: "
+              "BASE_DATA[1], TOOL_DATA[1], wobj1, UF[1], UT[1]; may be given several times")
+      .check(frame_check())
+      .needs(program);
+}
+
+RobotProgram read_robot_program(Command& command, const RobotProgramFiles& files) {
+  if (command.input != "-")
+    throw UsageError("'" + command.input +
+                     "' and --program are given; correct one of them at a time");
+  const Dialect dialect = dialect_of(files);
+  if (!files.dat.empty() && dialect != Dialect::krl)
+    throw UsageError("--dat: only a KUKA program has a .dat");
+  KnownFrames known;
+  for (const std::string& frame : files.frames)
+    if (!known.insert(frame_from_text(frame)).second)
+      throw UsageError("--frame: '" + frame + "' gives a frame that is given already");
+  RobotProgram program = parse_program(
+      dialect, command.read_program_texts(files.path, files.dat, dialect == Dialect::krl), known);
+  refuse_outputs(program, files);
+  return program;
+}
+
+bool write_robot_program(const Command& command, const RobotProgram& program,
+                         std::vector<CorrectedTarget>& targets, const RobotProgramFiles& files) {
+  const ProgramCommands commands = program_commands(program, targets);
+  RewrittenProgram rewritten = rewrite(program, commands.list);
+  if (has_name(files.out)) rename(program, fs::path(files.out).stem().string(), rewritten.texts);
+  bool is_followed = true;
+  for (const std::vector<std::string>* list :
+       std::initializer_list<const std::vector<std::string>*>{&program.warnings, &commands.warnings,
+                                                              &rewritten.warnings})
+    for (const std::string& warning : *list) {
+      command.warn(warning);
+      is_followed = false;
+    }
+  command.tell(fmt::format("{}: {} points changed, {} moves left alone\n", program.texts[0].name,
+                           rewritten.changed, program.left_alone));
+  std::vector<Product> products;
+  if (rewritten.texts.size() > 1) products.push_back({dat_beside(files.out), rewritten.texts[1]});
+  products.push_back({files.out, rewritten.texts[0]});
+  write_outputs(products);
+  return is_followed;
+}
+
+}  // namespace armtrue::app

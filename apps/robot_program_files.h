@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "armtrue/compensation/compensation.h"
+#include "armtrue/programs/robot_program.h"
+#include "command_line.h"
+
+namespace armtrue::app {
+
+/// Options of a robot program that is read and written.
+struct RobotProgramFiles {
+  std::string path;  ///< empty: none is given
+  std::string dat, out, dialect;
+  std::vector<std::string> frames;  ///< NAME=x,y,z,a,b,c
+};
+
+/// --program, --program-out, --dat, --dialect, --frame.
+void add_robot_program(Command& command, RobotProgramFiles& files);
+
+/// Reads the program and checks that it can be written where it shall be. Throws UsageError if not.
+RobotProgram read_robot_program(Command& command, const RobotProgramFiles& files);
+
+/// Writes the program with the corrections, warns of what could not be followed, and returns
+/// whether there was nothing of the kind.
+bool write_robot_program(const Command& command, const RobotProgram& program,
+                         std::vector<CorrectedTarget>& targets, const RobotProgramFiles& files);
+
+}  // namespace armtrue::app

@@ -1,0 +1,121 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "armtrue/kinematics/chain.h"
+#include "armtrue/kinematics/pose.h"
+#include "armtrue/programs/configuration.h"
+#include "armtrue/programs/program_text.h"
+
+namespace armtrue {
+
+/// The languages of robot programs, by the manuals of their makers; see the parser of each.
+enum class Dialect { krl, rapid, fanuc, urscript };
+
+/// As in options: `krl`.
+std::string to_string(Dialect dialect);
+/// The dialect with this name; nothing if there is none.
+std::optional<Dialect> find_dialect(const std::string& name);
+/// The dialect of a file by its extension: .src, .mod .prg .sys, .ls, .script .urscript.
+std::optional<Dialect> dialect_of_file(const std::string& path);
+
+/// A number of a program that a correction may replace.
+struct ProgramNumber {
+  int text = 0;               ///< index in RobotProgram::texts
+  size_t begin = 0, end = 0;  ///< in that text; begin == end: not written, and may be added here
+  double value = 0;           ///< as written, in the unit of the dialect
+  std::string prefix;         ///< stands before the number where it is added
+  bool is_written() const { return end > begin; }
+};
+
+enum class TargetKind { joints, cartesian };
+
+/// The numbers of a point: those of a declaration that several moves may use, or of one move.
+struct ProgramPoint {
+  std::string name;  ///< for messages: `XP1`, or empty where a move has its own numbers
+  int line = 0;      ///< of the numbers, in their text
+  TargetKind kind = TargetKind::cartesian;
+  /// In the order of the dialect: KUKA X Y Z A B C; ABB x y z q1 q2 q3 q4; FANUC X Y Z W P R; UR
+  /// x y z rx ry rz; or the six joints.
+  std::vector<ProgramNumber> numbers;
+  /// KUKA: T. ABB: cf1 cf4 cf6 cfx. Empty if not written.
+  std::vector<ProgramNumber> configuration;
+};
+
+/// A coordinate system that a program names.
+struct ProgramFrame {
+  std::string name;  ///< `BASE_DATA[3]`; `{...}` for one that is written out
+  Pose pose;
+  bool is_known = false;
+};
+
+/// A point to which the arm drives, in the order of the text.
+struct ProgramTarget {
+  int line = 0;  ///< of the move, in texts[0]
+  int point = -1;
+  int base = -1, tool = -1;  ///< in RobotProgram::frames; -1: the program names none
+  TargetKind kind = TargetKind::cartesian;
+  Pose pose;                        ///< Cartesian: base from TCP, as written
+  JointVector q;                    ///< joints: encoder angles of the model [rad]
+  std::optional<JointVector> near;  ///< angles near the solution that the program states [rad]
+  Configuration configuration;
+};
+
+/// A name in the program that the controller wants to be that of the file.
+struct ProgramName {
+  int text = 0;
+  size_t begin = 0, end = 0;
+};
+
+/// A robot program: its text, byte by byte, and the numbers in it that say where the arm drives.
+struct RobotProgram {
+  Dialect dialect = Dialect::krl;
+  std::vector<ProgramText> texts;  ///< the program; of KRL also the .dat, if there is one
+  std::vector<ProgramPoint> points;
+  std::vector<ProgramTarget> targets;
+  std::vector<ProgramFrame> frames;
+  std::vector<ProgramName> names;
+  int left_alone = 0;  ///< moves that cannot be followed
+  std::vector<std::string> warnings;
+};
+
+/// Frames and tools that the program only names, by name (`BASE_DATA[3]`, `wobj1`, `UF[2]`).
+using KnownFrames = std::map<std::string, Pose>;
+
+/// Reads a program. `texts`: the program and, of KRL, its .dat if there is one. What cannot be
+/// followed (expressions, offsets, relative moves, points that are assigned at run time) becomes a
+/// warning with file and line, and stays as it is. Throws InputError if there is no target.
+RobotProgram parse_program(Dialect dialect, std::vector<ProgramText> texts,
+                           const KnownFrames& known);
+
+/// What stands in the place of a target.
+struct ProgramCommand {
+  bool is_corrected = false;
+  JointVector programmed = JointVector::Zero();  ///< where the target is [rad]
+  JointVector q = JointVector::Zero();           ///< where the command is [rad]
+  Pose pose;                                     ///< of the controller's model there
+};
+
+struct RewrittenProgram {
+  std::vector<std::string> texts;
+  int changed = 0;  ///< points with another number
+  /// Of points whose targets need different numbers; they stay as they are.
+  std::vector<std::string> warnings;
+};
+
+/// The texts with the numbers of the commands, one for each target. Only bytes of numbers change,
+/// and only of numbers that differ after rounding: KUKA 0.0001 mm and deg, ABB 0.0001 mm, 0.00001
+/// deg and 1e-7 of a quaternion, FANUC 0.001 mm and deg, UR 1e-7 m and rad, or finer where more
+/// decimals were written.
+RewrittenProgram rewrite(const RobotProgram& program, const std::vector<ProgramCommand>& commands);
+
+/// The name of the program in its texts, replaced by `name` where it is another.
+void rename(const RobotProgram& program, const std::string& name, std::vector<std::string>& texts);
+
+/// What is wrong with a name for a program of the dialect, with a legal one; empty if nothing is.
+std::string why_illegal_name(Dialect dialect, const std::string& name);
+
+}  // namespace armtrue

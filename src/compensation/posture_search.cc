@@ -1,0 +1,91 @@
+#include "compensation/posture_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "compensation/joint_correction.h"
+
+namespace armtrue {
+namespace {
+
+constexpr double kFullTurn = 2 * std::numbers::pi;
+constexpr int kStarts = 240;
+
+// The multiple of a turn that brings an angle into [low, high], next to `near`; nothing if none
+// does.
+std::optional<double> turned_into(double angle, double low, double high, double near) {
+  constexpr double kSlack = 0.02 * kDegree;
+  std::optional<double> best;
+  for (int k = -3; k <= 3; ++k) {
+    const double turned = angle + k * kFullTurn;
+    if (turned < low - kSlack || turned > high + kSlack) continue;
+    if (!best || std::abs(turned - near) < std::abs(*best - near)) best = turned;
+  }
+  return best;
+}
+
+}  // namespace
+
+PostureSearch::PostureSearch(const ProgramArm& arm, const Context& context, const Pose& wanted,
+                             const Configuration& stated, const std::optional<JointVector>& before)
+    : arm_(arm),
+      context_(context),
+      wanted_(wanted),
+      stated_(stated),
+      before_(before),
+      reference_(branch_of(arm.chain(), stated.reference)) {
+  if (before) try_from(*before);
+  if (!found_) try_from(stated.reference);
+  const KinematicChain& chain = arm.robot().chain;
+  for (int k = 1; k <= kStarts && !found_; ++k) {
+    JointVector start;
+    for (int j = 0; j < kJoints; ++j) {
+      const auto [min, max] = travel(chain.links[static_cast<size_t>(j)]);
+      const double low = std::max(min, stated.low[j]), high = std::min(max, stated.high[j]);
+      const double share = std::fmod(k * std::sqrt(2.0 + j) + 0.5 * j, 1.0);
+      start[j] = low < high ? low + share * (high - low) : min + share * (max - min);
+    }
+    try_from(start);
+  }
+  if (!found_ && stated.sides_are_weak) found_ = in_ranges_only_;
+  if (!found_) found_ = beyond_travel_;
+}
+
+void PostureSearch::try_from(const JointVector& start) {
+  const JointCorrection solution = joints_of_pose(arm_, context_, wanted_, start);
+  if (!solution.is_reached) return;
+  is_reached_ = true;
+  if (const auto q = in_ranges(solution.q, true)) {
+    (has_sides(*q) ? found_ : in_ranges_only_) = q;
+  } else if (!beyond_travel_) {
+    beyond_travel_ = in_ranges(solution.q, false);
+    if (beyond_travel_ && !has_sides(*beyond_travel_)) beyond_travel_.reset();
+  }
+}
+
+std::optional<JointVector> PostureSearch::in_ranges(JointVector q, bool in_travel) const {
+  const KinematicChain& chain = arm_.robot().chain;
+  for (int j = 0; j < kJoints; ++j) {
+    double low = stated_.low[j], high = stated_.high[j];
+    if (in_travel) {
+      const auto [min, max] = travel(chain.links[static_cast<size_t>(j)]);
+      low = std::max(min, low);
+      high = std::min(max, high);
+    }
+    const auto turned = turned_into(q[j], low, high, before_ ? (*before_)[j] : 0);
+    if (!turned) return std::nullopt;
+    q[j] = *turned;
+  }
+  return q;
+}
+
+bool PostureSearch::has_sides(const JointVector& q) const {
+  const Branch branch = branch_of(arm_.chain(), q);
+  const auto is_on = [](int side, int reference, int now) { return side * reference * now >= 0; };
+  return is_on(stated_.sides[0], reference_.shoulder, branch.shoulder) &&
+         is_on(stated_.sides[1], reference_.elbow, branch.elbow) &&
+         is_on(stated_.sides[2], reference_.wrist, branch.wrist);
+}
+
+}  // namespace armtrue

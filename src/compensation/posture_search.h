@@ -1,0 +1,44 @@
+#pragma once
+
+#include <optional>
+
+#include "armtrue/programs/configuration.h"
+#include "compensation/branch.h"
+#include "compensation/program_arm.h"
+
+namespace armtrue {
+
+/// Looks for the joint angles at which an arm has a pose in a stated configuration: from the
+/// posture before, from the reference of the configuration, then from other starts in a fixed
+/// order. One within the travel is preferred.
+class PostureSearch {
+ public:
+  /// `wanted`: R_0 from TCP. The arguments must live as long as the search.
+  PostureSearch(const ProgramArm& arm, const Context& context, const Pose& wanted,
+                const Configuration& stated, const std::optional<JointVector>& before);
+
+  /// The joint angles [rad]; nothing if no start leads to any in the configuration.
+  std::optional<JointVector> find() const { return found_; }
+  /// Whether the arm reaches the pose at all.
+  bool is_reached() const { return is_reached_; }
+
+ private:
+  void try_from(const JointVector& start);
+  /// The same posture, turned so that each joint stands in its range and, if asked for, in its
+  /// travel; nothing if that cannot be.
+  std::optional<JointVector> in_ranges(JointVector q, bool in_travel) const;
+  bool has_sides(const JointVector& q) const;
+
+  const ProgramArm& arm_;
+  const Context& context_;
+  const Pose& wanted_;
+  const Configuration& stated_;
+  const std::optional<JointVector>& before_;
+  Branch reference_;
+  bool is_reached_ = false;
+  std::optional<JointVector> found_;
+  std::optional<JointVector> in_ranges_only_;  // on other sides
+  std::optional<JointVector> beyond_travel_;   // told so later, by the note `limit`
+};
+
+}  // namespace armtrue

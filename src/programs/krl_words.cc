@@ -1,0 +1,52 @@
+#include "programs/krl_words.h"
+
+#include <cmath>
+
+namespace armtrue {
+
+const KrlKeyword* find_krl_motion(std::string_view name) {
+  using enum KrlMotion;
+  static constexpr KrlKeyword kMotions[] = {
+      {"PTP", point_to_point, false, false},
+      {"LIN", line, false, false},
+      {"CIRC", circle, false, false},
+      {"SPTP", point_to_point, true, false},
+      {"SLIN", line, true, false},
+      {"SCIRC", circle, true, false},
+      {"SPL", spline_point, true, false},
+      {"PTP_REL", point_to_point, false, true},
+      {"LIN_REL", line, false, true},
+      {"CIRC_REL", circle, false, true},
+      {"SPTP_REL", point_to_point, true, true},
+      {"SLIN_REL", line, true, true},
+      {"SCIRC_REL", circle, true, true},
+      {"SPL_REL", spline_point, true, true},
+  };
+  for (const KrlKeyword& keyword : kMotions)
+    if (keyword.name == name) return &keyword;
+  return nullptr;
+}
+
+void take_krl_fdat(TextCursor& cursor, std::unordered_map<std::string, KrlFdat>& fdats) {
+  const std::string name = cursor.take_name();
+  if (!cursor.take('=') || !cursor.take('{')) return;
+  KrlFdat fdat;
+  const auto number = [&]() -> std::optional<int> {
+    constexpr double kMost = 1000;
+    const auto value = cursor.take_number();
+    if (!value || !(std::abs(*value) < kMost)) return std::nullopt;
+    return static_cast<int>(*value);
+  };
+  while (!cursor.done() && cursor.next() != '}') {
+    const std::string entry = cursor.take_name();
+    if (entry == "TOOL_NO") fdat.tool = number();
+    if (entry == "BASE_NO") fdat.base = number();
+    if (entry == "IPO_FRAME" && cursor.take('#'))
+      fdat.is_external_tcp = cursor.take_name() == "TCP";
+    cursor.skip_to(",}");
+    if (!cursor.take(',')) break;
+  }
+  fdats[name] = fdat;
+}
+
+}  // namespace armtrue

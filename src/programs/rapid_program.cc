@@ -1,0 +1,401 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "armtrue/kinematics/units.h"
+#include "programs/dialects.h"
+#include "programs/frame_list.h"
+#include "programs/program_values.h"
+#include "programs/program_warnings.h"
+#include "programs/statement.h"
+
+// Programs of ABB controllers: RAPID reference manual, "Instructions, functions and data types":
+// robtarget, jointtarget, confdata, tooldata, wobjdata, MoveJ, MoveL, MoveC, MoveAbsJ and those of
+// their family, TriggJ, TriggL, TriggC.
+
+namespace armtrue {
+namespace {
+
+struct RapidMove {
+  const char* name;
+  int points;
+  int tool;  // position of the tool among the arguments
+  bool is_joint_target;
+};
+
+constexpr RapidMove kRapidMoves[] = {
+    {"MOVEJ", 1, 3, false},     {"MOVEL", 1, 3, false},     {"MOVEC", 2, 4, false},
+    {"MOVEABSJ", 1, 3, true},   {"MOVEJDO", 1, 3, false},   {"MOVELDO", 1, 3, false},
+    {"MOVECDO", 2, 4, false},   {"MOVEJAO", 1, 3, false},   {"MOVELAO", 1, 3, false},
+    {"MOVECAO", 2, 4, false},   {"MOVEJGO", 1, 3, false},   {"MOVELGO", 1, 3, false},
+    {"MOVECGO", 2, 4, false},   {"MOVEJSYNC", 1, 3, false}, {"MOVELSYNC", 1, 3, false},
+    {"MOVECSYNC", 2, 4, false}, {"TRIGGJ", 1, 4, false},    {"TRIGGL", 1, 4, false},
+    {"TRIGGC", 2, 5, false},
+};
+
+// What looks like a move and is not followed: process moves have arguments of their own.
+bool is_other_move(const std::string& word) {
+  for (const char* begin : {"MOVE", "TRIGG", "SEARCH", "ARC", "SPOT", "DISP", "PAINT", "CAP"})
+    if (word.starts_with(begin) && word.size() > std::string(begin).size()) {
+      const char last = word.back();
+      return last == 'L' || last == 'J' || last == 'C' || word.ends_with("START") ||
+             word.ends_with("END") || word.ends_with("IOS");
+    }
+  return false;
+}
+
+struct RapidValue {
+  ListItem list;
+  int values = 0;  // how often the name is given one
+  int line = 0;
+  std::string type;
+  int point = -1;
+};
+
+class RapidReader {
+ public:
+  RapidReader(RobotProgram& program, const KnownFrames& known)
+      : program_(program),
+        known_(known),
+        text_(masked(program.texts[0].text, '!', "\"")),
+        warnings_(program.texts[0].name) {}
+
+  void read() {
+    const std::vector<Statement> statements = split_statements(text_, ';');
+    for (const Statement& statement : statements) read_words(statement, true);
+    for (const Statement& statement : statements) read_words(statement, false);
+    for (const auto& [name, line] : uses_)
+      if (values_[name].point >= 0)
+        warnings_.add(line, "uses " + name + ", which is corrected, beside the moves to it");
+      else
+        leave(line, "uses the point " + name + " in a way that is not followed");
+    program_.warnings = warnings_.list();
+  }
+
+ private:
+  int line_of(size_t at) {
+    for (; counted_ < at; ++counted_) line_ += program_.texts[0].text[counted_] == '\n';
+    if (counted_ > at) {
+      counted_ = 0;
+      line_ = 1;
+      return line_of(at);
+    }
+    return line_;
+  }
+
+  // Goes through the words of a statement: what ends without a semicolon (PROC, IF .. THEN) stands
+  // before it.
+  void read_words(const Statement& statement, bool declarations) {
+    TextCursor cursor(text_, statement.begin, statement.end);
+    char before = ' ';
+    while (!cursor.done()) {
+      const size_t at = cursor.at();
+      const std::string word = cursor.take_name();
+      if (word.empty()) {
+        before = cursor.next();
+        cursor.step();
+        continue;
+      }
+      if (word == "CONST" || word == "PERS" || word == "VAR") {
+        if (is_parameter(cursor)) continue;
+        if (declarations) read_declaration(cursor);
+        return;
+      }
+      if (before != '\\' && before != '.' && !declarations &&
+          read_instruction(word, at, cursor, statement))
+        return;
+      if (declarations && before != '\\' && before != '.') note_assignment(word, cursor);
+      if (!declarations && cursor.next() != ':' && cursor.next() != '.') note_use(word, at);
+      before = ' ';
+    }
+  }
+
+  // PROC name(PERS robtarget point)
+  static bool is_parameter(TextCursor cursor) {
+    cursor.take_name();
+    cursor.take_name();
+    return cursor.next() == ')' || cursor.next() == ',';
+  }
+
+  void note_use(const std::string& word, size_t at) {
+    if (const auto found = values_.find(word); found != values_.end() && is_point(found->second))
+      uses_.try_emplace(word, line_of(at));
+  }
+
+  static bool is_point(const RapidValue& value) {
+    return value.type == "ROBTARGET" || value.type == "JOINTTARGET";
+  }
+
+  // NAME := .., NAME.trans.x := .., NAME{2} := ..
+  void note_assignment(const std::string& word, TextCursor cursor) {
+    while (true) {
+      if (cursor.take('.'))
+        cursor.take_name();
+      else if (cursor.take('{'))
+        cursor.skip_to("}"), cursor.take('}');
+      else
+        break;
+    }
+    if (cursor.take(':') && cursor.take('=')) ++values_[word].values;
+  }
+
+  // type NAME := [..]  or  type NAME{3} := [[..],[..],[..]]
+  void read_declaration(TextCursor& cursor) {
+    const std::string type = cursor.take_name(), name = cursor.take_name();
+    if (name.empty()) return;
+    const bool is_array = cursor.take('{');
+    if (is_array) {
+      cursor.skip_to("}");
+      cursor.take('}');
+    }
+    const int line = line_of(cursor.at());
+    if (!cursor.take(':') || !cursor.take('=')) {
+      values_[name].type = type;
+      return;
+    }
+    const ListItem list = take_item(cursor);
+    if (list.kind != ListItem::Kind::list || !cursor.done()) {
+      values_[name].type = type;
+      ++values_[name].values;
+      return;
+    }
+    const auto define = [&](const std::string& full, const ListItem& value) {
+      RapidValue& known = values_[full];
+      known.list = value;
+      known.type = type;
+      known.line = line;
+      ++known.values;
+    };
+    define(name, list);
+    for (size_t i = 0; is_array && i < list.items.size(); ++i)
+      define(fmt::format("{}{{{}}}", name, i + 1), list.items[i]);
+  }
+
+  bool read_instruction(const std::string& word, size_t at, TextCursor& cursor,
+                        const Statement& statement) {
+    if (word == "PDISPON" || word == "PDISPSET" || word == "PDISPOFF") {
+      is_displaced_ = word != "PDISPOFF";
+      return true;
+    }
+    const auto* const move = std::ranges::find(kRapidMoves, word, &RapidMove::name);
+    if (move != std::end(kRapidMoves)) {
+      if (cursor.next() == '(' || cursor.next() == ':') return false;
+      read_move(*move, line_of(at), cursor.at(), statement.end);
+      return true;
+    }
+    if (!is_other_move(word) || cursor.done() || cursor.next() == '(' || cursor.next() == ':')
+      return false;
+    leave(line_of(at), "this instruction is not followed: " + word);
+    return true;
+  }
+
+  void leave(int line, const std::string& reason) {
+    warnings_.add(line, "left alone: " + reason);
+    ++program_.left_alone;
+  }
+
+  void read_move(const RapidMove& move, int line, size_t begin, size_t end) {
+    std::vector<Statement> arguments;
+    std::string work_object = "WOBJ0";
+    for (const Statement& part : split_arguments(text_, begin, end, ",")) {
+      const std::vector<Statement> pieces = split_arguments(text_, part.begin, part.end, "\\");
+      for (size_t i = 0; i < pieces.size(); ++i) {
+        const bool is_option = i > 0;
+        if (!is_option && pieces[i].begin < pieces[i].end) arguments.push_back(pieces[i]);
+        if (!is_option) continue;
+        TextCursor cursor(text_, pieces[i].begin, pieces[i].end);
+        if (cursor.take_name() == "WOBJ" && cursor.take(':') && cursor.take('=')) {
+          cursor.next();
+          work_object = upper(part_of(cursor.at(), pieces[i].end));
+        }
+      }
+    }
+    if (arguments.size() <= static_cast<size_t>(move.tool))
+      return leave(line, "its arguments are not those of the instruction");
+    if (is_displaced_) return leave(line, "a program displacement (PDispOn, PDispSet) is active");
+    const Statement& tool = arguments[static_cast<size_t>(move.tool)];
+    ProgramTarget target;
+    target.line = line;
+    target.kind = move.is_joint_target ? TargetKind::joints : TargetKind::cartesian;
+    std::string why_not;
+    target.base = work_object_frame(work_object, why_not);
+    target.tool = tool_frame(upper(part_of(tool.begin, tool.end)), why_not);
+    if (!why_not.empty()) return leave(line, why_not);
+    std::vector<int> points;
+    for (int i = 0; i < move.points; ++i) {
+      points.push_back(point_at(arguments[static_cast<size_t>(i)], target.kind, line));
+      if (points.back() < 0) return;
+    }
+    for (size_t i = 0; i < points.size(); ++i) add_target(target, points[i], i + 1 < points.size());
+  }
+
+  void add_target(ProgramTarget target, int index, bool is_auxiliary) {
+    const ProgramPoint& point = program_.points[static_cast<size_t>(index)];
+    target.point = index;
+    std::vector<double> numbers;
+    for (const ProgramNumber& number : point.numbers) numbers.push_back(number.value);
+    if (target.kind == TargetKind::joints) {
+      target.q = joints_of_numbers(Dialect::rapid, numbers);
+    } else {
+      target.pose = pose_of_numbers(Dialect::rapid, numbers);
+      target.configuration = configuration_of(point);
+      target.configuration.continues = is_auxiliary;
+    }
+    program_.targets.push_back(target);
+  }
+
+  // confdata: cf1, cf4, cf6 are quadrants. cfx, which not every arm uses: 4: the wrist is behind
+  // axis 1; 2: behind the lower arm; 1: axis 5 is below zero.
+  static Configuration configuration_of(const ProgramPoint& point) {
+    Configuration result;
+    result.reference << 0, 0, 0, 0, 45, 0;
+    result.reference *= kDegree;
+    constexpr double kMost = 8;
+    for (const ProgramNumber& number : point.configuration)
+      if (number.value != std::floor(number.value) || std::abs(number.value) > kMost) return result;
+    for (int k = 0; k < 3; ++k) {
+      const int joint = k == 0 ? 0 : k == 1 ? 3 : 5;
+      result.low[joint] = 90 * kDegree * point.configuration[static_cast<size_t>(k)].value;
+      result.high[joint] = result.low[joint] + 90 * kDegree;
+    }
+    const int cfx = static_cast<int>(point.configuration[3].value);
+    if (cfx < 0) return result;
+    result.sides = {cfx & 4 ? -1 : 1, cfx & 2 ? -1 : 1, cfx & 1 ? -1 : 1};
+    result.sides_are_weak = true;
+    return result;
+  }
+
+  std::string part_of(size_t begin, size_t end) const { return text_.substr(begin, end - begin); }
+
+  // The point of an argument; -1 and a warning if it cannot be followed.
+  int point_at(const Statement& argument, TargetKind kind, int line) {
+    const auto refuse = [&](const std::string& reason) {
+      leave(line, reason);
+      return -1;
+    };
+    if (const auto list = list_in(text_, argument.begin, argument.end)) {
+      const int point = add_point(*list, kind, fmt::format("the point of line {}", line), line);
+      return point < 0 ? refuse("its point has no plain numbers") : point;
+    }
+    std::string name;
+    for (char c : part_of(argument.begin, argument.end))
+      if (!is_blank(c)) name += c;
+    const std::string key = upper(name), array = key.substr(0, key.find('{'));
+    TextCursor cursor(key, 0, key.size());
+    cursor.take_name();
+    if (!cursor.done() && cursor.next() != '{')
+      return refuse("its target is an expression; it starts from corrected points");
+    const auto found = values_.find(key);
+    if (found == values_.end())
+      return refuse("its point is not declared here; give it plain numbers in this module");
+    const auto whole = values_.find(array);
+    if (found->second.values != 1 || (whole != values_.end() && whole->second.values != 1))
+      return refuse("its point is given several values, or changed at run time");
+    RapidValue& value = found->second;
+    if (value.type != (kind == TargetKind::joints ? "JOINTTARGET" : "ROBTARGET"))
+      return refuse("its point is of another type");
+    if (value.point < 0) value.point = add_point(value.list, kind, name, value.line);
+    return value.point < 0 ? refuse("its point has no plain numbers") : value.point;
+  }
+
+  int add_point(const ListItem& list, TargetKind kind, const std::string& name, int line) {
+    ProgramPoint point;
+    point.name = name;
+    point.line = line;
+    point.kind = kind;
+    const auto add = [](std::vector<ProgramNumber>& numbers, const ListItem& from) {
+      for (const ListItem& item : from.items)
+        numbers.push_back({0, item.begin, item.end, item.value, ""});
+    };
+    const std::vector<ListItem>& parts = list.items;
+    if (kind == TargetKind::joints) {
+      if (parts.size() != 2 || !parts[0].numbers(6)) return -1;
+      add(point.numbers, parts[0]);
+      constexpr double kNoAxis = 1e8;  // 9E9
+      for (const ProgramNumber& number : point.numbers)
+        if (!(std::abs(number.value) < kNoAxis)) return -1;
+    } else {
+      if (parts.size() != 4 || !parts[0].numbers(3) || !parts[2].numbers(4)) return -1;
+      if (!is_unit_quaternion(parts[1])) return -1;
+      add(point.numbers, parts[0]);
+      add(point.numbers, parts[1]);
+      add(point.configuration, parts[2]);
+    }
+    program_.points.push_back(point);
+    return static_cast<int>(program_.points.size()) - 1;
+  }
+
+  static bool is_unit_quaternion(const ListItem& list) {
+    const auto q = list.numbers(4);
+    if (!q) return false;
+    double square = 0;
+    for (double value : *q) square += value * value;
+    constexpr double kUnit = 0.01;
+    return std::abs(square - 1) < kUnit;
+  }
+
+  static std::optional<Pose> pose_in(const ListItem& list) {
+    if (list.kind != ListItem::Kind::list || list.items.size() != 2) return std::nullopt;
+    const auto position = list.items[0].numbers(3);
+    if (!position || !is_unit_quaternion(list.items[1])) return std::nullopt;
+    std::vector<double> numbers = *position;
+    for (const ListItem& item : list.items[1].items) numbers.push_back(item.value);
+    return pose_of_numbers(Dialect::rapid, numbers);
+  }
+
+  const RapidValue* value_of(const std::string& name, const char* type) const {
+    const auto found = values_.find(name);
+    if (found == values_.end() || found->second.values != 1) return nullptr;
+    const RapidValue& value = found->second;
+    return value.type == type && value.list.kind == ListItem::Kind::list ? &value : nullptr;
+  }
+
+  std::string word_of(const ListItem& item) const { return upper(part_of(item.begin, item.end)); }
+  // [robhold, ufprog, "ufmec", uframe, oframe]
+  int work_object_frame(const std::string& name, std::string& why_not) {
+    std::optional<Pose> pose;
+    if (name == "WOBJ0") pose = Pose{};
+    if (const RapidValue* value = value_of(name, "WOBJDATA");
+        value && value->list.items.size() == 5) {
+      const std::vector<ListItem>& parts = value->list.items;
+      const auto user = pose_in(parts[3]), object = pose_in(parts[4]);
+      if (user && object) pose = *user * *object;
+      if (word_of(parts[0]) == "TRUE") why_not = "the robot holds the work object";
+      if (word_of(parts[1]) == "FALSE") why_not = "a mechanical unit moves the work object";
+    }
+    return add_frame(program_.frames, known_, name, pose);
+  }
+
+  // [robhold, tframe, tload]
+  int tool_frame(const std::string& name, std::string& why_not) {
+    std::optional<Pose> pose;
+    if (name == "TOOL0") pose = Pose{};
+    if (const RapidValue* value = value_of(name, "TOOLDATA");
+        value && value->list.items.size() == 3) {
+      pose = pose_in(value->list.items[1]);
+      if (word_of(value->list.items[0]) == "FALSE") why_not = "its tool stands in the room";
+    }
+    return add_frame(program_.frames, known_, name, pose);
+  }
+
+  RobotProgram& program_;
+  const KnownFrames& known_;
+  std::string text_;
+  ProgramWarnings warnings_;
+  std::map<std::string, RapidValue> values_;
+  std::map<std::string, int> uses_;  // of points outside of moves: the first line
+  bool is_displaced_ = false;
+  size_t counted_ = 0;
+  int line_ = 1;
+};
+
+}  // namespace
+
+void parse_rapid_program(RobotProgram& program, const KnownFrames& known) {
+  RapidReader(program, known).read();
+}
+
+}  // namespace armtrue

@@ -1,0 +1,130 @@
+#include "programs/statement.h"
+
+#include <algorithm>
+
+namespace armtrue {
+namespace {
+
+constexpr int kMostDepth = 16;
+
+bool opens(char c) { return c == '(' || c == '[' || c == '{'; }
+bool closes(char c) { return c == ')' || c == ']' || c == '}'; }
+bool is_space(char c) { return is_blank(c) || c == '\n'; }
+
+}  // namespace
+
+std::string masked(std::string_view text, char comment, std::string_view quotes) {
+  std::string result(text);
+  char quote = 0;
+  bool in_comment = false;
+  for (char& c : result) {
+    if (c == '\n') {
+      quote = 0;
+      in_comment = false;
+    } else if (in_comment) {
+      c = ' ';
+    } else if (quote != 0) {
+      if (c == quote)
+        quote = 0;
+      else
+        c = '_';
+    } else if (quotes.find(c) != std::string_view::npos) {
+      quote = c;
+    } else if (c == comment) {
+      in_comment = true;
+      c = ' ';
+    }
+  }
+  return result;
+}
+
+std::vector<Statement> split_statements(std::string& text, char separator) {
+  std::vector<Statement> result;
+  int line = 1, depth = 0;
+  std::optional<Statement> open;
+  for (size_t i = 0; i < text.size(); ++i) {
+    char& c = text[i];
+    if (c == ';') depth = 0;  // stands in no brackets
+    const bool is_end = c == separator && depth == 0;
+    if (c == '\n') {
+      ++line;
+      c = ' ';
+    }
+    if (is_end) {
+      if (open) result.push_back({open->line, open->begin, i});
+      open.reset();
+      continue;
+    }
+    if (opens(c)) ++depth;
+    if (closes(c)) depth = std::max(0, depth - 1);
+    if (!open && !is_blank(c)) open = Statement{line, i, i};
+  }
+  if (open) result.push_back({open->line, open->begin, text.size()});
+  return result;
+}
+
+std::vector<Statement> split_arguments(std::string_view text, size_t begin, size_t end,
+                                       std::string_view separators) {
+  std::vector<Statement> result;
+  int depth = 0;
+  const auto add = [&](size_t from, size_t to) {
+    while (from < to && is_space(text[from])) ++from;
+    while (to > from && is_space(text[to - 1])) --to;
+    result.push_back({0, from, to});
+  };
+  size_t from = begin;
+  for (size_t i = begin; i < end; ++i) {
+    if (opens(text[i])) ++depth;
+    if (closes(text[i])) --depth;
+    if (depth > 0 || separators.find(text[i]) == std::string_view::npos) continue;
+    add(from, i);
+    from = i + 1;
+  }
+  add(from, end);
+  return result;
+}
+
+std::optional<std::vector<double>> ListItem::numbers(size_t count) const {
+  if (kind != Kind::list || items.size() != count) return std::nullopt;
+  std::vector<double> values;
+  for (const ListItem& item : items) {
+    if (item.kind != Kind::number) return std::nullopt;
+    values.push_back(item.value);
+  }
+  return values;
+}
+
+ListItem take_item(TextCursor& cursor, int depth) {
+  ListItem item;
+  const char first = cursor.next();
+  item.begin = cursor.at();
+  const auto is_end = [&] { return cursor.done() || cursor.next() == ',' || cursor.next() == ']'; };
+  if (first == '[' && depth < kMostDepth) {
+    cursor.step();
+    item.kind = ListItem::Kind::list;
+    do {
+      item.items.push_back(take_item(cursor, depth + 1));
+    } while (cursor.take(','));
+    if (!cursor.take(']')) item.kind = ListItem::Kind::other;
+  } else if (const auto value = cursor.take_number()) {
+    item.kind = ListItem::Kind::number;
+    item.value = *value;
+  }
+  item.end = cursor.at();
+  if (!is_end()) {
+    item.kind = ListItem::Kind::other;
+    cursor.skip_to(",]");
+    item.end = cursor.at();
+  }
+  return item;
+}
+
+std::optional<ListItem> list_in(std::string_view text, size_t begin, size_t end) {
+  TextCursor cursor(text, begin, end);
+  if (cursor.next() != '[') return std::nullopt;
+  const ListItem item = take_item(cursor);
+  if (item.kind != ListItem::Kind::list || !cursor.done()) return std::nullopt;
+  return item;
+}
+
+}  // namespace armtrue

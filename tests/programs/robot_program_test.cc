@@ -1,0 +1,414 @@
+#include "armtrue/programs/robot_program.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <random>
+
+#include "armtrue/kinematics/units.h"
+#include "armtrue/text/input_error.h"
+
+namespace armtrue {
+namespace {
+
+using testing::AllOf;
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+std::string read_text(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+struct CorpusFile {
+  std::string name;  // krl/axes.src
+  Dialect dialect = Dialect::krl;
+  std::vector<ProgramText> texts;
+};
+
+// Every program of tests/programs/targets.
+std::vector<CorpusFile> corpus() {
+  namespace fs = std::filesystem;
+  const fs::path folder(ARMTRUE_TESTS "/programs/targets");
+  std::vector<CorpusFile> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    const auto dialect = dialect_of_file(entry.path().string());
+    if (!entry.is_regular_file() || !dialect) continue;
+    CorpusFile file{fs::relative(entry.path(), folder).string(), *dialect, {}};
+    file.texts.push_back({entry.path().filename().string(), read_text(entry.path())});
+    const fs::path dat = fs::path(entry.path()).replace_extension(".dat");
+    if (*dialect == Dialect::krl && fs::exists(dat))
+      file.texts.push_back({dat.filename().string(), read_text(dat)});
+    files.push_back(file);
+  }
+  std::ranges::sort(files, {}, &CorpusFile::name);
+  return files;
+}
+
+ProgramCommand command_for(const ProgramTarget& target) {
+  ProgramCommand command;
+  command.is_corrected = true;
+  command.q = command.programmed = target.q;
+  command.pose = target.pose;
+  return command;
+}
+
+// The numerical noise of an inverse kinematics changes no byte.
+std::vector<ProgramCommand> commands_without_correction(const RobotProgram& program) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> noise(-1e-10, 1e-10);
+  std::vector<ProgramCommand> commands;
+  for (const ProgramTarget& target : program.targets) {
+    ProgramCommand command = command_for(target);
+    for (int j = 0; j < kJoints; ++j) command.q[j] += noise(random);
+    for (int i = 0; i < 3; ++i) command.pose.translation[i] += noise(random);
+    command.pose.rotation *= rotation_exp({noise(random), noise(random), noise(random)});
+    commands.push_back(command);
+  }
+  return commands;
+}
+
+// Some tenths of a millimetre and of a milliradian, the same for all targets of a point.
+std::vector<ProgramCommand> commands_with_correction(const RobotProgram& program) {
+  std::vector<ProgramCommand> commands;
+  for (const ProgramTarget& target : program.targets) {
+    std::mt19937 random(static_cast<unsigned>(target.point));
+    std::uniform_real_distribution<double> change(-5e-4, 5e-4);
+    ProgramCommand command = command_for(target);
+    for (int j = 0; j < kJoints; ++j) command.q[j] += change(random);
+    for (int i = 0; i < 3; ++i) command.pose.translation[i] += change(random);
+    command.pose.rotation *= rotation_exp({change(random), change(random), change(random)});
+    commands.push_back(command);
+  }
+  return commands;
+}
+
+RobotProgram with_texts(const RobotProgram& program, const std::vector<std::string>& texts) {
+  std::vector<ProgramText> named = program.texts;
+  for (size_t i = 0; i < texts.size(); ++i) named[i].text = texts[i];
+  return parse_program(program.dialect, named, {});
+}
+
+double rounding_of(Dialect dialect, bool is_angle) {
+  switch (dialect) {
+    case Dialect::krl:
+      return is_angle ? 1e-4 * kDegree : 1e-7;
+    case Dialect::rapid:
+      return is_angle ? 4e-7 : 1e-7;
+    case Dialect::fanuc:
+      return is_angle ? 1e-3 * kDegree : 1e-6;
+    case Dialect::urscript:
+      break;
+  }
+  return 1e-7;
+}
+
+RobotProgram parsed(const std::string& name, const std::string& text, const std::string& dat = "") {
+  std::vector<ProgramText> texts{{name, text}};
+  if (!dat.empty()) texts.push_back({"p.dat", dat});
+  return parse_program(*dialect_of_file(name), texts, {});
+}
+
+TEST(RobotProgramTest, ACorpusOfFifteenProgramsForEachDialectIsRead) {
+  std::map<Dialect, int> count;
+  for (const CorpusFile& file : corpus()) ++count[file.dialect];
+  for (Dialect dialect : {Dialect::krl, Dialect::rapid, Dialect::fanuc, Dialect::urscript})
+    EXPECT_GE(count[dialect], 15) << to_string(dialect);
+}
+
+// Counted by hand in the files: targets (auxiliary points of circles too), moves that cannot be
+// followed.
+TEST(RobotProgramTest, TargetsAreFoundAndWhatCannotBeFollowedIsCounted) {
+  std::ifstream table(ARMTRUE_TESTS "/programs/targets/expected.txt");
+  std::map<std::string, std::pair<size_t, int>> expected;
+  for (std::string name; table >> name;) table >> expected[name].first >> expected[name].second;
+  for (const CorpusFile& file : corpus()) {
+    const RobotProgram program = parse_program(file.dialect, file.texts, {});
+    ASSERT_TRUE(expected.contains(file.name)) << file.name;
+    EXPECT_EQ(program.targets.size(), expected[file.name].first) << file.name;
+    EXPECT_EQ(program.left_alone, expected[file.name].second) << file.name;
+    EXPECT_TRUE(program.left_alone == 0 || !program.warnings.empty()) << file.name;
+  }
+}
+
+TEST(RobotProgramTest, WithoutCorrectionEveryByteIsKept) {
+  for (const CorpusFile& file : corpus()) {
+    const RobotProgram program = parse_program(file.dialect, file.texts, {});
+    const RewrittenProgram same = rewrite(program, commands_without_correction(program));
+    EXPECT_EQ(same.changed, 0) << file.name;
+    for (size_t i = 0; i < file.texts.size(); ++i)
+      EXPECT_EQ(same.texts[i], file.texts[i].text) << file.name;
+  }
+}
+
+TEST(RobotProgramTest, TheRewrittenProgramReadsAsTheCommands) {
+  for (const CorpusFile& file : corpus()) {
+    const RobotProgram program = parse_program(file.dialect, file.texts, {});
+    const std::vector<ProgramCommand> commands = commands_with_correction(program);
+    const RewrittenProgram moved = rewrite(program, commands);
+    EXPECT_GT(moved.changed, 0) << file.name;
+    EXPECT_THAT(moved.warnings, IsEmpty()) << file.name;
+    const RobotProgram again = with_texts(program, moved.texts);
+    ASSERT_EQ(again.targets.size(), program.targets.size()) << file.name;
+    const double length = rounding_of(file.dialect, false), angle = rounding_of(file.dialect, true);
+    for (size_t k = 0; k < commands.size(); ++k) {
+      const ProgramTarget& target = again.targets[k];
+      const std::string where = file.name + " target " + std::to_string(k + 1);
+      if (target.kind == TargetKind::joints) {
+        EXPECT_LT((target.q - commands[k].q).cwiseAbs().maxCoeff(), 2 * angle) << where;
+        continue;
+      }
+      EXPECT_LT((target.pose.translation - commands[k].pose.translation).norm(), length) << where;
+      // The orientation of an auxiliary point may be left out.
+      const bool is_stated =
+          program.points[static_cast<size_t>(target.point)].numbers[3].is_written();
+      if (is_stated || file.dialect != Dialect::krl) {
+        EXPECT_LT(rotation_log(target.pose.rotation * commands[k].pose.rotation.transpose()).norm(),
+                  2 * angle)
+            << where;
+      }
+    }
+  }
+}
+
+// Without the numbers of the points both texts are the same.
+TEST(RobotProgramTest, OnlyNumbersChange) {
+  for (const CorpusFile& file : corpus()) {
+    const RobotProgram program = parse_program(file.dialect, file.texts, {});
+    const RewrittenProgram moved = rewrite(program, commands_with_correction(program));
+    const RobotProgram again = with_texts(program, moved.texts);
+    const auto without_numbers = [](const RobotProgram& of, size_t text) {
+      std::string result = of.texts[text].text;
+      std::vector<std::pair<size_t, size_t>> places;
+      for (const ProgramPoint& point : of.points)
+        for (const auto* numbers : {&point.numbers, &point.configuration})
+          for (const ProgramNumber& number : *numbers)
+            if (number.text == static_cast<int>(text) && number.is_written())
+              places.emplace_back(number.begin, number.end);
+      std::ranges::sort(places, std::greater<>());
+      for (const auto& [begin, end] : places) result.replace(begin, end - begin, 1, '#');
+      return result;
+    };
+    if (file.name == "krl/inherited.src" || file.name == "krl/circles.src" ||
+        file.name == "krl/splines.src")
+      continue;  // these leave coordinates out, which are added
+    for (size_t i = 0; i < program.texts.size(); ++i)
+      EXPECT_EQ(without_numbers(again, i), without_numbers(program, i)) << file.name;
+  }
+}
+
+TEST(RobotProgramTest, CoordinatesThatAreLeftOutAreAddedOnlyWhereThePointBeforeChanges) {
+  const RobotProgram program = parsed(
+      "p.src", "LIN {X 800,Y 0,Z 900,A 0,B 80,C 0}\nLIN {Z 950}\nLIN {X 1,Y 2,Z 3,A 4,B 5,C 6}\n");
+  std::vector<ProgramCommand> commands;
+  for (const ProgramTarget& target : program.targets) commands.push_back(command_for(target));
+  commands[0].pose.translation.x() += 1e-3;
+  EXPECT_EQ(rewrite(program, commands).texts[0],
+            "LIN {X 801,Y 0,Z 900,A 0,B 80,C 0}\nLIN {Z 950,X 800,Y 0,A 0,B 80,C 0}\n"
+            "LIN {X 1,Y 2,Z 3,A 4,B 5,C 6}\n");
+  commands[0] = command_for(program.targets[0]);
+  commands[1].pose.translation.x() += 1e-3;
+  EXPECT_EQ(rewrite(program, commands).texts[0],
+            "LIN {X 800,Y 0,Z 900,A 0,B 80,C 0}\nLIN {Z 950,X 801,Y 0,A 0,B 80,C 0}\n"
+            "LIN {X 1,Y 2,Z 3,A 4,B 5,C 6}\n");
+}
+
+TEST(RobotProgramTest, APointWhoseMovesNeedDifferentCorrectionsStaysAndIsNamed) {
+  const std::string text = "P1={X 800,Y 0,Z 900,A 0,B 80,C 0}\nLIN P1\nPTP P1\n";
+  const RobotProgram program = parsed("p.src", text);
+  std::vector<ProgramCommand> commands{command_for(program.targets[0]),
+                                       command_for(program.targets[1])};
+  for (ProgramCommand& command : commands) command.pose.translation.x() += 1e-3;
+  commands[1].pose.translation.x() += 4e-8;  // one step of rounding
+  EXPECT_THAT(rewrite(program, commands).texts[0], HasSubstr("{X 801,"));
+  commands[1].pose.translation.x() += 4e-7;
+  const RewrittenProgram rewritten = rewrite(program, commands);
+  EXPECT_EQ(rewritten.texts[0], text);
+  EXPECT_THAT(rewritten.warnings,
+              ElementsAre(AllOf(HasSubstr("p.src:3"), HasSubstr("P1"), HasSubstr("line 2"),
+                                HasSubstr("a point of its own"))));
+}
+
+TEST(RobotProgramTest, KukaTurnFollowsTheJointsAndStatusIsKept) {
+  const RobotProgram program =
+      parsed("p.src", "PTP {X 800,Y 0,Z 900,A 0,B 80,C 0,S 18,T 'B1000010'}\n");
+  ProgramCommand command = command_for(program.targets[0]);
+  command.programmed << 1e-5, -1, 1, 1, 1, 1;
+  command.q << -1e-5, -1, 1, 1, 1, 1;
+  command.pose.translation.x() += 1e-3;
+  EXPECT_EQ(rewrite(program, {command}).texts[0], "PTP {X 801,Y 0,Z 900,A 0,B 80,C 0,S 18,T 67}\n");
+}
+
+TEST(RobotProgramTest, AbbQuadrantsFollowTheJoints) {
+  const RobotProgram program = parsed(
+      "p.mod", "MoveJ [[600,0,800],[1,0,0,0],[0,-1,1,4],[9E9,9E9,9E9,9E9,9E9,9E9]],v1,z1,tool0;");
+  ProgramCommand command = command_for(program.targets[0]);
+  command.programmed << 1e-5, -1, 1, -1e-5, 1, 89.999 * kDegree;
+  command.q << -1e-5, -1, 1, 1e-5, 1, 90.001 * kDegree;
+  command.pose.translation.x() += 1e-3;
+  EXPECT_EQ(rewrite(program, {command}).texts[0],
+            "MoveJ [[601,0,800],[1,0,0,0],[-1,0,2,4],[9E9,9E9,9E9,9E9,9E9,9E9]],v1,z1,tool0;");
+}
+
+TEST(RobotProgramTest, FanucJointThreeIsRelativeToTheHorizontal) {
+  const RobotProgram program =
+      parsed("p.ls",
+             "/PROG P\n/MN\n1:J P[1] 100% FINE ;\n/POS\nP[1]{\n GP1:\n UF : 0, UT : 0,\n"
+             "J1= 0 deg,J2= 20 deg,J3= -50 deg,J4= 0 deg,J5= -90 deg,J6= 0 deg\n};\n/END\n");
+  ASSERT_EQ(program.targets.size(), 1u);
+  EXPECT_NEAR(program.targets[0].q[2], -30 * kDegree, 1e-12);
+  ProgramCommand command = command_for(program.targets[0]);
+  command.q[1] += 0.5 * kDegree;
+  EXPECT_THAT(rewrite(program, {command}).texts[0], HasSubstr("J2= 20.5 deg,J3= -50.5 deg,J4= 0 "));
+}
+
+TEST(RobotProgramTest, AQuoteInACommentHidesNoMove) {
+  const RobotProgram program =
+      parsed("p.ls",
+             "/PROG P\n/MN\n1:  !don't ;\n2:J P[1] 100% FINE ;\n/POS\nP[1]{\n GP1:\n UF : 0, "
+             "UT : 0,\nJ1= 0 deg,J2= 0 deg,J3= 0 deg,J4= 0 deg,J5= -90 deg,J6= 0 deg\n};\n/END\n");
+  EXPECT_EQ(program.targets.size(), 1u);
+  EXPECT_EQ(program.targets[0].line, 4);
+}
+
+TEST(RobotProgramTest, APointThatOnlyAnotherRoutineUsesIsNotPassedInSilence) {
+  const RobotProgram program =
+      parsed("p.mod",
+             "CONST robtarget p1:=[[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];\n"
+             "CONST robtarget p2:=[[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];\n"
+             "MoveL p1,v1,fine,tool0;\nGlue p2,v1;\n");
+  EXPECT_EQ(program.left_alone, 1);
+  EXPECT_THAT(program.warnings, ElementsAre(AllOf(HasSubstr("p.mod:4"), HasSubstr("P2"))));
+}
+
+TEST(RobotProgramTest, BehindAMoveThatIsLeftAloneAStraightMoveTakesItsOwnStatus) {
+  const RobotProgram program = parsed("p.src",
+                                      "LIN {X 1,Y 2,Z 3,A 0,B 80,C 0,S 2,T 10}\n"
+                                      "LIN {X 1,Y 2,Z 3,A 0,B 80,C 0,S 2,T 10}\nPTP XHOME\n"
+                                      "LIN {X 1,Y 2,Z 3,A 0,B 80,C 0,S 2,T 10}\n");
+  EXPECT_TRUE(program.targets[1].configuration.continues);
+  EXPECT_FALSE(program.targets[2].configuration.continues);
+}
+
+TEST(RobotProgramTest, FramesAndToolsHoldFromTheirLineOn) {
+  const RobotProgram program =
+      parsed("p.src", read_text(ARMTRUE_TESTS "/programs/targets/krl/base_and_tool.src"));
+  const auto name = [&](int index) {
+    return index < 0 ? "" : program.frames[static_cast<size_t>(index)].name;
+  };
+  ASSERT_EQ(program.targets.size(), 4u);
+  EXPECT_EQ(name(program.targets[0].base), "{X1500.0,Y0.0,Z600.0,A90.0,B0.0,C0.0}");
+  EXPECT_EQ(name(program.targets[2].base), "BASE_DATA[3]");
+  EXPECT_EQ(name(program.targets[2].tool), "TOOL_DATA[2]");
+  EXPECT_EQ(name(program.targets[3].tool), "TOOL_DATA[1]");
+  EXPECT_TRUE(program.frames[static_cast<size_t>(program.targets[3].base)].is_known);
+  EXPECT_FALSE(program.frames[static_cast<size_t>(program.targets[2].base)].is_known);
+}
+
+TEST(RobotProgramTest, InlineFormsAndSplinesNameTheirFrames) {
+  for (const CorpusFile& file : corpus()) {
+    if (file.name != "krl/inline.src") continue;
+    const RobotProgram program =
+        parse_program(file.dialect, file.texts, {{"base_data[3]", Pose{}}});
+    ASSERT_EQ(program.targets.size(), 3u);
+    const auto frame = [&](int index) { return program.frames[static_cast<size_t>(index)]; };
+    EXPECT_EQ(frame(program.targets[0].tool).name, "TOOL_DATA[1]");
+    EXPECT_TRUE(frame(program.targets[0].base).is_known);
+    EXPECT_EQ(frame(program.targets[1].tool).name, "TOOL_DATA[2]");
+    EXPECT_EQ(frame(program.targets[2].tool).name, "TOOL_DATA[1]");
+    EXPECT_EQ(frame(program.targets[2].base).name, "BASE_DATA[0]");
+  }
+}
+
+TEST(RobotProgramTest, NamesFollowTheFileWhereTheControllerWantsThat) {
+  RobotProgram program = parsed("p.src", "DEF  old( )\nLIN {X 800,Y 0,Z 900,A 0,B 80,C 0}\nEND\n",
+                                "DEFDAT OLD PUBLIC\nENDDAT\n");
+  std::vector<std::string> texts{program.texts[0].text, program.texts[1].text};
+  rename(program, "Old", texts);
+  EXPECT_EQ(texts[0], program.texts[0].text);
+  rename(program, "fresh", texts);
+  EXPECT_THAT(texts[0], HasSubstr("DEF  fresh( )\n"));
+  EXPECT_THAT(texts[1], HasSubstr("DEFDAT fresh PUBLIC\n"));
+  EXPECT_EQ(why_illegal_name(Dialect::krl, "part_1"), "");
+  EXPECT_THAT(why_illegal_name(Dialect::krl, "1-part"), HasSubstr("'P1_part'"));
+  EXPECT_THAT(why_illegal_name(Dialect::krl, "a_name_of_twenty_five_abc"),
+              HasSubstr("'a_name_of_twenty_five_ab'"));
+  EXPECT_EQ(why_illegal_name(Dialect::urscript, "1-part"), "");
+}
+
+TEST(RobotProgramTest, ATextWithoutTargetsIsAnError) {
+  EXPECT_THROW(parsed("p.src", "DEF p()\nEND\n"), InputError);
+  EXPECT_THROW(parsed("p.mod", ""), InputError);
+  EXPECT_THROW(parsed("p.script", "def p():\nend\n"), InputError);
+  EXPECT_THROW(parsed("p.ls", "/PROG P\n/MN\n/POS\n/END\n"), InputError);
+}
+
+// Damaged programs are read or refused; what is read comes back byte for byte.
+TEST(RobotProgramTest, DamagedProgramsNeverCrash) {
+  std::mt19937 random(7);
+  const auto below = [&](size_t limit) { return limit ? random() % limit : 0; };
+  const std::vector<std::string> words{"{",       "}",
+                                       "[",       "]",
+                                       "(",       ")",
+                                       ",",       ";",
+                                       "\"",      "'",
+                                       "!",       "#",
+                                       ":=",      "=",
+                                       "\n",      "\r",
+                                       "-",       "1e999",
+                                       "nan",     "P[1]",
+                                       "p[",      "MoveL ",
+                                       "LIN ",    "CONST robtarget p1:=[[",
+                                       "$BASE={", "/POS",
+                                       "GP1:",    "S 2,T 'B",
+                                       "movel(",  "9E9",
+                                       "E1 1",    std::string(1, '\0'),
+                                       "\xFC",    "[[[[[[[[[[[[[[[[[[[["};
+  const std::vector<CorpusFile> files = corpus();
+  int read = 0;
+  for (int round = 0; round < 12000; ++round) {
+    CorpusFile file = files[static_cast<size_t>(round) % files.size()];
+    std::string& text = file.texts[below(file.texts.size())].text;
+    for (size_t count = 1 + below(6); count > 0; --count) {
+      const size_t at = below(text.size() + 1), length = below(30);
+      switch (below(6)) {
+        case 0:
+          text.insert(at, words[below(words.size())]);
+          break;
+        case 1:
+          text.erase(at, length);
+          break;
+        case 2:
+          text.insert(below(text.size() + 1), text.substr(at, length));
+          break;
+        case 3:
+          text.replace(at, length, words[below(words.size())]);
+          break;
+        case 4:
+          if (below(8) == 0) text.resize(at);
+          break;
+        default:
+          if (at < text.size()) text[at] = static_cast<char>(below(256));
+      }
+    }
+    try {
+      const RobotProgram program = parse_program(file.dialect, file.texts, {});
+      const RewrittenProgram same = rewrite(program, commands_without_correction(program));
+      for (size_t i = 0; i < file.texts.size(); ++i)
+        ASSERT_EQ(same.texts[i], file.texts[i].text) << file.name << " round " << round;
+      rewrite(program, commands_with_correction(program));
+      ++read;
+    } catch (const InputError&) {
+    }
+  }
+  EXPECT_GT(read, 3000);
+}
+
+}  // namespace
+}  // namespace armtrue
