@@ -110,6 +110,7 @@ void warn_of_gross_poses(const app::Command& command, const std::vector<GrossPos
 
 int run(app::Command& command, const Arguments& arguments) {
   Robot robot = command.read_robot(arguments.robot).robot;
+  command.warn_if_calibrated(robot, arguments.robot);
   if (!arguments.identify.empty()) robot.identify = app::split_list(arguments.identify);
   if (!arguments.identify_per_session.empty())
     robot.identify_per_session = app::split_list(arguments.identify_per_session);

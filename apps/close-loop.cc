@@ -181,6 +181,7 @@ std::string why_not_reached(const LoopResult& result) {
 
 int run(app::Command& command, const Arguments& arguments) {
   Robot robot = command.read_robot(arguments.robot).robot;
+  command.warn_if_calibrated(robot, arguments.robot);
   robot.free_links = arguments.no_priors;
   const Measured measured = read_measured(command, arguments, robot);
   TraceOptions options;

@@ -7,6 +7,7 @@
 #include <unordered_set>
 
 #include "armtrue/diagnosis/diagnosis.h"
+#include "armtrue/diagnosis/log_check.h"
 #include "armtrue/io/catalogue_io.h"
 #include "armtrue/io/program_io.h"
 #include "armtrue/kinematics/units.h"
@@ -28,6 +29,10 @@ Campaign Command::read_campaign(const std::string& path) {
   warn_of_unknown(file.unknown_columns);
   if (file.campaign.skipped_rows > 0)
     warn(fmt::format("{} rows without a measurement skipped", file.campaign.skipped_rows));
+  const LogFindings findings = check_log(file.campaign);
+  if (!findings.errors.empty())
+    throw InputError(file.campaign.source + ": " + findings.errors.front());
+  for (const std::string& warning : findings.warnings) warn(file.campaign.source + ": " + warning);
   begin_new_sessions(file.campaign, path == input);
   return std::move(file.campaign);
 }
@@ -79,7 +84,16 @@ void Command::warn_of_unknown(const std::vector<std::string>& columns) const {
 
 Provenance Command::provenance() const { return {name_, ARMTRUE_VERSION, inputs_}; }
 
+void Command::warn_if_calibrated(const Robot& robot, const std::string& path) const {
+  if (robot.std.empty() && !robot.uncertainty) return;
+  warn(path +
+       ": is calibrated already; what it states as nominal are results of other readings, and "
+       "errors of those stay: give the nominal robot, if you have it");
+}
+
 void refuse_mistakes(const Robot& robot, const Campaign& campaign) {
+  if (const LogFindings findings = check_travel(robot, campaign); !findings.errors.empty())
+    throw InputError(campaign.source + ": " + findings.errors.front());
   if (const auto findings = diagnose(robot, campaign); !findings.empty())
     throw InputError(campaign.source + ": " + findings.front());
 }

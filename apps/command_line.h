@@ -148,8 +148,11 @@ class Command : public OptionGroup {
 
   /// These read a file, note its SHA-256 for the provenance and print the warnings of the reader.
   RobotFile read_robot(const std::string& path);
-  /// Sessions begin where --new-session-at-s says so. Call refuse_mistakes() on the result.
+  /// What the columns contradict each other in is an error or a warning (see check_log()). Sessions
+  /// begin where --new-session-at-s says so. Call refuse_mistakes() on the result.
   Campaign read_campaign(const std::string& path);
+  /// Warns if a robot that should be nominal is the result of a calibration.
+  void warn_if_calibrated(const Robot& robot, const std::string& path) const;
   /// Unknown columns are named, unless the rows are kept for the output.
   PathFile read_path(const std::string& path, KeepRows keep = KeepRows::no);
   /// All columns are kept for the output.

@@ -379,7 +379,14 @@ void require_worthwhile(const Robot& nominal, const CalibrationResult& fit, cons
     return summarize(evaluate(robot, kept).position).mean;
   };
   constexpr double kWorse = 1.02, kExact = 1e-6;  // a robust fit need not have the least mean
-  const double fitted = mean(fit.robot), placed = mean(placed_nominal(nominal, kept));
+  const double fitted = mean(fit.robot);
+  constexpr double kImplausibleMean = 0.02;  // m: more than any arm's errors
+  if (fitted > kImplausibleMean)
+    throw std::invalid_argument(
+        fmt::format("{}: the calibrated robot misses its readings by {:.4g} mm (mean), more than "
+                    "any error of an arm{}",
+                    sound.source, fitted / kMillimetre, remedy));
+  const double placed = mean(placed_nominal(nominal, kept));
   if (fitted > kWorse * placed + kExact)
     throw std::invalid_argument(
         fmt::format("{}: the calibrated robot misses its readings by {:.4g} mm (mean), the nominal "

@@ -17,6 +17,7 @@
 #include "calibration/placement.h"
 #include "calibration/registration.h"
 #include "campaign/sessions.h"
+#include "diagnosis/mixed_rows.h"
 
 namespace armtrue {
 namespace {
@@ -238,6 +239,9 @@ std::vector<std::string> diagnose(const Robot& given, const Campaign& all) {
   if (miss > kImplausibleMiss)
     try_hypotheses(robot, campaign, position_hypotheses(campaign.has_distances()), miss,
                    median_miss, findings);
+  if (findings.empty())
+    if (const auto mixed = find_mixed_rows(robot, campaign, kImplausibleMiss, kImplausibleTurn))
+      findings.push_back(*mixed);
   if (findings.empty() && miss > kImplausibleMiss) try_calibration(robot, campaign, findings);
   if (findings.empty() && campaign.has_orientation()) {
     const double turn = median_turn(robot, campaign);

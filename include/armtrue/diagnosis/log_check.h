@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "armtrue/campaign/campaign.h"
+#include "armtrue/effects/robot.h"
+
+namespace armtrue {
+
+/// What the columns of a campaign contradict each other in, without a fit.
+struct LogFindings {
+  std::vector<std::string> errors;    ///< proven
+  std::vector<std::string> warnings;  ///< likely
+};
+
+/// Errors: a reading that stands twice, time included. Warnings:
+/// - readings that stand twice, without a time, if a quarter of the rows are such copies;
+/// - a clock that stands still, that runs back a few times in rows that are in its order otherwise,
+///   that seems to count milliseconds (median gap above 2 h), or minutes or hours (the joints would
+///   move faster than 1000 deg/s);
+/// - directions of arrival that are nearly all opposite to the moves from row to row.
+LogFindings check_log(const Campaign& campaign);
+
+/// Errors: joint angles half a turn or more beyond the travel that the robot file states.
+LogFindings check_travel(const Robot& robot, const Campaign& campaign);
+
+}  // namespace armtrue

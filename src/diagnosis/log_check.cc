@@ -1,0 +1,176 @@
+#include "armtrue/diagnosis/log_check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <numbers>
+#include <numeric>
+#include <tuple>
+
+#include "armtrue/kinematics/units.h"
+#include "armtrue/statistics/summary.h"
+
+namespace armtrue {
+namespace {
+
+constexpr int kFewestRows = 10;
+
+bool stands_still(const Campaign& campaign) {
+  const auto [least, largest] = std::ranges::minmax(campaign.time_s);
+  return least == largest;
+}
+
+// Everything that a row reads, for a comparison of rows.
+auto reading(const Campaign& c, int row) {
+  std::array<double, kJoints + 3 + 1 + 4 + 1> numbers{};
+  auto next = std::copy_n(c.q[row].data(), kJoints, numbers.begin());
+  if (!c.position.empty()) next = std::copy_n(c.position[row].data(), 3, next);
+  if (c.has_distances()) *next++ = c.length(row);
+  if (c.has_orientation()) next = std::copy_n(c.orientation[row].coeffs().data(), 4, next);
+  if (!c.time_s.empty()) *next = c.time_s[row];
+  return std::tuple(c.pose[row], c.session.empty() ? 0 : c.session[row], c.channel(row), numbers);
+}
+
+void check_doubled(const Campaign& campaign, LogFindings& findings) {
+  if (!campaign.repeat.empty()) return;  // numbered: repeats of a simulation may be equal
+  std::vector<int> order(campaign.q.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(
+      order, [&](int a, int b) { return reading(campaign, a) < reading(campaign, b); });
+  int doubled = 0, row_of_first = 0, row_of_second = campaign.rows();
+  for (size_t k = 1; k < order.size(); ++k) {
+    if (reading(campaign, order[k]) != reading(campaign, order[k - 1])) continue;
+    ++doubled;
+    if (order[k] > row_of_second) continue;
+    row_of_first = order[k - 1];
+    row_of_second = order[k];
+  }
+  if (doubled == 0) return;
+  const bool has_time = !campaign.time_s.empty() && !stands_still(campaign);
+  const std::string what = fmt::format(
+      "{} of {} rows hold the same as another{}: line {} as line {}", doubled, campaign.rows(),
+      has_time ? ", time included" : "", campaign.line[row_of_second], campaign.line[row_of_first]);
+  if (has_time)
+    findings.errors.push_back(what + "; a reading counts once: remove the copies");
+  else if (4 * doubled >= campaign.rows())
+    findings.warnings.push_back(what +
+                                "; if they are copies, remove them: they would count as repeats "
+                                "that agree, and the noise would look too small");
+}
+
+// A few steps back in rows that are in the order of time otherwise.
+void check_steps_back(const Campaign& campaign, LogFindings& findings) {
+  std::map<std::pair<int, int>, int> last;  // row of each session and channel
+  int back = 0, compared = 0, from = 0, to = 0;
+  for (int row = 0; row < campaign.rows(); ++row) {
+    const std::pair key(campaign.session.empty() ? 0 : campaign.session[row],
+                        campaign.channel(row));
+    const auto [known, is_new] = last.try_emplace(key, row);
+    if (is_new) continue;
+    ++compared;
+    if (campaign.time_s[row] < campaign.time_s[known->second] && back++ == 0) {
+      from = known->second;
+      to = row;
+    }
+    known->second = row;
+  }
+  constexpr int kRowsPerStep = 30;
+  if (back == 0 || back > std::max(1, compared / kRowsPerStep)) return;
+  findings.warnings.push_back(fmt::format(
+      "t_s runs back from {:g} s in line {} to {:g} s in line {}: was the clock reset? Drift and "
+      "the order of the visits come from it; add up the times, or name the sessions",
+      campaign.time_s[from], campaign.line[from], campaign.time_s[to], campaign.line[to]));
+}
+
+void check_unit_of_time(const Campaign& campaign, LogFindings& findings) {
+  std::vector<int> order(campaign.q.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, {}, [&](int row) { return campaign.time_s[row]; });
+  std::vector<double> gaps, speeds;
+  for (size_t k = 1; k < order.size(); ++k) {
+    const int a = order[k - 1], b = order[k];
+    if (campaign.pose[a] == campaign.pose[b]) continue;
+    if (!campaign.session.empty() && campaign.session[a] != campaign.session[b]) continue;
+    const double gap = campaign.time_s[b] - campaign.time_s[a];
+    if (gap <= 0) continue;
+    gaps.push_back(gap);
+    speeds.push_back((campaign.q[b] - campaign.q[a]).cwiseAbs().maxCoeff() / gap);
+  }
+  if (gaps.size() < kFewestRows) return;
+  constexpr double kLongGap = 7200, kFast = 1000 * kDegree;  // s, rad/s
+  if (const double gap = median(gaps); gap > kLongGap)
+    findings.warnings.push_back(fmt::format(
+        "by t_s {:g} s pass from pose to pose (median): does it count milliseconds? Give seconds",
+        gap));
+  else if (const double speed = median(speeds); speed > kFast)
+    findings.warnings.push_back(
+        fmt::format("by t_s the joints move at {:.3g} deg/s from pose to pose (median): does it "
+                    "count minutes or hours? Give seconds",
+                    speed / kDegree));
+}
+
+void check_clock(const Campaign& campaign, LogFindings& findings) {
+  if (campaign.time_s.empty() || campaign.rows() < kFewestRows) return;
+  if (campaign.pose_ids.size() > 1 && stands_still(campaign)) {
+    findings.warnings.push_back(
+        fmt::format("t_s is {:g} s in all rows: the clock stands still, and drift cannot be seen; "
+                    "correct the column or leave it out",
+                    campaign.time_s.front()));
+    return;
+  }
+  check_steps_back(campaign, findings);
+  check_unit_of_time(campaign, findings);
+}
+
+void check_directions(const Campaign& campaign, LogFindings& findings) {
+  Campaign derived;
+  derived.q = campaign.q;
+  derived.time_s = campaign.time_s;
+  derived.session = campaign.session;
+  derive_arrival(derived);
+  int same = 0, opposite = 0;
+  for (int row = 0; row < campaign.rows(); ++row)
+    for (size_t j = 0; j < kJoints; ++j) {
+      const int product = campaign.arrival[row][j] * derived.arrival[row][j];
+      same += product > 0;
+      opposite += product < 0;
+    }
+  constexpr int kCompared = 60, kOppositeToSame = 19;  // 95 %
+  if (same + opposite < kCompared || opposite < kOppositeToSame * same) return;
+  findings.warnings.push_back(fmt::format(
+      "dir1 to dir6 contradict {} of {} moves from row to row: is their sign wrong, or are the "
+      "rows in the reverse order? The sign is that of the last motion of the joint",
+      opposite, same + opposite));
+}
+
+}  // namespace
+
+LogFindings check_log(const Campaign& campaign) {
+  LogFindings findings;
+  check_doubled(campaign, findings);
+  check_clock(campaign, findings);
+  if (!campaign.arrival.empty()) check_directions(campaign, findings);
+  return findings;
+}
+
+LogFindings check_travel(const Robot& robot, const Campaign& campaign) {
+  LogFindings findings;
+  for (int row = 0; row < campaign.rows(); ++row)
+    for (int j = 0; j < kJoints; ++j) {
+      const Link& link = robot.chain.links[static_cast<size_t>(j)];
+      const double q = campaign.q[row][j];
+      const double beyond = std::max(link.min - q, q - link.max);
+      if (beyond < std::numbers::pi) continue;
+      findings.errors.push_back(fmt::format(
+          "line {}: q{} is {:.6g} deg, and {} travels from {:g} to {:g} deg: count no turns, check "
+          "the columns, or correct min_deg and max_deg in the robot file",
+          campaign.line[row], j + 1, q / kDegree, link.name, link.min / kDegree,
+          link.max / kDegree));
+      return findings;
+    }
+  return findings;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,164 @@
+#include "diagnosis/mixed_rows.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+#include <random>
+#include <set>
+#include <vector>
+
+#include "armtrue/calibration/evaluation.h"
+#include "armtrue/kinematics/units.h"
+#include "armtrue/statistics/summary.h"
+#include "calibration/placement.h"
+
+namespace armtrue {
+namespace {
+
+constexpr int kPosesDrawn = 6;  // of one target: 9 equations more than unknowns
+constexpr int kDraws = 150;     // of a third of wrong poses, 9 draws of 100 have none
+constexpr int kPosesThatProve = 3;
+constexpr double kTenth = 0.1;
+
+struct RowMistake {
+  std::string what, remedy;
+  std::function<void(Campaign&)> correct;
+};
+
+void scale_points(Campaign& campaign, double factor) {
+  for (Eigen::Vector3d& p : campaign.position) p *= factor;
+}
+
+std::vector<RowMistake> row_mistakes() {
+  std::vector<RowMistake> mistakes;
+  for (const auto& [factor, unit] : {std::pair{1000.0, "metres among millimetres"},
+                                     {1e-3, "millimetres among metres"},
+                                     {25.4, "inches among millimetres"},
+                                     {1 / 25.4, "millimetres among inches"},
+                                     {10.0, "centimetres among millimetres"}})
+    mistakes.push_back({std::string("their positions look like ") + unit, "convert them",
+                        [factor = factor](Campaign& c) { scale_points(c, factor); }});
+  for (const auto& [factor, unit] :
+       {std::pair{1 / kDegree, "radians among degrees"}, {kDegree, "degrees among radians"}})
+    mistakes.push_back({std::string("their joint angles look like ") + unit, "convert them",
+                        [factor = factor](Campaign& c) {
+                          for (JointVector& q : c.q) q *= factor;
+                        }});
+  for (int j = 0; j < kJoints; ++j) {
+    mistakes.push_back({fmt::format("q{} seems to have the wrong sign in them", j + 1),
+                        "correct it", [j](Campaign& c) {
+                          for (JointVector& q : c.q) q[j] = -q[j];
+                        }});
+    for (int k = 0; k < j; ++k)
+      mistakes.push_back({fmt::format("q{} and q{} look exchanged in them", k + 1, j + 1),
+                          "exchange them", [j, k](Campaign& c) {
+                            for (JointVector& q : c.q) std::swap(q[j], q[k]);
+                          }});
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    const int other = (axis + 1) % 3;
+    mistakes.push_back({fmt::format("{} seems to have the wrong sign in them", "xyz"[axis]),
+                        "correct it", [axis](Campaign& c) {
+                          for (Eigen::Vector3d& p : c.position) p[axis] = -p[axis];
+                        }});
+    mistakes.push_back({fmt::format("{} and {} look exchanged in them", "xyz"[axis], "xyz"[other]),
+                        "exchange them", [axis, other](Campaign& c) {
+                          for (Eigen::Vector3d& p : c.position) std::swap(p[axis], p[other]);
+                        }});
+  }
+  return mistakes;
+}
+
+std::vector<RowMistake> orientation_mistakes() {
+  const auto of_angles = [](const char* what, double factor) {
+    return RowMistake{what, "convert them", [factor](Campaign& c) {
+                        for (Eigen::Quaterniond& q : c.orientation) {
+                          const Eigen::Vector3d abc =
+                              factor * abc_from_rotation(q.toRotationMatrix());
+                          q = rotation_from_abc(abc[0], abc[1], abc[2]);
+                        }
+                      }};
+  };
+  return {of_angles("their angles a, b, c look like radians among degrees", 1 / kDegree),
+          of_angles("their angles a, b, c look like degrees among radians", kDegree)};
+}
+
+using Errors = std::vector<double> Evaluation::*;
+
+// The mistake that most poses share: without it their errors would be small.
+std::optional<std::string> shared_mistake(const Robot& placed, const Campaign& campaign,
+                                          Errors errors, double good,
+                                          const std::vector<RowMistake>& mistakes) {
+  const std::vector<double> miss = evaluate(placed, campaign).*errors;
+  std::vector<int> off;
+  for (int row = 0; row < campaign.rows(); ++row)
+    if (miss[static_cast<size_t>(row)] > good) off.push_back(row);
+  if (off.empty()) return std::nullopt;
+  std::optional<std::string> finding;
+  size_t most_poses = kPosesThatProve - 1;
+  for (const RowMistake& mistake : mistakes) {
+    Campaign corrected = campaign.select(off);
+    mistake.correct(corrected);
+    const std::vector<double> left = evaluate(placed, corrected).*errors;
+    std::vector<int> found;
+    std::set<int> poses;
+    for (size_t k = 0; k < off.size(); ++k)
+      if (left[k] <= std::min(good, kTenth * miss[static_cast<size_t>(off[k])])) {
+        found.push_back(off[k]);
+        poses.insert(campaign.pose[off[k]]);
+      }
+    if (poses.size() <= most_poses) continue;
+    most_poses = poses.size();
+    finding = fmt::format(
+        "{} rows of {} poses, the first in line {}, do not fit the others: {}; {}", found.size(),
+        poses.size(), campaign.line[found.front()], mistake.what, mistake.remedy);
+  }
+  return finding;
+}
+
+// The robot with base and tool as most rows have them.
+std::optional<Robot> placed_by_most(const Robot& robot, const Campaign& campaign, double good) {
+  const auto all = place_base_and_tool(robot, campaign, good);
+  if (!all) return std::nullopt;
+  if (median(all->miss) <= good) return placed_robot(robot, campaign, *all);
+  std::vector<std::vector<int>> rows_of_pose(campaign.pose_ids.size());
+  for (int row = 0; row < campaign.rows(); ++row) rows_of_pose[campaign.pose[row]].push_back(row);
+  if (rows_of_pose.size() < 2 * kPosesDrawn) return std::nullopt;
+  std::mt19937_64 random(1);
+  std::optional<Robot> best;
+  long most = kPosesDrawn + kPosesThatProve;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    std::set<size_t> poses;
+    while (poses.size() < kPosesDrawn) poses.insert(random() % rows_of_pose.size());
+    std::vector<int> rows;
+    for (size_t pose : poses) rows.push_back(rows_of_pose[pose].front());
+    const Campaign few = campaign.select(rows);
+    const auto placement = place_base_and_tool(robot, few, good);
+    if (!placement || std::ranges::max(placement->miss) > good) continue;
+    const Robot placed = placed_robot(robot, few, *placement);
+    const long near = std::ranges::count_if(evaluate(placed, campaign).position,
+                                            [&](double miss) { return miss <= good; });
+    if (near <= most) continue;
+    most = near;
+    best = placed;
+  }
+  return best;
+}
+
+}  // namespace
+
+std::optional<std::string> find_mixed_rows(const Robot& given, const Campaign& campaign,
+                                           double good, double good_turn) {
+  Robot robot = given;
+  robot.effects.clear();
+  const auto placed = placed_by_most(robot, campaign, good);
+  if (!placed) return std::nullopt;
+  const auto finding =
+      shared_mistake(*placed, campaign, &Evaluation::position, good, row_mistakes());
+  if (finding || !campaign.has_orientation()) return finding;
+  return shared_mistake(*placed, campaign, &Evaluation::orientation, good_turn,
+                        orientation_mistakes());
+}
+
+}  // namespace armtrue

@@ -1,0 +1,171 @@
+// Mistakes of a log that leave plausible numbers: each must be an error or a warning that names it.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "armtrue/diagnosis/diagnosis.h"
+#include "armtrue/diagnosis/log_check.h"
+#include "armtrue/io/campaign_io.h"
+#include "armtrue/io/robot_io.h"
+#include "armtrue/kinematics/pose.h"
+#include "armtrue/kinematics/units.h"
+
+namespace armtrue {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+Robot spindle() { return read_robot(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml").robot; }
+
+// 60 poses, each visited three times.
+Campaign tutorial() { return read_campaign(ARMTRUE_CONFIG "/campaigns/tutorial.csv").campaign; }
+
+std::vector<std::string> all_findings(const Robot& robot, const Campaign& campaign) {
+  std::vector<std::string> all = diagnose(robot, campaign);
+  for (const LogFindings& found : {check_log(campaign), check_travel(robot, campaign)}) {
+    all.insert(all.end(), found.errors.begin(), found.errors.end());
+    all.insert(all.end(), found.warnings.begin(), found.warnings.end());
+  }
+  return all;
+}
+
+using RowChange = std::function<void(Campaign&, int row)>;
+
+// Changes every n-th pose.
+Campaign with_poses_changed(int n, const RowChange& change) {
+  Campaign campaign = tutorial();
+  for (int row = 0; row < campaign.rows(); ++row)
+    if (campaign.pose[row] % n == 0) change(campaign, row);
+  return campaign;
+}
+
+RowChange scaled(double factor) {
+  return [factor](Campaign& c, int row) { c.position[row] *= factor; };
+}
+
+void angles_in_radians(Campaign& c, int row) { c.q[row] *= kDegree; }
+
+void orientation_in_radians(Campaign& c, int row) {
+  const Eigen::Vector3d abc = kDegree * abc_from_rotation(c.orientation[row].toRotationMatrix());
+  c.orientation[row] = rotation_from_abc(abc[0], abc[1], abc[2]);
+}
+
+RowChange exchanged(int j, int k) {
+  return [j, k](Campaign& c, int row) { std::swap(c.q[row][j], c.q[row][k]); };
+}
+
+Campaign with_clock(const std::function<double(double)>& change) {
+  Campaign campaign = tutorial();
+  for (double& t : campaign.time_s) t = change(t);
+  return campaign;
+}
+
+Campaign doubled(bool with_time) {
+  const Campaign once = tutorial();
+  std::vector<int> rows;
+  for (int row = 0; row < once.rows(); ++row) rows.insert(rows.end(), 2, row);
+  Campaign twice = once.select(rows);
+  twice.repeat.clear();
+  if (!with_time) twice.time_s.clear();
+  return twice;
+}
+
+Campaign in_order_of_time_with_negated_directions() {
+  Campaign campaign = tutorial();
+  campaign.arrival.clear();
+  campaign.stroke.clear();
+  derive_arrival(campaign);
+  for (Direction& directions : campaign.arrival)
+    for (auto& direction : directions) direction = static_cast<std::int8_t>(-direction);
+  return campaign;
+}
+
+// A file in the order of its visits whose clock begins anew after two thirds.
+Campaign with_reset_clock() {
+  Campaign campaign = tutorial();
+  for (int row = 0; row < campaign.rows(); ++row)
+    campaign.time_s[row] = 20.0 * (row < 120 ? row : row - 120);
+  return campaign;
+}
+
+struct Mistake {
+  std::string name;
+  Campaign campaign;
+  std::string says;
+};
+
+std::vector<Mistake> mistakes() {
+  return {
+      {"a tenth in metres", with_poses_changed(10, scaled(1e-3)), "metres among millimetres"},
+      {"a third in metres", with_poses_changed(3, scaled(1e-3)), "metres among millimetres"},
+      {"a tenth in inches", with_poses_changed(10, scaled(1 / 25.4)), "inches among millimetres"},
+      {"a third in inches", with_poses_changed(3, scaled(1 / 25.4)), "inches among millimetres"},
+      {"a third in centimetres", with_poses_changed(3, scaled(0.1)), "centimetres among"},
+      {"a tenth of the angles in radians", with_poses_changed(10, angles_in_radians),
+       "joint angles look like radians among degrees"},
+      {"a third of the angles in radians", with_poses_changed(3, angles_in_radians),
+       "joint angles look like radians among degrees"},
+      {"a third of the orientations in radians", with_poses_changed(3, orientation_in_radians),
+       "a, b, c look like radians among degrees"},
+      {"joints 4 and 6 of a tenth exchanged", with_poses_changed(10, exchanged(3, 5)),
+       "q4 and q6 look exchanged"},
+      {"joints 4 and 5 of a third exchanged", with_poses_changed(3, exchanged(3, 4)),
+       "q4 and q5 look exchanged"},
+      {"an axis of a third mirrored",
+       with_poses_changed(3, [](Campaign& c, int row) { c.position[row].y() *= -1; }),
+       "y seems to have the wrong sign"},
+      {"a turn of joint 2 counted",
+       with_poses_changed(10, [](Campaign& c, int row) { c.q[row][1] += 2 * std::numbers::pi; }),
+       "count no turns"},
+      {"ten turns of joint 6 counted",
+       with_poses_changed(1, [](Campaign& c, int row) { c.q[row][5] += 20 * std::numbers::pi; }),
+       "count no turns"},
+      {"the clock reset", with_reset_clock(), "was the clock reset?"},
+      {"the clock still", with_clock([](double) { return 1000.0; }), "the clock stands still"},
+      {"the clock in milliseconds", with_clock([](double t) { return 1e3 * t; }),
+       "does it count milliseconds?"},
+      {"the clock in hours", with_clock([](double t) { return t / 3600; }),
+       "does it count minutes or hours?"},
+      {"directions negated", in_order_of_time_with_negated_directions(), "is their sign wrong"},
+      {"rows doubled", doubled(true), "hold the same as another, time included"},
+      {"rows without time doubled", doubled(false), "if they are copies, remove them"},
+  };
+}
+
+TEST(SilentNumbers, RightReadingsHaveNoFindings) {
+  EXPECT_THAT(all_findings(spindle(), tutorial()), IsEmpty());
+}
+
+TEST(SilentNumbers, EachMistakeIsNamed) {
+  const Robot robot = spindle();
+  for (const Mistake& mistake : mistakes())
+    EXPECT_THAT(all_findings(robot, mistake.campaign), Contains(HasSubstr(mistake.says)))
+        << mistake.name;
+}
+
+// Gross poses are left out one by one: two alike are no mistake of the file.
+TEST(SilentNumbers, TwoPosesAreNoMistakeOfTheFile) {
+  Campaign campaign = tutorial();
+  for (int row = 0; row < campaign.rows(); ++row)
+    if (campaign.pose[row] < 2) campaign.position[row] *= 1e-3;
+  EXPECT_THAT(diagnose(spindle(), campaign), IsEmpty());
+}
+
+// Rows sorted by pose, each with the times of its visits: the clock was not reset.
+TEST(SilentNumbers, RowsInAnotherOrderThanTheVisitsAreNoMistake) {
+  const Campaign campaign = tutorial();
+  std::vector<int> rows(campaign.q.size());
+  for (size_t k = 0; k < rows.size(); ++k) rows[k] = static_cast<int>(k);
+  std::ranges::stable_sort(rows, {}, [&](int row) { return campaign.pose[row]; });
+  EXPECT_THAT(check_log(campaign.select(rows)).warnings, IsEmpty());
+}
+
+}  // namespace
+}  // namespace armtrue
