@@ -1,11 +1,15 @@
 #include "armtrue/path/registration/unit_check.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
+#include "armtrue/statistics/summary.h"
 #include "path/registration/formatted.h"
 
 namespace armtrue {
@@ -37,6 +41,44 @@ void check_time_unit(const Path& programmed, const Path& measured) {
   }
 }
 
+// Standard deviation of independent errors per axis [m], from sixth differences, in which a smooth
+// path leaves nothing; they are sqrt(924) as large as the errors. Nothing for irregular times.
+std::optional<double> noise_of_samples(const Path& path) {
+  constexpr Eigen::Index kFewestSamples = 50;
+  constexpr std::array<double, 7> kBinomials = {1, -6, 15, -20, 15, -6, 1};
+  constexpr double kIrregular = 0.01;
+  if (path.samples() < kFewestSamples) return std::nullopt;
+  const double period =
+      (path.time[path.samples() - 1] - path.time[0]) / static_cast<double>(path.samples() - 1);
+  std::vector<double> squares;
+  for (Eigen::Index i = 0; i + 6 < path.samples(); ++i) {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    bool is_regular = true;
+    for (Eigen::Index k = 0; k < 7; ++k) {
+      sum += kBinomials[static_cast<size_t>(k)] * path.position.col(i + k);
+      if (k > 0)
+        is_regular = is_regular && std::abs(path.time[i + k] - path.time[i + k - 1] - period) <
+                                       kIrregular * period;
+    }
+    if (is_regular) squares.push_back(sum.squaredNorm() / 924);
+  }
+  if (static_cast<Eigen::Index>(squares.size()) < path.samples() / 2) return std::nullopt;
+  constexpr double kMedianOfThree = 2.366;  // of chi-squared with 3 degrees of freedom
+  return std::sqrt(median(squares) / kMedianOfThree);
+}
+
+// A program has no noise, a record has.
+void check_not_exchanged(const Path& programmed, const Path& measured) {
+  constexpr double kNoNoise = 5e-6, kMuchLess = 0.1;  // m
+  const auto of_program = noise_of_samples(programmed), of_record = noise_of_samples(measured);
+  if (!of_program || !of_record) return;
+  if (*of_program < kNoNoise || *of_record > kMuchLess * *of_program) return;
+  throw std::invalid_argument("the programmed path has the noise of a record, " +
+                              formatted("%.3g", 1e3 * *of_program) +
+                              " mm, and the measured path has none: they look exchanged; give the "
+                              "program to --programmed and the record to --measured");
+}
+
 }  // namespace
 
 void check_units(const Path& programmed, const Path& measured) {
@@ -50,6 +92,7 @@ void check_units(const Path& programmed, const Path& measured) {
                                   " times as large as the programmed one: it seems to be " + unit +
                                   "; correct the column");
   check_time_unit(programmed, measured);
+  check_not_exchanged(programmed, measured);
 }
 
 }  // namespace armtrue
