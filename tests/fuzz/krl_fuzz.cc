@@ -9,12 +9,12 @@
 #include <fstream>
 #include <iostream>
 #include <iterator>
-#include <random>
 #include <string>
 #include <vector>
 
 #include "armtrue/programs/krl.h"
 #include "armtrue/text/input_error.h"
+#include "fuzz/mutation.h"
 
 namespace {
 
@@ -76,76 +76,42 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
 
 namespace {
 
-class Mutation {
- public:
-  explicit Mutation(unsigned seed) : random_(seed) {}
-
-  std::string operator()(std::string text) {
-    for (size_t count = 1 + below(8); count > 0; --count) change(text);
-    return text;
-  }
-
- private:
-  size_t below(size_t limit) { return limit ? random_() % limit : 0; }
-
-  void change(std::string& text) {
-    static const std::vector<std::string> kWords{"{",
-                                                 "}",
-                                                 ",",
-                                                 ":",
-                                                 "=",
-                                                 "[1]",
-                                                 ";",
-                                                 "\"",
-                                                 "\n",
-                                                 "\r\n",
-                                                 "X ",
-                                                 "Y -1e",
-                                                 "A1 0",
-                                                 "E6 ",
-                                                 "LIN ",
-                                                 "CIRC ",
-                                                 "PTP ",
-                                                 "SPLINE",
-                                                 "SPL ",
-                                                 "CA 90",
-                                                 "1e999",
-                                                 "-",
-                                                 "100",
-                                                 "0.0001",
-                                                 "nan",
-                                                 "LIN_REL",
-                                                 "DECL E6POS XP1={",
-                                                 "{E6POS: ",
-                                                 "XP1",
-                                                 "$BASE=",
-                                                 "TRIGGER",
-                                                 "ENDLOOP",
-                                                 "DEF x()",
-                                                 "&",
-                                                 std::string(1, '\0'),
-                                                 "\xFC"};
-    const size_t at = below(text.size() + 1), count = below(40);
-    switch (below(5)) {
-      case 0:
-        text.insert(at, kWords[below(kWords.size())]);
-        break;
-      case 1:
-        text.erase(at, count);
-        break;
-      case 2:
-        text.insert(below(text.size() + 1), text.substr(at, count));
-        break;
-      case 3:
-        text.replace(at, count, kWords[below(kWords.size())]);
-        break;
-      default:
-        if (at < text.size()) text[at] = static_cast<char>(below(256));
-    }
-  }
-
-  std::mt19937_64 random_;
-};
+const std::vector<std::string> kWords{"{",
+                                      "}",
+                                      ",",
+                                      ":",
+                                      "=",
+                                      "[1]",
+                                      ";",
+                                      "\"",
+                                      "\n",
+                                      "\r\n",
+                                      "X ",
+                                      "Y -1e",
+                                      "A1 0",
+                                      "E6 ",
+                                      "LIN ",
+                                      "CIRC ",
+                                      "PTP ",
+                                      "SPLINE",
+                                      "SPL ",
+                                      "CA 90",
+                                      "1e999",
+                                      "-",
+                                      "100",
+                                      "0.0001",
+                                      "nan",
+                                      "LIN_REL",
+                                      "DECL E6POS XP1={",
+                                      "{E6POS: ",
+                                      "XP1",
+                                      "$BASE=",
+                                      "TRIGGER",
+                                      "ENDLOOP",
+                                      "DEF x()",
+                                      "&",
+                                      std::string(1, '\0'),
+                                      "\xFC"};
 
 std::string read(const std::string& name) {
   std::ifstream file(name, std::ios::binary);
@@ -163,7 +129,7 @@ int main(int argc, char** argv) {
     require(programs.back().size() > 1, "no such program");
   }
   require(!programs.empty(), "usage: krl_fuzz COUNT PROGRAM...");
-  Mutation mutate(1);
+  armtrue::Mutation mutate(1, kWords);
   for (int i = 0; i < std::atoi(argv[1]); ++i) {
     const std::string input = mutate(programs[static_cast<size_t>(i) % programs.size()]);
     LLVMFuzzerTestOneInput(reinterpret_cast<const uint8_t*>(input.data()), input.size());
