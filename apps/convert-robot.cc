@@ -66,8 +66,11 @@ void warn_of_shift(const app::Command& command, const char* what, const char* wh
 
 std::string into_urdf(const app::Command& command, const Robot& robot, const Arguments& arguments) {
   Source source(arguments.into);
+  const std::string document = source.read_all();
   const PatchedUrdf patched =
-      write_into_urdf(robot, source.read_all(), source.name(), arguments.ends, arguments.kept);
+      is_ur_calibration(document)
+          ? write_into_ur_calibration(robot, document, source.name(), arguments.kept)
+          : write_into_urdf(robot, document, source.name(), arguments.ends, arguments.kept);
   warn_of_shift(command, "base", "instrument", patched.base);
   warn_of_shift(command, "tool", "reflector", patched.tool);
   return patched.text;
@@ -80,8 +83,9 @@ int run(app::Command& command, const Arguments& arguments) {
   if (!arguments.into.empty() && (is_urdf || arguments.to != "urdf"))
     throw InputError(
         "--into writes a robot file into a URDF: it needs --to urdf, and YAML as input");
-  const Robot robot =
-      is_urdf ? parse_urdf(text, source.name(), arguments.ends) : parse_robot(text, source.name());
+  const Robot robot = is_urdf                   ? parse_urdf(text, source.name(), arguments.ends)
+                      : is_ur_calibration(text) ? parse_ur_calibration(text, source.name())
+                                                : parse_robot(text, source.name());
   if (is_urdf) explain_base(command, text, source.name(), arguments.ends);
   if (arguments.to == "yaml") {
     write_output(command.output, write_robot(robot));

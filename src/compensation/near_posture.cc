@@ -1,14 +1,13 @@
 #include "compensation/near_posture.h"
 
 #include <cmath>
-#include <numbers>
 
+#include "armtrue/kinematics/units.h"
 #include "compensation/joint_correction.h"
 
 namespace armtrue {
 namespace {
 
-constexpr double kFullTurn = 2 * std::numbers::pi;
 constexpr int kForearm = 3;  // axis 4
 
 }  // namespace
@@ -30,12 +29,12 @@ std::optional<JointVector> NearPosture::reach(const Context& context, const Pose
 // Else a tool that hangs down would turn axes 4 and 6 by half a turn where the forearm hangs down.
 JointVector NearPosture::nearer(const Context& context, const Pose& wanted,
                                 const JointVector& q) const {
-  if (!rolls_ || turn_of_forearm(q) <= 0.25 * kFullTurn) return turned(q);
+  if (!rolls_ || turn_of_forearm(q) <= 0.25 * kTurn) return turned(q);
   JointVector start = q;
   const Link& wrist = arm_.robot().chain.links[kForearm + 1];
-  start[kForearm] += 0.5 * kFullTurn;
+  start[kForearm] += 0.5 * kTurn;
   start[kForearm + 1] = -q[kForearm + 1] - 2 * wrist.sign * wrist.theta;
-  start[kForearm + 2] += 0.5 * kFullTurn;
+  start[kForearm + 2] += 0.5 * kTurn;
   const JointCorrection other = joints_of_pose(arm_, context, wanted, start);
   const bool is_nearer =
       other.is_reached && is_on_branch(other.q) && turn_of_forearm(other.q) < turn_of_forearm(q);
@@ -49,15 +48,15 @@ bool NearPosture::is_on_branch(const JointVector& q) const {
 }
 
 double NearPosture::turn_of_forearm(const JointVector& q) const {
-  return std::abs(std::remainder(q[kForearm] - like_[kForearm], kFullTurn));
+  return std::abs(std::remainder(q[kForearm] - like_[kForearm], kTurn));
 }
 
 JointVector NearPosture::turned(JointVector q) const {
   for (int j = 0; j < kJoints; ++j) {
-    q[j] = like_[j] + std::remainder(q[j] - like_[j], kFullTurn);
+    q[j] = like_[j] + std::remainder(q[j] - like_[j], kTurn);
     if (turns_ == Turns::nearest) continue;
     const Link& link = arm_.robot().chain.links[static_cast<size_t>(j)];
-    for (double other : {q[j] - kFullTurn, q[j] + kFullTurn})
+    for (double other : {q[j] - kTurn, q[j] + kTurn})
       if ((q[j] < link.min || q[j] > link.max) && other >= link.min && other <= link.max)
         q[j] = other;
   }

@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "armtrue/kinematics/units.h"
 #include "compensation/joint_correction.h"
 
 namespace armtrue {
 namespace {
 
-constexpr double kFullTurn = 2 * std::numbers::pi;
 constexpr int kStarts = 240;
 
 // The multiple of a turn that brings an angle into [low, high], next to `near`; nothing if none
@@ -18,7 +17,7 @@ std::optional<double> turned_into(double angle, double low, double high, double 
   constexpr double kSlack = 0.02 * kDegree;
   std::optional<double> best;
   for (int k = -3; k <= 3; ++k) {
-    const double turned = angle + k * kFullTurn;
+    const double turned = angle + k * kTurn;
     if (turned < low - kSlack || turned > high + kSlack) continue;
     if (!best || std::abs(turned - near) < std::abs(*best - near)) best = turned;
   }

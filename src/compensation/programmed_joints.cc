@@ -3,19 +3,12 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <numbers>
 
 #include "armtrue/kinematics/units.h"
 #include "compensation/branch.h"
 #include "compensation/joint_correction.h"
 
 namespace armtrue {
-namespace {
-
-constexpr double kWholeTurn = 2 * std::numbers::pi;
-
-}  // namespace
-
 bool follows_motion(const Effect& effect) {
   return effect.driver.involves(DriverKind::arrival) || effect.driver.involves(DriverKind::stroke);
 }
@@ -50,7 +43,7 @@ FoundJoints joints_on_branch(const ProgramArm& arm, const Context& context, cons
       start[j] += 0.8 * (1 - 2 * std::fmod(k * std::sqrt(2.0 + j) + 0.5 * j, 1.0));
     found = joints_of_pose(arm, context, wanted, start);
     is_reached |= found.is_reached;
-    if (!found.is_reached || (found.q - hint).cwiseAbs().maxCoeff() > kWholeTurn) continue;
+    if (!found.is_reached || (found.q - hint).cwiseAbs().maxCoeff() > kTurn) continue;
     if (is_same(branch, branch_of(arm.chain(), found.q))) return {found.q, Reach::reached};
   }
   return {found.q, is_reached ? Reach::on_another_branch : Reach::unreachable};
@@ -107,7 +100,7 @@ JointVector ProgrammedJoints::in_turn(int row, JointVector q) const {
   for (int j = 0; j < kJoints; ++j) {
     const bool below = (program_.turns[static_cast<size_t>(row)] >> j) & 1;
     if ((q[j] < 0) == below) continue;
-    q[j] += below ? -kWholeTurn : kWholeTurn;
+    q[j] += below ? -kTurn : kTurn;
     const Link& link = chain.links[static_cast<size_t>(j)];
     if (q[j] < link.min || q[j] > link.max || (q[j] < 0) != below)
       throw UnreachableTarget(

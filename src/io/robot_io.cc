@@ -1,11 +1,13 @@
 #include "armtrue/io/robot_io.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "armtrue/io/source.h"
+#include "armtrue/kinematics/conventions.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
@@ -326,8 +328,56 @@ YAML::Node uncertainty_node(const Uncertainty& uncertainty) {
   return node;
 }
 
+// Adds the keys that a map lacks, as "links[2] r_mm".
+void find_missing(YamlMap& map, const std::string& where, std::initializer_list<const char*> keys,
+                  std::vector<std::string>& missing) {
+  for (const char* key : keys)
+    if (!map.has(key)) missing.push_back(where + key);
+}
+
+// All that is missing is told at once; a single key at its place.
+void check_complete(YamlMap& document, const std::string& file) {
+  std::vector<std::string> missing;
+  find_missing(document, "", {"name", "base", "links", "tool"}, missing);
+  for (const char* pose : {"base", "tool"})
+    if (document.has(pose)) {
+      YamlMap map = document.map(pose);
+      find_missing(map, std::string(pose) + " ",
+                   {"x_mm", "y_mm", "z_mm", "a_deg", "b_deg", "c_deg"}, missing);
+    }
+  std::vector<YamlMap> links = document.maps("links");
+  for (size_t j = 0; j < links.size(); ++j)
+    find_missing(links[j], fmt::format("links[{}] ", j + 1),
+                 {"name", "joint", "alpha_deg", "d_mm", "theta_deg", "r_mm"}, missing);
+  if (missing.size() > 1)
+    throw InputError(fmt::format("{}: lacks {} keys: {}; armtrue-formats(5) says what they mean",
+                                 file, missing.size(), fmt::join(missing, ", ")));
+}
+
+// Turns rows of the standard convention into links of the modified one.
+void use_convention(YamlMap& document, Robot& robot) {
+  const std::string convention = document.text("convention", "modified");
+  if (convention == "modified") return;
+  if (convention != "standard")
+    document.fail("convention", "'" + convention + "' is neither modified nor standard");
+  for (const char* key : {"sessions", "effects", "priors", "std", "uncertainty"})
+    if (document.has(key) && !(std::string(key) == "effects" && document.maps(key).empty()))
+      document.fail(key,
+                    "names parameters of the modified convention; write the file in it: "
+                    "convert-robot FILE --to yaml, without this key");
+  for (Body& body : robot.bodies)
+    body.centre =
+        modified_from_standard(robot.chain.links[static_cast<size_t>(body.link)]) * body.centre;
+  try {
+    robot.chain = from_standard(robot.chain);
+  } catch (const std::invalid_argument& error) {
+    document.fail("convention", error.what());
+  }
+}
+
 RobotFile parse_file(const std::string& text, const std::string& file) {
   YamlMap document = read_document(text, file, {"armtrue-robot/1"});
+  check_complete(document, file);
   RobotFile result;
   Robot& robot = result.robot;
   robot.name = document.text("name");
@@ -342,6 +392,7 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
   }
   read_targets_and_anchors(document, robot.chain);
   read_masses(document, robot);
+  use_convention(document, robot);
   read_gravity(document, robot);
   read_instrument(document, robot);
   read_identify(document, robot);

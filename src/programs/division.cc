@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
+
+#include "armtrue/kinematics/units.h"
 
 namespace armtrue {
 namespace {
 
-constexpr double kTurn = 2 * std::numbers::pi;
 constexpr int kMaxDepth = 40;  // deeper pieces are halved: the time stays O(n log n)
 
 struct Piece {

@@ -9,6 +9,7 @@ namespace armtrue {
 inline constexpr double kMillimetre = 1e-3;
 inline constexpr double kMilliradian = 1e-3;
 inline constexpr double kDegree = std::numbers::pi / 180;
+inline constexpr double kTurn = 2 * std::numbers::pi;
 inline constexpr double kPartPerMillion = 1e-6;
 
 }  // namespace armtrue

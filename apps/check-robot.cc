@@ -1,0 +1,117 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+#include "armtrue/diagnosis/pose_check.h"
+#include "armtrue/io/output.h"
+#include "armtrue/kinematics/units.h"
+#include "command_line.h"
+
+using namespace armtrue;
+
+namespace {
+
+constexpr size_t kMostAgreements = 5;  // that are shown
+
+struct Arguments {
+  std::vector<double> at, pose;
+  double within_mm = 1, within_deg = 0.1;
+};
+
+void add_options(app::Command& command, Arguments& arguments) {
+  command.add_input("A robot file");
+  command.add_output();
+  command
+      .numbers("--at", arguments.at, kJoints, "q1,...,q6 in deg",
+               "Joint angles, as the pendant shows them")
+      .required();
+  const app::Option pose = command.numbers(
+      "--pose", arguments.pose, 6, "x,y,z,a,b,c in mm and deg",
+      "The pose that the pendant shows there: x,y,z,a,b,c in mm and deg, KUKA's A, B, C");
+  command.option("--within-mm", arguments.within_mm, "What counts as the same place")
+      .check(app::above_zero())
+      .default_shown()
+      .needs(pose);
+  command.option("--within-deg", arguments.within_deg, "What counts as the same orientation")
+      .check(app::above_zero())
+      .default_shown()
+      .needs(pose);
+}
+
+std::string frame_text(const ShownFrame& frame) {
+  const Eigen::Vector3d t = frame.pose.translation / kMillimetre;
+  const Eigen::Vector3d abc = abc_from_rotation(frame.pose.rotation) / kDegree;
+  const Eigen::Vector3d vector = rotation_log(frame.pose.rotation);
+  const Eigen::Quaterniond q(frame.pose.rotation);
+  return fmt::format(
+      "{}: {}\n  x, y, z [mm]                    {:.3f}, {:.3f}, {:.3f}\n"
+      "  A, B, C [deg] (KUKA)            {:.4f}, {:.4f}, {:.4f}\n"
+      "  W, P, R [deg] (FANUC; r, p, y)  {:.4f}, {:.4f}, {:.4f}\n"
+      "  q1 to q4 (ABB)                  {:.6f}, {:.6f}, {:.6f}, {:.6f}\n"
+      "  RX, RY, RZ [rad] (UR)           {:.5f}, {:.5f}, {:.5f}\n",
+      frame.name, frame.words, t.x(), t.y(), t.z(), abc[0], abc[1], abc[2], abc[2], abc[1], abc[0],
+      q.w(), q.x(), q.y(), q.z(), vector.x(), vector.y(), vector.z());
+}
+
+std::string agreements_text(const std::vector<Agreement>& agreements, const Arguments& arguments) {
+  if (agreements.empty())
+    return fmt::format(
+        "The pose agrees with no frame within {:g} mm and {:g} deg, and no one or two changes of "
+        "convention, sign, zero or unit make it agree. Compare the lengths with the data sheet.\n",
+        arguments.within_mm, arguments.within_deg);
+  std::string text;
+  for (const Agreement& a : agreements) {
+    if (a.changes.empty())
+      text += "The pose agrees: ";
+    else
+      text += fmt::format("The pose agrees if {}: ", fmt::join(a.changes, ", and "));
+    text += fmt::format("it is {} ({:.3f} mm, {:.4f} deg apart).\n", a.frame,
+                        a.distance / kMillimetre, a.angle / kDegree);
+    if (&a - agreements.data() + 1 == kMostAgreements) break;
+  }
+  if (!agreements.front().changes.empty())
+    text += "One pose does not tell all of these apart: check another, with all joints bent.\n";
+  return text;
+}
+
+void warn_of_travel(const app::Command& command, const Robot& robot, const JointVector& q) {
+  for (size_t j = 0; j < kJoints; ++j) {
+    const Link& link = robot.chain.links[j];
+    const double angle = q[static_cast<Eigen::Index>(j)];
+    if (angle < link.min || angle > link.max)
+      command.warn(fmt::format("{} stands at {:g} deg, beyond its travel of {:g} to {:g} deg",
+                               link.name, angle / kDegree, link.min / kDegree, link.max / kDegree));
+  }
+}
+
+int run(app::Command& command, const Arguments& arguments) {
+  const Robot robot = command.read_robot(command.input).robot;
+  const JointVector q = kDegree * Eigen::Map<const JointVector>(arguments.at.data());
+  warn_of_travel(command, robot, q);
+  if (!robot.effects.empty()) command.warn("the effects of the robot file are not counted");
+  std::string text = robot.name + ", modified Denavit-Hartenberg parameters\n\n";
+  for (const ShownFrame& frame : shown_frames(robot, q)) text += frame_text(frame) + "\n";
+  std::vector<Agreement> agreements;
+  if (!arguments.pose.empty()) {
+    PendantPose pose;
+    std::ranges::copy(arguments.pose, pose.begin());
+    agreements = find_agreements(robot, q, pose, arguments.within_mm * kMillimetre,
+                                 arguments.within_deg * kDegree);
+    text += agreements_text(agreements, arguments);
+  }
+  write_output(command.output, text);
+  const bool agrees = !agreements.empty() && agreements.front().changes.empty();
+  return arguments.pose.empty() || agrees ? app::kSuccess : app::kNotReached;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  app::Command command("check-robot", "Show where a robot stands, in the words of a pendant.",
+                       "check-robot robot.yaml --at 0,-90,90,0,0,0 --pose 1315,0,1765,0,90,0");
+  Arguments arguments;
+  add_options(command, arguments);
+  return command.run(argc, argv, [&] { return run(command, arguments); });
+}

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "armtrue/effects/robot.h"
+#include "armtrue/kinematics/evaluator.h"
+
+namespace armtrue {
+
+/// A frame of the arm as a pendant shows it.
+struct ShownFrame {
+  std::string name;   ///< "flange in foot"
+  std::string words;  ///< what pendants call it
+  Pose pose;
+};
+
+/// Flange and tool in the foot R_0, tool in R_A, where the joints stand at `q` [rad]. Constants
+/// only: no effect is counted.
+std::vector<ShownFrame> shown_frames(const Robot& robot, const JointVector& q);
+
+/// A pose as numbers of a pendant: x, y, z [mm], then the KUKA angles a, b, c [deg].
+using PendantPose = std::array<double, 6>;
+
+/// A reading of the robot, the joint angles or the pose with which they agree.
+struct Agreement {
+  std::vector<std::string> changes;  ///< in words; empty: they agree as they are
+  std::string frame;                 ///< name of the ShownFrame that agrees
+  double distance = 0;               ///< [m]
+  double angle = 0;                  ///< [rad]
+};
+
+/// All readings with the fewest changes, at most two, that bring a frame within `distance` [m] and
+/// `angle` [rad] of the pose, best first: a joint that counts the other way or from another zero,
+/// angles in rad, joint 3 relative to the horizontal, a table in the standard convention, a base
+/// turned about z, other angles of orientation, lengths in m. Empty if none does.
+std::vector<Agreement> find_agreements(const Robot& robot, const JointVector& q,
+                                       const PendantPose& pose, double distance, double angle);
+
+}  // namespace armtrue

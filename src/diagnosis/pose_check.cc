@@ -1,0 +1,155 @@
+#include "armtrue/diagnosis/pose_check.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "armtrue/kinematics/conventions.h"
+#include "armtrue/kinematics/units.h"
+
+namespace armtrue {
+namespace {
+
+using Eigen::AngleAxisd;
+using Eigen::Vector3d;
+
+constexpr double kRight = std::numbers::pi / 2;
+constexpr double kSame = 1e6;  // of two sums of shares of the limits: apart by less is alike
+
+// Everything that one may have read otherwise than it was meant.
+struct Reading {
+  Robot robot;
+  JointVector q;
+  Vector3d place;                // [m]
+  std::array<double, 3> angles;  // as typed [deg]
+  Eigen::Matrix3d rotation;
+};
+
+struct PossibleMistake {
+  std::string words;
+  std::function<void(Reading&)> apply;
+  int topic;  // two of one topic exclude each other
+};
+
+Eigen::Matrix3d by_abc(const std::array<double, 3>& deg) {
+  return rotation_from_abc(deg[0] * kDegree, deg[1] * kDegree, deg[2] * kDegree);
+}
+
+Vector3d as_vector(const std::array<double, 3>& angles) {
+  return {angles[0], angles[1], angles[2]};
+}
+
+void add_joint_mistakes(const Robot& robot, std::vector<PossibleMistake>& mistakes) {
+  for (int j = 0; j < kJoints; ++j) {
+    const std::string& name = robot.chain.links[static_cast<size_t>(j)].name;
+    mistakes.push_back(
+        {fmt::format("joint {} ({}) counts the other way: turn its sign", j + 1, name),
+         [j](Reading& r) { r.q[j] = -r.q[j]; }, j});
+    for (const double zero : {kRight, -kRight, 2 * kRight})
+      mistakes.push_back(
+          {fmt::format("the zero of joint {} ({}) differs by {:g} deg: add {:g} to its theta_deg",
+                       j + 1, name, zero / kDegree, zero / kDegree),
+           [j, zero](Reading& r) {
+             r.q[j] += r.robot.chain.links[static_cast<size_t>(j)].sign * zero;
+           },
+           j});
+  }
+  mistakes.push_back({"the joint angles are in rad", [](Reading& r) { r.q /= kDegree; }, 10});
+  mistakes.push_back({"joint 3 is shown relative to the horizontal (FANUC): q3 = J3 + J2",
+                      [](Reading& r) { r.q[2] += r.q[1]; }, 2});
+}
+
+void add_other_mistakes(const Robot& robot, std::vector<PossibleMistake>& mistakes) {
+  const bool has_beta =
+      std::ranges::any_of(robot.chain.links, [](const Link& l) { return l.beta != 0; });
+  if (!has_beta)
+    mistakes.push_back({"the table is in the standard convention: write convention: standard",
+                        [](Reading& r) { r.robot.chain = from_standard(r.robot.chain); }, 11});
+  for (const double turn : {kRight, -kRight, 2 * kRight})
+    mistakes.push_back({fmt::format("the foot is turned about z by {:g} deg", turn / kDegree),
+                        [turn](Reading& r) {
+                          const Eigen::Matrix3d z =
+                              AngleAxisd(turn, Vector3d::UnitZ()).toRotationMatrix();
+                          r.place = z.transpose() * r.place;
+                          r.rotation = z.transpose() * r.rotation;
+                        },
+                        12});
+  mistakes.push_back({"the angles of the pose are W, P, R or roll, pitch, yaw (c, b, a)",
+                      [](Reading& r) {
+                        r.rotation = by_abc({r.angles[2], r.angles[1], r.angles[0]});
+                      },
+                      13});
+  mistakes.push_back({"the angles of the pose are a rotation vector in deg",
+                      [](Reading& r) { r.rotation = rotation_exp(as_vector(r.angles) * kDegree); },
+                      13});
+  mistakes.push_back({"the angles of the pose are a rotation vector in rad (UR)",
+                      [](Reading& r) { r.rotation = rotation_exp(as_vector(r.angles)); }, 13});
+  mistakes.push_back(
+      {"the angles of the pose are in rad",
+       [](Reading& r) { r.rotation = rotation_from_abc(r.angles[0], r.angles[1], r.angles[2]); },
+       13});
+  mistakes.push_back({"the place of the pose is in m", [](Reading& r) { r.place *= 1000; }, 14});
+}
+
+// Adds the agreements of one reading.
+void compare(const Reading& reading, const std::vector<std::string>& changes, double distance,
+             double angle, std::vector<Agreement>& found) {
+  for (const ShownFrame& frame : shown_frames(reading.robot, reading.q)) {
+    Agreement agreement{changes, frame.name, (frame.pose.translation - reading.place).norm(),
+                        AngleAxisd(frame.pose.rotation.transpose() * reading.rotation).angle()};
+    if (agreement.distance <= distance && agreement.angle <= angle)
+      found.push_back(std::move(agreement));
+  }
+}
+
+}  // namespace
+
+std::vector<ShownFrame> shown_frames(const Robot& robot, const JointVector& q) {
+  const KinematicChain& chain = robot.chain;
+  const Pose tool_in_station = ChainEvaluator(chain).pose(q);
+  const Pose tool_in_foot = inverse(chain.base) * tool_in_station;
+  return {{"flange in foot",
+           "R_7 in R_0: KUKA with $BASE and $TOOL 0, ABB tool0 in wobj0, FANUC UF 0 and UT 0, UR "
+           "tool0 in base",
+           tool_in_foot * inverse(chain.tool)},
+          {"tool in foot", "the tool of the robot file in R_0", tool_in_foot},
+          {"tool in base frame", "the tool of the robot file in R_A, behind its base",
+           tool_in_station}};
+}
+
+std::vector<Agreement> find_agreements(const Robot& robot, const JointVector& q,
+                                       const PendantPose& pose, double distance, double angle) {
+  const std::array<double, 3> angles{pose[3], pose[4], pose[5]};
+  const Reading typed{robot, q, kMillimetre * Vector3d(pose[0], pose[1], pose[2]), angles,
+                      by_abc(angles)};
+  std::vector<PossibleMistake> mistakes;
+  add_joint_mistakes(robot, mistakes);
+  add_other_mistakes(robot, mistakes);
+  std::vector<Agreement> found;
+  compare(typed, {}, distance, angle, found);
+  if (found.empty())
+    for (const PossibleMistake& mistake : mistakes) {
+      Reading reading = typed;
+      mistake.apply(reading);
+      compare(reading, {mistake.words}, distance, angle, found);
+    }
+  if (found.empty())
+    for (size_t a = 0; a < mistakes.size(); ++a)
+      for (size_t b = a + 1; b < mistakes.size(); ++b) {
+        if (mistakes[a].topic == mistakes[b].topic) continue;
+        Reading reading = typed;
+        mistakes[b].apply(reading);  // units of angles before signs, the pose before the foot
+        mistakes[a].apply(reading);
+        compare(reading, {mistakes[a].words, mistakes[b].words}, distance, angle, found);
+      }
+  std::ranges::stable_sort(found, {}, [&](const Agreement& a) {
+    return std::round(kSame * (a.distance / distance + a.angle / angle));
+  });
+  return found;
+}
+
+}  // namespace armtrue
