@@ -172,19 +172,25 @@ class Arm:
         self.tool = placed(fields(block("tool")[1]))
         links = [fields(line) for line in re.findall(r"\{.*\}", block("links")[1])]
         self.axes, self.points, self.travel, self.square, frames = [], [], [], [], {}
-        here = NONE
+        here, square = NONE, False
+        standard = bool(re.search(r"^convention: standard$", text, re.M))
         for link in links:
-            for axis, key in ((Y, "beta_deg"), (X, "alpha_deg")):
-                here = after(here, (about(axis, math.radians(link.get(key, 0.0))), NONE[1]))
-            here = after(here, (NONE[0], (link["d_mm"], 0.0, 0.0)))
-            here = after(here, screw(Z, NONE[1], math.radians(link["theta_deg"])))
-            here = after(here, (NONE[0], (0.0, 0.0, link["r_mm"])))
+            bend = [(about(axis, math.radians(link.get(key, 0.0))), NONE[1])
+                    for axis, key in ((Y, "beta_deg"), (X, "alpha_deg"))] + [(NONE[0], (link["d_mm"], 0.0, 0.0))]
+            turn = [screw(Z, NONE[1], math.radians(link["theta_deg"])), (NONE[0], (0.0, 0.0, link["r_mm"]))]
+            before, behind = (turn, bend) if standard else (bend + turn, [])
+            is_square = abs(math.cos(math.radians(link["alpha_deg"]))) < 1e-3
+            for step in before:
+                here = after(here, step)
             if link["joint"] == "revolute":
-                self.square.append(abs(math.cos(math.radians(link["alpha_deg"]))) < 1e-3)
+                self.square.append(square if standard else is_square)
                 self.axes.append(scaled(turned(here[0], Z), link.get("sign", 1.0)))
                 self.points.append(here[1])
                 self.travel.append(tuple(math.radians(link.get(*limit)) for limit in
                                          (("min_deg", -180.0), ("max_deg", 180.0))))
+            square = is_square
+            for step in behind:
+                here = after(here, step)
             frames[link["name"]] = (len(self.axes), here)
         self.home = here
         gravity = block("gravity_m_s2")
