@@ -65,6 +65,18 @@ ProgramFile Command::read_program(const std::string& path) {
   return file;
 }
 
+About Command::read_about(const std::string& path) {
+  AboutFile file = armtrue::read_about(path);
+  inputs_.emplace_back(file.name, file.sha256);
+  return std::move(file.about);
+}
+
+CertifiedValues Command::read_certificate(const std::string& path) {
+  CertificateFile file = armtrue::read_certificate(path);
+  inputs_.emplace_back(file.name, file.sha256);
+  return std::move(file.values);
+}
+
 std::vector<ProgramText> Command::read_program_texts(const std::string& path,
                                                      const std::string& dat, bool with_dat) {
   std::vector<ProgramText> texts;
@@ -96,6 +108,15 @@ void refuse_mistakes(const Robot& robot, const Campaign& campaign) {
     throw InputError(campaign.source + ": " + findings.errors.front());
   if (const auto findings = diagnose(robot, campaign); !findings.empty())
     throw InputError(campaign.source + ": " + findings.front());
+}
+
+void require_sessions(const Robot& robot, const Campaign& campaign) {
+  if (robot.sessions.empty()) return;
+  for (int session : campaign.session)
+    if (const std::string& name = campaign.session_names[session]; !robot.sessions.contains(name))
+      throw InputError(campaign.source +
+                       ": the robot file does not say where the instrument of session '" + name +
+                       "' stood; add --refit base");
 }
 
 InputError at_its_line(const PathFile& file, const UnreachableSample& error) {

@@ -14,6 +14,7 @@
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/effects/catalogue.h"
 #include "armtrue/io/campaign_io.h"
+#include "armtrue/io/certificate_io.h"
 #include "armtrue/io/compensation_io.h"
 #include "armtrue/io/joint_target_io.h"
 #include "armtrue/io/path_io.h"
@@ -157,6 +158,9 @@ class Command : public OptionGroup {
   PathFile read_path(const std::string& path, KeepRows keep = KeepRows::no);
   /// All columns are kept for the output.
   ProgramFile read_program(const std::string& path);
+  About read_about(const std::string& path);
+  /// What an older certificate is compared in.
+  CertifiedValues read_certificate(const std::string& path);
   /// A robot program; with its .dat if `with_dat`: `dat`, or that beside it.
   std::vector<ProgramText> read_program_texts(const std::string& path, const std::string& dat,
                                               bool with_dat);
@@ -186,6 +190,9 @@ class Command : public OptionGroup {
 /// Throws InputError if the numbers of a campaign show a mistake of units, frames or signs. The
 /// diagnosis calibrates the robot if the readings lie far from it.
 void refuse_mistakes(const Robot& robot, const Campaign& campaign);
+
+/// Throws InputError if the robot file has sessions, but not all of the campaign.
+void require_sessions(const Robot& robot, const Campaign& campaign);
 
 /// The error of a sample that the robot cannot take, with the file and line of the sample.
 InputError at_its_line(const PathFile& file, const UnreachableSample& error);

@@ -6,7 +6,6 @@
 #include "armtrue/io/output.h"
 #include "armtrue/io/residuals_io.h"
 #include "armtrue/kinematics/units.h"
-#include "armtrue/text/input_error.h"
 #include "columns.h"
 #include "command_line.h"
 
@@ -35,22 +34,12 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.add_columns(app::kMeasuredPoseColumns);
 }
 
-// A robot file with sessions must have the base of every session of the campaign.
-void check_sessions(const Robot& robot, const Campaign& campaign) {
-  if (robot.sessions.empty()) return;
-  for (int session : campaign.session)
-    if (const std::string& name = campaign.session_names[session]; !robot.sessions.contains(name))
-      throw InputError(campaign.source +
-                       ": the robot file does not say where the instrument of session '" + name +
-                       "' stood; add --refit base");
-}
-
 int run(app::Command& command, const Arguments& arguments) {
   Robot robot = command.read_robot(arguments.robot).robot;
   const Campaign campaign = command.read_campaign(command.input);
   app::refuse_mistakes(robot, campaign);
   if (arguments.refit.empty()) {
-    check_sessions(robot, campaign);
+    app::require_sessions(robot, campaign);
   } else {
     command.progress("refitting " + arguments.refit);
     robot = refit_set_up(robot, campaign, app::split_list(arguments.refit));

@@ -14,6 +14,7 @@ USES = {
     "campaign": ["effects", "statistics"],
     "calibration": ["campaign"],
     "compensation": ["calibration", "programs"],
+    "certification": ["calibration"],
     "search": ["calibration"],
     "tracing": ["search", "text"],
     "diagnosis": ["calibration"],
@@ -23,8 +24,8 @@ USES = {
     "path/samples": ["path"],
     "path/mirror": ["path/registration", "path/samples"],
     "programs": ["path", "text"],
-    "io": ["compensation", "diagnosis", "tracing", "path/mirror", "programs"],
-    "report": ["compensation", "planning", "path/mirror"],
+    "io": ["certification", "compensation", "diagnosis", "tracing", "path/mirror", "programs"],
+    "report": ["certification", "compensation", "planning", "path/mirror"],
 }
 # Third-party headers, by how their names begin, and the folders that may include them.
 THIRD_PARTY = {

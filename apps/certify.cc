@@ -1,0 +1,138 @@
+#include <fmt/format.h>
+
+#include "armtrue/calibration/calibration.h"
+#include "armtrue/calibration/evaluation.h"
+#include "armtrue/certification/certificate.h"
+#include "armtrue/io/certificate_io.h"
+#include "armtrue/io/output.h"
+#include "armtrue/io/source.h"
+#include "armtrue/kinematics/units.h"
+#include "armtrue/report/certificate_page.h"
+#include "armtrue/text/input_error.h"
+#include "columns.h"
+#include "command_line.h"
+
+using namespace armtrue;
+
+namespace {
+
+struct Arguments {
+  std::string robot, about, refit, cube, page, against;
+  std::optional<double> tolerance_mm;
+};
+
+app::Check five_names() {
+  return {"", [](const std::string& text) {
+            return app::split_list(text).size() == 5
+                       ? ""
+                       : "'" + text + "' must be five names of poses, such as P1,P2,P3,P4,P5";
+          }};
+}
+
+void add_options(app::Command& command, Arguments& arguments) {
+  command.add_input("Measured poses, each visited several times");
+  command.add_output();
+  command.add_new_sessions();
+  command.option("--robot", arguments.robot, "The robot whose predictions are the commanded poses")
+      .required();
+  command
+      .option("--about", arguments.about,
+              "Robot, operator, date, instrument and its errors (armtrue-about/1)")
+      .required();
+  command
+      .option("--tolerance-mm", arguments.tolerance_mm,
+              "Largest AP allowed; exit with 3 unless AP and its uncertainty stay below it")
+      .check(app::above_zero());
+  command
+      .option("--cube", arguments.cube,
+              "Names of the five poses of the standard's cube [P1,P2,P3,P4,P5, if all are there]")
+      .check(five_names());
+  command.option("--refit", arguments.refit,
+                 "Fit these first, as base,tool for a robot carried to another set-up");
+  command.add_output("--page", arguments.page, "Write a page to print and to sign (HTML) here");
+  command.option("--against", arguments.against,
+                 "Compare with this older certificate of the same robot");
+  command.add_columns(app::kMeasuredPoseColumns);
+}
+
+// Whether the robot file names these readings as an input of its calibration. Standard input cannot
+// be read twice.
+bool knows_readings(const std::string& robot, const Provenance& provenance) {
+  if (robot == "-") return false;
+  return Source(robot).read_all().find(provenance.inputs.back().second) != std::string::npos;
+}
+
+// Runs `work`, and names the file in what it finds wrong.
+template <typename Work>
+auto about_file(const std::string& file, const Work& work) {
+  try {
+    return work();
+  } catch (const std::invalid_argument& error) {
+    throw InputError(file + ": " + error.what());
+  }
+}
+
+int conclude(const app::Command& command, const Certificate& certificate) {
+  const std::string figures =
+      fmt::format("AP {:.4g} mm, its uncertainty {:.4g} mm (k = {:.4g}), RP {:.4g} mm",
+                  certificate.all.ap.value / kMillimetre, certificate.budget.expanded / kMillimetre,
+                  certificate.budget.k, certificate.all.rp.value / kMillimetre);
+  for (const std::string& note : certificate.notes) command.tell(note + "\n");
+  if (!certificate.decision || *certificate.decision == Decision::pass) {
+    command.report(figures + "\n");
+    return app::kSuccess;
+  }
+  command.warn(fmt::format("{}: tolerance {:g} mm, {}", decision_name(*certificate.decision),
+                           *certificate.tolerance / kMillimetre, figures));
+  return app::kNotReached;
+}
+
+int run(app::Command& command, const Arguments& arguments) {
+  Robot robot = command.read_robot(arguments.robot).robot;
+  const About about = command.read_about(arguments.about);
+  std::optional<CertifiedValues> before;
+  if (!arguments.against.empty()) before = command.read_certificate(arguments.against);
+  const Campaign campaign = command.read_campaign(command.input);
+  app::refuse_mistakes(robot, campaign);
+  CertificateOptions options;
+  options.cube = app::split_list(arguments.cube);
+  options.refitted = arguments.refit;
+  options.robot_knows_readings = knows_readings(arguments.robot, command.provenance());
+  if (arguments.tolerance_mm) options.tolerance = *arguments.tolerance_mm * kMillimetre;
+  if (options.robot_knows_readings)
+    command.warn(arguments.robot + ": was made from " + campaign.source +
+                 ": not all poses are held out; measure poses that took no part");
+  if (arguments.refit.empty()) {
+    app::require_sessions(robot, campaign);
+  } else {
+    command.progress("refitting " + arguments.refit);
+    robot = refit_set_up(robot, campaign, app::split_list(arguments.refit));
+  }
+  const Certificate certificate = about_file(campaign.source, [&] {
+    return certify(robot, campaign, evaluate(robot, campaign), about, options);
+  });
+  std::optional<Comparison> comparison;
+  if (before)
+    comparison =
+        about_file(arguments.against, [&] { return compare(*before, values_of(certificate)); });
+  const Provenance provenance = command.provenance();
+  std::vector<Product> products;
+  if (!arguments.page.empty())
+    products.push_back(
+        {arguments.page, certificate_page(certificate, comparison, provenance.inputs)});
+  products.push_back({command.output, write_certificate(certificate, comparison, provenance)});
+  write_outputs(products);
+  return conclude(command, certificate);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  app::Command command(
+      "certify", "Pose accuracy and repeatability after ISO 9283, with a page to sign.",
+      "certify --robot closed.yaml --about about.yaml --tolerance-mm 0.5 visits.csv -o cert.yaml "
+      "--page cert.html");
+  Arguments arguments;
+  add_options(command, arguments);
+  return command.run(argc, argv, [&] { return run(command, arguments); });
+}

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "armtrue/certification/budget.h"
+#include "armtrue/certification/pose_accuracy.h"
+#include "armtrue/effects/robot.h"
+
+namespace armtrue {
+
+/// Who measured what, when and with what. Dates are YYYY-MM-DD.
+struct About {
+  std::string type, serial;  ///< of the robot
+  std::string operator_name, date, place;
+  std::string instrument, instrument_serial, calibrated_until;
+  StatedUncertainty stated;
+  std::optional<double> range;  ///< of the instrument, if stated [m]
+};
+
+struct CertificateOptions {
+  std::optional<double> tolerance;  ///< of AP [m]
+  /// The five poses of the standard's cube; if empty, the poses P1 to P5, if all are there.
+  std::vector<std::string> cube;
+  std::string refitted;               ///< what was fitted to these readings, as base,tool
+  bool robot_knows_readings = false;  ///< the robot file was made from these readings
+};
+
+/// Figures that were found, and what they hold for.
+struct Certificate {
+  About about;
+  std::string robot, refitted;
+  std::optional<double> tolerance;
+  std::optional<Decision> decision;  ///< on the largest AP of all poses; with a tolerance
+  std::optional<SetFigures> cube;
+  SetFigures all;
+  Budget budget;
+  std::vector<PoseFigures> poses;
+  std::vector<std::string> notes;  ///< sentences: what limits the figures
+};
+
+/// Throws std::invalid_argument, with a remedy, if no pose has two visits or a pose of the cube is
+/// not among those judged.
+Certificate certify(const Robot& robot, const Campaign& campaign, const Evaluation& evaluation,
+                    const About& about, const CertificateOptions& options);
+
+/// A value of a certificate with its expanded uncertainty [m].
+struct CertifiedValue {
+  std::string name;  ///< `ap`, `rp`, `cube ap`, `cube rp`, or of a pose: its name
+  double value = 0, expanded = 0;
+};
+
+/// The values that two certificates are compared in: first ap and rp of all poses and of the cube,
+/// then AP of each pose.
+struct CertifiedValues {
+  std::string serial, date;
+  std::vector<CertifiedValue> figures, poses;
+};
+CertifiedValues values_of(const Certificate& certificate);
+
+/// now - before, with U = sqrt(U_now^2 + U_before^2): errors that both have in common count twice,
+/// so the interval is rather too wide.
+struct Difference {
+  std::string name;
+  double before = 0, now = 0, difference = 0, expanded = 0;
+  bool significant = false;  ///< |difference| > expanded
+};
+
+/// Of the values that both have. The expanded uncertainty of the m poses that are compared is
+/// widened to that of a chance of 4.55 % for any of them (Bonferroni).
+struct Comparison {
+  std::string date_before;
+  std::vector<Difference> figures, poses;
+};
+
+/// Throws std::invalid_argument if these are not certificates of one robot.
+Comparison compare(const CertifiedValues& before, const CertifiedValues& now);
+
+}  // namespace armtrue

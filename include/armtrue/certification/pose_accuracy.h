@@ -1,0 +1,91 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "armtrue/calibration/evaluation.h"
+#include "armtrue/campaign/campaign.h"
+
+namespace armtrue {
+
+/// Cycles that ISO 9283:1998 asks for.
+inline constexpr int kStandardCycles = 30;
+
+/// One attained pose and how far it is from the commanded one.
+struct Visit {
+  Eigen::Vector3d attained = Eigen::Vector3d::Zero();    ///< R_A [m]
+  Eigen::Vector3d error = Eigen::Vector3d::Zero();       ///< attained - commanded, R_A [m]
+  std::optional<Eigen::Matrix3d> orientation;            ///< R_A from the measured frame
+  Eigen::Vector3d turn_error = Eigen::Vector3d::Zero();  ///< rotation vector, R_A [rad]
+  Direction arrival{};                                   ///< all 0: not known
+  std::optional<double> time_s;
+};
+
+/// ISO 9283:1998, 7.2 and 7.6, of one pose with n visits x_j, mean x and command c:
+///     AP = |x - c|,  RP = mean(l) + 3 S,  l_j = |x_j - x|,  S^2 = sum (l_j - mean(l))^2 / (n - 1).
+struct PoseFigures {
+  std::string pose;
+  int visits = 0;
+  Eigen::Vector3d ap_axes = Eigen::Vector3d::Zero();  ///< x - c, along the axes of R_A [m]
+  double ap = 0;                                      ///< [m]
+  double rp = 0;                                      ///< [m]
+  /// Standard uncertainty of RP by the number of visits, l normal: S sqrt(1/n + 9 / (2 (n - 1)))
+  /// [m].
+  double rp_std = 0;
+  /// Of the rotation vector, about the axes of R_A [rad]: AP is the mean error, RP is 3 S (the
+  /// standard's +-3 S). Empty without orientations.
+  std::optional<Eigen::Vector3d> ap_turn, rp_turn;
+  int directions = 0;  ///< different directions of arrival, those not known left out
+  /// vAP: largest distance of the means of visits from different directions; of directions with two
+  /// visits or more [m]. Empty if there are not two of them.
+  std::optional<double> vap;
+  /// |AP, RP of the last half of the visits - that of the first half|, in the order of time [m].
+  /// Empty without times and below four visits.
+  std::optional<double> drift_ap, drift_rp;
+  double squared_scatter = 0;  ///< sum of l_j^2 [m^2]
+};
+
+/// Throws std::invalid_argument below two visits.
+PoseFigures pose_figures(const std::string& pose, const std::vector<Visit>& visits);
+
+/// The figures of all poses with two visits or more; a pose that several reflectors or sessions saw
+/// has one entry for each. `evaluation` is that of the campaign. Throws std::invalid_argument if
+/// the campaign has distances instead of points.
+struct CampaignFigures {
+  std::vector<PoseFigures> poses;     ///< in the order of the ids
+  std::vector<std::string> single;    ///< poses with one visit
+  std::vector<std::string> not_left;  ///< poses of which two visits follow each other in the file
+};
+CampaignFigures figures_of(const Campaign& campaign, const Evaluation& evaluation);
+
+/// A largest value and its pose.
+struct Largest {
+  double value = 0;
+  std::string pose;
+};
+
+/// The figures that stand in a certificate: the largest of a set of poses.
+struct SetFigures {
+  int poses = 0;
+  int fewest_visits = 0;
+  Largest ap, rp;
+  double rp_std = 0;                                 ///< of the pose with the largest RP [m]
+  std::optional<Largest> ap_turn, rp_turn;           ///< of any axis, absolute [rad]
+  std::optional<Largest> vap, drift_ap, drift_rp;    ///< [m]
+  double rp_expanded() const { return 2 * rp_std; }  ///< k = 2 [m]
+};
+
+/// Throws std::invalid_argument if there are no poses.
+SetFigures largest_of(const std::vector<PoseFigures>& poses);
+
+/// Standard deviation of a visit about the mean of its pose, per axis, of all poses together [m]:
+/// s^2 = sum of |x_j - x|^2 / f, f = 3 sum (n - 1) degrees of freedom.
+struct Scatter {
+  double deviation = 0;
+  double freedom = 0;
+};
+Scatter scatter_of(const std::vector<PoseFigures>& poses);
+
+}  // namespace armtrue

@@ -1,0 +1,187 @@
+#include "armtrue/certification/certificate.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "armtrue/calibration/prediction.h"
+#include "armtrue/kinematics/units.h"
+#include "armtrue/statistics/distributions.h"
+
+namespace armtrue {
+namespace {
+
+constexpr double kCoverage = 2;  // k of a difference
+
+// The figures of the named poses; empty if one of them is not there and `is_asked` is not set.
+std::vector<PoseFigures> named(const CampaignFigures& found, const std::vector<std::string>& names,
+                               bool is_asked) {
+  std::vector<PoseFigures> list;
+  for (const std::string& name : names) {
+    const auto pose = std::ranges::find(found.poses, name, &PoseFigures::pose);
+    if (pose != found.poses.end()) {
+      list.push_back(*pose);
+      continue;
+    }
+    if (!is_asked) return {};
+    throw std::invalid_argument(
+        std::ranges::count(found.single, name) > 0
+            ? fmt::format("pose '{}' of the cube has one visit; return to it at least once", name)
+            : fmt::format("pose '{}' of the cube is not among the measured poses; correct --cube",
+                          name));
+  }
+  return list;
+}
+
+double largest_range(const Robot& robot, const Campaign& campaign) {
+  double largest = 0;
+  for (const Eigen::Vector3d& point : campaign.position)
+    largest = std::max(largest, (point - instrument_place(robot)).norm());
+  return largest;
+}
+
+std::string first_of(const std::vector<std::string>& names) {
+  constexpr size_t kShown = 5;
+  std::string text;
+  for (size_t k = 0; k < std::min(kShown, names.size()); ++k)
+    text += (k == 0 ? "" : "; ") + names[k];
+  return names.size() > kShown ? text + "; ..." : text;
+}
+
+void add_notes_on_visits(const CampaignFigures& found, Certificate& certificate) {
+  std::vector<std::string>& notes = certificate.notes;
+  if (certificate.all.fewest_visits < kStandardCycles)
+    notes.push_back(
+        fmt::format("ISO 9283 asks for {} cycles; the pose with the fewest visits has {}.",
+                    kStandardCycles, certificate.all.fewest_visits));
+  if (!found.single.empty())
+    notes.push_back(fmt::format("Poses with one visit are not judged: {} ({}).",
+                                found.single.size(), first_of(found.single)));
+  if (!found.not_left.empty())
+    notes.push_back(fmt::format(
+        "Visits follow each other without another pose between, at {} poses ({}): RP holds only if "
+        "the robot left the pose.",
+        found.not_left.size(), first_of(found.not_left)));
+  const auto mixed = std::ranges::count_if(
+      found.poses, [](const PoseFigures& figures) { return figures.directions > 1; });
+  if (mixed > 0)
+    notes.push_back(fmt::format(
+        "The visits of {} poses came from several directions: their RP contains the variation "
+        "between directions, which the RP of the standard does not.",
+        mixed));
+}
+
+void add_notes(const CertificateOptions& options, const Robot& robot, Certificate& certificate) {
+  std::vector<std::string>& notes = certificate.notes;
+  if (!options.refitted.empty())
+    notes.push_back(fmt::format("Fitted to these readings first: {}; AP contains no error of them.",
+                                options.refitted));
+  if (options.robot_knows_readings)
+    notes.push_back(
+        "The robot file was made from this file of readings: not all poses are held out, and AP is "
+        "too small.");
+  if (!robot.uncertainty)
+    notes.push_back("The robot file states no uncertainty: the budget has no row of the model.");
+  if (certificate.all.ap.value < certificate.budget.expanded)
+    notes.push_back(
+        "AP is smaller than its uncertainty: errors of the measurement make it larger.");
+}
+
+// Per axis: a third of the mean square of the length.
+std::optional<double> model_uncertainty(const Robot& robot, const Campaign& campaign) {
+  if (!robot.uncertainty) return std::nullopt;
+  return std::sqrt(mean_square_by_uncertainty(robot, campaign).expected / 3);
+}
+
+void add_figures(const SetFigures& set, double expanded, const std::string& prefix,
+                 std::vector<CertifiedValue>& values) {
+  values.push_back({prefix + "ap", set.ap.value, expanded});
+  values.push_back({prefix + "rp", set.rp.value, set.rp_expanded()});
+}
+
+// Values of equal names, not judged yet.
+std::vector<Difference> differences(const std::vector<CertifiedValue>& before,
+                                    const std::vector<CertifiedValue>& now) {
+  std::vector<Difference> list;
+  for (const CertifiedValue& value : now) {
+    const auto old = std::ranges::find(before, value.name, &CertifiedValue::name);
+    if (old == before.end()) continue;
+    list.push_back({value.name, old->value, value.value, value.value - old->value,
+                    std::hypot(old->expanded, value.expanded), false});
+  }
+  return list;
+}
+
+void judge(std::vector<Difference>& differences, double factor) {
+  for (Difference& difference : differences) {
+    difference.expanded *= factor;
+    difference.significant = std::abs(difference.difference) > difference.expanded;
+  }
+}
+
+}  // namespace
+
+Certificate certify(const Robot& robot, const Campaign& campaign, const Evaluation& evaluation,
+                    const About& about, const CertificateOptions& options) {
+  CampaignFigures found = figures_of(campaign, evaluation);
+  if (found.poses.empty())
+    throw std::invalid_argument(
+        fmt::format("each of the {} poses has one visit only, which shows no repeatability; leave "
+                    "each pose and "
+                    "return to it, ISO 9283 asks for {} cycles, and give the visits the same name "
+                    "in the column "
+                    "pose",
+                    found.single.size(), kStandardCycles));
+  static const std::vector<std::string> kStandardPoses{"P1", "P2", "P3", "P4", "P5"};
+  const std::vector<PoseFigures> cube =
+      named(found, options.cube.empty() ? kStandardPoses : options.cube, !options.cube.empty());
+  Certificate certificate;
+  certificate.about = about;
+  certificate.robot = robot.name;
+  certificate.refitted = options.refitted;
+  certificate.tolerance = options.tolerance;
+  certificate.all = largest_of(found.poses);
+  if (!cube.empty()) certificate.cube = largest_of(cube);
+  const double range = about.range.value_or(largest_range(robot, campaign));
+  certificate.budget =
+      budget_of(about.stated, scatter_of(found.poses), certificate.all.fewest_visits, range,
+                model_uncertainty(robot, campaign));
+  if (options.tolerance)
+    certificate.decision =
+        decide(certificate.all.ap.value, certificate.budget.expanded, *options.tolerance);
+  add_notes_on_visits(found, certificate);
+  add_notes(options, robot, certificate);
+  certificate.poses = std::move(found.poses);
+  return certificate;
+}
+
+CertifiedValues values_of(const Certificate& certificate) {
+  CertifiedValues values{certificate.about.serial, certificate.about.date, {}, {}};
+  const double expanded = certificate.budget.expanded;
+  add_figures(certificate.all, expanded, "", values.figures);
+  if (certificate.cube) add_figures(*certificate.cube, expanded, "cube ", values.figures);
+  for (const PoseFigures& figures : certificate.poses)
+    values.poses.push_back({figures.pose, figures.ap, expanded});
+  return values;
+}
+
+Comparison compare(const CertifiedValues& before, const CertifiedValues& now) {
+  if (before.serial != now.serial)
+    throw std::invalid_argument(
+        fmt::format("is the certificate of the robot with the serial number '{}', not '{}'; give "
+                    "the older certificate of the same robot",
+                    before.serial, now.serial));
+  Comparison comparison{before.date, differences(before.figures, now.figures),
+                        differences(before.poses, now.poses)};
+  judge(comparison.figures, 1);
+  if (comparison.poses.empty()) return comparison;
+  // P(|N(0, 1)| > 2) = 4.55 %, shared by the poses.
+  const double tail = (1 - normal_below(kCoverage)) / static_cast<double>(comparison.poses.size());
+  constexpr double kNormal = 1e6;  // degrees of freedom
+  judge(comparison.poses, student_t_quantile(1 - tail, kNormal) / kCoverage);
+  return comparison;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,189 @@
+#include "armtrue/certification/pose_accuracy.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+
+#include "armtrue/kinematics/pose.h"
+
+namespace armtrue {
+namespace {
+
+struct Repeatability {
+  double rp = 0, std = 0, squares = 0;
+};
+
+Eigen::Vector3d mean_of(const std::vector<Visit>& visits, Eigen::Vector3d Visit::*member) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const Visit& visit : visits) sum += visit.*member;
+  return sum / static_cast<double>(visits.size());
+}
+
+Repeatability repeatability(const std::vector<Visit>& visits) {
+  const auto n = static_cast<double>(visits.size());
+  const Eigen::Vector3d mean = mean_of(visits, &Visit::attained);
+  Eigen::VectorXd l(static_cast<Eigen::Index>(visits.size()));
+  for (Eigen::Index j = 0; j < l.size(); ++j)
+    l[j] = (visits[static_cast<size_t>(j)].attained - mean).norm();
+  const double s = std::sqrt((l.array() - l.mean()).square().sum() / (n - 1));
+  return {l.mean() + 3 * s, s * std::sqrt(1 / n + 9 / (2 * (n - 1))), l.squaredNorm()};
+}
+
+// 3 S of the rotation vectors from the first visit to each, by axis of R_A.
+Eigen::Vector3d turn_repeatability(const std::vector<Visit>& visits) {
+  Eigen::Matrix3Xd turns(3, static_cast<Eigen::Index>(visits.size()));
+  for (Eigen::Index j = 0; j < turns.cols(); ++j)
+    turns.col(j) = rotation_log(*visits[static_cast<size_t>(j)].orientation *
+                                visits.front().orientation->transpose());
+  const Eigen::Vector3d mean = turns.rowwise().mean();
+  return 3 *
+         ((turns.colwise() - mean).rowwise().squaredNorm() / static_cast<double>(turns.cols() - 1))
+             .cwiseSqrt();
+}
+
+void add_directions(const std::vector<Visit>& visits, PoseFigures& figures) {
+  std::map<Direction, std::vector<Visit>> from;
+  for (const Visit& visit : visits)
+    if (visit.arrival != Direction{}) from[visit.arrival].push_back(visit);
+  figures.directions = static_cast<int>(from.size());
+  std::vector<Eigen::Vector3d> means;
+  for (const auto& [direction, group] : from)
+    if (group.size() >= 2) means.push_back(mean_of(group, &Visit::attained));
+  if (means.size() < 2) return;
+  figures.vap = 0.0;
+  for (const Eigen::Vector3d& a : means)
+    for (const Eigen::Vector3d& b : means) figures.vap = std::max(*figures.vap, (a - b).norm());
+}
+
+void add_drift(std::vector<Visit> visits, PoseFigures& figures) {
+  if (visits.size() < 4 || !visits.front().time_s) return;
+  std::ranges::stable_sort(visits, {}, [](const Visit& visit) { return *visit.time_s; });
+  const auto half = static_cast<std::ptrdiff_t>(visits.size() / 2);
+  const std::vector<Visit> first(visits.begin(), visits.begin() + half);
+  const std::vector<Visit> last(visits.end() - half, visits.end());
+  figures.drift_ap =
+      std::abs(mean_of(last, &Visit::error).norm() - mean_of(first, &Visit::error).norm());
+  figures.drift_rp = std::abs(repeatability(last).rp - repeatability(first).rp);
+}
+
+// Pose, session and reflector: one point that the robot comes back to.
+using Place = std::array<int, 3>;
+
+std::string label(const Campaign& campaign, int row) {
+  std::string text = campaign.pose_ids[static_cast<size_t>(campaign.pose[row])];
+  if (!campaign.target.empty()) text += ", " + campaign.target_names[campaign.target[row]];
+  if (campaign.session_names.size() > 1)
+    text += ", session " + campaign.session_names[campaign.session[row]];
+  return text;
+}
+
+Visit visit_of(const Campaign& campaign, const Evaluation& evaluation, int row) {
+  const auto& residual = evaluation.residuals[static_cast<size_t>(row)];
+  Visit visit;
+  visit.attained = campaign.position[row];
+  visit.error = residual.head<3>();
+  if (campaign.has_orientation()) {
+    visit.orientation = campaign.orientation[row].toRotationMatrix();
+    visit.turn_error = residual.tail<3>();
+  }
+  if (!campaign.arrival.empty()) visit.arrival = campaign.arrival[row];
+  if (!campaign.time_s.empty()) visit.time_s = campaign.time_s[row];
+  return visit;
+}
+
+void take_larger(std::optional<Largest>& largest, const std::optional<double>& value,
+                 const std::string& pose) {
+  if (value && (!largest || *value > largest->value)) largest = {*value, pose};
+}
+
+std::optional<double> largest_turn(const std::optional<Eigen::Vector3d>& turn) {
+  if (!turn) return std::nullopt;
+  return turn->cwiseAbs().maxCoeff();
+}
+
+}  // namespace
+
+PoseFigures pose_figures(const std::string& pose, const std::vector<Visit>& visits) {
+  if (visits.size() < 2) throw std::invalid_argument("pose " + pose + " has fewer than two visits");
+  PoseFigures figures;
+  figures.pose = pose;
+  figures.visits = static_cast<int>(visits.size());
+  figures.ap_axes = mean_of(visits, &Visit::error);
+  figures.ap = figures.ap_axes.norm();
+  const Repeatability repeats = repeatability(visits);
+  figures.rp = repeats.rp;
+  figures.rp_std = repeats.std;
+  figures.squared_scatter = repeats.squares;
+  if (visits.front().orientation) {
+    figures.ap_turn = mean_of(visits, &Visit::turn_error);
+    figures.rp_turn = turn_repeatability(visits);
+  }
+  add_directions(visits, figures);
+  add_drift(visits, figures);
+  return figures;
+}
+
+CampaignFigures figures_of(const Campaign& campaign, const Evaluation& evaluation) {
+  if (campaign.has_distances())
+    throw std::invalid_argument("pose accuracy needs points, x_mm, y_mm and z_mm, in all rows");
+  const std::vector<int> order = campaign.pose_by_id();
+  std::map<Place, std::vector<Visit>> visits;
+  std::map<Place, std::string> names;
+  std::map<Place, bool> left;
+  Place previous{-1, -1, -1};
+  for (int row = 0; row < campaign.rows(); ++row) {
+    const Place place{order[static_cast<size_t>(row)],
+                      campaign.target.empty() ? 0 : campaign.target[row],
+                      campaign.session.empty() ? 0 : campaign.session[row]};
+    visits[place].push_back(visit_of(campaign, evaluation, row));
+    names.emplace(place, label(campaign, row));
+    left.emplace(place, true);
+    if (place == previous) left[place] = false;
+    previous = place;
+  }
+  CampaignFigures result;
+  for (const auto& [place, list] : visits) {
+    if (!left[place]) result.not_left.push_back(names[place]);
+    if (list.size() >= 2)
+      result.poses.push_back(pose_figures(names[place], list));
+    else
+      result.single.push_back(names[place]);
+  }
+  return result;
+}
+
+SetFigures largest_of(const std::vector<PoseFigures>& poses) {
+  if (poses.empty()) throw std::invalid_argument("there are no poses");
+  SetFigures set;
+  set.poses = static_cast<int>(poses.size());
+  set.fewest_visits = poses.front().visits;
+  set.ap.value = set.rp.value = -1;
+  for (const PoseFigures& figures : poses) {
+    set.fewest_visits = std::min(set.fewest_visits, figures.visits);
+    if (figures.ap > set.ap.value) set.ap = {figures.ap, figures.pose};
+    if (figures.rp > set.rp.value) {
+      set.rp = {figures.rp, figures.pose};
+      set.rp_std = figures.rp_std;
+    }
+    take_larger(set.ap_turn, largest_turn(figures.ap_turn), figures.pose);
+    take_larger(set.rp_turn, largest_turn(figures.rp_turn), figures.pose);
+    take_larger(set.vap, figures.vap, figures.pose);
+    take_larger(set.drift_ap, figures.drift_ap, figures.pose);
+    take_larger(set.drift_rp, figures.drift_rp, figures.pose);
+  }
+  return set;
+}
+
+Scatter scatter_of(const std::vector<PoseFigures>& poses) {
+  double squares = 0, freedom = 0;
+  for (const PoseFigures& figures : poses) {
+    squares += figures.squared_scatter;
+    freedom += 3.0 * (figures.visits - 1);
+  }
+  if (freedom <= 0) throw std::invalid_argument("there are no repeated visits");
+  return {std::sqrt(squares / freedom), freedom};
+}
+
+}  // namespace armtrue

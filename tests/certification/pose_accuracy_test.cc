@@ -1,0 +1,159 @@
+#include "armtrue/certification/pose_accuracy.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <stdexcept>
+
+#include "armtrue/kinematics/pose.h"
+
+namespace armtrue {
+namespace {
+
+using Eigen::Vector3d;
+using testing::ElementsAre;
+
+constexpr double kTolerance = 1e-12;
+
+Visit visit_at(const Vector3d& error) {
+  Visit visit;
+  visit.attained = Vector3d(1.5, -0.2, 0.9) + error;
+  visit.error = error;
+  return visit;
+}
+
+// Four visits about the barycentre (3, 4, 0) mm from the command.
+std::vector<Visit> four_visits() {
+  const Vector3d mean(3e-3, 4e-3, 0);
+  return {visit_at(mean + Vector3d(1e-3, 0, 0)), visit_at(mean - Vector3d(1e-3, 0, 0)),
+          visit_at(mean + Vector3d(0, 0, 2e-3)), visit_at(mean - Vector3d(0, 0, 2e-3))};
+}
+
+// By hand, mm: AP = sqrt(3^2 + 4^2) = 5. l = 1, 1, 2, 2: mean 1.5, S^2 = 4 x 0.5^2 / 3 = 1/3,
+// RP = 1.5 + 3 / sqrt(3) = 3.232051. S sqrt(1/4 + 9/6) = sqrt(1.75 / 3) = 0.763763.
+TEST(PoseAccuracy, OfFourVisitsIsThatOfTheStandardsFormulas) {
+  const PoseFigures figures = pose_figures("P1", four_visits());
+  EXPECT_EQ(figures.visits, 4);
+  EXPECT_NEAR(figures.ap, 5e-3, kTolerance);
+  EXPECT_NEAR(figures.ap_axes.x(), 3e-3, kTolerance);
+  EXPECT_NEAR(figures.ap_axes.y(), 4e-3, kTolerance);
+  EXPECT_NEAR(figures.ap_axes.z(), 0, kTolerance);
+  EXPECT_NEAR(figures.rp, 3.232050807568877e-3, kTolerance);
+  EXPECT_NEAR(figures.rp_std, 0.7637626158259734e-3, kTolerance);
+  EXPECT_FALSE(figures.vap || figures.drift_ap || figures.ap_turn);
+}
+
+// The error of the prediction may differ between visits; the attained poses repeat exactly.
+TEST(PoseAccuracy, RepeatabilityIsOfAttainedPosesNotOfErrors) {
+  std::vector<Visit> visits{visit_at(Vector3d::Zero()), visit_at(Vector3d::Zero())};
+  visits[0].error.x() = 2e-3;
+  const PoseFigures figures = pose_figures("P1", visits);
+  EXPECT_NEAR(figures.ap, 1e-3, kTolerance);
+  EXPECT_NEAR(figures.rp, 0, kTolerance);
+}
+
+// Turns about z of 1, 2 and 3 mrad: AP_c = 2, S = 1, RP_c = 3 mrad; about x all are -4 mrad off.
+TEST(PoseAccuracy, OfAnglesIsTheirMeanAndThreeDeviations) {
+  std::vector<Visit> visits;
+  const Eigen::Matrix3d command = rotation_from_abc(0.3, -1.1, 2.0);
+  for (double turn : {1e-3, 2e-3, 3e-3}) {
+    Visit visit = visit_at(Vector3d::Zero());
+    visit.turn_error = Vector3d(-4e-3, 0, turn);
+    visit.orientation = rotation_exp({0, 0, turn}) * command;
+    visits.push_back(visit);
+  }
+  const PoseFigures figures = pose_figures("P1", visits);
+  EXPECT_NEAR(figures.ap_turn->x(), -4e-3, kTolerance);
+  EXPECT_NEAR(figures.ap_turn->z(), 2e-3, kTolerance);
+  EXPECT_NEAR(figures.rp_turn->x(), 0, 1e-9);
+  EXPECT_NEAR(figures.rp_turn->z(), 3e-3, 1e-9);
+}
+
+// Means of two directions at (0, 0, 0) and (0.3, 0.4, 0) mm; a third direction has one visit only.
+TEST(PoseAccuracy, VariationBetweenDirectionsIsTheDistanceOfTheirMeans) {
+  std::vector<Visit> visits;
+  const auto add = [&](const Vector3d& error, std::int8_t sign) {
+    visits.push_back(visit_at(error));
+    visits.back().arrival[2] = sign;
+  };
+  add({0.1e-3, 0, 0}, 1);
+  add({-0.1e-3, 0, 0}, 1);
+  add({0.3e-3, 0.5e-3, 0}, -1);
+  add({0.3e-3, 0.3e-3, 0}, -1);
+  add({9e-3, 0, 0}, 0);  // not known
+  EXPECT_NEAR(*pose_figures("P1", visits).vap, 0.5e-3, kTolerance);
+  visits.push_back(visit_at({7e-3, 0, 0}));
+  visits.back().arrival[0] = 1;
+  const PoseFigures figures = pose_figures("P1", visits);
+  EXPECT_NEAR(*figures.vap, 0.5e-3, kTolerance);
+  EXPECT_EQ(figures.directions, 3);
+}
+
+// First two visits: AP 1, RP 0.1 mm (l = 0.1, 0.1). Last two: AP 3, RP 0.4 mm. Not in order.
+TEST(PoseAccuracy, DriftIsThatOfTheLastHalfAgainstTheFirst) {
+  std::vector<Visit> visits{visit_at({3.4e-3, 0, 0}), visit_at({1.1e-3, 0, 0}),
+                            visit_at({2.6e-3, 0, 0}), visit_at({0.9e-3, 0, 0})};
+  const double times[] = {300, 0, 400, 100};
+  for (size_t j = 0; j < 4; ++j) visits[j].time_s = times[j];
+  const PoseFigures figures = pose_figures("P1", visits);
+  EXPECT_NEAR(*figures.drift_ap, 2e-3, kTolerance);
+  EXPECT_NEAR(*figures.drift_rp, 0.3e-3, kTolerance);
+  visits.pop_back();
+  EXPECT_FALSE(pose_figures("P1", visits).drift_ap);
+}
+
+TEST(PoseAccuracy, OfOneVisitIsRefused) {
+  EXPECT_THROW(pose_figures("P1", {visit_at(Vector3d::Zero())}), std::invalid_argument);
+}
+
+// Poses A, B, C; C has one visit, the visits of B follow each other.
+struct ThreePoses {
+  Campaign campaign;
+  Evaluation evaluation;
+
+  ThreePoses() {
+    campaign.pose_ids = {"A", "B", "C"};
+    for (const auto& [pose, error] : std::vector<std::pair<int, double>>{
+             {0, 1e-3}, {1, 5e-3}, {1, 7e-3}, {0, 3e-3}, {2, 9e-3}}) {
+      campaign.pose.push_back(pose);
+      campaign.q.emplace_back(JointVector::Zero());
+      campaign.position.emplace_back(0.5 * pose, error, 0);
+      evaluation.residuals.emplace_back(Eigen::Matrix<double, 6, 1>::Zero());
+      evaluation.residuals.back()[1] = error;
+    }
+  }
+};
+
+TEST(PoseAccuracy, OfACampaignIsByPose) {
+  const ThreePoses readings;
+  const CampaignFigures figures = figures_of(readings.campaign, readings.evaluation);
+  ASSERT_EQ(figures.poses.size(), 2u);
+  EXPECT_NEAR(figures.poses[0].ap, 2e-3, kTolerance);
+  EXPECT_NEAR(figures.poses[1].ap, 6e-3, kTolerance);
+  EXPECT_THAT(figures.single, ElementsAre("C"));
+  EXPECT_THAT(figures.not_left, ElementsAre("B"));
+  const SetFigures all = largest_of(figures.poses);
+  EXPECT_EQ(all.ap.pose, "B");
+  EXPECT_NEAR(all.ap.value, 6e-3, kTolerance);
+  EXPECT_NEAR(all.rp.value, 1e-3, kTolerance);
+  // Each pose: l = 1, 1 mm. s^2 = (2 + 2) / (3 + 3) mm^2.
+  const Scatter scatter = scatter_of(figures.poses);
+  EXPECT_NEAR(scatter.deviation, std::sqrt(4.0 / 6) * 1e-3, kTolerance);
+  EXPECT_EQ(scatter.freedom, 6);
+}
+
+// Two stations see a pose in frames of their own: two entries.
+TEST(PoseAccuracy, SessionsAndReflectorsAreKeptApart) {
+  ThreePoses readings;
+  readings.campaign.session_names = {"day 1", "day 2"};
+  readings.campaign.session = {0, 0, 0, 1, 1};
+  const CampaignFigures figures = figures_of(readings.campaign, readings.evaluation);
+  ASSERT_EQ(figures.poses.size(), 1u);
+  EXPECT_EQ(figures.poses[0].pose, "B, session day 1");
+  EXPECT_THAT(figures.single,
+              ElementsAre("A, session day 1", "A, session day 2", "C, session day 2"));
+}
+
+}  // namespace
+}  // namespace armtrue
