@@ -55,10 +55,10 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.add_columns(app::kMeasuredPoseColumns);
 }
 
-// Whether the robot file names these readings as an input of its calibration. Standard input cannot
-// be read twice.
+// Whether the robot file names these readings as an input of its calibration. Standard input and
+// pipes cannot be read twice.
 bool knows_readings(const std::string& robot, const Provenance& provenance) {
-  if (robot == "-") return false;
+  if (robot == "-" || is_device_or_pipe(robot)) return false;
   return Source(robot).read_all().find(provenance.inputs.back().second) != std::string::npos;
 }
 

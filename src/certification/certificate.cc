@@ -61,14 +61,14 @@ void add_notes_on_visits(const CampaignFigures& found, Certificate& certificate)
                                 found.single.size(), first_of(found.single)));
   if (!found.not_left.empty())
     notes.push_back(fmt::format(
-        "Visits follow each other without another pose between, at {} poses ({}): RP holds only if "
-        "the robot left the pose.",
+        "Poses of which visits follow each other without another pose between: {} ({}). Their RP "
+        "holds only if the robot left the pose.",
         found.not_left.size(), first_of(found.not_left)));
   const auto mixed = std::ranges::count_if(
       found.poses, [](const PoseFigures& figures) { return figures.directions > 1; });
   if (mixed > 0)
     notes.push_back(fmt::format(
-        "The visits of {} poses came from several directions: their RP contains the variation "
+        "Poses whose visits came from several directions: {}. Their RP contains the variation "
         "between directions, which the RP of the standard does not.",
         mixed));
 }

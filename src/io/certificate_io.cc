@@ -57,7 +57,9 @@ void read_instrument_errors(YamlMap& map, About& about) {
       map.fail("mpe_um", "no instrument is without error");
     mpe.finish();
   }
-  if (map.has("range_mm")) about.range = not_negative(map, "range_mm") * kMillimetre;
+  if (!map.has("range_mm")) return;
+  about.range = map.number("range_mm") * kMillimetre;
+  if (*about.range <= 0) map.fail("range_mm", "must be above zero");
 }
 
 void read_instrument(YamlMap map, About& about) {
