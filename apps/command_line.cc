@@ -132,6 +132,11 @@ Option Option::default_shown() const {
   return *this;
 }
 
+Option Option::one_each() const {
+  option_->allow_extra_args(false);
+  return *this;
+}
+
 Option OptionGroup::option(const std::string& names, std::string& value, const std::string& help) {
   return Option(app_->add_option(names, value, help));
 }

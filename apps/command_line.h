@@ -74,6 +74,8 @@ class Option {
   Option check(const Check& check) const;
   /// --help shows the value that the variable has now.
   Option default_shown() const;
+  /// Of an option with several values: each time that it stands it takes one.
+  Option one_each() const;
 
  private:
   CLI::Option* option_;

@@ -412,6 +412,9 @@ std::string write_campaign(const Campaign& campaign) {
   if (!campaign.anchor.empty()) text += ",anchor";
   if (!campaign.arrival.empty())
     for (int j = 0; j < kJoints; ++j) text += ",dir" + std::to_string(j + 1);
+  if (!campaign.session.empty()) text += ",session";
+  if (!campaign.payload_kg.empty()) text += ",payload_kg";
+  for (const std::string& name : campaign.temperature_names) text += ",temp_" + name + "_c";
   text += "\n";
   for (int row = 0; row < campaign.rows(); ++row) {
     text += campaign.pose_ids[campaign.pose[row]];
@@ -431,6 +434,10 @@ std::string write_campaign(const Campaign& campaign) {
     if (!campaign.anchor.empty()) add(campaign.anchor_names[campaign.anchor[row]]);
     if (!campaign.arrival.empty())
       for (int direction : campaign.arrival[row]) add(std::to_string(direction));
+    if (!campaign.session.empty()) add(campaign.session_names[campaign.session[row]]);
+    if (!campaign.payload_kg.empty()) add(number_text(campaign.payload_kg[row]));
+    for (size_t k = 0; k < campaign.temperature_names.size(); ++k)
+      add(number_text(campaign.temperature_c[row][k]));
     text += "\n";
   }
   return text;

@@ -19,8 +19,8 @@ struct CampaignFile {
 /// that stands twice, no measured row at all.
 CampaignFile read_campaign(const std::string& path);
 
-/// The same columns as text; `repeat`, `t_s`, orientation (as A, B, C), target, anchor and arrival
-/// where the campaign has them.
+/// The same columns as text; `repeat`, `t_s`, orientation (as A, B, C), target, anchor, arrival,
+/// session, payload and temperatures where the campaign has them.
 std::string write_campaign(const Campaign& campaign);
 
 }  // namespace armtrue

@@ -1,0 +1,106 @@
+#include "armtrue/io/campaign_io.h"
+#include "armtrue/io/import_io.h"
+#include "armtrue/io/output.h"
+#include "columns.h"
+#include "command_line.h"
+#include "standard_streams.h"
+
+using namespace armtrue;
+
+namespace {
+
+struct Arguments {
+  std::string points, joints;
+  ImportOptions import;
+};
+
+void add_column_options(app::Command& command, ImportOptions& import) {
+  app::OptionGroup columns = command.group("Columns");
+  columns
+      .option("--column", import.columns,
+              "OUR=THEIRS: their column holds our quantity, such as q1_deg=A1; may stand several "
+              "times")
+      .one_each();
+  columns
+      .option("--ignore", import.ignored,
+              "Column left out; x* is all that begin with x; may stand several times")
+      .one_each();
+  columns
+      .option("--unit", import.units,
+              "THEIRS=UNIT: unit of a column that states none; may stand several times")
+      .one_each();
+  columns.option("--length-unit", import.length_unit, "Unit of all lengths that state none")
+      .check(app::one_of({"mm", "cm", "m", "um", "in"}));
+  columns.option("--angle-unit", import.angle_unit, "Unit of all angles that state none")
+      .check(app::one_of({"deg", "rad", "mrad"}));
+  columns.option("--time-unit", import.time_unit, "Unit of all times that state none")
+      .check(app::one_of({"s", "ms", "us", "ns", "min", "h"}));
+  columns
+      .option(
+          "--angles", import.angles,
+          "Convention of orientation angles: abc is Rz(A) Ry(B) Rx(C), rpy is Rz(yaw) Ry(pitch) "
+          "Rx(roll), rotvec is a rotation vector")
+      .check(app::one_of({"abc", "rpy", "rotvec"}));
+  columns
+      .option("--quaternion", import.quaternion,
+              "Order of a quaternion whose columns are only numbered: wxyz or xyzw")
+      .check(app::one_of({"wxyz", "xyzw"}));
+  columns
+      .option("--decimal", import.decimal,
+              "Decimal sign, point or comma; told from the cells if absent")
+      .check(app::one_of({"point", "comma"}));
+}
+
+void add_options(app::Command& command, Arguments& arguments) {
+  command.add_input("A table with joint angles and measured points");
+  command.add_output();
+  app::Option points =
+      command.option("--points", arguments.points, "Table of the instrument, in the place of FILE");
+  app::Option joints = command.option("--joints", arguments.joints,
+                                      "Table of the controller, with the joint angles");
+  points.needs(joints);
+  joints.needs(points);
+  ImportOptions& import = arguments.import;
+  app::OptionGroup join = command.group("Join of two tables");
+  join.option("--join", import.join, "What belongs together: rows of one id, order or time")
+      .needs(joints)
+      .check(app::one_of({"id", "order", "time"}));
+  join.option("--max-gap-s", import.max_gap_s,
+              "By time: largest distance of the joint samples about a point")
+      .check(app::above_zero())
+      .default_shown();
+  join.option("--clock-offset-s", import.clock_offset_s,
+              "By time: is added to the times of the points")
+      .default_shown();
+  join.option("--preset", import.preset,
+              "Format of the controller's table: ur-rtde, as the RTDE client of Universal Robots "
+              "records")
+      .needs(joints)
+      .check(app::one_of({"ur-rtde"}));
+  add_column_options(command, import);
+}
+
+int run(app::Command& command, const Arguments& arguments) {
+  if (!arguments.points.empty() && command.input != "-")
+    throw app::UsageError("FILE '" + command.input +
+                          "' and --points are both given; give one of them");
+  const ImportedReadings readings =
+      arguments.points.empty()
+          ? import_readings(command.input, arguments.import)
+          : import_readings(arguments.points, arguments.joints, arguments.import);
+  write_output(command.output, write_campaign(readings.campaign));
+  if (!command.quiet) app::print_error(readings.mapping);
+  for (const std::string& warning : readings.warnings) command.warn(warning);
+  return app::kSuccess;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  app::Command command("import-readings", "Exported tables to measured poses.",
+                       "import-readings --points tracker.csv --joints controller.csv "
+                       "--angle-unit deg -o measured.csv");
+  Arguments arguments;
+  add_options(command, arguments);
+  return command.run(argc, argv, [&] { return run(command, arguments); });
+}

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "armtrue/io/import_io.h"
+#include "io/import/column_names.h"
+#include "io/import/plain_table.h"
+
+namespace armtrue {
+
+/// ImportOptions with the texts taken apart. Throws InputError for what is malformed.
+class ImportNames {
+ public:
+  explicit ImportNames(const ImportOptions& options);
+
+  /// Adds the names of a preset, for the table with the joint angles.
+  void add_preset(const std::string& preset);
+  bool has_preset() const { return has_preset_; }
+
+  /// True of a header that is known by itself or named by an option.
+  bool is_known(std::string_view header) const;
+  bool is_ignored(const std::string& header) const;
+  /// What an option or the preset says of a column; null if nothing.
+  const std::string* quantity_of(const std::string& header) const;
+  const std::string* unit_of(const std::string& header) const;
+  bool maps(const std::string& quantity) const;
+
+  /// Throws InputError for an option whose column stands in none of the tables.
+  void check_all_found(const std::vector<const PlainTable*>& tables) const;
+
+ private:
+  std::map<std::string, std::string, std::less<>> quantities_, units_;  // by header
+  std::vector<std::string> ignored_;  // a * at the end stands for any text
+  std::vector<std::string> named_;    // by options
+  bool has_preset_ = false;
+};
+
+enum class TableRole {
+  readings,  ///< joint angles and points
+  points,
+  joints,  ///< poses in it are the controller's own and are not taken
+};
+
+struct MappedColumn {
+  int column = 0;
+  double factor = 1;  ///< from the unit of the column to m, rad, s
+  std::string unit;
+};
+
+struct ColumnMapping {
+  std::map<std::string, MappedColumn> columns;  ///< by quantity
+  struct Note {
+    std::string header, why;
+  };
+  std::vector<Note> unused;
+  std::string orientation;  ///< see find_orientation()
+  char decimal_sign = '.';
+  bool decimal_stated = false;
+
+  const MappedColumn* find(const std::string& quantity) const;
+  bool has(const std::string& quantity) const { return find(quantity) != nullptr; }
+};
+
+/// Which column of a table holds which quantity, in which unit. Throws InputError where this can be
+/// told in two ways or not at all.
+ColumnMapping map_columns(const PlainTable& table, TableRole role, const ImportNames& names,
+                          const ImportOptions& options);
+
+/// The mapping for people, one line per column.
+std::string mapping_text(const PlainTable& table, const ColumnMapping& mapping);
+
+}  // namespace armtrue

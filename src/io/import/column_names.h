@@ -1,0 +1,47 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace armtrue {
+
+enum class UnitKind { none, length, angle, time, mass, temperature };
+
+struct ColumnUnit {
+  UnitKind kind = UnitKind::none;
+  double factor = 1;  ///< to m, rad, s, kg or deg C
+};
+
+/// mm, m, in, deg, °, rad, ms, ...; capital letters do not count. Nothing if it is no unit.
+std::optional<ColumnUnit> find_unit(std::string_view text);
+
+/// The name of a column, apart from the unit that it states: `X [mm]`, `x_mm`, `A1 / rad`.
+struct ColumnName {
+  std::string stem;  ///< X
+  std::string unit;  ///< mm; empty if none is stated
+};
+ColumnName column_name(std::string_view header);
+
+/// What armtrue calls a quantity: pose, repeat, session, target, t, date, q1 to q6, x, y, z, a, b,
+/// c, roll, pitch, yaw, rx, ry, rz, qw, qx, qy, qz, quat0 to quat4 (a quaternion whose order the
+/// names do not tell), payload, temp_<where>.
+struct KnownQuantity {
+  std::string name;
+  UnitKind kind = UnitKind::none;
+};
+
+/// The quantity that a column of this header holds, by its name alone.
+std::optional<KnownQuantity> known_quantity(std::string_view header);
+
+/// A quantity as the user writes it before = of --column: q1_deg or q1.
+std::optional<KnownQuantity> stated_quantity(std::string_view ours);
+
+/// Name of the quantity as a column of measured poses: q1_deg, x_mm, t_s.
+std::string our_column(const std::string& quantity);
+
+/// True of a column that may hold an angle or a part of an orientation.
+bool looks_like_angle(std::string_view header, std::string_view unit);
+
+}  // namespace armtrue
