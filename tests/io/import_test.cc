@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "armtrue/io/campaign_io.h"
 #include "armtrue/io/import_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
@@ -154,6 +155,29 @@ TEST(ImportReadings, WhatCanBeReadInTwoWaysIsRefused) {
               HasSubstr("'q0' looks like an angle"));
   EXPECT_THAT(error_of_text("X [mm],Y,Z," + kJoints + "\nm,m,m,,,,,,\n1,2,3,0,0,0,0,0,0\n", kMmDeg),
               HasSubstr("two units"));
+}
+
+TEST(ImportReadings, NamesAboveTheHeaderAreNoHeader) {
+  const std::string text =
+      "Name,Date,Time\nstation,2024-05-03,12:00:00\nX,Y,Z," + kJoints + "\n1,2,3,0,0,0,0,0,0\n";
+  EXPECT_THAT(import_text(text, kMmDeg).mapping, HasSubstr("header in line 3"));
+}
+
+TEST(ImportReadings, WhatTheWriterIsGivenItWrites) {
+  const std::string text =
+      "pose,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,z_mm,session,payload_kg,temp_arm_"
+      "c\n"
+      "a,1,2,3,4,5,6,7,8,9,day 1,120,31.5\nb,2,2,3,4,5,6,7,8,9.5,day 2,0,32\n";
+  EXPECT_EQ(write_campaign(import_text(text).campaign), text);
+}
+
+TEST(ImportReadings, OptionsWithoutTheirColumnsAreRefused) {
+  const std::string text = "X,Y,Z," + kJoints + "\n1,2,3,0,0,0,0,0,0\n";
+  ImportOptions options = kMmDeg;
+  options.angles = "rpy";
+  EXPECT_THAT(error_of_text(text, options), HasSubstr("leave out --angles"));
+  EXPECT_THAT(error_of_text("X,X,Y,Z," + kJoints + "\n1,1,2,3,0,0,0,0,0,0\n", kMmDeg),
+              HasSubstr("'X' stands twice; rename"));
 }
 
 TEST(ImportReadings, ATurnIsNoTime) {

@@ -57,6 +57,10 @@ class Mapper {
     for (auto& [quantity, column] : mapping_.columns) find_unit_of(quantity, column);
     refuse_without_units();
     mapping_.orientation = find_orientation(table_, mapping_, options_);
+    if (role_ != TableRole::joints && mapping_.orientation.empty() && !options_.angles.empty())
+      table_.fail_header("--angles " + options_.angles +
+                         " is given, but no column of an orientation is known; name them, such as "
+                         "--column roll=NAME, or leave out --angles");
     find_decimal_sign();
     return mapping_;
   }
@@ -81,10 +85,12 @@ class Mapper {
     if (role_ == TableRole::joints && is_pose_part(quantity))
       return leave_out(k, "pose of the controller, not measured");
     const auto [place, is_new] = mapping_.columns.insert({quantity, MappedColumn{k, 1, ""}});
-    if (!is_new)
-      table_.fail_header("the columns '" + header(place->second.column) + "' and '" + name +
-                         "' could both be " + our_column(quantity) + "; leave one out: --ignore '" +
-                         name + "'");
+    if (is_new) return;
+    const std::string& first = header(place->second.column);
+    if (first == name)
+      table_.fail_header("the column '" + name + "' stands twice; rename or remove one");
+    table_.fail_header("the columns '" + first + "' and '" + name + "' could both be " +
+                       our_column(quantity) + "; leave one out: --ignore '" + name + "'");
   }
 
   // T is a time only if its unit says so.

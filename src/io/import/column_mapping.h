@@ -20,7 +20,8 @@ class ImportNames {
   void add_preset(const std::string& preset);
   bool has_preset() const { return has_preset_; }
 
-  /// True of a header that is known by itself or named by an option.
+  /// True of a length or an angle that is known by its name, and of what an option names: a header
+  /// has such columns, text above it hardly.
   bool is_known(std::string_view header) const;
   bool is_ignored(const std::string& header) const;
   /// What an option or the preset says of a column; null if nothing.

@@ -71,7 +71,9 @@ void ImportNames::add_preset(const std::string& preset) {
 }
 
 bool ImportNames::is_known(std::string_view header) const {
-  return known_quantity(header) || quantities_.contains(header);
+  const auto quantity = known_quantity(header);
+  return quantities_.contains(header) ||
+         (quantity && (quantity->kind == UnitKind::length || quantity->kind == UnitKind::angle));
 }
 
 bool ImportNames::is_ignored(const std::string& header) const {
