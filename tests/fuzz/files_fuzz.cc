@@ -17,6 +17,7 @@
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/catalogue_io.h"
 #include "armtrue/io/compensation_io.h"
+#include "armtrue/io/import_io.h"
 #include "armtrue/io/path_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/io/urdf_io.h"
@@ -57,6 +58,12 @@ void read_campaign(const std::string& text) {
 
 void read_path(const std::string& text) {
   through_file(text, [](const std::string& name) { armtrue::read_path(name); });
+}
+
+void read_import(const std::string& text) {
+  through_file(text, [](const std::string& name) {
+    armtrue::write_campaign(armtrue::import_readings(name, {}).campaign);
+  });
 }
 
 void read_program(const std::string& text) {
