@@ -84,6 +84,7 @@ int run(app::Command& command, const Arguments& arguments) {
   if (!arguments.points.empty() && command.input != "-")
     throw app::UsageError("FILE '" + command.input +
                           "' and --points are both given; give one of them");
+  command.progress("reading");
   const ImportedReadings readings =
       arguments.points.empty()
           ? import_readings(command.input, arguments.import)
