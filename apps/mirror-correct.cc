@@ -172,7 +172,7 @@ void check_program_out(const app::Command& command, const Arguments& arguments,
   if (arguments.program_out.empty()) command.refuse_named(out);
   check_writable(out);
   if (!program.dat) return;
-  const std::string dat = dat_beside(out, program);
+  const std::string dat = dat_beside(out, program.dat->name);
   command.refuse_named(dat);
   if (same_file(dat, program.dat->name) || same_file(dat, out) || same_file(out, program.dat->name))
     throw InputError(out + ": the data list of the corrected program would be " + dat +

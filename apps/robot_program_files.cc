@@ -8,6 +8,7 @@
 
 #include "armtrue/compensation/program_targets.h"
 #include "armtrue/io/output.h"
+#include "armtrue/io/program_io.h"
 #include "program_arguments.h"
 
 namespace armtrue::app {
@@ -46,13 +47,8 @@ Dialect dialect_of(const RobotProgramFiles& files) {
                    ".urscript); say what it is with --dialect");
 }
 
-// The .dat stands beside the .src, with the same name.
-std::string dat_beside(const std::string& src) {
-  const fs::path path(src);
-  return fs::path(path).replace_extension(path.extension() == ".SRC" ? ".DAT" : ".dat").string();
-}
-
-void refuse_outputs(const RobotProgram& program, const RobotProgramFiles& files) {
+void refuse_outputs(const Command& command, const RobotProgram& program,
+                    const RobotProgramFiles& files) {
   const bool has_dat = program.texts.size() > 1;
   if (!has_name(files.out)) {
     if (!has_dat) return;
@@ -65,7 +61,7 @@ void refuse_outputs(const RobotProgram& program, const RobotProgramFiles& files)
       !wrong.empty())
     throw UsageError("--program-out: " + wrong);
   std::vector<std::string> outputs{files.out};
-  if (has_dat) outputs.push_back(dat_beside(files.out));
+  if (has_dat) outputs.push_back(dat_beside(files.out, program.texts[1].name));
   if (has_dat && same_file(outputs[0], outputs[1]))
     throw UsageError("--program-out: '" + files.out + "' is the name of a .dat; name a .src");
   for (const std::string& output : outputs)
@@ -74,6 +70,7 @@ void refuse_outputs(const RobotProgram& program, const RobotProgramFiles& files)
         throw UsageError("--program-out: '" + output +
                          "' is a file of the program itself; give the corrected program another "
                          "name or folder");
+  if (has_dat) command.refuse_named(outputs[1]);
 }
 
 }  // namespace
@@ -115,7 +112,7 @@ RobotProgram read_robot_program(Command& command, const RobotProgramFiles& files
       throw UsageError("--frame: '" + frame + "' gives a frame that is given already");
   RobotProgram program = parse_program(
       dialect, command.read_program_texts(files.path, files.dat, dialect == Dialect::krl), known);
-  refuse_outputs(program, files);
+  refuse_outputs(command, program, files);
   return program;
 }
 
@@ -135,7 +132,8 @@ bool write_robot_program(const Command& command, const RobotProgram& program,
   command.tell(fmt::format("{}: {} points changed, {} moves left alone\n", program.texts[0].name,
                            rewritten.changed, program.left_alone));
   std::vector<Product> products;
-  if (rewritten.texts.size() > 1) products.push_back({dat_beside(files.out), rewritten.texts[1]});
+  if (rewritten.texts.size() > 1)
+    products.push_back({dat_beside(files.out, program.texts[1].name), rewritten.texts[1]});
   products.push_back({files.out, rewritten.texts[0]});
   write_outputs(products);
   return is_followed;

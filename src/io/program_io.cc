@@ -48,16 +48,15 @@ KrlProgram read_krl(const std::string& src, const std::string& dat) {
   return program;
 }
 
-std::string dat_beside(const std::string& src, const KrlProgram& original) {
-  const std::string ending =
-      original.dat ? std::filesystem::path(original.dat->name).extension().string() : "";
+std::string dat_beside(const std::string& src, const std::string& original) {
+  const std::string ending = std::filesystem::path(original).extension().string();
   return std::filesystem::path(src).replace_extension(ending.empty() ? ".dat" : ending).string();
 }
 
 // The .src is the last, because it refers to the points of the .dat.
 void write_krl(const CorrectedKrl& corrected, const KrlProgram& original, const std::string& src) {
   std::vector<Product> products;
-  if (corrected.dat) products.push_back({dat_beside(src, original), *corrected.dat});
+  if (corrected.dat) products.push_back({dat_beside(src, original.dat->name), *corrected.dat});
   products.push_back({src, corrected.src});
   write_outputs(products);
 }

@@ -12,8 +12,8 @@ namespace armtrue {
 KrlProgram read_krl(const std::string& src, const std::string& dat = "");
 
 /// The name of the data list of a program that is written to `src`: that name with the ending of
-/// the list of the original program, .dat if it has none.
-std::string dat_beside(const std::string& src, const KrlProgram& original);
+/// `original`, the list of the original program, .dat if that has none.
+std::string dat_beside(const std::string& src, const std::string& original);
 
 /// Writes a corrected program to `src` and its data list to dat_beside(): both or none. Throws
 /// OutputError.

@@ -10,6 +10,8 @@
 namespace armtrue {
 namespace {
 
+constexpr const char* kNull = "null";  // among texts
+
 const char* basis_name(SeriesBasis basis) {
   switch (basis) {
     case SeriesBasis::cosine:
@@ -63,7 +65,11 @@ std::string coefficient_unit(const Effect& effect, ParameterUnit moved) {
 
 YAML::Node flow_map(const std::vector<std::pair<std::string, std::string>>& entries) {
   YAML::Node node(YAML::NodeType::Map);
-  for (const auto& [key, value] : entries) node[key] = value;
+  for (const auto& [key, value] : entries)
+    if (value == kNull)
+      node[key] = YAML::Node(YAML::NodeType::Null);  // as a text it would be quoted
+    else
+      node[key] = value;
   return flow(node);
 }
 
@@ -78,7 +84,7 @@ std::string rounded(double value) {
   return fmt::format("{:.4g}", value);
 }
 
-std::string rounded_or_null(double value) { return std::isfinite(value) ? rounded(value) : "null"; }
+std::string rounded_or_null(double value) { return std::isfinite(value) ? rounded(value) : kNull; }
 
 YAML::Node error_node(const ErrorSummary& errors, double unit) {
   return flow_map({{"mean", rounded(errors.mean / unit)},
