@@ -116,14 +116,24 @@ void drop_superfluous(const ChangeProblem& problem, Explanation& current) {
 Explanation find_moves(const ChangeProblem& problem) {
   Explanation current = explain(problem, {});
   const double independent = 1;  // the scatter of the poses is known once what moved is taken out
-  while (problem.p_value(current.moved, current.fit, independent) < kChangeSignificance &&
-         current.moved.size() < kMaxMoves) {
+  while (current.moved.size() < kMaxMoves) {
     Explanation more = each_beside(problem, current.moved).front();
     if (more.bic >= current.bic) break;
+    if (problem.p_value(current.moved, current.fit, independent) >= kChangeSignificance &&
+        p_value(problem, current, more, current.moved.size()) >= kChangeSignificance)
+      break;
     current = std::move(more);
     exchange(problem, current);
   }
   return current;
+}
+
+// Probability of the largest fall of chi-square by any single move, were there none.
+double p_of_any_move(const ChangeProblem& problem, const Explanation& nothing) {
+  double least = 1;
+  for (const Explanation& moved : each_beside(problem, {}))
+    least = std::min(least, p_value(problem, nothing, moved, 0));
+  return least;
 }
 
 Move tested(const ChangeProblem& problem, const Explanation& explanation, size_t which,
@@ -183,7 +193,9 @@ ChangeResult detect_change(const Robot& calibrated, const ReadingSigma& spread,
   Explanation found = find_moves(problem);
   // How poses scatter where nothing has moved is seen once what may have moved is taken out.
   const double overdispersion = problem.overdispersion(found.fit);
-  result.p_value = problem.p_value({}, nothing.fit, overdispersion);
+  // The readings as a whole grow blind to one parameter as they grow in number.
+  result.p_value = std::min(1.0, 2 * std::min(problem.p_value({}, nothing.fit, overdispersion),
+                                              p_of_any_move(problem, nothing)));
   result.holds = result.p_value >= kChangeSignificance;
   if (result.holds)
     found = nothing;

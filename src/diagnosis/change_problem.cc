@@ -57,6 +57,16 @@ std::vector<int> shown(Robot robot, const std::vector<int>& parameters, const Ca
   return choose_identifiable(robot, campaign).kept;
 }
 
+// Degrees of freedom of the spread that the previous calibration left. Readings of a pose share the
+// error of the model there, so each pose counts once.
+double freedom_of_spread(const Robot& previous) {
+  constexpr double kSpreadIsExact = 1e9;
+  if (!previous.uncertainty) return kSpreadIsExact;
+  const Uncertainty& known = *previous.uncertainty;
+  const double axes = known.reading.orientation > 0 ? 6 : 3;
+  return std::max(1.0, axes * known.poses - static_cast<double>(known.parameters.size()));
+}
+
 }  // namespace
 
 ChangeProblem::ChangeProblem(const Robot& previous, const Campaign& campaign,
@@ -337,7 +347,8 @@ std::vector<Move> ChangeProblem::stations(const Fit& fitted) const {
 double ChangeProblem::p_value(const std::vector<int>& moved, const Fit& fitted,
                               double overdispersion) const {
   const double freedom = std::max(1.0, degrees_of_freedom_ - moves_in(moved));
-  return chi_squared_above(fitted.loss / overdispersion, freedom / overdispersion);
+  return fisher_f_above(fitted.loss / freedom, freedom / overdispersion,
+                        freedom_of_spread(previous_));
 }
 
 double ChangeProblem::overdispersion(const Fit& fitted) const {

@@ -11,7 +11,7 @@
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/parameters.h"
 
-namespace armtrue {
+namespace armtrue::calibration_test {
 namespace {
 
 using testing::AllOf;
@@ -297,4 +297,4 @@ TEST(Calibration, SomeOfManyPosesTellTheStandardDeviations) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::calibration_test

@@ -18,7 +18,7 @@
 #include "calibration/carried_campaign.h"
 #include "kinematics/jet_chain.h"
 
-namespace armtrue {
+namespace armtrue::distance_test {
 namespace {
 
 using testing::Contains;
@@ -406,4 +406,4 @@ TEST(Distance, WithoutItsAnchorIsAnError) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::distance_test

@@ -13,7 +13,7 @@
 #include "armtrue/io/robot_io.h"
 #include "support/oracle.h"
 
-namespace armtrue {
+namespace armtrue::evaluation_test {
 namespace {
 
 constexpr const char* kSpindle = ARMTRUE_CONFIG "/robots/kr360-spindle.yaml";
@@ -119,4 +119,4 @@ TEST(LackOfFit, IsClearWhereAnEffectIsHidden) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::evaluation_test

@@ -7,7 +7,7 @@
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/io/robot_io.h"
 
-namespace armtrue {
+namespace armtrue::fold_test {
 namespace {
 
 struct Setting {
@@ -74,4 +74,4 @@ TEST(Fold, WeightIsTheDerivativeOfTheLoss) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::fold_test

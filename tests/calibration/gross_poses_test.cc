@@ -14,7 +14,7 @@
 #include "armtrue/statistics/random.h"
 #include "armtrue/statistics/summary.h"
 
-namespace armtrue {
+namespace armtrue::gross_poses_test {
 namespace {
 
 Robot shipped(const std::string& name) {
@@ -169,4 +169,4 @@ TEST(GrossPoses, ExchangedJointRowsAreNamed) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::gross_poses_test

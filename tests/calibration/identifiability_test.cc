@@ -9,7 +9,7 @@
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/evaluator.h"
 
-namespace armtrue {
+namespace armtrue::identifiability_test {
 namespace {
 
 using testing::Contains;
@@ -145,4 +145,4 @@ TEST(Identifiability, AnUnknownNameIsAnError) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::identifiability_test

@@ -13,7 +13,7 @@
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 
-namespace armtrue {
+namespace armtrue::instrument_test {
 namespace {
 
 Effect effect(const std::string& parameter, const Driver& driver, ShapeKind shape,
@@ -132,4 +132,4 @@ TEST(Instrument, GoesWithTheSession) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::instrument_test

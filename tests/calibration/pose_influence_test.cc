@@ -4,7 +4,7 @@
 
 #include <Eigen/QR>
 
-namespace armtrue {
+namespace armtrue::pose_influence_test {
 namespace {
 
 Eigen::MatrixXd orthonormal(int rows, int columns) {
@@ -40,4 +40,4 @@ TEST(Unfitted, WhatOnlyOnePoseShowsStaysZero) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::pose_influence_test

@@ -11,7 +11,7 @@
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/parameters.h"
 
-namespace armtrue {
+namespace armtrue::prior_test {
 namespace {
 
 Robot shipped(const std::string& name) {
@@ -190,4 +190,4 @@ TEST(Families, WithoutMassesFollowTheGeometryThatIsFound) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::prior_test

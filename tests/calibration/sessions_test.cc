@@ -10,7 +10,7 @@
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/parameters.h"
 
-namespace armtrue {
+namespace armtrue::sessions_test {
 namespace {
 
 Robot shipped(const std::string& name) {
@@ -360,4 +360,4 @@ TEST(Sessions, ArrivalIsTakenWithinThem) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::sessions_test

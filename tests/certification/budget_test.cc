@@ -8,7 +8,7 @@
 #include "armtrue/certification/certificate.h"
 #include "armtrue/statistics/random.h"
 
-namespace armtrue {
+namespace armtrue::budget_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -180,4 +180,4 @@ TEST(Comparison, OfAnotherRobotIsRefused) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::budget_test

@@ -8,7 +8,7 @@
 
 #include "armtrue/kinematics/pose.h"
 
-namespace armtrue {
+namespace armtrue::pose_accuracy_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -156,4 +156,4 @@ TEST(PoseAccuracy, SessionsAndReflectorsAreKeptApart) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::pose_accuracy_test

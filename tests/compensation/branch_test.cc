@@ -4,7 +4,7 @@
 
 #include "compensation/second_arm.h"
 
-namespace armtrue {
+namespace armtrue::branch_test {
 namespace {
 
 using armtrue_oracle::Uniform;
@@ -97,4 +97,4 @@ TEST(SingularWrist, IsEnteredSmoothly) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::branch_test

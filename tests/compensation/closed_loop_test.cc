@@ -11,7 +11,7 @@
 #include "armtrue/statistics/summary.h"
 #include "compensation/second_arm.h"
 
-namespace armtrue {
+namespace armtrue::closed_loop_test {
 namespace {
 
 using armtrue_oracle::CampaignPlan;
@@ -164,4 +164,4 @@ TEST(ClosedLoop, TheDriftOfTheTrackerStaysWithTheTracker) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::closed_loop_test

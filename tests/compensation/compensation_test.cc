@@ -6,7 +6,7 @@
 
 #include "compensation/second_arm.h"
 
-namespace armtrue {
+namespace armtrue::compensation_test {
 namespace {
 
 using armtrue_oracle::HiddenEffect;
@@ -446,4 +446,4 @@ TEST(Compensation, SessionsWithZerosOfTheirOwnMustBeNamed) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::compensation_test

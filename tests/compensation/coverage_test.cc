@@ -4,7 +4,7 @@
 
 #include "compensation/second_arm.h"
 
-namespace armtrue {
+namespace armtrue::coverage_test {
 namespace {
 
 using armtrue_oracle::OracleArm;
@@ -106,4 +106,4 @@ TEST(Coverage, NamesWhatTheReadingsDoNotCover) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::coverage_test

@@ -8,7 +8,7 @@
 #include "compensation/near_posture.h"
 #include "compensation/second_arm.h"
 
-namespace armtrue {
+namespace armtrue::error_map_test {
 namespace {
 
 using armtrue_oracle::HiddenEffect;
@@ -390,4 +390,4 @@ TEST(ErrorMapSummary, SaysWhichDirectionErrs) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::error_map_test

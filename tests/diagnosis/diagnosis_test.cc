@@ -15,7 +15,7 @@
 #include "armtrue/statistics/random.h"
 #include "armtrue/statistics/summary.h"
 
-namespace armtrue {
+namespace armtrue::diagnosis_test {
 namespace {
 
 Robot shipped(const std::string& name) {
@@ -156,4 +156,4 @@ TEST(Diagnosis, MistakesAreNamedWhateverTheTool) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::diagnosis_test

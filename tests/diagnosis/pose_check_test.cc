@@ -9,7 +9,7 @@
 #include "armtrue/kinematics/conventions.h"
 #include "armtrue/kinematics/units.h"
 
-namespace armtrue {
+namespace armtrue::pose_check_test {
 namespace {
 
 const JointVector kBent = (JointVector() << 0.3, -1.2, 1.4, 0.5, 0.7, -0.9).finished();
@@ -105,4 +105,4 @@ TEST_F(PoseCheck, ForeignLengthsAreNotExplainedAway) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::pose_check_test

@@ -15,7 +15,7 @@
 #include "armtrue/kinematics/pose.h"
 #include "armtrue/kinematics/units.h"
 
-namespace armtrue {
+namespace armtrue::silent_numbers_test {
 namespace {
 
 using testing::Contains;
@@ -168,4 +168,4 @@ TEST(SilentNumbers, RowsInAnotherOrderThanTheVisitsAreNoMistake) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::silent_numbers_test

@@ -10,7 +10,7 @@
 #include "armtrue/kinematics/parameters.h"
 #include "support/oracle.h"
 
-namespace armtrue {
+namespace armtrue::effects_test {
 namespace {
 
 const std::string kRobotFile = ARMTRUE_CONFIG "/robots/kr360-spindle.yaml";
@@ -226,4 +226,4 @@ TEST(RobotModel, WhatItLacksIsNamed) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::effects_test

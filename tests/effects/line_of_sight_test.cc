@@ -9,7 +9,7 @@
 #include "armtrue/effects/arrival.h"
 #include "armtrue/kinematics/units.h"
 
-namespace armtrue {
+namespace armtrue::line_of_sight_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -90,4 +90,4 @@ TEST(Arrival, StrokesAddUpUntilTheJointReverses) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::line_of_sight_test

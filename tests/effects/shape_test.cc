@@ -7,7 +7,7 @@
 
 #include "armtrue/effects/driver.h"
 
-namespace armtrue {
+namespace armtrue::shape_test {
 namespace {
 
 std::vector<double> values(const Shape& shape, double x) {
@@ -126,4 +126,4 @@ TEST(Shape, ProductSeriesHoldsEveryProduct) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::shape_test

@@ -6,7 +6,7 @@
 #include "armtrue/text/input_error.h"
 #include "io/temporary_file.h"
 
-namespace armtrue {
+namespace armtrue::campaign_io_test {
 namespace {
 
 constexpr const char* kHeader = "pose,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,z_mm";
@@ -182,4 +182,4 @@ TEST(CampaignIo, WhatIsWrittenReadsBackTheSame) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::campaign_io_test

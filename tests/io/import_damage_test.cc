@@ -15,7 +15,7 @@
 #include "armtrue/text/input_error.h"
 #include "io/temporary_file.h"
 
-namespace armtrue {
+namespace armtrue::import_damage_test {
 namespace {
 
 constexpr int kColumns = 10, kRows = 5;
@@ -191,4 +191,4 @@ TEST(ImportDamage, ADamagedTableIsReadRightOrRefusedWithItsLine) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::import_damage_test

@@ -12,7 +12,7 @@
 #include "io/import/plain_cell.h"
 #include "io/temporary_file.h"
 
-namespace armtrue {
+namespace armtrue::import_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -350,4 +350,4 @@ TEST(ImportPreset, TheRecordOfTheRtdeClientGivesJointsInRadians) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::import_test

@@ -18,7 +18,7 @@
 
 #include "io/temporary_file.h"
 
-namespace armtrue {
+namespace armtrue::output_test {
 namespace {
 
 std::string text_of(const std::string& path) {
@@ -163,4 +163,4 @@ TEST(Output, AFolderThatIsNotThereIsAnError) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::output_test

@@ -6,7 +6,7 @@
 #include "armtrue/text/input_error.h"
 #include "io/temporary_file.h"
 
-namespace armtrue {
+namespace armtrue::path_io_test {
 namespace {
 
 PathFile read(const std::string& text, KeepRows keep = KeepRows::no) {
@@ -85,4 +85,4 @@ TEST(PathIo, WrittenPathsReadBackToANanometre) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::path_io_test

@@ -10,7 +10,7 @@
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/text/input_error.h"
 
-namespace armtrue {
+namespace armtrue::robot_io_test {
 namespace {
 
 std::string text_of(const std::string& name) {
@@ -261,4 +261,4 @@ TEST(RobotIo, ErrorsOfACatalogueNameLineAndKey) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::robot_io_test

@@ -17,7 +17,7 @@
 #include "armtrue/kinematics/evaluator.h"
 #include "armtrue/text/input_error.h"
 
-namespace armtrue {
+namespace armtrue::urdf_io_test {
 namespace {
 
 void expect_same_arm(const Robot& a, const Robot& b) {
@@ -250,4 +250,4 @@ TEST(Urdf, WhatIsNoArmIsAnError) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::urdf_io_test

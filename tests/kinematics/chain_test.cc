@@ -12,7 +12,7 @@
 #include "kinematics/places.h"
 #include "support/random_chain.h"
 
-namespace armtrue {
+namespace armtrue::chain_test {
 namespace {
 
 using armtrue_oracle::Uniform;
@@ -268,4 +268,4 @@ TEST(Parameters, NamesFindTheirIndexAndMoveWhatTheySay) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::chain_test

@@ -10,7 +10,7 @@
 #include "support/oracle.h"
 #include "support/random_chain.h"
 
-namespace armtrue {
+namespace armtrue::inverse_test {
 namespace {
 
 using armtrue_oracle::Uniform;
@@ -90,4 +90,4 @@ TEST(Inverse, FromSeveralStartsTheSolutionNearestToTheMiddleOfTheTravel) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::inverse_test

@@ -12,7 +12,7 @@
 
 #include "kinematics/places.h"
 
-namespace armtrue {
+namespace armtrue::pose_test {
 namespace {
 
 using Eigen::Matrix3d;
@@ -214,4 +214,4 @@ TEST(Pose, KukaAnglesAreThoseThatMadeTheRotation) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::pose_test

@@ -6,7 +6,7 @@
 #include <random>
 #include <stdexcept>
 
-namespace armtrue {
+namespace armtrue::accuracy_test {
 namespace {
 
 // Along x at 1 m/s, a sample every 10 mm.
@@ -161,4 +161,4 @@ TEST(PathErrors, ReductionIsThatOfTheMean) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::accuracy_test

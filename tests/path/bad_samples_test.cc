@@ -13,7 +13,7 @@
 #include "armtrue/path/mirror/mirror.h"
 #include "plant_pass.h"
 
-namespace armtrue {
+namespace armtrue::bad_samples_test {
 namespace {
 
 using Eigen::Index;
@@ -413,4 +413,4 @@ TEST(BadSamples, AReadingThatIsHeldUntilTheNextIsNone) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::bad_samples_test

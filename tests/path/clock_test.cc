@@ -10,7 +10,7 @@
 #include "armtrue/path/registration/unit_check.h"
 #include "plant_pass.h"
 
-namespace armtrue {
+namespace armtrue::clock_test {
 namespace {
 
 using ::testing::ContainsRegex;
@@ -208,4 +208,4 @@ TEST(Clock, NamesTimesInAnotherUnit) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::clock_test

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-namespace armtrue {
+namespace armtrue::engagement_test {
 namespace {
 
 constexpr double kPeriod = 0.032;
@@ -115,4 +115,4 @@ TEST(Engagement, NothingIsFoundInAirNorAlwaysInTheMaterialNorInASpike) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::engagement_test

@@ -14,7 +14,7 @@
 #include "armtrue/io/robot_io.h"
 #include "support/oracle.h"
 
-namespace armtrue {
+namespace armtrue::force_law_test {
 namespace {
 
 using Random = std::mt19937_64;
@@ -293,4 +293,4 @@ TEST(DeviationFromForce, EqualsTheComplianceOfKdl) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::force_law_test

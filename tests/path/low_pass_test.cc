@@ -7,7 +7,7 @@
 
 #include "path/smoothing_spline.h"
 
-namespace armtrue {
+namespace armtrue::low_pass_test {
 namespace {
 
 constexpr double kRate = 31.25, kCutoff = 1.5625;
@@ -77,4 +77,4 @@ TEST(SmoothingSpline, KeepsStraightLinesAndShortRecords) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::low_pass_test

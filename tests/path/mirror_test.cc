@@ -12,7 +12,7 @@
 #include "armtrue/kinematics/units.h"
 #include "plant_pass.h"
 
-namespace armtrue {
+namespace armtrue::mirror_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -343,4 +343,4 @@ TEST(Mirror, RefusesACutoffThatTheRecordIsTooShortFor) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::mirror_test

@@ -12,7 +12,7 @@
 #include "armtrue/path/mirror/mirror.h"
 #include "path/plant_pass.h"
 
-namespace armtrue {
+namespace armtrue::path_force_test {
 namespace {
 
 struct Registered {
@@ -163,4 +163,4 @@ TEST(ForceOfAPass, TheErrorOfAFittedClockIsInTheIntervals) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::path_force_test

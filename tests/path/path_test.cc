@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace armtrue {
+namespace armtrue::path_test {
 namespace {
 
 // Stands, moves along x, stands, moves along y, stands.
@@ -35,4 +35,4 @@ TEST(Path, APathThatStandsHasNoTangent) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::path_test

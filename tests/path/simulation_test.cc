@@ -11,7 +11,7 @@
 #include "armtrue/kinematics/units.h"
 #include "support/oracle.h"
 
-namespace armtrue {
+namespace armtrue::simulation_test {
 namespace {
 
 const std::string kSoft = ARMTRUE_CONFIG "/robots/kr360-roughing.yaml";
@@ -221,4 +221,4 @@ TEST(SimulatePass, NoiseAndLossesAreAsLargeAsAsked) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::simulation_test

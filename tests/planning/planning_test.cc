@@ -11,7 +11,7 @@
 #include "armtrue/calibration/identifiability.h"
 #include "armtrue/io/robot_io.h"
 
-namespace armtrue {
+namespace armtrue::planning_test {
 namespace {
 
 constexpr double kNoisePosition = 0.095e-3, kNoiseOrientation = 0.15e-3;
@@ -251,4 +251,4 @@ TEST(Planning, SaysWhatCannotBePlanned) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::planning_test

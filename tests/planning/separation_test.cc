@@ -22,7 +22,7 @@
 #include "armtrue/tracing/tracing.h"
 #include "support/oracle.h"
 
-namespace armtrue {
+namespace armtrue::separation_test {
 namespace {
 
 const std::string kNominal = ARMTRUE_CONFIG "/robots/kr360-spindle.yaml";
@@ -369,4 +369,4 @@ TEST(SeparationPlan, RefusesWhatThePosesDoNotHold) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::separation_test

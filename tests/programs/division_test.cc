@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace armtrue {
+namespace armtrue::division_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -86,4 +86,4 @@ TEST(Division, AMillionKnotsAreNoMatter) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::division_test

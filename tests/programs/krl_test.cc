@@ -19,7 +19,7 @@
 #include "armtrue/text/input_error.h"
 #include "io/temporary_file.h"
 
-namespace armtrue {
+namespace armtrue::krl_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -578,4 +578,4 @@ RC_GTEST_PROP(Krl, AnyProgramOfLinesAndArcsFollowsTheCorrectedPath, ()) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::krl_test

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-namespace armtrue {
+namespace armtrue::matching_test {
 namespace {
 
 using Eigen::Index;
@@ -127,4 +127,4 @@ RC_GTEST_PROP(Matching, NoChoiceInOrderIsBetter, ()) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::matching_test

@@ -12,7 +12,7 @@
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
 
-namespace armtrue {
+namespace armtrue::robot_program_test {
 namespace {
 
 using testing::AllOf;
@@ -411,4 +411,4 @@ TEST(RobotProgramTest, DamagedProgramsNeverCrash) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::robot_program_test

@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-namespace armtrue {
+namespace armtrue::cross_validation_test {
 namespace {
 
 constexpr int kPoses = 100, kRowSize = 3, kUnknowns = 6;
@@ -62,4 +62,4 @@ TEST(CrossValidation, IsNotDecidedByAPoseThatNoOtherStandsFor) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::cross_validation_test

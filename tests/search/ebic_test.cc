@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace armtrue {
+namespace armtrue::ebic_test {
 namespace {
 
 // m ln(1 / (1 - gain / before)) - k ln m - 2 ln(choices), with numbers that a pocket calculator
@@ -35,4 +35,4 @@ TEST(EbicFall, IsLowestWithoutAColumnAndFiniteWhereNothingIsLeft) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::ebic_test

@@ -11,7 +11,7 @@
 #include "search/ebic.h"
 #include "tracing/linear_problem.h"
 
-namespace armtrue {
+namespace armtrue::projection_test {
 namespace {
 
 constexpr double kFloat = 1e-5;  // relative: values of candidates are floats
@@ -192,4 +192,4 @@ TEST(BestFirst, KeepsTheOrderOfScoresThatDifferByRounding) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::projection_test

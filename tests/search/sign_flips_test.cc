@@ -10,7 +10,7 @@
 #include "armtrue/statistics/summary.h"
 #include "tracing/linear_problem.h"
 
-namespace armtrue {
+namespace armtrue::sign_flips_test {
 namespace {
 
 constexpr int kFlips = 99;
@@ -125,4 +125,4 @@ TEST(SignFlips, ArePrefixesOfEachOther) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::sign_flips_test

@@ -7,7 +7,7 @@
 #include <random>
 #include <stdexcept>
 
-namespace armtrue {
+namespace armtrue::autocorrelated_regression_test {
 namespace {
 
 using Random = std::mt19937_64;
@@ -167,4 +167,4 @@ TEST(AutocorrelatedRegression, RefusesWhatCannotBeSolved) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::autocorrelated_regression_test

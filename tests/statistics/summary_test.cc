@@ -6,7 +6,7 @@
 #include <random>
 #include <stdexcept>
 
-namespace armtrue {
+namespace armtrue::summary_test {
 namespace {
 
 TEST(Statistics, SummaryOfAKnownSample) {
@@ -41,4 +41,4 @@ TEST(Statistics, RobustDeviationIsConsistentAndIgnoresBlunders) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::summary_test

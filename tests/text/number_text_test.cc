@@ -8,7 +8,7 @@
 
 #include "armtrue/kinematics/units.h"
 
-namespace armtrue {
+namespace armtrue::number_text_test {
 namespace {
 
 TEST(NumberText, IsTheShortestThatReadsBack) {
@@ -33,4 +33,4 @@ RC_GTEST_PROP(NumberText, FileValuesSurviveTheirUnit, (int thousandths)) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::number_text_test

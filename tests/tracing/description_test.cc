@@ -4,7 +4,7 @@
 
 #include "armtrue/io/robot_io.h"
 
-namespace armtrue {
+namespace armtrue::description_test {
 namespace {
 
 using testing::ElementsAre;
@@ -65,4 +65,4 @@ TEST(Description, SaysWhereTheInstrumentMayErr) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::description_test

@@ -12,7 +12,7 @@
 #include "armtrue/tracing/description.h"
 #include "armtrue/tracing/loop.h"
 
-namespace armtrue {
+namespace armtrue::family_test {
 namespace {
 
 const std::string kNominal = ARMTRUE_CONFIG "/robots/kr360-spindle.yaml";
@@ -109,4 +109,4 @@ TEST(Families, AreTheSumOfTheirMembers) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::family_test

@@ -20,7 +20,7 @@
 #include "armtrue/tracing/effect_curve.h"
 #include "tracing/hidden_campaign.h"
 
-namespace armtrue {
+namespace armtrue::loop_test {
 namespace {
 
 const std::string kNominal = ARMTRUE_CONFIG "/robots/kr360-spindle.yaml";
@@ -582,4 +582,4 @@ TEST(FamilyWiseP, IsCalibratedOnNull) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::loop_test

@@ -10,7 +10,7 @@
 #include "armtrue/tracing/loop.h"
 #include "tracing/hidden_campaign.h"
 
-namespace armtrue {
+namespace armtrue::nested_validation_test {
 namespace {
 
 const std::string kNominal = ARMTRUE_CONFIG "/robots/kr360-spindle.yaml";
@@ -108,4 +108,4 @@ TEST(NestedValidation, NeedsAtLeastTwoFoldsAndAPoseForEach) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::nested_validation_test

@@ -17,7 +17,7 @@
 #include "armtrue/tracing/loop.h"
 #include "tracing/hidden_campaign.h"
 
-namespace armtrue {
+namespace armtrue::order_test {
 namespace {
 
 const std::string kNominal = ARMTRUE_CONFIG "/robots/kr360-spindle.yaml";
@@ -274,4 +274,4 @@ TEST(Arrival, FollowsTheTimesWhereThereAreSome) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::order_test

@@ -20,7 +20,7 @@
 #include "path/plant_pass.h"
 #include "support/oracle.h"
 
-namespace armtrue {
+namespace armtrue::pass_test {
 namespace {
 
 using armtrue_oracle::OracleArm;
@@ -127,4 +127,4 @@ TEST(PassOfAnArm, ShowsWhichJointsTheForceTurns) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::pass_test

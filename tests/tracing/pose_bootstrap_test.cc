@@ -11,7 +11,7 @@
 #include "search/linearization.h"
 #include "tracing/hidden_campaign.h"
 
-namespace armtrue {
+namespace armtrue::pose_bootstrap_test {
 namespace {
 
 const std::string kNominal = ARMTRUE_CONFIG "/robots/kr360-spindle.yaml";
@@ -206,4 +206,4 @@ TEST(CovarianceByPose, HoldsPriorKnowledge) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::pose_bootstrap_test

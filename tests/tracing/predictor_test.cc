@@ -12,7 +12,7 @@
 #include "armtrue/tracing/loop.h"
 #include "tracing/hidden_campaign.h"
 
-namespace armtrue {
+namespace armtrue::predictor_test {
 namespace {
 
 const std::string kNominal = ARMTRUE_CONFIG "/robots/kr360-spindle.yaml";
@@ -78,4 +78,4 @@ TEST(Remainder, HarmsNothingWhereNothingIsHidden) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::predictor_test

@@ -11,7 +11,7 @@
 #include "armtrue/tracing/loop.h"
 #include "tracing/hidden_campaign.h"
 
-namespace armtrue {
+namespace armtrue::sessions_test {
 namespace {
 
 const std::string kNominal = ARMTRUE_CONFIG "/robots/kr360-spindle.yaml";
@@ -177,4 +177,4 @@ TEST(Sessions, ARemasteredJointHasItsOwnZeroOffset) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::sessions_test

@@ -15,7 +15,7 @@
 #include "calibration/session_models.h"
 #include "search/linearization.h"
 
-namespace armtrue {
+namespace armtrue::variance_shares_test {
 namespace {
 
 double left_by(const Eigen::MatrixXd& columns, const Eigen::VectorXd& response) {
@@ -190,4 +190,4 @@ TEST(VarianceShares, OfAFitAreThoseBesideItsGeometry) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::variance_shares_test

@@ -36,7 +36,7 @@ struct Move {
 
 struct ChangeResult {
   bool holds = true;
-  double p_value = 1;         ///< of the residuals if nothing has moved
+  double p_value = 1;         ///< of the residuals, as a whole and by move, if nothing has moved
   ReadingSigma sigma;         ///< standard deviation of the readings that the test used, per axis
   std::vector<int> blunders;  ///< rows, left out of the test
   /// The moves that together explain the readings, in the order of discovery. Empty if the
@@ -60,21 +60,25 @@ struct ChangeResult {
 /// the model error there, so together they count as one reading. A move adds an unknown with no
 /// prior.
 ///
-/// Test. The calibration holds unless the probability of the chi-square of r under that covariance
-/// is below kChangeSignificance. If the poses' own chi-squares, once the best moves are fitted,
-/// scatter more than those of independent readings, the chi-square law is rescaled by that
-/// overdispersion (Satterthwaite 1946): an arm that comes to rest elsewhere moves all readings of a
-/// pose. For the same reason the standard deviation of a move is the larger of that of independent
+/// Test. Two probabilities, the smaller times two: that of the chi-square of r under that
+/// covariance, and that of the largest fall of it by any single move, since a chi-square of all
+/// readings grows blind to one parameter as they grow in number. The calibration holds unless
+/// `p_value` is below kChangeSignificance. The spread is itself an estimate, of the n poses and k
+/// unknowns of the previous calibration, so the first law is an F with axes * n - k degrees of
+/// freedom in the denominator. If the poses' own chi-squares, once the best moves are fitted,
+/// scatter more than those of independent readings, that law is rescaled by the overdispersion
+/// (Satterthwaite 1946): an arm that comes to rest elsewhere moves all readings of a pose. For the
+/// same reason the standard deviation of a move is the larger of that of independent
 /// readings and that clustered by pose (see calibrate()), its interval is Student's with poses - 1
 /// degrees of freedom, and its probability the larger of that of chi-square and that of an F with
 /// as many.
 ///
-/// Search. While the probability of the rest is below kChangeSignificance and fewer than four moves
-/// are taken, the move with the lowest BIC is added, and each taken move is exchanged for another
-/// if that lowers BIC. In the end a move is dropped if the probability of its fall of chi-square,
-/// times the number of hypotheses, is not below kChangeSignificance. A hypothesis that, in the
-/// place of a taken move, is worse by less than 6 in BIC cannot be distinguished from it (Kass,
-/// Raftery, "Bayes factors", 1995: strong evidence).
+/// Search. While the probability of the rest, or that of the next move's fall, is below
+/// kChangeSignificance and fewer than four moves are taken, the move with the lowest BIC is added,
+/// and each taken move is exchanged for another if that lowers BIC. In the end a move is dropped if
+/// the probability of its fall of chi-square, times the number of hypotheses, is not below
+/// kChangeSignificance. A hypothesis that, in the place of a taken move, is worse by less than 6 in
+/// BIC cannot be distinguished from it (Kass, Raftery, "Bayes factors", 1995: strong evidence).
 ///
 /// Blunders are found under Student's t with 4 degrees of freedom, in the hypothesis (nothing or
 /// one move) that is best under that law, so that a move is not taken for blunders nor blunders for
