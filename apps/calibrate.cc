@@ -53,8 +53,8 @@ void add_options(app::Command& command, Arguments& arguments) {
 
 // weight_by_zone() multiplies the sigma of a reading at the distance d outside a sphere of radius r
 // by sqrt(1 + (d / r)^2). The smallest factor shows how far outside the nearest reading lies.
-WeightedZone weight_readings_by_zone(const app::Command& command, Campaign& campaign,
-                                     const Robot& robot, const Zone& zone) {
+WeightedZone weight_readings_by_zone(app::Command& command, Campaign& campaign, const Robot& robot,
+                                     const Zone& zone) {
   Campaign weighted = campaign;
   weighted.sigma_position.assign(static_cast<size_t>(campaign.rows()), 1.0);
   weight_by_zone(weighted, robot, zone);
@@ -102,7 +102,7 @@ void report_near_nominal(const app::Command& command, const CalibrationResult& r
                  "\n");
 }
 
-void warn_of_gross_poses(const app::Command& command, const std::vector<GrossPose>& gross) {
+void warn_of_gross_poses(app::Command& command, const std::vector<GrossPose>& gross) {
   for (const GrossPose& pose : gross)
     command.warn(fmt::format("pose {} is off as a whole, by {:.4g} mm, and takes no part: {}",
                              pose.id, pose.off / kMillimetre, pose.likely));
@@ -116,7 +116,7 @@ int run(app::Command& command, const Arguments& arguments) {
     robot.identify_per_session = app::split_list(arguments.identify_per_session);
   robot.free_links = arguments.no_priors;
   const Campaign all = command.read_campaign(command.input);
-  app::refuse_mistakes(robot, all);
+  app::refuse_mistakes(command, robot, all);
   command.progress("identifying");
   const std::vector<GrossPose> gross = find_gross_poses(robot, all);
   Campaign campaign = without_gross(all, gross);

@@ -72,7 +72,7 @@ auto about_file(const std::string& file, const Work& work) {
   }
 }
 
-int conclude(const app::Command& command, const Certificate& certificate) {
+int conclude(app::Command& command, const Certificate& certificate) {
   const std::string figures =
       fmt::format("AP {:.4g} mm, its uncertainty {:.4g} mm (k = {:.4g}), RP {:.4g} mm",
                   certificate.all.ap.value / kMillimetre, certificate.budget.expanded / kMillimetre,
@@ -93,7 +93,7 @@ int run(app::Command& command, const Arguments& arguments) {
   std::optional<CertifiedValues> before;
   if (!arguments.against.empty()) before = command.read_certificate(arguments.against);
   const Campaign campaign = command.read_campaign(command.input);
-  app::refuse_mistakes(robot, campaign);
+  app::refuse_mistakes(command, robot, campaign);
   CertificateOptions options;
   options.cube = app::split_list(arguments.cube);
   options.refitted = arguments.refit;

@@ -76,7 +76,7 @@ std::string agreements_text(const std::vector<Agreement>& agreements, const Argu
   return text;
 }
 
-void warn_of_travel(const app::Command& command, const Robot& robot, const JointVector& q) {
+void warn_of_travel(app::Command& command, const Robot& robot, const JointVector& q) {
   for (size_t j = 0; j < kJoints; ++j) {
     const Link& link = robot.chain.links[j];
     const double angle = q[static_cast<Eigen::Index>(j)];

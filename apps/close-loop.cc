@@ -96,7 +96,7 @@ void check_apart(const Campaign& training, const Campaign& test) {
 Measured read_measured(app::Command& command, const Arguments& arguments, const Robot& robot) {
   Measured measured;
   measured.all = command.read_campaign(command.input);
-  app::refuse_mistakes(robot, measured.all);
+  app::refuse_mistakes(command, robot, measured.all);
   if (arguments.test.empty()) {
     measured.split = arguments.held_out_region
                          ? split_by_region(robot, measured.all, arguments.held_out, command.seed)
@@ -106,7 +106,7 @@ Measured read_measured(app::Command& command, const Arguments& arguments, const 
   } else {
     measured.training = measured.all;
     measured.held_out = command.read_campaign(arguments.test);
-    app::refuse_mistakes(robot, measured.held_out);
+    app::refuse_mistakes(command, robot, measured.held_out);
     check_apart(measured.training, measured.held_out);
   }
   return measured;

@@ -7,6 +7,7 @@
 #include <unordered_set>
 
 #include "armtrue/diagnosis/diagnosis.h"
+#include "armtrue/diagnosis/frame_change.h"
 #include "armtrue/diagnosis/log_check.h"
 #include "armtrue/io/catalogue_io.h"
 #include "armtrue/io/program_io.h"
@@ -87,27 +88,29 @@ std::vector<ProgramText> Command::read_program_texts(const std::string& path,
   return texts;
 }
 
-void Command::warn_of_unknown(const std::vector<std::string>& columns) const {
+void Command::warn_of_unknown(const std::vector<std::string>& columns) {
   if (columns.empty()) return;
   std::string list;
   for (const std::string& column : columns) list += (list.empty() ? "" : ", ") + column;
   warn("columns not used: " + list);
 }
 
-Provenance Command::provenance() const { return {name_, ARMTRUE_VERSION, inputs_}; }
+Provenance Command::provenance() const { return {name_, ARMTRUE_VERSION, inputs_, warnings_}; }
 
-void Command::warn_if_calibrated(const Robot& robot, const std::string& path) const {
+void Command::warn_if_calibrated(const Robot& robot, const std::string& path) {
   if (robot.std.empty() && !robot.uncertainty) return;
   warn(path +
        ": is calibrated already; what it states as nominal are results of other readings, and "
        "errors of those stay: give the nominal robot, if you have it");
 }
 
-void refuse_mistakes(const Robot& robot, const Campaign& campaign) {
+void refuse_mistakes(Command& command, const Robot& robot, const Campaign& campaign) {
   if (const LogFindings findings = check_travel(robot, campaign); !findings.errors.empty())
     throw InputError(campaign.source + ": " + findings.errors.front());
   if (const auto findings = diagnose(robot, campaign); !findings.empty())
     throw InputError(campaign.source + ": " + findings.front());
+  if (const auto suspicion = find_frame_change(robot, campaign))
+    command.warn(campaign.source + ": " + *suspicion);
 }
 
 void require_sessions(const Robot& robot, const Campaign& campaign) {

@@ -340,7 +340,8 @@ void Command::check_outputs() const {
   }
 }
 
-void Command::warn(const std::string& message) const {
+void Command::warn(const std::string& message) {
+  warnings_.push_back(message);
   if (!quiet) print_error(name_ + ": " + printable(message) + "\n");
 }
 

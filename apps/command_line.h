@@ -140,8 +140,8 @@ class Command : public OptionGroup {
   /// becomes a message on stderr and an exit code.
   int run(int argc, char** argv, const std::function<int()>& work);
 
-  /// A message on stderr, unless -q.
-  void warn(const std::string& message) const;
+  /// A message on stderr, unless -q; it stands in the provenance of what is written after it, too.
+  void warn(const std::string& message);
   /// A text on stderr, only with -v.
   void tell(const std::string& message) const;
   /// A result on stderr: on a terminal unless -q, elsewhere only with -v.
@@ -155,7 +155,7 @@ class Command : public OptionGroup {
   /// begin where --new-session-at-s says so. Call refuse_mistakes() on the result.
   Campaign read_campaign(const std::string& path);
   /// Warns if a robot that should be nominal is the result of a calibration.
-  void warn_if_calibrated(const Robot& robot, const std::string& path) const;
+  void warn_if_calibrated(const Robot& robot, const std::string& path);
   /// Unknown columns are named, unless the rows are kept for the output.
   PathFile read_path(const std::string& path, KeepRows keep = KeepRows::no);
   /// All columns are kept for the output.
@@ -180,18 +180,19 @@ class Command : public OptionGroup {
   void refuse_named(const std::string& path, const std::string& name, const CLI::Option* own) const;
   void check_outputs() const;
   void begin_new_sessions(Campaign& campaign, bool is_input) const;
-  void warn_of_unknown(const std::vector<std::string>& columns) const;
+  void warn_of_unknown(const std::vector<std::string>& columns);
 
   std::string name_, example_, columns_;
   std::vector<const CLI::Option*> outputs_;
   std::vector<std::pair<std::string, std::string>> inputs_;
+  std::vector<std::string> warnings_;
   double started_ = 0;
   bool progress_shown_ = false, has_input_ = false;
 };
 
-/// Throws InputError if the numbers of a campaign show a mistake of units, frames or signs. The
-/// diagnosis calibrates the robot if the readings lie far from it.
-void refuse_mistakes(const Robot& robot, const Campaign& campaign);
+/// Throws InputError if the numbers of a campaign show a mistake of units, frames or signs, and
+/// warns of what may be one. The diagnosis calibrates the robot.
+void refuse_mistakes(Command& command, const Robot& robot, const Campaign& campaign);
 
 /// Throws InputError if the robot file has sessions, but not all of the campaign.
 void require_sessions(const Robot& robot, const Campaign& campaign);

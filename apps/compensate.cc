@@ -100,7 +100,7 @@ std::vector<std::string> assumptions(const Arguments& arguments) {
   return list;
 }
 
-void warn_of_notes(const app::Command& command, const std::vector<CorrectedTarget>& targets,
+void warn_of_notes(app::Command& command, const std::vector<CorrectedTarget>& targets,
                    const ProgramFile& file) {
   for (CommandNote note : command_notes()) {
     std::string names;

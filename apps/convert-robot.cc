@@ -46,7 +46,7 @@ bool is_xml(const std::string& text) {
   return first != std::string::npos && text[first] == '<';
 }
 
-void explain_base(const app::Command& command, const std::string& text, const std::string& file,
+void explain_base(app::Command& command, const std::string& text, const std::string& file,
                   const UrdfEnds& ends) {
   for (const std::string& link : frames_beside_base(text, file, ends))
     command.warn(file + ": R_A is the frame of '" +
@@ -55,7 +55,7 @@ void explain_base(const app::Command& command, const std::string& text, const st
                  "', give --base " + link);
 }
 
-void warn_of_shift(const app::Command& command, const char* what, const char* where,
+void warn_of_shift(app::Command& command, const char* what, const char* where,
                    const FrameShift& shift) {
   if (shift.distance < kLargeShift && shift.angle < kLargeTurn) return;
   command.warn(
@@ -64,7 +64,7 @@ void warn_of_shift(const app::Command& command, const char* what, const char* wh
                   what, shift.distance / kMillimetre, shift.angle / kDegree, where, what));
 }
 
-std::string into_urdf(const app::Command& command, const Robot& robot, const Arguments& arguments) {
+std::string into_urdf(app::Command& command, const Robot& robot, const Arguments& arguments) {
   Source source(arguments.into);
   const std::string document = source.read_all();
   const PatchedUrdf patched =

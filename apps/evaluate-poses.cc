@@ -37,7 +37,7 @@ void add_options(app::Command& command, Arguments& arguments) {
 int run(app::Command& command, const Arguments& arguments) {
   Robot robot = command.read_robot(arguments.robot).robot;
   const Campaign campaign = command.read_campaign(command.input);
-  app::refuse_mistakes(robot, campaign);
+  app::refuse_mistakes(command, robot, campaign);
   if (arguments.refit.empty()) {
     app::require_sessions(robot, campaign);
   } else {

@@ -313,7 +313,7 @@ std::vector<std::string> assumptions(const Arguments& arguments) {
               "; the program's frame is " + place(arguments.base, "R_0, the robot foot") + "."};
 }
 
-void warn_of_notes(const app::Command& command, const ErrorMap& map) {
+void warn_of_notes(app::Command& command, const ErrorMap& map) {
   for (CommandNote note : map_notes()) {
     const int count = count_of(map, note);
     if (count == 0) continue;

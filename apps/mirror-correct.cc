@@ -181,9 +181,8 @@ void check_program_out(const app::Command& command, const Arguments& arguments,
   check_writable(dat);
 }
 
-void correct_program(const app::Command& command, const Arguments& arguments,
-                     const KrlProgram& program, const Path& programmed,
-                     const Eigen::Matrix3Xd& corrected) {
+void correct_program(app::Command& command, const Arguments& arguments, const KrlProgram& program,
+                     const Path& programmed, const Eigen::Matrix3Xd& corrected) {
   KrlCorrectionOptions options;
   options.spacing = arguments.spacing_mm * kMillimetre;
   const CorrectedKrl rewritten = correct_krl(program, programmed, corrected, options);
@@ -200,7 +199,7 @@ std::vector<PathFile> read_passes(app::Command& command, const std::vector<std::
 
 // A record that is named twice looks like two passes that agree; the program, named as a record,
 // looks like a pass without deviation.
-void warn_of_the_same(const app::Command& command, const std::vector<const PathFile*>& files) {
+void warn_of_the_same(app::Command& command, const std::vector<const PathFile*>& files) {
   for (size_t i = 0; i < files.size(); ++i)
     for (size_t k = 0; k < i; ++k)
       if (files[i]->sha256 == files[k]->sha256)
@@ -226,8 +225,7 @@ std::string describe_bad(const PathFile& pass, const std::vector<BadSample>& bad
   return text + (bad.size() > kNamed ? ", ..." : "");
 }
 
-void warn_of_bad(const app::Command& command, const PathFile& pass,
-                 const std::vector<BadSample>& bad) {
+void warn_of_bad(app::Command& command, const PathFile& pass, const std::vector<BadSample>& bad) {
   if (!bad.empty())
     command.warn(describe_bad(pass, bad) + "; left out; check the line of sight of the instrument");
 }
@@ -238,7 +236,7 @@ void warn_of_bad(const app::Command& command, const PathFile& pass,
                    "sight, or empty the position of the rows without one");
 }
 
-MirrorResult correct(const app::Command& command, const Path& programmed,
+MirrorResult correct(app::Command& command, const Path& programmed,
                      const std::vector<PathFile>& passes, const MirrorOptions& options) {
   try {
     MirrorResult result = mirror_correct(programmed, paths(passes), options);
@@ -251,7 +249,7 @@ MirrorResult correct(const app::Command& command, const Path& programmed,
 }
 
 // Paths of the earlier passes, which are only compared with, without their bad samples.
-std::vector<Path> without_bad(const app::Command& command, const Path& programmed,
+std::vector<Path> without_bad(app::Command& command, const Path& programmed,
                               const std::vector<PathFile>& passes) {
   std::vector<Path> good;
   for (const PathFile& pass : passes) {
@@ -264,7 +262,7 @@ std::vector<Path> without_bad(const app::Command& command, const Path& programme
 }
 
 // A stretch that no sample covers is not corrected; a gap inside a record is interpolated.
-void warn_of_gaps(const app::Command& command, const MirrorResult& result) {
+void warn_of_gaps(app::Command& command, const MirrorResult& result) {
   if (result.unrecorded > 0)
     command.warn(fmt::format(
         "{} samples in motion lie before or after the record and are not corrected; record from "

@@ -78,7 +78,7 @@ bool determines(const PlanQuality& quality) { return std::isfinite(quality.cloud
 
 // With too few poses the expected error has no bound. Whether a number of poses is enough does not
 // depend on which they are, so random poses show the smallest number that is.
-void warn_of_too_few(const app::Command& command, const PosePlanner& planner, int count) {
+void warn_of_too_few(app::Command& command, const PosePlanner& planner, int count) {
   int enough = count + 1;
   while (enough < kCloudSize && !determines(planner.quality(planner.random(enough, command.seed))))
     ++enough;
@@ -142,7 +142,7 @@ std::vector<InseparableSet> inseparable_sets(const SeparationPlan& plan) {
   return sets;
 }
 
-void warn_of_inseparable(const app::Command& command, const SeparationPlan& plan) {
+void warn_of_inseparable(app::Command& command, const SeparationPlan& plan) {
   for (const auto& [effects, readings] : inseparable_sets(plan))
     command.warn(fmt::format(
         "no poses tell apart {}: refitted they predict alike{}{}", fmt::join(effects, ", "),
@@ -184,7 +184,7 @@ int run(app::Command& command, const Arguments& arguments) {
   Campaign given;
   if (!arguments.given.empty()) {
     given = command.read_campaign(arguments.given);
-    app::refuse_mistakes(robot, given);
+    app::refuse_mistakes(command, robot, given);
   }
   command.progress("planning");
   return arguments.separate.empty()

@@ -116,7 +116,7 @@ RobotProgram read_robot_program(Command& command, const RobotProgramFiles& files
   return program;
 }
 
-bool write_robot_program(const Command& command, const RobotProgram& program,
+bool write_robot_program(Command& command, const RobotProgram& program,
                          std::vector<CorrectedTarget>& targets, const RobotProgramFiles& files) {
   const ProgramCommands commands = program_commands(program, targets);
   RewrittenProgram rewritten = rewrite(program, commands.list);

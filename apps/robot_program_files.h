@@ -24,7 +24,7 @@ RobotProgram read_robot_program(Command& command, const RobotProgramFiles& files
 
 /// Writes the program with the corrections, warns of what could not be followed, and returns
 /// whether there was nothing of the kind.
-bool write_robot_program(const Command& command, const RobotProgram& program,
+bool write_robot_program(Command& command, const RobotProgram& program,
                          std::vector<CorrectedTarget>& targets, const RobotProgramFiles& files);
 
 }  // namespace armtrue::app

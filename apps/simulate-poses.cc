@@ -67,7 +67,7 @@ SimulationOptions simulation_options(const Arguments& arguments, std::uint64_t s
 }
 
 // A real controller refuses such targets.
-void warn_beyond_travel(const app::Command& command, const std::string& file,
+void warn_beyond_travel(app::Command& command, const std::string& file,
                         const std::vector<JointTarget>& targets, const KinematicChain& chain) {
   const auto beyond = [&](const JointTarget& target) {
     return joint_beyond_travel(chain, target.q) >= 0;

@@ -37,7 +37,7 @@ void add_options(app::Command& command, Arguments& arguments) {
 
 // Standard deviation of the residuals of the previous calibration; without one, the noise of the
 // instrument.
-ReadingSigma residual_spread(const RobotFile& previous, const app::Command& command) {
+ReadingSigma residual_spread(const RobotFile& previous, app::Command& command) {
   if (previous.residual_spread) {
     command.tell(previous.name + ": spread of the readings from its calibration\n");
     return *previous.residual_spread;
@@ -73,7 +73,7 @@ std::string explanation(const ChangeResult& result) {
 int report_change(app::Command& command, const std::string& path) {
   const RobotFile previous = command.read_robot(path);
   const Campaign campaign = command.read_campaign(command.input);
-  app::refuse_mistakes(previous.robot, campaign);
+  app::refuse_mistakes(command, previous.robot, campaign);
   const ChangeResult result =
       detect_change(previous.robot, residual_spread(previous, command), campaign);
   for (int row : result.blunders)
@@ -90,7 +90,7 @@ int report_change(app::Command& command, const std::string& path) {
 int rank_candidates(app::Command& command, const Arguments& arguments) {
   const Robot robot = command.read_robot(arguments.robot).robot;
   const Campaign campaign = command.read_campaign(command.input);
-  app::refuse_mistakes(robot, campaign);
+  app::refuse_mistakes(command, robot, campaign);
   TraceOptions options;
   options.seed = command.seed;
   options.beyond_catalogue = !arguments.only_catalogue;

@@ -13,6 +13,14 @@ constexpr long kMinPosesOfSession = 30;  // enough for a base and a few offsets 
 
 }  // namespace
 
+std::vector<int> evenly_chosen(const std::vector<int>& rows, long count) {
+  const auto available = static_cast<long>(rows.size());
+  const long kept = std::min(available, count);
+  std::vector<int> chosen;
+  for (long i = 0; i < kept; ++i) chosen.push_back(rows[i * available / kept]);
+  return chosen;
+}
+
 std::vector<int> thinned_rows(const Campaign& campaign, int count) {
   std::map<std::array<int, 3>, std::vector<int>> alike;  // by session, target and quantity
   const auto of = [](const std::vector<int>& column, int row) {
@@ -23,10 +31,11 @@ std::vector<int> thinned_rows(const Campaign& campaign, int count) {
         row);
   std::vector<int> chosen;
   for (const auto& [key, rows] : alike) {
-    const long available = static_cast<long>(rows.size());
+    const auto available = static_cast<long>(rows.size());
     const long share = count * available / campaign.rows();
     const long kept = std::min(available, std::max<long>(share, kMinAlike));
-    for (long i = 0; i < kept; ++i) chosen.push_back(rows[i * available / kept]);
+    const std::vector<int> own = evenly_chosen(rows, kept);
+    chosen.insert(chosen.end(), own.begin(), own.end());
   }
   std::sort(chosen.begin(), chosen.end());
   return chosen;

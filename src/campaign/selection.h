@@ -6,6 +6,9 @@
 
 namespace armtrue {
 
+/// `count` of some rows, evenly drawn; all, if they are fewer.
+std::vector<int> evenly_chosen(const std::vector<int>& rows, long count);
+
 /// About `count` rows, evenly drawn from the rows of each session, target and quantity; at least 50
 /// of each, if there are as many, so that every base, target and anchor can still be located.
 std::vector<int> thinned_rows(const Campaign& campaign, int count);

@@ -16,6 +16,7 @@
 #include "armtrue/statistics/summary.h"
 #include "calibration/placement.h"
 #include "calibration/registration.h"
+#include "campaign/selection.h"
 #include "campaign/sessions.h"
 #include "diagnosis/mixed_rows.h"
 
@@ -227,11 +228,7 @@ std::vector<std::string> diagnose(const Robot& given, const Campaign& all) {
   const std::vector<int>& own =
       *std::max_element(sessions.begin(), sessions.end(),
                         [](const auto& a, const auto& b) { return a.size() < b.size(); });
-  const long available = static_cast<long>(own.size());
-  const long looked_at = std::min<long>(available, kRowsLookedAt);
-  std::vector<int> rows;
-  for (long i = 0; i < looked_at; ++i) rows.push_back(own[i * available / looked_at]);
-  const Campaign campaign = all.select(rows);
+  const Campaign campaign = all.select(evenly_chosen(own, kRowsLookedAt));
   const Robot robot = robot_at_row(given, campaign, 0);
   std::vector<std::string> findings;
   if (campaign.rows() < 4) return findings;  // a base fits any three points

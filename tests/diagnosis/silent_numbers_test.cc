@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "armtrue/diagnosis/diagnosis.h"
+#include "armtrue/diagnosis/frame_change.h"
 #include "armtrue/diagnosis/log_check.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/robot_io.h"
@@ -33,6 +34,7 @@ std::vector<std::string> all_findings(const Robot& robot, const Campaign& campai
     all.insert(all.end(), found.errors.begin(), found.errors.end());
     all.insert(all.end(), found.warnings.begin(), found.warnings.end());
   }
+  if (const auto frame = find_frame_change(robot, campaign)) all.push_back(*frame);
   return all;
 }
 
@@ -95,6 +97,18 @@ Campaign with_reset_clock() {
   return campaign;
 }
 
+// The rows that `later` chooses in a frame that is turned and shifted.
+Campaign in_two_frames(const std::function<bool(const Campaign&, int row)>& later) {
+  Campaign campaign = tutorial();
+  const Eigen::AngleAxisd turned(0.2 * kDegree, Eigen::Vector3d::UnitZ());
+  for (int row = 0; row < campaign.rows(); ++row) {
+    if (!later(campaign, row)) continue;
+    campaign.position[row] = turned * campaign.position[row] + Eigen::Vector3d(2e-3, 0, 0);
+    campaign.orientation[row] = turned * campaign.orientation[row];
+  }
+  return campaign;
+}
+
 struct Mistake {
   std::string name;
   Campaign campaign;
@@ -134,6 +148,16 @@ std::vector<Mistake> mistakes() {
       {"the clock in hours", with_clock([](double t) { return t / 3600; }),
        "does it count minutes or hours?"},
       {"directions negated", in_order_of_time_with_negated_directions(), "is their sign wrong"},
+      {"the later half in another frame",
+       in_two_frames([](const Campaign& c, int row) { return c.time_s[row] > 2000; }),
+       "in the order of the times, the readings lie in another frame"},
+      {"the last lines in another frame",
+       in_two_frames([](const Campaign& c, int row) { return 3 * row > 2 * c.rows(); }),
+       "the readings lie in another frame"},
+      {"the higher poses in another frame", in_two_frames([](const Campaign& c, int row) {
+         return std::stoi(c.pose_ids[c.pose[row]]) > 30;
+       }),
+       "in the order of the poses, the readings lie in another frame"},
       {"rows doubled", doubled(true), "hold the same as another, time included"},
       {"rows without time doubled", doubled(false), "if they are copies, remove them"},
   };

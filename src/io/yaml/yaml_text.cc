@@ -175,6 +175,7 @@ YAML::Node provenance_node(const Provenance& provenance) {
   node["version"] = provenance.version;
   for (const auto& [file, sha256] : provenance.inputs)
     node["inputs"].push_back(flow_map({{"file", file}, {"sha256", sha256}}));
+  for (const std::string& warning : provenance.warnings) node["warnings"].push_back(warning);
   return node;
 }
 

@@ -1,0 +1,219 @@
+#include "armtrue/diagnosis/frame_change.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <numeric>
+#include <set>
+#include <stdexcept>
+#include <vector>
+
+#include "armtrue/calibration/calibration.h"
+#include "armtrue/calibration/observation.h"
+#include "armtrue/kinematics/parameters.h"
+#include "armtrue/kinematics/units.h"
+#include "armtrue/statistics/summary.h"
+#include "campaign/selection.h"
+#include "linear_algebra/decompositions.h"
+
+namespace armtrue {
+namespace {
+
+constexpr int kRowsOfFrames = 500;
+constexpr double kFewestInPart = 0.1;  // of the rows, on either side
+constexpr double kShareThatMatters = 0.25;
+constexpr double kNearer = 0.8;       // the median residual, by the change
+constexpr double kClearFall = 20;     // BIC
+constexpr double kResolution = 1e-7;  // m: what is left below it is rounding of the file
+constexpr int kBase = 6;              // parameters of a base
+
+using BaseMatrix = Eigen::Matrix<double, kBase, kBase>;
+using BaseVector = Eigen::Matrix<double, kBase, 1>;
+
+// Whitened equations of a fit: of a base of its own for each row, beside what is
+// fitted.
+struct FrameEquations {
+  int row_size;
+  Eigen::MatrixXd basis;  // orthonormal, of the columns of all that is fitted
+  Eigen::MatrixXd base;   // columns of the base
+  Eigen::VectorXd residual;
+};
+
+FrameEquations frame_equations(const CalibrationResult& fit, const Campaign& campaign) {
+  std::vector<int> parameters = fit.set.kept;
+  const auto kept = static_cast<Eigen::Index>(parameters.size());
+  for (int k = 0; k < kBase; ++k) parameters.push_back(kBaseParameters + k);
+  const ObservationModel model(campaign, fit.robot, parameters, fit.sigma, 0);
+  const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
+  const int size = model.row_size();
+  Eigen::MatrixXd blocks(model.rows() * size, model.unknowns() + 1);
+  Eigen::MatrixXd block(size, model.unknowns() + 1);
+  for (int row = 0; row < model.rows(); ++row) {
+    at.block(row, block);
+    blocks.middleRows(row * size, size) = block;
+  }
+  Eigen::MatrixXd fitted = blocks.leftCols(kept);
+  for (Eigen::Index k = 0; k < kept; ++k) fitted.col(k).normalize();
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(fitted);
+  Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(blocks.rows(), qr.rank());
+  basis = qr.householderQ() * basis;
+  Eigen::VectorXd residual = blocks.rightCols<1>();
+  residual -= basis * (basis.transpose() * residual);
+  return {size, basis, blocks.middleCols(kept, kBase), residual};
+}
+
+struct FrameChange {
+  double score = 0;    // fall of BIC
+  int first_row = -1;  // of the later part, in the order
+  BaseVector moved;    // of its base
+};
+
+// The place in an order of the rows from which a base of its own explains most.
+FrameChange best_place(const FrameEquations& equations, const std::vector<int>& order, double poses,
+                       double choices) {
+  const auto rows = static_cast<int>(order.size());
+  const int size = equations.row_size;
+  const double whole = equations.residual.squaredNorm();
+  const double freedom = poses * size;
+  Eigen::MatrixXd on_basis = Eigen::MatrixXd::Zero(equations.basis.cols(), kBase);
+  BaseMatrix gram = BaseMatrix::Zero();
+  BaseVector slope = BaseVector::Zero();
+  FrameChange best;
+  for (int k = rows - 1; k > 0; --k) {
+    const int first = order[static_cast<size_t>(k)] * size;
+    const auto base = equations.base.middleRows(first, size);
+    on_basis.noalias() += equations.basis.middleRows(first, size).transpose() * base;
+    gram.noalias() += base.transpose() * base;
+    slope.noalias() += base.transpose() * equations.residual.segment(first, size);
+    if (std::min(k, rows - k) < kFewestInPart * rows) continue;
+    BaseMatrix beside = gram - on_basis.transpose() * on_basis;
+    const BaseVector unit = gram.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
+    beside = unit.asDiagonal() * beside * unit.asDiagonal();
+    beside.diagonal().array() += 1e-9;  // what the others show as well takes no part
+    const BaseVector scaled = unit.asDiagonal() * slope;
+    const BaseVector moved = Eigen::LDLT<Eigen::MatrixXd>(beside).solve(scaled);
+    const double share = std::min(1 - 1e-12, moved.dot(scaled) / std::max(1e-300, whole));
+    if (share < kShareThatMatters) continue;
+    const double score =
+        -freedom * std::log(1 - share) - kBase * std::log(freedom) - 2 * std::log(choices * rows);
+    if (score > best.score) best = {score, k, unit.asDiagonal() * moved};
+  }
+  return best;
+}
+
+double median_norm(const Eigen::VectorXd& residual, int row_size) {
+  std::vector<double> norms;
+  for (Eigen::Index first = 0; first < residual.size(); first += row_size)
+    norms.push_back(residual.segment(first, row_size).norm());
+  return median(norms);
+}
+
+// Whether the readings as a whole come nearer, not a few blunders.
+bool is_of_most(const FrameChange& change, const FrameEquations& equations,
+                const std::vector<int>& order) {
+  const int size = equations.row_size;
+  Eigen::VectorXd later = Eigen::VectorXd::Zero(equations.residual.size());
+  for (size_t k = static_cast<size_t>(change.first_row); k < order.size(); ++k)
+    later.segment(order[k] * size, size) =
+        equations.base.middleRows(order[k] * size, size) * change.moved;
+  const Eigen::VectorXd left =
+      equations.residual - later + equations.basis * (equations.basis.transpose() * later);
+  return median_norm(left, size) < kNearer * median_norm(equations.residual, size);
+}
+
+std::vector<int> sorted_by(const std::vector<double>& keys) {
+  std::vector<int> order(keys.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, {}, [&](int row) { return keys[static_cast<size_t>(row)]; });
+  return order;
+}
+
+// Numbers of the poses by row; empty if an id is none.
+std::vector<double> pose_numbers(const Campaign& campaign) {
+  std::vector<double> numbers;
+  for (int pose : campaign.pose) {
+    const std::string& id = campaign.pose_ids[static_cast<size_t>(pose)];
+    const auto [end, error] =
+        std::from_chars(id.data(), id.data() + id.size(), numbers.emplace_back());
+    if (error != std::errc() || end != id.data() + id.size()) return {};
+  }
+  return numbers;
+}
+
+struct Order {
+  std::string of;  // line, time or pose
+  std::vector<int> rows;
+};
+
+std::vector<Order> orders_of(const Campaign& campaign) {
+  std::vector<Order> orders;
+  if (!campaign.time_s.empty()) orders.push_back({"time", sorted_by(campaign.time_s)});
+  orders.push_back({"line", sorted_by({campaign.line.begin(), campaign.line.end()})});
+  if (const auto numbers = pose_numbers(campaign); !numbers.empty())
+    orders.push_back({"pose", sorted_by(numbers)});
+  return orders;
+}
+
+std::string description(const FrameChange& change, const Order& order, const Robot& robot,
+                        const Campaign& campaign) {
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& point : campaign.position) middle += point / campaign.rows();
+  const Eigen::Vector3d turned = change.moved.tail<3>();
+  const Eigen::Vector3d moved =
+      change.moved.head<3>() + turned.cross(middle - robot.chain.base.translation);
+  const auto row = static_cast<size_t>(order.rows[static_cast<size_t>(change.first_row)]);
+  std::string place = fmt::format("line {}", campaign.line[row]);
+  std::string by_time;
+  if (order.of == "time") {
+    place = fmt::format("t_s = {:.10g}", campaign.time_s[row]);
+    by_time = fmt::format("--new-session-at-s {:.10g} or ", campaign.time_s[row]);
+  }
+  if (order.of == "pose")
+    place = "pose " + campaign.pose_ids[static_cast<size_t>(campaign.pose[row])];
+  return fmt::format(
+      "from {} on, in the order of the {}s, the readings lie in another frame, {:.3g} mm and "
+      "{:.3g} mrad away: was the instrument moved? Then give {}a column 'session'",
+      place, order.of, moved.norm() / kMillimetre, turned.norm() / kMilliradian, by_time);
+}
+
+}  // namespace
+
+std::optional<std::string> find_frame_change(const Robot& given, const Campaign& campaign) {
+  if (campaign.has_distances() || !given.sessions.empty() ||
+      (!campaign.session.empty() && std::ranges::minmax(campaign.session).max > 0))
+    return std::nullopt;
+  std::vector<int> rows(campaign.pose.size());
+  std::iota(rows.begin(), rows.end(), 0);
+  const Campaign sample = campaign.select(evenly_chosen(rows, kRowsOfFrames));
+  Robot robot = given;
+  robot.effects.clear();
+  robot.identify = {"auto"};
+  std::optional<CalibrationResult> fit;
+  try {
+    // Under a heavy-tailed law the smaller part would count as blunders.
+    fit = calibrate(robot, sample, {.robust = false});
+  } catch (const std::invalid_argument&) {
+    return std::nullopt;  // too few readings
+  }
+  if (fit->spread.position < kResolution) return std::nullopt;
+  const std::vector<Order> orders = orders_of(sample);
+  const FrameEquations equations = frame_equations(*fit, sample);
+  const double poses =
+      static_cast<double>(std::set<int>(sample.pose.begin(), sample.pose.end()).size());
+  const Order* found = nullptr;
+  FrameChange best{.score = kClearFall};
+  for (const Order& order : orders) {
+    const FrameChange change =
+        best_place(equations, order.rows, poses, static_cast<double>(orders.size()));
+    if (change.score <= best.score || !is_of_most(change, equations, order.rows)) continue;
+    best = change;
+    found = &order;
+  }
+  if (!found) return std::nullopt;
+  return description(best, *found, fit->robot, sample);
+}
+
+}  // namespace armtrue
