@@ -10,6 +10,7 @@
 #include "armtrue/path/joint_path.h"
 #include "armtrue/path/mirror/findings.h"
 #include "armtrue/path/mirror/mirror.h"
+#include "armtrue/path/mirror/record_doubts.h"
 #include "armtrue/path/samples/bad_samples.h"
 #include "armtrue/programs/krl.h"
 #include "armtrue/report/mirror_report.h"
@@ -236,12 +237,35 @@ void warn_of_bad(app::Command& command, const PathFile& pass, const std::vector<
                    "sight, or empty the position of the rows without one");
 }
 
-MirrorResult correct(app::Command& command, const Path& programmed,
+// Neither is proven: an arm may be off alike all over a path.
+void warn_of_doubts(app::Command& command, const PathFile& programmed, const PathFile& record,
+                    const Pass& pass) {
+  const RecordDoubts doubts = record_doubts(programmed.path, record.path, pass.clock, pass.bad);
+  if (doubts.step)
+    command.warn(fmt::format(
+        "{}:{}: from here on the record lies {:.3g} mm off the samples before: was the instrument "
+        "knocked, or does another frame begin? The correction carries that into the part; measure "
+        "the pass again",
+        record.source, record.line[static_cast<size_t>(doubts.step->sample)],
+        doubts.step->moved / kMillimetre));
+  if (doubts.rigid)
+    command.warn(fmt::format(
+        "{}: most of the deviation, {:.3g} of {:.3g} mm (rms), is a motion of the whole record by "
+        "{:.3g} mm and {:.3g} deg: if the frame of the instrument is not that certain, give "
+        "--fit-frame; else the correction carries it into the part",
+        record.source, (doubts.rigid->before - doubts.rigid->after) / kMillimetre,
+        doubts.rigid->before / kMillimetre, doubts.rigid->moved / kMillimetre,
+        doubts.rigid->turned / kDegree));
+}
+
+MirrorResult correct(app::Command& command, const PathFile& programmed,
                      const std::vector<PathFile>& passes, const MirrorOptions& options) {
   try {
-    MirrorResult result = mirror_correct(programmed, paths(passes), options);
-    for (size_t p = 0; p < passes.size(); ++p)
+    MirrorResult result = mirror_correct(programmed.path, paths(passes), options);
+    for (size_t p = 0; p < passes.size(); ++p) {
       warn_of_bad(command, passes[p], result.passes[p].bad);
+      warn_of_doubts(command, programmed, passes[p], result.passes[p]);
+    }
     return result;
   } catch (const TooManyBadSamples& error) {
     refuse(passes[error.pass], error.bad);
@@ -372,7 +396,7 @@ int run(app::Command& command, const Arguments& arguments) {
 
   command.progress("correcting");
   if (!arguments.from_force)
-    findings.result = correct(command, inputs.programmed.path, inputs.passes, findings.options);
+    findings.result = correct(command, inputs.programmed, inputs.passes, findings.options);
   const Eigen::Matrix3Xd corrected =
       arguments.from_force
           ? corrected_from_force(inputs.programmed, *inputs.robot, findings.options)

@@ -1,0 +1,114 @@
+#include "armtrue/path/mirror/record_doubts.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+
+#include "armtrue/path/mirror/path_deviation.h"
+#include "armtrue/statistics/summary.h"
+#include "linear_algebra/decompositions.h"
+
+namespace armtrue {
+namespace {
+
+using Eigen::Index;
+
+constexpr double kKnock = 1.5e-3;  // [m]
+constexpr double kTimesUsual = 6;  // the median change from sample to sample
+constexpr double kShareThatStays = 0.7;
+constexpr Index kSamplesBeside = 10;
+constexpr double kLargeDeviation = 2e-3;  // [m]: more than a machine that repeats shows in a part
+constexpr double kMostOfIt = 1.0 / 3;
+constexpr double kStraight = 1e-6;  // of the squared extents
+constexpr double kSameVelocity = 0.2;
+
+// Of a row of positions.
+Eigen::JacobiSVD<Eigen::MatrixXd> directions(const Eigen::Matrix3Xd& positions) {
+  const Eigen::MatrixXd off = positions.colwise() - positions.rowwise().mean();
+  return Eigen::JacobiSVD<Eigen::MatrixXd>(off * off.transpose(),
+                                           Eigen::ComputeFullU | Eigen::ComputeFullV);
+}
+
+// A straight path says nothing about rotations about it: then the smallest one.
+Eigen::Matrix3d rotation_onto(const Eigen::Matrix3Xd& measured,
+                              const Eigen::Matrix3Xd& programmed) {
+  const auto own = directions(programmed);
+  if (own.singularValues()[1] > kStraight * own.singularValues()[0])
+    return Eigen::umeyama(measured, programmed, false).topLeftCorner<3, 3>();
+  const Eigen::Vector3d to = own.matrixU().col(0), from = directions(measured).matrixU().col(0);
+  return Eigen::Quaterniond::FromTwoVectors(from, from.dot(to) < 0 ? -to : to).toRotationMatrix();
+}
+
+std::optional<RecordStep> find_step(const Eigen::Matrix3Xd& deviation,
+                                    const std::vector<bool>& straight_on,
+                                    const std::vector<Index>& sample) {
+  const Index count = deviation.cols();
+  if (count < 2 * kSamplesBeside + 2) return std::nullopt;
+  std::vector<double> changes;
+  for (Index k = 1; k < count; ++k)
+    changes.push_back((deviation.col(k) - deviation.col(k - 1)).norm());
+  const double threshold = std::max(kKnock, kTimesUsual * median(changes));
+  std::optional<RecordStep> found;
+  for (Index k = kSamplesBeside; k + kSamplesBeside <= count; ++k) {
+    const double jump = changes[static_cast<size_t>(k - 1)];
+    if (!straight_on[static_cast<size_t>(k)] || jump <= threshold ||
+        (found && jump <= found->moved))
+      continue;
+    const double stays = (deviation.middleCols(k, kSamplesBeside).rowwise().mean() -
+                          deviation.middleCols(k - kSamplesBeside, kSamplesBeside).rowwise().mean())
+                             .norm();
+    if (stays >= kShareThatStays * jump) found = RecordStep{sample[static_cast<size_t>(k)], jump};
+  }
+  return found;
+}
+
+// Whether the program goes on with the same velocity about a sample: an arm leaves a corner aside.
+std::vector<bool> straight_on(const Path& programmed, const Eigen::VectorXd& time) {
+  const Eigen::Matrix3Xd velocity = velocity_at(programmed, time);
+  std::vector<bool> result(static_cast<size_t>(time.size()));
+  for (Index k = kSamplesBeside; k + kSamplesBeside <= time.size(); ++k) {
+    const auto about = velocity.middleCols(k - kSamplesBeside, 2 * kSamplesBeside);
+    const double change =
+        (about.colwise() - Eigen::Vector3d(velocity.col(k))).colwise().norm().maxCoeff();
+    result[static_cast<size_t>(k)] = change <= kSameVelocity * velocity.col(k).norm();
+  }
+  return result;
+}
+
+std::optional<RigidDeviation> find_rigid(const Eigen::Matrix3Xd& measured,
+                                         const Eigen::Matrix3Xd& programmed) {
+  const auto rms = [](const Eigen::Matrix3Xd& off) {
+    return std::sqrt(off.colwise().squaredNorm().mean());
+  };
+  const double before = rms(measured - programmed);
+  if (before < kLargeDeviation) return std::nullopt;
+  const Eigen::Matrix3d rotation = rotation_onto(measured, programmed);
+  Eigen::Matrix3Xd joined = rotation * measured;
+  const Eigen::Vector3d shift = (programmed - joined).rowwise().mean();
+  joined.colwise() += shift;
+  const double after = rms(joined - programmed);
+  if (after > kMostOfIt * before) return std::nullopt;
+  return RigidDeviation{before, after, (joined - measured).rowwise().mean().norm(),
+                        rotation_log(rotation).norm()};
+}
+
+}  // namespace
+
+RecordDoubts record_doubts(const Path& programmed, const Path& measured, const ClockFit& clock,
+                           const std::vector<BadSample>& bad) {
+  const Path joined = registered(measured, clock);
+  std::vector<bool> taken(static_cast<size_t>(measured.samples()), true);
+  for (const BadSample& one : bad) taken[static_cast<size_t>(one.sample)] = false;
+  std::vector<Index> good;
+  for (Index k = 0; k < measured.samples(); ++k)
+    if (taken[static_cast<size_t>(k)] && joined.time[k] >= programmed.time[0] &&
+        joined.time[k] <= programmed.time[programmed.samples() - 1])
+      good.push_back(k);
+  if (good.size() < 3) return {};
+  const Eigen::Matrix3Xd position = joined.position(Eigen::all, good);
+  const Eigen::Matrix3Xd wanted = position_at(programmed, joined.time(good));
+  const auto step = find_step(position - wanted, straight_on(programmed, joined.time(good)), good);
+  return {step, step ? std::nullopt : find_rigid(position, wanted)};
+}
+
+}  // namespace armtrue
