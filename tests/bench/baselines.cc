@@ -31,6 +31,7 @@
 #include "search/candidates.h"
 #include "search/linearization.h"
 #include "search/scan.h"
+#include "support/six_axes.h"
 
 namespace {
 

@@ -18,6 +18,7 @@
 #include "kinematics/kdl_arm.h"
 #include "support/oracle.h"
 #include "support/random_chain.h"
+#include "support/six_axes.h"
 
 namespace armtrue {
 
@@ -99,7 +100,7 @@ inline Robot random_arm(armtrue_oracle::Uniform& uniform) {
 inline JointVector random_target(const KinematicChain& chain, armtrue_oracle::Uniform& uniform) {
   constexpr double kStretched = -3.07 * kDegree;  // of A3: atan(55 / 1025)
   while (true) {
-    JointVector q;
+    JointVector q(6);
     for (int j = 0; j < kJoints; ++j) {
       const auto [low, high] = travel(chain.links[static_cast<size_t>(j)]);
       q[j] = 0.9 * uniform(low, high);

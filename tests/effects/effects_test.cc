@@ -9,6 +9,7 @@
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/parameters.h"
 #include "support/oracle.h"
+#include "support/six_axes.h"
 
 namespace armtrue {
 namespace {

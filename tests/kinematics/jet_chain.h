@@ -10,6 +10,7 @@
 
 #include "armtrue/kinematics/parameters.h"
 #include "support/autodiff_chain.h"
+#include "support/six_axes.h"
 
 namespace armtrue {
 

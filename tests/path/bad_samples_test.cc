@@ -12,6 +12,7 @@
 
 #include "armtrue/path/mirror/mirror.h"
 #include "plant_pass.h"
+#include "support/six_axes.h"
 
 namespace armtrue {
 namespace {

@@ -13,6 +13,7 @@
 #include "armtrue/effects/sampling.h"
 #include "armtrue/io/robot_io.h"
 #include "support/oracle.h"
+#include "support/six_axes.h"
 
 namespace armtrue {
 namespace {

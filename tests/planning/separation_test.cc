@@ -21,6 +21,7 @@
 #include "armtrue/kinematics/units.h"
 #include "armtrue/tracing/tracing.h"
 #include "support/oracle.h"
+#include "support/six_axes.h"
 
 namespace armtrue {
 namespace {

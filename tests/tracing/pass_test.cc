@@ -19,6 +19,7 @@
 #include "armtrue/tracing/loop.h"
 #include "path/plant_pass.h"
 #include "support/oracle.h"
+#include "support/six_axes.h"
 
 namespace armtrue {
 namespace {
