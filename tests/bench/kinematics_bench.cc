@@ -28,7 +28,7 @@
 #include "bench/times.h"
 #include "kinematics/economical_jet_chain.h"
 #include "kinematics/kdl_arm.h"
-#include "support/six_axes.h"
+#include "kinematics/six_axes.h"
 
 namespace {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "compensation/second_arm.h"
-#include "support/six_axes.h"
+#include "kinematics/six_axes.h"
 
 namespace armtrue {
 namespace {

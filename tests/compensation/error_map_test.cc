@@ -7,7 +7,7 @@
 
 #include "compensation/near_posture.h"
 #include "compensation/second_arm.h"
-#include "support/six_axes.h"
+#include "kinematics/six_axes.h"
 
 namespace armtrue {
 namespace {

@@ -16,9 +16,9 @@
 #include "armtrue/kinematics/units.h"
 #include "io/temporary_file.h"
 #include "kinematics/kdl_arm.h"
+#include "kinematics/six_axes.h"
 #include "support/oracle.h"
 #include "support/random_chain.h"
-#include "support/six_axes.h"
 
 namespace armtrue {
 

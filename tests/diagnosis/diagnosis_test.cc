@@ -14,7 +14,7 @@
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/statistics/random.h"
 #include "armtrue/statistics/summary.h"
-#include "support/six_axes.h"
+#include "kinematics/six_axes.h"
 
 namespace armtrue {
 namespace {

@@ -8,7 +8,7 @@
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/conventions.h"
 #include "armtrue/kinematics/units.h"
-#include "support/six_axes.h"
+#include "kinematics/six_axes.h"
 
 namespace armtrue {
 namespace {

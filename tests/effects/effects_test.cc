@@ -8,8 +8,8 @@
 #include "armtrue/effects/sampling.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/parameters.h"
+#include "kinematics/six_axes.h"
 #include "support/oracle.h"
-#include "support/six_axes.h"
 
 namespace armtrue {
 namespace {

@@ -16,7 +16,7 @@
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/evaluator.h"
 #include "armtrue/text/input_error.h"
-#include "support/six_axes.h"
+#include "kinematics/six_axes.h"
 
 namespace armtrue {
 namespace {

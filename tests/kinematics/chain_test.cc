@@ -10,8 +10,8 @@
 #include "kinematics/jet_chain.h"
 #include "kinematics/kdl_arm.h"
 #include "kinematics/places.h"
+#include "kinematics/six_axes.h"
 #include "support/random_chain.h"
-#include "support/six_axes.h"
 
 namespace armtrue {
 namespace {

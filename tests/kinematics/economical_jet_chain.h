@@ -12,7 +12,7 @@
 #include <span>
 
 #include "armtrue/kinematics/parameters.h"
-#include "support/six_axes.h"
+#include "kinematics/six_axes.h"
 
 namespace armtrue {
 

@@ -7,9 +7,9 @@
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/evaluator.h"
 #include "armtrue/kinematics/units.h"
+#include "kinematics/six_axes.h"
 #include "support/oracle.h"
 #include "support/random_chain.h"
-#include "support/six_axes.h"
 
 namespace armtrue {
 namespace {

@@ -9,8 +9,8 @@
 #include <array>
 
 #include "armtrue/kinematics/parameters.h"
+#include "kinematics/six_axes.h"
 #include "support/autodiff_chain.h"
-#include "support/six_axes.h"
 
 namespace armtrue {
 

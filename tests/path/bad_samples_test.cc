@@ -11,8 +11,8 @@
 #include <set>
 
 #include "armtrue/path/mirror/mirror.h"
+#include "kinematics/six_axes.h"
 #include "plant_pass.h"
-#include "support/six_axes.h"
 
 namespace armtrue {
 namespace {

@@ -20,8 +20,8 @@
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/tracing/tracing.h"
+#include "kinematics/six_axes.h"
 #include "support/oracle.h"
-#include "support/six_axes.h"
 
 namespace armtrue {
 namespace {

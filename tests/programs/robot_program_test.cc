@@ -11,7 +11,7 @@
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
-#include "support/six_axes.h"
+#include "kinematics/six_axes.h"
 
 namespace armtrue {
 namespace {

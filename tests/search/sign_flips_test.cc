@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "armtrue/statistics/summary.h"
-#include "support/six_axes.h"
+#include "kinematics/six_axes.h"
 #include "tracing/linear_problem.h"
 
 namespace armtrue {

@@ -10,9 +10,9 @@
 
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/statistics/random.h"
+#include "kinematics/six_axes.h"
 #include "search/linearization.h"
 #include "search/projection.h"
-#include "support/six_axes.h"
 
 namespace armtrue {
 
