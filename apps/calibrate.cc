@@ -115,7 +115,7 @@ int run(app::Command& command, const Arguments& arguments) {
   if (!arguments.identify_per_session.empty())
     robot.identify_per_session = app::split_list(arguments.identify_per_session);
   robot.free_links = arguments.no_priors;
-  const Campaign all = command.read_campaign(command.input);
+  const Campaign all = command.read_campaign(command.input, robot);
   app::refuse_mistakes(command, robot, all);
   command.progress("identifying");
   const std::vector<GrossPose> gross = find_gross_poses(robot, all);

@@ -92,7 +92,7 @@ int run(app::Command& command, const Arguments& arguments) {
   const About about = command.read_about(arguments.about);
   std::optional<CertifiedValues> before;
   if (!arguments.against.empty()) before = command.read_certificate(arguments.against);
-  const Campaign campaign = command.read_campaign(command.input);
+  const Campaign campaign = command.read_campaign(command.input, robot);
   app::refuse_mistakes(command, robot, campaign);
   CertificateOptions options;
   options.cube = app::split_list(arguments.cube);

@@ -24,8 +24,9 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.add_input("A robot file");
   command.add_output();
   command
-      .numbers("--at", arguments.at, kJoints, "q1,...,q6 in deg",
-               "Joint angles, as the pendant shows them")
+      .joints("--at", arguments.at,
+              "Joint values q1,...,q6, one for each joint of the robot, as the pendant shows them: "
+              "angles in deg, lengths in mm")
       .required();
   const app::Option pose = command.numbers(
       "--pose", arguments.pose, 6, "x,y,z,a,b,c in mm and deg",
@@ -77,18 +78,20 @@ std::string agreements_text(const std::vector<Agreement>& agreements, const Argu
 }
 
 void warn_of_travel(app::Command& command, const Robot& robot, const JointVector& q) {
-  for (size_t j = 0; j < kJoints; ++j) {
-    const Link& link = robot.chain.links[j];
-    const double angle = q[static_cast<Eigen::Index>(j)];
-    if (angle < link.min || angle > link.max)
-      command.warn(fmt::format("{} stands at {:g} deg, beyond its travel of {:g} to {:g} deg",
-                               link.name, angle / kDegree, link.min / kDegree, link.max / kDegree));
+  int joint = 0;
+  for (const JointName& name : joint_names(robot.chain)) {
+    const Link& link = joint_link(robot.chain, joint);
+    const double value = q[joint++];
+    if (value < link.min || value > link.max)
+      command.warn(fmt::format("{0} stands at {1:g} {4}, beyond its travel of {2:g} to {3:g} {4}",
+                               link.name, value / name.si(), link.min / name.si(),
+                               link.max / name.si(), name.unit()));
   }
 }
 
 int run(app::Command& command, const Arguments& arguments) {
   const Robot robot = command.read_robot(command.input).robot;
-  const JointVector q = kDegree * Eigen::Map<const JointVector>(arguments.at.data());
+  const JointVector q = app::joints_of(arguments.at, robot, "--at");
   warn_of_travel(command, robot, q);
   if (!robot.effects.empty()) command.warn("the effects of the robot file are not counted");
   std::string text = robot.name + ", modified Denavit-Hartenberg parameters\n\n";

@@ -95,7 +95,7 @@ void check_apart(const Campaign& training, const Campaign& test) {
 
 Measured read_measured(app::Command& command, const Arguments& arguments, const Robot& robot) {
   Measured measured;
-  measured.all = command.read_campaign(command.input);
+  measured.all = command.read_campaign(command.input, robot);
   app::refuse_mistakes(command, robot, measured.all);
   if (arguments.test.empty()) {
     measured.split = arguments.held_out_region
@@ -105,7 +105,7 @@ Measured read_measured(app::Command& command, const Arguments& arguments, const 
     measured.held_out = measured.all.select(measured.split.held_out);
   } else {
     measured.training = measured.all;
-    measured.held_out = command.read_campaign(arguments.test);
+    measured.held_out = command.read_campaign(arguments.test, robot);
     app::refuse_mistakes(command, robot, measured.held_out);
     check_apart(measured.training, measured.held_out);
   }
@@ -162,7 +162,8 @@ bool write_next_poses(app::Command& command, const std::string& path, const Trac
   options.seed = command.seed;
   const std::vector<JointVector> planned =
       plan_separation(found.fit.robot, found.effects, kNextPoses, options, measured).poses;
-  write_output(path, write_joint_targets(app::numbered(planned, measured.pose_ids)));
+  write_output(path, write_joint_targets(app::numbered(planned, measured.pose_ids),
+                                         joint_names(found.fit.robot.chain)));
   if (planned.empty())
     command.warn(path + " holds no poses: there is nothing that poses would tell apart");
   return !planned.empty();

@@ -19,13 +19,17 @@ namespace armtrue::app {
 
 RobotFile Command::read_robot(const std::string& path) {
   RobotFile file = armtrue::read_robot(path);
-  inputs_.emplace_back(file.name, file.sha256);
+  add_robot_to_inputs(file);
   return file;
 }
 
-Campaign Command::read_campaign(const std::string& path) {
+void Command::add_robot_to_inputs(const RobotFile& file) {
+  inputs_.emplace_back(file.name, file.sha256);
+}
+
+Campaign Command::read_campaign(const std::string& path, const Robot& robot) {
   progress("reading measurements");
-  CampaignFile file = armtrue::read_campaign(path);
+  CampaignFile file = armtrue::read_campaign(path, joint_names(robot.chain));
   inputs_.emplace_back(file.campaign.source, file.sha256);
   warn_of_unknown(file.unknown_columns);
   if (file.campaign.skipped_rows > 0)
@@ -53,15 +57,17 @@ void Command::begin_new_sessions(Campaign& campaign, bool is_input) const {
   begin_sessions(campaign, new_sessions_s);
 }
 
-PathFile Command::read_path(const std::string& path, KeepRows keep) {
-  PathFile file = armtrue::read_path(path, keep);
+PathFile Command::read_path(const std::string& path, KeepRows keep,
+                            const std::optional<Robot>& robot) {
+  PathFile file =
+      armtrue::read_path(path, keep, robot ? joint_names(robot->chain) : six_axis_names());
   inputs_.emplace_back(file.source, file.sha256);
   if (keep == KeepRows::no) warn_of_unknown(file.unknown_columns);
   return file;
 }
 
-ProgramFile Command::read_program(const std::string& path) {
-  ProgramFile file = armtrue::read_program(path);
+ProgramFile Command::read_program(const std::string& path, const Robot& robot) {
+  ProgramFile file = armtrue::read_program(path, joint_names(robot.chain));
   inputs_.emplace_back(file.source, file.sha256);
   return file;
 }
@@ -176,6 +182,33 @@ std::optional<Box> box_from_numbers(const std::vector<double>& numbers_mm) {
   const std::vector<double>& n = numbers_mm;
   return Box{Eigen::Vector3d(n[0], n[2], n[4]) * kMillimetre,
              Eigen::Vector3d(n[1], n[3], n[5]) * kMillimetre};
+}
+
+JointVector joints_of(const std::vector<double>& numbers, const Robot& robot,
+                      const std::string& option) {
+  const std::vector<JointName> joints = joint_names(robot.chain);
+  if (numbers.size() != joints.size()) {
+    const bool of_arm = std::ranges::all_of(joints, [](const JointName& joint) {
+      return joint.column.front() == 'q' && !joint.is_length;
+    });
+    throw UsageError(fmt::format(
+        "{}: has {} numbers instead of {}; give {}", option, numbers.size(), joints.size(),
+        of_arm ? fmt::format("q1,...,q{} in deg", joints.size()) : encoder_columns(robot.chain)));
+  }
+  JointVector q(std::ssize(numbers));
+  for (size_t j = 0; j < joints.size(); ++j)
+    q[static_cast<Eigen::Index>(j)] = numbers[j] * joints[j].si();
+  return q;
+}
+
+void require_same_joints(const Robot& robot, const std::string& a, const Robot& other,
+                         const std::string& b) {
+  const std::string own = encoder_columns(robot.chain), others = encoder_columns(other.chain);
+  if (own != others)
+    throw InputError(
+        fmt::format("{} has the joints {}, and {} the joints {}: give two models of "
+                    "one arm",
+                    a, own, b, others));
 }
 
 std::vector<JointTarget> numbered(const std::vector<JointVector>& configurations,

@@ -183,6 +183,21 @@ Option OptionGroup::numbers(const std::string& names, std::vector<double>& value
       help));
 }
 
+Option OptionGroup::joints(const std::string& names, std::vector<double>& values,
+                           const std::string& help) {
+  return Option(app_->add_option_function<std::string>(
+      names,
+      [&values, names](const std::string& text) {
+        const auto count = static_cast<size_t>(std::ranges::count(text, ',')) + 1;
+        try {
+          values = numbers_from_text(text, count, "q1,...,q6 in deg, a number for each joint");
+        } catch (const std::invalid_argument& error) {
+          throw CLI::ValidationError(names, error.what());
+        }
+      },
+      help));
+}
+
 Option OptionGroup::zone(std::string& zone, const std::string& help) {
   const auto why_wrong = [](const std::string& text) {
     try {

@@ -20,6 +20,7 @@
 #include "armtrue/io/path_io.h"
 #include "armtrue/io/provenance.h"
 #include "armtrue/io/robot_io.h"
+#include "armtrue/kinematics/joint_names.h"
 #include "armtrue/path/joint_path.h"
 #include "armtrue/programs/program_text.h"
 #include "armtrue/text/input_error.h"
@@ -99,6 +100,9 @@ class OptionGroup {
   /// They are one value: of several values the last could be the file that follows.
   Option numbers(const std::string& names, std::vector<double>& values, size_t count,
                  const std::string& form, const std::string& help);
+  /// Encoder values separated by commas; how many the robot needs, and their units, joints_of()
+  /// says.
+  Option joints(const std::string& names, std::vector<double>& values, const std::string& help);
   /// --zone x,y,z,radius [mm]; see zone_from_text().
   Option zone(std::string& zone, const std::string& help);
 
@@ -151,15 +155,19 @@ class Command : public OptionGroup {
 
   /// These read a file, note its SHA-256 for the provenance and print the warnings of the reader.
   RobotFile read_robot(const std::string& path);
+  /// Of a robot that was read before the other inputs.
+  void add_robot_to_inputs(const RobotFile& file);
   /// What the columns contradict each other in is an error or a warning (see check_log()). Sessions
   /// begin where --new-session-at-s says so. Call refuse_mistakes() on the result.
-  Campaign read_campaign(const std::string& path);
+  Campaign read_campaign(const std::string& path, const Robot& robot);
   /// Warns if a robot that should be nominal is the result of a calibration.
   void warn_if_calibrated(const Robot& robot, const std::string& path);
   /// Unknown columns are named, unless the rows are kept for the output.
-  PathFile read_path(const std::string& path, KeepRows keep = KeepRows::no);
+  /// Joint columns are those of the robot, without one those of six axes.
+  PathFile read_path(const std::string& path, KeepRows keep = KeepRows::no,
+                     const std::optional<Robot>& robot = std::nullopt);
   /// All columns are kept for the output.
-  ProgramFile read_program(const std::string& path);
+  ProgramFile read_program(const std::string& path, const Robot& robot);
   About read_about(const std::string& path);
   /// What an older certificate is compared in.
   CertifiedValues read_certificate(const std::string& path);
@@ -223,6 +231,16 @@ Zone zone_from_text(const std::string& text);
 
 /// x0,x1,y0,y1,z0,z1 [mm]; no box for no numbers.
 std::optional<Box> box_from_numbers(const std::vector<double>& numbers_mm);
+
+/// The encoder values of an option [rad or m] from numbers in deg and mm. Throws UsageError if the
+/// robot has another number of joints.
+JointVector joints_of(const std::vector<double>& numbers, const Robot& robot,
+                      const std::string& option);
+
+/// Throws InputError if two robots of one command have not the same joints, by number and kind;
+/// `a` and `b` are their files.
+void require_same_joints(const Robot& robot, const std::string& a, const Robot& other,
+                         const std::string& b);
 
 /// Targets with the ids 1, 2, 3 ..., without the ids in `taken`, so that both fit into one file.
 std::vector<JointTarget> numbered(const std::vector<JointVector>& configurations,

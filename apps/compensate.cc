@@ -36,8 +36,9 @@ void add_options(app::Command& command, Arguments& arguments) {
               "What is commanded: joints, or cartesian, the pose that the controller's model has "
               "at these joints; as the targets if absent")
       .check(app::one_of({"joints", "cartesian"}));
-  command.numbers("--start", arguments.start, 6, "q1,...,q6 in deg",
-                  "Joint angles near the first Cartesian target, if it has none");
+  command.joints("--start", arguments.start,
+                 "Joint angles q1,...,q6 in deg (lengths in mm) near the first Cartesian target, "
+                 "if it has none");
   app::add_conditions(command, arguments);
   command
       .option("--max-mm", arguments.max_mm,
@@ -57,8 +58,8 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.add_columns(app::kProgramColumns);
 }
 
-CompensationOptions compensation_options(const Arguments& arguments) {
-  CompensationOptions options = app::program_options(arguments);
+CompensationOptions compensation_options(const Arguments& arguments, const Robot& robot) {
+  CompensationOptions options = app::program_options(arguments, robot);
   options.max_correction = arguments.max_mm * kMillimetre;
   options.correct_uncovered = arguments.uncovered == "keep";
   return options;
@@ -142,6 +143,15 @@ void refuse_options_of_tables(const app::Command& command, const Arguments& argu
     throw app::UsageError("-o: a program goes to --program-out, and there is no other product");
 }
 
+// A robot program states six axes.
+void refuse_other_axes(const Robot& controller, const Arguments& arguments) {
+  if (!is_six_axis_arm(controller.chain))
+    throw InputError(fmt::format(
+        "{}: a robot program is about an arm of six revolute axes, and {} has the joints {}; give "
+        "its targets as a table (pose,x_mm,y_mm,z_mm,a_deg,b_deg,c_deg and the joints as a hint)",
+        arguments.program.path, arguments.controller, encoder_columns(controller.chain)));
+}
+
 void refuse_two_tools(const RobotProgram& program, const Arguments& arguments) {
   for (const ProgramTarget& target : program.targets)
     if (arguments.tool_is_measured && target.tool >= 0)
@@ -158,17 +168,18 @@ int run(app::Command& command, const Arguments& arguments) {
   std::optional<RobotProgram> program;
   ProgramFile file;
   if (!arguments.program.path.empty()) {
+    refuse_other_axes(controller, arguments);
     refuse_options_of_tables(command, arguments);
     program = app::read_robot_program(command, arguments.program);
     refuse_two_tools(*program, arguments);
     file.source = program->texts[0].name;
-    file.program = program_targets(*program, compensation_options(arguments));
+    file.program = program_targets(*program, compensation_options(arguments, controller));
   } else {
-    file = command.read_program(command.input);
+    file = command.read_program(command.input, controller);
   }
   app::fill_conditions(file.program.visits, arguments, {&robot, &controller});
   std::vector<CorrectedTarget> targets =
-      compensate_file(robot, controller, file, compensation_options(arguments));
+      compensate_file(robot, controller, file, compensation_options(arguments, controller));
   const auto nearest = std::ranges::min_element(
       targets, {}, [](const CorrectedTarget& target) { return target.before.position; });
   app::refuse_other_arm(nearest->before.position, arguments);

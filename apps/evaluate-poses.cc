@@ -36,7 +36,7 @@ void add_options(app::Command& command, Arguments& arguments) {
 
 int run(app::Command& command, const Arguments& arguments) {
   Robot robot = command.read_robot(arguments.robot).robot;
-  const Campaign campaign = command.read_campaign(command.input);
+  const Campaign campaign = command.read_campaign(command.input, robot);
   app::refuse_mistakes(command, robot, campaign);
   if (arguments.refit.empty()) {
     app::require_sessions(robot, campaign);

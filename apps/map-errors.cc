@@ -64,9 +64,10 @@ void add_places(app::Command& command, Arguments& arguments) {
           "Orientation of the tool in the program's frame, as a,b,c in deg (KUKA), of the box and "
           "of a path that states none; that at --start if absent")
       .excludes(targets);
-  command.numbers("--start", arguments.start, 6, "q1,...,q6 in deg",
-                  "Joint angles that show the branch: of the box, and of a first Cartesian target "
-                  "or sample that states none");
+  command.joints("--start", arguments.start,
+                 "Joint angles q1,...,q6 in deg (lengths in mm) that show the branch: of the box, "
+                 "and of a first Cartesian target "
+                 "or sample that states none");
   command
       .numbers("--part-mm", arguments.part_mm, 3, "LX,LY,LZ in mm",
                "Size LX,LY,LZ of the part that shall stand in the box; half the box if absent")
@@ -151,14 +152,15 @@ std::optional<Eigen::Vector3d> part_of(const Arguments& arguments) {
   return part;
 }
 
-void refuse_other_joints(const PathFile& file, Eigen::Index sample, const Pose& tcp) {
+void refuse_other_joints(const PathFile& file, Eigen::Index sample, const Pose& tcp,
+                         const std::string& columns) {
   const double apart = (tcp.translation - file.path.position.col(sample)).norm();
   if (apart > kMaxDisagreement)
     throw InputError(fmt::format(
         "{}:{}: its joint angles put the tool {:.4g} mm away from its position; they belong to "
         "another robot, base or tool: correct --controller, --base or --tool, or take the columns "
-        "q1_deg to q6_deg out",
-        file.source, file.line[static_cast<size_t>(sample)], apart / kMillimetre));
+        "{} out",
+        file.source, file.line[static_cast<size_t>(sample)], apart / kMillimetre, columns));
 }
 
 // A path as Cartesian targets with its joint angles, if it has some, as hints.
@@ -180,12 +182,13 @@ Program program_of(const PathFile& file, const Robot& controller,
   for (Eigen::Index i = 0; i < path.samples(); ++i) {
     visits.pose.push_back(static_cast<int>(i));
     visits.pose_ids.push_back(std::to_string(i + 1));
-    visits.q.emplace_back(path.has_joints() ? JointVector(path.q.col(i)) : JointVector::Zero());
+    visits.q.emplace_back(path.has_joints() ? JointVector(path.q.col(i))
+                                            : JointVector::Zero(joint_count(controller.chain)));
     if (path.has_force()) visits.force_n.emplace_back(path.force.col(i));
     Pose tcp;
     if (path.has_joints()) {
       tcp = tcp_at(controller, options, visits.q.back());
-      refuse_other_joints(file, i, tcp);
+      refuse_other_joints(file, i, tcp, encoder_columns(controller.chain));
     }
     if (path.has_orientation())
       tcp.rotation =
@@ -218,7 +221,7 @@ Campaign conditions_of(const Arguments& arguments, const std::vector<const Robot
   one.pose = {0};
   one.pose_ids = {"box"};
   one.line = {0};
-  one.q = {JointVector::Zero()};
+  one.q = {JointVector::Zero(joint_count(robots.front()->chain))};
   app::fill_conditions(one, arguments, robots);
   return one;
 }
@@ -245,7 +248,7 @@ struct Mapped {
 
 Mapped map_all(app::Command& command, const Robot& robot, const Robot& controller,
                const Arguments& arguments) {
-  CompensationOptions options = app::program_options(arguments);
+  CompensationOptions options = app::program_options(arguments, controller);
   if (options.tool_is_measured) options.tool = robot.chain.tool;
   if (!arguments.box_mm.empty()) {
     Grid grid = grid_of(arguments);
@@ -258,9 +261,9 @@ Mapped map_all(app::Command& command, const Robot& robot, const Robot& controlle
   }
   Program program;
   if (arguments.path.empty()) {
-    program = command.read_program(arguments.targets).program;
+    program = command.read_program(arguments.targets, controller).program;
   } else {
-    const PathFile file = command.read_path(arguments.path);
+    const PathFile file = command.read_path(arguments.path, KeepRows::no, controller);
     if (file.lost > 0)
       command.warn(fmt::format("{}: {} rows without a position left out", file.source, file.lost));
     program = program_of(file, controller, options, arguments);
@@ -352,7 +355,7 @@ int run(app::Command& command, const Arguments& arguments) {
   if (!arguments.summary.empty())
     write_output(arguments.summary,
                  write_error_map_summary(map, summary, story, command.provenance()));
-  write_output(command.output, write_error_map(map));
+  write_output(command.output, write_error_map(map, joint_names(robot.chain)));
   command.report(error_map_table(map, summary));
   return app::kSuccess;
 }

@@ -192,9 +192,11 @@ void correct_program(app::Command& command, const Arguments& arguments, const Kr
   write_krl(rewritten, program, program_out(arguments));
 }
 
-std::vector<PathFile> read_passes(app::Command& command, const std::vector<std::string>& files) {
+std::vector<PathFile> read_passes(app::Command& command, const std::vector<std::string>& files,
+                                  const std::optional<Robot>& robot) {
   std::vector<PathFile> passes;
-  for (const std::string& file : files) passes.push_back(command.read_path(file));
+  for (const std::string& file : files)
+    passes.push_back(command.read_path(file, KeepRows::no, robot));
   return passes;
 }
 
@@ -324,7 +326,7 @@ std::string pass_as_poses(const PathFile& programmed, const std::optional<Robot>
   return app::on_samples_of(programmed, [&] {
     return write_pass_as_poses(
         programmed.path, robot ? joint_path(programmed.path, robot->chain) : programmed.path.q,
-        deviation, kBlock);
+        deviation, kBlock, robot ? joint_names(robot->chain) : six_axis_names());
   });
 }
 
@@ -344,16 +346,19 @@ Inputs read_inputs(app::Command& command, const Arguments& arguments) {
     inputs.program = read_krl(arguments.program);
     check_program_out(command, arguments, *inputs.program);
   }
-  inputs.programmed = command.read_path(arguments.programmed, KeepRows::yes);
-  if (!arguments.robot.empty()) inputs.robot = command.read_robot(arguments.robot).robot;
-  inputs.passes = read_passes(command, arguments.measured);
-  inputs.earlier = read_passes(command, arguments.before);
+  // The robot tells which joint columns a path has; among the inputs it stands after the program.
+  std::optional<RobotFile> robot;
+  if (!arguments.robot.empty()) inputs.robot = robot.emplace(read_robot(arguments.robot)).robot;
+  inputs.programmed = command.read_path(arguments.programmed, KeepRows::yes, inputs.robot);
+  if (robot) command.add_robot_to_inputs(*robot);
+  inputs.passes = read_passes(command, arguments.measured, inputs.robot);
+  inputs.earlier = read_passes(command, arguments.before, inputs.robot);
   std::vector<const PathFile*> all = {&inputs.programmed};
   for (const PathFile& pass : inputs.passes) all.push_back(&pass);
   for (const PathFile& pass : inputs.earlier) all.push_back(&pass);
   warn_of_the_same(command, all);
   if (!arguments.previous.empty())
-    inputs.previous = command.read_path(arguments.previous, KeepRows::yes);
+    inputs.previous = command.read_path(arguments.previous, KeepRows::yes, inputs.robot);
   return inputs;
 }
 

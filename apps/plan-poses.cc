@@ -160,7 +160,8 @@ int plan_for_separation(app::Command& command, const Arguments& arguments, const
   warn_of_inseparable(command, plan);
   command.tell(power_table(plan));
   if (plan.poses.empty()) return app::kNotReached;
-  write_output(command.output, write_joint_targets(app::numbered(plan.poses, given.pose_ids)));
+  write_output(command.output, write_joint_targets(app::numbered(plan.poses, given.pose_ids),
+                                                   joint_names(robot.chain)));
   return app::kSuccess;
 }
 
@@ -174,7 +175,8 @@ int plan_for_geometry(app::Command& command, const Arguments& arguments, const R
     command.tell(plan_table(quality,
                             planner.quality(planner.random(arguments.count, command.seed + 1)),
                             options.zone.has_value()));
-  write_output(command.output, write_joint_targets(app::numbered(planned, given.pose_ids)));
+  write_output(command.output, write_joint_targets(app::numbered(planned, given.pose_ids),
+                                                   joint_names(robot.chain)));
   return app::kSuccess;
 }
 
@@ -183,7 +185,7 @@ int run(app::Command& command, const Arguments& arguments) {
   const Robot robot = command.read_robot(arguments.robot).robot;
   Campaign given;
   if (!arguments.given.empty()) {
-    given = command.read_campaign(arguments.given);
+    given = command.read_campaign(arguments.given, robot);
     app::refuse_mistakes(command, robot, given);
   }
   command.progress("planning");

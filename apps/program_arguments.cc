@@ -84,13 +84,12 @@ void add_conditions(Command& command, ProgramArguments& arguments) {
                  "Temperature of all sensors, if there are no columns");
 }
 
-CompensationOptions program_options(const ProgramArguments& arguments) {
+CompensationOptions program_options(const ProgramArguments& arguments, const Robot& robot) {
   CompensationOptions options;
   options.base = pose_from_numbers(arguments.base);
   options.tool = pose_from_numbers(arguments.tool);
   options.tool_is_measured = arguments.tool_is_measured;
-  if (!arguments.start.empty())
-    options.start = kDegree * Eigen::Map<const JointVector>(arguments.start.data());
+  if (!arguments.start.empty()) options.start = joints_of(arguments.start, robot, "--start");
   return options;
 }
 
@@ -121,6 +120,7 @@ Robot robot_of_session(const Robot& robot, const ProgramArguments& arguments) {
 
 void refuse_other_files(const Robot& robot, const Robot& controller,
                         const ProgramArguments& arguments) {
+  require_same_joints(robot, arguments.robot, controller, arguments.controller);
   if (states_calibration(controller) && !states_calibration(robot))
     throw InputError(arguments.controller +
                      ": states standard deviations, an uncertainty or effects, as a calibrated "

@@ -33,7 +33,7 @@ void add_frames(Command& command, ProgramArguments& arguments);
 void add_conditions(Command& command, ProgramArguments& arguments);
 
 /// Base, tool and start.
-CompensationOptions program_options(const ProgramArguments& arguments);
+CompensationOptions program_options(const ProgramArguments& arguments, const Robot& robot);
 
 /// Fills the columns that the command line states. Throws InputError if the file has one of them.
 void fill_conditions(Campaign& visits, const ProgramArguments& arguments,

@@ -77,9 +77,10 @@ void add_options(app::Command& command, Arguments& arguments) {
                  "The robot that is measured; the same, with its effects, if absent");
   command.numbers("--orientation-deg", arguments.orientation_deg, 3, "a,b,c in deg",
                   "a,b,c of the measured frame, where the path has none");
-  command.numbers("--start-deg", arguments.start_deg, kJoints, "q1,...,q6 in deg",
-                  "q1,...,q6 near the start: the branch, and the orientation if nothing else "
-                  "states it");
+  command.joints(
+      "--start-deg", arguments.start_deg,
+      "q1,...,q6 near the start, in deg (lengths in mm): the branch, and the orientation "
+      "if nothing else states it");
   add_cut_options(command.group("Cut"), arguments);
   command.option("--lag-s", arguments.lag_s, "Time constant of the servos")
       .check(app::in_range(0.0, 10.0))
@@ -96,8 +97,6 @@ PassOptions pass_options(const Arguments& arguments, std::uint64_t seed) {
   if (const auto& abc = arguments.orientation_deg; !abc.empty())
     pass.joints.orientation =
         rotation_from_abc(abc[0] * kDegree, abc[1] * kDegree, abc[2] * kDegree);
-  if (!arguments.start_deg.empty())
-    pass.joints.start = Eigen::Map<const JointVector>(arguments.start_deg.data()) * kDegree;
   pass.cut.depth = arguments.depth_mm * kMillimetre;
   pass.cut.ramp = arguments.ramp_mm * kMillimetre;
   if (!arguments.force_n_mm.empty())
@@ -123,8 +122,9 @@ bool gives_way(const Robot& robot) {
                      [](const Effect& e) { return e.driver.involves(DriverKind::force); });
 }
 
-Path read_part(app::Command& command, const std::string& path, const PathFile& programmed) {
-  const PathFile part = command.read_path(path, KeepRows::yes);
+Path read_part(app::Command& command, const std::string& path, const PathFile& programmed,
+               const Robot& robot) {
+  const PathFile part = command.read_path(path, KeepRows::yes, robot);
   if (part.path.time.size() != programmed.path.time.size() ||
       part.path.time != programmed.path.time)
     throw InputError(part.source + ": its times are not those of " + programmed.source +
@@ -136,8 +136,12 @@ int run(app::Command& command, const Arguments& arguments) {
   PassOptions pass = pass_options(arguments, command.seed);
   const Robot robot = command.read_robot(arguments.robot).robot;
   const Robot truth = arguments.truth.empty() ? robot : command.read_robot(arguments.truth).robot;
-  const PathFile programmed = command.read_path(command.input, KeepRows::yes);
-  if (!arguments.part.empty()) pass.part = read_part(command, arguments.part, programmed);
+  if (!arguments.truth.empty())
+    app::require_same_joints(robot, arguments.robot, truth, arguments.truth);
+  if (!arguments.start_deg.empty())
+    pass.joints.start = app::joints_of(arguments.start_deg, robot, "--start-deg");
+  const PathFile programmed = command.read_path(command.input, KeepRows::yes, robot);
+  if (!arguments.part.empty()) pass.part = read_part(command, arguments.part, programmed, robot);
   if (arguments.depth_mm > 0 && !gives_way(truth))
     command.warn("no effect of the robot is driven by force: the cut moves nothing");
   command.progress("simulating");
@@ -151,7 +155,7 @@ int run(app::Command& command, const Arguments& arguments) {
         programmed.path.time[programmed.path.samples() - 1] - programmed.path.time[0],
         measured.samples(), measured.samples() == 1 ? "" : "s", arguments.period_ms));
   if (!arguments.joints) measured.q.resize(Eigen::NoChange, 0);
-  write_output(command.output, write_path(measured));
+  write_output(command.output, write_path(measured, joint_names(robot.chain)));
   return app::kSuccess;
 }
 

@@ -74,19 +74,20 @@ void warn_beyond_travel(app::Command& command, const std::string& file,
   };
   const auto first = std::ranges::find_if(targets, beyond);
   if (first == targets.end()) return;
-  const auto joint = static_cast<size_t>(joint_beyond_travel(chain, first->q));
-  const Link& link = chain.links[joint];
+  const int joint = joint_beyond_travel(chain, first->q);
+  const Link& link = joint_link(chain, joint);
+  const JointName name = joint_names(chain)[static_cast<size_t>(joint)];
   command.warn(fmt::format(
       "{}:{}: {} of {} targets lie beyond the travel of the joints; in the first, '{}', {} stands "
-      "at {:.6g} deg, outside {:.6g} to {:.6g} deg",
+      "at {:.6g} {}, outside {:.6g} to {:.6g} {}",
       file, first->line, std::ranges::count_if(targets, beyond), targets.size(), first->pose,
-      link.name, first->q[static_cast<int>(joint)] / kDegree, link.min / kDegree,
-      link.max / kDegree));
+      link.name, first->q[joint] / name.si(), name.unit(), link.min / name.si(),
+      link.max / name.si(), name.unit()));
 }
 
 Campaign simulate_targets(app::Command& command, const std::string& path, const Robot& robot,
                           const Robot& truth, const SimulationOptions& options) {
-  const std::vector<JointTarget> targets = read_joint_targets(path);
+  const std::vector<JointTarget> targets = read_joint_targets(path, joint_names(robot.chain));
   warn_beyond_travel(command, path, targets, robot.chain);
   std::vector<JointVector> commanded;
   for (const JointTarget& target : targets) commanded.push_back(target.q);
@@ -99,11 +100,14 @@ int run(app::Command& command, const Arguments& arguments) {
   const SimulationOptions options = simulation_options(arguments, command.seed);
   const Robot robot = command.read_robot(arguments.robot).robot;
   const Robot truth = arguments.truth.empty() ? robot : command.read_robot(arguments.truth).robot;
+  if (!arguments.truth.empty())
+    app::require_same_joints(robot, arguments.robot, truth, arguments.truth);
   command.progress("simulating");
   write_output(command.output, write_campaign(arguments.targets.empty()
                                                   ? simulate(robot, truth, options)
                                                   : simulate_targets(command, arguments.targets,
-                                                                     robot, truth, options)));
+                                                                     robot, truth, options),
+                                              joint_names(robot.chain)));
   return app::kSuccess;
 }
 

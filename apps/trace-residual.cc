@@ -72,7 +72,7 @@ std::string explanation(const ChangeResult& result) {
 
 int report_change(app::Command& command, const std::string& path) {
   const RobotFile previous = command.read_robot(path);
-  const Campaign campaign = command.read_campaign(command.input);
+  const Campaign campaign = command.read_campaign(command.input, previous.robot);
   app::refuse_mistakes(command, previous.robot, campaign);
   const ChangeResult result =
       detect_change(previous.robot, residual_spread(previous, command), campaign);
@@ -89,7 +89,7 @@ int report_change(app::Command& command, const std::string& path) {
 
 int rank_candidates(app::Command& command, const Arguments& arguments) {
   const Robot robot = command.read_robot(arguments.robot).robot;
-  const Campaign campaign = command.read_campaign(command.input);
+  const Campaign campaign = command.read_campaign(command.input, robot);
   app::refuse_mistakes(command, robot, campaign);
   TraceOptions options;
   options.seed = command.seed;

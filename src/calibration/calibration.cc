@@ -247,11 +247,12 @@ void set_robot(const SessionModels& model, const Eigen::VectorXd& x, Calibration
   for (int s = 1; s < model.sessions(); ++s) {
     const std::vector<int>& own = model.own(s);
     const auto count = static_cast<int>(own.size());
-    Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(kTargetParameters, kTargetParameters);
+    const int all = layout_of(result.robot.chain).targets;
+    Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(all, all);
     covariance(own, own) =
         result.covariance.block(model.first_own(s), model.first_own(s), count, count);
     // The base's, turned into the axes of the session's own R_A.
-    Eigen::MatrixXd turn = Eigen::MatrixXd::Identity(kTargetParameters, kTargetParameters);
+    Eigen::MatrixXd turn = Eigen::MatrixXd::Identity(all, all);
     turn.block<3, 3>(kBaseParameters, kBaseParameters) = turn.block<3, 3>(
         kBaseParameters + 3, kBaseParameters + 3) = model.common_from_own(s).rotation.transpose();
     covariance = (turn * covariance * turn.transpose()).eval();

@@ -251,7 +251,7 @@ class Search {
   bool has_company(size_t pose, double s2) const {
     constexpr double kOffToo = 0.01;
     constexpr size_t kNearest = 4, kCompany = 2;
-    for (int joint = 0; joint < kJoints; ++joint) {
+    for (int joint = 0; joint < joint_count(robot_.chain); ++joint) {
       std::vector<std::pair<double, size_t>> others;
       for (size_t other = 0; other < judged_.size(); ++other)
         if (other != pose) others.emplace_back(std::abs(q(other)[joint] - q(pose)[joint]), other);
@@ -370,7 +370,7 @@ void require_worthwhile(const Robot& nominal, const CalibrationResult& fit, cons
   const auto identifies = [&](int parameter) {
     return std::ranges::find(fit.set.kept, parameter) != fit.set.kept.end();
   };
-  if (!identifies(kBaseParameters) || !identifies(kToolParameters)) return;
+  if (!identifies(kBaseParameters) || !identifies(layout_of(nominal.chain).tool)) return;
   std::vector<int> rows;
   for (int row = 0; row < sound.rows(); ++row)
     if (!std::ranges::binary_search(blunders, row)) rows.push_back(row);

@@ -40,17 +40,29 @@ std::vector<int> preference_order(const KinematicChain& chain) {
   const int anchors = first_anchor_parameter(chain);
   for (int k = anchors; k < parameter_count(chain); ++k)
     if ((k - anchors) % 4 < 3) order.push_back(k);
-  for (int k = kTargetParameters; k < anchors; ++k) order.push_back(k);
-  for (int k = 0; k < 6; ++k) order.push_back(kToolParameters + k);
+  const ParameterLayout layout = layout_of(chain);
+  for (int k = layout.targets; k < anchors; ++k) order.push_back(k);
+  for (int k = 0; k < 6; ++k) order.push_back(layout.tool + k);
+  // A joint's zero offset first: r of a prismatic one takes the place that theta has elsewhere.
+  const auto in_turn = [&](LinkParameter which, int link) {
+    if (!is_prismatic(chain.links[link])) return which;
+    if (which == LinkParameter::theta) return LinkParameter::r;
+    return which == LinkParameter::r ? LinkParameter::theta : which;
+  };
   for (LinkParameter which : {LinkParameter::theta, LinkParameter::alpha, LinkParameter::d,
                               LinkParameter::r, LinkParameter::beta})
-    for (int j = 0; j < kLinks; ++j) order.push_back(link_parameter(j, which));
+    for (int j = 0; j < link_count(chain); ++j)
+      order.push_back(link_parameter(j, in_turn(which, j)));
   for (int k = anchors + 3; k < parameter_count(chain); k += 4) order.push_back(k);
   return order;
 }
 
 // Table 2 of the seed paper.
-std::vector<int> paper_25() {
+std::vector<int> paper_25(const KinematicChain& chain) {
+  if (!is_six_axis_arm(chain))
+    throw std::invalid_argument(
+        "identify: paper-25 names parameters of six revolute joints and one fixed link, which this "
+        "robot is not; use auto, or names such as A2.d");
   std::vector<int> set;
   const auto add = [&](LinkParameter which, std::initializer_list<int> joints) {
     for (int joint : joints) set.push_back(link_parameter(joint - 1, which));
@@ -88,26 +100,27 @@ std::vector<int> allowed_parameters(const Robot& robot, const Campaign& campaign
     throw std::invalid_argument(
         "identify: names nothing; use auto, paper-25, base, tool, or names such as A2.d");
   std::vector<int> allowed;
+  const ParameterLayout layout = layout_of(robot.chain);
   const bool with_targets = !campaign.target_names.empty();
   const int targets_end = first_anchor_parameter(robot.chain);
   const int anchors_end = campaign.has_distances() ? parameter_count(robot.chain) : targets_end;
   for (const std::string& name : robot.identify) {
     if (name == "auto") {
       for (int k : preference_order(robot.chain))
-        if (k < kTargetParameters || (k < targets_end ? with_targets : k < anchors_end))
+        if (k < layout.targets || (k < targets_end ? with_targets : k < anchors_end))
           allowed.push_back(k);
     } else if (name == "paper-25") {
-      for (int k : paper_25()) allowed.push_back(k);
+      for (int k : paper_25(robot.chain)) allowed.push_back(k);
     } else if (name == "base" || name == "tool") {
-      const int first = name == "base" ? kBaseParameters : kToolParameters;
+      const int first = name == "base" ? kBaseParameters : layout.tool;
       for (int k = 0; k < 6; ++k) allowed.push_back(first + k);
       if (name == "tool" && with_targets)
-        for (int k = kTargetParameters; k < targets_end; ++k) allowed.push_back(k);
+        for (int k = layout.targets; k < targets_end; ++k) allowed.push_back(k);
       if (name == "base")
         for (int k = targets_end; k < anchors_end; ++k) allowed.push_back(k);
     } else {
       const auto index = find_parameter(robot.chain, name);
-      if (!index || is_instrument_parameter(*index))
+      if (!index || layout.is_of_instrument(*index))
         throw std::invalid_argument("identify: the robot has no parameter '" + name +
                                     "'; use auto, paper-25, base, tool, or names such as A2.d, "
                                     "base.x, tool.rz");

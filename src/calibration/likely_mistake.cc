@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/kinematics/joint_names.h"
 
 namespace armtrue {
 namespace {
@@ -91,18 +92,22 @@ void attempt_targets(const Robot& fitted, const Campaign& readings, Corrections&
                       [&](Campaign& c) { c.target = better; });
 }
 
-void attempt_joints(Corrections& corrections) {
-  for (int j = 0; j < kJoints; ++j)
-    corrections.attempt(fmt::format("q{} seems to have the wrong sign", j + 1), [j](Campaign& c) {
+void attempt_joints(const KinematicChain& chain, Corrections& corrections) {
+  const std::vector<JointName> names = joint_names(chain);
+  const int joints = static_cast<int>(names.size());
+  for (int j = 0; j < joints; ++j)
+    corrections.attempt(names[j].column + " seems to have the wrong sign", [j](Campaign& c) {
       for (JointVector& q : c.q) q[j] = -q[j];
     });
-  for (int j = 0; j + 1 < kJoints; ++j)
-    corrections.attempt(fmt::format("q{} and q{} look exchanged", j + 1, j + 2), [j](Campaign& c) {
-      for (JointVector& q : c.q) std::swap(q[j], q[j + 1]);
-    });
-  corrections.attempt("its joint angles look like radians among degrees", [](Campaign& c) {
-    for (JointVector& q : c.q) q *= 180 / std::numbers::pi;
-  });
+  for (int j = 0; j + 1 < joints; ++j)
+    if (names[j].is_length == names[j + 1].is_length)
+      corrections.attempt(
+          fmt::format("{} and {} look exchanged", names[j].column, names[j + 1].column),
+          [j](Campaign& c) {
+            for (JointVector& q : c.q) std::swap(q[j], q[j + 1]);
+          });
+  corrections.attempt("its joint angles look like radians among degrees",
+                      [&](Campaign& c) { scale_angles(c, chain, 180 / std::numbers::pi); });
 }
 
 void attempt_lengths(const Campaign& readings, Corrections& corrections) {
@@ -138,7 +143,7 @@ std::optional<std::string> likely_mistake(const Robot& fitted, const Campaign& c
                                           size_t which, double off, double tolerance) {
   const Campaign own = campaign.select(readings[which]);
   Corrections corrections(fitted, own, off, tolerance);
-  attempt_joints(corrections);
+  attempt_joints(fitted.chain, corrections);
   attempt_lengths(own, corrections);
   attempt_targets(fitted, own, corrections);
   attempt_other_poses(campaign, readings, which, corrections);

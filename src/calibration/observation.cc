@@ -150,14 +150,14 @@ double ObservationModel::mean_square_value(int coefficient) const {
 
 Robot ObservationModel::robot_at(const Eigen::VectorXd& x) const {
   Robot robot = robot_;
+  const int tool = layout_of(robot_.chain).tool;
   const auto is_turn = [](int index, int first) { return index >= first + 3 && index < first + 6; };
   for (int k = 0; k < geometric_count(); ++k)
-    if (!is_turn(geometric_[k], kBaseParameters) && !is_turn(geometric_[k], kToolParameters))
+    if (!is_turn(geometric_[k], kBaseParameters) && !is_turn(geometric_[k], tool))
       move_parameter(robot.chain, geometric_[k], x[k]);
   robot.chain.base.rotation =
       rotation_exp(turn_of(x, kBaseParameters)) * robot_.chain.base.rotation;
-  robot.chain.tool.rotation =
-      rotation_exp(turn_of(x, kToolParameters)) * robot_.chain.tool.rotation;
+  robot.chain.tool.rotation = rotation_exp(turn_of(x, tool)) * robot_.chain.tool.rotation;
   int k = geometric_count();
   for (int e = 0; e < fitted_effects_; ++e) {
     robot.effects[e].coefficients.resize(effects_[e].coefficient_count());
@@ -189,10 +189,13 @@ Eigen::Vector3d ObservationModel::turn_of(const Eigen::VectorXd& x, int first_pa
 ObservationModel::At ObservationModel::at(const Eigen::VectorXd& x) const { return At(*this, x); }
 
 ObservationModel::At::At(const ObservationModel& model, const Eigen::VectorXd& x)
-    : model_(model), robot_(model.robot_at(x)), chain_(robot_.chain) {
+    : model_(model),
+      robot_(model.robot_at(x)),
+      layout_(layout_of(robot_.chain)),
+      chain_(robot_.chain) {
   // exp(x + dx) = exp(Jl(x) dx) exp(x), and Jl(x) = Jr(-x).
   base_turn_ = inverse_right_jacobian(-model.turn_of(x, kBaseParameters)).inverse();
-  tool_turn_ = inverse_right_jacobian(-model.turn_of(x, kToolParameters)).inverse();
+  tool_turn_ = inverse_right_jacobian(-model.turn_of(x, layout_.tool)).inverse();
 }
 
 Eigen::VectorXd ObservationModel::At::offsets(int row) const {
@@ -219,14 +222,14 @@ ObservationModel::At::Prediction ObservationModel::At::predict(int row,
     frame = jacobian ? chain_.pose(q, *jacobian) : chain_.pose(q);
   } else {
     offset = offsets(row);
-    const ParameterOffsets of_chain = offset.head<kGeometricParameters>();
-    predicted.scale += offset[kInstrumentScale];
+    const ParameterOffsets of_chain = offset.head(layout_.geometric);
+    predicted.scale += offset[layout_.instrument_scale];
     frame = jacobian ? chain_.pose(q, of_chain, *jacobian) : chain_.pose(q, of_chain);
   }
   if (!model_.targets_.empty()) {
     const int target = model_.targets_[model_.campaign_.target[row]];
     Eigen::Vector3d place = robot_.chain.targets[target].position;
-    if (offset.size() > 0) place += offset.segment<3>(kTargetParameters + 3 * target);
+    if (offset.size() > 0) place += offset.segment<3>(layout_.targets + 3 * target);
     const Eigen::Vector3d lever = frame.rotation * place;
     if (jacobian) move_to_point(*jacobian, lever);
     frame.translation += lever;
@@ -235,7 +238,7 @@ ObservationModel::At::Prediction ObservationModel::At::predict(int row,
   const Campaign& campaign = model_.campaign_;
   const ReadingKind kind = campaign.kind(row);
   if (offset.size() > 0 && kind != ReadingKind::distance) {
-    const Eigen::Vector3d errors = offset.segment<3>(kInstrumentRange);
+    const Eigen::Vector3d errors = offset.segment<3>(layout_.instrument_range);
     if (!errors.isZero(0)) predicted.off = line_of_sight(frame).derivatives() * errors;
   }
   switch (kind) {
@@ -294,13 +297,14 @@ void ObservationModel::At::set_instrument_column(int row, int parameter,
   const bool is_length = kind != ReadingKind::point;
   const int first_anchor = first_anchor_parameter(robot_.chain);
   column.setZero();
-  if (parameter == kInstrumentScale) {
+  if (parameter == layout_.instrument_scale) {
     const int size = is_length ? 1 : 3;
     column.head(size) = predicted.position.head(size) / sigma;
-  } else if (is_instrument_parameter(parameter)) {
+  } else if (layout_.is_of_instrument(parameter)) {
     if (kind == ReadingKind::distance) return;
     const Eigen::Vector3d motion =
-        line_of_sight(predicted.frame).derivatives().col(parameter - kInstrumentRange) / sigma;
+        line_of_sight(predicted.frame).derivatives().col(parameter - layout_.instrument_range) /
+        sigma;
     if (is_length)
       column[0] = predicted.direction.dot(motion);
     else
@@ -314,8 +318,8 @@ void ObservationModel::At::set_instrument_column(int row, int parameter,
                             predicted.direction.dot(model_.common_from_own_.rotation.col(which))) /
           sigma;
   } else if (!model_.targets_.empty()) {
-    const int target = (parameter - kTargetParameters) / 3;
-    const int axis = (parameter - kTargetParameters) % 3;
+    const int target = (parameter - layout_.targets) / 3;
+    const int axis = (parameter - layout_.targets) % 3;
     if (target != model_.targets_[model_.campaign_.target[row]]) return;
     const Eigen::Vector3d motion = predicted.frame.rotation.col(axis) * (predicted.scale / sigma);
     if (is_length)
@@ -335,7 +339,7 @@ void ObservationModel::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const
     jacobian.bottomRows<3>() = inverse_right_jacobian(r.tail<3>()) * jacobian.bottomRows<3>();
   if (predicted.scale != 1.0) jacobian.topRows<3>() *= predicted.scale;
   turn_columns(jacobian, kBaseParameters + 3, base_turn_);
-  turn_columns(jacobian, kToolParameters + 3, tool_turn_);
+  turn_columns(jacobian, layout_.tool + 3, tool_turn_);
   const bool is_length = model_.campaign_.kind(row) != ReadingKind::point;
   if (is_length) jacobian.row(0) = (predicted.direction.transpose() * jacobian.topRows<3>()).eval();
 
@@ -345,7 +349,7 @@ void ObservationModel::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const
   weight.tail<3>().setConstant(1.0 / sigma.orientation);
 
   for (int k = 0; k < model_.geometric_count(); ++k)
-    if (const int index = model_.geometric_[k]; index < kGeometricParameters)
+    if (const int index = model_.geometric_[k]; index < layout_.geometric)
       out.col(k) = jacobian.col(index).head(size).cwiseProduct(weight.head(size));
     else
       set_instrument_column(row, index, predicted, sigma.position, out.col(k));
@@ -357,7 +361,7 @@ void ObservationModel::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const
     for (const BoundEffect::Term& term : model_.effects_[e].terms()) {
       const double value = model_.effect_values_(model_.first_value_[e] + term.value, row);
       auto column = out.col(first + model_.first_coefficient_[e] + term.coefficient);
-      if (term.parameter < kGeometricParameters) {
+      if (term.parameter < layout_.geometric) {
         column += (jacobian.col(term.parameter).head(size).cwiseProduct(weight.head(size))) * value;
       } else {
         set_instrument_column(row, term.parameter, predicted, sigma.position, of_reading);

@@ -29,18 +29,14 @@ std::vector<PriorWidth> typical_widths() {
           {"zero offsets", 2e-3, kWithinTwo, 2e-3}};
 }
 
-bool is_of_links(int parameter) {
-  return parameter >= kLinkParameters && parameter < kToolParameters;
-}
-
-Class class_of(int parameter) {
-  if (is_zero_offset(parameter)) return zero_offsets;
-  return parameter_unit(parameter) == ParameterUnit::metre ? lengths : angles;
+Class class_of(const KinematicChain& chain, int parameter) {
+  if (is_zero_offset(chain, parameter)) return zero_offsets;
+  return parameter_unit(chain, parameter) == ParameterUnit::metre ? lengths : angles;
 }
 
 double link_value(const KinematicChain& chain, int parameter) {
-  const Link& link = chain.links[(parameter - kLinkParameters) / 5];
-  switch (static_cast<LinkParameter>((parameter - kLinkParameters) % 5)) {
+  const Link& link = chain.links[link_of_parameter(parameter)];
+  switch (kind_of_parameter(parameter)) {
     case LinkParameter::alpha:
       return link.alpha;
     case LinkParameter::d:
@@ -61,24 +57,25 @@ double from_nominal(const Robot& robot, int parameter, double value) {
 }
 
 void add_geometry(const Robot& robot, const SessionModels& models, Priors& priors) {
+  const ParameterLayout layout = layout_of(robot.chain);
   const auto add = [&](int unknown, int parameter, double value) {
-    if (!is_of_links(parameter)) return;
-    const Class width = class_of(parameter);
+    if (!layout.is_of_links(parameter)) return;
+    const Class width = class_of(robot.chain, parameter);
     priors.of_unknowns.push_back(
         {unknown, priors.widths[width].deviation, from_nominal(robot, parameter, value), width});
   };
   for (int k = 0; k < models.geometric_count(); ++k) {
     const int parameter = models.geometric()[k];
     if (!robot.priors.contains(parameter_name(robot.chain, parameter)))
-      add(k, parameter, is_of_links(parameter) ? link_value(robot.chain, parameter) : 0);
+      add(k, parameter, layout.is_of_links(parameter) ? link_value(robot.chain, parameter) : 0);
   }
   for (int s = 1; s < models.sessions(); ++s)
     for (size_t k = 0; k < models.own(s).size(); ++k) {
       const int parameter = models.own(s)[k];
-      if (!is_of_links(parameter)) continue;
+      if (!layout.is_of_links(parameter)) continue;
       double value = link_value(robot.chain, parameter);
       if (const auto known = robot.sessions.find(models.name(s)); known != robot.sessions.end())
-        if (const auto own = known->second.theta.find((parameter - kLinkParameters) / 5);
+        if (const auto own = known->second.theta.find(link_of_parameter(parameter));
             own != known->second.theta.end())
           value = own->second;
       add(models.first_own(s) + static_cast<int>(k), parameter, value);
@@ -159,7 +156,7 @@ Priors priors_of(const Robot& robot, const SessionModels& models) {
     const auto found = robot.priors.find(parameter_name(robot.chain, models.geometric()[k]));
     if (found == robot.priors.end()) continue;
     const int parameter = models.geometric()[k];
-    const double start = is_of_links(parameter)
+    const double start = layout_of(robot.chain).is_of_links(parameter)
                              ? from_nominal(robot, parameter, link_value(robot.chain, parameter))
                              : 0.0;
     priors.of_unknowns.push_back({k, found->second, start});

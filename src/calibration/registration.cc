@@ -201,7 +201,8 @@ Robot starting_robot(const Robot& robot, const Campaign& campaign, const Identif
     finds_first_base &=
         std::find(set.kept.begin(), set.kept.end(), kBaseParameters + k) != set.kept.end();
   const bool finds_tool =
-      finds_first_base && std::ranges::find(set.kept, kToolParameters) != set.kept.end();
+      finds_first_base &&
+      std::ranges::find(set.kept, layout_of(robot.chain).tool) != set.kept.end();
   const std::vector<std::vector<int>> sessions = rows_by_session(campaign);
   if (sessions.size() == 1) {
     const Robot there = robot_at_row(robot, campaign, 0);

@@ -136,14 +136,14 @@ double SessionModels::mean_square_value(int coefficient) const {
 Robot SessionModels::robot_at(const Eigen::VectorXd& x) const {
   Robot robot = models_.front().robot_at(unknowns_of(0, x));
   for (int s = 0; sessions() > 1 && s < sessions(); ++s) {
-    const KinematicChain chain = models_[s].robot_at(unknowns_of(s, x)).chain;
+    KinematicChain chain = models_[s].robot_at(unknowns_of(s, x)).chain;
     Session& session = robot.sessions[names_[s]];
     const auto known = robot_.sessions.find(names_[s]);
     if (known != robot_.sessions.end()) session = known->second;
     session.base = inverse(common_from_own_[s]) * chain.base;
     for (int k : own_[s])
-      if (is_zero_offset(k)) session.theta.try_emplace((k - kLinkParameters) / 5);
-    for (auto& [link, theta] : session.theta) theta = chain.links[link].theta;
+      if (is_zero_offset(chain, k)) session.theta.try_emplace(link_of_parameter(k));
+    for (auto& [link, theta] : session.theta) theta = zero_of(chain.links[link]);
   }
   return robot;
 }

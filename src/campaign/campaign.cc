@@ -118,6 +118,10 @@ Campaign Campaign::select(const std::vector<int>& rows) const {
 
 std::string missing_column(const Campaign& campaign, DriverKind kind, const std::string& where) {
   const auto& sensors = campaign.temperature_names;
+  const size_t joints = campaign.q.empty() ? 6 : static_cast<size_t>(campaign.q.front().size());
+  const auto numbered = [&](const std::string& name, const std::string& unit) {
+    return name + "1" + unit + " to " + name + std::to_string(joints) + unit;
+  };
   switch (kind) {
     case DriverKind::time:
       return campaign.time_s.empty() ? "t_s" : "";
@@ -126,11 +130,11 @@ std::string missing_column(const Campaign& campaign, DriverKind kind, const std:
                  ? "temp_" + where + "_c"
                  : "";
     case DriverKind::motor_torque:
-      return campaign.motor_torque_nm.empty() ? "tau1_nm to tau6_nm" : "";
+      return campaign.motor_torque_nm.empty() ? numbered("tau", "_nm") : "";
     case DriverKind::arrival:
-      return campaign.arrival.empty() ? "dir1 to dir6" : "";
+      return campaign.arrival.empty() ? numbered("dir", "") : "";
     case DriverKind::stroke:
-      return campaign.stroke.empty() ? "stroke1_deg to stroke6_deg" : "";
+      return campaign.stroke.empty() ? numbered("stroke", "_deg") : "";
     default:
       return "";
   }
@@ -191,6 +195,12 @@ void derive_arrival(Campaign& campaign) {
   if (campaign.stroke.empty() &&
       std::equal(campaign.arrival.begin(), campaign.arrival.end(), directions.begin(), agree))
     campaign.stroke = std::move(strokes);
+}
+
+void scale_angles(Campaign& campaign, const KinematicChain& chain, double factor) {
+  for (int j = 0; j < joint_count(chain); ++j)
+    if (!is_prismatic(joint_link(chain, j)))
+      for (JointVector& q : campaign.q) q[j] *= factor;
 }
 
 void begin_sessions(Campaign& campaign, const std::vector<double>& times_s) {

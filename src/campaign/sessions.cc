@@ -54,7 +54,7 @@ Robot robot_at_row(const Robot& robot, const Campaign& campaign, int row) {
   const auto found = robot.sessions.find(session_name(campaign, row));
   if (found == robot.sessions.end()) return there;
   there.chain.base = found->second.base;
-  for (const auto& [link, theta] : found->second.theta) there.chain.links[link].theta = theta;
+  for (const auto& [link, theta] : found->second.theta) zero_of(there.chain.links[link]) = theta;
   for (const auto& [name, deviation] : found->second.std) there.std[name] = deviation;
   return there;
 }
@@ -79,7 +79,7 @@ std::vector<int> own_parameters(const Robot& robot) {
   for (const std::string& name : robot.identify_per_session) {
     if (name == "base") continue;  // always
     const auto parameter = find_parameter(robot.chain, name);
-    if (!parameter || !is_zero_offset(*parameter))
+    if (!parameter || !is_zero_offset(robot.chain, *parameter))
       throw std::invalid_argument("identify_per_session: '" + name +
                                   "' is no zero offset of the robot; a session has its base for "
                                   "itself and, if named here, offsets such as A2.theta");

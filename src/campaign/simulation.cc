@@ -15,13 +15,29 @@ namespace armtrue {
 namespace {
 
 bool within_travel(const KinematicChain& chain, const JointVector& q) {
-  for (int j = 0; j < kJoints; ++j)
-    if (const auto [min, max] = travel(chain.links[j]); q[j] < min || q[j] > max) return false;
+  for (int j = 0; j < joint_count(chain); ++j)
+    if (const auto [min, max] = travel(joint_link(chain, j)); q[j] < min || q[j] > max)
+      return false;
   return true;
 }
 
 bool inside(const Box& box, const Eigen::Vector3d& point) {
   return (point.array() >= box.low.array()).all() && (point.array() <= box.high.array()).all();
+}
+
+// The damped least-squares step of the joints that brings the point to where it misses. kJoints:
+// their number if known when compiled, otherwise Eigen::Dynamic.
+template <int kJoints>
+JointVector step_to(const KinematicChain& chain, const PoseJacobian& jacobian,
+                    const Eigen::Vector3d& miss) {
+  constexpr int kMost = kJoints == Eigen::Dynamic ? kMaxJoints : kJoints;
+  Eigen::Matrix<double, 3, kJoints, 0, 3, kMost> joints(3, joint_count(chain));
+  for (int j = 0; j < static_cast<int>(joints.cols()); ++j)
+    joints.col(j) = joint_column(chain, jacobian, j).head<3>();
+  const Eigen::Matrix3d gram = joints * joints.transpose() + 1e-3 * Eigen::Matrix3d::Identity();
+  const Eigen::Matrix<double, kJoints, 1, 0, kMost, 1> change =
+      joints.transpose() * gram.ldlt().solve(miss);
+  return change;
 }
 
 // Moves a configuration by damped least-squares steps until its point is the wanted one.
@@ -31,12 +47,8 @@ bool reach(const ChainEvaluator& evaluator, const KinematicChain& chain,
     PoseJacobian jacobian;
     const Eigen::Vector3d miss = wanted - evaluator.pose(q, jacobian).translation;
     if (miss.norm() < 1e-6) return within_travel(chain, q);
-    Eigen::Matrix<double, 3, kJoints> joints;
-    for (int j = 0; j < kJoints; ++j)
-      joints.col(j) =
-          chain.links[j].sign * jacobian.col(link_parameter(j, LinkParameter::theta)).head<3>();
-    const Eigen::Matrix3d gram = joints * joints.transpose() + 1e-3 * Eigen::Matrix3d::Identity();
-    JointVector change = joints.transpose() * gram.ldlt().solve(miss);
+    JointVector change = joint_count(chain) == 6 ? step_to<6>(chain, jacobian, miss)
+                                                 : step_to<Eigen::Dynamic>(chain, jacobian, miss);
     const double largest = change.cwiseAbs().maxCoeff();
     if (largest > 0.3) change *= 0.3 / largest;
     q += change;
@@ -57,9 +69,9 @@ std::vector<JointVector> random_configurations(const Robot& robot, int count,
     if (++tries > kTriesPerPose)
       throw std::invalid_argument(
           "the box cannot be reached within the travel limits; enlarge or move it");
-    JointVector q;
-    for (int j = 0; j < kJoints; ++j) {
-      const auto [min, max] = travel(robot.chain.links[j]);
+    JointVector q(joint_count(robot.chain));
+    for (int j = 0; j < static_cast<int>(q.size()); ++j) {
+      const auto [min, max] = travel(joint_link(robot.chain, j));
       q[j] = random.uniform(min, max);
     }
     if (box) {

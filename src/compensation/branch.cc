@@ -16,7 +16,8 @@ int sign_of(double value) {
 }  // namespace
 
 Branch branch_of(const ChainEvaluator& arm, const JointVector& q) {
-  const std::array<Pose, kLinks> frames = arm.link_frames(q);
+  if (!arm.is_six_axis_arm()) return {};
+  const LinkFrames frames = arm.link_frames(q);
   const auto axis = [&](size_t j) -> Eigen::Vector3d { return frames[j].rotation.col(2); };
   const auto origin = [&](size_t j) -> const Eigen::Vector3d& { return frames[j].translation; };
   const Eigen::Vector3d wrist = origin(4);
@@ -38,7 +39,8 @@ bool stays(const Branch& before, const Branch& now) {
 }
 
 double wrist_sine(const ChainEvaluator& arm, const JointVector& q) {
-  const std::array<Pose, kLinks> frames = arm.link_frames(q);
+  if (!arm.is_six_axis_arm()) return 1;
+  const LinkFrames frames = arm.link_frames(q);
   return frames[3].rotation.col(2).cross(frames[5].rotation.col(2)).norm();
 }
 

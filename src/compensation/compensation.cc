@@ -24,9 +24,9 @@ bool follows_motion(const Robot& robot) {
   return false;
 }
 
-bool changes_turn(const JointVector& a, const JointVector& b) {
-  for (int j = 0; j < kJoints; ++j)
-    if ((a[j] < 0) != (b[j] < 0)) return true;
+bool changes_turn(const KinematicChain& chain, const JointVector& a, const JointVector& b) {
+  for (int j = 0; j < static_cast<int>(a.size()); ++j)
+    if (!is_prismatic(joint_link(chain, j)) && (a[j] < 0) != (b[j] < 0)) return true;
   return false;
 }
 
@@ -71,7 +71,7 @@ class Compensation {
     for (size_t row = 0; row < visits_.force_n.size(); ++row)
       visits_.force_n[row] = arms(row).options.base.rotation * visits_.force_n[row];
     visits_.arrival.resize(visits_.q.size(), Direction{});
-    visits_.stroke.resize(visits_.q.size(), JointVector::Zero());
+    visits_.stroke.resize(visits_.q.size(), JointVector::Zero(kMaxJoints));
   }
 
   std::vector<CorrectedTarget> run(const Robot& identified) {
@@ -81,7 +81,7 @@ class Compensation {
     if (identified.uncertainty)
       for (const Arms& arms : arms_) cover_rows_of(arms, identified);
     for (CorrectedTarget& target : targets_) {
-      if (target.is_corrected && changes_turn(target.programmed, target.q))
+      if (target.is_corrected && changes_turn(identified.chain, target.programmed, target.q))
         target.notes.push_back(CommandNote::turn);
       std::ranges::sort(target.notes);
     }
@@ -258,16 +258,18 @@ std::vector<std::string> parameters_of_station(const Robot& robot) {
       if (std::ranges::count(identified, first + k) == 0) return true;
     return false;
   };
-  const bool lacks_base = lacks(kBaseParameters), lacks_tool = lacks(kToolParameters);
-  constexpr int kLastJoint = kJoints - 1;
+  const ParameterLayout layout = layout_of(robot.chain);
+  const bool lacks_base = lacks(kBaseParameters), lacks_tool = lacks(layout.tool);
+  const int first = link_of_joint(robot.chain, 0);
+  const int last = link_of_joint(robot.chain, joint_count(robot.chain) - 1);
   std::vector<std::string> names;
   for (int k : identified) {
     const bool follows_base =
-        k >= kLinkParameters && k < link_parameter(1, LinkParameter::alpha) && lacks_base;
+        k >= kLinkParameters && k < link_parameter(first + 1, LinkParameter::alpha) && lacks_base;
     const bool follows_tool =
-        (k == link_parameter(kLastJoint, LinkParameter::theta) ||
-         k == link_parameter(kLastJoint, LinkParameter::r) ||
-         (k >= link_parameter(kJoints, LinkParameter::alpha) && k < kToolParameters)) &&
+        (k == link_parameter(last, LinkParameter::theta) ||
+         k == link_parameter(last, LinkParameter::r) ||
+         (k >= link_parameter(last + 1, LinkParameter::alpha) && k < layout.tool)) &&
         lacks_tool;
     if (follows_base || follows_tool) names.push_back(parameter_name(robot.chain, k));
   }

@@ -12,7 +12,7 @@ namespace {
 
 bool is_of_a_link(const KinematicChain& chain, const std::string& name) {
   const auto index = find_parameter(chain, name);
-  return index && *index >= kLinkParameters && *index < kToolParameters;
+  return index && layout_of(chain).is_of_links(*index);
 }
 
 // The robot with the effects that move a program, and of its uncertainty their rows and those of

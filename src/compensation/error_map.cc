@@ -170,7 +170,7 @@ std::vector<MapPoint> points_of(const Program& program, const ErrorMapper& mappe
   CommandedMotion motion(visits);
   for (Eigen::Vector3d& force : visits.force_n) force = mapper.options().base.rotation * force;
   visits.arrival.resize(visits.q.size(), Direction{});
-  visits.stroke.resize(visits.q.size(), JointVector::Zero());
+  visits.stroke.resize(visits.q.size(), JointVector::Zero(kMaxJoints));
   const Pose program_from_foot = inverse(mapper.options().base);
   std::vector<MapPoint> points(visits.q.size());
   std::optional<JointVector> previous;
@@ -251,7 +251,7 @@ ErrorMap map_errors(const Robot& identified, const Robot& controller, const Grid
   for (const Robot* robot : {&identified, &controller})
     require_context(*robot, still, options.tool_is_measured);
   still.arrival.assign(1, Direction{});
-  still.stroke.assign(1, JointVector::Zero());
+  still.stroke.assign(1, JointVector::Zero(kMaxJoints));
   const ErrorMapper mapper(identified, controller, options, still.temperature_names);
   const Context context = still.context(0);
   ErrorMap map;

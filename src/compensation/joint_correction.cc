@@ -17,7 +17,7 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 constexpr double kLength = 0.1;       // [m]: a mrad counts as 0.1 mm
 constexpr double kReached = 1e-10;    // [m], [rad]
 constexpr double kGoodEnough = 1e-9;  // [m], [rad]: 1e-6 mm
-constexpr double kLargestStep = 0.3;  // [rad]: limit of the linear model
+constexpr double kLargestStep = 0.3;  // [rad], [m]: limit of the linear model
 constexpr int kNoJoint = -1, kWristJoint = 4;
 // A wrist bent by less, or as little left of any other freedom, is near a singular posture.
 constexpr double kNearWrist = 3 * kDegree;
@@ -33,6 +33,38 @@ Vector6 weighted_error(const Pose& wanted, const Pose& reached) {
 
 bool is_within(const Vector6& error, double tolerance) {
   return error.head<3>().norm() < tolerance && error.tail<3>().norm() < kLength * tolerance;
+}
+
+// (J^T J + weight I)^-1 right for six joints, with one held or kNoJoint.
+JointVector solve_six(const Eigen::Matrix<double, 6, 6>& jacobian, double weight,
+                      const Vector6& right_side, int held) {
+  Matrix6 normal = jacobian.transpose() * jacobian + weight * Matrix6::Identity();
+  Vector6 right = right_side;
+  if (held != kNoJoint) {
+    normal.row(held).setZero();
+    normal.col(held).setZero();
+    normal(held, held) = 1;
+    right[held] = 0;
+  }
+  const Vector6 change = normal.ldlt().solve(right);
+  return change;
+}
+
+// The same for any number, none of them held. With more than six joints and hardly any weight the
+// dual form, J^T (J J^T + weight I)^-1 e, leaves the null space alone.
+JointVector solve_any(const JointJacobian& jacobian, double weight, const JointVector& right) {
+  const Eigen::MatrixXd normal =
+      jacobian.transpose() * jacobian +
+      weight * Eigen::MatrixXd::Identity(jacobian.cols(), jacobian.cols());
+  return normal.ldlt().solve(right);
+}
+JointVector solve_dual(const JointJacobian& jacobian, double weight, const Vector6& error) {
+  const Matrix6 normal = jacobian * jacobian.transpose() + weight * Matrix6::Identity();
+  return jacobian.transpose() * normal.ldlt().solve(error);
+}
+
+double squared_norm(const JointVector& q) {
+  return q.size() == 6 ? Vector6(q).squaredNorm() : q.squaredNorm();
 }
 
 // One minimisation, with one lambda; `held` is a joint that does not move, or kNoJoint.
@@ -60,23 +92,26 @@ class Minimum {
     Context context = context_;
     context.q = q;
     return weighted_error(wanted_, arm_.pose(context)).squaredNorm() +
-           lambda_ * lambda_ * (q - start_).squaredNorm();
+           lambda_ * lambda_ * squared_norm(q - start_);
   }
 
   JointVector step(double damping) const {
-    Matrix6 normal =
-        jacobian_.transpose() * jacobian_ + (lambda_ * lambda_ + damping) * Matrix6::Identity();
-    Vector6 right = jacobian_.transpose() * error_ - lambda_ * lambda_ * (q_ - start_);
-    if (held_ != kNoJoint) {
-      normal.row(held_).setZero();
-      normal.col(held_).setZero();
-      normal(held_, held_) = 1;
-      right[held_] = 0;
-    }
-    JointVector change = normal.ldlt().solve(right);
+    JointVector change = undamped_step(lambda_ * lambda_ + damping);
     const double largest = change.cwiseAbs().maxCoeff();
     if (largest > kLargestStep) change *= kLargestStep / largest;
     return change;
+  }
+
+  JointVector undamped_step(double weight) const {
+    if (q_.size() == 6) {
+      const Eigen::Matrix<double, 6, 6> jacobian = jacobian_;
+      const Vector6 right =
+          jacobian.transpose() * error_ - lambda_ * lambda_ * Vector6(q_ - start_);
+      return solve_six(jacobian, weight, right, held_);
+    }
+    if (q_.size() > 6 && lambda_ == 0) return solve_dual(jacobian_, weight, error_);
+    return solve_any(jacobian_, weight,
+                     jacobian_.transpose() * error_ - lambda_ * lambda_ * (q_ - start_));
   }
 
   void find() {
@@ -108,6 +143,23 @@ class Minimum {
   JointJacobian jacobian_;
 };
 
+double least_singular_value(const JointJacobian& jacobian) {
+  if (jacobian.cols() < jacobian.rows()) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(jacobian.transpose() * jacobian,
+                                                                Eigen::EigenvaluesOnly);
+    return std::sqrt(std::max(0.0, solver.eigenvalues()[0]));
+  }
+  Matrix6 square;
+  if (jacobian.cols() == 6) {
+    const Matrix6 six = jacobian;
+    square = six.transpose() * six;
+  } else {
+    square = jacobian * jacobian.transpose();
+  }
+  const Eigen::SelfAdjointEigenSolver<Matrix6> solver(square, Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, solver.eigenvalues()[0]));
+}
+
 // By how much a joint may change: kMaxSingularChange at a singular posture, without a bound far
 // from it, and no step between.
 double largest_change(const ProgramArm& arm, Context context, const JointVector& q) {
@@ -115,9 +167,7 @@ double largest_change(const ProgramArm& arm, Context context, const JointVector&
   context.q = q;
   arm.pose(context, jacobian);
   jacobian.bottomRows<3>() *= kLength;
-  const Eigen::SelfAdjointEigenSolver<Matrix6> solver(jacobian.transpose() * jacobian,
-                                                      Eigen::EigenvaluesOnly);
-  const double least = std::sqrt(std::max(0.0, solver.eigenvalues()[0]));
+  const double least = least_singular_value(jacobian);
   const double near = std::min(wrist_sine(arm.chain(), q) / std::sin(kNearWrist), least / kNearAny);
   return near < 1 ? kMaxSingularChange / (1 - near * near)
                   : std::numeric_limits<double>::infinity();
@@ -147,6 +197,7 @@ JointCorrection correct_joints(const ProgramArm& arm, const Context& context, co
   JointCorrection best{programmed, true, true};
   double least = std::numeric_limits<double>::infinity();
   for (int held : {kNoJoint, kWristJoint}) {
+    if (held != kNoJoint && !arm.chain().is_six_axis_arm()) continue;
     double low = -8, high = 2;  // log10 of lambda; above 10 nothing moves
     for (int k = 0; k < 30; ++k) {
       const double middle = 0.5 * (low + high);

@@ -17,7 +17,8 @@ NearPosture::NearPosture(const ProgramArm& arm, const JointVector& like, Turns t
       like_(like),
       turns_(turns),
       branch_(branch_of(arm.chain(), like)),
-      rolls_(std::abs(std::sin(arm.robot().chain.links[kForearm].alpha)) > 0.5) {}
+      rolls_(arm.chain().is_six_axis_arm() &&
+             std::abs(std::sin(arm.robot().chain.links[kForearm].alpha)) > 0.5) {}
 
 std::optional<JointVector> NearPosture::reach(const Context& context, const Pose& wanted,
                                               const JointVector& from) const {
@@ -52,10 +53,12 @@ double NearPosture::turn_of_forearm(const JointVector& q) const {
 }
 
 JointVector NearPosture::turned(JointVector q) const {
-  for (int j = 0; j < kJoints; ++j) {
+  const KinematicChain& chain = arm_.robot().chain;
+  for (int j = 0; j < joint_count(chain); ++j) {
+    const Link& link = joint_link(chain, j);
+    if (is_prismatic(link)) continue;
     q[j] = like_[j] + std::remainder(q[j] - like_[j], kTurn);
     if (turns_ == Turns::nearest) continue;
-    const Link& link = arm_.robot().chain.links[static_cast<size_t>(j)];
     for (double other : {q[j] - kTurn, q[j] + kTurn})
       if ((q[j] < link.min || q[j] > link.max) && other >= link.min && other <= link.max)
         q[j] = other;

@@ -38,8 +38,8 @@ PostureSearch::PostureSearch(const ProgramArm& arm, const Context& context, cons
   if (!found_) try_from(stated.reference);
   const KinematicChain& chain = arm.robot().chain;
   for (int k = 1; k <= kStarts && !found_; ++k) {
-    JointVector start;
-    for (int j = 0; j < kJoints; ++j) {
+    JointVector start(kProgramAxes);
+    for (int j = 0; j < kProgramAxes; ++j) {
       const auto [min, max] = travel(chain.links[static_cast<size_t>(j)]);
       const double low = std::max(min, stated.low[j]), high = std::min(max, stated.high[j]);
       const double share = std::fmod(k * std::sqrt(2.0 + j) + 0.5 * j, 1.0);
@@ -65,7 +65,7 @@ void PostureSearch::try_from(const JointVector& start) {
 
 std::optional<JointVector> PostureSearch::in_ranges(JointVector q, bool in_travel) const {
   const KinematicChain& chain = arm_.robot().chain;
-  for (int j = 0; j < kJoints; ++j) {
+  for (int j = 0; j < kProgramAxes; ++j) {
     double low = stated_.low[j], high = stated_.high[j];
     if (in_travel) {
       const auto [min, max] = travel(chain.links[static_cast<size_t>(j)]);

@@ -8,9 +8,9 @@
 
 namespace armtrue {
 
-/// Looks for the joint angles at which an arm has a pose in a stated configuration: from the
-/// posture before, from the reference of the configuration, then from other starts in a fixed
-/// order. One within the travel is preferred.
+/// Looks for the joint angles at which an arm of six axes has a pose in a stated configuration:
+/// from the posture before, from the reference of the configuration, then from other starts in a
+/// fixed order. One within the travel is preferred.
 class PostureSearch {
  public:
   /// `wanted`: R_0 from TCP. The arguments must live as long as the search.

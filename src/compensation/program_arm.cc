@@ -71,12 +71,13 @@ Pose ProgramArm::pose(const Context& context) const {
 }
 
 Pose ProgramArm::pose(const Context& context, JointJacobian& jacobian) const {
-  const ParameterOffsets offsets = model_.offsets(in_station(context)).head<kGeometricParameters>();
+  const ParameterOffsets offsets =
+      model_.offsets(in_station(context)).head(layout_of(robot_.chain).geometric);
   PoseJacobian all;
   const Pose pose = foot_from_station_ * model_.chain().pose(context.q, offsets, all);
-  for (int j = 0; j < kJoints; ++j) {
-    const double sign = robot_.chain.links[static_cast<size_t>(j)].sign;
-    const auto column = sign * all.col(link_parameter(j, LinkParameter::theta));
+  jacobian.resize(Eigen::NoChange, joint_count(robot_.chain));
+  for (int j = 0; j < static_cast<int>(jacobian.cols()); ++j) {
+    const Eigen::Matrix<double, 6, 1> column = joint_column(robot_.chain, all, j);
     jacobian.col(j).head<3>() = foot_from_station_.rotation * column.head<3>();
     jacobian.col(j).tail<3>() = foot_from_station_.rotation * column.tail<3>();
   }

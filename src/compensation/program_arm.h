@@ -10,7 +10,7 @@
 
 namespace armtrue {
 
-using JointJacobian = Eigen::Matrix<double, 6, kJoints>;
+using JointJacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMaxJoints>;
 
 /// The robot without the effects that do not move a program.
 Robot without_station_effects(Robot robot, bool tool_is_measured);
@@ -20,13 +20,14 @@ Robot without_station_effects(Robot robot, bool tool_is_measured);
 /// of R_A, and is then taken off.
 class ProgramArm {
  public:
-  /// `tool`: R_7 from the TCP. Throws std::invalid_argument as RobotModel does.
+  /// `tool`: the last link's frame from the TCP. Throws std::invalid_argument as RobotModel does.
   ProgramArm(const Robot& robot, const CompensationOptions& options, const Pose& tool,
              const std::vector<std::string>& temperature_names);
 
   /// R_0 from the TCP. The force of the context is in the axes of R_0.
   Pose pose(const Context& context) const;
-  /// Also its derivative by the encoder angles, in the axes of R_0: rows 0-2 m/rad, 3-5 rad/rad.
+  /// Also its derivative by the encoder angles, in the axes of R_0: rows 0-2 m, 3-5 rad, each
+  /// per rad or m.
   /// Effects are taken as constant: they change by 1e-2 of an angle at most.
   Pose pose(const Context& context, JointJacobian& jacobian) const;
 

@@ -44,7 +44,8 @@ Program program_targets(const RobotProgram& program, const CompensationOptions& 
     visits.pose.push_back(visits.rows());
     visits.pose_ids.push_back(fmt::format("line {}", target.line));
     visits.line.push_back(target.line);
-    visits.q.push_back(is_joints ? target.q : target.near.value_or(JointVector::Zero()));
+    visits.q.push_back(is_joints ? target.q
+                                 : target.near.value_or(JointVector::Zero(kProgramAxes)));
     const ProgramSetUp set_up{frame_of(program, target, false, options.base),
                               frame_of(program, target, true, options.tool)};
     const auto [place, is_new] =

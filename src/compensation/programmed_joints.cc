@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/units.h"
 #include "compensation/branch.h"
 #include "compensation/joint_correction.h"
@@ -39,7 +40,7 @@ FoundJoints joints_on_branch(const ProgramArm& arm, const Context& context, cons
   bool is_reached = found.is_reached;
   for (int k = 1; k <= more_starts; ++k) {
     JointVector start = hint;
-    for (int j = 0; j < kJoints; ++j)
+    for (int j = 0; j < static_cast<int>(start.size()); ++j)
       start[j] += 0.8 * (1 - 2 * std::fmod(k * std::sqrt(2.0 + j) + 0.5 * j, 1.0));
     found = joints_of_pose(arm, context, wanted, start);
     is_reached |= found.is_reached;
@@ -55,8 +56,9 @@ JointVector ProgrammedJoints::hint(int row, const std::optional<JointVector>& pr
   if (previous) return *previous;
   if (!options_.start)
     throw UnreachableTarget(row,
-                            "nothing says on which branch the first target lies; add columns "
-                            "q1_deg to q6_deg with joint angles near it, or --start");
+                            "nothing says on which branch the first target lies; add columns " +
+                                encoder_columns(controller_.robot().chain) +
+                                " with joint angles near it, or --start");
   return *options_.start;
 }
 
@@ -71,7 +73,8 @@ JointVector ProgrammedJoints::at(int row, const Context& context, const JointVec
   if (found.reach == Reach::on_another_branch)
     throw OutOfReach(row,
                      "the controller's model reaches it only on another branch than that of its "
-                     "hint; correct q1_deg to q6_deg, or add them");
+                     "hint; correct " +
+                         encoder_columns(controller_.robot().chain) + ", or add them");
   if (found.reach == Reach::unreachable)
     throw OutOfReach(row,
                      "the controller's model does not reach it; check its unit and frame, --base "
@@ -82,7 +85,7 @@ JointVector ProgrammedJoints::at(int row, const Context& context, const JointVec
 void ProgrammedJoints::check_turn(int row, const JointVector& q) const {
   if (program_.turns.empty()) return;
   const int turn = program_.turns[static_cast<size_t>(row)];
-  for (int j = 0; j < kJoints; ++j) {
+  for (int j = 0; j < kProgramAxes; ++j) {
     const bool below = (turn >> j) & 1;
     if ((q[j] < 0) != below)
       throw UnreachableTarget(
@@ -97,7 +100,7 @@ void ProgrammedJoints::check_turn(int row, const JointVector& q) const {
 JointVector ProgrammedJoints::in_turn(int row, JointVector q) const {
   if (program_.turns.empty()) return q;
   const KinematicChain& chain = controller_.robot().chain;
-  for (int j = 0; j < kJoints; ++j) {
+  for (int j = 0; j < kProgramAxes; ++j) {
     const bool below = (program_.turns[static_cast<size_t>(row)] >> j) & 1;
     if ((q[j] < 0) == below) continue;
     q[j] += below ? -kTurn : kTurn;

@@ -34,9 +34,10 @@ bool is_of_base(int parameter) { return parameter < kLinkParameters; }
 std::vector<int> parameters_of(const Robot& previous, const Campaign& campaign) {
   std::vector<int> parameters;
   const std::vector<int> own = own_parameters(previous);
+  const ParameterLayout layout = layout_of(previous.chain);
   for (int k = 0; k < parameter_count(previous.chain); ++k)
     if (previous.std.contains(parameter_name(previous.chain, k)) ||
-        std::ranges::count(own, k) > 0 || (k >= kToolParameters && k < kInstrumentScale) ||
+        std::ranges::count(own, k) > 0 || (k >= layout.tool && k < layout.geometric) ||
         (campaign.has_distances() && is_place_of_anchor(previous.chain, k)))
       parameters.push_back(k);
   return parameters;
@@ -159,13 +160,14 @@ void ChangeProblem::enter_hypotheses() {
       at.block(row, block);
       squares += block.leftCols(model.unknowns()).colwise().squaredNorm().transpose();
     }
+    const ParameterLayout layout = layout_of(start_.chain);
     std::vector<int> tool, links;
     std::vector<std::vector<int>> anchors(count);
     for (int k : models_.geometric()) {
       if (is_of_base(k) || squares[columns_[s][k]] <= 1e-12 * squares.maxCoeff()) continue;
-      if (k < kToolParameters)
+      if (k < layout.tool)
         links.push_back(k);
-      else if (k < kInstrumentScale)
+      else if (k < layout.geometric)
         tool.push_back(k);
       else if (is_place_of_anchor(start_.chain, k))
         anchors[(k - first_anchor) / 4].push_back(k);

@@ -11,6 +11,7 @@
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/effects/robot_model.h"
+#include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/summary.h"
@@ -78,14 +79,16 @@ void scale_lengths(Campaign& campaign, double factor) {
     if (c) c->value *= factor;
 }
 
-std::vector<Hypothesis> position_hypotheses(bool of_distances) {
+std::vector<Hypothesis> position_hypotheses(const KinematicChain& chain, bool of_distances) {
   std::vector<Hypothesis> hypotheses;
+  const std::vector<JointName> names = joint_names(chain);
+  const auto revolute =
+      std::ranges::count_if(names, [](const JointName& name) { return !name.is_length; });
   hypotheses.push_back(
       {"the joint angles look like radians under a _deg name; name the columns "
-       "q1_rad to q6_rad",
-       [](Robot&, Campaign& c) {
-         for (JointVector& q : c.q) q /= kDegree;
-       }});
+       "q1_rad to q" +
+           std::to_string(revolute) + "_rad",
+       [](Robot& r, Campaign& c) { scale_angles(c, r.chain, 1 / kDegree); }});
   hypotheses.push_back({of_distances
                             ? "the distances look like metres under a _mm name; name the column l_m"
                             : "the positions look like metres under a _mm name; name the columns "
@@ -100,24 +103,27 @@ std::vector<Hypothesis> position_hypotheses(bool of_distances) {
                     : "the positions look like millimetres under a _m name; name the columns "
                       "x_mm,y_mm,z_mm",
        [](Robot&, Campaign& c) { scale_lengths(c, 1e-3); }});
-  for (int j = 0; j < kJoints; ++j)
-    hypotheses.push_back({"joint " + std::to_string(j + 1) +
-                              " seems to count the other way; change its 'sign' in the "
-                              "robot file",
-                          [j](Robot& r, Campaign&) { r.chain.links[j].sign *= -1; }});
-  for (int j = 0; j + 1 < kJoints; ++j)
+  for (int j = 0; j < static_cast<int>(names.size()); ++j)
     hypotheses.push_back(
-        {fmt::format("the columns q{}_deg and q{}_deg look exchanged", j + 1, j + 2),
-         [j](Robot&, Campaign& c) {
-           for (JointVector& q : c.q) std::swap(q[j], q[j + 1]);
-         }});
+        {"joint " + names[j].axis +
+             " seems to count the other way; change its 'sign' in the "
+             "robot file",
+         [j](Robot& r, Campaign&) { r.chain.links[link_of_joint(r.chain, j)].sign *= -1; }});
+  for (int j = 0; j + 1 < static_cast<int>(names.size()); ++j)
+    if (names[j].is_length == names[j + 1].is_length)
+      hypotheses.push_back({fmt::format("the columns {} and {} look exchanged", names[j].encoder(),
+                                        names[j + 1].encoder()),
+                            [j](Robot&, Campaign& c) {
+                              for (JointVector& q : c.q) std::swap(q[j], q[j + 1]);
+                            }});
   for (double sign : {1.0, -1.0})
-    hypotheses.push_back(
-        {fmt::format("q3_deg looks as if q2_deg were {} it; write q3_deg {} q2_deg instead",
-                     sign > 0 ? "taken off" : "added to", sign > 0 ? "+" : "-"),
-         [sign](Robot&, Campaign& c) {
-           for (JointVector& q : c.q) q[2] += sign * q[1];
-         }});
+    if (is_six_axis_arm(chain))
+      hypotheses.push_back(
+          {fmt::format("q3_deg looks as if q2_deg were {} it; write q3_deg {} q2_deg instead",
+                       sign > 0 ? "taken off" : "added to", sign > 0 ? "+" : "-"),
+           [sign](Robot&, Campaign& c) {
+             for (JointVector& q : c.q) q[2] += sign * q[1];
+           }});
   if (!of_distances)
     hypotheses.push_back(
         {"the positions look left-handed: an axis has the wrong sign, or two "
@@ -205,12 +211,12 @@ void try_calibration(const Robot& robot, const Campaign& campaign,
   for (size_t i = 0; i < result.set.kept.size(); ++i) {
     const int parameter = result.set.kept[i];
     const auto k = static_cast<Eigen::Index>(i);
-    const bool is_length = parameter_unit(parameter) == ParameterUnit::metre;
+    const bool is_length = parameter_unit(robot.chain, parameter) == ParameterUnit::metre;
     const double moved = result.change[k];
     // A weakly observable parameter may change a lot without meaning anything.
     if (std::abs(moved) < kClearly * std::sqrt(result.covariance(k, k))) continue;
     const double change = std::abs(is_length ? moved : std::remainder(moved, 2 * std::numbers::pi));
-    const bool is_link = parameter >= kLinkParameters && parameter < kToolParameters;
+    const bool is_link = layout_of(robot.chain).is_of_links(parameter);
     if (!is_link || change < (is_length ? kImplausibleLength : kImplausibleAngle)) continue;
     findings.push_back(fmt::format(
         "these readings would change {} by {:.4g} {}, which is no error of an arm{}",
@@ -234,8 +240,8 @@ std::vector<std::string> diagnose(const Robot& given, const Campaign& all) {
   if (campaign.rows() < 4) return findings;  // a base fits any three points
   const double miss = median_miss(robot, campaign);
   if (miss > kImplausibleMiss)
-    try_hypotheses(robot, campaign, position_hypotheses(campaign.has_distances()), miss,
-                   median_miss, findings);
+    try_hypotheses(robot, campaign, position_hypotheses(robot.chain, campaign.has_distances()),
+                   miss, median_miss, findings);
   if (findings.empty())
     if (const auto mixed = find_mixed_rows(robot, campaign, kImplausibleMiss, kImplausibleTurn))
       findings.push_back(*mixed);

@@ -9,6 +9,7 @@
 #include <numeric>
 #include <tuple>
 
+#include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/summary.h"
 
@@ -24,8 +25,8 @@ bool stands_still(const Campaign& campaign) {
 
 // Everything that a row reads, for a comparison of rows.
 auto reading(const Campaign& c, int row) {
-  std::array<double, kJoints + 3 + 1 + 4 + 1> numbers{};
-  auto next = std::copy_n(c.q[row].data(), kJoints, numbers.begin());
+  std::array<double, kMaxJoints + 3 + 1 + 4 + 1> numbers{};
+  auto next = std::copy_n(c.q[row].data(), c.q[row].size(), numbers.begin());
   if (!c.position.empty()) next = std::copy_n(c.position[row].data(), 3, next);
   if (c.has_distances()) *next++ = c.length(row);
   if (c.has_orientation()) next = std::copy_n(c.orientation[row].coeffs().data(), 4, next);
@@ -132,7 +133,7 @@ void check_directions(const Campaign& campaign, LogFindings& findings) {
   derive_arrival(derived);
   int same = 0, opposite = 0;
   for (int row = 0; row < campaign.rows(); ++row)
-    for (size_t j = 0; j < kJoints; ++j) {
+    for (size_t j = 0; j < campaign.arrival[row].size(); ++j) {
       const int product = campaign.arrival[row][j] * derived.arrival[row][j];
       same += product > 0;
       opposite += product < 0;
@@ -140,9 +141,9 @@ void check_directions(const Campaign& campaign, LogFindings& findings) {
   constexpr int kCompared = 60, kOppositeToSame = 19;  // 95 %
   if (same + opposite < kCompared || opposite < kOppositeToSame * same) return;
   findings.warnings.push_back(fmt::format(
-      "dir1 to dir6 contradict {} of {} moves from row to row: is their sign wrong, or are the "
+      "dir1 to dir{} contradict {} of {} moves from row to row: is their sign wrong, or are the "
       "rows in the reverse order? The sign is that of the last motion of the joint",
-      opposite, same + opposite));
+      campaign.q.front().size(), opposite, same + opposite));
 }
 
 }  // namespace
@@ -157,17 +158,20 @@ LogFindings check_log(const Campaign& campaign) {
 
 LogFindings check_travel(const Robot& robot, const Campaign& campaign) {
   LogFindings findings;
+  constexpr double kFarBeyond = 1.0;  // m
+  const std::vector<JointName> names = joint_names(robot.chain);
   for (int row = 0; row < campaign.rows(); ++row)
-    for (int j = 0; j < kJoints; ++j) {
-      const Link& link = robot.chain.links[static_cast<size_t>(j)];
+    for (int j = 0; j < static_cast<int>(names.size()); ++j) {
+      const Link& link = joint_link(robot.chain, j);
+      const JointName& name = names[static_cast<size_t>(j)];
       const double q = campaign.q[row][j];
       const double beyond = std::max(link.min - q, q - link.max);
-      if (beyond < std::numbers::pi) continue;
+      if (beyond < (name.is_length ? kFarBeyond : std::numbers::pi)) continue;
       findings.errors.push_back(fmt::format(
-          "line {}: q{} is {:.6g} deg, and {} travels from {:g} to {:g} deg: count no turns, check "
-          "the columns, or correct min_deg and max_deg in the robot file",
-          campaign.line[row], j + 1, q / kDegree, link.name, link.min / kDegree,
-          link.max / kDegree));
+          "line {0}: {1} is {2:.6g} {3}, and {4} travels from {5:g} to {6:g} {3}: {7}check the "
+          "columns, or correct min_{3} and max_{3} in the robot file",
+          campaign.line[row], name.column, q / name.si(), name.unit(), link.name,
+          link.min / name.si(), link.max / name.si(), name.is_length ? "" : "count no turns, "));
       return findings;
     }
   return findings;

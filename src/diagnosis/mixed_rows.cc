@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/summary.h"
 #include "calibration/placement.h"
@@ -30,7 +31,7 @@ void scale_points(Campaign& campaign, double factor) {
   for (Eigen::Vector3d& p : campaign.position) p *= factor;
 }
 
-std::vector<RowMistake> row_mistakes() {
+std::vector<RowMistake> row_mistakes(const KinematicChain& chain) {
   std::vector<RowMistake> mistakes;
   for (const auto& [factor, unit] : {std::pair{1000.0, "metres among millimetres"},
                                      {1e-3, "millimetres among metres"},
@@ -41,20 +42,22 @@ std::vector<RowMistake> row_mistakes() {
                         [factor = factor](Campaign& c) { scale_points(c, factor); }});
   for (const auto& [factor, unit] :
        {std::pair{1 / kDegree, "radians among degrees"}, {kDegree, "degrees among radians"}})
-    mistakes.push_back({std::string("their joint angles look like ") + unit, "convert them",
-                        [factor = factor](Campaign& c) {
-                          for (JointVector& q : c.q) q *= factor;
-                        }});
-  for (int j = 0; j < kJoints; ++j) {
-    mistakes.push_back({fmt::format("q{} seems to have the wrong sign in them", j + 1),
-                        "correct it", [j](Campaign& c) {
-                          for (JointVector& q : c.q) q[j] = -q[j];
-                        }});
+    mistakes.push_back(
+        {std::string("their joint angles look like ") + unit, "convert them",
+         [factor = factor, &chain](Campaign& c) { scale_angles(c, chain, factor); }});
+  const std::vector<JointName> names = joint_names(chain);
+  for (int j = 0; j < static_cast<int>(names.size()); ++j) {
+    mistakes.push_back(
+        {names[j].column + " seems to have the wrong sign in them", "correct it", [j](Campaign& c) {
+           for (JointVector& q : c.q) q[j] = -q[j];
+         }});
     for (int k = 0; k < j; ++k)
-      mistakes.push_back({fmt::format("q{} and q{} look exchanged in them", k + 1, j + 1),
-                          "exchange them", [j, k](Campaign& c) {
-                            for (JointVector& q : c.q) std::swap(q[j], q[k]);
-                          }});
+      if (names[j].is_length == names[k].is_length)
+        mistakes.push_back(
+            {fmt::format("{} and {} look exchanged in them", names[k].column, names[j].column),
+             "exchange them", [j, k](Campaign& c) {
+               for (JointVector& q : c.q) std::swap(q[j], q[k]);
+             }});
   }
   for (int axis = 0; axis < 3; ++axis) {
     const int other = (axis + 1) % 3;
@@ -155,7 +158,7 @@ std::optional<std::string> find_mixed_rows(const Robot& given, const Campaign& c
   const auto placed = placed_by_most(robot, campaign, good);
   if (!placed) return std::nullopt;
   const auto finding =
-      shared_mistake(*placed, campaign, &Evaluation::position, good, row_mistakes());
+      shared_mistake(*placed, campaign, &Evaluation::position, good, row_mistakes(placed->chain));
   if (finding || !campaign.has_orientation()) return finding;
   return shared_mistake(*placed, campaign, &Evaluation::orientation, good_turn,
                         orientation_mistakes());

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "armtrue/kinematics/conventions.h"
+#include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/units.h"
 
 namespace armtrue {
@@ -44,23 +45,29 @@ Vector3d as_vector(const std::array<double, 3>& angles) {
 }
 
 void add_joint_mistakes(const Robot& robot, std::vector<PossibleMistake>& mistakes) {
-  for (int j = 0; j < kJoints; ++j) {
-    const std::string& name = robot.chain.links[static_cast<size_t>(j)].name;
+  const std::vector<JointName> joints = joint_names(robot.chain);
+  for (int j = 0; j < static_cast<int>(joints.size()); ++j) {
+    const std::string& name = joint_link(robot.chain, j).name;
+    const std::string& axis = joints[static_cast<size_t>(j)].axis;
     mistakes.push_back(
-        {fmt::format("joint {} ({}) counts the other way: turn its sign", j + 1, name),
+        {fmt::format("joint {} ({}) counts the other way: turn its sign", axis, name),
          [j](Reading& r) { r.q[j] = -r.q[j]; }, j});
+    if (joints[static_cast<size_t>(j)].is_length) continue;
     for (const double zero : {kRight, -kRight, 2 * kRight})
       mistakes.push_back(
           {fmt::format("the zero of joint {} ({}) differs by {:g} deg: add {:g} to its theta_deg",
-                       j + 1, name, zero / kDegree, zero / kDegree),
-           [j, zero](Reading& r) {
-             r.q[j] += r.robot.chain.links[static_cast<size_t>(j)].sign * zero;
-           },
-           j});
+                       axis, name, zero / kDegree, zero / kDegree),
+           [j, zero](Reading& r) { r.q[j] += joint_link(r.robot.chain, j).sign * zero; }, j});
   }
-  mistakes.push_back({"the joint angles are in rad", [](Reading& r) { r.q /= kDegree; }, 10});
-  mistakes.push_back({"joint 3 is shown relative to the horizontal (FANUC): q3 = J3 + J2",
-                      [](Reading& r) { r.q[2] += r.q[1]; }, 2});
+  mistakes.push_back({"the joint angles are in rad",
+                      [joints](Reading& r) {
+                        for (size_t j = 0; j < joints.size(); ++j)
+                          if (!joints[j].is_length) r.q[static_cast<Eigen::Index>(j)] /= kDegree;
+                      },
+                      kMaxJoints});
+  if (is_six_axis_arm(robot.chain))
+    mistakes.push_back({"joint 3 is shown relative to the horizontal (FANUC): q3 = J3 + J2",
+                        [](Reading& r) { r.q[2] += r.q[1]; }, 2});
 }
 
 void add_other_mistakes(const Robot& robot, std::vector<PossibleMistake>& mistakes) {
@@ -68,7 +75,8 @@ void add_other_mistakes(const Robot& robot, std::vector<PossibleMistake>& mistak
       std::ranges::any_of(robot.chain.links, [](const Link& l) { return l.beta != 0; });
   if (!has_beta)
     mistakes.push_back({"the table is in the standard convention: write convention: standard",
-                        [](Reading& r) { r.robot.chain = from_standard(r.robot.chain); }, 11});
+                        [](Reading& r) { r.robot.chain = from_standard(r.robot.chain); },
+                        kMaxJoints + 1});
   for (const double turn : {kRight, -kRight, 2 * kRight})
     mistakes.push_back({fmt::format("the foot is turned about z by {:g} deg", turn / kDegree),
                         [turn](Reading& r) {
@@ -77,22 +85,24 @@ void add_other_mistakes(const Robot& robot, std::vector<PossibleMistake>& mistak
                           r.place = z.transpose() * r.place;
                           r.rotation = z.transpose() * r.rotation;
                         },
-                        12});
+                        kMaxJoints + 2});
   mistakes.push_back({"the angles of the pose are W, P, R or roll, pitch, yaw (c, b, a)",
                       [](Reading& r) {
                         r.rotation = by_abc({r.angles[2], r.angles[1], r.angles[0]});
                       },
-                      13});
+                      kMaxJoints + 3});
   mistakes.push_back({"the angles of the pose are a rotation vector in deg",
                       [](Reading& r) { r.rotation = rotation_exp(as_vector(r.angles) * kDegree); },
-                      13});
+                      kMaxJoints + 3});
   mistakes.push_back({"the angles of the pose are a rotation vector in rad (UR)",
-                      [](Reading& r) { r.rotation = rotation_exp(as_vector(r.angles)); }, 13});
+                      [](Reading& r) { r.rotation = rotation_exp(as_vector(r.angles)); },
+                      kMaxJoints + 3});
   mistakes.push_back(
       {"the angles of the pose are in rad",
        [](Reading& r) { r.rotation = rotation_from_abc(r.angles[0], r.angles[1], r.angles[2]); },
-       13});
-  mistakes.push_back({"the place of the pose is in m", [](Reading& r) { r.place *= 1000; }, 14});
+       kMaxJoints + 3});
+  mistakes.push_back(
+      {"the place of the pose is in m", [](Reading& r) { r.place *= 1000; }, kMaxJoints + 4});
 }
 
 // Adds the agreements of one reading.
@@ -113,8 +123,9 @@ std::vector<ShownFrame> shown_frames(const Robot& robot, const JointVector& q) {
   const Pose tool_in_station = ChainEvaluator(chain).pose(q);
   const Pose tool_in_foot = inverse(chain.base) * tool_in_station;
   return {{"flange in foot",
-           "R_7 in R_0: KUKA with $BASE and $TOOL 0, ABB tool0 in wobj0, FANUC UF 0 and UT 0, UR "
-           "tool0 in base",
+           fmt::format("R_{}", link_count(chain)) +
+               " in R_0: KUKA with $BASE and $TOOL 0, ABB tool0 in wobj0, FANUC UF 0 and UT 0, UR "
+               "tool0 in base",
            tool_in_foot * inverse(chain.tool)},
           {"tool in foot", "the tool of the robot file in R_0", tool_in_foot},
           {"tool in base frame", "the tool of the robot file in R_A, behind its base",

@@ -42,7 +42,7 @@ int parse_joint(std::string_view text) {
   int number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   const bool whole = error == std::errc{} && end == text.data() + text.size();
-  return whole && number >= 1 && number <= kJoints ? number - 1 : -1;
+  return whole && number >= 1 && number <= kMaxJoints ? number - 1 : -1;
 }
 
 constexpr std::string_view kTimes = " * ";
@@ -125,7 +125,18 @@ std::optional<Driver> parse_driver(std::string_view text) {
   return std::nullopt;
 }
 
-std::string unit_of(DriverKind kind, ParameterUnit parameter) {
+bool is_travel(const Driver& driver, const KinematicChain& chain) {
+  return (driver.kind == DriverKind::joint_angle || driver.kind == DriverKind::stroke) &&
+         joint_unit(chain, driver.joint) == ParameterUnit::metre;
+}
+
+std::string unit_of(const KinematicChain& chain, DriverKind kind, int joint,
+                    ParameterUnit parameter) {
+  if (joint >= 0 && joint_unit(chain, joint) == ParameterUnit::metre) {
+    const std::string_view unit = word(kind).unit;
+    if (unit == "rad") return "m";
+    if (unit == "N m") return "N";
+  }
   // Work per unit of the parameter.
   const bool is_generalised_force = kind == DriverKind::force || kind == DriverKind::moment;
   if (is_generalised_force && parameter == ParameterUnit::metre) return "N";

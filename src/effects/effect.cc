@@ -14,7 +14,7 @@ std::optional<int> first_parameter(const KinematicChain& chain, const std::strin
 ParameterUnit unit_of_parameter(const KinematicChain& chain, const std::string& parameter) {
   if (group_size(parameter) == 6) return ParameterUnit::radian;
   const auto index = first_parameter(chain, parameter);
-  return index ? parameter_unit(*index) : ParameterUnit::radian;
+  return index ? parameter_unit(chain, *index) : ParameterUnit::radian;
 }
 
 std::string why_invalid(const std::string& parameter, const Driver& driver, const Shape& shape) {

@@ -14,7 +14,8 @@ namespace {
 // Sine of an angle that calibration gives axes which are built parallel; wrists that are not meet
 // at tens of degrees.
 constexpr double kParallel = 1e-2;
-constexpr int kBasisPoses = 64;  // of which the most values, six links of three, are a fraction
+constexpr int kBasisPoses =
+    64;  // of which the most values, ten links of three and a travel, are a fraction
 // Of a value's own norm: less that is new is what identified geometry adds to one that is kept.
 constexpr double kMinNew = 1e-2;
 
@@ -32,17 +33,18 @@ struct GravityLoad::Motion {
 
 GravityLoad::GravityLoad(const Robot& robot, int parameter)
     : parameter_(parameter),
+      links_(link_count(robot.chain)),
       base_rotation_(robot.chain.base.rotation),
       gravity_(robot.gravity),
       payload_point_(robot.chain.tool.translation),
       bodies_(robot.bodies) {
   if (parameter < kLinkParameters)
     link_ = 0;
-  else if (parameter < kToolParameters)
-    link_ = (parameter - kLinkParameters) / 5;
+  else if (parameter < ParameterLayout(links_).tool)
+    link_ = link_of_parameter(parameter);
   else
-    link_ = kLinks;
-  for (int j = 0; j < kLinks; ++j) beta_[j] = robot.chain.links[j].beta;
+    link_ = links_;
+  for (int j = 0; j < links_; ++j) beta_[j] = robot.chain.links[j].beta;
   if (bodies_.empty()) choose_basis(robot, ChainEvaluator(robot.chain));
 }
 
@@ -56,12 +58,12 @@ GravityLoad::Motion GravityLoad::motion(const ArmFrames& frames) const {
     return {axis, Vector3d::Zero(), parameter_ >= 3};
   }
   const Pose previous = link_ == 0 ? Pose{} : frames[link_ - 1];
-  switch (static_cast<LinkParameter>((parameter_ - kLinkParameters) % 5)) {
+  switch (kind_of_parameter(parameter_)) {
     case LinkParameter::alpha:
     case LinkParameter::d: {
       const Vector3d x = std::cos(beta_[link_]) * previous.rotation.col(0) -
                          std::sin(beta_[link_]) * previous.rotation.col(2);
-      return {x, previous.translation, parameter_unit(parameter_) == ParameterUnit::radian};
+      return {x, previous.translation, kind_of_parameter(parameter_) == LinkParameter::alpha};
     }
     case LinkParameter::beta:
       return {previous.rotation.col(1), previous.translation, true};
@@ -76,37 +78,59 @@ GravityLoad::Motion GravityLoad::motion(const ArmFrames& frames) const {
 double GravityLoad::first_moment_value(const FirstMoment& moment, const ArmFrames& frames) const {
   const Motion moved = motion(frames);
   const Vector3d arm = frames[moment.link].rotation.col(moment.axis);
-  return moved.turns ? gravity_.dot(moved.axis.cross(arm)) : 0.0;
+  if (!moved.turns) return 0.0;
+  const double torque = gravity_.dot(moved.axis.cross(arm));
+  if (!moment.by_travel) return torque;
+  const Vector3d foot =
+      moment.link > 0 ? frames[moment.link - 1].translation : Vector3d(Vector3d::Zero());
+  return arm.dot(frames[moment.link].translation - foot) * torque;
+}
+
+// The links that carry weight for the parameter: its own and those whose axes stay parallel. A
+// parameter that does not turn about the link's own axis also feels the next link turn. What does
+// not turn keeps its orientation in the link before it, whatever its axis is.
+std::vector<int> GravityLoad::carrying_links(const KinematicChain& chain) const {
+  const int last = joint_count(chain) > 0 ? link_of_joint(chain, joint_count(chain) - 1) : -1;
+  if (link_ > last) return {};
+  const bool own_axis = parameter_ == link_parameter(link_, LinkParameter::theta);
+  std::vector<int> links{link_};
+  if (!own_axis && link_ + 1 <= last) links.push_back(link_ + 1);
+  Eigen::Matrix3d since_turn = Eigen::Matrix3d::Identity();  // from the last link that turns
+  for (int j = links.back() + 1; j <= last; ++j) {
+    const Link& link = chain.links[j];
+    since_turn = since_turn * Eigen::AngleAxisd(link.beta, Vector3d::UnitY()) *
+                 Eigen::AngleAxisd(link.alpha, Vector3d::UnitX());
+    if (link.joint == JointKind::revolute) {
+      if (std::abs(since_turn(0, 2)) >= kParallel || std::abs(since_turn(1, 2)) >= kParallel) break;
+      since_turn.setIdentity();
+    } else {
+      since_turn = since_turn * Eigen::AngleAxisd(link.theta, Vector3d::UnitZ());
+    }
+    links.push_back(j);
+  }
+  return links;
 }
 
 void GravityLoad::choose_basis(const Robot& robot, const ChainEvaluator& evaluator) {
-  if (link_ >= kJoints) return;
-  // The links that carry weight for this parameter: its own and those whose axes stay parallel. A
-  // parameter that does not turn about the joint's own axis also feels the next link turn.
-  const bool own_axis = parameter_ == link_parameter(link_, LinkParameter::theta);
-  std::vector<int> links{link_};
-  if (!own_axis && link_ + 1 < kJoints) links.push_back(link_ + 1);
-  const auto parallel_to_previous = [&](int j) {
-    return std::abs(std::sin(robot.chain.links[j].alpha)) < kParallel &&
-           std::abs(std::sin(robot.chain.links[j].beta)) < kParallel;
-  };
-  for (int j = links.back() + 1; j < kJoints && parallel_to_previous(j); ++j) links.push_back(j);
-
+  std::vector<FirstMoment> moments;
+  for (int link : carrying_links(robot.chain)) {
+    for (int axis = 0; axis < 3; ++axis) moments.push_back({link, axis});
+    if (is_prismatic(robot.chain.links[link])) moments.push_back({link, 2, true});
+  }
   // Keep what is independent of the constant and of what is kept already.
   const std::vector<JointVector> poses = sample_joint_space(robot.chain, kBasisPoses);
   Eigen::MatrixXd kept = Eigen::VectorXd::Ones(kBasisPoses).normalized();
-  for (int link : links)
-    for (int axis = 0; axis < 3; ++axis) {
-      Eigen::VectorXd column(kBasisPoses);
-      for (int i = 0; i < kBasisPoses; ++i)
-        column[i] = first_moment_value({link, axis}, evaluator.link_frames(poses[i]));
-      const double norm = column.norm();
-      for (int twice = 0; twice < 2; ++twice) column -= kept * (kept.transpose() * column);
-      if (norm < 1e-9 || column.norm() < kMinNew * norm) continue;
-      kept.conservativeResize(Eigen::NoChange, kept.cols() + 1);
-      kept.rightCols<1>() = column.normalized();
-      basis_.push_back({link, axis});
-    }
+  for (const FirstMoment& moment : moments) {
+    Eigen::VectorXd column(kBasisPoses);
+    for (int i = 0; i < kBasisPoses; ++i)
+      column[i] = first_moment_value(moment, evaluator.link_frames(poses[i]));
+    const double norm = column.norm();
+    for (int twice = 0; twice < 2; ++twice) column -= kept * (kept.transpose() * column);
+    if (norm < 1e-9 || column.norm() < kMinNew * norm) continue;
+    kept.conservativeResize(Eigen::NoChange, kept.cols() + 1);
+    kept.rightCols<1>() = column.normalized();
+    basis_.push_back(moment);
+  }
 }
 
 void GravityLoad::values(const Context& context, const ArmFrames& frames, double* out) const {
@@ -115,7 +139,7 @@ void GravityLoad::values(const Context& context, const ArmFrames& frames, double
     return;
   }
   out[0] = 0;
-  if (link_ >= kLinks) return;
+  if (link_ >= links_) return;
   const Motion moved = motion(frames);
   for (const Body& body : bodies_)
     if (body.link >= link_)

@@ -31,7 +31,7 @@ std::vector<int> moved_parameters(const Effect& effect, const Robot& robot) {
 
 // The robot with nothing but 1 kg at the measured frame.
 Robot with_unit_weight(Robot robot) {
-  robot.bodies = {{kLinks - 1, 1.0, robot.chain.tool.translation}};
+  robot.bodies = {{link_count(robot.chain) - 1, 1.0, robot.chain.tool.translation}};
   return robot;
 }
 
@@ -71,12 +71,17 @@ BoundEffect::BoundEffect(const Effect& effect, const Robot& robot,
            "'; measurements tell it in a column temp_" + driver_.where + "_c");
     temperature_ = static_cast<int>(found - temperature_names.begin());
   }
+  const int joints = joint_count(robot.chain);
+  if (std::max(driver_.joint, driver_.second_joint) >= joints)
+    fail("'" + to_string(driver_) + "' is about joint " +
+         std::to_string(std::max(driver_.joint, driver_.second_joint) + 1) +
+         ", and the robot has " + std::to_string(joints));
   for (const auto& [kind, joint] : {std::pair(std::optional(driver_.kind), driver_.joint),
                                     std::pair(driver_.factor, driver_.second_joint)}) {
     if (kind == DriverKind::gravity_torque)
-      loads_.emplace_back(robot, link_parameter(joint, LinkParameter::theta));
+      loads_.emplace_back(robot, zero_offset(robot.chain, joint));
     if (kind == DriverKind::tool_weight)
-      loads_.emplace_back(with_unit_weight(robot), link_parameter(joint, LinkParameter::theta));
+      loads_.emplace_back(with_unit_weight(robot), zero_offset(robot.chain, joint));
   }
   if (driver_.kind == DriverKind::moment)
     for (int parameter : parameters_) loads_.emplace_back(robot, parameter);
@@ -229,6 +234,7 @@ RobotModel::RobotModel(const Robot& robot, const std::vector<std::string>& tempe
       anchors_(robot.chain.anchors),
       instrument_(instrument_place(robot)),
       up_(upwards(robot)),
+      layout_(layout_of(robot.chain)),
       parameters_(parameter_count(robot.chain)) {
   for (const Effect& effect : robot.effects) {
     if (effect.driver.kind == DriverKind::motor_torque)
@@ -271,15 +277,15 @@ Eigen::VectorXd RobotModel::offsets(const Context& context) const {
 }
 
 Vector3d RobotModel::read(const Vector3d& point, const Eigen::VectorXd& offsets) const {
-  const Vector3d errors = offsets.segment<3>(kInstrumentRange);
+  const Vector3d errors = offsets.segment<3>(layout_.instrument_range);
   const LineOfSight sight(instrument_, up_, point);
-  return (1.0 + offsets[kInstrumentScale]) * point + sight.derivatives() * errors;
+  return (1.0 + offsets[layout_.instrument_scale]) * point + sight.derivatives() * errors;
 }
 
 Pose RobotModel::pose(const Context& context) const {
   if (effects_.empty()) return chain_.pose(context.q);
   const Eigen::VectorXd all = offsets(context);
-  Pose pose = chain_.pose(context.q, all.head<kGeometricParameters>());
+  Pose pose = chain_.pose(context.q, all.head(layout_.geometric));
   pose.translation = read(pose.translation, all);
   return pose;
 }
@@ -291,8 +297,8 @@ Vector3d RobotModel::place(const Context& context, int target,
       target < 0 ? Vector3d::Zero() : targets_[static_cast<size_t>(target)].position;
   if (offsets.size() == 0) return chain_.pose(context.q) * position;
   const Vector3d moved =
-      target < 0 ? position : position + offsets.segment<3>(kTargetParameters + 3 * target);
-  return chain_.pose(context.q, offsets.head<kGeometricParameters>()) * moved;
+      target < 0 ? position : position + offsets.segment<3>(layout_.targets + 3 * target);
+  return chain_.pose(context.q, offsets.head(layout_.geometric)) * moved;
 }
 
 Vector3d RobotModel::point(const Context& context, int target) const {
@@ -306,8 +312,8 @@ double RobotModel::distance(const Context& context, int target, int anchor) cons
   if (effects_.empty()) return (place(context, target, {}) - from.position).norm() + from.zero;
   const Eigen::VectorXd all = offsets(context);
   const Eigen::Vector4d moved =
-      all.segment<4>(kTargetParameters + 3 * static_cast<int>(targets_.size()) + 4 * anchor);
-  return (1.0 + all[kInstrumentScale]) *
+      all.segment<4>(layout_.targets + 3 * static_cast<int>(targets_.size()) + 4 * anchor);
+  return (1.0 + all[layout_.instrument_scale]) *
              (place(context, target, all) - from.position - moved.head<3>()).norm() +
          from.zero + moved[3];
 }

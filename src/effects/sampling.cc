@@ -18,11 +18,12 @@ double halton(int index, int base) {
 }  // namespace
 
 std::vector<JointVector> sample_joint_space(const KinematicChain& chain, int count) {
-  static constexpr int kPrimes[kJoints] = {2, 3, 5, 7, 11, 13};
-  std::vector<JointVector> samples(count);
+  static constexpr int kPrimes[kMaxJoints] = {2, 3, 5, 7, 11, 13, 17, 19, 23, 29};
+  const int joints = joint_count(chain);
+  std::vector<JointVector> samples(count, JointVector(joints));
   for (int i = 0; i < count; ++i)
-    for (int j = 0; j < kJoints; ++j) {
-      const auto [min, max] = travel(chain.links[j]);
+    for (int j = 0; j < joints; ++j) {
+      const auto [min, max] = travel(joint_link(chain, j));
       samples[i][j] = min + (max - min) * halton(i + 1, kPrimes[j]);
     }
   return samples;

@@ -15,17 +15,16 @@
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
+#include "io/joint_columns.h"
 
 namespace armtrue {
 namespace {
 
-constexpr double kSameConfiguration = 0.1 * kDegree;
+constexpr double kSameConfiguration = 0.1 * kDegree;  // [rad], of a travel [m]
 constexpr double kUnitQuaternion = 1e-3;
 constexpr double kAbsoluteZero = -273.15;  // deg C
 constexpr const char* kDeviation = "a standard deviation";
 constexpr const char* kNoId = "is empty; every row needs the id of its pose";
-
-std::string joint_column(int j) { return "q" + std::to_string(j + 1); }
 
 // Gives each text an index, in the order of first appearance.
 class Index {
@@ -65,8 +64,9 @@ using Quantity = CsvTable::Quantity;
 // Finds the columns of one file and appends its rows to a campaign.
 class CampaignReader {
  public:
-  CampaignReader(CsvTable& table, Campaign& campaign)
+  CampaignReader(CsvTable& table, const std::vector<JointName>& joints, Campaign& campaign)
       : table_(table),
+        joints_(joints),
         campaign_(campaign),
         poses_(campaign.pose_ids),
         targets_(campaign.target_names),
@@ -111,8 +111,8 @@ class CampaignReader {
       return found;
     };
     pose_ = need(table_.find("pose"), "pose");
-    for (int j = 0; j < kJoints; ++j)
-      q_[j] = need(table_.find_angle(joint_column(j)), joint_column(j) + "_deg");
+    q_ = find_encoders(table_, joints_);
+    for (size_t j = 0; j < joints_.size(); ++j) need(q_[j], joints_[j].encoder());
     distance_ = use(table_.find_length("l"));
     for (int i = 0; i < 3; ++i) position_[i] = table_.find_length(std::string(1, "xyz"[i]));
     has_points_ = !distance_ || position_[0] || position_[1] || position_[2];
@@ -140,20 +140,17 @@ class CampaignReader {
     force_ =
         group("a force", std::array{table_.find("fx_n"), table_.find("fy_n"), table_.find("fz_n")},
               {"fx_n", "fy_n", "fz_n"});
-    std::array<std::optional<int>, kJoints> arrival, motor_torque;
-    std::array<std::optional<Quantity>, kJoints> stroke;
-    for (int j = 0; j < kJoints; ++j) {
-      stroke[j] = table_.find_angle("stroke" + std::to_string(j + 1));
-      arrival[j] = table_.find("dir" + std::to_string(j + 1));
-      motor_torque[j] = table_.find("tau" + std::to_string(j + 1) + "_nm");
-    }
-    arrival_ =
-        group("directions of arrival", arrival, {"dir1", "dir2", "dir3", "dir4", "dir5", "dir6"});
-    stroke_ = group(
-        "ways since the last reversal", stroke,
-        {"stroke1_deg", "stroke2_deg", "stroke3_deg", "stroke4_deg", "stroke5_deg", "stroke6_deg"});
-    motor_torque_ = group("a set of motor torques", motor_torque,
-                          {"tau1_nm", "tau2_nm", "tau3_nm", "tau4_nm", "tau5_nm", "tau6_nm"});
+    const auto plain = [&](const std::vector<std::string>& names) {
+      std::vector<std::optional<int>> found;
+      for (const std::string& name : names) found.push_back(table_.find(name));
+      return found;
+    };
+    const std::vector<std::string> directions = numbered_columns("dir", joints_);
+    const std::vector<std::string> torques = numbered_columns("tau", joints_, "_nm");
+    arrival_ = group("directions of arrival", plain(directions), directions);
+    stroke_ = group("ways since the last reversal", find_strokes(table_, joints_),
+                    stroke_columns(joints_));
+    motor_torque_ = group("a set of motor torques", plain(torques), torques);
     for (size_t c = 0; c < table_.columns().size(); ++c) {
       const std::string& name = table_.columns()[c];
       if (!name.starts_with("temp_") || !name.ends_with("_c") || name.size() < 8) continue;
@@ -195,8 +192,7 @@ class CampaignReader {
     Campaign& c = campaign_;
     if (table_.is_empty(*pose_)) table_.fail(*pose_, kNoId);
     const int pose = poses_.of(table_.text(*pose_));
-    JointVector q;
-    for (int j = 0; j < kJoints; ++j) q[j] = table_.number(*q_[j]);
+    const JointVector q = numbers(q_);
     check_configuration(pose, q);
     c.pose.push_back(pose);
     c.line.push_back(table_.line_number());
@@ -217,8 +213,8 @@ class CampaignReader {
       c.force_n.emplace_back(table_.number(*force_[0]), table_.number(*force_[1]),
                              table_.number(*force_[2]));
     if (arrival_[0]) {
-      Direction directions;
-      for (int j = 0; j < kJoints; ++j) {
+      Direction directions{};
+      for (size_t j = 0; j < arrival_.size(); ++j) {
         const int direction = table_.integer(*arrival_[j]);
         if (direction < -1 || direction > 1)
           table_.fail(*arrival_[j], "'" + std::to_string(direction) + "' is not -1, 0 or 1");
@@ -226,13 +222,11 @@ class CampaignReader {
       }
       c.arrival.push_back(directions);
     }
-    if (stroke_[0]) {
-      JointVector& strokes = c.stroke.emplace_back();
-      for (int j = 0; j < kJoints; ++j) strokes[j] = table_.number(*stroke_[j]);
-    }
+    if (stroke_[0]) c.stroke.push_back(numbers(stroke_));
     if (motor_torque_[0]) {
       auto& torques = c.motor_torque_nm.emplace_back();
-      for (size_t j = 0; j < torques.size(); ++j) torques[j] = table_.number(*motor_torque_[j]);
+      for (size_t j = 0; j < motor_torque_.size(); ++j)
+        torques[j] = table_.number(*motor_torque_[j]);
     }
     if (!temperatures_.empty()) {
       auto& temperatures = c.temperature_c.emplace_back();
@@ -243,6 +237,14 @@ class CampaignReader {
                       table_.quoted(temperatures_[i]) + " lies below absolute zero; correct it");
       }
     }
+  }
+
+  // One number per joint.
+  JointVector numbers(const std::vector<std::optional<Quantity>>& columns) const {
+    JointVector values(static_cast<Eigen::Index>(columns.size()));
+    for (size_t j = 0; j < columns.size(); ++j)
+      values[static_cast<Eigen::Index>(j)] = table_.number(*columns[j]);
+    return values;
   }
 
   void read_point() {
@@ -336,15 +338,16 @@ class CampaignReader {
       return;
     }
     const int first = first_row_of_pose_[pose];
-    for (int j = 0; j < kJoints; ++j) {
+    for (size_t k = 0; k < joints_.size(); ++k) {
+      const auto j = static_cast<Eigen::Index>(k);
       const double difference = std::abs(q[j] - campaign_.q[first][j]);
       if (difference > kSameConfiguration)
-        table_.fail(
-            q_[j]->column,
-            fmt::format("pose '{}' stands {:.4g} deg away from its reading in line {}; rows "
-                        "that share a pose id are replicates of one configuration: give "
-                        "different configurations different ids",
-                        campaign_.pose_ids[pose], difference / kDegree, campaign_.line[first]));
+        table_.fail(q_[k]->column,
+                    fmt::format("pose '{}' stands {:.4g} {} away from its reading in line {}; rows "
+                                "that share a pose id are replicates of one configuration: give "
+                                "different configurations different ids",
+                                campaign_.pose_ids[pose], difference / joints_[k].si(),
+                                joints_[k].unit(), campaign_.line[first]));
     }
   }
 
@@ -369,6 +372,7 @@ class CampaignReader {
   }
 
   CsvTable& table_;
+  const std::vector<JointName>& joints_;
   Campaign& campaign_;
   Index poses_, targets_, anchors_, sessions_;
   std::set<int> used_;
@@ -377,41 +381,40 @@ class CampaignReader {
   std::optional<int> pose_, repeat_, time_, target_, anchor_, session_, payload_;
   std::optional<Quantity> distance_;
   bool has_points_ = true;  // columns
-  std::array<std::optional<Quantity>, kJoints> q_;
+  std::vector<std::optional<Quantity>> q_, stroke_;
   std::array<std::optional<Quantity>, 3> position_, abc_;
   std::array<std::optional<int>, 4> quaternion_;
   std::array<std::optional<int>, 3> force_;
-  std::array<std::optional<int>, kJoints> arrival_, motor_torque_;
-  std::array<std::optional<Quantity>, kJoints> stroke_;
+  std::vector<std::optional<int>> arrival_, motor_torque_;
   std::optional<Quantity> sigma_position_, sigma_orientation_;
   std::vector<int> temperatures_;
 };
 
 }  // namespace
 
-CampaignFile read_campaign(const std::string& path) {
+CampaignFile read_campaign(const std::string& path, const std::vector<JointName>& joints) {
   Source source(path);
   CampaignFile file;
   file.campaign.source = source.name();
-  CsvTable table(source, "pose,q1_deg,...,q6_deg,x_mm,y_mm,z_mm");
-  CampaignReader reader(table, file.campaign);
+  CsvTable table(source, example_header("pose,", joints, ",x_mm,y_mm,z_mm"));
+  CampaignReader reader(table, joints, file.campaign);
   reader.read();
   file.unknown_columns = reader.unknown_columns();
   file.sha256 = source.sha256();
   return file;
 }
 
-std::string write_campaign(const Campaign& campaign) {
+std::string write_campaign(const Campaign& campaign, const std::vector<JointName>& joints) {
   std::string text = "pose";
   if (!campaign.repeat.empty()) text += ",repeat";
   if (!campaign.time_s.empty()) text += ",t_s";
-  for (int j = 0; j < kJoints; ++j) text += "," + joint_column(j) + "_deg";
+  for (const JointName& joint : joints) text += "," + joint.encoder();
   text += campaign.has_distances() ? ",l_mm" : ",x_mm,y_mm,z_mm";
   if (campaign.has_orientation()) text += ",a_deg,b_deg,c_deg";
   if (!campaign.target.empty()) text += ",target";
   if (!campaign.anchor.empty()) text += ",anchor";
   if (!campaign.arrival.empty())
-    for (int j = 0; j < kJoints; ++j) text += ",dir" + std::to_string(j + 1);
+    for (const std::string& name : numbered_columns("dir", joints)) text += "," + name;
   if (!campaign.session.empty()) text += ",session";
   if (!campaign.payload_kg.empty()) text += ",payload_kg";
   for (const std::string& name : campaign.temperature_names) text += ",temp_" + name + "_c";
@@ -421,7 +424,8 @@ std::string write_campaign(const Campaign& campaign) {
     const auto add = [&](const std::string& cell) { (text += ",") += cell; };
     if (!campaign.repeat.empty()) add(std::to_string(campaign.repeat[row]));
     if (!campaign.time_s.empty()) add(number_text(campaign.time_s[row]));
-    for (int j = 0; j < kJoints; ++j) add(number_text(campaign.q[row][j], kDegree));
+    for (size_t j = 0; j < joints.size(); ++j)
+      add(number_text(campaign.q[row][static_cast<Eigen::Index>(j)], joints[j].si()));
     if (campaign.has_distances())
       add(number_text(campaign.distance[row], kMillimetre));
     else
@@ -433,7 +437,7 @@ std::string write_campaign(const Campaign& campaign) {
     if (!campaign.target.empty()) add(campaign.target_names[campaign.target[row]]);
     if (!campaign.anchor.empty()) add(campaign.anchor_names[campaign.anchor[row]]);
     if (!campaign.arrival.empty())
-      for (int direction : campaign.arrival[row]) add(std::to_string(direction));
+      for (size_t j = 0; j < joints.size(); ++j) add(std::to_string(campaign.arrival[row][j]));
     if (!campaign.session.empty()) add(campaign.session_names[campaign.session[row]]);
     if (!campaign.payload_kg.empty()) add(number_text(campaign.payload_kg[row]));
     for (size_t k = 0; k < campaign.temperature_names.size(); ++k)

@@ -1,5 +1,7 @@
 #include "armtrue/io/catalogue_io.h"
 
+#include <fmt/format.h>
+
 #include <optional>
 #include <utility>
 
@@ -11,18 +13,17 @@
 namespace armtrue {
 namespace {
 
-// The joints of an entry: those that it names, or all.
+// The joints that an entry names.
 std::vector<int> read_joints(YamlMap& map, bool of_a_joint) {
   std::vector<int> joints;
   if (map.has("joints")) {
     if (!of_a_joint) map.fail("joints", "only alpha, d, theta, r and beta belong to joints");
     for (const std::string& text : map.texts("joints")) {
-      if (text.size() != 1 || text[0] < '1' || text[0] > '6')
-        map.fail("joints", "'" + text + "' is no joint from 1 to 6");
-      joints.push_back(text[0] - '1');
+      const auto driver = parse_driver("joint-angle " + text);
+      if (!driver || driver->is_pair())
+        map.fail("joints", fmt::format("'{}' is no joint from 1 to {}", text, kMaxJoints));
+      joints.push_back(driver->joint);
     }
-  } else if (of_a_joint) {
-    for (int j = 0; j < kJoints; ++j) joints.push_back(j);
   }
   return joints;
 }
@@ -33,7 +34,8 @@ void read_driver(YamlMap& map, CatalogueEntry& entry) {
   for (const auto& [word, which] : {std::pair{" own", CatalogueEntry::Joint::own},
                                     std::pair{" previous", CatalogueEntry::Joint::previous}})
     if (driver.ends_with(word)) {
-      if (entry.joints.empty()) map.fail("driver", "'" + driver + "' needs a parameter of a joint");
+      if (entry.joints.empty() && !entry.of_every_joint)
+        map.fail("driver", "'" + driver + "' needs a parameter of a joint");
       if (driver.find('*') != std::string::npos && !driver.starts_with("time *"))
         map.fail("driver", "'" + driver +
                                "': own and previous stand for the joint of a driver "
@@ -87,6 +89,7 @@ CatalogueEntry read_entry(YamlMap map) {
                               "' is none of alpha, d, theta, r and beta, no group (base, tool, "
                               "target) and no single one such as base.rx or instrument.scale");
   entry.joints = read_joints(map, of_a_joint);
+  entry.of_every_joint = of_a_joint && !map.has("joints");
   read_driver(map, entry);
   entry.shape = read_shape(map);
   if (const std::string why = why_invalid(entry.parameter, entry.driver, entry.shape); !why.empty())

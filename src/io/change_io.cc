@@ -9,7 +9,7 @@ namespace {
 
 // The keys end in _mm or _deg, by the kind of the parameter.
 YAML::Node change_node(const KinematicChain& chain, const ParameterChange& change) {
-  const bool is_length = parameter_unit(change.parameter) == ParameterUnit::metre;
+  const bool is_length = parameter_unit(chain, change.parameter) == ParameterUnit::metre;
   const double unit = is_length ? kMillimetre : kDegree;
   const std::string suffix = is_length ? "_mm" : "_deg";
   YAML::Node node, interval;

@@ -43,14 +43,16 @@ class CommandWriter {
     appended_ = places_.front().column < 0;
     if (!appended_) return;
     for (size_t i = 0; i < places_.size(); ++i)
-      places_[i].unit = kind == CommandKind::cartesian && i < 3 ? kMillimetre : kDegree;
+      if (kind == CommandKind::joints)
+        places_[i].unit = file.joints[i].si();
+      else
+        places_[i].unit = i < 3 ? kMillimetre : kDegree;
   }
 
   std::string header() const {
     std::vector<std::string> names = file_.columns;
     for (size_t i = 0; appended_ && i < places_.size(); ++i)
-      names.push_back(kind_ == CommandKind::joints ? "q" + std::to_string(i + 1) + "_deg"
-                                                   : kPoseColumns[i]);
+      names.push_back(kind_ == CommandKind::joints ? file_.joints[i].encoder() : kPoseColumns[i]);
     names.insert(names.end(), kCommandColumns.begin(), kCommandColumns.end());
     return line_of(names);
   }
@@ -110,7 +112,7 @@ class CommandWriter {
   // Bits beyond those of six joints, of external axes, stay.
   static int turn_of(int stated, const JointVector& q) {
     int turn = stated & ~0x3f;
-    for (int j = 0; j < kJoints; ++j)
+    for (int j = 0; j < kProgramAxes; ++j)
       if (q[j] < 0) turn |= 1 << j;
     return turn;
   }

@@ -25,12 +25,12 @@ std::string write_deviation(const PathDeviation& deviation) {
   return text;
 }
 
-std::string write_pass_as_poses(const Path& programmed,
-                                const Eigen::Matrix<double, kJoints, Eigen::Dynamic>& q,
-                                const PathDeviation& deviation, int block) {
+std::string write_pass_as_poses(const Path& programmed, const JointMatrix& q,
+                                const PathDeviation& deviation, int block,
+                                const std::vector<JointName>& joints) {
   const bool with_force = deviation.force.cols() > 0;
   std::string text = "pose,t_s";
-  for (int j = 1; j <= kJoints; ++j) text += fmt::format(",q{}_deg", j);
+  for (const JointName& joint : joints) text += "," + joint.encoder();
   text += ",x_mm,y_mm,z_mm,sigma_mm";
   text += with_force ? ",fx_n,fy_n,fz_n\n" : "\n";
   const std::string sigma =
@@ -56,7 +56,8 @@ std::string write_pass_as_poses(const Path& programmed,
         const Eigen::VectorXd mean = values.middleCols(begin, block).rowwise().mean();
         for (const double value : mean) text += ',' + decimal_text(value / unit, decimals);
       };
-      add(angles, kDegree, 9);
+      for (Eigen::Index j = 0; j < angles.rows(); ++j)
+        add(angles.row(j), joints[static_cast<size_t>(j)].si(), 9);
       add(measured, kMillimetre, 6);
       text += sigma;
       if (with_force) add(deviation.force, 1, 6);

@@ -36,15 +36,16 @@ void add_if_known(std::string& line, const std::optional<double>& value, double 
     line += ',';
 }
 
-void add_row(std::string& line, const ErrorMap& map, size_t row) {
+void add_row(std::string& line, const ErrorMap& map, size_t row,
+             const std::vector<JointName>& joints) {
   const MapPoint& point = map.points[row];
   std::string name = map.names[row];
   std::ranges::replace(name, ',', ';');
   line += name;
   for (double x : point.position) add_number(line, x / kMillimetre);
-  for (int j = 0; j < kJoints; ++j)
+  for (size_t j = 0; j < joints.size(); ++j)
     if (point.q)
-      add_number(line, (*point.q)[j] / kDegree);
+      add_number(line, (*point.q)[static_cast<Eigen::Index>(j)] / joints[j].si());
     else
       line += ',';
   if (point.is_predicted) {
@@ -147,17 +148,18 @@ YAML::Node placements_node(const ErrorMapSummary& summary) {
 
 }  // namespace
 
-std::string write_error_map(const ErrorMap& map) {
-  std::string text =
-      "pose,x_mm,y_mm,z_mm,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,dx_mm,dy_mm,dz_mm,before_mm,"
-      "before_mrad,constants_only_mm,after_mm,std_mm,leverage";
+std::string write_error_map(const ErrorMap& map, const std::vector<JointName>& joints) {
+  std::string text = "pose,x_mm,y_mm,z_mm";
+  for (const JointName& joint : joints) text += "," + joint.encoder();
+  text += ",dx_mm,dy_mm,dz_mm,before_mm,before_mrad,constants_only_mm,after_mm,std_mm,leverage";
   for (const std::string& column : cause_columns(map)) text += "," + column;
   text += ",note\n";
   for_ordered_blocks<std::string>(
       static_cast<int>(map.points.size()), kRowsPerBlock,
       [&](int begin, int end) {
         std::string block;
-        for (int row = begin; row < end; ++row) add_row(block, map, static_cast<size_t>(row));
+        for (int row = begin; row < end; ++row)
+          add_row(block, map, static_cast<size_t>(row), joints);
         return block;
       },
       [&](const std::string& block) { text += block; });

@@ -4,11 +4,13 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <span>
 
 #include "armtrue/io/csv_table.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
+#include "io/joint_columns.h"
 
 namespace armtrue {
 namespace {
@@ -52,14 +54,30 @@ struct PathColumns {
   Quantity time;
   std::array<Quantity, 3> position;
   std::optional<std::array<Quantity, 3>> orientation, force;
-  std::optional<std::array<Quantity, kJoints>> q;
+  std::optional<std::vector<Quantity>> q;
 };
 
 std::array<std::optional<Quantity>, 3> find_position(const CsvTable& table) {
   return {table.find_length("x"), table.find_length("y"), table.find_length("z")};
 }
 
-PathColumns find_columns(const CsvTable& table) {
+// The columns of the joints: all of them, or none.
+std::optional<std::vector<Quantity>> find_joints(const CsvTable& table,
+                                                 const std::vector<JointName>& joints) {
+  const auto found = find_encoders(table, joints);
+  std::vector<std::string> missing;
+  std::vector<Quantity> columns;
+  for (size_t j = 0; j < joints.size(); ++j)
+    if (found[j])
+      columns.push_back(*found[j]);
+    else
+      missing.push_back(joints[j].encoder());
+  if (columns.empty()) return std::nullopt;
+  if (!missing.empty()) table.fail_missing(missing);
+  return columns;
+}
+
+PathColumns find_columns(const CsvTable& table, const std::vector<JointName>& joints) {
   PathColumns columns;
   const auto time = find_plain(table, "t_s");
   const auto position = group<3>(table, find_position(table), {"x_mm", "y_mm", "z_mm"});
@@ -75,28 +93,20 @@ PathColumns find_columns(const CsvTable& table) {
   columns.force = group<3>(
       table, {find_plain(table, "fx_n"), find_plain(table, "fy_n"), find_plain(table, "fz_n")},
       {"fx_n", "fy_n", "fz_n"});
-  std::array<std::optional<Quantity>, kJoints> q;
-  std::array<std::string, kJoints> names;
-  for (int j = 0; j < kJoints; ++j) {
-    const std::string name = "q" + std::to_string(j + 1);
-    q[j] = table.find_angle(name);
-    names[j] = name + "_deg";
-  }
-  columns.q = group<kJoints>(table, q, names);
+  columns.q = find_joints(table, joints);
   return columns;
 }
 
 // Collects the numbers of all samples; their count is only known at the end of the file.
 class SampleBuffer {
  public:
-  template <size_t N>
-  void add(const CsvTable& table, const std::array<Quantity, N>& columns) {
+  void add(const CsvTable& table, std::span<const Quantity> columns) {
     for (const Quantity& column : columns) values_.push_back(table.number(column));
   }
-  template <int N>
-  Eigen::Matrix<double, N, Eigen::Dynamic> matrix() const {
-    return Eigen::Map<const Eigen::Matrix<double, N, Eigen::Dynamic>>(
-        values_.data(), N, static_cast<Eigen::Index>(values_.size()) / N);
+  template <typename Matrix>
+  Matrix matrix(Eigen::Index rows) const {
+    return Eigen::Map<const Matrix>(values_.data(), rows,
+                                    static_cast<Eigen::Index>(values_.size()) / rows);
   }
 
  private:
@@ -118,10 +128,10 @@ bool is_lost(const CsvTable& table, const std::array<Quantity, 3>& position) {
 
 }  // namespace
 
-PathFile read_path(const std::string& file, KeepRows keep) {
+PathFile read_path(const std::string& file, KeepRows keep, const std::vector<JointName>& joints) {
   Source source(file);
   CsvTable table(source, "t_s,x_mm,y_mm,z_mm");
-  const PathColumns columns = find_columns(table);
+  const PathColumns columns = find_columns(table, joints);
   PathFile result;
   result.source = source.name();
   result.columns = table.columns();
@@ -162,19 +172,19 @@ PathFile read_path(const std::string& file, KeepRows keep) {
                      " samples; a path needs at least two");
   result.path.time =
       Eigen::Map<const Eigen::VectorXd>(time.data(), static_cast<Eigen::Index>(time.size()));
-  result.path.position = position.matrix<3>();
-  result.path.orientation = orientation.matrix<3>();
-  result.path.force = force.matrix<3>();
-  result.path.q = q.matrix<kJoints>();
+  result.path.position = position.matrix<Eigen::Matrix3Xd>(3);
+  result.path.orientation = orientation.matrix<Eigen::Matrix3Xd>(3);
+  result.path.force = force.matrix<Eigen::Matrix3Xd>(3);
+  result.path.q = q.matrix<JointMatrix>(static_cast<Eigen::Index>(joints.size()));
   result.sha256 = source.sha256();
   return result;
 }
 
-std::string write_path(const Path& path) {
+std::string write_path(const Path& path, const std::vector<JointName>& joints) {
   std::string text = "t_s,x_mm,y_mm,z_mm";
   if (path.has_orientation()) text += ",a_deg,b_deg,c_deg";
   if (path.has_joints())
-    for (int j = 0; j < kJoints; ++j) text += ",q" + std::to_string(j + 1) + "_deg";
+    for (const JointName& joint : joints) text += "," + joint.encoder();
   if (path.has_force()) text += ",fx_n,fy_n,fz_n";
   text += '\n';
   const auto add = [&](const auto& values, double unit, int decimals) {
@@ -185,7 +195,8 @@ std::string write_path(const Path& path) {
     text += decimal_text(path.time[i], 7);
     add(path.position.col(i), kMillimetre, 6);
     if (path.has_orientation()) add(path.orientation.col(i), kDegree, 9);
-    if (path.has_joints()) add(path.q.col(i), kDegree, 9);
+    for (size_t j = 0; path.has_joints() && j < joints.size(); ++j)
+      text += ',' + decimal_text(path.q(static_cast<Eigen::Index>(j), i) / joints[j].si(), 9);
     if (path.has_force()) add(path.force.col(i), 1, 6);
     text += '\n';
   }

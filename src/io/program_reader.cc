@@ -3,6 +3,7 @@
 #include <optional>
 #include <ranges>
 #include <set>
+#include <span>
 
 #include "armtrue/io/compensation_io.h"
 #include "armtrue/io/csv_table.h"
@@ -10,6 +11,7 @@
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
 #include "io/compensation_columns.h"
+#include "io/joint_columns.h"
 
 namespace armtrue {
 namespace {
@@ -18,13 +20,12 @@ using Quantity = CsvTable::Quantity;
 using Place = ProgramFile::Place;
 
 // Columns of one quantity by their names in files: all of them, or none.
-template <size_t N>
-bool has_all(const CsvTable& table, const std::array<std::optional<Quantity>, N>& found,
-             const std::array<std::string, N>& names) {
+bool has_all(const CsvTable& table, std::span<const std::optional<Quantity>> found,
+             std::span<const std::string> names) {
   std::vector<std::string> missing;
-  for (size_t i = 0; i < N; ++i)
+  for (size_t i = 0; i < names.size(); ++i)
     if (!found[i]) missing.push_back(names[i]);
-  if (missing.size() == N) return false;
+  if (missing.size() == names.size()) return false;
   if (!missing.empty()) table.fail_missing(missing);
   return true;
 }
@@ -63,18 +64,13 @@ class ProgramReader {
   }
 
   void find_targets() {
-    std::array<std::optional<Quantity>, kJoints> q;
-    std::array<std::string, kJoints> q_names;
-    for (size_t j = 0; j < q.size(); ++j) {
-      const std::string name = "q" + std::to_string(j + 1);
-      q[j] = table_.find_angle(name);
-      q_names[j] = name + "_deg";
-    }
+    const std::vector<std::optional<Quantity>> q = find_encoders(table_, file_.joints);
+    const std::vector<std::string> q_names = encoder_names(file_.joints);
     const std::array<std::optional<Quantity>, 6> pose{
         table_.find_length("x"), table_.find_length("y"), table_.find_length("z"),
         table_.find_angle("a"),  table_.find_angle("b"),  table_.find_angle("c")};
-    is_cartesian_ = has_all<6>(table_, pose, kPoseColumns);
-    has_joints_ = has_all<kJoints>(table_, q, q_names);
+    is_cartesian_ = has_all(table_, pose, kPoseColumns);
+    has_joints_ = has_all(table_, q, q_names);
     std::vector<std::string> missing;
     if (!table_.find("pose")) missing.emplace_back("pose");
     if (!is_cartesian_ && !has_joints_)
@@ -82,30 +78,32 @@ class ProgramReader {
     if (!missing.empty()) table_.fail_missing(missing);
     name_ = *table_.find("pose");
     for (size_t i = 0; is_cartesian_ && i < pose.size(); ++i) file_.pose[i] = place_of(*pose[i]);
+    file_.q.resize(file_.joints.size());
     for (size_t j = 0; has_joints_ && j < q.size(); ++j) file_.q[j] = place_of(*q[j]);
-    if (const auto turn = table_.find("t")) file_.turn.column = *turn;
+    const auto turn = table_.find("t");
+    if (turn && file_.joints.size() != kProgramAxes)
+      table_.fail(*turn, "the turn t is that of six axes, and the robot has " +
+                             std::to_string(file_.joints.size()) +
+                             "; leave it out, or rename the column if it is another");
+    if (turn) file_.turn.column = *turn;
   }
 
   void find_context() {
     time_ = table_.find("t_s");
     payload_ = table_.find("payload_kg");
     const std::array force{plain("fx_n"), plain("fy_n"), plain("fz_n")};
-    has_force_ = has_all<3>(table_, force, {"fx_n", "fy_n", "fz_n"});
+    has_force_ = has_all(table_, force, std::array<std::string, 3>{"fx_n", "fy_n", "fz_n"});
     for (size_t i = 0; has_force_ && i < 3; ++i) force_[i] = force[i]->column;
-    std::array<std::optional<Quantity>, kJoints> arrival;
-    std::array<std::string, kJoints> names;
-    for (size_t j = 0; j < arrival.size(); ++j)
-      arrival[j] = plain(names[j] = "dir" + std::to_string(j + 1));
-    has_arrival_ = has_all<kJoints>(table_, arrival, names);
-    for (size_t j = 0; has_arrival_ && j < arrival.size(); ++j) arrival_[j] = arrival[j]->column;
-    std::array<std::optional<Quantity>, kJoints> stroke;
-    for (size_t j = 0; j < stroke.size(); ++j) {
-      const std::string name = "stroke" + std::to_string(j + 1);
-      stroke[j] = table_.find_angle(name);
-      names[j] = name + "_deg";
-    }
-    has_stroke_ = has_all<kJoints>(table_, stroke, names);
-    for (size_t j = 0; has_stroke_ && j < stroke.size(); ++j) stroke_[j] = place_of(*stroke[j]);
+    const std::vector<std::string> directions = numbered_columns("dir", file_.joints);
+    std::vector<std::optional<Quantity>> arrival;
+    for (const std::string& name : directions) arrival.push_back(plain(name));
+    has_arrival_ = has_all(table_, arrival, directions);
+    for (size_t j = 0; has_arrival_ && j < arrival.size(); ++j)
+      arrival_.push_back(arrival[j]->column);
+    const std::vector<std::optional<Quantity>> stroke = find_strokes(table_, file_.joints);
+    has_stroke_ = has_all(table_, stroke, stroke_columns(file_.joints));
+    for (size_t j = 0; has_stroke_ && j < stroke.size(); ++j)
+      stroke_.push_back(place_of(*stroke[j]));
     find_temperatures();
   }
 
@@ -139,12 +137,13 @@ class ProgramReader {
 
   void read_target() {
     Program& program = file_.program;
-    JointVector q = JointVector::Zero();
+    const auto joints = static_cast<int>(file_.joints.size());
+    JointVector q = JointVector::Zero(joints);
     int empty = 0;
     if (has_joints_)
       for (const Place& place : file_.q) empty += table_.is_empty(place.column);
-    const bool hinted = has_joints_ && !(is_cartesian_ && empty == kJoints);
-    for (int j = 0; hinted && j < kJoints; ++j) q[j] = number(file_.q[static_cast<size_t>(j)]);
+    const bool hinted = has_joints_ && !(is_cartesian_ && empty == joints);
+    for (int j = 0; hinted && j < joints; ++j) q[j] = number(file_.q[static_cast<size_t>(j)]);
     program.visits.q.push_back(q);
     if (is_cartesian_) {
       std::array<double, 6> value{};
@@ -174,7 +173,7 @@ class ProgramReader {
                                   table_.number(force_[2]));
     if (has_arrival_) {
       Direction& directions = visits.arrival.emplace_back();
-      for (size_t j = 0; j < directions.size(); ++j) {
+      for (size_t j = 0; j < arrival_.size(); ++j) {
         const int direction = table_.integer(arrival_[j]);
         if (direction < -1 || direction > 1)
           table_.fail(arrival_[j], table_.quoted(arrival_[j]) + " is not -1, 0 or 1");
@@ -182,7 +181,7 @@ class ProgramReader {
       }
     }
     if (has_stroke_) {
-      JointVector& strokes = visits.stroke.emplace_back();
+      JointVector& strokes = visits.stroke.emplace_back(JointVector(std::ssize(stroke_)));
       for (size_t j = 0; j < stroke_.size(); ++j) strokes[static_cast<int>(j)] = number(stroke_[j]);
     }
     if (temperatures_.empty()) return;
@@ -200,18 +199,18 @@ class ProgramReader {
   int name_ = 0;
   std::optional<int> time_, payload_;
   std::array<int, 3> force_{};
-  std::array<int, kJoints> arrival_{};
-  std::array<Place, kJoints> stroke_;
-  std::vector<int> temperatures_;
+  std::vector<Place> stroke_;
+  std::vector<int> arrival_, temperatures_;
 };
 
 }  // namespace
 
-ProgramFile read_program(const std::string& path) {
+ProgramFile read_program(const std::string& path, const std::vector<JointName>& joints) {
   Source source(path);
   ProgramFile file;
+  file.joints = joints;
   file.source = file.program.visits.source = source.name();
-  CsvTable table(source, "pose,q1_deg,...,q6_deg");
+  CsvTable table(source, example_header("pose,", joints));
   ProgramReader(table, file).read();
   file.sha256 = source.sha256();
   return file;

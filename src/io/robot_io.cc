@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "armtrue/io/source.h"
 #include "armtrue/kinematics/conventions.h"
@@ -23,6 +24,18 @@ constexpr double kMaxGravity = 20;  // m/s2
 // memory.
 constexpr size_t kMaxOfAKind = 1000;
 
+const char* joint_word(JointKind kind) {
+  switch (kind) {
+    case JointKind::revolute:
+      return "revolute";
+    case JointKind::prismatic:
+      return "prismatic";
+    case JointKind::fixed:
+      break;
+  }
+  return "fixed";
+}
+
 Pose read_pose(YamlMap map) {
   Pose pose;
   pose.translation =
@@ -33,14 +46,28 @@ Pose read_pose(YamlMap map) {
   return pose;
 }
 
-Link read_link(YamlMap map, bool driven) {
+JointKind read_joint_kind(YamlMap& map) {
+  const std::string joint = map.text("joint");
+  for (JointKind kind : {JointKind::revolute, JointKind::prismatic, JointKind::fixed})
+    if (joint == joint_word(kind)) return kind;
+  map.fail("joint", "'" + joint + "' is none of revolute, prismatic and fixed");
+}
+
+// The travel of a joint. One that slides has both ends: nothing else says how far it goes.
+void read_travel(YamlMap& map, Link& link) {
+  const bool slides = is_prismatic(link);
+  const std::string unit = slides ? "_mm" : "_deg";
+  const double si = slides ? kMillimetre : kDegree;
+  if (slides || map.has("min" + unit)) link.min = map.number("min" + unit) * si;
+  if (slides || map.has("max" + unit)) link.max = map.number("max" + unit) * si;
+  if (link.min >= link.max) map.fail("max" + unit, "must be above min" + unit);
+}
+
+Link read_link(YamlMap map) {
   Link link;
   link.name = map.text("name");
   if (link.name.empty()) map.fail("name", "is empty; parameters are named after links");
-  const std::string joint = map.text("joint");
-  if (joint != (driven ? "revolute" : "fixed"))
-    map.fail("joint", std::string("must be '") + (driven ? "revolute" : "fixed") +
-                          "': the chain has six revolute links, then one fixed");
+  link.joint = read_joint_kind(map);
   link.alpha = map.number("alpha_deg") * kDegree;
   link.d = map.number("d_mm") * kMillimetre;
   link.theta = map.number("theta_deg") * kDegree;
@@ -48,15 +75,13 @@ Link read_link(YamlMap map, bool driven) {
   link.beta = map.number("beta_deg", 0) * kDegree;
   link.sign = map.number("sign", 1);
   if (link.sign != 1 && link.sign != -1) map.fail("sign", "must be 1 or -1");
-  if (map.has("min_deg")) link.min = map.number("min_deg") * kDegree;
-  if (map.has("max_deg")) link.max = map.number("max_deg") * kDegree;
-  if (link.min >= link.max) map.fail("max_deg", "must be above min_deg");
+  read_travel(map, link);
   map.finish();
   return link;
 }
 
 int link_index(const YamlMap& map, const KinematicChain& chain, const std::string& name) {
-  for (int j = 0; j < kLinks; ++j)
+  for (int j = 0; j < link_count(chain); ++j)
     if (chain.links[j].name == name) return j;
   map.fail("link", "the robot has no link '" + name + "'");
 }
@@ -66,7 +91,7 @@ int constant_parameter(const YamlMap& map, const std::string& key, const std::st
                        const KinematicChain& chain) {
   const auto parameter = find_parameter(chain, name);
   if (!parameter) map.fail(key, "the robot has no parameter '" + name + "'");
-  if (is_instrument_parameter(*parameter))
+  if (layout_of(chain).is_of_instrument(*parameter))
     map.fail(key, name +
                       " is not identified with the robot; remove it, and let an effect fit it: "
                       "{name: instrument, parameter: " +
@@ -75,8 +100,8 @@ int constant_parameter(const YamlMap& map, const std::string& key, const std::st
   return *parameter;
 }
 
-double file_unit(int parameter) {
-  return parameter_unit(parameter) == ParameterUnit::metre ? kMillimetre : kDegree;
+double file_unit(const KinematicChain& chain, int parameter) {
+  return parameter_unit(chain, parameter) == ParameterUnit::metre ? kMillimetre : kDegree;
 }
 
 void check_count(const YamlMap& map, const std::string& key, size_t count) {
@@ -91,25 +116,27 @@ std::map<std::string, double> read_deviations(YamlMap map, const KinematicChain&
     const int parameter = constant_parameter(map, key, key, chain);
     const double value = map.number(key);
     if (value <= 0) map.fail(key, "a standard deviation must be above zero");
-    deviations[key] = value * file_unit(parameter);
+    deviations[key] = value * file_unit(chain, parameter);
   }
   return deviations;
 }
 
 bool is_zero_offset(const KinematicChain& chain, const std::string& name) {
   const auto parameter = find_parameter(chain, name);
-  return parameter && armtrue::is_zero_offset(*parameter);
+  return parameter && armtrue::is_zero_offset(chain, *parameter);
 }
 
 Session read_session(YamlMap map, const KinematicChain& chain) {
   Session session;
-  if (map.has("theta_deg")) {
-    YamlMap zeros = map.map("theta_deg");
+  for (const auto& [key, parameter, unit] :
+       {std::tuple("theta_deg", ".theta", kDegree), std::tuple("r_mm", ".r", kMillimetre)}) {
+    if (!map.has(key)) continue;
+    YamlMap zeros = map.map(key);
     for (const std::string& name : zeros.keys()) {
-      if (!is_zero_offset(chain, name + ".theta"))
-        zeros.fail(name, "the robot has no driven link '" + name + "'");
-      const int parameter = *find_parameter(chain, name + ".theta");
-      session.theta[(parameter - kLinkParameters) / 5] = zeros.number(name) * kDegree;
+      if (!is_zero_offset(chain, name + parameter))
+        zeros.fail(name, "the robot has no driven link '" + name + "' with this zero offset");
+      session.theta[link_of_parameter(*find_parameter(chain, name + parameter))] =
+          zeros.number(name) * unit;
     }
   }
   if (map.has("std")) session.std = read_deviations(map.map("std"), chain);
@@ -147,19 +174,21 @@ YAML::Node pose_node(const Pose& pose) {
                    {"c_deg", angle(abc[2])}});
 }
 
-YAML::Node link_node(const Link& link, bool driven) {
+YAML::Node link_node(const Link& link) {
   std::vector<std::pair<std::string, std::string>> entries{
       {"name", link.name},
-      {"joint", driven ? "revolute" : "fixed"},
+      {"joint", joint_word(link.joint)},
       {"alpha_deg", number_text(link.alpha, kDegree)},
       {"d_mm", number_text(link.d, kMillimetre)},
       {"theta_deg", number_text(link.theta, kDegree)},
       {"r_mm", number_text(link.r, kMillimetre)},
       {"beta_deg", number_text(link.beta, kDegree)}};
-  if (driven) {
+  if (link.joint != JointKind::fixed) {
+    const std::string unit = is_prismatic(link) ? "_mm" : "_deg";
+    const double si = is_prismatic(link) ? kMillimetre : kDegree;
     entries.emplace_back("sign", number_text(link.sign));
-    if (std::isfinite(link.min)) entries.emplace_back("min_deg", number_text(link.min, kDegree));
-    if (std::isfinite(link.max)) entries.emplace_back("max_deg", number_text(link.max, kDegree));
+    if (std::isfinite(link.min)) entries.emplace_back("min" + unit, number_text(link.min, si));
+    if (std::isfinite(link.max)) entries.emplace_back("max" + unit, number_text(link.max, si));
   }
   return flow_map(entries);
 }
@@ -171,7 +200,7 @@ YAML::Node deviations_node(const std::map<std::string, double>& values, const Ki
   for (int k = 0; k < parameter_count(chain); ++k) {
     const std::string name = parameter_name(chain, k);
     const auto found = values.find(name);
-    if (found != values.end()) node[name] = text(found->second, file_unit(k));
+    if (found != values.end()) node[name] = text(found->second, file_unit(chain, k));
   }
   return node;
 }
@@ -184,10 +213,14 @@ YAML::Node std_node(const std::map<std::string, double>& values, const Kinematic
 
 YAML::Node session_node(const Session& session, const KinematicChain& chain) {
   YAML::Node node = pose_node(session.base);
-  std::vector<std::pair<std::string, std::string>> zeros;
-  for (const auto& [link, theta] : session.theta)
-    zeros.emplace_back(chain.links[link].name, number_text(theta, kDegree));
-  if (!zeros.empty()) node["theta_deg"] = flow_map(zeros);
+  std::vector<std::pair<std::string, std::string>> angles, lengths;
+  for (const auto& [link, zero] : session.theta) {
+    const bool slides = is_prismatic(chain.links[link]);
+    (slides ? lengths : angles)
+        .emplace_back(chain.links[link].name, number_text(zero, slides ? kMillimetre : kDegree));
+  }
+  if (!angles.empty()) node["theta_deg"] = flow_map(angles);
+  if (!lengths.empty()) node["r_mm"] = flow_map(lengths);
   if (!session.std.empty()) node["std"] = flow(std_node(session.std, chain));
   return node;
 }
@@ -206,18 +239,22 @@ std::optional<ReadingSigma> read_residual_spread(YamlMap calibration) {
 
 void read_links(YamlMap& document, KinematicChain& chain) {
   std::vector<YamlMap> links = document.maps("links");
-  if (links.size() != kLinks)
-    document.fail("links", "has " + std::to_string(links.size()) +
-                               " entries; the chain has seven, six revolute and then one fixed");
-  for (int j = 0; j < kLinks; ++j) {
-    Link& link = chain.links[j] = read_link(links[j], j < kJoints);
-    for (int k = 0; k < j; ++k)
+  if (links.empty() || links.size() > kMaxLinks)
+    document.fail("links",
+                  fmt::format("has {} entries; a chain has from 1 to {}", links.size(), kMaxLinks));
+  for (size_t j = 0; j < links.size(); ++j) {
+    const Link link = chain.links.emplace_back(read_link(links[j]));
+    for (size_t k = 0; k < j; ++k)
       if (chain.links[k].name == link.name)
         links[j].fail("name", "'" + link.name + "' stands twice; parameters are named after links");
     for (const char* taken : {"base", "base_link", "tool", "world", "instrument"})
       if (link.name == taken)
         links[j].fail("name", "'" + link.name + "' means something else; name the link otherwise");
   }
+  if (const int joints = joint_count(chain); joints < 1 || joints > kMaxJoints)
+    document.fail("links", fmt::format("has {} driven joints (revolute or prismatic); an arm has "
+                                       "from 1 to {}",
+                                       joints, kMaxJoints));
 }
 
 void read_targets_and_anchors(YamlMap& document, KinematicChain& chain) {
@@ -438,8 +475,7 @@ YAML::Node robot_node(const Robot& robot, const Provenance& provenance) {
   root["name"] = robot.name;
   root["base"] = pose_node(robot.chain.base);
   if (!robot.sessions.empty()) root["sessions"] = sessions_node(robot);
-  for (int j = 0; j < kLinks; ++j)
-    root["links"].push_back(link_node(robot.chain.links[j], j < kJoints));
+  for (const Link& link : robot.chain.links) root["links"].push_back(link_node(link));
   root["tool"] = pose_node(robot.chain.tool);
   for (const Target& target : robot.chain.targets) {
     YAML::Node position;

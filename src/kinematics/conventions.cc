@@ -20,7 +20,7 @@ KinematicChain from_standard(const KinematicChain& rows) {
     std::swap(link.alpha, alpha);
     std::swap(link.d, d);
   }
-  chain.tool = modified_from_standard(rows.links[kLinks - 1]) * rows.tool;
+  chain.tool = modified_from_standard(rows.links.back()) * rows.tool;
   return chain;
 }
 

@@ -2,6 +2,8 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <stdexcept>
+#include <string>
 
 namespace armtrue {
 namespace {
@@ -69,8 +71,17 @@ inline void set_translation_column(PoseJacobian& jacobian, int column, const Vec
 
 }  // namespace
 
-ChainEvaluator::ChainEvaluator(const KinematicChain& chain) : base_(chain.base), tool_(chain.tool) {
-  for (int j = 0; j < kLinks; ++j) {
+ChainEvaluator::ChainEvaluator(const KinematicChain& chain)
+    : base_(chain.base),
+      tool_(chain.tool),
+      count_(link_count(chain)),
+      is_six_axis_arm_(armtrue::is_six_axis_arm(chain)) {
+  if (count_ > kMaxLinks || joint_count(chain) > kMaxJoints)
+    throw std::invalid_argument("the chain has " + std::to_string(count_) + " links and " +
+                                std::to_string(joint_count(chain)) + " joints; at most " +
+                                std::to_string(kMaxLinks) + " and " + std::to_string(kMaxJoints) +
+                                " are possible");
+  for (int j = 0; j < count_; ++j) {
     const Link& link = chain.links[j];
     links_[j] = {std::cos(link.alpha),
                  std::sin(link.alpha),
@@ -81,13 +92,17 @@ ChainEvaluator::ChainEvaluator(const KinematicChain& chain) : base_(chain.base),
                  link.theta,
                  link.r,
                  link.beta,
-                 j < kJoints ? link.sign : 0.0};
+                 link.sign,
+                 joint_of_link(chain, j),
+                 is_prismatic(link)};
   }
 }
 
-template <bool kWithOffsets, bool kWithJacobian>
+template <bool kWithOffsets, bool kWithJacobian, int kFixedCount>
 Pose ChainEvaluator::evaluate(const JointVector& q, const ParameterOffsets* offsets,
                               PoseJacobian* jacobian) const {
+  const int count = kFixedCount > 0 ? kFixedCount : count_;
+  const ParameterLayout layout(count);
   MovingFrame frame(base_);
   if constexpr (kWithOffsets) {
     const auto twist = offsets->segment<6>(kBaseParameters);
@@ -97,15 +112,15 @@ Pose ChainEvaluator::evaluate(const JointVector& q, const ParameterOffsets* offs
   }
   const Vector3d base_origin = frame.origin;
 
-  std::array<LinkAxes, kLinks> axes;
-  for (int j = 0; j < kLinks; ++j) {
+  std::array<LinkAxes, (kFixedCount > 0 ? kFixedCount : kMaxLinks)> axes;
+  for (int j = 0; j < count; ++j) {
     const Trigonometry& link = links_[j];
     double cos_alpha = link.cos_alpha, sin_alpha = link.sin_alpha;
     double cos_beta = link.cos_beta, sin_beta = link.sin_beta;
     double d = link.d, theta = link.theta, r = link.r;
-    if (j < kJoints) theta += link.sign * q[j];
+    if (link.joint >= 0) (link.slides ? r : theta) += link.sign * q[link.joint];
     if constexpr (kWithOffsets) {
-      const double* offset = offsets->data() + kLinkParameters + 5 * j;
+      const double* offset = offsets->data() + link_parameter(j, LinkParameter::alpha);
       if (offset[0] != 0) {
         cos_alpha = std::cos(link.alpha + offset[0]);
         sin_alpha = std::sin(link.alpha + offset[0]);
@@ -133,28 +148,29 @@ Pose ChainEvaluator::evaluate(const JointVector& q, const ParameterOffsets* offs
     frame.rotate_z(std::cos(theta), std::sin(theta));
   }
 
-  const Pose a_from_7 = frame.pose();
+  const Pose a_from_last = frame.pose();
   Pose tool = tool_;
   if constexpr (kWithOffsets) {
-    const auto twist = offsets->segment<6>(kToolParameters);
+    const auto twist = offsets->segment<6>(layout.tool);
     if (!twist.isZero(0.0))
       tool = {rotation_exp(twist.tail<3>()) * tool_.rotation, tool_.translation + twist.head<3>()};
   }
-  const Pose a_from_measured = a_from_7 * tool;
+  const Pose a_from_measured = a_from_last * tool;
 
   if constexpr (kWithJacobian) {
     PoseJacobian& columns = *jacobian;
+    columns.resize(Eigen::NoChange, layout.geometric);
     const Vector3d& end = a_from_measured.translation;
     for (int i = 0; i < 3; ++i) {
       set_translation_column(columns, kBaseParameters + i, Vector3d::Unit(i));
       set_rotation_column(columns, kBaseParameters + 3 + i, Vector3d::Unit(i), end - base_origin);
-      set_translation_column(columns, kToolParameters + i, a_from_7.rotation.col(i));
-      set_rotation_column(columns, kToolParameters + 3 + i, a_from_7.rotation.col(i),
+      set_translation_column(columns, layout.tool + i, a_from_last.rotation.col(i));
+      set_rotation_column(columns, layout.tool + 3 + i, a_from_last.rotation.col(i),
                           Vector3d::Zero());
     }
-    for (int j = 0; j < kLinks; ++j) {
+    for (int j = 0; j < count; ++j) {
       const LinkAxes& link = axes[j];
-      const int first = kLinkParameters + 5 * j;
+      const int first = link_parameter(j, LinkParameter::alpha);
       set_rotation_column(columns, first + 0, link.x, end - link.x_origin);
       set_translation_column(columns, first + 1, link.x);
       set_rotation_column(columns, first + 2, link.z, end - link.z_origin);
@@ -165,36 +181,51 @@ Pose ChainEvaluator::evaluate(const JointVector& q, const ParameterOffsets* offs
   return a_from_measured;
 }
 
+// Six joints and a spindle are the usual arm: its loops are unrolled.
+template <bool kWithOffsets, bool kWithJacobian>
+Pose ChainEvaluator::dispatch(const JointVector& q, const ParameterOffsets* offsets,
+                              PoseJacobian* jacobian) const {
+  constexpr int kUsual = 7;
+  return count_ == kUsual ? evaluate<kWithOffsets, kWithJacobian, kUsual>(q, offsets, jacobian)
+                          : evaluate<kWithOffsets, kWithJacobian, 0>(q, offsets, jacobian);
+}
+
 Pose ChainEvaluator::pose(const JointVector& q) const {
-  return evaluate<false, false>(q, nullptr, nullptr);
+  return dispatch<false, false>(q, nullptr, nullptr);
 }
 
 Pose ChainEvaluator::pose(const JointVector& q, const ParameterOffsets& offsets) const {
-  return evaluate<true, false>(q, &offsets, nullptr);
+  return dispatch<true, false>(q, &offsets, nullptr);
 }
 
 Pose ChainEvaluator::pose(const JointVector& q, PoseJacobian& jacobian) const {
-  return evaluate<false, true>(q, nullptr, &jacobian);
+  return dispatch<false, true>(q, nullptr, &jacobian);
 }
 
 Pose ChainEvaluator::pose(const JointVector& q, const ParameterOffsets& offsets,
                           PoseJacobian& jacobian) const {
-  return evaluate<true, true>(q, &offsets, &jacobian);
+  return dispatch<true, true>(q, &offsets, &jacobian);
 }
 
-std::array<Pose, kLinks> ChainEvaluator::link_frames(const JointVector& q) const {
-  std::array<Pose, kLinks> frames;
+LinkFrames ChainEvaluator::link_frames(const JointVector& q) const {
+  LinkFrames frames(count_);
   MovingFrame frame{Pose{}};
-  for (int j = 0; j < kLinks; ++j) {
+  for (int j = 0; j < count_; ++j) {
     const Trigonometry& link = links_[j];
-    const double theta = link.theta + (j < kJoints ? link.sign * q[j] : 0.0);
+    double theta = link.theta, r = link.r;
+    if (link.joint >= 0) (link.slides ? r : theta) += link.sign * q[link.joint];
     frame.rotate_y(link.cos_beta, link.sin_beta);
     frame.rotate_x(link.cos_alpha, link.sin_alpha);
-    frame.origin += link.d * frame.x + link.r * frame.z;
+    frame.origin += link.d * frame.x + r * frame.z;
     frame.rotate_z(std::cos(theta), std::sin(theta));
     frames[j] = frame.pose();
   }
   return frames;
+}
+
+Eigen::Matrix<double, 6, 1> joint_column(const KinematicChain& chain, const PoseJacobian& jacobian,
+                                         int joint) {
+  return joint_link(chain, joint).sign * jacobian.col(zero_offset(chain, joint));
 }
 
 void move_to_point(PoseJacobian& jacobian, const Vector3d& lever) {

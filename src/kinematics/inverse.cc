@@ -14,7 +14,7 @@ using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 constexpr double kTolerance = 1e-10;  // [m], [rad]
-constexpr double kMaxStep = 0.3;      // [rad]: limit of the linear model
+constexpr double kMaxStep = 0.3;      // [rad], [m]: limit of the linear model
 
 Vector6 miss(const Pose& wanted, const Pose& reached) {
   Vector6 twist;
@@ -27,32 +27,53 @@ bool is_small(const Vector6& twist) {
   return twist.head<3>().norm() < kTolerance && twist.tail<3>().norm() < kTolerance;
 }
 
-Matrix6 joint_columns(const KinematicChain& chain, const PoseJacobian& jacobian) {
-  Matrix6 columns;
-  for (int j = 0; j < kJoints; ++j)
-    columns.col(j) = chain.links[static_cast<size_t>(j)].sign *
-                     jacobian.col(link_parameter(j, LinkParameter::theta));
+// kJoints: number of the joints if known when compiled, otherwise Eigen::Dynamic.
+template <int kJoints>
+using JointColumns =
+    Eigen::Matrix<double, 6, kJoints, 0, 6, kJoints == Eigen::Dynamic ? kMaxJoints : kJoints>;
+
+template <int kJoints>
+JointColumns<kJoints> joint_columns(const KinematicChain& chain, const PoseJacobian& jacobian) {
+  const int joints = joint_count(chain);
+  JointColumns<kJoints> columns(6, joints);
+  for (int j = 0; j < joints; ++j) columns.col(j) = joint_column(chain, jacobian, j);
   return columns;
+}
+
+// Levenberg's step.
+template <int kJoints>
+JointVector step_towards(const JointColumns<kJoints>& columns, const Vector6& twist,
+                         double damping) {
+  if (columns.cols() > columns.rows()) {
+    const Matrix6 normal = columns * columns.transpose() + damping * Matrix6::Identity();
+    return columns.transpose() * normal.ldlt().solve(twist);
+  }
+  const auto joints = columns.cols();
+  using Normal =
+      Eigen::Matrix<double, kJoints, kJoints, 0, JointColumns<kJoints>::MaxColsAtCompileTime,
+                    JointColumns<kJoints>::MaxColsAtCompileTime>;
+  const Normal normal = columns.transpose() * columns + damping * Normal::Identity(joints, joints);
+  const Eigen::Matrix<double, kJoints, 1, 0, JointColumns<kJoints>::MaxColsAtCompileTime, 1>
+      change = normal.ldlt().solve(columns.transpose() * twist);
+  return change;
 }
 
 double middle(const Link& link) {
   return std::isfinite(link.min) && std::isfinite(link.max) ? 0.5 * (link.min + link.max) : 0.0;
 }
 
-}  // namespace
-
-InverseResult inverse_kinematics(const KinematicChain& chain, const Pose& a_from_measured,
-                                 const JointVector& start) {
+template <int kJoints>
+InverseResult solve_from(const KinematicChain& chain, const Pose& a_from_measured,
+                         const JointVector& start) {
   const ChainEvaluator evaluator(chain);
   InverseResult result;
   result.q = start;
   PoseJacobian jacobian;
   Vector6 twist = miss(a_from_measured, evaluator.pose(start, jacobian));
-  Matrix6 columns = joint_columns(chain, jacobian);
+  JointColumns<kJoints> columns = joint_columns<kJoints>(chain, jacobian);
   double damping = 1e-6;
   for (int step = 0; step < 100 && !is_small(twist) && damping < 1e6; ++step) {
-    const Matrix6 normal = columns.transpose() * columns + damping * Matrix6::Identity();
-    JointVector change = normal.ldlt().solve(columns.transpose() * twist);
+    JointVector change = step_towards<kJoints>(columns, twist, damping);
     const double largest = change.cwiseAbs().maxCoeff();
     if (largest > kMaxStep) change *= kMaxStep / largest;
     const JointVector q = result.q + change;
@@ -63,13 +84,21 @@ InverseResult inverse_kinematics(const KinematicChain& chain, const Pose& a_from
     }
     result.q = q;
     twist = left;
-    columns = joint_columns(chain, jacobian);
+    columns = joint_columns<kJoints>(chain, jacobian);
     damping = std::max(0.1 * damping, 1e-15);
   }
   result.position_error = twist.head<3>().norm();
   result.orientation_error = twist.tail<3>().norm();
   result.reached = is_small(twist);
   return result;
+}
+
+}  // namespace
+
+InverseResult inverse_kinematics(const KinematicChain& chain, const Pose& a_from_measured,
+                                 const JointVector& start) {
+  return joint_count(chain) == 6 ? solve_from<6>(chain, a_from_measured, start)
+                                 : solve_from<Eigen::Dynamic>(chain, a_from_measured, start);
 }
 
 std::optional<JointVector> inverse_kinematics(const KinematicChain& chain,
@@ -81,10 +110,11 @@ std::optional<JointVector> inverse_kinematics(const KinematicChain& chain,
     InverseResult found = inverse_kinematics(chain, a_from_measured, start);
     if (!found.reached) continue;
     double distance = 0;
-    for (int j = 0; j < kJoints; ++j) {
+    for (int j = 0; j < joint_count(chain); ++j) {
+      const Link& link = joint_link(chain, j);
       double& q = found.q[j];
-      const double centre = middle(chain.links[j]);
-      q = centre + std::remainder(q - centre, 2 * std::numbers::pi);
+      const double centre = middle(link);
+      if (!is_prismatic(link)) q = centre + std::remainder(q - centre, 2 * std::numbers::pi);
       distance = std::max(distance, std::abs(q - centre));
     }
     if (joint_beyond_travel(chain, found.q) >= 0) continue;
@@ -96,8 +126,8 @@ std::optional<JointVector> inverse_kinematics(const KinematicChain& chain,
 }
 
 int joint_beyond_travel(const KinematicChain& chain, const JointVector& q) {
-  for (int j = 0; j < kJoints; ++j)
-    if (q[j] < chain.links[j].min || q[j] > chain.links[j].max) return j;
+  for (int j = 0; j < joint_count(chain); ++j)
+    if (const Link& link = joint_link(chain, j); q[j] < link.min || q[j] > link.max) return j;
   return -1;
 }
 

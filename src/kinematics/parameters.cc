@@ -23,14 +23,27 @@ void move_pose(Pose& pose, int component, double delta) {
 
 }  // namespace
 
-ParameterUnit parameter_unit(int index) {
-  if (index == kInstrumentScale) return ParameterUnit::one;
-  if (index >= kTargetParameters || index == kInstrumentRange) return ParameterUnit::metre;
-  if (is_instrument_parameter(index)) return ParameterUnit::radian;
+int zero_offset(const KinematicChain& chain, int joint) {
+  const int link = link_of_joint(chain, joint);
+  const bool slides = is_prismatic(chain.links[static_cast<size_t>(link)]);
+  return link_parameter(link, slides ? LinkParameter::r : LinkParameter::theta);
+}
+
+bool is_zero_offset(const KinematicChain& chain, int index) {
+  if (!layout_of(chain).is_of_links(index)) return false;
+  const int joint = joint_of_link(chain, link_of_parameter(index));
+  return joint >= 0 && index == zero_offset(chain, joint);
+}
+
+ParameterUnit parameter_unit(const KinematicChain& chain, int index) {
+  const ParameterLayout layout = layout_of(chain);
+  if (index == layout.instrument_scale) return ParameterUnit::one;
+  if (index >= layout.targets || index == layout.instrument_range) return ParameterUnit::metre;
+  if (layout.is_of_instrument(index)) return ParameterUnit::radian;
   if (index < kLinkParameters) return index < 3 ? ParameterUnit::metre : ParameterUnit::radian;
-  if (index >= kToolParameters)
-    return index - kToolParameters < 3 ? ParameterUnit::metre : ParameterUnit::radian;
-  const auto which = static_cast<LinkParameter>((index - kLinkParameters) % 5);
+  if (index >= layout.tool)
+    return index - layout.tool < 3 ? ParameterUnit::metre : ParameterUnit::radian;
+  const LinkParameter which = kind_of_parameter(index);
   return which == LinkParameter::d || which == LinkParameter::r ? ParameterUnit::metre
                                                                 : ParameterUnit::radian;
 }
@@ -50,16 +63,17 @@ DisplayUnit display_unit(ParameterUnit unit) {
 std::string parameter_name(const KinematicChain& chain, int index) {
   if (index < 0 || index >= parameter_count(chain)) throw std::out_of_range("no such parameter");
   if (index < kLinkParameters) return std::string("base.") + kTwistNames[index];
-  if (index < kToolParameters) {
-    const int k = index - kLinkParameters;
-    return chain.links[k / 5].name + "." + kLinkParameterNames[k % 5];
-  }
-  if (index < kInstrumentScale) return std::string("tool.") + kTwistNames[index - kToolParameters];
-  if (is_instrument_parameter(index))
-    return std::string("instrument.") + kInstrumentNames[index - kInstrumentScale];
+  const ParameterLayout layout = layout_of(chain);
+  if (index < layout.tool)
+    return chain.links[static_cast<size_t>(link_of_parameter(index))].name + "." +
+           kLinkParameterNames[static_cast<int>(kind_of_parameter(index))];
+  if (index < layout.instrument_scale)
+    return std::string("tool.") + kTwistNames[static_cast<size_t>(index - layout.tool)];
+  if (layout.is_of_instrument(index))
+    return std::string("instrument.") + kInstrumentNames[index - layout.instrument_scale];
   if (const int k = index - first_anchor_parameter(chain); k >= 0)
     return "anchor " + chain.anchors[k / 4].name + "." + kAnchorNames[k % 4];
-  const int k = index - kTargetParameters;
+  const int k = index - layout.targets;
   return "target " + chain.targets[k / 3].name + "." + kTwistNames[k % 3];
 }
 
@@ -72,21 +86,21 @@ std::optional<int> find_parameter(const KinematicChain& chain, std::string_view 
 void move_parameter(KinematicChain& chain, int index, double delta) {
   if (index < 0 || index >= parameter_count(chain)) throw std::out_of_range("no such parameter");
   if (index < kLinkParameters) return move_pose(chain.base, index, delta);
-  if (index < kToolParameters) {
-    const int k = index - kLinkParameters;
-    Link& link = chain.links[k / 5];
+  const ParameterLayout layout = layout_of(chain);
+  if (index < layout.tool) {
+    Link& link = chain.links[static_cast<size_t>(link_of_parameter(index))];
     double* const members[] = {&link.alpha, &link.d, &link.theta, &link.r, &link.beta};
-    *members[k % 5] += delta;
+    *members[static_cast<int>(kind_of_parameter(index))] += delta;
     return;
   }
-  if (index < kInstrumentScale) return move_pose(chain.tool, index - kToolParameters, delta);
-  if (is_instrument_parameter(index)) return;
+  if (index < layout.instrument_scale) return move_pose(chain.tool, index - layout.tool, delta);
+  if (layout.is_of_instrument(index)) return;
   if (const int k = index - first_anchor_parameter(chain); k >= 0) {
     Anchor& anchor = chain.anchors[k / 4];
     (k % 4 < 3 ? anchor.position[k % 4] : anchor.zero) += delta;
     return;
   }
-  const int k = index - kTargetParameters;
+  const int k = index - layout.targets;
   chain.targets[k / 3].position[k % 3] += delta;
 }
 

@@ -6,6 +6,7 @@
 #include "armtrue/effects/sampling.h"
 #include "armtrue/kinematics/evaluator.h"
 #include "armtrue/kinematics/inverse.h"
+#include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/units.h"
 
 namespace armtrue {
@@ -37,22 +38,27 @@ Eigen::Matrix3d orientation_at(const Path& path, const ChainEvaluator& chain,
       "orientation, or joint angles near the start");
 }
 
-void check_own_angles(const Path& path, const ChainEvaluator& chain, Eigen::Index i) {
+void check_own_angles(const Path& path, const ChainEvaluator& chain, Eigen::Index i,
+                      const std::string& columns) {
   const double apart = (chain.pose(path.q.col(i)).translation - path.position.col(i)).norm();
   if (apart > kMaxDisagreement)
     throw UnreachableSample(
         i, "its joint angles put the tool " + text(apart / kMillimetre, "mm") +
                " away from its position; the angles belong to another robot, base or tool: give "
-               "the robot file they were made with, or take the columns q1_deg to q6_deg out");
+               "the robot file they were made with, or take the columns " +
+               columns + " out");
 }
 
 void check_travel(const KinematicChain& chain, const JointVector& q, Eigen::Index i) {
   const int j = joint_beyond_travel(chain, q);
   if (j < 0) return;
-  const Link& link = chain.links[static_cast<size_t>(j)];
-  throw UnreachableSample(i, "joint " + link.name + " would stand at " + degrees(q[j]) +
-                                 ", outside its travel of " + degrees(link.min) + " to " +
-                                 degrees(link.max) +
+  const Link& link = joint_link(chain, j);
+  const auto shown = [&](double value) {
+    return is_prismatic(link) ? text(value / kMillimetre, "mm") : degrees(value);
+  };
+  throw UnreachableSample(i, "joint " + link.name + " would stand at " + shown(q[j]) +
+                                 ", outside its travel of " + shown(link.min) + " to " +
+                                 shown(link.max) +
                                  "; move the part, turn the tool or start on another branch");
 }
 
@@ -71,13 +77,13 @@ JointVector first_angles(const Path& path, const KinematicChain& chain, const Po
 
 }  // namespace
 
-Eigen::Matrix<double, kJoints, Eigen::Dynamic> joint_path(const Path& programmed,
-                                                          const KinematicChain& chain,
-                                                          const JointPathOptions& options) {
+JointMatrix joint_path(const Path& programmed, const KinematicChain& chain,
+                       const JointPathOptions& options) {
   const ChainEvaluator evaluator(chain);
-  Eigen::Matrix<double, kJoints, Eigen::Dynamic> angles(kJoints, programmed.samples());
+  const std::string columns = encoder_columns(chain);
+  JointMatrix angles(joint_count(chain), programmed.samples());
   for (Eigen::Index i = 0; i < programmed.samples(); ++i) {
-    if (programmed.has_joints()) check_own_angles(programmed, evaluator, i);
+    if (programmed.has_joints()) check_own_angles(programmed, evaluator, i, columns);
     const Pose wanted{orientation_at(programmed, evaluator, options, i),
                       programmed.position.col(i)};
     const JointVector start =

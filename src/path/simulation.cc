@@ -16,7 +16,7 @@
 namespace armtrue {
 namespace {
 
-using Angles = Eigen::Matrix<double, kJoints, Eigen::Dynamic>;
+using Angles = JointMatrix;
 using Eigen::Vector3d;
 
 // A random function of arc length with mean 0 and RMS 1: a sum of sines with half to twice the
@@ -100,7 +100,7 @@ Path record(const Eigen::VectorXd& time, const Angles& angles, const Eigen::Matr
   path.time.resize(ticks);
   path.position.resize(3, ticks);
   path.force.resize(3, ticks);
-  path.q.resize(kJoints, ticks);
+  path.q.resize(angles.rows(), ticks);
   Eigen::Index i = 0, n = 0;
   for (Eigen::Index tick = 0;; ++tick) {
     const double t = begin + static_cast<double>(tick) * period;

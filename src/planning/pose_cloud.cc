@@ -23,7 +23,7 @@ constexpr int kDrawsPerConfiguration = 64;
 
 bool is_above(double floor, const Robot& robot, const JointVector& q) {
   const KinematicChain& chain = robot.chain;
-  const std::array<Pose, kLinks> frames = ChainEvaluator(chain).link_frames(q);
+  const LinkFrames frames = ChainEvaluator(chain).link_frames(q);
   const auto above = [&](const Eigen::Vector3d& point) { return point.z() >= floor - kOnTheFloor; };
   const Pose tool = frames.back() * chain.tool;
   return std::all_of(frames.begin(), frames.end(),

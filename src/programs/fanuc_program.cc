@@ -44,7 +44,7 @@ Configuration fanuc_configuration(const std::string& text) {
     if (c == 'T' || c == 'B') result.sides[0] = c == 'T' ? 1 : -1;
   }
   TextCursor cursor(text, comma, text.size());
-  for (int joint = 3; joint < kJoints && cursor.take(','); ++joint) {
+  for (int joint = 3; joint < kProgramAxes && cursor.take(','); ++joint) {
     const auto turn = cursor.take_number();
     constexpr double kMost = 8;
     if (!turn || std::abs(*turn) > kMost) break;

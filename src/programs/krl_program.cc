@@ -46,7 +46,8 @@ Configuration configuration_of(const KrlFrame& frame, bool is_straight) {
   result.reference *= kDegree;
   result.continues = is_straight;
   if (frame.turn)
-    for (int j = 0; j < kJoints; ++j) ((*frame.turn >> j) & 1 ? result.high : result.low)[j] = 0;
+    for (int j = 0; j < kProgramAxes; ++j)
+      ((*frame.turn >> j) & 1 ? result.high : result.low)[j] = 0;
   if (frame.status) {
     result.sides = {*frame.status & 1 ? -1 : 1, *frame.status & 2 ? 1 : -1,
                     *frame.status & 4 ? -1 : 1};

@@ -104,7 +104,7 @@ std::vector<double> numbers_of_pose(Dialect dialect, const Pose& pose,
 }
 
 JointVector joints_of_numbers(Dialect dialect, const std::vector<double>& n) {
-  JointVector q = Eigen::Map<const JointVector>(n.data());
+  JointVector q = Eigen::Map<const JointVector>(n.data(), kProgramAxes);
   if (dialect == Dialect::urscript) return q;
   if (dialect == Dialect::fanuc) q[2] += q[1];
   return q * kDegree;

@@ -186,7 +186,7 @@ class Rewriter {
 
   static int turn_bits(const JointVector& q) {
     int bits = 0;
-    for (int j = 0; j < kJoints; ++j)
+    for (int j = 0; j < kProgramAxes; ++j)
       if (q[j] < 0) bits |= 1 << j;
     return bits;
   }

@@ -58,7 +58,10 @@ std::string curve_plot(const Effect& effect, const std::vector<CurvePoint>& curv
                        const KinematicChain& chain) {
   const bool is_angle = effect.driver.kind == DriverKind::joint_angle;
   const DisplayUnit unit = display_unit(unit_of_parameter(chain, effect.parameter));
-  const char* driver_unit = is_angle                                 ? ", deg"
+  const bool travels = is_travel(effect.driver, chain);
+  const double driver_si = travels ? kMillimetre : is_angle ? kDegree : 1.0;
+  const char* driver_unit = travels                                  ? ", mm"
+                            : is_angle                               ? ", deg"
                             : effect.driver.kind == DriverKind::time ? ", s"
                                                                      : ", deg C";
   std::ostringstream script;
@@ -66,8 +69,8 @@ std::string curve_plot(const Effect& effect, const std::vector<CurvePoint>& curv
          << " noenhanced\nset ylabel " << quoted(effect.parameter + ", " + unit.name)
          << " noenhanced\n$d << END\n";
   for (const CurvePoint& point : curve)
-    script << (is_angle ? point.driver / kDegree : point.driver) << " " << point.value / unit.si
-           << " " << (point.value - point.half_width) / unit.si << " "
+    script << point.driver / driver_si << " " << point.value / unit.si << " "
+           << (point.value - point.half_width) / unit.si << " "
            << (point.value + point.half_width) / unit.si << "\n";
   script
       << "END\nplot $d using 1:3:4 with filledcurves fs solid 0.3, '' using 1:2 with lines lw 2\n";

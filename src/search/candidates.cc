@@ -34,6 +34,21 @@ Span time_span(const Campaign& campaign) {
   return {{distinct.begin(), distinct.end()}};
 }
 
+// What a width of a degree becomes on a joint that slides: its arc on a pinion of 140 mm.
+constexpr double kTravelForDegree = 2.5e-3;  // m
+constexpr double kFinestPitch = 5e-3;        // m: of a rack or a screw
+
+bool slides(const Robot& robot, int joint) { return is_prismatic(joint_link(robot.chain, joint)); }
+
+double degree_of(const Robot& robot, int joint) {
+  return slides(robot, joint) ? kTravelForDegree : kDegree;
+}
+
+// The highest frequency that is searched, per radian or, times 2 pi, per metre.
+double most_cycles(const Robot& robot, int joint) {
+  return slides(robot, joint) ? kTurn / kFinestPitch : kMaxCycles;
+}
+
 // Of the time or of a joint angle.
 Span span_of(const Driver& driver, const Campaign& campaign) {
   if (driver.kind != DriverKind::joint_angle) return time_span(campaign);
@@ -57,17 +72,16 @@ std::vector<double> step_places(const Span& span, int count) {
   return steps;
 }
 
-std::vector<double> scales_of(const Shape& shape, const Span& span) {
+std::vector<double> scales_of(const Shape& shape, const Span& span, double degree) {
   if (shape.kind == ShapeKind::pre_sliding)
-    return {0.5 * kDegree, 1 * kDegree,  2 * kDegree, 4 * kDegree,
-            8 * kDegree,   16 * kDegree, 32 * kDegree};
+    return {0.5 * degree, 1 * degree, 2 * degree, 4 * degree, 8 * degree, 16 * degree, 32 * degree};
   std::vector<double> constants;
   for (double share : {0.05, 0.1, 0.2, 0.4, 0.8}) constants.push_back(share * span.length());
   return constants;
 }
 
-// One shape without inner values, or each of its grid.
-std::vector<Shape> with_inner_values(const Shape& shape, const Span& span) {
+// One shape without inner values, or each of its grid; `degree` as Candidate has it.
+std::vector<Shape> with_inner_values(const Shape& shape, const Span& span, double degree) {
   std::vector<Shape> shapes;
   if (has_at(shape.kind))
     for (double at : step_places(span, kStepGrid)) {
@@ -75,7 +89,7 @@ std::vector<Shape> with_inner_values(const Shape& shape, const Span& span) {
       shapes.back().at = at;
     }
   else if (has_tau(shape.kind))
-    for (double tau : scales_of(shape, span)) {
+    for (double tau : scales_of(shape, span, degree)) {
       shapes.push_back(shape);
       shapes.back().tau = tau;
     }
@@ -116,7 +130,7 @@ Shape series_on_joint(const Robot& robot, int joint, SeriesBasis basis, int coun
   shape.kind = ShapeKind::series;
   shape.basis = basis;
   shape.count = count;
-  const auto [low, high] = travel(robot.chain.links[joint]);
+  const auto [low, high] = travel(joint_link(robot.chain, joint));
   shape.low[0] = low;
   shape.high[0] = high;
   return shape;
@@ -135,14 +149,18 @@ double readable(double cycles_per_turn) { return std::round(1e4 * cycles_per_tur
 class OpenSearch {
  public:
   OpenSearch(const Robot& robot, const Campaign& campaign)
-      : robot_(robot), campaign_(campaign), span_(time_span(campaign)) {}
+      : robot_(robot),
+        campaign_(campaign),
+        span_(time_span(campaign)),
+        layout_(layout_of(robot.chain)),
+        joints_(joint_count(robot.chain)) {}
 
   // The angles of the joints: by far the likeliest place of an unknown error.
   void add_joint_errors() {
-    for (int j = 0; j < kJoints; ++j) {
-      const std::string parameter = name(link_parameter(j, LinkParameter::theta));
-      for (int d = 0; d < kJoints; ++d) add_angle_shapes(parameter, d);
-      for (int d = 0; d < kJoints; ++d) add(parameter, {DriverKind::arrival, d, -1, ""}, sign());
+    for (int j = 0; j < joints_; ++j) {
+      const std::string parameter = name(zero_offset(robot_.chain, j));
+      for (int d = 0; d < joints_; ++d) add_angle_shapes(parameter, d);
+      for (int d = 0; d < joints_; ++d) add(parameter, {DriverKind::arrival, d, -1, ""}, sign());
       add_places(parameter, {DriverKind::joint_angle, j, -1, ""});
       add_torque_series(parameter, j);
       add_time_shapes(parameter);
@@ -153,13 +171,13 @@ class OpenSearch {
 
   // Every other parameter, one at a time.
   void add_other_parameters() {
-    for (int k = 0; k < kGeometricParameters; ++k) {
-      if (is_zero_offset(k)) continue;
-      for (int d = 0; d < kJoints; ++d) add_angle_shapes(name(k), d);
-      for (int d = 0; d < kJoints; ++d) add(name(k), {DriverKind::arrival, d, -1, ""}, sign());
+    for (int k = 0; k < layout_.geometric; ++k) {
+      if (is_zero_offset(robot_.chain, k)) continue;
+      for (int d = 0; d < joints_; ++d) add_angle_shapes(name(k), d);
+      for (int d = 0; d < joints_; ++d) add(name(k), {DriverKind::arrival, d, -1, ""}, sign());
       add_time_shapes(name(k));
       add_conditions(name(k));
-      if (k < kToolParameters && parameter_unit(k) == ParameterUnit::radian)
+      if (k < layout_.tool && parameter_unit(robot_.chain, k) == ParameterUnit::radian)
         add(name(k), {DriverKind::moment, -1, -1, ""}, Shape{});
     }
     close_stage();
@@ -176,10 +194,10 @@ class OpenSearch {
   // Joint errors that need two drivers: two angles, or a course over an angle, or a compliance,
   // that grows with another.
   void add_products() {
-    for (int j = 0; j < kJoints; ++j) {
-      const std::string parameter = name(link_parameter(j, LinkParameter::theta));
-      for (int a = 0; a < kJoints; ++a)
-        for (int b = a + 1; b < kJoints; ++b) {
+    for (int j = 0; j < joints_; ++j) {
+      const std::string parameter = name(zero_offset(robot_.chain, j));
+      for (int a = 0; a < joints_; ++a)
+        for (int b = a + 1; b < joints_; ++b) {
           Shape shape;
           shape.kind = ShapeKind::series;
           shape.basis = SeriesBasis::fourier;
@@ -198,8 +216,8 @@ class OpenSearch {
 
   // What each joint's gear train and encoder do: single cycles, and curves that are no sum of few.
   void add_own_angles() {
-    for (int j = 0; j < kJoints; ++j) {
-      const std::string parameter = name(link_parameter(j, LinkParameter::theta));
+    for (int j = 0; j < joints_; ++j) {
+      const std::string parameter = name(zero_offset(robot_.chain, j));
       const Driver own{DriverKind::joint_angle, j, -1, ""};
       add_periodogram(parameter, own);
       add_fine_curves(parameter, own);
@@ -223,14 +241,17 @@ class OpenSearch {
     Candidate candidate;
     candidate.effect = {"unexplained", parameter, driver, shape, {}};
     candidate.detail = detail;
+    if (is_travel(driver, robot_.chain)) candidate.degree = kTravelForDegree;
     candidates_.push_back(std::move(candidate));
   }
 
   void add_angle_shapes(const std::string& parameter, int joint) {
     const Driver driver{DriverKind::joint_angle, joint, -1, ""};
     add(parameter, driver, Shape{});
-    for (int n : {1, 2, 3}) add(parameter, driver, harmonic(n));
-    if (is_zero_offset(*find_parameter(robot_.chain, parameter))) add_bumps(parameter, driver);
+    if (!slides(robot_, joint))
+      for (int n : {1, 2, 3}) add(parameter, driver, harmonic(n));
+    if (is_zero_offset(robot_.chain, *find_parameter(robot_.chain, parameter)))
+      add_bumps(parameter, driver);
     add(parameter, driver, series_on_joint(robot_, joint, SeriesBasis::cosine, kSeriesCosines));
     add(parameter, driver, series_on_joint(robot_, joint, SeriesBasis::spline, 8));
   }
@@ -239,9 +260,10 @@ class OpenSearch {
     const auto times = [&](DriverKind kind, int of) {
       return Driver{kind, of, with.joint, with.where, with.kind};
     };
-    for (int d = 0; d < kJoints; ++d)
+    for (int d = 0; d < joints_; ++d)
       for (const Shape& shape : {Shape{}, harmonic(1)})
-        add(parameter, times(DriverKind::joint_angle, d), shape);
+        if (shape.kind == ShapeKind::linear || !slides(robot_, d))
+          add(parameter, times(DriverKind::joint_angle, d), shape);
     // What arrival and force do to a joint is no matter of its load.
     if (with.kind != DriverKind::arrival && with.kind != DriverKind::force)
       add(parameter, times(DriverKind::gravity_torque, joint), Shape{});
@@ -252,12 +274,13 @@ class OpenSearch {
   void add_periodogram(const std::string& parameter, const Driver& driver) {
     const auto [low, high] = travel_covered(driver.joint);
     const double covered = (high - low) / (2 * std::numbers::pi);
-    if (covered * kMaxCycles < 1) return;  // not one cycle of any
+    if (covered * most_cycles(robot_, driver.joint) < 1) return;  // not one cycle of any
     const Shape whole = series_on_joint(robot_, driver.joint, SeriesBasis::cosine, kSeriesCosines);
     const double step = 1 / (kFrequencySteps * covered);
     const double first =
         std::max(1 / covered, kSeriesCosines * std::numbers::pi / (whole.high[0] - whole.low[0]));
-    for (double n = std::ceil(first / step) * step; n <= kMaxCycles; n += step) {
+    for (double n = std::ceil(first / step) * step; n <= most_cycles(robot_, driver.joint);
+         n += step) {
       add(parameter, driver, harmonic(readable(n)));
       candidates_.back().frequency_resolution = 1 / covered;
     }
@@ -267,7 +290,7 @@ class OpenSearch {
   void add_fine_curves(const std::string& parameter, const Driver& driver) {
     const auto [low, high] = travel_covered(driver.joint);
     for (double step : {20.0, 10.0, 5.0, 2.5}) {
-      const double knot = step * kDegree;
+      const double knot = step * degree_of(robot_, driver.joint);
       const double first = std::floor(low / knot), last = std::ceil(high / knot);
       const int count = static_cast<int>(last - first) + 2;
       if (count < 3 || count * kPosesForCoefficient > static_cast<int>(campaign_.pose_ids.size()))
@@ -290,11 +313,12 @@ class OpenSearch {
   // Something local: a dent in a track, a collision of cables. Neighbours overlap at half height.
   // The widths are those of mechanical parts, whatever the travel limits say.
   void add_bumps(const std::string& parameter, const Driver& driver) {
-    const bool own = *find_parameter(robot_.chain, parameter) ==
-                     link_parameter(driver.joint, LinkParameter::theta);
+    const bool own =
+        *find_parameter(robot_.chain, parameter) == zero_offset(robot_.chain, driver.joint);
+    const double degree = degree_of(robot_, driver.joint);
     const auto [low, high] = travel_covered(driver.joint);
-    for (double width : {80 * kDegree, 40 * kDegree, 20 * kDegree, 10 * kDegree}) {
-      const bool narrow = width < 40 * kDegree;
+    for (double width : {80 * degree, 40 * degree, 20 * degree, 10 * degree}) {
+      const bool narrow = width < 40 * degree;
       if (!own && narrow) continue;
       for (double k = std::floor(low / width); k <= std::ceil(high / width); ++k) {
         Shape shape = series_on_joint(robot_, driver.joint, SeriesBasis::bump, 1);
@@ -310,7 +334,7 @@ class OpenSearch {
     for (ShapeKind kind : {ShapeKind::step, ShapeKind::kink}) {
       Shape shape;
       shape.kind = kind;
-      for (const Shape& inner : with_inner_values(shape, span_of(driver, campaign_)))
+      for (const Shape& inner : with_inner_values(shape, span_of(driver, campaign_), kDegree))
         add(parameter, driver, inner, true);
     }
   }
@@ -322,7 +346,8 @@ class OpenSearch {
     for (ShapeKind kind : {ShapeKind::step, ShapeKind::exponential}) {
       Shape shape;
       shape.kind = kind;
-      for (const Shape& inner : with_inner_values(shape, span_)) add(parameter, driver, inner);
+      for (const Shape& inner : with_inner_values(shape, span_, kDegree))
+        add(parameter, driver, inner);
     }
     add(parameter, driver, time_series());
   }
@@ -345,7 +370,7 @@ class OpenSearch {
   // A torque that does not act in proportion: free play, stiffening, saturation.
   void add_torque_series(const std::string& parameter, int joint) {
     if (robot_.bodies.empty()) return;
-    const GravityLoad load(robot_, link_parameter(joint, LinkParameter::theta));
+    const GravityLoad load(robot_, zero_offset(robot_.chain, joint));
     const ChainEvaluator chain(robot_.chain);
     double low = std::numeric_limits<double>::infinity(), high = -low;
     for (const JointVector& q : sample_joint_space(robot_.chain, 512)) {
@@ -386,6 +411,8 @@ class OpenSearch {
   const Robot& robot_;
   const Campaign& campaign_;
   Span span_;
+  ParameterLayout layout_;
+  int joints_;
   std::vector<Candidate> candidates_;
   size_t stage_ = 0;
 };
@@ -448,11 +475,14 @@ std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Ro
       if (!is_shown(effect, robot, campaign)) continue;
       for (const Driver& driver : drivers) {
         if (!is_driven(driver, campaign, span)) continue;
-        for (const Shape& shape : with_inner_values(effect.shape, span_of(driver, campaign))) {
+        const double degree = is_travel(driver, robot.chain) ? kTravelForDegree : kDegree;
+        for (const Shape& shape :
+             with_inner_values(effect.shape, span_of(driver, campaign), degree)) {
           if (is_plain_sign(shape, driver, campaign)) continue;
           Candidate candidate{effect, 0, entry.only_positive, true, entry.separated_by};
           candidate.effect.driver = driver;
           candidate.effect.shape = shape;
+          candidate.degree = degree;
           candidate.in_words = entry.in_words;
           candidate.of_most_arms = entry.usual == Usual::most_arms;
           candidates.push_back(std::move(candidate));
@@ -501,16 +531,16 @@ double typical_value(const BoundEffect& bound, const Effect& effect, const Robot
   return std::sqrt(squares / static_cast<double>(contexts.size()));
 }
 
-// How far an angle of each joint moves the measured frame, RMS over the travel [m].
-std::array<double, kJoints> levers(const Robot& robot) {
+// How far each joint moves the measured frame, RMS over the travel [m per rad or per m].
+std::vector<double> levers(const Robot& robot) {
   const ChainEvaluator chain(robot.chain);
-  std::array<double, kJoints> squares{};
+  std::vector<double> squares(static_cast<size_t>(joint_count(robot.chain)));
   for (const JointVector& q : sample_joint_space(robot.chain, kPosesForLoads)) {
     PoseJacobian jacobian;
     chain.pose(q, jacobian);
-    for (int j = 0; j < kJoints; ++j)
-      squares[static_cast<size_t>(j)] +=
-          jacobian.col(link_parameter(j, LinkParameter::theta)).head<3>().squaredNorm();
+    for (size_t j = 0; j < squares.size(); ++j)
+      squares[j] +=
+          joint_column(robot.chain, jacobian, static_cast<int>(j)).head<3>().squaredNorm();
   }
   for (double& square : squares) square = std::sqrt(square / kPosesForLoads);
   return squares;
@@ -528,12 +558,13 @@ int loaded_joint(const Driver& driver) {
 // Turns the typical size of what each member adds to its parameter into that of its coefficients.
 // A joint is as stiff as its load demands, or the load that it passes on: its reference is the
 // largest torque from it, or the joint before the last, to the tip.
-void set_typical_coefficients(std::vector<Effect>& members, std::vector<double> values) {
+void set_typical_coefficients(std::vector<Effect>& members, std::vector<double> values,
+                              int joints) {
   std::vector<double> reference = values;
   for (size_t m = 0; m < members.size(); ++m)
     if (const int joint = loaded_joint(members[m].driver); joint >= 0)
       for (size_t other = 0; other < members.size(); ++other)
-        if (loaded_joint(members[other].driver) >= std::min(joint, kJoints - 2))
+        if (loaded_joint(members[other].driver) >= std::min(joint, joints - 2))
           reference[m] = std::max(reference[m], values[other]);
   for (size_t m = 0; m < members.size(); ++m) members[m].family->typical /= reference[m];
 }
@@ -544,7 +575,7 @@ std::vector<Candidate> family_candidates(const std::vector<Candidate>& singles, 
                                          const Campaign& campaign) {
   std::vector<Candidate> families;
   std::vector<std::vector<double>> values;  // typical, of each member
-  const std::array<double, kJoints> lever = levers(robot);
+  const std::vector<double> lever = levers(robot);
   // Without masses the loads have no scale. Those of a wrist are small beside those of the arm.
   const auto is_of_wrist = [&](const Driver& driver) {
     return robot.bodies.empty() && driver.kind == DriverKind::gravity_torque &&
@@ -577,7 +608,7 @@ std::vector<Candidate> family_candidates(const std::vector<Candidate>& singles, 
       member.coefficients[k].name = bound.coefficient_names()[k];
   }
   for (size_t f = 0; f < families.size(); ++f)
-    set_typical_coefficients(families[f].effect.members, values[f]);
+    set_typical_coefficients(families[f].effect.members, values[f], joint_count(robot.chain));
   std::erase_if(families, [](const Candidate& family) { return family.effect.members.size() < 2; });
   return families;
 }
@@ -629,7 +660,7 @@ std::vector<Candidate> refined_candidates(const Candidate& candidate, const Camp
     const double width = shape.high[0] - shape.low[0];
     const double middle = 0.5 * (shape.low[0] + shape.high[0]);
     for (double other : {5.0, 7.0, 10.0, 14.0, 20.0, 28.0, 40.0, 56.0, 80.0, 112.0}) {
-      const double wide = other * kDegree, step = wide / 6;
+      const double wide = other * candidate.degree, step = wide / 6;
       if (std::abs(std::log(wide / width)) > std::log(2.1)) continue;
       for (double k = std::ceil((middle - width) / step); k * step <= middle + width; ++k) {
         Shape inner = shape;
@@ -640,7 +671,8 @@ std::vector<Candidate> refined_candidates(const Candidate& candidate, const Camp
     }
   } else if (has_tau(shape.kind)) {
     // Steps of a grid that does not depend on where the search has come from.
-    const double whole = shape.kind == ShapeKind::pre_sliding ? 32 * kDegree : span.length();
+    const double whole =
+        shape.kind == ShapeKind::pre_sliding ? 32 * candidate.degree : span.length();
     for (double tau = whole / 64; tau <= 2 * whole; tau *= 1.15) {
       if (std::abs(std::log(tau / shape.tau)) > std::log(2.0)) continue;
       Shape inner = shape;

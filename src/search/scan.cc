@@ -40,7 +40,9 @@ bool same(const Context& a, const Context& b) {
 
 CandidateScan::CandidateScan(const std::vector<Candidate>& candidates, const Robot& robot,
                              const Campaign& campaign)
-    : candidates_(candidates), max_scale_(campaign.has_distances() ? kMaxVariation : 1e-3) {
+    : candidates_(candidates),
+      links_(link_count(robot.chain)),
+      max_scale_(campaign.has_distances() ? kMaxVariation : 1e-3) {
   std::vector<Context> contexts;
   for (int row = 0; row < campaign.rows(); ++row) {
     const Context context = campaign.context(row);
@@ -142,10 +144,11 @@ double CandidateScan::share_of_possible(int candidate, const Eigen::VectorXd& co
         coefficients[term.coefficient] * values_.col(value_of_column_[term.column]).cast<double>();
   }
   double largest = 0;
+  const ParameterLayout layout(links_);
   for (const auto& [parameter, offset] : offsets) {
     // The model fits no constants of the instrument, so their mean counts as variation.
-    const double constant = is_instrument_parameter(parameter) ? 0 : offset.mean();
-    const double most = parameter == kInstrumentScale ? max_scale_ : kMaxVariation;
+    const double constant = layout.is_of_instrument(parameter) ? 0 : offset.mean();
+    const double most = parameter == layout.instrument_scale ? max_scale_ : kMaxVariation;
     largest = std::max(largest, std::sqrt((offset.array() - constant).square().mean()) / most);
   }
   return largest;

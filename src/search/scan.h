@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "armtrue/effects/robot_model.h"
+#include "armtrue/kinematics/units.h"
 #include "search/linearization.h"
 
 namespace armtrue {
@@ -22,10 +23,14 @@ struct Candidate {
   double frequency_resolution = 0;
   /// A curve of many coefficients, which can imitate almost any function of its driver.
   bool fine = false;
-  /// A fine curve, or a piece of one: a step, a kink or a narrow bump of a joint over its own angle.
-  /// It may enter the model only when no simpler candidate is left. Pieces that entered earlier
-  /// would use up the effects of a model before the curve that they are parts of could enter.
+  /// A fine curve, or a piece of one: a step, a kink or a narrow bump of a joint over its own
+  /// angle. It may enter the model only when no simpler candidate is left. Pieces that entered
+  /// earlier would use up the effects of a model before the curve that they are parts of could
+  /// enter.
   bool detail = false;
+  /// Width that stands for a degree of the driver [rad], or of a prismatic joint [m]: the grids of
+  /// inner values are multiples of it.
+  double degree = kDegree;
   std::string in_words{};  ///< from the catalogue
   bool of_most_arms = false;
 };
@@ -68,6 +73,7 @@ class CandidateScan {
                    const Robot& robot, const std::vector<Context>& contexts);
 
   std::vector<Candidate> candidates_;
+  int links_;  // number of the links
   double max_scale_;
   std::vector<std::vector<Term>> terms_;
   std::vector<int> coefficient_count_;

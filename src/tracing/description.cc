@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
@@ -22,7 +23,8 @@ std::string size_text(const Robot& robot, const std::string& parameter, double v
   return fmt::format("{:.3g} {}", value / unit.si, unit.name);
 }
 
-std::string driver_text(const Effect& effect, double value) {
+std::string driver_text(const Effect& effect, double value, const Robot& robot) {
+  if (is_travel(effect.driver, robot.chain)) return fmt::format("{:.0f} mm", value / kMillimetre);
   switch (effect.driver.kind) {
     case DriverKind::joint_angle:
       return fmt::format("{:.0f} deg", value / kDegree);
@@ -44,6 +46,10 @@ std::string cycle_text(const Effect& effect, const Cycle& cycle, const Robot& ro
         static_cast<int>(std::clamp(std::ceil(1 - std::log10(of_frequency)), 0.0, 6.0));
     frequency = fmt::format("{:.{}f} +- {:.2g}", effect.shape.harmonic, digits, of_frequency);
   }
+  if (is_travel(effect.driver, robot.chain))
+    return fmt::format("one cycle in {:.5g} mm, amplitude {:.3g} +- {:.2g} {}, phase {:.0f} deg",
+                       kTurn / effect.shape.harmonic / kMillimetre, cycle.amplitude / unit,
+                       half_width / unit, amplitude_unit(effect, robot), cycle.phase / kDegree);
   return fmt::format("{} cycles per turn, amplitude {:.3g} +- {:.2g} {}, phase {:.0f} deg",
                      frequency, cycle.amplitude / unit, half_width / unit,
                      amplitude_unit(effect, robot), cycle.phase / kDegree);
@@ -56,10 +62,14 @@ std::string step_text(const TracedEffect& step, const Robot& robot) {
   const std::string size =
       sized ? " of " + size_text(robot, step.effect.parameter, c.front().value) : "";
   const auto [low, high] = *step.step_ci95;
-  const bool angle = is_angle(step.effect.driver.kind);
-  const double unit = angle ? kDegree : 1.0;
+  const Driver& driver = step.effect.driver;
+  const bool angle = is_angle(driver.kind), travel = is_travel(driver, robot.chain);
+  const double unit = travel ? kMillimetre : angle ? kDegree : 1.0;
   return fmt::format("a {}{} between {:.0f} and {:.0f} {}", to_string(step.effect.shape), size,
-                     low / unit, high / unit, angle ? "deg" : "s");
+                     low / unit, high / unit,
+                     travel  ? "mm"
+                     : angle ? "deg"
+                             : "s");
 }
 
 // The curve of an effect in words: "0.8 mrad peak at 90 deg, even".
@@ -70,7 +80,7 @@ std::string course(const Effect& effect, const std::vector<CurvePoint>& curve, c
         return std::abs(a.value) < std::abs(b.value);
       });
   std::string text = fmt::format("{} at {}", size_text(robot, effect.parameter, peak->value),
-                                 driver_text(effect, peak->driver));
+                                 driver_text(effect, peak->driver, robot));
   if (effect.driver.kind != DriverKind::joint_angle) return text;
   double even = 0, odd = 0;
   for (size_t i = 0; i < curve.size(); ++i) {
@@ -83,9 +93,11 @@ std::string course(const Effect& effect, const std::vector<CurvePoint>& curve, c
   if (about_zero && even > 9 * odd) text += ", even";
   if (about_zero && odd > 9 * even) text += ", odd";
   if (const auto cycle = strongest_cycle(curve))
-    text +=
-        fmt::format(", of which {:.0f} % is a cycle of {:.4g} per turn and {}", 100 * cycle->share,
-                    cycle->per_turn, size_text(robot, effect.parameter, cycle->amplitude));
+    text += fmt::format(", of which {:.0f} % is a cycle of {} and {}", 100 * cycle->share,
+                        is_travel(effect.driver, robot.chain)
+                            ? fmt::format("{:.4g} mm", kTurn / cycle->per_turn / kMillimetre)
+                            : fmt::format("{:.4g} per turn", cycle->per_turn),
+                        size_text(robot, effect.parameter, cycle->amplitude));
   return text;
 }
 
@@ -94,11 +106,18 @@ void replace(std::string& text, const std::string& from, const std::string& to) 
   if (at != std::string::npos) text.replace(at, from.size(), to);
 }
 
-// Number of the joint that an effect acts on; 0 if on none.
-int joint_of(const TracedEffect& traced, const Robot& robot) {
+// "3"; "E1" of an external axis.
+std::string axis_name(const Robot& robot, int joint) {
+  return joint < 0 ? "0" : joint_names(robot.chain)[static_cast<size_t>(joint)].axis;
+}
+
+// The joint that an effect acts on; 0 if on none.
+std::string joint_of(const TracedEffect& traced, const Robot& robot) {
   const auto parameter = find_parameter(robot.chain, traced.effect.parameter);
-  if (!parameter || *parameter < kLinkParameters || *parameter >= kToolParameters) return 0;
-  return (*parameter - kLinkParameters) / 5 + 1;
+  if (!parameter || !layout_of(robot.chain).is_of_links(*parameter)) return "0";
+  const int link = link_of_parameter(*parameter);
+  const int joint = joint_of_link(robot.chain, link);
+  return joint < 0 ? std::to_string(link + 1) : axis_name(robot, joint);
 }
 
 // An effect is added only if training poses that were left out gain by it.
@@ -146,7 +165,9 @@ std::string unidentifiable(const TracedEffect& traced, const Rival& rival) {
 std::string amplitude_unit(const Effect& effect, const Robot& robot) {
   const ParameterUnit moved = unit_of_parameter(robot.chain, effect.parameter);
   const std::string unit = display_unit(moved).name;
-  const std::string of_factor = effect.driver.factor ? unit_of(*effect.driver.factor, moved) : "";
+  const Driver& driver = effect.driver;
+  const std::string of_factor =
+      driver.factor ? unit_of(robot.chain, *driver.factor, driver.second_joint, moved) : "";
   return of_factor.empty() ? unit : unit + " per " + of_factor;
 }
 
@@ -176,8 +197,9 @@ bool may_be_instrument(const TracedEffect& traced, const Robot& robot) {
   if (std::ranges::any_of(traced.indistinguishable, of_instrument)) return true;
   // Neither a base nor a length of a rigid link follows a joint angle.
   const auto first = first_parameter(robot.chain, traced.effect.parameter);
-  const bool is_length = first && *first >= kLinkParameters && *first < kToolParameters &&
-                         parameter_unit(*first) == ParameterUnit::metre;
+  const bool is_length = first && layout_of(robot.chain).is_of_links(*first) &&
+                         !is_zero_offset(robot.chain, *first) &&
+                         parameter_unit(robot.chain, *first) == ParameterUnit::metre;
   return traced.in_words.empty() && traced.effect.driver.involves(DriverKind::joint_angle) &&
          (is_length || traced.effect.parameter.starts_with("base"));
 }
@@ -188,9 +210,8 @@ std::string for_the_cell(const TracedEffect& traced, const HeldOutGain* gain, co
     text = traced.effect.parameter + " follows " + to_string(traced.effect.driver) +
            " along a curve that no listed cause explains";
   } else {
-    const int joint = joint_of(traced, robot);
-    replace(text, "{j}", std::to_string(joint));
-    replace(text, "{k}", std::to_string(traced.effect.driver.joint + 1));
+    replace(text, "{j}", joint_of(traced, robot));
+    replace(text, "{k}", axis_name(robot, traced.effect.driver.joint));
     if (traced.cycle) {
       const double unit = shown_in(robot, traced.effect.parameter).si;
       text += fmt::format(", {:.3g} {}", traced.cycle->amplitude / unit,

@@ -28,6 +28,7 @@
 #include "armtrue/tracing/loop.h"
 #include "bench/two_threads.h"
 #include "calibration/session_models.h"
+#include "kinematics/six_axes.h"
 #include "search/candidates.h"
 #include "search/linearization.h"
 #include "search/scan.h"

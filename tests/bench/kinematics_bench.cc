@@ -28,6 +28,7 @@
 #include "bench/times.h"
 #include "kinematics/economical_jet_chain.h"
 #include "kinematics/kdl_arm.h"
+#include "kinematics/six_axes.h"
 
 namespace {
 
@@ -90,7 +91,7 @@ class CentralDifferences {
 
  private:
   ChainEvaluator evaluator_{chain()};
-  ParameterOffsets offsets_ = ParameterOffsets::Zero();
+  ParameterOffsets offsets_ = ParameterOffsets::Zero(kGeometricParameters);
   PoseJacobian jacobian_;
 };
 
@@ -154,8 +155,8 @@ class Pinocchio {
  private:
   static Pose placement(const Link& link) {
     KinematicChain one;
-    one.links[0] = link;
-    return ChainEvaluator(one).pose(JointVector::Zero());
+    one.links = {link};
+    return ChainEvaluator(one).pose(JointVector::Zero(joint_count(one)));
   }
 
   pinocchio::Model model_;

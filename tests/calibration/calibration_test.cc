@@ -10,6 +10,7 @@
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/parameters.h"
+#include "kinematics/six_axes.h"
 
 namespace armtrue::calibration_test {
 namespace {
@@ -42,8 +43,8 @@ std::pair<double, double> worst(const Robot& found, const Robot& truth,
     const double differences[] = {a.alpha - b.alpha, a.d - b.d, a.theta - b.theta, a.r - b.r,
                                   a.beta - b.beta};
     const double difference = std::abs(differences[(k - kLinkParameters) % 5]);
-    (parameter_unit(k) == ParameterUnit::metre ? length : angle) =
-        std::max(parameter_unit(k) == ParameterUnit::metre ? length : angle, difference);
+    double& largest = parameter_unit(found.chain, k) == ParameterUnit::metre ? length : angle;
+    largest = std::max(largest, difference);
   }
   return {length, angle};
 }

@@ -17,6 +17,7 @@
 #include "armtrue/planning/planning.h"
 #include "calibration/carried_campaign.h"
 #include "kinematics/jet_chain.h"
+#include "kinematics/six_axes.h"
 
 namespace armtrue::distance_test {
 namespace {

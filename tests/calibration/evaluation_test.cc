@@ -39,7 +39,7 @@ struct ReadTwice {
       const int pose = row / 2;
       if (row % 2 == 0) campaign.pose_ids.push_back(std::to_string(pose));
       campaign.pose.push_back(pose);
-      campaign.q.emplace_back(JointVector::Zero());
+      campaign.q.emplace_back(JointVector::Zero(6));
       campaign.position.emplace_back(Eigen::Vector3d::Zero());
       Eigen::Matrix<double, 6, 1> residual = Eigen::Matrix<double, 6, 1>::Zero();
       residual.head<3>().setConstant(1e-3 * pose + (row % 2 == 0 ? a : -a));

@@ -6,6 +6,7 @@
 
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/io/robot_io.h"
+#include "kinematics/six_axes.h"
 
 namespace armtrue::fold_test {
 namespace {

@@ -13,6 +13,7 @@
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/statistics/random.h"
 #include "armtrue/statistics/summary.h"
+#include "kinematics/six_axes.h"
 
 namespace armtrue::gross_poses_test {
 namespace {

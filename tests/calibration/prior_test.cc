@@ -10,6 +10,7 @@
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/parameters.h"
+#include "kinematics/six_axes.h"
 
 namespace armtrue::prior_test {
 namespace {

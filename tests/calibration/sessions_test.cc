@@ -9,6 +9,7 @@
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/parameters.h"
+#include "kinematics/six_axes.h"
 
 namespace armtrue::sessions_test {
 namespace {
@@ -350,7 +351,7 @@ TEST(Sessions, ArrivalIsTakenWithinThem) {
   Campaign campaign;
   campaign.session_names = {"a", "b"};
   for (const auto& [angle, session] : {std::pair{0.0, 0}, {5.0, 1}, {1.0, 0}, {4.0, 1}}) {
-    campaign.q.push_back(JointVector::Constant(angle));
+    campaign.q.push_back(JointVector::Constant(6, angle));
     campaign.session.push_back(session);
   }
   derive_arrival(campaign);

@@ -117,7 +117,7 @@ struct ThreePoses {
     for (const auto& [pose, error] : std::vector<std::pair<int, double>>{
              {0, 1e-3}, {1, 5e-3}, {1, 7e-3}, {0, 3e-3}, {2, 9e-3}}) {
       campaign.pose.push_back(pose);
-      campaign.q.emplace_back(JointVector::Zero());
+      campaign.q.emplace_back(JointVector::Zero(6));
       campaign.position.emplace_back(0.5 * pose, error, 0);
       evaluation.residuals.emplace_back(Eigen::Matrix<double, 6, 1>::Zero());
       evaluation.residuals.back()[1] = error;

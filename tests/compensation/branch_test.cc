@@ -80,7 +80,7 @@ TEST(SingularWrist, IsEnteredSmoothly) {
   Uniform uniform(14);
   const Robot nominal = read_robot(kNominalArm).robot;
   const Robot identified = random_arm(uniform);
-  JointVector q;
+  JointVector q(6);
   q << 0.3, -1.1, 1.3, 0.5, 0, -0.4;
   std::vector<JointVector> targets;
   for (double bend = 4; bend > 0.1; bend -= 0.02) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "compensation/second_arm.h"
+#include "kinematics/six_axes.h"
 
 namespace armtrue::compensation_test {
 namespace {
@@ -156,7 +157,7 @@ TEST(Compensation, TheWristNeedsNoCentre) {
     const std::vector<HiddenEffect> same{[](const Moment& m, OracleArm& a) {
       a.links[2].theta += 3e-4 * std::sin(2 * m.q[2]) + 1e-4 * std::cos(2 * m.q[2]);
     }};
-    JointVector q;
+    JointVector q(6);
     for (int j = 0; j < kJoints; ++j) q[j] = uniform(-3, 3);
     for (int j : {2, 4}) q[j] = (k % 2 ? -1 : 1) * uniform(0.3, 2.8);
     const CorrectedTarget target =
@@ -201,17 +202,17 @@ TEST(Compensation, TheRowBeforeTellsTheBranchAndTheTurnTheWholeTurns) {
   Uniform uniform(3);
   const Robot identified = random_arm(uniform);
   CompensationOptions options = frames();
-  JointVector q;
+  JointVector q(6);
   q << 0.2, -1.2, 1.5, 0.4, 0.7, -0.3;
   std::vector<JointVector> targets;
-  for (int k = 0; k < 20; ++k) targets.push_back(q + k * JointVector::Constant(0.02));
+  for (int k = 0; k < 20; ++k) targets.push_back(q + k * JointVector::Constant(6, 0.02));
   Program program = joint_program(targets);
   for (const CorrectedTarget& target : compensate(identified, nominal, program, options)) {
     program.poses.push_back(target.intended);
     program.hinted.push_back(false);
   }
   EXPECT_THROW(compensate(identified, nominal, program, options), UnreachableTarget);
-  options.start = targets.front() + JointVector::Constant(0.1);
+  options.start = targets.front() + JointVector::Constant(6, 0.1);
   const auto found = compensate(identified, nominal, program, options);
   for (size_t k = 0; k < targets.size(); ++k)
     EXPECT_LT((found[k].programmed - targets[k]).norm(), 1e-8) << k;
@@ -331,7 +332,7 @@ TEST(Compensation, DirectionsOfArrivalFollowTheCommands) {
   const Robot nominal = nominal_arm();
   Robot identified = nominal;
   identified.effects = {effect_on("A1.theta", "arrival 1", "linear", {3e-4})};
-  JointVector q;
+  JointVector q(6);
   q << 0.1, -1.2, 1.5, 0.4, 0.7, -0.3;
   const auto at = [&](double first) {
     JointVector other = q;
@@ -365,7 +366,7 @@ TEST(Compensation, StrokesFollowTheCommandsToo) {
   Effect friction = effect_on("A1.theta", "stroke 1", "pre-sliding", {kLag});
   friction.shape.tau = kTurnRound;
   identified.effects = {friction};
-  JointVector q;
+  JointVector q(6);
   q << 0.1, -1.2, 1.5, 0.4, 0.7, -0.3;
   std::vector<JointVector> targets(5, q);
   const double first[] = {0.1, 0.3, 0.298, 0.2965, 0.297};  // up, down in two steps, up again
@@ -386,7 +387,7 @@ TEST(Compensation, StrokesFollowTheCommandsToo) {
   Program stated = joint_program(targets);
   stated.visits.arrival.assign(targets.size(), Direction{1, 1, 1, 1, 1, 1});
   EXPECT_THROW(compensate(identified, nominal, stated, {}), std::invalid_argument);
-  stated.visits.stroke.assign(targets.size(), JointVector::Constant(1));
+  stated.visits.stroke.assign(targets.size(), JointVector::Constant(6, 1));
   EXPECT_NEAR(compensate(identified, nominal, stated, {}).back().q[0], 0.297 - kLag, 1e-9);
 }
 
@@ -394,7 +395,7 @@ TEST(Compensation, NeitherLimitsNorLargeCorrectionsArePassedInSilence) {
   const Robot nominal = nominal_arm();
   Robot identified = nominal;
   identified.chain.links[1].theta += 2e-3;
-  JointVector q;
+  JointVector q(6);
   q << 0.1, 0, 0.5, 0.4, 0.7, -0.3;
   q[1] = nominal.chain.links[1].min + 1e-3;
   CompensationOptions options;

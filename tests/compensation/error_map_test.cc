@@ -7,6 +7,7 @@
 
 #include "compensation/near_posture.h"
 #include "compensation/second_arm.h"
+#include "kinematics/six_axes.h"
 
 namespace armtrue::error_map_test {
 namespace {
@@ -105,7 +106,7 @@ TEST(ErrorMap, HasTheShareOfAKnownEffectByHand) {
   const Robot nominal = nominal_arm();
   Robot robot = nominal;
   robot.effects = {effect_on("A1.theta", "payload", "linear", {2e-5})};
-  Program program = joint_program({JointVector::Zero()});
+  Program program = joint_program({JointVector::Zero(6)});
   program.visits.q.front() << 0.3, -1, 1.4, 0.2, 0.9, -0.5;
   program.visits.payload_kg = {50};
   const ErrorMap map = map_errors(robot, nominal, program, {});
@@ -146,14 +147,14 @@ Campaign at_rest() {
   conditions.pose = {0};
   conditions.pose_ids = {"box"};
   conditions.line = {0};
-  conditions.q = {JointVector::Zero()};
+  conditions.q = {JointVector::Zero(6)};
   return conditions;
 }
 
 CompensationOptions tool_down() {
   CompensationOptions options;
   options.tool.translation = {0, 0, 0.15};
-  JointVector start;
+  JointVector start(6);
   start << 0, -60, 90, 0, 60, 0;
   options.start = kDegree * start;
   return options;
@@ -226,7 +227,7 @@ TEST(ErrorMap, NamesWhatIsOutOfReach) {
 
 TEST(ErrorMap, KeepsTargetsThatCannotBeReached) {
   const Robot nominal = nominal_arm();
-  Program program = joint_program(std::vector<JointVector>(3, JointVector::Zero()));
+  Program program = joint_program(std::vector<JointVector>(3, JointVector::Zero(6)));
   const CompensationOptions options = tool_down();
   const Eigen::Matrix3d down = orientation_at_start(nominal, options);
   for (double x : {1.8, 9.8, 1.9}) program.poses.push_back({down, {x, 0, 0.8}});
@@ -250,7 +251,7 @@ TEST(ErrorMap, FollowsAPathThroughAStretchedWrist) {
   const Robot nominal = nominal_arm();
   const CompensationOptions options = tool_down();
   const Eigen::Matrix3d down = orientation_at_start(nominal, options);
-  Program program = joint_program(std::vector<JointVector>(200, JointVector::Zero()));
+  Program program = joint_program(std::vector<JointVector>(200, JointVector::Zero(6)));
   for (int k = 0; k < 200; ++k) program.poses.push_back({down, {2.2 - 0.004 * k, 0.2, 0.3}});
   program.hinted.assign(200, false);
   const auto largest_step = [&](Following following) {
@@ -269,7 +270,7 @@ TEST(ErrorMap, TakesTheWristThatIsNearer) {
   const CompensationOptions options = tool_down();
   const ProgramArm arm(nominal, options, options.tool, {});
   const NearPosture posture(arm, *options.start, NearPosture::Turns::within_travel);
-  JointVector near;
+  JointVector near(6);
   near << 0.2, -1.2, 1.3, -0.4, 0.7, 0.3;
   JointVector other = near;  // the same pose
   other[3] += std::numbers::pi;

@@ -16,6 +16,7 @@
 #include "armtrue/kinematics/units.h"
 #include "io/temporary_file.h"
 #include "kinematics/kdl_arm.h"
+#include "kinematics/six_axes.h"
 #include "support/oracle.h"
 #include "support/random_chain.h"
 
@@ -99,7 +100,7 @@ inline Robot random_arm(armtrue_oracle::Uniform& uniform) {
 inline JointVector random_target(const KinematicChain& chain, armtrue_oracle::Uniform& uniform) {
   constexpr double kStretched = -3.07 * kDegree;  // of A3: atan(55 / 1025)
   while (true) {
-    JointVector q;
+    JointVector q(6);
     for (int j = 0; j < kJoints; ++j) {
       const auto [low, high] = travel(chain.links[static_cast<size_t>(j)]);
       q[j] = 0.9 * uniform(low, high);

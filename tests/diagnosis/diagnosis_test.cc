@@ -14,6 +14,7 @@
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/statistics/random.h"
 #include "armtrue/statistics/summary.h"
+#include "kinematics/six_axes.h"
 
 namespace armtrue::diagnosis_test {
 namespace {

@@ -8,6 +8,7 @@
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/conventions.h"
 #include "armtrue/kinematics/units.h"
+#include "kinematics/six_axes.h"
 
 namespace armtrue::pose_check_test {
 namespace {
@@ -17,6 +18,7 @@ const JointVector kBent = (JointVector() << 0.3, -1.2, 1.4, 0.5, 0.7, -0.9).fini
 // KDL's DH frames are of the standard convention.
 TEST(Conventions, AStandardTableIsTheArmOfKdl) {
   KinematicChain rows;
+  rows.links = six_axis_links();
   KDL::Chain chain;
   for (int j = 0; j < kLinks; ++j) {
     Link& link = rows.links[static_cast<size_t>(j)];
@@ -43,6 +45,7 @@ TEST(Conventions, AStandardTableIsTheArmOfKdl) {
 
 TEST(Conventions, BetaIsNoStandardParameter) {
   KinematicChain rows;
+  rows.links = six_axis_links();
   rows.links[2].beta = 0.1;
   EXPECT_THROW(from_standard(rows), std::invalid_argument);
 }

@@ -8,6 +8,7 @@
 #include "armtrue/effects/sampling.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/parameters.h"
+#include "kinematics/six_axes.h"
 #include "support/oracle.h"
 
 namespace armtrue::effects_test {

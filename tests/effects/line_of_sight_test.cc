@@ -72,7 +72,7 @@ TEST(LineOfSight, IncidenceIsZeroWhereTheAxisPointsBack) {
 }
 
 TEST(Arrival, StrokesAddUpUntilTheJointReverses) {
-  const auto at = [](double degrees) { return JointVector::Constant(degrees * kDegree); };
+  const auto at = [](double degrees) { return JointVector::Constant(6, degrees * kDegree); };
   Arrival arrival(at(0));
   EXPECT_EQ(arrival.direction()[0], 0);
   EXPECT_EQ(arrival.stroke()[0], 0);

@@ -16,6 +16,7 @@
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/evaluator.h"
 #include "armtrue/text/input_error.h"
+#include "kinematics/six_axes.h"
 
 namespace armtrue::urdf_io_test {
 namespace {

@@ -10,6 +10,7 @@
 #include "kinematics/jet_chain.h"
 #include "kinematics/kdl_arm.h"
 #include "kinematics/places.h"
+#include "kinematics/six_axes.h"
 #include "support/random_chain.h"
 
 namespace armtrue::chain_test {
@@ -19,6 +20,7 @@ using armtrue_oracle::Uniform;
 
 KinematicChain random_chain(Uniform& uniform, bool with_beta) {
   KinematicChain chain;
+  chain.links = six_axis_links();
   for (Link& link : chain.links) {
     link.alpha = uniform(-3, 3);
     link.d = uniform(-1.5, 1.5);
@@ -36,7 +38,7 @@ KinematicChain random_chain(Uniform& uniform, bool with_beta) {
 }
 
 JointVector random_angles(Uniform& uniform) {
-  JointVector q;
+  JointVector q(6);
   for (int j = 0; j < kJoints; ++j) q[j] = uniform(-3, 3);
   return q;
 }
@@ -69,7 +71,7 @@ TEST(Chain, EqualsKdlOnRandomChains) {
 
 TEST(Chain, FlangeOfTheKr360StandsWhereThePublishedCheckSays) {
   const Robot robot = read_robot(ARMTRUE_CONFIG "/robots/kr360.yaml").robot;
-  JointVector q = JointVector::Zero();
+  JointVector q = JointVector::Zero(6);
   q[1] = -std::numbers::pi / 2;
   q[2] = std::numbers::pi / 4;
   const Eigen::Vector3d flange = ChainEvaluator(robot.chain).pose(q).translation * 1000;
@@ -99,7 +101,7 @@ PoseJacobian autodiff_jacobian(const KinematicChain& chain, const JointVector& q
                                const Eigen::Vector3d& point) {
   const auto frame =
       jet_frame<kGeometricParameters>(chain, jet_parameters<kGeometricParameters>(chain), q);
-  PoseJacobian jacobian;
+  PoseJacobian jacobian(6, kGeometricParameters);
   for (int k = 0; k < kGeometricParameters; ++k) {
     Eigen::Matrix3d r, dr;
     for (int i = 0; i < 3; ++i) {
@@ -143,7 +145,7 @@ TEST(Jacobian, OffsetsEqualAChainWithMovedParameters) {
   for (int i = 0; i < 50; ++i) {
     const KinematicChain chain = random_chain(uniform, true);
     const JointVector q = random_angles(uniform);
-    ParameterOffsets offsets = ParameterOffsets::Zero();
+    ParameterOffsets offsets = ParameterOffsets::Zero(kGeometricParameters);
     KinematicChain moved = chain;
     for (int k = 0; k < kGeometricParameters; ++k) {
       // One turn each of base and tool: rotation vectors do not add component by component.
@@ -181,7 +183,7 @@ class ChainLaws : public testing::TestWithParam<Place> {
         ++next;
         return w[next % w.size()][static_cast<int>(next % 3)];
       };
-      Sample sample{random_chain(uniform, false), JointVector::Zero(), w[2 * i], w[2 * i + 1]};
+      Sample sample{random_chain(uniform, false), JointVector::Zero(6), w[2 * i], w[2 * i + 1]};
       sample.chain.base.rotation = rotation_exp(w[i]);
       sample.chain.tool.rotation = rotation_exp(w[kSamples + i]);
       for (int j = 0; j < kLinks; ++j) {
@@ -233,7 +235,7 @@ TEST_P(ChainLaws, EveryColumnIsWhatAPerturbationDoes) {
 
 TEST_P(ChainLaws, OffsetsTurnBaseAndToolOnTheLeft) {
   for (const auto& [chain, q, base_turn, tool_turn] : samples()) {
-    ParameterOffsets offsets = ParameterOffsets::Zero();
+    ParameterOffsets offsets = ParameterOffsets::Zero(kGeometricParameters);
     offsets.segment<3>(kBaseParameters + 3) = base_turn;
     offsets.segment<3>(kToolParameters + 3) = tool_turn;
     KinematicChain moved = chain;

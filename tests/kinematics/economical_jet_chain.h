@@ -12,6 +12,7 @@
 #include <span>
 
 #include "armtrue/kinematics/parameters.h"
+#include "kinematics/six_axes.h"
 
 namespace armtrue {
 

@@ -7,6 +7,7 @@
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/evaluator.h"
 #include "armtrue/kinematics/units.h"
+#include "kinematics/six_axes.h"
 #include "support/oracle.h"
 #include "support/random_chain.h"
 
@@ -18,7 +19,7 @@ using armtrue_oracle::Uniform;
 const std::string kArm = ARMTRUE_CONFIG "/robots/kr360-table4.yaml";
 
 JointVector within_travel(const KinematicChain& chain, Uniform& uniform) {
-  JointVector q;
+  JointVector q(6);
   for (int j = 0; j < kJoints; ++j)
     q[j] =
         uniform(chain.links[static_cast<size_t>(j)].min, chain.links[static_cast<size_t>(j)].max);
@@ -51,7 +52,7 @@ TEST(Inverse, ComesBackToTheAnglesOfTheOraclesPose) {
 
 TEST(Inverse, AStretchedWristIsNoObstacle) {
   const KinematicChain chain = read_robot(kArm).robot.chain;
-  JointVector q;
+  JointVector q(6);
   q << 0.1, -1.2, 1.9, 0.3, 0, 0.2;
   const Pose pose = ChainEvaluator(chain).pose(q);
   for (double off : {-0.01, 0.0, 0.01}) {
@@ -63,7 +64,7 @@ TEST(Inverse, AStretchedWristIsNoObstacle) {
 
 TEST(Inverse, WhatIsOutOfReachIsLeftWithItsDistance) {
   const KinematicChain chain = read_robot(kArm).robot.chain;
-  JointVector q;
+  JointVector q(6);
   q << 0.1, -1.2, 1.9, 0.3, 0.5, 0.2;
   Pose pose = ChainEvaluator(chain).pose(q);
   pose.translation.x() += 10;
@@ -75,7 +76,7 @@ TEST(Inverse, WhatIsOutOfReachIsLeftWithItsDistance) {
 TEST(Inverse, FromSeveralStartsTheSolutionNearestToTheMiddleOfTheTravel) {
   const KinematicChain chain = read_robot(kArm).robot.chain;
   Uniform uniform(5);
-  JointVector middle;
+  JointVector middle(6);
   middle << 0, -0.96, 0.38, 0.2, 0.6, -0.3;
   const Pose pose = ChainEvaluator(chain).pose(middle);
   std::vector<JointVector> starts;

@@ -9,6 +9,7 @@
 #include <array>
 
 #include "armtrue/kinematics/parameters.h"
+#include "kinematics/six_axes.h"
 #include "support/autodiff_chain.h"
 
 namespace armtrue {

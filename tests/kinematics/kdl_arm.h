@@ -7,6 +7,7 @@
 #include <kdl/chain.hpp>
 
 #include "armtrue/kinematics/chain.h"
+#include "kinematics/six_axes.h"
 
 namespace armtrue {
 

@@ -11,6 +11,7 @@
 #include <set>
 
 #include "armtrue/path/mirror/mirror.h"
+#include "kinematics/six_axes.h"
 #include "plant_pass.h"
 
 namespace armtrue::bad_samples_test {

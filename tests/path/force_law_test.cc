@@ -12,6 +12,7 @@
 
 #include "armtrue/effects/sampling.h"
 #include "armtrue/io/robot_io.h"
+#include "kinematics/six_axes.h"
 #include "support/oracle.h"
 
 namespace armtrue::force_law_test {

@@ -20,6 +20,7 @@
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/tracing/tracing.h"
+#include "kinematics/six_axes.h"
 #include "support/oracle.h"
 
 namespace armtrue::separation_test {

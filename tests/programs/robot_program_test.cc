@@ -11,6 +11,7 @@
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
+#include "kinematics/six_axes.h"
 
 namespace armtrue::robot_program_test {
 namespace {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "armtrue/statistics/summary.h"
+#include "kinematics/six_axes.h"
 #include "tracing/linear_problem.h"
 
 namespace armtrue::sign_flips_test {

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <string>
 
 namespace armtrue_oracle {
 
@@ -32,12 +33,13 @@ Transform<T> shift(const T& x, const T& y, const T& z) {
   return m;
 }
 
-/// R_A from the measured frame. `p` are the 47 parameters: base and tool as small twists applied to
-/// `base` and `tool` (translation added, rotation vector to first order on the left), links alpha d
-/// theta r beta.
+/// R_A from the measured frame. `kinds` has a letter for each link, R (turns), P (slides) or F
+/// (fixed). `p` are its 12 + 5 links parameters: base and tool as small twists applied to `base`
+/// and `tool` (translation added, rotation vector to first order on the left), links alpha d theta
+/// r beta. `q` and `sign` have an entry for each driven link.
 template <typename T>
 Transform<T> chain(const T* p, const double* q, const double* sign, const Eigen::Matrix4d& base,
-                   const Eigen::Matrix4d& tool) {
+                   const Eigen::Matrix4d& tool, const std::string& kinds = "RRRRRRF") {
   const auto moved = [](const T* twist, const Eigen::Matrix4d& pose) {
     Transform<T> m = pose.cast<T>();
     const Transform<T> rotation =
@@ -48,13 +50,16 @@ Transform<T> chain(const T* p, const double* q, const double* sign, const Eigen:
     return m;
   };
   Transform<T> result = moved(p, base);
-  for (int j = 0; j < 7; ++j) {
-    const T* link = p + 6 + 5 * j;
-    const T theta = j < 6 ? T(link[2] + sign[j] * q[j]) : link[2];
+  const T* link = p + 6;
+  for (const char kind : kinds) {
+    T theta = link[2], r = link[3];
+    if (kind == 'R') theta += *sign++ * *q++;
+    if (kind == 'P') r += *sign++ * *q++;
     result = result * turn<T>(1, link[4]) * turn<T>(0, link[0]) * shift<T>(link[1], T(0), T(0)) *
-             turn<T>(2, theta) * shift<T>(T(0), T(0), link[3]);
+             turn<T>(2, theta) * shift<T>(T(0), T(0), r);
+    link += 5;
   }
-  return result * moved(p + 41, tool);
+  return result * moved(link, tool);
 }
 
 }  // namespace armtrue_oracle

@@ -163,7 +163,8 @@ def placed(entry):
 
 
 class Arm:
-    """Six screws, a home pose and masses, as they stand in R_0 when all encoders show zero."""
+    """Screws, a home pose and masses, as they stand in R_0 when all encoders show zero; `slides` says which of the
+    joints move along their axis."""
 
     def __init__(self, text):
         text = re.sub(r"\s+#.*", "", text)
@@ -171,7 +172,7 @@ class Arm:
         self.base = placed(fields(block("base")[1]))
         self.tool = placed(fields(block("tool")[1]))
         links = [fields(line) for line in re.findall(r"\{.*\}", block("links")[1])]
-        self.axes, self.points, self.travel, self.square, frames = [], [], [], [], {}
+        self.axes, self.points, self.travel, self.square, self.slides, frames = [], [], [], [], [], {}
         here, square = NONE, False
         standard = bool(re.search(r"^convention: standard$", text, re.M))
         for link in links:
@@ -182,11 +183,14 @@ class Arm:
             is_square = abs(math.cos(math.radians(link["alpha_deg"]))) < 1e-3
             for step in before:
                 here = after(here, step)
-            if link["joint"] == "revolute":
+            if link["joint"] != "fixed":
+                slides = link["joint"] == "prismatic"
+                self.slides.append(slides)
                 self.square.append(square if standard else is_square)
                 self.axes.append(scaled(turned(here[0], Z), link.get("sign", 1.0)))
                 self.points.append(here[1])
-                self.travel.append(tuple(math.radians(link.get(*limit)) for limit in
+                self.travel.append((link["min_mm"], link["max_mm"]) if slides else
+                                   tuple(math.radians(link.get(*limit)) for limit in
                                          (("min_deg", -180.0), ("max_deg", 180.0))))
             square = is_square
             for step in behind:
@@ -210,6 +214,12 @@ class Arm:
             result += [(f"A{j}.beta", "moment*" if "gravity" in driver else driver) for driver in drivers]
         return result
 
+    def motion(self, j, value):
+        """What joint j does to all behind it; the value is an angle in rad or a way in mm."""
+        if self.slides[j]:
+            return NONE[0], scaled(self.axes[j], value)
+        return screw(self.axes[j], self.points[j], value)
+
     def pose(self, q, truth=None, effect=None, size=0.0, state=None):
         """The measured frame in R_A; with a truth the real arm, otherwise the nominal one."""
         here = truth["base"] if truth else self.base
@@ -219,35 +229,37 @@ class Arm:
             if effect.base:
                 vector, shift = effect.base(state)
                 here = after(small_motion(scaled(vector, size), scaled(shift, size), NONE[1]), here)
-        for j in range(6):
+        joints = len(self.axes)
+        for j in range(joints):
             angle = q[j]
             if truth:
                 here = after(here, truth["links"][j])
                 angle += truth["zeros"][j]
             if j in links:
                 here = after(here, (NONE[0], scaled(links[j], size)))
-            here = after(here, screw(self.axes[j], self.points[j], angle + size * turns.get(j, 0.0)))
+            here = after(here, self.motion(j, angle + size * turns.get(j, 0.0)))
         if truth:
-            here = after(here, truth["links"][6])
-        if 6 in links:
-            here = after(here, (NONE[0], scaled(links[6], size)))
+            here = after(here, truth["links"][joints])
+        if joints in links:
+            here = after(here, (NONE[0], scaled(links[joints], size)))
         return after(after(here, self.home), truth["tool"] if truth else self.tool)
 
     def torques(self, q, masses):
-        """Torque of gravity about each joint, N m."""
+        """Torque of gravity about each joint, N m; of one that slides the force along it, N."""
         steps = []
         here = NONE
-        for j in range(6):
-            here = after(here, screw(self.axes[j], self.points[j], q[j]))
+        for j in range(len(self.axes)):
+            here = after(here, self.motion(j, q[j]))
             steps.append(here)
         result = []
-        for j in range(6):
+        for j in range(len(self.axes)):
             axis, point = turned(steps[j][0], self.axes[j]), moved(steps[j], self.points[j])
             total = 0.0
             for joints, kg, centre in masses:
                 if joints > j:
                     lever = sub(moved(steps[joints - 1], centre), point)
-                    total += kg * dot(axis, cross(lever, self.gravity)) / 1000
+                    total += kg * (dot(axis, self.gravity) if self.slides[j] else
+                                   dot(axis, cross(lever, self.gravity)) / 1000)
             result.append(total)
         return result
 
@@ -581,7 +593,7 @@ def true_arm(rng, arm):
     vector = lambda s: tuple(rng.gauss(0, s) for _ in range(3))
     links = [small_motion(vector(3e-4), vector(0.3), point) for point in arm.points + [arm.home[1]]]
     return {"base": after(small_motion(vector(1e-3), vector(3.0), NONE[1]), arm.base),
-            "links": links, "zeros": [rng.gauss(0, 1.5e-3) for _ in range(6)],
+            "links": links, "zeros": [rng.gauss(0, 1.5e-3) for _ in arm.axes],
             "tool": after(arm.tool, small_motion(vector(5e-3), tuple(rng.uniform(-80, 80) for _ in range(3)), NONE[1]))}
 
 

@@ -10,6 +10,7 @@
 
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/statistics/random.h"
+#include "kinematics/six_axes.h"
 #include "search/linearization.h"
 #include "search/projection.h"
 
@@ -22,6 +23,7 @@ inline Eigen::MatrixXd normal_matrix(Random& random, Eigen::Index rows, Eigen::I
 /// A robot of which only the names of the links count.
 inline Robot robot_by_hand() {
   Robot robot;
+  robot.chain.links = six_axis_links();
   for (int j = 0; j < kLinks; ++j) robot.chain.links[j].name = "A" + std::to_string(j + 1);
   return robot;
 }
@@ -44,7 +46,7 @@ inline Campaign angles_by_hand(Random& random, int poses, int repeats = 1) {
   Campaign campaign;
   for (int pose = 0; pose < poses; ++pose) {
     campaign.pose_ids.push_back(std::to_string(pose + 1));
-    JointVector q;
+    JointVector q(6);
     for (double& angle : q) angle = random.uniform(-1.5, 1.5);
     for (int repeat = 0; repeat < repeats; ++repeat) {
       campaign.pose.push_back(pose);

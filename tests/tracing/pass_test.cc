@@ -17,6 +17,7 @@
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/tracing/loop.h"
+#include "kinematics/six_axes.h"
 #include "path/plant_pass.h"
 #include "support/oracle.h"
 

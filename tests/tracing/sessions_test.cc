@@ -9,6 +9,7 @@
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/tracing/loop.h"
+#include "kinematics/six_axes.h"
 #include "tracing/hidden_campaign.h"
 
 namespace armtrue::sessions_test {

@@ -141,6 +141,7 @@ class ObservationModel::At {
 
   const ObservationModel& model_;
   Robot robot_;
+  ParameterLayout layout_;
   ChainEvaluator chain_;
   Eigen::Matrix3d base_turn_, tool_turn_;  // d(turn in R_A)/d(unknown turn)
 };

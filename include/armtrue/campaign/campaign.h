@@ -45,7 +45,7 @@ struct Campaign {
   std::vector<int> pose;  ///< index into pose_ids; rows that share it are replicates
   std::vector<std::string> pose_ids;
   std::vector<int> line;       ///< line in the file
-  std::vector<JointVector> q;  ///< [rad]
+  std::vector<JointVector> q;  ///< [rad or m]
   /// What was measured, in R_A [m]: points, or distances from anchors; the other column is empty.
   std::vector<Eigen::Vector3d> position;
   std::vector<double> distance;
@@ -65,9 +65,9 @@ struct Campaign {
   std::vector<double> sigma_position;     ///< per axis [m]
   std::vector<double> sigma_orientation;  ///< per axis [rad]
   std::vector<Direction> arrival;
-  std::vector<JointVector> stroke;  ///< see Arrival [rad]
+  std::vector<JointVector> stroke;  ///< see Arrival [rad or m]
   std::vector<double> payload_kg;
-  std::vector<std::array<double, kJoints>> motor_torque_nm;
+  std::vector<std::array<double, kMaxJoints>> motor_torque_nm;
   std::vector<Eigen::Vector3d> force_n;
   std::vector<std::string> temperature_names;
   std::vector<std::array<double, kMaxTemperatures>> temperature_c;
@@ -128,6 +128,9 @@ void points_to_coordinates(Campaign& campaign);
 /// 1e-4 deg do not count. The order of the visits is that of the times or, without times, that of
 /// the rows. The way stays unknown where the directions are given and are not those of this order.
 void derive_arrival(Campaign& campaign);
+
+/// Multiplies the encoder values of revolute joints, as if they had been read in another unit.
+void scale_angles(Campaign& campaign, const KinematicChain& chain, double factor);
 
 /// Begins a new session at each of the times, as after a knock of the tracker. The sessions are
 /// called 1, 2, ... or, where they had names, `day 1`, `day 1 (2)`, ... The campaign must have

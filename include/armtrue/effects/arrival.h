@@ -11,31 +11,33 @@ namespace armtrue {
 /// far since it last reversed. Between two visits every joint is taken to move one way.
 class Arrival {
  public:
-  explicit Arrival(const JointVector& start) : moved_last_(start) {}
+  explicit Arrival(const JointVector& start)
+      : moved_last_(start), stroke_(JointVector::Zero(start.size())) {}
 
   /// Goes to the next visit.
   void go_to(const JointVector& q) {
-    for (int j = 0; j < kJoints; ++j) {
+    for (int j = 0; j < static_cast<int>(q.size()); ++j) {
       const double motion = q[j] - moved_last_[j];
       if (std::abs(motion) <= kMinMotion) continue;
       const bool reverses = motion * stroke_[j] < 0;
       stroke_[j] = reverses ? motion : stroke_[j] + motion;
-      direction_[j] = motion > 0 ? 1 : -1;
+      direction_[static_cast<size_t>(j)] = motion > 0 ? 1 : -1;
       moved_last_[j] = q[j];
     }
   }
 
   /// Sign of the last motion of each joint; 0: it has not moved yet.
   const Direction& direction() const { return direction_; }
-  /// Way of each joint since it last reversed, with the sign of its motion [rad].
+  /// Way of each joint since it last reversed, with the sign of its motion [rad or m].
   const JointVector& stroke() const { return stroke_; }
 
  private:
-  static constexpr double kMinMotion = 1e-4 * kDegree;  // no rounding of a file is a motion
+  static constexpr double kMinMotion =
+      1e-4 * kDegree;  // no rounding of a file is a motion; [rad or m]
 
   JointVector moved_last_;  // small motions add up, so that a slow joint is seen to move too
   Direction direction_{};
-  JointVector stroke_ = JointVector::Zero();
+  JointVector stroke_;
 };
 
 }  // namespace armtrue

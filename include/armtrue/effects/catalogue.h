@@ -19,8 +19,9 @@ struct CatalogueEntry {
   std::string name;
   std::string parameter;  ///< alpha, d, theta, r, beta (of each joint), target, anchor.zero (of
                           ///< each target or anchor), or base, base.rx, tool, instrument.range ...
-  std::vector<int> joints;  ///< 0-based; the joints whose parameter it is
-  Driver driver;            ///< its joint is filled in as `driver_joint` says
+  bool of_every_joint = false;  ///< the parameter is one of each joint
+  std::vector<int> joints;      ///< 0-based; otherwise those of the arm whose parameter it is
+  Driver driver;                ///< its joint is filled in as `driver_joint` says
   Joint driver_joint = Joint::none;
   Shape shape;
   bool only_positive = false;  ///< a negative coefficient would not be this effect (compliance)

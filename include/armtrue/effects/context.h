@@ -9,18 +9,19 @@
 namespace armtrue {
 
 /// Sign of motion of each joint.
-using Direction = std::array<std::int8_t, kJoints>;
+using Direction = std::array<std::int8_t, kMaxJoints>;
 
 inline constexpr int kMaxTemperatures = 8;
 
 /// The state of robot and surroundings at one reading, without the reading itself.
 struct Context {
-  JointVector q = JointVector::Zero();       ///< encoder angles [rad]
-  Direction arrival{};                       ///< of the last motion; 0 = unknown
-  JointVector stroke = JointVector::Zero();  ///< way since the last reversal, signed [rad]
-  double time_s = 0;                         ///< since the start of the campaign
-  double payload_kg = 0;                     ///< carried at the measured frame, beyond `bodies`
-  std::array<double, kJoints> motor_torque_nm{};         ///< by joint, as measured
+  JointVector q = JointVector::Zero(kMaxJoints);  ///< encoder values [rad or m]
+  Direction arrival{};                            ///< of the last motion; 0 = unknown
+  /// Way since the last reversal, signed [rad or m].
+  JointVector stroke = JointVector::Zero(kMaxJoints);
+  double time_s = 0;      ///< since the start of the campaign
+  double payload_kg = 0;  ///< carried at the measured frame, beyond `bodies`
+  std::array<double, kMaxJoints> motor_torque_nm{};      ///< by joint, as measured
   Eigen::Vector3d force_n = Eigen::Vector3d::Zero();     ///< on the tool, axes of R_A
   std::array<double, kMaxTemperatures> temperature_c{};  ///< by sensor, in the campaign's order
 };

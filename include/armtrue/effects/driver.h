@@ -10,22 +10,22 @@ namespace armtrue {
 
 /// The quantity that a parameter follows from one reading to the next.
 enum class DriverKind {
-  joint_angle,     ///< encoder angle of one joint, or of two (a series of both)
-  gravity_torque,  ///< torque of gravity about the axis of one joint [N m]
+  joint_angle,     ///< encoder value of one joint [rad, m], or of two (a series of both)
+  gravity_torque,  ///< torque of gravity about the axis of one joint [N m], or force along it [N]
   motor_torque,    ///< measured torque of one joint's motor, on the side of the arm [N m]
   arrival,         ///< direction in which one joint came to its pose: -1, 0, 1
-  stroke,          ///< way of one joint since it last reversed, with the sign of its motion [rad]
-  time,            ///< [s]
-  temperature,     ///< of one sensor [deg C]
-  payload,         ///< [kg]
-  force,           ///< generalised force of the tool load on the parameter itself [N m or N]
-  moment,          ///< generalised force of gravity on the parameter itself [N m or N]
-  position,        ///< the reading itself, a constant; only for parameters of the instrument
-  tool_weight,     ///< torque about one joint of 1 kg at the measured frame [N m]
-  range,           ///< distance of the measured frame from the instrument [m]
-  azimuth,         ///< of the line of sight, about the vertical through the instrument [rad]
-  elevation,       ///< of the line of sight, above the horizontal [rad]
-  incidence,       ///< angle between the line of sight and the z axis of the measured frame [rad]
+  stroke,       ///< way of one joint since it last reversed, with the sign of its motion [rad, m]
+  time,         ///< [s]
+  temperature,  ///< of one sensor [deg C]
+  payload,      ///< [kg]
+  force,        ///< generalised force of the tool load on the parameter itself [N m or N]
+  moment,       ///< generalised force of gravity on the parameter itself [N m or N]
+  position,     ///< the reading itself, a constant; only for parameters of the instrument
+  tool_weight,  ///< torque about one joint of 1 kg at the measured frame [N m]
+  range,        ///< distance of the measured frame from the instrument [m]
+  azimuth,      ///< of the line of sight, about the vertical through the instrument [rad]
+  elevation,    ///< of the line of sight, above the horizontal [rad]
+  incidence,    ///< angle between the line of sight and the z axis of the measured frame [rad]
 };
 
 struct Driver {
@@ -45,8 +45,11 @@ struct Driver {
   bool operator==(const Driver&) const = default;
 };
 
-/// Whether a driver of this kind is an angle.
+/// Whether a driver of this kind is an angle, or the travel of a prismatic joint.
 bool is_angle(DriverKind kind);
+
+/// Whether its value is the travel of a prismatic joint [m], not an angle.
+bool is_travel(const Driver& driver, const KinematicChain& chain);
 
 /// As in the files: `joint-angle 4`, `joint-angle 2,4`, `gravity-torque 2`, `temperature air`,
 /// `joint-angle 3 * payload`, ...
@@ -54,7 +57,9 @@ std::string to_string(const Driver& driver);
 std::optional<Driver> parse_driver(std::string_view text);
 
 /// SI unit of the value of a driver that moves a parameter measured in `parameter`, for messages:
-/// "rad", "N m", "s", ...; empty if it has none.
-std::string unit_of(DriverKind kind, ParameterUnit parameter);
+/// "rad", "N m", "s", ...; empty if it has none. A factor has none of the driver's joint: `joint`
+/// is its own.
+std::string unit_of(const KinematicChain& chain, DriverKind kind, int joint,
+                    ParameterUnit parameter);
 
 }  // namespace armtrue

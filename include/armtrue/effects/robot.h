@@ -27,7 +27,8 @@ struct InstrumentNoise {
 /// Parameters of one session of a campaign: a station of the instrument, a day.
 struct Session {
   Pose base;  ///< R_A from R_0
-  /// Zero offsets (Link::theta) of its own, by 0-based link [rad]; the others are the chain's.
+  /// Zero offsets of its own, by 0-based link: theta [rad] of a revolute joint, r [m] of a
+  /// prismatic one; the others are those of the chain.
   std::map<int, double> theta;
   std::map<std::string, double> std;  ///< as Robot::std; of the first session they stand there
 };

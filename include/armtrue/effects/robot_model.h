@@ -96,6 +96,7 @@ class RobotModel {
   std::vector<Target> targets_;
   std::vector<Anchor> anchors_;
   Eigen::Vector3d instrument_, up_;
+  ParameterLayout layout_;
   int parameters_;
   std::vector<BoundEffect> effects_;
   std::vector<std::vector<double>> coefficients_;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "armtrue/campaign/campaign.h"
+#include "armtrue/kinematics/joint_names.h"
 
 namespace armtrue {
 
@@ -15,12 +16,14 @@ struct CampaignFile {
 
 /// Reads measured poses from a file, or from standard input for "-"; armtrue-formats(5) names the
 /// columns. Directions of arrival that the file does not state are taken from the previous row.
-/// Throws InputError: a missing or malformed column, a replicate at other joint angles, a repeat
-/// that stands twice, no measured row at all.
-CampaignFile read_campaign(const std::string& path);
+/// `joints`: those of the robot. Throws InputError: a missing or malformed column, a replicate at
+/// other joint angles, a repeat that stands twice, no measured row at all.
+CampaignFile read_campaign(const std::string& path,
+                           const std::vector<JointName>& joints = six_axis_names());
 
 /// The same columns as text; `repeat`, `t_s`, orientation (as A, B, C), target, anchor, arrival,
 /// session, payload and temperatures where the campaign has them.
-std::string write_campaign(const Campaign& campaign);
+std::string write_campaign(const Campaign& campaign,
+                           const std::vector<JointName>& joints = six_axis_names());
 
 }  // namespace armtrue

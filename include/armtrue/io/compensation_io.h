@@ -8,6 +8,7 @@
 
 #include "armtrue/compensation/compensation.h"
 #include "armtrue/io/provenance.h"
+#include "armtrue/kinematics/joint_names.h"
 
 namespace armtrue {
 
@@ -26,16 +27,18 @@ struct ProgramFile {
     int column = -1;  ///< -1: not in the file
     double unit = 1;
   };
-  std::array<Place, kJoints> q;
-  std::array<Place, 6> pose;  ///< x y z a b c
+  std::vector<JointName> joints;  ///< of the robot
+  std::vector<Place> q;           ///< of each joint
+  std::array<Place, 6> pose;      ///< x y z a b c
   Place turn;
 };
 
 /// Reads `pose` with `q1_deg..q6_deg`, or with `x_mm,y_mm,z_mm,a_deg,b_deg,c_deg` and, as a hint of
 /// the branch, `q1_deg..q6_deg`; and, where they are there, `t` and the columns of the context, as
-/// read_campaign() does. Throws InputError, also for a file that compensate wrote: its targets are
-/// corrected already.
-ProgramFile read_program(const std::string& path);
+/// read_campaign() does. `joints`: those of the robot. Throws InputError, also for a file that
+/// compensate wrote: its targets are corrected already.
+ProgramFile read_program(const std::string& path,
+                         const std::vector<JointName>& joints = six_axis_names());
 
 enum class CommandKind { joints, cartesian };
 

@@ -20,6 +20,7 @@ class CsvTable {
   CsvTable(Source& source, std::string_view header);
 
   const std::vector<std::string>& columns() const { return columns_; }
+  std::string source_name() const { return source_.name(); }
   std::optional<int> find(std::string_view column) const;
 
   /// Column of a quantity and the factor from its unit to SI: ("x") finds `x_mm` or `x_m`.

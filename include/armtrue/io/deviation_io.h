@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "armtrue/kinematics/joint_names.h"
 #include "armtrue/path/mirror/mirror.h"
 
 namespace armtrue {
@@ -14,8 +15,8 @@ std::string write_deviation(const PathDeviation& deviation);
 /// while the tool moves, with the joint angles `q` of the programmed path at its samples. Columns
 /// `pose,t_s,q1_deg..q6_deg,x_mm,y_mm,z_mm,sigma_mm` (noise of the mean) and, where there are
 /// forces, `fx_n,fy_n,fz_n`.
-std::string write_pass_as_poses(const Path& programmed,
-                                const Eigen::Matrix<double, kJoints, Eigen::Dynamic>& q,
-                                const PathDeviation& deviation, int block);
+std::string write_pass_as_poses(const Path& programmed, const JointMatrix& q,
+                                const PathDeviation& deviation, int block,
+                                const std::vector<JointName>& joints = six_axis_names());
 
 }  // namespace armtrue

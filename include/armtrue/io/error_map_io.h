@@ -5,12 +5,14 @@
 
 #include "armtrue/compensation/error_map.h"
 #include "armtrue/io/provenance.h"
+#include "armtrue/kinematics/joint_names.h"
 
 namespace armtrue {
 
 /// One row for each point: its place, joint angles, the predicted error before and after, the parts
 /// of the causes, notes. Lengths and angles have six decimals.
-std::string write_error_map(const ErrorMap& map);
+std::string write_error_map(const ErrorMap& map,
+                            const std::vector<JointName>& joints = six_axis_names());
 
 /// What the summary says beside the map.
 struct ErrorMapStory {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/kinematics/chain.h"
+#include "armtrue/kinematics/joint_names.h"
 
 namespace armtrue {
 
@@ -14,10 +14,13 @@ struct JointTarget {
   int line = 0;  ///< of its file
 };
 
-/// Reads `pose,q1_deg..q6_deg`. Throws InputError, also for an id that is missing or stands twice.
-std::vector<JointTarget> read_joint_targets(const std::string& path);
+/// Reads `pose,q1_deg..q6_deg`, or the columns of other joints. Throws InputError, also for an id
+/// that is missing or stands twice.
+std::vector<JointTarget> read_joint_targets(
+    const std::string& path, const std::vector<JointName>& joints = six_axis_names());
 
 /// The same columns as text.
-std::string write_joint_targets(const std::vector<JointTarget>& targets);
+std::string write_joint_targets(const std::vector<JointTarget>& targets,
+                                const std::vector<JointName>& joints = six_axis_names());
 
 }  // namespace armtrue

@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "armtrue/kinematics/joint_names.h"
 #include "armtrue/path/path.h"
 
 namespace armtrue {
@@ -25,10 +26,11 @@ enum class KeepRows { no, yes };
 /// `fx_n,fy_n,fz_n`. Rows with an empty position are lost samples. Throws InputError: a missing or
 /// malformed column, time that does not increase, an orientation, joint or force group that is not
 /// complete; with KeepRows::yes also a lost sample.
-PathFile read_path(const std::string& file, KeepRows keep = KeepRows::no);
+PathFile read_path(const std::string& file, KeepRows keep = KeepRows::no,
+                   const std::vector<JointName>& joints = six_axis_names());
 
 /// The same columns as text, rounded to 0.1 us, a nanometre, a nanodegree and a micronewton.
-std::string write_path(const Path& path);
+std::string write_path(const Path& path, const std::vector<JointName>& joints = six_axis_names());
 
 /// The rows of `file` (read with KeepRows::yes) with other positions; every other column, and a
 /// position that did not move, stands as it was read. New positions are rounded to a nanometre.

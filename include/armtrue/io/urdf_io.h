@@ -22,7 +22,8 @@ struct UrdfEnds {
   std::string base, tip;
 };
 
-/// Reads a URDF with six revolute joints from base to tip: urdfdom parses it, KDL finds the way.
+/// Reads a URDF with 1 to 10 revolute or prismatic joints from base to tip: urdfdom parses it, KDL
+/// finds the way.
 /// The frame of the base is R_A, that of the tip the measured frame. Links written by write_urdf
 /// come back as they were; any other arm gets Khalil's frames from the common normals of its axes,
 /// with beta where two are nearly parallel. Throws InputError: no valid URDF, macros that are not

@@ -11,26 +11,40 @@
 
 namespace armtrue {
 
-inline constexpr int kJoints = 6;
-inline constexpr int kLinks = 7;
+/// Bounds of the chains that fit, so that vectors by joint and Jacobians need no allocation.
+inline constexpr int kMaxJoints = 10;
+inline constexpr int kMaxLinks = 16;
 
-/// Encoder angles of the six joints [rad], as the controller shows them.
-using JointVector = Eigen::Matrix<double, kJoints, 1>;
+/// Encoder values of the driven joints in the order of the chain, as the controller shows them:
+/// [rad] of a revolute joint, [m] of a prismatic one. Empty unless a size is given.
+using JointVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxJoints, 1>;
+
+/// Encoder values of many samples, a column each.
+using JointMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxJoints>;
+
+/// How a link moves: about its z axis, along it, or not at all.
+enum class JointKind { revolute, prismatic, fixed };
 
 /// One link in Khalil's modified Denavit-Hartenberg convention with Hayati's beta:
-///     R_{j-1} from R_j = Rot(y, beta) Rot(x, alpha) Trans(x, d) Rot(z, theta_j) Trans(z, r),
-/// where theta_j = theta + sign * q_j. Angles rad, lengths m.
+///     R_{j-1} from R_j = Rot(y, beta) Rot(x, alpha) Trans(x, d) Rot(z, theta_j) Trans(z, r_j),
+/// where theta_j = theta + sign * q_j of a revolute and r_j = r + sign * q_j of a prismatic joint.
+/// Angles rad, lengths m.
 /// Source: Khalil and Dombre, "Modeling, Identification and Control of Robots"; Hayati 1985 for
 /// beta.
 struct Link {
   std::string name;
   double alpha = 0, d = 0, theta = 0, r = 0, beta = 0;
   double sign = 1;                                        ///< direction of the encoder: +1 or -1
-  double min = -std::numeric_limits<double>::infinity();  ///< travel of the encoder angle [rad]
+  double min = -std::numeric_limits<double>::infinity();  ///< travel of the encoder [rad or m]
   double max = std::numeric_limits<double>::infinity();
+  JointKind joint = JointKind::revolute;
 };
 
-/// Returns the travel {min, max} of a joint [rad]; a missing limit is replaced by -pi or +pi.
+/// Whether the encoder of a joint shows a length, not an angle.
+inline bool is_prismatic(const Link& link) { return link.joint == JointKind::prismatic; }
+
+/// Returns the travel {min, max} of a joint [rad or m]; a missing limit is replaced by -pi or +pi
+/// of a revolute joint. Robot files state both limits of a prismatic one.
 inline std::array<double, 2> travel(const Link& link) {
   return {std::isfinite(link.min) ? link.min : -std::numbers::pi,
           std::isfinite(link.max) ? link.max : std::numbers::pi};
@@ -50,14 +64,34 @@ struct Anchor {
   double zero = 0;
 };
 
-/// The chain of seven links, six driven and the last (the spindle) fixed, between the frame R_A of
-/// the instrument and the measured frame on the tool.
+/// A chain of links, driven and fixed in any order, between the frame R_A of the instrument and the
+/// measured frame on the tool. At most kMaxLinks links, kMaxJoints of them driven.
 struct KinematicChain {
-  Pose base;                       ///< R_A from R_0
-  std::array<Link, kLinks> links;  ///< links[6] has no joint
-  Pose tool;                       ///< R_7 from the measured frame
+  Pose base;                ///< R_A from R_0
+  std::vector<Link> links;  ///< R_n is the frame of the last
+  Pose tool;                ///< R_n from the measured frame
   std::vector<Target> targets;
   std::vector<Anchor> anchors;
 };
+
+inline int link_count(const KinematicChain& chain) { return static_cast<int>(chain.links.size()); }
+
+/// Number of the driven joints.
+int joint_count(const KinematicChain& chain);
+
+/// The link that a joint (0-based) drives. Throws std::out_of_range if there is no such joint.
+int link_of_joint(const KinematicChain& chain, int joint);
+inline const Link& joint_link(const KinematicChain& chain, int joint) {
+  return chain.links[static_cast<size_t>(link_of_joint(chain, joint))];
+}
+
+/// The joint (0-based) that drives a link; -1 of a fixed link.
+int joint_of_link(const KinematicChain& chain, int link);
+
+/// Whether the chain is the usual arm: six revolute joints, then one fixed link.
+bool is_six_axis_arm(const KinematicChain& chain);
+
+/// The first of these arms: seven links at zero, without names, the last of them fixed.
+std::vector<Link> six_axis_links();
 
 }  // namespace armtrue

@@ -13,19 +13,39 @@ namespace armtrue {
 /// Rows 0-2: derivative of the translation [m per unit of the parameter].
 /// Rows 3-5: derivative of the rotation vector dr of the left perturbation R <- exp([dr]x) R
 /// [rad per unit of the parameter].
-using PoseJacobian = Eigen::Matrix<double, 6, kGeometricParameters>;
+using PoseJacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMaxGeometricParameters>;
 
 /// Difference of each geometric parameter from its constant value for one reading [m, rad].
-using ParameterOffsets = Eigen::Matrix<double, kGeometricParameters, 1>;
+using ParameterOffsets = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxGeometricParameters, 1>;
+
+/// Frames of the links in one posture, R_0 from R_1 ... R_n.
+class LinkFrames {
+ public:
+  LinkFrames() = default;
+  explicit LinkFrames(int count) : count_(static_cast<size_t>(count)) {}
+
+  size_t size() const { return count_; }
+  Pose& operator[](size_t link) { return frames_[link]; }
+  const Pose& operator[](size_t link) const { return frames_[link]; }
+  const Pose& back() const { return frames_[count_ - 1]; }
+  const Pose* begin() const { return frames_.data(); }
+  const Pose* end() const { return frames_.data() + count_; }
+
+ private:
+  std::array<Pose, kMaxLinks> frames_;
+  size_t count_ = 0;
+};
 
 /// Computes the forward kinematics of one chain for many poses. The constructor computes sine and
 /// cosine of the constant angles once. Each call makes one pass over the chain and does not
 /// allocate.
 class ChainEvaluator {
  public:
+  /// Throws std::invalid_argument if the chain is longer than kMaxLinks or kMaxJoints.
   explicit ChainEvaluator(const KinematicChain& chain);
 
-  /// Returns R_A_from_measured; q are encoder angles [rad]. `offsets` are added to the constants.
+  /// Returns R_A_from_measured; q are encoder values [rad or m], one per driven joint. `offsets`
+  /// are added to the constants.
   Pose pose(const JointVector& q) const;
   Pose pose(const JointVector& q, const ParameterOffsets& offsets) const;
 
@@ -33,21 +53,37 @@ class ChainEvaluator {
   Pose pose(const JointVector& q, PoseJacobian& jacobian) const;
   Pose pose(const JointVector& q, const ParameterOffsets& offsets, PoseJacobian& jacobian) const;
 
-  /// Returns R_0_from_R_j for j = 1 ... 7.
-  std::array<Pose, kLinks> link_frames(const JointVector& q) const;
+  /// Whether the chain is the usual arm, see chain.h.
+  bool is_six_axis_arm() const { return is_six_axis_arm_; }
+
+  /// Returns R_0_from_R_j of every link.
+  LinkFrames link_frames(const JointVector& q) const;
 
  private:
   struct Trigonometry {
     double cos_alpha, sin_alpha, cos_beta, sin_beta;
     double alpha, d, theta, r, beta, sign;
+    int joint;    // -1: fixed
+    bool slides;  // prismatic
   };
-  template <bool kWithOffsets, bool kWithJacobian>
+  // kFixedCount: number of the links, if known when compiled; otherwise 0.
+  template <bool kWithOffsets, bool kWithJacobian, int kFixedCount>
   Pose evaluate(const JointVector& q, const ParameterOffsets* offsets,
+                PoseJacobian* jacobian) const;
+  template <bool kWithOffsets, bool kWithJacobian>
+  Pose dispatch(const JointVector& q, const ParameterOffsets* offsets,
                 PoseJacobian* jacobian) const;
 
   Pose base_, tool_;
-  std::array<Trigonometry, kLinks> links_;
+  std::array<Trigonometry, kMaxLinks> links_;
+  int count_ = 0;  // of the links
+  bool is_six_axis_arm_ = false;
 };
+
+/// Derivative of the pose with respect to the encoder value of a joint (0-based), a column of the
+/// Jacobian with the encoder's sign.
+Eigen::Matrix<double, 6, 1> joint_column(const KinematicChain& chain, const PoseJacobian& jacobian,
+                                         int joint);
 
 /// Moves the translation rows from the origin of the measured frame to a point fixed in that frame:
 ///     J_t <- J_t - [lever]x J_r,    i.e. dp = dt + dr x lever.

@@ -9,29 +9,47 @@
 
 namespace armtrue {
 
-/// Every parameter of the geometric model has one index, in the order of the Jacobian's columns:
-///     0..5    base   x y z rx ry rz
-///     6..40   links  alpha d theta r beta, link by link
-///     41..46  tool   x y z rx ry rz
-///     47      instrument.scale (relative error of the instrument's lengths)
-///     48..50  instrument.range .azimuth .elevation (errors along and across its line of sight)
-///     51..    targets, x y z each
-///     then    anchors, x y z zero each
+/// Every parameter of the geometric model has one index, in the order of the Jacobian's columns.
+/// With n links:
+///     0..5       base   x y z rx ry rz
+///     6..5+5n    links  alpha d theta r beta, link by link
+///     6+5n..     tool   x y z rx ry rz
+///     then       instrument.scale (relative error of the instrument's lengths)
+///     then       instrument.range .azimuth .elevation (errors along and across its line of sight)
+///     then       targets, x y z each
+///     then       anchors, x y z zero each
 /// The parameters of base and tool change the pose in the axes of its parent frame:
 /// t <- t + (x, y, z) and R <- exp([r]x) R with r = (rx, ry, rz), about the pose's own origin.
 inline constexpr int kBaseParameters = 0;
 inline constexpr int kLinkParameters = 6;
-inline constexpr int kToolParameters = 41;
-inline constexpr int kGeometricParameters = 47;
-inline constexpr int kInstrumentScale = 47;
-inline constexpr int kInstrumentRange = 48;
-inline constexpr int kInstrumentElevation = 50;
-inline constexpr int kTargetParameters = 51;
+inline constexpr int kParametersOfLink = 5;
+inline constexpr int kMaxGeometricParameters = 12 + kParametersOfLink * kMaxLinks;
 
-/// Whether a parameter belongs to the instrument. It is 0 but for effects.
-constexpr bool is_instrument_parameter(int index) {
-  return index >= kInstrumentScale && index < kTargetParameters;
+/// Index of the first parameter of each kind for a chain of so many links.
+struct ParameterLayout {
+  int tool, geometric, instrument_scale, instrument_range, instrument_elevation, targets;
+
+  explicit constexpr ParameterLayout(int links)
+      : tool(kLinkParameters + kParametersOfLink * links),
+        geometric(tool + 6),  // number of the columns of the Jacobian
+        instrument_scale(geometric),
+        instrument_range(geometric + 1),
+        instrument_elevation(geometric + 3),
+        targets(geometric + 4) {}
+
+  /// Whether a parameter belongs to the instrument. It is 0 but for effects.
+  constexpr bool is_of_instrument(int index) const {
+    return index >= instrument_scale && index < targets;
+  }
+  constexpr bool is_of_links(int index) const { return index >= kLinkParameters && index < tool; }
+};
+
+inline ParameterLayout layout_of(const KinematicChain& chain) {
+  return ParameterLayout(link_count(chain));
 }
+
+/// The link that a parameter of the links belongs to.
+constexpr int link_of_parameter(int index) { return (index - kLinkParameters) / kParametersOfLink; }
 
 /// Names of the parameters of base and tool in files.
 inline constexpr std::array<const char*, 6> kTwistNames{"x", "y", "z", "rx", "ry", "rz"};
@@ -39,19 +57,27 @@ inline constexpr std::array<const char*, 6> kTwistNames{"x", "y", "z", "rx", "ry
 enum class LinkParameter { alpha, d, theta, r, beta };
 
 constexpr int link_parameter(int link, LinkParameter which) {
-  return kLinkParameters + 5 * link + static_cast<int>(which);
+  return kLinkParameters + kParametersOfLink * link + static_cast<int>(which);
+}
+/// Which of the five a parameter of the links is.
+constexpr LinkParameter kind_of_parameter(int index) {
+  return static_cast<LinkParameter>((index - kLinkParameters) % kParametersOfLink);
 }
 
-/// Returns whether a parameter is the zero offset (theta) of a driven joint. The link is
-/// (index - kLinkParameters) / 5.
-constexpr bool is_zero_offset(int index) {
-  return index >= kLinkParameters && index < kLinkParameters + 5 * kJoints &&
-         (index - kLinkParameters) % 5 == static_cast<int>(LinkParameter::theta);
-}
+/// The parameter to which the encoder adds, its zero offset: theta of a revolute joint, r of a
+/// prismatic one. `joint` is 0-based.
+int zero_offset(const KinematicChain& chain, int joint);
+
+/// Returns whether a parameter is the zero offset of a driven joint; its link is
+/// link_of_parameter(index).
+bool is_zero_offset(const KinematicChain& chain, int index);
+
+/// The zero offset of a driven link itself [rad or m].
+inline double& zero_of(Link& link) { return is_prismatic(link) ? link.r : link.theta; }
 
 /// Index of the first anchor's x.
 inline int first_anchor_parameter(const KinematicChain& chain) {
-  return kTargetParameters + 3 * static_cast<int>(chain.targets.size());
+  return layout_of(chain).targets + 3 * static_cast<int>(chain.targets.size());
 }
 
 /// Number of parameters of a chain, its targets and anchors included.
@@ -61,7 +87,11 @@ inline int parameter_count(const KinematicChain& chain) {
 
 /// SI unit of a parameter.
 enum class ParameterUnit { metre, radian, one };
-ParameterUnit parameter_unit(int index);
+ParameterUnit parameter_unit(const KinematicChain& chain, int index);
+/// What the encoder of a joint (0-based) shows.
+inline ParameterUnit joint_unit(const KinematicChain& chain, int joint) {
+  return is_prismatic(joint_link(chain, joint)) ? ParameterUnit::metre : ParameterUnit::radian;
+}
 
 /// Unit in which values of a parameter are displayed: mm, mrad, or ppm if it has no unit.
 struct DisplayUnit {

@@ -28,8 +28,7 @@ struct JointPathOptions {
 /// angles of a corrected path may be those of the path before its correction.
 /// Throws UnreachableSample, with the remedy: for a pose out of reach or of travel, for a missing
 /// orientation, and if the path's own angles put the tool more than 10 mm from its position.
-Eigen::Matrix<double, kJoints, Eigen::Dynamic> joint_path(const Path& programmed,
-                                                          const KinematicChain& chain,
-                                                          const JointPathOptions& options = {});
+JointMatrix joint_path(const Path& programmed, const KinematicChain& chain,
+                       const JointPathOptions& options = {});
 
 }  // namespace armtrue

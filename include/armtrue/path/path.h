@@ -12,11 +12,11 @@ inline constexpr double kStandstill = 1e-9;
 /// A tool path sampled in time, as programmed or as an instrument recorded it. One column for each
 /// sample; a quantity that was not recorded has no columns.
 struct Path {
-  Eigen::VectorXd time;                              ///< [s], strictly increasing
-  Eigen::Matrix3Xd position;                         ///< of the tool tip [m]
-  Eigen::Matrix3Xd orientation;                      ///< KUKA angles a, b, c [rad]
-  Eigen::Matrix<double, kJoints, Eigen::Dynamic> q;  ///< encoder angles [rad]
-  Eigen::Matrix3Xd force;                            ///< on the tool [N], in the axes of `position`
+  Eigen::VectorXd time;          ///< [s], strictly increasing
+  Eigen::Matrix3Xd position;     ///< of the tool tip [m]
+  Eigen::Matrix3Xd orientation;  ///< KUKA angles a, b, c [rad]
+  JointMatrix q;                 ///< encoder values [rad or m]
+  Eigen::Matrix3Xd force;        ///< on the tool [N], in the axes of `position`
 
   Eigen::Index samples() const { return time.size(); }
   bool has_orientation() const { return orientation.cols() > 0; }

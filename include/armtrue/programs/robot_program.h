@@ -94,9 +94,9 @@ RobotProgram parse_program(Dialect dialect, std::vector<ProgramText> texts,
 /// What stands in the place of a target.
 struct ProgramCommand {
   bool is_corrected = false;
-  JointVector programmed = JointVector::Zero();  ///< where the target is [rad]
-  JointVector q = JointVector::Zero();           ///< where the command is [rad]
-  Pose pose;                                     ///< of the controller's model there
+  JointVector programmed = JointVector::Zero(kProgramAxes);  ///< where the target is [rad]
+  JointVector q = JointVector::Zero(kProgramAxes);           ///< where the command is [rad]
+  Pose pose;                                                 ///< of the controller's model there
 };
 
 struct RewrittenProgram {

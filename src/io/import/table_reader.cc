@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "armtrue/kinematics/joint_names.h"
 #include "armtrue/text/input_error.h"
 #include "io/import/orientation_columns.h"
 
@@ -59,8 +60,8 @@ const std::string& TableReader::name(int r, const std::string& quantity) const {
 }
 
 JointVector TableReader::joints(int r) const {
-  JointVector q;
-  for (int joint = 0; joint < kJoints; ++joint) q[joint] = number(r, fmt::format("q{}", joint + 1));
+  JointVector q(static_cast<Eigen::Index>(six_axis_names().size()));
+  for (Eigen::Index j = 0; j < q.size(); ++j) q[j] = number(r, fmt::format("q{}", j + 1));
   return q;
 }
 

@@ -13,8 +13,8 @@
 namespace armtrue {
 namespace {
 
-constexpr std::array<const char*, kJoints> kUrLinks{"shoulder", "upper_arm", "forearm",
-                                                    "wrist_1",  "wrist_2",   "wrist_3"};
+constexpr std::array<const char*, 6> kUrLinks{"shoulder", "upper_arm", "forearm",
+                                              "wrist_1",  "wrist_2",   "wrist_3"};
 constexpr std::array<const char*, 6> kUrNumbers{"x", "y", "z", "roll", "pitch", "yaw"};
 
 UrdfChain read_ur_chain(const std::string& text, const std::string& file) {

@@ -184,7 +184,8 @@ void set_axis(const urdf::Joint& joint, const std::string& file, ChainJoint& res
 }
 
 void set_limits(const urdf::Joint& joint, const std::string& file, ChainJoint& result) {
-  if (!joint.limits || joint.type != urdf::Joint::REVOLUTE) return;
+  const bool limited = joint.type == urdf::Joint::REVOLUTE || joint.type == urdf::Joint::PRISMATIC;
+  if (!joint.limits || !limited) return;
   result.limited = true;
   result.min = joint.limits->lower;
   result.max = joint.limits->upper;
@@ -205,12 +206,14 @@ ChainJoint joint_of(const KDL::Segment& segment, const urdf::ModelInterface& mod
   result.backwards = joint.child_link_name != link.name;
   if (joint.type == urdf::Joint::REVOLUTE || joint.type == urdf::Joint::CONTINUOUS)
     result.kind = ChainJoint::Kind::revolute;
+  else if (joint.type == urdf::Joint::PRISMATIC)
+    result.kind = ChainJoint::Kind::prismatic;
   else if (is_driven(joint))
     result.kind = ChainJoint::Kind::other;
   if (result.kind != ChainJoint::Kind::fixed && result.backwards)
     throw InputError(file + ": the joint '" + joint.name +
                      "' lies behind the base; --base names a link before all driven joints");
-  if (result.kind == ChainJoint::Kind::revolute) {
+  if (result.is_driven()) {
     set_axis(joint, file, result);
     set_limits(joint, file, result);
   }

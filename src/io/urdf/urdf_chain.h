@@ -11,7 +11,9 @@ namespace armtrue {
 
 /// One joint on the way from the base to the tip.
 struct ChainJoint {
-  enum class Kind { fixed, revolute, other };
+  enum class Kind { fixed, revolute, prismatic, other };
+
+  bool is_driven() const { return kind == Kind::revolute || kind == Kind::prismatic; }
 
   std::string name, link;  ///< link: the one behind it
   Kind kind = Kind::fixed;
@@ -21,7 +23,7 @@ struct ChainJoint {
   bool backwards = false;
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< of a driven joint in its frame, unit
   bool limited = false;
-  double min = 0, max = 0;  ///< [rad]
+  double min = 0, max = 0;  ///< [rad or m]
   double mass_kg = 0;       ///< of `link`; 0: none stated
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
 };

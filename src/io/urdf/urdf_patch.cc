@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <stdexcept>
@@ -33,26 +34,41 @@ double angle_between(const Pose& a, const Pose& b) {
 std::vector<Pose> frames_at_zero(const KinematicChain& chain) {
   std::vector<Pose> frames;
   Pose frame = chain.base;
-  for (int j = 0; j < kJoints; ++j) {
-    frame = frame * link_transform(chain.links[j]);
-    frames.push_back(frame);
+  for (const Link& link : chain.links) {
+    frame = frame * link_transform(link);
+    if (link.joint != JointKind::fixed) frames.push_back(frame);
   }
   return frames;
 }
 
+// The tool in the frame of the last driven link.
+Pose tool_behind_joints(const KinematicChain& chain) {
+  Pose tool;
+  const auto first = static_cast<size_t>(link_of_joint(chain, joint_count(chain) - 1)) + 1;
+  for (size_t j = first; j < chain.links.size(); ++j) tool = tool * link_transform(chain.links[j]);
+  return tool * chain.tool;
+}
+
 Pose tip_at_zero(const KinematicChain& chain) {
-  return frames_at_zero(chain).back() * link_transform(chain.links[kLinks - 1]) * chain.tool;
+  return frames_at_zero(chain).back() * tool_behind_joints(chain);
 }
 
 void refuse_another_arm(const Robot& robot, const Robot& nominal, const std::string& file) {
   KinematicChain own = robot.chain;
   own.base = nominal.chain.base;
   const std::vector<Pose> frames = frames_at_zero(own), expected = frames_at_zero(nominal.chain);
-  for (size_t j = 0; j < kJoints; ++j) {
+  const auto same_kinds = [](const Link& a, const Link& b) { return a.joint == b.joint; };
+  if (!std::ranges::equal(own.links, nominal.chain.links, same_kinds))
+    throw InputError(fmt::format(
+        "{}: is another arm than the robot '{}', with other joints; calibrate the robot that "
+        "convert-robot --to yaml makes of this URDF, with the same --base and --tip",
+        file, robot.name));
+  for (size_t j = 0; j < frames.size(); ++j) {
     const double distance = (frames[j].translation - expected[j].translation).norm();
     const double angle = angle_between(frames[j], expected[j]);
-    if (robot.chain.links[j].sign == nominal.chain.links[j].sign && distance < kSameArm &&
-        angle < kSameArmAngle)
+    const int joint = static_cast<int>(j);
+    if (joint_link(own, joint).sign == joint_link(nominal.chain, joint).sign &&
+        distance < kSameArm && angle < kSameArmAngle)
       continue;
     throw InputError(fmt::format(
         "{}: is another arm than the robot '{}', or has other frames: at joint {} they stand "
@@ -81,11 +97,11 @@ std::map<std::string, Pose> changed_origins(const UrdfChain& chain, const Robot&
     const ChainJoint& joint = chain.joints[k];
     old_frame = old_frame * joint.origin;
     Pose next = frame * joint.origin;
-    if (joint.kind == ChainJoint::Kind::revolute) {
+    if (joint.is_driven()) {
       next = to[driven] * inverse(from[driven]) * old_frame;
       change(joint, inverse(frame) * next);
       ++driven;
-    } else if (k + 1 == chain.joints.size() && driven == kJoints) {
+    } else if (k + 1 == chain.joints.size() && driven == to.size()) {
       change(joint, inverse(frame) * tip_at_zero(robot.chain));
     }
     frame = next;
@@ -111,14 +127,13 @@ ChainPatch patch_of(const UrdfChain& chain, const Robot& nominal, const Robot& r
   if (kept.base) wanted.base = nominal.chain.base;
   // The tool in the file is that of its flange, whatever the calibration made of the flange's link.
   if (kept.tool) {
-    wanted.links[kLinks - 1] = nominal.chain.links[kLinks - 1];
+    const int last = link_of_joint(wanted, joint_count(wanted) - 1);
+    for (size_t j = static_cast<size_t>(last) + 1; j < wanted.links.size(); ++j)
+      wanted.links[j] = nominal.chain.links[j];
     wanted.tool = nominal.chain.tool;
   }
-  const auto tool_of = [](const KinematicChain& c) {
-    return link_transform(c.links[kLinks - 1]) * c.tool;
-  };
-  const Pose tool = tool_of(wanted), old_tool = tool_of(nominal.chain);
-  const bool ends_driven = chain.joints.back().kind == ChainJoint::Kind::revolute;
+  const Pose tool = tool_behind_joints(wanted), old_tool = tool_behind_joints(nominal.chain);
+  const bool ends_driven = chain.joints.back().is_driven();
   if (ends_driven && !same_frame(tool, old_tool))
     throw InputError(file + ": '" + chain.joints.back().link +
                      "' turns with the last joint, so no origin can hold the tool; --tip names a "

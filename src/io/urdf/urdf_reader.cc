@@ -49,8 +49,14 @@ bool agree(const Pose& a, const Pose& b) {
   return (a.translation - b.translation).norm() < 1e-9 && (a.rotation - b.rotation).norm() < 1e-9;
 }
 
+JointKind kind_of(const ChainJoint& joint) {
+  if (joint.kind == ChainJoint::Kind::revolute) return JointKind::revolute;
+  return joint.kind == ChainJoint::Kind::prismatic ? JointKind::prismatic : JointKind::fixed;
+}
+
 void copy_joint(const ChainJoint& from, Link& link) {
   link.name = from.link;
+  link.joint = kind_of(from);
   if (!from.limited) return;
   link.min = from.min;
   link.max = from.max;
@@ -60,29 +66,28 @@ void copy_mass(const ChainJoint& from, int link, const Pose& link_from_urdf, Rob
   if (from.mass_kg > 0) robot.bodies.push_back({link, from.mass_kg, link_from_urdf * from.centre});
 }
 
-// Reads world, base_link, A1..A6, spindle and tool in the order of write_urdf.
+// Reads world, base_link, the links and tool in the order of write_urdf.
 std::optional<Robot> as_written(const std::vector<ChainJoint>& chain, const std::string& text) {
-  if (chain.size() != kLinks + 2) return std::nullopt;
+  if (chain.size() < 3 || chain.size() > kMaxLinks + 2) return std::nullopt;
   const std::map<std::string, Link> exact = exact_links(text);
   Robot robot;
   robot.chain.base = chain.front().origin;
   robot.chain.tool = chain.back().origin;
-  for (int j = 0; j < kLinks; ++j) {
-    const ChainJoint& joint = chain[static_cast<size_t>(j) + 1];
+  for (size_t j = 0; j + 2 < chain.size(); ++j) {
+    const ChainJoint& joint = chain[j + 1];
     const auto found = exact.find(joint.name);
-    const bool is_revolute = joint.kind == ChainJoint::Kind::revolute;
-    if (found == exact.end() || is_revolute != (j < kJoints)) return std::nullopt;
-    Link& link = robot.chain.links[j];
-    link = found->second;
+    if (found == exact.end() || joint.kind == ChainJoint::Kind::other) return std::nullopt;
+    Link& link = robot.chain.links.emplace_back(found->second);
     if (!agree(link_transform(link), joint.origin))
       return std::nullopt;  // somebody changed the origin: that counts
     copy_joint(joint, link);
-    if (j < kJoints) {
+    if (joint.is_driven()) {
       if (joint.axis.x() != 0 || joint.axis.y() != 0) return std::nullopt;
       link.sign = joint.axis.z() < 0 ? -1 : 1;
     }
-    copy_mass(joint, j, Pose{}, robot);
+    copy_mass(joint, static_cast<int>(j), Pose{}, robot);
   }
+  if (joint_count(robot.chain) < 1 || joint_count(robot.chain) > kMaxJoints) return std::nullopt;
   return robot;
 }
 
@@ -97,24 +102,27 @@ Pose last_frame(const JointAxis& axis, const Pose& previous) {
   return frame;
 }
 
-void require_six_revolute(const std::vector<ChainJoint>& chain, const std::string& file) {
-  int revolute = 0;
+void require_arm(const std::vector<ChainJoint>& chain, const std::string& file) {
+  int driven = 0;
   for (const ChainJoint& joint : chain) {
     if (joint.kind == ChainJoint::Kind::other)
       throw InputError(file + ": the joint '" + joint.name +
-                       "' is neither revolute nor fixed; armtrue knows arms of six revolute "
-                       "joints; --base and --tip name the links between which they are");
-    revolute += joint.kind == ChainJoint::Kind::revolute;
+                       "' is neither revolute, prismatic nor fixed; --base and --tip name links "
+                       "between which there is no such joint");
+    if (joint.kind == ChainJoint::Kind::prismatic && !joint.limited)
+      throw InputError(file + ": the prismatic joint '" + joint.name +
+                       "' has no limit; add <limit lower=... upper=...>, in m");
+    driven += joint.is_driven();
   }
-  if (revolute != kJoints)
+  if (driven < 1 || driven > kMaxJoints)
     throw InputError(
-        fmt::format("{}: has {} revolute joints from base to tip; armtrue knows arms "
-                    "of six; --base and --tip name other ends",
-                    file, revolute));
+        fmt::format("{}: has {} driven joints (revolute or prismatic) from base to tip; armtrue "
+                    "knows arms of 1 to {}; --base and --tip name other ends",
+                    file, driven, kMaxJoints));
 }
 
 Robot from_axes(const std::vector<ChainJoint>& chain, const std::string& file) {
-  require_six_revolute(chain, file);
+  require_arm(chain, file);
   std::vector<JointAxis> axes;
   std::vector<const ChainJoint*> driven;
   std::vector<Pose> urdf_frames;  // of the link behind every joint, at zero
@@ -122,7 +130,7 @@ Robot from_axes(const std::vector<ChainJoint>& chain, const std::string& file) {
   Pose frame;
   for (const ChainJoint& joint : chain) {
     frame = frame * joint.origin;
-    if (joint.kind == ChainJoint::Kind::revolute) {
+    if (joint.is_driven()) {
       axes.push_back({frame.translation, frame.rotation * joint.axis});
       driven.push_back(&joint);
     }
@@ -135,15 +143,17 @@ Robot from_axes(const std::vector<ChainJoint>& chain, const std::string& file) {
   Pose previous = frame_towards(vertical, axes.front(), Pose{});
   robot.chain.base = previous;
   std::vector<Pose> frames;
-  for (size_t j = 0; j < kJoints; ++j) {
-    const Pose next = j + 1 < kJoints ? frame_towards(axes[j], axes[j + 1], previous)
-                                      : last_frame(axes[j], previous);
+  robot.chain.links.resize(axes.size() + 1);
+  for (size_t j = 0; j < axes.size(); ++j) {
+    const Pose next = j + 1 < axes.size() ? frame_towards(axes[j], axes[j + 1], previous)
+                                          : last_frame(axes[j], previous);
     robot.chain.links[j] = link_between(previous, next);
     copy_joint(*driven[j], robot.chain.links[j]);
     frames.push_back(next);
     previous = next;
   }
-  robot.chain.links[kLinks - 1].name = "flange";
+  robot.chain.links.back().name = "flange";
+  robot.chain.links.back().joint = JointKind::fixed;
   robot.chain.tool = inverse(previous) * frame;
   for (size_t k = 0; k < chain.size(); ++k)
     if (link_of[k] >= 0) {

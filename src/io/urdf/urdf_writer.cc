@@ -70,14 +70,18 @@ std::string fixed_joint_xml(const std::string& name, const std::string& parent,
       attribute(name), attribute(parent), attribute(child), origin_xml(pose), attributes);
 }
 
-std::string revolute_joint_xml(const Link& link, const std::string& parent) {
+std::string driven_joint_xml(const Link& link, const std::string& parent) {
   const bool limited = std::isfinite(link.min) && std::isfinite(link.max);
   return fmt::format(
       "  <joint name=\"joint_{}\" type=\"{}\">\n    <parent link=\"{}\"/>\n    <child "
       "link=\"{}\"/>\n"
       "    {}\n    <axis xyz=\"0 0 {}\"/>\n{}{}  </joint>\n",
-      attribute(link.name), limited ? "revolute" : "continuous", attribute(parent),
-      attribute(link.name), origin_xml(link_transform(link)), link.sign > 0 ? "1" : "-1",
+      attribute(link.name),
+      is_prismatic(link) ? "prismatic"
+      : limited          ? "revolute"
+                         : "continuous",
+      attribute(parent), attribute(link.name), origin_xml(link_transform(link)),
+      link.sign > 0 ? "1" : "-1",
       limited ? fmt::format("    <limit lower=\"{}\" upper=\"{}\" effort=\"0\" velocity=\"0\"/>\n",
                             number_text(link.min), number_text(link.max))
               : "",
@@ -89,16 +93,16 @@ std::string revolute_joint_xml(const Link& link, const std::string& parent) {
 std::string write_urdf(const Robot& robot) {
   std::string xml = "<?xml version=\"1.0\"?>\n<robot name=\"" + attribute(robot.name) + "\">\n";
   xml += link_xml("world") + link_xml("base_link");
-  for (int j = 0; j < kLinks; ++j)
+  for (int j = 0; j < link_count(robot.chain); ++j)
     xml += link_xml(robot.chain.links[j].name, inertial_xml(robot, j));
   xml += link_xml("tool");
   xml += fixed_joint_xml("base", "world", "base_link", robot.chain.base);
   std::string parent = "base_link";
-  for (int j = 0; j < kLinks; ++j) {
-    const Link& link = robot.chain.links[j];
-    xml += j < kJoints ? revolute_joint_xml(link, parent)
-                       : fixed_joint_xml("joint_" + link.name, parent, link.name,
-                                         link_transform(link), link_attributes(link));
+  for (const Link& link : robot.chain.links) {
+    xml += link.joint != JointKind::fixed
+               ? driven_joint_xml(link, parent)
+               : fixed_joint_xml("joint_" + link.name, parent, link.name, link_transform(link),
+                                 link_attributes(link));
     parent = link.name;
   }
   xml += fixed_joint_xml("tool_mount", parent, "tool", robot.chain.tool);

@@ -9,8 +9,9 @@
 
 namespace armtrue {
 
-std::pair<std::string, double> inner_unit(DriverKind driver) {
-  return is_angle(driver) ? std::pair{"_deg", kDegree} : std::pair{"_s", 1.0};
+std::pair<std::string, double> inner_unit(const Driver& driver, const KinematicChain& chain) {
+  if (is_travel(driver, chain)) return {"_mm", kMillimetre};
+  return is_angle(driver.kind) ? std::pair{"_deg", kDegree} : std::pair{"_s", 1.0};
 }
 
 Shape read_shape(YamlMap& map) {
@@ -65,11 +66,14 @@ Effect read_effect_form(YamlMap& map, const KinematicChain& chain) {
   const auto driver = parse_driver(map.text("driver"));
   if (!driver) map.fail("driver", "'" + map.text("driver") + "' is none of " + kDriverForms);
   effect.driver = *driver;
+  if (std::max(driver->joint, driver->second_joint) >= joint_count(chain))
+    map.fail("driver", "'" + map.text("driver") + "': the robot has " +
+                           std::to_string(joint_count(chain)) + " driven joints");
   effect.shape = read_shape(map);
   if (const std::string why = why_invalid(effect.parameter, effect.driver, effect.shape);
       !why.empty())
     map.fail("driver", why);
-  const auto [suffix, unit] = inner_unit(effect.driver.kind);
+  const auto [suffix, unit] = inner_unit(effect.driver, chain);
   if (has_at(effect.shape.kind)) effect.shape.at = map.number("at" + suffix) * unit;
   if (has_tau(effect.shape.kind)) {
     effect.shape.tau = map.number("tau" + suffix) * unit;
@@ -109,7 +113,7 @@ Effect read_effect(YamlMap map, const KinematicChain& chain) {
   for (const char* key :
        {"evidence", "indistinguishable", "ruled_out", "cause", "description", "curve", "cycle",
         "unidentifiable", "separated_by", "variance_share", "variance_share_ci95", "may_lead",
-        "at_s_ci95", "at_deg_ci95", "confirmed", "sentence"})
+        "at_s_ci95", "at_deg_ci95", "at_mm_ci95", "confirmed", "sentence"})
     map.ignore(key);
   map.finish();
   return effect;

@@ -17,7 +17,7 @@ inline constexpr const char* kDriverForms =
     "<where>, payload or force, or time * gravity-torque <j> or tool-weight <j>";
 
 /// Ending of the keys `at` and `tau` of an effect with this driver, and their unit in SI.
-std::pair<std::string, double> inner_unit(DriverKind driver);
+std::pair<std::string, double> inner_unit(const Driver& driver, const KinematicChain& chain);
 
 Shape read_shape(YamlMap& map);
 

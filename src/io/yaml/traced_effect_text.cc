@@ -14,10 +14,10 @@ DisplayUnit shown_in(const Robot& robot, const std::string& parameter) {
   return display_unit(unit_of_parameter(robot.chain, parameter));
 }
 
-YAML::Node rivals_node(const std::vector<Rival>& rivals) {
+YAML::Node rivals_node(const std::vector<Rival>& rivals, const KinematicChain& chain) {
   YAML::Node list(YAML::NodeType::Sequence);
   for (const Rival& rival : rivals) {
-    YAML::Node node = effect_form_node(rival.effect);
+    YAML::Node node = effect_form_node(rival.effect, chain);
     node["correlation"] = fmt::format("{:.3f}", rival.correlation);
     node["delta_ebic"] = fmt::format("{:.1f}", rival.delta_ebic);
     if (!rival.separated_by.empty()) node["separated_by"] = rival.separated_by;
@@ -31,24 +31,29 @@ YAML::Node curve_node(const Effect& effect, const std::vector<CurvePoint>& curve
                       const Robot& robot) {
   const DisplayUnit unit = shown_in(robot, effect.parameter);
   const bool is_angle = effect.driver.kind == DriverKind::joint_angle;
+  const bool travels = is_travel(effect.driver, robot.chain);
+  const double driver_unit = travels ? kMillimetre : is_angle ? kDegree : 1.0;
   YAML::Node drivers, values, half_widths;
   for (const CurvePoint& point : curve) {
-    drivers.push_back(fmt::format("{:.5g}", is_angle ? point.driver / kDegree : point.driver));
+    drivers.push_back(fmt::format("{:.5g}", point.driver / driver_unit));
     values.push_back(rounded(point.value / unit.si));
     half_widths.push_back(rounded(point.half_width / unit.si));
   }
   YAML::Node node;
-  node[is_angle                                 ? "driver_deg"
+  node[travels                                  ? "driver_mm"
+       : is_angle                               ? "driver_deg"
        : effect.driver.kind == DriverKind::time ? "driver_s"
                                                 : "driver_c"] = flow(drivers);
   node["value_" + unit.name] = flow(values);
   node["half_width_" + unit.name] = flow(half_widths);
   if (const auto cycle = is_angle ? strongest_cycle(curve) : std::nullopt)
-    node["strongest_cycle"] =
-        flow_map({{"per_turn", fmt::format("{:.5g}", cycle->per_turn)},
-                  {"resolution", rounded(cycle->resolution)},
-                  {"amplitude_" + unit.name, rounded(cycle->amplitude / unit.si)},
-                  {"share", rounded(cycle->share)}});
+    node["strongest_cycle"] = flow_map(
+        {travels
+             ? std::pair{std::string("length_mm"), rounded(kTurn / cycle->per_turn / kMillimetre)}
+             : std::pair{std::string("per_turn"), fmt::format("{:.5g}", cycle->per_turn)},
+         {"resolution", rounded(cycle->resolution)},
+         {"amplitude_" + unit.name, rounded(cycle->amplitude / unit.si)},
+         {"share", rounded(cycle->share)}});
   return node;
 }
 
@@ -67,7 +72,9 @@ YAML::Node cycle_node(const TracedEffect& traced, const Robot& robot) {
   const double unit = shown_in(robot, traced.effect.parameter).si;
   const Cycle& cycle = *traced.cycle;
   YAML::Node node;
-  if (cycle.frequency_std > 0)
+  if (is_travel(traced.effect.driver, robot.chain))
+    node["length_mm"] = rounded(kTurn / traced.effect.shape.harmonic / kMillimetre);
+  else if (cycle.frequency_std > 0)
     node["per_turn"] =
         estimate_node(traced.effect.shape.harmonic, cycle.frequency_std, cycle.frequency_ci95);
   const auto [low, high] = cycle.amplitude_ci95;
@@ -102,15 +109,15 @@ YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain,
   node["variance_share"] = rounded(share.value);
   node["variance_share_ci95"] = flow(share_interval);
   node["may_lead"] = share.may_lead ? "true" : "false";
-  node["indistinguishable"] = rivals_node(traced.indistinguishable);
-  if (!traced.ruled_out.empty()) node["ruled_out"] = rivals_node(traced.ruled_out);
+  node["indistinguishable"] = rivals_node(traced.indistinguishable, robot.chain);
+  if (!traced.ruled_out.empty()) node["ruled_out"] = rivals_node(traced.ruled_out, robot.chain);
   for (const Rival& rival : traced.indistinguishable)
     node["unidentifiable"].push_back(unidentifiable(traced, rival));
   if (!traced.separated_by.empty()) node["separated_by"] = traced.separated_by;
   if (traced.cycle) node["cycle"] = cycle_node(traced, robot);
   if (traced.step_ci95) {
     YAML::Node interval;
-    const auto [suffix, unit] = inner_unit(traced.effect.driver.kind);
+    const auto [suffix, unit] = inner_unit(traced.effect.driver, robot.chain);
     for (double bound : *traced.step_ci95) interval.push_back(number_text(bound, unit));
     node["at" + suffix + "_ci95"] = flow(interval);
   }

@@ -50,10 +50,12 @@ ParameterUnit unit_moved(const Effect& effect, size_t coefficient, const Kinemat
 }
 
 // "rad/(N m)", "m/K", "1".
-std::string coefficient_unit(const Effect& effect, ParameterUnit moved) {
+std::string coefficient_unit(const Effect& effect, ParameterUnit moved,
+                             const KinematicChain& chain) {
   std::string driver;
-  if (effect.shape.kind == ShapeKind::linear) driver = unit_of(effect.driver.kind, moved);
-  const std::string factor = effect.driver.factor ? unit_of(*effect.driver.factor, moved) : "";
+  const Driver& of = effect.driver;
+  if (effect.shape.kind == ShapeKind::linear) driver = unit_of(chain, of.kind, of.joint, moved);
+  const std::string factor = of.factor ? unit_of(chain, *of.factor, of.second_joint, moved) : "";
   if (!driver.empty() && !factor.empty()) driver += " ";
   driver += factor;
   if (driver.empty()) return si_name(moved);
@@ -121,14 +123,14 @@ YAML::Node list_node(const std::vector<YAML::Node>& items) {
   return items.empty() ? flow(list) : list;
 }
 
-YAML::Node effect_form_node(const Effect& effect) {
+YAML::Node effect_form_node(const Effect& effect, const KinematicChain& chain) {
   YAML::Node node;
   node["name"] = effect.name;
   node["parameter"] = effect.parameter;
   node["driver"] = to_string(effect.driver);
   node["shape"] = to_string(effect.shape);
   const Shape& shape = effect.shape;
-  const auto [suffix, unit] = inner_unit(effect.driver.kind);
+  const auto [suffix, unit] = inner_unit(effect.driver, chain);
   if (has_at(shape.kind)) node["at" + suffix] = number_text(shape.at, unit);
   if (has_tau(shape.kind)) node["tau" + suffix] = number_text(shape.tau, unit);
   if (shape.kind == ShapeKind::series) {
@@ -146,7 +148,7 @@ YAML::Node effect_form_node(const Effect& effect) {
 }
 
 YAML::Node effect_node(const Effect& effect, const KinematicChain& chain) {
-  YAML::Node node = effect_form_node(effect);
+  YAML::Node node = effect_form_node(effect, chain);
   for (size_t k = 0; k < effect.coefficients.size(); ++k) {
     const Coefficient& c = effect.coefficients[k];
     YAML::Node coefficient;
@@ -158,7 +160,7 @@ YAML::Node effect_node(const Effect& effect, const KinematicChain& chain) {
       for (double bound : c.ci95) interval.push_back(fmt::format("{:.5g}", bound));
       coefficient["ci95"] = flow(interval);
     }
-    coefficient["unit"] = coefficient_unit(effect, unit_moved(effect, k, chain));
+    coefficient["unit"] = coefficient_unit(effect, unit_moved(effect, k, chain), chain);
     node["coefficients"].push_back(flow(coefficient));
   }
   if (effect.family) {

@@ -45,7 +45,7 @@ YAML::Node text_or_null(const std::string& text);
 YAML::Node list_node(const std::vector<YAML::Node>& items);
 
 /// Name, parameter, driver and shape with its inner values.
-YAML::Node effect_form_node(const Effect& effect);
+YAML::Node effect_form_node(const Effect& effect, const KinematicChain& chain);
 YAML::Node effect_node(const Effect& effect, const KinematicChain& chain);
 /// The base and the zero offsets of each session of a robot.
 YAML::Node sessions_node(const Robot& robot);

@@ -19,7 +19,7 @@ constexpr double kJumpWindow = 0.32;  // [s], ten samples of 32 ms: noise falls 
 
 // Adds the times at which a joint turns back.
 void add_reversals(const Path& path, std::vector<double>& times) {
-  for (int joint = 0; joint < kJoints; ++joint) {
+  for (Eigen::Index joint = 0; joint < path.q.rows(); ++joint) {
     double extreme = path.q(joint, 0);
     Eigen::Index at = 0;
     int direction = 0;

@@ -210,8 +210,7 @@ Eigen::MatrixXd motion_directions(const Eigen::MatrixXd& coordinates) {
   return direction;
 }
 
-Eigen::Matrix3Xd deviation_from_force(const RobotModel& robot,
-                                      const Eigen::Matrix<double, kJoints, Eigen::Dynamic>& q,
+Eigen::Matrix3Xd deviation_from_force(const RobotModel& robot, const JointMatrix& q,
                                       const Eigen::Matrix3Xd& force) {
   if (q.cols() != force.cols()) throw std::invalid_argument("deviation from force: sizes disagree");
   Eigen::Matrix3Xd deviation(3, q.cols());

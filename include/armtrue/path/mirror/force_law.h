@@ -92,8 +92,7 @@ Eigen::MatrixXd motion_directions(const Eigen::MatrixXd& coordinates);
 /// Displacement of the tool by forces [N, axes of R_A] at the encoder angles `q` [rad]: position of
 /// the model with the force minus position without, 3 x n [m] in R_A. Throws std::invalid_argument
 /// if sizes disagree.
-Eigen::Matrix3Xd deviation_from_force(const RobotModel& robot,
-                                      const Eigen::Matrix<double, kJoints, Eigen::Dynamic>& q,
+Eigen::Matrix3Xd deviation_from_force(const RobotModel& robot, const JointMatrix& q,
                                       const Eigen::Matrix3Xd& force);
 
 /// force_law() of a registered deviation where the tool moves. Deviation, force and directions go

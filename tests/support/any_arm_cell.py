@@ -1,0 +1,142 @@
+#!/usr/bin/env python3
+"""A virtual cell for arms of any joints: the arm of a robot file, with other lengths and zeros and with hidden effects.
+
+    any_arm_cell.py campaign --robot FILE --seed N --poses N [--noise-mm S] [--noise-mrad S] EFFECT...   > measured.csv
+    any_arm_cell.py reach --robot FILE --seed N EFFECT... < commands.csv                                 > reached.csv
+
+The arm is the product of exponentials of virtual_cell.py, which shares no code with armtrue. Links between the first and
+the last joint are off; foot and flange are where the robot file has them. `campaign` visits every pose twice, in two
+random orders. `reach` writes where the flange truly stands, without noise. The same seed gives the same arm.
+
+    EFFECT   --sag J:RAD_PER_NM           joint J gives way under gravity
+             --cycle J:SIZE:LENGTH        joint J errs by SIZE sin(2 pi value / LENGTH); mm, or degrees
+             --gain J:RATIO               joint J moves RATIO of its way too far
+Joints count from 1 in the order of the chain. Lengths are mm, angles of the files degrees.
+"""
+
+import argparse
+import csv
+import math
+import pathlib
+import random
+import re
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+from virtual_cell import NONE, Arm, Effect, fields, kuka, rotation_times, small_motion  # noqa: E402
+
+SHARE_OF_TRAVEL = 0.8
+
+
+class State:
+    def __init__(self, values, torque):
+        self.values, self.torque = values, torque
+
+
+def joint_columns(text):
+    """Column and unit of every driven joint: a link named E1 to E6 is an external axis."""
+    columns, number = [], 0
+    links = [fields(line) for line in re.findall(r"\{.*\}", re.search(r"^links:(.*(?:\n +.*)*)", text, re.M)[1])]
+    for link in links:
+        if link["joint"] == "fixed":
+            continue
+        if re.fullmatch(r"E[1-6]", link["name"]):
+            name = "e" + link["name"][1]
+        else:
+            number += 1
+            name = f"q{number}"
+        columns.append(name + ("_mm" if link["joint"] == "prismatic" else "_deg"))
+    return columns
+
+
+class Cell:
+    def __init__(self, options):
+        text = pathlib.Path(options.robot).read_text()
+        self.arm, self.columns, rng = Arm(text), joint_columns(text), random.Random(options.seed)
+        joints = len(self.arm.axes)
+        vector = lambda size: tuple(rng.gauss(0, size) for _ in range(3))
+        links = [small_motion(vector(3e-4), vector(0.3), point) for point in self.arm.points]
+        zeros = [rng.gauss(0, 1.5) if slides else rng.gauss(0, 1.5e-3) for slides in self.arm.slides]
+        links[0], zeros[0], zeros[-1] = NONE, 0.0, 0.0
+        self.truth = {"base": self.arm.base, "tool": self.arm.tool, "links": links + [NONE], "zeros": zeros}
+        self.effect = Effect("hidden", "", joints=lambda state: self.errors(state, options))
+        self.rng, self.joints = random.Random(options.seed + 1), joints
+
+    def errors(self, state, options):
+        total = {}
+        add = lambda joint, error: total.__setitem__(joint, total.get(joint, 0.0) + error)
+        for joint, softness in options.sag:
+            add(joint, softness * state.torque[joint])
+        for joint, ratio in options.gain:
+            add(joint, ratio * state.values[joint])
+        for joint, size, cycle in options.cycle:
+            unit = 1.0 if self.arm.slides[joint] else math.radians(1)
+            add(joint, size * unit * math.sin(2 * math.pi * state.values[joint] / (cycle * unit)))
+        return total
+
+    def frame(self, values):
+        state = State(values, self.arm.torques(values, self.arm.masses))
+        return self.arm.pose(values, self.truth, self.effect, 1.0, state)
+
+    def draw(self):
+        values = []
+        for low, high in self.arm.travel:
+            middle, half = (low + high) / 2, SHARE_OF_TRAVEL * (high - low) / 2
+            values.append(self.rng.uniform(middle - half, middle + half))
+        return values
+
+    def shown(self, values):
+        return [value if slides else math.degrees(value) for value, slides in zip(values, self.arm.slides)]
+
+
+def campaign(cell, options):
+    writer = csv.writer(sys.stdout, lineterminator="\n")
+    writer.writerow(["pose", "repeat", "t_s", *cell.columns, "x_mm", "y_mm", "z_mm", "a_deg", "b_deg", "c_deg"])
+    poses, t, rng = [cell.draw() for _ in range(options.poses)], 0, cell.rng
+    for repeat in (1, 2):
+        order = list(range(options.poses))
+        rng.shuffle(order)
+        for pose in order:
+            rotation, point = cell.frame(poses[pose])
+            noise = small_motion(tuple(rng.gauss(0, options.noise_mrad / 1000) for _ in range(3)), NONE[1], NONE[1])
+            point = [x + rng.gauss(0, options.noise_mm) for x in point]
+            angles = kuka(rotation_times(noise[0], rotation))
+            writer.writerow([pose + 1, repeat, t, *(f"{value:.9f}" for value in cell.shown(poses[pose])),
+                             *(f"{x:.6f}" for x in point), *(f"{x:.8f}" for x in angles)])
+            t += 20
+
+
+def reach(cell):
+    writer = csv.writer(sys.stdout, lineterminator="\n")
+    writer.writerow(["pose", "x_mm", "y_mm", "z_mm"])
+    for row in csv.DictReader(sys.stdin):
+        values = [float(row[column]) if column.endswith("_mm") else math.radians(float(row[column]))
+                  for column in cell.columns]
+        writer.writerow([row["pose"], *(f"{x:.6f}" for x in cell.frame(values)[1])])
+
+
+def numbers(text):
+    joint, *rest = text.split(":")
+    return (int(joint) - 1, *(float(number) for number in rest))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("what", choices=["campaign", "reach"])
+    parser.add_argument("--robot", required=True)
+    parser.add_argument("--seed", type=int, required=True)
+    parser.add_argument("--poses", type=int, default=60)
+    parser.add_argument("--noise-mm", type=float, default=0.05)
+    parser.add_argument("--noise-mrad", type=float, default=0.05)
+    for effect in ("--sag", "--cycle", "--gain"):
+        parser.add_argument(effect, type=numbers, action="append", default=[])
+    options = parser.parse_args()
+    cell = Cell(options)
+    if options.what == "campaign":
+        campaign(cell, options)
+    else:
+        reach(cell)
+
+
+if __name__ == "__main__":
+    main()
