@@ -48,20 +48,7 @@ std::string write_summary(const Evaluation& evaluation, const Robot& robot,
   if (!evaluation.orientation.empty())
     root["orientation_mrad"] = error_node(summarize(evaluation.orientation), kMilliradian);
   if (!predictions.empty()) root["prediction"] = prediction_node(evaluation, campaign, predictions);
-  YAML::Node axes;
-  for (int i = 0; i < campaign.reading_size().position; ++i) {
-    double sum = 0, low = 1e300, high = -1e300;
-    for (const auto& residual : evaluation.residuals) {
-      sum += residual[i];
-      low = std::min(low, residual[i]);
-      high = std::max(high, residual[i]);
-    }
-    axes[std::string(1, campaign.has_distances() ? 'l' : "xyz"[i])] =
-        flow_map({{"mean", rounded(sum / kMillimetre / static_cast<double>(campaign.rows()))},
-                  {"min", rounded(low / kMillimetre)},
-                  {"max", rounded(high / kMillimetre)}});
-  }
-  root["axes_mm"] = axes;
+  root["axes_mm"] = axes_node(axis_errors(evaluation, campaign));
   return print_document(root);
 }
 
