@@ -120,10 +120,6 @@ Drawing curve_picture(const TracedEffect& traced, const std::vector<CurvePoint>&
   return picture;
 }
 
-std::string per_cent(double share, const std::string& key) {
-  return fmt::format("<span data-key=\"{}\" data-unit=\"%\">{:.1f}</span> %", key, 100 * share);
-}
-
 std::string statistics_of(const LoopResult& result, size_t k) {
   const TracedEffect& traced = result.trace.effects[k];
   const std::string key = index_key("effects", k);
@@ -133,8 +129,9 @@ std::string statistics_of(const LoopResult& result, size_t k) {
   rows.push_back({"cross-validated gain", keyed(traced.evidence.cross_validated_gain,
                                                 key + "evidence/cross_validated_gain")});
   rows.push_back({"share of the variance that the effects explain, 95 %",
-                  per_cent(traced.variance_share.ci95[0], key + "variance_share_ci95/0") + " to " +
-                      per_cent(traced.variance_share.ci95[1], key + "variance_share_ci95/1")});
+                  keyed_share(traced.variance_share.ci95[0], key + "variance_share_ci95/0") +
+                      " to " +
+                      keyed_share(traced.variance_share.ci95[1], key + "variance_share_ci95/1")});
   if (k < result.gains.size()) {
     const HeldOutGain& gain = result.gains[k];
     rows.push_back({"held-out gain, mm (95 %)",
@@ -173,12 +170,11 @@ void add_effects(Page& page, const LoopResult& result) {
     const TracedEffect& traced = result.trace.effects[k];
     const HeldOutGain* gain = k < result.gains.size() ? &result.gains[k] : nullptr;
     const std::string key = index_key("effects", k);
-    const double share = std::clamp(traced.variance_share.value, 0.0, 1.0);
     page.add(
         "<div class=\"effect\"><h3>" + keyed(for_the_cell(traced, gain, robot), key + "sentence") +
         "</h3>\n" +
-        fmt::format("<div class=\"share\"><i style=\"width:{:.1f}%\"></i></div>\n", 100 * share) +
-        paragraph(per_cent(traced.variance_share.value, key + "variance_share") +
+        share_bar(traced.variance_share.value) +
+        paragraph(keyed_share(traced.variance_share.value, key + "variance_share") +
                   " of what the effects explain <span class=\"quiet\">(" +
                   escaped(describe(traced.effect)) + ")</span>"));
     page.pictures({curve_picture(traced, result.curves[k], robot, k)});
@@ -261,7 +257,7 @@ void add_rest(Page& page, const LoopResult& result) {
   if (result.lack_of_fit)
     html += paragraph("Lack of fit against the noise: p " +
                       keyed(*result.lack_of_fit, "remaining/lack_of_fit_p") + ".");
-  page.section("Details");
+  page.folded_section("Details");
   page.add(folded("Stages of the model", html));
 }
 

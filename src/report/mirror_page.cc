@@ -71,9 +71,7 @@ std::string accuracy_table(const MirrorFindings& findings) {
   const Reduction gained = reduction(findings.before->errors, findings.accuracy.errors);
   std::string text = "Error reduced by:";
   const auto add_share = [&](const std::string& name, const std::optional<double>& share) {
-    if (share)
-      text += fmt::format(" {} <span data-key=\"reduction/{}\" data-unit=\"%\">{:.1f}</span> %;",
-                          name, name, 100 * *share);
+    if (share) text += " " + name + " " + keyed_share(*share, "reduction/" + name) + ";";
   };
   for (size_t axis = 0; axis < 3; ++axis) add_share(std::string(1, "xyz"[axis]), gained.axis[axis]);
   add_share("whole", gained.whole);
@@ -159,7 +157,7 @@ Report mirror_page(const Path& programmed, const MirrorFindings& findings,
     page.pictures({force_picture(result.deviation, *force)});
   }
   add_mirror_next(page, findings);
-  page.section("Details");
+  page.folded_section("Details");
   page.add(folded("Accuracy of the passes, each axis", accuracy_table(findings)));
   page.add(folded("Passes and their clocks", passes_table(findings)));
   page.add(folded("Filter and correction", filter_table(result)));

@@ -1,5 +1,9 @@
 #include "report/page.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+
 #include "armtrue/text/number_text.h"
 #include "report/page_style.h"
 
@@ -81,6 +85,10 @@ std::string keyed(const std::string& text, const std::string& key) {
 
 std::string keyed(double value, const std::string& key) { return keyed(rounded(value), key); }
 
+std::string keyed_share(double share, const std::string& key) {
+  return fmt::format("<span data-key=\"{}\" data-unit=\"%\">{:.3g}</span> %", key, 100 * share);
+}
+
 std::string breakable(const std::string& text) {
   return "<span class=\"file\">" + escaped(text) + "</span>";
 }
@@ -96,6 +104,11 @@ std::string table(const TableRow& head, const std::vector<TableRow>& rows) {
     html += "</tr>\n";
   }
   return html + "</tbody></table></div>\n";
+}
+
+std::string share_bar(double share) {
+  return fmt::format("<div class=\"share\"><i style=\"width:{:.1f}%\"></i></div>\n",
+                     100 * std::clamp(share, 0.0, 1.0));
 }
 
 std::string folded(const std::string& summary, const std::string& html) {
@@ -126,13 +139,18 @@ void Page::tiles(const std::vector<Tile>& tiles) {
 
 void Page::section(const std::string& heading) { body_ += "<h2>" + heading + "</h2>\n"; }
 
+void Page::folded_section(const std::string& heading) {
+  body_ += "<h2 class=\"screen\">" + heading + "</h2>\n";
+}
+
 void Page::pictures(const std::vector<Drawing>& pictures) {
+  if (std::ranges::all_of(pictures, [](const Drawing& picture) { return !picture; })) return;
   body_ += "<div class=\"pictures\">\n";
   for (const Drawing& picture : pictures) {
     if (!picture) continue;
     body_ += "<figure>" + picture->svg() + "<figcaption>" + escaped(picture->description()) +
              "</figcaption></figure>\n";
-    files_.push_back({picture->name() + ".svg", picture->stand_alone()});
+    files_.push_back({picture->name() + ".svg", stand_alone({picture})});
   }
   body_ += "</div>\n";
 }

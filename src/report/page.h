@@ -15,6 +15,9 @@ enum class Tone { good, attention, bad };
 /// A value with its path in the product (see Report).
 std::string keyed(const std::string& text, const std::string& key);
 
+/// A share, of 1 in the product, in per cent.
+std::string keyed_share(double share, const std::string& key);
+
 /// The same of a number with the four digits that products have of statistics.
 std::string keyed(double value, const std::string& key);
 
@@ -26,6 +29,9 @@ using TableRow = std::vector<std::string>;
 
 /// Head and rows; the first column is of words, the others of numbers. It scrolls inside itself.
 std::string table(const TableRow& head, const std::vector<TableRow>& rows);
+
+/// A bar as long as a share of 1.
+std::string share_bar(double share);
 
 /// Hidden until the reader asks for it.
 std::string folded(const std::string& summary, const std::string& html);
@@ -47,6 +53,8 @@ class Page {
   };
   void tiles(const std::vector<Tile>& tiles);
   void section(const std::string& heading);
+  /// Of what is folded, and so not printed.
+  void folded_section(const std::string& heading);
   void add(const std::string& html) { body_ += html; }
   /// Beside each other as far as there is room; kept for Report::pictures. Null: left out.
   void pictures(const std::vector<Drawing>& pictures);

@@ -48,7 +48,9 @@ const char* page_style() {
          "@page{size:A4;margin:14mm}"
          "@media print{body{font-size:10pt}main{max-width:none;padding:0}"
          "figure,tr,.tile,.verdict,.effect,.sign{break-inside:avoid}h2,h3{break-after:avoid}"
-         ".tiles{grid-template-columns:repeat(3,1fr)}.pictures{grid-template-columns:1fr 1fr}"
+         ".tiles{grid-template-columns:repeat(3,1fr)}.pictures{display:block}"
+         "figure{display:inline-block;width:47%;margin:0 2% 1rem 0;vertical-align:top}"
+         ".screen{display:none}"
          ".scroll{overflow:visible}.verdict,.tile,.effect,.bar,.badge{print-color-adjust:exact}"
          "details:not([open])>summary{display:none}}";
 }

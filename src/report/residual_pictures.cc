@@ -67,7 +67,7 @@ PlacedResiduals by_pose(const std::vector<Judged>& models, const Campaign& campa
 }  // namespace
 
 double round_magnification(double longest, double extent) {
-  constexpr double kShare = 0.12;  // of the extent
+  constexpr double kShare = 0.2;  // of the extent
   if (!(longest > 0) || !(extent > 0)) return 1;
   const double wanted = kShare * extent / longest;
   const double decade = std::pow(10.0, std::floor(std::log10(wanted)));
@@ -91,7 +91,7 @@ Drawing histogram_picture(const std::vector<Judged>& models, const std::string& 
       texts.push_back(fmt::format("{:.3g} to {:.3g} mm: {:g}", k * width, (k + 1) * width,
                                   counts[static_cast<size_t>(k)]));
     Panel& panel = picture->panel(round_axis(0, std::ranges::max(counts), "", 3), 74);
-    panel.bars(0, width, counts, texts, model.look, model.name);
+    panel.bars(0, width, counts, texts, model.look, "");
     panel.rule_x(in_mm(summarize(model.evaluation.position).mean), Look::mark, "mean");
     panel.corner(model.name);
   }
@@ -191,6 +191,12 @@ std::vector<Drawing> field_maps(const std::vector<Eigen::Vector3d>& places,
                     thinned_note(static_cast<Eigen::Index>(places.size()), drawn.size(), "places")),
         axes.x);
     Panel& panel = picture->panel(axes.y, axes.height);
+    Points drawn_places;
+    for (Eigen::Index k : drawn) {
+      const Eigen::Vector3d& place = places[static_cast<size_t>(k)];
+      drawn_places.emplace_back(in_mm(place[right]), in_mm(place[up]));
+    }
+    panel.dots(drawn_places);
     for (const VectorField& field : fields) {
       Points from, to;
       for (Eigen::Index k : drawn) {

@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kKeyWidth = 26;  // of the sample before a name in a legend
 constexpr double kTitleHeight = 24;
+constexpr double kTextGap = 7;  // between text and the uppermost tick
 
 double round_step(double length, int most) {
   const double least = length / most;
@@ -132,11 +133,11 @@ std::vector<Eigen::Index> peaks_kept(const Eigen::VectorXd& values, Eigen::Index
 }
 
 MapAxes map_axes(Eigen::Vector2d low, Eigen::Vector2d high, const std::string& x_label,
-                 const std::string& y_label) {
-  constexpr double kLeastHeight = 150, kMostHeight = 340, kLeastSide = 1e-3;
+                 const std::string& y_label, double most_height) {
+  constexpr double kLeastHeight = 150, kLeastSide = 1e-3;
   const double width = Picture::panel_width();
   Eigen::Vector2d size = (high - low).cwiseMax(kLeastSide);
-  const double height = std::clamp(width * size.y() / size.x(), kLeastHeight, kMostHeight);
+  const double height = std::clamp(width * size.y() / size.x(), kLeastHeight, most_height);
   const double scale = std::max(size.x() / width, size.y() / height);
   const Eigen::Vector2d middle = 0.5 * (low + high);
   const Eigen::Vector2d half = 0.5 * scale * Eigen::Vector2d(width, height);
@@ -206,7 +207,7 @@ std::string Picture::x_axis(double top) const {
   return svg;
 }
 
-std::string Picture::content() const {
+Picture::Content Picture::content() const {
   std::string svg =
       "<title>" + escaped(title_) + "</title><desc>" + escaped(description_) + "</desc>\n";
   double top = 0;
@@ -216,11 +217,12 @@ std::string Picture::content() const {
   }
   top += 4;
   svg += legend_svg(top);
+  if (panels_.empty() || panels_.front().y_.label.empty()) top += kTextGap;
   for (size_t k = 0; k < panels_.size(); ++k) {
     const Panel& panel = panels_[k];
     if (!panel.y_.label.empty()) {
       svg += text_svg(2, top + 13, "start", panel.y_.label, " class=\"quiet\"");
-      top += kRowHeight;
+      top += kRowHeight + kTextGap;
     }
     svg += fmt::format("<g transform=\"translate({} {})\">\n{}{}</g>\n", coordinate_text(kLeft),
                        coordinate_text(top), panel.frame(k + 1 == panels_.size()), panel.body_);
@@ -228,18 +230,35 @@ std::string Picture::content() const {
   }
   svg += x_axis(top);
   top += x_.label.empty() ? 22 : 38;
-  return fmt::format("viewBox=\"0 0 {} {}\" role=\"img\" class=\"picture\">", kPictureWidth,
-                     coordinate_text(top)) +
-         svg + "</svg>\n";
+  return {top, svg};
 }
 
-std::string Picture::svg() const { return "<svg " + content(); }
+std::string Picture::svg() const {
+  const Content inner = content();
+  return fmt::format("<svg viewBox=\"0 0 {} {}\" role=\"img\" class=\"picture\">{}</svg>\n",
+                     kPictureWidth, coordinate_text(inner.height), inner.svg);
+}
 
-std::string Picture::stand_alone() const {
-  std::string text = content();
-  const size_t end = text.find('>') + 1;
-  text.insert(end, "<style>" + picture_style() + "svg{background:var(--paper)}</style>");
-  return "<svg xmlns=\"http://www.w3.org/2000/svg\" data-by=\"armtrue\" " + text;
+std::string stand_alone(const std::vector<Drawing>& pictures) {
+  constexpr double kBetween = 24;
+  double top = 0, row_height = 0;
+  std::string svg;
+  for (size_t k = 0; k < pictures.size(); ++k) {
+    const Picture::Content inner = pictures[k]->content();
+    const bool is_left = k % 2 == 0;
+    if (is_left && k > 0) top += row_height + kBetween;
+    row_height = is_left ? inner.height : std::max(row_height, inner.height);
+    svg += fmt::format(
+        "<svg class=\"picture\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\">{}</svg>\n",
+        is_left ? 0 : kPictureWidth + kBetween, coordinate_text(top), kPictureWidth,
+        coordinate_text(inner.height), inner.svg);
+  }
+  return fmt::format(
+             "<svg xmlns=\"http://www.w3.org/2000/svg\" data-by=\"armtrue\" role=\"img\" "
+             "viewBox=\"-8 -8 {} {}\">",
+             (pictures.size() > 1 ? 2 * kPictureWidth + kBetween : kPictureWidth) + 16,
+             coordinate_text(top + row_height + 16)) +
+         "<style>" + picture_style() + "svg{background:var(--paper)}</style>\n" + svg + "</svg>\n";
 }
 
 }  // namespace armtrue

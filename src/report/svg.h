@@ -59,6 +59,8 @@ class Panel {
   /// Between low (y) and high: the same x, both ends of an interval.
   void band(const Points& low, const Points& high, Look look, const std::string& name);
   void points(const Points& points, Look look, const std::string& name);
+  /// Small and quiet: where something lies.
+  void dots(const Points& points);
   void vectors(const Points& from, const Points& to, Look look, const std::string& name);
   /// From (x, low) to (x, high), with end strokes, and a mark of the look at (x, middle).
   void range(double x, double low, double middle, double high, Look look, const std::string& name);
@@ -111,18 +113,21 @@ class Picture {
   const std::string& description() const { return description_; }
   /// To stand in a page that has picture_style().
   std::string svg() const;
-  /// With a style of its own, as a file.
-  std::string stand_alone() const;
 
   /// Width of the panels, in the units of heights.
   static double panel_width();
 
  private:
   friend class Panel;
+  friend std::string stand_alone(const std::vector<std::shared_ptr<Picture>>& pictures);
   void legend(const std::string& kind, Look look, const std::string& name);
   std::string legend_svg(double& top) const;
   std::string x_axis(double top) const;
-  std::string content() const;
+  struct Content {
+    double height;
+    std::string svg;
+  };
+  Content content() const;
 
   struct Entry {
     std::string kind;
@@ -140,13 +145,16 @@ class Picture {
 /// A picture on its way from who draws it to a page; null: there is nothing to draw.
 using Drawing = std::shared_ptr<Picture>;
 
+/// Pictures as one file with a style of its own, two beside each other.
+std::string stand_alone(const std::vector<Drawing>& pictures);
+
 /// A panel whose axes have equal scales, high enough for its place. `low`, `high`: corners.
 struct MapAxes {
   Axis x, y;
   int height;
 };
 MapAxes map_axes(Eigen::Vector2d low, Eigen::Vector2d high, const std::string& x_label,
-                 const std::string& y_label);
+                 const std::string& y_label, double most_height = 340);
 
 /// Colours, light and dark, and classes of all pictures: CSS for a page or a picture of its own.
 const std::string& picture_style();

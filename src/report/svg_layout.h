@@ -11,7 +11,7 @@ inline constexpr double kPictureWidth = 420;
 inline constexpr double kLeft = 50, kRight = 12;  // beside the panels
 inline constexpr double kRowHeight = 18;          // of a line of text
 inline constexpr double kPanelGap = 14;
-inline constexpr double kLetter = 7.4;  // widest mean width of a letter of 13 units
+inline constexpr double kLetter = 7.9;  // widest mean width of a letter of 13 units
 
 /// A coordinate with at most one decimal.
 std::string coordinate_text(double value);

@@ -60,6 +60,12 @@ void Panel::points(const Points& points, Look look, const std::string& name) {
     body_ += fmt::format("<path class=\"point {}\" d=\"{}\"/>\n", class_of(look), path);
 }
 
+void Panel::dots(const Points& points) {
+  std::string path;
+  for (const Eigen::Vector2d& point : points) path += "M" + at(point) + "h0";
+  body_ += fmt::format("<path class=\"dot\" d=\"{}\"/>\n", path);
+}
+
 void Panel::vectors(const Points& from, const Points& to, Look look, const std::string& name) {
   picture_->legend("vector", look, name);
   constexpr double kHead = 6, kHalfHead = 2.6, kShortest = 1;

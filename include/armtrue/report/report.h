@@ -17,6 +17,13 @@ struct PageHead {
   std::optional<About> about;  ///< who measured what, when and with what, if that is stated
 };
 
+/// What a prediction of an arm holds for, as its product states it.
+struct ModelStory {
+  std::string robot, controller;         ///< names
+  std::vector<std::string> assumed;      ///< in sentences
+  std::vector<std::string> not_applied;  ///< effects of the station
+};
+
 /// A picture as a file of its own.
 struct PictureFile {
   std::string name;  ///< with .svg
