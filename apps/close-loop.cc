@@ -200,7 +200,7 @@ int run(app::Command& command, const Arguments& arguments) {
     write_output(
         arguments.robot_out,
         write_calibration(result.trace.fit, without_gross(measured.training, result.gross_poses),
-                          provenance, {}, result.gross_poses));
+                          provenance, {.gross = result.gross_poses}));
   if (!arguments.residuals.empty())
     write_output(arguments.residuals,
                  residuals(result.trace.fit.robot, measured, !arguments.test.empty()));

@@ -116,9 +116,9 @@ Report error_map_page(const ErrorMap& map, const ErrorMapSummary& summary, const
   page.section("The map");
   page.pictures(error_map_pictures(map));
   page.add(paragraph(
-      "Along one direction, (" + keyed(decimal_text(summary.axis.x(), 6), "direction/axis/x") +
-      ", " + keyed(decimal_text(summary.axis.y(), 6), "direction/axis/y") + ", " +
-      keyed(decimal_text(summary.axis.z(), 6), "direction/axis/z") + "), lies " +
+      "Along one direction, (" + keyed(decimal_text(summary.axis.x(), 2), "direction/axis/x") +
+      ", " + keyed(decimal_text(summary.axis.y(), 2), "direction/axis/y") + ", " +
+      keyed(decimal_text(summary.axis.z(), 2), "direction/axis/z") + "), lies " +
       keyed_share(summary.axis_share, "direction/share") + " of the squared error."));
   add_placements(page, summary);
   add_map_next(page, map);

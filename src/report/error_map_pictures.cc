@@ -41,33 +41,42 @@ class GridPictures {
     up_ = across_ == 2 ? 1 : 2;
     for (const MapPoint& point : map.points) {
       if (!point.is_predicted) continue;
-      largest_ = std::max({largest_, point.error.norm(), *left_of(point)});
+      const std::array<double, 2> values{point.error.norm(), *left_of(point)};
+      for (size_t k = 0; k < 2; ++k) {
+        low_[k] = std::min(low_[k], values[k]);
+        high_[k] = std::max(high_[k], values[k]);
+      }
       longest_ = std::max(longest_, std::hypot(point.error[right_], point.error[up_]));
     }
   }
 
   Drawing picture(bool is_before) const {
     const double step_right = step(right_), step_up = step(up_);
-    const Eigen::Vector2d half(0.5 * step_right, 0.5 * step_up);
+    const double factor = round_magnification(longest_, (grid_.high - grid_.low).maxCoeff());
+    const double arrow = factor * longest_ / kMillimetre;
+    const Eigen::Vector2d half(std::max(0.5 * step_right, arrow), std::max(0.5 * step_up, arrow));
     const MapAxes axes = map_axes(corner(grid_.low) - half, corner(grid_.high) + half,
                                   fmt::format("{}, mm", "xyz"[right_]),
                                   fmt::format("{}, mm", "xyz"[up_]), kSliceHeight);
-    const double factor = round_magnification(longest_, (grid_.high - grid_.low).maxCoeff());
     const std::string note =
         is_before ? fmt::format(
                         " Arrows along {} and {} are {:g} times as long as the errors; the "
                         "longest is {:.3g} mm.",
                         "xyz"[right_], "xyz"[up_], factor, longest_ / kMillimetre)
-                  : " Same colours and sizes as for the error as it is.";
+                  : " Colours and sizes have a scale of their own.";
     auto picture = std::make_shared<Picture>(
         is_before ? "map-before" : "map-after",
         is_before ? "Predicted error as it is" : "Error " + left_name(map_),
         "Darker and larger squares err more; where there is none, the arm is not predicted." +
             note + thinned(),
         axes.x);
-    picture->heat_legend(0, largest_ / kMillimetre, "mm");
-    for (Eigen::Index slice : evenly(count(across_), kSlices))
-      draw(picture->panel(axes.y, axes.height), static_cast<int>(slice), is_before, factor);
+    const auto [low, high] = limits(is_before);
+    picture->heat_legend(low / kMillimetre, high / kMillimetre, "mm");
+    for (Eigen::Index slice : evenly(count(across_), kSlices)) {
+      Axis y = axes.y;
+      y.label += fmt::format(" (at {} = {:g} mm)", "xyz"[across_], mm(across_, slice));
+      draw(picture->panel(y, axes.height), static_cast<int>(slice), is_before, factor);
+    }
     return picture;
   }
 
@@ -80,6 +89,13 @@ class GridPictures {
 
   Eigen::Vector2d corner(const Eigen::Vector3d& v) const {
     return Eigen::Vector2d(v[right_], v[up_]) / kMillimetre;
+  }
+
+  // Of the classes: all values, and no small differences as if they were large.
+  std::array<double, 2> limits(bool is_before) const {
+    constexpr double kLeastShare = 0.25;
+    const size_t k = is_before ? 0 : 1;
+    return {std::min(low_[k], (1 - kLeastShare) * high_[k]), high_[k]};
   }
 
   // Between the cells that are drawn [mm].
@@ -106,6 +122,7 @@ class GridPictures {
   }
 
   void draw(Panel& panel, int slice, bool is_before, double factor) const {
+    const auto [low, high] = limits(is_before);
     Points centres;
     std::vector<int> classes;
     for (Eigen::Index v : evenly(count(up_), kCellsPerSide))
@@ -114,8 +131,8 @@ class GridPictures {
         if (!point.is_predicted) continue;
         const double value = is_before ? point.error.norm() : *left_of(point);
         centres.emplace_back(mm(right_, u), mm(up_, v));
-        classes.push_back(std::min(
-            kHeatClasses - 1, static_cast<int>(kHeatClasses * value / std::max(1e-12, largest_))));
+        classes.push_back(std::min(kHeatClasses - 1,
+                                   static_cast<int>(kHeatClasses * (value - low) / (high - low))));
       }
     panel.cells(centres, classes, step(right_), step(up_));
     Points from, to;
@@ -127,13 +144,14 @@ class GridPictures {
         to.emplace_back(from.back() + factor * corner(point.error));
       }
     panel.vectors(from, to, Look::before, "");
-    panel.corner(fmt::format("{} = {:g} mm", "xyz"[across_], mm(across_, slice)));
   }
 
   const ErrorMap& map_;
   const Grid& grid_;
   int across_ = 2, right_ = 0, up_ = 1;
-  double largest_ = 0, longest_ = 0;  // [m]
+  // Of the error before and of what is left; the longest arrow [m].
+  std::array<double, 2> low_{1e300, 1e300}, high_{1e-9, 1e-9};
+  double longest_ = 0;
 };
 
 }  // namespace

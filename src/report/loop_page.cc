@@ -170,13 +170,12 @@ void add_effects(Page& page, const LoopResult& result) {
     const TracedEffect& traced = result.trace.effects[k];
     const HeldOutGain* gain = k < result.gains.size() ? &result.gains[k] : nullptr;
     const std::string key = index_key("effects", k);
-    page.add(
-        "<div class=\"effect\"><h3>" + keyed(for_the_cell(traced, gain, robot), key + "sentence") +
-        "</h3>\n" +
-        share_bar(traced.variance_share.value) +
-        paragraph(keyed_share(traced.variance_share.value, key + "variance_share") +
-                  " of what the effects explain <span class=\"quiet\">(" +
-                  escaped(describe(traced.effect)) + ")</span>"));
+    page.add("<div class=\"effect\"><h3>" +
+             keyed(for_the_cell(traced, gain, robot), key + "sentence") + "</h3>\n" +
+             share_bar(traced.variance_share.value) +
+             paragraph(keyed_share(traced.variance_share.value, key + "variance_share") +
+                       " of what the effects explain <span class=\"quiet\">(" +
+                       escaped(describe(traced.effect)) + ")</span>"));
     page.pictures({curve_picture(traced, result.curves[k], robot, k)});
     page.add(folded("Statistics", statistics_of(result, k)) + "</div>\n");
   }

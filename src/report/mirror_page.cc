@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <filesystem>
 
 #include "armtrue/kinematics/units.h"
 #include "report/mirror_pictures.h"
@@ -145,7 +146,7 @@ void add_mirror_next(Page& page, const MirrorFindings& findings) {
 Report mirror_page(const Path& programmed, const MirrorFindings& findings,
                    const std::string& program, const PageHead& head) {
   const MirrorResult& result = findings.result;
-  Page page(head, program, "Mirror correction");
+  Page page(head, std::filesystem::path(program).filename().string(), "Mirror correction");
   add_mirror_verdict(page, findings);
   page.section("Deviation");
   page.pictures({deviation_picture(result.deviation), path_picture(programmed, result),

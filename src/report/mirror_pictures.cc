@@ -28,9 +28,11 @@ std::string thinned_samples(Eigen::Index samples) {
              : std::string();
 }
 
+// Holds 0, and no rounding as if it were a deviation.
 Axis axis_of(const Eigen::VectorXd& values, const std::string& label, int most) {
-  return round_axis(std::min(0.0, values.minCoeff()), std::max(0.0, values.maxCoeff()), label,
-                    most);
+  constexpr double kLeast = 0.01;  // mm
+  return round_axis(std::min(-kLeast, values.minCoeff()), std::max(kLeast, values.maxCoeff()),
+                    label, most);
 }
 
 Eigen::VectorXd lengths_mm(const Eigen::Matrix3Xd& vectors) {

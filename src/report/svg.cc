@@ -199,9 +199,13 @@ std::string Picture::x_axis(double top) const {
   for (const auto& [x, word] : words_)
     svg += text_svg(kLeft + (x - x_.low) * scale, top + 15, "middle", word);
   const double first = std::ceil(x_.low / x_.step - 1e-9);
-  for (double k = first; words_.empty() && k * x_.step <= x_.high + 1e-9 * x_.step; ++k)
-    svg += text_svg(kLeft + (k * x_.step - x_.low) * scale, top + 15, "middle",
-                    tick_text(k * x_.step, x_.step), " class=\"tick\"");
+  for (double k = first; words_.empty() && k * x_.step <= x_.high + 1e-9 * x_.step; ++k) {
+    const std::string text = tick_text(k * x_.step, x_.step);
+    const double x = kLeft + (k * x_.step - x_.low) * scale;
+    const bool is_cut = x + 0.5 * kLetter * static_cast<double>(text.size()) > kPictureWidth;
+    svg += text_svg(is_cut ? kPictureWidth : x, top + 15, is_cut ? "end" : "middle", text,
+                    " class=\"tick\"");
+  }
   if (!x_.label.empty())
     svg += text_svg(kPictureWidth - kRight, top + 32, "end", x_.label, " class=\"quiet\"");
   return svg;

@@ -8,7 +8,7 @@ namespace armtrue {
 
 // Units of every picture's viewBox. A picture 340 px wide shows them at four fifths.
 inline constexpr double kPictureWidth = 420;
-inline constexpr double kLeft = 50, kRight = 12;  // beside the panels
+inline constexpr double kLeft = 56, kRight = 14;  // beside the panels
 inline constexpr double kRowHeight = 18;          // of a line of text
 inline constexpr double kPanelGap = 14;
 inline constexpr double kLetter = 7.9;  // widest mean width of a letter of 13 units

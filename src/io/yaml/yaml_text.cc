@@ -105,6 +105,15 @@ YAML::Node axes_node(const std::vector<AxisErrors>& axes) {
   return node;
 }
 
+YAML::Node evaluation_node(const Evaluation& evaluation, const Campaign& campaign) {
+  YAML::Node node = errors_node(summarize(evaluation.position),
+                                evaluation.orientation.empty()
+                                    ? std::nullopt
+                                    : std::optional(summarize(evaluation.orientation)));
+  node["axes_mm"] = axes_node(axis_errors(evaluation, campaign));
+  return node;
+}
+
 YAML::Node noise_node(const NoiseFloor& noise) {
   static constexpr const char* kSources[] = {"replicates", "instrument", "none"};
   std::vector<std::pair<std::string, std::string>> entries{

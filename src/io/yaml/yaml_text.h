@@ -37,6 +37,8 @@ YAML::Node errors_node(const ErrorSummary& position,
                        const std::optional<ErrorSummary>& orientation);
 /// Of each axis.
 YAML::Node axes_node(const std::vector<AxisErrors>& axes);
+/// Lengths, and each axis.
+YAML::Node evaluation_node(const Evaluation& evaluation, const Campaign& campaign);
 YAML::Node noise_node(const NoiseFloor& noise);
 
 /// Null for "".
