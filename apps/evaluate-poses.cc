@@ -73,7 +73,7 @@ int run(app::Command& command, const Arguments& arguments) {
                                              predictions, against));
   if (arguments.page.is_wanted())
     app::write_report(command, arguments.page,
-                      evaluation_page(robot, campaign, evaluation, against, head));
+                      evaluation_page(robot, given, campaign, evaluation, against, head));
   const double mean = summarize(evaluation.position).mean / kMillimetre;
   if (arguments.max_error_mm == 0 || mean <= arguments.max_error_mm) return app::kSuccess;
   command.warn(

@@ -13,7 +13,7 @@ namespace armtrue {
 namespace {
 
 std::string mean_mm(const Evaluation& evaluation, const std::string& key) {
-  return keyed(summarize(evaluation.position).mean / kMillimetre, key + "position_mm/mean") + " mm";
+  return keyed_mm(summarize(evaluation.position).mean, key + "position_mm/mean") + " mm";
 }
 
 // In which files state standard deviations.
@@ -33,14 +33,13 @@ std::string parameters_table(const CalibrationResult& result) {
     const auto std = result.robot.std.find(name);
     const auto unknown = static_cast<Eigen::Index>(k);
     const bool has_prior = result.prior_weight[unknown] != 0;
-    rows.push_back({escaped(name),
-                    std == result.robot.std.end()
-                        ? "-"
-                        : keyed(std->second / unit.si, "std/" + name),
-                    unit.name,
-                    has_prior ? keyed(fmt::format("{:.2f}", result.share_of_readings[unknown]),
-                                      "calibration/share_of_readings/" + name)
-                              : "1"});
+    rows.push_back(
+        {escaped(name),
+         std == result.robot.std.end() ? "-" : keyed(std->second / unit.si, "std/" + name),
+         unit.name,
+         has_prior ? keyed(fmt::format("{:.2f}", result.share_of_readings[unknown]),
+                           "calibration/share_of_readings/" + name)
+                   : "1"});
   }
   return table({"parameter", "standard deviation", "unit", "share of the readings"}, rows);
 }
@@ -127,8 +126,9 @@ Report calibration_page(const CalibrationResult& result, const Campaign& campaig
   return page.finish();
 }
 
-Report evaluation_page(const Robot& robot, const Campaign& campaign, const Evaluation& evaluation,
-                       const std::optional<Robot>& against, const PageHead& head) {
+Report evaluation_page(const Robot& robot, const Robot& file, const Campaign& campaign,
+                       const Evaluation& evaluation, const std::optional<Robot>& against,
+                       const PageHead& head) {
   std::vector<Judged> models;
   std::vector<TabledModel> tabled;
   if (against) models.push_back({"compared robot", Look::before, evaluate(*against, campaign)});
@@ -147,8 +147,8 @@ Report evaluation_page(const Robot& robot, const Campaign& campaign, const Evalu
                : is_known ? "above the floor"
                           : "no floor is known",
                "Mean error " + mean_mm(evaluation, "") + ", 95 % of the readings below " +
-                   keyed(errors.p95 / kMillimetre, "position_mm/p95") + " mm, largest " +
-                   keyed(errors.max / kMillimetre, "position_mm/max") + " mm, of " +
+                   keyed_mm(errors.p95, "position_mm/p95") + " mm, largest " +
+                   keyed_mm(errors.max, "position_mm/max") + " mm, of " +
                    keyed(std::to_string(campaign.rows()), "rows") + " readings at " +
                    keyed(std::to_string(campaign.pose_ids.size()), "poses") + " poses.");
   page.tiles({{"Before", against ? mean_mm(models.front().evaluation, "against/") : "?",
@@ -162,10 +162,10 @@ Report evaluation_page(const Robot& robot, const Campaign& campaign, const Evalu
   page.folded_section("Details");
   page.add(folded("Errors in numbers", errors_table(tabled, campaign)));
   std::vector<TableRow> rows;
-  for (const auto& [name, std] : robot.std)
-    if (const auto parameter = find_parameter(robot.chain, name)) {
+  for (const auto& [name, std] : file.std)
+    if (const auto parameter = find_parameter(file.chain, name)) {
       const DisplayUnit unit = file_unit_of(*parameter);
-      rows.push_back({escaped(name), fmt::format("{:.4g}", std / unit.si), unit.name});
+      rows.push_back({escaped(name), keyed(std / unit.si, "robot:std/" + name), unit.name});
     }
   if (!rows.empty())
     page.add(folded("Parameters, as the robot file states them",

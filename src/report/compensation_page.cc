@@ -21,16 +21,16 @@ ErrorSummary over(const std::vector<CorrectedTarget>& targets, const Value& valu
   return summarize(values);
 }
 
-std::string target_mm(double metres, const std::string& key) {
-  return keyed(metres / kMillimetre, key);
-}
-
 ErrorSummary before_of(const std::vector<CorrectedTarget>& targets) {
   return over(targets, [](const CorrectedTarget& target) { return target.before.position; });
 }
 
 ErrorSummary after_of(const std::vector<CorrectedTarget>& targets) {
   return over(targets, [](const CorrectedTarget& target) { return target.after.position; });
+}
+
+ErrorSummary expected_of(const std::vector<CorrectedTarget>& targets) {
+  return over(targets, [](const CorrectedTarget& target) { return target.expected(); });
 }
 
 ErrorSummary deviation_of(const std::vector<CorrectedTarget>& targets) {
@@ -45,12 +45,13 @@ void add_compensation_verdict(Page& page, const std::vector<CorrectedTarget>& ta
                keyed(compensation_sentence(targets), "sentence"));
   const bool is_known = targets.front().deviation.has_value();
   page.tiles(
-      {{"Before", target_mm(before_of(targets).mean, "before_mm/mean") + " mm",
+      {{"Before", keyed_mm(before_of(targets).mean, "before_mm/mean") + " mm",
         "mean predicted error of " + keyed(std::to_string(targets.size()), "targets") + " targets"},
-       {"After", target_mm(after_of(targets).mean, "after_mm/mean") + " mm",
+       {"After", keyed_mm(expected_of(targets).mean, "expected_mm/mean") + " mm",
         "with " + keyed(std::to_string(corrected), "corrected") +
-            " corrections, if the model is exact"},
-       {"Floor", is_known ? target_mm(deviation_of(targets).mean, "std_mm/mean") + " mm" : "?",
+            (is_known ? " corrections, standard deviations of the model included"
+                      : " corrections, if the model is exact")},
+       {"Floor", is_known ? keyed_mm(deviation_of(targets).mean, "std_mm/mean") + " mm" : "?",
         is_known ? "standard deviation of the model" : "the robot file states no uncertainty"}});
 }
 
@@ -61,10 +62,9 @@ std::vector<Drawing> correction_maps(const std::vector<CorrectedTarget>& targets
     places.push_back(target.intended.translation);
     moved.push_back(target.pose.translation - target.intended.translation);
   }
-  return field_maps(
-      places, {{"correction", Look::after, moved}},
-      {"map", "Corrections", "the program's frame",
-       "What the command of each target is moved by; here an error is a correction."});
+  return field_maps(places, {{"correction", Look::after, moved}},
+                    {"map", "Corrections", "the program's frame",
+                     "What the command of each target is moved by.", "corrections"});
 }
 
 Drawing targets_picture(const std::vector<CorrectedTarget>& targets) {
@@ -97,9 +97,9 @@ void add_notes(Page& page, const std::vector<CorrectedTarget>& targets, const Pr
       notes += (n > 0 ? ", " : "") +
                keyed(to_string(target.notes[n]), fmt::format("{}notes/{}", key, n));
     worst.push_back({keyed(program.visits.pose_ids[row], key + "pose"),
-                     target_mm(target.before.position, key + "before_mm"),
-                     target_mm(target.after.position, key + "after_mm"),
-                     target.deviation ? target_mm(*target.deviation, key + "std_mm") : "-", notes});
+                     keyed_mm(target.before.position, key + "before_mm"),
+                     keyed_mm(target.after.position, key + "after_mm"),
+                     target.deviation ? keyed_mm(*target.deviation, key + "std_mm") : "-", notes});
   }
   page.add(table({"the worst after the correction", "before, mm", "after, mm", "std, mm", "notes"},
                  worst));
@@ -121,6 +121,7 @@ std::string compensation_numbers(const std::vector<CorrectedTarget>& targets) {
   row("after, mrad",
       over(targets, [](const CorrectedTarget& target) { return target.after.orientation; }),
       kMilliradian, "after_mrad");
+  row("after, standard deviation included, mm", expected_of(targets), kMillimetre, "expected_mm");
   if (targets.front().deviation)
     row("standard deviation, mm", deviation_of(targets), kMillimetre, "std_mm");
   return table({"predicted error", "mean", "RMS", "95 %", "max"}, rows);

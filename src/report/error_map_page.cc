@@ -12,24 +12,20 @@
 namespace armtrue {
 namespace {
 
-std::string map_mm(double metres, const std::string& key) {
-  return keyed(metres / kMillimetre, key);
-}
-
 void add_map_verdict(Page& page, const ErrorMap& map, const ErrorMapSummary& summary) {
   const bool is_whole = static_cast<size_t>(summary.predicted) == map.points.size();
   page.verdict(is_whole ? Tone::good : Tone::attention,
                is_whole ? "every point can be reached" : "some points cannot be reached",
                keyed(error_map_sentence(map, summary), "sentence"));
   const bool is_known = summary.after.has_value();
-  page.tiles({{"Before", map_mm(summary.before.mean, "before_mm/mean") + " mm",
+  page.tiles({{"Before", keyed_mm(summary.before.mean, "before_mm/mean") + " mm",
                "mean of " + keyed(std::to_string(summary.predicted), "predicted") + " points"},
               {"After",
-               (is_known ? map_mm(summary.after->mean, "after_mm/mean")
-                         : map_mm(summary.left_by_constants.mean, "constants_only_mm/mean")) +
+               (is_known ? keyed_mm(summary.after->mean, "after_mm/mean")
+                         : keyed_mm(summary.left_by_constants.mean, "constants_only_mm/mean")) +
                    " mm",
                is_known ? "left with constants and effects" : "left with the constants alone"},
-              {"Floor", is_known ? map_mm(summary.deviation->mean, "std_mm/mean") + " mm" : "?",
+              {"Floor", is_known ? keyed_mm(summary.deviation->mean, "std_mm/mean") + " mm" : "?",
                is_known ? "uncertainty of the model" : "the robot file states no uncertainty"}});
 }
 
@@ -41,8 +37,8 @@ void add_causes(Page& page, const ErrorMapSummary& summary) {
     page.add("<div class=\"effect\"><h3>" + keyed(cause.cause, key + "cause") + "</h3>\n" +
              share_bar(cause.share) +
              paragraph(keyed_share(cause.share, key + "share") + " of the squared error; mean " +
-                       map_mm(cause.mean, key + "mean_mm") + " mm, largest " +
-                       map_mm(cause.max, key + "max_mm") + " mm") +
+                       keyed_mm(cause.mean, key + "mean_mm") + " mm, largest " +
+                       keyed_mm(cause.max, key + "max_mm") + " mm") +
              "</div>\n");
   }
 }
@@ -73,7 +69,7 @@ void add_placements(Page& page, const ErrorMapSummary& summary) {
   const auto row = [&](const std::string& name, const std::optional<Placement>& placement,
                        const std::string& key) {
     if (!placement) return;
-    TableRow cells{name, map_mm(placement->mean, "placements/" + key + "/mean_mm")};
+    TableRow cells{name, keyed_mm(placement->mean, "placements/" + key + "/mean_mm")};
     int end = 0;
     for (int axis = 0; axis < 3; ++axis)
       for (double value : {placement->low[axis], placement->high[axis]})

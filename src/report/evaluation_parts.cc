@@ -21,9 +21,8 @@ std::string errors_table(const std::vector<TabledModel>& models, const Campaign&
       row("mrad", model.evaluation->orientation, kMilliradian, "orientation_mrad");
     for (const AxisErrors& axis : axis_errors(*model.evaluation, campaign)) {
       const std::string key = model.key + "axes_mm/" + axis.axis;
-      axes.push_back({model.name + ", " + axis.axis, keyed(axis.mean / kMillimetre, key + "/mean"),
-                      keyed(axis.min / kMillimetre, key + "/min"),
-                      keyed(axis.max / kMillimetre, key + "/max")});
+      axes.push_back({model.name + ", " + axis.axis, keyed_mm(axis.mean, key + "/mean"),
+                      keyed_mm(axis.min, key + "/min"), keyed_mm(axis.max, key + "/max")});
     }
   }
   return table({"length of the error", "mean", "RMS", "95 %", "max"}, lengths) +

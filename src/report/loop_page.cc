@@ -16,10 +16,6 @@ namespace {
 
 std::string index_key(const char* list, size_t k) { return fmt::format("{}/{}/", list, k); }
 
-std::string mm_of(double metres, const std::string& key) {
-  return keyed(metres / kMillimetre, key);
-}
-
 Tone tone_of(const LoopResult& result) {
   if (result.worse_than_nominal || result.verdict == Verdict::unexplained) return Tone::bad;
   const bool is_done =
@@ -71,21 +67,21 @@ void add_tiles(Page& page, const LoopResult& result, const Judging& by) {
   const bool held_out = result.held_out_poses > 0, has_effects = !result.trace.effects.empty();
   const auto mean_of = [&](size_t stage) {
     const Stage& of = result.stages[stage];
-    return mm_of((held_out ? of.held_out : of.training).position.mean,
-                 fmt::format("stages/{}/{}/position_mm/mean", stage, by.set)) +
+    return keyed_mm((held_out ? of.held_out : of.training).position.mean,
+                    fmt::format("stages/{}/{}/position_mm/mean", stage, by.set)) +
            " mm";
   };
   const std::string readings = fmt::format("mean of {} {}", by.campaign.rows(), by.words);
   const bool in_summary = held_out && has_effects;
   page.tiles({{"Before",
-               in_summary ? mm_of(result.before, "before_after/before_mm") + " mm"
+               in_summary ? keyed_mm(result.before, "before_after/before_mm") + " mm"
                           : mean_of(has_effects ? 1 : 0),
                has_effects ? "calibrated geometry; nominal robot " + mean_of(0) : "nominal robot"},
               {"After",
-               held_out ? mm_of(result.after, "before_after/after_mm") + " mm"
+               held_out ? keyed_mm(result.after, "before_after/after_mm") + " mm"
                         : mean_of(result.stages.size() - 1),
                (has_effects ? "with its effects, " : "calibrated geometry, ") + readings},
-              {"Floor", mm_of(result.floor, "before_after/floor_mm") + " mm",
+              {"Floor", keyed_mm(result.floor, "before_after/floor_mm") + " mm",
                "what a perfect model would show"}});
 }
 
@@ -135,9 +131,9 @@ std::string statistics_of(const LoopResult& result, size_t k) {
   if (k < result.gains.size()) {
     const HeldOutGain& gain = result.gains[k];
     rows.push_back({"held-out gain, mm (95 %)",
-                    mm_of(gain.position, key + "evidence/held_out_gain_mm") + " (" +
-                        mm_of(gain.ci95[0], key + "evidence/held_out_gain_ci95_mm/0") + " to " +
-                        mm_of(gain.ci95[1], key + "evidence/held_out_gain_ci95_mm/1") + ")"});
+                    keyed_mm(gain.position, key + "evidence/held_out_gain_mm") + " (" +
+                        keyed_mm(gain.ci95[0], key + "evidence/held_out_gain_ci95_mm/0") + " to " +
+                        keyed_mm(gain.ci95[1], key + "evidence/held_out_gain_ci95_mm/1") + ")"});
   }
   if (result.nested)
     rows.push_back({"found again, folds",
@@ -175,7 +171,9 @@ void add_effects(Page& page, const LoopResult& result) {
              share_bar(traced.variance_share.value) +
              paragraph(keyed_share(traced.variance_share.value, key + "variance_share") +
                        " of what the effects explain <span class=\"quiet\">(" +
-                       escaped(describe(traced.effect)) + ")</span>"));
+                       keyed(traced.effect.parameter, key + "parameter") + " follows " +
+                       keyed(to_string(traced.effect.driver), key + "driver") + " (" +
+                       keyed(to_string(traced.effect.shape), key + "shape") + ")" + ")</span>"));
     page.pictures({curve_picture(traced, result.curves[k], robot, k)});
     page.add(folded("Statistics", statistics_of(result, k)) + "</div>\n");
   }
@@ -217,12 +215,12 @@ std::string stages_table(const LoopResult& result) {
   const auto row = [&](const Stage& stage, const std::string& key) {
     TableRow cells{keyed(stage.name, key + "name"),
                    keyed(std::to_string(stage.parameters), key + "parameters"),
-                   mm_of(stage.training.position.mean, key + "training/position_mm/mean")};
+                   keyed_mm(stage.training.position.mean, key + "training/position_mm/mean")};
     if (result.held_out_poses > 0) {
       const ErrorSummary& errors = stage.held_out.position;
-      cells.push_back(mm_of(errors.mean, key + "held_out/position_mm/mean"));
-      cells.push_back(mm_of(errors.p95, key + "held_out/position_mm/p95"));
-      cells.push_back(mm_of(errors.max, key + "held_out/position_mm/max"));
+      cells.push_back(keyed_mm(errors.mean, key + "held_out/position_mm/mean"));
+      cells.push_back(keyed_mm(errors.p95, key + "held_out/position_mm/p95"));
+      cells.push_back(keyed_mm(errors.max, key + "held_out/position_mm/max"));
     }
     rows.push_back(cells);
   };
@@ -243,11 +241,11 @@ std::string stages_table(const LoopResult& result) {
 std::string nested_text(const NestedValidation& nested) {
   return paragraph("Nested cross-validation, the whole search repeated in " +
                    keyed(std::to_string(nested.folds), "nested_cv/folds") + " folds: mean error " +
-                   mm_of(nested.before.mean, "nested_cv/before_mm") + " mm with geometry alone, " +
-                   mm_of(nested.after.mean, "nested_cv/after_mm") +
+                   keyed_mm(nested.before.mean, "nested_cv/before_mm") +
+                   " mm with geometry alone, " + keyed_mm(nested.after.mean, "nested_cv/after_mm") +
                    " mm with what the search added (gain " +
-                   mm_of(nested.gain.mean, "nested_cv/gain_mm") + " mm, standard error " +
-                   mm_of(nested.gain.error, "nested_cv/gain_se_mm") + " mm).");
+                   keyed_mm(nested.gain.mean, "nested_cv/gain_mm") + " mm, standard error " +
+                   keyed_mm(nested.gain.error, "nested_cv/gain_se_mm") + " mm).");
 }
 
 void add_rest(Page& page, const LoopResult& result) {
@@ -273,8 +271,8 @@ std::string axes_table(const LoopResult& result, const Judging& by) {
                                   k == 0   ? "nominal robot"
                                   : k == 1 ? "calibrated geometry"
                                            : "with its effects"),
-                      mm_of(axis.mean, key + "mean"), mm_of(axis.min, key + "min"),
-                      mm_of(axis.max, key + "max")});
+                      keyed_mm(axis.mean, key + "mean"), keyed_mm(axis.min, key + "min"),
+                      keyed_mm(axis.max, key + "max")});
     }
   }
   return table({"axis", "mean, mm", "min, mm", "max, mm"}, rows);

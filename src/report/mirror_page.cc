@@ -12,33 +12,29 @@
 namespace armtrue {
 namespace {
 
-std::string path_mm(double metres, const std::string& key) {
-  return keyed(metres / kMillimetre, key);
-}
-
 void add_mirror_verdict(Page& page, const MirrorFindings& findings) {
   const MirrorResult& result = findings.result;
   const double rms = findings.accuracy.errors.whole.rms;
   const bool is_held = rms <= kFormGoal;
   page.verdict(
       is_held ? Tone::good : Tone::attention, is_held ? "form goal held" : "form goal not held",
-      "Mean deviation across the path " + path_mm(result.before.mean, "deviation_mm/mean") +
-          " mm; " + path_mm(result.expected_after, "expected_after_mean_mm") +
+      "Mean deviation across the path " + keyed_mm(result.before.mean, "deviation_mm/mean") +
+          " mm; " + keyed_mm(result.expected_after, "expected_after_mean_mm") +
           " mm expected after the correction, if " +
           keyed(result.expected_if(), "expected_after_if") + ". RMS of these passes " +
-          path_mm(rms, "accuracy/whole_mm/rms") + " mm, goal " +
-          path_mm(kFormGoal, "accuracy/goal_rms_mm") + " mm.");
+          keyed_mm(rms, "accuracy/whole_mm/rms") + " mm, goal " +
+          keyed_mm(kFormGoal, "accuracy/goal_rms_mm") + " mm.");
   page.tiles(
       {{"Before",
-        (result.uncorrected ? path_mm(*result.uncorrected, "uncorrected_mean_mm")
-                            : path_mm(result.before.mean, "deviation_mm/mean")) +
+        (result.uncorrected ? keyed_mm(*result.uncorrected, "uncorrected_mean_mm")
+                            : keyed_mm(result.before.mean, "deviation_mm/mean")) +
             " mm",
         result.uncorrected ? "mean deviation without any correction" : "mean deviation measured"},
-       {"After", path_mm(result.expected_after, "expected_after_mean_mm") + " mm",
+       {"After", keyed_mm(result.expected_after, "expected_after_mean_mm") + " mm",
         "mean deviation expected of the next pass"},
        {"Floor",
-        (findings.files.size() > 1 ? path_mm(result.deviation.spread, "noise/pass_to_pass_mm")
-                                   : path_mm(result.deviation.noise, "noise/sample_mm")) +
+        (findings.files.size() > 1 ? keyed_mm(result.deviation.spread, "noise/pass_to_pass_mm")
+                                   : keyed_mm(result.deviation.noise, "noise/sample_mm")) +
             " mm",
         findings.files.size() > 1 ? "spread from pass to pass, per axis"
                                   : "noise of one sample, per axis"}});
@@ -50,10 +46,10 @@ std::string accuracy_table(const MirrorFindings& findings) {
                        const std::string& passes) {
     const auto row = [&](const std::string& name, const ErrorSummary& errors,
                          const std::string& of) {
-      rows.push_back({name + ", " + passes, path_mm(errors.mean, key + of + "/mean"),
-                      path_mm(errors.rms, key + of + "/rms"),
-                      path_mm(errors.p95, key + of + "/p95"),
-                      path_mm(errors.max, key + of + "/max")});
+      rows.push_back({name + ", " + passes, keyed_mm(errors.mean, key + of + "/mean"),
+                      keyed_mm(errors.rms, key + of + "/rms"),
+                      keyed_mm(errors.p95, key + of + "/p95"),
+                      keyed_mm(errors.max, key + of + "/max")});
     };
     for (size_t axis = 0; axis < accuracy.errors.axis.size(); ++axis)
       row(std::string(1, "xyz"[axis]), accuracy.errors.axis[axis],
@@ -64,8 +60,8 @@ std::string accuracy_table(const MirrorFindings& findings) {
   add(findings.accuracy, "accuracy/", "these passes");
   std::string html = table({"deviation, mm", "mean", "RMS", "95 %", "max"}, rows);
   const PathAccuracy& path = findings.accuracy.path;
-  html += paragraph("Path accuracy AT (ISO 9283) " + path_mm(path.at, "accuracy/at_mm") + " mm" +
-                    (path.rt ? ", repeatability RT " + path_mm(*path.rt, "accuracy/rt_mm") + " mm"
+  html += paragraph("Path accuracy AT (ISO 9283) " + keyed_mm(path.at, "accuracy/at_mm") + " mm" +
+                    (path.rt ? ", repeatability RT " + keyed_mm(*path.rt, "accuracy/rt_mm") + " mm"
                              : std::string()) +
                     ".");
   if (!findings.before) return html;
@@ -107,7 +103,7 @@ std::string filter_table(const MirrorResult& result) {
        {"gain", keyed(result.gain, "correction/gain")},
        {"correction points", keyed(std::to_string(result.points.size()), "correction/points")},
        {"longest correction, mm",
-        path_mm(result.correction.colwise().norm().maxCoeff(), "correction/largest_mm")},
+        keyed_mm(result.correction.colwise().norm().maxCoeff(), "correction/largest_mm")},
        {"samples clipped", keyed(std::to_string(result.clipped), "correction/clipped_samples")},
        {"samples outside the record",
         keyed(std::to_string(result.unrecorded), "correction/unrecorded_samples")}});
@@ -117,9 +113,9 @@ std::string force_text(const ForceLaw& law) {
   if (!law.magnitude.k) return paragraph("No force stands out of its noise.");
   const Estimate& k = *law.magnitude.k;
   const std::string key = "force/magnitude/";
-  std::string text = "Deviation over force: " + path_mm(k.value, key + "k_mm_n/value") +
-                     " mm/N (95 %: " + path_mm(k.ci95[0], key + "k_mm_n/ci95/0") + " to " +
-                     path_mm(k.ci95[1], key + "k_mm_n/ci95/1") + "), R<sup>2</sup> " +
+  std::string text = "Deviation over force: " + keyed_mm(k.value, key + "k_mm_n/value") +
+                     " mm/N (95 %: " + keyed_mm(k.ci95[0], key + "k_mm_n/ci95/0") + " to " +
+                     keyed_mm(k.ci95[1], key + "k_mm_n/ci95/1") + "), R<sup>2</sup> " +
                      keyed(law.magnitude.r2, key + "r2") +
                      ". What the tool deviates by without force is taken off.";
   if (!law.reversals.empty())

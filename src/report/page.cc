@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
+#include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
 #include "report/page_style.h"
 
@@ -84,6 +86,11 @@ std::string keyed(const std::string& text, const std::string& key) {
 }
 
 std::string keyed(double value, const std::string& key) { return keyed(rounded(value), key); }
+
+std::string keyed_mm(double metres, const std::string& key) {
+  constexpr double kNothing = 5e-8;  // m: half the last digit of 0.0000 mm
+  return std::abs(metres) < kNothing ? keyed("0.0000", key) : keyed(metres / kMillimetre, key);
+}
 
 std::string keyed_share(double share, const std::string& key) {
   return fmt::format("<span data-key=\"{}\" data-unit=\"%\">{:.3g}</span> %", key, 100 * share);

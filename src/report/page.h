@@ -15,6 +15,9 @@ enum class Tone { good, attention, bad };
 /// A value with its path in the product (see Report).
 std::string keyed(const std::string& text, const std::string& key);
 
+/// A length [m] in mm; below the tenth of a micrometre it is 0.
+std::string keyed_mm(double metres, const std::string& key);
+
 /// A share, of 1 in the product, in per cent.
 std::string keyed_share(double share, const std::string& key);
 

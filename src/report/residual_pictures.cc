@@ -186,8 +186,8 @@ std::vector<Drawing> field_maps(const std::vector<Eigen::Vector3d>& places,
                  fmt::format("{} of {}, mm", x, text.frame), fmt::format("{}, mm", y));
     auto picture = std::make_shared<Picture>(
         fmt::format("{}-{}{}", text.file, x, y), text.title + ", " + view,
-        fmt::format("{} Arrows are {:g} times as long as the errors; the longest is {:.3g} mm.{}",
-                    text.note, factor, in_mm(longest),
+        fmt::format("{} Arrows are {:g} times as long as the {}; the longest is {:.3g} mm.{}",
+                    text.note, factor, text.what, in_mm(longest),
                     thinned_note(static_cast<Eigen::Index>(places.size()), drawn.size(), "places")),
         axes.x);
     Panel& panel = picture->panel(axes.y, axes.height);

@@ -25,9 +25,10 @@ struct CalibrationStory {
 Report calibration_page(const CalibrationResult& result, const Campaign& campaign,
                         const CalibrationStory& story, const PageHead& head);
 
-/// The page of a robot on measured poses. `against`: another robot on the same readings. The keys
-/// are those of armtrue-summary/1.
-Report evaluation_page(const Robot& robot, const Campaign& campaign, const Evaluation& evaluation,
-                       const std::optional<Robot>& against, const PageHead& head);
+/// The page of a robot on measured poses. `file`: the robot as its file has it, before a refit;
+/// `against`: another robot on the same readings. The keys are those of armtrue-summary/1.
+Report evaluation_page(const Robot& robot, const Robot& file, const Campaign& campaign,
+                       const Evaluation& evaluation, const std::optional<Robot>& against,
+                       const PageHead& head);
 
 }  // namespace armtrue

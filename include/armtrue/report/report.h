@@ -32,7 +32,8 @@ struct PictureFile {
 
 /// A page on one run, complete in itself: HTML without scripts, fonts or addresses that it would
 /// load. An element with the attribute data-key holds a value of the command's product, written as
-/// there; the attribute is its path, as `before_after/after_mm`.
+/// there; the attribute is its path, as `before_after/after_mm`, or in the robot file that was
+/// read, as `robot:std/A2.d`.
 struct Report {
   std::string html;
   std::vector<PictureFile> pictures;  ///< those of the page
