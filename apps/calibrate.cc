@@ -112,6 +112,15 @@ void warn_of_gross_poses(const app::Command& command, const std::vector<GrossPos
                              pose.id, pose.off / kMillimetre, pose.likely));
 }
 
+// The nominal robot with base and targets placed, where the targets stand for the tool.
+std::optional<Robot> placed_on_targets(const Robot& nominal, const CalibrationResult& result,
+                                       const Campaign& campaign) {
+  if (campaign.target_names.empty() ||
+      std::ranges::find(result.set.kept, kBaseParameters) == result.set.kept.end())
+    return std::nullopt;
+  return placed_nominal(nominal, campaign);
+}
+
 int run(app::Command& command, const Arguments& arguments) {
   Robot robot = command.read_robot(arguments.robot).robot;
   command.warn_if_calibrated(robot, arguments.robot);
@@ -133,6 +142,7 @@ int run(app::Command& command, const Arguments& arguments) {
   CalibrationFindings findings{zone, gross, {}, assess(result, campaign)};
   findings.nominal = require_worthwhile(robot, result, campaign, findings.quality->blunders,
                                         static_cast<int>(rows_of(gross).size()));
+  if (!findings.nominal) findings.nominal = placed_on_targets(robot, result, campaign);
   if (!arguments.residuals.empty()) {
     const std::vector<std::string> split(all.rows(), "training");
     write_output(arguments.residuals,

@@ -31,6 +31,7 @@ void add_map_verdict(Page& page, const ErrorMap& map, const ErrorMapSummary& sum
 
 void add_causes(Page& page, const ErrorMapSummary& summary) {
   page.section("Causes, by their share");
+  page.add("<div class=\"effects\">\n");
   for (size_t k = 0; k < summary.causes.size(); ++k) {
     const CauseSummary& cause = summary.causes[k];
     const std::string key = fmt::format("causes/{}/", k);
@@ -41,6 +42,7 @@ void add_causes(Page& page, const ErrorMapSummary& summary) {
                        keyed_mm(cause.max, key + "max_mm") + " mm") +
              "</div>\n");
   }
+  page.add("</div>\n");
 }
 
 std::string map_errors_table(const ErrorMapSummary& summary) {

@@ -110,7 +110,7 @@ Drawing curve_picture(const TracedEffect& traced, const std::vector<CurvePoint>&
       exact_axis(middle.front().x(), middle.back().x(),
                  to_string(traced.effect.driver) + of_driver));
   Panel& panel =
-      picture->panel(round_axis(least, most, traced.effect.parameter + ", " + unit.name, 4), 130);
+      picture->panel(round_axis(least, most, traced.effect.parameter + ", " + unit.name, 4), 110);
   panel.band(low, high, Look::after, "95 %");
   panel.line(middle, Look::after, "found");
   return picture;
@@ -162,6 +162,7 @@ void add_effects(Page& page, const LoopResult& result) {
            result.trace.effects[b].variance_share.value;
   });
   const Robot& robot = result.trace.fit.robot;
+  page.add("<div class=\"effects\">\n");
   for (size_t k : order) {
     const TracedEffect& traced = result.trace.effects[k];
     const HeldOutGain* gain = k < result.gains.size() ? &result.gains[k] : nullptr;
@@ -177,6 +178,7 @@ void add_effects(Page& page, const LoopResult& result) {
     page.pictures({curve_picture(traced, result.curves[k], robot, k)});
     page.add(folded("Statistics", statistics_of(result, k)) + "</div>\n");
   }
+  page.add("</div>\n");
 }
 
 void add_next(Page& page, const LoopResult& result, const std::string& next_poses) {
@@ -188,7 +190,8 @@ void add_next(Page& page, const LoopResult& result, const std::string& next_pose
   for (size_t k = 0; k < result.trace.effects.size(); ++k) {
     const TracedEffect& traced = result.trace.effects[k];
     if (!traced.indistinguishable.empty() && !traced.separated_by.empty())
-      items.push_back(keyed(traced.separated_by, index_key("effects", k) + "separated_by"));
+      items.push_back("for " + escaped(traced.effect.parameter) + ": " +
+                      keyed(traced.separated_by, index_key("effects", k) + "separated_by"));
   }
   if (result.verdict == Verdict::too_few_poses)
     items.push_back(fmt::format("some {} more poses like these", result.more_poses));
