@@ -63,11 +63,12 @@ class GridPictures {
                         " Arrows along {} and {} are {:g} times as long as the errors; the "
                         "longest is {:.3g} mm.",
                         "xyz"[right_], "xyz"[up_], factor, longest_ / kMillimetre)
-                  : " Colours and sizes have a scale of their own.";
+                  : " Colours and sizes count from 0 to the largest error as it is.";
     auto picture = std::make_shared<Picture>(
         is_before ? "map-before" : "map-after",
         is_before ? "Predicted error as it is" : "Error " + left_name(map_),
-        "Darker and larger squares err more; where there is none, the arm is not predicted." +
+        "Larger squares with a stronger colour err more; where there is none, the arm is not "
+        "predicted." +
             note + thinned(),
         axes.x);
     const auto [low, high] = limits(is_before);
@@ -91,11 +92,12 @@ class GridPictures {
     return Eigen::Vector2d(v[right_], v[up_]) / kMillimetre;
   }
 
-  // Of the classes: all values, and no small differences as if they were large.
+  // Of the classes. Before: all values, and no small differences as if they were large. After: from
+  // 0 to the largest before, so that both pictures show the gain.
   std::array<double, 2> limits(bool is_before) const {
     constexpr double kLeastShare = 0.25;
-    const size_t k = is_before ? 0 : 1;
-    return {std::min(low_[k], (1 - kLeastShare) * high_[k]), high_[k]};
+    if (!is_before) return {0, std::max(high_[0], high_[1])};
+    return {std::min(low_[0], (1 - kLeastShare) * high_[0]), high_[0]};
   }
 
   // Between the cells that are drawn [mm].

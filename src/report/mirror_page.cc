@@ -126,7 +126,8 @@ std::string force_text(const ForceLaw& law) {
 void add_mirror_next(Page& page, const MirrorFindings& findings) {
   page.section("What to do next");
   std::vector<std::string> items{
-      "run the corrected path and record it: --previous with the corrected path adds what is left"};
+      "run the corrected path and record it: <code>--previous</code> with the corrected path adds "
+      "what is left"};
   if (findings.files.size() == 1)
     items.push_back("record two or three passes: one does not show how passes differ");
   if (findings.result.unrecorded > 0)

@@ -31,7 +31,7 @@ const char* page_style() {
          ".pictures{display:grid;gap:1rem 1.4rem;margin:.8rem 0;"
          "grid-template-columns:repeat(auto-fit,minmax(min(100%,21rem),1fr))}"
          "figure{margin:0;max-width:30rem}figcaption{margin:.2rem 0 0}"
-         ".scroll{overflow-x:auto;margin:.5rem 0 "
+         "code{white-space:nowrap}.scroll{overflow-x:auto;margin:.5rem 0 "
          "1rem}table{border-collapse:collapse;font-variant-numeric:tabular-nums;"
          "font-size:.92rem}"
          "th,td{padding:.25rem .7rem;text-align:right;border-bottom:1px solid var(--grid);"
