@@ -11,8 +11,10 @@
 #include "armtrue/io/output.h"
 #include "armtrue/io/residuals_io.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/report/calibration_page.h"
 #include "columns.h"
 #include "command_line.h"
+#include "report_arguments.h"
 
 using namespace armtrue;
 
@@ -22,6 +24,7 @@ struct Arguments {
   std::string robot, identify, identify_per_session, residuals, zone;
   double max_error_mm = 0;  // 0: no limit
   bool no_priors = false;
+  app::ReportArguments page;
 };
 
 void add_options(app::Command& command, Arguments& arguments) {
@@ -48,6 +51,7 @@ void add_options(app::Command& command, Arguments& arguments) {
       .check(app::above_zero());
   command.flag("--no-priors", arguments.no_priors,
                "Plain least squares: links may be anything, as far as the readings say");
+  app::add_report(command, arguments.page, "with errors before and after, maps and parameters");
   command.add_columns(app::kMeasuredPoseColumns);
 }
 
@@ -108,6 +112,15 @@ void warn_of_gross_poses(app::Command& command, const std::vector<GrossPose>& gr
                              pose.id, pose.off / kMillimetre, pose.likely));
 }
 
+// The nominal robot with base and targets placed, where the targets stand for the tool.
+std::optional<Robot> placed_on_targets(const Robot& nominal, const CalibrationResult& result,
+                                       const Campaign& campaign) {
+  if (campaign.target_names.empty() ||
+      std::ranges::find(result.set.kept, kBaseParameters) == result.set.kept.end())
+    return std::nullopt;
+  return placed_nominal(nominal, campaign);
+}
+
 int run(app::Command& command, const Arguments& arguments) {
   Robot robot = command.read_robot(arguments.robot).robot;
   command.warn_if_calibrated(robot, arguments.robot);
@@ -126,18 +139,24 @@ int run(app::Command& command, const Arguments& arguments) {
     zone = weight_readings_by_zone(command, campaign, robot, app::zone_from_text(arguments.zone));
 
   const CalibrationResult result = calibrate(robot, campaign);
-  require_worthwhile(robot, result, campaign, assess(result, campaign).blunders,
-                     static_cast<int>(rows_of(gross).size()));
+  CalibrationFindings findings{zone, gross, {}, assess(result, campaign)};
+  findings.nominal = require_worthwhile(robot, result, campaign, findings.quality->blunders,
+                                        static_cast<int>(rows_of(gross).size()));
+  if (!findings.nominal) findings.nominal = placed_on_targets(robot, result, campaign);
   if (!arguments.residuals.empty()) {
     const std::vector<std::string> split(all.rows(), "training");
     write_output(arguments.residuals,
                  write_residuals({{all, evaluate(result.robot, all).residuals, split}}));
   }
-  write_output(command.output,
-               write_calibration(result, campaign, command.provenance(), zone, gross));
+  const PageHead head = app::page_head(command, arguments.page);
+  write_output(command.output, write_calibration(result, campaign, command.provenance(), findings));
 
   report_near_nominal(command, result, campaign);
   const auto missed = missed_criterion(result, robot, campaign, arguments.max_error_mm);
+  if (arguments.page.is_wanted())
+    app::write_report(command, arguments.page,
+                      calibration_page(result, campaign,
+                                       {gross, findings.nominal, *findings.quality, missed}, head));
   if (!missed) return app::kSuccess;
   command.warn(*missed);
   return app::kNotReached;

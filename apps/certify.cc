@@ -119,7 +119,9 @@ int run(app::Command& command, const Arguments& arguments) {
   std::vector<Product> products;
   if (!arguments.page.empty())
     products.push_back(
-        {arguments.page, certificate_page(certificate, comparison, provenance.inputs)});
+        {arguments.page,
+         certificate_page(certificate, comparison,
+                          {provenance.command, provenance.version, provenance.inputs, {}})});
   products.push_back({command.output, write_certificate(certificate, comparison, provenance)});
   write_outputs(products);
   return conclude(command, certificate);

@@ -8,12 +8,13 @@
 #include "armtrue/io/residuals_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/planning/separation.h"
-#include "armtrue/report/loop_report.h"
+#include "armtrue/report/loop_page.h"
 #include "armtrue/report/loop_table.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/tracing/loop.h"
 #include "columns.h"
 #include "command_line.h"
+#include "report_arguments.h"
 
 using namespace armtrue;
 
@@ -22,7 +23,8 @@ namespace {
 constexpr int kNextPoses = 15;
 
 struct Arguments {
-  std::string robot, catalogue, test, robot_out, predictor_out, residuals, report, next_poses;
+  std::string robot, catalogue, test, robot_out, predictor_out, residuals, next_poses;
+  app::ReportArguments page;
   double held_out = 0.25;
   int nested_folds = 0;  // 0: no nested validation
   bool only_catalogue = false, no_priors = false, held_out_region = false;
@@ -57,7 +59,7 @@ void add_options(app::Command& command, Arguments& arguments) {
                      "many small ones, none of which is a finding, where poses left out gain");
   command.add_output("--residuals", arguments.residuals,
                      "Write the final residual of every reading here");
-  command.add_output("--report", arguments.report, "Write a page with plots (HTML) here");
+  app::add_report(command, arguments.page, "with verdict, causes, errors and pictures");
   command.add_output("--next-poses", arguments.next_poses,
                      "Write 15 poses that tell apart what this data cannot here, if any do; "
                      "plan-poses --separate plans others");
@@ -191,6 +193,7 @@ int run(app::Command& command, const Arguments& arguments) {
   options.progress = [&](const std::string& what) { command.progress(what); };
   const LoopResult result = search(command, arguments, robot, measured, options);
 
+  const PageHead head = app::page_head(command, arguments.page);
   const Provenance provenance = command.provenance();
   if (result.predictor)
     write_output(arguments.predictor_out, write_robot(result.predictor->robot, provenance));
@@ -198,20 +201,22 @@ int run(app::Command& command, const Arguments& arguments) {
     write_output(
         arguments.robot_out,
         write_calibration(result.trace.fit, without_gross(measured.training, result.gross_poses),
-                          provenance, {}, result.gross_poses));
+                          provenance, {.gross = result.gross_poses}));
   if (!arguments.residuals.empty())
     write_output(arguments.residuals,
                  residuals(result.trace.fit.robot, measured, !arguments.test.empty()));
   const bool planned = !arguments.next_poses.empty() &&
                        write_next_poses(command, arguments.next_poses, result.trace, measured.all);
-  write_output(command.output,
-               write_loop(result, options, provenance, planned ? arguments.next_poses : ""));
-  if (!arguments.report.empty())
-    write_output(arguments.report, loop_report(result, robot.name + ": " + measured.all.source));
+  const std::string next_poses = planned ? arguments.next_poses : "";
+  write_output(command.output, write_loop(result, options, provenance, next_poses));
   command.report(before_after_table(result));
-  for (const std::string& path : {arguments.robot_out, arguments.predictor_out, arguments.residuals,
-                                  arguments.report, command.output})
+  for (const std::string& path :
+       {arguments.robot_out, arguments.predictor_out, arguments.residuals, command.output})
     if (!path.empty() && path != "-") command.report("wrote " + path + "\n");
+  if (arguments.page.is_wanted())
+    app::write_report(
+        command, arguments.page,
+        loop_page(result, robot, measured.training, measured.held_out, next_poses, head));
   if (const std::string missed = why_not_reached(result); !missed.empty()) {
     command.warn(missed);
     return app::kNotReached;

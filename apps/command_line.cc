@@ -19,6 +19,7 @@
 #include <new>
 
 #include "armtrue/io/output.h"
+#include "armtrue/io/output_folder.h"
 #include "armtrue/text/number_text.h"
 #include "standard_streams.h"
 
@@ -241,6 +242,13 @@ Option Command::add_output(const std::string& name, std::string& path, const std
   return Option(option);
 }
 
+Option Command::add_output_folder(const std::string& name, std::string& path,
+                                  const std::string& what) {
+  CLI::Option* const option = app_->add_option(name, path, what);
+  folders_.push_back(option);
+  return Option(option);
+}
+
 void Command::add_seed() {
   option("--seed", seed, "Seed of all random choices").check(seed_number()).default_shown();
 }
@@ -269,6 +277,7 @@ int Command::parse_and_work(int argc, char** argv, const std::function<int()>& w
     app_->parse(argc, argv);
     check_values(*app_);
     check_outputs();
+    check_folders();
     started_ = seconds();
     return work();  // may find that a derived product is named by an argument
   } catch (const CLI::ParseError& error) {
@@ -352,6 +361,25 @@ void Command::check_outputs() const {
     if (folder != fs::file_type::directory && folder != fs::file_type::none)  // none: not told
       throw CLI::ValidationError(option->get_name(), "'" + path + "': there is no such folder");
     check_writable(path);
+  }
+}
+
+void Command::check_folders() const {
+  namespace fs = std::filesystem;
+  std::error_code none;
+  for (const CLI::Option* option : folders_) {
+    if (option->results().empty()) continue;
+    const std::string path = option->results().front();
+    check_replaceable(path);
+    const fs::path folder = fs::weakly_canonical(fs::absolute(path, none), none);
+    for (const auto& [name, named] : named_files(option)) {
+      const fs::path file = fs::weakly_canonical(fs::absolute(named, none), none);
+      if (std::ranges::mismatch(folder, file).in1 == folder.end())
+        throw CLI::ValidationError(option->get_name(),
+                                   "'" + named + "' of " + name + " lies in '" + path +
+                                       "', which is replaced as a whole; give one of them another "
+                                       "folder");
+    }
   }
 }
 

@@ -129,6 +129,8 @@ class Command : public OptionGroup {
   void add_output();
   /// A further product. Two products may not go to one file, and none to a file that is read.
   Option add_output(const std::string& name, std::string& path, const std::string& what);
+  /// A folder of products, which is replaced whole; nothing else may lie in it.
+  Option add_output_folder(const std::string& name, std::string& path, const std::string& what);
   void add_seed();
   void add_new_sessions();
   /// A paragraph of --help on the columns of a file; see columns.h.
@@ -187,11 +189,12 @@ class Command : public OptionGroup {
   std::vector<std::pair<std::string, std::string>> named_files(const CLI::Option* own) const;
   void refuse_named(const std::string& path, const std::string& name, const CLI::Option* own) const;
   void check_outputs() const;
+  void check_folders() const;
   void begin_new_sessions(Campaign& campaign, bool is_input) const;
   void warn_of_unknown(const std::vector<std::string>& columns);
 
   std::string name_, example_, columns_;
-  std::vector<const CLI::Option*> outputs_;
+  std::vector<const CLI::Option*> outputs_, folders_;
   std::vector<std::pair<std::string, std::string>> inputs_;
   std::vector<std::string> warnings_;
   double started_ = 0;

@@ -7,9 +7,11 @@
 #include "armtrue/io/compensation_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/report/compensation_page.h"
 #include "columns.h"
 #include "command_line.h"
 #include "program_arguments.h"
+#include "report_arguments.h"
 #include "robot_program_files.h"
 
 using namespace armtrue;
@@ -24,6 +26,7 @@ struct Arguments : app::ProgramArguments {
   bool strict = false;
   double max_mm = CompensationOptions{}.max_correction / kMillimetre;
   app::RobotProgramFiles program;
+  app::ReportArguments page;
 };
 
 void add_options(app::Command& command, Arguments& arguments) {
@@ -53,6 +56,7 @@ void add_options(app::Command& command, Arguments& arguments) {
       .default_shown();
   app::add_robot_program(command, arguments.program);
   command.add_output("--summary", arguments.summary, "Write counts, errors and the worst here");
+  app::add_report(command, arguments.page, "with errors before and after, notes and a map");
   command.flag("--strict", arguments.strict,
                "Exit with 3 if a target has a note, or the assumptions are in doubt");
   command.add_columns(app::kProgramColumns);
@@ -201,10 +205,16 @@ int run(app::Command& command, const Arguments& arguments) {
     write_output(command.output,
                  write_commands(file, targets, command_kind(arguments, file.program)));
   warn_of_notes(command, targets, file);
+  const PageHead head = app::page_head(command, arguments.page);
   if (!arguments.summary.empty())
     write_output(arguments.summary,
                  write_compensation(targets, file.program, story, command.provenance()));
   command.report(compensation_table(targets, file.program));
+  if (arguments.page.is_wanted())
+    app::write_report(
+        command, arguments.page,
+        compensation_page(targets, file.program,
+                          {story.robot, story.controller, story.assumed, story.not_applied}, head));
   const bool is_noted = std::ranges::any_of(
       targets, [](const CorrectedTarget& target) { return !target.notes.empty(); });
   return arguments.strict && (is_noted || !is_followed || !in_doubt.empty()) ? app::kNotReached

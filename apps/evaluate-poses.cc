@@ -6,15 +6,18 @@
 #include "armtrue/io/output.h"
 #include "armtrue/io/residuals_io.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/report/calibration_page.h"
 #include "columns.h"
 #include "command_line.h"
+#include "report_arguments.h"
 
 using namespace armtrue;
 
 namespace {
 
 struct Arguments {
-  std::string robot, refit, residuals;
+  std::string robot, against, refit, residuals;
+  app::ReportArguments page;
   double max_error_mm = 0;  // 0: no limit
 };
 
@@ -25,25 +28,38 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.option("--robot", arguments.robot, "The robot to judge").required();
   command.option("--refit", arguments.refit,
                  "Fit these first, as base,tool for a robot carried to another set-up");
+  command.option("--against", arguments.against,
+                 "Compare with this robot on the same readings, such as the nominal one; --refit "
+                 "fits it too");
   command.add_output("--residuals", arguments.residuals,
                      "Write the residual of every reading here");
   command
       .option("--max-error-mm", arguments.max_error_mm,
               "Exit with 3 if position_mm: mean, the mean error of the readings, is larger")
       .check(app::above_zero());
+  app::add_report(command, arguments.page, "with errors, maps and the robot of --against");
   command.add_columns(app::kMeasuredPoseColumns);
 }
 
-int run(app::Command& command, const Arguments& arguments) {
-  Robot robot = command.read_robot(arguments.robot).robot;
-  const Campaign campaign = command.read_campaign(command.input, robot);
+// The robot as it is judged.
+Robot set_up(app::Command& command, const Arguments& arguments, const Robot& robot,
+             const Campaign& campaign) {
   app::refuse_mistakes(command, robot, campaign);
   if (arguments.refit.empty()) {
     app::require_sessions(robot, campaign);
-  } else {
-    command.progress("refitting " + arguments.refit);
-    robot = refit_set_up(robot, campaign, app::split_list(arguments.refit));
+    return robot;
   }
+  command.progress("refitting " + arguments.refit);
+  return refit_set_up(robot, campaign, app::split_list(arguments.refit));
+}
+
+int run(app::Command& command, const Arguments& arguments) {
+  const Robot given = command.read_robot(arguments.robot).robot;
+  std::optional<Robot> against;
+  if (!arguments.against.empty()) against = command.read_robot(arguments.against).robot;
+  const Campaign campaign = command.read_campaign(command.input, given);
+  const Robot robot = set_up(command, arguments, given, campaign);
+  if (against) against = set_up(command, arguments, *against, campaign);
   const Evaluation evaluation = evaluate(robot, campaign);
   std::vector<Prediction> predictions;
   if (robot.uncertainty) predictions = predict(robot, campaign);
@@ -52,8 +68,12 @@ int run(app::Command& command, const Arguments& arguments) {
     write_output(arguments.residuals,
                  write_residuals({{campaign, evaluation.residuals, split, predictions}}));
   }
-  write_output(command.output,
-               write_summary(evaluation, robot, campaign, command.provenance(), predictions));
+  const PageHead head = app::page_head(command, arguments.page);
+  write_output(command.output, write_summary(evaluation, robot, campaign, command.provenance(),
+                                             predictions, against));
+  if (arguments.page.is_wanted())
+    app::write_report(command, arguments.page,
+                      evaluation_page(robot, given, campaign, evaluation, against, head));
   const double mean = summarize(evaluation.position).mean / kMillimetre;
   if (arguments.max_error_mm == 0 || mean <= arguments.max_error_mm) return app::kSuccess;
   command.warn(

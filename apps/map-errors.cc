@@ -9,10 +9,11 @@
 #include "armtrue/io/output.h"
 #include "armtrue/kinematics/evaluator.h"
 #include "armtrue/kinematics/units.h"
-#include "armtrue/report/error_map_plot.h"
+#include "armtrue/report/error_map_page.h"
 #include "columns.h"
 #include "command_line.h"
 #include "program_arguments.h"
+#include "report_arguments.h"
 
 using namespace armtrue;
 
@@ -27,13 +28,16 @@ constexpr size_t kMostNamed = 5;   // in one warning
 
 struct Arguments : app::ProgramArguments {
   std::string targets, path, summary, plot;
+  app::ReportArguments page;
   std::vector<double> box_mm, grid, orientation, part_mm;
   std::optional<double> step_mm;
 };
 
 std::string why_no_picture(const std::string& file) {
-  if (file.ends_with(".svg") || file.ends_with(".png")) return "";
-  return "'" + file + "' ends neither with .svg nor with .png, which says what is drawn";
+  if (file.ends_with(".svg")) return "";
+  return "'" + file +
+         "' does not end with .svg; the picture is an SVG file, of which browsers and "
+         "rsvg-convert make other kinds";
 }
 
 void add_places(app::Command& command, Arguments& arguments) {
@@ -82,8 +86,9 @@ void add_options(app::Command& command, Arguments& arguments) {
   app::add_conditions(command, arguments);
   command.add_output("--summary", arguments.summary,
                      "Write errors by cause, direction and places of the part here");
-  command.add_output("--plot", arguments.plot, "Draw the map here, .svg or .png")
+  command.add_output("--plot", arguments.plot, "Draw the map here, as .svg")
       .check({"", why_no_picture});
+  app::add_report(command, arguments.page, "with errors by cause, map and places of the part");
   command.add_columns(app::kProgramColumns);
   command.add_columns(app::kPathColumns);
 }
@@ -348,15 +353,18 @@ int run(app::Command& command, const Arguments& arguments) {
   for (const std::string& effect : story.not_applied)
     command.warn("not applied, because it belongs to the station: " + effect);
   warn_of_notes(command, map);
-  if (!arguments.plot.empty())
-    write_output(arguments.plot,
-                 error_map_plot(map, arguments.plot.ends_with(".png") ? PictureFormat::png
-                                                                      : PictureFormat::svg));
+  const PageHead head = app::page_head(command, arguments.page);
+  if (!arguments.plot.empty()) write_output(arguments.plot, error_map_plot(map));
   if (!arguments.summary.empty())
     write_output(arguments.summary,
                  write_error_map_summary(map, summary, story, command.provenance()));
   write_output(command.output, write_error_map(map, joint_names(robot.chain)));
   command.report(error_map_table(map, summary));
+  if (arguments.page.is_wanted())
+    app::write_report(
+        command, arguments.page,
+        error_map_page(map, summary,
+                       {story.robot, story.controller, story.assumed, story.not_applied}, head));
   return app::kSuccess;
 }
 
@@ -369,7 +377,7 @@ int main(int argc, char** argv) {
       "where in the cell should the part stand, what would a calibrated controller gain.",
       "map-errors --robot closed.yaml --controller nominal.yaml --tool 0,0,150,0,0,0 "
       "--box-mm 1400,2200,-400,400,300,1100 --start 0,-60,90,0,60,0 "
-      "--plot map.png -o map.csv");
+      "--plot map.svg -o map.csv");
   Arguments arguments;
   add_options(command, arguments);
   return command.run(argc, argv, [&] { return run(command, arguments); });

@@ -13,12 +13,13 @@
 #include "armtrue/path/mirror/record_doubts.h"
 #include "armtrue/path/samples/bad_samples.h"
 #include "armtrue/programs/krl.h"
-#include "armtrue/report/mirror_report.h"
+#include "armtrue/report/mirror_page.h"
 #include "armtrue/report/mirror_table.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
 #include "columns.h"
 #include "command_line.h"
+#include "report_arguments.h"
 
 using namespace armtrue;
 
@@ -32,7 +33,8 @@ struct Arguments {
   std::string cutoff_hz = "1.5625", gain = "auto", points = "turning";
   std::optional<double> max_mm, offset_s;
   double spacing_mm = KrlCorrectionOptions{}.spacing / kMillimetre;
-  std::string poses, summary, deviation, report;
+  std::string poses, summary, deviation;
+  app::ReportArguments page;
 };
 
 app::Check gain_or_auto() {
@@ -125,8 +127,9 @@ void add_options(app::Command& command, Arguments& arguments) {
                                "Write clocks, noise, deviation and forecast here"));
   of_passes(command.add_output("--deviation", arguments.deviation,
                                "Write the deviation and its trend here"));
-  of_passes(command.add_output("--report", arguments.report,
-                               "Write a page with plots (HTML) of the measured passes here"));
+  for (const app::Option& option :
+       app::add_report(command, arguments.page, "of the measured passes with pictures"))
+    of_passes(option);
   command.add_columns(app::kPathColumns);
 }
 
@@ -366,7 +369,7 @@ Inputs read_inputs(app::Command& command, const Arguments& arguments) {
 void write_findings(app::Command& command, const Arguments& arguments, const Inputs& inputs,
                     MirrorFindings& findings) {
   warn_of_gaps(command, findings.result);
-  if (command.verbose || !arguments.summary.empty() || !arguments.report.empty()) {
+  if (command.verbose || !arguments.summary.empty() || arguments.page.is_wanted()) {
     command.progress("describing");
     const std::vector<Path> earlier = without_bad(command, inputs.programmed.path, inputs.earlier);
     app::on_samples_of(inputs.programmed, [&] {
@@ -375,6 +378,7 @@ void write_findings(app::Command& command, const Arguments& arguments, const Inp
     });
     command.tell(mirror_table(findings));
   }
+  const PageHead head = app::page_head(command, arguments.page);
   if (!arguments.summary.empty())
     write_output(arguments.summary, write_mirror(findings, command.provenance()));
   if (!arguments.deviation.empty())
@@ -382,10 +386,10 @@ void write_findings(app::Command& command, const Arguments& arguments, const Inp
   if (!arguments.poses.empty())
     write_output(arguments.poses,
                  pass_as_poses(inputs.programmed, inputs.robot, findings.result.deviation));
-  if (!arguments.report.empty())
-    write_output(arguments.report,
-                 mirror_report(inputs.programmed.path, findings,
-                               "Mirror correction of " + inputs.programmed.source));
+  if (arguments.page.is_wanted())
+    app::write_report(
+        command, arguments.page,
+        mirror_page(inputs.programmed.path, findings, inputs.programmed.source, head));
 }
 
 int run(app::Command& command, const Arguments& arguments) {

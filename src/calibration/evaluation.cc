@@ -1,5 +1,6 @@
 #include "armtrue/calibration/evaluation.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
@@ -103,6 +104,22 @@ Evaluation evaluate(const Robot& robot, const Campaign& campaign) {
     if (campaign.has_orientation()) evaluation.orientation.push_back(residual.tail<3>().norm());
   }
   return evaluation;
+}
+
+std::vector<AxisErrors> axis_errors(const Evaluation& evaluation, const Campaign& campaign) {
+  std::vector<AxisErrors> axes;
+  for (int i = 0; i < campaign.reading_size().position; ++i) {
+    const double first = evaluation.residuals.front()[i];
+    AxisErrors axis{campaign.has_distances() ? 'l' : "xyz"[i], 0, first, first};
+    for (const auto& residual : evaluation.residuals) {
+      axis.mean += residual[i];
+      axis.min = std::min(axis.min, residual[i]);
+      axis.max = std::max(axis.max, residual[i]);
+    }
+    axis.mean /= static_cast<double>(evaluation.residuals.size());
+    axes.push_back(axis);
+  }
+  return axes;
 }
 
 NoiseFloor noise_floor(const Robot& robot, const Campaign& campaign, const Evaluation& evaluation) {

@@ -356,8 +356,9 @@ Robot placed_nominal(const Robot& robot, const Campaign& campaign) {
   return calibrate(placed, campaign).robot;
 }
 
-void require_worthwhile(const Robot& nominal, const CalibrationResult& fit, const Campaign& sound,
-                        const std::vector<int>& blunders, int gross_rows) {
+std::optional<Robot> require_worthwhile(const Robot& nominal, const CalibrationResult& fit,
+                                        const Campaign& sound, const std::vector<int>& blunders,
+                                        int gross_rows) {
   const std::string remedy =
       "; a target, a reflector or the joint angles of several poses may be wrong: look at the "
       "residuals, then correct or leave out those rows, or measure them anew";
@@ -370,7 +371,8 @@ void require_worthwhile(const Robot& nominal, const CalibrationResult& fit, cons
   const auto identifies = [&](int parameter) {
     return std::ranges::find(fit.set.kept, parameter) != fit.set.kept.end();
   };
-  if (!identifies(kBaseParameters) || !identifies(layout_of(nominal.chain).tool)) return;
+  if (!identifies(kBaseParameters) || !identifies(layout_of(nominal.chain).tool))
+    return std::nullopt;
   std::vector<int> rows;
   for (int row = 0; row < sound.rows(); ++row)
     if (!std::ranges::binary_search(blunders, row)) rows.push_back(row);
@@ -386,12 +388,14 @@ void require_worthwhile(const Robot& nominal, const CalibrationResult& fit, cons
         fmt::format("{}: the calibrated robot misses its readings by {:.4g} mm (mean), more than "
                     "any error of an arm{}",
                     sound.source, fitted / kMillimetre, remedy));
-  const double placed = mean(placed_nominal(nominal, kept));
+  Robot placed_robot = placed_nominal(nominal, kept);
+  const double placed = mean(placed_robot);
   if (fitted > kWorse * placed + kExact)
     throw std::invalid_argument(
         fmt::format("{}: the calibrated robot misses its readings by {:.4g} mm (mean), the nominal "
                     "robot with base and tool placed by {:.4g} mm{}",
                     sound.source, fitted / kMillimetre, placed / kMillimetre, remedy));
+  return placed_robot;
 }
 
 }  // namespace armtrue

@@ -59,10 +59,7 @@ YAML::Node calibration_node(const CalibrationResult& result, const Campaign& cam
                              ? fmt::format("student-t {:g}", result.degrees_of_freedom)
                              : std::string("normal");
   const Evaluation evaluation = evaluate(robot, campaign);
-  node["training"] = errors_node(summarize(evaluation.position),
-                                 evaluation.orientation.empty()
-                                     ? std::nullopt
-                                     : std::optional(summarize(evaluation.orientation)));
+  node["training"] = evaluation_node(evaluation, campaign);
   YAML::Node identified(YAML::NodeType::Sequence);
   for (int k : result.set.kept) identified.push_back(parameter_name(robot.chain, k));
   node["identified"] = flow(identified);
@@ -85,18 +82,31 @@ YAML::Node calibration_node(const CalibrationResult& result, const Campaign& cam
   return node;
 }
 
+void add_findings(YAML::Node node, const Campaign& campaign, const CalibrationFindings& findings) {
+  if (findings.nominal)
+    node["nominal"] = evaluation_node(evaluate(*findings.nominal, campaign), campaign);
+  if (findings.quality) {
+    const NoiseFloor& noise = findings.quality->noise;
+    node["noise_floor"] = noise_node(noise);
+    node["floor_mm"] = rounded(mean_error_of_noise(noise.position, noise.axes) / kMillimetre);
+    YAML::Node excluded(YAML::NodeType::Sequence);
+    for (int row : findings.quality->blunders)
+      excluded.push_back(std::to_string(campaign.line[static_cast<size_t>(row)]));
+    node["excluded_rows"] = flow(excluded);
+  }
+  if (findings.zone) node["zone"] = zone_node(*findings.zone);
+  if (!findings.gross.empty()) node["gross_poses"] = gross_poses_node(findings.gross);
+}
+
 }  // namespace
 
 std::string write_calibration(const CalibrationResult& result, const Campaign& campaign,
-                              const Provenance& provenance,
-                              const std::optional<WeightedZone>& weighted_zone,
-                              const std::vector<GrossPose>& gross) {
+                              const Provenance& provenance, const CalibrationFindings& findings) {
   Robot robot = result.robot;
   robot.uncertainty = uncertainty_of(result, campaign);
   YAML::Node root = robot_node(robot, provenance);
   root["calibration"] = calibration_node(result, campaign);
-  if (weighted_zone) root["calibration"]["zone"] = zone_node(*weighted_zone);
-  if (!gross.empty()) root["calibration"]["gross_poses"] = gross_poses_node(gross);
+  add_findings(root["calibration"], campaign, findings);
   return print_document(root);
 }
 

@@ -181,6 +181,8 @@ std::string write_compensation(const std::vector<CorrectedTarget>& targets, cons
       error_node(summary_of(targets, [](const auto& t) { return t.after.position; }), kMillimetre);
   root["after_mrad"] = error_node(
       summary_of(targets, [](const auto& t) { return t.after.orientation; }), kMilliradian);
+  root["expected_mm"] =
+      error_node(summary_of(targets, [](const auto& t) { return t.expected(); }), kMillimetre);
   if (targets.front().deviation)
     root["std_mm"] =
         error_node(summary_of(targets, [](const auto& t) { return *t.deviation; }), kMillimetre);

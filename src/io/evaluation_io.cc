@@ -35,7 +35,8 @@ YAML::Node prediction_node(const Evaluation& evaluation, const Campaign& campaig
 
 std::string write_summary(const Evaluation& evaluation, const Robot& robot,
                           const Campaign& campaign, const Provenance& provenance,
-                          const std::vector<Prediction>& predictions) {
+                          const std::vector<Prediction>& predictions,
+                          const std::optional<Robot>& against) {
   YAML::Node root;
   root["format"] = "armtrue-summary/1";
   root["provenance"] = provenance_node(provenance);
@@ -43,25 +44,18 @@ std::string write_summary(const Evaluation& evaluation, const Robot& robot,
   root["poses"] = std::to_string(campaign.pose_ids.size());
   root["rows"] = std::to_string(campaign.rows());
   root["skipped_rows"] = std::to_string(campaign.skipped_rows);
-  root["noise_floor"] = noise_node(noise_floor(robot, campaign, evaluation));
+  const NoiseFloor noise = noise_floor(robot, campaign, evaluation);
+  root["noise_floor"] = noise_node(noise);
+  root["floor_mm"] = rounded(mean_error_of_noise(noise.position, noise.axes) / kMillimetre);
   root["position_mm"] = error_node(summarize(evaluation.position), kMillimetre);
   if (!evaluation.orientation.empty())
     root["orientation_mrad"] = error_node(summarize(evaluation.orientation), kMilliradian);
   if (!predictions.empty()) root["prediction"] = prediction_node(evaluation, campaign, predictions);
-  YAML::Node axes;
-  for (int i = 0; i < campaign.reading_size().position; ++i) {
-    double sum = 0, low = 1e300, high = -1e300;
-    for (const auto& residual : evaluation.residuals) {
-      sum += residual[i];
-      low = std::min(low, residual[i]);
-      high = std::max(high, residual[i]);
-    }
-    axes[std::string(1, campaign.has_distances() ? 'l' : "xyz"[i])] =
-        flow_map({{"mean", rounded(sum / kMillimetre / static_cast<double>(campaign.rows()))},
-                  {"min", rounded(low / kMillimetre)},
-                  {"max", rounded(high / kMillimetre)}});
+  root["axes_mm"] = axes_node(axis_errors(evaluation, campaign));
+  if (against) {
+    root["against"] = evaluation_node(evaluate(*against, campaign), campaign);
+    root["against"]["robot"] = against->name;
   }
-  root["axes_mm"] = axes;
   return print_document(root);
 }
 

@@ -11,7 +11,9 @@ namespace {
 
 YAML::Node stage_node(const Stage& stage, bool held_out) {
   const auto node_of = [](const StageErrors& errors) {
-    return errors_node(errors.position, errors.orientation);
+    YAML::Node part = errors_node(errors.position, errors.orientation);
+    part["axes_mm"] = axes_node(errors.axes);
+    return part;
   };
   YAML::Node node;
   node["name"] = stage.name;

@@ -1,7 +1,6 @@
 #include "armtrue/io/output.h"
 
 #include <fcntl.h>
-#include <signal.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -11,6 +10,8 @@
 #include <filesystem>
 #include <memory>
 #include <system_error>
+
+#include "io/signals_wait.h"
 
 namespace armtrue {
 namespace {
@@ -70,23 +71,6 @@ bool leads_to_a_descriptor(fs::path path) {
   }
   return false;
 }
-
-// Signals that end a process wait until the files are whole and no temporary file is left.
-class SignalsWait {
- public:
-  SignalsWait() {
-    sigset_t ending;
-    sigemptyset(&ending);
-    for (int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT}) sigaddset(&ending, signal);
-    pthread_sigmask(SIG_BLOCK, &ending, &before_);
-  }
-  ~SignalsWait() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
-  SignalsWait(const SignalsWait&) = delete;
-  SignalsWait& operator=(const SignalsWait&) = delete;
-
- private:
-  sigset_t before_;
-};
 
 void write_all(int descriptor, const std::string& text, const std::string& path) {
   size_t written = 0;

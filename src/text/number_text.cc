@@ -32,6 +32,11 @@ std::string number_text(double value) {
   return fmt::format("{}", value);
 }
 
+std::string rounded(double value) {
+  require_finite(value);
+  return fmt::format("{:.4g}", value);
+}
+
 std::string decimal_text(double value, int decimals) {
   double scale = 1;
   for (int k = 0; k < decimals; ++k) scale *= 10;

@@ -24,8 +24,10 @@ int count_poses(const Campaign& campaign) {
   return static_cast<int>(std::set<int>(campaign.pose.begin(), campaign.pose.end()).size());
 }
 
-StageErrors errors_of(const Evaluation& evaluation) {
-  StageErrors errors{summarize(evaluation.position), std::nullopt};
+StageErrors errors_of(const Robot& robot, const Campaign& campaign) {
+  const Evaluation evaluation = evaluate(robot, campaign);
+  StageErrors errors{summarize(evaluation.position), std::nullopt,
+                     axis_errors(evaluation, campaign)};
   if (!evaluation.orientation.empty()) errors.orientation = summarize(evaluation.orientation);
   return errors;
 }
@@ -44,8 +46,8 @@ std::array<double, 2> paired_bootstrap(const std::vector<double>& a, const std::
 
 Stage stage_of(const std::string& name, int parameters, const Robot& robot,
                const Campaign& training, const Campaign& held_out) {
-  Stage stage{name, parameters, errors_of(evaluate(robot, training)), {}};
-  if (held_out.rows() > 0) stage.held_out = errors_of(evaluate(robot, held_out));
+  Stage stage{name, parameters, errors_of(robot, training), {}};
+  if (held_out.rows() > 0) stage.held_out = errors_of(robot, held_out);
   return stage;
 }
 

@@ -24,6 +24,15 @@ struct Evaluation {
 /// Throws std::invalid_argument if the campaign lacks a target, or what an effect is driven by.
 Evaluation evaluate(const Robot& robot, const Campaign& campaign);
 
+/// Errors along one axis, with their sign.
+struct AxisErrors {
+  char axis;                          ///< x, y or z of R_A, or l of lengths
+  double mean = 0, min = 0, max = 0;  ///< [m]
+};
+
+/// Those of the positions of a campaign that has rows: of x, y and z, or of the lengths.
+std::vector<AxisErrors> axis_errors(const Evaluation& evaluation, const Campaign& campaign);
+
 /// Where the noise floor comes from.
 struct NoiseFloor {
   enum class Source { replicates, instrument, none };

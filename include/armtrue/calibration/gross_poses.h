@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -51,8 +52,10 @@ Robot placed_nominal(const Robot& robot, const Campaign& campaign);
 /// Throws std::invalid_argument, with remedy, if more readings are left out (gross poses and
 /// blunders) than kept, or if the fit misses the kept ones by more (mean) than the nominal robot
 /// with base and tool placed; the latter only where base and tool are identified. `sound`: the
-/// campaign of the fit, of which it takes the rows `blunders` for blunders.
-void require_worthwhile(const Robot& nominal, const CalibrationResult& fit, const Campaign& sound,
-                        const std::vector<int>& blunders, int gross_rows);
+/// campaign of the fit, of which it takes the rows `blunders` for blunders. Returns the nominal
+/// robot as it was placed; nothing where base and tool are not both identified.
+std::optional<Robot> require_worthwhile(const Robot& nominal, const CalibrationResult& fit,
+                                        const Campaign& sound, const std::vector<int>& blunders,
+                                        int gross_rows);
 
 }  // namespace armtrue

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "armtrue/calibration/calibration.h"
+#include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/gross_poses.h"
 #include "armtrue/calibration/zone.h"
 #include "armtrue/io/provenance.h"
@@ -17,12 +18,18 @@ struct WeightedZone {
   int readings_inside;
 };
 
+/// What a calibration found beside the robot.
+struct CalibrationFindings {
+  std::optional<WeightedZone> zone;
+  std::vector<GrossPose> gross;       ///< they took no part
+  std::optional<Robot> nominal;       ///< with base and tool placed on the readings
+  std::optional<FitQuality> quality;  ///< of the fit
+};
+
 /// The calibrated robot as an armtrue-robot/1 document with a `calibration:` map: convergence,
-/// rank, condition, observability, errors, the zone, the gross poses that were left out, and each
-/// absorbed parameter with the parameters that absorb it.
+/// rank, condition, observability, errors, noise, the zone, what was left out, and each absorbed
+/// parameter with the parameters that absorb it.
 std::string write_calibration(const CalibrationResult& result, const Campaign& campaign,
-                              const Provenance& provenance,
-                              const std::optional<WeightedZone>& weighted_zone = std::nullopt,
-                              const std::vector<GrossPose>& gross = {});
+                              const Provenance& provenance, const CalibrationFindings& findings);
 
 }  // namespace armtrue

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "armtrue/calibration/evaluation.h"
@@ -9,9 +10,10 @@
 namespace armtrue {
 
 /// armtrue-summary/1: errors of a robot on a campaign, and what was predicted of them if it states
-/// its uncertainty.
+/// its uncertainty. `against`: another robot on the same readings, to compare with.
 std::string write_summary(const Evaluation& evaluation, const Robot& robot,
                           const Campaign& campaign, const Provenance& provenance,
-                          const std::vector<Prediction>& predictions = {});
+                          const std::vector<Prediction>& predictions = {},
+                          const std::optional<Robot>& against = {});
 
 }  // namespace armtrue

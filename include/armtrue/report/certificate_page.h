@@ -2,18 +2,15 @@
 
 #include <optional>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "armtrue/certification/certificate.h"
+#include "armtrue/report/report.h"
 
 namespace armtrue {
 
 /// One HTML page to print on A4 and to sign: what was measured by whom, result, figures, budget,
 /// comparison, poses and the SHA-256 of the files. Its numbers are those of armtrue-certificate/1.
-/// `inputs`: file and SHA-256.
 std::string certificate_page(const Certificate& certificate,
-                             const std::optional<Comparison>& comparison,
-                             const std::vector<std::pair<std::string, std::string>>& inputs);
+                             const std::optional<Comparison>& comparison, const PageHead& head);
 
 }  // namespace armtrue

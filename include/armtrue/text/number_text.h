@@ -19,6 +19,9 @@ std::optional<double> read_number(std::string_view text);
 /// The shortest decimal that reads back as exactly this number. Must be finite, as below.
 std::string number_text(double value);
 
+/// Four significant digits, enough for a statistic. Must be finite.
+std::string rounded(double value);
+
 /// The value rounded to so many decimals, without zeros at the end.
 std::string decimal_text(double value, int decimals);
 

@@ -19,6 +19,7 @@ namespace armtrue {
 struct StageErrors {
   ErrorSummary position;                    ///< [m]
   std::optional<ErrorSummary> orientation;  ///< [rad]
+  std::vector<AxisErrors> axes;             ///< [m]
 };
 
 struct Stage {

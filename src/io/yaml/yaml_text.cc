@@ -81,11 +81,6 @@ YAML::Node flow_list(const std::vector<double>& values) {
   return flow(node);
 }
 
-std::string rounded(double value) {
-  require_finite(value);
-  return fmt::format("{:.4g}", value);
-}
-
 std::string rounded_or_null(double value) { return std::isfinite(value) ? rounded(value) : kNull; }
 
 YAML::Node error_node(const ErrorSummary& errors, double unit) {
@@ -100,6 +95,24 @@ YAML::Node errors_node(const ErrorSummary& position,
   YAML::Node node;
   node["position_mm"] = error_node(position, kMillimetre);
   if (orientation) node["orientation_mrad"] = error_node(*orientation, kMilliradian);
+  return node;
+}
+
+YAML::Node axes_node(const std::vector<AxisErrors>& axes) {
+  YAML::Node node;
+  for (const AxisErrors& axis : axes)
+    node[std::string(1, axis.axis)] = flow_map({{"mean", rounded(axis.mean / kMillimetre)},
+                                                {"min", rounded(axis.min / kMillimetre)},
+                                                {"max", rounded(axis.max / kMillimetre)}});
+  return node;
+}
+
+YAML::Node evaluation_node(const Evaluation& evaluation, const Campaign& campaign) {
+  YAML::Node node = errors_node(summarize(evaluation.position),
+                                evaluation.orientation.empty()
+                                    ? std::nullopt
+                                    : std::optional(summarize(evaluation.orientation)));
+  node["axes_mm"] = axes_node(axis_errors(evaluation, campaign));
   return node;
 }
 

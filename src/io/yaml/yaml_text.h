@@ -28,8 +28,6 @@ YAML::Node flow_map(const std::vector<std::pair<std::string, std::string>>& entr
 /// A list on one line.
 YAML::Node flow_list(const std::vector<double>& values);
 
-/// Four significant digits, enough for a statistic.
-std::string rounded(double value);
 /// null for what is not finite, such as the score of an effect that nothing shows.
 std::string rounded_or_null(double value);
 
@@ -37,6 +35,10 @@ YAML::Node error_node(const ErrorSummary& errors, double unit);
 /// Of positions [m] and, where there are some, of orientations [rad].
 YAML::Node errors_node(const ErrorSummary& position,
                        const std::optional<ErrorSummary>& orientation);
+/// Of each axis.
+YAML::Node axes_node(const std::vector<AxisErrors>& axes);
+/// Lengths, and each axis.
+YAML::Node evaluation_node(const Evaluation& evaluation, const Campaign& campaign);
 YAML::Node noise_node(const NoiseFloor& noise);
 
 /// Null for "".

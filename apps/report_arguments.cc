@@ -1,0 +1,46 @@
+#include "report_arguments.h"
+
+#include "armtrue/io/output_folder.h"
+
+namespace armtrue::app {
+
+std::vector<Option> add_report(Command& command, ReportArguments& arguments,
+                               const std::string& what) {
+  const Option report =
+      command.add_output("--report", arguments.report, "Write a page " + what + " here (HTML)");
+  const Option plots = command.add_output_folder(
+      "--plots", arguments.plots,
+      "Write the pictures of the page into this folder, each as an SVG file; what armtrue wrote "
+      "there before is replaced");
+  command
+      .option("--about", arguments.about,
+              "Robot, operator, date and instrument for the head of the page (armtrue-about/1)")
+      .needs(report);
+  return {report, plots};
+}
+
+PageHead page_head(Command& command, const ReportArguments& arguments) {
+  PageHead head;
+  if (!arguments.about.empty()) head.about = command.read_about(arguments.about);
+  const Provenance provenance = command.provenance();
+  head.command = provenance.command;
+  head.version = provenance.version;
+  head.inputs = provenance.inputs;
+  return head;
+}
+
+void write_report(const Command& command, const ReportArguments& arguments, const Report& report) {
+  if (!arguments.report.empty()) {
+    write_output(arguments.report, report.html);
+    if (arguments.report != "-") command.report("wrote " + arguments.report + "\n");
+  }
+  if (arguments.plots.empty()) return;
+  std::vector<Product> pictures;
+  for (const PictureFile& picture : report.pictures)
+    pictures.push_back({picture.name, picture.text});
+  replace_folder(arguments.plots, pictures);
+  command.report("wrote " + std::to_string(pictures.size()) + " pictures into " + arguments.plots +
+                 "\n");
+}
+
+}  // namespace armtrue::app

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "armtrue/report/report.h"
+#include "command_line.h"
+
+namespace armtrue::app {
+
+/// The options of a page, the same for every command that has one.
+struct ReportArguments {
+  std::string report, plots, about;
+
+  bool is_wanted() const { return !report.empty() || !plots.empty(); }
+};
+
+/// --report, --plots and --about; returns the first two. `what`: what the page is about, to follow
+/// "Write a page ".
+std::vector<Option> add_report(Command& command, ReportArguments& arguments,
+                               const std::string& what);
+
+/// Reads --about. Call it after the other inputs and before the provenance of a product is taken,
+/// so that page and product name the same inputs.
+PageHead page_head(Command& command, const ReportArguments& arguments);
+
+/// Writes the page, and the pictures as files of their own. The name of what was written is
+/// reported.
+void write_report(const Command& command, const ReportArguments& arguments, const Report& report);
+
+}  // namespace armtrue::app

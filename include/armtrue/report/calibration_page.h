@@ -1,0 +1,34 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "armtrue/calibration/calibration.h"
+#include "armtrue/calibration/evaluation.h"
+#include "armtrue/calibration/gross_poses.h"
+#include "armtrue/report/report.h"
+
+namespace armtrue {
+
+/// What a page says of a calibration beside the fit.
+struct CalibrationStory {
+  std::vector<GrossPose> gross;       ///< poses that took no part
+  std::optional<Robot> nominal;       ///< with base and tool placed on the readings
+  FitQuality quality;                 ///< of the fit
+  std::optional<std::string> missed;  ///< the criterion that the calibration misses, in words
+};
+
+/// The page of a calibration: errors before and after, along the campaign and in the workspace,
+/// what to measure next, parameters with their standard deviations and how much of each the
+/// readings say, readings left out. The keys are those of armtrue-robot/1.
+Report calibration_page(const CalibrationResult& result, const Campaign& campaign,
+                        const CalibrationStory& story, const PageHead& head);
+
+/// The page of a robot on measured poses. `file`: the robot as its file has it, before a refit;
+/// `against`: another robot on the same readings. The keys are those of armtrue-summary/1.
+Report evaluation_page(const Robot& robot, const Robot& file, const Campaign& campaign,
+                       const Evaluation& evaluation, const std::optional<Robot>& against,
+                       const PageHead& head);
+
+}  // namespace armtrue

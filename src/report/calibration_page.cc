@@ -1,0 +1,176 @@
+#include "armtrue/report/calibration_page.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "armtrue/kinematics/parameters.h"
+#include "armtrue/kinematics/units.h"
+#include "report/evaluation_parts.h"
+#include "report/readings_left_out.h"
+
+namespace armtrue {
+namespace {
+
+std::string mean_mm(const Evaluation& evaluation, const std::string& key) {
+  return keyed_mm(summarize(evaluation.position).mean, key + "position_mm/mean") + " mm";
+}
+
+// In which files state standard deviations.
+DisplayUnit file_unit_of(int parameter) {
+  const ParameterUnit unit = parameter_unit(parameter);
+  return unit == ParameterUnit::radian ? DisplayUnit{kDegree, "deg"} : display_unit(unit);
+}
+
+// Standard deviation, and how much of it the readings say, for each identified parameter.
+std::string parameters_table(const CalibrationResult& result) {
+  std::vector<TableRow> rows;
+  const KinematicChain& chain = result.robot.chain;
+  for (size_t k = 0; k < result.set.kept.size(); ++k) {
+    const int parameter = result.set.kept[k];
+    const std::string name = parameter_name(chain, parameter);
+    const DisplayUnit unit = file_unit_of(parameter);
+    const auto std = result.robot.std.find(name);
+    const auto unknown = static_cast<Eigen::Index>(k);
+    const bool has_prior = result.prior_weight[unknown] != 0;
+    rows.push_back(
+        {escaped(name),
+         std == result.robot.std.end() ? "-" : keyed(std->second / unit.si, "std/" + name),
+         unit.name,
+         has_prior ? keyed(fmt::format("{:.2f}", result.share_of_readings[unknown]),
+                           "calibration/share_of_readings/" + name)
+                   : "1"});
+  }
+  return table({"parameter", "standard deviation", "unit", "share of the readings"}, rows);
+}
+
+void add_calibration_verdict(Page& page, const CalibrationResult& result, const Campaign& campaign,
+                             const CalibrationStory& story, const std::vector<Judged>& models) {
+  const std::string after = mean_mm(models.back().evaluation, "calibration/training/");
+  const std::string before =
+      story.nominal ? mean_mm(models.front().evaluation, "calibration/nominal/") : "";
+  std::string sentence =
+      "Mean error " + (before.empty() ? "" : before + " before, ") + after +
+      " after the calibration, of the " +
+      keyed(std::to_string(campaign.rows()), "calibration/rows") +
+      " readings that it was fitted to; " +
+      keyed(std::to_string(result.names.size()), "calibration/unknowns") + " unknowns from " +
+      keyed(std::to_string(campaign.pose_ids.size()), "calibration/poses") + " poses.";
+  if (story.missed) sentence += " " + escaped(*story.missed) + ".";
+  page.verdict(story.missed ? Tone::attention : Tone::good,
+               !result.converged ? "did not converge"
+               : story.missed    ? "a criterion is missed"
+                                 : "calibrated",
+               sentence);
+  page.tiles({{"Before", before.empty() ? "?" : before,
+               before.empty() ? "base and tool are not both identified"
+                              : "nominal robot, base and tool placed"},
+              {"After", after, "calibrated robot"},
+              floor_tile(story.quality.noise, "calibration/floor_mm")});
+}
+
+void add_calibration_next(Page& page, const CalibrationResult& result, const Campaign& campaign) {
+  page.section("What to measure next");
+  std::vector<std::string> items{
+      "poses that take no part, to judge the result: evaluate-poses, or close-loop, which looks "
+      "for what the geometry lacks"};
+  const NearNominal near = near_nominal(result, campaign);
+  if (near.poses > 0)
+    items.push_back("some " + keyed(std::to_string(near.poses), "calibration/more_poses") +
+                    " more poses like these: they would tell the first of the " +
+                    std::to_string(near.parameters.size()) +
+                    " parameters that stand near their nominal values for want of readings");
+  else if (!near.parameters.empty())
+    items.push_back(
+        "poses that move every joint over its travel: " + std::to_string(near.parameters.size()) +
+        " parameters stand near their nominal values, and poses like these do not "
+        "tell them");
+  page.list(items);
+}
+
+}  // namespace
+
+Report calibration_page(const CalibrationResult& result, const Campaign& campaign,
+                        const CalibrationStory& story, const PageHead& head) {
+  std::vector<Judged> models;
+  std::vector<TabledModel> tabled;
+  if (story.nominal)
+    models.push_back({"nominal robot", Look::before, evaluate(*story.nominal, campaign)});
+  models.push_back({"calibrated robot", Look::after, evaluate(result.robot, campaign)});
+  if (story.nominal)
+    tabled.push_back({"nominal robot", "calibration/nominal/", &models.front().evaluation});
+  tabled.push_back({"calibrated robot", "calibration/training/", &models.back().evaluation});
+  std::vector<bool> left_out(static_cast<size_t>(campaign.rows()), false);
+  std::vector<int> lines;
+  for (int row : story.quality.blunders) {
+    left_out[static_cast<size_t>(row)] = true;
+    lines.push_back(campaign.line[static_cast<size_t>(row)]);
+  }
+  Page page(head, result.robot.name, "Calibration");
+  add_calibration_verdict(page, result, campaign, story, models);
+  add_error_pictures(page, models, campaign, left_out, "readings of the fit");
+  add_calibration_next(page, result, campaign);
+  add_readings_left_out(page, story.gross, lines, "calibration/");
+  page.section("Parameters");
+  page.add(
+      paragraph("How well each identified parameter is known, and how much of it the readings "
+                "say: 1 is all, below a half it stands near its nominal value."));
+  page.add(folded(fmt::format("{} parameters", result.set.kept.size()), parameters_table(result)));
+  page.add(folded("Errors in numbers", errors_table(tabled, campaign)));
+  page.add(folded(
+      "The fit",
+      table({"fit", ""},
+            {{"rank", keyed(std::to_string(result.rank), "calibration/rank")},
+             {"condition", keyed(result.condition, "calibration/condition")},
+             {"iterations", keyed(std::to_string(result.iterations), "calibration/iterations")}})));
+  return page.finish();
+}
+
+Report evaluation_page(const Robot& robot, const Robot& file, const Campaign& campaign,
+                       const Evaluation& evaluation, const std::optional<Robot>& against,
+                       const PageHead& head) {
+  std::vector<Judged> models;
+  std::vector<TabledModel> tabled;
+  if (against) models.push_back({"compared robot", Look::before, evaluate(*against, campaign)});
+  models.push_back({"this robot", Look::after, evaluation});
+  if (against) tabled.push_back({"compared robot", "against/", &models.front().evaluation});
+  tabled.push_back({"this robot", "", &models.back().evaluation});
+  const NoiseFloor noise = noise_floor(robot, campaign, evaluation);
+  const double floor = mean_error_of_noise(noise.position, noise.axes);
+  const ErrorSummary errors = summarize(evaluation.position);
+  constexpr double kNear = 1.3;  // times the floor
+  const bool is_known = noise.source != NoiseFloor::Source::none;
+  const bool is_near = is_known && errors.mean <= kNear * floor;
+  Page page(head, robot.name, "Errors on measured poses");
+  page.verdict(is_near ? Tone::good : Tone::attention,
+               is_near    ? "at the floor"
+               : is_known ? "above the floor"
+                          : "no floor is known",
+               "Mean error " + mean_mm(evaluation, "") + ", 95 % of the readings below " +
+                   keyed_mm(errors.p95, "position_mm/p95") + " mm, largest " +
+                   keyed_mm(errors.max, "position_mm/max") + " mm, of " +
+                   keyed(std::to_string(campaign.rows()), "rows") + " readings at " +
+                   keyed(std::to_string(campaign.pose_ids.size()), "poses") + " poses.");
+  page.tiles({{"Before", against ? mean_mm(models.front().evaluation, "against/") : "?",
+               against ? keyed(against->name, "against/robot") : "--against names a robot"},
+              {"After", mean_mm(evaluation, ""), "this robot"},
+              floor_tile(noise, "floor_mm")});
+  add_error_pictures(page, models, campaign, {}, "readings");
+  page.section("What to measure next");
+  page.list({is_near ? "nothing: the errors are those of the noise"
+                     : "a campaign for close-loop, which looks for what makes the rest"});
+  page.folded_section("Details");
+  page.add(folded("Errors in numbers", errors_table(tabled, campaign)));
+  std::vector<TableRow> rows;
+  for (const auto& [name, std] : file.std)
+    if (const auto parameter = find_parameter(file.chain, name)) {
+      const DisplayUnit unit = file_unit_of(*parameter);
+      rows.push_back({escaped(name), keyed(std / unit.si, "robot:std/" + name), unit.name});
+    }
+  if (!rows.empty())
+    page.add(folded("Parameters, as the robot file states them",
+                    table({"parameter", "standard deviation", "unit"}, rows)));
+  return page.finish();
+}
+
+}  // namespace armtrue

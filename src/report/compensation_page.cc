@@ -1,0 +1,153 @@
+#include "armtrue/report/compensation_page.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "armtrue/kinematics/units.h"
+#include "armtrue/statistics/summary.h"
+#include "report/model_story.h"
+#include "report/residual_pictures.h"
+
+namespace armtrue {
+namespace {
+
+constexpr int kWorstNamed = 3;
+
+template <typename Value>
+ErrorSummary over(const std::vector<CorrectedTarget>& targets, const Value& value) {
+  std::vector<double> values;
+  for (const CorrectedTarget& target : targets) values.push_back(value(target));
+  return summarize(values);
+}
+
+ErrorSummary before_of(const std::vector<CorrectedTarget>& targets) {
+  return over(targets, [](const CorrectedTarget& target) { return target.before.position; });
+}
+
+ErrorSummary after_of(const std::vector<CorrectedTarget>& targets) {
+  return over(targets, [](const CorrectedTarget& target) { return target.after.position; });
+}
+
+ErrorSummary expected_of(const std::vector<CorrectedTarget>& targets) {
+  return over(targets, [](const CorrectedTarget& target) { return target.expected(); });
+}
+
+ErrorSummary deviation_of(const std::vector<CorrectedTarget>& targets) {
+  return over(targets, [](const CorrectedTarget& target) { return *target.deviation; });
+}
+
+void add_compensation_verdict(Page& page, const std::vector<CorrectedTarget>& targets) {
+  const auto corrected = std::ranges::count_if(targets, &CorrectedTarget::is_corrected);
+  const bool is_all = corrected == static_cast<std::ptrdiff_t>(targets.size());
+  page.verdict(is_all ? Tone::good : Tone::attention,
+               is_all ? "every target is corrected" : "some targets stay as programmed",
+               keyed(compensation_sentence(targets), "sentence"));
+  const bool is_known = targets.front().deviation.has_value();
+  page.tiles(
+      {{"Before", keyed_mm(before_of(targets).mean, "before_mm/mean") + " mm",
+        "mean predicted error of " + keyed(std::to_string(targets.size()), "targets") + " targets"},
+       {"After", keyed_mm(expected_of(targets).mean, "expected_mm/mean") + " mm",
+        "with " + keyed(std::to_string(corrected), "corrected") +
+            (is_known ? " corrections, standard deviations of the model included"
+                      : " corrections, if the model is exact")},
+       {"Floor", is_known ? keyed_mm(deviation_of(targets).mean, "std_mm/mean") + " mm" : "?",
+        is_known ? "standard deviation of the model" : "the robot file states no uncertainty"}});
+}
+
+// What each target was moved by, at its place.
+std::vector<Drawing> correction_maps(const std::vector<CorrectedTarget>& targets) {
+  std::vector<Eigen::Vector3d> places, moved;
+  for (const CorrectedTarget& target : targets) {
+    places.push_back(target.intended.translation);
+    moved.push_back(target.pose.translation - target.intended.translation);
+  }
+  return field_maps(places, {{"correction", Look::after, moved}},
+                    {"map", "Corrections", "the program's frame",
+                     "What the command of each target is moved by.", "corrections"});
+}
+
+Drawing targets_picture(const std::vector<CorrectedTarget>& targets) {
+  const auto rows = static_cast<Eigen::Index>(targets.size());
+  Eigen::VectorXd before(rows), after(rows);
+  for (Eigen::Index k = 0; k < rows; ++k) {
+    before[k] = targets[static_cast<size_t>(k)].before.position / kMillimetre;
+    after[k] = targets[static_cast<size_t>(k)].expected() / kMillimetre;
+  }
+  return rows_picture(
+      before, after,
+      targets.front().deviation ? "corrected, standard deviation included" : "corrected");
+}
+
+void add_notes(Page& page, const std::vector<CorrectedTarget>& targets, const Program& program) {
+  page.section("What needs attention");
+  std::vector<TableRow> rows;
+  for (CommandNote note : command_notes())
+    if (const int count = count_of(targets, note); count > 0)
+      rows.push_back({to_string(note), keyed(std::to_string(count), "notes/" + to_string(note))});
+  page.add(rows.empty() ? paragraph("No target has a note.") : table({"note", "targets"}, rows));
+  std::vector<TableRow> worst;
+  const std::vector<int> numbers = worst_targets(targets, kWorstNamed);
+  for (size_t k = 0; k < numbers.size(); ++k) {
+    const auto row = static_cast<size_t>(numbers[k]);
+    const CorrectedTarget& target = targets[row];
+    const std::string key = fmt::format("worst/{}/", k);
+    std::string notes;
+    for (size_t n = 0; n < target.notes.size(); ++n)
+      notes += (n > 0 ? ", " : "") +
+               keyed(to_string(target.notes[n]), fmt::format("{}notes/{}", key, n));
+    worst.push_back({keyed(program.visits.pose_ids[row], key + "pose"),
+                     keyed_mm(target.before.position, key + "before_mm"),
+                     keyed_mm(target.after.position, key + "after_mm"),
+                     target.deviation ? keyed_mm(*target.deviation, key + "std_mm") : "-", notes});
+  }
+  page.add(table({"the worst after the correction", "before, mm", "after, mm", "std, mm", "notes"},
+                 worst));
+}
+
+std::string compensation_numbers(const std::vector<CorrectedTarget>& targets) {
+  std::vector<TableRow> rows;
+  const auto row = [&](const char* name, const ErrorSummary& errors, double unit,
+                       const std::string& key) {
+    rows.push_back({name, keyed(errors.mean / unit, key + "/mean"),
+                    keyed(errors.rms / unit, key + "/rms"), keyed(errors.p95 / unit, key + "/p95"),
+                    keyed(errors.max / unit, key + "/max")});
+  };
+  row("before, mm", before_of(targets), kMillimetre, "before_mm");
+  row("before, mrad",
+      over(targets, [](const CorrectedTarget& target) { return target.before.orientation; }),
+      kMilliradian, "before_mrad");
+  row("after, mm", after_of(targets), kMillimetre, "after_mm");
+  row("after, mrad",
+      over(targets, [](const CorrectedTarget& target) { return target.after.orientation; }),
+      kMilliradian, "after_mrad");
+  row("after, standard deviation included, mm", expected_of(targets), kMillimetre, "expected_mm");
+  if (targets.front().deviation)
+    row("standard deviation, mm", deviation_of(targets), kMillimetre, "std_mm");
+  return table({"predicted error", "mean", "RMS", "95 %", "max"}, rows);
+}
+
+}  // namespace
+
+Report compensation_page(const std::vector<CorrectedTarget>& targets, const Program& program,
+                         const ModelStory& story, const PageHead& head) {
+  Page page(head, story.robot, "Compensation");
+  add_compensation_verdict(page, targets);
+  page.section("Errors along the program");
+  page.pictures({targets_picture(targets)});
+  page.section("Where the corrections lie");
+  page.pictures(correction_maps(targets));
+  add_notes(page, targets, program);
+  if (const int far = count_of(targets, CommandNote::outside_readings); far > 0) {
+    page.section("What to measure next");
+    page.list({"poses near the " +
+               keyed(std::to_string(far), "notes/" + to_string(CommandNote::outside_readings)) +
+               " targets that lie outside what was measured"});
+  }
+  add_story(page, story);
+  page.folded_section("Details");
+  page.add(folded("Errors in numbers", compensation_numbers(targets)));
+  return page.finish();
+}
+
+}  // namespace armtrue

@@ -1,0 +1,54 @@
+#include "report/evaluation_parts.h"
+
+#include "armtrue/kinematics/units.h"
+
+namespace armtrue {
+
+std::string errors_table(const std::vector<TabledModel>& models, const Campaign& campaign) {
+  std::vector<TableRow> lengths, axes;
+  for (const TabledModel& model : models) {
+    const auto row = [&](const std::string& name, const std::vector<double>& errors, double unit,
+                         const std::string& of) {
+      const ErrorSummary summary = summarize(errors);
+      const std::string key = model.key + of;
+      lengths.push_back({model.name + ", " + name, keyed(summary.mean / unit, key + "/mean"),
+                         keyed(summary.rms / unit, key + "/rms"),
+                         keyed(summary.p95 / unit, key + "/p95"),
+                         keyed(summary.max / unit, key + "/max")});
+    };
+    row("mm", model.evaluation->position, kMillimetre, "position_mm");
+    if (!model.evaluation->orientation.empty())
+      row("mrad", model.evaluation->orientation, kMilliradian, "orientation_mrad");
+    for (const AxisErrors& axis : axis_errors(*model.evaluation, campaign)) {
+      const std::string key = model.key + "axes_mm/" + axis.axis;
+      axes.push_back({model.name + ", " + axis.axis, keyed_mm(axis.mean, key + "/mean"),
+                      keyed_mm(axis.min, key + "/min"), keyed_mm(axis.max, key + "/max")});
+    }
+  }
+  return table({"length of the error", "mean", "RMS", "95 %", "max"}, lengths) +
+         table({"axis", "mean, mm", "min, mm", "max, mm"}, axes);
+}
+
+void add_error_pictures(Page& page, const std::vector<Judged>& models, const Campaign& campaign,
+                        const std::vector<bool>& left_out, const std::string& readings) {
+  page.section("Errors of the " + readings);
+  page.pictures({histogram_picture(models, readings), axes_picture(models, campaign),
+                 campaign_picture(models, left_out)});
+  const size_t shown = std::min<size_t>(2, models.size());
+  const std::vector<Drawing> maps =
+      residual_maps({models.end() - static_cast<std::ptrdiff_t>(shown), models.end()}, campaign);
+  if (maps.empty()) return;
+  page.section("Errors in the workspace");
+  page.pictures(maps);
+}
+
+Page::Tile floor_tile(const NoiseFloor& noise, const std::string& key) {
+  if (noise.source == NoiseFloor::Source::none)
+    return {"Floor", "?", "no repeats, and no noise of the instrument is stated"};
+  return {"Floor",
+          keyed(mean_error_of_noise(noise.position, noise.axes) / kMillimetre, key) + " mm",
+          noise.source == NoiseFloor::Source::replicates ? "what repeats of a pose differ by"
+                                                         : "noise of the instrument, as stated"};
+}
+
+}  // namespace armtrue

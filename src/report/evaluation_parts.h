@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "report/page.h"
+#include "report/residual_pictures.h"
+
+namespace armtrue {
+
+/// One model in the tables of a page: its name, its key in the product, and its errors.
+struct TabledModel {
+  std::string name, key;  ///< `key`: of position_mm and axes_mm, with a slash
+  const Evaluation* evaluation;
+};
+
+/// Lengths, orientations and axes of models, in numbers.
+std::string errors_table(const std::vector<TabledModel>& models, const Campaign& campaign);
+
+/// Distribution, axes, course and map of the errors, with headings.
+void add_error_pictures(Page& page, const std::vector<Judged>& models, const Campaign& campaign,
+                        const std::vector<bool>& left_out, const std::string& readings);
+
+/// The tile of the floor, from its key; a mark of what is not known without a noise.
+Page::Tile floor_tile(const NoiseFloor& noise, const std::string& key);
+
+}  // namespace armtrue

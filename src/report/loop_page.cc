@@ -1,0 +1,314 @@
+#include "armtrue/report/loop_page.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "armtrue/kinematics/units.h"
+#include "armtrue/text/number_text.h"
+#include "armtrue/tracing/description.h"
+#include "report/page.h"
+#include "report/readings_left_out.h"
+#include "report/residual_pictures.h"
+
+namespace armtrue {
+namespace {
+
+std::string index_key(const char* list, size_t k) { return fmt::format("{}/{}/", list, k); }
+
+Tone tone_of(const LoopResult& result) {
+  if (result.worse_than_nominal || result.verdict == Verdict::unexplained) return Tone::bad;
+  const bool is_done =
+      result.verdict == Verdict::closed || result.verdict == Verdict::nothing_to_explain;
+  return is_done ? Tone::good : Tone::attention;
+}
+
+std::string badge_of(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::closed:
+      return "closed";
+    case Verdict::nothing_to_explain:
+      return "nothing to explain";
+    case Verdict::not_separable:
+      return "cause not yet decided";
+    case Verdict::too_few_poses:
+      return "too few poses";
+    case Verdict::unexplained:
+      break;
+  }
+  return "a rest is unexplained";
+}
+
+// The readings that judge: those held out, else those of the training.
+struct Judging {
+  const Campaign& campaign;
+  std::string set, words;  // as a key, and in words
+};
+
+Judging judging(const LoopResult& result, const Campaign& training, const Campaign& held_out) {
+  if (result.held_out_poses > 0) return {held_out, "held_out", "held-out readings"};
+  return {training, "training", "training readings"};
+}
+
+std::vector<Judged> models_of(const LoopResult& result, const Robot& nominal,
+                              const Campaign& training, const Campaign& judging) {
+  const bool has_effects = !result.trace.effects.empty();
+  std::vector<Judged> models;
+  models.push_back({"nominal robot", has_effects ? Look::nominal : Look::before,
+                    evaluate(placed_nominal(nominal, training), judging)});
+  models.push_back({"calibrated geometry", has_effects ? Look::before : Look::after,
+                    evaluate(result.trace.stages.front().robot, judging)});
+  if (has_effects)
+    models.push_back({"with its effects", Look::after, evaluate(result.trace.fit.robot, judging)});
+  return models;
+}
+
+void add_tiles(Page& page, const LoopResult& result, const Judging& by) {
+  const bool held_out = result.held_out_poses > 0, has_effects = !result.trace.effects.empty();
+  const auto mean_of = [&](size_t stage) {
+    const Stage& of = result.stages[stage];
+    return keyed_mm((held_out ? of.held_out : of.training).position.mean,
+                    fmt::format("stages/{}/{}/position_mm/mean", stage, by.set)) +
+           " mm";
+  };
+  const std::string readings = fmt::format("mean of {} {}", by.campaign.rows(), by.words);
+  const bool in_summary = held_out && has_effects;
+  page.tiles({{"Before",
+               in_summary ? keyed_mm(result.before, "before_after/before_mm") + " mm"
+                          : mean_of(has_effects ? 1 : 0),
+               has_effects ? "calibrated geometry; nominal robot " + mean_of(0) : "nominal robot"},
+              {"After",
+               held_out ? keyed_mm(result.after, "before_after/after_mm") + " mm"
+                        : mean_of(result.stages.size() - 1),
+               (has_effects ? "with its effects, " : "calibrated geometry, ") + readings},
+              {"Floor", keyed_mm(result.floor, "before_after/floor_mm") + " mm",
+               "what a perfect model would show"}});
+}
+
+Drawing curve_picture(const TracedEffect& traced, const std::vector<CurvePoint>& curve,
+                      const Robot& robot, size_t number) {
+  if (curve.empty()) return nullptr;
+  const DisplayUnit unit = display_unit(unit_of_parameter(robot.chain, traced.effect.parameter));
+  const bool is_angle = traced.effect.driver.kind == DriverKind::joint_angle;
+  const bool travels = is_travel(traced.effect.driver, robot.chain);
+  const double si_of_driver = travels ? kMillimetre : is_angle ? kDegree : 1.0;
+  const char* of_driver = travels                                         ? ", mm"
+                          : is_angle                                      ? ", deg"
+                          : traced.effect.driver.kind == DriverKind::time ? ", s"
+                                                                          : ", deg C";
+  Points low, middle, high;
+  double least = 0, most = 0;
+  for (const CurvePoint& point : curve) {
+    const double x = point.driver / si_of_driver;
+    low.emplace_back(x, (point.value - point.half_width) / unit.si);
+    middle.emplace_back(x, point.value / unit.si);
+    high.emplace_back(x, (point.value + point.half_width) / unit.si);
+    least = std::min(least, low.back().y());
+    most = std::max(most, high.back().y());
+  }
+  auto picture = std::make_shared<Picture>(
+      fmt::format("effect-{}", number + 1),
+      traced.effect.parameter + " over " + to_string(traced.effect.driver),
+      "What the parameter departs by; the band is the 95 % interval.",
+      exact_axis(middle.front().x(), middle.back().x(),
+                 to_string(traced.effect.driver) + of_driver));
+  Panel& panel =
+      picture->panel(round_axis(least, most, traced.effect.parameter + ", " + unit.name, 4), 110);
+  panel.band(low, high, Look::after, "95 %");
+  panel.line(middle, Look::after, "found");
+  return picture;
+}
+
+std::string statistics_of(const LoopResult& result, size_t k) {
+  const TracedEffect& traced = result.trace.effects[k];
+  const std::string key = index_key("effects", k);
+  std::vector<TableRow> rows;
+  rows.push_back({"fall of EBIC", keyed(traced.evidence.delta_ebic, key + "evidence/delta_ebic")});
+  rows.push_back({"family-wise p", keyed(traced.evidence.p_value, key + "evidence/p_value")});
+  rows.push_back({"cross-validated gain", keyed(traced.evidence.cross_validated_gain,
+                                                key + "evidence/cross_validated_gain")});
+  rows.push_back({"share of the variance that the effects explain, 95 %",
+                  keyed_share(traced.variance_share.ci95[0], key + "variance_share_ci95/0") +
+                      " to " +
+                      keyed_share(traced.variance_share.ci95[1], key + "variance_share_ci95/1")});
+  if (k < result.gains.size()) {
+    const HeldOutGain& gain = result.gains[k];
+    rows.push_back({"held-out gain, mm (95 %)",
+                    keyed_mm(gain.position, key + "evidence/held_out_gain_mm") + " (" +
+                        keyed_mm(gain.ci95[0], key + "evidence/held_out_gain_ci95_mm/0") + " to " +
+                        keyed_mm(gain.ci95[1], key + "evidence/held_out_gain_ci95_mm/1") + ")"});
+  }
+  if (result.nested)
+    rows.push_back({"found again, folds",
+                    keyed(std::to_string(result.nested->found_again[k]),
+                          fmt::format("nested_cv/found_again/{}/folds", k)) +
+                        " of " + keyed(std::to_string(result.nested->folds), "nested_cv/folds")});
+  std::string html =
+      paragraph(keyed(effect_descriptions(result)[k], key + "description")) + table({"", ""}, rows);
+  if (traced.indistinguishable.empty()) return html;
+  html += "<p>What these readings do not tell apart:</p>\n<ul>\n";
+  for (size_t r = 0; r < traced.indistinguishable.size(); ++r)
+    html += "<li>" +
+            keyed(unidentifiable(traced, traced.indistinguishable[r]),
+                  fmt::format("{}unidentifiable/{}", key, r)) +
+            "</li>\n";
+  return html + "</ul>\n";
+}
+
+void add_effects(Page& page, const LoopResult& result) {
+  if (result.trace.effects.empty()) return;
+  page.section("Causes, by their share");
+  std::vector<size_t> order(result.trace.effects.size());
+  for (size_t k = 0; k < order.size(); ++k) order[k] = k;
+  std::ranges::stable_sort(order, [&](size_t a, size_t b) {
+    return result.trace.effects[a].variance_share.value >
+           result.trace.effects[b].variance_share.value;
+  });
+  const Robot& robot = result.trace.fit.robot;
+  page.add("<div class=\"effects\">\n");
+  for (size_t k : order) {
+    const TracedEffect& traced = result.trace.effects[k];
+    const HeldOutGain* gain = k < result.gains.size() ? &result.gains[k] : nullptr;
+    const std::string key = index_key("effects", k);
+    page.add("<div class=\"effect\"><h3>" +
+             keyed(for_the_cell(traced, gain, robot), key + "sentence") + "</h3>\n" +
+             share_bar(traced.variance_share.value) +
+             paragraph(keyed_share(traced.variance_share.value, key + "variance_share") +
+                       " of what the effects explain <span class=\"quiet\">(" +
+                       keyed(traced.effect.parameter, key + "parameter") + " follows " +
+                       keyed(to_string(traced.effect.driver), key + "driver") + " (" +
+                       keyed(to_string(traced.effect.shape), key + "shape") + ")" + ")</span>"));
+    page.pictures({curve_picture(traced, result.curves[k], robot, k)});
+    page.add(folded("Statistics", statistics_of(result, k)) + "</div>\n");
+  }
+  page.add("</div>\n");
+}
+
+void add_next(Page& page, const LoopResult& result, const std::string& next_poses) {
+  page.section("What to measure next");
+  std::vector<std::string> items;
+  if (!next_poses.empty())
+    items.push_back("the poses of <span class=\"file\" data-key=\"next_poses\">" +
+                    escaped(next_poses) + "</span>, which tell the causes apart");
+  for (size_t k = 0; k < result.trace.effects.size(); ++k) {
+    const TracedEffect& traced = result.trace.effects[k];
+    if (!traced.indistinguishable.empty() && !traced.separated_by.empty())
+      items.push_back("for " + escaped(traced.effect.parameter) + ": " +
+                      keyed(traced.separated_by, index_key("effects", k) + "separated_by"));
+  }
+  if (result.verdict == Verdict::too_few_poses)
+    items.push_back(fmt::format("some {} more poses like these", result.more_poses));
+  if (result.verdict == Verdict::unexplained) {
+    items.push_back("the same with time, temperatures and payload logged at each reading");
+    items.push_back("repeats after driving to the pose anew, else the floor is too low");
+    if (!result.pattern.empty())
+      items.push_back(
+          "the best candidate that was not added: " + keyed(result.pattern, "remaining/pattern") +
+          ", p " + keyed(result.trace.remaining_p, "remaining/pattern_p"));
+  }
+  if (items.empty())
+    items.push_back(
+        "nothing to learn more from poses like these; poses where the arm will work "
+        "show how far the result carries (evaluate-poses)");
+  std::ranges::sort(items);
+  const auto same = std::ranges::unique(items);
+  items.erase(same.begin(), same.end());
+  page.list(items);
+}
+
+std::string stages_table(const LoopResult& result) {
+  std::vector<TableRow> rows;
+  const auto row = [&](const Stage& stage, const std::string& key) {
+    TableRow cells{keyed(stage.name, key + "name"),
+                   keyed(std::to_string(stage.parameters), key + "parameters"),
+                   keyed_mm(stage.training.position.mean, key + "training/position_mm/mean")};
+    if (result.held_out_poses > 0) {
+      const ErrorSummary& errors = stage.held_out.position;
+      cells.push_back(keyed_mm(errors.mean, key + "held_out/position_mm/mean"));
+      cells.push_back(keyed_mm(errors.p95, key + "held_out/position_mm/p95"));
+      cells.push_back(keyed_mm(errors.max, key + "held_out/position_mm/max"));
+    }
+    rows.push_back(cells);
+  };
+  for (size_t k = 0; k < result.stages.size(); ++k) row(result.stages[k], index_key("stages", k));
+  if (result.predictor) row(result.predictor->stage, "predictor/");
+  TableRow head{"stage", "unknowns", "training mean, mm"};
+  if (result.held_out_poses > 0)
+    for (const char* name : {"held-out mean, mm", "held-out 95 %, mm", "held-out max, mm"})
+      head.push_back(name);
+  std::string html = table(head, rows);
+  if (result.predictor)
+    html += paragraph(
+        "The last line only predicts: none of the effects that it adds is a finding, "
+        "and the verdict does without them.");
+  return html;
+}
+
+std::string nested_text(const NestedValidation& nested) {
+  return paragraph("Nested cross-validation, the whole search repeated in " +
+                   keyed(std::to_string(nested.folds), "nested_cv/folds") + " folds: mean error " +
+                   keyed_mm(nested.before.mean, "nested_cv/before_mm") +
+                   " mm with geometry alone, " + keyed_mm(nested.after.mean, "nested_cv/after_mm") +
+                   " mm with what the search added (gain " +
+                   keyed_mm(nested.gain.mean, "nested_cv/gain_mm") + " mm, standard error " +
+                   keyed_mm(nested.gain.error, "nested_cv/gain_se_mm") + " mm).");
+}
+
+void add_rest(Page& page, const LoopResult& result) {
+  std::string html = stages_table(result);
+  if (result.nested) html += nested_text(*result.nested);
+  if (result.lack_of_fit)
+    html += paragraph("Lack of fit against the noise: p " +
+                      keyed(*result.lack_of_fit, "remaining/lack_of_fit_p") + ".");
+  page.folded_section("Details");
+  page.add(folded("Stages of the model", html));
+}
+
+std::string axes_table(const LoopResult& result, const Judging& by) {
+  std::vector<TableRow> rows;
+  for (size_t k = 0; k < result.stages.size(); ++k) {
+    const bool is_shown = k < 2 || k + 1 == result.stages.size();
+    const StageErrors& errors =
+        by.set == "held_out" ? result.stages[k].held_out : result.stages[k].training;
+    for (const AxisErrors& axis : errors.axes) {
+      if (!is_shown) continue;
+      const std::string key = fmt::format("stages/{}/{}/axes_mm/{}/", k, by.set, axis.axis);
+      rows.push_back({fmt::format("{}, {}", axis.axis,
+                                  k == 0   ? "nominal robot"
+                                  : k == 1 ? "calibrated geometry"
+                                           : "with its effects"),
+                      keyed_mm(axis.mean, key + "mean"), keyed_mm(axis.min, key + "min"),
+                      keyed_mm(axis.max, key + "max")});
+    }
+  }
+  return table({"axis", "mean, mm", "min, mm", "max, mm"}, rows);
+}
+
+}  // namespace
+
+Report loop_page(const LoopResult& result, const Robot& nominal, const Campaign& training,
+                 const Campaign& held_out, const std::string& next_poses, const PageHead& head) {
+  const Campaign sound = without_gross(training, result.gross_poses);
+  const Judging by = judging(result, sound, held_out);
+  const std::vector<Judged> models = models_of(result, nominal, sound, by.campaign);
+  Page page(head, nominal.name, "Closing the loop");
+  page.verdict(tone_of(result), badge_of(result.verdict),
+               keyed(verdict_in_words(result), "sentence"));
+  add_tiles(page, result, by);
+  add_effects(page, result);
+  add_next(page, result, next_poses);
+  page.section("Errors of the " + by.words);
+  page.pictures({histogram_picture(models, by.words), axes_picture(models, by.campaign),
+                 campaign_picture(models, {})});
+  page.add(folded("Mean and range of each axis in numbers", axes_table(result, by)));
+  if (const auto maps = residual_maps({models.end() - 2, models.end()}, by.campaign);
+      !maps.empty()) {
+    page.section("Errors in the workspace");
+    page.pictures(maps);
+  }
+  add_readings_left_out(page, result.gross_poses, result.excluded_rows, "data/");
+  add_rest(page, result);
+  return page.finish();
+}
+
+}  // namespace armtrue

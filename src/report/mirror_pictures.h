@@ -1,0 +1,24 @@
+#pragma once
+
+#include "armtrue/path/mirror/findings.h"
+#include "report/svg.h"
+
+namespace armtrue {
+
+/// Deviation of each axis against the time of the program (figure 5).
+Drawing deviation_picture(const PathDeviation& deviation);
+
+/// Programmed, measured and corrected path in the plane of the two longest axes (figure 7).
+Drawing path_picture(const Path& programmed, const MirrorResult& result);
+
+/// Distance from the path, measured and less the new correction, along the path (figure 11).
+Drawing correction_picture(const Path& programmed, const MirrorResult& result,
+                           const MirrorOptions& options);
+
+/// Trend of each axis with the points of the correction (figure 10).
+Drawing trend_picture(const Path& programmed, const MirrorResult& result);
+
+/// Deviation against force with the fitted line, if there is one (figure 8).
+Drawing force_picture(const PathDeviation& deviation, const ForceLaw& law);
+
+}  // namespace armtrue

@@ -1,0 +1,46 @@
+#include "report/model_story.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace armtrue {
+
+void add_story(Page& page, const ModelStory& story) {
+  page.section("What this holds for");
+  std::vector<std::string> items;
+  for (size_t k = 0; k < story.assumed.size(); ++k)
+    items.push_back(keyed(story.assumed[k], fmt::format("assumed/{}", k)));
+  for (size_t k = 0; k < story.not_applied.size(); ++k)
+    items.push_back("Not applied, because it belongs to the station, or may: " +
+                    keyed(story.not_applied[k], fmt::format("not_applied/{}", k)));
+  page.list(items);
+}
+
+Drawing rows_picture(const Eigen::VectorXd& before, const Eigen::VectorXd& after,
+                     const std::string& after_name) {
+  constexpr Eigen::Index kMostRows = 800;
+  const std::vector<Eigen::Index> drawn = evenly(before.size(), kMostRows);
+  const auto rows = static_cast<size_t>(before.size());
+  auto picture = std::make_shared<Picture>(
+      "rows", "Predicted error along the rows",
+      "Each row in the order of the program." +
+          (drawn.size() < rows
+               ? fmt::format(" Of {} rows {} are drawn, evenly spread.", rows, drawn.size())
+               : std::string()),
+      round_axis(0, static_cast<double>(rows), "row"));
+  double most = 0;
+  Points first, second;
+  for (Eigen::Index k : drawn)
+    for (const auto& [values, points] : {std::pair(&before, &first), std::pair(&after, &second)})
+      if (const double value = (*values)[k]; std::isfinite(value)) {
+        points->emplace_back(static_cast<double>(k) + 0.5, value);
+        most = std::max(most, value);
+      }
+  Panel& panel = picture->panel(round_axis(0, most, "error, mm"), 190);
+  panel.points(first, Look::before, "as it is");
+  panel.points(second, Look::after, after_name);
+  return picture;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,196 @@
+#include "report/page.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "armtrue/kinematics/units.h"
+#include "armtrue/text/number_text.h"
+#include "report/page_style.h"
+
+namespace armtrue {
+namespace {
+
+// Signs beside the colours, for those who see none.
+const char* sign_of(Tone tone) {
+  switch (tone) {
+    case Tone::good:
+      return "&#10003;";
+    case Tone::attention:
+      return "!";
+    case Tone::bad:
+      break;
+  }
+  return "&#10007;";
+}
+
+const char* name_of(Tone tone) {
+  switch (tone) {
+    case Tone::good:
+      return "good";
+    case Tone::attention:
+      return "warn";
+    case Tone::bad:
+      break;
+  }
+  return "bad";
+}
+
+// "KR 360, no. 864201", without what is not stated.
+std::string with_serial(const std::string& name, const std::string& serial) {
+  return escaped(name) + (serial.empty() ? "" : ", no. " + escaped(serial));
+}
+
+std::string about_line(const PageHead& head) {
+  if (!head.about) return "";
+  const About& about = *head.about;
+  std::string html = "<dl>\n";
+  const auto item = [&](const char* name, const std::string& text) {
+    if (!text.empty())
+      html += std::string("<div><dt>") + name + "</dt><dd>" + text + "</dd></div>\n";
+  };
+  item("Robot", with_serial(about.type, about.serial));
+  item("Date", escaped(about.date));
+  item("Instrument", with_serial(about.instrument, about.instrument_serial));
+  item("Operator", escaped(about.operator_name));
+  item("Place", escaped(about.place));
+  return html + "</dl>\n";
+}
+
+}  // namespace
+
+std::string escaped(const std::string& text) {
+  std::string result;
+  for (char c : text) switch (c) {
+      case '&':
+        result += "&amp;";
+        break;
+      case '<':
+        result += "&lt;";
+        break;
+      case '>':
+        result += "&gt;";
+        break;
+      case '"':
+        result += "&quot;";
+        break;
+      default:
+        if (static_cast<unsigned char>(c) >= 0x20 || c == '\t' || c == '\n') result += c;
+    }
+  return result;
+}
+
+std::string keyed(const std::string& text, const std::string& key) {
+  return "<span data-key=\"" + escaped(key) + "\">" + escaped(text) + "</span>";
+}
+
+std::string keyed(double value, const std::string& key) { return keyed(rounded(value), key); }
+
+std::string keyed_mm(double metres, const std::string& key) {
+  constexpr double kNothing = 5e-8;  // m: half the last digit of 0.0000 mm
+  return std::abs(metres) < kNothing ? keyed("0.0000", key) : keyed(metres / kMillimetre, key);
+}
+
+std::string keyed_share(double share, const std::string& key) {
+  return fmt::format("<span data-key=\"{}\" data-unit=\"%\">{:.3g}</span> %", key, 100 * share);
+}
+
+std::string breakable(const std::string& text) {
+  return "<span class=\"file\">" + escaped(text) + "</span>";
+}
+
+std::string table(const TableRow& head, const std::vector<TableRow>& rows) {
+  std::string html = "<div class=\"scroll\" tabindex=\"0\"><table>\n<thead><tr>";
+  for (const std::string& cell : head) html += "<th scope=\"col\">" + cell + "</th>";
+  html += "</tr></thead>\n<tbody>\n";
+  for (const TableRow& row : rows) {
+    html += "<tr>";
+    for (size_t k = 0; k < row.size(); ++k)
+      html += k == 0 ? "<th scope=\"row\">" + row[k] + "</th>" : "<td>" + row[k] + "</td>";
+    html += "</tr>\n";
+  }
+  return html + "</tbody></table></div>\n";
+}
+
+std::string share_bar(double share) {
+  return fmt::format("<div class=\"share\"><i style=\"width:{:.1f}%\"></i></div>\n",
+                     100 * std::clamp(share, 0.0, 1.0));
+}
+
+std::string folded(const std::string& summary, const std::string& html) {
+  return "<details><summary>" + summary + "</summary>\n" + html + "</details>\n";
+}
+
+std::string paragraph(const std::string& html) { return "<p>" + html + "</p>\n"; }
+
+Page::Page(const PageHead& head, const std::string& robot, const std::string& what)
+    : head_(head), title_(robot + ": " + what) {
+  body_ = "<header>\n<p class=\"kind\">" + escaped(what) + "</p>\n<h1>" + escaped(robot) +
+          "</h1>\n" + about_line(head) + "</header>\n";
+}
+
+void Page::verdict(Tone tone, const std::string& word, const std::string& sentence) {
+  body_ += std::string("<div class=\"verdict ") + name_of(tone) + "\"><p><strong class=\"badge\">" +
+           "<span aria-hidden=\"true\">" + sign_of(tone) + "</span> " + escaped(word) +
+           "</strong></p><p class=\"sentence\">" + sentence + "</p></div>\n";
+}
+
+void Page::tiles(const std::vector<Tile>& tiles) {
+  body_ += "<div class=\"tiles\">\n";
+  for (const Tile& tile : tiles)
+    body_ += "<div class=\"tile\"><p class=\"label\">" + tile.label + "</p><p class=\"value\">" +
+             tile.value + "</p><p class=\"note\">" + tile.note + "</p></div>\n";
+  body_ += "</div>\n";
+}
+
+void Page::section(const std::string& heading) { body_ += "<h2>" + heading + "</h2>\n"; }
+
+void Page::folded_section(const std::string& heading) {
+  body_ += "<h2 class=\"screen\">" + heading + "</h2>\n";
+}
+
+void Page::pictures(const std::vector<Drawing>& pictures) {
+  if (std::ranges::all_of(pictures, [](const Drawing& picture) { return !picture; })) return;
+  body_ += "<div class=\"pictures\">\n";
+  for (const Drawing& picture : pictures) {
+    if (!picture) continue;
+    body_ += "<figure>" + picture->svg() + "<figcaption>" + escaped(picture->description()) +
+             "</figcaption></figure>\n";
+    files_.push_back({picture->name() + ".svg", stand_alone({picture})});
+  }
+  body_ += "</div>\n";
+}
+
+void Page::list(const std::vector<std::string>& items) {
+  body_ += "<ul>\n";
+  for (const std::string& item : items) body_ += "<li>" + item + "</li>\n";
+  body_ += "</ul>\n";
+}
+
+std::string Page::inputs() const {
+  std::vector<TableRow> rows;
+  for (size_t k = 0; k < head_.inputs.size(); ++k) {
+    const auto& [file, sha256] = head_.inputs[k];
+    const std::string key = "provenance/inputs/" + std::to_string(k) + "/";
+    rows.push_back(
+        {"<span class=\"file\" data-key=\"" + key + "file\">" + escaped(file) + "</span>",
+         "<span class=\"file\" data-key=\"" + key + "sha256\">" + sha256 + "</span>"});
+  }
+  return table({"file", "SHA-256"}, rows) +
+         paragraph("Made by " + keyed(head_.command, "provenance/command") + " of armtrue " +
+                   keyed(head_.version, "provenance/version") + ".");
+}
+
+Report Page::finish(bool folds_inputs) {
+  if (folds_inputs) body_ += folded("Input files and their SHA-256", inputs());
+  return {
+      "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">"
+      "<link rel=\"icon\" href=\"data:,\"><title>" +
+          escaped(title_) + "</title>\n<style>" + picture_style() + page_style() +
+          "</style></head>\n<body>\n<main>\n" + body_ + "</main>\n</body></html>\n",
+      files_};
+}
+
+}  // namespace armtrue

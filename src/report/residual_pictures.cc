@@ -1,0 +1,226 @@
+#include "report/residual_pictures.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "armtrue/kinematics/units.h"
+
+namespace armtrue {
+namespace {
+
+constexpr int kHistogramBins = 40;
+constexpr Eigen::Index kMostReadings = 800, kMostVectors = 250;  // in one picture
+
+double in_mm(double metres) { return metres / kMillimetre; }
+
+double largest_error(const std::vector<Judged>& models) {
+  double largest = 0;
+  for (const Judged& model : models)
+    for (double error : model.evaluation.position) largest = std::max(largest, error);
+  return in_mm(largest);
+}
+
+// "; of 12000 readings 800 are drawn, evenly spread", or nothing if all are.
+std::string thinned_note(Eigen::Index all, size_t drawn, const std::string& what) {
+  if (drawn == static_cast<size_t>(all)) return "";
+  return fmt::format(" Of {} {} {} are drawn, evenly spread.", all, what, drawn);
+}
+
+// Mean residual and mean place of each pose and target, in the order of the first visits.
+struct PlacedResiduals {
+  std::vector<Eigen::Vector3d> places;
+  std::vector<std::vector<Eigen::Vector3d>> residuals;  // per model
+};
+
+PlacedResiduals by_pose(const std::vector<Judged>& models, const Campaign& campaign) {
+  std::map<std::array<int, 3>, size_t> number;
+  std::vector<double> counts;
+  PlacedResiduals placed;
+  placed.residuals.resize(models.size());
+  for (int row = 0; row < campaign.rows(); ++row) {
+    const auto r = static_cast<size_t>(row);
+    const auto [at, is_new] =
+        number.try_emplace({campaign.pose[r], campaign.channel(row),
+                            campaign.session.empty() ? 0 : campaign.session[r]},
+                           counts.size());
+    const size_t k = at->second;
+    if (is_new) {
+      counts.push_back(0);
+      placed.places.emplace_back(Eigen::Vector3d::Zero());
+      for (auto& residuals : placed.residuals) residuals.emplace_back(Eigen::Vector3d::Zero());
+    }
+    counts[k] += 1;
+    placed.places[k] += campaign.position[r];
+    for (size_t m = 0; m < models.size(); ++m)
+      placed.residuals[m][k] += models[m].evaluation.residuals[r].head<3>();
+  }
+  for (size_t k = 0; k < counts.size(); ++k) {
+    placed.places[k] /= counts[k];
+    for (auto& residuals : placed.residuals) residuals[k] /= counts[k];
+  }
+  return placed;
+}
+
+}  // namespace
+
+double round_magnification(double longest, double extent) {
+  constexpr double kShare = 0.2;  // of the extent
+  if (!(longest > 0) || !(extent > 0)) return 1;
+  const double wanted = kShare * extent / longest;
+  const double decade = std::pow(10.0, std::floor(std::log10(wanted)));
+  const double digit = wanted / decade;
+  return std::max(1.0, decade * (digit >= 5 ? 5 : digit >= 2 ? 2 : 1));
+}
+
+Drawing histogram_picture(const std::vector<Judged>& models, const std::string& readings) {
+  const Axis x = round_axis(0, largest_error(models), "length of the error, mm");
+  const double width = x.high / kHistogramBins;
+  auto picture = std::make_shared<Picture>(
+      "histogram", "How large the errors are",
+      "Number of " + readings + " with an error of this size, one row for each model.", x);
+  for (const Judged& model : models) {
+    std::vector<double> counts(kHistogramBins, 0);
+    for (double error : model.evaluation.position)
+      ++counts[static_cast<size_t>(
+          std::min<double>(kHistogramBins - 1, std::floor(in_mm(error) / width)))];
+    std::vector<std::string> texts;
+    for (int k = 0; k < kHistogramBins; ++k)
+      texts.push_back(fmt::format("{:.3g} to {:.3g} mm: {:g}", k * width, (k + 1) * width,
+                                  counts[static_cast<size_t>(k)]));
+    Panel& panel = picture->panel(round_axis(0, std::ranges::max(counts), "", 3), 74);
+    panel.bars(0, width, counts, texts, model.look, "");
+    panel.rule_x(in_mm(summarize(model.evaluation.position).mean), Look::mark, "mean");
+    panel.corner(model.name);
+  }
+  return picture;
+}
+
+Drawing axes_picture(const std::vector<Judged>& models, const Campaign& campaign) {
+  double low = 0, high = 0;
+  std::vector<std::vector<AxisErrors>> axes;
+  for (const Judged& model : models) {
+    axes.push_back(axis_errors(model.evaluation, campaign));
+    for (const AxisErrors& axis : axes.back()) {
+      low = std::min(low, in_mm(axis.min));
+      high = std::max(high, in_mm(axis.max));
+    }
+  }
+  const double count = static_cast<double>(axes.front().size());
+  auto picture = std::make_shared<Picture>(
+      "axes", "Mean and range along each axis",
+      "Mean (mark), smallest and largest (ends) of the errors along each axis of the instrument's "
+      "frame.",
+      Axis{0, count, 1, ""});
+  Panel& panel = picture->panel(round_axis(low, high, "error, mm"), 200);
+  panel.rule_y(0, Look::mark, "");
+  std::vector<std::pair<double, std::string>> words;
+  for (size_t k = 0; k < axes.front().size(); ++k) {
+    words.emplace_back(static_cast<double>(k) + 0.5,
+                       axes[0][k].axis == 'l' ? "length" : std::string(1, axes[0][k].axis));
+    for (size_t m = 0; m < models.size(); ++m) {
+      const double place = static_cast<double>(k) +
+                           (static_cast<double>(m) + 1) / (static_cast<double>(models.size()) + 1);
+      const AxisErrors& axis = axes[m][k];
+      panel.range(place, in_mm(axis.min), in_mm(axis.mean), in_mm(axis.max), models[m].look,
+                  models[m].name);
+    }
+  }
+  picture->words(std::move(words));
+  return picture;
+}
+
+Drawing campaign_picture(const std::vector<Judged>& models, const std::vector<bool>& left_out) {
+  const auto rows = static_cast<Eigen::Index>(models.front().evaluation.position.size());
+  const std::vector<Eigen::Index> drawn = evenly(rows, kMostReadings);
+  auto picture = std::make_shared<Picture>(
+      "campaign", "Errors along the campaign",
+      "Each reading, in the order of the file: a drift or a jump shows here." +
+          thinned_note(rows, drawn.size(), "readings"),
+      round_axis(0, static_cast<double>(rows), "reading"));
+  Panel& panel =
+      picture->panel(round_axis(0, largest_error(models), "length of the error, mm"), 190);
+  Points out;
+  for (const Judged& model : models) {
+    Points points;
+    for (Eigen::Index row : drawn) {
+      const auto r = static_cast<size_t>(row);
+      const Eigen::Vector2d point(static_cast<double>(row) + 0.5,
+                                  in_mm(model.evaluation.position[r]));
+      points.push_back(point);
+      if (&model == &models.back() && !left_out.empty() && left_out[r]) out.push_back(point);
+    }
+    panel.points(points, model.look, model.name);
+  }
+  if (!out.empty()) panel.points(out, Look::mark, "left out of the fit");
+  return picture;
+}
+
+std::vector<Drawing> field_maps(const std::vector<Eigen::Vector3d>& places,
+                                const std::vector<VectorField>& fields, const FieldText& text) {
+  Eigen::Vector3d low = places.front(), high = places.front();
+  for (const Eigen::Vector3d& place : places) {
+    low = low.cwiseMin(place);
+    high = high.cwiseMax(place);
+  }
+  double longest = 0;
+  const std::vector<Eigen::Index> drawn =
+      evenly(static_cast<Eigen::Index>(places.size()), kMostVectors);
+  for (const VectorField& field : fields)
+    for (Eigen::Index k : drawn)
+      longest = std::max(longest, field.vectors[static_cast<size_t>(k)].norm());
+  const double factor = round_magnification(longest, (high - low).maxCoeff());
+  const Eigen::Vector3d margin =
+      Eigen::Vector3d::Constant(1.05 * factor * longest + 0.02 * (high - low).maxCoeff());
+  low = (low - margin) / kMillimetre;
+  high = (high + margin) / kMillimetre;
+  std::vector<Drawing> drawings;
+  for (const auto& [right, up, view] :
+       {std::tuple(0, 1, "from above"), std::tuple(0, 2, "from the side"),
+        std::tuple(1, 2, "from the front")}) {
+    const char x = "xyz"[right], y = "xyz"[up];
+    const MapAxes axes =
+        map_axes({low[right], low[up]}, {high[right], high[up]},
+                 fmt::format("{} of {}, mm", x, text.frame), fmt::format("{}, mm", y));
+    auto picture = std::make_shared<Picture>(
+        fmt::format("{}-{}{}", text.file, x, y), text.title + ", " + view,
+        fmt::format("{} Arrows are {:g} times as long as the {}; the longest is {:.3g} mm.{}",
+                    text.note, factor, text.what, in_mm(longest),
+                    thinned_note(static_cast<Eigen::Index>(places.size()), drawn.size(), "places")),
+        axes.x);
+    Panel& panel = picture->panel(axes.y, axes.height);
+    Points drawn_places;
+    for (Eigen::Index k : drawn) {
+      const Eigen::Vector3d& place = places[static_cast<size_t>(k)];
+      drawn_places.emplace_back(in_mm(place[right]), in_mm(place[up]));
+    }
+    panel.dots(drawn_places);
+    for (const VectorField& field : fields) {
+      Points from, to;
+      for (Eigen::Index k : drawn) {
+        const Eigen::Vector3d& place = places[static_cast<size_t>(k)];
+        const Eigen::Vector3d end = place + factor * field.vectors[static_cast<size_t>(k)];
+        from.emplace_back(in_mm(place[right]), in_mm(place[up]));
+        to.emplace_back(in_mm(end[right]), in_mm(end[up]));
+      }
+      panel.vectors(from, to, field.look, field.name);
+    }
+    drawings.push_back(std::move(picture));
+  }
+  return drawings;
+}
+
+std::vector<Drawing> residual_maps(const std::vector<Judged>& models, const Campaign& campaign) {
+  if (campaign.has_distances()) return {};
+  const PlacedResiduals placed = by_pose(models, campaign);
+  std::vector<VectorField> fields;
+  for (size_t m = 0; m < models.size(); ++m)
+    fields.push_back({models[m].name, models[m].look, placed.residuals[m]});
+  return field_maps(placed.places, fields,
+                    {"map", "Errors in the workspace", "the instrument's frame",
+                     "Mean error of each pose, measured minus model, at its place."});
+}
+
+}  // namespace armtrue

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "armtrue/calibration/evaluation.h"
+#include "armtrue/campaign/campaign.h"
+#include "report/svg.h"
+
+namespace armtrue {
+
+/// One model on the readings of a picture.
+struct Judged {
+  std::string name;
+  Look look;
+  Evaluation evaluation;
+};
+
+/// How the lengths of the errors are distributed, from 0 on, a row for each model (seed paper,
+/// figure 3). `readings`: what is counted, as "held-out readings".
+Drawing histogram_picture(const std::vector<Judged>& models, const std::string& readings);
+
+/// Mean and range of each axis, a mark for each model (figure 4).
+Drawing axes_picture(const std::vector<Judged>& models, const Campaign& campaign);
+
+/// The length of the error of each reading, in the order of the visits. `weights`: of the readings
+/// in the fit, if there was one: those near 0 are marked as left out.
+Drawing campaign_picture(const std::vector<Judged>& models, const std::vector<bool>& left_out);
+
+/// The mean error of each pose as a vector at its place, from three sides; empty without points.
+/// Differences: measured minus model.
+std::vector<Drawing> residual_maps(const std::vector<Judged>& models, const Campaign& campaign);
+
+/// A round factor by which vectors of `longest` [m] are drawn over a workspace of `extent` [m].
+double round_magnification(double longest, double extent);
+
+/// Vectors at points of a workspace, the same from three sides.
+struct VectorField {
+  std::string name;
+  Look look;
+  std::vector<Eigen::Vector3d> vectors;  // [m]
+};
+struct FieldText {
+  std::string file, title, frame, note;  ///< `file`: begin of the names of the pictures
+  std::string what = "errors";           ///< plural, of what the vectors are
+};
+std::vector<Drawing> field_maps(const std::vector<Eigen::Vector3d>& places,
+                                const std::vector<VectorField>& fields, const FieldText& text);
+
+}  // namespace armtrue
