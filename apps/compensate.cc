@@ -165,9 +165,8 @@ void refuse_two_tools(const RobotProgram& program, const Arguments& arguments) {
           program.frames[static_cast<size_t>(target.tool)].name));
 }
 
-int run(app::Command& command, const Arguments& arguments) {
-  const Robot robot = app::robot_of_session(command.read_robot(arguments.robot).robot, arguments);
-  const Robot controller = command.read_robot(arguments.controller).robot;
+int run(app::Command& command, Arguments& arguments) {
+  const auto [robot, controller] = app::read_models(command, arguments);
   app::refuse_other_files(robot, controller, arguments);
   std::optional<RobotProgram> program;
   ProgramFile file;

@@ -334,9 +334,8 @@ void warn_of_notes(app::Command& command, const ErrorMap& map) {
   }
 }
 
-int run(app::Command& command, const Arguments& arguments) {
-  const Robot robot = app::robot_of_session(command.read_robot(arguments.robot).robot, arguments);
-  const Robot controller = command.read_robot(arguments.controller).robot;
+int run(app::Command& command, Arguments& arguments) {
+  const auto [robot, controller] = app::read_models(command, arguments);
   app::refuse_other_files(robot, controller, arguments);
   const std::optional<Eigen::Vector3d> part = part_of(arguments);
   const Mapped mapped = map_all(command, robot, controller, arguments);

@@ -56,7 +56,9 @@ Pose pose_from_numbers(const std::vector<double>& n) {
 void add_models(Command& command, ProgramArguments& arguments) {
   command.option("--robot", arguments.robot, "The identified arm, as close-loop writes it")
       .required();
-  command.option("--controller", arguments.controller, "The model that the controller runs")
+  command
+      .option("--controller", arguments.controller,
+              "The model that the controller runs; nominal: the file that --robot was made from")
       .required();
 }
 
@@ -116,6 +118,24 @@ Robot robot_of_session(const Robot& robot, const ProgramArguments& arguments) {
   } catch (const std::invalid_argument& error) {
     throw InputError(arguments.robot + ": " + error.what());
   }
+}
+
+Models read_models(Command& command, ProgramArguments& arguments) {
+  const RobotFile file = command.read_robot(arguments.robot);
+  if (arguments.controller != "nominal")
+    return {robot_of_session(file.robot, arguments),
+            command.read_robot(arguments.controller).robot};
+  if (!file.nominal)
+    throw InputError(arguments.robot +
+                     ": does not say which nominal robot it was made from; name the file as "
+                     "--controller");
+  const auto& [path, sha256] = *file.nominal;
+  const RobotFile nominal = command.read_robot(path);
+  if (nominal.sha256 != sha256)
+    throw InputError(path + ": has changed since " + arguments.robot +
+                     " was made from it; name the model that the controller runs as --controller");
+  arguments.controller = path;
+  return {robot_of_session(file.robot, arguments), nominal.robot};
 }
 
 void refuse_other_files(const Robot& robot, const Robot& controller,

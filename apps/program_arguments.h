@@ -27,6 +27,12 @@ struct ProgramArguments {
 
 /// --robot and --controller.
 void add_models(Command& command, ProgramArguments& arguments);
+/// The robot of --robot in its session, and the model of --controller. `nominal` there becomes the
+/// file that --robot was made from. Throws InputError if that is not known, or has changed since.
+struct Models {
+  Robot robot, controller;
+};
+Models read_models(Command& command, ProgramArguments& arguments);
 /// --tool, --tool-is-measured and --base.
 void add_frames(Command& command, ProgramArguments& arguments);
 /// --session, --payload-kg, --t-s and --temp-c.

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "armtrue/kinematics/parameters.h"
+
 namespace armtrue {
 namespace {
 
@@ -50,6 +52,10 @@ bool moves_program(const Effect& effect, bool tool_is_measured) {
 }
 
 Robot without_station_effects(Robot robot, bool tool_is_measured) {
+  for (const Effect& effect : robot.effects)
+    if (effect.mean != 0)
+      if (const auto parameter = find_parameter(robot.chain, effect.parameter))
+        move_parameter(robot.chain, *parameter, effect.mean);
   std::erase_if(robot.effects,
                 [&](const Effect& effect) { return !moves_program(effect, tool_is_measured); });
   return robot;

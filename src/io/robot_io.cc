@@ -412,6 +412,17 @@ void use_convention(YamlMap& document, Robot& robot) {
   }
 }
 
+// What calibrate and close-loop read first. Not everybody's provenance is of this form.
+std::optional<std::pair<std::string, std::string>> read_nominal(YamlMap& document) {
+  try {
+    std::vector<YamlMap> inputs = document.map("provenance").maps("inputs");
+    if (inputs.empty()) return std::nullopt;
+    return std::pair{inputs.front().text("file"), inputs.front().text("sha256")};
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
+}
+
 RobotFile parse_file(const std::string& text, const std::string& file) {
   YamlMap document = read_document(text, file, {"armtrue-robot/1"});
   check_complete(document, file);
@@ -442,6 +453,7 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
     robot.uncertainty = read_uncertainty(document.map("uncertainty"), robot.chain);
   if (document.has("calibration"))
     result.residual_spread = read_residual_spread(document.map("calibration"));
+  if (document.has("provenance") && !robot.std.empty()) result.nominal = read_nominal(document);
   document.ignore("provenance");
   document.finish();
   return result;

@@ -8,6 +8,8 @@
 
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/pose_bootstrap.h"
+#include "armtrue/effects/robot_model.h"
+#include "armtrue/kinematics/parameters.h"
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/summary.h"
 #include "armtrue/tracing/description.h"
@@ -295,15 +297,36 @@ void refit_to_all(const Robot& robot, const Campaign& campaign, const TraceOptio
   }
 }
 
+// Notes, for the effects that may be the instrument's, what of them looks like a constant.
+void note_means(const Campaign& campaign, TraceResult& result) {
+  const Robot& robot = result.fit.robot;
+  const auto declared = robot.effects.size() - result.effects.size();
+  for (size_t k = 0; k < result.effects.size(); ++k) {
+    Effect& fitted = result.fit.robot.effects[declared + k];
+    const auto parameter = find_parameter(robot.chain, fitted.parameter);
+    if (!fitted.may_be_instrument || !parameter) continue;
+    Robot alone = robot;
+    alone.effects = {fitted};
+    const RobotModel model(alone, campaign.temperature_names);
+    double sum = 0, weights = 0;
+    for (int row = 0; row < campaign.rows(); ++row) {
+      sum += result.fit.weights[row] * model.offsets(campaign.context(row))[*parameter];
+      weights += result.fit.weights[row];
+    }
+    fitted.mean = result.effects[k].effect.mean = sum / std::max(1e-300, weights);
+  }
+}
+
 }  // namespace
 
 TraceResult trace(const Robot& robot, const Campaign& campaign, const Catalogue& catalogue,
                   const TraceOptions& options) {
-  if (static_cast<int>(campaign.pose_ids.size()) <= kMaxPosesOfSearch)
-    return search_and_describe(robot, campaign, catalogue, options);
-  const Campaign part = campaign.select(rows_of_some_poses(campaign, kMaxPosesOfSearch));
-  TraceResult result = search_and_describe(robot, part, catalogue, options);
-  refit_to_all(robot, campaign, options, result);
+  const bool is_large = static_cast<int>(campaign.pose_ids.size()) > kMaxPosesOfSearch;
+  TraceResult result = search_and_describe(
+      robot, is_large ? campaign.select(rows_of_some_poses(campaign, kMaxPosesOfSearch)) : campaign,
+      catalogue, options);
+  if (is_large) refit_to_all(robot, campaign, options, result);
+  note_means(campaign, result);
   return result;
 }
 

@@ -15,7 +15,7 @@
 #include "support/autodiff_chain.h"
 #include "support/random_chain.h"
 
-namespace armtrue {
+namespace armtrue::any_chain_test {
 namespace {
 
 using armtrue_oracle::Uniform;
@@ -225,4 +225,4 @@ TEST(Chains, ThatIsTooLongIsRefused) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::any_chain_test

@@ -45,6 +45,9 @@ struct Effect {
   /// Whether the readings left open that the instrument errs in place of the arm. The effect then
   /// stands for what the instrument reads, and moves no program.
   bool may_be_instrument = false;
+  /// Mean of the effect over the poses of its calibration, of one that may be the instrument's: the
+  /// constants stand for the arm only together with it [SI].
+  double mean = 0;
   /// The effects that make up a whole family, whose coefficients stand here one after the other;
   /// `parameter` is then the name of the family. Only a search has such effects.
   std::vector<Effect> members{};

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "armtrue/calibration/observation.h"
 #include "armtrue/effects/robot.h"
@@ -16,6 +17,8 @@ struct RobotFile {
   std::optional<ReadingSigma> residual_spread;
   std::string name;  ///< of the file, for messages and provenance
   std::string sha256;
+  /// File and SHA-256 of the robot that a calibrated one was made from, as its provenance says.
+  std::optional<std::pair<std::string, std::string>> nominal;
 };
 
 /// Reads an armtrue-robot/1 document. Throws InputError with file, line and key.

@@ -95,6 +95,10 @@ Effect read_effect(YamlMap map, const KinematicChain& chain) {
   if (of_instrument != "true" && of_instrument != "false")
     map.fail("may_be_instrument", "'" + of_instrument + "' is neither true nor false");
   effect.may_be_instrument = of_instrument == "true";
+  if (map.has("mean")) {
+    if (!effect.may_be_instrument) map.fail("mean", "is of an effect with may_be_instrument: true");
+    effect.mean = map.number("mean") * display_unit(unit_of_parameter(chain, effect.parameter)).si;
+  }
   for (YamlMap& entry : map.maps("coefficients")) {
     Coefficient& c = effect.coefficients.emplace_back();
     c.name = entry.text("name", "c");

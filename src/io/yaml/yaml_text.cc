@@ -180,7 +180,12 @@ YAML::Node effect_node(const Effect& effect, const KinematicChain& chain) {
     node["family"] = effect.family->name;
     node["typical"] = number_text(effect.family->typical);
   }
-  if (effect.may_be_instrument) node["may_be_instrument"] = "true";
+  if (effect.may_be_instrument) {
+    node["may_be_instrument"] = "true";
+    if (effect.mean != 0)
+      node["mean"] =
+          number_text(effect.mean / display_unit(unit_of_parameter(chain, effect.parameter)).si);
+  }
   return node;
 }
 
