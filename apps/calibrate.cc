@@ -85,8 +85,13 @@ std::optional<std::string> missed_criterion(const CalibrationResult& result, con
     return "these poses cannot show " + names +
            ", which other poses could; measure poses that move every joint over its travel";
   }
+  const Evaluation evaluation = evaluate(result.robot, campaign);
+  const ErrorSummary errors = summarize(evaluation.position);
+  const double noise = noise_floor(result.robot, campaign, evaluation).position;
+  if (const std::string beyond = app::beyond_any_arm(robot, errors.mean, noise); !beyond.empty())
+    return beyond;
   if (max_error_mm == 0) return std::nullopt;
-  const double worst = summarize(evaluate(result.robot, campaign).position).max / kMillimetre;
+  const double worst = errors.max / kMillimetre;
   if (worst <= max_error_mm) return std::nullopt;
   return fmt::format("the largest error, {:.4g} mm, is above {:g} mm", worst, max_error_mm);
 }

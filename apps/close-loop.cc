@@ -172,9 +172,10 @@ bool write_next_poses(app::Command& command, const std::string& path, const Trac
 }
 
 // Why the result is not to be used; empty if it is.
-std::string why_not_reached(const LoopResult& result) {
+std::string why_not_reached(const Robot& robot, const LoopResult& result) {
   if (!result.trace.fit.converged) return app::not_converged(result.trace.fit);
-  if (!result.worse_than_nominal) return "";
+  if (!result.worse_than_nominal)
+    return app::beyond_any_arm(robot, result.after, result.noise.position);
   const double nominal = result.stages.front().held_out.position.mean;
   return fmt::format(
       "on the held-out poses the result is worse than the nominal robot with base and tool placed: "
@@ -217,7 +218,7 @@ int run(app::Command& command, const Arguments& arguments) {
     app::write_report(
         command, arguments.page,
         loop_page(result, robot, measured.training, measured.held_out, next_poses, head));
-  if (const std::string missed = why_not_reached(result); !missed.empty()) {
+  if (const std::string missed = why_not_reached(robot, result); !missed.empty()) {
     command.warn(missed);
     return app::kNotReached;
   }

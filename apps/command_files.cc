@@ -119,6 +119,15 @@ void refuse_mistakes(Command& command, const Robot& robot, const Campaign& campa
     command.warn(campaign.source + ": " + *suspicion);
 }
 
+std::string beyond_any_arm(const Robot& robot, double error, double noise) {
+  const double most = largest_credible_error(robot.chain, noise);
+  if (error <= most) return "";
+  return fmt::format(
+      "the mean error that is left, {:.4g} mm, is more than an arm of this size and this noise can "
+      "have ({:.2g} mm): look for a mistake in the readings before the result is used",
+      error / kMillimetre, most / kMillimetre);
+}
+
 void require_sessions(const Robot& robot, const Campaign& campaign) {
   if (robot.sessions.empty()) return;
   for (int session : campaign.session)

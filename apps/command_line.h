@@ -205,6 +205,10 @@ class Command : public OptionGroup {
 /// warns of what may be one. The diagnosis calibrates the robot.
 void refuse_mistakes(Command& command, const Robot& robot, const Campaign& campaign);
 
+/// Why an error of a calibrated arm, the mean of its positions [m], is none of an arm; empty if it
+/// may be. `noise`: of a coordinate [m].
+std::string beyond_any_arm(const Robot& robot, double error, double noise);
+
 /// Throws InputError if the robot file has sessions, but not all of the campaign.
 void require_sessions(const Robot& robot, const Campaign& campaign);
 

@@ -259,4 +259,11 @@ std::vector<std::string> diagnose(const Robot& given, const Campaign& all) {
   return findings;
 }
 
+double largest_credible_error(const KinematicChain& chain, double noise) {
+  constexpr double kTimesNoise = 20, kPerMetre = 1e-3;
+  double length = 0;
+  for (const Link& link : chain.links) length += std::hypot(link.d, link.r);
+  return kTimesNoise * noise + kPerMetre * length;
+}
+
 }  // namespace armtrue

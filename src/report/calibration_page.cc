@@ -17,8 +17,8 @@ std::string mean_mm(const Evaluation& evaluation, const std::string& key) {
 }
 
 // In which files state standard deviations.
-DisplayUnit file_unit_of(int parameter) {
-  const ParameterUnit unit = parameter_unit(parameter);
+DisplayUnit file_unit_of(const KinematicChain& chain, int parameter) {
+  const ParameterUnit unit = parameter_unit(chain, parameter);
   return unit == ParameterUnit::radian ? DisplayUnit{kDegree, "deg"} : display_unit(unit);
 }
 
@@ -29,7 +29,7 @@ std::string parameters_table(const CalibrationResult& result) {
   for (size_t k = 0; k < result.set.kept.size(); ++k) {
     const int parameter = result.set.kept[k];
     const std::string name = parameter_name(chain, parameter);
-    const DisplayUnit unit = file_unit_of(parameter);
+    const DisplayUnit unit = file_unit_of(chain, parameter);
     const auto std = result.robot.std.find(name);
     const auto unknown = static_cast<Eigen::Index>(k);
     const bool has_prior = result.prior_weight[unknown] != 0;
@@ -164,7 +164,7 @@ Report evaluation_page(const Robot& robot, const Robot& file, const Campaign& ca
   std::vector<TableRow> rows;
   for (const auto& [name, std] : file.std)
     if (const auto parameter = find_parameter(file.chain, name)) {
-      const DisplayUnit unit = file_unit_of(*parameter);
+      const DisplayUnit unit = file_unit_of(file.chain, *parameter);
       rows.push_back({escaped(name), keyed(std / unit.si, "robot:std/" + name), unit.name});
     }
   if (!rows.empty())

@@ -21,4 +21,8 @@ namespace armtrue {
 /// or if a link changes by more than 100 mm or 0.5 rad.
 std::vector<std::string> diagnose(const Robot& robot, const Campaign& campaign);
 
+/// The mean error [m] above which a calibrated arm has no effect left but a mistake: 20 times the
+/// noise of a coordinate [m], and a millimetre for each metre of the arm, the sum of its links.
+double largest_credible_error(const KinematicChain& chain, double noise);
+
 }  // namespace armtrue
