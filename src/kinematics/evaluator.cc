@@ -10,6 +10,9 @@ namespace {
 
 using Eigen::Vector3d;
 
+// Six joints and a spindle are the usual arm: its loops are unrolled.
+constexpr int kUsualLinks = 7;
+
 // Frame that is propagated along the chain. The axes are three vectors because each elementary
 // rotation changes only two of them.
 struct MovingFrame {
@@ -181,13 +184,12 @@ Pose ChainEvaluator::evaluate(const JointVector& q, const ParameterOffsets* offs
   return a_from_measured;
 }
 
-// Six joints and a spindle are the usual arm: its loops are unrolled.
 template <bool kWithOffsets, bool kWithJacobian>
 Pose ChainEvaluator::dispatch(const JointVector& q, const ParameterOffsets* offsets,
                               PoseJacobian* jacobian) const {
-  constexpr int kUsual = 7;
-  return count_ == kUsual ? evaluate<kWithOffsets, kWithJacobian, kUsual>(q, offsets, jacobian)
-                          : evaluate<kWithOffsets, kWithJacobian, 0>(q, offsets, jacobian);
+  return count_ == kUsualLinks
+             ? evaluate<kWithOffsets, kWithJacobian, kUsualLinks>(q, offsets, jacobian)
+             : evaluate<kWithOffsets, kWithJacobian, 0>(q, offsets, jacobian);
 }
 
 Pose ChainEvaluator::pose(const JointVector& q) const {
@@ -229,7 +231,14 @@ Eigen::Matrix<double, 6, 1> joint_column(const KinematicChain& chain, const Pose
 }
 
 void move_to_point(PoseJacobian& jacobian, const Vector3d& lever) {
-  jacobian.topRows<3>() -= cross_matrix(lever) * jacobian.bottomRows<3>();
+  const auto move = [&](auto&& columns) {
+    columns.template topRows<3>() -= cross_matrix(lever) * columns.template bottomRows<3>();
+  };
+  constexpr int kUsual = ParameterLayout(kUsualLinks).geometric;
+  if (jacobian.cols() == kUsual)
+    move(Eigen::Map<Eigen::Matrix<double, 6, kUsual>>(jacobian.data()));
+  else
+    move(jacobian);
 }
 
 }  // namespace armtrue

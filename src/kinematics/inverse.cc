@@ -34,9 +34,14 @@ using JointColumns =
 
 template <int kJoints>
 JointColumns<kJoints> joint_columns(const KinematicChain& chain, const PoseJacobian& jacobian) {
-  const int joints = joint_count(chain);
-  JointColumns<kJoints> columns(6, joints);
-  for (int j = 0; j < joints; ++j) columns.col(j) = joint_column(chain, jacobian, j);
+  JointColumns<kJoints> columns(6, kJoints == Eigen::Dynamic ? joint_count(chain) : kJoints);
+  int joint = 0;
+  for (int j = 0; j < link_count(chain); ++j) {
+    const Link& link = chain.links[static_cast<size_t>(j)];
+    if (link.joint == JointKind::fixed) continue;
+    const LinkParameter zero = is_prismatic(link) ? LinkParameter::r : LinkParameter::theta;
+    columns.col(joint++) = link.sign * jacobian.col(link_parameter(j, zero));
+  }
   return columns;
 }
 

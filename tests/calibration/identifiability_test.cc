@@ -4,6 +4,8 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <string>
+#include <tuple>
 
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/io/robot_io.h"
@@ -55,6 +57,40 @@ TEST(Identifiability, RanksOfTheSeedPaper) {
   EXPECT_EQ(choose_identifiable(robot, poses(robot, true)).kept.size(), 26u);
   robot.identify = {"paper-25"};
   EXPECT_EQ(choose_identifiable(robot, poses(robot, true)).kept.size(), 25u);
+}
+
+// A chain in a free frame with a free tool has 4 parameters for each joint that turns, 2 for each
+// that slides and 6 for the last frame (Everett, Driels and Mooring 1987): a line in space has four
+// coordinates, of an axis along which a link slides only the direction counts. The base is the six
+// of the first joint's frame, the tool those of the last; zero offsets are among the four and two.
+size_t rank_of(int turning, int sliding) {
+  return static_cast<size_t>(4 * turning + 2 * sliding + 6);
+}
+
+TEST(Identifiability, RanksOfOtherArms) {
+  const auto shipped = [](const std::string& name) {
+    return read_robot(ARMTRUE_CONFIG "/robots/" + name + ".yaml").robot;
+  };
+  const Robot seven = shipped("iiwa14"), rail = shipped("kr360-rail");
+  EXPECT_EQ(choose_identifiable(seven, poses(seven, true)).kept.size(), rank_of(7, 0));
+  EXPECT_EQ(choose_identifiable(rail, poses(rail, true)).kept.size(), rank_of(6, 1));
+  // A SCARA: its four axes are parallel, which beta describes without a singularity.
+  Robot scara;
+  for (const auto& [name, joint, d, r] : {std::tuple("A1", JointKind::revolute, 0.0, 0.3),
+                                          std::tuple("A2", JointKind::revolute, 0.25, 0.0),
+                                          std::tuple("A3", JointKind::prismatic, 0.2, 0.0),
+                                          std::tuple("A4", JointKind::revolute, 0.0, 0.0)}) {
+    Link& link = scara.chain.links.emplace_back();
+    link.name = name;
+    link.joint = joint;
+    link.d = d;
+    link.r = r;
+    link.min = joint == JointKind::prismatic ? -0.2 : -2.2;
+    link.max = joint == JointKind::prismatic ? 0.0 : 2.2;
+  }
+  EXPECT_EQ(choose_identifiable(scara, poses(scara, true)).kept.size(), rank_of(3, 1));
+  scara.identify = {"paper-25"};
+  EXPECT_THROW(choose_identifiable(scara, poses(scara, true)), std::invalid_argument);
 }
 
 // Of long campaigns every so many rows are looked at, among them those of every target, however

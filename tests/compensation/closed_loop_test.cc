@@ -86,7 +86,7 @@ ErrorSummary executed(const std::vector<std::array<double, 6>>& commands,
                                exact, path);
   Campaign campaign = read_campaign(path).campaign;
   for (size_t k = 0; k < intended.size(); ++k)
-    campaign.q[k] = Eigen::Map<const JointVector>(intended[k].data());
+    campaign.q[k] = Eigen::Map<const JointVector>(intended[k].data(), std::ssize(intended[k]));
   const Robot placed = refit_set_up(nominal, campaign, {"base", "tool"});
   return summarize(evaluate(placed, campaign).position);
 }

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """A virtual cell for arms of any joints: the arm of a robot file, with other lengths and zeros and with hidden effects.
 
-    any_arm_cell.py campaign --robot FILE --seed N --poses N [--noise-mm S] [--noise-mrad S] EFFECT...   > measured.csv
-    any_arm_cell.py reach --robot FILE --seed N EFFECT... < commands.csv                                 > reached.csv
+    any_arm_cell.py campaign --robot FILE --seed N --poses N [--noise-mm S] [--noise-mrad S] EFFECT... -o measured.csv
+    any_arm_cell.py reach --robot FILE --seed N --commands FILE EFFECT... -o reached.csv
 
 The arm is the product of exponentials of virtual_cell.py, which shares no code with armtrue. Links between the first and
 the last joint are off; foot and flange are where the robot file has them. `campaign` visits every pose twice, in two
-random orders. `reach` writes where the flange truly stands, without noise. The same seed gives the same arm.
+random orders; with --other-poses they are others. `reach` writes where the flange truly stands, without noise. The same seed
+gives the same arm.
 
     EFFECT   --sag J:RAD_PER_NM           joint J gives way under gravity
              --cycle J:SIZE:LENGTH        joint J errs by SIZE sin(2 pi value / LENGTH); mm, or degrees
@@ -60,7 +61,7 @@ class Cell:
         links[0], zeros[0], zeros[-1] = NONE, 0.0, 0.0
         self.truth = {"base": self.arm.base, "tool": self.arm.tool, "links": links + [NONE], "zeros": zeros}
         self.effect = Effect("hidden", "", joints=lambda state: self.errors(state, options))
-        self.rng, self.joints = random.Random(options.seed + 1), joints
+        self.rng, self.joints = random.Random(options.seed + (2 if options.other_poses else 1)), joints
 
     def errors(self, state, options):
         total = {}
@@ -90,7 +91,7 @@ class Cell:
 
 
 def campaign(cell, options):
-    writer = csv.writer(sys.stdout, lineterminator="\n")
+    writer = csv.writer(options.output, lineterminator="\n")
     writer.writerow(["pose", "repeat", "t_s", *cell.columns, "x_mm", "y_mm", "z_mm", "a_deg", "b_deg", "c_deg"])
     poses, t, rng = [cell.draw() for _ in range(options.poses)], 0, cell.rng
     for repeat in (1, 2):
@@ -106,10 +107,10 @@ def campaign(cell, options):
             t += 20
 
 
-def reach(cell):
-    writer = csv.writer(sys.stdout, lineterminator="\n")
+def reach(cell, options):
+    writer = csv.writer(options.output, lineterminator="\n")
     writer.writerow(["pose", "x_mm", "y_mm", "z_mm"])
-    for row in csv.DictReader(sys.stdin):
+    for row in csv.DictReader(options.commands):
         values = [float(row[column]) if column.endswith("_mm") else math.radians(float(row[column]))
                   for column in cell.columns]
         writer.writerow([row["pose"], *(f"{x:.6f}" for x in cell.frame(values)[1])])
@@ -128,6 +129,9 @@ def main():
     parser.add_argument("--poses", type=int, default=60)
     parser.add_argument("--noise-mm", type=float, default=0.05)
     parser.add_argument("--noise-mrad", type=float, default=0.05)
+    parser.add_argument("--other-poses", action="store_true")
+    parser.add_argument("--commands", type=argparse.FileType("r"))
+    parser.add_argument("-o", dest="output", type=argparse.FileType("w"), default=sys.stdout)
     for effect in ("--sag", "--cycle", "--gain"):
         parser.add_argument(effect, type=numbers, action="append", default=[])
     options = parser.parse_args()
@@ -135,7 +139,7 @@ def main():
     if options.what == "campaign":
         campaign(cell, options)
     else:
-        reach(cell)
+        reach(cell, options)
 
 
 if __name__ == "__main__":

@@ -103,7 +103,7 @@ TEST(Families, AreTheSumOfTheirMembers) {
     EXPECT_EQ(split[k].coefficients.front().value, singles.effects[k].coefficients.front().value);
   for (double q : {-1.0, 0.3, 1.2}) {
     Context context;
-    context.q = {q, -1 + 0.2 * q, 1 + 0.3 * q, q, 0.5 * q, -q};
+    context.q = Eigen::Vector<double, 6>{q, -1 + 0.2 * q, 1 + 0.3 * q, q, 0.5 * q, -q};
     EXPECT_EQ(whole.pose(context).translation, apart.pose(context).translation);
   }
 }

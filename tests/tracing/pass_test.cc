@@ -83,13 +83,13 @@ struct Cell {
     for (Eigen::Index i = 0; i < programmed.samples(); ++i) {
       const Eigen::Vector3d p = programmed.position.col(i);
       q = angles_at(nominal, {spindle, KDL::Vector(p.x(), p.y(), p.z())}, q);
-      programmed.q.col(i) = Eigen::Map<const JointVector>(q.data());
+      programmed.q.col(i) = Eigen::Map<const JointVector>(q.data(), kJoints);
       const KDL::Frame there = forward(truth, q);
       reached.col(i) << there.p.x(), there.p.y(), there.p.z();
       const Eigen::Matrix<double, 3, 6> arms = jacobian(truth, q).topRows<3>();
-      compliance.emplace_back(arms *
-                              Eigen::Map<const JointVector>(joint_compliance.data()).asDiagonal() *
-                              arms.transpose());
+      compliance.emplace_back(
+          arms * Eigen::Map<const JointVector>(joint_compliance.data(), kJoints).asDiagonal() *
+          arms.transpose());
     }
   }
 
