@@ -220,7 +220,10 @@ std::vector<Drawing> residual_maps(const std::vector<Judged>& models, const Camp
     fields.push_back({models[m].name, models[m].look, placed.residuals[m]});
   return field_maps(placed.places, fields,
                     {"map", "Errors in the workspace", "the instrument's frame",
-                     "Mean error of each pose, measured minus model, at its place."});
+                     campaign.session_names.size() > 1
+                         ? "Mean error of each pose, measured minus model, at its place in the "
+                           "frame of its session."
+                         : "Mean error of each pose, measured minus model, at its place."});
 }
 
 }  // namespace armtrue

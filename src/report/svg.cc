@@ -87,8 +87,10 @@ std::string mark_path(const std::string& look, double x, double y) {
 }
 
 Axis exact_axis(double low, double high, const std::string& label, int most) {
+  constexpr double kLeast = 1e-3;
+  if (low == 0 && high == 0) high = kLeast;  // of errors that are nothing
   if (!(high > low)) {
-    const double half = std::max(1e-3, 0.05 * std::abs(low));
+    const double half = std::max(kLeast, 0.05 * std::abs(low));
     low -= half;
     high += half;
   }
