@@ -45,8 +45,9 @@ struct Judging {
 };
 
 Judging judging(const LoopResult& result, const Campaign& training, const Campaign& held_out) {
-  if (result.held_out_poses > 0) return {held_out, "held_out", "held-out readings"};
-  return {training, "training", "training readings"};
+  const std::string what = result.of_distances ? "distances" : "readings";
+  if (result.held_out_poses > 0) return {held_out, "held_out", "held-out " + what};
+  return {training, "training", "training " + what};
 }
 
 std::vector<Judged> models_of(const LoopResult& result, const Robot& nominal,

@@ -104,6 +104,12 @@ Axis round_axis(double low, double high, const std::string& label, int most) {
   return axis;
 }
 
+Axis count_axis(double high, const std::string& label, int most) {
+  Axis axis = round_axis(0, std::max(1.0, high), label, most);
+  axis.step = std::max(1.0, axis.step);
+  return axis;
+}
+
 std::string tick_text(double value, double step) {
   if (std::abs(value) < 1e-9 * step) value = 0;
   if (step >= 1e4 || step < 1e-4) return fmt::format("{:g}", value);
