@@ -335,6 +335,7 @@ int run(app::Command& command, const Arguments& arguments) {
   const Robot robot = app::robot_of_session(command.read_robot(arguments.robot).robot, arguments);
   const Robot controller = command.read_robot(arguments.controller).robot;
   app::refuse_other_files(robot, controller, arguments);
+  const std::optional<About> about = app::read_about(command, arguments.page);
   const std::optional<Eigen::Vector3d> part = part_of(arguments);
   const Mapped mapped = map_all(command, robot, controller, arguments);
   const ErrorMap& map = mapped.map;
@@ -350,7 +351,6 @@ int run(app::Command& command, const Arguments& arguments) {
   for (const std::string& effect : story.not_applied)
     command.warn("not applied, because it belongs to the station: " + effect);
   warn_of_notes(command, map);
-  const PageHead head = app::page_head(command, arguments.page);
   if (!arguments.plot.empty()) write_output(arguments.plot, error_map_plot(map));
   if (!arguments.summary.empty())
     write_output(arguments.summary,
@@ -361,7 +361,8 @@ int run(app::Command& command, const Arguments& arguments) {
     app::write_report(
         command, arguments.page,
         error_map_page(map, summary,
-                       {story.robot, story.controller, story.assumed, story.not_applied}, head));
+                       {story.robot, story.controller, story.assumed, story.not_applied},
+                       app::page_head(command, about)));
   return app::kSuccess;
 }
 
