@@ -38,6 +38,12 @@ void add_error_pictures(Page& page, const std::vector<Judged>& models, const Cam
   page.pictures(maps);
 }
 
+bool is_at_floor(double mean, const NoiseFloor& noise) {
+  constexpr double kMost = 1.3;  // times the floor: few readings scatter
+  return noise.source != NoiseFloor::Source::none &&
+         mean <= kMost * mean_error_of_noise(noise.position, noise.axes);
+}
+
 Page::Tile floor_tile(const NoiseFloor& noise, const std::string& key) {
   if (noise.source == NoiseFloor::Source::none)
     return {"Floor", "?", "no repeats, and no noise of the instrument is stated"};
