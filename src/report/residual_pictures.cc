@@ -12,7 +12,7 @@ namespace armtrue {
 namespace {
 
 constexpr int kHistogramBins = 40;
-constexpr Eigen::Index kMostReadings = 800, kMostVectors = 250;  // in one picture
+constexpr Eigen::Index kMostReadings = 800;  // in one picture
 
 double in_mm(double metres) { return metres / kMillimetre; }
 
@@ -167,7 +167,7 @@ std::vector<Drawing> field_maps(const std::vector<Eigen::Vector3d>& places,
   }
   double longest = 0;
   const std::vector<Eigen::Index> drawn =
-      evenly(static_cast<Eigen::Index>(places.size()), kMostVectors);
+      evenly(static_cast<Eigen::Index>(places.size()), text.most);
   for (const VectorField& field : fields)
     for (Eigen::Index k : drawn)
       longest = std::max(longest, field.vectors[static_cast<size_t>(k)].norm());
