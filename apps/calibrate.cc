@@ -134,6 +134,7 @@ int run(app::Command& command, const Arguments& arguments) {
     robot.identify_per_session = app::split_list(arguments.identify_per_session);
   robot.free_links = arguments.no_priors;
   const Campaign all = command.read_campaign(command.input, robot);
+  const std::optional<About> about = app::read_about(command, arguments.page);
   app::refuse_mistakes(command, robot, all);
   command.progress("identifying");
   const std::vector<GrossPose> gross = find_gross_poses(robot, all);
@@ -153,15 +154,15 @@ int run(app::Command& command, const Arguments& arguments) {
     write_output(arguments.residuals,
                  write_residuals({{all, evaluate(result.robot, all).residuals, split}}));
   }
-  const PageHead head = app::page_head(command, arguments.page);
   write_output(command.output, write_calibration(result, campaign, command.provenance(), findings));
 
   report_near_nominal(command, result, campaign);
   const auto missed = missed_criterion(result, robot, campaign, arguments.max_error_mm);
   if (arguments.page.is_wanted())
-    app::write_report(command, arguments.page,
-                      calibration_page(result, campaign,
-                                       {gross, findings.nominal, *findings.quality, missed}, head));
+    app::write_report(
+        command, arguments.page,
+        calibration_page(result, campaign, {gross, findings.nominal, *findings.quality, missed},
+                         app::page_head(command, about)));
   if (!missed) return app::kSuccess;
   command.warn(*missed);
   return app::kNotReached;

@@ -187,6 +187,7 @@ int run(app::Command& command, const Arguments& arguments) {
   Robot robot = command.read_robot(arguments.robot).robot;
   command.warn_if_calibrated(robot, arguments.robot);
   robot.free_links = arguments.no_priors;
+  const std::optional<About> about = app::read_about(command, arguments.page);
   const Measured measured = read_measured(command, arguments, robot);
   TraceOptions options;
   options.seed = command.seed;
@@ -194,7 +195,6 @@ int run(app::Command& command, const Arguments& arguments) {
   options.progress = [&](const std::string& what) { command.progress(what); };
   const LoopResult result = search(command, arguments, robot, measured, options);
 
-  const PageHead head = app::page_head(command, arguments.page);
   const Provenance provenance = command.provenance();
   if (result.predictor)
     write_output(arguments.predictor_out, write_robot(result.predictor->robot, provenance));
@@ -215,9 +215,9 @@ int run(app::Command& command, const Arguments& arguments) {
        {arguments.robot_out, arguments.predictor_out, arguments.residuals, command.output})
     if (!path.empty() && path != "-") command.report("wrote " + path + "\n");
   if (arguments.page.is_wanted())
-    app::write_report(
-        command, arguments.page,
-        loop_page(result, robot, measured.training, measured.held_out, next_poses, head));
+    app::write_report(command, arguments.page,
+                      loop_page(result, robot, measured.training, measured.held_out, next_poses,
+                                app::page_head(command, about)));
   if (const std::string missed = why_not_reached(robot, result); !missed.empty()) {
     command.warn(missed);
     return app::kNotReached;

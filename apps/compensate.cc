@@ -167,6 +167,7 @@ void refuse_two_tools(const RobotProgram& program, const Arguments& arguments) {
 
 int run(app::Command& command, Arguments& arguments) {
   const auto [robot, controller] = app::read_models(command, arguments);
+  const std::optional<About> about = app::read_about(command, arguments.page);
   app::refuse_other_files(robot, controller, arguments);
   std::optional<RobotProgram> program;
   ProgramFile file;
@@ -204,7 +205,6 @@ int run(app::Command& command, Arguments& arguments) {
     write_output(command.output,
                  write_commands(file, targets, command_kind(arguments, file.program)));
   warn_of_notes(command, targets, file);
-  const PageHead head = app::page_head(command, arguments.page);
   if (!arguments.summary.empty())
     write_output(arguments.summary,
                  write_compensation(targets, file.program, story, command.provenance()));
@@ -213,7 +213,8 @@ int run(app::Command& command, Arguments& arguments) {
     app::write_report(
         command, arguments.page,
         compensation_page(targets, file.program,
-                          {story.robot, story.controller, story.assumed, story.not_applied}, head));
+                          {story.robot, story.controller, story.assumed, story.not_applied},
+                          app::page_head(command, about)));
   const bool is_noted = std::ranges::any_of(
       targets, [](const CorrectedTarget& target) { return !target.notes.empty(); });
   return arguments.strict && (is_noted || !is_followed || !in_doubt.empty()) ? app::kNotReached

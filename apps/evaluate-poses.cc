@@ -58,6 +58,7 @@ int run(app::Command& command, const Arguments& arguments) {
   std::optional<Robot> against;
   if (!arguments.against.empty()) against = command.read_robot(arguments.against).robot;
   const Campaign campaign = command.read_campaign(command.input, given);
+  const std::optional<About> about = app::read_about(command, arguments.page);
   const Robot robot = set_up(command, arguments, given, campaign);
   if (against) against = set_up(command, arguments, *against, campaign);
   const Evaluation evaluation = evaluate(robot, campaign);
@@ -68,12 +69,12 @@ int run(app::Command& command, const Arguments& arguments) {
     write_output(arguments.residuals,
                  write_residuals({{campaign, evaluation.residuals, split, predictions}}));
   }
-  const PageHead head = app::page_head(command, arguments.page);
   write_output(command.output, write_summary(evaluation, robot, campaign, command.provenance(),
                                              predictions, against));
   if (arguments.page.is_wanted())
     app::write_report(command, arguments.page,
-                      evaluation_page(robot, given, campaign, evaluation, against, head));
+                      evaluation_page(robot, given, campaign, evaluation, against,
+                                      app::page_head(command, about)));
   const double mean = summarize(evaluation.position).mean / kMillimetre;
   if (arguments.max_error_mm == 0 || mean <= arguments.max_error_mm) return app::kSuccess;
   command.warn(

@@ -337,6 +337,7 @@ void warn_of_notes(app::Command& command, const ErrorMap& map) {
 int run(app::Command& command, Arguments& arguments) {
   const auto [robot, controller] = app::read_models(command, arguments);
   app::refuse_other_files(robot, controller, arguments);
+  const std::optional<About> about = app::read_about(command, arguments.page);
   const std::optional<Eigen::Vector3d> part = part_of(arguments);
   const Mapped mapped = map_all(command, robot, controller, arguments);
   const ErrorMap& map = mapped.map;
@@ -352,7 +353,6 @@ int run(app::Command& command, Arguments& arguments) {
   for (const std::string& effect : story.not_applied)
     command.warn("not applied, because it belongs to the station: " + effect);
   warn_of_notes(command, map);
-  const PageHead head = app::page_head(command, arguments.page);
   if (!arguments.plot.empty()) write_output(arguments.plot, error_map_plot(map));
   if (!arguments.summary.empty())
     write_output(arguments.summary,
@@ -363,7 +363,8 @@ int run(app::Command& command, Arguments& arguments) {
     app::write_report(
         command, arguments.page,
         error_map_page(map, summary,
-                       {story.robot, story.controller, story.assumed, story.not_applied}, head));
+                       {story.robot, story.controller, story.assumed, story.not_applied},
+                       app::page_head(command, about)));
   return app::kSuccess;
 }
 

@@ -155,11 +155,6 @@ Eigen::Matrix3Xd previous_correction(const PathFile& previous, const PathFile& p
   return previous.path.position;
 }
 
-std::string program_report(const std::string& name, const CorrectedKrl& corrected) {
-  return fmt::format("{}: {} points corrected, {} moves inserted, {} moves left alone\n", name,
-                     corrected.corrected, corrected.inserted, corrected.left_alone);
-}
-
 // The file of the corrected program.
 std::string program_out(const Arguments& arguments) {
   if (!arguments.program_out.empty()) return arguments.program_out;
@@ -191,7 +186,9 @@ void correct_program(app::Command& command, const Arguments& arguments, const Kr
   options.spacing = arguments.spacing_mm * kMillimetre;
   const CorrectedKrl rewritten = correct_krl(program, programmed, corrected, options);
   for (const std::string& warning : rewritten.warnings) command.warn(warning);
-  command.tell(program_report(program.src.name, rewritten));
+  command.tell(fmt::format("{}: {} points corrected, {} moves inserted, {} moves left alone\n",
+                           program.src.name, rewritten.corrected, rewritten.inserted,
+                           rewritten.left_alone));
   write_krl(rewritten, program, program_out(arguments));
 }
 
@@ -340,6 +337,7 @@ struct Inputs {
   std::vector<PathFile> passes, earlier;
   std::optional<PathFile> previous;
   std::optional<KrlProgram> program;
+  std::optional<About> about;
 };
 
 Inputs read_inputs(app::Command& command, const Arguments& arguments) {
@@ -354,6 +352,7 @@ Inputs read_inputs(app::Command& command, const Arguments& arguments) {
   if (!arguments.robot.empty()) inputs.robot = robot.emplace(read_robot(arguments.robot)).robot;
   inputs.programmed = command.read_path(arguments.programmed, KeepRows::yes, inputs.robot);
   if (robot) command.add_robot_to_inputs(*robot);
+  inputs.about = app::read_about(command, arguments.page);
   inputs.passes = read_passes(command, arguments.measured, inputs.robot);
   inputs.earlier = read_passes(command, arguments.before, inputs.robot);
   std::vector<const PathFile*> all = {&inputs.programmed};
@@ -378,7 +377,6 @@ void write_findings(app::Command& command, const Arguments& arguments, const Inp
     });
     command.tell(mirror_table(findings));
   }
-  const PageHead head = app::page_head(command, arguments.page);
   if (!arguments.summary.empty())
     write_output(arguments.summary, write_mirror(findings, command.provenance()));
   if (!arguments.deviation.empty())
@@ -387,9 +385,9 @@ void write_findings(app::Command& command, const Arguments& arguments, const Inp
     write_output(arguments.poses,
                  pass_as_poses(inputs.programmed, inputs.robot, findings.result.deviation));
   if (arguments.page.is_wanted())
-    app::write_report(
-        command, arguments.page,
-        mirror_page(inputs.programmed.path, findings, inputs.programmed.source, head));
+    app::write_report(command, arguments.page,
+                      mirror_page(inputs.programmed.path, findings, inputs.programmed.source,
+                                  app::page_head(command, inputs.about)));
 }
 
 int run(app::Command& command, const Arguments& arguments) {
@@ -406,10 +404,10 @@ int run(app::Command& command, const Arguments& arguments) {
   command.progress("correcting");
   if (!arguments.from_force)
     findings.result = correct(command, inputs.programmed, inputs.passes, findings.options);
-  const Eigen::Matrix3Xd corrected =
-      arguments.from_force
-          ? corrected_from_force(inputs.programmed, *inputs.robot, findings.options)
-          : findings.result.position;
+  else
+    findings.result.position =
+        corrected_from_force(inputs.programmed, *inputs.robot, findings.options);
+  const Eigen::Matrix3Xd& corrected = findings.result.position;
   // The correction is written before the further products, so that an error in one of them cannot
   // keep it back.
   if (inputs.program)

@@ -19,14 +19,14 @@ std::vector<Option> add_report(Command& command, ReportArguments& arguments,
   return {report, plots};
 }
 
-PageHead page_head(Command& command, const ReportArguments& arguments) {
-  PageHead head;
-  if (!arguments.about.empty()) head.about = command.read_about(arguments.about);
+std::optional<About> read_about(Command& command, const ReportArguments& arguments) {
+  if (arguments.about.empty()) return std::nullopt;
+  return command.read_about(arguments.about);
+}
+
+PageHead page_head(const Command& command, const std::optional<About>& about) {
   const Provenance provenance = command.provenance();
-  head.command = provenance.command;
-  head.version = provenance.version;
-  head.inputs = provenance.inputs;
-  return head;
+  return {provenance.command, provenance.version, provenance.inputs, about};
 }
 
 void write_report(const Command& command, const ReportArguments& arguments, const Report& report) {

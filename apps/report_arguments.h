@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,9 +21,12 @@ struct ReportArguments {
 std::vector<Option> add_report(Command& command, ReportArguments& arguments,
                                const std::string& what);
 
-/// Reads --about. Call it after the other inputs and before the provenance of a product is taken,
-/// so that page and product name the same inputs.
-PageHead page_head(Command& command, const ReportArguments& arguments);
+/// Reads --about, if it is given. Call it with the other inputs: a mistake in it shows before hours
+/// of work, and page and product name the same inputs.
+std::optional<About> read_about(Command& command, const ReportArguments& arguments);
+
+/// The head of a page, with all inputs that were read.
+PageHead page_head(const Command& command, const std::optional<About>& about);
 
 /// Writes the page, and the pictures as files of their own. The name of what was written is
 /// reported.

@@ -57,9 +57,13 @@ void add_calibration_verdict(Page& page, const CalibrationResult& result, const 
       keyed(std::to_string(result.names.size()), "calibration/unknowns") + " unknowns from " +
       keyed(std::to_string(campaign.pose_ids.size()), "calibration/poses") + " poses.";
   if (story.missed) sentence += " " + escaped(*story.missed) + ".";
-  page.verdict(story.missed ? Tone::attention : Tone::good,
+  const NoiseFloor& noise = story.quality.noise;
+  const bool is_above = noise.source != NoiseFloor::Source::none &&
+                        !is_at_floor(summarize(models.back().evaluation.position).mean, noise);
+  page.verdict(story.missed || is_above ? Tone::attention : Tone::good,
                !result.converged ? "did not converge"
                : story.missed    ? "a criterion is missed"
+               : is_above        ? "calibrated, more than noise is left"
                                  : "calibrated",
                sentence);
   page.tiles({{"Before", before.empty() ? "?" : before,
@@ -136,11 +140,9 @@ Report evaluation_page(const Robot& robot, const Robot& file, const Campaign& ca
   if (against) tabled.push_back({"compared robot", "against/", &models.front().evaluation});
   tabled.push_back({"this robot", "", &models.back().evaluation});
   const NoiseFloor noise = noise_floor(robot, campaign, evaluation);
-  const double floor = mean_error_of_noise(noise.position, noise.axes);
   const ErrorSummary errors = summarize(evaluation.position);
-  constexpr double kNear = 1.3;  // times the floor
   const bool is_known = noise.source != NoiseFloor::Source::none;
-  const bool is_near = is_known && errors.mean <= kNear * floor;
+  const bool is_near = is_at_floor(errors.mean, noise);
   Page page(head, robot.name, "Errors on measured poses");
   page.verdict(is_near ? Tone::good : Tone::attention,
                is_near    ? "at the floor"

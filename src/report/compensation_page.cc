@@ -109,9 +109,7 @@ std::string compensation_numbers(const std::vector<CorrectedTarget>& targets) {
   std::vector<TableRow> rows;
   const auto row = [&](const char* name, const ErrorSummary& errors, double unit,
                        const std::string& key) {
-    rows.push_back({name, keyed(errors.mean / unit, key + "/mean"),
-                    keyed(errors.rms / unit, key + "/rms"), keyed(errors.p95 / unit, key + "/p95"),
-                    keyed(errors.max / unit, key + "/max")});
+    rows.push_back(error_cells(name, errors, unit, key));
   };
   row("before, mm", before_of(targets), kMillimetre, "before_mm");
   row("before, mrad",

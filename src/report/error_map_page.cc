@@ -46,21 +46,17 @@ void add_causes(Page& page, const ErrorMapSummary& summary) {
 }
 
 std::string map_errors_table(const ErrorMapSummary& summary) {
-  std::vector<TableRow> rows;
-  const auto row = [&](const char* name, const ErrorSummary& errors, double unit,
-                       const std::string& key) {
-    rows.push_back({name, keyed(errors.mean / unit, key + "/mean"),
-                    keyed(errors.rms / unit, key + "/rms"), keyed(errors.p95 / unit, key + "/p95"),
-                    keyed(errors.max / unit, key + "/max")});
-  };
-  row("as it is, mm", summary.before, kMillimetre, "before_mm");
-  row("as it is, mrad", summary.turn, kMilliradian, "before_mrad");
-  row("left with the constants alone, mm", summary.left_by_constants, kMillimetre,
-      "constants_only_mm");
+  std::vector<TableRow> rows{
+      error_cells("as it is, mm", summary.before, kMillimetre, "before_mm"),
+      error_cells("as it is, mrad", summary.turn, kMilliradian, "before_mrad"),
+      error_cells("left with the constants alone, mm", summary.left_by_constants, kMillimetre,
+                  "constants_only_mm")};
   if (summary.after)
-    row("left with constants and effects, mm", *summary.after, kMillimetre, "after_mm");
+    rows.push_back(error_cells("left with constants and effects, mm", *summary.after, kMillimetre,
+                               "after_mm"));
   if (summary.deviation)
-    row("uncertainty of the model, mm", *summary.deviation, kMillimetre, "std_mm");
+    rows.push_back(
+        error_cells("uncertainty of the model, mm", *summary.deviation, kMillimetre, "std_mm"));
   return table({"error", "mean", "RMS", "95 %", "max"}, rows);
 }
 

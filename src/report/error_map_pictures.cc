@@ -17,6 +17,7 @@ namespace {
 constexpr Eigen::Index kSlices = 3;
 constexpr Eigen::Index kCellsPerSide = 26;  // of a slice; of more points some are shown
 constexpr Eigen::Index kArrowsPerSide = 9;
+constexpr Eigen::Index kPathArrows = 60;  // so that those of a path stand apart
 constexpr double kSliceHeight = 230;
 
 std::optional<double> left_of(const MapPoint& point) {
@@ -175,9 +176,9 @@ std::vector<Drawing> error_map_pictures(const ErrorMap& map) {
     before[k] = point.error.norm() / kMillimetre;
     after[k] = *left_of(point) / kMillimetre;
   }
-  std::vector<Drawing> pictures =
-      field_maps(places, {{"error as it is", Look::before, errors}},
-                 {"map", "Predicted error", "the program's frame", "Error of each point."});
+  std::vector<Drawing> pictures = field_maps(places, {{"error as it is", Look::before, errors}},
+                                             {"map", "Predicted error", "the program's frame",
+                                              "Error of each point.", "errors", kPathArrows});
   pictures.push_back(rows_picture(before, after, left_name(map)));
   return pictures;
 }

@@ -9,12 +9,8 @@ std::string errors_table(const std::vector<TabledModel>& models, const Campaign&
   for (const TabledModel& model : models) {
     const auto row = [&](const std::string& name, const std::vector<double>& errors, double unit,
                          const std::string& of) {
-      const ErrorSummary summary = summarize(errors);
-      const std::string key = model.key + of;
-      lengths.push_back({model.name + ", " + name, keyed(summary.mean / unit, key + "/mean"),
-                         keyed(summary.rms / unit, key + "/rms"),
-                         keyed(summary.p95 / unit, key + "/p95"),
-                         keyed(summary.max / unit, key + "/max")});
+      lengths.push_back(
+          error_cells(model.name + ", " + name, summarize(errors), unit, model.key + of));
     };
     row("mm", model.evaluation->position, kMillimetre, "position_mm");
     if (!model.evaluation->orientation.empty())
@@ -40,6 +36,12 @@ void add_error_pictures(Page& page, const std::vector<Judged>& models, const Cam
   if (maps.empty()) return;
   page.section("Errors in the workspace");
   page.pictures(maps);
+}
+
+bool is_at_floor(double mean, const NoiseFloor& noise) {
+  constexpr double kMost = 1.3;  // times the floor: few readings scatter
+  return noise.source != NoiseFloor::Source::none &&
+         mean <= kMost * mean_error_of_noise(noise.position, noise.axes);
 }
 
 Page::Tile floor_tile(const NoiseFloor& noise, const std::string& key) {

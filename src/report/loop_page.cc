@@ -7,9 +7,8 @@
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
 #include "armtrue/tracing/description.h"
-#include "report/page.h"
+#include "report/evaluation_parts.h"
 #include "report/readings_left_out.h"
-#include "report/residual_pictures.h"
 
 namespace armtrue {
 namespace {
@@ -46,8 +45,9 @@ struct Judging {
 };
 
 Judging judging(const LoopResult& result, const Campaign& training, const Campaign& held_out) {
-  if (result.held_out_poses > 0) return {held_out, "held_out", "held-out readings"};
-  return {training, "training", "training readings"};
+  const std::string what = result.of_distances ? "distances" : "readings";
+  if (result.held_out_poses > 0) return {held_out, "held_out", "held-out " + what};
+  return {training, "training", "training " + what};
 }
 
 std::vector<Judged> models_of(const LoopResult& result, const Robot& nominal,
@@ -254,16 +254,6 @@ std::string nested_text(const NestedValidation& nested) {
                    keyed_mm(nested.gain.error, "nested_cv/gain_se_mm") + " mm).");
 }
 
-void add_rest(Page& page, const LoopResult& result) {
-  std::string html = stages_table(result);
-  if (result.nested) html += nested_text(*result.nested);
-  if (result.lack_of_fit)
-    html += paragraph("Lack of fit against the noise: p " +
-                      keyed(*result.lack_of_fit, "remaining/lack_of_fit_p") + ".");
-  page.folded_section("Details");
-  page.add(folded("Stages of the model", html));
-}
-
 std::string axes_table(const LoopResult& result, const Judging& by) {
   std::vector<TableRow> rows;
   for (size_t k = 0; k < result.stages.size(); ++k) {
@@ -284,6 +274,16 @@ std::string axes_table(const LoopResult& result, const Judging& by) {
   return table({"axis", "mean, mm", "min, mm", "max, mm"}, rows);
 }
 
+void add_rest(Page& page, const LoopResult& result, const Judging& by) {
+  std::string html = stages_table(result) + axes_table(result, by);
+  if (result.nested) html += nested_text(*result.nested);
+  if (result.lack_of_fit)
+    html += paragraph("Lack of fit against the noise: p " +
+                      keyed(*result.lack_of_fit, "remaining/lack_of_fit_p") + ".");
+  page.folded_section("Details");
+  page.add(folded("Stages of the model", html));
+}
+
 }  // namespace
 
 Report loop_page(const LoopResult& result, const Robot& nominal, const Campaign& training,
@@ -297,17 +297,9 @@ Report loop_page(const LoopResult& result, const Robot& nominal, const Campaign&
   add_tiles(page, result, by);
   add_effects(page, result);
   add_next(page, result, next_poses);
-  page.section("Errors of the " + by.words);
-  page.pictures({histogram_picture(models, by.words), axes_picture(models, by.campaign),
-                 campaign_picture(models, {})});
-  page.add(folded("Mean and range of each axis in numbers", axes_table(result, by)));
-  if (const auto maps = residual_maps({models.end() - 2, models.end()}, by.campaign);
-      !maps.empty()) {
-    page.section("Errors in the workspace");
-    page.pictures(maps);
-  }
+  add_error_pictures(page, models, by.campaign, {}, by.words);
   add_readings_left_out(page, result.gross_poses, result.excluded_rows, "data/");
-  add_rest(page, result);
+  add_rest(page, result, by);
   return page.finish();
 }
 

@@ -46,10 +46,7 @@ std::string accuracy_table(const MirrorFindings& findings) {
                        const std::string& passes) {
     const auto row = [&](const std::string& name, const ErrorSummary& errors,
                          const std::string& of) {
-      rows.push_back({name + ", " + passes, keyed_mm(errors.mean, key + of + "/mean"),
-                      keyed_mm(errors.rms, key + of + "/rms"),
-                      keyed_mm(errors.p95, key + of + "/p95"),
-                      keyed_mm(errors.max, key + of + "/max")});
+      rows.push_back(error_cells(name + ", " + passes, errors, kMillimetre, key + of));
     };
     for (size_t axis = 0; axis < accuracy.errors.axis.size(); ++axis)
       row(std::string(1, "xyz"[axis]), accuracy.errors.axis[axis],

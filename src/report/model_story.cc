@@ -28,13 +28,13 @@ Drawing rows_picture(const Eigen::VectorXd& before, const Eigen::VectorXd& after
           (drawn.size() < rows
                ? fmt::format(" Of {} rows {} are drawn, evenly spread.", rows, drawn.size())
                : std::string()),
-      round_axis(0, static_cast<double>(rows), "row"));
+      count_axis(static_cast<double>(rows), "row"));
   double most = 0;
   Points first, second;
   for (Eigen::Index k : drawn)
     for (const auto& [values, points] : {std::pair(&before, &first), std::pair(&after, &second)})
       if (const double value = (*values)[k]; std::isfinite(value)) {
-        points->emplace_back(static_cast<double>(k) + 0.5, value);
+        points->emplace_back(static_cast<double>(k) + 1, value);
         most = std::max(most, value);
       }
   Panel& panel = picture->panel(round_axis(0, most, "error, mm"), 190);

@@ -100,6 +100,16 @@ std::string breakable(const std::string& text) {
   return "<span class=\"file\">" + escaped(text) + "</span>";
 }
 
+TableRow error_cells(const std::string& name, const ErrorSummary& errors, double unit,
+                     const std::string& key) {
+  const auto cell = [&](double value, const char* of) {
+    const std::string path = key + "/" + of;
+    return unit == kMillimetre ? keyed_mm(value, path) : keyed(value / unit, path);
+  };
+  return {name, cell(errors.mean, "mean"), cell(errors.rms, "rms"), cell(errors.p95, "p95"),
+          cell(errors.max, "max")};
+}
+
 std::string table(const TableRow& head, const std::vector<TableRow>& rows) {
   std::string html = "<div class=\"scroll\" tabindex=\"0\"><table>\n<thead><tr>";
   for (const std::string& cell : head) html += "<th scope=\"col\">" + cell + "</th>";

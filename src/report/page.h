@@ -30,6 +30,10 @@ std::string breakable(const std::string& text);
 /// A row of cells, each HTML.
 using TableRow = std::vector<std::string>;
 
+/// A name, then mean, RMS, 95th percentile and maximum of errors [SI] in a unit, keyed below `key`.
+TableRow error_cells(const std::string& name, const ErrorSummary& errors, double unit,
+                     const std::string& key);
+
 /// Head and rows; the first column is of words, the others of numbers. It scrolls inside itself.
 std::string table(const TableRow& head, const std::vector<TableRow>& rows);
 

@@ -12,7 +12,7 @@ namespace armtrue {
 namespace {
 
 constexpr int kHistogramBins = 40;
-constexpr Eigen::Index kMostReadings = 800, kMostVectors = 250;  // in one picture
+constexpr Eigen::Index kMostReadings = 800;  // in one picture
 
 double in_mm(double metres) { return metres / kMillimetre; }
 
@@ -90,7 +90,7 @@ Drawing histogram_picture(const std::vector<Judged>& models, const std::string& 
     for (int k = 0; k < kHistogramBins; ++k)
       texts.push_back(fmt::format("{:.3g} to {:.3g} mm: {:g}", k * width, (k + 1) * width,
                                   counts[static_cast<size_t>(k)]));
-    Panel& panel = picture->panel(round_axis(0, std::ranges::max(counts), "", 3), 74);
+    Panel& panel = picture->panel(count_axis(std::ranges::max(counts), "", 3), 74);
     panel.bars(0, width, counts, texts, model.look, "");
     panel.rule_x(in_mm(summarize(model.evaluation.position).mean), Look::mark, "mean");
     panel.corner(model.name);
@@ -139,7 +139,7 @@ Drawing campaign_picture(const std::vector<Judged>& models, const std::vector<bo
       "campaign", "Errors along the campaign",
       "Each reading, in the order of the file: a drift or a jump shows here." +
           thinned_note(rows, drawn.size(), "readings"),
-      round_axis(0, static_cast<double>(rows), "reading"));
+      count_axis(static_cast<double>(rows), "reading"));
   Panel& panel =
       picture->panel(round_axis(0, largest_error(models), "length of the error, mm"), 190);
   Points out;
@@ -147,7 +147,7 @@ Drawing campaign_picture(const std::vector<Judged>& models, const std::vector<bo
     Points points;
     for (Eigen::Index row : drawn) {
       const auto r = static_cast<size_t>(row);
-      const Eigen::Vector2d point(static_cast<double>(row) + 0.5,
+      const Eigen::Vector2d point(static_cast<double>(row) + 1,
                                   in_mm(model.evaluation.position[r]));
       points.push_back(point);
       if (&model == &models.back() && !left_out.empty() && left_out[r]) out.push_back(point);
@@ -167,7 +167,7 @@ std::vector<Drawing> field_maps(const std::vector<Eigen::Vector3d>& places,
   }
   double longest = 0;
   const std::vector<Eigen::Index> drawn =
-      evenly(static_cast<Eigen::Index>(places.size()), kMostVectors);
+      evenly(static_cast<Eigen::Index>(places.size()), text.most);
   for (const VectorField& field : fields)
     for (Eigen::Index k : drawn)
       longest = std::max(longest, field.vectors[static_cast<size_t>(k)].norm());
@@ -220,7 +220,10 @@ std::vector<Drawing> residual_maps(const std::vector<Judged>& models, const Camp
     fields.push_back({models[m].name, models[m].look, placed.residuals[m]});
   return field_maps(placed.places, fields,
                     {"map", "Errors in the workspace", "the instrument's frame",
-                     "Mean error of each pose, measured minus model, at its place."});
+                     campaign.session_names.size() > 1
+                         ? "Mean error of each pose, measured minus model, at its place in the "
+                           "frame of its session."
+                         : "Mean error of each pose, measured minus model, at its place."});
 }
 
 }  // namespace armtrue

@@ -43,6 +43,7 @@ struct VectorField {
 struct FieldText {
   std::string file, title, frame, note;  ///< `file`: begin of the names of the pictures
   std::string what = "errors";           ///< plural, of what the vectors are
+  Eigen::Index most = 250;               ///< vectors to draw
 };
 std::vector<Drawing> field_maps(const std::vector<Eigen::Vector3d>& places,
                                 const std::vector<VectorField>& fields, const FieldText& text);

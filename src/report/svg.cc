@@ -87,8 +87,10 @@ std::string mark_path(const std::string& look, double x, double y) {
 }
 
 Axis exact_axis(double low, double high, const std::string& label, int most) {
+  constexpr double kLeast = 1e-3;
+  if (low == 0 && high == 0) high = kLeast;  // of errors that are nothing
   if (!(high > low)) {
-    const double half = std::max(1e-3, 0.05 * std::abs(low));
+    const double half = std::max(kLeast, 0.05 * std::abs(low));
     low -= half;
     high += half;
   }
@@ -99,6 +101,12 @@ Axis round_axis(double low, double high, const std::string& label, int most) {
   Axis axis = exact_axis(low, high, label, most);
   axis.low = axis.step * std::floor(axis.low / axis.step + 1e-9);
   axis.high = axis.step * std::ceil(axis.high / axis.step - 1e-9);
+  return axis;
+}
+
+Axis count_axis(double high, const std::string& label, int most) {
+  Axis axis = round_axis(0, std::max(1.0, high), label, most);
+  axis.step = std::max(1.0, axis.step);
   return axis;
 }
 

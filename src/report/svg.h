@@ -32,6 +32,9 @@ struct Axis {
 /// and at most `most` steps.
 Axis round_axis(double low, double high, const std::string& label, int most = 6);
 
+/// Of what is counted, from 0 on: no step is below 1.
+Axis count_axis(double high, const std::string& label, int most = 6);
+
 /// The same steps, but exactly these ends.
 Axis exact_axis(double low, double high, const std::string& label, int most = 6);
 
