@@ -26,7 +26,7 @@ std::optional<About> read_about(Command& command, const ReportArguments& argumen
 
 PageHead page_head(const Command& command, const std::optional<About>& about) {
   const Provenance provenance = command.provenance();
-  return {provenance.command, provenance.version, provenance.inputs, about};
+  return {provenance.command, provenance.version, provenance.inputs, provenance.warnings, about};
 }
 
 void write_report(const Command& command, const ReportArguments& arguments, const Report& report) {

@@ -144,6 +144,11 @@ void Page::verdict(Tone tone, const std::string& word, const std::string& senten
   body_ += std::string("<div class=\"verdict ") + name_of(tone) + "\"><p><strong class=\"badge\">" +
            "<span aria-hidden=\"true\">" + sign_of(tone) + "</span> " + escaped(word) +
            "</strong></p><p class=\"sentence\">" + sentence + "</p></div>\n";
+  if (head_.warnings.empty()) return;
+  body_ += "<h2>Warnings</h2>\n";
+  std::vector<std::string> warnings;
+  for (const std::string& warning : head_.warnings) warnings.push_back(escaped(warning));
+  list(warnings);
 }
 
 void Page::tiles(const std::vector<Tile>& tiles) {

@@ -14,6 +14,7 @@ namespace armtrue {
 struct PageHead {
   std::string command, version;
   std::vector<std::pair<std::string, std::string>> inputs;  ///< file, SHA-256
+  std::vector<std::string> warnings;                        ///< that the command has given
   std::optional<About> about;  ///< who measured what, when and with what, if that is stated
 };
 
