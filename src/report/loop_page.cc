@@ -165,8 +165,16 @@ void add_effects(Page& page, const LoopResult& result) {
            result.trace.effects[b].variance_share.value;
   });
   const Robot& robot = result.trace.fit.robot;
+  constexpr size_t kShown = 6;  // the others have small shares
+  const bool folds = order.size() > kShown + 2;
   page.add("<div class=\"effects\">\n");
-  for (size_t k : order) {
+  for (size_t place = 0; place < order.size(); ++place) {
+    const size_t k = order[place];
+    if (folds && place == kShown)
+      page.add(
+          fmt::format("</div>\n<details><summary>{} further effects</summary>\n<div "
+                      "class=\"effects\">\n",
+                      order.size() - kShown));
     const TracedEffect& traced = result.trace.effects[k];
     const HeldOutGain* gain = k < result.gains.size() ? &result.gains[k] : nullptr;
     const std::string key = index_key("effects", k);
@@ -181,7 +189,7 @@ void add_effects(Page& page, const LoopResult& result) {
     page.pictures({curve_picture(traced, result.curves[k], robot, k)});
     page.add(folded("Statistics", statistics_of(result, k)) + "</div>\n");
   }
-  page.add("</div>\n");
+  page.add(folds ? "</div></details>\n" : "</div>\n");
 }
 
 void add_next(Page& page, const LoopResult& result, const std::string& next_poses) {

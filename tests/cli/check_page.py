@@ -177,8 +177,8 @@ def at(product, key):
 def agree(shown, value, unit):
     if value is None:
         return False
-    if shown == value:
-        return unit is None
+    if shown == value and unit is None:
+        return True
     try:
         number, expected = float(shown), float(value) * (100 if unit == "%" else 1)
     except ValueError:
