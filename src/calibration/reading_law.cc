@@ -8,7 +8,7 @@
 namespace armtrue {
 namespace {
 
-constexpr int kMaxRounds = 8;  // of variances and sigma in turn; they settle in three or four
+constexpr int kMaxRoundsOfLaw = 8;  // of variances and sigma in turn; they settle in three or four
 
 // Squared norm of the whitened residual from those of position and orientation [m^2, rad^2].
 double whitened(const Eigen::Vector2d& s, const ReadingSigma& sigma, const ReadingSize& size) {
@@ -125,7 +125,7 @@ ResidualDescription describe_residuals(const std::vector<Eigen::Vector2d>& norms
   }
   // The variances of the poses are in units of sigma, and sigma depends on them: both are repeated
   // until sigma settles.
-  for (int round = 0; round < kMaxRounds && best.law.degrees_of_freedom > 0; ++round) {
+  for (int round = 0; round < kMaxRoundsOfLaw && best.law.degrees_of_freedom > 0; ++round) {
     best.law.variance = pose_variances(norms, campaign, best.sigma);
     const ReadingSigma before = best.sigma;
     best.sigma = most_likely_sigma(norms, before, best.law, size, correction);

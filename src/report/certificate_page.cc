@@ -7,9 +7,9 @@
 namespace armtrue {
 namespace {
 
-std::string in_mm(double value) { return rounded(value / kMillimetre); }
+std::string mm_text(double value) { return rounded(value / kMillimetre); }
 
-std::string in_mm(const std::optional<double>& value) { return value ? in_mm(*value) : ""; }
+std::string mm_text(const std::optional<double>& value) { return value ? mm_text(*value) : ""; }
 
 std::string poses_line(const Certificate& certificate) {
   const About& about = certificate.about;
@@ -33,9 +33,9 @@ void add_decision(Page& page, const Certificate& certificate) {
   if (*certificate.decision == Decision::pass) law = "AP + U &le; tolerance";
   if (*certificate.decision == Decision::fail) law = "AP &minus; U &gt; tolerance";
   page.verdict(tone_of_decision(certificate), decision_name(*certificate.decision),
-               "Tolerance of AP " + in_mm(*certificate.tolerance) + " mm, AP " +
-                   in_mm(certificate.all.ap.value) + " mm, U " +
-                   in_mm(certificate.budget.expanded) + " mm; " + law + " (ISO 14253-1).");
+               "Tolerance of AP " + mm_text(*certificate.tolerance) + " mm, AP " +
+                   mm_text(certificate.all.ap.value) + " mm, U " +
+                   mm_text(certificate.budget.expanded) + " mm; " + law + " (ISO 14253-1).");
 }
 
 std::string figures_table(const std::string& what, const SetFigures& set, double expanded) {
@@ -49,8 +49,8 @@ std::string figures_table(const std::string& what, const SetFigures& set, double
   const auto add = [&](const char* name, const std::optional<Largest>& largest, double unit) {
     if (largest) row(name, *largest, unit, "");
   };
-  row("pose accuracy AP, mm", set.ap, kMillimetre, in_mm(expanded));
-  row("pose repeatability RP, mm", set.rp, kMillimetre, in_mm(set.rp_expanded()));
+  row("pose accuracy AP, mm", set.ap, kMillimetre, mm_text(expanded));
+  row("pose repeatability RP, mm", set.rp, kMillimetre, mm_text(set.rp_expanded()));
   add("AP of an angle, mrad", set.ap_turn, kMilliradian);
   add("RP of an angle, &plusmn; mrad", set.rp_turn, kMilliradian);
   add("multi-directional variation vAP, mm", set.vap, kMillimetre);
@@ -62,9 +62,9 @@ std::string figures_table(const std::string& what, const SetFigures& set, double
 std::string budget_table(const Budget& budget) {
   std::vector<TableRow> rows;
   for (const BudgetRow& row : budget.rows)
-    rows.push_back({row.source, row.distribution, in_mm(row.standard), "1"});
-  rows.push_back({"combined", "", in_mm(budget.combined), ""});
-  rows.push_back({"expanded U, k = " + rounded(budget.k), "", in_mm(budget.expanded), ""});
+    rows.push_back({row.source, row.distribution, mm_text(row.standard), "1"});
+  rows.push_back({"combined", "", mm_text(budget.combined), ""});
+  rows.push_back({"expanded U, k = " + rounded(budget.k), "", mm_text(budget.expanded), ""});
   return "<h2>Uncertainty of AP (GUM)</h2>\n" +
          table({"source", "distribution", "standard uncertainty, mm", "sensitivity"}, rows);
 }
@@ -72,10 +72,10 @@ std::string budget_table(const Budget& budget) {
 std::string poses_table(const std::vector<PoseFigures>& poses) {
   std::vector<TableRow> rows;
   for (const PoseFigures& figures : poses)
-    rows.push_back({escaped(figures.pose), std::to_string(figures.visits), in_mm(figures.ap),
-                    in_mm(figures.ap_axes.x()), in_mm(figures.ap_axes.y()),
-                    in_mm(figures.ap_axes.z()), in_mm(figures.rp), in_mm(figures.vap),
-                    in_mm(figures.drift_ap), in_mm(figures.drift_rp)});
+    rows.push_back({escaped(figures.pose), std::to_string(figures.visits), mm_text(figures.ap),
+                    mm_text(figures.ap_axes.x()), mm_text(figures.ap_axes.y()),
+                    mm_text(figures.ap_axes.z()), mm_text(figures.rp), mm_text(figures.vap),
+                    mm_text(figures.drift_ap), mm_text(figures.drift_rp)});
   return "<h2>Poses, mm</h2>\n" +
          table({"pose", "visits", "AP", "AP<sub>x</sub>", "AP<sub>y</sub>", "AP<sub>z</sub>", "RP",
                 "vAP", "drift of AP", "drift of RP"},
@@ -86,9 +86,9 @@ std::string comparison_table(const Comparison& comparison) {
   std::vector<TableRow> rows;
   const auto add = [&](const std::vector<Difference>& differences, const std::string& prefix) {
     for (const Difference& difference : differences)
-      rows.push_back({prefix + escaped(difference.name), in_mm(difference.before),
-                      in_mm(difference.now), in_mm(difference.difference),
-                      in_mm(difference.expanded), difference.significant ? "yes" : "no"});
+      rows.push_back({prefix + escaped(difference.name), mm_text(difference.before),
+                      mm_text(difference.now), mm_text(difference.difference),
+                      mm_text(difference.expanded), difference.significant ? "yes" : "no"});
   };
   add(comparison.figures, "");
   add(comparison.poses, "ap of ");
