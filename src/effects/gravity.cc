@@ -115,7 +115,9 @@ void GravityLoad::choose_basis(const Robot& robot, const ChainEvaluator& evaluat
   std::vector<FirstMoment> moments;
   for (int link : carrying_links(robot.chain)) {
     for (int axis = 0; axis < 3; ++axis) moments.push_back({link, axis});
-    if (is_prismatic(robot.chain.links[link])) moments.push_back({link, 2, true});
+    // Of the base all components have one basis, whichever way a rail leads.
+    if (is_prismatic(robot.chain.links[link]) && parameter_ >= kLinkParameters)
+      moments.push_back({link, 2, true});
   }
   // Keep what is independent of the constant and of what is kept already.
   const std::vector<JointVector> poses = sample_joint_space(robot.chain, kBasisPoses);

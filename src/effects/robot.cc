@@ -1,5 +1,6 @@
 #include "armtrue/effects/robot.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace armtrue {
@@ -12,7 +13,10 @@ Eigen::Vector3d upwards(const Robot& robot) {
 
 bool knows_instrument(const Robot& robot) {
   double reach = robot.chain.tool.translation.norm();
-  for (const Link& link : robot.chain.links) reach += std::abs(link.d) + std::abs(link.r);
+  for (const Link& link : robot.chain.links) {
+    reach += std::abs(link.d) + std::abs(link.r);
+    if (is_prismatic(link)) reach += std::max(std::abs(link.min), std::abs(link.max));
+  }
   return robot.instrument || robot.chain.base.translation.norm() > reach;
 }
 

@@ -425,12 +425,24 @@ bool is_load(DriverKind kind) {
   return kind == DriverKind::gravity_torque || kind == DriverKind::moment;
 }
 
+// Whether gravity has one basis for all components of a group that its moment turns; arms whose
+// first axis is not upright need masses for that.
+bool has_common_basis(const Effect& effect, const Robot& robot) {
+  if (effect.driver.kind != DriverKind::moment || group_size(effect.parameter) != 6) return true;
+  std::set<int> sizes;
+  const int first = *first_parameter(robot.chain, effect.parameter);
+  for (int k = first + 3; k < first + 6; ++k)
+    if (const int size = GravityLoad(robot, k).value_count(); size > 0) sizes.insert(size);
+  return sizes.size() <= 1;
+}
+
 // Whether the robot has what an entry of the catalogue needs, and the campaign reads what it moves.
 bool is_shown(const Effect& effect, const Robot& robot, const Campaign& campaign) {
   const Driver& driver = effect.driver;
   const bool needs_masses = (is_load(driver.kind) && effect.shape.kind != ShapeKind::linear) ||
                             (driver.factor && is_load(*driver.factor));
   if (needs_masses && robot.bodies.empty()) return false;
+  if (!has_common_basis(effect, robot)) return false;
   const std::string& parameter = effect.parameter;
   if (parameter.starts_with("target "))
     return std::ranges::count(campaign.target_names, parameter.substr(7)) > 0;

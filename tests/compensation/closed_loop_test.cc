@@ -94,7 +94,8 @@ ErrorSummary executed(const std::vector<std::array<double, 6>>& commands,
 // Root mean square of the standard deviations that compensate states [m].
 double stated_rms(const Folder& folder, const std::vector<std::array<double, 6>>& targets) {
   std::vector<JointVector> q;
-  for (const auto& target : targets) q.emplace_back(Eigen::Map<const JointVector>(target.data()));
+  for (const auto& target : targets)
+    q.emplace_back(Eigen::Map<const JointVector>(target.data(), std::ssize(target)));
   CompensationOptions options;
   double sum = 0;
   for (const CorrectedTarget& target :

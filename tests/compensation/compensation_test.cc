@@ -137,6 +137,7 @@ Robot arm_without_a_wrist_centre() {
     Link& link = robot.chain.links[j];
     link = {link.name, alpha[j], d[j], 0, r[j]};
     link.sign = j == 2 ? -1 : 1;
+    if (j + 1 == kLinks) link.joint = JointKind::fixed;
   }
   return robot;
 }

@@ -316,7 +316,7 @@ TEST(ErrorMap, KnowsWhatTheReadingsDoNotCover) {
 
 TEST(ErrorMap, NamesAStretchedWrist) {
   const Robot nominal = nominal_arm();
-  JointVector bent, stretched;
+  JointVector bent(6), stretched;
   bent << 0, -1, 1.4, 0.3, 0.06, 0;
   stretched = bent;
   stretched[4] = 0.05;  // 2.9 deg

@@ -13,7 +13,7 @@
 namespace armtrue::pose_check_test {
 namespace {
 
-const JointVector kBent = (JointVector() << 0.3, -1.2, 1.4, 0.5, 0.7, -0.9).finished();
+const JointVector kBent = (JointVector(6) << 0.3, -1.2, 1.4, 0.5, 0.7, -0.9).finished();
 
 // KDL's DH frames are of the standard convention.
 TEST(Conventions, AStandardTableIsTheArmOfKdl) {

@@ -1,6 +1,6 @@
 #include "armtrue/io/campaign_io.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
@@ -162,7 +162,8 @@ TEST(CampaignIo, DistancesReadBackTheSame) {
 TEST(CampaignIo, MotorTorquesAreRead) {
   const std::string header = std::string(kHeader) + ",tau1_nm,tau2_nm,tau3_nm,tau4_nm,tau5_nm";
   const Campaign campaign = read(header + ",tau6_nm\n1,0,0,0,0,0,0,1,1,1,10,-20.5,30,0,0,6\n");
-  EXPECT_EQ(campaign.motor_torque_nm.front(), (std::array<double, 6>{10, -20.5, 30, 0, 0, 6}));
+  EXPECT_EQ(campaign.motor_torque_nm.front(),
+            (std::array<double, kMaxJoints>{10, -20.5, 30, 0, 0, 6}));
   expect_error(header + "\n1,0,0,0,0,0,0,1,1,1,0,0,0,0,0\n",
                "a set of motor torques also needs the column 'tau6_nm'");
 }
@@ -179,6 +180,29 @@ TEST(CampaignIo, WhatIsWrittenReadsBackTheSame) {
       "pose,repeat,t_s,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,z_mm,dir1,dir2,dir3,"
       "dir4,dir5,dir6\nA,1,0.5,1.25,2,3,4,5,6.125,100.001,2,-3.5,0,1,-1,0,0,1\n";
   EXPECT_EQ(write_campaign(read(text)), text);
+}
+
+TEST(CampaignIo, OtherJointsHaveOtherColumns) {
+  KinematicChain chain;
+  for (const char* name : {"E1", "A1", "A2"}) chain.links.emplace_back().name = name;
+  chain.links.front().joint = JointKind::prismatic;
+  const std::vector<JointName> joints = joint_names(chain);
+  const std::string text =
+      "pose,e1_mm,q1_deg,q2_deg,x_mm,y_mm,z_mm,dir1,dir2,dir3\n"
+      "A,1250,20,-30,1,2,3,0,0,0\nB,1000,25,-30,1,2,3,-1,1,0\n";
+  const Campaign campaign = read_campaign(TemporaryFile(text).path, joints).campaign;
+  ASSERT_EQ(campaign.q[0].size(), 3);
+  EXPECT_DOUBLE_EQ(campaign.q[0][0], 1.25);
+  EXPECT_DOUBLE_EQ(campaign.stroke[1][0], -0.25);
+  EXPECT_EQ(write_campaign(campaign, joints), text);
+  const TemporaryFile six(std::string(kHeader) + "\n1,0,0,0,0,0,0,1,1,1\n");
+  try {
+    read_campaign(six.path, joints);
+    FAIL();
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("has 6 joint columns, q1 to q6, and the robot "
+                                                 "has 3: e1_mm, q1_deg, q2_deg"));
+  }
 }
 
 }  // namespace

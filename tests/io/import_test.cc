@@ -343,7 +343,7 @@ TEST(ImportPreset, TheRecordOfTheRtdeClientGivesJointsInRadians) {
   options.preset = "ur-rtde";
   const Campaign campaign = import_two(kPoints, log, options).campaign;
   ASSERT_EQ(campaign.rows(), 2);
-  EXPECT_EQ(campaign.q[0], (JointVector() << 0.5, -1.5, 1.25, -2, 1, 0.25).finished());
+  EXPECT_EQ(campaign.q[0], (JointVector(6) << 0.5, -1.5, 1.25, -2, 1, 0.25).finished());
   EXPECT_EQ(campaign.q[1][0], 0.6);
   EXPECT_EQ(campaign.position[0].x(), 1e-3);
   EXPECT_EQ(campaign.time_s[1], 10.502);

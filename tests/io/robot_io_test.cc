@@ -164,7 +164,8 @@ TEST(RobotIo, ErrorsNameLineAndKey) {
   expect_error("format: armtrue-loop/1\n", "r.yaml:1: key 'format'");
   expect_error("a: [1, 2\n", "is no valid YAML");
   expect_error(replaced(good, "noise:", "nois:"), "key 'nois' is not known");
-  expect_error(replaced(good, "joint: revolute", "joint: prismatic"), "r.yaml:6: key 'joint'");
+  expect_error(replaced(good, "joint: revolute", "joint: sliding"), "r.yaml:6: key 'joint'");
+  expect_error(replaced(good, "joint: revolute", "joint: prismatic"), "r.yaml:6: key 'min_mm'");
   expect_error(replaced(good, "d_mm: 500", "d_mm: five"), "r.yaml:7: key 'd_mm'");
   expect_error(replaced(good, "d_mm: 500, ", ""), "key 'd_mm' of an entry of 'links': is missing");
   expect_error(replaced(good, "sign: 1", "sign: 2"), "must be 1 or -1");

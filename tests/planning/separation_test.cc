@@ -58,7 +58,7 @@ TracedEffect found(const Effect& effect, const Effect& rival) {
 std::vector<JointVector> over_a_bench() {
   constexpr double kLow[] = {-30, -100, 70, -60, 20, -90}, kHigh[] = {30, -60, 110, 60, 80, 90};
   armtrue_oracle::Dice dice(7);
-  std::vector<JointVector> poses(30);
+  std::vector<JointVector> poses(30, JointVector(kJoints));
   for (JointVector& q : poses)
     for (int j = 0; j < kJoints; ++j) q[j] = dice.uniform(kLow[j], kHigh[j]) * kDegree;
   return poses;
