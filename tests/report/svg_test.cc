@@ -6,7 +6,7 @@
 #include <random>
 #include <regex>
 
-namespace armtrue {
+namespace armtrue::svg_test {
 namespace {
 
 using testing::HasSubstr;
@@ -109,4 +109,4 @@ TEST(Picture, EscapesWhatItIsGiven) {
 }
 
 }  // namespace
-}  // namespace armtrue
+}  // namespace armtrue::svg_test
