@@ -58,8 +58,9 @@ struct ProgramTarget {
   int point = -1;
   int base = -1, tool = -1;  ///< in RobotProgram::frames; -1: the program names none
   TargetKind kind = TargetKind::cartesian;
-  Pose pose;                        ///< Cartesian: base from TCP, as written
-  JointVector q;                    ///< joints: encoder angles of the model [rad]
+  Pose pose;  ///< Cartesian: base from TCP, as written
+  /// Of joints: encoder angles of the model [rad].
+  JointVector q = JointVector::Zero(kProgramAxes);
   std::optional<JointVector> near;  ///< angles near the solution that the program states [rad]
   Configuration configuration;
 };
