@@ -353,6 +353,7 @@ Campaign points_and_distances(const Robot& truth, unsigned seed, double noise_mm
   all.repeat.clear();
   all.time_s.clear();
   all.arrival.clear();
+  all.stroke.clear();
   points_to_coordinates(all);
   return all;
 }

@@ -39,7 +39,10 @@ class Kinematics(unittest.TestCase):
             rows = simulated(text, folder)
         self.assertEqual(len(rows), 40)
         for row in rows:
-            rotation, point = arm.pose([math.radians(float(row[f"q{j}_deg"])) for j in range(1, 7)])
+            joints = [column for column in row if re.fullmatch(r"[qe]\d+_(deg|mm)", column)]
+            self.assertEqual(len(joints), len(arm.axes))
+            rotation, point = arm.pose([float(row[column]) if column.endswith("_mm") else
+                                        math.radians(float(row[column])) for column in joints])
             self.assertLess(vc.length(vc.sub(point, [float(row[f"{axis}_mm"]) for axis in "xyz"])), 1e-6)
             angles = {f"{a}_deg": float(row[f"{a}_deg"]) for a in "abc"}
             given = vc.placed({"x_mm": 0, "y_mm": 0, "z_mm": 0, **angles})[0]
