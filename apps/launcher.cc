@@ -1,9 +1,8 @@
-// Installed under the name of each command: runs that command as it was built for this processor.
-// It is linked statically and compiled for any processor, so it starts everywhere. Beside it:
-//     ../lib/armtrue/x86-64-v3/COMMAND    for processors with AVX2
-//     ../lib/armtrue/x86-64/COMMAND       for all
-//     ../lib/armtrue/loader               optional: the system's libraries come with the commands,
-//                                         in ../lib/armtrue/libraries
+// Each command in bin is a link to this: it runs the command as it was built for this processor. It
+// is linked statically and compiled for any processor, so it starts everywhere. Beside it:
+//     x86-64-v3/COMMAND    for processors with AVX2
+//     x86-64/COMMAND       for all
+//     loader               optional: the system's libraries come with the commands, in libraries
 
 #include <unistd.h>
 
@@ -21,7 +20,7 @@ int main(int argc, char** argv) {
     std::fputs("armtrue: /proc is not mounted, so the command cannot find its files\n", stderr);
     return 1;
   }
-  const fs::path home = self.parent_path().parent_path() / "lib" / "armtrue";
+  const fs::path home = self.parent_path();
   const std::string command = fs::path(argv[0]).filename();
   __builtin_cpu_init();
   fs::path program = home / "x86-64-v3" / command;
