@@ -46,7 +46,7 @@ std::vector<Eigen::Vector2d> raw_norms(const SessionModels& models, const Eigen:
 // The triangle of all rows, from the folds of the sessions.
 Eigen::MatrixXd joint_factor(const SessionModels& models, const std::vector<SessionFold>& folds) {
   std::vector<Eigen::MatrixXd> factors;
-  for (const SessionFold& session : folds) factors.push_back(session.folded.factor);
+  for (const SessionFold& session : folds) factors.push_back(session.folded.triangle());
   return models.join(factors);
 }
 
@@ -93,6 +93,17 @@ double sigma_by_prior_too(double sigma, double freedom, double expected) {
   return std::exp(0.5 * (low + high));
 }
 
+// Half the way from one description of the residuals to the next, by ratio.
+ResidualDescription half_way(const ReadingSigma& sigma, const ReadingLaw& law,
+                             ResidualDescription next) {
+  next.sigma = {std::sqrt(sigma.position * next.sigma.position),
+                std::sqrt(sigma.orientation * next.sigma.orientation)};
+  if (law.variance.size() == next.law.variance.size())
+    for (size_t row = 0; row < law.variance.size(); ++row)
+      next.law.variance[row] = std::sqrt(law.variance[row] * next.law.variance[row]);
+  return next;
+}
+
 // Sigma, law, widths of the priors and x in turn, until they settle.
 Solution fit(SessionModels& model, ReadingLaw& law, Priors& priors,
              const CalibrationOptions& options, Eigen::VectorXd& x) {
@@ -121,6 +132,7 @@ Solution fit(SessionModels& model, ReadingLaw& law, Priors& priors,
   Solution solution;
   int iterations = 0;
   bool settled = false;
+  double last_change = 0;  // of ln sigma
   for (int round = 0; round < kMaxRounds; ++round) {
     const bool last_round = settled || round + 1 == kMaxRounds;
     solution =
@@ -144,6 +156,10 @@ Solution fit(SessionModels& model, ReadingLaw& law, Priors& priors,
     const bool widths_settled = update_widths(rescaled * factor, x, priors);
     settled = is_close(next.sigma, model.sigma()) &&
               next.law.degrees_of_freedom == law.degrees_of_freedom && widths_settled;
+    // x follows the law of the rows, and the law x: they can go round each other without end.
+    const double change = std::log(next.sigma.position / model.sigma().position);
+    if (change * last_change < 0) next = half_way(model.sigma(), law, std::move(next));
+    last_change = change;
     model.set_sigma(next.sigma);
     law = next.law;
   }

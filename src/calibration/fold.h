@@ -9,13 +9,22 @@
 
 namespace armtrue {
 
-/// All rows of a campaign folded into an upper triangular factor, (p+1) x (p+1), with
-///     factor^T factor = [J r]^T W [J r],
-/// J the whitened Jacobian (p columns), r the whitened residual, W the weights of the rows.
-/// `loss` is the sum of ReadingLaw::loss over the rows.
+/// All rows of a campaign reduced to (p+1) x (p+1) numbers, with J the whitened Jacobian (p
+/// columns), r the whitened residual and W the weights of the rows.
 struct Fold {
-  Eigen::MatrixXd factor;
-  double loss = 0;
+  /// By QR: upper triangular, factor^T factor = [J r]^T W [J r].
+  Eigen::MatrixXd factor{};
+  /// By normal equations: [J r]^T W [J r], upper half.
+  Eigen::MatrixXd products{};
+  /// By normal equations, unless the law is Gaussian: what the weights take from the second
+  /// derivative of loss / 2, p x p, upper half. With s_i = |r_i|^2 and w_i = loss'(s_i) that is
+  ///     H = J^T W J - bend,   bend = sum_i -2 w'(s_i) (J_i^T r_i)(J_i^T r_i)^T,
+  /// the model taken as linear. Steps by H converge quadratically, by J^T W J only linearly.
+  Eigen::MatrixXd bend{};
+  double loss = 0;  ///< sum of ReadingLaw::loss over the rows
+
+  /// The factor; of normal equations without directions that are rounding alone.
+  Eigen::MatrixXd triangle() const;
 };
 
 /// Folds the rows in blocks over the threads of the machine, so that memory does not grow with the

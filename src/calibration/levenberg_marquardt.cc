@@ -11,10 +11,13 @@ namespace armtrue {
 namespace {
 
 // One session, or the whole campaign where there is only one, as one residual block of p + 1
-// residuals: with R = factor of its fold, the last column of R and the Jacobian -R (the residual is
-// measured minus model). The sum of their squares is the loss, their gradient that of the loss, so
-// Levenberg-Marquardt takes the same steps as on all rows. The parameter blocks are the session's
-// runs. The priors are further residuals.
+// residuals: with R = triangle of its fold, the last column of R and the Jacobian -R (the residual
+// is measured minus model). The sum of their squares is the loss, their gradient that of the loss,
+// so Levenberg-Marquardt takes the same steps as on all rows. The parameter blocks are the
+// session's runs. The priors are further residuals.
+//
+// By normal equations a triangle of the second derivative takes the place of R and of the priors
+// where there is one: see Fold::bend.
 class FoldedCost : public ceres::CostFunction {
  public:
   FoldedCost(const SessionModels& models, int session, const ReadingLaw& law,
@@ -47,15 +50,12 @@ class FoldedCost : public ceres::CostFunction {
       return std::isfinite(r[p]);
     }
     last_ = {x, model_.sigma(), law_, fold(at, model_, law_, fold_by_)};
-    const Fold& folded = last_.folded;
-    r.head(p) = folded.factor.col(p).head(p);
-    // What the linear part does not explain; no unknown moves it.
-    r[p] = std::sqrt(std::max(0.0, folded.loss - r.head(p).squaredNorm()));
-    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
     Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(num_residuals(), p);
-    jacobian.topRows(p) = -folded.factor.topLeftCorner(p, p);
-    for (size_t k = 0; k < priors_.size(); ++k)
-      jacobian(p + 1 + static_cast<int>(k), priors_[k].unknown) = 1.0 / priors_[k].deviation;
+    if (fold_by_ == FoldBy::qr)
+      by_rows(r, jacobian);
+    else
+      by_second_derivative(r, jacobian);
+    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
     int taken = 0;
     for (size_t b = 0; b < parameter_block_sizes().size(); ++b) {
       const int columns = parameter_block_sizes()[b];
@@ -70,6 +70,77 @@ class FoldedCost : public ceres::CostFunction {
   const SessionFold& last_fold() const { return last_; }
 
  private:
+  // Residuals and Jacobian from the triangle of the rows; `r` holds the residuals of the priors.
+  void by_rows(Eigen::Map<Eigen::VectorXd>& r, Eigen::MatrixXd& jacobian) const {
+    const int p = model_.unknowns();
+    const Eigen::MatrixXd triangle = last_.folded.triangle();
+    r.head(p) = triangle.col(p).head(p);
+    // What the linear part does not explain; no unknown moves it.
+    r[p] = std::sqrt(std::max(0.0, last_.folded.loss - r.head(p).squaredNorm()));
+    jacobian.topRows(p) = -triangle.topLeftCorner(p, p);
+    for (size_t k = 0; k < priors_.size(); ++k)
+      jacobian(p + 1 + static_cast<int>(k), priors_[k].unknown) = 1.0 / priors_[k].deviation;
+  }
+
+  // The same from a triangle C of the second derivative, C^T C = H + priors, and from the gradient
+  // g: residuals C^-T g, whose sum of squares is twice what the step promises. Where that is much,
+  // the solution is far, H may mislead, and a part of `bend` is left out (without it the step never
+  // overshoots); likewise where H is not positive definite.
+  void by_second_derivative(Eigen::Map<Eigen::VectorXd>& r, Eigen::MatrixXd& jacobian) const {
+    const int p = model_.unknowns();
+    const Fold& folded = last_.folded;
+    Eigen::MatrixXd whole = folded.products.topLeftCorner(p, p);
+    Eigen::VectorXd gradient = folded.products.col(p).head(p);
+    for (size_t k = 0; k < priors_.size(); ++k) {
+      const int unknown = priors_[k].unknown;
+      const double weight = 1.0 / priors_[k].deviation;
+      whole(unknown, unknown) += weight * weight;
+      gradient[unknown] -= weight * r[p + 1 + static_cast<int>(k)];
+    }
+    const auto priors = static_cast<Eigen::Index>(priors_.size());
+    const double loss = folded.loss + r.tail(priors).squaredNorm();
+    r.setZero();
+    r[p] = std::sqrt(loss);
+    struct Part {
+      double share, most;  // of `bend`; of the loss that the step may promise
+    };
+    for (const auto& [share, most] :
+         {Part{1, 1e-3}, {0.75, 2e-3}, {0.5, 1e-2}, {0.25, 0.1}, {0, 1}}) {
+      Eigen::MatrixXd second = whole;
+      if (folded.bend.size() > 0)
+        second -= share * folded.bend;
+      else if (share > 0)
+        continue;
+      const Eigen::MatrixXd triangle = root_of(second, whole.diagonal(), share == 0);
+      if (triangle.size() == 0) continue;
+      const Eigen::VectorXd residual =
+          triangle.transpose().triangularView<Eigen::Lower>().solve(gradient);
+      if (share > 0 && !(residual.squaredNorm() <= most * loss)) continue;
+      r.head(p) = residual;
+      r[p] = std::sqrt(std::max(0.0, loss - residual.squaredNorm()));
+      jacobian.topRows(p) = -triangle;
+      return;
+    }
+  }
+
+  // Upper triangle C with C^T C = `upper` (upper half), or empty if that is not clearly positive
+  // definite. `squares`: those of the lengths of the columns. `ridge`: adds what makes it so to
+  // directions that are hardly determined; they take short steps.
+  static Eigen::MatrixXd root_of(const Eigen::MatrixXd& upper, const Eigen::VectorXd& squares,
+                                 bool ridge) {
+    constexpr double kMinPivot = 1e-5;  // of columns of unit length; less is mostly rounding
+    const Eigen::VectorXd length = (squares.array() > 0).select(squares.cwiseSqrt(), 1.0);
+    const Eigen::VectorXd unit = length.cwiseInverse();
+    Eigen::MatrixXd scaled = unit.asDiagonal() *
+                             Eigen::MatrixXd(upper.selfadjointView<Eigen::Upper>()) *
+                             unit.asDiagonal();
+    if (ridge) scaled.diagonal().array() += kMinPivot * kMinPivot;
+    const Eigen::LLT<Eigen::MatrixXd> llt(scaled);
+    if (llt.info() != Eigen::Success) return {};
+    if (!ridge && llt.matrixLLT().diagonal().minCoeff() < kMinPivot) return {};
+    return Eigen::MatrixXd(llt.matrixU()) * length.asDiagonal();
+  }
+
   const ObservationModel& model_;
   const FoldBy fold_by_;
   const ReadingLaw law_;
@@ -119,9 +190,11 @@ Solution minimise(const SessionModels& models, const ReadingLaw& law,
     problem.AddResidualBlock(costs.back().get(), nullptr, blocks);
   }
   ceres::Solver::Options options;
-  // No session sees another's base.
-  options.linear_solver_type =
-      models.sessions() == 1 ? ceres::DENSE_QR : ceres::SPARSE_NORMAL_CHOLESKY;
+  // No session sees another's base. The normal equations need no more care than they were made
+  // with.
+  options.linear_solver_type = models.sessions() > 1 ? ceres::SPARSE_NORMAL_CHOLESKY
+                               : by == FoldBy::qr    ? ceres::DENSE_QR
+                                                     : ceres::DENSE_NORMAL_CHOLESKY;
   options.max_num_iterations = max_iterations;
   options.function_tolerance = tolerance;
   options.gradient_tolerance = 0;

@@ -136,6 +136,8 @@ ProjectedCandidates::Solution ProjectedCandidates::solve(int candidate,
     largest_share = std::max(largest_share, share);
     if (share >= kMinUnexplainedShare) unit[c] = 1 / std::sqrt(gram(c, c));
   }
+  if (k == 1)
+    return {Eigen::MatrixXd::Constant(unit[0] > 0, 1, unit[0]), unit[0] > 0, largest_share};
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(unit.asDiagonal() * gram *
                                                              unit.asDiagonal());
   const Eigen::VectorXd& values = eigen.eigenvalues();  // smallest first

@@ -44,12 +44,40 @@ TEST(Fold, KeepsTheNormalEquationsOfAllRows) {
     }
     for (FoldBy by : {FoldBy::qr, FoldBy::normal_equations}) {
       const Fold folded = fold(at, model, law, by);
-      EXPECT_TRUE(folded.factor.isUpperTriangular());
-      EXPECT_LT((folded.factor.transpose() * folded.factor - gram).norm(), 1e-10 * gram.norm());
+      EXPECT_TRUE(folded.triangle().isUpperTriangular());
+      EXPECT_LT((folded.triangle().transpose() * folded.triangle() - gram).norm(),
+                1e-10 * gram.norm());
       EXPECT_NEAR(folded.loss, loss, 1e-9 * loss);
     }
     EXPECT_NEAR(total_loss(at, model, law), loss, 1e-9 * loss);
   }
+}
+
+// The change of the gradient -w(s) J^T r with the model linear, by finite differences.
+TEST(Fold, KnowsTheSecondDerivativeOfTheLoss) {
+  const Setting setting(300);
+  const ObservationModel model(setting.campaign, setting.robot, setting.parameters, {1e-4, 2e-4});
+  const int p = model.unknowns();
+  const auto at = model.at(Eigen::VectorXd::Zero(p));
+  const ReadingLaw law{4, {}};
+  const Eigen::VectorXd step = 1e-7 * Eigen::VectorXd::Ones(p);
+  Eigen::VectorXd change = Eigen::VectorXd::Zero(p);
+  Eigen::MatrixXd block(6, p + 1);
+  for (int row = 0; row < model.rows(); ++row) {
+    at.block(row, block);
+    const auto jacobian = block.leftCols(p);
+    const auto gradient = [&](double sign) {
+      const Eigen::VectorXd r = block.col(p) - sign * jacobian * step;
+      return Eigen::VectorXd(-law.weight(r.squaredNorm(), 6) * (jacobian.transpose() * r));
+    };
+    change += (gradient(1) - gradient(-1)) / 2;
+  }
+  const Fold folded = fold(at, model, law, FoldBy::normal_equations);
+  const Eigen::MatrixXd weighted =
+      folded.products.topLeftCorner(p, p).selfadjointView<Eigen::Upper>();
+  const Eigen::MatrixXd bend = folded.bend.selfadjointView<Eigen::Upper>();
+  EXPECT_LT(((weighted - bend) * step - change).norm(), 1e-5 * change.norm());
+  EXPECT_GT((weighted * step - change).norm(), 0.1 * change.norm());
 }
 
 TEST(Fold, GivesTheSameBytesEveryTime) {
@@ -61,7 +89,7 @@ TEST(Fold, GivesTheSameBytesEveryTime) {
     for (int i = 0; i < 3; ++i) {
       const Fold again = fold(at, model, {4, {}}, by);
       EXPECT_EQ(first.loss, again.loss);
-      EXPECT_TRUE(first.factor == again.factor);
+      EXPECT_TRUE(first.triangle() == again.triangle());
     }
   }
 }
