@@ -11,7 +11,7 @@ namespace armtrue {
 namespace {
 
 // From this many on, most of the unknowns are knots of curves, and few of them move a row.
-constexpr int kManyUnknowns = 100;
+constexpr int kManyUnknowns = 150;
 constexpr int kRowsPerFactor = 256;  // folded at once; small enough to stay in cache
 
 // Fixed by the number of rows alone, so that the result does not depend on the machine; at most
@@ -55,6 +55,8 @@ Eigen::MatrixXd Fold::triangle() const {
 }
 
 namespace {
+
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 // Folds some rows of a campaign.
 class BlockFolder {
@@ -112,20 +114,28 @@ class BlockFolder {
   void add_sparse(const Eigen::Ref<const Eigen::MatrixXd>& row, double bending) {
     nonzero_.clear();
     for (int k = 0; k < row.cols(); ++k)
-      if (!row.col(k).isZero(0)) nonzero_.push_back(k);
+      if ((row.col(k).array() != 0).any()) nonzero_.push_back(k);
     const auto count = static_cast<Eigen::Index>(nonzero_.size());
-    const Eigen::MatrixXd dense = row(Eigen::all, nonzero_);
-    const Eigen::MatrixXd products = dense.transpose() * dense;
-    const bool bends = bending > 0 && count > 0 && nonzero_.back() == row.cols() - 1;
-    const Eigen::VectorXd slope = bends ? bending * products.col(count - 1) : Eigen::VectorXd();
+    const RowMajor dense = row(Eigen::all, nonzero_);
+    const int last = static_cast<int>(row.cols()) - 1;
     for (Eigen::Index j = 0; j < count; ++j) {
-      double* to = folded_.products.col(nonzero_[static_cast<size_t>(j)]).data();
-      for (Eigen::Index i = 0; i <= j; ++i) to[nonzero_[static_cast<size_t>(i)]] += products(i, j);
-      if (!bends || j + 1 == count) continue;
-      to = folded_.bend.col(nonzero_[static_cast<size_t>(j)]).data();
-      for (Eigen::Index i = 0; i <= j; ++i)
-        to[nonzero_[static_cast<size_t>(i)]] += slope[i] * slope[j];
+      const int column = nonzero_[static_cast<size_t>(j)];
+      products_ = dense.leftCols(j + 1).transpose().lazyProduct(dense.col(j));
+      scatter(folded_.products.col(column));
+      if (column < last || folded_.bend.size() == 0) continue;
+      // The products with the residual are the slopes.
+      const Eigen::VectorXd slope = bending * products_.head(j);
+      for (Eigen::Index k = 0; k < j; ++k) {
+        products_ = slope[k] * slope.head(k + 1);
+        scatter(folded_.bend.col(nonzero_[static_cast<size_t>(k)]));
+      }
     }
+  }
+
+  // Adds the products to the rows of a column that are not zero.
+  void scatter(Eigen::Ref<Eigen::VectorXd> column) const {
+    for (Eigen::Index i = 0; i < products_.size(); ++i)
+      column[nonzero_[static_cast<size_t>(i)]] += products_[i];
   }
 
   // Takes the rows into the sums.
@@ -150,6 +160,7 @@ class BlockFolder {
   Eigen::MatrixXd slopes_;  // a column for each row, whose products add up to `bend`
   bool is_sparse_;
   std::vector<int> nonzero_;
+  Eigen::VectorXd products_;
 };
 
 }  // namespace
