@@ -1,5 +1,5 @@
 #include "armtrue/io/campaign_io.h"
-#include "armtrue/io/import_io.h"
+#include "armtrue/io/import/import_io.h"
 #include "armtrue/io/output.h"
 #include "columns.h"
 #include "command_line.h"

@@ -17,10 +17,10 @@
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/catalogue_io.h"
 #include "armtrue/io/compensation_io.h"
-#include "armtrue/io/import_io.h"
+#include "armtrue/io/import/import_io.h"
 #include "armtrue/io/path_io.h"
 #include "armtrue/io/robot_io.h"
-#include "armtrue/io/urdf_io.h"
+#include "armtrue/io/urdf/urdf_io.h"
 #include "armtrue/text/input_error.h"
 #include "fuzz/mutation.h"
 

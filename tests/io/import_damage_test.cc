@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/io/import_io.h"
+#include "armtrue/io/import/import_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
 #include "io/temporary_file.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "armtrue/io/campaign_io.h"
-#include "armtrue/io/import_io.h"
+#include "armtrue/io/import/import_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
 #include "io/import/column_names.h"

@@ -1,4 +1,4 @@
-#include "armtrue/io/urdf_io.h"
+#include "armtrue/io/urdf/urdf_io.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -25,6 +25,8 @@ USES = {
     "path/mirror": ["path/registration", "path/samples"],
     "programs": ["path", "text"],
     "io": ["certification", "compensation", "diagnosis", "tracing", "path/mirror", "programs"],
+    "io/import": ["io"],
+    "io/urdf": ["io"],
     "report": ["certification", "compensation", "planning", "path/mirror"],
 }
 # Third-party headers, by how their names begin, and the folders that may include them.
@@ -32,9 +34,9 @@ THIRD_PARTY = {
     "ceres/": ["src/calibration/", "tests/"],
     "Suite": ["src/calibration/"],
     "yaml-cpp/": ["src/io/", "tests/"],
-    "urdf": ["src/io/"],
-    "tinyxml": ["src/io/", "tests/"],
-    "console_bridge/": ["src/io/"],
+    "urdf_": ["src/io/urdf/", "tests/"],
+    "tinyxml": ["src/io/urdf/", "tests/"],
+    "console_bridge/": ["src/io/urdf/"],
     "openssl/": ["src/io/"],
     "CLI/": ["apps/command_line.cc", "tests/bench/"],  # some 10 s to compile
     "kdl/": ["src/io/urdf/", "tests/"],

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "armtrue/io/import_io.h"
+#include "armtrue/io/import/import_io.h"
 #include "io/import/column_names.h"
 #include "io/import/plain_table.h"
 

@@ -1,4 +1,4 @@
-#include "armtrue/io/import_io.h"
+#include "armtrue/io/import/import_io.h"
 
 #include <fmt/format.h>
 

@@ -3,7 +3,7 @@
 #include <array>
 #include <map>
 
-#include "armtrue/io/ur_calibration_io.h"
+#include "armtrue/io/urdf/ur_calibration_io.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
 #include "io/urdf/urdf_chain.h"

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/io/urdf_io.h"
+#include "armtrue/io/urdf/urdf_io.h"
 #include "armtrue/kinematics/pose.h"
 
 namespace armtrue {

@@ -9,7 +9,7 @@
 #include <stdexcept>
 
 #include "armtrue/effects/sampling.h"
-#include "armtrue/io/urdf_io.h"
+#include "armtrue/io/urdf/urdf_io.h"
 #include "armtrue/kinematics/evaluator.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"

@@ -7,7 +7,7 @@
 #include <map>
 #include <optional>
 
-#include "armtrue/io/urdf_io.h"
+#include "armtrue/io/urdf/urdf_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
 #include "io/urdf/link_frames.h"

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "armtrue/io/urdf_io.h"
+#include "armtrue/io/urdf/urdf_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
 #include "io/urdf/link_frames.h"

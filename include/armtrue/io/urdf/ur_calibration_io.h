@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "armtrue/io/urdf_io.h"
+#include "armtrue/io/urdf/urdf_io.h"
 
 namespace armtrue {
 
