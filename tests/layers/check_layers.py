@@ -32,7 +32,7 @@ THIRD_PARTY = {
     "ceres/": ["src/calibration/", "tests/"],
     "Suite": ["src/calibration/"],
     "yaml-cpp/": ["src/io/", "tests/"],
-    "urdf": ["src/io/"],
+    "urdf": ["src/io/", "tests/support/", "tests/io/"],
     "tinyxml": ["src/io/", "tests/"],
     "console_bridge/": ["src/io/"],
     "openssl/": ["src/io/"],
