@@ -55,7 +55,7 @@ const Maker kMakers[] = {
     {"io/urdf/kuka_kr210_r2700.urdf", {"base_link", "tool0"}, {}, {}},
     {"io/urdf/staubli_tx2_90.urdf", {"base_link", "tool0"}, {}, {"base"}, true},
     {"io/urdf/ufactory_xarm6_on_rail.urdf", {"world", "link_eef"}, {}, {"camera"}, true},
-    {"io/urdf/yaskawa_gp25.urdf", {"base_link", "tool0"}, {}, {"base"}},
+    {"io/urdf/yaskawa_gp25.urdf", {"base", "tool0"}, {}, {}},
     {"cli/convert-robot/into-urdf/cobot.urdf", {"world", "tool0"}, {}, {"base"}, true},
 };
 
@@ -103,6 +103,8 @@ struct Starter {
   std::string name, file;
   UrdfEnds ends;  // from the frame of the controller to its flange
   bool has_travels_of_maker = true;
+  // Of a sister of the arm in the file: `xyz` of the origins in which it differs.
+  std::vector<std::pair<std::string, std::string>> origins = {};
 };
 
 std::ostream& operator<<(std::ostream& stream, const Starter& starter) {
@@ -120,17 +122,55 @@ const Starter kStarters[] = {
     {"panda", "io/urdf/franka_panda.urdf", {"panda_link0", "panda_link8"}},
     {"r2000ic-165f", "io/urdf/fanuc_r2000ic_165f.urdf", {"base", "tool0"}},
     {"tx2-90", "io/urdf/staubli_tx2_90.urdf", {"base", "tool0"}},
+    {"iiwa14",
+     "io/urdf/kuka_iiwa7.urdf",
+     {"world", "iiwa_link_ee_kuka"},
+     true,
+     {{"iiwa_joint_1", "0 0 0.1575"},
+      {"iiwa_joint_2", "0 0 0.2025"},
+      {"iiwa_joint_3", "0 0.2045 0"},
+      {"iiwa_joint_4", "0 0 0.2155"},
+      {"iiwa_joint_5", "0 0.1845 0"},
+      {"iiwa_joint_6", "0 0 0.2155"},
+      {"iiwa_joint_7", "0 0.081 0"}}},
     // ur_description halves the travel of the elbow for planners.
     {"ur5e", "cli/convert-robot/into-urdf/cobot.urdf", {"base", "tool0"}, false},
+    {"ur3e",
+     "cli/convert-robot/into-urdf/cobot.urdf",
+     {"base", "tool0"},
+     false,
+     {{"shoulder_pan_joint", "0 0 0.15185"},
+      {"elbow_joint", "-0.24355 0 0"},
+      {"wrist_1_joint", "-0.2132 0 0.13105"},
+      {"wrist_2_joint", "0 -0.08535 0"},
+      {"wrist_3_joint", "0 0.0921 0"}}},
+    {"ur10e",
+     "cli/convert-robot/into-urdf/cobot.urdf",
+     {"base", "tool0"},
+     false,
+     {{"shoulder_pan_joint", "0 0 0.1807"},
+      {"elbow_joint", "-0.6127 0 0"},
+      {"wrist_1_joint", "-0.57155 0 0.17415"},
+      {"wrist_2_joint", "0 -0.11985 0"},
+      {"wrist_3_joint", "0 0.11655 0"}}},
 };
+
+// The document with another origin of one joint.
+std::string with_xyz(const std::string& text, const std::string& joint, const std::string& xyz) {
+  const size_t begin = text.find("<joint name=\"" + joint + "\" type");
+  const size_t value = text.find("xyz=", text.find("<origin", begin)) + 5;
+  const size_t end = text.find(text[value - 1], value);
+  return text.substr(0, value) + xyz + text.substr(end);
+}
 
 class MakersStarter : public testing::TestWithParam<Starter> {};
 
 TEST_P(MakersStarter, IsTheArmOfTheMakersDescription) {
   const Starter& starter = GetParam();
   const Robot robot = read_robot(ARMTRUE_CONFIG "/robots/" + starter.name + ".yaml").robot;
-  const UrdfArm arm(read_test_file(starter.file), starter.ends.base, starter.ends.tip,
-                    RightAngles::exact);
+  std::string text = read_test_file(starter.file);
+  for (const auto& [joint, xyz] : starter.origins) text = with_xyz(text, joint, xyz);
+  const UrdfArm arm(text, starter.ends.base, starter.ends.tip, RightAngles::exact);
   const Distance distance = distance_between(arm, robot.chain);
   EXPECT_LT(distance.place, 1e-9);
   EXPECT_LT(distance.attitude, 1e-9);
@@ -254,7 +294,8 @@ TEST_P(MakersDescription, NamesTheFrameOfTheControllerAndTheEnds) {
     parse_urdf(text, maker.file, no_tip);
     ADD_FAILURE();
   } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("--tip "));
+    const bool has_tool0 = maker.ends.tip == "tool0";
+    EXPECT_THAT(error.what(), testing::HasSubstr(has_tool0 ? "--tip tool0 (" : "--tip "));
   }
 }
 

@@ -105,11 +105,17 @@ int independent_joints(const urdf::Joint& joint, const urdf::ModelInterface& mod
   return count;
 }
 
+bool moves(const urdf::Joint& joint, const urdf::ModelInterface& model);
+
+// Whether a joint behind the link is not fixed.
+bool carries_joints(const urdf::Link& link, const urdf::ModelInterface& model) {
+  return std::ranges::any_of(link.child_joints,
+                             [&](const auto& joint) { return moves(*joint, model); });
+}
+
 // Whether a link of the branch behind a joint moves against the link in front of it.
 bool moves(const urdf::Joint& joint, const urdf::ModelInterface& model) {
-  return !is_fixed(joint) ||
-         std::ranges::any_of(model.getLink(joint.child_link_name)->child_joints,
-                             [&](const auto& next) { return moves(*next, model); });
+  return !is_fixed(joint) || carries_joints(*model.getLink(joint.child_link_name), model);
 }
 
 // Links behind `link` that end a branch.
@@ -137,6 +143,14 @@ std::vector<urdf::JointSharedPtr> ways_behind(const urdf::Link& link,
   return ways.empty() ? link.child_joints : ways;
 }
 
+// Descriptions after ROS-Industrial have a flange for grippers, whose x points out, and the flange
+// as the controller shows it, tool0.
+const std::string& likely_end(const std::vector<std::string>& ends) {
+  const auto tool0 =
+      std::ranges::find_if(ends, [](const std::string& name) { return name.ends_with("tool0"); });
+  return tool0 != ends.end() ? *tool0 : ends.front();
+}
+
 // Fingers move and follow each other, and no arm goes on behind them.
 bool is_gripper(const std::vector<urdf::JointSharedPtr>& ways, const urdf::ModelInterface& model) {
   return std::ranges::all_of(ways, [&](const auto& joint) {
@@ -149,6 +163,9 @@ bool is_gripper(const std::vector<urdf::JointSharedPtr>& ways, const urdf::Model
 std::string only_end(const urdf::ModelInterface& model, const std::string& base,
                      const std::string& file) {
   urdf::LinkConstSharedPtr link = model.getLink(base);
+  // The frame of a controller often stands beside the arm: the way goes back first.
+  while (link->parent_joint && is_fixed(*link->parent_joint) && !carries_joints(*link, model))
+    link = model.getLink(link->parent_joint->parent_link_name);
   while (!link->child_joints.empty()) {
     const std::vector<urdf::JointSharedPtr> ways = ways_behind(*link, model);
     if (ways.size() > 1) {
@@ -156,7 +173,8 @@ std::string only_end(const urdf::ModelInterface& model, const std::string& base,
       for (const auto& way : ways) find_ends(*model.getLink(way->child_link_name), ends);
       throw InputError(fmt::format(
           "{}: the link '{}' branches; name the link where the arm ends: --tip {} (ends are {})",
-          file, link->name, is_gripper(ways, model) ? link->name : ends.front(), some_of(ends)));
+          file, link->name, is_gripper(ways, model) ? link->name : likely_end(ends),
+          some_of(ends)));
     }
     link = model.getLink(ways.front()->child_link_name);
   }
