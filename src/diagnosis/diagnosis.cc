@@ -11,6 +11,7 @@
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/effects/robot_model.h"
+#include "armtrue/kinematics/conventions.h"
 #include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
@@ -109,6 +110,11 @@ std::vector<Hypothesis> position_hypotheses(const KinematicChain& chain, bool of
              " seems to count the other way; change its 'sign' in the "
              "robot file",
          [j](Robot& r, Campaign&) { r.chain.links[link_of_joint(r.chain, j)].sign *= -1; }});
+  if (std::ranges::none_of(chain.links, [](const Link& link) { return link.beta != 0; }))
+    hypotheses.push_back(
+        {"the links look like a table of standard Denavit-Hartenberg parameters; write "
+         "'convention: standard' into the robot file",
+         [](Robot& r, Campaign&) { r.chain = from_standard(r.chain); }});
   for (int j = 0; j + 1 < static_cast<int>(names.size()); ++j)
     if (names[j].is_length == names[j + 1].is_length)
       hypotheses.push_back({fmt::format("the columns {} and {} look exchanged", names[j].encoder(),

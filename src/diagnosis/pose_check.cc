@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "armtrue/kinematics/conventions.h"
+#include "armtrue/kinematics/evaluator.h"
 #include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/units.h"
 
@@ -70,6 +71,18 @@ void add_joint_mistakes(const Robot& robot, std::vector<PossibleMistake>& mistak
                         [](Reading& r) { r.q[2] += r.q[1]; }, 2});
 }
 
+// Above R_0, of an arm whose first axis stands upright [m]; 0 of others.
+double height_of_second_axis(const KinematicChain& chain) {
+  if (!is_six_axis_arm(chain)) return 0;
+  KinematicChain shoulder;
+  shoulder.links.assign(chain.links.begin(), chain.links.begin() + link_of_joint(chain, 1) + 1);
+  const ChainEvaluator evaluator(shoulder);
+  JointVector q = JointVector::Zero(2);
+  const double height = evaluator.pose(q).translation.z();
+  q[0] = kRight;
+  return std::abs(evaluator.pose(q).translation.z() - height) < kMillimetre ? height : 0;
+}
+
 void add_other_mistakes(const Robot& robot, std::vector<PossibleMistake>& mistakes) {
   const bool has_beta =
       std::ranges::any_of(robot.chain.links, [](const Link& l) { return l.beta != 0; });
@@ -77,6 +90,12 @@ void add_other_mistakes(const Robot& robot, std::vector<PossibleMistake>& mistak
     mistakes.push_back({"the table is in the standard convention: write convention: standard",
                         [](Reading& r) { r.robot.chain = from_standard(r.robot.chain); },
                         kMaxJoints + 1});
+  if (const double height = height_of_second_axis(robot.chain); std::abs(height) > kMillimetre)
+    mistakes.push_back(
+        {fmt::format("the controller counts from the height of axis 2, {:.4g} mm above R_0, as "
+                     "FANUC, Yaskawa and Staubli do; in a URDF this frame is often --base base",
+                     height / kMillimetre),
+         [height](Reading& r) { r.place.z() += height; }, kMaxJoints + 2});
   for (const double turn : {kRight, -kRight, 2 * kRight})
     mistakes.push_back({fmt::format("the foot is turned about z by {:g} deg", turn / kDegree),
                         [turn](Reading& r) {

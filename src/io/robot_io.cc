@@ -12,6 +12,7 @@
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
+#include "io/link_names.h"
 #include "io/yaml/effect_io.h"
 #include "io/yaml/yaml_map.h"
 #include "io/yaml/yaml_text.h"
@@ -247,9 +248,8 @@ void read_links(YamlMap& document, KinematicChain& chain) {
     for (size_t k = 0; k < j; ++k)
       if (chain.links[k].name == link.name)
         links[j].fail("name", "'" + link.name + "' stands twice; parameters are named after links");
-    for (const char* taken : {"base", "base_link", "tool", "world", "instrument"})
-      if (link.name == taken)
-        links[j].fail("name", "'" + link.name + "' means something else; name the link otherwise");
+    if (is_reserved_link_name(link.name))
+      links[j].fail("name", "'" + link.name + "' means something else; name the link otherwise");
   }
   if (const int joints = joint_count(chain); joints < 1 || joints > kMaxJoints)
     document.fail("links", fmt::format("has {} driven joints (revolute or prismatic); an arm has "

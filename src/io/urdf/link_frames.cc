@@ -18,6 +18,16 @@ Pose link_transform(const Link& link) {
   return pose;
 }
 
+Vector3d roll_pitch_yaw(const Eigen::Matrix3d& rotation) {
+  const Vector3d abc = abc_from_rotation(rotation);
+  const double cos_pitch = std::hypot(rotation(0, 0), rotation(1, 0));
+  if (cos_pitch > 1e-3 || cos_pitch < 1e-12) return {abc[2], abc[1], abc[0]};
+  const double cos_yaw = std::cos(abc[0]), sin_yaw = std::sin(abc[0]);
+  const double roll = std::atan2(sin_yaw * rotation(0, 2) - cos_yaw * rotation(1, 2),
+                                 cos_yaw * rotation(1, 1) - sin_yaw * rotation(0, 1));
+  return {roll, abc[1], abc[0]};
+}
+
 namespace {
 
 // Axes that meet at a smaller angle [rad] are described by Hayati's beta: their common normal would

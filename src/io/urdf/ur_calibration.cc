@@ -6,6 +6,7 @@
 #include "armtrue/io/urdf/ur_calibration_io.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
+#include "io/urdf/link_frames.h"
 #include "io/urdf/urdf_chain.h"
 #include "io/urdf/urdf_patch.h"
 #include "io/yaml/yaml_map.h"
@@ -45,8 +46,8 @@ std::map<size_t, std::pair<size_t, std::string>> changes(
   std::map<size_t, std::pair<size_t, std::string>> result;
   const YAML::Node kinematics = YAML::Load(document)["kinematics"];
   for (const auto& [link, pose] : origins) {
-    const Eigen::Vector3d abc = abc_from_rotation(pose.rotation), &t = pose.translation;
-    const std::array<double, 6> n{t.x(), t.y(), t.z(), abc[2], abc[1], abc[0]};
+    const Eigen::Vector3d rpy = roll_pitch_yaw(pose.rotation), &t = pose.translation;
+    const std::array<double, 6> n{t.x(), t.y(), t.z(), rpy[0], rpy[1], rpy[2]};
     for (size_t k = 0; k < n.size(); ++k) {
       const YAML::Node node = kinematics[link][kUrNumbers[k]];
       result[static_cast<size_t>(node.Mark().pos)] = {node.Scalar().size(), number_text(n[k])};

@@ -8,13 +8,17 @@
 #include <urdf_parser/urdf_parser.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <iterator>
 #include <kdl/chain.hpp>
 #include <kdl/tree.hpp>
+#include <optional>
 
 #include "armtrue/text/input_error.h"
 #include "io/urdf/xml_bounds.h"
+#include "io/urdf/xml_tags.h"
 
 namespace armtrue {
 namespace {
@@ -75,22 +79,43 @@ void check_masses(const std::string& text, const std::string& file) {
   }
 }
 
+// What xacro expands stands in names of elements or in attributes. An expanded document keeps the
+// comments of its source, whatever they hold.
 void refuse_xacro(const std::string& text, const std::string& file) {
-  const bool unexpanded = text.find("<xacro:") != std::string::npos ||
-                          text.find("\"${") != std::string::npos ||
-                          text.find("$(find ") != std::string::npos;
-  if (unexpanded)
-    throw InputError(file + ": holds xacro macros that nobody has expanded; write 'xacro " + file +
-                     " > robot.urdf' and take robot.urdf");
+  for (size_t at = 0; const std::optional<XmlTag> tag = next_tag(text, at); at = tag->end) {
+    const std::string_view own = std::string_view(text).substr(tag->begin, tag->end - tag->begin);
+    const bool is_macro = tag->name.starts_with("xacro:") || own.find("${") != own.npos ||
+                          own.find("$(") != own.npos;
+    if (!is_macro) continue;
+    throw InputError(fmt::format(
+        "{0}:{1}: holds xacro macros that nobody has expanded; write 'xacro {0} > robot.urdf' and "
+        "take robot.urdf",
+        file, 1 + std::count(text.begin(), text.begin() + static_cast<long>(tag->begin), '\n')));
+  }
 }
 
-bool is_driven(const urdf::Joint& joint) { return joint.type != urdf::Joint::FIXED; }
+bool is_fixed(const urdf::Joint& joint) { return joint.type == urdf::Joint::FIXED; }
 
-bool leads_to_driven(const urdf::Link& link) {
+// How many joints of the branch behind a joint move by themselves; those that follow another
+// (mimic) do not.
+int independent_joints(const urdf::Joint& joint, const urdf::ModelInterface& model) {
+  int count = !is_fixed(joint) && !joint.mimic ? 1 : 0;
+  for (const auto& next : model.getLink(joint.child_link_name)->child_joints)
+    count += independent_joints(*next, model);
+  return count;
+}
+
+bool moves(const urdf::Joint& joint, const urdf::ModelInterface& model);
+
+// Whether a joint behind the link is not fixed.
+bool carries_joints(const urdf::Link& link, const urdf::ModelInterface& model) {
   return std::ranges::any_of(link.child_joints,
-                             [](const auto& joint) { return is_driven(*joint); }) ||
-         std::ranges::any_of(link.child_links,
-                             [](const auto& child) { return leads_to_driven(*child); });
+                             [&](const auto& joint) { return moves(*joint, model); });
+}
+
+// Whether a link of the branch behind a joint moves against the link in front of it.
+bool moves(const urdf::Joint& joint, const urdf::ModelInterface& model) {
+  return !is_fixed(joint) || carries_joints(*model.getLink(joint.child_link_name), model);
 }
 
 // Links behind `link` that end a branch.
@@ -105,27 +130,53 @@ std::string some_of(const std::vector<std::string>& names) {
                      fmt::join(names.begin(), names.begin() + kMostLinksNamed, ", "), names.size());
 }
 
+// Where the arm goes on behind a link: along the only branch that moves, or else any. Beside two
+// joints and more of an arm, branches whose joints follow others are its drives and springs.
+std::vector<urdf::JointSharedPtr> ways_behind(const urdf::Link& link,
+                                              const urdf::ModelInterface& model) {
+  std::vector<urdf::JointSharedPtr> ways, own;
+  std::ranges::copy_if(link.child_joints, std::back_inserter(ways),
+                       [&](const auto& joint) { return moves(*joint, model); });
+  std::ranges::copy_if(ways, std::back_inserter(own),
+                       [&](const auto& joint) { return independent_joints(*joint, model) > 0; });
+  if (own.size() == 1 && independent_joints(*own.front(), model) > 1) return own;
+  return ways.empty() ? link.child_joints : ways;
+}
+
+// Descriptions after ROS-Industrial have a flange for grippers, whose x points out, and the flange
+// as the controller shows it, tool0.
+const std::string& likely_end(const std::vector<std::string>& ends) {
+  const auto tool0 =
+      std::ranges::find_if(ends, [](const std::string& name) { return name.ends_with("tool0"); });
+  return tool0 != ends.end() ? *tool0 : ends.front();
+}
+
+// Fingers move and follow each other, and no arm goes on behind them.
+bool is_gripper(const std::vector<urdf::JointSharedPtr>& ways, const urdf::ModelInterface& model) {
+  return std::ranges::all_of(ways, [&](const auto& joint) {
+    return moves(*joint, model) && independent_joints(*joint, model) <= 1;
+  });
+}
+
 // The end of the arm where nobody names it: along the branch with driven joints, and on as long as
 // one link follows the other.
 std::string only_end(const urdf::ModelInterface& model, const std::string& base,
                      const std::string& file) {
   urdf::LinkConstSharedPtr link = model.getLink(base);
+  // The frame of a controller often stands beside the arm: the way goes back first.
+  while (link->parent_joint && is_fixed(*link->parent_joint) && !carries_joints(*link, model))
+    link = model.getLink(link->parent_joint->parent_link_name);
   while (!link->child_joints.empty()) {
-    std::vector<urdf::LinkConstSharedPtr> ways;
-    for (const auto& joint : link->child_joints) {
-      const urdf::LinkConstSharedPtr child = model.getLink(joint->child_link_name);
-      if (is_driven(*joint) || leads_to_driven(*child)) ways.push_back(child);
-    }
-    if (ways.empty())
-      for (const auto& child : link->child_links) ways.push_back(child);
+    const std::vector<urdf::JointSharedPtr> ways = ways_behind(*link, model);
     if (ways.size() > 1) {
       std::vector<std::string> ends;
-      for (const auto& way : ways) find_ends(*way, ends);
+      for (const auto& way : ways) find_ends(*model.getLink(way->child_link_name), ends);
       throw InputError(fmt::format(
           "{}: the link '{}' branches; name the link where the arm ends: --tip {} (ends are {})",
-          file, link->name, ends.front(), some_of(ends)));
+          file, link->name, is_gripper(ways, model) ? link->name : likely_end(ends),
+          some_of(ends)));
     }
-    link = ways.front();
+    link = model.getLink(ways.front()->child_link_name);
   }
   return link->name;
 }
@@ -208,8 +259,13 @@ ChainJoint joint_of(const KDL::Segment& segment, const urdf::ModelInterface& mod
     result.kind = ChainJoint::Kind::revolute;
   else if (joint.type == urdf::Joint::PRISMATIC)
     result.kind = ChainJoint::Kind::prismatic;
-  else if (is_driven(joint))
+  else if (!is_fixed(joint))
     result.kind = ChainJoint::Kind::other;
+  if (joint.mimic)
+    throw InputError(fmt::format(
+        "{}: the joint '{}' follows '{}' (mimic), but each joint of a chain moves by itself; "
+        "--base and --tip name links between which no joint follows another",
+        file, joint.name, joint.mimic->joint_name));
   if (result.kind != ChainJoint::Kind::fixed && result.backwards)
     throw InputError(file + ": the joint '" + joint.name +
                      "' lies behind the base; --base names a link before all driven joints");
@@ -225,13 +281,22 @@ ChainJoint joint_of(const KDL::Segment& segment, const urdf::ModelInterface& mod
   return result;
 }
 
-std::vector<std::string> fixed_beside(const urdf::ModelInterface& model, const std::string& base) {
+// Links that stand fixed beside the way and before its first driven joint, but not where the base
+// does.
+std::vector<std::string> fixed_beside(const urdf::ModelInterface& model, const UrdfChain& chain) {
   std::vector<std::string> names;
-  for (const auto& child : model.getLink(base)->child_links) {
-    const Pose at = from_kdl(kdl_frame(child->parent_joint->parent_to_joint_origin_transform));
-    const bool is_moved = !at.rotation.isIdentity(1e-9) || !at.translation.isZero(1e-9);
-    if (is_moved && !is_driven(*child->parent_joint) && !leads_to_driven(*child))
-      names.push_back(child->name);
+  std::string link = chain.base;
+  Pose frame;
+  for (const ChainJoint& next : chain.joints) {
+    for (const auto& joint : model.getLink(link)->child_joints) {
+      const Pose at = frame * from_kdl(kdl_frame(joint->parent_to_joint_origin_transform));
+      const bool is_moved = !at.rotation.isIdentity(1e-9) || !at.translation.isZero(1e-9);
+      if (is_moved && joint->name != next.name && !moves(*joint, model))
+        names.push_back(joint->child_link_name);
+    }
+    if (next.is_driven() || next.backwards) break;
+    frame = frame * next.origin;
+    link = next.link;
   }
   return names;
 }
@@ -257,7 +322,7 @@ UrdfChain read_urdf_chain(const std::string& text, const std::string& file, cons
     throw InputError(file + ": there is no way from '" + result.base + "' to '" + tip + "'");
   for (const KDL::Segment& segment : way.segments)
     result.joints.push_back(joint_of(segment, *model, file));
-  result.beside_base = fixed_beside(*model, result.base);
+  result.beside_base = fixed_beside(*model, result);
   return result;
 }
 

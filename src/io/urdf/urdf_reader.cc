@@ -2,6 +2,7 @@
 #include <tinyxml.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <map>
@@ -10,6 +11,7 @@
 #include "armtrue/io/urdf/urdf_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
+#include "io/link_names.h"
 #include "io/urdf/link_frames.h"
 #include "io/urdf/urdf_chain.h"
 
@@ -121,6 +123,22 @@ void require_arm(const std::vector<ChainJoint>& chain, const std::string& file) 
                     file, driven, kMaxJoints));
 }
 
+// Parameters are named after links, so each link needs a name of its own: that of the link in the
+// URDF, or of its joint. A rail, for one, moves a link called base_link.
+void name_links(const std::vector<const ChainJoint*>& driven, std::vector<Link>& links) {
+  const auto is_free = [&](const std::string& name, size_t count) {
+    return !is_reserved_link_name(name) && name != links.back().name &&
+           std::none_of(links.begin(), links.begin() + static_cast<long>(count),
+                        [&](const Link& link) { return link.name == name; });
+  };
+  for (size_t j = 0; j < driven.size(); ++j) {
+    std::string name = driven[j]->link;
+    if (!is_free(name, j)) name = driven[j]->name;
+    while (!is_free(name, j)) name += '_';
+    links[j].name = name;
+  }
+}
+
 Robot from_axes(const std::vector<ChainJoint>& chain, const std::string& file) {
   require_arm(chain, file);
   std::vector<JointAxis> axes;
@@ -153,6 +171,7 @@ Robot from_axes(const std::vector<ChainJoint>& chain, const std::string& file) {
     previous = next;
   }
   robot.chain.links.back().name = "flange";
+  name_links(driven, robot.chain.links);
   robot.chain.links.back().joint = JointKind::fixed;
   robot.chain.tool = inverse(previous) * frame;
   for (size_t k = 0; k < chain.size(); ++k)

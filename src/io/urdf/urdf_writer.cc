@@ -21,13 +21,12 @@ std::string attribute(const std::string& text) {
   return result;
 }
 
-// URDF's roll, pitch and yaw are KUKA's C, B and A.
 std::string origin_xml(const Pose& pose) {
-  const Vector3d abc = abc_from_rotation(pose.rotation);
+  const Vector3d rpy = roll_pitch_yaw(pose.rotation);
   const Vector3d& t = pose.translation;
   return fmt::format("<origin xyz=\"{} {} {}\" rpy=\"{} {} {}\"/>", number_text(t.x()),
-                     number_text(t.y()), number_text(t.z()), number_text(abc[2]),
-                     number_text(abc[1]), number_text(abc[0]));
+                     number_text(t.y()), number_text(t.z()), number_text(rpy[0]),
+                     number_text(rpy[1]), number_text(rpy[2]));
 }
 
 std::string link_xml(const std::string& name, const std::string& content = "") {

@@ -4,13 +4,13 @@
 #include <string_view>
 
 #include "armtrue/text/input_error.h"
+#include "io/urdf/xml_tags.h"
 
 namespace armtrue {
 namespace {
 
 constexpr size_t kMaxXmlBytes = 16 << 20;
 constexpr int kMaxXmlElements = 20'000, kMaxXmlAttributes = 1000, kMaxXmlLevels = 100;
-constexpr std::string_view kXmlBlank = " \t\r\n";
 
 // Walks over the tags of a text.
 class XmlScanner {
@@ -93,7 +93,7 @@ class XmlScanner {
     at_ = end;
   }
 
-  void blanks() { at_ = std::min(text_.find_first_not_of(kXmlBlank, at_), text_.size()); }
+  void blanks() { at_ = std::min(text_.find_first_not_of(kXmlBlanks, at_), text_.size()); }
 
   void attribute() {
     name();

@@ -9,52 +9,19 @@
 
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
+#include "io/urdf/link_frames.h"
+#include "io/urdf/xml_tags.h"
 
 namespace armtrue {
 namespace {
-
-constexpr std::string_view kXmlBlanks = " \t\r\n";
-
-// A tag of the document: <name attributes>, </name> or <name attributes/>.
-struct Tag {
-  size_t begin = 0, end = 0;  // of the text, from '<' to behind '>'
-  std::string_view name;
-  bool closes = false, is_empty = false;
-};
-
-// The next tag at or behind `from`; comments, declarations and CDATA are passed over.
-std::optional<Tag> next_tag(std::string_view text, size_t from) {
-  for (;;) {
-    const size_t begin = text.find('<', from);
-    if (begin == text.npos) return std::nullopt;
-    std::string_view behind;
-    for (const auto& [opening, closing] : {std::pair("<!--", "-->"), std::pair("<![CDATA[", "]]>"),
-                                           std::pair("<?", "?>"), std::pair("<!", ">")})
-      if (behind.empty() && text.substr(begin).starts_with(opening)) behind = closing;
-    if (!behind.empty()) {
-      const size_t end = text.find(behind, begin);
-      if (end == text.npos) return std::nullopt;
-      from = end + behind.size();
-      continue;
-    }
-    size_t end = begin;
-    for (char quote = 0; end < text.size() && (quote != 0 || text[end] != '>'); ++end)
-      if (quote != 0 ? text[end] == quote : text[end] == '"' || text[end] == '\'')
-        quote = quote != 0 ? 0 : text[end];
-    if (end == text.size()) return std::nullopt;
-    Tag tag{begin, end + 1, {}, text[begin + 1] == '/', text[end - 1] == '/'};
-    const size_t name = begin + (tag.closes ? 2 : 1);
-    tag.name = text.substr(name, text.find_first_of(" \t\r\n/>", name) - name);
-    return tag;
-  }
-}
 
 // Where the value of an attribute stands between its quotes.
 struct Span {
   size_t begin, end;
 };
 
-std::optional<Span> attribute_span(std::string_view text, const Tag& tag, std::string_view name) {
+std::optional<Span> attribute_span(std::string_view text, const XmlTag& tag,
+                                   std::string_view name) {
   size_t at = tag.begin + 1 + tag.name.size();
   while (at < tag.end) {
     at = text.find_first_not_of(kXmlBlanks, at);
@@ -77,18 +44,17 @@ struct Replacement {
   std::string text;
 };
 
-// URDF's roll, pitch and yaw are KUKA's C, B and A.
 std::string xyz_text(const Pose& pose) {
   const Eigen::Vector3d& t = pose.translation;
   return fmt::format("{} {} {}", number_text(t.x()), number_text(t.y()), number_text(t.z()));
 }
 
 std::string rpy_text(const Pose& pose) {
-  const Eigen::Vector3d abc = abc_from_rotation(pose.rotation);
-  return fmt::format("{} {} {}", number_text(abc[2]), number_text(abc[1]), number_text(abc[0]));
+  const Eigen::Vector3d rpy = roll_pitch_yaw(pose.rotation);
+  return fmt::format("{} {} {}", number_text(rpy[0]), number_text(rpy[1]), number_text(rpy[2]));
 }
 
-void replace_origin(std::string_view text, const Tag& origin, const Pose& pose,
+void replace_origin(std::string_view text, const XmlTag& origin, const Pose& pose,
                     std::vector<Replacement>& replacements) {
   std::vector<Replacement> own;
   const size_t behind_name = origin.begin + 1 + origin.name.size();
@@ -102,13 +68,21 @@ void replace_origin(std::string_view text, const Tag& origin, const Pose& pose,
   std::ranges::move(own, std::back_inserter(replacements));
 }
 
+// An origin for a joint without one. It stands as the first child did, in the same line or on one
+// of its own.
+std::string new_origin(std::string_view text, const XmlTag& joint, const Pose& pose) {
+  const size_t child = text.find_first_not_of(kXmlBlanks, joint.end);
+  return fmt::format("{}<origin xyz=\"{}\" rpy=\"{}\"/>",
+                     text.substr(joint.end, child - joint.end), xyz_text(pose), rpy_text(pose));
+}
+
 // The child <origin> of a joint, up to its end; `at` is moved behind the joint.
-std::optional<Tag> origin_of_joint(std::string_view text, const Tag& joint, size_t& at) {
-  std::optional<Tag> origin;
+std::optional<XmlTag> origin_of_joint(std::string_view text, const XmlTag& joint, size_t& at) {
+  std::optional<XmlTag> origin;
   int depth = joint.is_empty ? 0 : 1;
   at = joint.end;
   while (depth > 0) {
-    const std::optional<Tag> tag = next_tag(text, at);
+    const std::optional<XmlTag> tag = next_tag(text, at);
     if (!tag) break;
     at = tag->end;
     if (depth == 1 && !tag->closes && tag->name == "origin" && !origin) origin = tag;
@@ -135,7 +109,7 @@ std::string with_origins(const std::string& document, const std::map<std::string
   std::map<std::string, int> found;
   size_t at = 0;
   int depth = 0;  // joints of the robot stand at 1; a transmission names joints deeper down
-  while (const std::optional<Tag> tag = next_tag(document, at)) {
+  while (const std::optional<XmlTag> tag = next_tag(document, at)) {
     at = tag->end;
     if (tag->closes) {
       --depth;
@@ -146,7 +120,7 @@ std::string with_origins(const std::string& document, const std::map<std::string
       continue;
     }
     const std::optional<Span> name = attribute_span(document, *tag, "name");
-    const std::optional<Tag> origin = origin_of_joint(document, *tag, at);
+    const std::optional<XmlTag> origin = origin_of_joint(document, *tag, at);
     if (!name) continue;
     const std::string own =
         decoded(std::string_view(document).substr(name->begin, name->end - name->begin));
@@ -156,9 +130,7 @@ std::string with_origins(const std::string& document, const std::map<std::string
     if (origin)
       replace_origin(document, *origin, wanted->second, replacements);
     else
-      replacements.push_back({{tag->end, tag->end},
-                              fmt::format("\n    <origin xyz=\"{}\" rpy=\"{}\"/>",
-                                          xyz_text(wanted->second), rpy_text(wanted->second))});
+      replacements.push_back({{tag->end, tag->end}, new_origin(document, *tag, wanted->second)});
   }
   for (const auto& [name, pose] : origins)
     if (found[name] != 1)
