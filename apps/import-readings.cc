@@ -10,7 +10,7 @@ using namespace armtrue;
 namespace {
 
 struct Arguments {
-  std::string points, joints;
+  std::string points, joints, robot;
   ImportOptions import;
 };
 
@@ -60,36 +60,47 @@ void add_options(app::Command& command, Arguments& arguments) {
                                       "Table of the controller, with the joint angles");
   points.needs(joints);
   joints.needs(points);
+  command.option("--robot", arguments.robot,
+                 "Whose joints the table has; six without. By stops its geometry tells which "
+                 "belong together");
   ImportOptions& import = arguments.import;
   app::OptionGroup join = command.group("Join of two tables");
-  join.option("--join", import.join, "What belongs together: rows of one id, order or time")
+  join.option("--join", import.join,
+              "What belongs together: rows of one id, order or time, or, if the clocks differ, "
+              "stops: the standstills found in both tables")
       .needs(joints)
-      .check(app::one_of({"id", "order", "time"}));
+      .check(app::one_of({"id", "order", "time", "stops"}));
   join.option("--max-gap-s", import.max_gap_s,
               "By time: largest distance of the joint samples about a point")
       .check(app::above_zero())
       .default_shown();
   join.option("--clock-offset-s", import.clock_offset_s,
-              "By time: is added to the times of the points")
-      .default_shown();
-  join.option("--preset", import.preset,
-              "Format of the controller's table: ur-rtde, as the RTDE client of Universal Robots "
-              "records")
+              "By time or stops: is added to the times of the points; by time 0 if absent, by "
+              "stops found");
+  join.option("--preset", import.presets,
+              "Format of a table: spatialanalyzer, optitrack, vicon, rostopic-poses or "
+              "plotjuggler-poses of the points; ur-rtde, kuka-trace, rostopic-joints or "
+              "plotjuggler-joints of the joint angles; may stand several times")
+      .one_each()
       .needs(joints)
-      .check(app::one_of({"ur-rtde"}));
+      .check(app::one_of(import_presets()));
+  join.option("--body", import.body,
+              "Rigid body or marker on the robot, of a motion capture that has several")
+      .needs(joints);
   add_column_options(command, import);
 }
 
-int run(app::Command& command, const Arguments& arguments) {
+int run(app::Command& command, Arguments arguments) {
   if (!arguments.points.empty() && command.input != "-")
     throw app::UsageError("FILE '" + command.input +
                           "' and --points are both given; give one of them");
+  if (!arguments.robot.empty()) arguments.import.robot = command.read_robot(arguments.robot).robot;
   command.progress("reading");
   const ImportedReadings readings =
       arguments.points.empty()
           ? import_readings(command.input, arguments.import)
           : import_readings(arguments.points, arguments.joints, arguments.import);
-  write_output(command.output, write_campaign(readings.campaign));
+  write_output(command.output, write_campaign(readings.campaign, readings.joints));
   if (!command.quiet) app::print_error(readings.mapping);
   for (const std::string& warning : readings.warnings) command.warn(warning);
   return app::kSuccess;

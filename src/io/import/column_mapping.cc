@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 
+#include "armtrue/kinematics/chain.h"
 #include "armtrue/text/input_error.h"
 #include "io/import/orientation_columns.h"
 #include "io/import/plain_cell.h"
@@ -32,6 +33,7 @@ UnitKind kind_of(const std::string& quantity) {
 const char* example_unit(UnitKind kind) {
   switch (kind) {
     case UnitKind::length:
+    case UnitKind::encoder:
       return "mm";
     case UnitKind::angle:
       return "deg";
@@ -44,6 +46,8 @@ const char* example_unit(UnitKind kind) {
   }
 }
 
+constexpr int kUsualJoints = 6;
+
 class Mapper {
  public:
   Mapper(const PlainTable& table, TableRole role, const ImportNames& names,
@@ -53,9 +57,12 @@ class Mapper {
   ColumnMapping map() {
     for (int k = 0; k < static_cast<int>(table_.columns.size()); ++k) map_column(k);
     refuse_target_without_pose();
+    if (role_ != TableRole::points) find_joints();
     require_columns();
     for (auto& [quantity, column] : mapping_.columns) find_unit_of(quantity, column);
     refuse_without_units();
+    for (JointName& joint : mapping_.joints)
+      if (!options_.robot) joint.is_length = is_length(*mapping_.find(joint.column));
     mapping_.orientation = find_orientation(table_, mapping_, options_);
     if (role_ != TableRole::joints && mapping_.orientation.empty() && !options_.angles.empty())
       table_.fail_header("--angles " + options_.angles +
@@ -75,7 +82,7 @@ class Mapper {
     if (names_.is_ignored(name)) return leave_out(k, "ignored");
     const std::string* const stated = names_.quantity_of(name);
     const auto known = known_quantity(name);
-    if (!stated && names_.has_preset()) return leave_out(k, "not in the preset");
+    if (!stated && names_.preset()) return leave_out(k, "not in the preset");
     if (!stated && (!known || is_turn_or_temperature(k))) return leave_unknown(k);
     const std::string quantity = stated ? *stated : known->name;
     if (!stated && names_.maps(quantity))
@@ -84,6 +91,7 @@ class Mapper {
                          "'");
     if (role_ == TableRole::joints && is_pose_part(quantity))
       return leave_out(k, "pose of the controller, not measured");
+    if (role_ != TableRole::points && is_no_joint_of_robot(quantity)) return leave_still_axis(k);
     const auto [place, is_new] = mapping_.columns.insert({quantity, MappedColumn{k, 1, ""}});
     if (is_new) return;
     const std::string& first = header(place->second.column);
@@ -91,6 +99,54 @@ class Mapper {
       table_.fail_header("the column '" + name + "' stands twice; rename or remove one");
     table_.fail_header("the columns '" + first + "' and '" + name + "' could both be " +
                        our_column(quantity) + "; leave one out: --ignore '" + name + "'");
+  }
+
+  bool is_no_joint_of_robot(const std::string& quantity) const {
+    if (joint_number(quantity) == 0 || !options_.robot) return false;
+    const std::vector<JointName> joints = joint_names(options_.robot->chain);
+    return std::ranges::find(joints, quantity, &JointName::column) == joints.end();
+  }
+
+  // Controllers log axes that they could drive: such a column holds one value.
+  void leave_still_axis(int k) {
+    const auto column = static_cast<size_t>(k);
+    for (const PlainRow& row : table_.rows)
+      if (row.cells[column] != table_.rows.front().cells[column])
+        table_.fail(row, k,
+                    "moves an axis that the robot does not have (" +
+                        encoder_columns(options_.robot->chain) +
+                        "); take the file of the robot with that axis, or leave the column out: "
+                        "--ignore '" +
+                        header(k) + "'");
+    leave_out(k, "no axis of the robot, and it stands still");
+  }
+
+  // Of the robot, or those of the table: the joints of the arm, then the external axes.
+  void find_joints() {
+    if (options_.robot) {
+      mapping_.joints = joint_names(options_.robot->chain);
+      return;
+    }
+    int last = 0;
+    std::vector<JointName> external;
+    for (const auto& [quantity, column] : mapping_.columns) {
+      const int number = joint_number(quantity);
+      if (number > 0 && quantity.front() == 'q') last = std::max(last, number);
+      if (number > 0 && quantity.front() == 'e')
+        external.push_back({quantity, "E" + quantity.substr(1), false});
+    }
+    for (int j = 1; j <= std::max(last, kUsualJoints); ++j)
+      mapping_.joints.push_back({fmt::format("q{}", j), std::to_string(j), false});
+    mapping_.joints.insert(mapping_.joints.end(), external.begin(), external.end());
+    if (mapping_.joints.size() > static_cast<size_t>(kMaxJoints))
+      table_.fail_header(fmt::format("has {} joints, and a robot at most {}; leave some out: "
+                                     "--ignore NAME",
+                                     mapping_.joints.size(), kMaxJoints));
+  }
+
+  static bool is_length(const MappedColumn& column) {
+    const auto unit = find_unit(column.unit);
+    return unit && unit->kind == UnitKind::length;
   }
 
   // T is a time only if its unit says so.
@@ -131,7 +187,8 @@ class Mapper {
     if (first == table_.rows.end() || plain_time(first->cells[column]) ||
         plain_date(first->cells[column]))
       return true;
-    if (decimal_evidence(first->cells[column]) == DecimalEvidence::no_number)
+    if (decimal_evidence(first->cells[column]) == DecimalEvidence::no_number &&
+        !plain_count(first->cells[column]))
       table_.fail(*first, k,
                   "is neither a number nor a time such as 12:33:01.5 or 2024-05-03T12:33:01.5; "
                   "write the times so, or leave them out with --ignore");
@@ -149,25 +206,47 @@ class Mapper {
           stated ? *stated : std::string()}) {
       if (text.empty() || text == "-") continue;
       const auto unit = find_unit(text);
-      if (!unit || unit->kind != kind)
+      if (!unit || !fits_kind(kind, unit->kind) || !fits_robot(quantity, unit->kind))
         table_.fail_header(fmt::format(
             "the column '{}' has the unit '{}', which is none of {}; correct the header, or say "
             "--ignore '{}'",
-            name, text, our_column(quantity), name));
+            name, text, wanted_column(quantity), name));
       if (!found.empty() && find_unit(found)->factor != unit->factor)
         table_.fail_header(fmt::format(
             "the column '{}' has two units, '{}' and '{}'; correct the one that is wrong", name,
             found, text));
       found = text;
     }
-    if (found.empty()) found = unit_for_all(kind);
+    if (found.empty()) found = unit_for_all(kind_for_all(quantity, kind));
     if (found.empty()) {
-      std::string& columns = without_unit_[kind];
+      std::string& columns = without_unit_[kind_for_all(quantity, kind)];
       columns += (columns.empty() ? "'" : ", '") + name + "'";
       return;
     }
     column.unit = found;
     column.factor = find_unit(found)->factor;
+  }
+
+  // Our column, as the robot or --column says whether the joint turns or slides.
+  std::string wanted_column(const std::string& quantity) const {
+    for (const JointName& joint : mapping_.joints)
+      if (options_.robot && joint.column == quantity) return joint.encoder();
+    const std::string stated = names_.stated_unit(quantity);
+    return stated.empty() ? our_column(quantity) : quantity + "_" + stated;
+  }
+
+  bool fits_robot(const std::string& quantity, UnitKind kind) const {
+    if (joint_number(quantity) == 0) return true;
+    if (!options_.robot && names_.stated_unit(quantity).empty()) return true;
+    return wanted_column(quantity).ends_with("_mm") == (kind == UnitKind::length);
+  }
+
+  // An option for all angles holds for the joints of an arm; an external axis may be either.
+  UnitKind kind_for_all(const std::string& quantity, UnitKind kind) const {
+    if (kind != UnitKind::encoder) return kind;
+    const bool is_told = options_.robot || !names_.stated_unit(quantity).empty();
+    if (!is_told && quantity.front() == 'e') return UnitKind::encoder;
+    return wanted_column(quantity).ends_with("_mm") ? UnitKind::length : UnitKind::angle;
   }
 
   std::string unit_for_all(UnitKind kind) const {
@@ -199,17 +278,23 @@ class Mapper {
   void require_columns() const {
     std::vector<std::string> needed;
     if (role_ != TableRole::joints) needed = {"x", "y", "z"};
-    if (role_ != TableRole::points)
-      for (const char* joint : {"q1", "q2", "q3", "q4", "q5", "q6"}) needed.emplace_back(joint);
+    for (const JointName& joint : mapping_.joints) needed.push_back(joint.column);
     std::string missing, there;
-    for (const std::string& quantity : needed)
-      if (!mapping_.has(quantity)) missing += (missing.empty() ? "" : ", ") + our_column(quantity);
+    bool is_joint = false;
+    for (const std::string& quantity : needed) {
+      if (mapping_.has(quantity)) continue;
+      missing += (missing.empty() ? "" : ", ") + wanted_column(quantity);
+      is_joint = is_joint || joint_number(quantity) > 0;
+    }
     if (missing.empty()) return;
     for (const PlainColumn& column : table_.columns)
       there += (there.empty() ? "" : ", ") + ("'" + column.name + "'");
     table_.fail_header("no column is known for " + missing + "; the columns are " + there +
                        "; say which it is, such as --column " +
-                       missing.substr(0, missing.find(',')) + "=NAME");
+                       missing.substr(0, missing.find(',')) + "=NAME" +
+                       (is_joint && !options_.robot
+                            ? ", or give --robot if the arm has not six joints"
+                            : ""));
   }
 
   // One decimal sign holds for a table: the only one under which all cells are numbers.
@@ -287,9 +372,12 @@ std::string mapping_text(const PlainTable& table, const ColumnMapping& mapping) 
       if (static_cast<unsigned char>(c) < ' ' || c == '\x7F') c = '?';  // control characters
     text += row + "\n";
   };
+  for (const std::string& note : table.notes) text += "  " + note + "\n";
   line("ours", "theirs", "unit", "factor");
   for (const auto& [quantity, column] : mapping.columns) {
-    const std::string ours = our_column(quantity);
+    const auto joint = std::ranges::find(mapping.joints, quantity, &JointName::column);
+    const std::string ours =
+        joint == mapping.joints.end() ? our_column(quantity) : joint->encoder();
     const auto ours_unit = find_unit(column_name(ours).unit);
     const bool has_factor = !column.unit.empty() && ours_unit && ours_unit->factor > 0;
     line(ours, table.columns[static_cast<size_t>(column.column)].name, column.unit,

@@ -1,13 +1,16 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "armtrue/io/import/import_io.h"
+#include "armtrue/kinematics/joint_names.h"
 #include "io/import/column_names.h"
 #include "io/import/plain_table.h"
+#include "io/import/presets.h"
 
 namespace armtrue {
 
@@ -16,9 +19,12 @@ class ImportNames {
  public:
   explicit ImportNames(const ImportOptions& options);
 
-  /// Adds the names of a preset, for the table with the joint angles.
-  void add_preset(const std::string& preset);
-  bool has_preset() const { return has_preset_; }
+  /// The format of the table; null for a plain table. Call apply_preset() once it is read.
+  void set_preset(const Preset* preset) { preset_ = preset; }
+  const Preset* preset() const { return preset_; }
+  /// Says of the columns of a table what the preset says of their headers. Joints that the headers
+  /// name, and do not number, are those of the robot; without robot their names end in numbers.
+  void apply_preset(const PlainTable& table, const std::optional<Robot>& robot);
 
   /// True of a length or an angle that is known by its name, and of what an option names: a header
   /// has such columns, text above it hardly.
@@ -28,15 +34,22 @@ class ImportNames {
   const std::string* quantity_of(const std::string& header) const;
   const std::string* unit_of(const std::string& header) const;
   bool maps(const std::string& quantity) const;
+  /// The unit of our column that --column names for an encoder value, such as mm of e1_mm; or
+  /// empty.
+  std::string stated_unit(const std::string& quantity) const;
 
   /// Throws InputError for an option whose column stands in none of the tables.
   void check_all_found(const std::vector<const PlainTable*>& tables) const;
 
  private:
+  void add_joints_by_name(const PlainTable& table, const std::optional<Robot>& robot,
+                          const std::map<std::string, std::string>& headers);
+
   std::map<std::string, std::string, std::less<>> quantities_, units_;  // by header
+  std::map<std::string, std::string> stated_units_;                     // by quantity
   std::vector<std::string> ignored_;  // a * at the end stands for any text
   std::vector<std::string> named_;    // by options
-  bool has_preset_ = false;
+  const Preset* preset_ = nullptr;
 };
 
 enum class TableRole {
@@ -51,13 +64,15 @@ struct MappedColumn {
   std::string unit;
 };
 
+/// The encoder value of joint k is the quantity joints[k].column.
 struct ColumnMapping {
   std::map<std::string, MappedColumn> columns;  ///< by quantity
   struct Note {
     std::string header, why;
   };
   std::vector<Note> unused;
-  std::string orientation;  ///< see find_orientation()
+  std::string orientation;        ///< see find_orientation()
+  std::vector<JointName> joints;  ///< in the order of the chain; of a table of points none
   char decimal_sign = '.';
   bool decimal_stated = false;
 

@@ -6,11 +6,14 @@
 #include <map>
 #include <set>
 
+#include "armtrue/kinematics/chain.h"
 #include "armtrue/kinematics/units.h"
 #include "io/import/plain_cell.h"
 
 namespace armtrue {
 namespace {
+
+constexpr int kMostExternal = 6;
 
 std::string lower_case(std::string_view text) {
   std::string lower(text);
@@ -34,6 +37,10 @@ const std::map<std::string, ColumnUnit, std::less<>>& units() {
       {"millimetre", {UnitKind::length, kMillimetre}},
       {"millimetres", {UnitKind::length, kMillimetre}},
       {"cm", {UnitKind::length, 1e-2}},
+      {"centimeter", {UnitKind::length, 1e-2}},
+      {"centimeters", {UnitKind::length, 1e-2}},
+      {"centimetre", {UnitKind::length, 1e-2}},
+      {"centimetres", {UnitKind::length, 1e-2}},
       {"m", {UnitKind::length, 1}},
       {"meter", {UnitKind::length, 1}},
       {"meters", {UnitKind::length, 1}},
@@ -82,9 +89,11 @@ const std::map<std::string, KnownQuantity, std::less<>>& known_names() {
                          const std::vector<std::string>& written) {
       for (const std::string& name : written) names[name] = {quantity, kind};
     };
-    for (const char digit : std::string("123456"))
+    for (int joint = 1; joint <= kMaxJoints; ++joint)
       for (const char* family : {"a", "j", "q", "joint", "axis"})
-        add(std::string("q") + digit, UnitKind::angle, {std::string(family) + digit});
+        add("q" + std::to_string(joint), UnitKind::encoder, {family + std::to_string(joint)});
+    for (int axis = 1; axis <= kMostExternal; ++axis)
+      add("e" + std::to_string(axis), UnitKind::encoder, {"e" + std::to_string(axis)});
     for (const char axis : std::string("xyz")) {
       const std::string name(1, axis);
       add(name, UnitKind::length, {name, "pos" + name, "position" + name, "poseposition" + name});
@@ -174,7 +183,9 @@ std::optional<KnownQuantity> stated_quantity(std::string_view ours) {
   std::optional<KnownQuantity> quantity = quantity_of_stem(name.stem);
   // Here only armtrue's own names count: A1 is a name of theirs.
   if (quantity && quantity->name != name.stem) return std::nullopt;
-  if (quantity && !name.unit.empty() && ours != our_column(quantity->name)) return std::nullopt;
+  if (quantity && !name.unit.empty() && ours != our_column(quantity->name) &&
+      !(quantity->kind == UnitKind::encoder && (name.unit == "deg" || name.unit == "mm")))
+    return std::nullopt;
   return quantity;
 }
 
@@ -188,6 +199,8 @@ std::string our_column(const std::string& quantity) {
       return quantity + "_mm";
     case UnitKind::angle:
       return quantity + "_deg";
+    case UnitKind::encoder:
+      return quantity + (quantity.front() == 'e' ? "_mm" : "_deg");
     case UnitKind::time:
       return quantity + "_s";
     default:
@@ -195,14 +208,26 @@ std::string our_column(const std::string& quantity) {
   }
 }
 
+int joint_number(std::string_view quantity) {
+  const auto known = quantity_of_stem(quantity);
+  if (!known || known->kind != UnitKind::encoder || known->name != quantity) return 0;
+  return std::stoi(known->name.substr(1));
+}
+
+bool fits_kind(UnitKind quantity, UnitKind unit) {
+  if (quantity == UnitKind::encoder) return unit == UnitKind::angle || unit == UnitKind::length;
+  return quantity == unit;
+}
+
 bool looks_like_angle(std::string_view header, std::string_view unit) {
   const auto known = find_unit(unit);
   if (known && known->kind == UnitKind::angle) return true;
   if (const auto quantity = known_quantity(header))
-    return quantity->kind == UnitKind::angle || quantity->name.starts_with('q');
+    return quantity->kind == UnitKind::angle || quantity->kind == UnitKind::encoder ||
+           quantity->name.starts_with('q');
   const std::string plain = plain_stem(column_name(header).stem);
-  static const std::set<std::string, std::less<>> kWhole{"w",  "p",  "r",  "o",  "q0", "q7",
-                                                         "j0", "j7", "a0", "a7", "e1"};
+  static const std::set<std::string, std::less<>> kWhole{"w",  "p",  "r", "o",
+                                                         "q0", "j0", "a0"};
   static constexpr std::array kParts{
       "angle", "rotat", "orient",  "quat",      "euler",  "roll",  "pitch",  "yaw",   "azimuth",
       "joint", "axis",  "theta",   "elevation", "alpha",  "beta",  "gamma",  "phi",   "omega",

@@ -7,7 +7,8 @@
 
 namespace armtrue {
 
-enum class UnitKind { none, length, angle, time, mass, temperature };
+/// Of a joint's encoder value the unit tells whether it is an angle or a length.
+enum class UnitKind { none, length, angle, encoder, time, mass, temperature };
 
 struct ColumnUnit {
   UnitKind kind = UnitKind::none;
@@ -24,8 +25,8 @@ struct ColumnName {
 };
 ColumnName column_name(std::string_view header);
 
-/// What armtrue calls a quantity: pose, repeat, session, target, t, date, q1 to q6, x, y, z, a, b,
-/// c, roll, pitch, yaw, rx, ry, rz, qw, qx, qy, qz, quat0 to quat4 (a quaternion whose order the
+/// What armtrue calls a quantity: pose, repeat, session, target, t, date, q1 to q10, e1 to e6, x, y,
+/// z, a, b, c, roll, pitch, yaw, rx, ry, rz, qw, qx, qy, qz, quat0 to quat4 (a quaternion whose order the
 /// names do not tell), payload, temp_<where>.
 struct KnownQuantity {
   std::string name;
@@ -38,7 +39,13 @@ std::optional<KnownQuantity> known_quantity(std::string_view header);
 /// A quantity as the user writes it before = of --column: q1_deg or q1.
 std::optional<KnownQuantity> stated_quantity(std::string_view ours);
 
-/// Name of the quantity as a column of measured poses: q1_deg, x_mm, t_s.
+/// The number of a joint, q1 to q10 or the external axes e1 to e6; 0 of any other quantity.
+int joint_number(std::string_view quantity);
+
+/// Whether a column of a quantity may have this unit.
+bool fits_kind(UnitKind quantity, UnitKind unit);
+
+/// Name of the quantity as a column of measured poses: q1_deg, e1_mm, x_mm, t_s.
 std::string our_column(const std::string& quantity);
 
 /// True of a column that may hold an angle or a part of an orientation.

@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 
+#include "armtrue/kinematics/chain.h"
 #include "armtrue/text/input_error.h"
 #include "io/import/column_mapping.h"
 
@@ -25,6 +27,35 @@ bool matches(const std::string& pattern, const std::string& name) {
   return name.starts_with(pattern.substr(0, pattern.size() - 1));
 }
 
+bool has_column(const PlainTable& table, std::string_view name) {
+  return std::ranges::find(table.columns, name, &PlainColumn::name) != table.columns.end();
+}
+
+// The name of a joint that a column holds in every row.
+std::string joint_in_cells(const PlainTable& table, const std::string& header) {
+  const auto column = std::ranges::find(table.columns, header, &PlainColumn::name);
+  if (column == table.columns.end())
+    table.fail_header("has no column '" + header +
+                      "', which names the joint; record the whole message");
+  const auto index = static_cast<int>(column - table.columns.begin());
+  const auto cell = [&](const PlainRow& row) { return row.cells[static_cast<size_t>(index)]; };
+  for (const PlainRow& row : table.rows)
+    if (cell(row) != cell(table.rows.front()) || cell(row).empty())
+      table.fail(row, index,
+                 "is another joint than '" + cell(table.rows.front()) +
+                     "' in the first row; keep the messages of one publisher");
+  return cell(table.rows.front());
+}
+
+void add_name(std::map<std::string, std::string>& headers, const PlainTable& table,
+              const std::string& joint, const std::string& header) {
+  const auto [place, is_new] = headers.insert({joint, header});
+  if (!is_new)
+    table.fail_header("the columns '" + place->second + "' and '" + header +
+                      "' both hold the joint '" + joint + "'; leave one out: --ignore '" + header +
+                      "'");
+}
+
 }  // namespace
 
 ImportNames::ImportNames(const ImportOptions& options) : ignored_(options.ignored) {
@@ -35,13 +66,15 @@ ImportNames::ImportNames(const ImportOptions& options) : ignored_(options.ignore
       throw InputError(
           "--column '" + text + "': '" + pair.left +
           "' is no column of measured poses that this command writes; write OUR=THEIRS "
-          "with pose, repeat, session, target, t_s, q1_deg, x_mm, a_deg, roll, rx, qw, "
+          "with pose, repeat, session, target, t_s, q1_deg, e1_mm, x_mm, a_deg, roll, rx, qw, "
           "payload_kg or temp_NAME_c on the left");
     if (maps(quantity->name))
       throw InputError("--column: two columns are named for " + our_column(quantity->name) +
                        "; leave one out");
     if (!quantities_.insert({pair.right, quantity->name}).second)
       throw InputError("--column: '" + pair.right + "' is named twice; leave one out");
+    if (quantity->kind == UnitKind::encoder)
+      stated_units_[quantity->name] = column_name(pair.left).unit;
     named_.push_back(pair.right);
   }
   for (const std::string& text : options.units) {
@@ -57,23 +90,91 @@ ImportNames::ImportNames(const ImportOptions& options) : ignored_(options.ignore
   named_.insert(named_.end(), ignored_.begin(), ignored_.end());
 }
 
-void ImportNames::add_preset(const std::string& preset) {
-  if (preset != "ur-rtde") return;
-  has_preset_ = true;
-  const auto add = [&](const std::string& header, const std::string& quantity,
-                       const std::string& unit) {
+void ImportNames::apply_preset(const PlainTable& table, const std::optional<Robot>& robot) {
+  if (!preset_) return;
+  std::map<std::string, std::string> by_name;  // header by name of the joint
+  for (const PresetColumn& column : preset_->columns) {
+    const std::string quantity(column.quantity);
+    if (quantity != "q" && maps(quantity)) continue;
+    std::vector<std::pair<std::string, std::string>> fitting;  // header and quantity
+    for (const PlainColumn& one : table.columns) {
+      const PresetFit fit = fit_of(column, one.name);
+      if (!fit.column || quantities_.contains(one.name) || is_ignored(one.name)) continue;
+      const bool is_counted_from_0 = column.header.find("{k}") != std::string_view::npos;
+      if (quantity == "q" && !column.beside.empty()) {
+        add_name(by_name, table, joint_in_cells(table, std::string(column.beside) + fit.captured),
+                 one.name);
+      } else if (quantity == "q" && column.header.find("{joint}") != std::string_view::npos) {
+        add_name(by_name, table, fit.captured, one.name);
+      } else if (quantity == "q") {
+        const int number = std::atoi(fit.captured.c_str()) + (is_counted_from_0 ? 1 : 0);
+        fitting.emplace_back(one.name, "q" + std::to_string(number));
+      } else if (column.beside.empty() || has_column(table, column.beside)) {
+        fitting.emplace_back(one.name, quantity);
+      }
+    }
+    for (const auto& [header, ours] : fitting) {
+      if (quantity == "q" && maps(ours)) continue;
+      quantities_.insert({header, ours});
+      if (!column.unit.empty()) units_.insert({header, std::string(column.unit)});
+    }
+  }
+  add_joints_by_name(table, robot, by_name);
+}
+
+void ImportNames::add_joints_by_name(const PlainTable& table, const std::optional<Robot>& robot,
+                                     const std::map<std::string, std::string>& headers) {
+  if (headers.empty()) return;
+  const auto add = [&](const std::string& quantity, const std::string& header, bool is_length) {
+    if (maps(quantity)) return;
     quantities_.insert({header, quantity});
-    units_.insert({header, unit});
+    units_.insert({header, is_length ? "m" : "rad"});  // sensor_msgs/JointState
   };
-  for (int joint = 0; joint < 6; ++joint)
-    add(fmt::format("actual_q_{}", joint), fmt::format("q{}", joint + 1), "rad");
-  add("timestamp", "t", "s");
+  if (robot) {
+    const std::vector<JointName> joints = joint_names(robot->chain);
+    for (int j = 0; j < static_cast<int>(joints.size()); ++j) {
+      const std::string& name = joint_link(robot->chain, j).name;
+      auto found = headers.find(name);
+      if (found == headers.end()) found = headers.find(name + "_joint");
+      if (found != headers.end())
+        add(joints[static_cast<size_t>(j)].column, found->second,
+            joints[static_cast<size_t>(j)].is_length);
+    }
+    return;
+  }
+  // joint_a1 to joint_a7: one name with numbers from 1 on.
+  std::string stem, names;
+  std::map<int, std::string> numbered;
+  for (const auto& [name, header] : headers) {
+    names += (names.empty() ? "'" : ", '") + name + "'";
+    const size_t digits = name.find_last_not_of("0123456789") + 1;
+    const std::string before = name.substr(0, digits);
+    const bool fits = digits < name.size() && name.size() - digits <= 2 &&
+                      (numbered.empty() || before == stem);
+    if (fits) numbered[std::atoi(name.c_str() + digits)] = header;
+    if (!fits) numbered[-1] = header;
+    stem = before;
+  }
+  const int count = static_cast<int>(headers.size());
+  if (numbered.size() != headers.size() || numbered.begin()->first != 1 ||
+      numbered.rbegin()->first != count) {
+    const bool is_stated = std::ranges::any_of(
+        quantities_, [](const auto& entry) { return joint_number(entry.second) > 0; });
+    if (is_stated) return;  // --column names the joints
+    table.fail_header("the joints are " + names +
+                      ", in an order that the table does not tell; give --robot, whose joints have "
+                      "these names, or name each: --column q1_deg='" +
+                      headers.begin()->second + "'");
+  }
+  for (const auto& [number, header] : numbered) add("q" + std::to_string(number), header, false);
 }
 
 bool ImportNames::is_known(std::string_view header) const {
   const auto quantity = known_quantity(header);
-  return quantities_.contains(header) ||
-         (quantity && (quantity->kind == UnitKind::length || quantity->kind == UnitKind::angle));
+  if (quantities_.contains(header)) return true;
+  if (preset_) return is_in_preset(*preset_, header);
+  return quantity && (quantity->kind == UnitKind::length || quantity->kind == UnitKind::angle ||
+                      quantity->kind == UnitKind::encoder);
 }
 
 bool ImportNames::is_ignored(const std::string& header) const {
@@ -89,6 +190,11 @@ const std::string* ImportNames::quantity_of(const std::string& header) const {
 const std::string* ImportNames::unit_of(const std::string& header) const {
   const auto found = units_.find(header);
   return found == units_.end() ? nullptr : &found->second;
+}
+
+std::string ImportNames::stated_unit(const std::string& quantity) const {
+  const auto found = stated_units_.find(quantity);
+  return found == stated_units_.end() ? "" : found->second;
 }
 
 bool ImportNames::maps(const std::string& quantity) const {

@@ -9,6 +9,7 @@
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
+#include "io/import/stop_join.h"
 
 namespace armtrue {
 namespace {
@@ -38,7 +39,7 @@ std::string join_by(const TableReader& points, const TableReader& joints) {
   if (points.rows() == joints.rows()) return "order";
   throw InputError(fmt::format(
       "{}: has {} rows, {} has {}, and no column of poses with the same names; say how rows belong "
-      "together: --join time, or --column pose=NAME for both",
+      "together: --join time, --join stops if their clocks differ, or --column pose=NAME for both",
       a, points.rows(), b, joints.rows()));
 }
 
@@ -48,7 +49,7 @@ JointMatches match_by_order(const TableReader& points, const TableReader& joints
         "{}: has {} rows and {} has {}; --join order needs as many in both: add or remove rows",
         points.table().file, points.rows(), joints.table().file, joints.rows()));
   JointMatches matches;
-  for (int r = 0; r < points.rows(); ++r) matches.rows.push_back({r, r, joints.joints(r)});
+  for (int r = 0; r < points.rows(); ++r) matches.rows.push_back({r, r, joints.joints(r), std::nullopt});
   matches.how = "by the order of the rows";
   return matches;
 }
@@ -71,7 +72,7 @@ class IdJoin {
     JointMatches matches;
     for (int r = 0; r < points_.rows(); ++r) {
       const int joint_row = row_for(r);
-      matches.rows.push_back({r, joint_row, joints_.joints(joint_row)});
+      matches.rows.push_back({r, joint_row, joints_.joints(joint_row), std::nullopt});
     }
     const auto left = std::ranges::count_if(
         joint_rows_, [&](const auto& entry) { return !point_rows_.contains(entry.first); });
@@ -112,30 +113,13 @@ class IdJoin {
   std::map<Key, std::vector<int>> joint_rows_, point_rows_;
 };
 
-// Two clocks that count the same time but for an offset.
-void require_same_clocks(const TableReader& points, const TableReader::Clock& a,
-                         const TableReader& joints, const TableReader::Clock& b) {
-  const auto form = [](const TableReader::Clock& clock) -> std::string {
-    if (clock.is_number) return "numbers";
-    if (!clock.times.front().has_date) return "times of day";
-    return clock.times.front().has_zone ? "dates with a time zone" : "dates without a time zone";
-  };
-  if (form(a) != form(b))
-    throw InputError(fmt::format(
-        "{}: its times are {}, those of {} are {}; give both in one form to join by time",
-        points.table().file, form(a), joints.table().file, form(b)));
-}
-
 class TimeJoin {
  public:
   TimeJoin(const TableReader& points, const TableReader& joints, const ImportOptions& options)
       : points_(points), joints_(joints), options_(options) {}
 
   JointMatches match() {
-    for (const TableReader* table : {&points_, &joints_})
-      if (!table->has("t"))
-        throw InputError(table->table().file +
-                         ": has no column of times to join by; name it: --column t_s=NAME");
+    require_times(points_, joints_);
     read_clocks();
     JointMatches matches;
     int outside = 0, moving = 0, first_moving = 0;
@@ -153,7 +137,7 @@ class TimeJoin {
         if (moving++ == 0) first_moving = points_.row(r).line;
         continue;
       }
-      matches.rows.push_back({r, a, between(a, b, t)});
+      matches.rows.push_back({r, a, between(a, b, t), std::nullopt});
     }
     if (matches.rows.empty()) fail_without_rows(outside, moving);
     if (outside > 0)
@@ -166,8 +150,9 @@ class TimeJoin {
           "{}: at {} points the joints move, or have no samples within {:.6g} s, the first in line "
           "{}; they are left out",
           points_.table().file, moving, options_.max_gap_s, first_moving));
+    matches.stops_are_poses = true;
     matches.how = fmt::format("by time, {} of {} points, clock offset {:.9g} s",
-                              matches.rows.size(), points_.rows(), options_.clock_offset_s);
+                              matches.rows.size(), points_.rows(), options_.clock_offset_s.value_or(0));
     return matches;
   }
 
@@ -177,7 +162,7 @@ class TimeJoin {
     require_same_clocks(points_, points, joints_, joints);
     const PlainTime zero = joints.is_number ? PlainTime{} : joints.times.front();
     for (int r = 0; r < points_.rows(); ++r)
-      point_s_.push_back(points.since(r, zero) + options_.clock_offset_s);
+      point_s_.push_back(points.since(r, zero) + options_.clock_offset_s.value_or(0));
     for (int r = 0; r < joints_.rows(); ++r) {
       joint_s_.push_back(joints.since(r, zero));
       if (r > 0 && joint_s_[static_cast<size_t>(r)] <= joint_s_[static_cast<size_t>(r) - 1])
@@ -224,6 +209,26 @@ class TimeJoin {
 
 }  // namespace
 
+void require_times(const TableReader& points, const TableReader& joints) {
+  for (const TableReader* table : {&points, &joints})
+    if (!table->has("t"))
+      throw InputError(table->table().file +
+                       ": has no column of times to join by; name it: --column t_s=NAME");
+}
+
+void require_same_clocks(const TableReader& points, const TableReader::Clock& a,
+                         const TableReader& joints, const TableReader::Clock& b) {
+  const auto form = [](const TableReader::Clock& clock) -> std::string {
+    if (clock.is_number) return "numbers";
+    if (!clock.times.front().has_date) return "times of day";
+    return clock.times.front().has_zone ? "dates with a time zone" : "dates without a time zone";
+  };
+  if (form(a) != form(b))
+    throw InputError(fmt::format(
+        "{}: its times are {}, those of {} are {}; give both in one form to join by time",
+        points.table().file, form(a), joints.table().file, form(b)));
+}
+
 JointMatches match_joints(const TableReader& points, const TableReader& joints,
                           const ImportOptions& options) {
   const bool is_stated = !options.join.empty();
@@ -239,6 +244,7 @@ JointMatches match_joints(const TableReader& points, const TableReader& joints,
                       points.table().file, joints.table().file));
     return matches;
   }
+  if (how == "stops") return match_by_stops(points, joints, options);
   return TimeJoin(points, joints, options).match();
 }
 

@@ -156,6 +156,12 @@ std::optional<PlainNumber> plain_number(std::string_view cell, char decimal_sign
       *value, mantissa->thousands == other && read_mantissa(parts.mantissa, other).has_value()};
 }
 
+std::optional<double> plain_count(std::string_view cell) {
+  const std::string text(trim_blanks(cell));
+  if (text.empty() || text.size() > 19 || !only_digits(text)) return std::nullopt;
+  return std::strtod(text.c_str(), nullptr);
+}
+
 DecimalEvidence decimal_evidence(std::string_view cell) {
   const bool point = plain_number(cell, '.').has_value();
   const bool comma = plain_number(cell, ',').has_value();

@@ -28,6 +28,10 @@ struct PlainNumber {
 /// sign, by blanks or by apostrophes, in groups of three digits. Nothing if the cell is no number.
 std::optional<PlainNumber> plain_number(std::string_view cell, char decimal_sign);
 
+/// A whole number of up to 19 digits, without sign: what clocks count, such as nanoseconds since
+/// 1970. plain_number() refuses numbers so large.
+std::optional<double> plain_count(std::string_view cell);
+
 /// A date and time of ISO 8601 or a time of day.
 struct PlainTime {
   bool has_date = false, has_zone = false;

@@ -11,57 +11,21 @@ namespace armtrue {
 namespace {
 
 constexpr int kMostLinesAbove = 200;
-constexpr int kFewestKnown = 3;  // a point has three coordinates
 
-std::string at_line(const std::string& file, int line) {
-  return file + ":" + std::to_string(line) + ": ";
-}
-
-// Cells in quotes may hold separators; a quote in them is written twice.
-std::vector<std::string> split_cells(std::string_view line, char separator,
-                                     const std::string& where) {
-  std::vector<std::string> cells;
-  size_t at = 0;
-  while (true) {
-    while (at < line.size() && line[at] == ' ') ++at;
-    std::string cell;
-    if (at < line.size() && line[at] == '"') {
-      for (++at;; ++at) {
-        if (at >= line.size())
-          throw InputError(where + "a quote is not closed: '" + std::string(line.substr(0, 60)) +
-                           "'; close or remove it");
-        if (line[at] == '"' && (at + 1 >= line.size() || line[++at] != '"')) break;
-        cell += line[at];
-      }
-      if (at < line.size() && line[at] == '"') ++at;
-      while (at < line.size() && line[at] == ' ' && separator != ' ') ++at;
-      if (at < line.size() && line[at] != separator)
-        throw InputError(where + "text stands behind a closed quote: '" +
-                         std::string(line.substr(0, 60)) + "'; correct the quotes");
-    } else {
-      const size_t end = std::min(line.find(separator, at), line.size());
-      cell = line.substr(at, end - at);
-      at = end;
-    }
-    cells.emplace_back(trim_blanks(cell));
-    if (at >= line.size()) return cells;
-    ++at;
-  }
-}
-
-bool is_comment(std::string_view line) {
-  return line.starts_with('#') || line.starts_with("//") || line.starts_with('%');
+bool is_comment(std::string_view line, const TableStyle& style) {
+  if (line.empty() || style.comments.find(line.front()) == std::string::npos) return false;
+  return line.front() != '/' || line.starts_with("//");
 }
 
 // Tells the header from text above it, and by which separator its names are known.
 class HeaderSearch {
  public:
-  HeaderSearch(const std::string& separators, const std::function<bool(std::string_view)>& is_known)
-      : separators_(separators), is_known_(is_known) {}
+  HeaderSearch(const TableStyle& style, const std::function<bool(std::string_view)>& is_known)
+      : style_(style), is_known_(is_known) {}
 
   bool try_line(std::string_view line, const std::string& where) {
-    long best = kFewestKnown - 1;
-    for (const char separator : separators_) {
+    long best = style_.fewest_known - 1;
+    for (const char separator : style_.separators) {
       std::vector<std::string> names;
       try {
         names = split_cells(line, separator, where);
@@ -74,14 +38,14 @@ class HeaderSearch {
       cells = names;
       found_separator = separator;
     }
-    return best >= kFewestKnown;
+    return best >= style_.fewest_known;
   }
 
   std::vector<std::string> cells;
   char found_separator = ',';
 
  private:
-  const std::string& separators_;
+  const TableStyle& style_;
   const std::function<bool(std::string_view)>& is_known_;
 };
 
@@ -115,11 +79,12 @@ void refuse_row(const PlainTable& table, int line, size_t cells, std::string_vie
                                : ""));
 }
 
-void read_header(Source& source, HeaderSearch& search, PlainTable& table) {
+void read_header(Source& source, const TableStyle& style, HeaderSearch& search,
+                 PlainTable& table) {
   std::string_view line;
   std::string first;
   while (source.next_line(line)) {
-    if (trim_blanks(line).empty() || is_comment(line)) continue;
+    if (trim_blanks(line).empty() || is_comment(line, style)) continue;
     if (first.empty()) first = line.substr(0, 60);
     if (source.line_number() > kMostLinesAbove) break;
     if (!search.try_line(line, at_line(table.file, source.line_number()))) continue;
@@ -149,6 +114,41 @@ void drop_empty_last_column(PlainTable& table) {
 
 }  // namespace
 
+std::string at_line(const std::string& file, int line) {
+  return file + ":" + std::to_string(line) + ": ";
+}
+
+std::vector<std::string> split_cells(std::string_view line, char separator,
+                                     const std::string& where) {
+  std::vector<std::string> cells;
+  size_t at = 0;
+  while (true) {
+    while (at < line.size() && line[at] == ' ') ++at;
+    std::string cell;
+    if (at < line.size() && line[at] == '"') {
+      for (++at;; ++at) {
+        if (at >= line.size())
+          throw InputError(where + "a quote is not closed: '" + std::string(line.substr(0, 60)) +
+                           "'; close or remove it");
+        if (line[at] == '"' && (at + 1 >= line.size() || line[++at] != '"')) break;
+        cell += line[at];
+      }
+      if (at < line.size() && line[at] == '"') ++at;
+      while (at < line.size() && line[at] == ' ' && separator != ' ') ++at;
+      if (at < line.size() && line[at] != separator)
+        throw InputError(where + "text stands behind a closed quote: '" +
+                         std::string(line.substr(0, 60)) + "'; correct the quotes");
+    } else {
+      const size_t end = std::min(line.find(separator, at), line.size());
+      cell = line.substr(at, end - at);
+      at = end;
+    }
+    cells.emplace_back(trim_blanks(cell));
+    if (at >= line.size()) return cells;
+    ++at;
+  }
+}
+
 void PlainTable::fail(const PlainRow& row, int column, const std::string& what) const {
   const auto index = static_cast<size_t>(column);
   throw InputError(at_line(file, row.line) + "column '" + columns[index].name + "': '" +
@@ -159,13 +159,13 @@ void PlainTable::fail_header(const std::string& what) const {
   throw InputError(at_line(file, header_line) + what);
 }
 
-PlainTable read_plain_table(const std::string& path, const std::string& separators,
+PlainTable read_plain_table(const std::string& path, const TableStyle& style,
                             const std::function<bool(std::string_view)>& is_known) {
   Source source(path);
   PlainTable table;
   table.file = source.name();
-  HeaderSearch search(separators, is_known);
-  read_header(source, search, table);
+  HeaderSearch search(style, is_known);
+  read_header(source, style, search, table);
   std::string_view line;
   int blank_line = 0;
   for (bool first = true; source.next_line(line);) {
@@ -174,7 +174,7 @@ PlainTable read_plain_table(const std::string& path, const std::string& separato
       blank_line = number;
       continue;
     }
-    if (is_comment(line)) continue;
+    if (is_comment(line, style)) continue;
     if (blank_line && !first)
       throw InputError(at_line(table.file, blank_line) +
                        "blank line between rows; blank lines may only end a table. Remove it, or "

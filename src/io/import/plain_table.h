@@ -24,6 +24,7 @@ struct PlainTable {
   char separator = ',';
   std::vector<PlainColumn> columns;
   std::vector<PlainRow> rows;
+  std::vector<std::string> notes;  ///< for people: what of the file is not in the table
 
   /// file:line: column 'name': 'cell' what
   [[noreturn]] void fail(const PlainRow& row, int column, const std::string& what) const;
@@ -31,10 +32,25 @@ struct PlainTable {
   [[noreturn]] void fail_header(const std::string& what) const;
 };
 
-/// Reads a table with one of `separators`. The header is the first line with three or more columns
-/// of which `is_known` is true; what stands above it is text. A row of units may follow. Lines that
-/// begin with #, // or % are comments. Throws InputError.
-PlainTable read_plain_table(const std::string& path, const std::string& separators,
+/// How the tables of a format are written.
+struct TableStyle {
+  std::string separators = "\t;,";
+  std::string comments = "#%/";  ///< signs that begin a comment; / means //
+  int fewest_known = 3;          ///< names that tell a header from text: a point has three
+};
+
+/// Reads a table with one of the separators. The header is the first line with enough columns of
+/// which `is_known` is true; what stands above it is text. A row of units may follow. Lines that
+/// begin with a sign of a comment are comments. Throws InputError.
+PlainTable read_plain_table(const std::string& path, const TableStyle& style,
                             const std::function<bool(std::string_view)>& is_known);
+
+/// The cells of a line. Cells in quotes may hold separators; a quote in them is written twice.
+/// Throws InputError, the message beginning with `where`.
+std::vector<std::string> split_cells(std::string_view line, char separator,
+                                     const std::string& where);
+
+/// "file:line: ", the begin of a message.
+std::string at_line(const std::string& file, int line);
 
 }  // namespace armtrue

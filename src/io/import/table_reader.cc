@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 
-#include "armtrue/kinematics/joint_names.h"
 #include "armtrue/text/input_error.h"
 #include "io/import/orientation_columns.h"
 
@@ -29,6 +28,8 @@ void TableReader::fail(int r, const std::string& quantity, const std::string& wh
 double TableReader::number(int r, const std::string& quantity) const {
   const std::string& text = cell(r, quantity);
   if (text.empty()) fail(r, quantity, "is empty; complete or remove the row");
+  if (const auto count = plain_count(text); quantity == "t" && count)
+    return mapping_.find(quantity)->factor * *count;
   const auto read = plain_number(text, mapping_.decimal_sign);
   if (!read)
     fail(r, quantity,
@@ -60,8 +61,9 @@ const std::string& TableReader::name(int r, const std::string& quantity) const {
 }
 
 JointVector TableReader::joints(int r) const {
-  JointVector q(static_cast<Eigen::Index>(six_axis_names().size()));
-  for (Eigen::Index j = 0; j < q.size(); ++j) q[j] = number(r, fmt::format("q{}", j + 1));
+  JointVector q(static_cast<Eigen::Index>(mapping_.joints.size()));
+  for (Eigen::Index j = 0; j < q.size(); ++j)
+    q[j] = number(r, mapping_.joints[static_cast<size_t>(j)].column);
   return q;
 }
 

@@ -20,6 +20,7 @@ class TableReader {
   const PlainTable& table() const { return table_; }
   bool has(const std::string& quantity) const { return mapping_.has(quantity); }
   bool has_orientation() const { return !mapping_.orientation.empty(); }
+  const std::vector<JointName>& joint_names() const { return mapping_.joints; }
   std::vector<std::string> quantities() const;
   int rows() const { return static_cast<int>(table_.rows.size()); }
   const PlainRow& row(int r) const { return table_.rows[static_cast<size_t>(r)]; }

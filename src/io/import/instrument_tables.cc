@@ -1,0 +1,421 @@
+#include "io/import/instrument_tables.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <optional>
+
+#include "armtrue/io/source.h"
+#include "armtrue/text/input_error.h"
+#include "armtrue/text/number_text.h"
+#include "io/import/column_names.h"
+#include "io/import/plain_cell.h"
+
+namespace armtrue {
+namespace {
+
+using Cells = std::vector<std::string>;
+
+// The lines of a file, with the errors that name them.
+class Lines {
+ public:
+  explicit Lines(const std::string& path) : source_(path) {}
+
+  const std::string& file() const { return source_.name(); }
+  int number() const { return source_.line_number(); }
+  bool next() { return source_.next_line(line_); }
+  std::string_view text() const { return line_; }
+  bool is_blank() const { return trim_blanks(line_).empty(); }
+  Cells cells(char separator) const {
+    return split_cells(line_, separator, at_line(file(), number()));
+  }
+  [[noreturn]] void fail(const std::string& what) const {
+    throw InputError(at_line(file(), number()) + what);
+  }
+
+ private:
+  Source source_;
+  std::string_view line_;
+};
+
+// The blank lines of a table stand at its end.
+class BlankLines {
+ public:
+  // True of a blank line; throws if a row follows one.
+  bool skips(const Lines& lines, bool has_rows) {
+    if (lines.is_blank()) {
+      if (!line_) line_ = lines.number();
+      return true;
+    }
+    if (line_ && has_rows)
+      throw InputError(at_line(lines.file(), line_) +
+                       "blank line between rows; blank lines may only end a table. Remove it, or "
+                       "what follows it");
+    line_ = 0;
+    return false;
+  }
+
+ private:
+  int line_ = 0;
+};
+
+void require_rows(const PlainTable& table) {
+  if (table.rows.empty())
+    table.fail_header("no row follows the header; export the readings too");
+}
+
+// ---- SpatialAnalyzer
+
+bool has_decimals(const std::string& cell) {
+  return plain_number(cell, '.') && cell.find_first_of(".eE") != std::string::npos;
+}
+
+// 16:38:29 of 02/12/25 16:38:29. Which of the numbers is the day the file does not say.
+std::optional<std::string> time_behind_date(const std::string& cell) {
+  const size_t blank = cell.rfind(' ');
+  if (blank == std::string::npos || std::ranges::count(cell, '/') != 2) return std::nullopt;
+  if (cell.find_first_not_of("0123456789/") != blank) return std::nullopt;
+  const std::string time = cell.substr(blank + 1);
+  return plain_time(time) ? std::optional(time) : std::nullopt;
+}
+
+std::string unit_of_axes(const Lines& lines, const std::string& before) {
+  const std::string_view text = lines.text();
+  if (text.find("CARTESIAN") == std::string_view::npos)
+    lines.fail("the coordinates are not Cartesian: '" + std::string(text.substr(0, 80)) +
+               "'; export them as Cartesian coordinates");
+  const size_t open = text.rfind('('), close = text.rfind(')');
+  if (open == std::string_view::npos || close == std::string_view::npos || close < open) return "";
+  const std::string unit(trim_blanks(text.substr(open + 1, close - open - 1)));
+  const auto known = find_unit(unit);
+  if (!known || known->kind != UnitKind::length)
+    lines.fail("the axes have the unit '" + unit + "', which is no length; export in mm");
+  if (!before.empty() && before != unit)
+    lines.fail("the axes have the units '" + before + "' and '" + unit +
+               "' in one file; export each part into a file of its own");
+  return unit;
+}
+
+void check_points(const PlainTable& table) {
+  const auto column = [&](std::string_view name) {
+    return static_cast<int>(std::ranges::find(table.columns, name, &PlainColumn::name) -
+                            table.columns.begin());
+  };
+  const int x = column("X");
+  for (const PlainRow& row : table.rows)
+    for (int k = x; k < x + 3; ++k)
+      if (!has_decimals(row.cells[static_cast<size_t>(k)]))
+        table.fail(row, k,
+                   "is no coordinate with decimals; the columns must be the names, X, Y, Z and, "
+                   "last, date and time: export nothing else, and decimals");
+  for (int k = 0; k < x; ++k) {
+    const auto is_number = [&](const PlainRow& row) {
+      return has_decimals(row.cells[static_cast<size_t>(k)]);
+    };
+    if (std::ranges::all_of(table.rows, is_number))
+      table.fail(table.rows.front(), k,
+                 "looks like a coordinate where a name should stand; the columns must be the "
+                 "names, X, Y, Z and, last, date and time: export nothing else");
+  }
+}
+
+// ---- motion capture
+
+// One column of a body, of which the table has many.
+struct BodyColumn {
+  size_t column;
+  std::string body, name;
+};
+
+std::string chosen_body(const std::string& file, const std::string& stated,
+                        const std::vector<std::string>& rigid,
+                        const std::vector<std::string>& all) {
+  if (!stated.empty()) {
+    if (std::ranges::find(all, stated) != all.end()) return stated;
+    throw InputError(fmt::format("{}: has no body or marker '{}' of --body; it has {}", file,
+                                 stated, fmt::join(all, ", ")));
+  }
+  if (rigid.size() == 1) return rigid.front();
+  if (rigid.empty() && all.size() == 1) return all.front();
+  const std::vector<std::string>& names = rigid.empty() ? all : rigid;
+  if (names.empty())
+    throw InputError(file + ": has no body and no marker with positions; export them");
+  throw InputError(fmt::format("{}: has several bodies or markers, {}; say which is on the robot: "
+                               "--body '{}'",
+                               file, fmt::join(names, ", "), names.front()));
+}
+
+// Keeps the columns of one body, in the order in which they stand.
+void keep_body(PlainTable& table, const std::string& body, const std::vector<std::string>& all) {
+  std::vector<std::string> others;
+  for (const std::string& name : all)
+    if (name != body) others.push_back(name);
+  table.notes.push_back("body '" + body + "'");
+  if (!others.empty()) table.notes.push_back(fmt::format("not used: {}", fmt::join(others, ", ")));
+}
+
+void add_name(std::vector<std::string>& names, const std::string& name) {
+  if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+}
+
+// The lines of Motive above that which begins with Frame.
+struct MotiveHeader {
+  std::map<std::string, std::string> properties;
+  Cells types, names, kinds, axes;
+};
+
+MotiveHeader read_motive_header(Lines& lines) {
+  MotiveHeader header;
+  if (!lines.next()) lines.fail("is empty; expected a CSV export of Motive");
+  const Cells first = lines.cells(',');
+  if (first.front() != "Format Version")
+    lines.fail("begins with '" + first.front().substr(0, 40) +
+               "' where an export of Motive has 'Format Version'; export it with its header");
+  for (size_t k = 0; k + 1 < first.size(); k += 2) header.properties[first[k]] = first[k + 1];
+  while (lines.next()) {
+    if (lines.is_blank()) continue;
+    Cells cells = lines.cells(',');
+    if (cells.front() == "Frame") {
+      header.axes = std::move(cells);
+      break;
+    }
+    if (cells.size() < 2 || !cells.front().empty())
+      lines.fail("begins with '" + cells.front().substr(0, 40) +
+                 "' where the header of a Motive export goes on; export it with its header");
+    if (cells[1] == "Type") header.types = std::move(cells);
+    else if (cells[1] == "Name") header.names = std::move(cells);
+    else if (cells[1].empty()) header.kinds = std::move(cells);
+  }
+  if (header.axes.empty()) lines.fail("the header ends without the line that begins with 'Frame'");
+  for (const Cells* row : {&header.types, &header.names, &header.kinds})
+    if (row->size() != header.axes.size())
+      lines.fail(fmt::format("the lines Type, Name, Rotation or Position, and Frame need the same "
+                             "number of cells, and have {}, {}, {} and {}; export the file again",
+                             header.types.size(), header.names.size(), header.kinds.size(),
+                             header.axes.size()));
+  return header;
+}
+
+void check_motive_properties(const Lines& lines, const MotiveHeader& header, bool has_rotation) {
+  const auto require = [&](const char* key, const char* value, const char* remedy) {
+    const auto found = header.properties.find(key);
+    if (found == header.properties.end() || found->second == value) return;
+    throw InputError(fmt::format("{}{} is '{}'; {}", at_line(lines.file(), 1), key, found->second,
+                                 remedy));
+  };
+  if (has_rotation)
+    require("Rotation Type", "Quaternion", "export with the rotation type Quaternion");
+  require("Coordinate Space", "Global", "export in global coordinates");
+}
+
+std::vector<std::string> bodies_of(const std::vector<BodyColumn>& columns) {
+  std::vector<std::string> names;
+  for (const BodyColumn& column : columns) add_name(names, column.body);
+  return names;
+}
+
+// ---- Vicon
+
+// The rows of names, axes and units below the rate.
+struct ViconHeader {
+  double rate = 0;
+  char separator = ',';
+  Cells bodies, axes, units;
+  bool is_trajectories = false;
+};
+
+ViconHeader read_vicon_header(Lines& lines, std::string_view separators) {
+  ViconHeader header;
+  const auto section = [&](std::string_view name) { return lines.text().starts_with(name); };
+  while (true) {
+    if (!lines.next())
+      lines.fail("has no line Objects, Segments or Trajectories; expected a CSV export of Vicon");
+    header.is_trajectories = section("Trajectories");
+    if (header.is_trajectories || section("Objects") || section("Segments")) break;
+  }
+  if (!lines.next()) lines.fail("the file ends where the rate of the frames should stand");
+  const std::string rate(
+      trim_blanks(lines.text().substr(0, lines.text().find_first_of(separators))));
+  const auto number = plain_number(rate, '.');
+  if (!number || !(number->value > 0))
+    lines.fail("'" + rate + "' is no rate of frames; expected a number such as 100");
+  header.rate = number->value;
+  if (!lines.next()) lines.fail("the file ends where the names should stand");
+  const std::string names(lines.text());
+  const int names_line = lines.number();
+  if (!lines.next()) lines.fail("the file ends where the header should stand");
+  const std::string_view axes = lines.text();
+  for (const char separator : separators)
+    if (axes.starts_with(std::string("Frame") + separator)) header.separator = separator;
+  header.axes = lines.cells(header.separator);
+  if (header.axes.size() < 3 || header.axes[0] != "Frame" || header.axes[1] != "Sub Frame")
+    lines.fail("expected the line that begins with Frame, Sub Frame; export the file again");
+  const Cells named = split_cells(names, header.separator, at_line(lines.file(), names_line));
+  for (size_t k = 0; k < header.axes.size(); ++k) {
+    const bool is_new = k < named.size() && !named[k].empty();
+    header.bodies.push_back(is_new ? named[k] : k == 0 ? "" : header.bodies.back());
+  }
+  if (!lines.next()) lines.fail("the file ends where the units should stand");
+  header.units = lines.cells(header.separator);
+  if (header.units.size() != header.axes.size())
+    lines.fail(fmt::format("the line of units has {} cells where the header has {}; export the "
+                           "file again",
+                           header.units.size(), header.axes.size()));
+  return header;
+}
+
+}  // namespace
+
+PlainTable read_spatial_analyzer(const std::string& path) {
+  Lines lines(path);
+  PlainTable table;
+  table.file = lines.file();
+  table.header_line = 1;
+  std::string unit;
+  size_t cells_of_row = 0;
+  bool has_time = false;
+  BlankLines blank;
+  while (lines.next()) {
+    if (blank.skips(lines, !table.rows.empty())) continue;
+    if (lines.text().starts_with("//")) {
+      if (lines.text().find("AXES") == std::string_view::npos) continue;
+      unit = unit_of_axes(lines, unit);
+      table.header_line = lines.number();
+      continue;
+    }
+    Cells cells = lines.cells(',');
+    if (table.rows.empty()) {
+      cells_of_row = cells.size();
+      has_time = time_behind_date(cells.back()).has_value();
+      const size_t named = cells.size() - (has_time ? 1 : 0);
+      if (named < 3 || named > 6)
+        lines.fail(fmt::format("has {} cells: '{}'; expected up to three names, X, Y, Z and, last, "
+                               "date and time, with commas between them: export so",
+                               cells.size(), lines.text().substr(0, 60)));
+      const std::array<const char*, 6> names{"Collection", "Group", "Point", "X", "Y", "Z"};
+      for (size_t k = 6 - named; k < 6; ++k) table.columns.push_back({names[k], k < 3 ? "" : unit});
+      if (has_time) table.columns.push_back({"Time", ""});
+    }
+    if (cells.size() != cells_of_row)
+      lines.fail(fmt::format("has {} cells where the first row has {}: '{}'; complete or remove "
+                             "the row",
+                             cells.size(), cells_of_row, lines.text().substr(0, 60)));
+    if (has_time) {
+      const auto time = time_behind_date(cells.back());
+      if (!time)
+        lines.fail("'" + cells.back() + "' is no date and time as in the first row; correct it");
+      cells.back() = *time;
+    }
+    table.rows.push_back({lines.number(), std::move(cells)});
+  }
+  require_rows(table);
+  for (PlainColumn& column : table.columns)
+    if (column.name == "X" || column.name == "Y" || column.name == "Z") column.unit_row = unit;
+  check_points(table);
+  return table;
+}
+
+PlainTable read_motive(const std::string& path, const std::string& body) {
+  Lines lines(path);
+  PlainTable table;
+  table.file = lines.file();
+  const MotiveHeader header = read_motive_header(lines);
+  table.header_line = lines.number();
+  std::vector<BodyColumn> columns;
+  std::vector<std::string> rigid, all;
+  for (size_t k = 2; k < header.axes.size(); ++k) {
+    const std::string& kind = header.kinds[k];
+    if ((kind != "Position" && kind != "Rotation") || header.axes[k].empty()) continue;
+    columns.push_back({k, header.names[k], kind + " " + header.axes[k]});
+    if (kind != "Position") continue;
+    add_name(all, header.names[k]);
+    if (header.types[k] == "Rigid Body") add_name(rigid, header.names[k]);
+  }
+  const std::string chosen = chosen_body(table.file, body, rigid, all);
+  std::erase_if(columns, [&](const BodyColumn& column) { return column.body != chosen; });
+  const bool has_rotation = std::ranges::any_of(
+      columns, [](const BodyColumn& column) { return column.name.starts_with("Rotation"); });
+  check_motive_properties(lines, header, has_rotation);
+  keep_body(table, chosen, all);
+  const auto unit = header.properties.find("Length Units");
+  table.columns.push_back({header.axes[1], ""});
+  for (const BodyColumn& column : columns) {
+    const bool is_length = column.name.starts_with("Position");
+    table.columns.push_back(
+        {column.name, is_length && unit != header.properties.end() ? unit->second : ""});
+  }
+  BlankLines blank;
+  while (lines.next()) {
+    if (blank.skips(lines, !table.rows.empty())) continue;
+    const Cells cells = lines.cells(',');
+    if (cells.size() != header.axes.size())
+      lines.fail(fmt::format("has {} cells where the header in line {} has {}; complete or remove "
+                             "the row",
+                             cells.size(), table.header_line, header.axes.size()));
+    PlainRow row{lines.number(), {cells[1]}};
+    for (const BodyColumn& column : columns) row.cells.push_back(cells[column.column]);
+    table.rows.push_back(std::move(row));
+  }
+  require_rows(table);
+  return table;
+}
+
+PlainTable read_vicon(const std::string& path, const std::string& body) {
+  Lines lines(path);
+  PlainTable table;
+  table.file = lines.file();
+  const ViconHeader header = read_vicon_header(lines, find_preset("vicon")->separators);
+  table.header_line = lines.number() - 1;
+  std::vector<BodyColumn> columns;
+  for (size_t k = 2; k < header.axes.size(); ++k)
+    if (!header.axes[k].empty()) columns.push_back({k, header.bodies[k], header.axes[k]});
+  const std::vector<std::string> all = bodies_of(columns);
+  const std::string chosen = chosen_body(table.file, body, {}, all);
+  std::erase_if(columns, [&](const BodyColumn& column) { return column.body != chosen; });
+  keep_body(table, chosen, all);
+  table.notes.push_back(fmt::format("times are frame / {:.9g} Hz", header.rate));
+  table.columns.push_back({"Time", ""});
+  for (const BodyColumn& column : columns)
+    table.columns.push_back({column.name, header.units[column.column]});
+  bool has_ended = false;  // a blank line ends the section
+  while (lines.next()) {
+    has_ended = has_ended || lines.is_blank();
+    const Cells cells = lines.cells(header.separator);
+    if (has_ended && !plain_number(cells[0], '.')) continue;
+    if (has_ended)
+      lines.fail("a row follows a blank line; blank lines may only end a table. Remove it, or what "
+                 "follows it");
+    if (cells.size() != header.axes.size())
+      lines.fail(fmt::format("has {} cells where the header in line {} has {}; complete or remove "
+                             "the row",
+                             cells.size(), table.header_line, header.axes.size()));
+    const auto frame = plain_number(cells[0], '.');
+    if (!frame || cells[0].find_first_of(".,eE") != std::string::npos)
+      lines.fail("column 'Frame': '" + cells[0] + "' is no whole number; correct the row");
+    if (cells[1] != "0")
+      lines.fail("column 'Sub Frame': '" + cells[1] +
+                 "' is not 0; export the frames of the cameras alone");
+    PlainRow row{lines.number(), {number_text(frame->value / header.rate)}};
+    for (const BodyColumn& column : columns) row.cells.push_back(cells[column.column]);
+    table.rows.push_back(std::move(row));
+  }
+  require_rows(table);
+  return table;
+}
+
+PlainTable read_instrument_table(const std::string& path, const Preset& preset,
+                                 const std::string& body) {
+  switch (preset.form) {
+    case TableForm::spatial_analyzer:
+      return read_spatial_analyzer(path);
+    case TableForm::motive:
+      return read_motive(path, body);
+    default:
+      return read_vicon(path, body);
+  }
+}
+
+}  // namespace armtrue

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace armtrue {
+
+/// How the files of a preset name their columns.
+enum class TableForm {
+  header,            ///< in one line, as a plain table
+  spatial_analyzer,  ///< not at all, see read_spatial_analyzer()
+  motive,            ///< in several lines, see read_motive()
+  vicon,             ///< in several lines, see read_vicon()
+};
+
+struct PresetColumn {
+  /// `*` stands for any text, {joint} for the name of a joint, {n} and {k} for the number of a
+  /// joint, counted from 1 or from 0. Brackets at the end of a header do not count.
+  std::string_view header;
+  std::string_view quantity;  ///< as in column_names.h; "q" is the encoder value of that joint
+  std::string_view unit;      ///< empty: the file or an option says it
+  /// Holds only in a table that has this column too; for {k}: the column whose cells name the joint.
+  std::string_view beside;
+};
+
+/// A format that instruments, controllers or recorders write. The first column that fits a quantity
+/// holds it; what no column fits is not used.
+struct Preset {
+  std::string_view name;
+  bool holds_joints = false;  ///< of the table of joint angles; otherwise of the points
+  TableForm form = TableForm::header;
+  std::string_view separators;
+  std::string_view comments;  ///< signs that begin a line of comment
+  bool is_sparse = false;     ///< rows without any joint angle belong to other columns
+  std::vector<PresetColumn> columns;
+};
+
+const std::vector<Preset>& presets();
+/// Null if there is none of this name.
+const Preset* find_preset(std::string_view name);
+
+/// What a preset says of a header.
+struct PresetFit {
+  const PresetColumn* column = nullptr;  ///< null if nothing
+  std::string captured;                  ///< what stands for {joint}, {n} or {k}
+};
+PresetFit fit_of(const PresetColumn& column, std::string_view header);
+bool is_in_preset(const Preset& preset, std::string_view header);
+
+}  // namespace armtrue

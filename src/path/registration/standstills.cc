@@ -1,0 +1,257 @@
+#include "armtrue/path/registration/standstills.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <set>
+
+#include "path/registration/first_offset.h"
+
+namespace armtrue {
+namespace {
+
+constexpr double kShortest = 0.5;       // [s] of a standstill, and the span that is looked at
+constexpr double kCreep = 3;            // tolerances
+constexpr double kCalmest = 0.1;        // share of the spans
+constexpr double kRestFactor = 3;       // of their extent
+constexpr double kSmallestRest = 5e-5;  // [m]
+constexpr double kLargestRate = 2.5 * kRateSigma;
+constexpr size_t kMaxReadings = 200;  // that the offset is searched with
+constexpr size_t kMaxPeaks = 20;      // of one rate
+constexpr size_t kMaxMatches = 50;    // of which clocks are refined
+
+// For each sample the last one of the span of kShortest that begins there; -1 behind the last span.
+std::vector<Eigen::Index> span_ends(const Eigen::VectorXd& times) {
+  const Eigen::Index n = times.size();
+  std::vector<Eigen::Index> ends(static_cast<size_t>(n), -1);
+  Eigen::Index end = 0;
+  for (Eigen::Index begin = 0; begin < n; ++begin) {
+    while (end < n && times[end] < times[begin] + kShortest) ++end;
+    if (end == n) break;
+    ends[static_cast<size_t>(begin)] = end;
+  }
+  return ends;
+}
+
+Eigen::VectorXd extent(const Eigen::MatrixXd& values, Eigen::Index begin, Eigen::Index end) {
+  const auto span = values.middleCols(begin, end - begin + 1);
+  return span.rowwise().maxCoeff() - span.rowwise().minCoeff();
+}
+
+// The offsets under which a reading lies within a standstill.
+struct Allowed {
+  double low, high;
+};
+
+Allowed allowed_offsets(const Standstill& standstill, const Standstill& reading, double rate,
+                        double tolerance) {
+  return {reading.end - (1 + rate) * standstill.end - tolerance,
+          reading.begin - (1 + rate) * standstill.begin + tolerance};
+}
+
+// The offsets at which most pairs overlap, for one rate: the highest peaks that lie kShortest apart.
+std::vector<ClockFit> likely_clocks(const std::vector<Standstill>& standstills,
+                                    const std::vector<Standstill>& readings, double rate,
+                                    double tolerance) {
+  std::vector<std::pair<double, int>> bounds;
+  for (const Standstill& reading : readings)
+    for (const Standstill& standstill : standstills) {
+      const Allowed allowed = allowed_offsets(standstill, reading, rate, tolerance);
+      if (allowed.low > allowed.high) continue;
+      bounds.emplace_back(allowed.low, 1);
+      bounds.emplace_back(allowed.high, -1);
+    }
+  std::ranges::sort(bounds, [](const auto& a, const auto& b) {
+    return a.first != b.first ? a.first < b.first : a.second > b.second;
+  });
+  struct Peak {
+    double offset;
+    int pairs;
+  };
+  std::vector<Peak> peaks;
+  int pairs = 0;
+  for (size_t k = 0; k + 1 < bounds.size(); ++k) {
+    pairs += bounds[k].second;
+    if (bounds[k].second > 0 && bounds[k + 1].second < 0)
+      peaks.push_back({0.5 * (bounds[k].first + bounds[k + 1].first), pairs});
+  }
+  std::ranges::stable_sort(peaks, [](const Peak& a, const Peak& b) { return a.pairs > b.pairs; });
+  std::vector<ClockFit> clocks;
+  for (const Peak& peak : peaks) {
+    if (clocks.size() == kMaxPeaks || 2 * peak.pairs < peaks.front().pairs) break;
+    const auto near = [&](const ClockFit& clock) {
+      return std::abs(clock.offset - peak.offset) < kShortest;
+    };
+    if (std::ranges::any_of(clocks, near)) continue;
+    ClockFit& clock = clocks.emplace_back();
+    clock.offset = peak.offset;
+    clock.rate = rate;
+  }
+  return clocks;
+}
+
+double middle(const Standstill& span) { return 0.5 * (span.begin + span.end); }
+
+// Weighted least squares of offset (at the middle of the record) and rate.
+ClockFit refined(const std::vector<Standstill>& standstills,
+                 const std::vector<Standstill>& readings, const StandstillMatch& match,
+                 double tolerance) {
+  double weights = 0, at = 0;
+  const auto each = [&](const auto& use) {
+    for (size_t k = 0; k < readings.size(); ++k) {
+      if (match.standstill[k] < 0) continue;
+      const Standstill& still = standstills[static_cast<size_t>(match.standstill[k])];
+      const double play = (still.end - still.begin) - (readings[k].end - readings[k].begin);
+      const double deviation = tolerance + std::max(0.0, play) / std::sqrt(12);
+      use(middle(still), middle(readings[k]), 1 / (deviation * deviation));
+    }
+  };
+  each([&](double t, double, double weight) {
+    weights += weight;
+    at += weight * t;
+  });
+  at /= weights;
+  double offset = 0, rise = 0, spread = 0;
+  each([&](double t, double c, double weight) {
+    offset += weight * (c - t) / weights;
+    spread += weight * (t - at) * (t - at);
+    rise += weight * (t - at) * (c - t);
+  });
+  const double prior = 1 / (kRateSigma * kRateSigma);
+  ClockFit clock;
+  clock.rate = rise / (spread + prior);
+  clock.offset = offset - clock.rate * at;
+  clock.middle = at;
+  clock.covariance(0, 0) = 1 / weights;
+  clock.covariance(1, 1) = 1 / (spread + prior);
+  return clock;
+}
+
+}  // namespace
+
+std::vector<Standstill> find_standstills(const Eigen::VectorXd& times,
+                                         const Eigen::MatrixXd& values,
+                                         const Eigen::VectorXd& tolerance) {
+  const std::vector<Eigen::Index> ends = span_ends(times);
+  std::vector<Standstill> found;
+  Eigen::Index first = 0, last = -1;  // samples of the standstill that goes on; none if last < first
+  const auto close = [&] {
+    if (last >= first &&
+        (extent(values, first, last).array() <= kCreep * tolerance.array()).all())
+      found.push_back({times[first], times[last]});
+    last = -1;
+    first = 0;
+  };
+  for (Eigen::Index begin = 0; begin < times.size(); ++begin) {
+    const Eigen::Index end = ends[static_cast<size_t>(begin)];
+    if (end < 0) break;
+    if ((extent(values, begin, end).array() > tolerance.array()).any()) continue;
+    if (last >= first && begin <= last) {
+      last = end;
+      continue;
+    }
+    close();
+    first = begin;
+    last = end;
+  }
+  close();
+  return found;
+}
+
+double rest_tolerance(const Eigen::VectorXd& times, const Eigen::Matrix3Xd& points) {
+  const std::vector<Eigen::Index> ends = span_ends(times);
+  std::vector<double> extents;
+  for (Eigen::Index begin = 0; begin < times.size(); ++begin)
+    if (const Eigen::Index end = ends[static_cast<size_t>(begin)]; end >= 0)
+      extents.push_back(extent(points, begin, end).maxCoeff());
+  if (extents.empty()) return kSmallestRest;
+  const auto calm = extents.begin() +
+                    static_cast<std::ptrdiff_t>(kCalmest * static_cast<double>(extents.size() - 1));
+  std::nth_element(extents.begin(), calm, extents.end());
+  return std::max(kSmallestRest, kRestFactor * *calm);
+}
+
+StandstillMatch match_by_clock(const std::vector<Standstill>& standstills,
+                               const std::vector<Standstill>& readings, const ClockFit& clock,
+                               double tolerance) {
+  StandstillMatch match;
+  match.clock = clock;
+  std::set<int> used;
+  for (const Standstill& reading : readings) {
+    // The standstills whose time may hold the reading are neighbours: that which begins last before
+    // its middle, and the next.
+    const double at = clock.program_time(middle(reading));
+    const auto next = std::ranges::upper_bound(standstills, at, {}, &Standstill::begin);
+    int best = -1;
+    double least = 0;
+    for (auto one = next == standstills.begin() ? next : next - 1;
+         one != standstills.end() && one <= next; ++one) {
+      const Allowed allowed = allowed_offsets(*one, reading, clock.rate, tolerance);
+      if (clock.offset < allowed.low || clock.offset > allowed.high) continue;
+      const double off = std::abs(middle(*one) - at);
+      if (best >= 0 && off >= least) continue;
+      best = static_cast<int>(one - standstills.begin());
+      least = off;
+    }
+    match.standstill.push_back(best);
+    if (best >= 0) used.insert(best);
+  }
+  match.standstills = static_cast<int>(used.size());
+  return match;
+}
+
+std::vector<StandstillMatch> match_standstills(const std::vector<Standstill>& standstills,
+                                               const std::vector<Standstill>& readings,
+                                               double tolerance) {
+  if (standstills.empty() || readings.empty()) return {};
+  std::vector<Standstill> some;
+  const size_t count = std::min(readings.size(), kMaxReadings);
+  for (size_t k = 0; k < count; ++k)
+    some.push_back(readings[count == 1 ? 0 : k * (readings.size() - 1) / (count - 1)]);
+  // Rates so close that one of them leaves no reading off by more than half the tolerance.
+  const double length = std::max(standstills.back().end - standstills.front().begin,
+                                 readings.back().end - readings.front().begin);
+  const int steps = static_cast<int>(std::ceil(kLargestRate * length / (2 * tolerance)));
+  std::vector<StandstillMatch> matches;
+  for (int k = -steps; k <= steps; ++k) {
+    const double rate = steps == 0 ? 0 : kLargestRate * k / steps;
+    for (const ClockFit& clock : likely_clocks(standstills, some, rate, tolerance))
+      matches.push_back(match_by_clock(standstills, readings, clock, tolerance));
+  }
+  const auto most_first = [](const StandstillMatch& a, const StandstillMatch& b) {
+    if (a.standstills != b.standstills) return a.standstills > b.standstills;
+    return std::abs(a.clock.rate) < std::abs(b.clock.rate);
+  };
+  std::ranges::stable_sort(matches, most_first);
+  std::vector<StandstillMatch> different;
+  std::set<std::vector<int>> known;
+  for (StandstillMatch match : matches) {
+    if (2 * match.standstills < matches.front().standstills || different.size() == kMaxMatches)
+      break;
+    if (!known.insert(match.standstill).second) continue;
+    for (int round = 0; round < 3; ++round) {
+      const ClockFit clock = refined(standstills, readings, match, tolerance);
+      const StandstillMatch better = match_by_clock(standstills, readings, clock, tolerance);
+      if (better.standstills < match.standstills) break;
+      match = better;
+    }
+    // Two ways that pair most readings alike are one, seen with clocks that hardly differ.
+    const auto alike = [&](const StandstillMatch& other) {
+      int same = 0, paired = 0;
+      for (size_t r = 0; r < readings.size(); ++r) {
+        paired += match.standstill[r] >= 0;
+        same += match.standstill[r] >= 0 && match.standstill[r] == other.standstill[r];
+      }
+      return 2 * same > paired;
+    };
+    const auto other = std::ranges::find_if(different, alike);
+    if (other == different.end())
+      different.push_back(match);
+    else if (match.standstills > other->standstills)
+      *other = match;
+  }
+  std::ranges::stable_sort(different, most_first);
+  return different;
+}
+
+}  // namespace armtrue
