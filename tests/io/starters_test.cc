@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <regex>
 #include <string>
 #include <utility>
@@ -10,6 +11,7 @@
 
 #include "armtrue/io/robot_io.h"
 #include "armtrue/io/urdf_io.h"
+#include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "io/urdf_distance.h"
 
@@ -83,14 +85,19 @@ std::string with_xyz(const std::string& text, const std::string& joint, const st
   return text.substr(0, value) + xyz + text.substr(end);
 }
 
+// The document of a starter, with right angles that are no farther off than 1e-7.
+std::string document_of(const Starter& starter) {
+  std::string text = read_test_file(starter.file);
+  for (const auto& [joint, xyz] : starter.origins) text = with_xyz(text, joint, xyz);
+  return std::regex_replace(text, std::regex("1\\.571"), "1.5707963267948966");
+}
+
 class MakersStarter : public testing::TestWithParam<Starter> {};
 
 TEST_P(MakersStarter, IsTheArmOfTheMakersDescription) {
   const Starter& starter = GetParam();
   const Robot robot = read_robot(ARMTRUE_CONFIG "/robots/" + starter.name + ".yaml").robot;
-  std::string text = read_test_file(starter.file);
-  for (const auto& [joint, xyz] : starter.origins) text = with_xyz(text, joint, xyz);
-  const UrdfArm arm(text, starter.ends.base, starter.ends.tip, RightAngles::exact);
+  const UrdfArm arm(document_of(starter), starter.ends.base, starter.ends.tip, RightAngles::exact);
   const Distance distance = distance_between(arm, robot.chain);
   EXPECT_LT(distance.place, 1e-9);
   EXPECT_LT(distance.attitude, 1e-9);
@@ -102,6 +109,40 @@ TEST_P(MakersStarter, IsTheArmOfTheMakersDescription) {
       EXPECT_NEAR(link.min, expected.lower, 0.02 * kDegree) << link.name;
       EXPECT_NEAR(link.max, expected.upper, 0.02 * kDegree) << link.name;
     }
+}
+
+// Whoever begins with a starter gets the calibrated arm into the maker's file, too: the frames of
+// both are others, the axes the same.
+TEST_P(MakersStarter, GoesIntoTheMakersDescriptionWhenCalibrated) {
+  const Starter& starter = GetParam();
+  const std::string text = document_of(starter);
+  Robot robot = read_robot(ARMTRUE_CONFIG "/robots/" + starter.name + ".yaml").robot;
+  // Where the document ends at the link of joint 6, it has no place for what lies behind axis 6.
+  const bool has_place_for_tool = starter.name != "m1013";
+  const int links = find_parameter(robot.chain, robot.chain.links[0].name + ".alpha").value();
+  const char* const first_left = has_place_for_tool ? "tool.x" : "J6.alpha";
+  const int behind = find_parameter(robot.chain, first_left).value();
+  for (int k = links; k < behind; ++k)
+    move_parameter(robot.chain, k, 5e-4 * std::sin(1.7 * k + 0.3));
+  // The instrument's frame stands anywhere, the reflector on a bracket.
+  robot.chain.base.translation = {3, -2, 1};
+  robot.chain.base.rotation = rotation_from_abc(2, 0.4, -0.3);
+  if (has_place_for_tool) robot.chain.tool.translation = {0.04, 0.01, 0.03};
+  const UrdfKept kept{false, !has_place_for_tool};
+  const PatchedUrdf patched = write_into_urdf(robot, text, starter.file, starter.ends, kept);
+  EXPECT_NEAR(patched.base.distance, robot.chain.base.translation.norm(), 0.01);
+  Distance distance = distance_between(
+      UrdfArm(patched.text, starter.ends.base, starter.ends.tip), robot.chain);
+  EXPECT_LT(distance.place, 1e-9);
+  EXPECT_LT(distance.attitude, 1e-9);
+  // Seen from its own foot it is the arm in the same place.
+  const UrdfArm foot(
+      write_into_urdf(robot, text, starter.file, starter.ends, {true, kept.tool}).text,
+      starter.ends.base, starter.ends.tip);
+  robot.chain.base = {};
+  distance = distance_between(foot, robot.chain);
+  EXPECT_LT(distance.place, 1e-9);
+  EXPECT_LT(distance.attitude, 1e-9);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, MakersStarter, testing::ValuesIn(kStarters), [](const auto& info) {
