@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 
 #include "armtrue/diagnosis/pose_check.h"
 #include "armtrue/io/output.h"
@@ -41,19 +42,38 @@ void add_options(app::Command& command, Arguments& arguments) {
       .needs(pose);
 }
 
+// R = Rx(x) Ry(y) Rz(z); where only x + z or x - z counts, z is 0.
+Eigen::Vector3d xyz_from_rotation(const Eigen::Matrix3d& r) {
+  const double cosine = std::hypot(r(0, 0), r(0, 1)), y = std::atan2(r(0, 2), cosine);
+  if (cosine < 1e-9) return {std::atan2(r(2, 1), r(1, 1)), y, 0};
+  return {std::atan2(-r(1, 2), r(2, 2)), y, std::atan2(-r(0, 1), r(0, 0))};
+}
+
+// R = Rz(a) Ry(b) Rz(c) with b from 0 to pi; where only a + c or a - c counts, c is 0.
+Eigen::Vector3d zyz_from_rotation(const Eigen::Matrix3d& r) {
+  const double sine = std::hypot(r(0, 2), r(1, 2)), b = std::atan2(sine, r(2, 2));
+  if (sine < 1e-9) return {std::atan2(-r(0, 1), r(1, 1)), b, 0};
+  return {std::atan2(r(1, 2), r(0, 2)), b, std::atan2(r(2, 1), -r(2, 0))};
+}
+
 std::string frame_text(const ShownFrame& frame) {
   const Eigen::Vector3d t = frame.pose.translation / kMillimetre;
   const Eigen::Vector3d abc = abc_from_rotation(frame.pose.rotation) / kDegree;
+  const Eigen::Vector3d xyz = xyz_from_rotation(frame.pose.rotation) / kDegree;
+  const Eigen::Vector3d zyz = zyz_from_rotation(frame.pose.rotation) / kDegree;
   const Eigen::Vector3d vector = rotation_log(frame.pose.rotation);
   const Eigen::Quaterniond q(frame.pose.rotation);
   return fmt::format(
       "{}: {}\n  x, y, z [mm]                    {:.3f}, {:.3f}, {:.3f}\n"
       "  A, B, C [deg] (KUKA)            {:.4f}, {:.4f}, {:.4f}\n"
       "  W, P, R [deg] (FANUC; r, p, y)  {:.4f}, {:.4f}, {:.4f}\n"
+      "  RX, RY, RZ [deg] (Staubli)      {:.4f}, {:.4f}, {:.4f}\n"
+      "  A, B, C [deg] (Doosan)          {:.4f}, {:.4f}, {:.4f}\n"
       "  q1 to q4 (ABB)                  {:.6f}, {:.6f}, {:.6f}, {:.6f}\n"
       "  RX, RY, RZ [rad] (UR)           {:.5f}, {:.5f}, {:.5f}\n",
       frame.name, frame.words, t.x(), t.y(), t.z(), abc[0], abc[1], abc[2], abc[2], abc[1], abc[0],
-      q.w(), q.x(), q.y(), q.z(), vector.x(), vector.y(), vector.z());
+      xyz[0], xyz[1], xyz[2], zyz[0], zyz[1], zyz[2], q.w(), q.x(), q.y(), q.z(), vector.x(),
+      vector.y(), vector.z());
 }
 
 std::string agreements_text(const std::vector<Agreement>& agreements, const Arguments& arguments) {

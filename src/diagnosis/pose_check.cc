@@ -110,6 +110,18 @@ void add_other_mistakes(const Robot& robot, std::vector<PossibleMistake>& mistak
                         r.rotation = by_abc({r.angles[2], r.angles[1], r.angles[0]});
                       },
                       kMaxJoints + 3});
+  mistakes.push_back({"the angles of the pose turn about z, y, z (Doosan's A, B, C)",
+                      [](Reading& r) {
+                        r.rotation = by_abc({r.angles[0], r.angles[1], 0}) *
+                                     by_abc({r.angles[2], 0, 0});
+                      },
+                      kMaxJoints + 3});
+  mistakes.push_back({"the angles of the pose turn about x, y, z (Staubli's RX, RY, RZ)",
+                      [](Reading& r) {
+                        r.rotation = by_abc({0, 0, r.angles[0]}) * by_abc({0, r.angles[1], 0}) *
+                                     by_abc({r.angles[2], 0, 0});
+                      },
+                      kMaxJoints + 3});
   mistakes.push_back({"the angles of the pose are a rotation vector in deg",
                       [](Reading& r) { r.rotation = rotation_exp(as_vector(r.angles) * kDegree); },
                       kMaxJoints + 3});

@@ -32,7 +32,17 @@ void read_robot(const std::string& text) {
   if (armtrue::write_robot(armtrue::parse_robot(written, "written.yaml")) != written) std::abort();
 }
 
-void read_urdf(const std::string& text) { armtrue::parse_urdf(text, "robot.urdf"); }
+// What is read can be written, as a robot file and into its document.
+void read_urdf(const std::string& text) {
+  const armtrue::Robot robot = armtrue::parse_urdf(text, "robot.urdf");
+  try {
+    armtrue::parse_robot(armtrue::write_robot(robot), "robot.yaml");
+    armtrue::write_into_urdf(robot, text, "robot.urdf", {}, {});
+  } catch (const std::exception& error) {
+    std::cerr << error.what() << '\n';
+    std::abort();
+  }
+}
 
 void read_catalogue(const std::string& text) { armtrue::parse_catalogue(text, "catalogue.yaml"); }
 

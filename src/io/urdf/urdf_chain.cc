@@ -24,6 +24,7 @@ namespace armtrue {
 namespace {
 
 constexpr size_t kMostLinksNamed = 12;  // in a message
+constexpr double kLargest = 1e6;     // of lengths, angles and parts of axes
 constexpr size_t kMostLinks = 2000;  // a whole cell; the way through them is searched recursively
 
 // Collects the messages of urdfdom instead of printing them.
@@ -226,11 +227,20 @@ Pose from_kdl(const KDL::Frame& frame) {
   return pose;
 }
 
+// A number that lost its point or its blank is no length of an arm.
+void check_size(double number, const urdf::Joint& joint, const std::string& file) {
+  if (!(std::abs(number) <= kLargest))
+    throw InputError(fmt::format("{}: the joint '{}' has a number of {:.4g} (m or rad), which is "
+                                 "larger than anything real; correct it",
+                                 file, joint.name, number));
+}
+
 void set_axis(const urdf::Joint& joint, const std::string& file, ChainJoint& result) {
   result.axis = {joint.axis.x, joint.axis.y, joint.axis.z};
   if (!(result.axis.norm() > 0))
     throw InputError(file + ": the joint '" + joint.name +
                      "' has the axis 0 0 0, which points nowhere; correct it");
+  check_size(result.axis.norm(), joint, file);
   result.axis.normalize();
 }
 
@@ -240,6 +250,8 @@ void set_limits(const urdf::Joint& joint, const std::string& file, ChainJoint& r
   result.limited = true;
   result.min = joint.limits->lower;
   result.max = joint.limits->upper;
+  check_size(result.min, joint, file);
+  check_size(result.max, joint, file);
   if (result.min >= result.max)
     throw InputError(
         fmt::format("{}: the joint '{}' has limits from {} to {} rad; upper must be above lower",
@@ -273,6 +285,7 @@ ChainJoint joint_of(const KDL::Segment& segment, const urdf::ModelInterface& mod
     set_axis(joint, file, result);
     set_limits(joint, file, result);
   }
+  check_size(result.origin.translation.norm(), joint, file);
   if (link.inertial && !result.backwards) {
     result.mass_kg = link.inertial->mass;
     const urdf::Vector3& c = link.inertial->origin.position;

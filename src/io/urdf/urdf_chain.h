@@ -44,4 +44,8 @@ UrdfChain read_urdf_chain(const std::string& text, const std::string& file, cons
 /// The arm of a document whose way is `chain`. Errors are those of parse_urdf().
 Robot robot_of(const UrdfChain& chain, const std::string& text, const std::string& file);
 
+/// The same arm with the frames that robot_of() gives to the axes of a foreign document. It is seen
+/// from R_0: the base of the result is its own R_0 in the frame that was R_0 before.
+Robot with_frames_of_axes(const Robot& robot);
+
 }  // namespace armtrue

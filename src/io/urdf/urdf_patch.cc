@@ -53,29 +53,66 @@ Pose tip_at_zero(const KinematicChain& chain) {
   return frames_at_zero(chain).back() * tool_behind_joints(chain);
 }
 
-void refuse_another_arm(const Robot& robot, const Robot& nominal, const std::string& file) {
-  KinematicChain own = robot.chain;
-  own.base = nominal.chain.base;
-  const std::vector<Pose> frames = frames_at_zero(own), expected = frames_at_zero(nominal.chain);
+constexpr const char* kTakeThisArm =
+    "calibrate the robot that convert-robot --to yaml makes of this URDF, with the same --base and "
+    "--tip";
+
+// Why a chain is no calibration of the nominal one with the same frames; empty if it is one.
+std::string why_another_arm(const KinematicChain& own, const KinematicChain& nominal) {
   const auto same_kinds = [](const Link& a, const Link& b) { return a.joint == b.joint; };
-  if (!std::ranges::equal(own.links, nominal.chain.links, same_kinds))
-    throw InputError(fmt::format(
-        "{}: is another arm than the robot '{}', with other joints; calibrate the robot that "
-        "convert-robot --to yaml makes of this URDF, with the same --base and --tip",
-        file, robot.name));
+  if (!std::ranges::equal(own.links, nominal.links, same_kinds))
+    return fmt::format("with other joints; {}", kTakeThisArm);
+  const std::vector<Pose> frames = frames_at_zero(own), expected = frames_at_zero(nominal);
   for (size_t j = 0; j < frames.size(); ++j) {
     const double distance = (frames[j].translation - expected[j].translation).norm();
     const double angle = angle_between(frames[j], expected[j]);
     const int joint = static_cast<int>(j);
-    if (joint_link(own, joint).sign == joint_link(nominal.chain, joint).sign &&
-        distance < kSameArm && angle < kSameArmAngle)
+    if (joint_link(own, joint).sign == joint_link(nominal, joint).sign && distance < kSameArm &&
+        angle < kSameArmAngle)
       continue;
-    throw InputError(fmt::format(
-        "{}: is another arm than the robot '{}', or has other frames: at joint {} they stand "
-        "{:.4g} mm and {:.3g} deg apart; calibrate the robot that convert-robot --to yaml makes of "
-        "this URDF, with the same --base and --tip",
-        file, robot.name, j + 1, distance / kMillimetre, angle / kDegree));
+    return fmt::format(
+        "or its R_0 does not stand in --base: at joint {} the frames stand {:.4g} mm and {:.3g} "
+        "deg apart; name the link where R_0 stands, or {}",
+        j + 1, distance / kMillimetre, angle / kDegree, kTakeThisArm);
   }
+  return "";
+}
+
+// The last frame may stand anywhere on its axis: here as far along it as that of `nominal`.
+void slide_last_frame(KinematicChain& chain, const KinematicChain& nominal) {
+  const int last = joint_count(chain) - 1;
+  if (joint_count(nominal) != last + 1) return;
+  Link& link = chain.links[static_cast<size_t>(link_of_joint(chain, last))];
+  const double way = joint_link(nominal, last).r - link.r;
+  link.r += way;
+  chain.tool.translation.z() -= way;
+}
+
+// The robot, with frames as those of `nominal`, and its base where the document has it.
+struct RobotOfDocument {
+  Robot robot;
+  Pose nominal_base;
+};
+
+// A robot that was made of the document has its frames already. Any other file of the arm gets
+// them, if it is seen from the base of the document.
+RobotOfDocument with_frames_of_document(const Robot& robot, const Robot& nominal,
+                                        const std::string& file) {
+  const auto problem = [&](const Robot& own, const Pose& base) {
+    KinematicChain chain = own.chain;
+    chain.base = base;
+    return why_another_arm(chain, nominal.chain);
+  };
+  if (problem(robot, nominal.chain.base).empty()) return {robot, nominal.chain.base};
+  RobotOfDocument result{with_frames_of_axes(robot), {}};
+  slide_last_frame(result.robot.chain, nominal.chain);
+  Pose& base = result.robot.chain.base;
+  result.nominal_base = base;
+  if (const std::string why = problem(result.robot, base); !why.empty())
+    throw InputError(
+        fmt::format("{}: is another arm than the robot '{}', {}", file, robot.name, why));
+  base = robot.chain.base * base;
+  return result;
 }
 
 bool same_origin(const Pose& a, const Pose& b) {
@@ -121,10 +158,10 @@ bool same_frame(const Pose& a, const Pose& b) {
 
 ChainPatch patch_of(const UrdfChain& chain, const Robot& nominal, const Robot& robot,
                     const UrdfKept& kept, const std::string& file) {
-  refuse_another_arm(robot, nominal, file);
-  ChainPatch patch{robot, {}, {}, {}};
+  const RobotOfDocument own = with_frames_of_document(robot, nominal, file);
+  ChainPatch patch{own.robot, {}, {}, {}};
   KinematicChain& wanted = patch.robot.chain;
-  if (kept.base) wanted.base = nominal.chain.base;
+  if (kept.base) wanted.base = own.nominal_base;
   // The tool in the file is that of its flange, whatever the calibration made of the flange's link.
   if (kept.tool) {
     const int last = link_of_joint(wanted, joint_count(wanted) - 1);
@@ -139,7 +176,7 @@ ChainPatch patch_of(const UrdfChain& chain, const Robot& nominal, const Robot& r
                      "' turns with the last joint, so no origin can hold the tool; --tip names a "
                      "link that is fixed behind it, or --keep-tool leaves the tool out");
   patch.origins = changed_origins(chain, patch.robot, nominal);
-  patch.base = shift_of(nominal.chain.base, wanted.base);
+  patch.base = shift_of(own.nominal_base, wanted.base);
   patch.tool = shift_of(old_tool, tool);
   return patch;
 }

@@ -191,6 +191,23 @@ Robot robot_of(const UrdfChain& chain, const std::string& text, const std::strin
   return robot;
 }
 
+Robot with_frames_of_axes(const Robot& robot) {
+  std::vector<ChainJoint> joints;
+  for (const Link& link : robot.chain.links) {
+    ChainJoint& joint = joints.emplace_back();
+    joint.name = joint.link = link.name;
+    if (link.joint == JointKind::revolute) joint.kind = ChainJoint::Kind::revolute;
+    if (link.joint == JointKind::prismatic) joint.kind = ChainJoint::Kind::prismatic;
+    joint.origin = link_transform(link);
+    joint.axis.z() = link.sign;
+    joint.limited = std::isfinite(link.min) && std::isfinite(link.max);
+    joint.min = link.min;
+    joint.max = link.max;
+  }
+  joints.emplace_back().origin = robot.chain.tool;
+  return from_axes(joints, robot.name);
+}
+
 Robot parse_urdf(const std::string& text, const std::string& file, const UrdfEnds& ends) {
   return robot_of(read_urdf_chain(text, file, ends), text, file);
 }

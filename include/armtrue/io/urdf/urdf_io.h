@@ -52,9 +52,10 @@ struct PatchedUrdf {
 
 /// The document with the geometry of `robot`: the frame from base to tip is that of the robot at
 /// all joint angles, to 1e-9 m. Only `xyz` and `rpy` of the origins of joints change, every other
-/// byte stays. The robot is one that parse_urdf() made of this document, calibrated or not. Throws
-/// InputError as parse_urdf(), and where the robot is another arm, or the document has no fixed
-/// joint behind the last driven one that could hold the tool.
+/// byte stays. The robot is one that parse_urdf() made of this document, calibrated or not, or any
+/// other of the same arm whose R_0 stands in the base of `ends`. Throws InputError as parse_urdf(),
+/// and where the robot is another arm, or the document has no fixed joint behind the last driven
+/// one that could hold the tool.
 PatchedUrdf write_into_urdf(const Robot& robot, const std::string& document,
                             const std::string& file, const UrdfEnds& ends, const UrdfKept& kept);
 
