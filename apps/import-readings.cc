@@ -1,6 +1,8 @@
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/import/import_io.h"
 #include "armtrue/io/output.h"
+#include "armtrue/io/source.h"
+#include "armtrue/io/urdf/urdf_io.h"
 #include "columns.h"
 #include "command_line.h"
 #include "standard_streams.h"
@@ -10,7 +12,7 @@ using namespace armtrue;
 namespace {
 
 struct Arguments {
-  std::string points, joints, robot;
+  std::string points, joints, robot, urdf;
   ImportOptions import;
 };
 
@@ -60,9 +62,13 @@ void add_options(app::Command& command, Arguments& arguments) {
                                       "Table of the controller, with the joint angles");
   points.needs(joints);
   joints.needs(points);
-  command.option("--robot", arguments.robot,
-                 "Whose joints the table has; six without. By stops its geometry tells which "
-                 "belong together");
+  app::Option robot =
+      command.option("--robot", arguments.robot,
+                     "Whose joints the table has; six without. By stops its geometry tells which "
+                     "belong together");
+  command.option("--urdf", arguments.urdf,
+                 "URDF that --robot was made of: its joints have the names of joint states")
+      .needs(robot);
   ImportOptions& import = arguments.import;
   app::OptionGroup join = command.group("Join of two tables");
   join.option("--join", import.join,
@@ -95,6 +101,11 @@ int run(app::Command& command, Arguments arguments) {
     throw app::UsageError("FILE '" + command.input +
                           "' and --points are both given; give one of them");
   if (!arguments.robot.empty()) arguments.import.robot = command.read_robot(arguments.robot).robot;
+  if (!arguments.urdf.empty()) {
+    Source source(arguments.urdf);
+    const std::string text = source.read_all();
+    arguments.import.joint_of_link = urdf_joint_of_link(text, source.name());
+  }
   command.progress("reading");
   const ImportedReadings readings =
       arguments.points.empty()

@@ -6,6 +6,7 @@
 
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/import/import_io.h"
+#include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
 #include "io/import/column_names.h"
@@ -157,6 +158,34 @@ TEST(ImportReadings, WhatCanBeReadInTwoWaysIsRefused) {
               HasSubstr("two units"));
 }
 
+TEST(ImportReadings, AnArmMayHaveAsManyJointsAsItsTableOrItsRobot) {
+  const ImportedReadings seven =
+      import_text("X,Y,Z," + kJoints + ",A7,E1 [mm]\n1,2,3,0,0,0,0,0,0,90,1250\n", kMmDeg);
+  EXPECT_THAT(write_campaign(seven.campaign, seven.joints),
+              HasSubstr("q6_deg,q7_deg,e1_mm,x_mm,y_mm,z_mm\n1,0,0,0,0,0,0,90,1250,1,2,3"));
+  EXPECT_THAT(error_of_text("X,Y,Z,A1,A2,A3,A4,A5\n1,2,3,0,0,0,0,0\n", kMmDeg),
+              HasSubstr("no column is known for q6_deg"));
+  EXPECT_THAT(error_of_text("X,Y,Z," + kJoints + ",E1\n1,2,3,0,0,0,0,0,0,5\n", kMmDeg),
+              HasSubstr("--unit 'E1=mm'"));
+  ImportOptions rail = kMmDeg;
+  rail.robot = read_robot(std::string(ARMTRUE_CONFIG) + "/robots/kr360-rail.yaml").robot;
+  const ImportedReadings on_rail =
+      import_text("X,Y,Z," + kJoints + ",E1,E2\n1,2,3,10,0,0,0,0,0,1250,0\n", rail);
+  EXPECT_NEAR(on_rail.campaign.q[0][0], 1.25, 1e-15);
+  EXPECT_NEAR(on_rail.campaign.q[0][1], 10 * kDegree, 1e-15);
+  EXPECT_THAT(on_rail.mapping, HasSubstr("no axis of the robot, and it stands still"));
+  EXPECT_THAT(error_of_text("X,Y,Z," + kJoints +
+                                ",E1,E2\n1,2,3,1,0,0,0,0,0,5,0\n1,2,3,2,0,0,0,0,0,5,1\n",
+                            rail),
+              HasSubstr(":3: column 'E2': '1' moves an axis that the robot does not have"));
+  EXPECT_THAT(error_of_text("X,Y,Z," + kJoints + ",E1 [deg]\n1,2,3,1,0,0,0,0,0,5\n", rail),
+              HasSubstr("which is none of e1_mm"));
+  rail.columns = {"e1_mm=Rail"};
+  EXPECT_NEAR(import_text("X,Y,Z," + kJoints + ",Rail\n1,2,3,10,0,0,0,0,0,1250\n", rail)
+                  .campaign.q[0][0],
+              1.25, 1e-15);
+}
+
 TEST(ImportReadings, NamesAboveTheHeaderAreNoHeader) {
   const std::string text =
       "Name,Date,Time\nstation,2024-05-03,12:00:00\nX,Y,Z," + kJoints + "\n1,2,3,0,0,0,0,0,0\n";
@@ -273,6 +302,21 @@ TEST(ImportJoin, RowsJoinByIdWhicheverTheirOrder) {
   EXPECT_NEAR(campaign.position[0].x(), 1e-3, 1e-15);  // of the instrument, not of the controller
 }
 
+TEST(ImportJoin, AnOptionMayNameTheColumnOfOneTable) {
+  ImportOptions options = kMmDeg;
+  options.columns = {"pose=Group", "pose=Label"};
+  const Campaign campaign =
+      import_two("Group,Point,X,Y,Z\nb,1,1,1,1\na,2,2,2,2\n",
+                 "Label," + kJoints + "\na,10,0,0,0,0,0\nb,20,0,0,0,0,0\n", [&] {
+                   ImportOptions ignoring = options;
+                   ignoring.ignored = {"Point"};
+                   return ignoring;
+                 }())
+          .campaign;
+  EXPECT_EQ(campaign.pose_ids, (std::vector<std::string>{"b", "a"}));
+  EXPECT_NEAR(campaign.q[0][0], 20 * kDegree, 1e-15);
+}
+
 TEST(ImportJoin, WhatDoesNotBelongTogetherIsRefused) {
   const auto error = [&](const std::string& joints) {
     return error_of([&] { import_two(kPoints, joints, kMmDeg); });
@@ -340,7 +384,7 @@ TEST(ImportPreset, TheRecordOfTheRtdeClientGivesJointsInRadians) {
       "10.002 9 9 9 9 9 9 0.5 -1.5 1.25 -2 1 0.25 0.1 0.2 0.3 0 3.1 0 7\r\n"
       "10.502 9 9 9 9 9 9 0.6 -1.5 1.25 -2 1 0.25 0.1 0.2 0.3 0 3.1 0 7\r\n";
   ImportOptions options = kMmDeg;
-  options.preset = "ur-rtde";
+  options.presets = {"ur-rtde"};
   const Campaign campaign = import_two(kPoints, log, options).campaign;
   ASSERT_EQ(campaign.rows(), 2);
   EXPECT_EQ(campaign.q[0], (JointVector(6) << 0.5, -1.5, 1.25, -2, 1, 0.25).finished());

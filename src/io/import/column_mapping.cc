@@ -85,7 +85,7 @@ class Mapper {
     if (!stated && names_.preset()) return leave_out(k, "not in the preset");
     if (!stated && (!known || is_turn_or_temperature(k))) return leave_unknown(k);
     const std::string quantity = stated ? *stated : known->name;
-    if (!stated && names_.maps(quantity))
+    if (!stated && names_.maps(table_, quantity))
       table_.fail_header("the column '" + name + "' could be " + our_column(quantity) +
                          ", for which --column names another; leave it out: --ignore '" + name +
                          "'");

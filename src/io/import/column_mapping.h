@@ -24,7 +24,7 @@ class ImportNames {
   const Preset* preset() const { return preset_; }
   /// Says of the columns of a table what the preset says of their headers. Joints that the headers
   /// name, and do not number, are those of the robot; without robot their names end in numbers.
-  void apply_preset(const PlainTable& table, const std::optional<Robot>& robot);
+  void apply_preset(const PlainTable& table, const ImportOptions& options);
 
   /// True of a length or an angle that is known by its name, and of what an option names: a header
   /// has such columns, text above it hardly.
@@ -33,7 +33,8 @@ class ImportNames {
   /// What an option or the preset says of a column; null if nothing.
   const std::string* quantity_of(const std::string& header) const;
   const std::string* unit_of(const std::string& header) const;
-  bool maps(const std::string& quantity) const;
+  /// Whether an option or the preset names a column of this table for a quantity.
+  bool maps(const PlainTable& table, const std::string& quantity) const;
   /// The unit of our column that --column names for an encoder value, such as mm of e1_mm; or
   /// empty.
   std::string stated_unit(const std::string& quantity) const;
@@ -42,7 +43,7 @@ class ImportNames {
   void check_all_found(const std::vector<const PlainTable*>& tables) const;
 
  private:
-  void add_joints_by_name(const PlainTable& table, const std::optional<Robot>& robot,
+  void add_joints_by_name(const PlainTable& table, const ImportOptions& options,
                           const std::map<std::string, std::string>& headers);
 
   std::map<std::string, std::string, std::less<>> quantities_, units_;  // by header

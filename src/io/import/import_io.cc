@@ -247,7 +247,7 @@ Import read_import(const std::string& path, const ImportOptions& options, TableR
   if (role != TableRole::readings)
     import.names.set_preset(preset_for(options, role == TableRole::joints));
   import.table = read_table(path, import.names, options, role);
-  import.names.apply_preset(import.table, options.robot);
+  import.names.apply_preset(import.table, options);
   return import;
 }
 

@@ -47,6 +47,12 @@ std::string joint_in_cells(const PlainTable& table, const std::string& header) {
   return cell(table.rows.front());
 }
 
+std::string quoted_names(const std::map<std::string, std::string>& headers) {
+  std::string names;
+  for (const auto& [name, header] : headers) names += (names.empty() ? "'" : ", '") + name + "'";
+  return names;
+}
+
 void add_name(std::map<std::string, std::string>& headers, const PlainTable& table,
               const std::string& joint, const std::string& header) {
   const auto [place, is_new] = headers.insert({joint, header});
@@ -68,9 +74,6 @@ ImportNames::ImportNames(const ImportOptions& options) : ignored_(options.ignore
           "' is no column of measured poses that this command writes; write OUR=THEIRS "
           "with pose, repeat, session, target, t_s, q1_deg, e1_mm, x_mm, a_deg, roll, rx, qw, "
           "payload_kg or temp_NAME_c on the left");
-    if (maps(quantity->name))
-      throw InputError("--column: two columns are named for " + our_column(quantity->name) +
-                       "; leave one out");
     if (!quantities_.insert({pair.right, quantity->name}).second)
       throw InputError("--column: '" + pair.right + "' is named twice; leave one out");
     if (quantity->kind == UnitKind::encoder)
@@ -90,12 +93,12 @@ ImportNames::ImportNames(const ImportOptions& options) : ignored_(options.ignore
   named_.insert(named_.end(), ignored_.begin(), ignored_.end());
 }
 
-void ImportNames::apply_preset(const PlainTable& table, const std::optional<Robot>& robot) {
+void ImportNames::apply_preset(const PlainTable& table, const ImportOptions& options) {
   if (!preset_) return;
   std::map<std::string, std::string> by_name;  // header by name of the joint
   for (const PresetColumn& column : preset_->columns) {
     const std::string quantity(column.quantity);
-    if (quantity != "q" && maps(quantity)) continue;
+    if (quantity != "q" && maps(table, quantity)) continue;
     std::vector<std::pair<std::string, std::string>> fitting;  // header and quantity
     for (const PlainColumn& one : table.columns) {
       const PresetFit fit = fit_of(column, one.name);
@@ -114,39 +117,51 @@ void ImportNames::apply_preset(const PlainTable& table, const std::optional<Robo
       }
     }
     for (const auto& [header, ours] : fitting) {
-      if (quantity == "q" && maps(ours)) continue;
+      if (quantity == "q" && maps(table, ours)) continue;
       quantities_.insert({header, ours});
       if (!column.unit.empty()) units_.insert({header, std::string(column.unit)});
     }
   }
-  add_joints_by_name(table, robot, by_name);
+  add_joints_by_name(table, options, by_name);
 }
 
-void ImportNames::add_joints_by_name(const PlainTable& table, const std::optional<Robot>& robot,
+void ImportNames::add_joints_by_name(const PlainTable& table, const ImportOptions& options,
                                      const std::map<std::string, std::string>& headers) {
   if (headers.empty()) return;
+  const bool is_stated = std::ranges::any_of(quantities_, [](const auto& entry) {
+    return joint_number(entry.second) > 0;  // by --column
+  });
   const auto add = [&](const std::string& quantity, const std::string& header, bool is_length) {
-    if (maps(quantity)) return;
+    if (maps(table, quantity)) return;
     quantities_.insert({header, quantity});
     units_.insert({header, is_length ? "m" : "rad"});  // sensor_msgs/JointState
   };
-  if (robot) {
-    const std::vector<JointName> joints = joint_names(robot->chain);
-    for (int j = 0; j < static_cast<int>(joints.size()); ++j) {
-      const std::string& name = joint_link(robot->chain, j).name;
+  if (options.robot) {
+    const KinematicChain& chain = options.robot->chain;
+    const std::vector<JointName> joints = joint_names(chain);
+    std::vector<std::string> unknown;
+    for (size_t j = 0; j < joints.size(); ++j) {
+      const std::string& link = joint_link(chain, static_cast<int>(j)).name;
+      const auto named = options.joint_of_link.find(link);
+      const std::string name = named == options.joint_of_link.end() ? link : named->second;
       auto found = headers.find(name);
       if (found == headers.end()) found = headers.find(name + "_joint");
-      if (found != headers.end())
-        add(joints[static_cast<size_t>(j)].column, found->second,
-            joints[static_cast<size_t>(j)].is_length);
+      if (found == headers.end())
+        unknown.push_back(name);
+      else
+        add(joints[j].column, found->second, joints[j].is_length);
     }
+    if (!unknown.empty() && !is_stated)
+      table.fail_header("the joints are " + quoted_names(headers) + ", and the robot's " +
+                        unknown.front() + " is none of them; give --urdf, the file that the robot "
+                        "was made of, or name each: --column q1_deg='" +
+                        headers.begin()->second + "'");
     return;
   }
   // joint_a1 to joint_a7: one name with numbers from 1 on.
-  std::string stem, names;
+  std::string stem;
   std::map<int, std::string> numbered;
   for (const auto& [name, header] : headers) {
-    names += (names.empty() ? "'" : ", '") + name + "'";
     const size_t digits = name.find_last_not_of("0123456789") + 1;
     const std::string before = name.substr(0, digits);
     const bool fits = digits < name.size() && name.size() - digits <= 2 &&
@@ -158,12 +173,10 @@ void ImportNames::add_joints_by_name(const PlainTable& table, const std::optiona
   const int count = static_cast<int>(headers.size());
   if (numbered.size() != headers.size() || numbered.begin()->first != 1 ||
       numbered.rbegin()->first != count) {
-    const bool is_stated = std::ranges::any_of(
-        quantities_, [](const auto& entry) { return joint_number(entry.second) > 0; });
-    if (is_stated) return;  // --column names the joints
-    table.fail_header("the joints are " + names +
-                      ", in an order that the table does not tell; give --robot, whose joints have "
-                      "these names, or name each: --column q1_deg='" +
+    if (is_stated) return;
+    table.fail_header("the joints are " + quoted_names(headers) +
+                      ", in an order that the table does not tell; give --robot and --urdf, or name "
+                      "each: --column q1_deg='" +
                       headers.begin()->second + "'");
   }
   for (const auto& [number, header] : numbered) add("q" + std::to_string(number), header, false);
@@ -197,9 +210,11 @@ std::string ImportNames::stated_unit(const std::string& quantity) const {
   return found == stated_units_.end() ? "" : found->second;
 }
 
-bool ImportNames::maps(const std::string& quantity) const {
-  return std::ranges::any_of(quantities_,
-                             [&](const auto& entry) { return entry.second == quantity; });
+bool ImportNames::maps(const PlainTable& table, const std::string& quantity) const {
+  return std::ranges::any_of(table.columns, [&](const PlainColumn& column) {
+    const std::string* const stated = quantity_of(column.name);
+    return stated && *stated == quantity && !is_ignored(column.name);
+  });
 }
 
 void ImportNames::check_all_found(const std::vector<const PlainTable*>& tables) const {

@@ -130,22 +130,22 @@ struct BodyColumn {
   std::string body, name;
 };
 
-std::string chosen_body(const std::string& file, const std::string& stated,
+std::string chosen_body(const PlainTable& table, const std::string& stated,
                         const std::vector<std::string>& rigid,
                         const std::vector<std::string>& all) {
   if (!stated.empty()) {
     if (std::ranges::find(all, stated) != all.end()) return stated;
-    throw InputError(fmt::format("{}: has no body or marker '{}' of --body; it has {}", file,
-                                 stated, fmt::join(all, ", ")));
+    table.fail_header(fmt::format("has no body or marker '{}' of --body; it has {}", stated,
+                                  fmt::join(all, ", ")));
   }
   if (rigid.size() == 1) return rigid.front();
   if (rigid.empty() && all.size() == 1) return all.front();
   const std::vector<std::string>& names = rigid.empty() ? all : rigid;
   if (names.empty())
-    throw InputError(file + ": has no body and no marker with positions; export them");
-  throw InputError(fmt::format("{}: has several bodies or markers, {}; say which is on the robot: "
-                               "--body '{}'",
-                               file, fmt::join(names, ", "), names.front()));
+    table.fail_header("has no body and no marker with positions; export them");
+  table.fail_header(fmt::format("has several bodies or markers, {}; say which is on the robot: "
+                                "--body '{}'",
+                                fmt::join(names, ", "), names.front()));
 }
 
 // Keeps the columns of one body, in the order in which they stand.
@@ -334,7 +334,7 @@ PlainTable read_motive(const std::string& path, const std::string& body) {
     add_name(all, header.names[k]);
     if (header.types[k] == "Rigid Body") add_name(rigid, header.names[k]);
   }
-  const std::string chosen = chosen_body(table.file, body, rigid, all);
+  const std::string chosen = chosen_body(table, body, rigid, all);
   std::erase_if(columns, [&](const BodyColumn& column) { return column.body != chosen; });
   const bool has_rotation = std::ranges::any_of(
       columns, [](const BodyColumn& column) { return column.name.starts_with("Rotation"); });
@@ -373,7 +373,7 @@ PlainTable read_vicon(const std::string& path, const std::string& body) {
   for (size_t k = 2; k < header.axes.size(); ++k)
     if (!header.axes[k].empty()) columns.push_back({k, header.bodies[k], header.axes[k]});
   const std::vector<std::string> all = bodies_of(columns);
-  const std::string chosen = chosen_body(table.file, body, {}, all);
+  const std::string chosen = chosen_body(table, body, {}, all);
   std::erase_if(columns, [&](const BodyColumn& column) { return column.body != chosen; });
   keep_body(table, chosen, all);
   table.notes.push_back(fmt::format("times are frame / {:.9g} Hz", header.rate));

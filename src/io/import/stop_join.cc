@@ -21,7 +21,9 @@ constexpr double kLargestRest = 10 * kMillimetre;  // of the points of a machine
 constexpr double kThinned = 0.02;                  // [s] between two samples that are looked at
 constexpr double kStreamGap = 0.25;                // [s] between the samples of a record that goes on
 constexpr double kStreamShare = 0.3;               // of its time that the samples cover
-constexpr double kEdge = 0.2;         // [s] by which begin and end of a standstill are uncertain
+// By which begin and end of a standstill are uncertain, for a record of points and for one of joint
+// angles [s]. A reading taken by hand lies well within.
+constexpr double kPointEdge = 0.15, kJointEdge = 0.05;
 constexpr double kTrimmed = 0.1;      // [s] left out at both ends of a mean, or a tenth
 constexpr int kFewestStops = 5;
 constexpr double kFewestPaired = 0.6;  // of the readings within the time of the joint angles
@@ -146,7 +148,7 @@ class StopJoin {
     const double gap = median_gap(point_record_.times);
     const auto samples = static_cast<double>(point_record_.times.size());
     is_stream_ = gap <= kStreamGap && gap * samples >= kStreamShare * duration;
-    tolerance_ = kEdge + median_gap(joints.times);
+    tolerance_ = kJointEdge + median_gap(joints.times);
     if (!is_stream_) {
       for (const double t : point_record_.times) readings_.push_back({t, t});
       const auto is_whole = [](double t) { return std::abs(t - std::round(t)) < 1e-9; };
@@ -162,7 +164,7 @@ class StopJoin {
           "{}: the points stand still for half a second {} times, and at least {} are needed; "
           "record from the first stop to the last, and stop for a second or more",
           points_file(), readings_.size(), kFewestStops));
-    tolerance_ += median_gap(points.times);
+    tolerance_ += kPointEdge + median_gap(points.times);
   }
 
   static double span(const Eigen::VectorXd& times) { return times[times.size() - 1] - times[0]; }
@@ -335,7 +337,7 @@ class StopJoin {
       matches.warnings.push_back(fmt::format("{}: {} of {} standstills of the joints have no point",
                                              joints_file(), lost, stops_.size()));
     matches.how = fmt::format(
-        "by standstills, {} of {} of the points with {} of {} of the joints; clock offset {:.6g} s "
+        "by standstills, {} of {} of the points with {} of {} of the joints; clock offset {:.3f} s "
         "in the middle, rate of the points' clock 1 {} {:.2g}",
         matches.rows.size(), readings_.size(), way.standstills, stops_.size(),
         shift_at_middle(way.clock), way.clock.rate < 0 ? "-" : "+", std::abs(way.clock.rate));

@@ -14,6 +14,7 @@
 #include "io/link_names.h"
 #include "io/urdf/link_frames.h"
 #include "io/urdf/urdf_chain.h"
+#include "io/urdf/xml_bounds.h"
 
 namespace armtrue {
 namespace {
@@ -215,6 +216,25 @@ Robot parse_urdf(const std::string& text, const std::string& file, const UrdfEnd
 std::vector<std::string> frames_beside_base(const std::string& text, const std::string& file,
                                             const UrdfEnds& ends) {
   return read_urdf_chain(text, file, ends).beside_base;
+}
+
+std::map<std::string, std::string> urdf_joint_of_link(const std::string& text,
+                                                      const std::string& file) {
+  check_xml_bounds(text, file);
+  TiXmlDocument document;
+  document.Parse(text.c_str());
+  const TiXmlElement* const robot = document.FirstChildElement("robot");
+  if (document.Error() || !robot)
+    throw InputError(file + ": is no URDF; give the robot_description, expanded from xacro");
+  std::map<std::string, std::string> joints;
+  for (const TiXmlElement* joint = robot->FirstChildElement("joint"); joint;
+       joint = joint->NextSiblingElement("joint")) {
+    const TiXmlElement* const child = joint->FirstChildElement("child");
+    const char* const link = child ? child->Attribute("link") : nullptr;
+    const char* const name = joint->Attribute("name");
+    if (link && name) joints[link] = name;
+  }
+  return joints;
 }
 
 }  // namespace armtrue

@@ -5,12 +5,14 @@
 #include <numeric>
 #include <set>
 
+#include "armtrue/statistics/summary.h"
 #include "path/registration/first_offset.h"
 
 namespace armtrue {
 namespace {
 
 constexpr double kShortest = 0.5;       // [s] of a standstill, and the span that is looked at
+constexpr double kGap = 3;              // median distances of two samples
 constexpr double kCreep = 3;            // tolerances
 constexpr double kCalmest = 0.1;        // share of the spans
 constexpr double kRestFactor = 3;       // of their extent
@@ -31,6 +33,20 @@ std::vector<Eigen::Index> span_ends(const Eigen::VectorXd& times) {
     ends[static_cast<size_t>(begin)] = end;
   }
   return ends;
+}
+
+// The longest time between two samples for which a record goes on: samples may be lost.
+double longest_gap(const Eigen::VectorXd& times) {
+  std::vector<double> gaps;
+  for (Eigen::Index k = 1; k < times.size(); ++k) gaps.push_back(times[k] - times[k - 1]);
+  return gaps.empty() ? kShortest : std::max(kShortest, kGap * median(gaps));
+}
+
+// Whether samples are missing in a span.
+bool has_gap(const Eigen::VectorXd& times, Eigen::Index begin, Eigen::Index end, double longest) {
+  for (Eigen::Index k = begin; k < end; ++k)
+    if (times[k + 1] - times[k] > longest) return true;
+  return false;
 }
 
 Eigen::VectorXd extent(const Eigen::MatrixXd& values, Eigen::Index begin, Eigen::Index end) {
@@ -102,7 +118,8 @@ ClockFit refined(const std::vector<Standstill>& standstills,
       if (match.standstill[k] < 0) continue;
       const Standstill& still = standstills[static_cast<size_t>(match.standstill[k])];
       const double play = (still.end - still.begin) - (readings[k].end - readings[k].begin);
-      const double deviation = tolerance + std::max(0.0, play) / std::sqrt(12);
+      // Anywhere between the ends: the deviation of a uniform law.
+      const double deviation = (2 * tolerance + std::max(0.0, play)) / std::sqrt(12);
       use(middle(still), middle(readings[k]), 1 / (deviation * deviation));
     }
   };
@@ -112,10 +129,10 @@ ClockFit refined(const std::vector<Standstill>& standstills,
   });
   at /= weights;
   double offset = 0, rise = 0, spread = 0;
+  each([&](double t, double c, double weight) { offset += weight * (c - t) / weights; });
   each([&](double t, double c, double weight) {
-    offset += weight * (c - t) / weights;
     spread += weight * (t - at) * (t - at);
-    rise += weight * (t - at) * (c - t);
+    rise += weight * (t - at) * (c - t - offset);  // clocks may count from 1970
   });
   const double prior = 1 / (kRateSigma * kRateSigma);
   ClockFit clock;
@@ -133,6 +150,7 @@ std::vector<Standstill> find_standstills(const Eigen::VectorXd& times,
                                          const Eigen::MatrixXd& values,
                                          const Eigen::VectorXd& tolerance) {
   const std::vector<Eigen::Index> ends = span_ends(times);
+  const double longest = longest_gap(times);
   std::vector<Standstill> found;
   Eigen::Index first = 0, last = -1;  // samples of the standstill that goes on; none if last < first
   const auto close = [&] {
@@ -145,7 +163,9 @@ std::vector<Standstill> find_standstills(const Eigen::VectorXd& times,
   for (Eigen::Index begin = 0; begin < times.size(); ++begin) {
     const Eigen::Index end = ends[static_cast<size_t>(begin)];
     if (end < 0) break;
-    if ((extent(values, begin, end).array() > tolerance.array()).any()) continue;
+    if (has_gap(times, begin, end, longest) ||
+        (extent(values, begin, end).array() > tolerance.array()).any())
+      continue;
     if (last >= first && begin <= last) {
       last = end;
       continue;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,6 +29,9 @@ struct ImportOptions {
   std::optional<double> clock_offset_s;
   /// Whose joints the table has. By stops its geometry tells which stops belong together.
   std::optional<Robot> robot;
+  /// How joint states call the joints, by link of the robot, see urdf_joint_of_link(); without an
+  /// entry a joint is called as its link.
+  std::map<std::string, std::string> joint_of_link;
 };
 
 struct ImportedReadings {

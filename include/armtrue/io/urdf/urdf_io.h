@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,11 @@ Robot parse_urdf(const std::string& text, const std::string& file, const UrdfEnd
 /// Links that stand fixed beside the base, turned or moved, as the frame of a controller may.
 std::vector<std::string> frames_beside_base(const std::string& text, const std::string& file,
                                             const UrdfEnds& ends);
+
+/// The joint above each link, by name of the link: robots that parse_urdf() makes keep the names of
+/// the links, and joint states under ROS those of the joints. Throws InputError: no valid XML.
+std::map<std::string, std::string> urdf_joint_of_link(const std::string& text,
+                                                      const std::string& file);
 
 /// What write_into_urdf() leaves as the document has it.
 struct UrdfKept {
