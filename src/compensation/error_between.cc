@@ -53,9 +53,9 @@ Pose ErrorBetween::commanded(const std::vector<CorrectedTarget>& targets, size_t
   return own.controller.pose(context);
 }
 
-std::vector<double> ErrorBetween::largest(const std::vector<CorrectedTarget>& targets,
-                                          const std::vector<WayToRow>& ways) const {
-  std::vector<double> errors(targets.size(), std::numeric_limits<double>::quiet_NaN());
+std::vector<WayError> ErrorBetween::errors(const std::vector<CorrectedTarget>& targets,
+                                           const std::vector<WayToRow>& ways) const {
+  std::vector<WayError> errors(targets.size());
   CommandedMotion motion(program_.visits);
   for (size_t row = 0; row < targets.size(); ++row) {
     const WayToRow& way = ways[row];
@@ -63,13 +63,13 @@ std::vector<double> ErrorBetween::largest(const std::vector<CorrectedTarget>& ta
     const size_t points = way.motion == MotionKind::arc ? 2 : 1;
     bool counts = way.motion != MotionKind::joint && way.is_known && row >= points;
     for (size_t k = 0; counts && k <= points; ++k) counts = targets[row - k].is_corrected;
-    if (counts) errors[row] = largest_on(targets, row, way, motion);
+    if (counts) errors[row] = error_on(targets, row, way, motion);
     motion.go_to(targets[row].q);
   }
   return errors;
 }
 
-double ErrorBetween::largest_on(const std::vector<CorrectedTarget>& targets, size_t row,
+WayError ErrorBetween::error_on(const std::vector<CorrectedTarget>& targets, size_t row,
                                 const WayToRow& way, CommandedMotion& motion) const {
   const Arms& own = arms(row);
   const bool is_arc = way.motion == MotionKind::arc;
@@ -82,24 +82,36 @@ double ErrorBetween::largest_on(const std::vector<CorrectedTarget>& targets, siz
     };
     meant.arc = arc(meant, intended(targets, row - 1, own));
     driven.arc = arc(driven, commanded(targets, row - 1, own));
-    if (!meant.arc || !driven.arc) return std::numeric_limits<double>::quiet_NaN();
+    if (!meant.arc || !driven.arc) return {};
   }
-  double largest = 0;
+  WayError error{0};
+  double largest_step = 0;
+  Eigen::Vector3d before = Eigen::Vector3d::Zero();  // the error one sample before; none at an end
   JointVector q = targets[first].q;
-  for (int k = 1; k <= kSamples; ++k) {
+  for (int k = 1; k <= kSamples + 1; ++k) {
     const double t = static_cast<double>(k) / (kSamples + 1);
-    Context context = program_.visits.context(static_cast<int>(row));
-    const JointCorrection found = joints_of_pose(own.controller, context, driven.at(t), q);
-    if (!found.is_reached) return std::numeric_limits<double>::infinity();
-    q = found.q;
-    motion.arrive(context, q);
-    motion.go_to(q);
-    context.q = q;
-    const double error =
-        (own.identified.pose(context).translation - meant.at(t).translation).norm();
-    if (t >= way.from && t <= way.to) largest = std::max(largest, error);
+    Eigen::Vector3d here = Eigen::Vector3d::Zero();
+    if (k <= kSamples) {
+      Context context = program_.visits.context(static_cast<int>(row));
+      const JointCorrection found = joints_of_pose(own.controller, context, driven.at(t), q);
+      if (!found.is_reached) return {std::numeric_limits<double>::infinity()};
+      q = found.q;
+      motion.arrive(context, q);
+      motion.go_to(q);
+      context.q = q;
+      here = own.identified.pose(context).translation - meant.at(t).translation;
+    }
+    if (t >= way.from && t <= way.to) error.largest = std::max(error.largest, here.norm());
+    if (const double step = (here - before).norm(); step > largest_step) {
+      largest_step = step;
+      error.step_from = t - 1.0 / (kSamples + 1);
+      error.step_to = t;
+    }
+    before = here;
   }
-  return largest;
+  // Of a smooth bend, which is a parabola, neighbours differ by less than half of the largest.
+  if (largest_step < 0.75 * error.largest) error.step_from = error.step_to = 0;
+  return error;
 }
 
 }  // namespace armtrue

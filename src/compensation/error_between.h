@@ -21,6 +21,16 @@ struct WayToRow {
   double from = 0, to = 1;
 };
 
+/// What is predicted of the way to a row.
+struct WayError {
+  /// The largest error on it [m]; infinite where the controller's model cannot follow the way; NaN
+  /// of joint moves, auxiliary points, unknown ways, and ways with an end that is not corrected.
+  double largest = std::numeric_limits<double>::quiet_NaN();
+  /// The part of the way, from 0 to 1, on which most of the error comes and goes at once, as it
+  /// does where a joint reverses and has backlash; `from` = `to` if there is none.
+  double step_from = 0, step_to = 0;
+};
+
 /// Predicts how far the TCP of the identified arm is from the intended way between the points of
 /// straight and circular moves. The controller moves it on a line or an arc in its own model, from
 /// command to command, at constant speed; the error counts from the point of the intended way at
@@ -36,15 +46,13 @@ class ErrorBetween {
   Pose intended_start(const std::vector<CorrectedTarget>& targets, size_t row) const;
   Pose intended_end(const std::vector<CorrectedTarget>& targets, size_t row) const;
 
-  /// The largest error on the way to each row [m]; infinite where the controller's model cannot
-  /// follow the way; NaN of joint moves, auxiliary points, unknown ways, and ways with an end that
-  /// is not corrected.
-  std::vector<double> largest(const std::vector<CorrectedTarget>& targets,
-                              const std::vector<WayToRow>& ways) const;
+  /// One for each row.
+  std::vector<WayError> errors(const std::vector<CorrectedTarget>& targets,
+                               const std::vector<WayToRow>& ways) const;
 
  private:
   const Arms& arms(size_t row) const { return arms_[set_up_of(program_, row)]; }
-  double largest_on(const std::vector<CorrectedTarget>& targets, size_t row, const WayToRow& way,
+  WayError error_on(const std::vector<CorrectedTarget>& targets, size_t row, const WayToRow& way,
                     CommandedMotion& motion) const;
   Pose commanded(const std::vector<CorrectedTarget>& targets, size_t row, const Arms& own) const;
   Pose intended(const std::vector<CorrectedTarget>& targets, size_t row, const Arms& own) const;

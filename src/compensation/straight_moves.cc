@@ -16,7 +16,7 @@ namespace {
 constexpr double kShortest = 1e-3;      // [m], between two points
 constexpr double kLargestBlend = 1e-2;  // [m]
 constexpr double kBlendShare = 0.4;     // of the way to the next point
-constexpr int kMaxPieces = 16;          // of one piece, in one round
+constexpr double kMaxPieces = 16;       // of one piece, in one round
 constexpr size_t kMaxPoints = 1000;     // of one move
 
 // A point of the program, or one before it: t = 1 and t < 1 on the way to a target.
@@ -53,7 +53,7 @@ class Straightening {
       ends_.push_back(of_program.intended_end(targets_, k));
     }
     predict(program_);
-    before_ = errors_;
+    for (size_t k = 0; k < errors_.size(); ++k) before_[k] = errors_[k].largest;
     while (divide())
       while (true) {
         const Program divided = with_rows();
@@ -71,7 +71,7 @@ class Straightening {
   }
 
   void predict(const Program& divided) {
-    errors_ = ErrorBetween(identified_, controller_, divided, options_).largest(targets_, ways());
+    errors_ = ErrorBetween(identified_, controller_, divided, options_).errors(targets_, ways());
   }
 
   Program with_rows() const {
@@ -167,7 +167,7 @@ class Straightening {
     std::vector<Row> rows;
     std::ranges::fill(why_, "");
     for (size_t i = 0; i < rows_.size(); ++i) {
-      if (errors_[i] > tolerance_)
+      if (errors_[i].largest > tolerance_)
         for (double t : new_points(i)) rows.push_back({rows_[i].target, t});
       rows.push_back(rows_[i]);
     }
@@ -186,24 +186,47 @@ class Straightening {
       return std::vector<double>{};
     };
     if (!closed_[row.target].empty()) return refuse(closed_[row.target]);
-    if (std::isinf(errors_[i])) return refuse("the controller's model cannot follow it");
+    const double error = errors_[i].largest;
+    if (std::isinf(error)) return refuse("the controller's model cannot follow it");
     // A damped end is missed whatever stands before it.
     const double at_ends = std::max(targets_[i].after.position, targets_[i - 1].after.position);
-    if (errors_[i] <= std::max(tolerance_, 1.5 * at_ends))
+    if (error <= std::max(tolerance_, 1.5 * at_ends))
       return refuse("a point on it is not reached exactly, near a singular posture");
     const double start = start_of(i), size = row.t - start;
-    const double wanted = std::ceil(std::sqrt(1.1 * errors_[i] / tolerance_));
-    const int most = static_cast<int>(std::floor(size * length(row.target) / kShortest));
-    const int pieces =
-        std::min({static_cast<int>(std::clamp(wanted, 2.0, 1.0 * kMaxPieces)), most});
+    const double way = size * length(row.target);
+    const bool is_step = errors_[i].step_to > errors_[i].step_from;
+    if (way < 2 * kShortest)
+      return refuse(is_step ? "a joint reverses, and its backlash is a step"
+                            : "it bends within 1 mm");
     std::vector<double> points;
-    for (int k = 1; k < pieces; ++k) {
-      const double t = start + size * k / pieces;
-      if (t > first_of(row.target) && t < last_of(row.target)) points.push_back(t);
-    }
-    if (pieces < 2) return refuse("it bends within 1 mm, where a joint reverses or nearly stands");
+    for (double share : is_step ? around_step(errors_[i], way) : even_shares(error, way))
+      if (const double t = start + size * share;
+          t > first_of(row.target) && t < last_of(row.target))
+        points.push_back(t);
     if (points.empty()) return refuse("it bends within the blend of an end");
     return points;
+  }
+
+  // Shares of a way at which it is divided evenly: the error of a bend falls with the square.
+  std::vector<double> even_shares(double error, double way) const {
+    const double wanted = std::ceil(std::sqrt(1.1 * error / tolerance_));
+    const double most = std::floor(way / kShortest);
+    const int pieces = static_cast<int>(std::min({std::max(wanted, 2.0), kMaxPieces, most}));
+    std::vector<double> shares;
+    for (int k = 1; k < pieces; ++k) shares.push_back(static_cast<double>(k) / pieces);
+    return shares;
+  }
+
+  // On both sides of a step, at least the shortest piece apart and from the ends.
+  static std::vector<double> around_step(const WayError& error, double way) {
+    const double shortest = kShortest / way;
+    const double middle = 0.5 * (error.step_from + error.step_to);
+    const double half = 0.5 * std::max(error.step_to - error.step_from, shortest);
+    std::vector<double> shares;
+    for (double share : {middle - half, middle + half})
+      if (share >= shortest && share <= 1 - shortest) shares.push_back(share);
+    if (shares.empty()) shares.push_back(0.5);
+    return shares;
   }
 
   void refuse_too_many() const {
@@ -226,7 +249,7 @@ class Straightening {
     std::vector<int> inserted(text_.targets.size(), 0);
     for (size_t i = 0; i < rows_.size(); ++i) {
       const size_t k = rows_[i].target;
-      if (!(errors_[i] <= after[k])) after[k] = errors_[i];
+      if (!(errors_[i].largest <= after[k])) after[k] = errors_[i].largest;
       if (rows_[i].t == 1) {
         found.targets.push_back(targets_[i]);
         continue;
@@ -268,7 +291,7 @@ class Straightening {
   std::vector<double> before_;       // of each target
   std::vector<Pose> starts_, ends_;  // of the intended ways to targets 1 and on, R_0 from TCP
   std::vector<CorrectedTarget> targets_;  // of the rows
-  std::vector<double> errors_;
+  std::vector<WayError> errors_;
 };
 
 }  // namespace
