@@ -1,9 +1,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 
 #include "armtrue/compensation/compensation.h"
 #include "armtrue/compensation/program_targets.h"
+#include "armtrue/compensation/straight_moves.h"
 #include "armtrue/io/compensation_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/kinematics/units.h"
@@ -25,6 +27,7 @@ struct Arguments : app::ProgramArguments {
   std::string commands, summary, uncovered = "keep";
   bool strict = false;
   double max_mm = CompensationOptions{}.max_correction / kMillimetre;
+  std::optional<double> spacing_mm;
   app::RobotProgramFiles program;
   app::ReportArguments page;
 };
@@ -54,7 +57,13 @@ void add_options(app::Command& command, Arguments& arguments) {
               "as programmed")
       .check(app::one_of({"keep", "leave"}))
       .default_shown();
-  app::add_robot_program(command, arguments.program);
+  const app::Option program = app::add_robot_program(command, arguments.program);
+  command
+      .option("--spacing-mm", arguments.spacing_mm,
+              "Insert points in straight moves of the program until the predicted error between "
+              "two points is below this")
+      .check(app::above_zero())
+      .needs(program);
   command.add_output("--summary", arguments.summary, "Write counts, errors and the worst here");
   app::add_report(command, arguments.page, "with errors before and after, notes and a map");
   command.flag("--strict", arguments.strict,
@@ -121,17 +130,56 @@ void warn_of_notes(app::Command& command, const std::vector<CorrectedTarget>& ta
   }
 }
 
-std::vector<CorrectedTarget> compensate_file(const Robot& robot, const Robot& controller,
-                                             const ProgramFile& file,
-                                             const CompensationOptions& options) {
+// With points between the targets of a program `text` if --spacing-mm is given.
+StraightenedProgram compensate_file(const Robot& robot, const Robot& controller,
+                                    const ProgramFile& file,
+                                    const std::optional<RobotProgram>& text,
+                                    const Arguments& arguments) {
+  const CompensationOptions options = compensation_options(arguments, controller);
   try {
-    return compensate(robot, controller, file.program, options);
+    if (text && arguments.spacing_mm)
+      return straighten_moves(robot, controller, *text, file.program, options,
+                              *arguments.spacing_mm * kMillimetre);
+    StraightenedProgram found;
+    found.targets = compensate(robot, controller, file.program, options);
+    return found;
   } catch (const UnreachableTarget& error) {
     const auto row = static_cast<size_t>(error.row);
     throw InputError(fmt::format("{}:{}: target '{}': {}", file.source,
                                  file.program.visits.line[row], file.program.visits.pose_ids[row],
                                  error.what()));
   }
+}
+
+// Names the moves whose error between points stays too large, those of one cause together.
+bool warn_of_moves(app::Command& command, const StraightenedProgram& found,
+                   const ProgramFile& file) {
+  struct Cause {
+    std::string lines;
+    size_t count = 0;
+    double largest = 0;
+  };
+  std::map<std::string, Cause> causes;
+  for (const MoveBetweenPoints& move : found.moves) {
+    if (move.why.empty()) continue;
+    Cause& cause = causes[move.why];
+    const int line = file.program.visits.line[move.target];
+    if (cause.count++ < kMostNames)
+      cause.lines += fmt::format("{}{}", cause.lines.empty() ? "" : ", ", line);
+    cause.largest = std::max(cause.largest, move.after);
+  }
+  for (const auto& [why, cause] : causes)
+    command.warn(fmt::format(
+        "{}: predicted error between points up to {:.3g} mm in {} of {} moves: {} (line {}{})",
+        file.source, cause.largest / kMillimetre, cause.count, found.moves.size(), why, cause.lines,
+        cause.count > kMostNames ? ", ..." : ""));
+  if (found.unknown > 0)
+    command.warn(
+        fmt::format("{}: nothing is predicted between the points of {} straight or "
+                    "circular moves: where they begin is not known, or an end stays as "
+                    "programmed",
+                    file.source, found.unknown));
+  return causes.empty() && found.unknown == 0;
 }
 
 CommandKind command_kind(const Arguments& arguments, const Program& program) {
@@ -182,14 +230,19 @@ int run(app::Command& command, Arguments& arguments) {
     file = command.read_program(command.input, controller);
   }
   app::fill_conditions(file.program.visits, arguments, {&robot, &controller});
-  std::vector<CorrectedTarget> targets =
-      compensate_file(robot, controller, file, compensation_options(arguments, controller));
+  StraightenedProgram straightened = compensate_file(robot, controller, file, program, arguments);
+  std::vector<CorrectedTarget>& targets = straightened.targets;
   const auto nearest = std::ranges::min_element(
       targets, {}, [](const CorrectedTarget& target) { return target.before.position; });
   app::refuse_other_arm(nearest->before.position, arguments);
 
-  CompensationStory story{robot.name, controller.name, assumptions(arguments),
-                          app::station_effects(robot, arguments.tool_is_measured)};
+  CompensationStory story{robot.name,
+                          controller.name,
+                          assumptions(arguments),
+                          app::station_effects(robot, arguments.tool_is_measured),
+                          {}};
+  if (arguments.spacing_mm)
+    story.between = {*arguments.spacing_mm * kMillimetre, straightened.moves, straightened.unknown};
   const std::vector<std::string> in_doubt =
       doubts(robot, controller, targets, file.program.visits, arguments);
   for (const std::string& doubt : in_doubt) {
@@ -200,11 +253,13 @@ int run(app::Command& command, Arguments& arguments) {
     command.warn("not applied, because it belongs to the station, or may: " + effect);
   bool is_followed = true;
   if (program)
-    is_followed = app::write_robot_program(command, *program, targets, arguments.program);
+    is_followed = app::write_robot_program(command, *program, targets, straightened.inserted,
+                                           arguments.program);
   else
     write_output(command.output,
                  write_commands(file, targets, command_kind(arguments, file.program)));
   warn_of_notes(command, targets, file);
+  is_followed &= warn_of_moves(command, straightened, file);
   if (!arguments.summary.empty())
     write_output(arguments.summary,
                  write_compensation(targets, file.program, story, command.provenance()));

@@ -75,7 +75,7 @@ void refuse_outputs(const Command& command, const RobotProgram& program,
 
 }  // namespace
 
-void add_robot_program(Command& command, RobotProgramFiles& files) {
+Option add_robot_program(Command& command, RobotProgramFiles& files) {
   const Option program =
       command.option("--program", files.path,
                      "Robot program to correct instead of a file of targets: KUKA .src, ABB .mod, "
@@ -97,6 +97,7 @@ void add_robot_program(Command& command, RobotProgramFiles& files) {
               "BASE_DATA[1], TOOL_DATA[1], wobj1, UF[1], UT[1]; may be given several times")
       .check(frame_check())
       .needs(program);
+  return program;
 }
 
 RobotProgram read_robot_program(Command& command, const RobotProgramFiles& files) {
@@ -117,9 +118,11 @@ RobotProgram read_robot_program(Command& command, const RobotProgramFiles& files
 }
 
 bool write_robot_program(Command& command, const RobotProgram& program,
-                         std::vector<CorrectedTarget>& targets, const RobotProgramFiles& files) {
+                         std::vector<CorrectedTarget>& targets,
+                         const std::vector<ProgramPointBetween>& between,
+                         const RobotProgramFiles& files) {
   const ProgramCommands commands = program_commands(program, targets);
-  RewrittenProgram rewritten = rewrite(program, commands.list);
+  RewrittenProgram rewritten = rewrite(program, commands.list, between);
   if (has_name(files.out)) rename(program, fs::path(files.out).stem().string(), rewritten.texts);
   bool is_followed = true;
   for (const std::vector<std::string>* list :
@@ -129,8 +132,16 @@ bool write_robot_program(Command& command, const RobotProgram& program,
       command.warn(warning);
       is_followed = false;
     }
-  command.tell(fmt::format("{}: {} points changed, {} moves left alone\n", program.texts[0].name,
-                           rewritten.changed, program.left_alone));
+  if (const size_t lost = between.size() - static_cast<size_t>(rewritten.inserted); lost > 0) {
+    command.warn(
+        fmt::format("{}: {} points are not inserted, because an end of their move stays as "
+                    "programmed",
+                    program.texts[0].name, lost));
+    is_followed = false;
+  }
+  command.tell(fmt::format("{}: {} points changed, {} inserted, {} moves left alone\n",
+                           program.texts[0].name, rewritten.changed, rewritten.inserted,
+                           program.left_alone));
   std::vector<Product> products;
   if (rewritten.texts.size() > 1)
     products.push_back({dat_beside(files.out, program.texts[1].name), rewritten.texts[1]});

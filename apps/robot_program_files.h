@@ -16,15 +16,17 @@ struct RobotProgramFiles {
   std::vector<std::string> frames;  ///< NAME=x,y,z,a,b,c
 };
 
-/// --program, --program-out, --dat, --dialect, --frame.
-void add_robot_program(Command& command, RobotProgramFiles& files);
+/// --program, --program-out, --dat, --dialect, --frame. Returns --program.
+Option add_robot_program(Command& command, RobotProgramFiles& files);
 
 /// Reads the program and checks that it can be written where it shall be. Throws UsageError if not.
 RobotProgram read_robot_program(Command& command, const RobotProgramFiles& files);
 
-/// Writes the program with the corrections, warns of what could not be followed, and returns
-/// whether there was nothing of the kind.
+/// Writes the program with the corrections and the points `between` targets, warns of what could
+/// not be followed, and returns whether there was nothing of the kind.
 bool write_robot_program(Command& command, const RobotProgram& program,
-                         std::vector<CorrectedTarget>& targets, const RobotProgramFiles& files);
+                         std::vector<CorrectedTarget>& targets,
+                         const std::vector<ProgramPointBetween>& between,
+                         const RobotProgramFiles& files);
 
 }  // namespace armtrue::app

@@ -5,6 +5,7 @@
 #include <deque>
 
 #include "armtrue/kinematics/inverse.h"
+#include "compensation/arms.h"
 #include "compensation/branch.h"
 #include "compensation/coverage.h"
 #include "compensation/joint_correction.h"
@@ -30,42 +31,16 @@ bool changes_turn(const KinematicChain& chain, const JointVector& a, const Joint
   return false;
 }
 
-std::vector<ProgramSetUp> set_ups_of(const Program& program, const CompensationOptions& options) {
-  if (program.set_ups.empty()) return {{options.base, options.tool}};
-  return program.set_ups;
-}
-
-CompensationOptions with_set_up(CompensationOptions options, const ProgramSetUp& set_up) {
-  options.base = set_up.base;
-  options.tool = set_up.tool;
-  return options;
-}
-
-// Both models with one frame and one tool.
-struct Arms {
-  Arms(const Robot& of_identified, const Robot& of_controller, const Program& program,
-       const CompensationOptions& own, const std::vector<std::string>& temperature_names)
-      : options(own),
-        identified(of_identified, options, options.tool, temperature_names),
-        controller(of_controller, options, options.tool, temperature_names),
-        programmed(program, options, controller) {}
-  Arms(const Arms&) = delete;
-  Arms& operator=(const Arms&) = delete;
-
-  CompensationOptions options;
-  ProgramArm identified, controller;
-  ProgrammedJoints programmed;
-};
-
 // Goes through the rows of one program.
 class Compensation {
  public:
   Compensation(const Robot& identified, const Robot& controller, const Program& program,
                const CompensationOptions& options)
-      : program_(program), options_(options), visits_(program.visits), motion_(visits_) {
-    for (const ProgramSetUp& set_up : set_ups_of(program, options))
-      arms_.emplace_back(identified, controller, program, with_set_up(options, set_up),
-                         visits_.temperature_names);
+      : program_(program),
+        options_(options),
+        visits_(program.visits),
+        arms_(arms_of(identified, controller, program, options)),
+        motion_(visits_) {
     motion_matters_ =
         follows_motion(arms_[0].identified.robot()) || follows_motion(arms_[0].controller.robot());
     for (size_t row = 0; row < visits_.force_n.size(); ++row)
@@ -89,9 +64,7 @@ class Compensation {
   }
 
  private:
-  const Arms& arms(size_t row) const {
-    return arms_[program_.set_up.empty() ? 0 : static_cast<size_t>(program_.set_up[row])];
-  }
+  const Arms& arms(size_t row) const { return arms_[set_up_of(program_, row)]; }
   const ProgramArm& arm() const { return arms_now_->identified; }
   const ProgramArm& controller() const { return arms_now_->controller; }
 
@@ -304,13 +277,11 @@ std::vector<CorrectedTarget> compensate(const Robot& identified, const Robot& co
                                         const CompensationOptions& options) {
   for (const Robot* robot : {&identified, &controller})
     require_context(*robot, program.visits, options.tool_is_measured);
+  if (!options.tool_is_measured)
+    return Compensation(identified, controller, program, options).run(identified);
   CompensationOptions own = options;
-  if (options.tool_is_measured) own.tool = identified.chain.tool;
-  if (!options.tool_is_measured || program.set_ups.empty())
-    return Compensation(identified, controller, program, own).run(identified);
-  Program with_measured_tool = program;
-  for (ProgramSetUp& set_up : with_measured_tool.set_ups) set_up.tool = own.tool;
-  return Compensation(identified, controller, with_measured_tool, own).run(identified);
+  const Program with_tool = with_measured_tool(identified, program, own);
+  return Compensation(identified, controller, with_tool, own).run(identified);
 }
 
 }  // namespace armtrue

@@ -146,6 +146,34 @@ YAML::Node worst_node(const std::vector<CorrectedTarget>& targets, const Program
   return list;
 }
 
+YAML::Node between_node(const CompensationStory::BetweenPoints& between, const Program& program) {
+  std::vector<double> before, after;
+  int divided = 0, inserted = 0;
+  std::vector<YAML::Node> above;
+  for (const MoveBetweenPoints& move : between.moves) {
+    divided += move.inserted > 0;
+    inserted += move.inserted;
+    if (std::isfinite(move.before)) before.push_back(move.before);
+    if (std::isfinite(move.after)) after.push_back(move.after);
+    if (move.why.empty()) continue;
+    YAML::Node node;
+    node["pose"] = program.visits.pose_ids[move.target];
+    if (std::isfinite(move.after)) node["after_mm"] = rounded(move.after / kMillimetre);
+    node["why"] = move.why;
+    above.push_back(flow(node));
+  }
+  YAML::Node node;
+  node["tolerance_mm"] = rounded(between.tolerance / kMillimetre);
+  node["moves"] = std::to_string(between.moves.size());
+  node["divided"] = std::to_string(divided);
+  node["inserted"] = std::to_string(inserted);
+  node["unknown"] = std::to_string(between.unknown);
+  if (!before.empty()) node["before_mm"] = error_node(summarize(before), kMillimetre);
+  if (!after.empty()) node["after_mm"] = error_node(summarize(after), kMillimetre);
+  node["above"] = list_node(above);
+  return node;
+}
+
 YAML::Node texts_node(const std::vector<std::string>& texts) {
   std::vector<YAML::Node> items;
   for (const std::string& text : texts) items.emplace_back(text);
@@ -190,6 +218,7 @@ std::string write_compensation(const std::vector<CorrectedTarget>& targets, cons
   for (CommandNote note : command_notes())
     notes[to_string(note)] = std::to_string(count_of(targets, note));
   root["notes"] = flow(notes);
+  if (story.between) root["between_points"] = between_node(*story.between, program);
   root["worst"] = worst_node(targets, program);
   root["assumed"] = texts_node(story.assumed);
   root["not_applied"] = texts_node(story.not_applied);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <set>
 
 #include "armtrue/kinematics/units.h"
 #include "programs/dialects.h"
@@ -20,12 +21,32 @@ namespace {
 
 struct FanucPosition {
   std::map<std::string, ProgramNumber> numbers;  // X .. R, J1 .. J6, of group 1
+  std::map<std::string, double> others;          // of other groups and external axes
   std::optional<int> frame, tool;
   std::string configuration;  // N U T, 0, 0, 0
   bool is_changed = false;    // P[1]=LPOS
+  ProgramDeclaration declaration;
   int line = 0;
   int point = -1;
 };
+
+// What begins a line that leaves the arm where it is and does not branch.
+bool stands_between_fanuc_moves(const std::string& word) {
+  static const std::set<std::string> kWords{
+      "DO",        "RO",     "AO",    "GO",      "SO",      "WO",   "UO",       "F",
+      "R",         "SR",     "PR",    "P",       "TIMER",   "WAIT", "OVERRIDE", "UFRAME_NUM",
+      "UTOOL_NUM", "UFRAME", "UTOOL", "PAYLOAD", "MESSAGE", "UALM"};
+  return word.empty() || kWords.contains(word) || word[0] == '$';
+}
+
+// Words of a motion instruction that may stand in an inserted one too: speeds over the way and how
+// the point is passed. All others act once (SKIP, TB, DB, CALL), or are about time.
+bool may_be_repeated(const std::string& word) {
+  static const std::set<std::string> kWords{"L",    "MM",  "CM",        "INCH",       "DEG",
+                                            "MIN",  "SEC", "ACC",       "PTH",        "WJNT",
+                                            "FINE", "CNT", "MAX_SPEED", "WELD_SPEED", "R"};
+  return kWords.contains(word);
+}
 
 constexpr const char* kFanucPose[] = {"X", "Y", "Z", "W", "P", "R"};
 constexpr const char* kFanucJoints[] = {"J1", "J2", "J3", "J4", "J5", "J6"};
@@ -68,17 +89,13 @@ class FanucReader {
     const size_t moves = section("/MN"), positions = section("/POS");
     const size_t end = std::min(section("/END"), text_.size());
     if (positions < end) read_positions(positions, end);
+    program_.declarations_end = std::min(end, text_.size());
     if (moves < text_.size()) read_moves(moves, std::min(positions, end));
     program_.warnings = warnings_.list();
   }
 
  private:
-  // Where the line begins that begins with a word; npos if there is none.
-  size_t section(const std::string& word) const {
-    for (size_t at = text_.find(word); at != std::string::npos; at = text_.find(word, at + 1))
-      if (at == 0 || text_[at - 1] == '\n') return at;
-    return std::string::npos;
-  }
+  size_t section(const char* word) const { return line_that_begins(text_, word); }
 
   void find_name() {
     const size_t prog = section("/PROG");
@@ -103,29 +120,39 @@ class FanucReader {
       TextCursor cursor(part, statement.begin, statement.end);
       cursor.take('/');
       while (!cursor.done() && !(cursor.next() == 'P' || cursor.next() == 'p')) cursor.step();
+      size_t from = cursor.at();
       std::string word = cursor.take_name();
-      if (word == "POS") word = cursor.take_name();
+      if (word == "POS") {
+        cursor.next();
+        from = cursor.at();
+        word = cursor.take_name();
+      }
       if (word != "P" || !cursor.take('[')) continue;
       const auto number = cursor.take_number();
+      const size_t number_end = cursor.at();
       cursor.skip_to("{");
+      const size_t open = cursor.at();
       if (!number || !cursor.take('{')) continue;
       FanucPosition& position = positions_[*number];
       if (!position.numbers.empty()) position.is_changed = true;  // given twice
       position.line = line + statement.line;
+      position.declaration = {from, number_end, open, statement.end, 0, 0};
       read_groups(cursor, position);
     }
   }
 
   void read_groups(TextCursor& cursor, FanucPosition& position) const {
-    bool is_first = true;
+    std::string group = "GP1";
     while (!cursor.done()) {
       const std::string name = cursor.take_name();
       if (name.empty()) {
         cursor.step();
       } else if (name.starts_with("GP") && cursor.take(':')) {
-        is_first = name == "GP1";
-      } else if (is_first) {
+        group = name;
+      } else if (group == "GP1") {
         read_entry(name, cursor, position);
+      } else if (cursor.take('=')) {
+        if (const auto value = cursor.take_number()) position.others[group + name] = *value;
       }
     }
   }
@@ -143,6 +170,8 @@ class FanucReader {
     if (name == "CONFIG" && cursor.take('\'')) {
       const size_t begin = cursor.at();
       cursor.skip_to("'");
+      position.declaration.configuration_begin = begin;
+      position.declaration.configuration_end = cursor.at();
       position.configuration = original_.substr(begin, cursor.at() - begin);
     } else if (name == "UF" || name == "UT") {
       if (const auto value = cursor.take_number(); value && std::abs(*value) < 1000)
@@ -183,7 +212,7 @@ class FanucReader {
     TextCursor cursor(part, statement.begin, statement.end);
     cursor.take_number();
     cursor.take(':');
-    if (cursor.next() == '!' || cursor.next() == '/') return;
+    if (cursor.next() == '!' || cursor.next() == '/') return;  // neither moves nor branches
     const size_t begin = cursor.at();
     const std::string word = cursor.take_name();
     if (assignments) {
@@ -194,8 +223,14 @@ class FanucReader {
       return;
     }
     const bool is_move = word == "J" || word == "L" || word == "C" || word == "A" || word == "S";
-    if (!is_move || cursor.done()) return;
+    if (!is_move || cursor.done()) {
+      follows_ = follows_ && stands_between_fanuc_moves(word);
+      return;
+    }
+    const int left_alone = program_.left_alone;
+    line_begin_ = statement.begin;
     read_move(part, {statement.line, begin, statement.end}, word);
+    follows_ = program_.left_alone == left_alone;
   }
 
   void leave(int line, const std::string& reason) {
@@ -231,7 +266,71 @@ class FanucReader {
       return leave(statement.line, "it does not have the points of its kind");
     for (double id : ids)
       if (!is_usable(id, statement.line)) return;
-    for (size_t i = 0; i < ids.size(); ++i) add_target(ids[i], statement.line, i + 1 < ids.size());
+    for (size_t i = 0; i < ids.size(); ++i) {
+      const bool is_auxiliary = i + 1 < ids.size();
+      add_target(ids[i], statement.line, is_auxiliary);
+      ProgramTarget& target = program_.targets.back();
+      target.motion = kind == "L"    ? MotionKind::line
+                      : kind != "C"  ? MotionKind::joint
+                      : is_auxiliary ? MotionKind::via
+                                     : MotionKind::arc;
+      target.follows_target = i > 0 || follows_;
+      if (kind == "L") prepare_insertion(target, ids[i], part, statement);
+    }
+  }
+
+  // What stands beside the point of an inserted move.
+  void prepare_insertion(ProgramTarget& target, double id, const std::string& part,
+                         const Statement& statement) {
+    TextCursor cursor(part, statement.begin, statement.end);
+    cursor.take_name();
+    cursor.next();
+    const size_t point = cursor.at();
+    cursor.skip_to("]");
+    cursor.take(']');
+    const size_t behind = cursor.at();
+    target.obstacle = why_not_inserted(target, id, part, {statement.line, behind, statement.end});
+    if (!target.obstacle.empty()) return;
+    std::string rest = original_.substr(behind, statement.end - behind);
+    if (const size_t fine = upper(rest).find("FINE"); fine != std::string::npos)
+      rest.replace(fine, 4, "CNT100");
+    while (!rest.empty() && is_blank(rest.back())) rest.pop_back();
+    target.insertion = {line_begin_, original_.substr(line_begin_, point - line_begin_), rest,
+                        line_end(original_, line_begin_), ""};
+  }
+
+  std::string why_not_inserted(const ProgramTarget& target, double id, const std::string& part,
+                               const Statement& options) {
+    if (target.kind == TargetKind::joints) return "its point is joint angles";
+    if (original_.substr(options.begin, options.end - options.begin).find('\n') !=
+        std::string::npos)
+      return "it has more than one line";
+    char before = ' ';
+    for (TextCursor cursor(part, options.begin, options.end); !cursor.done();) {
+      std::string word = cursor.take_name();
+      if (word.empty()) {
+        before = cursor.next();
+        cursor.step();
+        continue;
+      }
+      if (before != '/' && (word == "SEC" || word == "MSEC")) return "its speed is a time";
+      while (!word.empty() && is_digit(word.back())) word.pop_back();
+      if (!may_be_repeated(word)) return "it has the option " + word;
+      before = ' ';
+    }
+    const FanucPosition& here = positions_[id];
+    if (program_.targets.size() < 2 || here.numbers.size() + here.others.size() == 6) return "";
+    // Axes beyond the arm's.
+    const auto point = static_cast<size_t>(program_.targets[program_.targets.size() - 2].point);
+    const FanucPosition& before_it = positions_[ids_of_points_[point]];
+    bool is_same = before_it.others == here.others;
+    for (const auto& [name, value] : here.numbers) {
+      const auto found = before_it.numbers.find(name);
+      if (name[0] == 'E')
+        is_same &= found != before_it.numbers.end() && found->second.value == value.value;
+    }
+    if (is_same) return "";
+    return "external axes or another group move";
   }
 
   bool is_usable(double id, int line) {
@@ -261,8 +360,10 @@ class FanucReader {
       if (number == position.numbers.end()) return;
       point.numbers.push_back(number->second);
     }
+    point.declaration = position.declaration;
     position.point = static_cast<int>(program_.points.size());
     program_.points.push_back(point);
+    ids_of_points_.push_back(id);
   }
 
   void add_target(double id, int line, bool is_auxiliary) {
@@ -296,6 +397,9 @@ class FanucReader {
   std::string text_;
   ProgramWarnings warnings_;
   std::map<double, FanucPosition> positions_;
+  std::vector<double> ids_of_points_;
+  size_t line_begin_ = 0;  // of the move that is read
+  bool follows_ = false;   // the arm stands at the last target
 };
 
 }  // namespace

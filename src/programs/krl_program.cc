@@ -11,8 +11,10 @@
 #include "programs/dialects.h"
 #include "programs/krl_set_up.h"
 #include "programs/krl_syntax.h"
+#include "programs/krl_words.h"
 #include "programs/program_values.h"
 #include "programs/program_warnings.h"
+#include "programs/statement.h"
 #include "programs/text_cursor.h"
 
 // Programs of KUKA controllers: KSS 8.x, operating and programming instructions for system
@@ -82,7 +84,7 @@ class KrlReader {
     warnings_.add(move.line, "left alone: " + reason);
     ++program_.left_alone;
     before_ = unknown_krl_values();
-    is_posture_known_ = false;
+    is_posture_known_ = is_target_known_ = false;
   }
 
   void read_move(const KrlMove& move) {
@@ -101,7 +103,41 @@ class KrlReader {
       warnings_.add(move.line,
                     "a circle with an angle does not end at its target; its points are corrected");
     if (is_circle && !read_target(move, move.auxiliary, set_up, true)) return;
-    read_target(move, move.target, set_up, false);
+    if (!read_target(move, move.target, set_up, false)) return;
+    is_target_known_ = !move.circle_angle;
+  }
+
+  // Fills what stands beside the point of an inserted move.
+  void prepare_insertion(ProgramTarget& target, const KrlMove& move,
+                         const KrlValues& values) const {
+    if (move.in_spline_block) target.obstacle = "it stands in a spline block";
+    if (move.after_trigger) target.obstacle = "a TRIGGER refers to it";
+    if (target.kind == TargetKind::joints) target.obstacle = "its point is joint angles";
+    for (int k = 6; k < kKrlComponents; ++k)
+      if (std::isfinite(values[k]) && values[k] != before_[k])
+        target.obstacle = "external axes move, or the point before does not state them";
+    if (!target.obstacle.empty()) return;
+    const std::string& src = program_.texts[0].text;
+    const std::string rest = src.substr(move.target.end, move.end - move.target.end);
+    target.insertion = {move.line_begin,
+                        src.substr(move.line_begin, move.target.begin - move.line_begin),
+                        rest + krl_blending(rest, move), line_end(src, move.end), ""};
+    if (move.in_inline_form)
+      target.insertion.remark =
+          "points are inserted in an inline form; changing it on the pendant drops them";
+  }
+
+  static MotionKind motion_of(const KrlMove& move, bool is_auxiliary) {
+    switch (move.motion) {
+      case KrlMotion::point_to_point:
+      case KrlMotion::spline_point:
+        break;
+      case KrlMotion::line:
+        return MotionKind::line;
+      case KrlMotion::circle:
+        return is_auxiliary ? MotionKind::via : MotionKind::arc;
+    }
+    return MotionKind::joint;
   }
 
   bool read_target(const KrlMove& move, const KrlTarget& target, const KrlSetUps::SetUp& set_up,
@@ -114,6 +150,9 @@ class KrlReader {
     result.base = set_up.base;
     result.tool = set_up.tool;
     result.kind = is_axes ? TargetKind::joints : TargetKind::cartesian;
+    result.motion = motion_of(move, is_auxiliary);
+    result.follows_target =
+        result.motion == MotionKind::arc || (move.follows_move && is_target_known_);
     int& point = is_axes ? point_of_axes_[static_cast<size_t>(target.axes)]
                          : point_of_frame_[static_cast<size_t>(target.frame)];
     const bool is_new = point < 0;
@@ -136,6 +175,7 @@ class KrlReader {
                     "other statements or files use its point too, and see the corrected one");
     if (is_new) point = add_point(target, frame, values, is_auxiliary);
     result.point = point;
+    if (result.motion == MotionKind::line) prepare_insertion(result, move, values);
     const std::vector<double> numbers = values_of(point);
     if (is_axes) {
       result.q = joints_of_numbers(Dialect::krl, numbers);
@@ -255,6 +295,7 @@ class KrlReader {
   KrlValues external_ = unknown_krl_values();
   bool warned_of_external_ = false;
   bool is_posture_known_ = true;  // no move was left alone since the last target
+  bool is_target_known_ = false;  // the move before ends at a target
   std::array<std::pair<size_t, int>, 2> counted_{{{0, 1}, {0, 1}}};  // of each text: place, line
 };
 

@@ -93,6 +93,8 @@ class KrlParser {
     if (in_dat_) return;
     if (const KrlKeyword* keyword = find_krl_motion(word))
       return read_move(statement, *keyword, cursor);
+    follows_move_ =
+        follows_move_ && stands_between_krl_moves(text_, statement.begin, statement.end, word);
     follow_structure(word);
     if (word == "$BASE" || word == "BAS") read_base(statement, word);
     in_set_up_ =
@@ -211,10 +213,12 @@ class KrlParser {
     move.in_loop = loops_ > 0;
     move.in_inline_form = inline_forms_ > 0;
     move.after_trigger = trigger_;
+    move.follows_move = follows_move_;
     move.start_unknown = start_unknown_;
     move.base = base_;
     move.set_ups = syntax_.set_ups.size();
     trigger_ = start_unknown_ = false;
+    follows_move_ = true;
     if (keyword.relative) {
       note_names(move.keyword_end, move.end, true);
     } else {
@@ -361,6 +365,7 @@ class KrlParser {
   int loops_ = 0, conditions_ = 0;
   bool in_set_up_ = false;
   bool spline_block_ = false, trigger_ = false, start_unknown_ = true;
+  bool follows_move_ = false;
   int base_ = 0;
   std::unordered_map<std::string, int> bases_;
   std::unordered_map<std::string, Declaration> declarations_;

@@ -46,6 +46,7 @@ struct KrlMove {
   bool in_loop = false;
   bool in_inline_form = false;
   bool after_trigger = false;  ///< a TRIGGER refers to this move
+  bool follows_move = false;   ///< the arm comes from the move before in any case
   bool start_unknown = false;  ///< the first move of a DEF, or after $BASE has changed
   int base = 0;                ///< the same number where the same assignment to $BASE holds
   KrlTarget target;

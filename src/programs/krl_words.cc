@@ -1,6 +1,9 @@
 #include "programs/krl_words.h"
 
+#include <algorithm>
 #include <cmath>
+
+#include "programs/statement.h"
 
 namespace armtrue {
 
@@ -25,6 +28,21 @@ const KrlKeyword* find_krl_motion(std::string_view name) {
   for (const KrlKeyword& keyword : kMotions)
     if (keyword.name == name) return &keyword;
   return nullptr;
+}
+
+std::string krl_blending(std::string_view rest, const KrlMove& move) {
+  const std::string capitals = upper(rest);
+  for (const char* word : {"C_DIS", "C_SPL", "C_VEL", "C_ORI", "C_PTP"})
+    if (capitals.find(word) != std::string::npos) return "";
+  return move.spline ? " C_SPL" : " C_DIS";
+}
+
+bool stands_between_krl_moves(std::string_view text, size_t begin, size_t end,
+                              std::string_view word) {
+  static constexpr std::string_view kWords[] = {"WAIT",  "BAS",     "CONTINUE", "HALT",     "PULSE",
+                                                "ANOUT", "TRIGGER", "SPLINE",   "ENDSPLINE"};
+  return std::ranges::find(kWords, word) != std::end(kWords) ||
+         is_plain_assignment(text, begin, end);
 }
 
 void take_krl_fdat(TextCursor& cursor, std::unordered_map<std::string, KrlFdat>& fdats) {

@@ -23,4 +23,13 @@ const KrlKeyword* find_krl_motion(std::string_view name);
 /// Reads FP1={TOOL_NO 1,BASE_NO 3,IPO_FRAME #BASE,..} behind DECL FDAT.
 void take_krl_fdat(TextCursor& cursor, std::unordered_map<std::string, KrlFdat>& fdats);
 
+/// What is to be added behind a move, whose words behind its target are `rest`, so that the arm
+/// does not stop there: C_DIS or C_SPL, or nothing if it does not stop.
+std::string krl_blending(std::string_view rest, const KrlMove& move);
+
+/// Whether a statement that begins with a word in capitals, and is no move, leaves the arm where it
+/// is and does not branch.
+bool stands_between_krl_moves(std::string_view text, size_t begin, size_t end,
+                              std::string_view word);
+
 }  // namespace armtrue

@@ -14,7 +14,9 @@
 #include "armtrue/programs/matching.h"
 #include "programs/krl_knots.h"
 #include "programs/krl_pose.h"
+#include "programs/krl_words.h"
 #include "programs/program_warnings.h"
+#include "programs/statement.h"
 #include "programs/text_edit.h"
 
 namespace armtrue {
@@ -327,29 +329,18 @@ class KrlWriter {
   // Inserts a move of the same kind (or a straight one) to `points`, blended into the next, on a
   // line of its own before the move.
   void insert(const KrlMove& move, const std::string& points, bool straight) {
-    const std::string& text = program_.src.text;
     std::string line(src(move.line_begin, move.begin));
     line += straight ? line_keyword(move) : std::string(src(move.begin, move.keyword_end));
     const std::string_view rest = src(move.target.end, move.end);
     line += points;
     line += rest;
-    if (!is_blended(rest)) line += move.spline ? " C_SPL" : " C_DIS";
-    size_t newline = text.find('\n', move.end);
-    if (newline == std::string::npos && move.line_begin > 0) newline = move.line_begin - 1;
-    const bool returns = newline != std::string::npos && newline > 0 && text[newline - 1] == '\r';
-    line += returns ? "\r\n" : "\n";
+    line += krl_blending(rest, move);
+    line += line_end(program_.src.text, move.end);
     edits_.push_back({0, move.line_begin, move.line_begin, line});
     ++result_.inserted;
     if (move.in_inline_form)
       warnings_.add(move.line,
                     "points are inserted in an inline form; changing it on the pendant drops them");
-  }
-
-  static bool is_blended(std::string_view rest) {
-    const std::string capitals = upper(rest);
-    for (const char* word : {"C_DIS", "C_SPL", "C_VEL", "C_ORI", "C_PTP"})
-      if (capitals.find(word) != std::string::npos) return true;
-    return false;
   }
 
   // Changes a frame where it stands, if all moves that use it want the same text and nothing else

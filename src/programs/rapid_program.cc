@@ -10,6 +10,7 @@
 #include "programs/frame_list.h"
 #include "programs/program_values.h"
 #include "programs/program_warnings.h"
+#include "programs/rapid_words.h"
 #include "programs/statement.h"
 
 // Programs of ABB controllers: RAPID reference manual, "Instructions, functions and data types":
@@ -18,34 +19,6 @@
 
 namespace armtrue {
 namespace {
-
-struct RapidMove {
-  const char* name;
-  int points;
-  int tool;  // position of the tool among the arguments
-  bool is_joint_target;
-};
-
-constexpr RapidMove kRapidMoves[] = {
-    {"MOVEJ", 1, 3, false},     {"MOVEL", 1, 3, false},     {"MOVEC", 2, 4, false},
-    {"MOVEABSJ", 1, 3, true},   {"MOVEJDO", 1, 3, false},   {"MOVELDO", 1, 3, false},
-    {"MOVECDO", 2, 4, false},   {"MOVEJAO", 1, 3, false},   {"MOVELAO", 1, 3, false},
-    {"MOVECAO", 2, 4, false},   {"MOVEJGO", 1, 3, false},   {"MOVELGO", 1, 3, false},
-    {"MOVECGO", 2, 4, false},   {"MOVEJSYNC", 1, 3, false}, {"MOVELSYNC", 1, 3, false},
-    {"MOVECSYNC", 2, 4, false}, {"TRIGGJ", 1, 4, false},    {"TRIGGL", 1, 4, false},
-    {"TRIGGC", 2, 5, false},
-};
-
-// What looks like a move and is not followed: process moves have arguments of their own.
-bool is_other_move(const std::string& word) {
-  for (const char* begin : {"MOVE", "TRIGG", "SEARCH", "ARC", "SPOT", "DISP", "PAINT", "CAP"})
-    if (word.starts_with(begin) && word.size() > std::string(begin).size()) {
-      const char last = word.back();
-      return last == 'L' || last == 'J' || last == 'C' || word.ends_with("START") ||
-             word.ends_with("END") || word.ends_with("IOS");
-    }
-  return false;
-}
 
 struct RapidValue {
   ListItem list;
@@ -66,7 +39,11 @@ class RapidReader {
   void read() {
     const std::vector<Statement> statements = split_statements(text_, ';');
     for (const Statement& statement : statements) read_words(statement, true);
-    for (const Statement& statement : statements) read_words(statement, false);
+    for (const Statement& statement : statements) {
+      is_move_ = false;
+      read_words(statement, false);
+      if (!is_move_) follows_ = follows_ && stays(statement);
+    }
     for (const auto& [name, line] : uses_)
       if (values_[name].point >= 0)
         warnings_.add(line, "uses " + name + ", which is corrected, beside the moves to it");
@@ -76,6 +53,24 @@ class RapidReader {
   }
 
  private:
+  // Whether the arm stays where it is during a statement without a move, and the next one follows.
+  bool stays(const Statement& statement) const {
+    TextCursor cursor(text_, statement.begin, statement.end);
+    return stands_between_rapid_moves(cursor.take_name()) ||
+           is_plain_assignment(text_, statement.begin, statement.end);
+  }
+
+  // IF .. Move..; without THEN.
+  bool is_conditional(size_t begin, size_t end) const {
+    bool found = false;
+    for (TextCursor cursor(text_, begin, end); !cursor.done();) {
+      const std::string word = cursor.take_name();
+      if (word.empty()) cursor.step();
+      if (word == "IF" || word == "THEN") found = word == "IF";
+    }
+    return found;
+  }
+
   int line_of(size_t at) {
     for (; counted_ < at; ++counted_) line_ += program_.texts[0].text[counted_] == '\n';
     if (counted_ > at) {
@@ -180,15 +175,20 @@ class RapidReader {
       is_displaced_ = word != "PDISPOFF";
       return true;
     }
-    const auto* const move = std::ranges::find(kRapidMoves, word, &RapidMove::name);
-    if (move != std::end(kRapidMoves)) {
+    if (const RapidMove* const move = find_rapid_move(word)) {
       if (cursor.next() == '(' || cursor.next() == ':') return false;
+      is_move_ = true;
+      move_ = {move, at, statement.end, statement.begin == at, {}, {}};
+      const int left_alone = program_.left_alone;
       read_move(*move, line_of(at), cursor.at(), statement.end);
+      follows_ = program_.left_alone == left_alone && !is_conditional(statement.begin, at);
       return true;
     }
-    if (!is_other_move(word) || cursor.done() || cursor.next() == '(' || cursor.next() == ':')
+    if (!is_other_rapid_move(word) || cursor.done() || cursor.next() == '(' || cursor.next() == ':')
       return false;
     leave(line_of(at), "this instruction is not followed: " + word);
+    is_move_ = true;
+    follows_ = false;
     return true;
   }
 
@@ -200,14 +200,20 @@ class RapidReader {
   void read_move(const RapidMove& move, int line, size_t begin, size_t end) {
     std::vector<Statement> arguments;
     std::string work_object = "WOBJ0";
+    move_.parts.clear();
+    move_.options.clear();
     for (const Statement& part : split_arguments(text_, begin, end, ",")) {
       const std::vector<Statement> pieces = split_arguments(text_, part.begin, part.end, "\\");
       for (size_t i = 0; i < pieces.size(); ++i) {
         const bool is_option = i > 0;
-        if (!is_option && pieces[i].begin < pieces[i].end) arguments.push_back(pieces[i]);
+        if (!is_option && pieces[i].begin < pieces[i].end) {
+          arguments.push_back(pieces[i]);
+          move_.parts.push_back(part);
+        }
         if (!is_option) continue;
         TextCursor cursor(text_, pieces[i].begin, pieces[i].end);
-        if (cursor.take_name() == "WOBJ" && cursor.take(':') && cursor.take('=')) {
+        move_.options.push_back(cursor.take_name());
+        if (move_.options.back() == "WOBJ" && cursor.take(':') && cursor.take('=')) {
           cursor.next();
           work_object = upper(part_of(cursor.at(), pieces[i].end));
         }
@@ -229,7 +235,67 @@ class RapidReader {
       points.push_back(point_at(arguments[static_cast<size_t>(i)], target.kind, line));
       if (points.back() < 0) return;
     }
-    for (size_t i = 0; i < points.size(); ++i) add_target(target, points[i], i + 1 < points.size());
+    const char kind = move_.kind();
+    const auto zone = static_cast<size_t>(move.tool - 1);
+    target.blend = radius_of_zone(upper(part_of(arguments[zone].begin, arguments[zone].end)));
+    for (size_t i = 0; i < points.size(); ++i) {
+      const bool is_auxiliary = i + 1 < points.size();
+      target.motion = kind == 'L'    ? MotionKind::line
+                      : kind != 'C'  ? MotionKind::joint
+                      : is_auxiliary ? MotionKind::via
+                                     : MotionKind::arc;
+      target.follows_target = i > 0 || (follows_ && move_.is_first);
+      if (kind == 'L') prepare_insertion(target, points[i], arguments);
+      add_target(target, points[i], is_auxiliary);
+    }
+  }
+
+  // What stands beside the point of an inserted move.
+  void prepare_insertion(ProgramTarget& target, int point,
+                         const std::vector<Statement>& arguments) const {
+    const std::string& original = program_.texts[0].text;
+    const size_t line = line_begin(original, move_.begin);
+    target.obstacle = why_not_inserted(target, point, line);
+    if (!target.obstacle.empty()) return;
+    const auto tool = static_cast<size_t>(move_.kind_of->tool);
+    const Statement &zone = move_.parts[tool - 1], &last = move_.parts[tool];
+    const auto text = [&](size_t begin, size_t end) {
+      std::string part = part_of(begin, end);
+      std::ranges::replace(part, '\r', ' ');
+      return part;
+    };
+    const bool is_plain = std::string(move_.kind_of->name) == "MOVEL";
+    const size_t keyword = move_.begin + std::string(move_.kind_of->name).size();
+    target.insertion.at = line;
+    target.insertion.before = (is_plain ? text(line, keyword) : text(line, move_.begin) + "MoveL") +
+                              text(keyword, arguments[0].begin);
+    target.insertion.behind = "," + external_.at(point).text + "]" +
+                              text(arguments[0].end, zone.begin) +
+                              (target.blend > 0 ? text(zone.begin, zone.end) : "z1") +
+                              text(zone.end, is_plain ? move_.end : last.end) + ";";
+    target.insertion.line_end = line_end(original, move_.end);
+  }
+
+  std::string why_not_inserted(const ProgramTarget& target, int point, size_t line) const {
+    const auto has = [&](const char* option) {
+      return std::ranges::find(move_.options, option) != move_.options.end();
+    };
+    if (target.kind == TargetKind::joints) return "its point is joint angles";
+    if (std::string(move_.kind_of->name) == "TRIGGL") return "its events count from its start";
+    if (has("T")) return "its speed is a time (\\T)";
+    if (has("ID")) return "it is synchronised with another arm (\\ID)";
+    TextCursor before(text_, line, move_.begin);
+    if (!move_.is_first || !before.done()) return "it does not begin its line";
+    constexpr double kMost = 8;
+    for (const ProgramNumber& number : program_.points[static_cast<size_t>(point)].configuration)
+      if (number.value != std::floor(number.value) || std::abs(number.value) > kMost)
+        return "the confdata of its point is no plain one";
+    const auto here = external_.find(point);
+    if (here == external_.end() || program_.targets.empty()) return "its external axes are unknown";
+    const auto before_it = external_.find(program_.targets.back().point);
+    if (before_it == external_.end() || before_it->second.values != here->second.values)
+      return "external axes move";
+    return "";
   }
 
   void add_target(ProgramTarget target, int index, bool is_auxiliary) {
@@ -325,7 +391,10 @@ class RapidReader {
       add(point.configuration, parts[2]);
     }
     program_.points.push_back(point);
-    return static_cast<int>(program_.points.size()) - 1;
+    const int index = static_cast<int>(program_.points.size()) - 1;
+    if (const auto values = parts.back().numbers(6))
+      external_[index] = {part_of(parts.back().begin, parts.back().end), *values};
+    return index;
   }
 
   static bool is_unit_quaternion(const ListItem& list) {
@@ -381,10 +450,34 @@ class RapidReader {
     return add_frame(program_.frames, known_, name, pose);
   }
 
+  // The move that is read.
+  struct Move {
+    const RapidMove* kind_of = nullptr;
+    size_t begin = 0, end = 0;
+    bool is_first = false;         // of the words of its statement
+    std::vector<Statement> parts;  // its arguments with their options
+    std::vector<std::string> options;
+
+    // J, L or C; 0: joint angles.
+    char kind() const {
+      const std::string name = kind_of->name;
+      if (kind_of->is_joint_target) return 0;
+      return name[name.starts_with("MOVE") ? 4 : 5];
+    }
+  };
+  struct ExternalAxes {
+    std::string text;
+    std::vector<double> values;
+  };
+
   RobotProgram& program_;
   const KnownFrames& known_;
   std::string text_;
   ProgramWarnings warnings_;
+  Move move_;
+  bool is_move_ = false;                  // the statement moves the arm
+  bool follows_ = false;                  // the arm stands at the last target
+  std::map<int, ExternalAxes> external_;  // of points
   std::map<std::string, RapidValue> values_;
   std::map<std::string, int> uses_;  // of points outside of moves: the first line
   bool is_displaced_ = false;

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/programs/robot_program.h"
+#include "programs/insertion.h"
 #include "programs/program_values.h"
 #include "programs/program_warnings.h"
 #include "programs/text_edit.h"
@@ -13,22 +15,6 @@
 
 namespace armtrue {
 namespace {
-
-// Decimals that a changed number has at least.
-int decimals_kept(Dialect dialect, TargetKind kind, size_t component) {
-  switch (dialect) {
-    case Dialect::krl:
-      return 4;           // KSS shows four
-    case Dialect::rapid:  // num is a float: 1e-4 mm of a metre, 1e-5 deg of 180
-      if (kind == TargetKind::joints) return 5;
-      return component < 3 ? 4 : 7;
-    case Dialect::fanuc:
-      return 3;  // an LS file has three
-    case Dialect::urscript:
-      break;
-  }
-  return 7;
-}
 
 // What a point becomes by one of its targets: a text for each number, empty where it stays.
 struct Wanted {
@@ -38,7 +24,8 @@ struct Wanted {
 
 class Rewriter {
  public:
-  Rewriter(const RobotProgram& program, const std::vector<ProgramCommand>& commands)
+  Rewriter(const RobotProgram& program, const std::vector<ProgramCommand>& commands,
+           const std::vector<ProgramPointBetween>& between)
       : program_(program),
         commands_(commands),
         warnings_(program.texts[0].name),
@@ -46,18 +33,24 @@ class Rewriter {
         is_changed_(program.points.size(), false) {
     for (size_t k = 0; k < program.targets.size(); ++k)
       uses_[static_cast<size_t>(program.targets[k].point)].push_back(k);
+    for (const ProgramPointBetween& point : between)
+      if (is_commanded(point.target) && is_commanded(point.target - 1)) between_.push_back(point);
   }
 
   RewrittenProgram write() {
     int before = -1;  // the point of the target before
-    for (const ProgramTarget& target : program_.targets) {
-      const auto point = static_cast<size_t>(target.point);
-      if (uses_[point].front() == static_cast<size_t>(&target - program_.targets.data()))
-        is_changed_[point] =
-            write_point(point, before >= 0 && is_changed_[static_cast<size_t>(before)]);
-      before = target.point;
+    size_t next = 0;  // of the inserted points
+    for (size_t k = 0; k < program_.targets.size(); ++k) {
+      const auto point = static_cast<size_t>(program_.targets[k].point);
+      const size_t first = next;
+      while (next < between_.size() && between_[next].target == k) ++next;
+      if (uses_[point].front() == k)
+        is_changed_[point] = write_point(
+            point, next > first || (before >= 0 && is_changed_[static_cast<size_t>(before)]));
+      before = program_.targets[k].point;
     }
     RewrittenProgram result;
+    insert_moves(result);
     result.changed = static_cast<int>(std::ranges::count(is_changed_, true));
     for (size_t i = 0; i < program_.texts.size(); ++i)
       result.texts.push_back(apply_edits(program_.texts[i].text, edits_, static_cast<int>(i)));
@@ -66,6 +59,30 @@ class Rewriter {
   }
 
  private:
+  // Whether a target gets the numbers of its command: it is corrected, and so are all others of its
+  // point, alike.
+  bool is_commanded(size_t target) const {
+    if (!commands_[target].is_corrected) return false;
+    const auto index = static_cast<size_t>(program_.targets[target].point);
+    const ProgramPoint& point = program_.points[index];
+    const Wanted first = wanted_by(point, commands_[uses_[index].front()]);
+    return std::ranges::all_of(uses_[index], [&](size_t other) {
+      return agree(point, first, wanted_by(point, commands_[other]));
+    });
+  }
+
+  void insert_moves(RewrittenProgram& result) {
+    refuse_what_does_not_load(program_, between_.size());
+    for (TextEdit& edit : insertion_edits(program_, between_)) edits_.push_back(std::move(edit));
+    result.inserted = static_cast<int>(between_.size());
+    for (size_t i = 0; i < between_.size(); ++i) {
+      const ProgramTarget& target = program_.targets[between_[i].target];
+      const bool is_first = i == 0 || between_[i - 1].target != between_[i].target;
+      if (is_first && !target.insertion.remark.empty())
+        warnings_.add(target.line, target.insertion.remark);
+    }
+  }
+
   // Returns whether a byte changes. What a point leaves out the controller takes from the point
   // before; it is written if that one changes.
   bool write_point(size_t index, bool is_changed_before) {
@@ -194,15 +211,17 @@ class Rewriter {
   const RobotProgram& program_;
   const std::vector<ProgramCommand>& commands_;
   ProgramWarnings warnings_;
-  std::vector<std::vector<size_t>> uses_;  // targets of each point
+  std::vector<std::vector<size_t>> uses_;     // targets of each point
+  std::vector<ProgramPointBetween> between_;  // that are written
   std::vector<TextEdit> edits_;
   std::vector<char> is_changed_;  // of each point
 };
 
 }  // namespace
 
-RewrittenProgram rewrite(const RobotProgram& program, const std::vector<ProgramCommand>& commands) {
-  return Rewriter(program, commands).write();
+RewrittenProgram rewrite(const RobotProgram& program, const std::vector<ProgramCommand>& commands,
+                         const std::vector<ProgramPointBetween>& between) {
+  return Rewriter(program, commands, between).write();
 }
 
 }  // namespace armtrue

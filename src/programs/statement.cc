@@ -84,6 +84,48 @@ std::vector<Statement> split_arguments(std::string_view text, size_t begin, size
   return result;
 }
 
+size_t line_begin(std::string_view text, size_t at) {
+  const size_t newline = at == 0 ? std::string_view::npos : text.rfind('\n', at - 1);
+  return newline == std::string_view::npos ? 0 : newline + 1;
+}
+
+std::string line_end(std::string_view text, size_t at) {
+  size_t newline = text.find('\n', at);
+  if (newline == std::string_view::npos && line_begin(text, at) > 0)
+    newline = line_begin(text, at) - 1;
+  const bool returns =
+      newline != std::string_view::npos && newline > 0 && text[newline - 1] == '\r';
+  return returns ? "\r\n" : "\n";
+}
+
+size_t line_that_begins(std::string_view text, std::string_view word) {
+  for (size_t at = text.find(word); at != std::string_view::npos; at = text.find(word, at + 1))
+    if (at == 0 || text[at - 1] == '\n') return at;
+  return std::string_view::npos;
+}
+
+bool is_plain_assignment(std::string_view text, size_t begin, size_t end) {
+  TextCursor cursor(text, begin, end);
+  if (cursor.take_name().empty()) return false;
+  while (cursor.next() == '.' || cursor.next() == '[' || cursor.next() == '{') {
+    const char close = cursor.next() == '[' ? ']' : '}';
+    if (cursor.take('.')) {
+      if (cursor.take_name().empty()) return false;
+      continue;
+    }
+    cursor.skip_to(std::string_view(&close, 1));
+    if (!cursor.take(close)) return false;
+  }
+  cursor.take(':');
+  if (!cursor.take('=') || cursor.next() == '=') return false;
+  char before = ' ';
+  for (size_t i = cursor.at(); i < end; ++i) {
+    if (text[i] == '(' && (is_letter(before) || is_digit(before))) return false;
+    if (!is_blank(text[i])) before = text[i];
+  }
+  return true;
+}
+
 std::optional<std::vector<double>> ListItem::numbers(size_t count) const {
   if (kind != Kind::list || items.size() != count) return std::nullopt;
   std::vector<double> values;

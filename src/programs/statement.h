@@ -30,6 +30,18 @@ std::vector<Statement> split_statements(std::string& text, char separator);
 std::vector<Statement> split_arguments(std::string_view text, size_t begin, size_t end,
                                        std::string_view separators);
 
+/// Where the line begins that a place stands in.
+size_t line_begin(std::string_view text, size_t at);
+/// The end of the line that a place stands in, or of the line before it: "\n" or "\r\n".
+std::string line_end(std::string_view text, size_t at);
+
+/// Where the first line begins that begins with a word; npos if there is none.
+size_t line_that_begins(std::string_view text, std::string_view word);
+
+/// Whether a part of a text is an assignment, NAME = .. or NAME := .., that calls nothing: it
+/// drives no arm.
+bool is_plain_assignment(std::string_view text, size_t begin, size_t end);
+
 /// A number, a list in square brackets, or anything else.
 struct ListItem {
   enum class Kind { number, list, other } kind = Kind::other;

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <set>
+#include <tuple>
+#include <utility>
 
 #include "programs/dialects.h"
 #include "programs/frame_list.h"
@@ -29,9 +32,32 @@ struct UrValue {
   std::string name;
   ListItem list;
   int line = 0;
-  int base = -1;  // of pose_trans
+  int base = -1;              // of pose_trans
+  size_t begin = 0, end = 0;  // where the literal or the name stands in the call
+  size_t open = 0;            // the bracket of the call
   std::optional<JointVector> near;
 };
+
+// Functions that leave the arm where it is.
+bool stands_between_ur_moves(const std::string& word) {
+  static const std::set<std::string> kWords{"SET_TCP",
+                                            "SET_DIGITAL_OUT",
+                                            "SET_STANDARD_DIGITAL_OUT",
+                                            "SET_CONFIGURABLE_DIGITAL_OUT",
+                                            "SET_ANALOG_OUT",
+                                            "SET_TOOL_DIGITAL_OUT",
+                                            "SET_STANDARD_ANALOG_OUT",
+                                            "SET_PAYLOAD",
+                                            "SET_PAYLOAD_COG",
+                                            "SET_PAYLOAD_MASS",
+                                            "SET_TARGET_PAYLOAD",
+                                            "SET_GRAVITY",
+                                            "SET_FLAG",
+                                            "SLEEP",
+                                            "SYNC",
+                                            "TEXTMSG"};
+  return kWords.contains(word);
+}
 
 struct UrVariable {
   std::optional<UrValue> literal;
@@ -50,11 +76,25 @@ class UrReader {
   void read() {
     const std::vector<Statement> statements = split_statements(text_, '\n');
     for (const Statement& statement : statements) read_assignment(statement);
-    for (const Statement& statement : statements) read_calls(statement);
+    for (const Statement& statement : statements) {
+      is_move_ = false;
+      read_calls(statement);
+      if (!is_move_) follows_ = follows_ && stays(statement);
+    }
     program_.warnings = warnings_.list();
   }
 
  private:
+  // Whether the arm stays where it is during a statement without a move, and the next one follows.
+  bool stays(const Statement& statement) const {
+    TextCursor cursor(text_, statement.begin, statement.end);
+    TextCursor assigned = cursor;
+    const std::string word = cursor.take_name();
+    if (word == "GLOBAL" || word == "LOCAL") assigned = cursor;
+    return (stands_between_ur_moves(word) && cursor.next() == '(') ||
+           is_plain_assignment(text_, assigned.at(), statement.end);
+  }
+
   // [global|local] NAME = VALUE
   void read_assignment(const Statement& statement) {
     TextCursor cursor(text_, statement.begin, statement.end);
@@ -95,6 +135,7 @@ class UrReader {
     TextCursor cursor(text_, statement.begin, statement.end);
     std::string before;
     while (!cursor.done()) {
+      const size_t begin = cursor.at();
       const std::string word = cursor.take_name();
       if (word.empty()) {
         cursor.step();
@@ -107,9 +148,19 @@ class UrReader {
       const size_t open = cursor.at();
       const size_t close = closing(open, statement.end);
       if (word == "SET_TCP") read_tool(statement.line, open, close);
-      if (word == "MOVEJ" || word == "MOVEL" || word == "MOVEP" || word == "MOVEC")
-        read_move(word, statement.line, open, close);
-      if (is_other_motion(word)) leave(statement.line, "this function is not followed: " + word);
+      if (word == "MOVEJ" || word == "MOVEL" || word == "MOVEP" || word == "MOVEC") {
+        const int left_alone = program_.left_alone;
+        const bool is_first = begin == statement.begin;
+        follows_ = follows_ && is_first;
+        is_move_ = true;
+        read_move(word, statement, open, close);
+        follows_ = is_first && program_.left_alone == left_alone;
+      }
+      if (is_other_motion(word)) {
+        leave(statement.line, "this function is not followed: " + word);
+        is_move_ = true;
+        follows_ = false;
+      }
     }
   }
 
@@ -147,7 +198,8 @@ class UrReader {
     return arguments;
   }
 
-  void read_move(const std::string& word, int line, size_t open, size_t close) {
+  void read_move(const std::string& word, const Statement& statement, size_t open, size_t close) {
+    const int line = statement.line;
     const std::vector<Statement> arguments = arguments_in(line, open, close);
     const size_t points = word == "MOVEC" ? 2 : 1;
     if (arguments.size() < points)
@@ -157,9 +209,75 @@ class UrReader {
       const auto value = value_of(arguments[i]);
       if (!value) return leave(line, why_not(arguments[i]));
       values.push_back(*value);
+      values.back().open = open;
     }
-    for (size_t i = 0; i < points; ++i)
-      add_target(values[i], line, word != "MOVEJ" || i + 1 < points);
+    const Options options = options_of(arguments, points);
+    for (size_t i = 0; i < points; ++i) {
+      const bool is_last = i + 1 == points;
+      add_target(values[i], line, word != "MOVEJ" || !is_last);
+      ProgramTarget& target = program_.targets.back();
+      target.motion = word == "MOVEJ"   ? MotionKind::joint
+                      : word != "MOVEC" ? MotionKind::line
+                      : is_last         ? MotionKind::arc
+                                        : MotionKind::via;
+      target.follows_target = i > 0 || follows_;
+      target.blend = options.radius.value_or(0);
+      if (target.motion == MotionKind::line)
+        prepare_insertion(target, values[i], options, statement, close);
+    }
+  }
+
+  // What stands behind the points of a move.
+  struct Options {
+    std::string kept;              // without time and radius
+    std::optional<double> radius;  // 0 if none is given; nothing if it is an expression
+    bool has_time = false;
+  };
+
+  // a, v, t, r in this order, or by name.
+  Options options_of(const std::vector<Statement>& arguments, size_t points) const {
+    Options options;
+    options.radius = 0;
+    for (size_t i = points; i < arguments.size(); ++i) {
+      const Statement& argument = arguments[i];
+      TextCursor cursor(text_, argument.begin, argument.end);
+      std::string name = cursor.take_name();
+      if (name.empty() || !cursor.take('=')) {
+        cursor = TextCursor(text_, argument.begin, argument.end);
+        const size_t place = i - points;
+        name = place == 2 ? "T" : place == 3 ? "R" : "";
+      }
+      const auto value = cursor.take_number();
+      const bool is_plain = value && cursor.done();
+      if (name == "T")
+        options.has_time |= !is_plain || *value != 0;
+      else if (name == "R")
+        options.radius = is_plain ? value : std::nullopt;
+      else
+        options.kept += ", " + part_of(argument);
+    }
+    return options;
+  }
+
+  void prepare_insertion(ProgramTarget& target, const UrValue& value, const Options& options,
+                         const Statement& statement, size_t close) const {
+    const std::string& original = program_.texts[0].text;
+    const size_t line = line_begin(original, statement.begin);
+    TextCursor behind(text_, std::min(close + 1, statement.end), statement.end);
+    behind.take(';');
+    if (target.kind == TargetKind::joints) target.obstacle = "its point is joint angles";
+    if (options.has_time) target.obstacle = "its speed is a time (t)";
+    if (!options.radius) target.obstacle = "its radius is no plain number";
+    if (!behind.done() || !TextCursor(text_, line, statement.begin).done())
+      target.obstacle = "it does not stand alone on its line";
+    if (!target.obstacle.empty()) return;
+    // A point may stand in pose_trans() or get_inverse_kin(): up to the end of the argument.
+    const size_t first = arguments_in(statement.line, value.open, close)[0].end;
+    target.insertion = {line, text_.substr(line, value.begin - line),
+                        text_.substr(value.end, first - value.end) + options.kept + ", r=",
+                        line_end(original, close), ""};
+    for (std::string* text : {&target.insertion.before, &target.insertion.behind})
+      std::ranges::replace(*text, '\r', ' ');
   }
 
   std::string why_not(const Statement& argument) const {
@@ -173,13 +291,18 @@ class UrReader {
 
   // A literal, a name, get_inverse_kin(pose, qnear) or pose_trans(frame, pose).
   std::optional<UrValue> value_of(const Statement& argument, int depth = 0) {
-    if (const auto literal = literal_in(argument)) return literal;
+    if (auto literal = literal_in(argument)) {
+      std::tie(literal->begin, literal->end) = std::pair(argument.begin, argument.end);
+      return literal;
+    }
     TextCursor cursor(text_, argument.begin, argument.end);
     const std::string name = cursor.take_name();
     if (cursor.done()) {
       const auto found = variables_.find(name);
       if (found == variables_.end() || found->second.values != 1) return std::nullopt;
-      return found->second.literal;
+      std::optional<UrValue> value = found->second.literal;
+      if (value) std::tie(value->begin, value->end) = std::pair(argument.begin, argument.end);
+      return value;
     }
     if (cursor.next() != '(' || depth > 2) return std::nullopt;
     const size_t open = cursor.at(), close = closing(open, argument.end);
@@ -259,6 +382,8 @@ class UrReader {
   ProgramWarnings warnings_;
   std::map<std::string, UrVariable> variables_;
   int tool_ = -1;
+  bool is_move_ = false;  // the statement moves the arm
+  bool follows_ = false;  // the arm stands at the last target
 };
 
 }  // namespace

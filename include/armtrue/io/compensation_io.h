@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "armtrue/compensation/compensation.h"
+#include "armtrue/compensation/straight_moves.h"
 #include "armtrue/io/provenance.h"
 #include "armtrue/kinematics/joint_names.h"
 
@@ -53,6 +54,13 @@ struct CompensationStory {
   std::string robot, controller;         ///< names
   std::vector<std::string> assumed;      ///< what the commands hold for, in sentences
   std::vector<std::string> not_applied;  ///< effects of the station
+  /// Of a robot program whose straight moves were to be divided.
+  struct BetweenPoints {
+    double tolerance = 0;  ///< [m]
+    std::vector<MoveBetweenPoints> moves;
+    int unknown = 0;  ///< as StraightenedProgram::unknown
+  };
+  std::optional<BetweenPoints> between;
 };
 
 /// An armtrue-compensation/1 document.

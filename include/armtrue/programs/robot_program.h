@@ -33,6 +33,13 @@ struct ProgramNumber {
 
 enum class TargetKind { joints, cartesian };
 
+/// FANUC: where a position stands in /POS, P[3:"name"]{ .. CONFIG : 'N U T, 0, 0, 0', .. }.
+struct ProgramDeclaration {
+  size_t begin = 0, number_end = 0;                       ///< of `P`, and behind the 3
+  size_t open = 0, end = 0;                               ///< of `{`, and behind `}`
+  size_t configuration_begin = 0, configuration_end = 0;  ///< between the quotes
+};
+
 /// The numbers of a point: those of a declaration that several moves may use, or of one move.
 struct ProgramPoint {
   std::string name;  ///< for messages: `XP1`, or empty where a move has its own numbers
@@ -43,6 +50,7 @@ struct ProgramPoint {
   std::vector<ProgramNumber> numbers;
   /// KUKA: T. ABB: cf1 cf4 cf6 cfx. Empty if not written.
   std::vector<ProgramNumber> configuration;
+  ProgramDeclaration declaration;  ///< of FANUC
 };
 
 /// A coordinate system that a program names.
@@ -52,9 +60,34 @@ struct ProgramFrame {
   bool is_known = false;
 };
 
+/// How the TCP comes to a target from the one before.
+enum class MotionKind {
+  joint,  ///< all joints together; the TCP follows
+  line,
+  via,  ///< the auxiliary point of an arc, whose end is the next target
+  arc
+};
+
+/// The text of a move that may be inserted before a straight one, but for its point.
+struct ProgramInsertion {
+  size_t at = 0;               ///< in texts[0]: where lines begin that stand before the move
+  std::string before, behind;  ///< the point
+  std::string line_end;
+  std::string remark;  ///< a warning, if points are inserted; else empty
+};
+
 /// A point to which the arm drives, in the order of the text.
 struct ProgramTarget {
   int line = 0;  ///< of the move, in texts[0]
+  MotionKind motion = MotionKind::joint;
+  /// Whether the arm comes from the target before in any case: nothing between the two branches,
+  /// repeats, or may drive the arm elsewhere.
+  bool follows_target = false;
+  /// The arm leaves its way by so much before the target, if the program says it in mm [m].
+  double blend = 0;
+  /// Of a straight move: why no point can be inserted before it; empty if some can.
+  std::string obstacle;
+  ProgramInsertion insertion;  ///< if there is no obstacle
   int point = -1;
   int base = -1, tool = -1;  ///< in RobotProgram::frames; -1: the program names none
   TargetKind kind = TargetKind::cartesian;
@@ -79,7 +112,8 @@ struct RobotProgram {
   std::vector<ProgramTarget> targets;
   std::vector<ProgramFrame> frames;
   std::vector<ProgramName> names;
-  int left_alone = 0;  ///< moves that cannot be followed
+  size_t declarations_end = 0;  ///< FANUC: where the positions of /POS end, in texts[0]
+  int left_alone = 0;           ///< moves that cannot be followed
   std::vector<std::string> warnings;
 };
 
@@ -100,18 +134,31 @@ struct ProgramCommand {
   Pose pose;                                                 ///< of the controller's model there
 };
 
+/// A point on the way of a straight move.
+struct ProgramPointBetween {
+  size_t target = 0;                                ///< the end of the move
+  Pose pose;                                        ///< what is commanded there
+  JointVector q = JointVector::Zero(kProgramAxes);  ///< of the controller's model there [rad]
+  double blend = 0;                                 ///< radius within which it may be passed [m]
+};
+
 struct RewrittenProgram {
   std::vector<std::string> texts;
-  int changed = 0;  ///< points with another number
+  int changed = 0;   ///< points with another number
+  int inserted = 0;  ///< moves
   /// Of points whose targets need different numbers; they stay as they are.
   std::vector<std::string> warnings;
 };
 
-/// The texts with the numbers of the commands, one for each target. Only bytes of numbers change,
-/// and only of numbers that differ after rounding: KUKA 0.0001 mm and deg, ABB 0.0001 mm, 0.00001
-/// deg and 1e-7 of a quaternion, FANUC 0.001 mm and deg, UR 1e-7 m and rad, or finer where more
-/// decimals were written.
-RewrittenProgram rewrite(const RobotProgram& program, const std::vector<ProgramCommand>& commands);
+/// The texts with the numbers of the commands, one for each target, and with a move for each point
+/// `between`, in the order in which the arm passes them. But for these moves only bytes of numbers
+/// change, and only of numbers that differ after rounding: KUKA 0.0001 mm and deg, ABB 0.0001 mm,
+/// 0.00001 deg and 1e-7 of a quaternion, FANUC 0.001 mm and deg, UR 1e-7 m and rad, or finer where
+/// more decimals were written. An inserted move has the speed of its move and is passed without a
+/// stop; of FANUC the lines and LINE_COUNT are numbered anew. No point is inserted in a move one of
+/// whose ends stays as programmed. Throws InputError if the controller would not load the program.
+RewrittenProgram rewrite(const RobotProgram& program, const std::vector<ProgramCommand>& commands,
+                         const std::vector<ProgramPointBetween>& between = {});
 
 /// The name of the program in its texts, replaced by `name` where it is another.
 void rename(const RobotProgram& program, const std::string& name, std::vector<std::string>& texts);

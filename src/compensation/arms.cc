@@ -1,0 +1,25 @@
+#include "compensation/arms.h"
+
+namespace armtrue {
+
+std::deque<Arms> arms_of(const Robot& identified, const Robot& controller, const Program& program,
+                         const CompensationOptions& options) {
+  std::vector<ProgramSetUp> set_ups = program.set_ups;
+  if (set_ups.empty()) set_ups.push_back({options.base, options.tool});
+  std::deque<Arms> arms;
+  for (const ProgramSetUp& set_up : set_ups) {
+    CompensationOptions own = options;
+    own.base = set_up.base;
+    own.tool = set_up.tool;
+    arms.emplace_back(identified, controller, program, own);
+  }
+  return arms;
+}
+
+Program with_measured_tool(const Robot& identified, Program program, CompensationOptions& options) {
+  options.tool = identified.chain.tool;
+  for (ProgramSetUp& set_up : program.set_ups) set_up.tool = options.tool;
+  return program;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <deque>
+#include <limits>
+#include <vector>
+
+#include "armtrue/compensation/compensation.h"
+#include "armtrue/programs/robot_program.h"
+#include "compensation/arms.h"
+
+namespace armtrue {
+
+/// Poses half-way and so on between two: positions on the chord, rotation R exp(t log(R' R_end)).
+Pose between(const Pose& start, const Pose& end, double t);
+
+/// How the arm comes to a row of a program from the row before.
+struct WayToRow {
+  MotionKind motion = MotionKind::joint;
+  bool is_known = false;  ///< where it begins
+  /// The part of the way, from 0 to 1, that counts: the arm rounds the corners beyond.
+  double from = 0, to = 1;
+};
+
+/// What is predicted of the way to a row.
+struct WayError {
+  /// The largest error on it [m]; infinite where the controller's model cannot follow the way; NaN
+  /// of joint moves, auxiliary points, unknown ways, and ways with an end that is not corrected.
+  double largest = std::numeric_limits<double>::quiet_NaN();
+  /// The part of the way, from 0 to 1, on which most of the error comes and goes at once, as it
+  /// does where a joint reverses and has backlash; `from` = `to` if there is none.
+  double step_from = 0, step_to = 0;
+};
+
+/// Predicts how far the TCP of the identified arm is from the intended way between the points of
+/// straight and circular moves. The controller moves it on a line or an arc in its own model, from
+/// command to command, at constant speed; the error counts from the point of the intended way at
+/// the same time.
+class ErrorBetween {
+ public:
+  /// `program` must outlive it.
+  ErrorBetween(const Robot& identified, const Robot& controller, const Program& program,
+               const CompensationOptions& options)
+      : program_(program), arms_(arms_of(identified, controller, program, options)) {}
+
+  /// R_0 from TCP of a row's tool, where the row before is meant to be.
+  Pose intended_start(const std::vector<CorrectedTarget>& targets, size_t row) const;
+  Pose intended_end(const std::vector<CorrectedTarget>& targets, size_t row) const;
+
+  /// One for each row.
+  std::vector<WayError> errors(const std::vector<CorrectedTarget>& targets,
+                               const std::vector<WayToRow>& ways) const;
+
+ private:
+  const Arms& arms(size_t row) const { return arms_[set_up_of(program_, row)]; }
+  WayError error_on(const std::vector<CorrectedTarget>& targets, size_t row, const WayToRow& way,
+                    CommandedMotion& motion) const;
+  Pose commanded(const std::vector<CorrectedTarget>& targets, size_t row, const Arms& own) const;
+  Pose intended(const std::vector<CorrectedTarget>& targets, size_t row, const Arms& own) const;
+
+  const Program& program_;
+  std::deque<Arms> arms_;
+};
+
+}  // namespace armtrue

@@ -1,0 +1,196 @@
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "armtrue/kinematics/units.h"
+#include "armtrue/programs/robot_program.h"
+#include "armtrue/text/input_error.h"
+
+namespace armtrue::inserted_point_test {
+namespace {
+
+using testing::HasSubstr;
+
+RobotProgram parsed(const std::string& name, const std::string& text, const std::string& dat = "") {
+  std::vector<ProgramText> texts{{name, text}};
+  if (!dat.empty()) texts.push_back({"p.dat", dat});
+  return parse_program(*dialect_of_file(name), texts, {});
+}
+
+// The targets themselves, as commands.
+std::vector<ProgramCommand> commands_for(const RobotProgram& program) {
+  std::vector<ProgramCommand> commands;
+  for (const ProgramTarget& target : program.targets)
+    commands.push_back({true, target.q, target.q, target.pose});
+  return commands;
+}
+
+// A program of one move to a start and one straight move, whose commands are the targets
+// themselves, and one point half-way.
+RewrittenProgram with_half_way(const RobotProgram& program, size_t end, double blend = 2e-3) {
+  std::vector<ProgramCommand> commands = commands_for(program);
+  ProgramPointBetween point{end, program.targets[end].pose, {}, blend};
+  point.q = JointVector::Zero(kProgramAxes);
+  point.q[3] = -100 * kDegree;
+  point.q[5] = 200 * kDegree;
+  point.pose.translation += Eigen::Vector3d(-0.1, 0, 0);
+  return rewrite(program, commands, {point});
+}
+
+TEST(InsertedPointTest, KrlHasAFrameAndTheWordsOfTheMoveAndDoesNotStop) {
+  const std::string head =
+      "DEF p()\r\n$BASE={X 0,Y 0,Z 0,A 0,B 0,C 0}\r\n$TOOL={X 0,Y 0,Z 0,A 0,B 0,C 0}\r\n"
+      "PTP {X 1000,Y 0,Z 900,A 0,B 90,C 0,S 2,T 2}\r\n";
+  const std::string dat =
+      "DEFDAT p\r\nDECL E6POS XP1={X 1200.0,Y 10.0,Z 900.0,A 1.0,B 80.0,C 2.0}\r\n";
+  const RobotProgram program =
+      parsed("p.src", head + "  LIN XP1 ; to the part\r\nSLIN XP1 WITH $VEL.CP=0.1\r\n", dat);
+  const RewrittenProgram first = with_half_way(program, 1), second = with_half_way(program, 2);
+  EXPECT_EQ(first.inserted, 1);
+  EXPECT_THAT(first.texts[0],
+              HasSubstr("\r\n  LIN {X 1100.0,Y 10.0,Z 900.0,A 1.0,B 80.0,C 2.0} C_DIS\r\n"
+                        "  LIN XP1 ; to the part\r\n"));
+  EXPECT_THAT(second.texts[0], HasSubstr("SLIN {X 1100.0,Y 10.0,Z 900.0,A 1.0,B 80.0,C 2.0} WITH "
+                                         "$VEL.CP=0.1 C_SPL\r\nSLIN XP1 WITH $VEL.CP=0.1\r\n"));
+  EXPECT_EQ(first.texts[1], dat);
+}
+
+// What a frame leaves out comes from the point before, which is another one now.
+TEST(InsertedPointTest, KrlFramesAreCompletedBehindAnInsertedPoint) {
+  const RobotProgram program = parsed(
+      "p.src",
+      "DEF p()\n$TOOL={X 0,Y 0,Z 0,A 0,B 0,C 0}\nPTP {X 1000,Y 0,Z 900,A 0,B 90,C 0,S 2,T 2}\n"
+      "LIN {X 1200}\nEND\n");
+  EXPECT_THAT(with_half_way(program, 1).texts[0],
+              HasSubstr("LIN {X 1100.0,Y 0.0,Z 900.0,A 0.0,B 90.0,C 0.0} C_DIS\n"
+                        "LIN {X 1200,Y 0,Z 900,A 0,B 90,C 0}\n"));
+}
+
+TEST(InsertedPointTest, RapidHasConfdataOfItsJointsAndAZone) {
+  const std::string ext = "[9E9,9E9,9E9,9E9,9E9,9E9]";
+  const RobotProgram program = parsed(
+      "p.mod",
+      "MODULE p\nCONST robtarget a:=[[900,0,900],[0,0,1,0],[0,0,0,1]," + ext +
+          "];\nCONST robtarget b:=[[1200,0,900],[0,0,1,0],[0,0,0,1]," + ext +
+          "];\nPROC main()\nMoveJ a,v100,fine,tool0;\n  MoveL b,v100\\V:=200,fine\\Inpos:=inpos50,"
+          "tool0\\WObj:=wobj0;\n  MoveLDO a, v100, z10, tool0, do1, 1;\nENDPROC\nENDMODULE\n");
+  EXPECT_THAT(with_half_way(program, 1).texts[0],
+              HasSubstr("fine,tool0;\n  MoveL [[1100.0,0.0,900.0],[0.0,0.0,1.0,0.0],[0,-2,2,1]," +
+                        ext + "],v100\\V:=200,z1,tool0\\WObj:=wobj0;\n  MoveL b,"));
+  // The output is set at the end of the move alone.
+  EXPECT_THAT(with_half_way(program, 2).texts[0],
+              HasSubstr("  MoveL [[800.0,0.0,900.0],[0.0,0.0,1.0,0.0],[0,-2,2,1]," + ext +
+                        "], v100, z10, tool0;\n  MoveLDO a,"));
+  EXPECT_EQ(program.targets[2].blend, 0.01);
+}
+
+TEST(InsertedPointTest, UrscriptHasARadiusAndNoTime) {
+  const RobotProgram program =
+      parsed("p.script",
+             "def p():\n  set_tcp(p[0,0,0,0,0,0])\n  q = p[0.5,0,0.5,0,3.14,0]\n"
+             "  movej([0,-1,1,0,1,0])\n  movel(q, a=1.2, v=0.25, r=0.05) # end\n"
+             "  movel(pose_trans(p[0,0,0.1,0,0,0], q), 1.2, 0.1, 0, 0.02)\nend\n");
+  EXPECT_THAT(
+      with_half_way(program, 1).texts[0],
+      HasSubstr("  movel(p[0.4,0.0,0.5,0.0,3.14,0.0], a=1.2, v=0.25, r=0.002)\n  movel(q, a"));
+  EXPECT_THAT(
+      with_half_way(program, 2).texts[0],
+      HasSubstr("  movel(pose_trans(p[0,0,0.1,0,0,0], p[0.4,0.0,0.5,0.0,3.14,0.0]), 1.2, 0.1, "
+                "r=0.002)\n  movel(pose_trans("));
+  EXPECT_EQ(program.targets[1].blend, 0.05);
+}
+
+std::string fanuc_position(int number, const std::string& x) {
+  return "P[" + std::to_string(number) +
+         ":\"a P[9]\"]{\n   GP1:\n\tUF : 0, UT : 0,\tCONFIG : 'N U T, 0, 0, "
+         "0',\n\tX =  " +
+         x +
+         "  mm,\tY =     0.000  mm,\tZ =   900.000  mm,\n\tW =   180.000 deg,\tP =   "
+         "  0.000 deg,\tR =     0.000 deg\n};\n";
+}
+
+TEST(InsertedPointTest, FanucHasANewPositionAndNewNumbersOfLines) {
+  const RobotProgram program = parsed(
+      "p.ls",
+      "/PROG P\n/ATTR\nLINE_COUNT\t= 3;\n/MN\n   1:J P[1] 100% FINE    ;\n   2:  DO[1]=ON ;\n"
+      "   3:L P[2:a] 250mm/sec FINE ACC50    ;\n   4:  ;\n/POS\n" +
+          fanuc_position(1, "1000.000") + fanuc_position(2, "1200.000") + "/END\n");
+  const std::string text = with_half_way(program, 1).texts[0];
+  EXPECT_THAT(text, HasSubstr("LINE_COUNT\t= 4;"));
+  EXPECT_THAT(text, HasSubstr("   2:  DO[1]=ON ;\n   3:L P[10] 250mm/sec CNT100 ACC50    ;\n"
+                              "   4:L P[2:a] 250mm/sec FINE ACC50    ;\n   5:  ;\n/POS"));
+  EXPECT_THAT(text, HasSubstr(fanuc_position(2, "1200.000") +
+                              "P[10]{\n   GP1:\n\tUF : 0, UT : 0,\tCONFIG : 'N U T, 0, 0, 1',\n"
+                              "\tX =  1100.000  mm,\tY =     0.000"));
+}
+
+TEST(InsertedPointTest, AFanucControllerLoadsThirtyTwoThousandLines) {
+  std::string lines = "   1:J P[1] 100% FINE    ;\n";
+  for (int k = 2; k <= 32000; ++k) lines += fmt::format("{:4}:L P[2] 9mm/sec FINE ;\n", k);
+  const auto program = [&](const std::string& more) {
+    return parsed("p.ls", "/PROG P\n/MN\n" + lines + more + "/POS\n" +
+                              fanuc_position(1, "1000.000") + fanuc_position(2, "1200.000") +
+                              "/END\n");
+  };
+  std::vector<ProgramCommand> commands(32000);
+  EXPECT_EQ(rewrite(program(""), commands).changed, 0);
+  EXPECT_THROW(with_half_way(program(""), 1), InputError);
+  EXPECT_THROW(rewrite(program("32001:  ;\n"), commands), InputError);
+}
+
+TEST(InsertedPointTest, NoneIsInsertedWhereAnEndStaysAsProgrammed) {
+  const RobotProgram program =
+      parsed("p.script",
+             "def p():\n  movej([0,-1,1,0,1,0])\n  movel(p[0.5,0,0.5,0,3.14,0])\n"
+             "  movel(p[0.6,0,0.5,0,3.14,0])\nend\n");
+  std::vector<ProgramCommand> commands = commands_for(program);
+  commands[1].is_corrected = false;
+  const ProgramPointBetween first{1, program.targets[1].pose, JointVector::Zero(kProgramAxes),
+                                  1e-3},
+      second{2, program.targets[2].pose, JointVector::Zero(kProgramAxes), 1e-3};
+  const RewrittenProgram rewritten = rewrite(program, commands, {first, second});
+  EXPECT_EQ(rewritten.inserted, 0);
+  EXPECT_EQ(rewritten.texts[0], program.texts[0].text);
+}
+
+// Lines of moves (1 to 9) that do not come from the target before in any case; `X` cannot be
+// divided.
+TEST(InsertedPointTest, TheArmComesFromTheTargetBeforeUnlessSomethingStandsBetween) {
+  const auto unknown_lines = [](const std::string& name, const std::string& text) {
+    std::string lines;
+    for (const ProgramTarget& target : parsed(name, text).targets) {
+      if (!target.follows_target) lines += std::to_string(target.line);
+      if (target.motion == MotionKind::line && !target.obstacle.empty()) lines += "X";
+    }
+    return lines;
+  };
+  const std::string f = "{X 1,Y 2,Z 3,A 4,B 5,C 6}";
+  EXPECT_EQ(unknown_lines("p.src", "DEF p()\nLIN " + f + "\n$VEL.CP=1\nLIN " + f +
+                                       "\nIF a THEN\nLIN " + f + "\nENDIF\nLIN " + f + "\nEND\n"),
+            "268");
+  EXPECT_EQ(
+      unknown_lines("p.src", "LIN " + f + "\nSUB()\nLIN " + f + "\nLIN_REL {X 1}\nLIN " + f +
+                                 "\nWAIT SEC 1\nTRIGGER WHEN DISTANCE=1 DELAY=0 DO a=1\nLIN " + f +
+                                 "\nx=y(1)\nLIN " + f),
+      "135X10");
+  const std::string t = "[[1,0,0],[1,0,0,0],[0,0,0,0],[0,0,0,0,0,0]],v1,z1,tool0;";
+  EXPECT_EQ(
+      unknown_lines("p.mod", "PROC a()\nMoveL " + t + "\nMoveL " + t + "\nIF b MoveL " + t +
+                                 "\nMoveL " + t + "\nSet do1;\nMoveL " + t + "\nc;\nMoveL " + t),
+      "2X4X59");
+  EXPECT_EQ(
+      unknown_lines("p.script",
+                    "def a():\n movel(p[1,0,0,0,0,0])\n sleep(1)\n movel(p[1,0,0,0,0,0])\n"
+                    " while x:\n  movel(p[1,0,0,0,0,0])\n end\n movel(p[1,0,0,0,0,0], t=2)\n"),
+      "268X");
+  EXPECT_EQ(
+      unknown_lines(
+          "p.ls",
+          "/PROG P\n/MN\n 1:L P[1] 9mm/sec FINE;\n 2:L P[1] 2sec FINE;\n 3: !L P[7];\n"
+          " 4:L P[1] 9mm/sec FINE;\n 5: LBL[1];\n 6:L P[1] 9mm/sec FINE Skip,LBL[1];\n/POS\n" +
+              fanuc_position(1, "1.000") + "/END\n"),
+      "3X8X");
+}
+
+}  // namespace
+}  // namespace armtrue::inserted_point_test

@@ -1,0 +1,108 @@
+#!/usr/bin/env python3
+"""Sixty programs of each of four makers: the same bytes without a correction; with one nothing but numbers differs, and a
+controller of its own, given these numbers, drives a true arm to the programmed targets.
+
+    program_corpus_test.py BIN [--files N] [--keep FOLDER]
+"""
+
+import math
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+sys.dont_write_bytecode = True
+
+import program_corpus as pc
+import robot_programs_test as programs
+import virtual_cell as vc
+
+BIN = None
+FILES = int(sys.argv[sys.argv.index("--files") + 1]) if "--files" in sys.argv else 60
+KEEP = pathlib.Path(sys.argv[sys.argv.index("--keep") + 1]) if "--keep" in sys.argv else None
+# What rounding leaves [mm], of poses and of joint angles.
+LEFT_MM = {"krl": (3e-3, 1e-2), "rapid": (3e-3, 1e-3), "urscript": (1e-3, 1e-3), "fanuc": (3e-3, 0.1)}
+
+
+class Corpus(unittest.TestCase):
+    def run_dialect(self, dialect):
+        kinds, left_alone = set(), 0
+        for number in range(FILES):
+            file = pc.corpus_file(dialect, number)
+            with self.subTest(dialect=dialect, number=number), tempfile.TemporaryDirectory() as folder:
+                self.run_file(dialect, file, pathlib.Path(folder))
+            kinds |= {target.kind for target in file.targets}
+            left_alone += file.left_alone
+        self.assertEqual(kinds, {"pose", "joints"})
+        self.assertGreater(left_alone, FILES // 10)
+
+    def run_file(self, dialect, file, folder):
+        extension = pc.MAKERS[dialect][1]
+        texts = [file.plain(text) for text in file.texts]
+        (folder / "nominal.yaml").write_text(file.cell.nominal_text)
+        (folder / "true.yaml").write_text(file.cell.true_text)
+        (folder / "new").mkdir()
+        names = [file.name + extension, file.name + ".dat"][:len(texts)]
+        for name, text in zip(names, texts):
+            (folder / name).write_bytes(text.encode())
+            if KEEP:
+                KEEP.mkdir(parents=True, exist_ok=True)
+                (KEEP / name).write_bytes(text.encode())
+        frames = []
+        for name, motion in file.frames:
+            frames += ["--frame", f"{name}=" + ",".join(map(repr, [*motion[1], *vc.kuka(motion[0])]))]
+
+        def compensate(robot):
+            done = subprocess.run([BIN / "compensate", "-v", "--robot", folder / robot, "--controller", folder / "nominal.yaml",
+                                   "--program", folder / names[0], "--program-out", folder / "new" / names[0], "--max-mm", "50",
+                                   *frames], capture_output=True, text=True)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn(f" {file.left_alone} moves left alone", done.stderr)
+            return [(folder / "new" / name).read_bytes().decode() for name in names]
+
+        self.assertEqual(compensate("nominal.yaml"), texts)
+        corrected = compensate("true.yaml")
+        found, added = file.read_back(corrected)
+        self.assertIsNotNone(found, "other bytes than numbers differ")
+        self.judge(dialect, file, found, iter(added))
+
+    def judge(self, dialect, file, found, added):
+        cell, moved, own = file.cell, 0.0, set()
+        for target in file.targets:
+            was = [float(file.values[i]) for i in target.numbers]
+            now = [float(found[i]) for i in target.numbers]
+            if own & set(target.numbers):  # left out, and added because the point before has changed
+                more = next(added)
+                now = now[:2] + [more[name] for name in "ZABC"]
+            own |= set(target.numbers)
+            if target.kind == "joints":
+                intended = vc.after(cell.nominal.pose(pc.joints_of(dialect, was)), target.tool)
+                commanded = pc.joints_of(dialect, now)
+            else:
+                intended = vc.after(target.base, pc.pose_of(dialect, was))
+                flange = vc.after(vc.after(target.base, pc.pose_of(dialect, now)), programs.inverse(target.tool))
+                commanded = programs.joints_at(cell.nominal, flange, target.q)
+            error = lambda q: programs.difference(intended, vc.after(cell.true.pose(q), target.tool))
+            moved += vc.length(error(target.q)[:3])
+            left = error(commanded)
+            self.assertLess(vc.length(left[:3]), LEFT_MM[dialect][target.kind == "joints"])
+            self.assertLess(vc.length(left[3:]), 2e-4)
+        self.assertGreater(moved / len(file.targets), 0.1)
+
+    def test_krl(self):
+        self.run_dialect("krl")
+
+    def test_rapid(self):
+        self.run_dialect("rapid")
+
+    def test_urscript(self):
+        self.run_dialect("urscript")
+
+    def test_fanuc(self):
+        self.run_dialect("fanuc")
+
+
+if __name__ == "__main__":
+    BIN = pathlib.Path(sys.argv[1])
+    unittest.main(argv=sys.argv[:1], verbosity=0)

@@ -1,0 +1,215 @@
+#!/usr/bin/env python3
+"""Straight moves of corrected programs, driven by a controller of its own: it moves the TCP on a line in its nominal model
+from point to point, and a true arm follows its joint angles. With --spacing-mm the true TCP has to stay on the programmed
+line. Nothing here shares code with armtrue.
+
+    straight_moves_test.py BIN [--figures]
+"""
+
+import math
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+sys.dont_write_bytecode = True
+
+import robot_programs as rp
+import robot_programs_test as programs
+import virtual_cell as vc
+
+BIN = None
+SPACING_MM = 0.01
+LINES = 3
+STRIDE_MM = {"krl": 500, "rapid": 150, "urscript": 300, "fanuc": 500}
+POSTURES = {"krl": ((-60, 60), (-90, -60), (60, 100), (-30, 30), (35, 70), (-90, 90)),
+            "rapid": ((-60, 60), (-10, 30), (-30, 10), (-30, 30), (35, 70), (-90, 90)),
+            "urscript": ((-60, 60), (-80, -50), (60, 90), (-60, -30), (50, 110), (-90, 90)),
+            "fanuc": ((-60, 60), (0, 30), (-30, 10), (-30, 30), (-70, -35), (-90, 90))}
+
+
+def part_of_way(start, end, t):
+    """Straight in position, the rotation about one axis."""
+    turn = vc.rotation_times(vc.transposed(start[0]), end[0])
+    vector = programs.rotation_vector(turn)
+    rotation = vc.rotation_times(start[0], vc.about(vc.scaled(vector, 1 / vc.length(vector)), t * vc.length(vector)))
+    return rotation, vc.add(start[1], vc.scaled(vc.sub(end[1], start[1]), t))
+
+
+def joints_along(arm, start, end, tool, q, count):
+    """Joint angles at the points 1 to count of a straight way of the TCP."""
+    found = []
+    for k in range(1, count + 1):
+        pose = part_of_way(start, end, k / count)
+        q = programs.joints_at(arm, vc.after(pose, programs.inverse(tool)), q)
+        found.append(q)
+    return found
+
+
+def corners(cell, dialect):
+    """Joint angles of the corners of a polygon that the nominal arm can drive far from singular postures, and where the
+    TCP is in R_0."""
+    tool, uniform = cell.tools[0], cell.rng.uniform
+    while True:
+        q = cell.posture(*POSTURES[dialect])
+        postures, places = [q], [vc.after(cell.nominal.pose(q), tool)]
+        try:
+            for _ in range(LINES):
+                way = [uniform(-1, 1) for _ in range(3)]
+                way = vc.scaled(way, STRIDE_MM[dialect] * uniform(0.6, 1) / vc.length(way))
+                turn = vc.small_motion([uniform(-0.1, 0.1) for _ in range(3)], vc.NONE[1], vc.NONE[1])[0]
+                end = vc.rotation_times(turn, places[-1][0]), vc.add(places[-1][1], way)
+                along = joints_along(cell.nominal, places[-1], end, tool, postures[-1], 8)
+                inside = all(low + 0.05 < a < high - 0.05 for q in along
+                             for a, (low, high) in zip(q, cell.nominal.travel))
+                if not inside or min(abs(math.sin(q[4])) for q in along) < 0.3:
+                    raise AssertionError
+                postures.append(along[-1])
+                places.append(end)
+            return postures, places
+        except (AssertionError, ZeroDivisionError):
+            continue
+
+
+def krl_program(cell, postures):
+    base, tool = cell.bases[0], cell.tools[0]
+    points = [programs.kuka_frame(cell, q, base, tool) for q in postures]
+    lines = ["DEF part( )", programs.kuka_setting("BASE", base), programs.kuka_setting("TOOL", tool), f"PTP {points[0]}",
+             "$VEL.CP=0.2", "LIN XP1 C_DIS", f"LIN {points[2]}", ";FOLD wait", "WAIT SEC 0.5", ";ENDFOLD", f"SLIN {points[3]}"]
+    return "\r\n".join(lines + ["END", ""]), f"DEFDAT PART\r\nDECL E6POS XP1={points[1]}\r\nENDDAT\r\n"
+
+
+def rapid_program(cell, postures):
+    base, tool = cell.bases[0], cell.tools[0]
+    points = [programs.robtarget(cell, q, base, tool) for q in postures]
+    frames = "t0\\WObj:=w0;"
+    lines = ["MODULE part", f"PERS tooldata t0:=[TRUE,[{programs.abb_pose(tool)}],[1,[0,0,1],[1,0,0,0],0,0,0]];",
+             f'PERS wobjdata w0:=[FALSE,TRUE,"",[{programs.abb_pose(base)}],[[0,0,0],[1,0,0,0]]];',
+             f"CONST robtarget p1:={points[1]};", "PROC main()", f"MoveJ {points[0]},v100,fine,{frames}",
+             f"  MoveL p1,v100,z5,{frames}", "SetDO do1,1;", f"MoveL {points[2]},v100,fine,{frames}",
+             f"MoveL {points[3]},v50,z1,{frames}", "ENDPROC", "ENDMODULE", ""]
+    return "\n".join(lines), ""
+
+
+def urscript_program(cell, postures):
+    base, tool = cell.bases[0], cell.tools[0]
+    of_foot = [programs.ur_pose(cell.written(q, vc.NONE, tool)) for q in postures]
+    of_plane = programs.ur_pose(cell.written(postures[2], base, tool))
+    joints = "[" + ",".join(f"{a:.9f}" for a in postures[0]) + "]"
+    lines = ["def part():", f"  set_tcp({programs.ur_pose(tool)})", f"  global plane={programs.ur_pose(base)}",
+             f"  global p1={of_foot[1]}", f"  movej({joints}, a=1.4, v=1.05)", "  movel(p1, a=1.2, v=0.25, r=0.01)",
+             "  set_digital_out(1, True)", f"  movel(pose_trans(plane, {of_plane}), a=1.2, v=0.25)",
+             f"  movel({of_foot[3]}, 1.2, 0.25)", "end", ""]
+    return "\n".join(lines), ""
+
+
+def fanuc_program(cell, postures):
+    positions = "".join(programs.fanuc_position(cell, k, q, 1, 1, k == 1) for k, q in enumerate(postures, 1))
+    lines = ["J P[1] 100% FINE    ;", "L P[2:end] 250mm/sec CNT50    ;", "  DO[1]=ON ;", "L P[3] 250mm/sec FINE    ;",
+             "L P[4] 30cm/min FINE    ;"]
+    moves = "".join(f"{n:4}:{line}\n" for n, line in enumerate(lines, 1))
+    return f"/PROG  PART\n/ATTR\nLINE_COUNT\t= {len(lines)};\n/MN\n{moves}/POS\n{positions}/END\n", ""
+
+
+def driven(cell, commanded, tool, q, samples):
+    """For each commanded way the poses of the true TCP along it."""
+    ways = []
+    for start, end in zip(commanded, commanded[1:]):
+        along = joints_along(cell.nominal, start, end, tool, q, samples)
+        ways.append([vc.after(cell.true.pose(angles), tool) for angles in along])
+        q = along[-1]
+    return ways
+
+
+def off_line(start, end, pose):
+    """Distance of a pose from the line [mm], and from the orientation that belongs there [mrad]."""
+    way, offset = vc.sub(end[1], start[1]), vc.sub(pose[1], start[1])
+    t = vc.dot(way, offset) / vc.dot(way, way)
+    meant = part_of_way(start, end, t)
+    error = programs.difference(meant, pose)
+    return vc.length(error[:3]), 1000 * vc.length(error[3:])
+
+
+class StraightMoves(unittest.TestCase):
+    def run_dialect(self, dialect, extension, make):
+        cell = programs.Cell(dialect, 11)
+        postures, places = corners(cell, dialect)
+        text, dat = make(cell, postures)
+        with tempfile.TemporaryDirectory() as folder:
+            folder = pathlib.Path(folder)
+            (folder / "nominal.yaml").write_text(cell.nominal_text)
+            (folder / "true.yaml").write_text(cell.true_text)
+            (folder / ("part" + extension)).write_bytes(text.encode())
+            if dat:
+                (folder / "part.dat").write_bytes(dat.encode())
+            (folder / "new").mkdir()
+            frames = []
+            if dialect == "fanuc":
+                for name, motion in (("UF[1]", cell.bases[0]), ("UT[1]", cell.tools[0])):
+                    frames += ["--frame", f"{name}=" + ",".join(map(repr, [*motion[1], *vc.kuka(motion[0])]))]
+
+            def compensate(robot, *options):
+                out = folder / "new" / ("part" + extension)
+                subprocess.run([BIN / "compensate", "-q", "--robot", folder / robot, "--controller", folder / "nominal.yaml",
+                                "--program", folder / ("part" + extension), "--program-out", out, "--max-mm", "50",
+                                *frames, *options], check=True)
+                return out.read_bytes().decode(), out.with_suffix(".dat").read_bytes().decode() if dat else ""
+
+            self.assertEqual(compensate("nominal.yaml", "--spacing-mm", str(SPACING_MM)), (text, dat))
+            ends_only = compensate("true.yaml")
+            divided = compensate("true.yaml", "--spacing-mm", str(SPACING_MM))
+        if dialect == "fanuc":
+            self.is_numbered(divided[0])
+        before = self.largest(dialect, cell, ends_only, postures, places)
+        after = self.largest(dialect, cell, divided, postures, places)
+        if "--figures" in sys.argv:
+            print(f"{dialect}: off the line {before[0]:.4f} mm, {before[1]:.4f} mrad; with {after[2]} points "
+                  f"{after[0]:.4f} mm, {after[1]:.4f} mrad")
+        self.assertEqual(before[2], 0)
+        self.assertGreater(before[0], 1.5 * SPACING_MM)
+        self.assertLess(after[0], 1.1 * SPACING_MM + 0.002)
+        self.assertLess(after[1], before[1])
+        self.assertLess(after[2], 40)
+
+    def largest(self, dialect, cell, texts, postures, places):
+        """Largest distance from the lines, from their orientations, and the number of points between corners."""
+        interpret = {"krl": rp.krl, "rapid": lambda src, dat: rp.rapid(src), "urscript": lambda src, dat: rp.urscript(src),
+                     "fanuc": lambda src, dat: rp.fanuc(src, {1: cell.bases[0]}, {1: cell.tools[0]})}[dialect]
+        targets = interpret(*texts)
+        tool = cell.tools[0]
+        commanded = [vc.after(cell.nominal.pose(t.value), tool) if t.kind == "joints" else vc.after(t.base, t.value)
+                     for t in targets]
+        ways = driven(cell, commanded, tool, postures[0], 6)
+        corner, largest, turned = 1, 0.0, 0.0
+        for end, way in zip(commanded[1:], ways):
+            for pose in way:
+                off = off_line(places[corner - 1], places[corner], pose)
+                largest, turned = max(largest, off[0]), max(turned, off[1])
+            if vc.length(vc.sub(end[1], places[corner][1])) < 5:
+                corner += 1
+        self.assertEqual(corner, LINES + 1)
+        return largest, turned, len(ways) - LINES
+
+    def is_numbered(self, text):
+        numbers = [int(n) for n in re.findall(r"^ *(\d+):", text[:text.index("/POS")], re.M)]
+        self.assertEqual(numbers, list(range(1, len(numbers) + 1)))
+        self.assertIn(f"LINE_COUNT\t= {len(numbers)};", text)
+
+    def test_krl(self):
+        self.run_dialect("krl", ".src", krl_program)
+
+    def test_rapid(self):
+        self.run_dialect("rapid", ".mod", rapid_program)
+
+    def test_urscript(self):
+        self.run_dialect("urscript", ".script", urscript_program)
+
+    def test_fanuc(self):
+        self.run_dialect("fanuc", ".ls", fanuc_program)
+
+
+if __name__ == "__main__":
+    BIN = pathlib.Path(sys.argv[1])
+    unittest.main(argv=sys.argv[:1], verbosity=0)
