@@ -47,7 +47,6 @@ struct KrlMove {
   bool in_inline_form = false;
   bool after_trigger = false;  ///< a TRIGGER refers to this move
   bool start_unknown = false;  ///< the first move of a DEF, or after $BASE has changed
-  int base = 0;                ///< the same number where the same assignment to $BASE holds
   KrlTarget target;
   KrlTarget auxiliary;  ///< the point on the way of a circular move
   size_t set_ups = 0;   ///< statements in KrlSyntax::set_ups before this move
