@@ -86,12 +86,11 @@ std::optional<std::string> missed_criterion(const CalibrationResult& result, con
            ", which other poses could; measure poses that move every joint over its travel";
   }
   const Evaluation evaluation = evaluate(result.robot, campaign);
-  const ErrorSummary errors = summarize(evaluation.position);
-  const double noise = noise_floor(result.robot, campaign, evaluation).position;
-  if (const std::string beyond = app::beyond_any_arm(robot, errors.mean, noise); !beyond.empty())
+  if (const std::string beyond = app::beyond_any_arm(result.robot, campaign, evaluation);
+      !beyond.empty())
     return beyond;
   if (max_error_mm == 0) return std::nullopt;
-  const double worst = errors.max / kMillimetre;
+  const double worst = summarize(evaluation.position).max / kMillimetre;
   if (worst <= max_error_mm) return std::nullopt;
   return fmt::format("the largest error, {:.4g} mm, is above {:g} mm", worst, max_error_mm);
 }
@@ -149,6 +148,8 @@ int run(app::Command& command, const Arguments& arguments) {
   findings.nominal = require_worthwhile(robot, result, campaign, findings.quality->blunders,
                                         static_cast<int>(rows_of(gross).size()));
   if (!findings.nominal) findings.nominal = placed_on_targets(robot, result, campaign);
+  const auto missed = missed_criterion(result, robot, campaign, arguments.max_error_mm);
+  if (missed) command.warn(*missed);
   if (!arguments.residuals.empty()) {
     const std::vector<std::string> split(all.rows(), "training");
     write_output(arguments.residuals,
@@ -157,15 +158,12 @@ int run(app::Command& command, const Arguments& arguments) {
   write_output(command.output, write_calibration(result, campaign, command.provenance(), findings));
 
   report_near_nominal(command, result, campaign);
-  const auto missed = missed_criterion(result, robot, campaign, arguments.max_error_mm);
   if (arguments.page.is_wanted())
     app::write_report(
         command, arguments.page,
         calibration_page(result, campaign, {gross, findings.nominal, *findings.quality, missed},
                          app::page_head(command, about)));
-  if (!missed) return app::kSuccess;
-  command.warn(*missed);
-  return app::kNotReached;
+  return missed ? app::kNotReached : app::kSuccess;
 }
 
 }  // namespace

@@ -183,6 +183,17 @@ std::string why_not_reached(const Robot& robot, const LoopResult& result) {
       result.after / kMillimetre, nominal / kMillimetre);
 }
 
+// Without a floor nobody can say that only noise is left.
+void warn_of_unknown_floor(app::Command& command, const LoopResult& result) {
+  constexpr double kResolution = 1e-6;  // m: no instrument reads less
+  if (result.noise.source != NoiseFloor::Source::none || result.after < kResolution) return;
+  command.warn(fmt::format(
+      "neither repeats nor 'noise' of the robot file say how large the noise is: the verdict '{}' "
+      "takes it as zero, and {:.4g} mm may be noise or something the model lacks; visit poses "
+      "twice, or state noise: position_mm",
+      to_string(result.verdict), result.after / kMillimetre));
+}
+
 int run(app::Command& command, const Arguments& arguments) {
   Robot robot = command.read_robot(arguments.robot).robot;
   command.warn_if_calibrated(robot, arguments.robot);
@@ -195,6 +206,9 @@ int run(app::Command& command, const Arguments& arguments) {
   options.progress = [&](const std::string& what) { command.progress(what); };
   const LoopResult result = search(command, arguments, robot, measured, options);
 
+  const std::string missed = why_not_reached(robot, result);
+  if (!missed.empty()) command.warn(missed);
+  warn_of_unknown_floor(command, result);
   const Provenance provenance = command.provenance();
   if (result.predictor)
     write_output(arguments.predictor_out, write_robot(result.predictor->robot, provenance));
@@ -218,11 +232,7 @@ int run(app::Command& command, const Arguments& arguments) {
     app::write_report(command, arguments.page,
                       loop_page(result, robot, measured.training, measured.held_out, next_poses,
                                 app::page_head(command, about)));
-  if (const std::string missed = why_not_reached(robot, result); !missed.empty()) {
-    command.warn(missed);
-    return app::kNotReached;
-  }
-  return app::kSuccess;
+  return missed.empty() ? app::kSuccess : app::kNotReached;
 }
 
 }  // namespace

@@ -7,8 +7,8 @@
 #include <unordered_set>
 
 #include "armtrue/diagnosis/diagnosis.h"
-#include "armtrue/diagnosis/frame_change.h"
 #include "armtrue/diagnosis/log_check.h"
+#include "armtrue/diagnosis/suspicions.h"
 #include "armtrue/io/catalogue_io.h"
 #include "armtrue/io/program_io.h"
 #include "armtrue/kinematics/units.h"
@@ -115,8 +115,8 @@ void refuse_mistakes(Command& command, const Robot& robot, const Campaign& campa
     throw InputError(campaign.source + ": " + findings.errors.front());
   if (const auto findings = diagnose(robot, campaign); !findings.empty())
     throw InputError(campaign.source + ": " + findings.front());
-  if (const auto suspicion = find_frame_change(robot, campaign))
-    command.warn(campaign.source + ": " + *suspicion);
+  for (const std::string& suspicion : find_suspicions(robot, campaign))
+    command.warn(campaign.source + ": " + suspicion);
 }
 
 std::string beyond_any_arm(const Robot& robot, double error, double noise) {
@@ -126,6 +126,12 @@ std::string beyond_any_arm(const Robot& robot, double error, double noise) {
       "the mean error that is left, {:.4g} mm, is more than an arm of this size and this noise can "
       "have ({:.2g} mm): look for a mistake in the readings before the result is used",
       error / kMillimetre, most / kMillimetre);
+}
+
+std::string beyond_any_arm(const Robot& robot, const Campaign& campaign,
+                           const Evaluation& evaluation) {
+  return beyond_any_arm(robot, summarize(evaluation.position).mean,
+                        noise_floor(robot, campaign, evaluation).position);
 }
 
 void require_sessions(const Robot& robot, const Campaign& campaign) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "armtrue/calibration/calibration.h"
+#include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/zone.h"
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/effects/catalogue.h"
@@ -208,6 +209,9 @@ void refuse_mistakes(Command& command, const Robot& robot, const Campaign& campa
 /// Why an error of a calibrated arm, the mean of its positions [m], is none of an arm; empty if it
 /// may be. `noise`: of a coordinate [m].
 std::string beyond_any_arm(const Robot& robot, double error, double noise);
+/// The same for the errors of the robot on the readings of a campaign.
+std::string beyond_any_arm(const Robot& robot, const Campaign& campaign,
+                           const Evaluation& evaluation);
 
 /// Throws InputError if the robot file has sessions, but not all of the campaign.
 void require_sessions(const Robot& robot, const Campaign& campaign);

@@ -2,6 +2,7 @@
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/compensation/compensation.h"
 #include "armtrue/io/evaluation_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/residuals_io.h"
@@ -53,6 +54,26 @@ Robot set_up(app::Command& command, const Arguments& arguments, const Robot& rob
   return refit_set_up(robot, campaign, app::split_list(arguments.refit));
 }
 
+// Says which criteria the errors miss; false if the result is not to be used. Base and tool of a
+// nominal robot may be rough: errors beyond any arm's are then only said.
+bool meets_criteria(app::Command& command, const Arguments& arguments, const Robot& robot,
+                    const Campaign& campaign, const Evaluation& evaluation) {
+  bool meets = true;
+  if (const std::string beyond = app::beyond_any_arm(robot, campaign, evaluation);
+      !beyond.empty()) {
+    const bool is_placed = !arguments.refit.empty();
+    command.warn(beyond + (is_placed ? ""
+                                     : "; or base and tool are those of another set-up: then give "
+                                       "--refit base,tool"));
+    meets = !is_placed && !states_calibration(robot);
+  }
+  const double mean = summarize(evaluation.position).mean / kMillimetre;
+  if (arguments.max_error_mm == 0 || mean <= arguments.max_error_mm) return meets;
+  command.warn(
+      fmt::format("the mean error, {:.4g} mm, is above {:g} mm", mean, arguments.max_error_mm));
+  return false;
+}
+
 int run(app::Command& command, const Arguments& arguments) {
   const Robot given = command.read_robot(arguments.robot).robot;
   std::optional<Robot> against;
@@ -62,6 +83,7 @@ int run(app::Command& command, const Arguments& arguments) {
   const Robot robot = set_up(command, arguments, given, campaign);
   if (against) against = set_up(command, arguments, *against, campaign);
   const Evaluation evaluation = evaluate(robot, campaign);
+  const bool is_met = meets_criteria(command, arguments, robot, campaign, evaluation);
   std::vector<Prediction> predictions;
   if (robot.uncertainty) predictions = predict(robot, campaign);
   if (!arguments.residuals.empty()) {
@@ -75,11 +97,7 @@ int run(app::Command& command, const Arguments& arguments) {
     app::write_report(command, arguments.page,
                       evaluation_page(robot, given, campaign, evaluation, against,
                                       app::page_head(command, about)));
-  const double mean = summarize(evaluation.position).mean / kMillimetre;
-  if (arguments.max_error_mm == 0 || mean <= arguments.max_error_mm) return app::kSuccess;
-  command.warn(
-      fmt::format("the mean error, {:.4g} mm, is above {:g} mm", mean, arguments.max_error_mm));
-  return app::kNotReached;
+  return is_met ? app::kSuccess : app::kNotReached;
 }
 
 }  // namespace

@@ -10,7 +10,6 @@
 #include "armtrue/path/joint_path.h"
 #include "armtrue/path/mirror/findings.h"
 #include "armtrue/path/mirror/mirror.h"
-#include "armtrue/path/mirror/record_doubts.h"
 #include "armtrue/path/samples/bad_samples.h"
 #include "armtrue/programs/krl.h"
 #include "armtrue/report/mirror_page.h"
@@ -19,6 +18,7 @@
 #include "armtrue/text/number_text.h"
 #include "columns.h"
 #include "command_line.h"
+#include "pass_warnings.h"
 #include "report_arguments.h"
 
 using namespace armtrue;
@@ -200,77 +200,22 @@ std::vector<PathFile> read_passes(app::Command& command, const std::vector<std::
   return passes;
 }
 
-// A record that is named twice looks like two passes that agree; the program, named as a record,
-// looks like a pass without deviation.
-void warn_of_the_same(app::Command& command, const std::vector<const PathFile*>& files) {
-  for (size_t i = 0; i < files.size(); ++i)
-    for (size_t k = 0; k < i; ++k)
-      if (files[i]->sha256 == files[k]->sha256)
-        command.warn(files[i]->source + " holds the same as " + files[k]->source +
-                     " and is taken for a pass of its own; name the program and each record once");
-}
-
 std::vector<Path> paths(const std::vector<PathFile>& files) {
   std::vector<Path> all;
   for (const PathFile& file : files) all.push_back(file.path);
   return all;
 }
 
-// Count, lines and distances of the bad samples.
-std::string describe_bad(const PathFile& pass, const std::vector<BadSample>& bad) {
-  constexpr size_t kNamed = 5;
-  std::string text = fmt::format(
-      "{}:{}: {} of {} samples are no readings of the tool, which does not move so:", pass.source,
-      pass.line[static_cast<size_t>(bad.front().sample)], bad.size(), pass.path.samples());
-  for (size_t i = 0; i < std::min(bad.size(), kNamed); ++i)
-    text += fmt::format("{} line {} ({:.4g} mm off)", i > 0 ? "," : "",
-                        pass.line[static_cast<size_t>(bad[i].sample)], bad[i].off / kMillimetre);
-  return text + (bad.size() > kNamed ? ", ..." : "");
-}
-
-void warn_of_bad(app::Command& command, const PathFile& pass, const std::vector<BadSample>& bad) {
-  if (!bad.empty())
-    command.warn(describe_bad(pass, bad) + "; left out; check the line of sight of the instrument");
-}
-
-[[noreturn]] void refuse(const PathFile& pass, const std::vector<BadSample>& bad) {
-  throw InputError(describe_bad(pass, bad) +
-                   "; that is more than a tenth: measure the pass again with a clear line of "
-                   "sight, or empty the position of the rows without one");
-}
-
-// Neither is proven: an arm may be off alike all over a path.
-void warn_of_doubts(app::Command& command, const PathFile& programmed, const PathFile& record,
-                    const Pass& pass) {
-  const RecordDoubts doubts = record_doubts(programmed.path, record.path, pass.clock, pass.bad);
-  if (doubts.step)
-    command.warn(fmt::format(
-        "{}:{}: from here on the record lies {:.3g} mm off the samples before: was the instrument "
-        "knocked, or does another frame begin? The correction carries that into the part; measure "
-        "the pass again",
-        record.source, record.line[static_cast<size_t>(doubts.step->sample)],
-        doubts.step->moved / kMillimetre));
-  if (doubts.rigid)
-    command.warn(fmt::format(
-        "{}: most of the deviation, {:.3g} of {:.3g} mm (rms), is a motion of the whole record by "
-        "{:.3g} mm and {:.3g} deg: if the frame of the instrument is not that certain, give "
-        "--fit-frame; else the correction carries it into the part",
-        record.source, (doubts.rigid->before - doubts.rigid->after) / kMillimetre,
-        doubts.rigid->before / kMillimetre, doubts.rigid->moved / kMillimetre,
-        doubts.rigid->turned / kDegree));
-}
-
 MirrorResult correct(app::Command& command, const PathFile& programmed,
                      const std::vector<PathFile>& passes, const MirrorOptions& options) {
   try {
     MirrorResult result = mirror_correct(programmed.path, paths(passes), options);
-    for (size_t p = 0; p < passes.size(); ++p) {
-      warn_of_bad(command, passes[p], result.passes[p].bad);
-      warn_of_doubts(command, programmed, passes[p], result.passes[p]);
-    }
+    for (size_t p = 0; p < passes.size(); ++p)
+      app::warn_of_bad(command, passes[p], result.passes[p].bad);
+    app::warn_of_doubts(command, programmed, passes, result, options);
     return result;
   } catch (const TooManyBadSamples& error) {
-    refuse(passes[error.pass], error.bad);
+    app::refuse(passes[error.pass], error.bad);
   }
 }
 
@@ -280,26 +225,11 @@ std::vector<Path> without_bad(app::Command& command, const Path& programmed,
   std::vector<Path> good;
   for (const PathFile& pass : passes) {
     const std::vector<BadSample> bad = find_bad_samples(programmed, pass.path);
-    if (too_many(bad, pass.path)) refuse(pass, bad);
-    warn_of_bad(command, pass, bad);
+    if (too_many(bad, pass.path)) app::refuse(pass, bad);
+    app::warn_of_bad(command, pass, bad);
     good.push_back(without(pass.path, bad));
   }
   return good;
-}
-
-// A stretch that no sample covers is not corrected; a gap inside a record is interpolated.
-void warn_of_gaps(app::Command& command, const MirrorResult& result) {
-  if (result.unrecorded > 0)
-    command.warn(fmt::format(
-        "{} samples in motion lie before or after the record and are not corrected; record from "
-        "before the tool moves until it stands again",
-        result.unrecorded));
-  for (const Pass& pass : result.passes)
-    if (pass.longest_gap > 0.5 / result.cutoff)
-      command.warn(fmt::format(
-          "the record has a gap of {:.2f} s, longer than the correction can follow: there it is "
-          "only interpolated",
-          pass.longest_gap));
 }
 
 Eigen::Matrix3Xd corrected_from_force(const PathFile& programmed, const Robot& robot,
@@ -358,7 +288,11 @@ Inputs read_inputs(app::Command& command, const Arguments& arguments) {
   std::vector<const PathFile*> all = {&inputs.programmed};
   for (const PathFile& pass : inputs.passes) all.push_back(&pass);
   for (const PathFile& pass : inputs.earlier) all.push_back(&pass);
-  warn_of_the_same(command, all);
+  app::warn_of_the_same(command, all);
+  if (arguments.previous.empty() && !arguments.before.empty())
+    command.warn(
+        "--before names passes before a correction, and --previous does not name the correction "
+        "that the measured passes ran: the new one replaces it, and what it took off comes back");
   if (!arguments.previous.empty())
     inputs.previous = command.read_path(arguments.previous, KeepRows::yes, inputs.robot);
   return inputs;
@@ -367,7 +301,7 @@ Inputs read_inputs(app::Command& command, const Arguments& arguments) {
 // What only a measured pass gives.
 void write_findings(app::Command& command, const Arguments& arguments, const Inputs& inputs,
                     MirrorFindings& findings) {
-  warn_of_gaps(command, findings.result);
+  app::warn_of_gaps(command, findings.result);
   if (command.verbose || !arguments.summary.empty() || arguments.page.is_wanted()) {
     command.progress("describing");
     const std::vector<Path> earlier = without_bad(command, inputs.programmed.path, inputs.earlier);

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "armtrue/calibration/evaluation.h"
 #include "armtrue/diagnosis/change.h"
 #include "armtrue/io/change_io.h"
 #include "armtrue/io/output.h"
@@ -96,8 +97,11 @@ int rank_candidates(app::Command& command, const Arguments& arguments) {
   options.beyond_catalogue = !arguments.only_catalogue;
   options.progress = [&](const std::string& what) { command.progress(what); };
   const TraceResult result = trace(robot, campaign, app::catalogue(arguments.catalogue), options);
+  const Robot& found = result.fit.robot;
+  const std::string beyond = app::beyond_any_arm(found, campaign, evaluate(found, campaign));
+  if (!beyond.empty()) command.warn(beyond);
   write_output(command.output, write_ranking(result, command.provenance()));
-  return app::kSuccess;
+  return beyond.empty() ? app::kSuccess : app::kNotReached;
 }
 
 int run(app::Command& command, const Arguments& arguments) {

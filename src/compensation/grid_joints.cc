@@ -104,8 +104,7 @@ class GridFlood {
           if (!q_[index(other)]) candidates.push_back(other);
         });
       std::ranges::sort(candidates);
-      const auto rest = std::ranges::unique(candidates);
-      candidates.erase(rest.begin(), rest.end());
+      candidates.erase(std::unique(candidates.begin(), candidates.end()), candidates.end());
       reached = reached_of(candidates);
     }
   }

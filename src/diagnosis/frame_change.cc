@@ -1,4 +1,4 @@
-#include "armtrue/diagnosis/frame_change.h"
+#include "diagnosis/frame_change.h"
 
 #include <fmt/format.h>
 
@@ -8,62 +8,24 @@
 #include <cmath>
 #include <numeric>
 #include <set>
-#include <stdexcept>
 #include <vector>
 
-#include "armtrue/calibration/calibration.h"
-#include "armtrue/calibration/observation.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/summary.h"
-#include "campaign/selection.h"
 #include "linear_algebra/decompositions.h"
 
 namespace armtrue {
 namespace {
 
-constexpr int kRowsOfFrames = 500;
 constexpr double kFewestInPart = 0.1;  // of the rows, on either side
 constexpr double kShareThatMatters = 0.25;
 constexpr double kNearer = 0.8;       // the median residual, by the change
 constexpr double kClearFall = 20;     // BIC
-constexpr double kResolution = 1e-7;  // m: what is left below it is rounding of the file
 constexpr int kBase = 6;              // parameters of a base
 
 using BaseMatrix = Eigen::Matrix<double, kBase, kBase>;
 using BaseVector = Eigen::Matrix<double, kBase, 1>;
-
-// Whitened equations of a fit: of a base of its own for each row, beside what is
-// fitted.
-struct FrameEquations {
-  int row_size;
-  Eigen::MatrixXd basis;  // orthonormal, of the columns of all that is fitted
-  Eigen::MatrixXd base;   // columns of the base
-  Eigen::VectorXd residual;
-};
-
-FrameEquations frame_equations(const CalibrationResult& fit, const Campaign& campaign) {
-  std::vector<int> parameters = fit.set.kept;
-  const auto kept = static_cast<Eigen::Index>(parameters.size());
-  for (int k = 0; k < kBase; ++k) parameters.push_back(kBaseParameters + k);
-  const ObservationModel model(campaign, fit.robot, parameters, fit.sigma, 0);
-  const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
-  const int size = model.row_size();
-  Eigen::MatrixXd blocks(model.rows() * size, model.unknowns() + 1);
-  Eigen::MatrixXd block(size, model.unknowns() + 1);
-  for (int row = 0; row < model.rows(); ++row) {
-    at.block(row, block);
-    blocks.middleRows(row * size, size) = block;
-  }
-  Eigen::MatrixXd fitted = blocks.leftCols(kept);
-  for (Eigen::Index k = 0; k < kept; ++k) fitted.col(k).normalize();
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(fitted);
-  Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(blocks.rows(), qr.rank());
-  basis = qr.householderQ() * basis;
-  Eigen::VectorXd residual = blocks.rightCols<1>();
-  residual -= basis * (basis.transpose() * residual);
-  return {size, basis, blocks.middleCols(kept, kBase), residual};
-}
 
 struct FrameChange {
   double score = 0;    // fall of BIC
@@ -72,7 +34,7 @@ struct FrameChange {
 };
 
 // The place in an order of the rows from which a base of its own explains most.
-FrameChange best_place(const FrameEquations& equations, const std::vector<int>& order, double poses,
+FrameChange best_place(const FitEquations& equations, const std::vector<int>& order, double poses,
                        double choices) {
   const auto rows = static_cast<int>(order.size());
   const int size = equations.row_size;
@@ -84,7 +46,7 @@ FrameChange best_place(const FrameEquations& equations, const std::vector<int>& 
   FrameChange best;
   for (int k = rows - 1; k > 0; --k) {
     const int first = order[static_cast<size_t>(k)] * size;
-    const auto base = equations.base.middleRows(first, size);
+    const auto base = equations.columns.middleRows(first, size);
     on_basis.noalias() += equations.basis.middleRows(first, size).transpose() * base;
     gram.noalias() += base.transpose() * base;
     slope.noalias() += base.transpose() * equations.residual.segment(first, size);
@@ -112,13 +74,13 @@ double median_norm(const Eigen::VectorXd& residual, int row_size) {
 }
 
 // Whether the readings as a whole come nearer, not a few blunders.
-bool is_of_most(const FrameChange& change, const FrameEquations& equations,
+bool is_of_most(const FrameChange& change, const FitEquations& equations,
                 const std::vector<int>& order) {
   const int size = equations.row_size;
   Eigen::VectorXd later = Eigen::VectorXd::Zero(equations.residual.size());
   for (size_t k = static_cast<size_t>(change.first_row); k < order.size(); ++k)
     later.segment(order[k] * size, size) =
-        equations.base.middleRows(order[k] * size, size) * change.moved;
+        equations.columns.middleRows(order[k] * size, size) * change.moved;
   const Eigen::VectorXd left =
       equations.residual - later + equations.basis * (equations.basis.transpose() * later);
   return median_norm(left, size) < kNearer * median_norm(equations.residual, size);
@@ -181,26 +143,12 @@ std::string description(const FrameChange& change, const Order& order, const Rob
 
 }  // namespace
 
-std::optional<std::string> find_frame_change(const Robot& given, const Campaign& campaign) {
-  if (campaign.has_distances() || !given.sessions.empty() ||
-      (!campaign.session.empty() && std::ranges::minmax(campaign.session).max > 0))
-    return std::nullopt;
-  std::vector<int> rows(campaign.pose.size());
-  std::iota(rows.begin(), rows.end(), 0);
-  const Campaign sample = campaign.select(evenly_chosen(rows, kRowsOfFrames));
-  Robot robot = given;
-  robot.effects.clear();
-  robot.identify = {"auto"};
-  std::optional<CalibrationResult> fit;
-  try {
-    // Under a heavy-tailed law the smaller part would count as blunders.
-    fit = calibrate(robot, sample, {.robust = false});
-  } catch (const std::invalid_argument&) {
-    return std::nullopt;  // too few readings
-  }
-  if (fit->spread.position < kResolution) return std::nullopt;
+std::optional<std::string> find_frame_change(const PlainFit& fit) {
+  const Campaign& sample = fit.readings;
+  std::vector<int> base(kBase);
+  std::iota(base.begin(), base.end(), kBaseParameters);
+  const FitEquations equations = fit_equations(fit, base);
   const std::vector<Order> orders = orders_of(sample);
-  const FrameEquations equations = frame_equations(*fit, sample);
   const double poses =
       static_cast<double>(std::set<int>(sample.pose.begin(), sample.pose.end()).size());
   const Order* found = nullptr;
@@ -213,7 +161,7 @@ std::optional<std::string> find_frame_change(const Robot& given, const Campaign&
     found = &order;
   }
   if (!found) return std::nullopt;
-  return description(best, *found, fit->robot, sample);
+  return description(best, *found, fit.result.robot, sample);
 }
 
 }  // namespace armtrue

@@ -23,40 +23,57 @@ bool stands_still(const Campaign& campaign) {
   return least == largest;
 }
 
+enum class Time { counts, is_left_out };
+
 // Everything that a row reads, for a comparison of rows.
-auto reading(const Campaign& c, int row) {
+auto reading(const Campaign& c, int row, Time time) {
   std::array<double, kMaxJoints + 3 + 1 + 4 + 1> numbers{};
   auto next = std::copy_n(c.q[row].data(), c.q[row].size(), numbers.begin());
   if (!c.position.empty()) next = std::copy_n(c.position[row].data(), 3, next);
   if (c.has_distances()) *next++ = c.length(row);
   if (c.has_orientation()) next = std::copy_n(c.orientation[row].coeffs().data(), 4, next);
-  if (!c.time_s.empty()) *next = c.time_s[row];
+  if (time == Time::counts && !c.time_s.empty()) *next = c.time_s[row];
   return std::tuple(c.pose[row], c.session.empty() ? 0 : c.session[row], c.channel(row), numbers);
+}
+
+struct Copies {
+  int count = 0;
+  int first = 0, second = 0;  // rows: the first one that is a copy, and of which
+};
+
+Copies find_copies(const Campaign& campaign, Time time) {
+  std::vector<int> order(campaign.q.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(
+      order, [&](int a, int b) { return reading(campaign, a, time) < reading(campaign, b, time); });
+  Copies copies;
+  copies.second = campaign.rows();
+  for (size_t k = 1; k < order.size(); ++k) {
+    if (reading(campaign, order[k], time) != reading(campaign, order[k - 1], time)) continue;
+    ++copies.count;
+    if (order[k] > copies.second) continue;
+    copies.first = order[k - 1];
+    copies.second = order[k];
+  }
+  return copies;
 }
 
 void check_doubled(const Campaign& campaign, LogFindings& findings) {
   if (!campaign.repeat.empty()) return;  // numbered: repeats of a simulation may be equal
-  std::vector<int> order(campaign.q.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::ranges::stable_sort(
-      order, [&](int a, int b) { return reading(campaign, a) < reading(campaign, b); });
-  int doubled = 0, row_of_first = 0, row_of_second = campaign.rows();
-  for (size_t k = 1; k < order.size(); ++k) {
-    if (reading(campaign, order[k]) != reading(campaign, order[k - 1])) continue;
-    ++doubled;
-    if (order[k] > row_of_second) continue;
-    row_of_first = order[k - 1];
-    row_of_second = order[k];
-  }
-  if (doubled == 0) return;
-  const bool has_time = !campaign.time_s.empty() && !stands_still(campaign);
-  const std::string what = fmt::format(
-      "{} of {} rows hold the same as another{}: line {} as line {}", doubled, campaign.rows(),
-      has_time ? ", time included" : "", campaign.line[row_of_second], campaign.line[row_of_first]);
-  if (has_time)
-    findings.errors.push_back(what + "; a reading counts once: remove the copies");
-  else if (4 * doubled >= campaign.rows())
-    findings.warnings.push_back(what +
+  const auto what = [&](const Copies& copies, const char* included) {
+    return fmt::format("{} of {} rows hold the same as another{}: line {} as line {}", copies.count,
+                       campaign.rows(), included, campaign.line[copies.second],
+                       campaign.line[copies.first]);
+  };
+  if (!campaign.time_s.empty() && !stands_still(campaign))
+    if (const Copies copies = find_copies(campaign, Time::counts); copies.count > 0) {
+      findings.errors.push_back(what(copies, ", time included") +
+                                "; a reading counts once: remove the copies");
+      return;
+    }
+  const Copies copies = find_copies(campaign, Time::is_left_out);
+  if (copies.count > 0 && 4 * copies.count >= campaign.rows())
+    findings.warnings.push_back(what(copies, campaign.time_s.empty() ? "" : ", but for the time") +
                                 "; if they are copies, remove them: they would count as repeats "
                                 "that agree, and the noise would look too small");
 }

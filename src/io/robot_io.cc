@@ -353,8 +353,10 @@ YAML::Node uncertainty_node(const Uncertainty& uncertainty) {
   node["parameters"] = flow(YAML::Node(uncertainty.parameters));
   YAML::Node root(YAML::NodeType::Sequence);
   for (Eigen::Index row = 0; row < uncertainty.root.rows(); ++row)
-    for (Eigen::Index column = 0; column <= row; ++column)
+    for (Eigen::Index column = 0; column <= row; ++column) {
+      require_finite(uncertainty.root(row, column));
       root.push_back(fmt::format("{:.5g}", uncertainty.root(row, column)));
+    }
   node["root"] = flow(root);
   node["reading_mm"] = rounded(uncertainty.reading.position / kMillimetre);
   if (uncertainty.reading.orientation > 0)

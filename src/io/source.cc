@@ -13,7 +13,7 @@
 namespace armtrue {
 namespace {
 
-constexpr size_t kChunk = 1 << 20;
+constexpr size_t kChunk = 1 << 16;
 constexpr size_t kLongestLine = 16 << 20;
 constexpr size_t kLargestText = 256 << 20;  // read at once
 

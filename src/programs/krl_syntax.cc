@@ -134,9 +134,8 @@ class KrlParser {
       if (!is_blank(text_[i])) spelled += text_[i];
     spelled = upper(spelled);
     if (word == "BAS" && spelled.rfind("BAS(#BASE", 0) != 0) return;
-    const int base = bases_.try_emplace(spelled, static_cast<int>(bases_.size()) + 1).first->second;
-    start_unknown_ |= base != base_;
-    base_ = base;
+    start_unknown_ |= spelled != base_;
+    base_ = spelled;
   }
 
   // Takes the name of a variable, NAME, or of an element of an array, NAME[3]. Returns nothing if
@@ -215,7 +214,6 @@ class KrlParser {
     move.after_trigger = trigger_;
     move.follows_move = follows_move_;
     move.start_unknown = start_unknown_;
-    move.base = base_;
     move.set_ups = syntax_.set_ups.size();
     trigger_ = start_unknown_ = false;
     follows_move_ = true;
@@ -366,8 +364,7 @@ class KrlParser {
   bool in_set_up_ = false;
   bool spline_block_ = false, trigger_ = false, start_unknown_ = true;
   bool follows_move_ = false;
-  int base_ = 0;
-  std::unordered_map<std::string, int> bases_;
+  std::string base_;  // the assignment to $BASE that holds, without blanks
   std::unordered_map<std::string, Declaration> declarations_;
   std::vector<NamedTarget> named_;
   std::vector<NamedUse> uses_;

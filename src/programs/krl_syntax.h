@@ -48,7 +48,6 @@ struct KrlMove {
   bool after_trigger = false;  ///< a TRIGGER refers to this move
   bool follows_move = false;   ///< the arm comes from the move before in any case
   bool start_unknown = false;  ///< the first move of a DEF, or after $BASE has changed
-  int base = 0;                ///< the same number where the same assignment to $BASE holds
   KrlTarget target;
   KrlTarget auxiliary;  ///< the point on the way of a circular move
   size_t set_ups = 0;   ///< statements in KrlSyntax::set_ups before this move

@@ -14,6 +14,7 @@
 #include "armtrue/programs/matching.h"
 #include "programs/krl_knots.h"
 #include "programs/krl_pose.h"
+#include "programs/krl_set_up.h"
 #include "programs/krl_words.h"
 #include "programs/program_warnings.h"
 #include "programs/statement.h"
@@ -38,7 +39,12 @@ class KrlWriter {
         displacement_(corrected - path.position),
         options_(options),
         warnings_(program.src.name),
-        uses_(syntax.frames.size()) {}
+        uses_(syntax.frames.size()) {
+    ProgramWarnings unused(program.src.name);  // of frames that are not known: here names do
+    const KnownFrames none;
+    KrlSetUps followed(program, syntax, none, frames_, unused);
+    for (const KrlMove& move : syntax.moves) set_ups_.push_back(followed.at(move));
+  }
 
   CorrectedKrl write(const std::vector<KrlPlannedMove>& plans) {
     if (syntax_.absolute_accuracy_line)
@@ -133,12 +139,23 @@ class KrlWriter {
                                            found, known));
   }
 
+  // The path is that of one tool in one frame.
   void note_surroundings(const KrlMove& move) {
-    if (!base_) base_ = {move.base, move.line};
-    if (base_->first != move.base)
+    const KrlSetUps::SetUp& set_up = set_ups_[static_cast<size_t>(&move - syntax_.moves.data())];
+    if (!first_) first_ = {set_up, move.line};
+    const auto& [first, line] = *first_;
+    if (first.base != set_up.base)
       warnings_.add(move.line, fmt::format("$BASE is another one than for the first corrected move "
                                            "(line {}); its coordinates were taken as they stand",
-                                           base_->second));
+                                           line));
+    if (first.tool != set_up.tool)
+      warnings_.add(move.line, fmt::format("$TOOL is another one than for the first corrected move "
+                                           "(line {}); the record shows the point of one tool",
+                                           line));
+    if (set_up.is_external_tcp)
+      warnings_.add(move.line,
+                    "its tool stands in the room (#TCP): the path is that of the part, and turns "
+                    "with it");
     if (move.in_loop)
       warnings_.add(move.line, "stands in a loop; every turn gets the correction of the first");
   }
@@ -372,7 +389,9 @@ class KrlWriter {
   std::vector<std::vector<Use>> uses_;  // by frame
   std::vector<TextEdit> edits_;
   KrlValues pose_ = unknown_krl_values();    // the end of the moves so far, as written
-  std::optional<std::pair<int, int>> base_;  // $BASE of the first corrected move, and its line
+  std::vector<ProgramFrame> frames_;         // that the program names
+  std::vector<KrlSetUps::SetUp> set_ups_;    // of each move
+  std::optional<std::pair<KrlSetUps::SetUp, int>> first_;  // of the first corrected move; its line
   CorrectedKrl result_;
 };
 

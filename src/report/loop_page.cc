@@ -219,8 +219,7 @@ void add_next(Page& page, const LoopResult& result, const std::string& next_pose
         "nothing to learn more from poses like these; poses where the arm will work "
         "show how far the result carries (evaluate-poses)");
   std::ranges::sort(items);
-  const auto same = std::ranges::unique(items);
-  items.erase(same.begin(), same.end());
+  items.erase(std::unique(items.begin(), items.end()), items.end());
   page.list(items);
 }
 

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "armtrue/diagnosis/diagnosis.h"
-#include "armtrue/diagnosis/frame_change.h"
 #include "armtrue/diagnosis/log_check.h"
+#include "armtrue/diagnosis/suspicions.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/pose.h"
@@ -34,7 +34,7 @@ std::vector<std::string> all_findings(const Robot& robot, const Campaign& campai
     all.insert(all.end(), found.errors.begin(), found.errors.end());
     all.insert(all.end(), found.warnings.begin(), found.warnings.end());
   }
-  if (const auto frame = find_frame_change(robot, campaign)) all.push_back(*frame);
+  for (const std::string& suspicion : find_suspicions(robot, campaign)) all.push_back(suspicion);
   return all;
 }
 
@@ -76,6 +76,13 @@ Campaign doubled(bool with_time) {
   Campaign twice = once.select(rows);
   twice.repeat.clear();
   if (!with_time) twice.time_s.clear();
+  return twice;
+}
+
+// The same readings, as if taken a day later.
+Campaign doubled_later() {
+  Campaign twice = doubled(true);
+  for (int row = 0; row < twice.rows(); row += 2) twice.time_s[row] += 86400;
   return twice;
 }
 
@@ -160,6 +167,11 @@ std::vector<Mistake> mistakes() {
        "in the order of the poses, the readings lie in another frame"},
       {"rows doubled", doubled(true), "hold the same as another, time included"},
       {"rows without time doubled", doubled(false), "if they are copies, remove them"},
+      {"rows doubled at a later time", doubled_later(), "but for the time"},
+      {"all lengths 1 % long", with_poses_changed(1, scaled(1.01)),
+       "the links come out longer by 1 % alike"},
+      {"all lengths 2 % short", with_poses_changed(1, scaled(0.98)),
+       "the links come out shorter by 2 % alike"},
   };
 }
 
@@ -172,6 +184,11 @@ TEST(SilentNumbers, EachMistakeIsNamed) {
   for (const Mistake& mistake : mistakes())
     EXPECT_THAT(all_findings(robot, mistake.campaign), Contains(HasSubstr(mistake.says)))
         << mistake.name;
+}
+
+// A tenth of a millimetre in a metre is how arms are made, and how instruments are.
+TEST(SilentNumbers, LengthsOffByLittleAreNoMistake) {
+  EXPECT_THAT(find_suspicions(spindle(), with_poses_changed(1, scaled(1.0001))), IsEmpty());
 }
 
 // Gross poses are left out one by one: two alike are no mistake of the file.

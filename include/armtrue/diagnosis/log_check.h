@@ -15,7 +15,8 @@ struct LogFindings {
 };
 
 /// Errors: a reading that stands twice, time included. Warnings:
-/// - readings that stand twice, without a time, if a quarter of the rows are such copies;
+/// - readings that stand twice, without a time or at another, if a quarter of the rows are such
+///   copies;
 /// - a clock that stands still, that runs back a few times in rows that are in its order otherwise,
 ///   that seems to count milliseconds (median gap above 2 h), or minutes or hours (the joints would
 ///   move faster than 1000 deg/s);

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/tracing/description.h"
@@ -19,7 +21,8 @@ YAML::Node rivals_node(const std::vector<Rival>& rivals, const KinematicChain& c
   for (const Rival& rival : rivals) {
     YAML::Node node = effect_form_node(rival.effect, chain);
     node["correlation"] = fmt::format("{:.3f}", rival.correlation);
-    node["delta_ebic"] = fmt::format("{:.1f}", rival.delta_ebic);
+    if (std::isfinite(rival.delta_ebic))  // not where a fit is exact
+      node["delta_ebic"] = fmt::format("{:.1f}", rival.delta_ebic);
     if (!rival.separated_by.empty()) node["separated_by"] = rival.separated_by;
     list.push_back(flow(node));
   }

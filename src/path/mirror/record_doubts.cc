@@ -21,6 +21,8 @@ constexpr double kLargeDeviation = 2e-3;  // [m]: more than a machine that repea
 constexpr double kMostOfIt = 1.0 / 3;
 constexpr double kStraight = 1e-6;  // of the squared extents
 constexpr double kSameVelocity = 0.2;
+constexpr double kFollowed = 0.5;
+constexpr Index kFewestOfShape = 20;
 
 // Of a row of positions.
 Eigen::JacobiSVD<Eigen::MatrixXd> directions(const Eigen::Matrix3Xd& positions) {
@@ -92,6 +94,39 @@ std::optional<RigidDeviation> find_rigid(const Eigen::Matrix3Xd& measured,
                         rotation_log(rotation).norm()};
 }
 
+// What is left of positions without the nearest straight motion with constant velocity.
+Eigen::Matrix3Xd without_even_motion(const Eigen::Matrix3Xd& positions,
+                                     const Eigen::VectorXd& time) {
+  const Eigen::RowVectorXd centred = (time.array() - time.mean()).transpose();
+  const Eigen::Matrix3Xd off = positions.colwise() - positions.rowwise().mean();
+  const Eigen::Vector3d velocity = off * centred.transpose() / centred.squaredNorm();
+  return off - velocity * centred;
+}
+
+std::optional<UnfollowedShape> find_unfollowed(const Eigen::Matrix3Xd& measured,
+                                               const Eigen::Matrix3Xd& programmed,
+                                               const Eigen::VectorXd& time,
+                                               const std::vector<Index>& sample) {
+  const Index count = time.size();
+  std::optional<UnfollowedShape> found;
+  for (const Index parts : {2, 4}) {
+    const Index length = count / parts;
+    if (length < kFewestOfShape) break;
+    for (Index first = 0; first + length <= count; first += length / 2) {
+      const Eigen::VectorXd own_time = time.segment(first, length);
+      const auto shape = without_even_motion(programmed.middleCols(first, length), own_time);
+      const double extent = std::sqrt(shape.colwise().squaredNorm().mean());
+      if (extent < kLargeDeviation) continue;
+      const auto record = without_even_motion(measured.middleCols(first, length), own_time);
+      const double followed = shape.cwiseProduct(record).sum() / shape.squaredNorm();
+      if (followed >= (found ? found->followed : kFollowed)) continue;
+      found = UnfollowedShape{sample[static_cast<size_t>(first)],
+                              sample[static_cast<size_t>(first + length - 1)], extent, followed};
+    }
+  }
+  return found;
+}
+
 }  // namespace
 
 RecordDoubts record_doubts(const Path& programmed, const Path& measured, const ClockFit& clock,
@@ -108,7 +143,8 @@ RecordDoubts record_doubts(const Path& programmed, const Path& measured, const C
   const Eigen::Matrix3Xd position = joined.position(Eigen::all, good);
   const Eigen::Matrix3Xd wanted = position_at(programmed, joined.time(good));
   const auto step = find_step(position - wanted, straight_on(programmed, joined.time(good)), good);
-  return {step, step ? std::nullopt : find_rigid(position, wanted)};
+  return {step, step ? std::nullopt : find_rigid(position, wanted),
+          find_unfollowed(position, wanted, joined.time(good), good)};
 }
 
 }  // namespace armtrue

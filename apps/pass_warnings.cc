@@ -1,0 +1,144 @@
+#include "pass_warnings.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "armtrue/kinematics/pose.h"
+#include "armtrue/kinematics/units.h"
+#include "armtrue/path/mirror/pass_doubts.h"
+#include "armtrue/path/mirror/record_doubts.h"
+#include "armtrue/text/input_error.h"
+
+namespace armtrue::app {
+namespace {
+
+// Count, lines and distances of the bad samples.
+std::string describe_bad(const PathFile& pass, const std::vector<BadSample>& bad) {
+  constexpr size_t kNamed = 5;
+  std::string text = fmt::format(
+      "{}:{}: {} of {} samples are no readings of the tool, which does not move so:", pass.source,
+      pass.line[static_cast<size_t>(bad.front().sample)], bad.size(), pass.path.samples());
+  for (size_t i = 0; i < std::min(bad.size(), kNamed); ++i)
+    text += fmt::format("{} line {} ({:.4g} mm off)", i > 0 ? "," : "",
+                        pass.line[static_cast<size_t>(bad[i].sample)], bad[i].off / kMillimetre);
+  return text + (bad.size() > kNamed ? ", ..." : "");
+}
+
+// None is proven: an arm may be off alike all over a path.
+void warn_of_record(Command& command, const PathFile& programmed, const PathFile& record,
+                    const Pass& pass) {
+  const RecordDoubts doubts = record_doubts(programmed.path, record.path, pass.clock, pass.bad);
+  if (doubts.step)
+    command.warn(fmt::format(
+        "{}:{}: from here on the record lies {:.3g} mm off the samples before: was the instrument "
+        "knocked, or does another frame begin? The correction carries that into the part; measure "
+        "the pass again",
+        record.source, record.line[static_cast<size_t>(doubts.step->sample)],
+        doubts.step->moved / kMillimetre));
+  if (doubts.rigid)
+    command.warn(fmt::format(
+        "{}: most of the deviation, {:.3g} of {:.3g} mm (rms), is a motion of the whole record by "
+        "{:.3g} mm and {:.3g} deg: if the frame of the instrument is not that certain, give "
+        "--fit-frame; else the correction carries it into the part",
+        record.source, (doubts.rigid->before - doubts.rigid->after) / kMillimetre,
+        doubts.rigid->before / kMillimetre, doubts.rigid->moved / kMillimetre,
+        doubts.rigid->turned / kDegree));
+  if (doubts.unfollowed)
+    command.warn(fmt::format(
+        "{}:{}: from here to line {} the program bends by {:.3g} mm (rms), and the record follows "
+        "by {:.0f} %: is it the record of this program?",
+        record.source, record.line[static_cast<size_t>(doubts.unfollowed->first)],
+        record.line[static_cast<size_t>(doubts.unfollowed->last)],
+        doubts.unfollowed->shape / kMillimetre, 100 * doubts.unfollowed->followed));
+}
+
+// The mean of passes that are not of one kind corrects neither.
+void warn_of_unlike(Command& command, const PathFile& programmed,
+                    const std::vector<PathFile>& passes, const MirrorResult& result) {
+  std::vector<Path> records;
+  for (const PathFile& pass : passes) records.push_back(pass.path);
+  const auto unlike = find_unlike_pass(programmed.path, records, result);
+  if (!unlike) return;
+  command.warn(fmt::format(
+      "{}: deviates by {:.3g} mm (rms) from the other passes, and all by {:.3g} mm in the mean: "
+      "does one cut air, another depth, or a correction? The mean corrects neither; give passes of "
+      "one kind",
+      passes[unlike->pass].source, unlike->apart / kMillimetre, unlike->mean / kMillimetre));
+}
+
+// A mirrored axis turns the frame of a straight path by half a turn, and fits.
+void warn_of_frame(Command& command, const PathFile& programmed,
+                   const std::vector<PathFile>& passes, const MirrorResult& result) {
+  constexpr double kMuchTurned = 5 * kDegree;
+  if (!is_straight(programmed.path)) return;
+  for (size_t p = 0; p < passes.size(); ++p)
+    if (const double turned =
+            rotation_log(result.passes[p].clock.program_from_instrument.rotation).norm();
+        turned > kMuchTurned)
+      command.warn(fmt::format(
+          "{}: the fitted frame is turned by {:.3g} deg, and a straight path does not show how it "
+          "is turned about the path, nor whether an axis has the wrong sign: the correction may "
+          "point to any side; fit the frame on a path with corners, or measure it",
+          passes[p].source, turned / kDegree));
+}
+
+}  // namespace
+
+// A record that is named twice looks like two passes that agree; the program, named as a record,
+// looks like a pass without deviation.
+void warn_of_the_same(Command& command, const std::vector<const PathFile*>& files) {
+  for (size_t i = 0; i < files.size(); ++i)
+    for (size_t k = 0; k < i; ++k)
+      if (files[i]->sha256 == files[k]->sha256)
+        command.warn(files[i]->source + " holds the same as " + files[k]->source +
+                     " and is taken for a pass of its own; name the program and each record once");
+}
+
+void warn_of_bad(Command& command, const PathFile& pass, const std::vector<BadSample>& bad) {
+  if (!bad.empty())
+    command.warn(describe_bad(pass, bad) + "; left out; check the line of sight of the instrument");
+}
+
+[[noreturn]] void refuse(const PathFile& pass, const std::vector<BadSample>& bad) {
+  throw InputError(describe_bad(pass, bad) +
+                   "; that is more than a tenth: measure the pass again with a clear line of "
+                   "sight, or empty the position of the rows without one");
+}
+
+void warn_of_doubts(Command& command, const PathFile& programmed,
+                    const std::vector<PathFile>& passes, const MirrorResult& result,
+                    const MirrorOptions& options) {
+  for (size_t p = 0; p < passes.size(); ++p)
+    warn_of_record(command, programmed, passes[p], result.passes[p]);
+  warn_of_unlike(command, programmed, passes, result);
+  if (options.clock.fit_frame) warn_of_frame(command, programmed, passes, result);
+  if (deviates_against_force(programmed.path, result, options))
+    command.warn(
+        passes.front().source +
+        ": the tool deviates against the force on it, as no arm does: has an axis of the record or "
+        "of the force the wrong sign? The correction would double the deviation");
+  if (!options.executed && hardly_deviates(result))
+    command.warn(fmt::format(
+        "{}: deviates by {:.3g} mm (rms), no more than the noise of a sample, {:.3g} mm: there is "
+        "nothing to correct. If this pass ran a corrected path, name that as --previous, or its "
+        "correction is lost",
+        passes.front().source, result.before.rms / kMillimetre,
+        result.deviation.noise / kMillimetre));
+}
+
+void warn_of_gaps(Command& command, const MirrorResult& result) {
+  if (result.unrecorded > 0)
+    command.warn(fmt::format(
+        "{} samples in motion lie before or after the record and are not corrected; record from "
+        "before the tool moves until it stands again",
+        result.unrecorded));
+  for (const Pass& pass : result.passes)
+    if (pass.longest_gap > 0.5 / result.cutoff)
+      command.warn(fmt::format(
+          "the record has a gap of {:.2f} s, longer than the correction can follow: there it is "
+          "only interpolated",
+          pass.longest_gap));
+}
+
+}  // namespace armtrue::app

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "armtrue/path/mirror/mirror.h"
+#include "armtrue/path/samples/bad_samples.h"
+#include "command_line.h"
+
+namespace armtrue::app {
+
+/// What records of passes show that is more likely a mistake than the arm's, as warnings; see
+/// record_doubts.h and pass_doubts.h.
+
+void warn_of_the_same(Command& command, const std::vector<const PathFile*>& files);
+
+void warn_of_bad(Command& command, const PathFile& pass, const std::vector<BadSample>& bad);
+
+/// Throws InputError: too many samples are bad.
+[[noreturn]] void refuse(const PathFile& pass, const std::vector<BadSample>& bad);
+
+/// Of a corrected path, what the records of its passes leave in doubt.
+void warn_of_doubts(Command& command, const PathFile& programmed,
+                    const std::vector<PathFile>& passes, const MirrorResult& result,
+                    const MirrorOptions& options);
+
+/// A stretch that no sample covers is not corrected; a gap inside a record is interpolated.
+void warn_of_gaps(Command& command, const MirrorResult& result);
+
+}  // namespace armtrue::app

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "armtrue/effects/robot.h"
+#include "diagnosis/plain_fit.h"
+
+namespace armtrue {
+
+/// Names the anchor whose distances are all too long or too short by one factor, as where the drum
+/// of a draw-wire has another size. Beside all that is fitted, the distances of each of several
+/// anchors get a scale of their own: the one that explains most of the residual is named if that is
+/// at least a quarter, BIC with the poses as readings falls by more than 20 and the scale is off by
+/// 0.1 % or more. Nothing for points.
+std::optional<std::string> find_scale_of_anchor(const PlainFit& fit);
+
+/// Names a factor by which all lengths of the links change together from the robot file to the fit:
+/// links are not made so, and the instrument's unit or scale may be. With L a length of the file
+/// and D its change, s = sum(L D) / sum(L^2) is named if it is 0.2 % or more and leaves at most a
+/// tenth of sum(D^2), over three lengths or more that the readings show.
+std::optional<std::string> find_scale_of_links(const PlainFit& fit, const Robot& nominal);
+
+}  // namespace armtrue

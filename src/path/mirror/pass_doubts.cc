@@ -1,0 +1,83 @@
+#include "armtrue/path/mirror/pass_doubts.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+
+#include "armtrue/path/low_pass.h"
+#include "linear_algebra/decompositions.h"
+#include "path/mirror/mean_deviation.h"
+
+namespace armtrue {
+namespace {
+
+using Eigen::Index;
+
+constexpr double kUnlike = 0.5;      // of the mean deviation
+constexpr double kTimesNoise = 6;    // of a sample
+constexpr double kClearly = 3;       // standard deviations
+constexpr double kOnALine = 1e-12;  // of the squared extents: rounding of the file
+
+// RMS length of the means of blocks of some columns.
+double rms_of_blocks(const Eigen::Matrix3Xd& columns, Index length) {
+  double square = 0;
+  Index blocks = 0;
+  for (Index first = 0; first + length <= columns.cols(); first += length, ++blocks)
+    square += columns.middleCols(first, length).rowwise().mean().squaredNorm();
+  return blocks > 0 ? std::sqrt(square / static_cast<double>(blocks)) : 0;
+}
+
+}  // namespace
+
+std::optional<UnlikePass> find_unlike_pass(const Path& programmed, const std::vector<Path>& passes,
+                                           const MirrorResult& result) {
+  if (passes.size() < 2) return std::nullopt;
+  std::vector<Path> good;
+  for (size_t p = 0; p < passes.size(); ++p)
+    good.push_back(without(passes[p], result.passes[p].bad));
+  const PathDeviation& all = result.deviation;
+  const Index second = std::clamp<Index>(std::lround(1 / all.period), 1, all.time.size());
+  const double mean = rms_of_blocks(all.normal, second);
+  const auto count = static_cast<double>(passes.size());
+  std::optional<UnlikePass> found;
+  for (size_t p = 0; p < passes.size(); ++p) {
+    // Its distance from the mean of all is (count - 1) / count of that from the others.
+    const Eigen::Matrix3Xd off =
+        deviation_of_pass(programmed, good, result.passes, p).normal - all.normal;
+    const double apart = count / (count - 1) * rms_of_blocks(off, second);
+    if (apart <= std::max(kUnlike * mean, kTimesNoise * all.noise)) continue;
+    constexpr double kFarther = 1 + 1e-9;  // of two passes both are as far
+    if (!found || apart > kFarther * found->apart) found = UnlikePass{p, apart, mean};
+  }
+  return found;
+}
+
+bool deviates_against_force(const Path& programmed, const MirrorResult& result,
+                            const MirrorOptions& options) {
+  const PathDeviation& deviation = result.deviation;
+  const auto law = force_law(deviation, programmed, position_at(programmed, deviation.time),
+                             LowPass(options.order, result.cutoff, 1 / deviation.period));
+  if (!law || !law->directions[0].compliance) return false;
+  const ForceDirection& strongest = law->directions[0];
+  double value = 0, variance = 0;
+  for (size_t axis = 0; axis < 3; ++axis) {
+    const double share = strongest.direction[static_cast<Index>(axis)];
+    value += share * (*strongest.compliance)[axis].value;
+    variance += std::pow(share * (*strongest.compliance)[axis].std, 2);
+  }
+  return value + kClearly * std::sqrt(variance) < 0;
+}
+
+bool hardly_deviates(const MirrorResult& result) {
+  return result.before.rms <= result.deviation.noise;
+}
+
+bool is_straight(const Path& path) {
+  const Eigen::MatrixXd off = path.position.colwise() - path.position.rowwise().mean();
+  const Eigen::VectorXd extents =
+      Eigen::JacobiSVD<Eigen::MatrixXd>(off * off.transpose(), Eigen::ComputeFullU)
+          .singularValues();
+  return extents[1] <= kOnALine * extents[0];
+}
+
+}  // namespace armtrue

@@ -1,0 +1,107 @@
+// Readers of robot programs. What is read is corrected and written, too: bytes that are no number of
+// a corrected point stay as they are.
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "armtrue/kinematics/pose.h"
+#include "armtrue/programs/krl.h"
+#include "armtrue/programs/robot_program.h"
+#include "fuzz/targets.h"
+
+namespace armtrue::fuzz {
+namespace {
+
+auto lines(const std::string& text) { return std::count(text.begin(), text.end(), '\n'); }
+
+// Through the points of the programs in tests/programs/krl.
+Path path() {
+  const std::vector<Eigen::Vector3d> corners{
+      {0, 0, -5},  {300, 0, -5}, {350, 50, -5}, {350, 200, -5}, {0, 0, 50}, {0, 0, 0},
+      {100, 0, 0}, {110, 20, 0}, {100, 20, 0},  {100, 80, 0},   {0, 0, 0}};
+  constexpr Eigen::Index kPerSide = 5;
+  const auto sides = static_cast<Eigen::Index>(corners.size()) - 1;
+  Path result;
+  result.position.resize(3, sides * kPerSide + 1);
+  for (Eigen::Index i = 0; i <= sides * kPerSide; ++i) {
+    const auto side = static_cast<size_t>(std::min(i / kPerSide, sides - 1));
+    const double t = static_cast<double>(i) / kPerSide - static_cast<double>(side);
+    result.position.col(i) = 1e-3 * (corners[side] + t * (corners[side + 1] - corners[side]));
+  }
+  result.time = Eigen::VectorXd::LinSpaced(result.position.cols(), 0, 1);
+  return result;
+}
+
+// The .src, and behind a zero byte the .dat.
+std::vector<ProgramText> texts_of(const std::string& bytes, const char* name, const char* second) {
+  const size_t zero = bytes.find('\0');
+  std::vector<ProgramText> texts{{name, bytes.substr(0, zero)}};
+  if (zero != std::string::npos) texts.push_back({second, bytes.substr(zero + 1)});
+  return texts;
+}
+
+// As mirror-correct displaces a program along a path.
+void displace_krl(const std::string& bytes) {
+  const std::vector<ProgramText> texts = texts_of(bytes, "p.src", "p.dat");
+  KrlProgram program{texts[0], std::nullopt};
+  if (texts.size() > 1) program.dat = texts[1];
+  static const Path programmed = path();
+  const CorrectedKrl same = correct_krl(program, programmed, programmed.position);
+  require(same.src == program.src.text, "the .src changed without displacement");
+  require(!program.dat || *same.dat == program.dat->text, "the .dat changed without displacement");
+  Eigen::Matrix3Xd corrected = programmed.position;
+  for (Eigen::Index i = 0; i < corrected.cols(); ++i)
+    corrected(i % 3, i) += 1e-4 * std::sin(static_cast<double>(i));
+  const CorrectedKrl moved = correct_krl(program, programmed, corrected);
+  require(lines(moved.src) == lines(program.src.text) + moved.inserted, "lines are lost");
+}
+
+// As compensate corrects the points of a program.
+void correct(Dialect dialect, std::vector<ProgramText> texts) {
+  static const KnownFrames known{{"BASE_DATA[1]", {}}, {"TOOL_DATA[1]", {}}, {"wobj1", {}},
+                                 {"tool1", {}},        {"UF[1]", {}},        {"UT[1]", {}}};
+  const RobotProgram program = parse_program(dialect, texts, known);
+  std::vector<ProgramCommand> commands(program.targets.size());
+  RewrittenProgram same = rewrite(program, commands);
+  for (size_t i = 0; i < texts.size(); ++i)
+    require(same.texts[i] == texts[i].text, "a program changed without correction");
+  for (size_t k = 0; k < commands.size(); ++k) {
+    const ProgramTarget& target = program.targets[k];
+    commands[k] = {true, target.q, target.q, target.pose};
+    commands[k].q[static_cast<Eigen::Index>(k % kProgramAxes)] += 1e-4;
+    commands[k].pose.translation[static_cast<Eigen::Index>(k % 3)] += 1e-4;
+    commands[k].pose.rotation *= rotation_exp({0, 1e-4, 0});
+  }
+  RewrittenProgram moved = rewrite(program, commands);
+  for (size_t i = 0; i < texts.size(); ++i)
+    require(lines(moved.texts[i]) == lines(texts[i].text), "lines are lost");
+  rename(program, "OTHER_NAME", moved.texts);
+}
+
+void correct_krl_program(const std::string& bytes) {
+  correct(Dialect::krl, texts_of(bytes, "p.src", "p.dat"));
+}
+void correct_rapid_program(const std::string& bytes) {
+  correct(Dialect::rapid, {{"p.mod", bytes}});
+}
+void correct_fanuc_program(const std::string& bytes) { correct(Dialect::fanuc, {{"P.LS", bytes}}); }
+void correct_urscript_program(const std::string& bytes) {
+  correct(Dialect::urscript, {{"p.script", bytes}});
+}
+
+constexpr Target kTargets[] = {
+    {"krl-path", displace_krl},
+    {"krl", correct_krl_program},
+    {"rapid", correct_rapid_program},
+    {"fanuc", correct_fanuc_program},
+    {"urscript", correct_urscript_program},
+};
+
+}  // namespace
+
+std::span<const Target> robot_program_targets() { return kTargets; }
+
+}  // namespace armtrue::fuzz

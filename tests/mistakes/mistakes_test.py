@@ -1,0 +1,332 @@
+#!/usr/bin/env python3
+"""Mistakes of people, made in shipped or simulated data: none leaves a plausible result without a word. A line of the
+table says what the command answers: exit code and words. Exit 0 is a warning, which stands in the document as well.
+
+    mistakes_test.py BIN [-v] [NAME...]
+"""
+
+import csv
+import math
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+CONFIG = pathlib.Path(__file__).resolve().parents[2] / "config"
+ROBOT = CONFIG / "robots/kr360-spindle.yaml"
+ROUGHING = CONFIG / "robots/kr360-roughing.yaml"
+CAMPAIGN = CONFIG / "campaigns/tutorial.csv"
+LINE = CONFIG / "paths/line300.csv"
+BIN = FOLDER = None
+
+POINT = ("x_mm", "y_mm", "z_mm")
+JOINTS = tuple(f"q{j}_deg" for j in range(1, 7))
+ANGLES = ("a_deg", "b_deg", "c_deg")
+ANCHORS = ('anchors: {"1": {x_mm: 2500, y_mm: 1500, z_mm: 100}, "2": {x_mm: 2500, y_mm: -1500, z_mm: 300}, '
+           '"3": {x_mm: -500, y_mm: 2800, z_mm: 1500}}')
+
+
+def run(command, *arguments):
+    return subprocess.run([str(BIN / command), *map(str, arguments)], cwd=FOLDER, capture_output=True, text=True)
+
+
+def make(command, *arguments):
+    done = run(command, *arguments)
+    assert done.returncode == 0, done.stderr
+
+
+def rows(path):
+    with open(FOLDER / path) as file:
+        return list(csv.DictReader(file))
+
+
+def written(name, table):
+    with open(FOLDER / name, "w") as file:
+        writer = csv.DictWriter(file, table[0].keys())
+        writer.writeheader()
+        writer.writerows(table)
+    return name
+
+
+def changed(source, change, name="changed.csv"):
+    """A table with a mistake; `change` gets all rows, or returns the new ones."""
+    table = rows(source)
+    return written(name, change(table) or table)
+
+
+def each(change, where=lambda row: True):
+    def all_rows(table):
+        for row in table:
+            if where(row):
+                change(row)
+    return all_rows
+
+
+def scale(columns, factor, where=lambda row: True):
+    return each(lambda row: row.update({c: repr(float(row[c]) * factor) for c in columns}), where)
+
+
+def every(n):
+    return lambda row: int(row["pose"]) % n == 0
+
+
+def without(*columns):
+    return each(lambda row: [row.pop(c) for c in columns])
+
+
+def in_turn(*changes):
+    def all_rows(table):
+        for change in changes:
+            table = change(table) or table
+        return table
+    return all_rows
+
+
+def exchange(a, b, where=lambda row: True):
+    return each(lambda row: row.update({a: row[b], b: row[a]}), where)
+
+
+def add(column, value, where=lambda row: True):
+    return each(lambda row: row.update({column: repr(float(row[column]) + value)}), where)
+
+
+def twice(table):
+    return table + [dict(row) for row in table]
+
+
+def later_copies(table):
+    return table + [dict(row, t_s=repr(float(row["t_s"]) + 1e5)) for row in table]
+
+
+def clock_reset(table):
+    table.sort(key=lambda row: float(row["t_s"]))
+    for number, row in enumerate(table):
+        row["t_s"] = str(20 * (number % 120))
+
+
+def turned(a, b, degrees, where=lambda row: True):
+    c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+
+    def turn(row):
+        x, y = float(row[a]), float(row[b])
+        row[a], row[b] = repr(c * x - s * y), repr(s * x + c * y)
+    return each(turn, where)
+
+
+def cut_from(line, column, value):
+    def all_rows(table):
+        for row in table[line:]:
+            row[column] = repr(float(row[column]) + value)
+    return all_rows
+
+
+def wave(table):
+    for row in table:
+        row["z_mm"] = repr(float(row["z_mm"]) + 4 * math.sin(2 * math.pi * (float(row["x_mm"]) + 100) / 150))
+
+
+def robot_with(old, new):
+    text = ROBOT.read_text()
+    changed_text = re.sub(old, new, text, count=1)
+    assert changed_text != text, old
+    (FOLDER / "robot.yaml").write_text(changed_text)
+    return "robot.yaml"
+
+
+def campaign(change, robot=ROBOT, command="calibrate", source=CAMPAIGN, more=()):
+    return lambda: (command, "--robot", robot() if callable(robot) else robot, changed(source, change), *more)
+
+
+def mirror(record=None, programmed=LINE, more=()):
+    return lambda: ("mirror-correct", "--programmed", programmed() if callable(programmed) else programmed,
+                    "--measured", *(record() if callable(record) else [record]), "--summary", "summary.yaml", *more,
+                    "-o", "corrected.csv")
+
+
+def record(change, source="pass.csv"):
+    return lambda: [changed(source, change, "record.csv")]
+
+
+def program(*lines):
+    def arguments():
+        (FOLDER / "line.src").write_text("\n".join(lines) + "\n")
+        return mirror("pass.csv", more=("--program", "line.src", "--program-out", "cut.src"))()
+    return arguments
+
+
+def prepare():
+    """Passes of the shipped line, and distances from three anchors."""
+    for name, seed, more in (("pass", 1, ("--clock-offset-s", 1)), ("air", 2, ("--depth-mm", 0)), ("again", 3, ())):
+        make("simulate-path", "--robot", ROUGHING, "--noise-mm", 0.095, "--noise-n", 1, "--seed", seed, *more, LINE, "-o",
+             f"{name}.csv")
+    make("mirror-correct", "--programmed", LINE, "--measured", "pass.csv", "-o", "first.csv")
+    make("simulate-path", "--robot", ROUGHING, "--noise-mm", 0.095, "--seed", 4, "--part", LINE, "first.csv", "-o",
+         "second.csv")
+    nominal = re.sub(r"(\ntool:.*)", lambda found: found[1] + "\n" + ANCHORS, ROBOT.read_text())
+    (FOLDER / "wires.yaml").write_text(nominal)
+    make("simulate-poses", "--robot", "wires.yaml", "--count", 60, "--repeats", 3, "--noise-mm", 0.095, "-o", "wires.csv")
+    make("calibrate", "--robot", ROBOT, CAMPAIGN, "-o", "calibrated.yaml")
+    written("once.csv", [row for row in rows(CAMPAIGN) if row["repeat"] == "1"])
+
+
+NO_ORIENTATION = without(*ANGLES)
+EVEN_OFF = add("y_mm", 18, every(2))
+MIXED = in_turn(NO_ORIENTATION, exchange("q4_deg", "q6_deg", every(10)))
+NO_NOISE = lambda: robot_with(r"noise: .*", "")
+
+# name: arguments, exit code, words
+TABLE = {
+    # units of some rows
+    "a tenth in metres": (campaign(scale(POINT, 1e-3, every(10))), 1, "metres among millimetres"),
+    "a third in inches": (campaign(scale(POINT, 1 / 25.4, every(3))), 1, "inches among millimetres"),
+    "angles of a tenth in radians": (campaign(scale(JOINTS, math.pi / 180, every(10))), 1, "radians among degrees"),
+    # joint columns
+    "joint columns of a tenth exchanged": (campaign(MIXED), 1, "q4 and q6 look exchanged"),
+    "joint columns exchanged": (campaign(in_turn(NO_ORIENTATION, exchange("q4_deg", "q6_deg"))), 1,
+                                "no readings of this robot"),
+    "a joint column written twice": (campaign(in_turn(NO_ORIENTATION, each(lambda r: r.update(q6_deg=r["q4_deg"])))), 3,
+                                     "more than an arm of this size"),
+    "joint angles 10 turns beyond": (campaign(add("q6_deg", 3600)), 1, "count no turns"),
+    "directions negated": (campaign(each(lambda r: r.update({f"dir{j}": str(-int(r[f"dir{j}"])) for j in range(1, 7)}))),
+                           0, "is their sign wrong"),
+    # the clock
+    "clock reset": (campaign(clock_reset), 0, "was the clock reset?"),
+    "all times equal": (campaign(each(lambda r: r.update(t_s="1000"))), 0, "the clock stands still"),
+    "times in milliseconds": (campaign(scale(("t_s",), 1000)), 0, "does it count milliseconds?"),
+    # copies
+    "rows doubled": (campaign(in_turn(without("repeat"), twice)), 1, "time included"),
+    "rows doubled without time": (campaign(in_turn(without("repeat", "t_s"), twice)), 0, "if they are copies"),
+    "rows doubled with a later time": (campaign(in_turn(without("repeat"), later_copies)), 0, "but for the time"),
+    # the frame and the scale of the instrument
+    "later half in another frame": (campaign(in_turn(turned("x_mm", "y_mm", 0.2, lambda r: float(r["t_s"]) > 2000),
+                                                     add("a_deg", 0.2, lambda r: float(r["t_s"]) > 2000))), 0,
+                                    "lie in another frame"),
+    "mirrored axis": (campaign(scale(("y_mm",), -1)), 1, "left-handed"),
+    "mirrored axis, points": (campaign(in_turn(NO_ORIENTATION, scale(("y_mm",), -1))), 1, "left-handed"),
+    "mirrored axis of a third": (campaign(scale(("y_mm",), -1, every(3))), 1, "y seems to have the wrong sign"),
+    "instrument's scale 1 % off": (campaign(scale(POINT, 1.01)), 0, "the links come out longer"),
+    "one wire 1 % long": (campaign(scale(("l_mm",), 1.01, lambda r: r["anchor"] == "1"), "wires.yaml",
+                                   source="wires.csv"), 1, "the distances from anchor 1 are too long by"),
+    "all wires 1 % long": (campaign(scale(("l_mm",), 1.01), "wires.yaml", source="wires.csv"), 0,
+                           "the links come out longer"),
+    # the robot file
+    "robot is calibrated already": (campaign(each(lambda r: None), "calibrated.yaml"), 0, "is calibrated already"),
+    "zero of joint 4 half a turn off": (campaign(each(lambda r: None),
+                                                 lambda: robot_with(r"(name: A4,.* theta_deg: )0", r"\g<1>180")), 1,
+                                        "joint 5 seems to count the other way"),
+    "zero of joint 5 half a turn off, points": (
+        campaign(NO_ORIENTATION, lambda: robot_with(r"(name: A5,.* theta_deg: )0", r"\g<1>180")), 3,
+        "more than an arm of this size"),
+    "length 200 mm off": (campaign(NO_ORIENTATION, lambda: robot_with(r"(name: A2,.* d_mm: )500", r"\g<1>700")), 1,
+                          "which is no error of an arm"),
+    "length 120 mm off": (campaign(each(lambda r: None), lambda: robot_with(r"(name: A5,.* d_mm: )0", r"\g<1>120")), 1,
+                          "which is no error of an arm"),
+    # no result beyond what an arm can have leaves with exit 0
+    "half the poses 18 mm off, calibrate": (campaign(EVEN_OFF), 3, "more than an arm of this size"),
+    "half the poses 18 mm off, close-loop": (campaign(EVEN_OFF, command="close-loop", source="once.csv",
+                                                      more=("--only-catalogue",)), 3, "more than an arm of this size"),
+    "half the poses 18 mm off, trace-residual": (campaign(EVEN_OFF, command="trace-residual", source="once.csv",
+                                                          more=("--only-catalogue",)), 3, "more than an arm of this"),
+    "half the poses 18 mm off, evaluate-poses": (campaign(EVEN_OFF, command="evaluate-poses"), 0,
+                                                 "more than an arm of this size"),
+    "half the poses 18 mm off, evaluate-poses of a calibrated robot": (
+        campaign(EVEN_OFF, "calibrated.yaml", "evaluate-poses"), 3, "more than an arm of this size"),
+    "half the poses 18 mm off, evaluate-poses --refit": (
+        campaign(EVEN_OFF, command="evaluate-poses", more=("--refit", "base,tool")), 3, "more than an arm of this size"),
+    "no floor": (campaign(each(lambda r: None), NO_NOISE, "close-loop", "once.csv", ("--only-catalogue",)), 0,
+                 "takes it as zero"),
+    # records of paths
+    "program and record exchanged": (mirror(lambda: [LINE], "pass.csv"), 1, "they look exchanged"),
+    "program as record": (mirror(lambda: [LINE]), 0, "holds the same as"),
+    "half a record in another frame": (mirror(record(cut_from(206, "y_mm", 2))), 0, "was the instrument knocked"),
+    "frame turned by 0.2 deg": (mirror(record(turned("y_mm", "z_mm", 0.2))), 0, "is a motion of the whole record"),
+    "record mirrored": (mirror(record(scale(("y_mm",), -1))), 1, "in another frame or of another pass"),
+    "record mirrored, frame fitted": (mirror(record(scale(("y_mm",), -1)), more=("--fit-frame",)), 0,
+                                      "nor whether an axis has the wrong sign"),
+    "record mirrored at the line": (mirror(record(each(lambda r: r.update(y_mm=repr(-3300 - float(r["y_mm"])))))), 0,
+                                    "deviates against the force"),
+    "second pass without --previous": (mirror("second.csv"), 0, "name that as --previous"),
+    "second pass with --before alone": (mirror("second.csv", more=("--before", "pass.csv")), 0,
+                                        "--previous does not name the correction"),
+    "air averaged with a cut": (mirror(lambda: ["air.csv", "again.csv"]), 0, "does one cut air"),
+    "a pass averaged with its correction": (mirror(lambda: ["pass.csv", "second.csv"]), 0, "or a correction?"),
+    "another program": (mirror("pass.csv", lambda: changed(LINE, wave, "other.csv")), 0,
+                        "is it the record of this program?"),
+    "another program, 30 mm beside": (mirror("pass.csv", lambda: changed(LINE, add("y_mm", 30), "other.csv")), 1,
+                                      "of another pass"),
+    "another program, slower": (mirror("pass.csv", lambda: changed(LINE, scale(("t_s",), 1.3), "other.csv")), 1,
+                                "of another pass"),
+    # programs
+    "$BASE changes": (program("DEF line( )", "$BASE=BASE_DATA[1]", "LIN {X -100,Y -1650,Z 850,A 0,B 0,C 0}",
+                              "$BASE=BASE_DATA[2]", "LIN {X 200,Y -1650,Z 850,A 0,B 0,C 0}", "END"), 0,
+                      "$BASE is another one"),
+    "$BASE changes by inline forms": (
+        program("DEF line( )", "DECL FDAT FA={TOOL_NO 1,BASE_NO 1,IPO_FRAME #BASE}",
+                "DECL FDAT FB={TOOL_NO 1,BASE_NO 2,IPO_FRAME #BASE}", "FDAT_ACT=FA",
+                "LIN {X -100,Y -1650,Z 850,A 0,B 0,C 0}", "FDAT_ACT=FB", "LIN {X 200,Y -1650,Z 850,A 0,B 0,C 0}", "END"),
+        0, "$BASE is another one"),
+    "$BASE is $WORLD in between": (
+        program("DEF line( )", "$BASE=BASE_DATA[1]", "LIN {X -100,Y -1650,Z 850,A 0,B 0,C 0}", "$BASE=$WORLD",
+                "LIN {X 200,Y -1650,Z 850,A 0,B 0,C 0}", "END"), 0, "$BASE is another one"),
+    "$TOOL changes": (program("DEF line( )", "$TOOL=TOOL_DATA[1]", "LIN {X -100,Y -1650,Z 850,A 0,B 0,C 0}",
+                              "BAS(#TOOL,2)", "LIN {X 200,Y -1650,Z 850,A 0,B 0,C 0}", "END"), 0,
+                      "$TOOL is another one"),
+    "the tool stands in the room": (
+        program("DEF line( )", "$IPO_MODE=#TCP", "LIN {X -100,Y -1650,Z 850,A 0,B 0,C 0}",
+                "LIN {X 200,Y -1650,Z 850,A 0,B 0,C 0}", "END"), 0, "its tool stands in the room"),
+}
+
+# The same without the mistake: not a word.
+SOUND = {
+    "campaign": campaign(each(lambda r: None)),
+    "points": campaign(NO_ORIENTATION),
+    "distances": campaign(each(lambda r: None), "wires.yaml", source="wires.csv"),
+    "close-loop": campaign(each(lambda r: None), command="close-loop", more=("--only-catalogue",)),
+    "pass": mirror("pass.csv"),
+    "two cuts": mirror(lambda: ["pass.csv", "again.csv"]),
+    "second pass": mirror("second.csv", more=("--previous", "first.csv", "--before", "pass.csv")),
+    "program": program("DEF line( )", "$BASE=BASE_DATA[1]", "BAS(#TOOL,1)", "LIN {X -100,Y -1650,Z 850,A 0,B 0,C 0}",
+                       "BAS(#BASE,1)", "LIN {X 200,Y -1650,Z 850,A 0,B 0,C 0}", "END"),
+}
+
+
+class Mistakes(unittest.TestCase):
+    def answer(self, arguments):
+        for name in ("summary.yaml", "cut.src", "corrected.csv"):
+            (FOLDER / name).unlink(missing_ok=True)
+        return run(*arguments())
+
+    def mistake(self, name):
+        arguments, code, words = TABLE[name]
+        done = self.answer(arguments)
+        self.assertEqual(done.returncode, code, done.stderr)
+        self.assertIn(words, done.stderr)
+        if code == 1:
+            return self.assertEqual(done.stdout, "")
+        summary = FOLDER / "summary.yaml"
+        document = summary.read_text() if summary.exists() else done.stdout
+        self.assertIn(words, re.sub(r"\s*\n\s*", " ", document), "the document does not say it")
+
+    def sound(self, name):
+        done = self.answer(SOUND[name])
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+
+
+def identifier(name):
+    return re.sub(r"\W+", "_", name)
+
+
+for name in TABLE:
+    setattr(Mistakes, "test_mistake_" + identifier(name), lambda self, name=name: self.mistake(name))
+for name in SOUND:
+    setattr(Mistakes, "test_sound_" + identifier(name), lambda self, name=name: self.sound(name))
+
+
+if __name__ == "__main__":
+    BIN = pathlib.Path(sys.argv.pop(1)).resolve()
+    with tempfile.TemporaryDirectory() as place:
+        FOLDER = pathlib.Path(place)
+        prepare()
+        unittest.main()
