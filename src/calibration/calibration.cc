@@ -281,8 +281,11 @@ void set_robot(const SessionModels& model, const Eigen::VectorXd& x, Calibration
   const double wide = student_t_975(static_cast<int>(model.campaign().pose_ids.size()) - 1);
   for (int e = 0; e < model.fitted_effects(); ++e)
     for (Coefficient& c : result.robot.effects[e].coefficients) {
-      c.std = std::sqrt(result.covariance(k, k));
-      c.ci95 = {c.value - wide * c.std, c.value + wide * c.std};
+      // Of what nothing drives in these readings they say nothing.
+      if (result.share_of_readings[k] > 0) {
+        c.std = std::sqrt(result.covariance(k, k));
+        c.ci95 = {c.value - wide * c.std, c.value + wide * c.std};
+      }
       ++k;
     }
 }

@@ -247,10 +247,12 @@ class Search {
         .q[static_cast<size_t>(all_.rows[static_cast<size_t>(all_.of_pose[pose].front())])];
   }
 
-  // Whether the poses next to it along some joint are off too.
+  // Whether the poses next to it along some joint are off too, more than chance lets two of the
+  // four be along any of the joints: joints * 6 p^2 is improbable.
   bool has_company(size_t pose, double s2) const {
-    constexpr double kOffToo = 0.01;
     constexpr size_t kNearest = 4, kCompany = 2;
+    constexpr double kPairs = 6;
+    const double off_too = std::sqrt(kImprobable / (kPairs * joint_count(robot_.chain)));
     for (int joint = 0; joint < joint_count(robot_.chain); ++joint) {
       std::vector<std::pair<double, size_t>> others;
       for (size_t other = 0; other < judged_.size(); ++other)
@@ -258,7 +260,7 @@ class Search {
       std::ranges::sort(others);
       size_t company = 0;
       for (size_t k = 0; k < std::min(kNearest, others.size()); ++k)
-        company += p_value(others[k].second, s2) < kOffToo ? 1 : 0;
+        company += p_value(others[k].second, s2) < off_too ? 1 : 0;
       if (company >= kCompany) return true;
     }
     return false;

@@ -16,6 +16,9 @@ constexpr double kMaxEffect = 0.005;  // m, rad: of a parameter, by one effect
 constexpr double kTypicalCurve = 5e-4, kMinWidth = 1e-6;
 constexpr size_t kMinOfCurve = 3;  // coefficients
 constexpr double kSettled = 0.01;  // relative change of a width
+// Of a coefficient whose driver is zero in all rows, about the value that it has: it only keeps
+// the information regular.
+constexpr double kUndriven = 1;
 constexpr double kFree = std::numeric_limits<double>::infinity();
 
 enum Class { lengths, angles, zero_offsets, kClasses };
@@ -127,6 +130,8 @@ void add_coefficients(const Robot& robot, const SessionModels& models, Priors& p
             {k, priors.widths[of_family].deviation * unit, c.value, of_family, unit});
       } else if (value > 0)
         priors.of_unknowns.push_back({k, kMaxEffect / std::sqrt(value), c.value});
+      else
+        priors.of_unknowns.push_back({k, kUndriven});
       ++k;
     }
   }

@@ -49,7 +49,7 @@ struct Priors {
 /// - coefficients of a curve (a series of three or more): about 0, all with one deviation;
 /// - other coefficients: about 0, with the deviation at which the effect moves its parameter by
 ///   5 mm or 5 mrad RMS over the rows. No effect is larger, and without this bound a coefficient
-///   that the poses do not show would run away.
+///   that the poses do not show would run away. One that nothing drives stays as it is.
 Priors priors_of(const Robot& robot, const SessionModels& models);
 
 /// Adds the information of the priors, 1 / deviation^2 on the diagonal, to that of the readings.

@@ -33,6 +33,7 @@ bool is_of_the_arm(DriverKind kind) {
     case DriverKind::azimuth:
     case DriverKind::elevation:
     case DriverKind::incidence:
+    case DriverKind::place:
       break;
   }
   return false;

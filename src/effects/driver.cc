@@ -29,6 +29,7 @@ constexpr Word kWords[] = {
     {DriverKind::azimuth, "azimuth", "rad", false},
     {DriverKind::elevation, "elevation", "rad", false},
     {DriverKind::incidence, "incidence", "rad", false},
+    {DriverKind::place, "place", "m", false},
 };
 
 const Word& word(DriverKind kind) {

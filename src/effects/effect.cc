@@ -4,10 +4,13 @@ namespace armtrue {
 
 int group_size(const std::string& parameter) {
   if (parameter == "base" || parameter == "tool") return 6;
+  if (parameter == kPointOfInstrument) return 3;
   return parameter.starts_with("target ") && parameter.find('.') == std::string::npos ? 3 : 1;
 }
 
 std::optional<int> first_parameter(const KinematicChain& chain, const std::string& parameter) {
+  // What moves all readings of points moves the base just so.
+  if (parameter == kPointOfInstrument) return kBaseParameters;
   return find_parameter(chain, is_group(parameter) ? parameter + ".x" : parameter);
 }
 
@@ -23,7 +26,10 @@ std::string why_invalid(const std::string& parameter, const Driver& driver, cons
       of_instrument || parameter.starts_with("target ") || parameter.starts_with("anchor ");
   if (driver.is_pair() && shape.kind != ShapeKind::series)
     return "two joint angles need the shape 'series'";
-  if (driver.kind == DriverKind::position && (!of_instrument || parameter == "instrument.azimuth"))
+  if ((driver.kind == DriverKind::place) != is_polynomial(shape))
+    return "'place' drives the shape 'series' in the basis 'polynomial', and it alone drives that";
+  if (driver.kind == DriverKind::position &&
+      (!of_instrument || parameter == "instrument.azimuth" || parameter == kPointOfInstrument))
     return "'position', the reading itself, drives instrument.scale, .range and .elevation alone, "
            "and would be a constant of '" +
            parameter + "'; name what changes it from reading to reading";

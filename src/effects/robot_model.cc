@@ -99,7 +99,7 @@ BoundEffect::BoundEffect(const Effect& effect, const Robot& robot,
 
   needs_frames_ = !loads_.empty() || driver_.kind == DriverKind::range ||
                   driver_.kind == DriverKind::azimuth || driver_.kind == DriverKind::elevation ||
-                  driver_.kind == DriverKind::incidence;
+                  driver_.kind == DriverKind::incidence || driver_.kind == DriverKind::place;
   needs_jacobian_ = driver_.involves(DriverKind::force);
   const int members = static_cast<int>(parameters_.size());
   const bool is_vector = driver_.kind == DriverKind::moment && members > 1;
@@ -178,6 +178,7 @@ double BoundEffect::driver_value(DriverKind kind, int joint, size_t member, cons
     }
     case DriverKind::gravity_torque:
     case DriverKind::moment:
+    case DriverKind::place:
       break;
   }
   double load = 0;
@@ -197,6 +198,8 @@ void BoundEffect::shape_values(size_t member, const Context& context, const ArmF
                                const PoseJacobian* jacobian, double* out) const {
   if (driver_.is_pair())
     return evaluate_product(shape_, context.q[driver_.joint], context.q[driver_.second_joint], out);
+  if (driver_.kind == DriverKind::place)
+    return evaluate_polynomial(shape_, frames->back() * tool_.translation, out);
   const bool linear_load =
       (driver_.kind == DriverKind::gravity_torque || driver_.kind == DriverKind::moment) &&
       shape_.kind == ShapeKind::linear;

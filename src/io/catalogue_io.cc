@@ -92,6 +92,8 @@ CatalogueEntry read_entry(YamlMap map) {
   entry.of_every_joint = of_a_joint && !map.has("joints");
   read_driver(map, entry);
   entry.shape = read_shape(map);
+  if (entry.shape.kind == ShapeKind::series)
+    read_series(map.map("series"), entry.driver.is_pair(), entry.shape);
   if (const std::string why = why_invalid(entry.parameter, entry.driver, entry.shape); !why.empty())
     map.fail("driver", why);
   const bool of_angle = has_at(entry.shape.kind) && entry.driver.kind == DriverKind::joint_angle;
@@ -100,8 +102,6 @@ CatalogueEntry read_entry(YamlMap map) {
     map.fail("shape", "'" + to_string(entry.shape) +
                           "' follows time or a joint angle here, over which t* and tau are "
                           "searched; take such a driver or another shape");
-  if (entry.shape.kind == ShapeKind::series)
-    read_series(map.map("series"), entry.driver.is_pair(), entry.shape);
   const std::string sign = map.text("sign", "any");
   if (sign != "any" && sign != "positive")
     map.fail("sign", "'" + sign + "' is neither any nor positive");

@@ -447,9 +447,27 @@ bool is_shown(const Effect& effect, const Robot& robot, const Campaign& campaign
   if (parameter.starts_with("target "))
     return std::ranges::count(campaign.target_names, parameter.substr(7)) > 0;
   if (parameter.starts_with("anchor ")) return campaign.has_distances();
+  if (parameter == kPointOfInstrument) return !campaign.has_distances();
   const bool by_sight = parameter.starts_with("instrument.") && parameter != "instrument.scale";
   return !by_sight ||
          (knows_instrument(robot) && (!campaign.has_distances() || campaign.has_coordinates()));
+}
+
+// A cube about the places measured.
+void set_range_of_places(const Robot& robot, const Campaign& campaign, Shape& shape) {
+  const ChainEvaluator chain(robot.chain);
+  Eigen::Array3d low = Eigen::Array3d::Constant(std::numeric_limits<double>::infinity());
+  Eigen::Array3d high = -low;
+  for (const JointVector& q : campaign.q) {
+    const Eigen::Vector3d place = chain.link_frames(q).back() * robot.chain.tool.translation;
+    low = low.min(place.array());
+    high = high.max(place.array());
+  }
+  const double half = 0.5 * (high - low).maxCoeff();
+  for (int axis = 0; axis < 3; ++axis) {
+    shape.low[axis] = 0.5 * (low[axis] + high[axis]) - half;
+    shape.high[axis] = 0.5 * (low[axis] + high[axis]) + half;
+  }
 }
 
 // Whether nearly all ways since a reversal are so long that the shape is backlash, an effect of
@@ -494,6 +512,7 @@ std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Ro
           Candidate candidate{effect, 0, entry.only_positive, true, entry.separated_by};
           candidate.effect.driver = driver;
           candidate.effect.shape = shape;
+          if (is_polynomial(shape)) set_range_of_places(robot, campaign, candidate.effect.shape);
           candidate.degree = degree;
           candidate.in_words = entry.in_words;
           candidate.of_most_arms = entry.usual == Usual::most_arms;
@@ -633,6 +652,17 @@ std::vector<Candidate> open_candidates(const Robot& robot, const Campaign& campa
   search.add_slow_curves();
   search.add_own_angles();
   return search.take();
+}
+
+bool is_of_no_arm(const Effect& effect, const KinematicChain& chain) {
+  const auto first = first_parameter(chain, effect.parameter);
+  const bool is_length = first && layout_of(chain).is_of_links(*first) &&
+                         !is_zero_offset(chain, *first) &&
+                         parameter_unit(chain, *first) == ParameterUnit::metre;
+  if (effect.driver.involves(DriverKind::joint_angle))
+    return is_length || effect.parameter.starts_with("base");
+  return is_length && effect.driver.kind == DriverKind::time &&
+         effect.shape.kind == ShapeKind::step;
 }
 
 std::vector<Candidate> steps_anywhere(const Candidate& step, const Campaign& campaign) {

@@ -20,6 +20,10 @@ std::vector<Candidate> family_candidates(const std::vector<Candidate>& singles, 
 /// Every parameter against every driver, in bases that assume no cause.
 std::vector<Candidate> open_candidates(const Robot& robot, const Campaign& campaign);
 
+/// Whether the base or a length follows a joint angle, or a length jumps in time: those of no rigid
+/// arm do.
+bool is_of_no_arm(const Effect& effect, const KinematicChain& chain);
+
 /// A step or kink at any place of its driver, the time or a joint angle, between two readings (of
 /// very many, evenly taken).
 std::vector<Candidate> steps_anywhere(const Candidate& step, const Campaign& campaign);

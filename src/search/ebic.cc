@@ -7,6 +7,8 @@
 namespace armtrue {
 namespace {
 
+// More coefficients leave too little to judge them by.
+constexpr double kMaxShareOfFreedom = 0.75;
 constexpr double kMinShareLeft = 1e-12;  // keeps the logarithm finite where nothing is left
 
 }  // namespace
@@ -17,10 +19,14 @@ double ebic_fall(bool is_shrunken, double log_choices, int k, double gain, doubl
   const double left = std::max(kMinShareLeft, 1.0 - gain / before);
   const double fall = -freedom * std::log(left);
   const double count = k;
-  double charge = count * std::log(freedom);
-  if (is_shrunken)
-    charge = std::min(charge, fall <= count ? fall : count * (1 + std::log(fall / count)));
-  return fall - charge - 2.0 * log_choices;
+  if (!is_shrunken) return fall - count * std::log(freedom) - 2.0 * log_choices;
+  if (count > kMaxShareOfFreedom * freedom) return -std::numeric_limits<double>::infinity();
+  const double by_more_than_chance = fall * count / (-freedom * std::log(1.0 - count / freedom));
+  const double charge =
+      std::min(count * std::log(freedom),
+               by_more_than_chance <= count ? by_more_than_chance
+                                            : count * (1 + std::log(by_more_than_chance / count)));
+  return by_more_than_chance - charge - 2.0 * log_choices;
 }
 
 }  // namespace armtrue

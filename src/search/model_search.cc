@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "armtrue/calibration/evaluation.h"
+#include "search/candidates.h"
 #include "search/cross_validation.h"
 
 namespace armtrue {
@@ -61,6 +62,8 @@ class ModelSearch {
   std::optional<int> better_than(double score, const std::vector<CandidateScore>& scores,
                                  bool known) const;
   bool merge_into_spline(size_t least);
+  bool merge_into_distortion();
+  bool is_piece_of_distortion(const Candidate& candidate) const;
   void settle_inner_values();
   void drop_idle();
   void split_families();
@@ -92,6 +95,7 @@ void ModelSearch::run() {
     while (step()) {
       if (may_revise && model_.chosen().size() > 1) revise(KnownCauses::stay);
       merge_into_spline(kMinPiecesOfCurve);
+      merge_into_distortion();
       may_revise &= is_new_model();
       result_.stages.push_back(model_.fit());
     }
@@ -263,6 +267,38 @@ bool ModelSearch::merge_into_spline(size_t least) {
   }
   if (curve < 0 || ++merges_ > kMaxMerges) return false;
   model_.merge(merged, candidates()[curve]);
+  return true;
+}
+
+// Whether it may be a part of how the instrument distorts space: an error of its line of sight that
+// stays in time, or what no rigid arm does.
+bool ModelSearch::is_piece_of_distortion(const Candidate& candidate) const {
+  const Effect& effect = candidate.effect;
+  if (!effect.parameter.starts_with("instrument."))
+    return !candidate.from_catalogue && is_of_no_arm(effect, model_.fit().robot.chain);
+  return effect.driver.kind != DriverKind::time && effect.driver.kind != DriverKind::incidence;
+}
+
+// Replaces two or more pieces of a distortion of space by one where EBIC prefers it. False if
+// nothing changed.
+bool ModelSearch::merge_into_distortion() {
+  std::vector<int> pieces, effects;
+  for (size_t k = 0; k < model_.chosen().size(); ++k)
+    if (is_piece_of_distortion(model_.chosen()[k])) {
+      pieces.push_back(static_cast<int>(k));
+      effects.push_back(model_.in_fit(k));
+    }
+  if (pieces.size() < 2) return false;
+  double most = model_.score_of(pieces).score + kMinFallToExchange;
+  const std::vector<CandidateScore> scores = model_.view().projected.scores_without(effects);
+  std::optional<Candidate> distortion;
+  for (size_t c = 0; c < scores.size(); ++c)
+    if (is_polynomial(candidates()[c].effect.shape) && scores[c].score > most) {
+      most = scores[c].score;
+      distortion = candidates()[c];
+    }
+  if (!distortion || ++merges_ > kMaxMerges) return false;
+  model_.merge(pieces, *distortion);
   return true;
 }
 

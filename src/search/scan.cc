@@ -24,7 +24,8 @@ std::string value_key(const Effect& effect) {
                     std::to_string(shape.count) + "|" + std::to_string(shape.at) + "|" +
                     std::to_string(shape.tau) + "|" + std::to_string(shape.low[0]) + "|" +
                     std::to_string(shape.high[0]) + "|" + std::to_string(shape.low[1]) + "|" +
-                    std::to_string(shape.high[1]);
+                    std::to_string(shape.high[1]) + "|" + std::to_string(shape.low[2]) + "|" +
+                    std::to_string(shape.high[2]);
   if (effect.driver.kind == DriverKind::moment || effect.driver.involves(DriverKind::force))
     key += "|" + effect.parameter;
   return key;

@@ -9,6 +9,7 @@
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
+#include "search/candidates.h"
 
 namespace armtrue {
 namespace {
@@ -195,13 +196,7 @@ bool may_be_instrument(const TracedEffect& traced, const Robot& robot) {
     return rival.effect.parameter.starts_with("instrument.");
   };
   if (std::ranges::any_of(traced.indistinguishable, of_instrument)) return true;
-  // Neither a base nor a length of a rigid link follows a joint angle.
-  const auto first = first_parameter(robot.chain, traced.effect.parameter);
-  const bool is_length = first && layout_of(robot.chain).is_of_links(*first) &&
-                         !is_zero_offset(robot.chain, *first) &&
-                         parameter_unit(robot.chain, *first) == ParameterUnit::metre;
-  return traced.in_words.empty() && traced.effect.driver.involves(DriverKind::joint_angle) &&
-         (is_length || traced.effect.parameter.starts_with("base"));
+  return traced.in_words.empty() && is_of_no_arm(traced.effect, robot.chain);
 }
 
 std::string for_the_cell(const TracedEffect& traced, const HeldOutGain* gain, const Robot& robot) {

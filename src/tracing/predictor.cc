@@ -234,7 +234,8 @@ Robot with_remainder(const CalibrationResult& fit, const Campaign& campaign,
   if (options.beyond_catalogue)
     for (const Candidate& open : open_candidates(fit.robot, campaign)) candidates.push_back(open);
   std::erase_if(candidates, [](const Candidate& candidate) {
-    return candidate.effect.driver.involves(DriverKind::time);
+    return candidate.effect.driver.involves(DriverKind::time) ||
+           is_polynomial(candidate.effect.shape);
   });
   const auto poses = static_cast<double>(campaign.pose_ids.size());
   const double equations = static_cast<double>(campaign.rows()) * campaign.reading_size().all();

@@ -77,6 +77,20 @@ TEST(Priors, AreInvisibleWithManyPoses) {
 
 // A calibrated robot that is calibrated again is drawn to the values of its file, not to those of
 // the fit before.
+// No reading carries a force, so nothing is said of what a force does.
+TEST(Priors, CoefficientThatNothingDrivesStaysAsItIs) {
+  const Robot robot = shipped("kr360-roughing");
+  const CalibrationResult fit = calibrate(robot, measured(robot, 40, 5));
+  for (size_t e = 0; e < robot.effects.size(); ++e) {
+    const Coefficient& before = robot.effects[e].coefficients.front();
+    const Coefficient& after = fit.robot.effects[e].coefficients.front();
+    EXPECT_TRUE(std::isfinite(after.std)) << robot.effects[e].name;
+    if (robot.effects[e].driver.kind != DriverKind::force) continue;
+    EXPECT_DOUBLE_EQ(after.value, before.value);
+    EXPECT_EQ(after.std, 0);
+  }
+}
+
 TEST(Priors, StayAboutTheNominalValues) {
   const Robot robot = shipped("kr360-spindle");
   const Campaign campaign = measured(shipped("kr360-table4"), 12, 4);

@@ -125,5 +125,26 @@ TEST(Shape, ProductSeriesHoldsEveryProduct) {
   EXPECT_DOUBLE_EQ(out[3], std::cos(0.3) * std::cos(1.1));
 }
 
+// Degree 2 and 3 in full, nothing of degree 0 and 1, and the last value beyond the range.
+TEST(Shape, PolynomialHoldsEveryProductOfItsDegrees) {
+  Shape shape;
+  shape.kind = ShapeKind::series;
+  shape.basis = SeriesBasis::polynomial;
+  shape.count = 3;
+  shape.low = {1, -2, 0};
+  shape.high = {3, 2, 1};
+  ASSERT_EQ(value_count(shape), 16);
+  double out[16];
+  evaluate_polynomial(shape, {2.5, 1, 0.75}, out);  // u = 0.5 on all axes
+  EXPECT_EQ(std::count_if(out, out + 16, [](double v) { return v == 0.25; }), 6);
+  EXPECT_EQ(std::count_if(out, out + 16, [](double v) { return v == 0.125; }), 10);
+  evaluate_polynomial(shape, {2.5, 0, 0.5}, out);  // u = 0.5, 0, 0: only powers of the first
+  EXPECT_EQ(std::count_if(out, out + 16, [](double v) { return v != 0; }), 2);
+  double beyond[16];
+  evaluate_polynomial(shape, {9, -7, 5}, beyond);
+  evaluate_polynomial(shape, {3, -2, 1}, out);
+  EXPECT_TRUE(std::equal(out, out + 16, beyond));
+}
+
 }  // namespace
 }  // namespace armtrue::shape_test

@@ -21,12 +21,20 @@ TEST(EbicFall, ChargesEveryColumnOfACurve) {
 }
 
 TEST(EbicFall, ChargesAGroupByEmpiricalBayes) {
-  // fall = 69.3147; 6 (1 + ln(69.3147 / 6)) = 6 (1 + 2.446897) = 20.68138 < 6 * 4.60517 = 27.63.
-  EXPECT_NEAR(ebic_fall(true, 0, 6, 5, 10, 100), 69.31472 - 20.68138, 1e-4);
+  // Chance makes a fall of -100 ln(0.94) = 6.187540 for 6, so fall = 69.3147 * 6 / 6.187540 =
+  // 67.21383; 6 (1 + ln(67.21383 / 6)) = 6 (1 + 2.416119) = 20.49672 < 6 * 4.60517 = 27.63.
+  EXPECT_NEAR(ebic_fall(true, 0, 6, 5, 10, 100), 67.21383 - 20.49672, 1e-4);
   // A small fall is charged whole: 100 ln(1 / 0.95) = 5.129 < 6.
   EXPECT_NEAR(ebic_fall(true, 1.5, 6, 0.5, 10, 100), -3, 1e-12);
   // A very large one pays no more than BIC: 100 ln(1e8) = 1842.068, 6 ln 100 = 27.63102.
-  EXPECT_NEAR(ebic_fall(true, 0, 6, 10 - 1e-7, 10, 100), 1842.0681 - 27.6310, 1e-3);
+  EXPECT_NEAR(ebic_fall(true, 0, 6, 10 - 1e-7, 10, 100), 1786.2362 - 27.6310, 1e-3);
+}
+
+// Half of what the geometry leaves of noise: 60 coefficients explain half of 120 equations by
+// chance, 120 ln 2 = 83.18, no evidence of anything.
+TEST(EbicFall, OfALargeGroupIsNothingByChance) {
+  EXPECT_NEAR(ebic_fall(true, 0, 60, 5, 10, 120), 0, 1e-9);
+  EXPECT_EQ(ebic_fall(true, 0, 91, 9, 10, 120), -std::numeric_limits<double>::infinity());
 }
 
 TEST(EbicFall, IsLowestWithoutAColumnAndFiniteWhereNothingIsLeft) {

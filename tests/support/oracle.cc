@@ -39,7 +39,7 @@ KDL::Frame link_frame(const OracleLink& link, double q) {
 // What an instrument with errors reads of a point: spherical coordinates about its place, changed
 // and turned back.
 KDL::Vector as_read(const OracleArm& arm, const KDL::Vector& point) {
-  if (arm.range == 0 && arm.azimuth == 0 && arm.elevation == 0) return point;
+  if (arm.range == 0 && arm.azimuth == 0 && arm.elevation == 0) return point + arm.point;
   const KDL::Vector ray = point - kStation;
   const double range = ray.Norm() + arm.range;
   const double azimuth = std::atan2(ray.y(), ray.x()) + arm.azimuth;
@@ -90,6 +90,7 @@ OracleArm changed(const OracleArm& arm, const HiddenEffect& effect, const Moment
   scaled.range += amplitude * unit.range;
   scaled.azimuth += amplitude * unit.azimuth;
   scaled.elevation += amplitude * unit.elevation;
+  scaled.point = scaled.point + unit.point * amplitude;
   scaled.second_wire += amplitude * unit.second_wire;
   return scaled;
 }
@@ -511,6 +512,12 @@ std::optional<Hidden> of_instrument(const std::string& family, Dice& dice, doubl
     return hide("azimuth", "time", [duration_s](const Moment& m, OracleArm& arm) {
       arm.azimuth += 1e-4 * m.time_s / duration_s;
     });
+  if (family == "instrument-distortion")
+    return hide("point", "place", [](const Moment& m, OracleArm& arm) {
+      const KDL::Vector u = forward(arm, m.q).p - KDL::Vector(0.2, -0.1, 1.4);
+      arm.point += 1e-3 * KDL::Vector(u.y() * u.z() - u.x() * u.x(), u.x() * u.z() * u.z(),
+                                      u.x() * u.y() - u.y() * u.y());
+    });
   if (family == "wire-rezeroed" || family == "wire-drift") {
     const bool step = family == "wire-rezeroed";
     Hidden wire{family, "anchor 2.zero", "time", [=](const Moment& m, OracleArm& arm) {
@@ -695,6 +702,7 @@ std::vector<std::string> families() {
           "instrument-circle",
           "instrument-turns",
           "instrument-incidence",
+          "instrument-distortion",
           "wire-rezeroed",
           "wire-drift"};
 }

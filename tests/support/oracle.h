@@ -28,6 +28,7 @@ struct OracleArm {
   double scale = 1;  // of the lengths that the instrument reads
   // Errors of what an instrument at kStation reads: of the distance [m] and of its two angles.
   double range = 0, azimuth = 0, elevation = 0;
+  KDL::Vector point;       // what it adds to the point that it reads [m]
   double second_wire = 0;  // zero error of the second wire, beside that of its anchor [m]
 };
 

@@ -331,8 +331,8 @@ def radial_offset(rng, cell):
     def shift(point, state):
         v, r = from_station(cell, point)
         return scaled(v, 1 / r)
-    return Effect("instrument", "the tracker adds a constant to each range", INSTRUMENT, ["radial offset"],
-                  instrument=shift)
+    return Effect("instrument", "the tracker adds a constant to each range", INSTRUMENT,
+                  ["radial offset", "distorted space"], instrument=shift)
 
 
 def range_scale(rng, cell):
@@ -352,7 +352,7 @@ def range_reset(rng, cell):
 
 def refraction(rng, cell):
     return Effect("instrument", "the beam bends: points sag with the square of the distance", INSTRUMENT,
-                  ["refraction", "index error"],
+                  ["refraction", "index error", "distorted space"],
                   instrument=lambda point, state: (0.0, 0.0, -(from_station(cell, point)[1] / 1000) ** 2))
 
 
@@ -369,7 +369,7 @@ def circle(rng, cell):
         return (-v[1] * turn, v[0] * turn, 0.0)
     name = "elevation" if vertical else "azimuth"
     return Effect("instrument", f"the {name} circle of the tracker has {cycles} cycles per turn", INSTRUMENT,
-                  ["eccentric circle"], instrument=shift)
+                  ["eccentric circle", "distorted space"], instrument=shift)
 
 
 def station_turns(rng, cell):
@@ -401,7 +401,8 @@ def volumetric(rng, cell):
         terms = [u[0] ** a * u[1] ** b * u[2] ** c for a, b, c in powers]
         return tuple(sum(f * t for f, t in zip(row, terms)) for row in factors)
     return Effect("instrument", "the tracker distorts space smoothly (terms of degree 2 and 3)", INSTRUMENT,
-                  ["refraction", "index error", "eccentric circle", "radial offset", "instrument scale"],
+                  ["distorted space", "refraction", "index error", "eccentric circle", "radial offset",
+                   "instrument scale"],
                   instrument=shift)
 
 

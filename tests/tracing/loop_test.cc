@@ -72,6 +72,7 @@ const std::map<std::string, std::vector<std::string>> kFamiliesOfEntry{
     {"eccentric circle", {"instrument-circle"}},
     {"station turns", {"instrument-turns"}},
     {"incidence on the reflector", {"instrument-incidence"}},
+    {"distorted space", {"instrument-distortion"}},
     {"wire re-zeroed", {"wire-rezeroed"}},
     {"wire drifts", {"wire-drift"}},
 };

@@ -32,8 +32,8 @@ struct GrossPose {
 ///   - they are off by more than 4 times the median length of an error with the fit's sigma,
 ///   - u is 1.5 times that of the first pose that is not gross (a tail of ordinary lack of fit has
 ///     no gap), 2.5 times where sigma is above 1.25 times the noise of replicates, and
-///   - no joint has two of its four nearest poses off too: a neighbourhood that is off is
-///     structure.
+///   - no joint has two of its four nearest poses off too, less probably than 0.001 over all
+///     joints: a neighbourhood that is off is structure.
 /// The fit is repeated without the gross poses, from a start under Student's t, until the set
 /// stays. More than one pose in ten is taken for structure unless a mistake explains most of them.
 /// Empty where the readings are too few to tell, and beyond 2000 poses, where one counts little.

@@ -26,6 +26,7 @@ enum class DriverKind {
   azimuth,      ///< of the line of sight, about the vertical through the instrument [rad]
   elevation,    ///< of the line of sight, above the horizontal [rad]
   incidence,    ///< angle between the line of sight and the z axis of the measured frame [rad]
+  place,        ///< of the measured frame in R_0, three numbers [m]; only for a polynomial
 };
 
 struct Driver {

@@ -31,7 +31,8 @@ struct Family {
 /// A parameter that is not constant:
 ///     parameter(context) = constant + sum_k c_k shape_k(driver(context)).
 /// `parameter` is the name of one parameter, or of a group: the six of `base` or `tool`, in the
-/// order x y z rx ry rz, or the place x y z of a `target <name>`. Each of a group has its own
+/// order x y z rx ry rz, the place x y z of a `target <name>`, or `instrument.point`, the error x y
+/// z of the points that the instrument reads. Each of a group has its own
 /// coefficients and follows its own generalised force; with the driver `moment` a group is its
 /// rotation vector, which follows the vector of the moment with one common coefficient. A factor of
 /// the driver multiplies every shape_k.
@@ -63,7 +64,9 @@ inline bool same_form(const Effect& a, const Effect& b) {
   return same_place(a, b) && a.shape == b.shape;
 }
 
-/// Number of the parameters that an effect's parameter stands for: 6 of a pose, 3 of a target.
+inline constexpr const char* kPointOfInstrument = "instrument.point";
+
+/// Number of the parameters that an effect's parameter stands for: 6 of a pose, 3 of a point.
 int group_size(const std::string& parameter);
 inline bool is_group(const std::string& parameter) { return group_size(parameter) > 1; }
 

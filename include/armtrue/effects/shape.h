@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <optional>
 #include <string>
@@ -20,7 +21,8 @@ enum class ShapeKind {
   series,       ///< a basis on a fixed range
 };
 
-/// Bases of a series. Cosine and spline stand on u = (x - low) / (high - low), clamped to [0, 1].
+/// Bases of a series. Cosine, spline and polynomial stand on u = (x - low) / (high - low),
+/// clamped to [0, 1].
 enum class SeriesBasis {
   cosine,   ///< cos k pi u, k = 1 .. count
   spline,   ///< `count` cubic B-splines on uniform clamped knots, the last one left out (their sum
@@ -29,6 +31,7 @@ enum class SeriesBasis {
   saturating,  ///< tanh(2 u - 1), u not clamped: full outside the range; one value
   bump,        ///< exp(-(2 u - 1)^2 / 2), u not clamped: one standard deviation to either side of
                ///< the middle of the range; one value
+  polynomial,  ///< of a place: products of powers of 2 u - 1 of its three axes, degree 2 to `count`
 };
 
 struct Shape {
@@ -39,7 +42,7 @@ struct Shape {
 
   SeriesBasis basis = SeriesBasis::cosine;
   int count = 0;                        ///< order of the series, for each driver
-  std::array<double, 2> low{}, high{};  ///< range of the driver, of the second one [SI]
+  std::array<double, 3> low{}, high{};  ///< range of the driver, of each of several [SI]
 
   bool operator==(const Shape&) const = default;
 };
@@ -63,5 +66,12 @@ int value_count(const Shape& shape, bool two_drivers = false);
 /// products of the values at x with those at x2, the first running slowest.
 void evaluate(const Shape& shape, double x, double* out);
 void evaluate_product(const Shape& shape, double x, double x2, double* out);
+/// The same of a polynomial at a place. Terms of degree 0 and 1 are left out: nearly all of them are
+/// a motion or the scale of the whole.
+void evaluate_polynomial(const Shape& shape, const Eigen::Vector3d& place, double* out);
+
+inline bool is_polynomial(const Shape& shape) {
+  return shape.kind == ShapeKind::series && shape.basis == SeriesBasis::polynomial;
+}
 
 }  // namespace armtrue

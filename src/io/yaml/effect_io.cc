@@ -36,11 +36,15 @@ void read_series(YamlMap series, bool two_drivers, Shape& shape) {
     shape.basis = SeriesBasis::saturating;
   else if (basis == "bump")
     shape.basis = SeriesBasis::bump;
+  else if (basis == "polynomial")
+    shape.basis = SeriesBasis::polynomial;
   else
-    series.fail("basis", "'" + basis + "' is none of cosine, spline, fourier, saturating, bump");
+    series.fail("basis", "'" + basis +
+                             "' is none of cosine, spline, fourier, saturating, bump, polynomial");
   const double count = series.number("count");
-  const int least = shape.basis == SeriesBasis::spline ? 3 : 1;
-  const int most = two_drivers ? 30 : 1000;
+  const bool polynomial = shape.basis == SeriesBasis::polynomial;
+  const int least = polynomial ? 2 : shape.basis == SeriesBasis::spline ? 3 : 1;
+  const int most = polynomial ? 9 : two_drivers ? 30 : 1000;
   if (count != std::floor(count) || count < least || count > most)
     series.fail("count", "must be a whole number from " + std::to_string(least) + " to " +
                              std::to_string(most));
@@ -51,9 +55,11 @@ void read_series(YamlMap series, bool two_drivers, Shape& shape) {
     shape.low[driver] = range[0];
     shape.high[driver] = range[1];
   };
-  if (shape.basis != SeriesBasis::fourier) {
+  // In a catalogue a polynomial stands on the range of the campaign.
+  if (shape.basis != SeriesBasis::fourier && !(polynomial && !series.has("range"))) {
     read_range("range", 0);
-    if (two_drivers) read_range("second_range", 1);
+    if (two_drivers || polynomial) read_range("second_range", 1);
+    if (polynomial) read_range("third_range", 2);
   }
   series.finish();
 }
@@ -70,17 +76,19 @@ Effect read_effect_form(YamlMap& map, const KinematicChain& chain) {
     map.fail("driver", "'" + map.text("driver") + "': the robot has " +
                            std::to_string(joint_count(chain)) + " driven joints");
   effect.shape = read_shape(map);
+  if (effect.shape.kind == ShapeKind::series)
+    read_series(map.map("series"), effect.driver.is_pair(), effect.shape);
   if (const std::string why = why_invalid(effect.parameter, effect.driver, effect.shape);
       !why.empty())
     map.fail("driver", why);
+  if (is_polynomial(effect.shape) && effect.shape.low == effect.shape.high)
+    map.fail("series", "a polynomial needs the keys range, second_range and third_range, in m");
   const auto [suffix, unit] = inner_unit(effect.driver, chain);
   if (has_at(effect.shape.kind)) effect.shape.at = map.number("at" + suffix) * unit;
   if (has_tau(effect.shape.kind)) {
     effect.shape.tau = map.number("tau" + suffix) * unit;
     if (effect.shape.tau <= 0) map.fail("tau" + suffix, "must be above zero");
   }
-  if (effect.shape.kind == ShapeKind::series)
-    read_series(map.map("series"), effect.driver.is_pair(), effect.shape);
   return effect;
 }
 

@@ -22,6 +22,8 @@ const char* basis_name(SeriesBasis basis) {
       return "saturating";
     case SeriesBasis::bump:
       return "bump";
+    case SeriesBasis::polynomial:
+      return "polynomial";
     case SeriesBasis::fourier:
       break;
   }
@@ -152,8 +154,9 @@ YAML::Node effect_form_node(const Effect& effect, const KinematicChain& chain) {
     series["count"] = std::to_string(shape.count);
     if (shape.basis != SeriesBasis::fourier) {
       series["range"] = flow_list({shape.low[0], shape.high[0]});
-      if (effect.driver.is_pair())
+      if (effect.driver.is_pair() || is_polynomial(shape))
         series["second_range"] = flow_list({shape.low[1], shape.high[1]});
+      if (is_polynomial(shape)) series["third_range"] = flow_list({shape.low[2], shape.high[2]});
     }
     node["series"] = flow(series);
   }
