@@ -293,6 +293,26 @@ TEST(MakersJoints, AJointThatFollowsAnotherIsNoPartOfAnArm) {
   }
 }
 
+// A parallel linkage closes a chain; a wrong parent leaves a circle beside the tree.
+TEST(MakersJoints, WhatIsNoTreeIsNamed) {
+  const Maker& abb = maker_of("irb120");
+  const std::string text = read_test_file(abb.file);
+  const auto message = [&](const std::string& from, const std::string& to) -> std::string {
+    try {
+      parse_urdf(std::regex_replace(text, std::regex(from), to), "r.urdf");
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "no error";
+  };
+  EXPECT_THAT(message("</robot>",
+                      "<joint name=\"rod\" type=\"fixed\"><parent link=\"link_4\"/>"
+                      "<child link=\"link_2\"/></joint></robot>"),
+              testing::HasSubstr("the link 'link_2' is the child of 'joint_2' and of 'rod'"));
+  EXPECT_THAT(message("<child link=\"link_3\"", "<child link=\"base_link\""),
+              testing::HasSubstr("no joints lead from 'link_3' to the link 'base'"));
+}
+
 TEST(MakersJoints, TheArmOfAGripperEndsAtItsPalm) {
   const Maker& cell = maker_of("rail");
   try {

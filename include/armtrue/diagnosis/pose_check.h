@@ -34,8 +34,8 @@ struct Agreement {
 /// All readings with the fewest changes, at most two, that bring a frame within `distance` [m] and
 /// `angle` [rad] of the pose, best first: a joint that counts the other way or from another zero,
 /// angles in rad, joint 3 relative to the horizontal, a table in the standard convention, a base
-/// turned about z or below the controller's frame at axis 2, other angles of orientation, lengths in
-/// m. Empty if none does.
+/// turned about z or below the controller's frame at axis 2, other angles of orientation, lengths
+/// in m. Empty if none does.
 std::vector<Agreement> find_agreements(const Robot& robot, const JointVector& q,
                                        const PendantPose& pose, double distance, double angle);
 

@@ -14,6 +14,7 @@
 #include <iterator>
 #include <kdl/chain.hpp>
 #include <kdl/tree.hpp>
+#include <map>
 #include <optional>
 
 #include "armtrue/text/input_error.h"
@@ -44,6 +45,29 @@ class Complaints : public console_bridge::OutputHandler {
   std::string first_;
 };
 
+// urdfdom lets a link have two parents, and leaves out links in a circle. Whoever walks along such
+// links never comes to an end.
+void require_tree(const urdf::ModelInterface& model, const std::string& file) {
+  std::map<std::string, std::string> joint_before;
+  for (const auto& [name, joint] : model.joints_)
+    if (const auto [other, is_new] = joint_before.emplace(joint->child_link_name, name); !is_new)
+      throw InputError(fmt::format(
+          "{}: the link '{}' is the child of '{}' and of '{}', but a URDF is a tree; of a closed "
+          "chain leave out one of these joints",
+          file, joint->child_link_name, other->second, name));
+  size_t reached = 0;
+  std::vector<urdf::LinkConstSharedPtr> links{model.getRoot()};
+  for (; reached < links.size(); ++reached)
+    links.insert(links.end(), links[reached]->child_links.begin(),
+                 links[reached]->child_links.end());
+  for (const auto& [name, link] : model.links_)
+    if (std::ranges::find(links, link) == links.end())
+      throw InputError(fmt::format(
+          "{}: no joints lead from '{}' to the link '{}', but in a circle to itself; correct the "
+          "parents of these joints",
+          file, model.getRoot()->name, name));
+}
+
 // urdfdom skips elements that it cannot read. A skipped mass would change the predictions, so its
 // messages become errors.
 urdf::ModelInterfaceSharedPtr parse_strictly(const std::string& text, const std::string& file) {
@@ -56,6 +80,7 @@ urdf::ModelInterfaceSharedPtr parse_strictly(const std::string& text, const std:
   if (model->links_.size() > kMostLinks)
     throw InputError(fmt::format("{}: has {} links; at most {} are read", file,
                                  model->links_.size(), kMostLinks));
+  require_tree(*model, file);
   return model;
 }
 
