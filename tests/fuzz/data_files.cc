@@ -169,6 +169,9 @@ void read_exported_table(const std::string& bytes) {
       if (name == "column") options.columns.push_back(value);
       if (name == "unit") options.units.push_back(value);
       if (name == "ignore") options.ignored.push_back(value);
+      const std::vector<std::string> formats = import_presets();
+      if (name == "preset" && std::ranges::find(formats, value) != formats.end())
+        options.presets.push_back(value);
       words[name] = value;
     }
     // The command line lets only these words through.
@@ -183,8 +186,7 @@ void read_exported_table(const std::string& bytes) {
     options.angles = choose("angles", {"abc", "rpy", "rotvec"});
     options.quaternion = choose("quaternion", {"wxyz", "xyzw"});
     options.decimal = choose("decimal", {"point", "comma"});
-    options.preset = choose("preset", {"ur-rtde"});
-    options.join = choose("join", {"id", "order", "time"});
+    options.join = choose("join", {"id", "order", "time", "stops"});
   }
   const size_t zero = tables.find('\0');
   const MemoryFile points(tables.substr(0, zero));

@@ -257,8 +257,8 @@ TEST(RobotIo, ErrorsOfACatalogueNameLineAndKey) {
       "series: {basis: spline, count: 4, range: [-1, 1]";
   expect(pair + "}", "'second_range' of 'series': is missing");
   const Catalogue read = parse_catalogue(text_with(pair + ", second_range: [-2, 3]}"), "c.yaml");
-  EXPECT_EQ(read.at(0).shape.low, (std::array<double, 2>{-1, -2}));
-  EXPECT_EQ(read.at(0).shape.high, (std::array<double, 2>{1, 3}));
+  EXPECT_EQ(read.at(0).shape.low, (std::array<double, 3>{-1, -2, 0}));
+  EXPECT_EQ(read.at(0).shape.high, (std::array<double, 3>{1, 3, 0}));
 }
 
 }  // namespace
