@@ -64,8 +64,8 @@ void add_options(app::Command& command, Arguments& arguments) {
   joints.needs(points);
   app::Option robot =
       command.option("--robot", arguments.robot,
-                     "Whose joints the table has; six without. By stops its geometry tells which "
-                     "belong together");
+                     "Whose joints the table has. By stops its geometry tells which belong "
+                     "together");
   command.option("--urdf", arguments.urdf,
                  "URDF that --robot was made of: its joints have the names of joint states")
       .needs(robot);
@@ -85,8 +85,8 @@ void add_options(app::Command& command, Arguments& arguments) {
               "stops found");
   join.option("--preset", import.presets,
               "Format of a table: spatialanalyzer, optitrack, vicon, rostopic-poses or "
-              "plotjuggler-poses of the points; ur-rtde, kuka-trace, rostopic-joints or "
-              "plotjuggler-joints of the joint angles; may stand several times")
+              "plotjuggler-poses of the points; ur-rtde, rostopic-joints or plotjuggler-joints of "
+              "the joint angles; may stand several times")
       .one_each()
       .needs(joints)
       .check(app::one_of(import_presets()));

@@ -40,6 +40,7 @@ std::string error_of(const std::string& points, const std::string& joints,
 
 const std::string kTwoJointRows =
     "A1 [deg],A2 [deg],A3 [deg],A4 [deg],A5 [deg],A6 [deg]\n10,0,0,0,0,0\n20,0,0,0,0,0\n";
+const Eigen::Quaterniond kTurned(0.5, 0.5, 0.5, -0.5);
 const std::string kTwoPoints = "X [mm],Y [mm],Z [mm]\n1,2,3\n4,5,6\n";
 
 // Structure after a point export of SpatialAnalyzer 2024.2, github.com/20korvin01/IVR_Ue3,
@@ -120,7 +121,7 @@ TEST(ImportPreset, ARigidBodyOfMotiveHasPositionAndQuaternion) {
   const Campaign& campaign = readings.campaign;
   ASSERT_EQ(campaign.rows(), 2);  // in the second frame the body is hidden
   EXPECT_EQ(campaign.position[1], Eigen::Vector3d(0.75, 1.5, -2.125));
-  EXPECT_LT(campaign.orientation[0].angularDistance(Eigen::Quaterniond(0.5, 0.5, 0.5, -0.5)), 1e-12);
+  EXPECT_LT(campaign.orientation[0].angularDistance(kTurned), 1e-12);
   EXPECT_EQ(campaign.time_s[1], 1.02);
   EXPECT_THAT(readings.mapping, HasSubstr("body 'tool'"));
   EXPECT_THAT(readings.mapping, HasSubstr("not used: tool:Marker1"));
@@ -147,9 +148,10 @@ TEST(ImportPreset, WhatMotiveExportsOtherwiseIsRefused) {
               HasSubstr("it has tool, tool:Marker1"));
 }
 
-// Structure after exports that are read by github.com repositories: segments with RX to TZ in deg and
-// mm, and objects with the quaternion RX to RW ("Global Angle (Quaternion)"); trajectories after
-// "Vicon: Data format documentation" of ccu.uni-konstanz.de.
+// Trajectories after the first frames of an export in "Vicon: Data format documentation" of
+// ccu.uni-konstanz.de; objects and segments (RX to TZ, also with RW) after public readers of such
+// exports, one of them github.com/AG6GR/Vicon_CSV. Neither says whether RX, RY, RZ are a rotation
+// vector: the user does.
 TEST(ImportPreset, BodiesOfViconHaveTimesByTheRateOfFrames) {
   ImportOptions options = with({"vicon"});
   options.join = "order";
@@ -160,8 +162,7 @@ TEST(ImportPreset, BodiesOfViconHaveTimesByTheRateOfFrames) {
           .campaign;
   EXPECT_EQ(quaternions.time_s, (std::vector<double>{2.5, 2.6}));
   EXPECT_NEAR(quaternions.position[1].x(), 1.001, 1e-15);
-  EXPECT_LT(quaternions.orientation[0].angularDistance(Eigen::Quaterniond(0.5, 0.5, 0.5, -0.5)),
-            1e-12);
+  EXPECT_LT(quaternions.orientation[0].angularDistance(kTurned), 1e-12);
   const std::string segments =
       "Segments\n200\n,,Tool,,,,,,Cart,,,,,\nFrame,Sub Frame,RX,RY,RZ,TX,TY,TZ,RX,RY,RZ,TX,TY,TZ\n"
       ",,deg,deg,deg,mm,mm,mm,deg,deg,deg,mm,mm,mm\n"
@@ -189,9 +190,10 @@ TEST(ImportPreset, BodiesOfViconHaveTimesByTheRateOfFrames) {
   EXPECT_FALSE(marker.has_orientation());
 }
 
-// Structure after `rostopic echo -p`: joint states as in the tests of public readers of its columns
-// (%time, field.name0, field.position0), transforms as in the tests of github.com/MichaelGrupp/evo.
-// Units after sensor_msgs/JointState and REP 103; the stamps count nanoseconds since 1970.
+// Structure after `rostopic echo -p`: transforms as in a file of the tests of
+// github.com/MichaelGrupp/evo, joint states as public readers of such files name their columns
+// (%time, field.name0, field.position0). Units after sensor_msgs/JointState and REP 103; the stamps
+// count nanoseconds since 1970.
 const std::string kRostopicJoints =
     "%time,field.header.seq,field.header.stamp,field.name0,field.name1,field.name2,field.name3,"
     "field.name4,field.name5,field.position0,field.position1,field.position2,field.position3,"
@@ -235,7 +237,7 @@ TEST(ImportPreset, TransformsOfRosAreMetres) {
       "1739641584661579370,0,1739641584660682927,world,tool,-0.5,0.25,2.5,0,0,0,1\n";
   const Campaign campaign = import_two(transforms, kTwoJointRows, options).campaign;
   EXPECT_EQ(campaign.position[0], Eigen::Vector3d(-0.5, 0.25, 3.5));
-  EXPECT_LT(campaign.orientation[0].angularDistance(Eigen::Quaterniond(0.5, 0.5, 0.5, -0.5)), 1e-12);
+  EXPECT_LT(campaign.orientation[0].angularDistance(kTurned), 1e-12);
   EXPECT_NEAR(campaign.time_s[1], 1, 1e-6);
 }
 
@@ -264,27 +266,18 @@ TEST(ImportPreset, OneExportOfPlotJugglerHasJointsAndPoses) {
   EXPECT_EQ(readings.campaign.position[0], Eigen::Vector3d(1.5, 2.5, 3.5));
 }
 
-// Channels after two public readers of traces of KRC4 controllers (AxisPos_Act1 to AxisPos_Act6 of
-// the file KRCIpo, time Zeit), header NAME(UNIT) after github.com/xikuibin/KukaTraceHelper, which
-// writes such a trace as CSV. No unit is assumed: the trace states it.
-TEST(ImportPreset, ATraceOfKukaGivesTheMeasuredAxes) {
-  std::string text = "Zeit(s)";
-  for (const char* channel : {"AxisPos_CmdIpo", "AxisPos_Act", "AxisVel_Act"})
-    for (int axis = 1; axis <= 6; ++axis)
-      text += "," + std::string(channel) + std::to_string(axis) + "(deg)";
-  text +=
-      "\n0.012,9,9,9,9,9,9,10,-90,80,1,2,3,0,0,0,0,0,0\n"
-      "0.024,9,9,9,9,9,9,11,-90,80,1,2,3,0,0,0,0,0,0\n";
-  ImportOptions options = with({"kuka-trace"});
+// A record that went through a spreadsheet: its preset knows the names, the table says the rest.
+TEST(ImportPreset, APresetWithAHeaderIsAPlainTable) {
+  ImportOptions options = with({"ur-rtde"});
   options.join = "order";
-  const Campaign campaign = import_two(kTwoPoints, text, options).campaign;
-  EXPECT_NEAR(campaign.q[1][0], 11 * kDegree, 1e-15);
-  EXPECT_NEAR(campaign.q[0][1], -90 * kDegree, 1e-15);
-  EXPECT_EQ(campaign.time_s[1], 0.024);
-  std::string without_unit = text;
-  for (size_t at; (at = without_unit.find("(deg)")) != std::string::npos;)
-    without_unit.erase(at, 5);
-  EXPECT_THAT(error_of(kTwoPoints, without_unit, options), HasSubstr("--angle-unit deg"));
+  const std::string log =
+      "Recorded on 2024-05-03\n# by hand\nTIMESTAMP ACTUAL_Q_0 actual_q_1 actual_q_2 actual_q_3 "
+      "actual_q_4 actual_q_5\n10,002 0,5 -1,5 1,25 -2 1 0,25\n"
+      "10,502 \"1.000,5\" -1,5 1,25 -2 1 0,25\n";
+  const Campaign campaign = import_two(kTwoPoints, log, options).campaign;
+  EXPECT_EQ(campaign.q[0], (JointVector(6) << 0.5, -1.5, 1.25, -2, 1, 0.25).finished());
+  EXPECT_EQ(campaign.q[1][0], 1000.5);
+  EXPECT_EQ(campaign.time_s[1], 10.502);
 }
 
 TEST(ImportPreset, EachIsForOneTable) {

@@ -25,9 +25,9 @@ struct ColumnName {
 };
 ColumnName column_name(std::string_view header);
 
-/// What armtrue calls a quantity: pose, repeat, session, target, t, date, q1 to q10, e1 to e6, x, y,
-/// z, a, b, c, roll, pitch, yaw, rx, ry, rz, qw, qx, qy, qz, quat0 to quat4 (a quaternion whose order the
-/// names do not tell), payload, temp_<where>.
+/// What armtrue calls a quantity: pose, repeat, session, target, t, date, q1 to q10, e1 to e6, x,
+/// y, z, a, b, c, roll, pitch, yaw, rx, ry, rz, qw, qx, qy, qz, quat0 to quat4 (a quaternion whose
+/// order the names do not tell), payload, temp_<where>.
 struct KnownQuantity {
   std::string name;
   UnitKind kind = UnitKind::none;

@@ -16,7 +16,7 @@ namespace armtrue {
 namespace {
 
 constexpr double kSamePose = 0.1 * kDegree;  // as read_campaign() requires
-constexpr double kFrom1970 = 1e8;         // [s]: no clock that is set to zero at a start counts so far
+constexpr double kFrom1970 = 1e8;         // [s]: further than a clock counts that began at 0
 
 // Numbers the texts of a column in the order in which they first stand.
 int index_of(std::vector<std::string>& names, std::map<std::string, int>& places,

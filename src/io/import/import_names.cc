@@ -103,14 +103,13 @@ void ImportNames::apply_preset(const PlainTable& table, const ImportOptions& opt
     for (const PlainColumn& one : table.columns) {
       const PresetFit fit = fit_of(column, one.name);
       if (!fit.column || quantities_.contains(one.name) || is_ignored(one.name)) continue;
-      const bool is_counted_from_0 = column.header.find("{k}") != std::string_view::npos;
       if (quantity == "q" && !column.beside.empty()) {
         add_name(by_name, table, joint_in_cells(table, std::string(column.beside) + fit.captured),
                  one.name);
       } else if (quantity == "q" && column.header.find("{joint}") != std::string_view::npos) {
         add_name(by_name, table, fit.captured, one.name);
       } else if (quantity == "q") {
-        const int number = std::atoi(fit.captured.c_str()) + (is_counted_from_0 ? 1 : 0);
+        const int number = std::atoi(fit.captured.c_str()) + 1;
         fitting.emplace_back(one.name, "q" + std::to_string(number));
       } else if (column.beside.empty() || has_column(table, column.beside)) {
         fitting.emplace_back(one.name, quantity);
@@ -175,8 +174,8 @@ void ImportNames::add_joints_by_name(const PlainTable& table, const ImportOption
       numbered.rbegin()->first != count) {
     if (is_stated) return;
     table.fail_header("the joints are " + quoted_names(headers) +
-                      ", in an order that the table does not tell; give --robot and --urdf, or name "
-                      "each: --column q1_deg='" +
+                      ", in an order that the table does not tell; give --robot and --urdf, or "
+                      "name each: --column q1_deg='" +
                       headers.begin()->second + "'");
   }
   for (const auto& [number, header] : numbered) add("q" + std::to_string(number), header, false);

@@ -49,7 +49,8 @@ JointMatches match_by_order(const TableReader& points, const TableReader& joints
         "{}: has {} rows and {} has {}; --join order needs as many in both: add or remove rows",
         points.table().file, points.rows(), joints.table().file, joints.rows()));
   JointMatches matches;
-  for (int r = 0; r < points.rows(); ++r) matches.rows.push_back({r, r, joints.joints(r), std::nullopt});
+  for (int r = 0; r < points.rows(); ++r)
+    matches.rows.push_back({r, r, joints.joints(r), std::nullopt});
   matches.how = "by the order of the rows";
   return matches;
 }
@@ -152,7 +153,8 @@ class TimeJoin {
           points_.table().file, moving, options_.max_gap_s, first_moving));
     matches.stops_are_poses = true;
     matches.how = fmt::format("by time, {} of {} points, clock offset {:.9g} s",
-                              matches.rows.size(), points_.rows(), options_.clock_offset_s.value_or(0));
+                              matches.rows.size(), points_.rows(),
+                              options_.clock_offset_s.value_or(0));
     return matches;
   }
 

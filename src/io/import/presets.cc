@@ -45,8 +45,6 @@ std::vector<Preset> all_presets() {
         {"*/rotation/z", "qz", "", ""}, {"*/rotation/w", "qw", "", ""}}},
       {"ur-rtde", true, TableForm::header, " ", kComments, false,
        {{"timestamp", "t", "s", ""}, {"actual_q_{k}", "q", "rad", ""}}},
-      {"kuka-trace", true, TableForm::header, ",;\t", "#", false,
-       {{"Zeit", "t", "", ""}, {"Time", "t", "", ""}, {"AxisPos_Act{n}", "q", "", ""}}},
       {"rostopic-joints", true, TableForm::header, ",", "", false,
        {{"*header.stamp", "t", "ns", ""}, {"%time", "t", "ns", ""},
         {"field.position{k}", "q", "", "field.name"}}},
@@ -57,12 +55,14 @@ std::vector<Preset> all_presets() {
 
 bool is_number_sign(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
 
+int lower(char c) { return std::tolower(static_cast<unsigned char>(c)); }
+
 bool fits(std::string_view pattern, std::string_view text, std::string& captured) {
   if (pattern.empty()) return text.empty();
   const bool is_joint = pattern.starts_with("{joint}");
-  const bool is_number = pattern.starts_with("{n}") || pattern.starts_with("{k}");
+  const bool is_number = pattern.starts_with("{k}");
   if (pattern.front() != '*' && !is_joint && !is_number)
-    return !text.empty() && text.front() == pattern.front() &&
+    return !text.empty() && lower(text.front()) == lower(pattern.front()) &&
            fits(pattern.substr(1), text.substr(1), captured);
   const std::string_view rest = pattern.substr(is_joint ? 7 : is_number ? 3 : 1);
   for (size_t length = pattern.front() == '*' ? 0 : 1; length <= text.size(); ++length) {
@@ -76,7 +76,7 @@ bool fits(std::string_view pattern, std::string_view text, std::string& captured
   return false;
 }
 
-// AxisPos_Act1(rad) is AxisPos_Act1, whatever the unit is called; Time (Seconds) is a name.
+// "timestamp (s)" is read as "timestamp".
 std::string_view without_unit(std::string_view header) {
   if (header.empty() || (header.back() != ')' && header.back() != ']')) return header;
   return trim_blanks(header.substr(0, header.find_last_of("([")));

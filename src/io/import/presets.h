@@ -15,12 +15,13 @@ enum class TableForm {
 };
 
 struct PresetColumn {
-  /// `*` stands for any text, {joint} for the name of a joint, {n} and {k} for the number of a
-  /// joint, counted from 1 or from 0. Brackets at the end of a header do not count.
+  /// `*` stands for any text, {joint} for the name of a joint, {k} for the number of a joint,
+  /// counted from 0. Capital letters and brackets at the end do not count.
   std::string_view header;
   std::string_view quantity;  ///< as in column_names.h; "q" is the encoder value of that joint
   std::string_view unit;      ///< empty: the file or an option says it
-  /// Holds only in a table that has this column too; for {k}: the column whose cells name the joint.
+  /// Holds only in a table that has this column too; for {k}: the columns whose cells name the
+  /// joints, without the number.
   std::string_view beside;
 };
 
@@ -43,7 +44,7 @@ const Preset* find_preset(std::string_view name);
 /// What a preset says of a header.
 struct PresetFit {
   const PresetColumn* column = nullptr;  ///< null if nothing
-  std::string captured;                  ///< what stands for {joint}, {n} or {k}
+  std::string captured;                  ///< what stands for {joint} or {k}
 };
 PresetFit fit_of(const PresetColumn& column, std::string_view header);
 bool is_in_preset(const Preset& preset, std::string_view header);

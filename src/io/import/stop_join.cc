@@ -19,7 +19,7 @@ constexpr double kStillAngle = 0.03 * kDegree;    // within half a second
 constexpr double kStillTravel = 0.05 * kMillimetre;
 constexpr double kLargestRest = 10 * kMillimetre;  // of the points of a machine at rest
 constexpr double kThinned = 0.02;                  // [s] between two samples that are looked at
-constexpr double kStreamGap = 0.25;                // [s] between the samples of a record that goes on
+constexpr double kStreamGap = 0.25;                // [s] between samples of a record that goes on
 constexpr double kStreamShare = 0.3;               // of its time that the samples cover
 // By which begin and end of a standstill are uncertain, for a record of points and for one of joint
 // angles [s]. A reading taken by hand lies well within.
@@ -84,6 +84,7 @@ class StopJoin {
     read_joints();
     read_points();
     find_stops();
+    take_means();
     const StandstillMatch chosen = choose(candidates());
     return joined(chosen);
   }
@@ -136,8 +137,10 @@ class StopJoin {
   void find_stops() {
     const Record joints = thinned(joint_record_);
     Eigen::VectorXd still(joints.values.rows());
-    for (Eigen::Index j = 0; j < still.size(); ++j)
-      still[j] = joints_.joint_names()[static_cast<size_t>(j)].is_length ? kStillTravel : kStillAngle;
+    for (Eigen::Index j = 0; j < still.size(); ++j) {
+      const JointName& joint = joints_.joint_names()[static_cast<size_t>(j)];
+      still[j] = joint.is_length ? kStillTravel : kStillAngle;
+    }
     stops_ = find_standstills(joints.times, joints.values, still);
     if (static_cast<int>(stops_.size()) < kFewestStops)
       throw InputError(fmt::format(
@@ -179,8 +182,8 @@ class StopJoin {
   StandstillMatch choose(std::vector<StandstillMatch> ways) const {
     if (ways.empty() || ways.front().standstills < kFewestStops)
       throw InputError(fmt::format(
-          "{}: with no clock do more than {} of its {} standstills fall into the {} of {}; are both "
-          "records of the same campaign, and do they overlap?",
+          "{}: with no clock do more than {} of its {} standstills fall into the {} of {}; are "
+          "both records of the same campaign, and do they overlap?",
           points_file(), ways.empty() ? 0 : ways.front().standstills, readings_.size(),
           stops_.size(), joints_file()));
     std::erase_if(ways, [&](const StandstillMatch& way) { return !returns_to_points(way); });
@@ -194,6 +197,8 @@ class StopJoin {
     return clearest(ways);
   }
 
+  const JointVector& joints_at(int stop) const { return stop_joints_[static_cast<size_t>(stop)]; }
+
   // Visits to the same joint angles must have measured the same point.
   bool returns_to_points(const StandstillMatch& way) const {
     std::vector<double> apart;
@@ -202,7 +207,7 @@ class StopJoin {
         const int i = way.standstill[a], k = way.standstill[b];
         if (i < 0 || k < 0 || i == k || points_.has("target")) continue;
         if ((joints_at(i) - joints_at(k)).cwiseAbs().maxCoeff() > kSameJoints) continue;
-        apart.push_back((point_at(a) - point_at(b)).norm());
+        apart.push_back((reading_points_[a] - reading_points_[b]).norm());
       }
     return apart.size() < kFewestRevisits || median(apart) <= kSamePoint;
   }
@@ -212,7 +217,8 @@ class StopJoin {
     std::optional<StandstillMatch> best;
     double least = 0, next = -1;
     for (size_t w = 0; w < std::min(ways.size(), kMostJudged); ++w) {
-      const auto placed = place_base_and_tool(*options_.robot, campaign_of(ways[w]), kImplausibleMiss);
+      const auto placed =
+          place_base_and_tool(*options_.robot, campaign_of(ways[w]), kImplausibleMiss);
       if (!placed) continue;
       const double miss = median(placed->miss);
       if (!best || miss < least) {
@@ -246,8 +252,8 @@ class StopJoin {
     if (best.standstills - next < clearly)
       throw InputError(fmt::format(
           "{}: can be joined with {} in several ways: {} standstills belong together with one "
-          "clock, {} others with one that is {:.3g} s off; give --robot, whose positions tell which "
-          "is right, or say the clock: --clock-offset-s",
+          "clock, {} others with one that is {:.3g} s off; give --robot, whose positions tell "
+          "which is right, or say the clock: --clock-offset-s",
           points_file(), joints_file(), best.standstills, next,
           std::abs(shift_at_middle(ways[1].clock) - shift_at_middle(best.clock))));
     int within = 0, paired = 0;
@@ -270,17 +276,18 @@ class StopJoin {
     return middle - (clock.offset + (1 + clock.rate) * middle);
   }
 
-  JointVector joints_at(int stop) const {
-    const std::vector<Eigen::Index> samples =
-        inner_samples(joint_record_, stops_[static_cast<size_t>(stop)]);
-    return joint_record_.values(Eigen::all, samples).rowwise().mean();
+  std::vector<Eigen::Index> samples_of(size_t reading) const {
+    if (is_stream_) return inner_samples(point_record_, readings_[reading]);
+    return {static_cast<Eigen::Index>(reading)};
   }
 
-  Eigen::Vector3d point_at(size_t reading) const {
-    if (!is_stream_) return point_record_.values.col(static_cast<Eigen::Index>(reading));
-    return point_record_.values(Eigen::all, inner_samples(point_record_, readings_[reading]))
-        .rowwise()
-        .mean();
+  void take_means() {
+    for (const Standstill& stop : stops_)
+      stop_joints_.emplace_back(
+          joint_record_.values(Eigen::all, inner_samples(joint_record_, stop)).rowwise().mean());
+    for (size_t k = 0; k < readings_.size(); ++k)
+      reading_points_.emplace_back(
+          point_record_.values(Eigen::all, samples_of(k)).rowwise().mean());
   }
 
   Campaign campaign_of(const StandstillMatch& way) const {
@@ -289,7 +296,7 @@ class StopJoin {
     for (size_t k = 0; k < readings_.size(); ++k) {
       if (way.standstill[k] < 0) continue;
       campaign.q.push_back(joints_at(way.standstill[k]));
-      campaign.position.push_back(point_at(k));
+      campaign.position.push_back(reading_points_[k]);
       if (is_stream_ || !points_.has("target")) continue;
       const std::string& name = points_.name(point_record_.rows[k], "target");
       const auto place = std::ranges::find(campaign.target_names, name);
@@ -302,10 +309,10 @@ class StopJoin {
   std::optional<MeanReading> mean_of(size_t reading) const {
     if (!is_stream_) return std::nullopt;
     MeanReading mean;
-    mean.position = point_at(reading);
+    mean.position = reading_points_[reading];
     if (!points_.has_orientation()) return mean;
     Eigen::Vector4d sum = Eigen::Vector4d::Zero();
-    for (const Eigen::Index k : inner_samples(point_record_, readings_[reading])) {
+    for (const Eigen::Index k : samples_of(reading)) {
       const Eigen::Vector4d one =
           points_.orientation(point_record_.rows[static_cast<size_t>(k)]).coeffs();
       sum += sum.dot(one) < 0 ? -one : one;
@@ -322,12 +329,11 @@ class StopJoin {
       if (stop < 0) continue;
       const std::vector<Eigen::Index> samples =
           inner_samples(joint_record_, stops_[static_cast<size_t>(stop)]);
-      const std::vector<Eigen::Index> of_point =
-          is_stream_ ? inner_samples(point_record_, readings_[k])
-                     : std::vector<Eigen::Index>{static_cast<Eigen::Index>(k)};
-      matches.rows.push_back({point_record_.rows[static_cast<size_t>(of_point[of_point.size() / 2])],
-                              joint_record_.rows[static_cast<size_t>(samples[samples.size() / 2])],
-                              joints_at(stop), mean_of(k)});
+      const std::vector<Eigen::Index> of_point = samples_of(k);
+      const auto point = static_cast<size_t>(of_point[of_point.size() / 2]);
+      const auto joint = static_cast<size_t>(samples[samples.size() / 2]);
+      matches.rows.push_back(
+          {point_record_.rows[point], joint_record_.rows[joint], joints_at(stop), mean_of(k)});
     }
     if (const size_t lost = readings_.size() - matches.rows.size(); lost > 0)
       matches.warnings.push_back(fmt::format(
@@ -353,6 +359,8 @@ class StopJoin {
   PlainTime zero_;
   Record point_record_, joint_record_;
   std::vector<Standstill> stops_, readings_;  // of the joints, of the points
+  std::vector<JointVector> stop_joints_;
+  std::vector<Eigen::Vector3d> reading_points_;
   bool is_stream_ = false;
   double tolerance_ = 0;
   mutable double miss_of_robot_ = -1;

@@ -65,7 +65,7 @@ Allowed allowed_offsets(const Standstill& standstill, const Standstill& reading,
           reading.begin - (1 + rate) * standstill.begin + tolerance};
 }
 
-// The offsets at which most pairs overlap, for one rate: the highest peaks that lie kShortest apart.
+// The offsets at which most pairs overlap, for one rate: the highest peaks kShortest apart.
 std::vector<ClockFit> likely_clocks(const std::vector<Standstill>& standstills,
                                     const std::vector<Standstill>& readings, double rate,
                                     double tolerance) {
@@ -152,7 +152,7 @@ std::vector<Standstill> find_standstills(const Eigen::VectorXd& times,
   const std::vector<Eigen::Index> ends = span_ends(times);
   const double longest = longest_gap(times);
   std::vector<Standstill> found;
-  Eigen::Index first = 0, last = -1;  // samples of the standstill that goes on; none if last < first
+  Eigen::Index first = 0, last = -1;  // of the standstill that goes on; none if last < first
   const auto close = [&] {
     if (last >= first &&
         (extent(values, first, last).array() <= kCreep * tolerance.array()).all())

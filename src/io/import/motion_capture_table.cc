@@ -1,128 +1,15 @@
-#include "io/import/instrument_tables.h"
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <map>
-#include <optional>
 
-#include "armtrue/io/source.h"
-#include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
-#include "io/import/column_names.h"
-#include "io/import/plain_cell.h"
+#include "io/import/instrument_tables.h"
+#include "io/import/table_lines.h"
 
 namespace armtrue {
 namespace {
-
-using Cells = std::vector<std::string>;
-
-// The lines of a file, with the errors that name them.
-class Lines {
- public:
-  explicit Lines(const std::string& path) : source_(path) {}
-
-  const std::string& file() const { return source_.name(); }
-  int number() const { return source_.line_number(); }
-  bool next() { return source_.next_line(line_); }
-  std::string_view text() const { return line_; }
-  bool is_blank() const { return trim_blanks(line_).empty(); }
-  Cells cells(char separator) const {
-    return split_cells(line_, separator, at_line(file(), number()));
-  }
-  [[noreturn]] void fail(const std::string& what) const {
-    throw InputError(at_line(file(), number()) + what);
-  }
-
- private:
-  Source source_;
-  std::string_view line_;
-};
-
-// The blank lines of a table stand at its end.
-class BlankLines {
- public:
-  // True of a blank line; throws if a row follows one.
-  bool skips(const Lines& lines, bool has_rows) {
-    if (lines.is_blank()) {
-      if (!line_) line_ = lines.number();
-      return true;
-    }
-    if (line_ && has_rows)
-      throw InputError(at_line(lines.file(), line_) +
-                       "blank line between rows; blank lines may only end a table. Remove it, or "
-                       "what follows it");
-    line_ = 0;
-    return false;
-  }
-
- private:
-  int line_ = 0;
-};
-
-void require_rows(const PlainTable& table) {
-  if (table.rows.empty())
-    table.fail_header("no row follows the header; export the readings too");
-}
-
-// ---- SpatialAnalyzer
-
-bool has_decimals(const std::string& cell) {
-  return plain_number(cell, '.') && cell.find_first_of(".eE") != std::string::npos;
-}
-
-// 16:38:29 of 02/12/25 16:38:29. Which of the numbers is the day the file does not say.
-std::optional<std::string> time_behind_date(const std::string& cell) {
-  const size_t blank = cell.rfind(' ');
-  if (blank == std::string::npos || std::ranges::count(cell, '/') != 2) return std::nullopt;
-  if (cell.find_first_not_of("0123456789/") != blank) return std::nullopt;
-  const std::string time = cell.substr(blank + 1);
-  return plain_time(time) ? std::optional(time) : std::nullopt;
-}
-
-std::string unit_of_axes(const Lines& lines, const std::string& before) {
-  const std::string_view text = lines.text();
-  if (text.find("CARTESIAN") == std::string_view::npos)
-    lines.fail("the coordinates are not Cartesian: '" + std::string(text.substr(0, 80)) +
-               "'; export them as Cartesian coordinates");
-  const size_t open = text.rfind('('), close = text.rfind(')');
-  if (open == std::string_view::npos || close == std::string_view::npos || close < open) return "";
-  const std::string unit(trim_blanks(text.substr(open + 1, close - open - 1)));
-  const auto known = find_unit(unit);
-  if (!known || known->kind != UnitKind::length)
-    lines.fail("the axes have the unit '" + unit + "', which is no length; export in mm");
-  if (!before.empty() && before != unit)
-    lines.fail("the axes have the units '" + before + "' and '" + unit +
-               "' in one file; export each part into a file of its own");
-  return unit;
-}
-
-void check_points(const PlainTable& table) {
-  const auto column = [&](std::string_view name) {
-    return static_cast<int>(std::ranges::find(table.columns, name, &PlainColumn::name) -
-                            table.columns.begin());
-  };
-  const int x = column("X");
-  for (const PlainRow& row : table.rows)
-    for (int k = x; k < x + 3; ++k)
-      if (!has_decimals(row.cells[static_cast<size_t>(k)]))
-        table.fail(row, k,
-                   "is no coordinate with decimals; the columns must be the names, X, Y, Z and, "
-                   "last, date and time: export nothing else, and decimals");
-  for (int k = 0; k < x; ++k) {
-    const auto is_number = [&](const PlainRow& row) {
-      return has_decimals(row.cells[static_cast<size_t>(k)]);
-    };
-    if (std::ranges::all_of(table.rows, is_number))
-      table.fail(table.rows.front(), k,
-                 "looks like a coordinate where a name should stand; the columns must be the "
-                 "names, X, Y, Z and, last, date and time: export nothing else");
-  }
-}
-
-// ---- motion capture
 
 // One column of a body, of which the table has many.
 struct BodyColumn {
@@ -167,7 +54,7 @@ struct MotiveHeader {
   Cells types, names, kinds, axes;
 };
 
-MotiveHeader read_motive_header(Lines& lines) {
+MotiveHeader read_motive_header(TableLines& lines) {
   MotiveHeader header;
   if (!lines.next()) lines.fail("is empty; expected a CSV export of Motive");
   const Cells first = lines.cells(',');
@@ -199,7 +86,8 @@ MotiveHeader read_motive_header(Lines& lines) {
   return header;
 }
 
-void check_motive_properties(const Lines& lines, const MotiveHeader& header, bool has_rotation) {
+void check_motive_properties(const TableLines& lines, const MotiveHeader& header,
+                             bool has_rotation) {
   const auto require = [&](const char* key, const char* value, const char* remedy) {
     const auto found = header.properties.find(key);
     if (found == header.properties.end() || found->second == value) return;
@@ -227,7 +115,7 @@ struct ViconHeader {
   bool is_trajectories = false;
 };
 
-ViconHeader read_vicon_header(Lines& lines, std::string_view separators) {
+ViconHeader read_vicon_header(TableLines& lines, std::string_view separators) {
   ViconHeader header;
   const auto section = [&](std::string_view name) { return lines.text().starts_with(name); };
   while (true) {
@@ -269,57 +157,8 @@ ViconHeader read_vicon_header(Lines& lines, std::string_view separators) {
 
 }  // namespace
 
-PlainTable read_spatial_analyzer(const std::string& path) {
-  Lines lines(path);
-  PlainTable table;
-  table.file = lines.file();
-  table.header_line = 1;
-  std::string unit;
-  size_t cells_of_row = 0;
-  bool has_time = false;
-  BlankLines blank;
-  while (lines.next()) {
-    if (blank.skips(lines, !table.rows.empty())) continue;
-    if (lines.text().starts_with("//")) {
-      if (lines.text().find("AXES") == std::string_view::npos) continue;
-      unit = unit_of_axes(lines, unit);
-      table.header_line = lines.number();
-      continue;
-    }
-    Cells cells = lines.cells(',');
-    if (table.rows.empty()) {
-      cells_of_row = cells.size();
-      has_time = time_behind_date(cells.back()).has_value();
-      const size_t named = cells.size() - (has_time ? 1 : 0);
-      if (named < 3 || named > 6)
-        lines.fail(fmt::format("has {} cells: '{}'; expected up to three names, X, Y, Z and, last, "
-                               "date and time, with commas between them: export so",
-                               cells.size(), lines.text().substr(0, 60)));
-      const std::array<const char*, 6> names{"Collection", "Group", "Point", "X", "Y", "Z"};
-      for (size_t k = 6 - named; k < 6; ++k) table.columns.push_back({names[k], k < 3 ? "" : unit});
-      if (has_time) table.columns.push_back({"Time", ""});
-    }
-    if (cells.size() != cells_of_row)
-      lines.fail(fmt::format("has {} cells where the first row has {}: '{}'; complete or remove "
-                             "the row",
-                             cells.size(), cells_of_row, lines.text().substr(0, 60)));
-    if (has_time) {
-      const auto time = time_behind_date(cells.back());
-      if (!time)
-        lines.fail("'" + cells.back() + "' is no date and time as in the first row; correct it");
-      cells.back() = *time;
-    }
-    table.rows.push_back({lines.number(), std::move(cells)});
-  }
-  require_rows(table);
-  for (PlainColumn& column : table.columns)
-    if (column.name == "X" || column.name == "Y" || column.name == "Z") column.unit_row = unit;
-  check_points(table);
-  return table;
-}
-
 PlainTable read_motive(const std::string& path, const std::string& body) {
-  Lines lines(path);
+  TableLines lines(path);
   PlainTable table;
   table.file = lines.file();
   const MotiveHeader header = read_motive_header(lines);
@@ -364,7 +203,7 @@ PlainTable read_motive(const std::string& path, const std::string& body) {
 }
 
 PlainTable read_vicon(const std::string& path, const std::string& body) {
-  Lines lines(path);
+  TableLines lines(path);
   PlainTable table;
   table.file = lines.file();
   const ViconHeader header = read_vicon_header(lines, find_preset("vicon")->separators);
