@@ -144,6 +144,7 @@ int run(app::Command& command, const Arguments& arguments) {
     zone = weight_readings_by_zone(command, campaign, robot, app::zone_from_text(arguments.zone));
 
   const CalibrationResult result = calibrate(robot, campaign);
+  app::warn_of_touches(command, robot, campaign, result.set);
   CalibrationFindings findings{zone, gross, {}, assess(result, campaign)};
   findings.nominal = require_worthwhile(robot, result, campaign, findings.quality->blunders,
                                         static_cast<int>(rows_of(gross).size()));

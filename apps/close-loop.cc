@@ -84,6 +84,7 @@ void check_apart(const Campaign& training, const Campaign& test) {
     if (!campaign.position.empty())
       numbers.insert(numbers.end(), campaign.position[row].begin(), campaign.position[row].end());
     if (!campaign.distance.empty()) numbers.push_back(campaign.length(row));
+    if (campaign.has_touches()) numbers.push_back(campaign.quantity(row));
     return numbers;
   };
   std::set<std::vector<double>> known;
@@ -200,11 +201,13 @@ int run(app::Command& command, const Arguments& arguments) {
   robot.free_links = arguments.no_priors;
   const std::optional<About> about = app::read_about(command, arguments.page);
   const Measured measured = read_measured(command, arguments, robot);
+  if (!arguments.next_poses.empty()) app::refuse_touches(measured.all, "--next-poses plans");
   TraceOptions options;
   options.seed = command.seed;
   options.beyond_catalogue = !arguments.only_catalogue;
   options.progress = [&](const std::string& what) { command.progress(what); };
   const LoopResult result = search(command, arguments, robot, measured, options);
+  app::warn_of_touches(command, robot, measured.training, result.trace.fit.set);
 
   const std::string missed = why_not_reached(robot, result);
   if (!missed.empty()) command.warn(missed);

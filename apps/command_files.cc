@@ -6,11 +6,13 @@
 #include <cstdlib>
 #include <unordered_set>
 
+#include "armtrue/calibration/observation.h"
 #include "armtrue/diagnosis/diagnosis.h"
 #include "armtrue/diagnosis/log_check.h"
 #include "armtrue/diagnosis/suspicions.h"
 #include "armtrue/io/catalogue_io.h"
 #include "armtrue/io/program_io.h"
+#include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
 #include "command_line.h"
@@ -34,6 +36,7 @@ Campaign Command::read_campaign(const std::string& path, const Robot& robot) {
   warn_of_unknown(file.unknown_columns);
   if (file.campaign.skipped_rows > 0)
     warn(fmt::format("{} rows without a measurement skipped", file.campaign.skipped_rows));
+  bind_touches(file.campaign, robot.chain);
   const LogFindings findings = check_log(file.campaign);
   if (!findings.errors.empty())
     throw InputError(file.campaign.source + ": " + findings.errors.front());
@@ -44,6 +47,10 @@ Campaign Command::read_campaign(const std::string& path, const Robot& robot) {
 
 void Command::begin_new_sessions(Campaign& campaign, bool is_input) const {
   if (new_sessions_s.empty()) return;
+  if (campaign.has_touches())
+    throw InputError(campaign.source +
+                     ": --new-session-at-s is for an instrument that was moved, and contacts have "
+                     "none; give a contact that was moved another name from then on");
   const std::vector<double>& times = campaign.time_s;
   if (times.empty())
     throw InputError(campaign.source +
@@ -117,6 +124,31 @@ void refuse_mistakes(Command& command, const Robot& robot, const Campaign& campa
     throw InputError(campaign.source + ": " + findings.front());
   for (const std::string& suspicion : find_suspicions(robot, campaign))
     command.warn(campaign.source + ": " + suspicion);
+}
+
+void warn_of_touches(Command& command, const Robot& robot, const Campaign& campaign,
+                     const IdentifiableSet& set) {
+  if (!campaign.has_touches_only()) return;
+  command.warn(
+      "touches do not show where the instrument's frame R_A is: 'base' is held as the robot file "
+      "has it, and the places of the contacts are relative to it");
+  const std::optional<int> scale = length_of_scale(robot, campaign, set);
+  if (!scale) return;
+  const Link& link = robot.chain.links[static_cast<size_t>(link_of_parameter(*scale))];
+  const double length =
+      std::abs(kind_of_parameter(*scale) == LinkParameter::d ? link.d : link.r) / kMillimetre;
+  command.warn(fmt::format(
+      "touches do not show the scale of the arm: {} is held at its nominal value of {:.6g} mm, and "
+      "an error of 1 mm in it is one of {:.3g} % in all lengths, which no standard deviation "
+      "counts; touch two points of a known artefact, such as a scale bar",
+      parameter_name(robot.chain, *scale), length, 100 / length));
+}
+
+void refuse_touches(const Campaign& campaign, const std::string& what) {
+  if (!campaign.has_touches()) return;
+  throw InputError(campaign.source + ": " + what +
+                   " poses in free space, where no contact is touched; touch the contacts in other "
+                   "postures of the arm, or plan with readings of an instrument");
 }
 
 std::string beyond_any_arm(const Robot& robot, double error, double noise) {

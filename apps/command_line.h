@@ -257,6 +257,14 @@ void require_same_joints(const Robot& robot, const std::string& a, const Robot& 
 std::vector<JointTarget> numbered(const std::vector<JointVector>& configurations,
                                   const std::vector<std::string>& taken);
 
+/// Warns of what touches do not show: where R_A is, and the scale unless an artefact or an encoder of
+/// lengths shows it. `robot`: that the set was chosen for.
+void warn_of_touches(Command& command, const Robot& robot, const Campaign& campaign,
+                     const IdentifiableSet& set);
+
+/// Throws InputError if the campaign has touches; `what` would plan poses in free space for them.
+void refuse_touches(const Campaign& campaign, const std::string& what);
+
 /// The warning for a fit that did not converge.
 std::string not_converged(const CalibrationResult& fit);
 

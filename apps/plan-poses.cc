@@ -186,8 +186,13 @@ int run(app::Command& command, const Arguments& arguments) {
   Campaign given;
   if (!arguments.given.empty()) {
     given = command.read_campaign(arguments.given, robot);
+    app::refuse_touches(given, "plan-poses plans");
     app::refuse_mistakes(command, robot, given);
   }
+  if (given.rows() == 0 && !robot.chain.contacts.empty())
+    command.warn(arguments.robot +
+                 ": the poses are planned for an instrument that reads points; the contacts of the "
+                 "robot file are not touched in them");
   command.progress("planning");
   return arguments.separate.empty()
              ? plan_for_geometry(command, arguments, robot, given, options)

@@ -373,8 +373,8 @@ std::optional<Robot> require_worthwhile(const Robot& nominal, const CalibrationR
   const auto identifies = [&](int parameter) {
     return std::ranges::find(fit.set.kept, parameter) != fit.set.kept.end();
   };
-  if (!identifies(kBaseParameters) || !identifies(layout_of(nominal.chain).tool))
-    return std::nullopt;
+  const bool finds_place = identifies(kBaseParameters) || sound.has_touches_only();
+  if (!finds_place || !identifies(layout_of(nominal.chain).tool)) return std::nullopt;
   std::vector<int> rows;
   for (int row = 0; row < sound.rows(); ++row)
     if (!std::ranges::binary_search(blunders, row)) rows.push_back(row);

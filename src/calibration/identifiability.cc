@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
+#include <set>
 #include <stdexcept>
 
+#include "armtrue/calibration/observation.h"
 #include "armtrue/effects/sampling.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
+#include "calibration/contacts.h"
 #include "calibration/session_models.h"
 #include "campaign/selection.h"
 
@@ -36,9 +40,12 @@ Robot ideal_structure(Robot robot) {
 
 std::vector<int> preference_order(const KinematicChain& chain) {
   std::vector<int> order;
+  const int anchors = first_anchor_parameter(chain), contacts = first_contact_parameter(chain);
+  for (int c = 0; c < static_cast<int>(chain.contacts.size()); ++c)
+    for (int k : of_contact(chain.contacts[c].kind))
+      order.push_back(contacts + kParametersOfContact * c + k);
   for (int k = 0; k < 6; ++k) order.push_back(kBaseParameters + k);
-  const int anchors = first_anchor_parameter(chain);
-  for (int k = anchors; k < parameter_count(chain); ++k)
+  for (int k = anchors; k < contacts; ++k)
     if ((k - anchors) % 4 < 3) order.push_back(k);
   const ParameterLayout layout = layout_of(chain);
   for (int k = layout.targets; k < anchors; ++k) order.push_back(k);
@@ -53,9 +60,39 @@ std::vector<int> preference_order(const KinematicChain& chain) {
                               LinkParameter::r, LinkParameter::beta})
     for (int j = 0; j < link_count(chain); ++j)
       order.push_back(link_parameter(j, in_turn(which, j)));
-  for (int k = anchors + 3; k < parameter_count(chain); k += 4) order.push_back(k);
+  for (int k = anchors + 3; k < contacts; k += 4) order.push_back(k);
   return order;
 }
+
+// Whether rows of the campaign read something that a parameter is part of: those of the links, the
+// tool and the base always are.
+class ReadParameters {
+ public:
+  ReadParameters(const Campaign& campaign, const KinematicChain& chain)
+      : layout_(layout_of(chain)),
+        targets_end_(first_anchor_parameter(chain)),
+        anchors_end_(first_contact_parameter(chain)),
+        targets_(!campaign.target_names.empty()),
+        anchors_(campaign.has_distances() &&
+                 !(campaign.has_touches() && match_anchors(campaign, chain).empty())) {
+    const std::vector<ContactPoint> matched = match_contacts(campaign, chain);
+    for (const Touch& touch : campaign.touch)
+      if (touch.contact >= 0) contacts_.insert(matched[static_cast<size_t>(touch.contact)].contact);
+  }
+
+  bool contains(int parameter) const {
+    if (parameter < layout_.targets) return true;
+    if (parameter < targets_end_) return targets_;
+    if (parameter < anchors_end_) return anchors_;
+    return contacts_.contains((parameter - anchors_end_) / kParametersOfContact);
+  }
+
+ private:
+  ParameterLayout layout_;
+  int targets_end_, anchors_end_;
+  bool targets_, anchors_;
+  std::set<int> contacts_;
+};
 
 // Table 2 of the seed paper.
 std::vector<int> paper_25(const KinematicChain& chain) {
@@ -101,23 +138,23 @@ std::vector<int> allowed_parameters(const Robot& robot, const Campaign& campaign
         "identify: names nothing; use auto, paper-25, base, tool, or names such as A2.d");
   std::vector<int> allowed;
   const ParameterLayout layout = layout_of(robot.chain);
-  const bool with_targets = !campaign.target_names.empty();
   const int targets_end = first_anchor_parameter(robot.chain);
-  const int anchors_end = campaign.has_distances() ? parameter_count(robot.chain) : targets_end;
+  const ReadParameters read(campaign, robot.chain);
+  // Those that stand behind the parameters of the chain, from `first` to before `end`.
+  const auto add_read = [&](int first, int end) {
+    for (int k : preference_order(robot.chain))
+      if (k >= first && k < end && read.contains(k)) allowed.push_back(k);
+  };
   for (const std::string& name : robot.identify) {
     if (name == "auto") {
-      for (int k : preference_order(robot.chain))
-        if (k < layout.targets || (k < targets_end ? with_targets : k < anchors_end))
-          allowed.push_back(k);
+      add_read(0, parameter_count(robot.chain));
     } else if (name == "paper-25") {
       for (int k : paper_25(robot.chain)) allowed.push_back(k);
     } else if (name == "base" || name == "tool") {
       const int first = name == "base" ? kBaseParameters : layout.tool;
       for (int k = 0; k < 6; ++k) allowed.push_back(first + k);
-      if (name == "tool" && with_targets)
-        for (int k = layout.targets; k < targets_end; ++k) allowed.push_back(k);
-      if (name == "base")
-        for (int k = targets_end; k < anchors_end; ++k) allowed.push_back(k);
+      if (name == "tool") add_read(layout.targets, targets_end);
+      if (name == "base") add_read(targets_end, parameter_count(robot.chain));
     } else {
       const auto index = find_parameter(robot.chain, name);
       if (!index || layout.is_of_instrument(*index))
@@ -130,16 +167,13 @@ std::vector<int> allowed_parameters(const Robot& robot, const Campaign& campaign
   return allowed;
 }
 
-IdentifiableSet choose_identifiable(const Robot& robot, const Campaign& campaign) {
-  const std::vector<int> allowed = allowed_parameters(robot, campaign);
-  std::vector<int> order;
-  for (int k : preference_order(robot.chain))
-    if (std::find(allowed.begin(), allowed.end(), k) != allowed.end()) order.push_back(k);
+namespace {
 
-  const Campaign rows =
-      campaign.select(thinned_rows(campaign, std::min(campaign.rows(), kMaxRows)));
+// `order`: of preference, of the parameters that are allowed.
+IdentifiableSet choose_in_order(const Robot& ideal, const Campaign& rows,
+                                const std::vector<int>& order) {
   // Lengths weigh against angles as at arm's length: only the ratio matters, and little.
-  const SessionModels models(rows, ideal_structure(robot), order, {1.0, 1.0});
+  const SessionModels models(rows, ideal, order, {1.0, 1.0});
   const int columns = models.unknowns(), asked = static_cast<int>(order.size());
   const Eigen::MatrixXd jacobian = models.blocks();
 
@@ -166,7 +200,7 @@ IdentifiableSet choose_identifiable(const Robot& robot, const Campaign& campaign
       kept.push_back(c < asked ? order[c] : kOfFurtherSession);
       continue;
     }
-    if (c >= asked) fail_of_session(models, robot.chain, c);
+    if (c >= asked) fail_of_session(models, ideal.chain, c);
     AbsorbedParameter absorbed{order[c], {}};
     if (norm > 1e-12) {
       const Eigen::VectorXd solution =
@@ -188,6 +222,83 @@ IdentifiableSet choose_identifiable(const Robot& robot, const Campaign& campaign
   return set;
 }
 
+// The nominal length that a parameter of a link is [m]; 0 of angles and of what an encoder adds to.
+double length_of(const KinematicChain& chain, int parameter) {
+  if (!layout_of(chain).is_of_links(parameter) || is_zero_offset(chain, parameter)) return 0;
+  const Link& link = chain.links[static_cast<size_t>(link_of_parameter(parameter))];
+  const LinkParameter which = kind_of_parameter(parameter);
+  return which == LinkParameter::d ? link.d : which == LinkParameter::r ? link.r : 0;
+}
+
+// Touches in the same configurations are as well those of an arm that is larger, with the contacts,
+// by one factor. An encoder of lengths knows the factor, as do two points of an artefact.
+bool scale_is_free(const KinematicChain& chain, const Campaign& campaign) {
+  if (!campaign.has_touches_only()) return false;
+  for (int j = 0; j < joint_count(chain); ++j)
+    if (is_prismatic(joint_link(chain, j))) return false;
+  const std::vector<ContactPoint> matched = match_contacts(campaign, chain);
+  std::map<int, int> point_of_artefact;
+  for (const Touch& touch : campaign.touch) {
+    const ContactPoint& which = matched[static_cast<size_t>(touch.contact)];
+    if (which.point >= 0 &&
+        point_of_artefact.try_emplace(which.contact, which.point).first->second != which.point)
+      return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::optional<int> length_of_scale(const Robot& robot, const Campaign& campaign,
+                                   const IdentifiableSet& set) {
+  if (!scale_is_free(robot.chain, campaign)) return std::nullopt;
+  constexpr double kSame = 1e-3;
+  for (const AbsorbedParameter& absorbed : set.absorbed) {
+    const double length = length_of(robot.chain, absorbed.parameter);
+    if (length == 0) continue;
+    // sum over the lengths of length * column = 0.
+    bool by_lengths = false, all = true;
+    for (const auto& [parameter, share] : absorbed.absorbed_by) {
+      const double other = length_of(robot.chain, parameter);
+      if (other == 0) continue;
+      by_lengths = true;
+      all &= std::abs(share + other / length) < kSame * (1 + std::abs(other / length));
+    }
+    if (by_lengths && all) return absorbed.parameter;
+  }
+  return std::nullopt;
+}
+
+IdentifiableSet choose_identifiable(const Robot& robot, const Campaign& campaign) {
+  const std::vector<int> allowed = allowed_parameters(robot, campaign);
+  std::vector<int> order;
+  for (int k : preference_order(robot.chain))
+    if (std::find(allowed.begin(), allowed.end(), k) != allowed.end()) order.push_back(k);
+
+  Campaign rows = campaign.select(thinned_rows(campaign, std::min(campaign.rows(), kMaxRows)));
+  Robot ideal = ideal_structure(robot);
+  if (campaign.has_touches()) {
+    ideal = with_contacts_fitted(std::move(ideal), rows, FitContacts::all);
+    rows = moved_onto_contacts(ideal, rows);
+    if (rows.rows() == 0)
+      throw std::invalid_argument(
+          campaign.source +
+          ": the robot of the file reaches none of the contacts near these joint angles; check the "
+          "column 'contact', units and signs");
+  }
+  IdentifiableSet set = choose_in_order(ideal, rows, order);
+  if (const auto scale = length_of_scale(ideal, rows, set)) {
+    const auto length = [&](int k) { return std::abs(length_of(ideal.chain, k)); };
+    const int longest = *std::ranges::max_element(set.kept, {}, length);
+    if (length(longest) > length(*scale)) {
+      std::erase(order, longest);
+      order.push_back(longest);
+      set = choose_in_order(ideal, rows, order);
+    }
+  }
+  return set;
+}
+
 IdentifiableSet require_identifiable(const Robot& robot, const Campaign& campaign) {
   IdentifiableSet set = choose_identifiable(robot, campaign);
   if (set.kept.empty())
@@ -200,15 +311,31 @@ IdentifiableSet require_identifiable(const Robot& robot, const Campaign& campaig
   return set;
 }
 
+namespace {
+
+// So many rows, of which each quantity has as many.
+std::vector<int> every_touch(const Campaign& campaign, int count) {
+  std::map<int, int> first_rows;
+  for (int row = 0; row < campaign.rows(); ++row) first_rows.try_emplace(campaign.quantity(row), row);
+  std::vector<int> rows;
+  while (std::ssize(rows) < count)
+    for (const auto& [quantity, row] : first_rows) rows.push_back(row);
+  rows.resize(static_cast<size_t>(count));
+  return rows;
+}
+
+}  // namespace
+
 std::vector<int> lost_to_poses(const Robot& robot, const Campaign& campaign,
                                const IdentifiableSet& set) {
   constexpr int kPoses = 200;
-  Campaign everywhere = campaign.select(std::vector<int>(kPoses, 0));
+  Campaign everywhere = campaign.select(
+      campaign.has_touches() ? every_touch(campaign, kPoses) : std::vector<int>(kPoses, 0));
   everywhere.q = sample_joint_space(robot.chain, kPoses);
   const int targets = std::max(1, static_cast<int>(campaign.target_names.size()));
   for (int row = 0; row < kPoses && !campaign.target.empty(); ++row)
     everywhere.target[row] = row % targets;
-  for (int row = 0; row < kPoses; ++row)
+  for (int row = 0; row < kPoses && !campaign.has_touches(); ++row)
     everywhere.set_quantity(row, row / targets % campaign.quantities());
   const IdentifiableSet possible = choose_identifiable(robot, everywhere);
   std::vector<int> lost;

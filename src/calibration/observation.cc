@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "armtrue/kinematics/contact.h"
 #include "armtrue/statistics/summary.h"
 
 namespace armtrue {
@@ -23,6 +24,12 @@ void turn_columns(PoseJacobian& jacobian, int first, const Eigen::Matrix3d& turn
 // 0 where no row states a standard deviation.
 double stated_median(const std::vector<double>& deviations) {
   return deviations.empty() ? 0.0 : median(deviations);
+}
+
+bool has_kind(const Campaign& campaign, ReadingKind kind) {
+  for (int row = 0; row < campaign.rows(); ++row)
+    if (campaign.kind(row) == kind) return true;
+  return false;
 }
 
 // The first row that has the name of this number in its column.
@@ -49,6 +56,7 @@ std::vector<int> match_targets(const Campaign& campaign, const KinematicChain& c
 
 std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& chain) {
   if (!campaign.has_distances()) return {};
+  if (campaign.has_touches() && !has_kind(campaign, ReadingKind::distance)) return {};
   constexpr const char* kRemedy = "; add its place in R_A to the robot file, under 'anchors'";
   const auto the_only = [&] {
     if (chain.anchors.empty())
@@ -81,6 +89,75 @@ std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& c
   return indices;
 }
 
+namespace {
+
+// Of `bar/2` the artefact `bar` and its point `2`.
+std::optional<ContactPoint> find_contact(const KinematicChain& chain, const std::string& name) {
+  for (size_t c = 0; c < chain.contacts.size(); ++c) {
+    const Contact& contact = chain.contacts[c];
+    if (contact.kind != ContactKind::artefact && contact.name == name)
+      return ContactPoint{static_cast<int>(c)};
+    for (size_t p = 0; p < contact.points.size(); ++p)
+      if (contact.name + "/" + contact.points[p].name == name)
+        return ContactPoint{static_cast<int>(c), static_cast<int>(p)};
+  }
+  return std::nullopt;
+}
+
+size_t first_touch_of(const Campaign& campaign, int contact) {
+  size_t row = 0;
+  while (row < campaign.touch.size() && campaign.touch[row].contact != contact) ++row;
+  return row;
+}
+
+std::string why_unknown(const KinematicChain& chain, const std::string& name) {
+  for (const Contact& contact : chain.contacts)
+    if (contact.name == name)
+      return "'" + name + "' is an artefact; say which of its points is touched, such as '" + name +
+             "/" + contact.points.front().name + "'";
+  const std::string artefact = name.substr(0, name.find('/'));
+  for (const Contact& contact : chain.contacts)
+    if (contact.kind == ContactKind::artefact && contact.name == artefact)
+      return "the artefact '" + artefact + "' has no point '" +
+             name.substr(std::min(name.size(), artefact.size() + 1)) +
+             "'; add it to the robot file, under 'contacts'";
+  return "the robot file has no contact '" + name +
+         "'; add it to the robot file, under 'contacts', such as '" + name + ": {kind: point}'";
+}
+
+}  // namespace
+
+std::vector<ContactPoint> match_contacts(const Campaign& campaign, const KinematicChain& chain) {
+  std::vector<ContactPoint> matched;
+  for (const std::string& name : campaign.contact_names) {
+    const auto found = find_contact(chain, name);
+    if (!found)
+      fail_at(campaign, first_touch_of(campaign, static_cast<int>(matched.size())),
+              "column 'contact': " + why_unknown(chain, name));
+    matched.push_back(*found);
+  }
+  return matched;
+}
+
+void bind_touches(Campaign& campaign, const KinematicChain& chain) {
+  if (!campaign.has_touches()) return;
+  if (!campaign.session_names.empty())
+    fail_at(campaign, 0,
+            "column 'session': contacts are at rest beside the robot, and their readings are of one "
+            "session; leave the column out, and give a contact that was moved another name");
+  std::vector<bool> is_point;
+  for (const ContactPoint& matched : match_contacts(campaign, chain))
+    is_point.push_back(reads_point(chain.contacts[static_cast<size_t>(matched.contact)].kind));
+  for (int row = 0; row < campaign.rows(); ++row)
+    if (campaign.kind(row) == ReadingKind::touch && campaign.distance[row] != 0 &&
+        is_point[static_cast<size_t>(campaign.touch[row].contact)])
+      fail_at(campaign, static_cast<size_t>(row),
+              "column 'l_mm': a gauge shows how far the tool stands off a plane or a sphere, and '" +
+                  campaign.contact_names[static_cast<size_t>(campaign.touch[row].contact)] +
+                  "' is a point; empty the cell");
+  touches_to_coordinates(campaign, is_point);
+}
+
 ObservationModel::ObservationModel(const Campaign& campaign, const Robot& robot,
                                    std::vector<int> geometric, const ReadingSigma& sigma,
                                    int fitted_effects, const Pose& common_from_own)
@@ -89,12 +166,29 @@ ObservationModel::ObservationModel(const Campaign& campaign, const Robot& robot,
       geometric_(std::move(geometric)),
       targets_(match_targets(campaign, robot.chain)),
       anchors_(match_anchors(campaign, robot.chain)),
+      contacts_(match_contacts(campaign, robot.chain)),
       sigma_(sigma),
       fitted_effects_(std::min(fitted_effects, static_cast<int>(robot.effects.size()))),
       common_from_own_(common_from_own),
       median_sigma_position_(stated_median(campaign.sigma_position)),
       median_sigma_orientation_(stated_median(campaign.sigma_orientation)) {
+  for (const Touch& touch : campaign.touch)
+    if (touch.contact >= 0) require_bound(touch);
   evaluate_effect_values(robot);
+}
+
+// Throws unless the contact has a place and the touch the axis that its kind needs.
+void ObservationModel::require_bound(const Touch& touch) const {
+  const Contact& contact =
+      robot_.chain.contacts[static_cast<size_t>(contacts_[touch.contact].contact)];
+  if (!contact.is_placed)
+    throw std::invalid_argument(
+        campaign_.source + ": the robot file does not say where the contact '" + contact.name +
+        "' is; calibrate the robot on readings that touch it, with auto or base among what is "
+        "identified, or state its place under 'contacts'");
+  if (reads_point(contact.kind) != (touch.axis >= 0))
+    throw std::invalid_argument(campaign_.source + ": the touches of '" + contact.name +
+                                "' are not those of bind_touches()");
 }
 
 // The values of the drivers do not depend on the unknowns (see BoundEffect), so each is evaluated
@@ -151,13 +245,22 @@ double ObservationModel::mean_square_value(int coefficient) const {
 Robot ObservationModel::robot_at(const Eigen::VectorXd& x) const {
   Robot robot = robot_;
   const int tool = layout_of(robot_.chain).tool;
+  const int first_contact = first_contact_parameter(robot_.chain);
   const auto is_turn = [](int index, int first) { return index >= first + 3 && index < first + 6; };
+  const auto turns_contact = [&](int index) {
+    return index >= first_contact && is_turn((index - first_contact) % kParametersOfContact, 0);
+  };
   for (int k = 0; k < geometric_count(); ++k)
-    if (!is_turn(geometric_[k], kBaseParameters) && !is_turn(geometric_[k], tool))
+    if (!is_turn(geometric_[k], kBaseParameters) && !is_turn(geometric_[k], tool) &&
+        !turns_contact(geometric_[k]))
       move_parameter(robot.chain, geometric_[k], x[k]);
   robot.chain.base.rotation =
       rotation_exp(turn_of(x, kBaseParameters)) * robot_.chain.base.rotation;
   robot.chain.tool.rotation = rotation_exp(turn_of(x, tool)) * robot_.chain.tool.rotation;
+  for (size_t c = 0; c < robot.chain.contacts.size(); ++c)
+    robot.chain.contacts[c].place.rotation =
+        robot_.chain.contacts[c].place.rotation *
+        rotation_exp(turn_of(x, first_contact + kParametersOfContact * static_cast<int>(c)));
   int k = geometric_count();
   for (int e = 0; e < fitted_effects_; ++e) {
     robot.effects[e].coefficients.resize(effects_[e].coefficient_count());
@@ -196,6 +299,11 @@ ObservationModel::At::At(const ObservationModel& model, const Eigen::VectorXd& x
   // exp(x + dx) = exp(Jl(x) dx) exp(x), and Jl(x) = Jr(-x).
   base_turn_ = inverse_right_jacobian(-model.turn_of(x, kBaseParameters)).inverse();
   tool_turn_ = inverse_right_jacobian(-model.turn_of(x, layout_.tool)).inverse();
+  // exp(x + dx) = exp(x) exp(Jr(x) dx).
+  const int first = first_contact_parameter(robot_.chain);
+  for (int c = 0; c < static_cast<int>(robot_.chain.contacts.size()); ++c)
+    contact_turns_.emplace_back(
+        inverse_right_jacobian(model.turn_of(x, first + kParametersOfContact * c)).inverse());
 }
 
 Eigen::VectorXd ObservationModel::At::offsets(int row) const {
@@ -237,6 +345,10 @@ ObservationModel::At::Prediction ObservationModel::At::predict(int row,
   predicted.position = frame.translation - model_.common_from_own_.translation;
   const Campaign& campaign = model_.campaign_;
   const ReadingKind kind = campaign.kind(row);
+  if (kind == ReadingKind::touch) {
+    predict_touch(row, offset, predicted);
+    return predicted;
+  }
   if (offset.size() > 0 && kind != ReadingKind::distance) {
     const Eigen::Vector3d errors = offset.segment<3>(layout_.instrument_range);
     if (!errors.isZero(0)) predicted.off = line_of_sight(frame).derivatives() * errors;
@@ -263,8 +375,51 @@ ObservationModel::At::Prediction ObservationModel::At::predict(int row,
       predicted.direction = wire.normalized();
       break;
     }
+    case ReadingKind::touch:
+      break;
   }
   return predicted;
+}
+
+// No instrument has a part in a touch, nor has its scale.
+void ObservationModel::At::predict_touch(int row, const Eigen::VectorXd& offset,
+                                         Prediction& predicted) const {
+  const Touch touch = model_.campaign_.touch[row];
+  const ContactPoint which = model_.contacts_[touch.contact];
+  Contact contact = robot_.chain.contacts[which.contact];
+  if (offset.size() > 0) {
+    const int first = first_contact_parameter(robot_.chain) + kParametersOfContact * which.contact;
+    contact.place.translation += contact.place.rotation * offset.segment<3>(first);
+    contact.place.rotation = contact.place.rotation * rotation_exp(offset.segment<3>(first + 3));
+    contact.radius += offset[first + 6];
+  }
+  const Pose place = model_.common_from_own_ * contact.place;
+  predicted.scale = 1.0;
+  predicted.axes = place.rotation;
+  predicted.in_contact =
+      place.rotation.transpose() * (predicted.frame.translation - place.translation);
+  const TouchReading reading =
+      touch_reading(contact, which.point, touch.axis, predicted.in_contact);
+  predicted.gradient = reading.gradient;
+  predicted.direction = predicted.axes * predicted.gradient;
+  predicted.position = {reading.value, 0, 0};
+}
+
+// The derivative of the reading of a touch by a parameter of a contact.
+double ObservationModel::At::touch_column(int row, int parameter,
+                                          const Prediction& predicted) const {
+  const int k = parameter - first_contact_parameter(robot_.chain);
+  const int contact = k / kParametersOfContact, which = k % kParametersOfContact;
+  if (contact != model_.contacts_[model_.campaign_.touch[row].contact].contact) return 0;
+  if (which == 6)
+    return robot_.chain.contacts[contact].kind == ContactKind::sphere ? -1.0 : 0.0;
+  if (which < 3) {
+    const Eigen::Vector3d along = model_.robot_.chain.contacts[contact].place.rotation.col(which);
+    return -predicted.direction.dot(model_.common_from_own_.rotation * along);
+  }
+  // The contact turns by w in its own axes: the point seen from it turns by -w.
+  const Eigen::Vector3d turn = contact_turns_[contact].col(which - 3);
+  return predicted.gradient.dot(predicted.in_contact.cross(turn));
 }
 
 Eigen::Matrix<double, 6, 1> ObservationModel::At::residual(int row,
@@ -297,7 +452,11 @@ void ObservationModel::At::set_instrument_column(int row, int parameter,
   const bool is_length = kind != ReadingKind::point;
   const int first_anchor = first_anchor_parameter(robot_.chain);
   column.setZero();
-  if (parameter == layout_.instrument_scale) {
+  if (parameter >= first_contact_parameter(robot_.chain)) {
+    if (kind == ReadingKind::touch) column[0] = touch_column(row, parameter, predicted) / sigma;
+  } else if (kind == ReadingKind::touch && layout_.is_of_instrument(parameter)) {
+    return;
+  } else if (parameter == layout_.instrument_scale) {
     const int size = is_length ? 1 : 3;
     column.head(size) = predicted.position.head(size) / sigma;
   } else if (layout_.is_of_instrument(parameter)) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <stdexcept>
 
 #include "armtrue/calibration/evaluation.h"
@@ -78,6 +79,13 @@ std::vector<int> indices_of(const Robot& robot, const std::vector<std::string>& 
   return indices;
 }
 
+// Number of the pairs of a pose and a quantity that is read of it.
+double count_read(const Campaign& campaign) {
+  std::set<int> read;
+  for (int row = 0; row < campaign.rows(); ++row) read.insert(campaign.pose_by_quantity(row));
+  return static_cast<double>(read.size());
+}
+
 // Standard deviation per axis of the residuals of a fit, unknowns counted off; of rows of one pose
 // together with what they have in common.
 InstrumentNoise spread_of(const CalibrationResult& fit, const Campaign& campaign) {
@@ -94,7 +102,8 @@ InstrumentNoise spread_of(const CalibrationResult& fit, const Campaign& campaign
   }
   // Readings of a pose share what the model lacks: the unknowns follow poses, not readings.
   const double poses = static_cast<double>(campaign.pose_ids.size());
-  const double quantities = poses * campaign.quantities();
+  const double quantities = campaign.has_touches() ? count_read(campaign)  // each of one contact
+                                                   : poses * campaign.quantities();
   // Within poses the noise loses nothing to the unknowns; between poses all readings of a pose do.
   const double visits = std::max(1.0, rows / quantities);
   const auto deviation = [&](double squares, int axes, double determined) {

@@ -73,7 +73,9 @@ std::vector<double> pose_variances(const Campaign& campaign, const std::vector<d
                                    int dimension) {
   const size_t poses = campaign.pose_ids.size() * static_cast<size_t>(campaign.quantities());
   // All alone; not every pose need be read from every anchor.
-  if (campaign.anchor.empty() && !campaign.has_coordinates() && poses >= norms.size()) return {};
+  if (campaign.anchor.empty() && !campaign.has_coordinates() && !campaign.has_touches() &&
+      poses >= norms.size())
+    return {};
   constexpr double kSmallest = 1e-12;  // the logarithm of an exact reading
   const auto log_of = [&](int row) {
     return std::log(std::max(norms[row] / dimension, kSmallest));

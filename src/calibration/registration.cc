@@ -9,6 +9,7 @@
 #include "armtrue/calibration/observation.h"
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/statistics/summary.h"
+#include "calibration/contacts.h"
 #include "calibration/placement.h"
 #include "calibration/session_models.h"
 #include "campaign/sessions.h"
@@ -192,7 +193,33 @@ Robot with_base_near(const Robot& robot, const Campaign& campaign, bool tool) {
 
 }  // namespace
 
+namespace {
+
+// The base is registered on what an instrument read, and the contacts are placed before, where they
+// have no place, and after, where the base has moved.
+Robot starting_robot_beside_contacts(const Robot& robot, const Campaign& campaign,
+                                     const IdentifiableSet& set) {
+  const auto finds = [&](int parameter) {
+    return parameter >= first_contact_parameter(robot.chain);
+  };
+  const bool finds_contacts = std::ranges::any_of(set.kept, finds);
+  const auto fitted = [&](const Robot& start) {
+    return finds_contacts ? with_contacts_fitted(start, campaign, FitContacts::unknown) : start;
+  };
+  std::vector<int> rows;
+  for (int row = 0; row < campaign.rows(); ++row)
+    if (campaign.kind(row) != ReadingKind::touch) rows.push_back(row);
+  if (rows.empty()) return fitted(robot_at_row(robot, campaign, 0));
+  Campaign seen = campaign.select(rows);
+  seen.touch.clear();
+  seen.contact_names.clear();
+  return fitted(starting_robot(fitted(robot), seen, set));
+}
+
+}  // namespace
+
 Robot starting_robot(const Robot& robot, const Campaign& campaign, const IdentifiableSet& set) {
+  if (campaign.has_touches()) return starting_robot_beside_contacts(robot, campaign, set);
   // Fewer than three anchors do not show all rotations of the base.
   const bool shows_turn = !campaign.has_distances() || campaign.has_coordinates() ||
                           match_anchors(campaign, robot.chain).size() >= kAnchorsThatShowATurn;

@@ -30,7 +30,7 @@ Pose registered_base(const Robot& robot, const Campaign& campaign);
 /// each session. A base that misses the readings by 80 mm (median) or more, and that is to be
 /// identified, is replaced by registered_base() if that misses by less. Where that misses by more
 /// than 20 mm (or 0.3 rad) still and the tool is to be identified, both are replaced by those of
-/// place_base_and_tool().
+/// place_base_and_tool(). Contacts that are to be identified are placed by with_contacts_fitted().
 Robot starting_robot(const Robot& robot, const Campaign& campaign, const IdentifiableSet& set);
 
 }  // namespace armtrue

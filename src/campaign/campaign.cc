@@ -11,7 +11,13 @@
 namespace armtrue {
 namespace {
 
-constexpr int kAxes = 3;  // of R_A
+constexpr int kAxes = 3;  // of R_A, or of a contact
+
+// Number of the quantities that are coordinates or distances from anchors.
+int lengths(const Campaign& campaign) {
+  return (campaign.has_coordinates() ? kAxes : 0) +
+         std::max(1, static_cast<int>(campaign.anchor_names.size()));
+}
 
 }  // namespace
 
@@ -30,16 +36,25 @@ Context Campaign::context(int row) const {
 
 ReadingKind Campaign::kind(int row) const {
   if (!has_distances()) return ReadingKind::point;
+  if (has_touches() && touch[row].contact >= 0) return ReadingKind::touch;
   return has_coordinates() && coordinate[row] ? ReadingKind::coordinate : ReadingKind::distance;
 }
 
+bool Campaign::has_touches_only() const {
+  return has_touches() &&
+         std::ranges::all_of(touch, [](const Touch& own) { return own.contact >= 0; });
+}
+
 int Campaign::quantity(int row) const {
-  if (kind(row) == ReadingKind::coordinate) return coordinate[row]->axis;
+  const ReadingKind of_row = kind(row);
+  if (of_row == ReadingKind::touch)
+    return lengths(*this) + kAxes * touch[row].contact + std::max(0, touch[row].axis);
+  if (of_row == ReadingKind::coordinate) return coordinate[row]->axis;
   return (has_coordinates() ? kAxes : 0) + (anchor.empty() ? 0 : anchor[row]);
 }
 
 int Campaign::quantities() const {
-  return (has_coordinates() ? kAxes : 0) + std::max(1, static_cast<int>(anchor_names.size()));
+  return lengths(*this) + kAxes * static_cast<int>(contact_names.size());
 }
 
 void Campaign::set_quantity(int row, int quantity) {
@@ -87,6 +102,7 @@ Campaign Campaign::select(const std::vector<int>& rows) const {
   }
   chosen.target_names = target_names;
   chosen.anchor_names = anchor_names;
+  chosen.contact_names = contact_names;
   chosen.temperature_names = temperature_names;
   chosen.session_names = session_names;
   const auto pick = [&](const auto& from, auto& to) {
@@ -99,6 +115,7 @@ Campaign Campaign::select(const std::vector<int>& rows) const {
   pick(position, chosen.position);
   pick(distance, chosen.distance);
   pick(coordinate, chosen.coordinate);
+  pick(touch, chosen.touch);
   pick(repeat, chosen.repeat);
   pick(orientation, chosen.orientation);
   pick(time_s, chosen.time_s);
@@ -154,19 +171,48 @@ void require_drivers(const Campaign& campaign, const Effect& effect) {
                                 "; add it, or take the effect out of its file");
 }
 
-void points_to_coordinates(Campaign& campaign) {
+namespace {
+
+bool has_length(const Campaign& campaign, int row) {
+  return campaign.distance[row] > 0 || campaign.kind(row) == ReadingKind::touch;
+}
+
+// Each row for which `by_axis` holds three times, as one row of each axis.
+template <typename ByAxis>
+Campaign with_axes(const Campaign& campaign, const ByAxis& by_axis) {
   std::vector<int> rows;
   for (int row = 0; row < campaign.rows(); ++row)
-    rows.insert(rows.end(), campaign.distance[row] > 0 ? 1 : kAxes, row);
+    rows.insert(rows.end(), by_axis(row) ? kAxes : 1, row);
   Campaign all = campaign.select(rows);
   all.skipped_rows = campaign.skipped_rows;
+  return all;
+}
+
+}  // namespace
+
+void points_to_coordinates(Campaign& campaign) {
+  Campaign all = with_axes(campaign, [&](int row) { return !has_length(campaign, row); });
   all.coordinate.resize(all.q.size());
   for (int row = 0, axis = 0; row < all.rows(); ++row) {
-    if (all.distance[row] > 0) continue;
+    if (has_length(all, row)) continue;
     all.coordinate[row] = Coordinate{axis, all.position[row][axis]};
     axis = (axis + 1) % kAxes;
   }
   all.position.clear();
+  campaign = std::move(all);
+}
+
+void touches_to_coordinates(Campaign& campaign, const std::vector<bool>& is_point) {
+  const auto touches_point = [&](const Campaign& readings, int row) {
+    return readings.kind(row) == ReadingKind::touch &&
+           is_point[static_cast<size_t>(readings.touch[row].contact)];
+  };
+  Campaign all = with_axes(campaign, [&](int row) { return touches_point(campaign, row); });
+  for (int row = 0, axis = 0; row < all.rows(); ++row) {
+    if (!touches_point(all, row)) continue;
+    all.touch[row].axis = axis;
+    axis = (axis + 1) % kAxes;
+  }
   campaign = std::move(all);
 }
 

@@ -20,12 +20,29 @@ Pose common_from_session(const Robot& robot, const std::string& session) {
   return known == robot.sessions.end() ? Pose{} : robot.chain.base * inverse(known->second.base);
 }
 
+namespace {
+
+void require_known_contacts(const Campaign& training, const Campaign& held_out) {
+  std::set<std::string> known;
+  for (const Touch& touch : training.touch)
+    if (touch.contact >= 0) known.insert(training.contact_names[touch.contact]);
+  for (const Touch& touch : held_out.touch)
+    if (touch.contact >= 0 && !known.contains(held_out.contact_names[touch.contact]))
+      throw std::invalid_argument(
+          held_out.source + ": the contact '" + held_out.contact_names[touch.contact] +
+          "' has held-out poses but no training pose that shows where it is; touch it in more "
+          "poses, or leave it out");
+}
+
+}  // namespace
+
 void require_known_sessions(const Campaign& training, const Campaign& held_out) {
   const auto names_of = [](const Campaign& campaign) {
     std::set<std::string> names;
     for (int session : campaign.session) names.insert(campaign.session_names[session]);
     return names;
   };
+  require_known_contacts(training, held_out);
   const std::set<std::string> known = names_of(training);
   for (const std::string& name : names_of(held_out))
     if (!known.contains(name))

@@ -13,7 +13,7 @@ namespace armtrue {
 std::vector<std::vector<int>> rows_by_session(const Campaign& campaign);
 
 /// Throws std::invalid_argument if a session of `held_out` has no reading in `training`: only those
-/// show where its instrument stood.
+/// show where its instrument stood. The same of contacts.
 void require_known_sessions(const Campaign& training, const Campaign& held_out);
 
 /// The robot at one row: with the base and the zero offsets of the row's session, or unchanged if

@@ -24,7 +24,7 @@ constexpr double kNothingKnown = std::numeric_limits<double>::infinity();
 
 bool is_place_of_anchor(const KinematicChain& chain, int parameter) {
   const int k = parameter - first_anchor_parameter(chain);
-  return k >= 0 && k % 4 < 3;
+  return k >= 0 && parameter < first_contact_parameter(chain) && k % 4 < 3;
 }
 
 bool is_of_base(int parameter) { return parameter < kLinkParameters; }
@@ -35,7 +35,7 @@ std::vector<int> parameters_of(const Robot& previous, const Campaign& campaign) 
   std::vector<int> parameters;
   const std::vector<int> own = own_parameters(previous);
   const ParameterLayout layout = layout_of(previous.chain);
-  for (int k = 0; k < parameter_count(previous.chain); ++k)
+  for (int k = 0; k < first_contact_parameter(previous.chain); ++k)  // no touches come here
     if (previous.std.contains(parameter_name(previous.chain, k)) ||
         std::ranges::count(own, k) > 0 || (k >= layout.tool && k < layout.geometric) ||
         (campaign.has_distances() && is_place_of_anchor(previous.chain, k)))

@@ -16,6 +16,7 @@
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/summary.h"
+#include "calibration/contacts.h"
 #include "calibration/placement.h"
 #include "calibration/registration.h"
 #include "campaign/selection.h"
@@ -42,6 +43,7 @@ double median_miss(Robot robot, const Campaign& campaign) {
   if (const auto placed = place_base_and_tool(robot, campaign, kImplausibleMiss))
     return median(placed->miss);
   robot.chain.base = registered_base(robot, campaign);
+  robot = with_contacts_fitted(std::move(robot), campaign, FitContacts::all);
   const double miss = median(evaluate(robot, campaign).position);
   if (!campaign.has_distances() || miss <= kImplausibleMiss) return miss;
   robot.identify = {"base", "tool"};

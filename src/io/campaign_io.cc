@@ -71,6 +71,7 @@ class CampaignReader {
         poses_(campaign.pose_ids),
         targets_(campaign.target_names),
         anchors_(campaign.anchor_names),
+        contacts_(campaign.contact_names),
         sessions_(campaign.session_names) {
     find_columns();
   }
@@ -80,7 +81,9 @@ class CampaignReader {
     if (campaign_.rows() == 0)
       throw InputError(campaign_.source + ": has no measured row (" +
                        std::to_string(campaign_.skipped_rows) + " without a measurement)");
-    if (distance_ && has_points_) sort_kinds();
+    if (campaign_.contact_names.empty()) campaign_.touch.clear();
+    if ((distance_ || contact_) && has_points_) sort_kinds();
+    check_weights();
     check_repeats();
     derive_arrival(campaign_);
   }
@@ -114,8 +117,10 @@ class CampaignReader {
     q_ = find_encoders(table_, joints_);
     for (size_t j = 0; j < joints_.size(); ++j) need(q_[j], joints_[j].encoder());
     distance_ = use(table_.find_length("l"));
+    contact_ = use(table_.find("contact"));
     for (int i = 0; i < 3; ++i) position_[i] = table_.find_length(std::string(1, "xyz"[i]));
-    has_points_ = !distance_ || position_[0] || position_[1] || position_[2];
+    has_points_ =
+        (!distance_ && !contact_) || position_[0] || position_[1] || position_[2];
     for (int i = 0; has_points_ && i < 3; ++i) need(position_[i], std::string(1, "xyz"[i]) + "_mm");
     if (!missing.empty()) table_.fail_missing(missing);
 
@@ -179,13 +184,15 @@ class CampaignReader {
 
   bool has_distance() const { return distance_ && !table_.is_empty(distance_->column); }
 
+  bool has_touch() const { return contact_ && !table_.is_empty(*contact_); }
+
   bool has_point() const {
     const auto filled = [&](const auto& quantity) { return !table_.is_empty(quantity->column); };
     return has_points_ && std::any_of(position_.begin(), position_.end(), filled);
   }
 
   void read_row() {
-    if (!has_point() && !has_distance()) {
+    if (!has_point() && !has_distance() && !has_touch()) {
       ++campaign_.skipped_rows;
       return;
     }
@@ -197,7 +204,9 @@ class CampaignReader {
     c.pose.push_back(pose);
     c.line.push_back(table_.line_number());
     c.q.push_back(q);
-    if (has_distance())
+    if (has_touch())
+      read_touch();
+    else if (has_distance())
       read_distance();
     else
       read_point();
@@ -249,8 +258,9 @@ class CampaignReader {
 
   void read_point() {
     Campaign& c = campaign_;
-    if (distance_) c.distance.push_back(0);
+    if (distance_ || contact_) c.distance.push_back(0);
     if (anchor_) c.anchor.push_back(0);
+    if (contact_) c.touch.emplace_back();
     c.position.emplace_back(table_.number(*position_[0]), table_.number(*position_[1]),
                             table_.number(*position_[2]));
     if (abc_[0])
@@ -266,10 +276,8 @@ class CampaignReader {
                                          " stands beside a point; a row is either a distance or a "
                                          "point: empty the other's cells");
     if (has_points_) c.position.emplace_back(0, 0, 0);
-    for (const auto& angle : abc_)
-      if (angle && !table_.is_empty(angle->column)) fail_orientation(angle->column);
-    for (const auto& component : quaternion_)
-      if (component && !table_.is_empty(*component)) fail_orientation(*component);
+    if (contact_) c.touch.emplace_back();
+    refuse_orientation();
     c.distance.push_back(positive(*distance_, "a distance"));
     if (anchor_) {
       if (table_.is_empty(*anchor_))
@@ -278,19 +286,40 @@ class CampaignReader {
     }
   }
 
+  // `l_mm` beside a contact is what a gauge shows, of either sign.
+  void read_touch() {
+    Campaign& c = campaign_;
+    if (has_point())
+      table_.fail(*contact_, "a row with the contact " + table_.quoted(*contact_) +
+                                 " has a point, too; a row is either: empty the other's cells");
+    if (anchor_ && !table_.is_empty(*anchor_))
+      table_.fail(*anchor_, table_.quoted(*anchor_) +
+                                " stands beside a contact; a distance from an anchor is a row of "
+                                "its own: empty the cell");
+    refuse_orientation();
+    if (has_points_) c.position.emplace_back(0, 0, 0);
+    if (anchor_) c.anchor.push_back(0);
+    c.distance.push_back(has_distance() ? table_.number(*distance_) : 0.0);
+    c.touch.push_back({contacts_.of(table_.text(*contact_)), -1});
+  }
+
   // A file with columns for points and for distances may have rows of one kind only.
   void sort_kinds() {
     Campaign& c = campaign_;
-    const auto distances =
-        std::count_if(c.distance.begin(), c.distance.end(), [](double l) { return l > 0; });
-    if (distances == c.rows()) {
+    int points = 0;
+    for (int row = 0; row < c.rows(); ++row)
+      points += c.kind(row) == ReadingKind::distance && c.distance[row] == 0;
+    if (points == 0) {
       c.position.clear();
-    } else if (distances == 0) {
+    } else if (points == c.rows()) {
       c.distance.clear();
       c.anchor.clear();
       c.anchor_names.clear();
+      c.touch.clear();
     } else {
-      const std::string both = c.source + ": points and distances in one file ";
+      const std::string both = c.source + (c.contact_names.empty()
+                                               ? ": points and distances in one file "
+                                               : ": points and contacts in one file ");
       if (c.has_orientation())
         throw InputError(both + "are read without orientations; leave out " +
                          (abc_[0] ? "a_deg,b_deg,c_deg" : "qw,qx,qy,qz"));
@@ -302,9 +331,25 @@ class CampaignReader {
     }
   }
 
+  void check_weights() const {
+    const Campaign& c = campaign_;
+    if (!c.has_touches() || c.has_touches_only() || sigma_position_) return;
+    throw InputError(c.source + ": distances and contacts in one file also need the column "
+                                "'sigma_mm', the standard deviation of each row, by which they "
+                                "weigh against each other");
+  }
+
+  void refuse_orientation() const {
+    for (const auto& angle : abc_)
+      if (angle && !table_.is_empty(angle->column)) fail_orientation(angle->column);
+    for (const auto& component : quaternion_)
+      if (component && !table_.is_empty(*component)) fail_orientation(*component);
+  }
+
   [[noreturn]] void fail_orientation(int column) const {
-    table_.fail(column, table_.quoted(column) +
-                            " stands beside a distance, which has no orientation; empty the cell");
+    table_.fail(column, table_.quoted(column) + " stands beside a " +
+                            (has_touch() ? "contact" : "distance") +
+                            ", which has no orientation; empty the cell");
   }
 
   double positive(const Quantity& quantity, const std::string& what) const {
@@ -374,11 +419,11 @@ class CampaignReader {
   CsvTable& table_;
   const std::vector<JointName>& joints_;
   Campaign& campaign_;
-  Index poses_, targets_, anchors_, sessions_;
+  Index poses_, targets_, anchors_, contacts_, sessions_;
   std::set<int> used_;
   std::vector<int> first_row_of_pose_;
 
-  std::optional<int> pose_, repeat_, time_, target_, anchor_, session_, payload_;
+  std::optional<int> pose_, repeat_, time_, target_, anchor_, contact_, session_, payload_;
   std::optional<Quantity> distance_;
   bool has_points_ = true;  // columns
   std::vector<std::optional<Quantity>> q_, stroke_;

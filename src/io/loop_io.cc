@@ -30,6 +30,7 @@ YAML::Node data_node(const LoopResult& result, const TraceOptions& options) {
                 {"held_out_poses", std::to_string(result.held_out_poses)},
                 {"seed", std::to_string(options.seed)}});
   if (result.of_distances) data["measured"] = "distances";
+  if (result.of_touches) data["measured"] = "touches";
   YAML::Node excluded(YAML::NodeType::Sequence);
   for (int line : result.excluded_rows) excluded.push_back(std::to_string(line));
   data["excluded_rows"] = flow(excluded);

@@ -6,6 +6,16 @@
 #include "armtrue/text/number_text.h"
 
 namespace armtrue {
+namespace {
+
+// The axis of the coordinate that a row reads, of R_A or of an artefact; -1 of other rows.
+int axis_of(const Campaign& campaign, int row) {
+  const ReadingKind kind = campaign.kind(row);
+  if (kind == ReadingKind::touch) return campaign.touch[row].axis;
+  return kind == ReadingKind::coordinate ? campaign.coordinate[row]->axis : -1;
+}
+
+}  // namespace
 
 std::string write_residuals(const std::vector<Residuals>& campaigns) {
   const bool of_distances = std::ranges::any_of(
@@ -25,8 +35,7 @@ std::string write_residuals(const std::vector<Residuals>& campaigns) {
               split[row];
       const auto add = [&](double value, double unit) { text += "," + number_text(value / unit); };
       const bool has_point = !campaign.has_distances();
-      const int axis =
-          campaign.kind(row) == ReadingKind::coordinate ? campaign.coordinate[row]->axis : -1;
+      const int axis = axis_of(campaign, row);
       for (int i = 0; i < 3; ++i)
         if (i == axis)
           add(residual[0], kMillimetre);

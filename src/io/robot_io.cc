@@ -13,6 +13,7 @@
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
 #include "io/link_names.h"
+#include "io/yaml/contact_io.h"
 #include "io/yaml/effect_io.h"
 #include "io/yaml/yaml_map.h"
 #include "io/yaml/yaml_text.h"
@@ -280,6 +281,18 @@ void read_targets_and_anchors(YamlMap& document, KinematicChain& chain) {
   }
 }
 
+void read_contacts(YamlMap& document, KinematicChain& chain) {
+  if (!document.has("contacts")) return;
+  YamlMap contacts = document.map("contacts");
+  check_count(document, "contacts", contacts.keys().size());
+  for (const std::string& name : contacts.keys()) {
+    if (name.empty() || name.find('/') != std::string::npos)
+      contacts.fail(name, "a contact needs a name without '/', which stands before a point of an "
+                          "artefact");
+    chain.contacts.push_back(read_contact(name, contacts.map(name)));
+  }
+}
+
 void read_gravity(YamlMap& document, Robot& robot) {
   if (!document.has("gravity_m_s2")) return;
   const std::vector<double> g = document.numbers("gravity_m_s2", 3);
@@ -441,6 +454,7 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
       robot.sessions[name] = read_session(sessions.map(name), robot.chain);
   }
   read_targets_and_anchors(document, robot.chain);
+  read_contacts(document, robot.chain);
   read_masses(document, robot);
   use_convention(document, robot);
   read_gravity(document, robot);
@@ -502,6 +516,8 @@ YAML::Node robot_node(const Robot& robot, const Provenance& provenance) {
                   {"y_mm", number_text(anchor.position.y(), kMillimetre)},
                   {"z_mm", number_text(anchor.position.z(), kMillimetre)},
                   {"zero_mm", number_text(anchor.zero, kMillimetre)}});
+  for (const Contact& contact : robot.chain.contacts)
+    root["contacts"][contact.name] = contact_node(contact);
   for (const Body& body : robot.bodies) {
     YAML::Node centre;
     for (int i = 0; i < 3; ++i) centre.push_back(number_text(body.centre[i], kMillimetre));

@@ -9,6 +9,7 @@ namespace {
 
 constexpr const char* kInstrumentNames[] = {"scale", "range", "azimuth", "elevation"};
 constexpr const char* kAnchorNames[] = {"x", "y", "z", "zero"};
+constexpr const char* kContactNames[] = {"x", "y", "z", "rx", "ry", "rz", "radius"};
 constexpr const char* kLinkParameterNames[] = {"alpha", "d", "theta", "r", "beta"};
 
 void move_pose(Pose& pose, int component, double delta) {
@@ -21,7 +22,32 @@ void move_pose(Pose& pose, int component, double delta) {
   pose.rotation = rotation_exp(w) * pose.rotation;
 }
 
+void move_contact(Contact& contact, int which, double delta) {
+  if (which < 3) {
+    contact.place.translation += contact.place.rotation.col(which) * delta;
+  } else if (which < 6) {
+    contact.place.rotation =
+        contact.place.rotation * rotation_exp(delta * Eigen::Vector3d::Unit(which - 3));
+  } else {
+    contact.radius += delta;
+  }
+}
+
 }  // namespace
+
+std::vector<int> of_contact(ContactKind kind) {
+  switch (kind) {
+    case ContactKind::point:
+      return {0, 1, 2};
+    case ContactKind::artefact:
+      return {0, 1, 2, 3, 4, 5};
+    case ContactKind::plane:
+      return {2, 3, 4};
+    case ContactKind::sphere:
+      return {0, 1, 2, 6};
+  }
+  return {};
+}
 
 int zero_offset(const KinematicChain& chain, int joint) {
   const int link = link_of_joint(chain, joint);
@@ -38,6 +64,10 @@ bool is_zero_offset(const KinematicChain& chain, int index) {
 ParameterUnit parameter_unit(const KinematicChain& chain, int index) {
   const ParameterLayout layout = layout_of(chain);
   if (index == layout.instrument_scale) return ParameterUnit::one;
+  if (const int k = index - first_contact_parameter(chain); k >= 0) {
+    const int which = k % kParametersOfContact;
+    return which >= 3 && which < 6 ? ParameterUnit::radian : ParameterUnit::metre;
+  }
   if (index >= layout.targets || index == layout.instrument_range) return ParameterUnit::metre;
   if (layout.is_of_instrument(index)) return ParameterUnit::radian;
   if (index < kLinkParameters) return index < 3 ? ParameterUnit::metre : ParameterUnit::radian;
@@ -71,6 +101,9 @@ std::string parameter_name(const KinematicChain& chain, int index) {
     return std::string("tool.") + kTwistNames[static_cast<size_t>(index - layout.tool)];
   if (layout.is_of_instrument(index))
     return std::string("instrument.") + kInstrumentNames[index - layout.instrument_scale];
+  if (const int k = index - first_contact_parameter(chain); k >= 0)
+    return "contact " + chain.contacts[static_cast<size_t>(k / kParametersOfContact)].name + "." +
+           kContactNames[k % kParametersOfContact];
   if (const int k = index - first_anchor_parameter(chain); k >= 0)
     return "anchor " + chain.anchors[k / 4].name + "." + kAnchorNames[k % 4];
   const int k = index - layout.targets;
@@ -95,6 +128,9 @@ void move_parameter(KinematicChain& chain, int index, double delta) {
   }
   if (index < layout.instrument_scale) return move_pose(chain.tool, index - layout.tool, delta);
   if (layout.is_of_instrument(index)) return;
+  if (const int k = index - first_contact_parameter(chain); k >= 0)
+    return move_contact(chain.contacts[static_cast<size_t>(k / kParametersOfContact)],
+                        k % kParametersOfContact, delta);
   if (const int k = index - first_anchor_parameter(chain); k >= 0) {
     Anchor& anchor = chain.anchors[k / 4];
     (k % 4 < 3 ? anchor.position[k % 4] : anchor.zero) += delta;

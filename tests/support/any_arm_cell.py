@@ -2,11 +2,13 @@
 """A virtual cell for arms of any joints: the arm of a robot file, with other lengths and zeros and with hidden effects.
 
     any_arm_cell.py campaign --robot FILE --seed N --poses N [--noise-mm S] [--noise-mrad S] EFFECT... -o measured.csv
+    any_arm_cell.py touch --robot FILE --seed N --poses N --contact KIND:NAME:NUMBERS... EFFECT... -o touches.csv
     any_arm_cell.py reach --robot FILE --seed N --commands FILE EFFECT... -o reached.csv
 
 The arm is the product of exponentials of virtual_cell.py, which shares no code with armtrue. Links between the first and
 the last joint are off; foot and flange are where the robot file has them. `campaign` visits every pose twice, in two
-random orders; with --other-poses they are others. `reach` writes where the flange truly stands, without noise. The same seed
+random orders; with --other-poses they are others. `touch` touches each contact in turn: a point X,Y,Z, a plane X,Y,Z,NX,NY,NZ
+by its normal, a sphere X,Y,Z,RADIUS; each number that a touch reads is off by the noise. `reach` writes where the flange truly stands, without noise. The same seed
 gives the same arm.
 
     EFFECT   --sag J:RAD_PER_NM           joint J gives way under gravity
@@ -107,6 +109,64 @@ def campaign(cell, options):
             t += 20
 
 
+def off_contact(point, contact):
+    """How far a point is off a contact: three numbers, or one."""
+    away = [x - c for x, c in zip(point, contact["place"])]
+    if contact["kind"] == "point":
+        return away
+    if contact["kind"] == "plane":
+        size = math.hypot(*contact["shape"])
+        return [sum(x * n for x, n in zip(away, contact["shape"])) / size]
+    return [math.hypot(*away) - contact["shape"][0]]
+
+
+def least_change(rows, wanted):
+    """The shortest x with rows x = wanted."""
+    size = len(rows)
+    system = [[sum(a * b for a, b in zip(rows[i], rows[k])) for k in range(size)] + [wanted[i]] for i in range(size)]
+    for i in range(size):
+        pivot = max(range(i, size), key=lambda k: abs(system[k][i]))
+        system[i], system[pivot] = system[pivot], system[i]
+        for k in range(size):
+            if k != i:
+                share = system[k][i] / system[i][i]
+                system[k] = [a - share * b for a, b in zip(system[k], system[i])]
+    weights = [system[i][size] / system[i][i] for i in range(size)]
+    return [sum(w * row[j] for w, row in zip(weights, rows)) for j in range(len(rows[0]))]
+
+
+def approach(cell, contact, noise):
+    """Joint values at which the arm touches, by Newton's steps from a random posture; None if it does not get there."""
+    values = cell.draw()
+    units = [1.0 if slides else 1e-3 for slides in cell.arm.slides]
+    miss = lambda q: [x - n for x, n in zip(off_contact(cell.frame(q)[1], contact), noise)]
+    for _ in range(40):
+        here = miss(values)
+        if math.hypot(*here) < 1e-7:
+            inside = all(low <= v <= high for v, (low, high) in zip(values, cell.arm.travel))
+            return values if inside else None
+        columns = []
+        for j, unit in enumerate(units):
+            beside = list(values)
+            beside[j] += 1e-4 * unit
+            columns.append([(b - h) / 1e-4 for b, h in zip(miss(beside), here)])
+        change = least_change([list(row) for row in zip(*columns)], [-h for h in here])
+        longest = max(abs(c) for c in change)
+        values = [v + c * unit * min(1, 500 / longest) for v, c, unit in zip(values, change, units)]
+    return None
+
+
+def touch(cell, options):
+    writer = csv.writer(options.output, lineterminator="\n")
+    writer.writerow(["pose", "t_s", *cell.columns, "contact"])
+    for pose in range(options.poses):
+        contact, values = options.contact[pose % len(options.contact)], None
+        noise = [cell.rng.gauss(0, options.noise_mm) for _ in range(3)]
+        while values is None:
+            values = approach(cell, contact, noise)
+        writer.writerow([pose + 1, 20 * pose, *(f"{value:.9f}" for value in cell.shown(values)), contact["name"]])
+
+
 def reach(cell, options):
     writer = csv.writer(options.output, lineterminator="\n")
     writer.writerow(["pose", "x_mm", "y_mm", "z_mm"])
@@ -121,9 +181,15 @@ def numbers(text):
     return (int(joint) - 1, *(float(number) for number in rest))
 
 
+def contact_of(text):
+    kind, name, values = text.split(":")
+    values = [float(number) for number in values.split(",")]
+    return {"kind": kind, "name": name, "place": values[:3], "shape": values[3:]}
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("what", choices=["campaign", "reach"])
+    parser.add_argument("what", choices=["campaign", "touch", "reach"])
     parser.add_argument("--robot", required=True)
     parser.add_argument("--seed", type=int, required=True)
     parser.add_argument("--poses", type=int, default=60)
@@ -131,15 +197,13 @@ def main():
     parser.add_argument("--noise-mrad", type=float, default=0.05)
     parser.add_argument("--other-poses", action="store_true")
     parser.add_argument("--commands", type=argparse.FileType("r"))
+    parser.add_argument("--contact", type=contact_of, action="append", default=[])
     parser.add_argument("-o", dest="output", type=argparse.FileType("w"), default=sys.stdout)
     for effect in ("--sag", "--cycle", "--gain"):
         parser.add_argument(effect, type=numbers, action="append", default=[])
     options = parser.parse_args()
     cell = Cell(options)
-    if options.what == "campaign":
-        campaign(cell, options)
-    else:
-        reach(cell, options)
+    {"campaign": campaign, "touch": touch, "reach": reach}[options.what](cell, options)
 
 
 if __name__ == "__main__":

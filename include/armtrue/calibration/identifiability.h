@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -36,13 +37,24 @@ struct IdentifiableSet {
 /// relative to each other. A column is absorbed if its part orthogonal to the columns before it is
 /// shorter than 1e-6 of it. The columns are taken on the arm's ideal structure (link angles within
 /// 1 deg of a right angle count as right), because near-parallel axes make a set ill-conditioned.
-/// The bases and own zero offsets of further sessions are always unknowns beside the set. Throws
+/// The bases and own zero offsets of further sessions are always unknowns beside the set.
+///
+/// Contacts come before all others: they define R_A where no instrument does, and then absorb the
+/// base. The rank is that of poses that touch exactly: each configuration is moved onto its contact
+/// first, or the error of the robot file would seem to show what no touch shows, such as the scale:
+/// arm and contacts, all larger by one factor, touch in the same configurations. The longest length
+/// of the links then comes after all others, so that it is the one that sets the scale. Throws
 /// std::invalid_argument for a name that the robot does not have, or a session whose readings do
 /// not show what it has of its own.
 IdentifiableSet choose_identifiable(const Robot& robot, const Campaign& campaign);
 
 /// The same; throws std::invalid_argument if it is empty, because there is nothing to fit then.
 IdentifiableSet require_identifiable(const Robot& robot, const Campaign& campaign);
+
+/// The length of a link whose nominal value sets the scale of a set, because touches do not show
+/// it; nothing if the readings show the scale, or no length is to be identified.
+std::optional<int> length_of_scale(const Robot& robot, const Campaign& campaign,
+                                   const IdentifiableSet& set);
 
 /// Parameters that poses spread over the whole travel of the joints would show, but these poses do
 /// not.

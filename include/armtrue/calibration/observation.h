@@ -29,6 +29,21 @@ std::vector<int> match_targets(const Campaign& campaign, const KinematicChain& c
 /// std::invalid_argument, with file and line, if the robot does not have the anchor.
 std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& chain);
 
+/// What a name in contact_names stands for.
+struct ContactPoint {
+  int contact = 0;  ///< index into the chain's contacts
+  int point = -1;   ///< index into the points of an artefact; -1 of other kinds
+};
+
+/// What each of the campaign's contact names stands for. Throws std::invalid_argument, with file
+/// and line, if the robot does not have it.
+std::vector<ContactPoint> match_contacts(const Campaign& campaign, const KinematicChain& chain);
+
+/// Makes the touches of a campaign that was just read fit for a model: the touch of a point becomes
+/// three rows. Throws std::invalid_argument, with file and line, if the robot does not have the
+/// contact, a gauge reads a point, or the campaign has sessions.
+void bind_touches(Campaign& campaign, const KinematicChain& chain);
+
 /// Readings in one R_A against the model of one robot: residuals, measured minus model, and the
 /// model's derivatives, both divided by the standard deviation of each reading (whitened), so that
 /// position and orientation can stand in one sum of squares.
@@ -44,6 +59,10 @@ std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& c
 ///     point         o + s (p - o) + w
 ///     coordinate    e_axis . (s (p - o) + w)
 ///     distance      s |p - a| + z
+///     touch         f(C^T (p - c)) with c and C the place and the axes of the contact, and f(u)
+///                       of a point      u_axis - b_axis, b the point of the artefact, or 0
+///                       of a plane      u_z
+///                       of a sphere     |u| - radius
 ///     orientation   the rotation of the measured frame; its residual is log(measured * model^-1).
 class ObservationModel {
  public:
@@ -87,6 +106,7 @@ class ObservationModel {
  private:
   friend class At;
   void evaluate_effect_values(const Robot& robot);
+  void require_bound(const Touch& touch) const;
   Eigen::Vector3d turn_of(const Eigen::VectorXd& x, int first_parameter) const;
   int anchor_of(int row) const {
     return anchors_[campaign_.anchor.empty() ? 0 : campaign_.anchor[row]];
@@ -97,6 +117,8 @@ class ObservationModel {
   std::vector<int> geometric_;
   std::vector<int> targets_;  // the campaign's targets as indices into the robot's; empty if none
   std::vector<int> anchors_;  // see match_anchors
+  // See match_contacts.
+  std::vector<ContactPoint> contacts_;
   std::vector<BoundEffect> effects_;
   std::vector<int> first_coefficient_, first_value_;
   int coefficient_count_ = 0;      // of those that are fitted
@@ -132,8 +154,14 @@ class ObservationModel::At {
     double scale;
     Eigen::Vector3d off{0, 0, 0};  // what errors of range and angles add to the position
     double zero = 0;               // error of a distance
+    // Of a touch: the point in the axes of the contact, the derivative of the reading by it, and
+    // the rotation of the contact.
+    Eigen::Vector3d in_contact{0, 0, 0}, gradient{0, 0, 0};
+    Eigen::Matrix3d axes;
   };
   Prediction predict(int row, PoseJacobian* jacobian) const;
+  void predict_touch(int row, const Eigen::VectorXd& offset, Prediction& predicted) const;
+  double touch_column(int row, int parameter, const Prediction& predicted) const;
   Eigen::Matrix<double, 6, 1> residual(int row, const Prediction& predicted) const;
   // The derivative of the position by a parameter that is none of the chain's, whitened by `sigma`.
   void set_instrument_column(int row, int parameter, const Prediction& predicted, double sigma,
@@ -144,6 +172,8 @@ class ObservationModel::At {
   ParameterLayout layout_;
   ChainEvaluator chain_;
   Eigen::Matrix3d base_turn_, tool_turn_;  // d(turn in R_A)/d(unknown turn)
+  // d(turn in the axes of the contact)/d(unknown turn)
+  std::vector<Eigen::Matrix3d> contact_turns_;
 };
 
 }  // namespace armtrue

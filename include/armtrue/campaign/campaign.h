@@ -18,7 +18,14 @@ enum class ReadingKind {
   point,       ///< the three coordinates of a point in R_A and, if the campaign has orientations,
                ///< the orientation of the measured frame: a pose
   distance,    ///< the distance of the point from an anchor
-  coordinate,  ///< one coordinate of a point; only in a campaign of points and distances
+  coordinate,  ///< one coordinate of a point; only in a campaign of points and distances or touches
+  touch,       ///< one number of what the point touches, see ContactKind
+};
+
+/// What a row with a touch reads.
+struct Touch {
+  int contact = -1;  ///< index into contact_names; -1: the row has no touch
+  int axis = -1;     ///< of a point its coordinate, 0 to 2; -1 of a plane or a sphere
 };
 
 /// One coordinate of a measured point.
@@ -53,6 +60,10 @@ struct Campaign {
   /// where it reads `distance`. A point is three such rows, because all readings of a campaign have
   /// one size. Otherwise empty. See points_to_coordinates().
   std::vector<std::optional<Coordinate>> coordinate;
+  /// In a campaign with touches, of each row; otherwise empty. `distance` then holds what a gauge
+  /// shows: how far the point stands off the contact, 0 if it touches. The touch of a point is
+  /// three rows. See touches_to_coordinates().
+  std::vector<Touch> touch;
 
   // Optional columns.
   std::vector<int> repeat;
@@ -62,6 +73,7 @@ struct Campaign {
   std::vector<std::string> target_names;
   std::vector<int> anchor;  ///< of a distance: index into anchor_names; 0 of a coordinate
   std::vector<std::string> anchor_names;
+  std::vector<std::string> contact_names;  ///< `table`, or `bar/2`, the point 2 of an artefact
   std::vector<double> sigma_position;     ///< per axis [m]
   std::vector<double> sigma_orientation;  ///< per axis [rad]
   std::vector<Direction> arrival;
@@ -78,18 +90,23 @@ struct Campaign {
 
   int rows() const { return static_cast<int>(q.size()); }
   bool has_orientation() const { return !orientation.empty(); }
-  /// Whether readings are single lengths: distances, some of them perhaps coordinates.
+  /// Whether readings are single lengths: distances or touches, some of them perhaps coordinates.
   bool has_distances() const { return !distance.empty(); }
   bool has_coordinates() const { return !coordinate.empty(); }
+  bool has_touches() const { return !touch.empty(); }
+  /// Whether all readings are touches: then no instrument has seen the robot.
+  bool has_touches_only() const;
   ReadingKind kind(int row) const;
-  /// The reading of a row with distances: the distance, or the coordinate [m].
+  /// The reading of a row with distances: the distance, the coordinate, or what the gauge of a
+  /// touch shows [m].
   double length(int row) const {
     return kind(row) == ReadingKind::coordinate ? coordinate[row]->value : distance[row];
   }
   ReadingSize reading_size() const { return {has_distances() ? 1 : 3, has_orientation() ? 3 : 0}; }
   /// Number of what a row reads of its target: 0 for a point, the anchor's index for a distance;
   /// in a campaign of points and distances the axis (0 to 2) for a coordinate and 3 + the anchor's
-  /// index for a distance. It groups rows, and is no index into anything.
+  /// index for a distance; behind these three of each contact. It groups rows, and is no index into
+  /// anything.
   int quantity(int row) const;
   int quantities() const;  ///< one more than the largest
   void set_quantity(int row, int quantity);
@@ -119,9 +136,14 @@ std::string missing_column(const Campaign& campaign, DriverKind kind, const std:
 void require_drivers(const Campaign& campaign, const Effect& effect);
 
 /// Replaces each row that has a point by three rows, one per coordinate, in a campaign of points
-/// and distances. Before the call `position` and `distance` have all rows, and `distance` is 0
-/// where the row has a point; afterwards `position` is empty and `coordinate` has all rows.
+/// and distances or touches. Before the call `position` and `distance` have all rows, and
+/// `distance` is 0 and there is no touch where the row has a point; afterwards `position` is empty
+/// and `coordinate` has all rows.
 void points_to_coordinates(Campaign& campaign);
+
+/// Replaces each touch of a point by three rows, one per coordinate. `is_point`: of each name in
+/// contact_names, whether it is a point or a point of an artefact.
+void touches_to_coordinates(Campaign& campaign, const std::vector<bool>& is_point);
 
 /// Fills `arrival` and `stroke`, unless the campaign has them: the sign of each joint's last motion
 /// in the same session, 0 before its first, and its way since it last reversed. Motions below

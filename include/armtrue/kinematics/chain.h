@@ -64,6 +64,31 @@ struct Anchor {
   double zero = 0;
 };
 
+/// What a tool touches. The touch reads, in the axes of the contact,
+///     point     the three coordinates of the touching point: a socket that holds a ball
+///     artefact  the same of one of several points that are known relative to each other: a scale
+///               bar, a ball plate
+///     plane     the height above z = 0
+///     sphere    the distance from the origin, less the radius
+enum class ContactKind { point, artefact, plane, sphere };
+
+/// A point of an artefact, in the axes of the artefact [m].
+struct ArtefactPoint {
+  std::string name;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+};
+
+/// A thing at rest in R_A that the point of the tool touches. Nobody need know its place.
+struct Contact {
+  std::string name;
+  ContactKind kind = ContactKind::point;
+  Pose place;                         ///< R_A from the contact
+  double radius = 0;                  ///< of a sphere [m]
+  std::vector<ArtefactPoint> points;  ///< of an artefact
+  /// False: place and radius are unknown, and found from readings.
+  bool is_placed = true;
+};
+
 /// A chain of links, driven and fixed in any order, between the frame R_A of the instrument and the
 /// measured frame on the tool. At most kMaxLinks links, kMaxJoints of them driven.
 struct KinematicChain {
@@ -72,6 +97,7 @@ struct KinematicChain {
   Pose tool;                ///< R_n from the measured frame
   std::vector<Target> targets;
   std::vector<Anchor> anchors;
+  std::vector<Contact> contacts;
 };
 
 inline int link_count(const KinematicChain& chain) { return static_cast<int>(chain.links.size()); }

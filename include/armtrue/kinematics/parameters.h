@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "armtrue/kinematics/chain.h"
 
@@ -18,8 +19,10 @@ namespace armtrue {
 ///     then       instrument.range .azimuth .elevation (errors along and across its line of sight)
 ///     then       targets, x y z each
 ///     then       anchors, x y z zero each
+///     then       contacts, x y z rx ry rz radius each, of which each kind has its own (of_contact)
 /// The parameters of base and tool change the pose in the axes of its parent frame:
 /// t <- t + (x, y, z) and R <- exp([r]x) R with r = (rx, ry, rz), about the pose's own origin.
+/// Those of a contact change its place in its own axes: t <- t + R (x, y, z), R <- R exp([r]x).
 inline constexpr int kBaseParameters = 0;
 inline constexpr int kLinkParameters = 6;
 inline constexpr int kParametersOfLink = 5;
@@ -80,10 +83,22 @@ inline int first_anchor_parameter(const KinematicChain& chain) {
   return layout_of(chain).targets + 3 * static_cast<int>(chain.targets.size());
 }
 
-/// Number of parameters of a chain, its targets and anchors included.
-inline int parameter_count(const KinematicChain& chain) {
+/// Index of the first contact's x.
+inline constexpr int kParametersOfContact = 7;
+inline int first_contact_parameter(const KinematicChain& chain) {
   return first_anchor_parameter(chain) + 4 * static_cast<int>(chain.anchors.size());
 }
+
+/// Number of parameters of a chain, its targets, anchors and contacts included.
+inline int parameter_count(const KinematicChain& chain) {
+  return first_contact_parameter(chain) +
+         kParametersOfContact * static_cast<int>(chain.contacts.size());
+}
+
+/// The parameters, of the seven, that change what a contact of this kind reads: of a point its
+/// place, of an artefact place and rotation, of a plane its height and tilts (z rx ry), of a sphere
+/// its centre and radius.
+std::vector<int> of_contact(ContactKind kind);
 
 /// SI unit of a parameter.
 enum class ParameterUnit { metre, radian, one };
@@ -100,7 +115,8 @@ struct DisplayUnit {
 };
 DisplayUnit display_unit(ParameterUnit unit);
 
-/// `A1.alpha`, `base.x`, `tool.rz`, `instrument.scale`, `target 2.x`, `anchor 1.zero`.
+/// `A1.alpha`, `base.x`, `tool.rz`, `instrument.scale`, `target 2.x`, `anchor 1.zero`,
+/// `contact table.z`.
 std::string parameter_name(const KinematicChain& chain, int index);
 
 /// The inverse of parameter_name; nothing if the chain has no such parameter.

@@ -45,6 +45,7 @@ struct Predictor {
 struct LoopResult {
   Verdict verdict = Verdict::unexplained;
   bool of_distances = false;  ///< position errors are those of distances
+  bool of_touches = false;    ///< position errors are those of touches
   NoiseFloor noise;
   int training_poses = 0, held_out_poses = 0, rows = 0;
   /// Lines of the training file that the final fit calls blunders, those of gross poses included.

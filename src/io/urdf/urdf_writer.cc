@@ -113,6 +113,7 @@ std::vector<std::string> lost_in_urdf(const Robot& robot) {
   if (!robot.sessions.empty()) lost.emplace_back("sessions");
   if (!robot.chain.targets.empty()) lost.emplace_back("targets");
   if (!robot.chain.anchors.empty()) lost.emplace_back("anchors");
+  if (!robot.chain.contacts.empty()) lost.emplace_back("contacts");
   if (robot.gravity != Vector3d(0, 0, -9.81)) lost.emplace_back("gravity_m_s2");
   if (robot.identify != std::vector<std::string>{"auto"}) lost.emplace_back("identify");
   if (!robot.identify_per_session.empty()) lost.emplace_back("identify_per_session");

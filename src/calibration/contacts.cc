@@ -1,0 +1,247 @@
+#include "calibration/contacts.h"
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "armtrue/calibration/observation.h"
+#include "armtrue/kinematics/contact.h"
+#include "armtrue/kinematics/evaluator.h"
+#include "armtrue/statistics/summary.h"
+#include "calibration/registration.h"
+#include "linear_algebra/decompositions.h"
+
+namespace armtrue {
+namespace {
+
+constexpr double kFarContact = 0.02;  // m; no error of an arm leaves as much
+
+// What touches one contact: points in R_A, what the gauge showed, and of an artefact which of its
+// points was touched. Each touch once, though that of a point is three rows.
+struct Touches {
+  std::vector<Eigen::Vector3d> points;
+  std::vector<double> gauge;
+  std::vector<int> of_artefact;
+
+  Eigen::Matrix3Xd matrix() const {
+    return Eigen::Map<const Eigen::Matrix3Xd>(points.front().data(), 3, std::ssize(points));
+  }
+};
+
+std::map<int, Touches> touches_by_contact(const Robot& robot, const Campaign& campaign) {
+  const std::vector<ContactPoint> matched = match_contacts(campaign, robot.chain);
+  const Eigen::Matrix3Xd points = own_points(robot, campaign);
+  std::map<int, Touches> all;
+  for (int row = 0; row < campaign.rows(); ++row) {
+    if (campaign.kind(row) != ReadingKind::touch || campaign.touch[row].axis > 0) continue;
+    const ContactPoint& which = matched[static_cast<size_t>(campaign.touch[row].contact)];
+    Touches& touches = all[which.contact];
+    touches.points.emplace_back(points.col(row));
+    touches.gauge.push_back(campaign.distance[row]);
+    touches.of_artefact.push_back(which.point);
+  }
+  return all;
+}
+
+void place_artefact(const Touches& touches, Contact& contact) {
+  std::map<int, std::pair<Eigen::Vector3d, int>> sums;
+  for (size_t k = 0; k < touches.points.size(); ++k) {
+    auto& [sum, count] =
+        sums.try_emplace(touches.of_artefact[k], Eigen::Vector3d::Zero(), 0).first->second;
+    sum += touches.points[k];
+    ++count;
+  }
+  Eigen::Matrix3Xd in_artefact(3, sums.size()), in_a(3, sums.size());
+  Eigen::Index k = 0;
+  for (const auto& [point, mean] : sums) {
+    in_artefact.col(k) = contact.points[static_cast<size_t>(point)].position;
+    in_a.col(k++) = mean.first / mean.second;
+  }
+  if (k > 1)
+    contact.place = rigid_fit(in_artefact, in_a);
+  else
+    contact.place.translation = in_a.col(0) - contact.place.rotation * in_artefact.col(0);
+}
+
+// The normal shows to the side on which a gauge shows more; without a gauge as the contact's own
+// z axis does.
+void place_plane(const Touches& touches, Contact& contact) {
+  const Eigen::Matrix3Xd points = touches.matrix();
+  const Eigen::Vector3d middle = points.rowwise().mean();
+  const Eigen::Map<const Eigen::VectorXd> gauge(touches.gauge.data(), std::ssize(touches.gauge));
+  if (points.cols() >= 3) {
+    const Eigen::Matrix3Xd centred = points.colwise() - middle;
+    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(centred * centred.transpose(),
+                                                Eigen::ComputeThinU);
+    Eigen::Vector3d normal = svd.matrixU().col(2);
+    const double with_gauge = (normal.transpose() * centred).dot(gauge.transpose());
+    const Eigen::Vector3d z = contact.place.rotation.col(2);
+    if (with_gauge != 0 ? with_gauge < 0 : normal.dot(z) < 0) normal = -normal;
+    contact.place.rotation =
+        Eigen::Quaterniond::FromTwoVectors(z, normal).toRotationMatrix() * contact.place.rotation;
+  }
+  contact.place.translation = middle - contact.place.rotation.col(2) * gauge.mean();
+}
+
+void place_sphere(const Touches& touches, Contact& contact) {
+  const Eigen::Matrix3Xd points = touches.matrix();
+  const Eigen::Vector3d middle = points.rowwise().mean();
+  const Eigen::Matrix3Xd centred = points.colwise() - middle;
+  Eigen::MatrixXd columns(points.cols(), 4);
+  columns << 2 * centred.transpose(), Eigen::VectorXd::Ones(points.cols());
+  const Eigen::VectorXd squares = centred.colwise().squaredNorm().transpose();
+  const Eigen::Vector4d solution =
+      Eigen::MatrixXd(columns).completeOrthogonalDecomposition().solve(squares);
+  const Eigen::Vector3d centre = solution.head<3>();
+  const Eigen::Map<const Eigen::VectorXd> gauge(touches.gauge.data(), std::ssize(touches.gauge));
+  contact.place.translation = middle + centre;
+  contact.radius =
+      std::sqrt(std::max(0.0, solution[3] + centre.squaredNorm())) - gauge.mean();
+}
+
+void place_contact(const Touches& touches, Contact& contact) {
+  switch (contact.kind) {
+    case ContactKind::point:
+      contact.place.translation = touches.matrix().rowwise().mean();
+      break;
+    case ContactKind::artefact:
+      place_artefact(touches, contact);
+      break;
+    case ContactKind::plane:
+      place_plane(touches, contact);
+      break;
+    case ContactKind::sphere:
+      place_sphere(touches, contact);
+      break;
+  }
+  contact.is_placed = true;
+}
+
+// How far a touch at `seen`, in the axes of the contact, is off what the gauge showed: three numbers
+// or one, with their derivatives by the point.
+Eigen::VectorXd off_contact(const Contact& contact, int point, double gauge,
+                            const Eigen::Vector3d& seen, Eigen::MatrixX3d* gradients = nullptr) {
+  const int count = reads_point(contact.kind) ? 3 : 1;
+  Eigen::VectorXd off(count);
+  if (gradients) gradients->resize(count, 3);
+  for (int axis = 0; axis < count; ++axis) {
+    const TouchReading reading = touch_reading(contact, point, axis, seen);
+    off[axis] = reading.value - gauge;
+    if (gradients) gradients->row(axis) = reading.gradient;
+  }
+  return off;
+}
+
+// Median distance by which the touches miss the contact.
+double miss_of(const Touches& touches, const Contact& contact) {
+  std::vector<double> misses;
+  for (size_t k = 0; k < touches.points.size(); ++k)
+    misses.push_back(off_contact(contact, touches.of_artefact[k], touches.gauge[k],
+                                 inverse(contact.place) * touches.points[k])
+                         .norm());
+  return median(std::move(misses));
+}
+
+// Newton's steps of the joints to where the tool touches one contact.
+class Approach {
+ public:
+  Approach(const Robot& robot, const Campaign& campaign)
+      : chain_(robot.chain),
+        campaign_(campaign),
+        targets_(match_targets(campaign, chain_)),
+        contacts_(match_contacts(campaign, chain_)),
+        evaluator_(chain_) {}
+
+  // Nothing if the contact is out of reach.
+  std::optional<JointVector> configuration(int row) const {
+    constexpr int kMaxSteps = 100;
+    constexpr double kTouches = 1e-12;  // m, far below what a rank could notice
+    constexpr double kMaxStep = 0.3;    // rad or m
+    JointVector q = campaign_.q[static_cast<size_t>(row)];
+    for (int step = 0; step < kMaxSteps; ++step) {
+      Eigen::MatrixXd jacobian;
+      const Eigen::VectorXd miss = this->miss(row, q, jacobian);
+      if (miss.norm() < kTouches) return q;
+      const Eigen::MatrixXd gram = jacobian * jacobian.transpose();
+      const double damping = std::max(1e-30, 1e-12 * gram.trace());
+      const Eigen::MatrixXd damped =
+          gram + damping * Eigen::MatrixXd::Identity(gram.rows(), gram.cols());
+      JointVector change = -jacobian.transpose() * damped.ldlt().solve(miss);
+      if (const double largest = change.cwiseAbs().maxCoeff(); largest > kMaxStep)
+        change *= kMaxStep / largest;
+      q += change;
+    }
+    return std::nullopt;
+  }
+
+ private:
+  // How far the point is off the contact, one or three numbers, with the derivatives by the joints.
+  Eigen::VectorXd miss(int row, const JointVector& q, Eigen::MatrixXd& jacobian) const {
+    PoseJacobian of_pose;
+    Pose frame = evaluator_.pose(q, of_pose);
+    if (!targets_.empty()) {
+      const int target = targets_[static_cast<size_t>(campaign_.target[static_cast<size_t>(row)])];
+      const Eigen::Vector3d lever =
+          frame.rotation * chain_.targets[static_cast<size_t>(target)].position;
+      move_to_point(of_pose, lever);
+      frame.translation += lever;
+    }
+    Eigen::Matrix3Xd joints(3, joint_count(chain_));
+    for (int j = 0; j < static_cast<int>(joints.cols()); ++j)
+      joints.col(j) = joint_column(chain_, of_pose, j).head<3>();
+    const ContactPoint& which = contacts_[static_cast<size_t>(
+        campaign_.touch[static_cast<size_t>(row)].contact)];
+    const Contact& contact = chain_.contacts[static_cast<size_t>(which.contact)];
+    Eigen::MatrixX3d gradients;
+    const Eigen::VectorXd off =
+        off_contact(contact, which.point, campaign_.distance[static_cast<size_t>(row)],
+                    inverse(contact.place) * frame.translation, &gradients);
+    jacobian = gradients * contact.place.rotation.transpose() * joints;
+    return off;
+  }
+
+  const KinematicChain& chain_;
+  const Campaign& campaign_;
+  std::vector<int> targets_;
+  std::vector<ContactPoint> contacts_;
+  ChainEvaluator evaluator_;
+};
+
+}  // namespace
+
+Robot with_contacts_fitted(Robot robot, const Campaign& campaign, FitContacts which) {
+  if (!campaign.has_touches()) return robot;
+  for (const auto& [index, touches] : touches_by_contact(robot, campaign)) {
+    Contact& contact = robot.chain.contacts[static_cast<size_t>(index)];
+    if (which == FitContacts::unknown && contact.is_placed &&
+        miss_of(touches, contact) < kFarContact)
+      continue;
+    place_contact(touches, contact);
+  }
+  return robot;
+}
+
+Campaign moved_onto_contacts(const Robot& robot, const Campaign& campaign) {
+  const Approach approach(robot, campaign);
+  Campaign moved = campaign;
+  std::vector<int> reached;
+  for (int row = 0; row < campaign.rows(); ++row) {
+    if (campaign.kind(row) == ReadingKind::touch) {
+      const bool as_before = row > 0 && campaign.touch[row].axis > 0 && !reached.empty() &&
+                             reached.back() == row - 1 && campaign.q[row] == campaign.q[row - 1];
+      const std::optional<JointVector> q =
+          as_before ? moved.q[row - 1] : approach.configuration(row);
+      if (!q) continue;
+      moved.q[row] = *q;
+    }
+    reached.push_back(row);
+  }
+  return moved.select(reached);
+}
+
+}  // namespace armtrue

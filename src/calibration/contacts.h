@@ -1,0 +1,24 @@
+#pragma once
+
+#include "armtrue/campaign/campaign.h"
+#include "armtrue/effects/robot.h"
+
+namespace armtrue {
+
+enum class FitContacts {
+  all,      ///< each contact that is touched
+  unknown,  ///< of these the contacts that the robot file does not place, and those that the
+            ///< readings miss by 20 mm (median) or more
+};
+
+/// The robot with contacts placed where its own points, without effects, touch them: a point at
+/// their mean, an artefact by Umeyama's closed form, a plane by the smallest singular vector of the
+/// points, a sphere by |p|^2 = 2 p.c + (radius^2 - |c|^2), linear in c and the bracket. Throws as
+/// match_contacts().
+Robot with_contacts_fitted(Robot robot, const Campaign& campaign, FitContacts which);
+
+/// The campaign with each configuration moved, by the least changes of the joints, to where the
+/// robot touches exactly (Newton's method). Rows whose contact is out of reach are left out.
+Campaign moved_onto_contacts(const Robot& robot, const Campaign& campaign);
+
+}  // namespace armtrue

@@ -1,0 +1,18 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "armtrue/kinematics/chain.h"
+#include "io/yaml/yaml_map.h"
+
+namespace armtrue {
+
+/// One entry of the robot file's `contacts`. Throws InputError.
+Contact read_contact(const std::string& name, YamlMap map);
+
+/// The reverse; a contact without a place has only its kind and its points.
+YAML::Node contact_node(const Contact& contact);
+
+}  // namespace armtrue

@@ -1,0 +1,122 @@
+#include "touching.h"
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <optional>
+#include <sstream>
+
+namespace armtrue_oracle {
+namespace {
+
+constexpr double kDeg = 3.14159265358979323846 / 180;
+constexpr double kShareOfTravel = 0.9;
+
+// How far the arm is off the fixture; `noise` has a number for each that the touch reads.
+Eigen::VectorXd miss(const OracleArm& arm, const std::array<double, 6>& q, const Fixture& fixture,
+                     const Eigen::Vector3d& noise) {
+  const KDL::Vector off = forward(arm, q).p - fixture.place;
+  switch (fixture.kind) {
+    case Fixture::Kind::point:
+      return Eigen::Vector3d(off.x(), off.y(), off.z()) - noise;
+    case Fixture::Kind::plane:
+      return Eigen::VectorXd::Constant(
+          1, KDL::dot(off, fixture.normal) / fixture.normal.Norm() - noise[0]);
+    case Fixture::Kind::sphere:
+      break;
+  }
+  return Eigen::VectorXd::Constant(1, off.Norm() - fixture.radius - noise[0]);
+}
+
+bool within_travel(const OracleArm& arm, const std::array<double, 6>& q) {
+  for (size_t j = 0; j < 6; ++j) {
+    const double middle = (arm.links[j].min + arm.links[j].max) / 2;
+    const double half = kShareOfTravel * (arm.links[j].max - arm.links[j].min) / 2;
+    if (std::abs(q[j] - middle) > half) return false;
+  }
+  return true;
+}
+
+// From a random configuration by Newton's steps with differences; nothing if they do not arrive.
+std::optional<std::array<double, 6>> approach(const OracleArm& arm, const Fixture& fixture,
+                                              const Eigen::Vector3d& noise, Dice& dice) {
+  constexpr double kStep = 1e-7;
+  std::array<double, 6> q;
+  for (size_t j = 0; j < 6; ++j)
+    q[j] = dice.uniform(kShareOfTravel * arm.links[j].min, kShareOfTravel * arm.links[j].max);
+  for (int round = 0; round < 50; ++round) {
+    const Eigen::VectorXd here = miss(arm, q, fixture, noise);
+    if (here.norm() < 1e-11) return within_travel(arm, q) ? std::optional(q) : std::nullopt;
+    Eigen::MatrixXd jacobian(here.size(), 6);
+    for (size_t j = 0; j < 6; ++j) {
+      std::array<double, 6> beside = q;
+      beside[j] += kStep;
+      jacobian.col(static_cast<Eigen::Index>(j)) =
+          (miss(arm, beside, fixture, noise) - here) / kStep;
+    }
+    Eigen::VectorXd change = -jacobian.completeOrthogonalDecomposition().solve(here);
+    if (change.norm() > 0.5) change *= 0.5 / change.norm();
+    for (size_t j = 0; j < 6; ++j) q[j] += change[static_cast<Eigen::Index>(j)];
+  }
+  return std::nullopt;
+}
+
+std::string row_start(size_t pose, const std::array<double, 6>& q) {
+  std::ostringstream text;
+  text.precision(12);
+  text << pose + 1;
+  for (double angle : q) text << ',' << angle / kDeg;
+  return text.str();
+}
+
+}  // namespace
+
+OracleArm with_errors(OracleArm arm, double length, double angle, int scale, Dice& dice) {
+  for (size_t j = 0; j < arm.links.size(); ++j) {
+    OracleLink& link = arm.links[j];
+    for (double* value : {&link.alpha, &link.theta, &link.beta}) *value += angle * dice.normal();
+    const double d = length * dice.normal();
+    if (static_cast<int>(j) != scale) link.d += d;
+    link.r += length * dice.normal();
+  }
+  return arm;
+}
+
+std::vector<TouchedPose> touch(const OracleArm& arm, const std::vector<Fixture>& fixtures,
+                               int poses, double noise, Dice& dice) {
+  std::vector<TouchedPose> all;
+  while (static_cast<int>(all.size()) < poses) {
+    const size_t fixture = all.size() % fixtures.size();
+    const Eigen::Vector3d off =
+        noise * Eigen::Vector3d(dice.normal(), dice.normal(), dice.normal());
+    for (bool there = false; !there;)
+      if (const auto q = approach(arm, fixtures[fixture], off, dice)) {
+        all.push_back({*q, fixture});
+        there = true;
+      }
+  }
+  return all;
+}
+
+std::string touches_csv(const std::vector<TouchedPose>& poses,
+                        const std::vector<Fixture>& fixtures) {
+  std::string text = "pose,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,contact\n";
+  for (size_t k = 0; k < poses.size(); ++k)
+    text += row_start(k, poses[k].q) + "," + fixtures[poses[k].fixture].name + "\n";
+  return text;
+}
+
+std::string points_csv(const OracleArm& arm, const std::vector<TouchedPose>& poses, double noise,
+                       Dice& dice) {
+  std::ostringstream text;
+  text.precision(12);
+  text << "pose,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,z_mm\n";
+  for (size_t k = 0; k < poses.size(); ++k) {
+    text << row_start(k, poses[k].q);
+    const KDL::Vector point = forward(arm, poses[k].q).p;
+    for (int i = 0; i < 3; ++i) text << ',' << 1000 * (point[i] + noise * dice.normal());
+    text << '\n';
+  }
+  return text.str();
+}
+
+}  // namespace armtrue_oracle
