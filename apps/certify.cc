@@ -17,7 +17,9 @@ using namespace armtrue;
 namespace {
 
 struct Arguments {
-  std::string robot, about, refit, cube, page, against;
+  std::string robot, about, refit, cube, page, against, path;
+  std::vector<std::string> passes;
+  bool fit_frame = false;
   std::optional<double> tolerance_mm;
 };
 
@@ -49,6 +51,21 @@ void add_options(app::Command& command, Arguments& arguments) {
       .check(five_names());
   command.option("--refit", arguments.refit,
                  "Fit these first, as base,tool for a robot carried to another set-up");
+  app::Option path =
+      command.option("--path", arguments.path,
+                     "Commanded path: path accuracy of its recorded passes is certified too");
+  app::Option pass =
+      command
+          .option("--pass", arguments.passes,
+                  "A pass of the path as the instrument recorded it, with a clock of "
+                  "its own; may be given several times")
+          .one_each()
+          .needs(path);
+  path.needs(pass);
+  command
+      .flag("--fit-frame", arguments.fit_frame,
+            "The instrument's frame is not that of the path: fit it to each pass")
+      .needs(path);
   command.add_output("--page", arguments.page, "Write a page to print and to sign (HTML) here");
   command.option("--against", arguments.against,
                  "Compare with this older certificate of the same robot");
@@ -72,12 +89,27 @@ auto about_file(const std::string& file, const Work& work) {
   }
 }
 
+std::optional<PathFigures> path_figures_of(app::Command& command, const Arguments& arguments) {
+  if (arguments.path.empty()) return std::nullopt;
+  const PathFile commanded = command.read_path(arguments.path);
+  std::vector<Path> passes;
+  for (const std::string& file : arguments.passes) passes.push_back(command.read_path(file).path);
+  ClockOptions clock;
+  clock.fit_frame = arguments.fit_frame;
+  return about_file(commanded.source, [&] { return path_figures(commanded.path, passes, clock); });
+}
+
 int conclude(app::Command& command, const Certificate& certificate) {
   const std::string figures =
       fmt::format("AP {:.4g} mm, its uncertainty {:.4g} mm (k = {:.4g}), RP {:.4g} mm",
                   certificate.all.ap.value / kMillimetre, certificate.budget.expanded / kMillimetre,
                   certificate.budget.k, certificate.all.rp.value / kMillimetre);
   for (const std::string& note : certificate.notes) command.tell(note + "\n");
+  if (certificate.path)
+    command.report(fmt::format(
+        "AT {:.4g} mm{}\n", certificate.path->at / kMillimetre,
+        certificate.path->rt ? fmt::format(", RT {:.4g} mm", *certificate.path->rt / kMillimetre)
+                             : ""));
   if (!certificate.decision || *certificate.decision == Decision::pass) {
     command.report(figures + "\n");
     return app::kSuccess;
@@ -108,6 +140,7 @@ int run(app::Command& command, const Arguments& arguments) {
     command.progress("refitting " + arguments.refit);
     robot = refit_set_up(robot, campaign, app::split_list(arguments.refit));
   }
+  options.path = path_figures_of(command, arguments);
   const Certificate certificate = about_file(campaign.source, [&] {
     return certify(robot, campaign, evaluate(robot, campaign), about, options);
   });
@@ -131,7 +164,8 @@ int run(app::Command& command, const Arguments& arguments) {
 
 int main(int argc, char** argv) {
   app::Command command(
-      "certify", "Pose accuracy and repeatability after ISO 9283, with a page to sign.",
+      "certify",
+      "Accuracy and repeatability of poses and paths after ISO 9283, with a page to sign.",
       "certify --robot closed.yaml --about about.yaml --tolerance-mm 0.5 visits.csv -o cert.yaml "
       "--page cert.html");
   Arguments arguments;

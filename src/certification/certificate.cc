@@ -73,6 +73,19 @@ void add_notes_on_visits(const CampaignFigures& found, Certificate& certificate)
         mixed));
 }
 
+void add_notes_on_path(const PathFigures& path, Certificate& certificate) {
+  std::vector<std::string>& notes = certificate.notes;
+  if (path.passes < kStandardPathCycles)
+    notes.push_back(fmt::format("ISO 9283 asks for {} cycles of a path; there {}.",
+                                kStandardPathCycles,
+                                path.passes == 1 ? "is one, which shows no repeatability"
+                                                 : fmt::format("are {}", path.passes)));
+  if (path.frame_is_fitted)
+    notes.emplace_back(
+        "The frame of the instrument was fitted to each pass of the path; AT contains no error of "
+        "it.");
+}
+
 void add_notes(const CertificateOptions& options, const Robot& robot, Certificate& certificate) {
   std::vector<std::string>& notes = certificate.notes;
   if (!options.refitted.empty())
@@ -153,6 +166,8 @@ Certificate certify(const Robot& robot, const Campaign& campaign, const Evaluati
         decide(certificate.all.ap.value, certificate.budget.expanded, *options.tolerance);
   add_notes_on_visits(found, certificate);
   add_notes(options, robot, certificate);
+  certificate.path = options.path;
+  if (certificate.path) add_notes_on_path(*certificate.path, certificate);
   certificate.poses = std::move(found.poses);
   return certificate;
 }

@@ -48,13 +48,21 @@ void add_directions(const std::vector<Visit>& visits, PoseFigures& figures) {
   for (const Visit& visit : visits)
     if (visit.arrival != Direction{}) from[visit.arrival].push_back(visit);
   figures.directions = static_cast<int>(from.size());
-  std::vector<Eigen::Vector3d> means;
+  std::vector<Eigen::Vector3d> means, turns;
   for (const auto& [direction, group] : from)
-    if (group.size() >= 2) means.push_back(mean_of(group, &Visit::attained));
+    if (group.size() >= 2) {
+      means.push_back(mean_of(group, &Visit::attained));
+      turns.push_back(mean_of(group, &Visit::turn_error));
+    }
   if (means.size() < 2) return;
   figures.vap = 0.0;
   for (const Eigen::Vector3d& a : means)
     for (const Eigen::Vector3d& b : means) figures.vap = std::max(*figures.vap, (a - b).norm());
+  if (!visits.front().orientation) return;
+  figures.vap_turn = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& a : turns)
+    for (const Eigen::Vector3d& b : turns)
+      figures.vap_turn = figures.vap_turn->cwiseMax((a - b).cwiseAbs());
 }
 
 void add_drift(std::vector<Visit> visits, PoseFigures& figures) {
@@ -66,6 +74,10 @@ void add_drift(std::vector<Visit> visits, PoseFigures& figures) {
   figures.drift_ap =
       std::abs(mean_of(last, &Visit::error).norm() - mean_of(first, &Visit::error).norm());
   figures.drift_rp = std::abs(repeatability(last).rp - repeatability(first).rp);
+  if (!visits.front().orientation) return;
+  figures.drift_ap_turn =
+      (mean_of(last, &Visit::turn_error) - mean_of(first, &Visit::turn_error)).cwiseAbs();
+  figures.drift_rp_turn = (turn_repeatability(last) - turn_repeatability(first)).cwiseAbs();
 }
 
 // Pose, session and reflector: one point that the robot comes back to.
@@ -172,6 +184,9 @@ SetFigures largest_of(const std::vector<PoseFigures>& poses) {
     take_larger(set.vap, figures.vap, figures.pose);
     take_larger(set.drift_ap, figures.drift_ap, figures.pose);
     take_larger(set.drift_rp, figures.drift_rp, figures.pose);
+    take_larger(set.vap_turn, largest_turn(figures.vap_turn), figures.pose);
+    take_larger(set.drift_ap_turn, largest_turn(figures.drift_ap_turn), figures.pose);
+    take_larger(set.drift_rp_turn, largest_turn(figures.drift_rp_turn), figures.pose);
   }
   return set;
 }

@@ -131,8 +131,20 @@ YAML::Node set_node(const SetFigures& set, const Budget& budget) {
   add("ap_mrad", set.ap_turn, kMilliradian);
   add("rp_mrad", set.rp_turn, kMilliradian);
   add("vap_mm", set.vap, kMillimetre);
+  add("vap_mrad", set.vap_turn, kMilliradian);
   add("drift_ap_mm", set.drift_ap, kMillimetre);
   add("drift_rp_mm", set.drift_rp, kMillimetre);
+  add("drift_ap_mrad", set.drift_ap_turn, kMilliradian);
+  add("drift_rp_mrad", set.drift_rp_turn, kMilliradian);
+  return node;
+}
+
+YAML::Node path_node(const PathFigures& path) {
+  YAML::Node node;
+  node["passes"] = std::to_string(path.passes);
+  node["planes"] = std::to_string(path.planes);
+  node["at_mm"] = rounded(path.at / kMillimetre);
+  if (path.rt) node["rt_mm"] = rounded(*path.rt / kMillimetre);
   return node;
 }
 
@@ -168,6 +180,12 @@ YAML::Node pose_node(const PoseFigures& figures) {
   if (figures.vap) node["vap_mm"] = rounded(*figures.vap / kMillimetre);
   if (figures.drift_ap) node["drift_ap_mm"] = rounded(*figures.drift_ap / kMillimetre);
   if (figures.drift_rp) node["drift_rp_mm"] = rounded(*figures.drift_rp / kMillimetre);
+  const auto add = [&](const char* key, const std::optional<Eigen::Vector3d>& turn) {
+    if (turn) node[key] = axes_node(*turn, kMilliradian);
+  };
+  add("vap_axes_mrad", figures.vap_turn);
+  add("drift_ap_axes_mrad", figures.drift_ap_turn);
+  add("drift_rp_axes_mrad", figures.drift_rp_turn);
   return flow(node);
 }
 
@@ -225,6 +243,7 @@ std::string write_certificate(const Certificate& certificate,
   if (!certificate.refitted.empty()) root["refitted"] = certificate.refitted;
   if (certificate.cube) root["cube"] = set_node(*certificate.cube, certificate.budget);
   root["all"] = set_node(certificate.all, certificate.budget);
+  if (certificate.path) root["path"] = path_node(*certificate.path);
   root["budget"] = budget_node(certificate.budget);
   for (const PoseFigures& figures : certificate.poses) root["poses"].push_back(pose_node(figures));
   std::vector<YAML::Node> notes;

@@ -150,9 +150,10 @@ class Inserter {
   std::string position_text(const ProgramPointBetween& point, double number) const {
     const ProgramPoint& end = end_of(point);
     const ProgramDeclaration& whole = end.declaration;
-    std::vector<TextEdit> edits{
-        {0, whole.begin, whole.open, fmt::format("P[{}]", number)},
-        {0, whole.configuration_begin, whole.configuration_end, configuration_text(point)}};
+    std::vector<TextEdit> edits{{0, whole.begin, whole.open, fmt::format("P[{}]", number)}};
+    if (whole.configuration_begin > 0)  // a position may have none
+      edits.push_back({0, whole.configuration_begin, whole.configuration_end,
+                       configuration_text(point)});
     const std::vector<std::string> texts = numbers_of(point);
     for (size_t i = 0; i < texts.size(); ++i)
       edits.push_back({0, end.numbers[i].begin, end.numbers[i].end, texts[i]});

@@ -54,9 +54,19 @@ std::string figures_table(const std::string& what, const SetFigures& set, double
   add("AP of an angle, mrad", set.ap_turn, kMilliradian);
   add("RP of an angle, &plusmn; mrad", set.rp_turn, kMilliradian);
   add("multi-directional variation vAP, mm", set.vap, kMillimetre);
+  add("vAP of an angle, mrad", set.vap_turn, kMilliradian);
   add("drift of AP, mm", set.drift_ap, kMillimetre);
   add("drift of RP, mm", set.drift_rp, kMillimetre);
+  add("drift of AP of an angle, mrad", set.drift_ap_turn, kMilliradian);
+  add("drift of RP of an angle, mrad", set.drift_rp_turn, kMilliradian);
   return html + table({"largest", "value", "U", "pose"}, rows);
+}
+
+std::string path_table(const PathFigures& path) {
+  std::vector<TableRow> rows{{"path accuracy AT, mm", mm_text(path.at)}};
+  if (path.rt) rows.push_back({"path repeatability RT, mm", mm_text(*path.rt)});
+  return "<h2>Path, recorded " + std::to_string(path.passes) + " times</h2>\n" +
+         table({"largest of " + std::to_string(path.planes) + " planes", "value"}, rows);
 }
 
 std::string budget_table(const Budget& budget) {
@@ -115,6 +125,7 @@ std::string certificate_page(const Certificate& certificate,
   page.add(poses_line(certificate));
   if (certificate.cube) page.add(figures_table("Poses of the cube", *certificate.cube, expanded));
   page.add(figures_table("All poses", certificate.all, expanded));
+  if (certificate.path) page.add(path_table(*certificate.path));
   page.add(paragraph("After ISO 9283:1998; axes of the instrument's frame."));
   page.add(budget_table(certificate.budget));
   if (comparison) page.add(comparison_table(*comparison));

@@ -103,6 +103,35 @@ TEST(PoseAccuracy, DriftIsThatOfTheLastHalfAgainstTheFirst) {
   EXPECT_FALSE(pose_figures("P1", visits).drift_ap);
 }
 
+// Turns [mrad] from the direction + of (1, 0, 0) and (3, 0, 2), mean (2, 0, 1); from - of (0, 1, 1)
+// and (0, 1, 1): vAP = (2, 1, 0). First two visits in time: mean (2, 0, 1), 3 S = 3 sqrt(2) (1, 0,
+// 1) mrad about x and z, as S^2 = (1 + 1) / 1; last two: mean (0, 1, 1), 3 S = 0.
+TEST(PoseAccuracy, VariationAndDriftOfAnglesAreByAxis) {
+  std::vector<Visit> visits;
+  const Eigen::Matrix3d command = rotation_from_abc(0.3, -1.1, 2.0);
+  const Vector3d turns[] = {{1, 0, 0}, {3, 0, 2}, {0, 1, 1}, {0, 1, 1}};
+  for (size_t j = 0; j < 4; ++j) {
+    Visit visit = visit_at(Vector3d::Zero());
+    visit.turn_error = 1e-3 * turns[j];
+    visit.orientation = rotation_exp(visit.turn_error) * command;
+    visit.arrival[0] = j < 2 ? 1 : -1;
+    visit.time_s = 10.0 * static_cast<double>(j);
+    visits.push_back(visit);
+  }
+  const PoseFigures figures = pose_figures("P1", visits);
+  EXPECT_NEAR((*figures.vap_turn - Vector3d(2e-3, 1e-3, 0)).norm(), 0, kTolerance);
+  EXPECT_NEAR((*figures.drift_ap_turn - Vector3d(2e-3, 1e-3, 0)).norm(), 0, kTolerance);
+  constexpr double kSecondOrder = 1e-5;  // turns of some mrad do not quite add up
+  EXPECT_NEAR((*figures.drift_rp_turn - 3e-3 * std::sqrt(2.0) * Vector3d(1, 0, 1)).norm(), 0,
+              kSecondOrder);
+  const SetFigures set = largest_of({figures});
+  EXPECT_NEAR(set.vap_turn->value, 2e-3, kTolerance);
+  EXPECT_NEAR(set.drift_ap_turn->value, 2e-3, kTolerance);
+  EXPECT_NEAR(set.drift_rp_turn->value, 3e-3 * std::sqrt(2.0), kSecondOrder);
+  visits[0].orientation.reset();
+  EXPECT_FALSE(pose_figures("P1", visits).vap_turn);
+}
+
 TEST(PoseAccuracy, OfOneVisitIsRefused) {
   EXPECT_THROW(pose_figures("P1", {visit_at(Vector3d::Zero())}), std::invalid_argument);
 }

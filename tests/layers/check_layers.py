@@ -14,7 +14,7 @@ USES = {
     "campaign": ["effects", "statistics"],
     "calibration": ["campaign"],
     "compensation": ["calibration", "programs"],
-    "certification": ["calibration"],
+    "certification": ["calibration", "path/registration"],
     "search": ["calibration"],
     "tracing": ["search", "text"],
     "diagnosis": ["calibration"],

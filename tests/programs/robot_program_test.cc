@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -350,6 +351,24 @@ TEST(RobotProgramTest, ATextWithoutTargetsIsAnError) {
   EXPECT_THROW(parsed("p.ls", "/PROG P\n/MN\n/POS\n/END\n"), InputError);
 }
 
+// One point before each straight move that may be divided.
+std::vector<ProgramPointBetween> points_between(const RobotProgram& program,
+                                                const std::vector<ProgramCommand>& commands) {
+  std::vector<ProgramPointBetween> points;
+  for (size_t k = 1; k < program.targets.size(); ++k) {
+    const ProgramTarget& target = program.targets[k];
+    if (target.motion == MotionKind::line && target.follows_target && target.obstacle.empty())
+      points.push_back({k, commands[k].pose, commands[k].q, 1e-3});
+  }
+  return points;
+}
+
+// Another number of damaged programs, for a run by hand.
+int damaged_programs() {
+  const char* const count = std::getenv("ARMTRUE_DAMAGED_PROGRAMS");
+  return count ? std::atoi(count) : 12000;
+}
+
 // Damaged programs are read or refused; what is read comes back byte for byte.
 TEST(RobotProgramTest, DamagedProgramsNeverCrash) {
   std::mt19937 random(7);
@@ -372,8 +391,8 @@ TEST(RobotProgramTest, DamagedProgramsNeverCrash) {
                                        "E1 1",    std::string(1, '\0'),
                                        "\xFC",    "[[[[[[[[[[[[[[[[[[[["};
   const std::vector<CorpusFile> files = corpus();
-  int read = 0;
-  for (int round = 0; round < 12000; ++round) {
+  int read = 0, inserted = 0;
+  for (int round = 0; round < damaged_programs(); ++round) {
     CorpusFile file = files[static_cast<size_t>(round) % files.size()];
     std::string& text = file.texts[below(file.texts.size())].text;
     for (size_t count = 1 + below(6); count > 0; --count) {
@@ -403,12 +422,16 @@ TEST(RobotProgramTest, DamagedProgramsNeverCrash) {
       const RewrittenProgram same = rewrite(program, commands_without_correction(program));
       for (size_t i = 0; i < file.texts.size(); ++i)
         ASSERT_EQ(same.texts[i], file.texts[i].text) << file.name << " round " << round;
-      rewrite(program, commands_with_correction(program));
+      const std::vector<ProgramCommand> commands = commands_with_correction(program);
+      const auto between = points_between(program, commands);
+      const RewrittenProgram divided = rewrite(program, commands, between);
+      inserted += divided.inserted;
       ++read;
     } catch (const InputError&) {
     }
   }
   EXPECT_GT(read, 3000);
+  EXPECT_GT(inserted, 1000);
 }
 
 }  // namespace

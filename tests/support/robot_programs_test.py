@@ -23,11 +23,15 @@ BIN = None
 KUKA = vc.ROOT / "config/robots/kr360-spindle.yaml"
 
 
+def fanuc_axes(text):
+    """FANUC counts the axes 3 to 6 the other way round."""
+    return re.sub(r"(name: A[3456],.*sign: )1", r"\g<1>-1", text)
+
+
 def arm_text(name):
-    """The nominal arm; FANUC counts the axes 3 to 6 the other way round."""
+    """The nominal arm."""
     if name == "fanuc":
-        text = vc.data_sheet_yaml("heavy-2650")[0]
-        return re.sub(r"(name: A[3456],.*sign: )1", r"\g<1>-1", text)
+        return fanuc_axes(vc.data_sheet_yaml("heavy-2650")[0])
     return {"krl": KUKA.read_text, "rapid": lambda: vc.data_sheet_yaml("bench-580")[0],
             "urscript": lambda: vc.data_sheet_yaml("cobot-1300")[0]}[name]()
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "armtrue/certification/budget.h"
+#include "armtrue/certification/path_figures.h"
 #include "armtrue/certification/pose_accuracy.h"
 #include "armtrue/effects/robot.h"
 
@@ -25,6 +26,7 @@ struct CertificateOptions {
   std::vector<std::string> cube;
   std::string refitted;               ///< what was fitted to these readings, as base,tool
   bool robot_knows_readings = false;  ///< the robot file was made from these readings
+  std::optional<PathFigures> path;    ///< of a recorded path, if there is one
 };
 
 /// Figures that were found, and what they hold for.
@@ -35,6 +37,7 @@ struct Certificate {
   std::optional<Decision> decision;  ///< on the largest AP of all poses; with a tolerance
   std::optional<SetFigures> cube;
   SetFigures all;
+  std::optional<PathFigures> path;
   Budget budget;
   std::vector<PoseFigures> poses;
   std::vector<std::string> notes;  ///< sentences: what limits the figures

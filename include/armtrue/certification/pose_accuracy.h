@@ -44,6 +44,10 @@ struct PoseFigures {
   /// |AP, RP of the last half of the visits - that of the first half|, in the order of time [m].
   /// Empty without times and below four visits.
   std::optional<double> drift_ap, drift_rp;
+  /// vAP and drift of orientations, of the rotation vector, about the axes of R_A [rad]: largest
+  /// difference of the mean errors from two directions; |AP, RP of the last half - of the first
+  /// half|. Empty without orientations, and where the figures of positions are.
+  std::optional<Eigen::Vector3d> vap_turn, drift_ap_turn, drift_rp_turn;
   double squared_scatter = 0;  ///< sum of l_j^2 [m^2]
 };
 
@@ -71,9 +75,11 @@ struct SetFigures {
   int poses = 0;
   int fewest_visits = 0;
   Largest ap, rp;
-  double rp_std = 0;                                 ///< of the pose with the largest RP [m]
-  std::optional<Largest> ap_turn, rp_turn;           ///< of any axis, absolute [rad]
-  std::optional<Largest> vap, drift_ap, drift_rp;    ///< [m]
+  double rp_std = 0;                               ///< of the pose with the largest RP [m]
+  std::optional<Largest> ap_turn, rp_turn;         ///< of any axis, absolute [rad]
+  std::optional<Largest> vap, drift_ap, drift_rp;  ///< [m]
+  /// Of any axis [rad].
+  std::optional<Largest> vap_turn, drift_ap_turn, drift_rp_turn;
   double rp_expanded() const { return 2 * rp_std; }  ///< k = 2 [m]
 };
 

@@ -201,12 +201,4 @@ PathDeviation deviation_of_pass(const Path& programmed, const std::vector<Path>&
   return mean_of(programmed, measured, passes, which, which + 1);
 }
 
-Path registered(const Path& measured, const ClockFit& clock) {
-  Path path = measured;
-  path.time = (measured.time.array() - clock.offset) / (1 + clock.rate);
-  path.position = (clock.program_from_instrument.rotation * measured.position).colwise() +
-                  clock.program_from_instrument.translation;
-  return path;
-}
-
 }  // namespace armtrue

@@ -137,4 +137,12 @@ std::array<Eigen::Matrix3Xd, 2> clock_errors(const Path& programmed, const Eigen
   return {error(0), error(1)};
 }
 
+Path registered(const Path& measured, const ClockFit& clock) {
+  Path path = measured;
+  path.time = (measured.time.array() - clock.offset) / (1 + clock.rate);
+  path.position = (clock.program_from_instrument.rotation * measured.position).colwise() +
+                  clock.program_from_instrument.translation;
+  return path;
+}
+
 }  // namespace armtrue

@@ -39,7 +39,4 @@ struct PathDeviation {
   Eigen::Matrix2d clock_covariance = Eigen::Matrix2d::Zero();
 };
 
-/// A recorded pass in the clock and the frame of the program.
-Path registered(const Path& measured, const ClockFit& clock);
-
 }  // namespace armtrue

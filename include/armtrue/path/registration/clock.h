@@ -55,6 +55,9 @@ struct ClockOptions {
 /// deviation of the offset is 0.1 s or more.
 ClockFit fit_clock(const Path& programmed, const Path& measured, const ClockOptions& options = {});
 
+/// The record in the clock and the frame of the program.
+Path registered(const Path& measured, const ClockFit& clock);
+
 /// The errors that an uncertain clock makes in the deviations (measured minus programmed) at times
 /// of the program, increasing. Error k at time t is v(t) (R_0k + R_1k (t - t_mid)) [m], times a
 /// number of unit variance that all samples share; R R = `covariance`, of the offset at t_mid,

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "armtrue/path/path.h"
+#include "armtrue/path/registration/clock.h"
+
+namespace armtrue {
+
+/// Cycles of a path that ISO 9283:1998 asks for.
+inline constexpr int kStandardPathCycles = 10;
+
+/// ISO 9283:1998, 8.2 and 8.3, of one commanded path, position: see PathAccuracy.
+struct PathFigures {
+  int passes = 0;
+  Eigen::Index planes = 0;   ///< normal to the path, met by all passes
+  double at = 0;             ///< [m]
+  std::optional<double> rt;  ///< [m]; empty for one pass
+  bool frame_is_fitted = false;
+};
+
+/// `passes`: as the instrument recorded them, each with a clock of its own, which is fitted; with
+/// it the frame of the instrument, if `clock` asks for it. Throws std::invalid_argument as
+/// fit_clock() and path_accuracy() do.
+PathFigures path_figures(const Path& commanded, const std::vector<Path>& passes,
+                         const ClockOptions& clock);
+
+}  // namespace armtrue
