@@ -122,8 +122,9 @@ void refuse_mistakes(Command& command, const Robot& robot, const Campaign& campa
     throw InputError(campaign.source + ": " + findings.errors.front());
   if (const auto findings = diagnose(robot, campaign); !findings.empty())
     throw InputError(campaign.source + ": " + findings.front());
-  for (const std::string& suspicion : find_suspicions(robot, campaign))
-    command.warn(campaign.source + ": " + suspicion);
+  const LogFindings found = find_suspicions(robot, campaign);
+  if (!found.errors.empty()) throw InputError(campaign.source + ": " + found.errors.front());
+  for (const std::string& warning : found.warnings) command.warn(campaign.source + ": " + warning);
 }
 
 void warn_of_touches(Command& command, const Robot& robot, const Campaign& campaign,

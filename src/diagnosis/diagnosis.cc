@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <numbers>
 #include <stdexcept>
 
 #include "armtrue/calibration/calibration.h"
@@ -21,6 +20,7 @@
 #include "calibration/registration.h"
 #include "campaign/selection.h"
 #include "campaign/sessions.h"
+#include "diagnosis/impossible_change.h"
 #include "diagnosis/mixed_rows.h"
 
 namespace armtrue {
@@ -29,10 +29,6 @@ namespace {
 constexpr double kImplausibleMiss =
     0.02;  // m, median with base and tool fitted: no calibration error
 constexpr double kImplausibleTurn = 0.1;  // rad
-// Change of a link's parameter from the robot file to the calibration: larger than any error of an
-// arm and than the uncertainty that poorly chosen poses leave.
-constexpr double kImplausibleLength = 0.1, kImplausibleAngle = 0.5;  // m, rad
-constexpr double kClearly = 5;                                       // standard deviations
 constexpr double kMuchBetter = 0.1;
 constexpr int kRowsLookedAt = 500;
 
@@ -205,33 +201,15 @@ void try_calibration(const Robot& robot, const Campaign& campaign,
   } catch (const std::invalid_argument&) {
     return;  // too few readings to tell
   }
-  const std::string remedy =
-      "; check units, order and signs of the columns, and of each joint its direction ('sign') and "
-      "zero ('theta_deg') in the robot file";
   const double miss = median(evaluate(result.robot, campaign).position);
   if (miss > kImplausibleMiss) {
     findings.push_back(
         fmt::format("these are no readings of this robot: calibrated to them it "
                     "still misses by {:.4g} mm (median){}",
-                    miss / kMillimetre, remedy));
+                    miss / kMillimetre, kCheckColumnsAndJoints));
     return;
   }
-  for (size_t i = 0; i < result.set.kept.size(); ++i) {
-    const int parameter = result.set.kept[i];
-    const auto k = static_cast<Eigen::Index>(i);
-    const bool is_length = parameter_unit(robot.chain, parameter) == ParameterUnit::metre;
-    const double moved = result.change[k];
-    // A weakly observable parameter may change a lot without meaning anything.
-    if (std::abs(moved) < kClearly * std::sqrt(result.covariance(k, k))) continue;
-    const double change = std::abs(is_length ? moved : std::remainder(moved, 2 * std::numbers::pi));
-    const bool is_link = layout_of(robot.chain).is_of_links(parameter);
-    if (!is_link || change < (is_length ? kImplausibleLength : kImplausibleAngle)) continue;
-    findings.push_back(fmt::format(
-        "these readings would change {} by {:.4g} {}, which is no error of an arm{}",
-        parameter_name(robot.chain, parameter), change / (is_length ? kMillimetre : kDegree),
-        is_length ? "mm" : "deg", remedy));
-    return;
-  }
+  if (const auto change = find_impossible_change(robot, result)) findings.push_back(*change);
 }
 
 }  // namespace

@@ -3,26 +3,27 @@
 #include <algorithm>
 
 #include "diagnosis/frame_change.h"
+#include "diagnosis/impossible_change.h"
 #include "diagnosis/plain_fit.h"
 #include "diagnosis/scale_check.h"
 
 namespace armtrue {
 
-std::vector<std::string> find_suspicions(const Robot& robot, const Campaign& campaign) {
+LogFindings find_suspicions(const Robot& robot, const Campaign& campaign) {
+  LogFindings found;
   if (!robot.sessions.empty() ||
       (!campaign.session.empty() && std::ranges::max(campaign.session) > 0))
-    return {};
+    return found;
   const auto fit = fit_plainly(robot, campaign);
-  if (!fit) return {};
-  std::vector<std::string> found;
-  const auto add = [&found](const std::optional<std::string>& suspicion) {
-    if (suspicion) found.push_back(*suspicion);
-  };
-  if (campaign.has_distances())
-    add(find_scale_of_anchor(*fit));
-  else
-    add(find_frame_change(*fit));
-  if (found.empty()) add(find_scale_of_links(*fit, robot));
+  if (!fit) return found;
+  if (const auto change = find_impossible_change(robot, fit->result)) {
+    found.errors.push_back(*change);
+    return found;
+  }
+  auto suspicion =
+      campaign.has_distances() ? find_scale_of_anchor(*fit) : find_frame_change(*fit);
+  if (!suspicion) suspicion = find_scale_of_links(*fit, robot);
+  if (suspicion) found.warnings.push_back(*suspicion);
   return found;
 }
 

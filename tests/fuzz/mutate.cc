@@ -1,10 +1,13 @@
 // mutate TARGET COUNT DICTIONARY SEED...: reads each seed as it is, then COUNT random changes of them,
 // the same in every run. A SEED is a file or a folder of files; of a long file the first 20 kB are
-// changed. An input that takes more than 20 s ends the program by SIGALRM.
+// changed. An input that takes more than 20 s ends the program by SIGALRM. What the program was reading when it crashed
+// stands in the file TARGET.failed then.
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -72,7 +75,18 @@ std::vector<std::string> words_of(const std::string& dictionary) {
   return words;
 }
 
+const std::string* current = nullptr;  // what is read now
+std::string kept_in;
+
+void keep_input(int signal) {
+  const int file = open(kept_in.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
+  if (file >= 0 && current) (void)!write(file, current->data(), current->size());
+  std::signal(signal, SIG_DFL);
+  std::raise(signal);
+}
+
 void read_in_time(const Target& target, const std::string& input) {
+  current = &input;
   constexpr unsigned kSeconds = 20;
   alarm(kSeconds);
   fuzz_one(target, input);
@@ -85,6 +99,9 @@ int main(int argc, char** argv) {
   require(argc >= 5, "usage: mutate TARGET COUNT DICTIONARY SEED...");
   const Target* const target = find_target(argv[1]);
   require(target != nullptr, "there is no such target");
+  kept_in = std::string(target->name) + ".failed";
+  for (const int signal : {SIGABRT, SIGSEGV, SIGFPE, SIGBUS, SIGILL, SIGALRM})
+    std::signal(signal, keep_input);
   std::vector<std::string> seeds = seeds_in({argv + 4, argv + argc});
   for (const std::string& seed : seeds) read_in_time(*target, seed);
   constexpr size_t kLongest = 20'000;

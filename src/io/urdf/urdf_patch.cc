@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <stdexcept>
 
 #include "armtrue/effects/sampling.h"
 #include "armtrue/io/urdf/urdf_io.h"
@@ -185,7 +184,9 @@ void require_same_arm(const Robot& wanted, const Robot& written, const std::stri
   const ChainEvaluator expected(wanted.chain), found(written.chain);
   for (const JointVector& q : sample_joint_space(wanted.chain, kPosesChecked))
     if (!same_frame(expected.pose(q), found.pose(q)))
-      throw std::logic_error(file + ": the geometry that was written does not come back");
+      throw InputError(file +
+                       ": the arm that is written is not the same to 1e-9 m, as where a length is "
+                       "too large for that; check the origins of the document");
 }
 
 PatchedUrdf write_into_urdf(const Robot& robot, const std::string& document,

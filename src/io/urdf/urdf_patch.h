@@ -19,7 +19,7 @@ struct ChainPatch {
 ChainPatch patch_of(const UrdfChain& chain, const Robot& nominal, const Robot& robot,
                     const UrdfKept& kept, const std::string& file);
 
-/// Throws std::logic_error if the two robots differ by more than 1e-9 m or rad.
+/// Throws InputError if the two robots differ by more than 1e-9 m or rad.
 void require_same_arm(const Robot& wanted, const Robot& written, const std::string& file);
 
 }  // namespace armtrue

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "armtrue/calibration/calibration.h"
+#include "armtrue/effects/robot.h"
+
+namespace armtrue {
+
+inline constexpr const char* kCheckColumnsAndJoints =
+    "; check units, order and signs of the columns, and of each joint its direction ('sign') and "
+    "zero ('theta_deg') in the robot file";
+
+/// Names a parameter of a link that a calibration changes by more than 100 mm or 0.5 rad, and by
+/// five standard deviations: a weakly observable one may change a lot without meaning anything.
+std::optional<std::string> find_impossible_change(const Robot& nominal,
+                                                  const CalibrationResult& result);
+
+}  // namespace armtrue
