@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <tuple>
 
+#include "armtrue/calibration/evaluation.h"
 #include "calibration/registration.h"
 #include "campaign/sessions.h"
 #include "search/candidates.h"
@@ -27,6 +28,16 @@ bool is_preferred(const Candidate& a, const Candidate& b) {
                       shape.basis, shape.count, shape.at, shape.tau, shape.low, shape.high);
   };
   return key(a) < key(b);
+}
+
+// An instrument that distorts space errs by some times its noise. Where the geometry leaves ten times
+// as much, the arm is the cause, and a distortion would only imitate it.
+bool may_be_distortion(const CalibrationResult& geometry, const Campaign& campaign) {
+  constexpr double kMaxTimesNoise = 10;
+  const NoiseFloor noise =
+      noise_floor(geometry.robot, campaign, evaluate(geometry.robot, campaign));
+  return noise.source == NoiseFloor::Source::none ||
+         geometry.sigma.position < kMaxTimesNoise * noise.position;
 }
 
 // Candidates of the catalogue and, if asked for, beyond it.
@@ -56,7 +67,10 @@ EffectModel::EffectModel(const Robot& robot, const Campaign& campaign, const Cat
     : campaign_(campaign), options_(options), declared_(static_cast<int>(robot.effects.size())) {
   if (options.progress) options.progress("fitting the geometry");
   fit_ = calibrate(robot, campaign);
-  const std::vector<Candidate> candidates = all_candidates(robot, campaign, catalogue, options);
+  Catalogue known = catalogue;
+  if (!may_be_distortion(fit_, campaign))
+    std::erase_if(known, [](const CatalogueEntry& entry) { return is_polynomial(entry.shape); });
+  const std::vector<Candidate> candidates = all_candidates(robot, campaign, known, options);
   // Moments and forces are taken along the axes of R_A, so each base must stand where it was.
   const Robot start = starting_robot(robot, campaign, fit_.set);
   scan_ = std::make_unique<CandidateScan>(candidates, start, in_common_frame(campaign, start));
