@@ -6,10 +6,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 #include <random>
 #include <set>
 
 #include "armtrue/io/import/import_io.h"
+#include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
 #include "io/temporary_file.h"
@@ -31,6 +33,8 @@ struct Set {
   unsigned seed = 1;
   double longer = 1, move = 3;  // stops, times 1.5 to 3 s; [s], moves take 1 to 1 + this
   double step = 0.05;           // [s] of both records
+  double swing = 60;            // [deg] to both sides
+  int program = 0;              // stops, after which the joint angles repeat; never if 0
 };
 
 class Campaigns {
@@ -40,7 +44,9 @@ class Campaigns {
     double t = 10;
     for (int k = 0; k < set.stops + set.earlier_stops; ++k) {
       Stop stop;
-      for (double& q : stop.q) q = -60 + 120 * uniform(random_);
+      for (double& q : stop.q) q = set.swing * (2 * uniform(random_) - 1);
+      if (set.program > 0 && k >= set.program)
+        stop.q = stops_[static_cast<size_t>(k - set.program)].q;
       stop.begin = t;
       stop.end = t + (set.is_regular ? 2.0 : set.longer * (1.5 + 1.5 * uniform(random_)));
       t = stop.end + (set.is_regular ? 3.0 : 1.0 + set.move * uniform(random_));
@@ -131,15 +137,18 @@ class Campaigns {
   std::vector<Stop> stops_;
 };
 
-ImportedReadings joined(const std::string& points, const std::string& joints) {
+ImportedReadings joined(const std::string& points, const std::string& joints,
+                        const std::optional<Robot>& robot = {}) {
   ImportOptions options;
   options.join = "stops";
+  options.robot = robot;
   return import_readings(TemporaryFile(points).path, TemporaryFile(joints).path, options);
 }
 
-std::string error_of(const std::string& points, const std::string& joints) {
+std::string error_of(const std::string& points, const std::string& joints,
+                     const std::optional<Robot>& robot = {}) {
   try {
-    return "no error: " + joined(points, joints).mapping;
+    return "no error: " + joined(points, joints, robot).mapping;
   } catch (const InputError& error) {
     return error.what();
   }
@@ -193,6 +202,10 @@ TEST(StopJoin, ALongRecordShowsTheRate) {
   }
 }
 
+TEST(StopJoin, ARecordOfHoursMayDriftByMoreThanAStop) {
+  expect_joined({.offset = -30, .rate = 4e-4, .stops = 1000, .step = 0.1}, 1000);
+}
+
 TEST(StopJoin, EitherLogMayHaveLostStopsAndTheInstrumentMayHaveSeenMore) {
   expect_joined({.offset = 77, .rate = 1e-4, .hidden = {3, 4, 17, 30}}, 36);
   expect_joined({.offset = 77, .rate = -1e-4, .not_logged = {0, 9, 21}}, 37);
@@ -238,6 +251,23 @@ TEST(StopJoin, WhatTheTimesDoNotTellIsRefused) {
     EXPECT_THAT(error_of(Campaigns({.seed = seed}).points(),
                          Campaigns({.seed = seed + 100}).joint_log()),
                 AnyOf(HasSubstr("same campaign"), HasSubstr("in several ways")));
+}
+
+TEST(StopJoin, StopsOfAnotherProgramAreRefused) {
+  // As long as those of the first, but the arm returns where it did not.
+  Campaigns first({}), other({.program = 20});
+  EXPECT_THAT(error_of(first.points(), other.joint_log()),
+              HasSubstr("same points where the joints are the same"));
+  Set gaps;
+  for (int k = 0; k < gaps.stops; k += 2) gaps.not_logged.insert(k);
+  Campaigns half(gaps);
+  EXPECT_THAT(error_of(half.points(), half.joint_log()), HasSubstr("20 of 40 standstills"));
+}
+
+TEST(StopJoin, ARobotThatHardlyMovesDoesNotTellTheClock) {
+  const Robot robot = read_robot(ARMTRUE_CONFIG "/robots/kr360.yaml").robot;
+  Campaigns cell({.is_regular = true, .swing = 0.3});
+  EXPECT_THAT(error_of(cell.points(), cell.joint_log(), robot), HasSubstr("in two ways"));
 }
 
 TEST(StopJoin, LogsWithoutStopsAreRefused) {

@@ -187,7 +187,7 @@ class StopJoin {
           points_file(), ways.empty() ? 0 : ways.front().standstills, readings_.size(),
           stops_.size(), joints_file()));
     std::erase_if(ways, [&](const StandstillMatch& way) { return !returns_to_points(way); });
-    if (ways.empty())
+    if (ways.empty() || ways.front().standstills < kFewestStops)
       throw InputError(fmt::format(
           "{}: no way to join it with {} brings the same points where the joints are the same; are "
           "both records of the same campaign?",
