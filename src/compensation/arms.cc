@@ -16,6 +16,23 @@ std::deque<Arms> arms_of(const Robot& identified, const Robot& controller, const
   return arms;
 }
 
+Program select(const Program& program, const std::vector<int>& rows) {
+  Program chosen = program;
+  chosen.visits = program.visits.select(rows);
+  const auto pick = [&](const auto& from, auto& to) {
+    if (from.empty()) return;
+    to.clear();
+    for (int row : rows) to.push_back(from[static_cast<size_t>(row)]);
+  };
+  pick(program.poses, chosen.poses);
+  pick(program.hinted, chosen.hinted);
+  pick(program.turns, chosen.turns);
+  pick(program.joints, chosen.joints);
+  pick(program.configurations, chosen.configurations);
+  pick(program.set_up, chosen.set_up);
+  return chosen;
+}
+
 Program with_measured_tool(const Robot& identified, Program program, CompensationOptions& options) {
   options.tool = identified.chain.tool;
   for (ProgramSetUp& set_up : program.set_ups) set_up.tool = options.tool;

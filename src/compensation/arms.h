@@ -35,6 +35,9 @@ inline size_t set_up_of(const Program& program, size_t row) {
   return program.set_up.empty() ? 0 : static_cast<size_t>(program.set_up[row]);
 }
 
+/// Some rows of a program; a row may stand several times.
+Program select(const Program& program, const std::vector<int>& rows);
+
 /// The program with the measured tool of the robot in place of its tools; so in the options.
 Program with_measured_tool(const Robot& identified, Program program, CompensationOptions& options);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <numeric>
 
 #include "armtrue/kinematics/inverse.h"
 #include "compensation/arms.h"
@@ -12,6 +13,7 @@
 #include "compensation/posture_search.h"
 #include "compensation/program_arm.h"
 #include "compensation/programmed_joints.h"
+#include "statistics/ordered_blocks.h"
 
 namespace armtrue {
 namespace {
@@ -31,6 +33,14 @@ bool changes_turn(const KinematicChain& chain, const JointVector& a, const Joint
   return false;
 }
 
+// Whether each row says where its joints are, so that it needs no row before it.
+bool states_joints(const Program& program) {
+  for (int row = 0; row < program.rows(); ++row)
+    if (const auto r = static_cast<size_t>(row); program.is_cartesian(r) && !program.hinted[r])
+      return false;
+  return true;
+}
+
 // Goes through the rows of one program.
 class Compensation {
  public:
@@ -48,6 +58,8 @@ class Compensation {
     visits_.arrival.resize(visits_.q.size(), Direction{});
     visits_.stroke.resize(visits_.q.size(), JointVector::Zero(kMaxJoints));
   }
+
+  bool motion_matters() const { return motion_matters_; }
 
   std::vector<CorrectedTarget> run(const Robot& identified) {
     for (int row = 0; row < program_.rows(); ++row) targets_.push_back(target_at(row));
@@ -212,6 +224,32 @@ class Compensation {
   std::vector<CorrectedTarget> targets_;
 };
 
+// The rows of a program on all threads of the machine, if none depends on another.
+std::vector<CorrectedTarget> compensate_rows(const Robot& identified, const Robot& controller,
+                                             const Program& program,
+                                             const CompensationOptions& options) {
+  Compensation whole(identified, controller, program, options);
+  if (program.rows() < 2 * kRowsPerBlock || whole.motion_matters() || !states_joints(program))
+    return whole.run(identified);
+  std::vector<CorrectedTarget> targets;
+  for_ordered_blocks<std::vector<CorrectedTarget>>(
+      program.rows(), kRowsPerBlock,
+      [&](int begin, int end) {
+        std::vector<int> rows(static_cast<size_t>(end - begin));
+        std::iota(rows.begin(), rows.end(), begin);
+        const Program block = select(program, rows);
+        try {
+          return Compensation(identified, controller, block, options).run(identified);
+        } catch (const UnreachableTarget& error) {
+          throw UnreachableTarget(begin + error.row, error.what());
+        }
+      },
+      [&](const std::vector<CorrectedTarget>& block) {
+        targets.insert(targets.end(), block.begin(), block.end());
+      });
+  return targets;
+}
+
 }  // namespace
 
 bool states_calibration(const Robot& robot) {
@@ -277,11 +315,10 @@ std::vector<CorrectedTarget> compensate(const Robot& identified, const Robot& co
                                         const CompensationOptions& options) {
   for (const Robot* robot : {&identified, &controller})
     require_context(*robot, program.visits, options.tool_is_measured);
-  if (!options.tool_is_measured)
-    return Compensation(identified, controller, program, options).run(identified);
+  if (!options.tool_is_measured) return compensate_rows(identified, controller, program, options);
   CompensationOptions own = options;
   const Program with_tool = with_measured_tool(identified, program, own);
-  return Compensation(identified, controller, with_tool, own).run(identified);
+  return compensate_rows(identified, controller, with_tool, own);
 }
 
 }  // namespace armtrue

@@ -75,20 +75,9 @@ class Straightening {
   }
 
   Program with_rows() const {
-    Program result = program_;
     std::vector<int> from;
     for (const Row& row : rows_) from.push_back(static_cast<int>(row.target));
-    result.visits = program_.visits.select(from);
-    const auto pick = [&](const auto& of_program, auto& of_rows) {
-      if (of_program.empty()) return;
-      of_rows.clear();
-      for (const Row& row : rows_) of_rows.push_back(of_program[row.target]);
-    };
-    pick(program_.set_up, result.set_up);
-    pick(program_.poses, result.poses);
-    pick(program_.hinted, result.hinted);
-    pick(program_.joints, result.joints);
-    pick(program_.configurations, result.configurations);
+    Program result = select(program_, from);
     for (size_t i = 0; i < rows_.size(); ++i) {
       if (rows_[i].t == 1) continue;
       const size_t k = rows_[i].target;
