@@ -72,6 +72,11 @@ void copy_mass(const ChainJoint& from, int link, const Pose& link_from_urdf, Rob
 // Reads world, base_link, the links and tool in the order of write_urdf.
 std::optional<Robot> as_written(const std::vector<ChainJoint>& chain, const std::string& text) {
   if (chain.size() < 3 || chain.size() > kMaxLinks + 2) return std::nullopt;
+  const auto is_fixed = [](const ChainJoint& joint) {
+    return joint.kind == ChainJoint::Kind::fixed;
+  };
+  // Not so where --tip names a link within the arm.
+  if (!is_fixed(chain.front()) || !is_fixed(chain.back())) return std::nullopt;
   const std::map<std::string, Link> exact = exact_links(text);
   Robot robot;
   robot.chain.base = chain.front().origin;
