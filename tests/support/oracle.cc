@@ -515,7 +515,7 @@ std::optional<Hidden> of_instrument(const std::string& family, Dice& dice, doubl
   if (family == "instrument-distortion")
     return hide("point", "place", [](const Moment& m, OracleArm& arm) {
       const KDL::Vector u = forward(arm, m.q).p - KDL::Vector(0.2, -0.1, 1.4);
-      arm.point += 1e-3 * KDL::Vector(u.y() * u.z() - u.x() * u.x(), u.x() * u.z() * u.z(),
+      arm.point += 1e-3 * KDL::Vector(u.y() * u.z() - u.x() * u.x(), u.x() * u.z(),
                                       u.x() * u.y() - u.y() * u.y());
     });
   if (family == "wire-rezeroed" || family == "wire-drift") {

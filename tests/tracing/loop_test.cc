@@ -110,6 +110,8 @@ class Family : public testing::TestWithParam<std::string> {};
 TEST_P(Family, IsNamedAddedAndGone) {
   armtrue_oracle::CampaignPlan plan;
   plan.seed = 41;
+  // Its coefficients are so many that 60 poses leave 8 % over the floor.
+  if (GetParam() == "instrument-distortion") plan.poses = 200;
   const HiddenCampaign campaign(kNominal, GetParam(), 0.12, plan);
   Robot robot = read_robot(kNominal).robot;
   if (GetParam().starts_with("instrument-")) {
