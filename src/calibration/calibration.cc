@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -13,6 +14,7 @@
 #include "calibration/pose_influence.h"
 #include "calibration/prior.h"
 #include "calibration/reading_law.h"
+#include "calibration/refit.h"
 #include "calibration/registration.h"
 #include "calibration/session_models.h"
 #include "campaign/selection.h"
@@ -24,6 +26,7 @@ namespace {
 
 constexpr int kRowsForStart = 4096;  // a larger campaign starts from an even choice of its rows
 constexpr int kMaxRounds = 8;  // of sigma and law of the residuals; they settle in three or four
+constexpr int kStepsOfRound = 2;  // of the solver, near the solution
 // Relative, of the cost. Rough: while sigma and law still change. End: of all rows, where a fit to
 // an even choice of them has brought the unknowns to within their standard deviations.
 constexpr double kRoughTolerance = 1e-6, kEndTolerance = 1e-7;
@@ -50,19 +53,33 @@ Eigen::MatrixXd joint_factor(const SessionModels& models, const std::vector<Sess
   return models.join(factors);
 }
 
+// J^T W J of all rows.
+Eigen::MatrixXd joint_information(const SessionModels& models,
+                                  const std::vector<SessionFold>& folds) {
+  std::vector<Eigen::MatrixXd> informations;
+  for (const SessionFold& session : folds) informations.push_back(session.folded.information());
+  return models.sum(informations);
+}
+
+std::vector<KeptDerivatives> kept_at(const SessionModels& models, const Eigen::VectorXd& x) {
+  std::vector<KeptDerivatives> kept;
+  for (int s = 0; s < models.sessions(); ++s)
+    kept.push_back(
+        keep_derivatives(models.model(s).at(models.unknowns_of(s, x)), models.model(s)));
+  return kept;
+}
+
 // How many of the unknowns positions and orientations determine: tr J (J_all^T J_all + P)^-1 J^T,
 // J of that kind, P of the priors. With many equations, in proportion to their numbers, which
 // leaves sigma right to 3 %.
-Eigen::Array2d determined_by(const SessionModels& model, const Eigen::MatrixXd& factor,
+Eigen::Array2d determined_by(const SessionModels& model, Eigen::MatrixXd information,
                              const Priors& priors, const Eigen::VectorXd& x) {
   constexpr double kMany = 4;  // equations per unknown
   const ReadingSize size = model.campaign().reading_size();
   const int p = model.unknowns();
   if (model.rows() * size.all() > kMany * p || size.orientation == 0)
-    return (p - undetermined(factor, priors)) *
+    return (p - undetermined(information, priors)) *
            Eigen::Array2d(size.share_of_position(), 1 - size.share_of_position());
-  const auto triangle = factor.topLeftCorner(p, p);
-  Eigen::MatrixXd information = triangle.transpose() * triangle;
   add_priors(priors.of_unknowns, information);
   const Eigen::MatrixXd root = inverse_root(information);
   const SessionModels::At at = model.at(x);
@@ -133,16 +150,24 @@ Solution fit(SessionModels& model, ReadingLaw& law, Priors& priors,
   int iterations = 0;
   bool settled = false;
   double last_change = 0;  // of ln sigma
+  const bool by_steps = options.fold_by == FoldBy::normal_equations;
+  std::vector<KeptDerivatives> kept;
   for (int round = 0; round < kMaxRounds; ++round) {
     const bool last_round = settled || round + 1 == kMaxRounds;
+    const int left = options.max_iterations - iterations;
+    // Near the solution x and law approach theirs together, a step at a time. The first round moves
+    // x most, and the last one is to end at the solution.
+    if (by_steps && (round <= 1 || last_round)) kept = kept_at(model, x);
     solution =
-        minimise(model, law, priors.of_unknowns, options.max_iterations - iterations,
+        minimise(model, law, priors.of_unknowns,
+                 by_steps && !last_round ? std::min(left, kStepsOfRound) : left,
                  last_round ? options.tolerance : std::max(options.tolerance, kRoughTolerance),
-                 options.fold_by, x);
+                 options.fold_by, x, kept);
     iterations += solution.iterations;
     if (last_round || iterations >= options.max_iterations) break;
-    const Eigen::MatrixXd factor = joint_factor(model, solution.folds);
-    const Eigen::Array2d freedom = (equations - determined_by(model, factor, priors, x)).max(0.0);
+    const Eigen::MatrixXd information = joint_information(model, solution.folds);
+    const Eigen::Array2d freedom =
+        (equations - determined_by(model, information, priors, x)).max(0.0);
     ResidualDescription next =
         describe_residuals(raw_norms(model, x), model.campaign(), model.sigma(),
                            equations / freedom.max(1.0), options.robust);
@@ -150,10 +175,10 @@ Solution fit(SessionModels& model, ReadingLaw& law, Priors& priors,
     if (model.campaign().has_orientation())
       next.sigma.orientation =
           sigma_by_prior_too(next.sigma.orientation, freedom[1], noise.orientation);
-    // The factor at the new sigma, and the priors at theirs.
+    // The information at the new sigma, and the priors at theirs.
     const double rescaled = model.sigma().position / next.sigma.position;
     if (round == 0 && !near) scale_widths(1, priors);
-    const bool widths_settled = update_widths(rescaled * factor, x, priors);
+    const bool widths_settled = update_widths(rescaled * rescaled * information, x, priors);
     settled = is_close(next.sigma, model.sigma()) &&
               next.law.degrees_of_freedom == law.degrees_of_freedom && widths_settled;
     // x follows the law of the rows, and the law x: they can go round each other without end.
@@ -167,9 +192,9 @@ Solution fit(SessionModels& model, ReadingLaw& law, Priors& priors,
   return solution;
 }
 
-// The triangle of all rows at x; a session whose fold was made elsewhere is folded anew.
-Eigen::MatrixXd factor_at(const SessionModels& model, const ReadingLaw& law,
-                          const Eigen::VectorXd& x, std::vector<SessionFold> folds) {
+// The folds of all sessions at x; one that was made elsewhere is made anew.
+std::vector<SessionFold> folds_at(const SessionModels& model, const ReadingLaw& law,
+                                  const Eigen::VectorXd& x, std::vector<SessionFold> folds) {
   folds.resize(model.sessions());
   for (int s = 0; s < model.sessions(); ++s) {
     const ObservationModel& session = model.model(s);
@@ -178,7 +203,7 @@ Eigen::MatrixXd factor_at(const SessionModels& model, const ReadingLaw& law,
     if (!folds[s].is_at(own, session, own_law))
       folds[s].folded = fold(session.at(own), session, own_law);
   }
-  return joint_factor(model, folds);
+  return folds;
 }
 
 // Sets the weights of the rows and the spread. Returns the weighted mean square of the whitened
@@ -201,10 +226,76 @@ double set_weights(const SessionModels& model, const ReadingLaw& law, const Eige
   return std::max(1.0, weighted.sum() / static_cast<double>(model.rows() * model.row_size()));
 }
 
+// Cholesky's factor of information whose columns have unit length, or nothing if a direction is
+// hardly determined.
+std::optional<Eigen::LLT<Eigen::MatrixXd>> clear_factor(const Eigen::MatrixXd& information,
+                                                        const Eigen::VectorXd& unit) {
+  constexpr double kMinPivot = 1e-5;
+  Eigen::LLT<Eigen::MatrixXd> llt(unit.asDiagonal() * information * unit.asDiagonal());
+  if (llt.info() != Eigen::Success) return std::nullopt;
+  if (llt.matrixLLT().diagonal().minCoeff() < kMinPivot) return std::nullopt;
+  return llt;
+}
+
+Eigen::VectorXd unit_of(const Eigen::MatrixXd& information) {
+  return information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+}
+
+// inverse_root() of several sessions: the inverse of Cholesky's triangle. The own unknowns of the
+// sessions come first, and no session sees those of another: so it has a block for each session
+// beside the columns of the common unknowns, and zeros elsewhere. Empty if a direction is hardly
+// determined.
+Eigen::MatrixXd inverse_root_by_session(const SessionModels& model,
+                                        const Eigen::MatrixXd& information) {
+  const int p = model.unknowns(), common = model.first_own(1);
+  std::vector<int> order;
+  for (int k = common; k < p; ++k) order.push_back(k);
+  for (int k = 0; k < common; ++k) order.push_back(k);
+  const Eigen::MatrixXd ordered = information(order, order);
+  const Eigen::VectorXd unit = unit_of(ordered);
+  const auto llt = clear_factor(ordered, unit);
+  if (!llt) return {};
+  Eigen::MatrixXd root = Eigen::MatrixXd::Identity(p, p);
+  llt->matrixU().solveInPlace(root);
+  Eigen::MatrixXd result(p, p);
+  result(order, Eigen::all) = unit.asDiagonal() * root;
+  return result;
+}
+
+void set_condition(const SessionModels& model, const Eigen::VectorXd& singular_values,
+                   CalibrationResult& result) {
+  // In the units of the literature: rows are multiplied by sigma of position.
+  const Eigen::VectorXd s = model.sigma().position * singular_values;
+  result.condition = s[0] / s[s.size() - 1];
+  result.observability = observability(s, model.rows());
+}
+
+// Rank, condition and observability of several sessions. They have many unknowns together, and the
+// singular values of a triangle of them all take minutes. Where the columns are clearly
+// independent, the roots of the eigenvalues of the information are the same. False where they are
+// not.
+bool set_observability_by_session(const SessionModels& model, const Eigen::MatrixXd& information,
+                                  CalibrationResult& result) {
+  constexpr double kMinEigenvalue = 1e-10;  // of the largest; a smaller one has few right digits
+  const std::vector<int> geometric = model.geometric_unknowns();
+  if (geometric.empty() || !clear_factor(information, unit_of(information))) return false;
+  const Eigen::MatrixXd chosen = information(geometric, geometric);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(chosen, Eigen::EigenvaluesOnly);
+  const Eigen::VectorXd& values = eigen.eigenvalues();  // smallest first
+  if (values[0] < kMinEigenvalue * values.tail(1)[0]) return false;
+  result.rank = model.unknowns();
+  set_condition(model, values.reverse().cwiseSqrt(), result);
+  return true;
+}
+
 // Rank of all unknowns, coefficients too; condition and observability of the geometric ones.
-void set_observability(const SessionModels& model, const Eigen::MatrixXd& factor,
+void set_observability(const SessionModels& model, const std::vector<SessionFold>& folds,
                        CalibrationResult& result) {
   const int p = model.unknowns();
+  if (model.sessions() > 1 &&
+      set_observability_by_session(model, joint_information(model, folds), result))
+    return;
+  const Eigen::MatrixXd factor = joint_factor(model, folds);
   // Columns of unit length, whatever their units.
   const Eigen::MatrixXd triangle = factor.topLeftCorner(p, p);
   const Eigen::VectorXd length = triangle.colwise().norm().transpose().cwiseMax(1e-300);
@@ -213,15 +304,12 @@ void set_observability(const SessionModels& model, const Eigen::MatrixXd& factor
   columns.compute(triangle * length.cwiseInverse().asDiagonal());
   result.rank = static_cast<int>(columns.rank());
 
-  // In the units of the literature: rows are multiplied by sigma of position.
   const std::vector<int> geometric = model.geometric_unknowns();
-  if (const int g = static_cast<int>(geometric.size()); g > 0) {
-    const Eigen::VectorXd s =
-        model.sigma().position *
-        Eigen::JacobiSVD<Eigen::MatrixXd>(factor(Eigen::seqN(0, p), geometric)).singularValues();
-    result.condition = s[0] / s[g - 1];
-    result.observability = observability(s, model.rows());
-  }
+  if (!geometric.empty())
+    set_condition(
+        model,
+        Eigen::JacobiSVD<Eigen::MatrixXd>(factor(Eigen::seqN(0, p), geometric)).singularValues(),
+        result);
 }
 
 // `folds`: those of the solution, if they may be used for statistics.
@@ -230,12 +318,13 @@ void set_statistics(const SessionModels& model, const ReadingLaw& law, const Pri
                     CalibrationResult& result) {
   const std::vector<Prior>& priors = all_priors.of_unknowns;
   const int p = model.unknowns();
-  const Eigen::MatrixXd factor = factor_at(model, law, x, std::move(folds));
-  const Eigen::Array2d determined = determined_by(model, factor, all_priors, x);
+  folds = folds_at(model, law, x, std::move(folds));
+  Eigen::MatrixXd information = joint_information(model, folds);
+  const Eigen::Array2d determined = determined_by(model, information, all_priors, x);
   result.determined = {determined[0], determined[1]};
-  Eigen::MatrixXd information = factor.topLeftCorner(p, p).transpose() * factor.topLeftCorner(p, p);
   add_priors(priors, information);
-  result.inverse_root = inverse_root(information);
+  if (model.sessions() > 1) result.inverse_root = inverse_root_by_session(model, information);
+  if (result.inverse_root.size() == 0) result.inverse_root = inverse_root(information);
   result.prior_weight = result.prior_residual = Eigen::VectorXd::Zero(p);
   result.share_of_readings = Eigen::VectorXd::Ones(p);
   for (const Prior& prior : priors) {
@@ -250,13 +339,25 @@ void set_statistics(const SessionModels& model, const ReadingLaw& law, const Pri
   const double variance = set_weights(model, law, x, result);
   result.covariance = covariance_by_pose(model, priors, x, result.weights,
                                          result.degrees_of_freedom, result.inverse_root, variance);
-  set_observability(model, factor, result);
+  set_observability(model, folds, result);
+}
+
+// What set_statistics() sets for a step of a search.
+void set_weights_alone(const SessionModels& model, const ReadingLaw& law, const Priors& priors,
+                       const Eigen::VectorXd& x, const std::vector<SessionFold>& folds,
+                       CalibrationResult& result) {
+  const Eigen::Array2d determined =
+      determined_by(model, joint_information(model, folds), priors, x);
+  result.determined = {determined[0], determined[1]};
+  result.names = model.unknown_names();
+  set_weights(model, law, x, result);
 }
 
 void set_robot(const SessionModels& model, const Eigen::VectorXd& x, CalibrationResult& result) {
   result.robot = model.robot_at(x);
   result.robot.std.clear();
   result.robot.uncertainty.reset();
+  if (result.covariance.size() == 0) return;
   int k = 0;
   for (; k < model.geometric_count(); ++k)
     result.robot.std[result.names[k]] = std::sqrt(result.covariance(k, k));
@@ -322,25 +423,11 @@ void match_coefficients(Robot& robot, const Campaign& campaign) {
   }
 }
 
-}  // namespace
+enum class Statistics { all, weights };
 
 CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
-                            const CalibrationOptions& options) {
-  const IdentifiableSet set = require_identifiable(robot, campaign);
-  CalibrationResult fit = calibrate(robot, campaign, set, options);
-  // What the readings show depends on where the measured frame is: a reflector on the last axis, as
-  // a rough file may have it, shows less than one beside it.
-  constexpr double kElsewhere = 0.01;  // m
-  Robot placed = robot;
-  placed.chain.tool = fit.robot.chain.tool;
-  if ((placed.chain.tool.translation - robot.chain.tool.translation).norm() < kElsewhere)
-    return fit;
-  const IdentifiableSet there = choose_identifiable(placed, campaign);
-  return there.kept == set.kept ? fit : calibrate(robot, campaign, there, options);
-}
-
-CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
-                            const IdentifiableSet& set, const CalibrationOptions& options) {
+                            const IdentifiableSet& set, const CalibrationOptions& options,
+                            Statistics statistics) {
   Robot start = starting_robot(robot, campaign, set);
   if (!start.nominal) start.nominal = robot.chain;
   match_coefficients(start, campaign);
@@ -375,12 +462,46 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
   result.termination = solution.termination;
   result.sigma = model.sigma();
   result.degrees_of_freedom = law.degrees_of_freedom;
-  if (options.fold_by == FoldBy::normal_equations) solution.folds.clear();
-  set_statistics(model, law, priors, x, std::move(solution.folds), result);
+  if (statistics == Statistics::weights) {
+    set_weights_alone(model, law, priors, x, solution.folds, result);
+  } else {
+    if (options.fold_by == FoldBy::normal_equations) solution.folds.clear();
+    set_statistics(model, law, priors, x, std::move(solution.folds), result);
+  }
   for (const PriorWidth& width : priors.widths)
     if (!width.name.empty()) result.prior_widths[width.name] = width.deviation;
   set_robot(model, x, result);
   return result;
+}
+
+}  // namespace
+
+CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
+                            const CalibrationOptions& options) {
+  const IdentifiableSet set = require_identifiable(robot, campaign);
+  CalibrationResult fit = calibrate(robot, campaign, set, options);
+  // What the readings show depends on where the measured frame is: a reflector on the last axis, as
+  // a rough file may have it, shows less than one beside it.
+  constexpr double kElsewhere = 0.01;  // m
+  Robot placed = robot;
+  placed.chain.tool = fit.robot.chain.tool;
+  if ((placed.chain.tool.translation - robot.chain.tool.translation).norm() < kElsewhere)
+    return fit;
+  const IdentifiableSet there = choose_identifiable(placed, campaign);
+  return there.kept == set.kept ? fit : calibrate(robot, campaign, there, options);
+}
+
+CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
+                            const IdentifiableSet& set, const CalibrationOptions& options) {
+  return calibrate(robot, campaign, set, options, Statistics::all);
+}
+
+CalibrationResult refit(const Robot& robot, const Campaign& campaign, const CalibrationResult& near,
+                        double tolerance) {
+  CalibrationOptions options;
+  options.start_near(near);
+  options.tolerance = tolerance;
+  return calibrate(robot, campaign, near.set, options, Statistics::weights);
 }
 
 NearNominal near_nominal(const CalibrationResult& fit, const Campaign& campaign) {

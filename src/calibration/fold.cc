@@ -54,22 +54,40 @@ Eigen::MatrixXd Fold::triangle() const {
   return factor.size() > 0 ? factor : triangle_of(products);
 }
 
+Eigen::MatrixXd Fold::information() const {
+  const Eigen::Index p = std::max<Eigen::Index>({1, factor.cols(), products.cols()}) - 1;
+  if (p == 0) return Eigen::MatrixXd(0, 0);
+  if (factor.size() == 0) return products.topLeftCorner(p, p).selfadjointView<Eigen::Upper>();
+  const Eigen::MatrixXd triangle = factor.topLeftCorner(p, p);
+  return triangle.transpose() * triangle;
+}
+
 namespace {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
+// The columns that are not zero, in ascending order.
+void find_nonzero(const Eigen::Ref<const Eigen::MatrixXd>& row, std::vector<int>& nonzero) {
+  nonzero.clear();
+  for (int k = 0; k < row.cols(); ++k)
+    if ((row.col(k).array() != 0).any()) nonzero.push_back(k);
+}
+
 // Folds some rows of a campaign.
 class BlockFolder {
  public:
+  // `kept`: null to take the derivatives at `at`.
   BlockFolder(const ObservationModel::At& at, const ObservationModel& model, const ReadingLaw& law,
-              FoldBy by)
+              FoldBy by, const KeptDerivatives* kept)
       : at_(at),
         model_(model),
         law_(law),
-        rows_(kRowsPerFactor * model.row_size(), model.unknowns() + 1),
+        kept_(kept),
+        is_sparse_(by == FoldBy::normal_equations && model.unknowns() > kManyUnknowns),
+        rows_(is_sparse_ ? model.row_size() : kRowsPerFactor * model.row_size() + kPadding,
+              model.unknowns() + 1),
         folded_(zero_fold(model, law, by)),
-        slopes_(folded_.bend.rows(), kRowsPerFactor),
-        is_sparse_(by == FoldBy::normal_equations && model.unknowns() > kManyUnknowns) {}
+        slopes_(folded_.bend.rows(), is_sparse_ ? 0 : kRowsPerFactor) {}
 
   static Fold zero_fold(const ObservationModel& model, const ReadingLaw& law, FoldBy by) {
     const int p = model.unknowns();
@@ -89,53 +107,108 @@ class BlockFolder {
   }
 
  private:
+  // Keeps the columns of `rows_` from falling on the same lines of the cache.
+  static constexpr int kPadding = 8;
+
   void add(int row) {
     const int size = model_.row_size();
-    auto out = rows_.middleRows(filled_ * size, size);
-    at_.block(row, out);
-    const double squared_norm = out.rightCols<1>().squaredNorm();
-    const double variance = law_.variance_of(row), dof = law_.degrees_of_freedom;
-    folded_.loss += law_.loss(squared_norm, size, variance);
-    if (dof > 0) out *= std::sqrt(law_.weight(squared_norm, size, variance));
-    // w' = -w^2 / ((nu + d) v), and the rows hold sqrt(w) J and sqrt(w) r.
-    const double bending = dof > 0 ? std::sqrt(2 / ((dof + size) * variance)) : 0;
     if (is_sparse_) {
-      add_sparse(out, bending);
+      gather(row);
+      weigh(row, gathered_);
+      add_gathered();
       return;
     }
+    auto out = rows_.middleRows(filled_ * size, size);
+    if (kept_) {
+      gather(row);
+      out.setZero();
+      for (size_t k = 0; k < nonzero_.size(); ++k)
+        out.col(nonzero_[k]) = gathered_.col(static_cast<Eigen::Index>(k));
+    } else {
+      at_.block(row, out);
+    }
+    const double bending = weigh(row, out);
     if (folded_.bend.size() > 0)
       slopes_.col(filled_) =
           bending * (out.leftCols(out.cols() - 1).transpose() * out.rightCols<1>());
     ++filled_;
   }
 
+  // Multiplies a row, its residual last, by the root of its weight, and adds its loss. Returns the
+  // factor of its slopes in `bend`.
+  template <typename Row>
+  double weigh(int row, Row&& of_row) {
+    const int size = model_.row_size();
+    const double squared_norm = of_row.template rightCols<1>().squaredNorm();
+    const double variance = law_.variance_of(row), dof = law_.degrees_of_freedom;
+    folded_.loss += law_.loss(squared_norm, size, variance);
+    if (dof > 0) of_row *= std::sqrt(law_.weight(squared_norm, size, variance));
+    // w' = -w^2 / ((nu + d) v), and the rows hold sqrt(w) J and sqrt(w) r.
+    bending_ = dof > 0 ? std::sqrt(2 / ((dof + size) * variance)) : 0;
+    return bending_;
+  }
+
+  // Sets `gathered_` to the columns of a row that are not zero and its residual, the last of them.
+  void gather(int row) {
+    const int size = model_.row_size(), last = model_.unknowns();
+    if (!kept_) {
+      at_.block(row, rows_);
+      find_nonzero(rows_.leftCols(last), nonzero_);
+      nonzero_.push_back(last);
+      gathered_ = rows_(Eigen::all, nonzero_);
+      return;
+    }
+    const size_t begin = kept_->first[static_cast<size_t>(row)];
+    const size_t count = kept_->first[static_cast<size_t>(row) + 1] - begin;
+    nonzero_.assign(kept_->column.begin() + static_cast<std::ptrdiff_t>(begin),
+                    kept_->column.begin() + static_cast<std::ptrdiff_t>(begin + count));
+    nonzero_.push_back(last);
+    const auto columns = static_cast<Eigen::Index>(count);
+    const auto at_size = static_cast<Eigen::Index>(size);
+    gathered_.resize(at_size, columns + 1);
+    gathered_.leftCols(columns) = Eigen::Map<const Eigen::MatrixXd>(
+        kept_->value.data() + begin * static_cast<size_t>(size), at_size, columns);
+    const ReadingSigma sigma = model_.sigma(), own = model_.row_sigma(row);
+    const int position = model_.campaign().reading_size().position;
+    gathered_.topRows(position) *= kept_->sigma.position / sigma.position;
+    gathered_.bottomRows(size - position) *= kept_->sigma.orientation / sigma.orientation;
+    const Eigen::Matrix<double, 6, 1> residual = at_.residual(row);
+    gathered_.col(columns).head(position) = residual.head(position) / own.position;
+    gathered_.col(columns).tail(size - position) =
+        residual.segment(3, size - position) / own.orientation;
+  }
+
   // A row that few of many unknowns move, as where curves have many knots: only the products of
   // columns that are not zero.
-  void add_sparse(const Eigen::Ref<const Eigen::MatrixXd>& row, double bending) {
-    nonzero_.clear();
-    for (int k = 0; k < row.cols(); ++k)
-      if ((row.col(k).array() != 0).any()) nonzero_.push_back(k);
-    const auto count = static_cast<Eigen::Index>(nonzero_.size());
-    const RowMajor dense = row(Eigen::all, nonzero_);
-    const int last = static_cast<int>(row.cols()) - 1;
-    for (Eigen::Index j = 0; j < count; ++j) {
-      const int column = nonzero_[static_cast<size_t>(j)];
-      products_ = dense.leftCols(j + 1).transpose().lazyProduct(dense.col(j));
-      scatter(folded_.products.col(column));
-      if (column < last || folded_.bend.size() == 0) continue;
-      // The products with the residual are the slopes.
-      const Eigen::VectorXd slope = bending * products_.head(j);
-      for (Eigen::Index k = 0; k < j; ++k) {
-        products_ = slope[k] * slope.head(k + 1);
-        scatter(folded_.bend.col(nonzero_[static_cast<size_t>(k)]));
-      }
+  void add_gathered() {
+    runs_.clear();
+    for (int k = 0; k < static_cast<int>(nonzero_.size()); ++k) {
+      const int column = nonzero_[static_cast<size_t>(k)];
+      if (runs_.empty() || runs_.back().column + runs_.back().count != column)
+        runs_.push_back({column, k, 0});
+      ++runs_.back().count;
+    }
+    const Eigen::Index last = gathered_.cols() - 1;
+    for (Eigen::Index j = 0; j <= last; ++j) {
+      products_ = gathered_.leftCols(j + 1).transpose().lazyProduct(gathered_.col(j));
+      scatter(folded_.products.col(nonzero_[static_cast<size_t>(j)]));
+    }
+    if (folded_.bend.size() == 0) return;
+    // The products with the residual are the slopes.
+    const Eigen::VectorXd slope = bending_ * products_.head(last);
+    for (Eigen::Index k = 0; k < last; ++k) {
+      products_ = slope[k] * slope.head(k + 1);
+      scatter(folded_.bend.col(nonzero_[static_cast<size_t>(k)]));
     }
   }
 
   // Adds the products to the rows of a column that are not zero.
   void scatter(Eigen::Ref<Eigen::VectorXd> column) const {
-    for (Eigen::Index i = 0; i < products_.size(); ++i)
-      column[nonzero_[static_cast<size_t>(i)]] += products_[i];
+    for (const Run& run : runs_) {
+      const Eigen::Index count = std::min<Eigen::Index>(run.count, products_.size() - run.first);
+      if (count <= 0) return;
+      column.segment(run.column, count) += products_.segment(run.first, count);
+    }
   }
 
   // Takes the rows into the sums.
@@ -151,26 +224,34 @@ class BlockFolder {
     filled_ = 0;
   }
 
+  // Columns side by side: `count` from `column` on, the first of which is number `first` of those
+  // that are not zero.
+  struct Run {
+    int column, first, count;
+  };
+
   const ObservationModel::At& at_;
   const ObservationModel& model_;
   const ReadingLaw& law_;
-  Eigen::MatrixXd rows_;  // weighted
+  const KeptDerivatives* kept_;
+  bool is_sparse_;
+  Eigen::MatrixXd rows_;  // weighted; of sparse rows one at a time
   int filled_ = 0;
   Fold folded_;
   Eigen::MatrixXd slopes_;  // a column for each row, whose products add up to `bend`
-  bool is_sparse_;
+  double bending_ = 0;
   std::vector<int> nonzero_;
+  std::vector<Run> runs_;
+  RowMajor gathered_;
   Eigen::VectorXd products_;
 };
 
-}  // namespace
-
-Fold fold(const ObservationModel::At& at, const ObservationModel& model, const ReadingLaw& law,
-          FoldBy by) {
+Fold folded(const ObservationModel::At& at, const ObservationModel& model, const ReadingLaw& law,
+            FoldBy by, const KeptDerivatives* kept) {
   Fold total = BlockFolder::zero_fold(model, law, by);
   for_ordered_blocks<Fold>(
       model.rows(), rows_per_block(model.rows()),
-      [&](int begin, int end) { return BlockFolder(at, model, law, by).of(begin, end); },
+      [&](int begin, int end) { return BlockFolder(at, model, law, by, kept).of(begin, end); },
       [&](const Fold& block) {
         total.loss += block.loss;
         if (by == FoldBy::qr) {
@@ -181,6 +262,47 @@ Fold fold(const ObservationModel::At& at, const ObservationModel& model, const R
         if (total.bend.size() > 0) total.bend += block.bend;
       });
   return total;
+}
+
+}  // namespace
+
+Fold fold(const ObservationModel::At& at, const ObservationModel& model, const ReadingLaw& law,
+          FoldBy by) {
+  return folded(at, model, law, by, nullptr);
+}
+
+Fold fold(const ObservationModel::At& at, const ObservationModel& model, const ReadingLaw& law,
+          const KeptDerivatives& kept) {
+  return folded(at, model, law, FoldBy::normal_equations, &kept);
+}
+
+KeptDerivatives keep_derivatives(const ObservationModel::At& at, const ObservationModel& model) {
+  const int size = model.row_size(), unknowns = model.unknowns();
+  KeptDerivatives all;
+  all.sigma = model.sigma();
+  all.first.push_back(0);
+  for_ordered_blocks<KeptDerivatives>(
+      model.rows(), rows_per_block(model.rows()),
+      [&](int begin, int end) {
+        KeptDerivatives block;
+        Eigen::MatrixXd row(size, unknowns + 1);
+        std::vector<int> nonzero;
+        for (int k = begin; k < end; ++k) {
+          at.block(k, row);
+          find_nonzero(row.leftCols(unknowns), nonzero);
+          for (int column : nonzero)
+            block.value.insert(block.value.end(), row.col(column).begin(), row.col(column).end());
+          block.column.insert(block.column.end(), nonzero.begin(), nonzero.end());
+          block.first.push_back(block.column.size());
+        }
+        return block;
+      },
+      [&](const KeptDerivatives& block) {
+        for (size_t end : block.first) all.first.push_back(all.column.size() + end);
+        all.column.insert(all.column.end(), block.column.begin(), block.column.end());
+        all.value.insert(all.value.end(), block.value.begin(), block.value.end());
+      });
+  return all;
 }
 
 double total_loss(const ObservationModel::At& at, const ObservationModel& model,

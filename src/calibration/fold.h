@@ -25,6 +25,8 @@ struct Fold {
 
   /// The factor; of normal equations without directions that are rounding alone.
   Eigen::MatrixXd triangle() const;
+  /// J^T W J: p x p.
+  Eigen::MatrixXd information() const;
 };
 
 /// Folds the rows in blocks over the threads of the machine, so that memory does not grow with the
@@ -32,6 +34,21 @@ struct Fold {
 /// of threads.
 Fold fold(const ObservationModel::At& at, const ObservationModel& model, const ReadingLaw& law,
           FoldBy by = FoldBy::qr);
+
+/// The whitened derivatives of all rows at one x, without their zeros. Near that x the model is
+/// linear: folds take the derivatives from here, and only the residuals anew.
+struct KeptDerivatives {
+  ReadingSigma sigma;         ///< by which they are whitened
+  std::vector<size_t> first;  ///< of each row, the place of its first column; and one past the last
+  std::vector<int> column;    ///< the unknown of each
+  std::vector<double> value;  ///< row_size numbers for each
+};
+
+KeptDerivatives keep_derivatives(const ObservationModel::At& at, const ObservationModel& model);
+
+/// Folds by normal equations, with the derivatives that were kept in place of those at `at`.
+Fold fold(const ObservationModel::At& at, const ObservationModel& model, const ReadingLaw& law,
+          const KeptDerivatives& kept);
 
 /// Only the loss.
 double total_loss(const ObservationModel::At& at, const ObservationModel& model,

@@ -21,9 +21,10 @@ namespace {
 class FoldedCost : public ceres::CostFunction {
  public:
   FoldedCost(const SessionModels& models, int session, const ReadingLaw& law,
-             const std::vector<Prior>& priors, FoldBy fold_by)
+             const std::vector<Prior>& priors, FoldBy fold_by, const KeptDerivatives* kept)
       : model_(models.model(session)),
         fold_by_(fold_by),
+        kept_(kept),
         law_(models.law_of(session, law)),
         priors_(priors) {
     for (const SessionModels::Run& run : models.runs(session))
@@ -49,7 +50,8 @@ class FoldedCost : public ceres::CostFunction {
       r[p] = std::sqrt(total_loss(at, model_, law_));
       return std::isfinite(r[p]);
     }
-    last_ = {x, model_.sigma(), law_, fold(at, model_, law_, fold_by_)};
+    last_ = {x, model_.sigma(), law_,
+             kept_ ? fold(at, model_, law_, *kept_) : fold(at, model_, law_, fold_by_)};
     Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(num_residuals(), p);
     if (fold_by_ == FoldBy::qr)
       by_rows(r, jacobian);
@@ -143,6 +145,7 @@ class FoldedCost : public ceres::CostFunction {
 
   const ObservationModel& model_;
   const FoldBy fold_by_;
+  const KeptDerivatives* kept_;  // or null
   const ReadingLaw law_;
   const std::vector<Prior> priors_;
   // The last fold that a Jacobian was made of. Evaluate() is const for Ceres; this one is called by
@@ -175,7 +178,7 @@ std::vector<Prior> priors_of_session(const SessionModels& models, int session,
 
 Solution minimise(const SessionModels& models, const ReadingLaw& law,
                   const std::vector<Prior>& priors, int max_iterations, double tolerance, FoldBy by,
-                  Eigen::VectorXd& x) {
+                  Eigen::VectorXd& x, const std::vector<KeptDerivatives>& kept) {
   if (x.size() == 0)
     return {true, 0, "nothing to identify", std::vector<SessionFold>(models.sessions())};
   std::vector<std::unique_ptr<FoldedCost>> costs;
@@ -186,7 +189,8 @@ Solution minimise(const SessionModels& models, const ReadingLaw& law,
     std::vector<double*> blocks;
     for (const SessionModels::Run& run : models.runs(s)) blocks.push_back(x.data() + run.first);
     costs.push_back(
-        std::make_unique<FoldedCost>(models, s, law, priors_of_session(models, s, priors), by));
+        std::make_unique<FoldedCost>(models, s, law, priors_of_session(models, s, priors), by,
+                                     kept.empty() ? nullptr : &kept[static_cast<size_t>(s)]));
     problem.AddResidualBlock(costs.back().get(), nullptr, blocks);
   }
   ceres::Solver::Options options;

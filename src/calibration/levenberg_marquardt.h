@@ -34,9 +34,10 @@ struct Solution {
 
 /// Minimises over x, by Levenberg and Marquardt's method (Ceres), with sigma and law held fixed,
 ///     sum over the rows of ReadingLaw::loss + sum over the priors of ((start + x) / deviation)^2.
-/// `x`: the start, and on return the solution.
+/// `x`: the start, and on return the solution. `kept`: of each session, by normal equations; empty:
+/// the derivatives are those at each step.
 Solution minimise(const SessionModels& models, const ReadingLaw& law,
                   const std::vector<Prior>& priors, int max_iterations, double tolerance, FoldBy by,
-                  Eigen::VectorXd& x);
+                  Eigen::VectorXd& x, const std::vector<KeptDerivatives>& kept = {});
 
 }  // namespace armtrue

@@ -9,6 +9,7 @@
 namespace armtrue {
 namespace {
 
+constexpr Eigen::Index kFewOf = 4;       // fewer than a quarter are few
 constexpr double kOnlyThere = 1e-6;      // share of a direction that other poses show too
 constexpr double kSmallLeverage = 0.03;  // two terms of the series are exact to its square
 
@@ -79,7 +80,18 @@ void InfluenceSums::add(const PoseInfluence& pose) {
     squares_ = alone_ = Eigen::MatrixXd::Zero(p, p);
   }
   sum_ += pose.change;
-  squares_.noalias() += pose.change * pose.change.transpose();
+  // A pose of one of many sessions changes few of the unknowns.
+  const auto changed = static_cast<Eigen::Index>((pose.change.array() != 0).count());
+  if (changed * kFewOf < p) {
+    std::vector<Eigen::Index> places;
+    for (Eigen::Index k = 0; k < p; ++k)
+      if (pose.change[k] != 0) places.push_back(k);
+    for (const Eigen::Index column : places)
+      for (const Eigen::Index row : places)
+        squares_(row, column) += pose.change[row] * pose.change[column];
+  } else {
+    squares_.noalias() += pose.change * pose.change.transpose();
+  }
   if (pose.alone.cols() > 0) alone_ += pose.alone * pose.alone.transpose();
 }
 
@@ -112,6 +124,15 @@ double mean_psi_derivative(const std::vector<double>& weights, double degrees_of
     sum += w;
   }
   return held / sum;
+}
+
+Eigen::MatrixXd product_without_zeros(const Eigen::Ref<const Eigen::MatrixXd>& rows,
+                                      const Eigen::MatrixXd& root) {
+  std::vector<Eigen::Index> columns;
+  for (Eigen::Index k = 0; k < rows.cols(); ++k)
+    if ((rows.col(k).array() != 0).any()) columns.push_back(k);
+  if (std::ssize(columns) * kFewOf >= rows.cols()) return rows * root;
+  return rows(Eigen::all, columns) * root(columns, Eigen::all);
 }
 
 RowsByPose rows_by_pose(const std::vector<int>& pose) {

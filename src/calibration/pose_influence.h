@@ -71,6 +71,10 @@ RowsByPose rows_by_pose(const std::vector<int>& pose);
 /// The rows of `count` of the poses, evenly drawn; all if there are no more.
 RowsByPose some_poses(const RowsByPose& all, int count);
 
+/// rows * root, where most columns of `rows` may be zero.
+Eigen::MatrixXd product_without_zeros(const Eigen::Ref<const Eigen::MatrixXd>& rows,
+                                      const Eigen::MatrixXd& root);
+
 /// Calls `add(sums, influence, rows)` for each pose, into a Sums for each block of them, and hands
 /// those to `join` in the order of the poses. `root`: inverse_root() of the information; `rows` as
 /// for influence_of_pose().
@@ -95,7 +99,7 @@ void for_each_pose(const SessionModels::At& at, const std::vector<double>& weigh
             at.block(rows.row[k], block);
             if (const double weight = weights[rows.row[k]]; weight != 1) block *= std::sqrt(weight);
           }
-          const Eigen::MatrixXd shown = blocks.leftCols(p) * root;
+          const Eigen::MatrixXd shown = product_without_zeros(blocks.leftCols(p), root);
           for (int pose = first; pose < last; ++pose) {
             const int begin_own = (rows.first[pose] - top) * size;
             const int own = (rows.first[pose + 1] - rows.first[pose]) * size;

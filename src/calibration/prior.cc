@@ -182,15 +182,23 @@ void add_priors(const std::vector<Prior>& priors, Eigen::MatrixXd& information) 
 namespace {
 
 // Posterior variances of all unknowns.
-Eigen::VectorXd variances(const Eigen::MatrixXd& factor, const Priors& priors) {
-  const Eigen::Index p = factor.cols() - 1;
-  const Eigen::MatrixXd triangle = factor.topLeftCorner(p, p);
-  Eigen::MatrixXd information = triangle.transpose() * triangle;
+Eigen::VectorXd variances(Eigen::MatrixXd information, const Priors& priors) {
+  const Eigen::Index p = information.cols();
   add_priors(priors.of_unknowns, information);
   const Eigen::VectorXd unit = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd scaled = unit.asDiagonal() * information * unit.asDiagonal();
-  const Eigen::MatrixXd inverse = scaled.ldlt().solve(Eigen::MatrixXd::Identity(p, p));
-  return inverse.diagonal().cwiseProduct(unit.cwiseAbs2());
+  const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(p, p);
+  const Eigen::LLT<Eigen::MatrixXd> llt(scaled);
+  // Of L L^T the inverse has the squares of the columns of L^-1 on its diagonal.
+  Eigen::VectorXd inverse;
+  if (llt.info() == Eigen::Success) {
+    Eigen::MatrixXd root = identity;
+    llt.matrixL().solveInPlace(root);
+    inverse = root.colwise().squaredNorm();
+  } else {
+    inverse = Eigen::MatrixXd(scaled.ldlt().solve(identity)).diagonal();
+  }
+  return inverse.cwiseProduct(unit.cwiseAbs2());
 }
 
 double share_of_prior(const Prior& prior, const Eigen::VectorXd& variances) {
@@ -217,18 +225,18 @@ void set_widths(const std::map<std::string, double>& widths, Priors& priors) {
   set_deviations(priors);
 }
 
-double undetermined(const Eigen::MatrixXd& factor, const Priors& priors) {
+double undetermined(const Eigen::MatrixXd& information, const Priors& priors) {
   if (priors.widths.empty()) return 0;
-  const Eigen::VectorXd variance = variances(factor, priors);
+  const Eigen::VectorXd variance = variances(information, priors);
   double sum = 0;
   for (const Prior& prior : priors.of_unknowns)
     if (prior.width >= 0) sum += share_of_prior(prior, variance);
   return sum;
 }
 
-bool update_widths(const Eigen::MatrixXd& factor, const Eigen::VectorXd& x, Priors& priors) {
+bool update_widths(const Eigen::MatrixXd& information, const Eigen::VectorXd& x, Priors& priors) {
   if (priors.widths.empty()) return true;
-  const Eigen::VectorXd variance = variances(factor, priors);
+  const Eigen::VectorXd variance = variances(information, priors);
   struct Sum {
     double determined = 0, squares = 0;
     int count = 0;

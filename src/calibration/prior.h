@@ -62,16 +62,17 @@ void scale_widths(double factor, Priors& priors);
 void set_widths(const std::map<std::string, double>& widths, Priors& priors);
 
 /// Number of unknowns that the priors, not the readings, determine: the sum of V_k / tau^2 over
-/// those that share a width, V_k their posterior variances. `factor`: of the fold.
-double undetermined(const Eigen::MatrixXd& factor, const Priors& priors);
+/// those that share a width, V_k their posterior variances. `information`: that of the readings,
+/// J^T W J.
+double undetermined(const Eigen::MatrixXd& information, const Priors& priors);
 
 /// Sets each width tau to the one that makes the readings most likely (type-II likelihood; MacKay,
 /// "Bayesian interpolation", 1992): with d_k the changes from the expected values, V_k their
 /// posterior variances and tau' the width so far,
 ///     gamma = sum_k (1 - V_k / tau'^2),
 ///     sum_k d_k^2 / tau^2 = gamma + ln(tau / typical) / log_spread^2;
-/// gamma is the number of unknowns that the readings determine. `factor`: of the fold at x. Returns
-/// whether no width changed by 2 % or more.
-bool update_widths(const Eigen::MatrixXd& factor, const Eigen::VectorXd& x, Priors& priors);
+/// gamma is the number of unknowns that the readings determine. `information`: as above, at x.
+/// Returns whether no width changed by 2 % or more.
+bool update_widths(const Eigen::MatrixXd& information, const Eigen::VectorXd& x, Priors& priors);
 
 }  // namespace armtrue

@@ -83,6 +83,8 @@ class SessionModels {
   Eigen::MatrixXd blocks() const;
   /// The factors of all sessions' folds joined: (unknowns + 1) x (unknowns + 1).
   Eigen::MatrixXd join(const std::vector<Eigen::MatrixXd>& factors) const;
+  /// Their information J^T W J added up: unknowns x unknowns.
+  Eigen::MatrixXd sum(const std::vector<Eigen::MatrixXd>& informations) const;
 
  private:
   // Copies the columns of one session's model to their places among the unknowns, the residual

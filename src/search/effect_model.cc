@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "armtrue/calibration/evaluation.h"
+#include "calibration/refit.h"
 #include "calibration/registration.h"
 #include "campaign/sessions.h"
 #include "search/candidates.h"
@@ -115,6 +116,7 @@ void EffectModel::add(const Candidate& candidate, double p) {
 // Takes the members whose sign is impossible out of a family, the largest first.
 void EffectModel::drop_impossible_members(size_t k) {
   while (chosen_[k].only_positive && chosen_[k].effect.members.size() > 1) {
+    complete();
     Effect& family = chosen_[k].effect;
     const Effect& fitted = fit_.robot.effects[in_fit(k)];
     Eigen::Index first = 0;
@@ -218,6 +220,7 @@ bool EffectModel::put_in_order(const std::vector<size_t>& order) {
     in_order[in_fit(k)] = fit_.robot.effects[in_fit(order[k])];
   }
   refit(in_order);
+  complete();
   return true;
 }
 
@@ -246,12 +249,19 @@ void EffectModel::refit(const std::vector<Effect>& start) {
     effect.coefficients.resize(count);
     robot.effects.push_back(effect);
   }
-  CalibrationOptions options;
-  options.start_near(fit_);
-  options.tolerance = kSearchTolerance;
-  fit_ = calibrate(robot, campaign_, fit_.set, options);
+  near_ = std::move(fit_);
+  start_ = std::move(robot);
+  fit_ = armtrue::refit(start_, campaign_, near_, kSearchTolerance);
   view_.reset();
   null_scores_.clear();
+}
+
+void EffectModel::complete() {
+  if (fit_.covariance.size() > 0) return;
+  CalibrationOptions options;
+  options.start_near(near_);
+  options.tolerance = kSearchTolerance;
+  fit_ = calibrate(start_, campaign_, near_.set, options);
 }
 
 const EffectModel::View& EffectModel::view() {

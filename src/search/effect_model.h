@@ -53,6 +53,8 @@ class EffectModel {
   void merge(const std::vector<int>& ascending, const Candidate& candidate);
   /// Replaces all chosen candidates by the same with other inner values.
   void settle(const std::vector<Candidate>& candidates);
+  /// Adds what a step of a search does without (see refit.h) to the fit.
+  void complete();
   /// Puts the chosen candidates into another order; false if it is the present one.
   bool put_in_order(const std::vector<size_t>& order);
 
@@ -95,6 +97,8 @@ class EffectModel {
   const Campaign& campaign_;
   const TraceOptions& options_;
   CalibrationResult fit_;
+  CalibrationResult near_;  // the fit before, from which this one started,
+  Robot start_;             // and its robot
   int declared_ = 0;  // effects that the robot came with
   std::unique_ptr<const CandidateScan> scan_;
   std::vector<Candidate> chosen_;

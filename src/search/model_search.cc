@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "armtrue/calibration/evaluation.h"
+#include "calibration/refit.h"
 #include "search/candidates.h"
 #include "search/cross_validation.h"
 
@@ -59,7 +60,7 @@ class ModelSearch {
 
   bool revise(KnownCauses known_causes);
   bool revise_one(KnownCauses known_causes);
-  std::optional<int> better_than(double score, const std::vector<CandidateScore>& scores,
+  std::optional<int> better_than(double least, const std::vector<CandidateScore>& scores,
                                  bool known) const;
   bool merge_into_spline(size_t least);
   bool merge_into_distortion();
@@ -79,6 +80,7 @@ class ModelSearch {
   EffectModel& model_;
   int merges_ = 0;
   bool details_ = false;  // whether they may enter: once nothing simpler is left
+  bool failed_at_gate_ = false;  // whether the last step did, and p of its best is known
   std::set<std::multiset<std::string>> seen_;
 };
 
@@ -100,7 +102,10 @@ void ModelSearch::run() {
       result_.stages.push_back(model_.fit());
     }
     if (!(may_revise && revise(KnownCauses::give_way)) && !merge_into_spline(2)) {
-      if (details_) break;
+      if (details_) {
+        if (!failed_at_gate_) result_.remaining_p = p_of(result_.best_score);
+        break;
+      }
       details_ = true;
       continue;
     }
@@ -111,6 +116,8 @@ void ModelSearch::run() {
   drop_idle();
   split_families();
   hold_family_of_most_arms();
+  model_.complete();
+  result_.stages.back() = model_.fit();
 }
 
 // One forward step; false if nothing more is to be added.
@@ -122,6 +129,7 @@ bool ModelSearch::step() {
   const std::vector<int> order = best_first(scores);
   rank(scores, order);
   result_.best_score = scores[order.front()].score;
+  failed_at_gate_ = false;
   int trials = 0;
   for (int candidate : order) {
     if (scores[candidate].score <= 0 || trials == kMaxTrials) break;
@@ -135,12 +143,12 @@ bool ModelSearch::step() {
     if (p >= model_.significance() ||
         static_cast<int>(model_.chosen().size()) == options_.max_effects) {
       result_.remaining_p = p;
+      failed_at_gate_ = true;
       return false;
     }
     model_.add(model_.refined(candidates()[candidate], -1), p);
     return true;
   }
-  result_.remaining_p = p_of(result_.best_score);
   return false;
 }
 
@@ -201,9 +209,11 @@ bool ModelSearch::revise_one(KnownCauses known_causes) {
   double most = 0;
   for (size_t k = 0; k < chosen.size(); ++k) {
     const double own = model_.score_of({static_cast<int>(k)}).score;
-    const std::vector<CandidateScore> scores = projected.scores_without({model_.in_fit(k)});
+    const double least = std::max(own, 0.0) + kMinFallToExchange;
+    const std::vector<CandidateScore> scores =
+        projected.scores_above(least, {model_.in_fit(k)});
     const bool by_known = chosen[k].from_catalogue && known_causes == KnownCauses::stay;
-    const auto better = better_than(std::max(own, 0.0), scores, by_known);
+    const auto better = better_than(least, scores, by_known);
     const double fall = better ? scores[*better].score - own : -own;
     if (fall < most || (!better && own > 0)) continue;
     std::optional<Candidate> refined;
@@ -221,12 +231,11 @@ bool ModelSearch::revise_one(KnownCauses known_causes) {
   return true;
 }
 
-// The best candidate (`known`: of the catalogue) of possible size that is clearly better than
-// `score`.
-std::optional<int> ModelSearch::better_than(double score, const std::vector<CandidateScore>& scores,
+// The best candidate (`known`: of the catalogue) of possible size that scores more than `least`.
+std::optional<int> ModelSearch::better_than(double least, const std::vector<CandidateScore>& scores,
                                             bool known) const {
   for (int candidate : best_first(scores)) {
-    if (scores[candidate].score <= score + kMinFallToExchange) break;
+    if (scores[candidate].score <= least) break;
     const Candidate& other = candidates()[candidate];
     if ((other.from_catalogue || !known) && may_enter(other) &&
         model_.scan().is_possible(candidate, scores[candidate].coefficients))
@@ -254,7 +263,8 @@ bool ModelSearch::merge_into_spline(size_t least) {
     });
     if (together.size() < least || seen) continue;
     const double own = model_.score_of(together).score;
-    const std::vector<CandidateScore> scores = model_.view().projected.scores_without(effects);
+    const std::vector<CandidateScore> scores =
+        model_.view().projected.scores_above(own + most, effects);
     for (size_t c = 0; c < scores.size(); ++c) {
       const Candidate& candidate = candidates()[c];
       if (!candidate.fine || !same_place(candidate.effect, chosen[first].effect) ||
@@ -396,15 +406,13 @@ Eigen::VectorXd ModelSearch::errors_left_out() const {
   constexpr int kFolds = 10;
   const CalibrationResult& fit = model_.fit();
   const std::vector<int> pose = campaign_.pose_by_id();
-  CalibrationOptions options;
-  options.start_near(fit);
-  options.tolerance = kSearchTolerance;
   Eigen::VectorXd sums = Eigen::VectorXd::Zero(std::ssize(campaign_.pose_ids)), weights = sums;
   for (int fold = 0; fold < kFolds; ++fold) {
     std::vector<int> inside, outside;
     for (int row = 0; row < campaign_.rows(); ++row)
       (pose[row] % kFolds == fold ? outside : inside).push_back(row);
-    const CalibrationResult part = calibrate(fit.robot, campaign_.select(inside), fit.set, options);
+    const CalibrationResult part =
+        refit(fit.robot, campaign_.select(inside), fit, kSearchTolerance);
     const Evaluation evaluation = evaluate(part.robot, campaign_.select(outside));
     for (size_t k = 0; k < outside.size(); ++k) {
       const double weight = fit.weights[outside[k]];

@@ -3,7 +3,9 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
+#include <utility>
 
 #include "linear_algebra/decompositions.h"
 #include "search/ebic.h"
@@ -37,7 +39,9 @@ ProjectedCandidates::ProjectedCandidates(const CandidateScan& scan, const Linear
       fit_(fit),
       on_basis_(fit.basis().cols(), static_cast<int>(scan.value_of_column_.size())),
       slopes_(static_cast<int>(scan.value_of_column_.size())),
-      grams_(scan.candidates_.size()) {
+      squared_norms_(scan.candidates_.size()),
+      grams_(scan.candidates_.size()),
+      solutions_(scan.candidates_.size()) {
   project_columns();
 }
 
@@ -84,26 +88,38 @@ void ProjectedCandidates::project_columns() {
   compute_grams(squares);
 }
 
+// X^T X of one candidate, from the squared norms of the derivatives at each context.
+Eigen::MatrixXd ProjectedCandidates::gram_of(int candidate,
+                                             const std::vector<Eigen::VectorXd>& squares) const {
+  const auto& terms = scan_.terms_[candidate];
+  const bool one_parameter = std::all_of(terms.begin(), terms.end(), [&](const auto& term) {
+    return term.parameter == terms.front().parameter;
+  });
+  if (!one_parameter) {
+    const Eigen::MatrixXd whole = scan_.columns(fit_, candidate);
+    return whole.transpose() * whole;
+  }
+  Eigen::MatrixXd values(scan_.values_.rows(), scan_.coefficient_count_[candidate]);
+  for (const auto& term : terms)
+    values.col(term.coefficient) =
+        scan_.values_.col(scan_.value_of_column_[term.column]).cast<double>();
+  const Eigen::MatrixXd weighted = squares[terms.front().parameter].asDiagonal() * values;
+  constexpr Eigen::Index kFew = 4;  // too few for a blocked product
+  if (values.cols() <= kFew) return values.transpose().lazyProduct(weighted);
+  return values.transpose() * weighted;
+}
+
 void ProjectedCandidates::compute_grams(const std::vector<Eigen::VectorXd>& squares) {
   for_ordered_blocks<int>(
       static_cast<int>(scan_.candidates_.size()), kCandidatesPerBlock,
       [&](int begin, int end) {
         for (int candidate = begin; candidate < end; ++candidate) {
-          const auto& terms = scan_.terms_[candidate];
-          const bool one_parameter = std::all_of(terms.begin(), terms.end(), [&](const auto& term) {
-            return term.parameter == terms.front().parameter;
-          });
-          if (!one_parameter) {
-            const Eigen::MatrixXd whole = scan_.columns(fit_, candidate);
-            grams_[candidate].noalias() = whole.transpose() * whole;
-            continue;
-          }
-          Eigen::MatrixXd values(scan_.values_.rows(), scan_.coefficient_count_[candidate]);
-          for (const auto& term : terms)
-            values.col(term.coefficient) =
-                scan_.values_.col(scan_.value_of_column_[term.column]).cast<double>();
-          grams_[candidate].noalias() =
-              values.transpose() * squares[terms.front().parameter].asDiagonal() * values;
+          Eigen::MatrixXd gram = gram_of(candidate, squares);
+          squared_norms_[candidate] = gram.diagonal();
+          const Eigen::MatrixXd projected = on_basis(candidate);
+          gram.noalias() -= projected.transpose() * projected;
+          solutions_[candidate] = solve(candidate, gram);
+          grams_[candidate] = std::move(gram);
         }
         return 0;
       },
@@ -118,19 +134,24 @@ Eigen::MatrixXd ProjectedCandidates::on_basis(int candidate) const {
   return result;
 }
 
+// Of the coefficients of a candidate, from those of the columns.
+Eigen::VectorXd ProjectedCandidates::slope_of(int candidate,
+                                              const Eigen::VectorXd& of_columns) const {
+  Eigen::VectorXd slope = Eigen::VectorXd::Zero(scan_.coefficient_count_[candidate]);
+  for (const auto& term : scan_.terms_[candidate])
+    slope[term.coefficient] += of_columns[term.column];
+  return slope;
+}
+
 ProjectedCandidates::Solution ProjectedCandidates::solve(int candidate,
-                                                         const Eigen::MatrixXd& projected,
-                                                         const Eigen::MatrixXd& returned) const {
-  const int k = scan_.coefficient_count_[candidate];
-  Eigen::MatrixXd gram = grams_[candidate];
-  const Eigen::VectorXd own = gram.diagonal();
-  gram.noalias() -= projected.transpose() * projected;
-  if (returned.size() > 0) gram.noalias() += returned.transpose() * returned;
+                                                         const Eigen::MatrixXd& gram) const {
+  const Eigen::Index k = gram.cols();
+  const Eigen::VectorXd& own = squared_norms_[candidate];
 
   // Principal directions of the columns X2, each scaled to unit length.
   Eigen::VectorXd unit = Eigen::VectorXd::Zero(k);
   double largest_share = 0;
-  for (int c = 0; c < k; ++c) {
+  for (Eigen::Index c = 0; c < k; ++c) {
     if (own[c] <= kMinColumnNorm * kMinColumnNorm) continue;
     const double share = std::sqrt(std::max(0.0, gram(c, c)) / own[c]);
     largest_share = std::max(largest_share, share);
@@ -138,41 +159,72 @@ ProjectedCandidates::Solution ProjectedCandidates::solve(int candidate,
   }
   if (k == 1)
     return {Eigen::MatrixXd::Constant(unit[0] > 0, 1, unit[0]), unit[0] > 0, largest_share};
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(unit.asDiagonal() * gram *
-                                                             unit.asDiagonal());
-  const Eigen::VectorXd& values = eigen.eigenvalues();  // smallest first
   const double smallest =
       scan_.candidates_[candidate].fine ? kMinDirectionOfFineCurve : kMinDirection;
-  const auto rank = (values.array() > smallest * values[k - 1]).count();
-  return {values.tail(rank).cwiseSqrt().cwiseInverse().asDiagonal() *
-              eigen.eigenvectors().rightCols(rank).transpose() * unit.asDiagonal(),
-          static_cast<int>(rank), largest_share};
+  const auto whitened = [&](const auto& eigen) -> Solution {
+    const auto& values = eigen.eigenvalues();  // smallest first
+    const auto rank = (values.array() > smallest * values[k - 1]).count();
+    return {values.tail(rank).cwiseSqrt().cwiseInverse().asDiagonal() *
+                eigen.eigenvectors().rightCols(rank).transpose() * unit.asDiagonal(),
+            static_cast<int>(rank), largest_share};
+  };
+  if (k == 2)  // most candidates: cycles
+    return whitened(Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(
+        Eigen::Matrix2d(unit.asDiagonal() * gram * unit.asDiagonal())));
+  return whitened(
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(unit.asDiagonal() * gram * unit.asDiagonal()));
 }
 
-std::vector<CandidateScore> ProjectedCandidates::scores(const Linearization::Loss& loss,
+// `norm`: |r|^2 before the candidate enters.
+CandidateScore ProjectedCandidates::score(int candidate, const Solution& solution,
+                                          const Eigen::VectorXd& slope, double norm) const {
+  CandidateScore score;
+  score.degrees_of_freedom = solution.degrees_of_freedom;
+  score.unexplained_share = solution.unexplained_share;
+  const Eigen::VectorXd whitened = solution.whitening * slope;
+  score.coefficients = solution.whitening.transpose() * whitened;
+  score.gain = whitened.squaredNorm();
+  const Candidate& of = scan_.candidates_[candidate];
+  score.score = ebic_fall(is_shrunken(of.effect), of.log_choices, score.degrees_of_freedom,
+                          score.gain, norm, fit_.residual_freedom());
+  return score;
+}
+
+// Without some effects the columns X2 are longer: to what they have beside the whole model comes
+// what only those effects span. So with the slope s beside the rest, the Gram matrix beside the
+// whole model bounds the gain from above,
+//     s^T (X2^T X2 + Y^T Y)^-1 s <= s^T (X2^T X2)^-1 s,
+// and the charge is at least that of one direction.
+bool ProjectedCandidates::can_exceed(double least, int candidate, const Eigen::VectorXd& slope,
+                                     double norm) const {
+  const Solution& solution = solutions_[candidate];
+  if (solution.degrees_of_freedom < slope.size()) return true;  // no bound in what is left out
+  const double most = (solution.whitening * slope).squaredNorm();
+  const Candidate& of = scan_.candidates_[candidate];
+  return ebic_fall(is_shrunken(of.effect), of.log_choices, 1, std::min(most, norm), norm,
+                   fit_.residual_freedom()) > least;
+}
+
+std::vector<CandidateScore> ProjectedCandidates::scores(double least,
+                                                        const Linearization::Loss& loss,
                                                         bool with_residual) const {
   const double norm = (with_residual ? fit_.residual_norm() : 0.0) + loss.residual.squaredNorm();
+  // What the loss adds to the slopes: X^T (Q span) (its residual).
+  Eigen::VectorXd slopes = on_basis_.transpose() * (loss.span * loss.residual);
+  if (with_residual) slopes += slopes_;
   std::vector<CandidateScore> scores(scan_.candidates_.size());
   for_ordered_blocks<int>(
       static_cast<int>(scores.size()), kCandidatesPerBlock,
       [&](int begin, int end) {
         for (int candidate = begin; candidate < end; ++candidate) {
-          const Eigen::MatrixXd projected = on_basis(candidate);
-          const Eigen::MatrixXd returned = loss.span.transpose() * projected;
-          const Solution solution = solve(candidate, projected, returned);
-          Eigen::VectorXd slope = returned.transpose() * loss.residual;
-          if (with_residual)
-            for (const auto& term : scan_.terms_[candidate])
-              slope[term.coefficient] += slopes_[term.column];
-          CandidateScore& score = scores[candidate];
-          score.degrees_of_freedom = solution.degrees_of_freedom;
-          score.unexplained_share = solution.unexplained_share;
-          const Eigen::VectorXd whitened = solution.whitening * slope;
-          score.coefficients = solution.whitening.transpose() * whitened;
-          score.gain = whitened.squaredNorm();
-          const Candidate& of = scan_.candidates_[candidate];
-          score.score = ebic_fall(is_shrunken(of.effect), of.log_choices, score.degrees_of_freedom,
-                                  score.gain, norm, fit_.residual_freedom());
+          const Eigen::VectorXd slope = slope_of(candidate, slopes);
+          if (!can_exceed(least, candidate, slope, norm)) {
+            scores[candidate].score = -std::numeric_limits<double>::infinity();
+            continue;
+          }
+          const Eigen::MatrixXd returned = loss.span.transpose() * on_basis(candidate);
+          const Eigen::MatrixXd gram = grams_[candidate] + returned.transpose() * returned;
+          scores[candidate] = score(candidate, solve(candidate, gram), slope, norm);
         }
         return 0;
       },
@@ -181,18 +233,23 @@ std::vector<CandidateScore> ProjectedCandidates::scores(const Linearization::Los
 }
 
 std::vector<CandidateScore> ProjectedCandidates::scores() const {
-  return scores({Eigen::MatrixXd(fit_.basis().cols(), 0), Eigen::VectorXd(0)}, true);
+  std::vector<CandidateScore> scores;
+  for (int candidate = 0; candidate < static_cast<int>(solutions_.size()); ++candidate)
+    scores.push_back(score(candidate, solutions_[candidate], slope_of(candidate, slopes_),
+                           fit_.residual_norm()));
+  return scores;
 }
 
-std::vector<CandidateScore> ProjectedCandidates::scores_without(
-    const std::vector<int>& effects) const {
-  return scores(fit_.without(effects), true);
+std::vector<CandidateScore> ProjectedCandidates::scores_above(
+    double least, const std::vector<int>& effects) const {
+  return scores(least, fit_.without(effects), true);
 }
 
 std::vector<CandidateScore> ProjectedCandidates::imitations(int effect) const {
   const Linearization::Loss loss = fit_.without({effect});
   const double whole = std::max(1e-300, loss.residual.squaredNorm());
-  std::vector<CandidateScore> imitations = scores(loss, false);
+  std::vector<CandidateScore> imitations =
+      scores(-std::numeric_limits<double>::infinity(), loss, false);
   for (CandidateScore& one : imitations) one.gain = std::clamp(one.gain / whole, 0.0, 1.0);
   return imitations;
 }
@@ -200,7 +257,7 @@ std::vector<CandidateScore> ProjectedCandidates::imitations(int effect) const {
 Eigen::MatrixXd ProjectedCandidates::directions(int candidate) const {
   const Eigen::MatrixXd projected = on_basis(candidate);
   const Eigen::MatrixXd own = scan_.columns(fit_, candidate) - fit_.basis() * projected;
-  return own * solve(candidate, projected, {}).whitening.transpose();
+  return own * solutions_[candidate].whitening.transpose();
 }
 
 CandidateScore ProjectedCandidates::score_of(const std::vector<int>& effects, bool shrunken,

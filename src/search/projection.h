@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -44,7 +45,13 @@ class ProjectedCandidates {
   Eigen::MatrixXd directions(int candidate) const;
 
   /// Scores of each candidate in the place of some effects of the model.
-  std::vector<CandidateScore> scores_without(const std::vector<int>& effects) const;
+  std::vector<CandidateScore> scores_without(const std::vector<int>& effects) const {
+    return scores_above(-std::numeric_limits<double>::infinity(), effects);
+  }
+
+  /// The same where only scores above `least` count: candidates that cannot reach it, by an upper
+  /// bound of their gain, are left at -infinity and cost next to nothing.
+  std::vector<CandidateScore> scores_above(double least, const std::vector<int>& effects) const;
 
   /// How well each candidate imitates one effect of the model. Effect and candidate are projected
   /// off the rest of the model; `gain` is cos^2 of the angle between what the effect explains and
@@ -72,38 +79,49 @@ class ProjectedCandidates {
     double unexplained_share = 0;
   };
   Eigen::MatrixXd on_basis(int candidate) const;
-  Solution solve(int candidate, const Eigen::MatrixXd& projected,
-                 const Eigen::MatrixXd& returned) const;
-  std::vector<CandidateScore> scores(const Linearization::Loss& loss, bool with_residual) const;
+  Eigen::VectorXd slope_of(int candidate, const Eigen::VectorXd& of_columns) const;
+  Solution solve(int candidate, const Eigen::MatrixXd& gram) const;
+  CandidateScore score(int candidate, const Solution& solution, const Eigen::VectorXd& slope,
+                       double norm) const;
+  bool can_exceed(double least, int candidate, const Eigen::VectorXd& slope, double norm) const;
+  std::vector<CandidateScore> scores(double least, const Linearization::Loss& loss,
+                                     bool with_residual) const;
   void project_columns();
   void compute_grams(const std::vector<Eigen::VectorXd>& squares);
+  Eigen::MatrixXd gram_of(int candidate, const std::vector<Eigen::VectorXd>& squares) const;
   Eigen::VectorXd squares_by_context(int parameter) const;
 
   // Sums over the rows of each context of d(row)/d(parameter) . columns(row): contexts x columns.
   template <typename Columns>
-  Eigen::MatrixXd sums_by_context(int parameter, const Columns& columns) const {
+  auto sums_by_context(int parameter, const Columns& columns) const {
+    using Scalar = typename Columns::Scalar;
+    using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
     const int size = fit_.row_size();
-    Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(columns.cols(), scan_.values_.rows());
+    Matrix sums = Matrix::Zero(columns.cols(), scan_.values_.rows());
     const auto derivative = fit_.jacobian().col(parameter);
     for (int row = 0; row < fit_.rows(); ++row)
       for (int axis = 0; axis < size; ++axis)
         if (derivative[row * size + axis] != 0)
           sums.col(scan_.context_of_row_[row]) +=
-              derivative[row * size + axis] * columns.row(row * size + axis).transpose();
-    return sums.transpose();
+              static_cast<Scalar>(derivative[row * size + axis]) *
+              columns.row(row * size + axis).transpose();
+    return Matrix(sums.transpose());
   }
 
   // Of best_of_flipped(); see sign_flips.cc.
   struct Draws;
   Eigen::VectorXd leverage_corrected_residual_by_pose() const;
   Draws draw(int flips, std::uint64_t seed) const;
+  void draw_block(const Eigen::MatrixXf& signs, int begin, Draws& draws) const;
   Eigen::VectorXd best_of_block(const Draws& draws, int begin, int end) const;
 
   const CandidateScan& scan_;
   const Linearization& fit_;
-  Eigen::MatrixXd on_basis_;            // Q^T X: rank x columns
-  Eigen::VectorXd slopes_;              // X^T r: columns
-  std::vector<Eigen::MatrixXd> grams_;  // X^T X, per candidate
+  Eigen::MatrixXd on_basis_;                    // Q^T X: rank x columns
+  Eigen::VectorXd slopes_;                      // X^T r: columns
+  std::vector<Eigen::VectorXd> squared_norms_;  // of the columns X, per candidate
+  std::vector<Eigen::MatrixXd> grams_;          // X2^T X2, per candidate
+  std::vector<Solution> solutions_;             // of these
 };
 
 }  // namespace armtrue

@@ -18,6 +18,7 @@ namespace {
 using RowMajorXf = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 constexpr int kColumnsAtOnce = 256;  // bounds the memory of one task
+constexpr int kRowsAtOnce = 128, kFlipsAtOnce = 256;  // likewise
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // One sign for each pose and draw, the same for all candidates: poses x flips.
@@ -31,10 +32,13 @@ Eigen::MatrixXf random_signs(int poses, int flips, std::uint64_t seed) {
 
 }  // namespace
 
-// The residuals e with flipped signs, as the candidates see them.
+// The residuals e with flipped signs, as the candidates see them, X2^T e = X^T (e - Q Q^T e): they
+// are projected off the model once for all candidates.
 struct ProjectedCandidates::Draws {
-  RowMajorXf slopes;         // X2^T e: columns x flips
-  Eigen::RowVectorXf norms;  // |e - Q Q^T e|^2: flips
+  Eigen::VectorXd residual;       // e before its signs flip
+  Eigen::MatrixXd basis_by_pose;  // of each pose the sum of e_i times row i of Q: poses x rank
+  RowMajorXf slopes;              // X2^T e: columns x flips
+  Eigen::RowVectorXf norms;       // |e - Q Q^T e|^2: flips
 };
 
 Eigen::VectorXd ProjectedCandidates::leverage_corrected_residual_by_pose() const {
@@ -59,50 +63,65 @@ Eigen::VectorXd ProjectedCandidates::leverage_corrected_residual_by_pose() const
 }
 
 ProjectedCandidates::Draws ProjectedCandidates::draw(int flips, std::uint64_t seed) const {
-  const Eigen::VectorXd residual = leverage_corrected_residual_by_pose();
   const std::vector<int>& pose_of_row = fit_.pose();
   const int poses = 1 + *std::max_element(pose_of_row.begin(), pose_of_row.end());
-  std::vector<int> pose_of_context(scan_.values_.rows());
-  for (int row = 0; row < fit_.rows(); ++row)
-    pose_of_context[scan_.context_of_row_[row]] = pose_of_row[row];
-  const Eigen::MatrixXf signs = random_signs(poses, flips, seed);
-
-  // Rows of a pose flip together, so their products are summed before the draws.
   const int size = fit_.row_size();
-  Eigen::MatrixXd basis_by_pose = Eigen::MatrixXd::Zero(poses, fit_.basis().cols());
+  Draws draws{leverage_corrected_residual_by_pose(),
+              Eigen::MatrixXd::Zero(poses, fit_.basis().cols()), RowMajorXf(slopes_.size(), flips),
+              Eigen::RowVectorXf(flips)};
+  // Rows of a pose flip together, so their products are summed before the draws.
   for (int row = 0; row < fit_.rows(); ++row)
-    basis_by_pose.row(pose_of_row[row]) +=
-        residual.segment(row * size, size).transpose() * fit_.basis().middleRows(row * size, size);
-  const Eigen::MatrixXf flipped_on_basis = basis_by_pose.transpose().cast<float>() * signs;
-  Draws draws;
-  draws.norms =
-      static_cast<float>(residual.squaredNorm()) - flipped_on_basis.colwise().squaredNorm().array();
+    draws.basis_by_pose.row(pose_of_row[row]) +=
+        draws.residual.segment(row * size, size).transpose() *
+        fit_.basis().middleRows(row * size, size);
+  const Eigen::MatrixXf signs = random_signs(poses, flips, seed);
+  for (int begin = 0; begin < flips; begin += kFlipsAtOnce)
+    draw_block(signs.middleCols(begin, std::min(kFlipsAtOnce, flips - begin)), begin, draws);
+  return draws;
+}
 
-  draws.slopes.resize(slopes_.size(), flips);
+// Some draws from the `begin`-th on, one for each column of `signs`.
+void ProjectedCandidates::draw_block(const Eigen::MatrixXf& signs, int begin, Draws& draws) const {
+  const std::vector<int>& pose_of_row = fit_.pose();
+  const Eigen::VectorXd& residual = draws.residual;
+  const int size = fit_.row_size();
+  const Eigen::Index flips = signs.cols();
+  const Eigen::MatrixXd on_basis = draws.basis_by_pose.transpose() * signs.cast<double>();
+  draws.norms.segment(begin, flips) =
+      (residual.squaredNorm() - on_basis.colwise().squaredNorm().array()).cast<float>();
+
+  RowMajorXf flipped(residual.size(), flips);
+  for_ordered_blocks<int>(
+      fit_.rows(), kRowsAtOnce,
+      [&](int first, int last) {
+        const Eigen::MatrixXd explained =
+            fit_.basis().middleRows(first * size, (last - first) * size) * on_basis;
+        for (int k = first * size; k < last * size; ++k)
+          flipped.row(k) = (residual[k] * signs.row(pose_of_row[k / size]).cast<double>() -
+                            explained.row(k - first * size))
+                               .cast<float>();
+        return 0;
+      },
+      [](int) {});
+
   for_ordered_blocks<int>(
       scan_.parameters(), 1,
       [&](int parameter, int) {
         const int first = scan_.first_column_[parameter];
         const int count = scan_.first_column_[parameter + 1] - first;
         if (count == 0) return 0;
-        const Eigen::VectorXd products = sums_by_context(parameter, residual);
-        for (int begin = 0; begin < count; begin += kColumnsAtOnce) {
-          const int width = std::min(kColumnsAtOnce, count - begin);
-          Eigen::MatrixXd by_pose = Eigen::MatrixXd::Zero(poses, width);
-          for (int k = 0; k < width; ++k) {
-            const auto values = scan_.values_.col(scan_.value_of_column_[first + begin + k]);
-            for (int context = 0; context < values.size(); ++context)
-              by_pose(pose_of_context[context], k) +=
-                  static_cast<double>(values[context]) * products[context];
-          }
-          by_pose.noalias() -= basis_by_pose * on_basis_.middleCols(first + begin, width);
-          draws.slopes.middleRows(first + begin, width).noalias() =
-              by_pose.transpose().cast<float>() * signs;
+        const Eigen::MatrixXf sums = sums_by_context(parameter, flipped);
+        for (int from = 0; from < count; from += kColumnsAtOnce) {
+          const int width = std::min(kColumnsAtOnce, count - from);
+          Eigen::MatrixXf values(scan_.values_.rows(), width);
+          for (int k = 0; k < width; ++k)
+            values.col(k) = scan_.values_.col(scan_.value_of_column_[first + from + k]);
+          draws.slopes.block(first + from, begin, width, flips).noalias() =
+              values.transpose() * sums;
         }
         return 0;
       },
       [](int) {});
-  return draws;
 }
 
 // The best score of some candidates in each draw.
@@ -113,13 +132,13 @@ Eigen::VectorXd ProjectedCandidates::best_of_block(const Draws& draws, int begin
   // exp(-best / freedom): tells without a logarithm whether a gain can beat the best score.
   Eigen::VectorXd to_beat = Eigen::VectorXd::Constant(flips, kInfinity);
   for (int candidate = begin; candidate < end; ++candidate) {
-    const Solution solution = solve(candidate, on_basis(candidate), {});
+    const Solution& solution = solutions_[candidate];
     if (solution.degrees_of_freedom == 0) continue;
     RowMajorXf slope = RowMajorXf::Zero(scan_.coefficient_count_[candidate], flips);
     for (const auto& term : scan_.terms_[candidate])
       slope.row(term.coefficient) += draws.slopes.row(term.column);
     // Scaled to columns of unit length: their norms differ by orders of magnitude.
-    const Eigen::VectorXd unit = grams_[candidate].diagonal().cwiseSqrt();
+    const Eigen::VectorXd unit = squared_norms_[candidate].cwiseSqrt();
     const Eigen::VectorXd inverse =
         (unit.array() > kMinColumnNorm).select(unit.cwiseInverse(), 0.0);
     slope = inverse.cast<float>().asDiagonal() * slope;

@@ -13,6 +13,7 @@
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/summary.h"
 #include "armtrue/tracing/predictor.h"
+#include "calibration/refit.h"
 #include "campaign/sessions.h"
 #include "linear_algebra/decompositions.h"
 #include "statistics/shuffle.h"
@@ -79,10 +80,8 @@ void set_excluded_rows(const std::vector<int>& blunders, const Campaign& sound,
 Robot without_effect(const CalibrationResult& fit, const Campaign& campaign, size_t effect) {
   Robot reduced = fit.robot;
   reduced.effects.erase(reduced.effects.begin() + static_cast<std::ptrdiff_t>(effect));
-  CalibrationOptions options;
-  options.start_near(fit);
-  options.tolerance = 1e-5;  // an error to three digits is all that is asked of it
-  return calibrate(reduced, campaign, fit.set, options).robot;
+  constexpr double kTolerance = 1e-5;  // an error to three digits is all that is asked of it
+  return refit(reduced, campaign, fit, kTolerance).robot;
 }
 
 // A cycle whose frequency was settled anew stays what it is.

@@ -80,6 +80,53 @@ TEST(Fold, KnowsTheSecondDerivativeOfTheLoss) {
   EXPECT_GT((weighted * step - change).norm(), 0.1 * change.norm());
 }
 
+// With few unknowns and with many, most of them knots of curves that a row does not reach: the sums
+// against all rows written out, and the same from derivatives that were kept at another sigma.
+TEST(Fold, OfKeptDerivativesIsThatOfTheRows) {
+  for (const int knots : {4, 60}) {
+    Setting setting(300);
+    for (const int joint : {1, 2, 4}) {
+      Effect& curve = setting.robot.effects.emplace_back();
+      curve = {"curve", "A" + std::to_string(joint + 1) + ".theta",
+               {DriverKind::joint_angle, joint, -1, ""}, {}, {}};
+      curve.shape.kind = ShapeKind::series;
+      curve.shape.basis = SeriesBasis::spline;
+      curve.shape.count = knots;
+      curve.shape.low[0] = -2;
+      curve.shape.high[0] = 2;
+      curve.coefficients.resize(static_cast<size_t>(knots));
+    }
+    ObservationModel model(setting.campaign, setting.robot, setting.parameters, {3e-4, 1e-4});
+    const int p = model.unknowns();
+    const auto at = model.at(Eigen::VectorXd::Zero(p));
+    const KeptDerivatives kept = keep_derivatives(at, model);
+    model.set_sigma({1e-4, 2e-4});
+    const ReadingLaw law{4, {}};
+    Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(p + 1, p + 1), bend = Eigen::MatrixXd::Zero(p, p);
+    Eigen::MatrixXd block(6, p + 1);
+    double loss = 0;
+    for (int row = 0; row < model.rows(); ++row) {
+      at.block(row, block);
+      const double squared = block.rightCols<1>().squaredNorm(), weight = law.weight(squared, 6);
+      loss += law.loss(squared, 6);
+      gram += weight * block.transpose() * block;
+      const Eigen::VectorXd slope = block.leftCols(p).transpose() * block.col(p);
+      bend += 2 * weight * weight / (4 + 6) * slope * slope.transpose();
+    }
+    const Eigen::MatrixXd whole = gram.topLeftCorner(p, p);
+    for (const Fold& folded :
+         {fold(at, model, law, kept), fold(at, model, law, FoldBy::normal_equations)}) {
+      const Eigen::MatrixXd products = folded.products.selfadjointView<Eigen::Upper>();
+      const Eigen::MatrixXd bent = folded.bend.selfadjointView<Eigen::Upper>();
+      EXPECT_LT((products - gram).norm(), 1e-12 * gram.norm()) << knots;
+      EXPECT_LT((bent - bend).norm(), 1e-12 * bend.norm()) << knots;
+      EXPECT_LT((folded.information() - whole).norm(), 1e-12 * whole.norm()) << knots;
+      EXPECT_NEAR(folded.loss, loss, 1e-12 * loss) << knots;
+    }
+    EXPECT_LT((fold(at, model, law).information() - whole).norm(), 1e-10 * whole.norm()) << knots;
+  }
+}
+
 TEST(Fold, GivesTheSameBytesEveryTime) {
   const Setting setting(9000);  // several blocks, over the threads there are
   const ObservationModel model(setting.campaign, setting.robot, {0, 1, 7, 12, 20, 30, 41}, {1, 1});

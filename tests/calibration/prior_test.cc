@@ -38,13 +38,13 @@ TEST(Priors, WidthSolvesTheEquationOfItsLikelihood) {
   Priors priors;
   priors.widths = {{"lengths", 3e-4, 0.5, 2e-4}};
   priors.of_unknowns = {{0, 2e-4, 0, 0}};
-  Eigen::MatrixXd factor = Eigen::MatrixXd::Zero(2, 2);
-  factor(0, 0) = 1e4;  // 1 / standard deviation by the readings
+  Eigen::MatrixXd information(1, 1);
+  information << 1e8;  // 1 / variance by the readings
   const Eigen::VectorXd x = Eigen::VectorXd::Constant(1, 3e-4);
   const double variance = 1 / (1e8 + 1 / 4e-8);
   const double gamma = 1 - variance / 4e-8;
-  EXPECT_NEAR(undetermined(factor, priors), variance / 4e-8, 1e-9);
-  update_widths(factor, x, priors);
+  EXPECT_NEAR(undetermined(information, priors), variance / 4e-8, 1e-9);
+  update_widths(information, x, priors);
   const double tau = priors.widths.front().deviation;
   EXPECT_NEAR(9e-8 / (tau * tau), gamma + std::log(tau / 3e-4) / 0.25, 1e-4);
   EXPECT_EQ(priors.of_unknowns.front().deviation, tau);
@@ -54,7 +54,7 @@ TEST(Priors, ClassThatTheReadingsDoNotShowKeepsItsTypicalWidth) {
   Priors priors;
   priors.widths = {{"lengths", 3e-4, 0.5, 3e-4}};
   priors.of_unknowns = {{0, 3e-4, 0, 0}};
-  update_widths(Eigen::MatrixXd::Zero(2, 2), Eigen::VectorXd::Zero(1), priors);
+  update_widths(Eigen::MatrixXd::Zero(1, 1), Eigen::VectorXd::Zero(1), priors);
   EXPECT_NEAR(priors.widths.front().deviation, 3e-4, 1e-9);
 }
 

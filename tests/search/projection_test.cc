@@ -130,6 +130,60 @@ TEST(Projection, InThePlaceOfAnEffectIsAFitWithoutIt) {
   EXPECT_NEAR(own.score, ebic_fall(false, 1.25, 1, gain, before, 180 - 6), 1e-9);
 }
 
+// A candidate that cannot score more than the least is left out, any other is scored as before.
+TEST(Projection, BoundLeavesOutOnlyWhatCannotScoreMore) {
+  const Problem problem;
+  const Linearization fit(problem.linear);
+  const CandidateScan scan(problem.candidates, robot_by_hand(), problem.campaign);
+  const ProjectedCandidates projected(scan, fit);
+  const std::vector<CandidateScore> all = projected.scores_without({0});
+  int left_out = 0;
+  for (const double least : {-40.0, 0.0, 5.0, all[0].score - 1, all[0].score + 30}) {
+    const std::vector<CandidateScore> above = projected.scores_above(least, {0});
+    for (size_t k = 0; k < all.size(); ++k) {
+      if (all[k].score > least) EXPECT_EQ(above[k].score, all[k].score) << k;
+      left_out += above[k].score == -std::numeric_limits<double>::infinity();
+    }
+  }
+  EXPECT_GE(left_out, 6);  // the bound is worth something
+}
+
+// Nearly dependent columns, some of them too near for a Gram matrix: the basis is orthonormal, and
+// the residual that of Householder's reflections.
+TEST(Projection, BasisIsOrthonormalHoweverNearTheColumnsAre) {
+  for (const double apart : {1.0, 1e-3, 1e-4, 1e-6}) {
+    Problem problem;
+    problem.linear.fitted.col(1) =
+        problem.linear.fitted.col(0) + apart * problem.linear.fitted.col(1);
+    problem.linear.readings += 0.3 * problem.linear.fitted.col(2);
+    const Linearization fit(problem.linear);
+    const Eigen::MatrixXd& basis = fit.basis();
+    ASSERT_EQ(basis.cols(), 6);
+    EXPECT_LT((basis.transpose() * basis - Eigen::MatrixXd::Identity(6, 6)).norm(), 1e-13) << apart;
+    const Eigen::VectorXd& readings = problem.linear.readings;
+    const Eigen::VectorXd all = problem.linear.fitted.householderQr().solve(readings);
+    const Eigen::VectorXd residual = readings - problem.linear.fitted * all;
+    EXPECT_LT((fit.residual() - residual).norm(), 1e-8 * residual.norm()) << apart;
+  }
+}
+
+// The same where columns of the model depend on each other, and no dual of them exists.
+TEST(Projection, DependentColumnsOfTheModelChangeNothing) {
+  Problem problem;
+  const Linearization fit(problem.linear);
+  problem.linear.fitted = beside(problem.linear.fitted.leftCols<5>().eval(),
+                                 beside(problem.linear.fitted.col(1), problem.effect));
+  problem.linear.geometric = 6;
+  const Linearization dependent(problem.linear);
+  ASSERT_EQ(dependent.basis().cols(), fit.basis().cols());
+  const CandidateScan scan(problem.candidates, robot_by_hand(), problem.campaign);
+  const ProjectedCandidates one(scan, fit), other(scan, dependent);
+  const double own = one.score_of({0}, false, 1).gain;
+  EXPECT_NEAR(other.score_of({0}, false, 1).gain, own, 1e-9 * own);
+  for (int k = 0; k < 4; ++k)
+    EXPECT_NEAR(other.scores_without({0})[k].gain, one.scores_without({0})[k].gain, 1e-6 * own);
+}
+
 // cos^2 of the angle between the column of the effect and those of the candidate, both projected
 // off the other columns of the model.
 TEST(Projection, CorrelationOfAnImitationIsTheCosineOfThePrincipalAngle) {
