@@ -9,6 +9,8 @@
 #include <utility>
 
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/calibration/observation.h"
+#include "armtrue/kinematics/contact.h"
 #include "armtrue/kinematics/joint_names.h"
 
 namespace armtrue {
@@ -92,6 +94,24 @@ void attempt_targets(const Robot& fitted, const Campaign& readings, Corrections&
                       [&](Campaign& c) { c.target = better; });
 }
 
+// The touches of one pose as those of another contact that reads as many numbers.
+void attempt_contacts(const Robot& fitted, const Campaign& readings, Corrections& corrections) {
+  const std::vector<ContactPoint> contacts = match_contacts(readings, fitted.chain);
+  const auto reads_three = [&](int name) {
+    return reads_point(fitted.chain.contacts[contacts[name].contact].kind);
+  };
+  for (int name = 0; name < static_cast<int>(contacts.size()); ++name) {
+    if (!fitted.chain.contacts[contacts[name].contact].is_placed) continue;
+    const bool alike = std::ranges::all_of(readings.touch, [&](const Touch& touch) {
+      return touch.contact >= 0 && reads_three(touch.contact) == reads_three(name);
+    });
+    if (!alike) continue;
+    corrections.attempt("it seems to touch " + readings.contact_names[name], [name](Campaign& c) {
+      for (Touch& touch : c.touch) touch.contact = name;
+    });
+  }
+}
+
 void attempt_joints(const KinematicChain& chain, Corrections& corrections) {
   const std::vector<JointName> names = joint_names(chain);
   const int joints = static_cast<int>(names.size());
@@ -146,7 +166,10 @@ std::optional<std::string> likely_mistake(const Robot& fitted, const Campaign& c
   attempt_joints(fitted.chain, corrections);
   attempt_lengths(own, corrections);
   attempt_targets(fitted, own, corrections);
-  attempt_other_poses(campaign, readings, which, corrections);
+  if (own.has_touches())  // every pose that touches the same contact has joint angles that fit
+    attempt_contacts(fitted, own, corrections);
+  else
+    attempt_other_poses(campaign, readings, which, corrections);
   return corrections.best();
 }
 

@@ -56,7 +56,7 @@ std::vector<int> match_targets(const Campaign& campaign, const KinematicChain& c
 
 std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& chain) {
   if (!campaign.has_distances()) return {};
-  if (campaign.has_touches() && !has_kind(campaign, ReadingKind::distance)) return {};
+  if (campaign.anchor_names.empty() && !has_kind(campaign, ReadingKind::distance)) return {};
   constexpr const char* kRemedy = "; add its place in R_A to the robot file, under 'anchors'";
   const auto the_only = [&] {
     if (chain.anchors.empty())
@@ -386,23 +386,22 @@ void ObservationModel::At::predict_touch(int row, const Eigen::VectorXd& offset,
                                          Prediction& predicted) const {
   const Touch touch = model_.campaign_.touch[row];
   const ContactPoint which = model_.contacts_[touch.contact];
-  Contact contact = robot_.chain.contacts[which.contact];
+  const Contact& contact = robot_.chain.contacts[which.contact];
+  Pose place = model_.common_from_own_ * contact.place;
+  double growth = 0;  // of the radius
   if (offset.size() > 0) {
     const int first = first_contact_parameter(robot_.chain) + kParametersOfContact * which.contact;
-    contact.place.translation += contact.place.rotation * offset.segment<3>(first);
-    contact.place.rotation = contact.place.rotation * rotation_exp(offset.segment<3>(first + 3));
-    contact.radius += offset[first + 6];
+    place = place * Pose{rotation_exp(offset.segment<3>(first + 3)), offset.segment<3>(first)};
+    growth = offset[first + 6];
   }
-  const Pose place = model_.common_from_own_ * contact.place;
   predicted.scale = 1.0;
-  predicted.axes = place.rotation;
   predicted.in_contact =
       place.rotation.transpose() * (predicted.frame.translation - place.translation);
   const TouchReading reading =
       touch_reading(contact, which.point, touch.axis, predicted.in_contact);
   predicted.gradient = reading.gradient;
-  predicted.direction = predicted.axes * predicted.gradient;
-  predicted.position = {reading.value, 0, 0};
+  predicted.direction = place.rotation * predicted.gradient;
+  predicted.position = {reading.value - growth, 0, 0};
 }
 
 // The derivative of the reading of a touch by a parameter of a contact.

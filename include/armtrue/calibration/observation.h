@@ -154,10 +154,8 @@ class ObservationModel::At {
     double scale;
     Eigen::Vector3d off{0, 0, 0};  // what errors of range and angles add to the position
     double zero = 0;               // error of a distance
-    // Of a touch: the point in the axes of the contact, the derivative of the reading by it, and
-    // the rotation of the contact.
+    // Of a touch: the point in the axes of the contact, and the derivative of the reading by it.
     Eigen::Vector3d in_contact{0, 0, 0}, gradient{0, 0, 0};
-    Eigen::Matrix3d axes;
   };
   Prediction predict(int row, PoseJacobian* jacobian) const;
   void predict_touch(int row, const Eigen::VectorXd& offset, Prediction& predicted) const;
