@@ -234,12 +234,11 @@ TABLE = {
                                                       more=("--only-catalogue",)), 3, "more than an arm of this size"),
     "half the poses 18 mm off, trace-residual": (campaign(EVEN_OFF, command="trace-residual", source="once.csv",
                                                           more=("--only-catalogue",)), 3, "more than an arm of this"),
-    "half the poses 18 mm off, evaluate-poses": (campaign(EVEN_OFF, command="evaluate-poses"), 0,
-                                                 "more than an arm of this size"),
     "half the poses 18 mm off, evaluate-poses of a calibrated robot": (
         campaign(EVEN_OFF, "calibrated.yaml", "evaluate-poses"), 3, "more than an arm of this size"),
     "half the poses 18 mm off, evaluate-poses --refit": (
-        campaign(EVEN_OFF, command="evaluate-poses", more=("--refit", "base,tool")), 3, "more than an arm of this size"),
+        campaign(EVEN_OFF, "calibrated.yaml", "evaluate-poses", more=("--refit", "base,tool")), 3,
+        "more than an arm of this size"),
     "no floor": (campaign(each(lambda r: None), NO_NOISE, "close-loop", "once.csv", ("--only-catalogue",)), 0,
                  "takes it as zero"),
     # records of paths
