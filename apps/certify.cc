@@ -35,11 +35,11 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.add_input("Measured poses, each visited several times");
   command.add_output();
   command.add_new_sessions();
-  command.option("--robot", arguments.robot, "The robot whose predictions are the commanded poses")
+  command.file("--robot", arguments.robot, "The robot whose predictions are the commanded poses")
       .required();
   command
-      .option("--about", arguments.about,
-              "Robot, operator, date, instrument and its errors (armtrue-about/1)")
+      .file("--about", arguments.about,
+            "Robot, operator, date, instrument and its errors (armtrue-about/1)")
       .required();
   command
       .option("--tolerance-mm", arguments.tolerance_mm,
@@ -52,23 +52,22 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.option("--refit", arguments.refit,
                  "Fit these first, as base,tool for a robot carried to another set-up");
   app::Option path =
-      command.option("--path", arguments.path,
-                     "Commanded path: path accuracy of its recorded passes is certified too");
-  app::Option pass =
-      command
-          .option("--pass", arguments.passes,
-                  "A pass of the path as the instrument recorded it, with a clock of "
-                  "its own; may be given several times")
-          .one_each()
-          .needs(path);
+      command.file("--path", arguments.path,
+                   "Commanded path: path accuracy of its recorded passes is certified too");
+  app::Option pass = command
+                         .file("--pass", arguments.passes,
+                               "A pass of the path as the instrument recorded it, with a clock of "
+                               "its own; may be given several times")
+                         .one_each()
+                         .needs(path);
   path.needs(pass);
   command
       .flag("--fit-frame", arguments.fit_frame,
             "The instrument's frame is not that of the path: fit it to each pass")
       .needs(path);
   command.add_output("--page", arguments.page, "Write a page to print and to sign (HTML) here");
-  command.option("--against", arguments.against,
-                 "Compare with this older certificate of the same robot");
+  command.file("--against", arguments.against,
+               "Compare with this older certificate of the same robot");
   command.add_columns(app::kMeasuredPoseColumns);
 }
 

@@ -35,7 +35,7 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.add_output();
   command.add_seed();
   command.add_new_sessions();
-  command.option("--robot", arguments.robot, "The nominal robot").required();
+  command.file("--robot", arguments.robot, "The nominal robot").required();
   const app::Option share =
       command.option("--held-out", arguments.held_out, "Share of the poses set aside")
           .check(app::in_range(0.0, 0.9))
@@ -44,8 +44,7 @@ void add_options(app::Command& command, Arguments& arguments) {
                "Hold out one end of the region measured instead of poses drawn at random, to see "
                "how the result carries over; --seed 1 to 6 takes its six ends, the farthest first");
   command
-      .option("--test", arguments.test,
-              "Measured poses that take no part, from a file of their own")
+      .file("--test", arguments.test, "Measured poses that take no part, from a file of their own")
       .excludes(share);
   command
       .option("--nested", arguments.nested_folds,
@@ -63,7 +62,7 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.add_output("--next-poses", arguments.next_poses,
                      "Write 15 poses that tell apart what this data cannot here, if any do; "
                      "plan-poses --separate plans others");
-  command.option("--catalogue", arguments.catalogue, "Effects to look for");
+  command.file("--catalogue", arguments.catalogue, "Effects to look for");
   command.flag("--only-catalogue", arguments.only_catalogue, "Do not search beyond the catalogue");
   command.flag("--no-priors", arguments.no_priors,
                "Plain least squares: links may be anything, as far as the readings say");

@@ -28,6 +28,11 @@
 namespace armtrue::app {
 namespace {
 
+// What --help calls the values of options that are no plain text.
+constexpr const char* kFile = "FILE";
+constexpr const char* kFolder = "FOLDER";
+constexpr const char* kNumbers = "NUMBERS";
+
 // With the options of all groups.
 std::vector<const CLI::Option*> all_options(const CLI::App& app) {
   std::vector<const CLI::Option*> all = app.get_options();
@@ -166,6 +171,15 @@ Option OptionGroup::option(const std::string& names, std::vector<std::string>& v
   return Option(app_->add_option(names, values, help));
 }
 
+Option OptionGroup::file(const std::string& names, std::string& path, const std::string& help) {
+  return Option(app_->add_option(names, path, help)->type_name(kFile));
+}
+
+Option OptionGroup::file(const std::string& names, std::vector<std::string>& paths,
+                         const std::string& help) {
+  return Option(app_->add_option(names, paths, help)->type_name(kFile));
+}
+
 Option OptionGroup::flag(const std::string& names, bool& value, const std::string& help) {
   return Option(app_->add_flag(names, value, help));
 }
@@ -173,30 +187,33 @@ Option OptionGroup::flag(const std::string& names, bool& value, const std::strin
 Option OptionGroup::numbers(const std::string& names, std::vector<double>& values, size_t count,
                             const std::string& form, const std::string& help) {
   return Option(app_->add_option_function<std::string>(
-      names,
-      [&values, names, count, form](const std::string& text) {
-        try {
-          values = numbers_from_text(text, count, form);
-        } catch (const std::invalid_argument& error) {
-          throw CLI::ValidationError(names, error.what());
-        }
-      },
-      help));
+                        names,
+                        [&values, names, count, form](const std::string& text) {
+                          try {
+                            values = numbers_from_text(text, count, form);
+                          } catch (const std::invalid_argument& error) {
+                            throw CLI::ValidationError(names, error.what());
+                          }
+                        },
+                        help)
+                    ->type_name(kNumbers));
 }
 
 Option OptionGroup::joints(const std::string& names, std::vector<double>& values,
                            const std::string& help) {
   return Option(app_->add_option_function<std::string>(
-      names,
-      [&values, names](const std::string& text) {
-        const auto count = static_cast<size_t>(std::ranges::count(text, ',')) + 1;
-        try {
-          values = numbers_from_text(text, count, "q1,...,q6 in deg, a number for each joint");
-        } catch (const std::invalid_argument& error) {
-          throw CLI::ValidationError(names, error.what());
-        }
-      },
-      help));
+                        names,
+                        [&values, names](const std::string& text) {
+                          const auto count = static_cast<size_t>(std::ranges::count(text, ',')) + 1;
+                          try {
+                            values = numbers_from_text(text, count,
+                                                       "q1,...,q6 in deg, a number for each joint");
+                          } catch (const std::invalid_argument& error) {
+                            throw CLI::ValidationError(names, error.what());
+                          }
+                        },
+                        help)
+                    ->type_name(kNumbers));
 }
 
 Option OptionGroup::zone(std::string& zone, const std::string& help) {
@@ -208,7 +225,8 @@ Option OptionGroup::zone(std::string& zone, const std::string& help) {
       return std::string(error.what());
     }
   };
-  return option("--zone-mm,--zone", zone, help).check({"", why_wrong});
+  return Option(app_->add_option("--zone-mm,--zone", zone, help)->type_name(kNumbers))
+      .check({"", why_wrong});
 }
 
 // A group lives in the app that it was added to.
@@ -229,7 +247,7 @@ Command::Command(std::string name, const std::string& purpose, std::string examp
 
 void Command::add_input(const std::string& what) {
   has_input_ = true;
-  option("file", input, what + "; standard input if absent or -");
+  file("file", input, what + "; standard input if absent or -");
 }
 
 void Command::add_output() {
@@ -237,14 +255,14 @@ void Command::add_output() {
 }
 
 Option Command::add_output(const std::string& name, std::string& path, const std::string& what) {
-  CLI::Option* const option = app_->add_option(name, path, what);
+  CLI::Option* const option = app_->add_option(name, path, what)->type_name(kFile);
   outputs_.push_back(option);
   return Option(option);
 }
 
 Option Command::add_output_folder(const std::string& name, std::string& path,
                                   const std::string& what) {
-  CLI::Option* const option = app_->add_option(name, path, what);
+  CLI::Option* const option = app_->add_option(name, path, what)->type_name(kFolder);
   folders_.push_back(option);
   return Option(option);
 }
@@ -314,7 +332,8 @@ std::vector<std::pair<std::string, std::string>> Command::named_files(
     const CLI::Option* own) const {
   std::vector<std::pair<std::string, std::string>> files;
   for (const CLI::Option* option : all_options(*app_)) {
-    if (option == own || option->get_type_name() != "TEXT") continue;
+    const std::string type = option->get_type_name();
+    if (option == own || (type != kFile && type != kFolder)) continue;
     const bool is_output = std::ranges::find(outputs_, option) != outputs_.end();
     for (const std::string& path : option->results())
       files.emplace_back(option->get_name(),

@@ -96,6 +96,9 @@ class OptionGroup {
   /// One or more values after the option.
   Option option(const std::string& names, std::vector<std::string>& values,
                 const std::string& help);
+  /// A file that is read, or several.
+  Option file(const std::string& names, std::string& path, const std::string& help);
+  Option file(const std::string& names, std::vector<std::string>& paths, const std::string& help);
   Option flag(const std::string& names, bool& value, const std::string& help);
   /// `count` numbers separated by commas, such as `x,y,z,radius in mm` (the `form`, for messages).
   /// They are one value: of several values the last could be the file that follows.
@@ -257,8 +260,8 @@ void require_same_joints(const Robot& robot, const std::string& a, const Robot& 
 std::vector<JointTarget> numbered(const std::vector<JointVector>& configurations,
                                   const std::vector<std::string>& taken);
 
-/// Warns of what touches do not show: where R_A is, and the scale unless an artefact or an encoder of
-/// lengths shows it. `robot`: that the set was chosen for.
+/// Warns of what touches do not show: where R_A is, and the scale unless an artefact or an encoder
+/// of lengths shows it. `robot`: that the set was chosen for.
 void warn_of_touches(Command& command, const Robot& robot, const Campaign& campaign,
                      const IdentifiableSet& set);
 

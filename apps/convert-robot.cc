@@ -32,9 +32,9 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.option("--tip", arguments.ends.tip,
                  "Link of the URDF whose frame is the tool; the only end if absent");
   app::Option into =
-      command.option("--into", arguments.into,
-                     "URDF, or calibration of Universal Robots, of the same arm: it is written "
-                     "with the robot's geometry, and changed in its origins alone");
+      command.file("--into", arguments.into,
+                   "URDF, or calibration of Universal Robots, of the same arm: it is written "
+                   "with the robot's geometry, and changed in its origins alone");
   command.flag("--keep-base", arguments.kept.base, "With --into: the base stays as in the URDF")
       .needs(into);
   command.flag("--keep-tool", arguments.kept.tool, "With --into: the tool stays as in the URDF")

@@ -26,12 +26,12 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.add_input("Measured poses");
   command.add_output();
   command.add_new_sessions();
-  command.option("--robot", arguments.robot, "The robot to judge").required();
+  command.file("--robot", arguments.robot, "The robot to judge").required();
   command.option("--refit", arguments.refit,
                  "Fit these first, as base,tool for a robot carried to another set-up");
-  command.option("--against", arguments.against,
-                 "Compare with this robot on the same readings, such as the nominal one; --refit "
-                 "fits it too");
+  command.file("--against", arguments.against,
+               "Compare with this robot on the same readings, such as the nominal one; --refit "
+               "fits it too");
   command.add_output("--residuals", arguments.residuals,
                      "Write the residual of every reading here");
   command
@@ -55,8 +55,8 @@ Robot set_up(app::Command& command, const Arguments& arguments, const Robot& rob
 }
 
 // Says which criteria the errors of `given`, set up as `robot`, miss; false if the result is not to
-// be used. How far a nominal robot misses is what is asked: an arm as it was delivered can be off by
-// several millimetres.
+// be used. How far a nominal robot misses is what is asked: an arm as it was delivered can be off
+// by several millimetres.
 bool meets_criteria(app::Command& command, const Arguments& arguments, const Robot& given,
                     const Robot& robot, const Campaign& campaign, const Evaluation& evaluation) {
   bool meets = true;

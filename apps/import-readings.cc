@@ -57,17 +57,18 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.add_input("A table with joint angles and measured points");
   command.add_output();
   app::Option points =
-      command.option("--points", arguments.points, "Table of the instrument, in the place of FILE");
-  app::Option joints = command.option("--joints", arguments.joints,
-                                      "Table of the controller, with the joint angles");
+      command.file("--points", arguments.points, "Table of the instrument, in the place of FILE");
+  app::Option joints =
+      command.file("--joints", arguments.joints, "Table of the controller, with the joint angles");
   points.needs(joints);
   joints.needs(points);
   app::Option robot =
-      command.option("--robot", arguments.robot,
-                     "Whose joints the table has. By stops its geometry tells which belong "
-                     "together");
-  command.option("--urdf", arguments.urdf,
-                 "URDF that --robot was made of: its joints have the names of joint states")
+      command.file("--robot", arguments.robot,
+                   "Whose joints the table has. By stops its geometry tells which belong "
+                   "together");
+  command
+      .file("--urdf", arguments.urdf,
+            "URDF that --robot was made of: its joints have the names of joint states")
       .needs(robot);
   ImportOptions& import = arguments.import;
   app::OptionGroup join = command.group("Join of two tables");

@@ -46,9 +46,9 @@ void add_places(app::Command& command, Arguments& arguments) {
       where.numbers("--box-mm,--box", arguments.box_mm, 6, "x0,x1,y0,y1,z0,z1 in mm",
                     "A grid in this box of the program's frame, x0,x1,y0,y1,z0,z1");
   const app::Option targets =
-      where.option("--targets", arguments.targets, "Targets of a program; - is standard input");
-  where.option("--path", arguments.path,
-               "A path; - is standard input. Its time is no time of a campaign");
+      where.file("--targets", arguments.targets, "Targets of a program; - is standard input");
+  where.file("--path", arguments.path,
+             "A path; - is standard input. Its time is no time of a campaign");
   where.require_one();
   const app::Option step =
       command

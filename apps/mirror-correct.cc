@@ -79,7 +79,7 @@ void add_correction_options(app::Command& command, Arguments& arguments, app::Op
 }
 
 void add_program_options(app::Command& command, Arguments& arguments) {
-  const app::Option program = command.option(
+  const app::Option program = command.file(
       "--program", arguments.program, "KUKA program (.src, with its .dat) of the programmed path");
   command
       .add_output("--program-out", arguments.program_out,
@@ -95,32 +95,31 @@ void add_program_options(app::Command& command, Arguments& arguments) {
 
 void add_options(app::Command& command, Arguments& arguments) {
   command.add_output();
-  command
-      .option("--programmed", arguments.programmed, "The path as it should be: t_s,x_mm,y_mm,z_mm")
+  command.file("--programmed", arguments.programmed, "The path as it should be: t_s,x_mm,y_mm,z_mm")
       .required();
   app::OptionGroup source = command.group("Deviation");
-  source.option("--measured", arguments.measured,
-                "One or more recorded passes, each with a clock of its own; - is standard input");
+  source.file("--measured", arguments.measured,
+              "One or more recorded passes, each with a clock of its own; - is standard input");
   const app::Option from_force = source.flag(
       "--from-force", arguments.from_force,
       "No pass was measured: what the forces in the program's file make --robot give way");
   source.require_one();
-  from_force.needs(command.option(
+  from_force.needs(command.file(
       "--robot", arguments.robot,
       "Robot file with effects that a force drives: its prediction is compared with the pass"));
   // For an option that means nothing without a measured pass.
   const auto of_passes = [&](app::Option option) { option.excludes(from_force); };
   of_passes(
       command.flag("--engaged-only", arguments.engaged_only, "Correct only where the tool cuts"));
-  of_passes(command.option("--before", arguments.before,
-                           "Recorded passes before the correction, to tell what it gained"));
+  of_passes(command.file("--before", arguments.before,
+                         "Recorded passes before the correction, to tell what it gained"));
   of_passes(command.add_output("--poses", arguments.poses,
                                "Write the pass as measured poses for close-loop here; the joint "
                                "angles are those of the program's file or, with --robot, "
                                "calculated"));
-  of_passes(command.option("--previous", arguments.previous,
-                           "The corrected path that these passes ran; the new correction adds to "
-                           "it"));
+  of_passes(command.file("--previous", arguments.previous,
+                         "The corrected path that these passes ran; the new correction adds to "
+                         "it"));
   add_correction_options(command, arguments, from_force);
   add_program_options(command, arguments);
   of_passes(command.add_output("--summary", arguments.summary,

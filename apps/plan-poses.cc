@@ -32,17 +32,17 @@ struct Arguments {
 void add_options(app::Command& command, Arguments& arguments) {
   command.add_output();
   command.add_seed();
-  command.option("--robot", arguments.robot, "The robot that will be measured").required();
+  command.file("--robot", arguments.robot, "The robot that will be measured").required();
   command.option("--count", arguments.count, "Number of poses")
       .required()
       .check(app::in_range(1, kCloudSize));
-  command.option("--given", arguments.given,
-                 "Measured poses that the planned ones shall complete; of several sessions the "
-                 "last is continued, and box and zone are in its R_A");
+  command.file("--given", arguments.given,
+               "Measured poses that the planned ones shall complete; of several sessions the "
+               "last is continued, and box and zone are in its R_A");
   const app::Option separate =
-      command.option("--separate", arguments.separate,
-                     "What close-loop or trace-residual wrote: tell its effects from those it "
-                     "calls indistinguishable; -v shows the expected power");
+      command.file("--separate", arguments.separate,
+                   "What close-loop or trace-residual wrote: tell its effects from those it "
+                   "calls indistinguishable; -v shows the expected power");
   const app::Option zone =
       command.zone(arguments.zone,
                    "Sphere x,y,z,radius in R_A in which the arm shall be accurate; everywhere if "

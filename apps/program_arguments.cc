@@ -54,11 +54,11 @@ Pose pose_from_numbers(const std::vector<double>& n) {
 }
 
 void add_models(Command& command, ProgramArguments& arguments) {
-  command.option("--robot", arguments.robot, "The identified arm, as close-loop writes it")
+  command.file("--robot", arguments.robot, "The identified arm, as close-loop writes it")
       .required();
   command
-      .option("--controller", arguments.controller,
-              "The model that the controller runs; nominal: the file that --robot was made from")
+      .file("--controller", arguments.controller,
+            "The model that the controller runs; nominal: the file that --robot was made from")
       .required();
 }
 

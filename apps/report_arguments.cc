@@ -13,8 +13,8 @@ std::vector<Option> add_report(Command& command, ReportArguments& arguments,
       "Write the pictures of the page into this folder, each as an SVG file; what armtrue wrote "
       "there before is replaced");
   command
-      .option("--about", arguments.about,
-              "Robot, operator, date and instrument for the head of the page (armtrue-about/1)")
+      .file("--about", arguments.about,
+            "Robot, operator, date and instrument for the head of the page (armtrue-about/1)")
       .needs(report);
   return {report, plots};
 }

@@ -77,14 +77,14 @@ void refuse_outputs(const Command& command, const RobotProgram& program,
 
 Option add_robot_program(Command& command, RobotProgramFiles& files) {
   const Option program =
-      command.option("--program", files.path,
-                     "Robot program to correct instead of a file of targets: KUKA .src, ABB .mod, "
-                     "FANUC .ls, UR .script");
+      command.file("--program", files.path,
+                   "Robot program to correct instead of a file of targets: KUKA .src, ABB .mod, "
+                   "FANUC .ls, UR .script");
   program.needs(command
                     .add_output("--program-out", files.out,
                                 "Write the corrected program here, a .dat beside it")
                     .needs(program));
-  command.option("--dat", files.dat, "The .dat of a KUKA program; that beside the .src if absent")
+  command.file("--dat", files.dat, "The .dat of a KUKA program; that beside the .src if absent")
       .needs(program);
   command
       .option("--dialect", files.dialect,

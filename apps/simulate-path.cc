@@ -71,10 +71,10 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.add_input("The programmed path: t_s, x_mm, y_mm, z_mm");
   command.add_output();
   command.add_seed();
-  command.option("--robot", arguments.robot, "The robot that is commanded, in the path's frame")
+  command.file("--robot", arguments.robot, "The robot that is commanded, in the path's frame")
       .required();
-  command.option("--truth", arguments.truth,
-                 "The robot that is measured; the same, with its effects, if absent");
+  command.file("--truth", arguments.truth,
+               "The robot that is measured; the same, with its effects, if absent");
   command.numbers("--orientation-deg", arguments.orientation_deg, 3, "a,b,c in deg",
                   "a,b,c of the measured frame, where the path has none");
   command.joints(

@@ -26,13 +26,13 @@ struct Arguments {
 void add_options(app::Command& command, Arguments& arguments) {
   command.add_output();
   command.add_seed();
-  command.option("--robot", arguments.robot, "The robot that is commanded").required();
-  command.option("--truth", arguments.truth, "The robot that is measured; the same if absent");
+  command.file("--robot", arguments.robot, "The robot that is commanded").required();
+  command.file("--truth", arguments.truth, "The robot that is measured; the same if absent");
   app::OptionGroup poses = command.group("Poses");
   poses.option("--count", arguments.count, "Number of random poses")
       .check(app::in_range(1, 10000000));
-  poses.option("--targets", arguments.targets,
-               "The poses, as plan-poses writes them; - is standard input");
+  poses.file("--targets", arguments.targets,
+             "The poses, as plan-poses writes them; - is standard input");
   poses.require_one();
   command.option("--repeats", arguments.repeats, "Visits of each pose")
       .check(app::in_range(1, 1000));

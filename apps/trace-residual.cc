@@ -25,12 +25,12 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.add_seed();
   command.add_new_sessions();
   app::OptionGroup model = command.group("Model");
-  model.option("--robot", arguments.robot, "The robot, nominal or calibrated");
-  const app::Option since = model.option(
-      "--since", arguments.since,
-      "A robot as calibrate or close-loop --robot-out wrote it: has it changed since?");
+  model.file("--robot", arguments.robot, "The robot, nominal or calibrated");
+  const app::Option since =
+      model.file("--since", arguments.since,
+                 "A robot as calibrate or close-loop --robot-out wrote it: has it changed since?");
   model.require_one();
-  command.option("--catalogue", arguments.catalogue, "Effects to look for").excludes(since);
+  command.file("--catalogue", arguments.catalogue, "Effects to look for").excludes(since);
   command.flag("--only-catalogue", arguments.only_catalogue, "Do not search beyond it")
       .excludes(since);
   command.add_columns(app::kMeasuredPoseColumns);
