@@ -7,6 +7,7 @@
 
 #include "calibration/covariance.h"
 #include "calibration/fold.h"
+#include "calibration/pose_influence.h"
 #include "linear_algebra/decompositions.h"
 
 namespace armtrue {

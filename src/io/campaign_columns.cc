@@ -17,6 +17,16 @@ class ColumnFinder {
       : table_(table), joints_(joints), source_(source) {}
 
   CampaignColumns find() {
+    find_needed();
+    find_others();
+    find_temperatures();
+    for (size_t c = 0; c < table_.columns().size(); ++c)
+      if (!used_.contains(static_cast<int>(c))) columns_.unknown.push_back(table_.columns()[c]);
+    return std::move(columns_);
+  }
+
+ private:
+  void find_needed() {
     std::vector<std::string> missing;
     const auto need = [&](auto found, const std::string& name) {
       if (!use(found)) missing.push_back(name);
@@ -33,7 +43,9 @@ class ColumnFinder {
     for (int i = 0; columns_.has_points && i < 3; ++i)
       need(columns_.position[i], std::string(1, "xyz"[i]) + "_mm");
     if (!missing.empty()) table_.fail_missing(missing);
+  }
 
+  void find_others() {
     columns_.repeat = use(table_.find("repeat"));
     columns_.time = use(table_.find("t_s"));
     columns_.target = use(table_.find("target"));
@@ -66,6 +78,9 @@ class ColumnFinder {
     columns_.stroke = group("ways since the last reversal", find_strokes(table_, joints_),
                              stroke_columns(joints_));
     columns_.motor_torque = group("a set of motor torques", plain(torques), torques);
+  }
+
+  void find_temperatures() {
     for (size_t c = 0; c < table_.columns().size(); ++c) {
       const std::string& name = table_.columns()[c];
       if (!name.starts_with("temp_") || !name.ends_with("_c") || name.size() < 8) continue;
@@ -75,12 +90,8 @@ class ColumnFinder {
       used_.insert(static_cast<int>(c));
       columns_.temperature_names.push_back(name.substr(5, name.size() - 7));
     }
-    for (size_t c = 0; c < table_.columns().size(); ++c)
-      if (!used_.contains(static_cast<int>(c))) columns_.unknown.push_back(table_.columns()[c]);
-    return std::move(columns_);
   }
 
- private:
   template <typename Found>
   Found use(Found found) {
     if (found) {
