@@ -9,9 +9,8 @@
 
 #include "armtrue/calibration/prediction.h"
 #include "armtrue/statistics/distributions.h"
-#include "calibration/covariance.h"
+#include "calibration/fit_statistics.h"
 #include "calibration/levenberg_marquardt.h"
-#include "calibration/pose_influence.h"
 #include "calibration/prior.h"
 #include "calibration/reading_law.h"
 #include "calibration/refit.h"
@@ -19,7 +18,6 @@
 #include "calibration/session_models.h"
 #include "campaign/selection.h"
 #include "campaign/sessions.h"
-#include "linear_algebra/decompositions.h"
 
 namespace armtrue {
 namespace {
@@ -46,52 +44,12 @@ std::vector<Eigen::Vector2d> raw_norms(const SessionModels& models, const Eigen:
   return norms;
 }
 
-// The triangle of all rows, from the folds of the sessions.
-Eigen::MatrixXd joint_factor(const SessionModels& models, const std::vector<SessionFold>& folds) {
-  std::vector<Eigen::MatrixXd> factors;
-  for (const SessionFold& session : folds) factors.push_back(session.folded.triangle());
-  return models.join(factors);
-}
-
-// J^T W J of all rows.
-Eigen::MatrixXd joint_information(const SessionModels& models,
-                                  const std::vector<SessionFold>& folds) {
-  std::vector<Eigen::MatrixXd> informations;
-  for (const SessionFold& session : folds) informations.push_back(session.folded.information());
-  return models.sum(informations);
-}
-
 std::vector<KeptDerivatives> kept_at(const SessionModels& models, const Eigen::VectorXd& x) {
   std::vector<KeptDerivatives> kept;
   for (int s = 0; s < models.sessions(); ++s)
     kept.push_back(
         keep_derivatives(models.model(s).at(models.unknowns_of(s, x)), models.model(s)));
   return kept;
-}
-
-// How many of the unknowns positions and orientations determine: tr J (J_all^T J_all + P)^-1 J^T,
-// J of that kind, P of the priors. With many equations, in proportion to their numbers, which
-// leaves sigma right to 3 %.
-Eigen::Array2d determined_by(const SessionModels& model, Eigen::MatrixXd information,
-                             const Priors& priors, const Eigen::VectorXd& x) {
-  constexpr double kMany = 4;  // equations per unknown
-  const ReadingSize size = model.campaign().reading_size();
-  const int p = model.unknowns();
-  if (model.rows() * size.all() > kMany * p || size.orientation == 0)
-    return (p - undetermined(information, priors)) *
-           Eigen::Array2d(size.share_of_position(), 1 - size.share_of_position());
-  add_priors(priors.of_unknowns, information);
-  const Eigen::MatrixXd root = inverse_root(information);
-  const SessionModels::At at = model.at(x);
-  Eigen::MatrixXd block(model.row_size(), p + 1);
-  Eigen::Array2d determined = Eigen::Array2d::Zero();
-  for (int row = 0; row < model.rows(); ++row) {
-    at.block(row, block);
-    const Eigen::MatrixXd moved = block.leftCols(p) * root;
-    determined[0] += moved.topRows(size.position).squaredNorm();
-    determined[1] += moved.bottomRows(size.orientation).squaredNorm();
-  }
-  return determined;
 }
 
 // Sigma where hardly more readings than unknowns are left over to show it. Beforehand
@@ -190,167 +148,6 @@ Solution fit(SessionModels& model, ReadingLaw& law, Priors& priors,
   }
   solution.iterations = iterations;
   return solution;
-}
-
-// The folds of all sessions at x; one that was made elsewhere is made anew.
-std::vector<SessionFold> folds_at(const SessionModels& model, const ReadingLaw& law,
-                                  const Eigen::VectorXd& x, std::vector<SessionFold> folds) {
-  folds.resize(model.sessions());
-  for (int s = 0; s < model.sessions(); ++s) {
-    const ObservationModel& session = model.model(s);
-    const Eigen::VectorXd own = model.unknowns_of(s, x);
-    const ReadingLaw own_law = model.law_of(s, law);
-    if (!folds[s].is_at(own, session, own_law))
-      folds[s].folded = fold(session.at(own), session, own_law);
-  }
-  return folds;
-}
-
-// Sets the weights of the rows and the spread. Returns the weighted mean square of the whitened
-// residuals, at least 1.
-double set_weights(const SessionModels& model, const ReadingLaw& law, const Eigen::VectorXd& x,
-                   CalibrationResult& result) {
-  const std::vector<Eigen::Vector2d> norms = model.squared_norms(x);
-  result.weights.resize(norms.size());
-  Eigen::Array2d weighted = Eigen::Array2d::Zero(), within_poses = weighted;
-  for (size_t i = 0; i < norms.size(); ++i) {
-    const double variance = law.variance_of(static_cast<int>(i));
-    result.weights[i] = law.weight(norms[i].sum(), model.row_size(), variance);
-    weighted += result.weights[i] * norms[i].array();
-    within_poses += result.weights[i] / variance * norms[i].array();
-  }
-  // Sigma is that of readings whose pose is not off as a whole.
-  const Eigen::Array2d widening =
-      (within_poses > 0).select((weighted / within_poses.max(1e-300)).sqrt(), 1.0);
-  result.spread = {result.sigma.position * widening[0], result.sigma.orientation * widening[1]};
-  return std::max(1.0, weighted.sum() / static_cast<double>(model.rows() * model.row_size()));
-}
-
-// Cholesky's factor of information whose columns have unit length, or nothing if a direction is
-// hardly determined.
-std::optional<Eigen::LLT<Eigen::MatrixXd>> clear_factor(const Eigen::MatrixXd& information,
-                                                        const Eigen::VectorXd& unit) {
-  constexpr double kMinPivot = 1e-5;
-  Eigen::LLT<Eigen::MatrixXd> llt(unit.asDiagonal() * information * unit.asDiagonal());
-  if (llt.info() != Eigen::Success) return std::nullopt;
-  if (llt.matrixLLT().diagonal().minCoeff() < kMinPivot) return std::nullopt;
-  return llt;
-}
-
-Eigen::VectorXd unit_of(const Eigen::MatrixXd& information) {
-  return information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-}
-
-// inverse_root() of several sessions: the inverse of Cholesky's triangle. The own unknowns of the
-// sessions come first, and no session sees those of another: so it has a block for each session
-// beside the columns of the common unknowns, and zeros elsewhere. Empty if a direction is hardly
-// determined.
-Eigen::MatrixXd inverse_root_by_session(const SessionModels& model,
-                                        const Eigen::MatrixXd& information) {
-  const int p = model.unknowns(), common = model.first_own(1);
-  std::vector<int> order;
-  for (int k = common; k < p; ++k) order.push_back(k);
-  for (int k = 0; k < common; ++k) order.push_back(k);
-  const Eigen::MatrixXd ordered = information(order, order);
-  const Eigen::VectorXd unit = unit_of(ordered);
-  const auto llt = clear_factor(ordered, unit);
-  if (!llt) return {};
-  Eigen::MatrixXd root = Eigen::MatrixXd::Identity(p, p);
-  llt->matrixU().solveInPlace(root);
-  Eigen::MatrixXd result(p, p);
-  result(order, Eigen::all) = unit.asDiagonal() * root;
-  return result;
-}
-
-void set_condition(const SessionModels& model, const Eigen::VectorXd& singular_values,
-                   CalibrationResult& result) {
-  // In the units of the literature: rows are multiplied by sigma of position.
-  const Eigen::VectorXd s = model.sigma().position * singular_values;
-  result.condition = s[0] / s[s.size() - 1];
-  result.observability = observability(s, model.rows());
-}
-
-// Rank, condition and observability of several sessions. They have many unknowns together, and the
-// singular values of a triangle of them all take minutes. Where the columns are clearly
-// independent, the roots of the eigenvalues of the information are the same. False where they are
-// not.
-bool set_observability_by_session(const SessionModels& model, const Eigen::MatrixXd& information,
-                                  CalibrationResult& result) {
-  constexpr double kMinEigenvalue = 1e-10;  // of the largest; a smaller one has few right digits
-  const std::vector<int> geometric = model.geometric_unknowns();
-  if (geometric.empty() || !clear_factor(information, unit_of(information))) return false;
-  const Eigen::MatrixXd chosen = information(geometric, geometric);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(chosen, Eigen::EigenvaluesOnly);
-  const Eigen::VectorXd& values = eigen.eigenvalues();  // smallest first
-  if (values[0] < kMinEigenvalue * values.tail(1)[0]) return false;
-  result.rank = model.unknowns();
-  set_condition(model, values.reverse().cwiseSqrt(), result);
-  return true;
-}
-
-// Rank of all unknowns, coefficients too; condition and observability of the geometric ones.
-void set_observability(const SessionModels& model, const std::vector<SessionFold>& folds,
-                       CalibrationResult& result) {
-  const int p = model.unknowns();
-  if (model.sessions() > 1 &&
-      set_observability_by_session(model, joint_information(model, folds), result))
-    return;
-  const Eigen::MatrixXd factor = joint_factor(model, folds);
-  // Columns of unit length, whatever their units.
-  const Eigen::MatrixXd triangle = factor.topLeftCorner(p, p);
-  const Eigen::VectorXd length = triangle.colwise().norm().transpose().cwiseMax(1e-300);
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> columns;
-  columns.setThreshold(1e-10);
-  columns.compute(triangle * length.cwiseInverse().asDiagonal());
-  result.rank = static_cast<int>(columns.rank());
-
-  const std::vector<int> geometric = model.geometric_unknowns();
-  if (!geometric.empty())
-    set_condition(
-        model,
-        Eigen::JacobiSVD<Eigen::MatrixXd>(factor(Eigen::seqN(0, p), geometric)).singularValues(),
-        result);
-}
-
-// `folds`: those of the solution, if they may be used for statistics.
-void set_statistics(const SessionModels& model, const ReadingLaw& law, const Priors& all_priors,
-                    const Eigen::VectorXd& x, std::vector<SessionFold> folds,
-                    CalibrationResult& result) {
-  const std::vector<Prior>& priors = all_priors.of_unknowns;
-  const int p = model.unknowns();
-  folds = folds_at(model, law, x, std::move(folds));
-  Eigen::MatrixXd information = joint_information(model, folds);
-  const Eigen::Array2d determined = determined_by(model, information, all_priors, x);
-  result.determined = {determined[0], determined[1]};
-  add_priors(priors, information);
-  if (model.sessions() > 1) result.inverse_root = inverse_root_by_session(model, information);
-  if (result.inverse_root.size() == 0) result.inverse_root = inverse_root(information);
-  result.prior_weight = result.prior_residual = Eigen::VectorXd::Zero(p);
-  result.share_of_readings = Eigen::VectorXd::Ones(p);
-  for (const Prior& prior : priors) {
-    result.prior_weight[prior.unknown] = 1.0 / prior.deviation;
-    result.prior_residual[prior.unknown] = -prior.residual(x);
-    result.share_of_readings[prior.unknown] =
-        std::clamp(1 - result.inverse_root.row(prior.unknown).squaredNorm() /
-                           (prior.deviation * prior.deviation),
-                   0.0, 1.0);
-  }
-  result.names = model.unknown_names();
-  const double variance = set_weights(model, law, x, result);
-  result.covariance = covariance_by_pose(model, priors, x, result.weights,
-                                         result.degrees_of_freedom, result.inverse_root, variance);
-  set_observability(model, folds, result);
-}
-
-// What set_statistics() sets for a step of a search.
-void set_weights_alone(const SessionModels& model, const ReadingLaw& law, const Priors& priors,
-                       const Eigen::VectorXd& x, const std::vector<SessionFold>& folds,
-                       CalibrationResult& result) {
-  const Eigen::Array2d determined =
-      determined_by(model, joint_information(model, folds), priors, x);
-  result.determined = {determined[0], determined[1]};
-  result.names = model.unknown_names();
-  set_weights(model, law, x, result);
 }
 
 void set_robot(const SessionModels& model, const Eigen::VectorXd& x, CalibrationResult& result) {
@@ -521,13 +318,6 @@ NearNominal near_nominal(const CalibrationResult& fit, const Campaign& campaign)
 void CalibrationOptions::start_near(const CalibrationResult& fit) {
   start_law = ResidualLaw{fit.sigma, fit.degrees_of_freedom, fit.prior_widths};
   fold_by = FoldBy::normal_equations;
-}
-
-std::array<double, 5> observability(const Eigen::VectorXd& s, int readings) {
-  const double largest = s[0], smallest = s[s.size() - 1];
-  return {std::exp(s.array().max(1e-300).log().mean()) / std::sqrt(std::max(1, readings)),
-          smallest / largest, smallest, smallest * smallest / largest,
-          1.0 / s.cwiseInverse().sum()};
 }
 
 Robot refit_set_up(const Robot& robot, const Campaign& campaign,

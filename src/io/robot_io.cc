@@ -15,6 +15,9 @@
 #include "io/link_names.h"
 #include "io/yaml/contact_io.h"
 #include "io/yaml/effect_io.h"
+#include "io/yaml/link_io.h"
+#include "io/yaml/parameter_io.h"
+#include "io/yaml/uncertainty_io.h"
 #include "io/yaml/yaml_map.h"
 #include "io/yaml/yaml_text.h"
 
@@ -26,106 +29,16 @@ constexpr double kMaxGravity = 20;  // m/s2
 // memory.
 constexpr size_t kMaxOfAKind = 1000;
 
-const char* joint_word(JointKind kind) {
-  switch (kind) {
-    case JointKind::revolute:
-      return "revolute";
-    case JointKind::prismatic:
-      return "prismatic";
-    case JointKind::fixed:
-      break;
-  }
-  return "fixed";
-}
-
-Pose read_pose(YamlMap map) {
-  Pose pose;
-  pose.translation =
-      Eigen::Vector3d(map.number("x_mm"), map.number("y_mm"), map.number("z_mm")) * kMillimetre;
-  pose.rotation = rotation_from_abc(map.number("a_deg") * kDegree, map.number("b_deg") * kDegree,
-                                    map.number("c_deg") * kDegree);
-  map.finish();
-  return pose;
-}
-
-JointKind read_joint_kind(YamlMap& map) {
-  const std::string joint = map.text("joint");
-  for (JointKind kind : {JointKind::revolute, JointKind::prismatic, JointKind::fixed})
-    if (joint == joint_word(kind)) return kind;
-  map.fail("joint", "'" + joint + "' is none of revolute, prismatic and fixed");
-}
-
-// The travel of a joint. One that slides has both ends: nothing else says how far it goes.
-void read_travel(YamlMap& map, Link& link) {
-  const bool slides = is_prismatic(link);
-  const std::string unit = slides ? "_mm" : "_deg";
-  const double si = slides ? kMillimetre : kDegree;
-  if (slides || map.has("min" + unit)) link.min = map.number("min" + unit) * si;
-  if (slides || map.has("max" + unit)) link.max = map.number("max" + unit) * si;
-  if (link.min >= link.max) map.fail("max" + unit, "must be above min" + unit);
-}
-
-Link read_link(YamlMap map) {
-  Link link;
-  link.name = map.text("name");
-  if (link.name.empty()) map.fail("name", "is empty; parameters are named after links");
-  link.joint = read_joint_kind(map);
-  link.alpha = map.number("alpha_deg") * kDegree;
-  link.d = map.number("d_mm") * kMillimetre;
-  link.theta = map.number("theta_deg") * kDegree;
-  link.r = map.number("r_mm") * kMillimetre;
-  link.beta = map.number("beta_deg", 0) * kDegree;
-  link.sign = map.number("sign", 1);
-  if (link.sign != 1 && link.sign != -1) map.fail("sign", "must be 1 or -1");
-  read_travel(map, link);
-  map.finish();
-  return link;
-}
-
 int link_index(const YamlMap& map, const KinematicChain& chain, const std::string& name) {
   for (int j = 0; j < link_count(chain); ++j)
     if (chain.links[j].name == name) return j;
   map.fail("link", "the robot has no link '" + name + "'");
 }
 
-// Index of a parameter that is constant. Those of the instrument are not: only effects have them.
-int constant_parameter(const YamlMap& map, const std::string& key, const std::string& name,
-                       const KinematicChain& chain) {
-  const auto parameter = find_parameter(chain, name);
-  if (!parameter) map.fail(key, "the robot has no parameter '" + name + "'");
-  if (layout_of(chain).is_of_instrument(*parameter))
-    map.fail(key, name +
-                      " is not identified with the robot; remove it, and let an effect fit it: "
-                      "{name: instrument, parameter: " +
-                      name +
-                      ", driver: position, shape: linear, coefficients: [{name: c, value: 0}]}");
-  return *parameter;
-}
-
-double file_unit(const KinematicChain& chain, int parameter) {
-  return parameter_unit(chain, parameter) == ParameterUnit::metre ? kMillimetre : kDegree;
-}
-
 void check_count(const YamlMap& map, const std::string& key, size_t count) {
   if (count > kMaxOfAKind)
     map.fail(key,
              fmt::format("has {} entries; more than {} are none of one arm", count, kMaxOfAKind));
-}
-
-std::map<std::string, double> read_deviations(YamlMap map, const KinematicChain& chain) {
-  std::map<std::string, double> deviations;
-  for (const std::string& key : map.keys()) {
-    const int parameter = constant_parameter(map, key, key, chain);
-    const double value = map.number(key);
-    if (value <= 0) map.fail(key, "a standard deviation must be above zero");
-    deviations[key] = value * file_unit(chain, parameter);
-  }
-  return deviations;
-}
-
-bool is_zero_offset(const KinematicChain& chain, const std::string& name) {
-  const auto parameter = find_parameter(chain, name);
-  return parameter && armtrue::is_zero_offset(chain, *parameter);
 }
 
 Session read_session(YamlMap map, const KinematicChain& chain) {
@@ -158,59 +71,6 @@ void read_masses(YamlMap& document, Robot& robot) {
     body.centre = Eigen::Vector3d(centre[0], centre[1], centre[2]) * kMillimetre;
     entry.finish();
   }
-}
-
-YAML::Node pose_node(const Pose& pose) {
-  const Eigen::Vector3d abc = abc_from_rotation(pose.rotation);
-  // A rotation holds its angles to 1e-15 rad; digits below that are rounding errors.
-  const auto angle = [](double radians) {
-    const double degrees = radians / kDegree;
-    return number_text(std::abs(degrees) < 1e-13 ? 0.0
-                                                 : std::stod(fmt::format("{:.14g}", degrees)));
-  };
-  return flow_map({{"x_mm", number_text(pose.translation.x(), kMillimetre)},
-                   {"y_mm", number_text(pose.translation.y(), kMillimetre)},
-                   {"z_mm", number_text(pose.translation.z(), kMillimetre)},
-                   {"a_deg", angle(abc[0])},
-                   {"b_deg", angle(abc[1])},
-                   {"c_deg", angle(abc[2])}});
-}
-
-YAML::Node link_node(const Link& link) {
-  std::vector<std::pair<std::string, std::string>> entries{
-      {"name", link.name},
-      {"joint", joint_word(link.joint)},
-      {"alpha_deg", number_text(link.alpha, kDegree)},
-      {"d_mm", number_text(link.d, kMillimetre)},
-      {"theta_deg", number_text(link.theta, kDegree)},
-      {"r_mm", number_text(link.r, kMillimetre)},
-      {"beta_deg", number_text(link.beta, kDegree)}};
-  if (link.joint != JointKind::fixed) {
-    const std::string unit = is_prismatic(link) ? "_mm" : "_deg";
-    const double si = is_prismatic(link) ? kMillimetre : kDegree;
-    entries.emplace_back("sign", number_text(link.sign));
-    if (std::isfinite(link.min)) entries.emplace_back("min" + unit, number_text(link.min, si));
-    if (std::isfinite(link.max)) entries.emplace_back("max" + unit, number_text(link.max, si));
-  }
-  return flow_map(entries);
-}
-
-template <typename Text>
-YAML::Node deviations_node(const std::map<std::string, double>& values, const KinematicChain& chain,
-                           const Text& text) {
-  YAML::Node node;
-  for (int k = 0; k < parameter_count(chain); ++k) {
-    const std::string name = parameter_name(chain, k);
-    const auto found = values.find(name);
-    if (found != values.end()) node[name] = text(found->second, file_unit(chain, k));
-  }
-  return node;
-}
-
-// Four digits: a standard deviation is not known better.
-YAML::Node std_node(const std::map<std::string, double>& values, const KinematicChain& chain) {
-  return deviations_node(values, chain,
-                         [](double si, double unit) { return fmt::format("{:.4g}", si / unit); });
 }
 
 YAML::Node session_node(const Session& session, const KinematicChain& chain) {
@@ -330,54 +190,6 @@ void read_noise(YamlMap noise, InstrumentNoise& result) {
   if (result.position < 0) noise.fail("position_mm", "must not be negative");
   if (result.orientation < 0) noise.fail("orientation_mrad", "must not be negative");
   noise.finish();
-}
-
-Uncertainty read_uncertainty(YamlMap map, const KinematicChain& chain) {
-  Uncertainty result;
-  result.parameters = map.texts("parameters");
-  for (const std::string& name : result.parameters)
-    if (!find_parameter(chain, name))
-      map.fail("parameters", "the robot has no parameter '" + name + "'");
-  const std::vector<double> numbers = map.numbers("root");
-  const auto size = static_cast<Eigen::Index>(
-      std::llround((std::sqrt(8.0 * static_cast<double>(numbers.size()) + 1) - 1) / 2));
-  if (size * (size + 1) / 2 != std::ssize(numbers) || size < std::ssize(result.parameters))
-    map.fail("root", "has " + std::to_string(numbers.size()) +
-                         " numbers, which are no lower triangle of all parameters and "
-                         "coefficients");
-  result.root = Eigen::MatrixXd::Zero(size, size);
-  auto next = numbers.begin();
-  for (Eigen::Index row = 0; row < size; ++row)
-    for (Eigen::Index column = 0; column <= row; ++column) result.root(row, column) = *next++;
-  result.reading.position = map.number("reading_mm") * kMillimetre;
-  result.reading.orientation = map.number("reading_mrad", 0) * kMilliradian;
-  result.largest_variance = map.number("largest_variance_mm2") * kMillimetre * kMillimetre;
-  const double poses = map.number("poses");
-  if (result.reading.position < 0) map.fail("reading_mm", "must not be negative");
-  if (result.largest_variance < 0) map.fail("largest_variance_mm2", "must not be negative");
-  if (poses < 1 || poses > 1e9) map.fail("poses", "must be from 1 to 1e9");
-  result.poses = static_cast<int>(poses);
-  map.finish();
-  return result;
-}
-
-YAML::Node uncertainty_node(const Uncertainty& uncertainty) {
-  YAML::Node node;
-  node["parameters"] = flow(YAML::Node(uncertainty.parameters));
-  YAML::Node root(YAML::NodeType::Sequence);
-  for (Eigen::Index row = 0; row < uncertainty.root.rows(); ++row)
-    for (Eigen::Index column = 0; column <= row; ++column) {
-      require_finite(uncertainty.root(row, column));
-      root.push_back(fmt::format("{:.5g}", uncertainty.root(row, column)));
-    }
-  node["root"] = flow(root);
-  node["reading_mm"] = rounded(uncertainty.reading.position / kMillimetre);
-  if (uncertainty.reading.orientation > 0)
-    node["reading_mrad"] = rounded(uncertainty.reading.orientation / kMilliradian);
-  node["largest_variance_mm2"] =
-      rounded(uncertainty.largest_variance / (kMillimetre * kMillimetre));
-  node["poses"] = std::to_string(uncertainty.poses);
-  return node;
 }
 
 // Adds the keys that a map lacks, as "links[2] r_mm".
@@ -547,9 +359,7 @@ YAML::Node robot_node(const Robot& robot, const Provenance& provenance) {
   if (robot.noise.orientation > 0)
     noise.emplace_back("orientation_mrad", number_text(robot.noise.orientation, kMilliradian));
   if (!noise.empty()) root["noise"] = flow_map(noise);
-  if (!robot.priors.empty())
-    root["priors"] = deviations_node(robot.priors, robot.chain,
-                                     [](double si, double unit) { return number_text(si, unit); });
+  if (!robot.priors.empty()) root["priors"] = priors_node(robot.priors, robot.chain);
   if (!robot.std.empty()) root["std"] = std_node(robot.std, robot.chain);
   if (robot.effects.empty()) root["effects"] = flow(YAML::Node(YAML::NodeType::Sequence));
   for (const Effect& effect : robot.effects)

@@ -8,9 +8,9 @@
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/statistics/distributions.h"
-#include "calibration/session_models.h"
 #include "campaign/sessions.h"
 #include "linear_algebra/decompositions.h"
+#include "planning/contest.h"
 #include "planning/exchange.h"
 
 namespace armtrue {
@@ -18,44 +18,7 @@ namespace {
 
 constexpr double kLevel = 0.05;
 constexpr double kHopeless = 0.5;  // power with all candidates, below which no choice of them helps
-constexpr double kMinLeft = 1e-5;  // of a column's own norm; less is rounding
-constexpr double kMinPivot = 1e-9;  // of columns of unit length
 constexpr int kRandomDesigns = 20;  // their mean power is good to a few per cent
-
-// Columns, standardised: those orthonormal, in units of an average pose, that others span.
-struct Standard {
-  Eigen::MatrixXd of_raw;           // raw columns times this are the standardised ones
-  Eigen::MatrixXd of_coefficients;  // this times raw coefficients gives the standardised ones
-};
-
-// Geometry and all effects but one, which are fitted whoever is right, and the members of the class
-// of that one, of which one is. Columns are standardised over cloud and given poses: nuisances
-// together, each member's by themselves once projected off the nuisances.
-struct Contest {
-  struct Member {
-    Effect effect;
-    std::string separated_by;
-    int raw_count = 0;
-    int first = 0, count = 0;  // standardised columns, among those of the members
-    Standard standard{};       // of what is left beside the nuisances
-    Eigen::VectorXd size{};    // of the standardised columns
-  };
-  Robot robot;  // its effects: the others, then the members
-  std::vector<Member> members;
-  int nuisances = 0;         // standardised columns
-  Eigen::MatrixXd standard;  // of all raw columns, on the right
-};
-
-Contest contest_about(size_t which, const Robot& robot, const std::vector<TracedEffect>& found) {
-  Contest contest;
-  contest.robot = robot;
-  for (size_t k = 0; k < found.size(); ++k)
-    if (k != which) contest.robot.effects.push_back(found[k].effect);
-  contest.members.push_back({found[which].effect, found[which].separated_by});
-  for (const Rival& rival : found[which].indistinguishable)
-    contest.members.push_back({rival.effect, rival.separated_by});
-  return contest;
-}
 
 // Visits one after another, from a time on.
 Campaign visits(const PoseCloud& cloud, const std::vector<JointVector>& configurations,
@@ -93,107 +56,6 @@ Clock after(const Campaign& given) {
   clock.first_s = times.back() + clock.seconds_per_visit;
   return clock;
 }
-
-Eigen::MatrixXd derivatives(const Contest& contest, const PoseCloud& cloud,
-                            const Campaign& campaign) {
-  const Eigen::MatrixXd blocks =
-      SessionModels(campaign, contest.robot, cloud.unknowns, cloud.noise).blocks();
-  return blocks.leftCols(blocks.cols() - 1);
-}
-
-// Adds the members' effects.
-void enter_members(Contest& contest, const std::vector<std::string>& temperature_names) {
-  for (Contest::Member& member : contest.members) {
-    member.raw_count =
-        BoundEffect(member.effect, contest.robot, temperature_names).coefficient_count();
-    contest.robot.effects.push_back(member.effect);
-  }
-}
-
-// Columns of which less than `smallest` of their norm in `whole` is new are left out.
-Standard standard_of(const Eigen::MatrixXd& columns, const Eigen::VectorXd& whole, double smallest,
-                     double poses) {
-  const Eigen::VectorXd norm = columns.colwise().norm();
-  const Eigen::VectorXd unit =
-      (norm.array() > smallest * whole.array()).select(norm.cwiseInverse(), 0.0);
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
-  qr.setThreshold(smallest);
-  qr.compute(columns * unit.asDiagonal());
-  const Eigen::Index rank = qr.rank();
-  Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(columns.cols(), rank);
-  inverse.topRows(rank) = qr.matrixR()
-                              .topLeftCorner(rank, rank)
-                              .triangularView<Eigen::Upper>()
-                              .solve(Eigen::MatrixXd::Identity(rank, rank));
-  Standard standard;
-  standard.of_raw = std::sqrt(poses) * unit.asDiagonal() * (qr.colsPermutation() * inverse);
-  standard.of_coefficients = (columns * standard.of_raw).transpose() * columns / poses;
-  return standard;
-}
-
-void standardise(Contest& contest, const Eigen::MatrixXd& rows, double poses) {
-  Eigen::Index raw_members = 0;
-  for (const Contest::Member& member : contest.members) raw_members += member.raw_count;
-  const Eigen::Index raw = rows.cols() - raw_members;
-  const Eigen::MatrixXd nuisances = rows.leftCols(raw), members = rows.rightCols(raw_members);
-  const Standard nuisance = standard_of(nuisances, nuisances.colwise().norm(), kMinPivot, poses);
-  const Eigen::MatrixXd basis = nuisances * nuisance.of_raw;
-  const Eigen::MatrixXd along = basis.transpose() * members / poses;
-  const Eigen::MatrixXd left = members - basis * along;
-  const Eigen::VectorXd whole = members.colwise().norm();
-
-  contest.nuisances = static_cast<int>(basis.cols());
-  Eigen::Index taken = 0;
-  int count = 0;
-  Eigen::MatrixXd of_raw = Eigen::MatrixXd::Zero(raw_members, raw_members);
-  for (Contest::Member& member : contest.members) {
-    member.standard = standard_of(left.middleCols(taken, member.raw_count),
-                                  whole.segment(taken, member.raw_count), kMinLeft, poses);
-    member.first = count;
-    member.count = static_cast<int>(member.standard.of_raw.cols());
-    of_raw.block(taken, count, member.raw_count, member.count) = member.standard.of_raw;
-    taken += member.raw_count;
-    count += member.count;
-  }
-  const Eigen::MatrixXd used = of_raw.leftCols(count);
-  contest.standard = Eigen::MatrixXd::Zero(rows.cols(), contest.nuisances + count);
-  contest.standard.topLeftCorner(raw, contest.nuisances) = nuisance.of_raw;
-  contest.standard.topRightCorner(raw, count) = -nuisance.of_raw * along * used;
-  contest.standard.bottomRightCorner(raw_members, count) = used;
-}
-
-// Information of the members after the nuisances are projected out (Schur complement).
-struct Fitted {
-  Eigen::LLT<Eigen::MatrixXd> nuisance;  // information of the nuisances
-  Eigen::MatrixXd share;                 // L^-1 times their products with the members
-  Eigen::MatrixXd members;
-
-  Fitted(const Eigen::MatrixXd& gram, int nuisances)
-      : nuisance(gram.topLeftCorner(nuisances, nuisances) +
-                 kKnownFromStart * Eigen::MatrixXd::Identity(nuisances, nuisances)) {
-    const Eigen::Index count = gram.rows() - nuisances;
-    share = nuisance.matrixL().solve(gram.topRightCorner(nuisances, count));
-    members = gram.bottomRightCorner(count, count) - share.transpose() * share;
-  }
-};
-
-// Least-squares fit of the rival to the truth.
-struct Imitation {
-  Eigen::LLT<Eigen::MatrixXd> information;  // of the rival's coefficients
-  Eigen::VectorXd size;                     // the rival's coefficients
-  double left = 0;                          // lambda: whitened residual sum of squares
-
-  Imitation(const Fitted& fitted, const Contest::Member& truth, const Contest::Member& rival)
-      : information(fitted.members.block(rival.first, rival.first, rival.count, rival.count) +
-                    kKnownFromStart * Eigen::MatrixXd::Identity(rival.count, rival.count)) {
-    const Eigen::VectorXd product =
-        fitted.members.block(rival.first, truth.first, rival.count, truth.count) * truth.size;
-    size = information.solve(product);
-    const double whole = truth.size.dot(
-        fitted.members.block(truth.first, truth.first, truth.count, truth.count) * truth.size);
-    left = std::max(0.0, whole - product.dot(size));
-  }
-};
 
 double power(double noncentrality, int degrees_of_freedom) {
   constexpr double kCertain = 1e4;

@@ -5,11 +5,12 @@
 #include <map>
 #include <optional>
 
-#include "armtrue/kinematics/units.h"
 #include "programs/dialects.h"
 #include "programs/frame_list.h"
 #include "programs/program_values.h"
 #include "programs/program_warnings.h"
+#include "programs/rapid_insertion.h"
+#include "programs/rapid_values.h"
 #include "programs/rapid_words.h"
 #include "programs/statement.h"
 
@@ -245,57 +246,10 @@ class RapidReader {
                       : is_auxiliary ? MotionKind::via
                                      : MotionKind::arc;
       target.follows_target = i > 0 || (follows_ && move_.is_first);
-      if (kind == 'L') prepare_insertion(target, points[i], arguments);
+      if (kind == 'L')
+        prepare_rapid_insertion(program_, text_, move_, external_, points[i], arguments, target);
       add_target(target, points[i], is_auxiliary);
     }
-  }
-
-  // What stands beside the point of an inserted move.
-  void prepare_insertion(ProgramTarget& target, int point,
-                         const std::vector<Statement>& arguments) const {
-    const std::string& original = program_.texts[0].text;
-    const size_t line = line_begin(original, move_.begin);
-    target.obstacle = why_not_inserted(target, point, line);
-    if (!target.obstacle.empty()) return;
-    const auto tool = static_cast<size_t>(move_.kind_of->tool);
-    const Statement &zone = move_.parts[tool - 1], &last = move_.parts[tool];
-    const auto text = [&](size_t begin, size_t end) {
-      std::string part = part_of(begin, end);
-      std::ranges::replace(part, '\r', ' ');
-      return part;
-    };
-    const bool is_plain = std::string(move_.kind_of->name) == "MOVEL";
-    const size_t keyword = move_.begin + std::string(move_.kind_of->name).size();
-    target.insertion.at = line;
-    target.insertion.before = (is_plain ? text(line, keyword) : text(line, move_.begin) + "MoveL") +
-                              text(keyword, arguments[0].begin);
-    target.insertion.behind = "," + external_.at(point).text + "]" +
-                              text(arguments[0].end, zone.begin) +
-                              (target.blend > 0 ? text(zone.begin, zone.end) : "z1") +
-                              text(zone.end, is_plain ? move_.end : last.end) + ";";
-    target.insertion.line_end = line_end(original, move_.end);
-  }
-
-  std::string why_not_inserted(const ProgramTarget& target, int point, size_t line) const {
-    const auto has = [&](const char* option) {
-      return std::ranges::find(move_.options, option) != move_.options.end();
-    };
-    if (target.kind == TargetKind::joints) return "its point is joint angles";
-    if (std::string(move_.kind_of->name) == "TRIGGL") return "its events count from its start";
-    if (has("T")) return "its speed is a time (\\T)";
-    if (has("ID")) return "it is synchronised with another arm (\\ID)";
-    TextCursor before(text_, line, move_.begin);
-    if (!move_.is_first || !before.done()) return "it does not begin its line";
-    constexpr double kMost = 8;
-    for (const ProgramNumber& number : program_.points[static_cast<size_t>(point)].configuration)
-      if (number.value != std::floor(number.value) || std::abs(number.value) > kMost)
-        return "the confdata of its point is no plain one";
-    const auto here = external_.find(point);
-    if (here == external_.end() || program_.targets.empty()) return "its external axes are unknown";
-    const auto before_it = external_.find(program_.targets.back().point);
-    if (before_it == external_.end() || before_it->second.values != here->second.values)
-      return "external axes move";
-    return "";
   }
 
   void add_target(ProgramTarget target, int index, bool is_auxiliary) {
@@ -307,31 +261,10 @@ class RapidReader {
       target.q = joints_of_numbers(Dialect::rapid, numbers);
     } else {
       target.pose = pose_of_numbers(Dialect::rapid, numbers);
-      target.configuration = configuration_of(point);
+      target.configuration = rapid_configuration(point);
       target.configuration.continues = is_auxiliary;
     }
     program_.targets.push_back(target);
-  }
-
-  // confdata: cf1, cf4, cf6 are quadrants. cfx, which not every arm uses: 4: the wrist is behind
-  // axis 1; 2: behind the lower arm; 1: axis 5 is below zero.
-  static Configuration configuration_of(const ProgramPoint& point) {
-    Configuration result;
-    result.reference << 0, 0, 0, 0, 45, 0;
-    result.reference *= kDegree;
-    constexpr double kMost = 8;
-    for (const ProgramNumber& number : point.configuration)
-      if (number.value != std::floor(number.value) || std::abs(number.value) > kMost) return result;
-    for (int k = 0; k < 3; ++k) {
-      const int joint = k == 0 ? 0 : k == 1 ? 3 : 5;
-      result.low[joint] = 90 * kDegree * point.configuration[static_cast<size_t>(k)].value;
-      result.high[joint] = result.low[joint] + 90 * kDegree;
-    }
-    const int cfx = static_cast<int>(point.configuration[3].value);
-    if (cfx < 0) return result;
-    result.sides = {cfx & 4 ? -1 : 1, cfx & 2 ? -1 : 1, cfx & 1 ? -1 : 1};
-    result.sides_are_weak = true;
-    return result;
   }
 
   std::string part_of(size_t begin, size_t end) const { return text_.substr(begin, end - begin); }
@@ -385,7 +318,7 @@ class RapidReader {
         if (!(std::abs(number.value) < kNoAxis)) return -1;
     } else {
       if (parts.size() != 4 || !parts[0].numbers(3) || !parts[2].numbers(4)) return -1;
-      if (!is_unit_quaternion(parts[1])) return -1;
+      if (!is_rapid_quaternion(parts[1])) return -1;
       add(point.numbers, parts[0]);
       add(point.numbers, parts[1]);
       add(point.configuration, parts[2]);
@@ -395,24 +328,6 @@ class RapidReader {
     if (const auto values = parts.back().numbers(6))
       external_[index] = {part_of(parts.back().begin, parts.back().end), *values};
     return index;
-  }
-
-  static bool is_unit_quaternion(const ListItem& list) {
-    const auto q = list.numbers(4);
-    if (!q) return false;
-    double square = 0;
-    for (double value : *q) square += value * value;
-    constexpr double kUnit = 0.01;
-    return std::abs(square - 1) < kUnit;
-  }
-
-  static std::optional<Pose> pose_in(const ListItem& list) {
-    if (list.kind != ListItem::Kind::list || list.items.size() != 2) return std::nullopt;
-    const auto position = list.items[0].numbers(3);
-    if (!position || !is_unit_quaternion(list.items[1])) return std::nullopt;
-    std::vector<double> numbers = *position;
-    for (const ListItem& item : list.items[1].items) numbers.push_back(item.value);
-    return pose_of_numbers(Dialect::rapid, numbers);
   }
 
   const RapidValue* value_of(const std::string& name, const char* type) const {
@@ -430,7 +345,7 @@ class RapidReader {
     if (const RapidValue* value = value_of(name, "WOBJDATA");
         value && value->list.items.size() == 5) {
       const std::vector<ListItem>& parts = value->list.items;
-      const auto user = pose_in(parts[3]), object = pose_in(parts[4]);
+      const auto user = rapid_pose(parts[3]), object = rapid_pose(parts[4]);
       if (user && object) pose = *user * *object;
       if (word_of(parts[0]) == "TRUE") why_not = "the robot holds the work object";
       if (word_of(parts[1]) == "FALSE") why_not = "a mechanical unit moves the work object";
@@ -444,40 +359,20 @@ class RapidReader {
     if (name == "TOOL0") pose = Pose{};
     if (const RapidValue* value = value_of(name, "TOOLDATA");
         value && value->list.items.size() == 3) {
-      pose = pose_in(value->list.items[1]);
+      pose = rapid_pose(value->list.items[1]);
       if (word_of(value->list.items[0]) == "FALSE") why_not = "its tool stands in the room";
     }
     return add_frame(program_.frames, known_, name, pose);
   }
 
-  // The move that is read.
-  struct Move {
-    const RapidMove* kind_of = nullptr;
-    size_t begin = 0, end = 0;
-    bool is_first = false;         // of the words of its statement
-    std::vector<Statement> parts;  // its arguments with their options
-    std::vector<std::string> options;
-
-    // J, L or C; 0: joint angles.
-    char kind() const {
-      const std::string name = kind_of->name;
-      if (kind_of->is_joint_target) return 0;
-      return name[name.starts_with("MOVE") ? 4 : 5];
-    }
-  };
-  struct ExternalAxes {
-    std::string text;
-    std::vector<double> values;
-  };
-
   RobotProgram& program_;
   const KnownFrames& known_;
   std::string text_;
   ProgramWarnings warnings_;
-  Move move_;
-  bool is_move_ = false;                  // the statement moves the arm
-  bool follows_ = false;                  // the arm stands at the last target
-  std::map<int, ExternalAxes> external_;  // of points
+  RapidMoveText move_;    // that is read
+  bool is_move_ = false;  // the statement moves the arm
+  bool follows_ = false;  // the arm stands at the last target
+  RapidExternalAxes external_;
   std::map<std::string, RapidValue> values_;
   std::map<std::string, int> uses_;  // of points outside of moves: the first line
   bool is_displaced_ = false;

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "armtrue/io/csv_table.h"
+#include "armtrue/kinematics/joint_names.h"
+
+namespace armtrue {
+
+/// Where the columns of a file of measured poses stand (armtrue-formats(5)). Of one quantity all
+/// columns are there, or none.
+struct CampaignColumns {
+  std::optional<int> pose, repeat, time, target, anchor, contact, session, payload;
+  std::optional<CsvTable::Quantity> distance;
+  bool has_points = true;
+  std::vector<std::optional<CsvTable::Quantity>> q, stroke;  ///< one for each joint
+  std::array<std::optional<CsvTable::Quantity>, 3> position, abc;
+  std::array<std::optional<int>, 4> quaternion;
+  std::array<std::optional<int>, 3> force;
+  std::vector<std::optional<int>> arrival, motor_torque;  ///< one for each joint
+  std::optional<CsvTable::Quantity> sigma_position, sigma_orientation;
+  std::vector<int> temperatures;
+  std::vector<std::string> temperature_names;
+  std::vector<std::string> unknown;  ///< not used
+};
+
+/// `source`: the file, for messages. Throws InputError: a column is missing, or names a quantity in
+/// part or twice over.
+CampaignColumns find_campaign_columns(const CsvTable& table, const std::vector<JointName>& joints,
+                                      const std::string& source);
+
+}  // namespace armtrue

@@ -1,0 +1,53 @@
+#include <string>
+
+#include "armtrue/io/campaign_io.h"
+#include "armtrue/kinematics/units.h"
+#include "armtrue/text/number_text.h"
+#include "io/joint_columns.h"
+
+namespace armtrue {
+
+std::string write_campaign(const Campaign& campaign, const std::vector<JointName>& joints) {
+  std::string text = "pose";
+  if (!campaign.repeat.empty()) text += ",repeat";
+  if (!campaign.time_s.empty()) text += ",t_s";
+  for (const JointName& joint : joints) text += "," + joint.encoder();
+  text += campaign.has_distances() ? ",l_mm" : ",x_mm,y_mm,z_mm";
+  if (campaign.has_orientation()) text += ",a_deg,b_deg,c_deg";
+  if (!campaign.target.empty()) text += ",target";
+  if (!campaign.anchor.empty()) text += ",anchor";
+  if (!campaign.arrival.empty())
+    for (const std::string& name : numbered_columns("dir", joints)) text += "," + name;
+  if (!campaign.session.empty()) text += ",session";
+  if (!campaign.payload_kg.empty()) text += ",payload_kg";
+  for (const std::string& name : campaign.temperature_names) text += ",temp_" + name + "_c";
+  text += "\n";
+  for (int row = 0; row < campaign.rows(); ++row) {
+    text += campaign.pose_ids[campaign.pose[row]];
+    const auto add = [&](const std::string& cell) { (text += ",") += cell; };
+    if (!campaign.repeat.empty()) add(std::to_string(campaign.repeat[row]));
+    if (!campaign.time_s.empty()) add(number_text(campaign.time_s[row]));
+    for (size_t j = 0; j < joints.size(); ++j)
+      add(number_text(campaign.q[row][static_cast<Eigen::Index>(j)], joints[j].si()));
+    if (campaign.has_distances())
+      add(number_text(campaign.distance[row], kMillimetre));
+    else
+      for (int i = 0; i < 3; ++i) add(number_text(campaign.position[row][i], kMillimetre));
+    if (campaign.has_orientation()) {
+      const Eigen::Vector3d abc = abc_from_rotation(campaign.orientation[row].toRotationMatrix());
+      for (int i = 0; i < 3; ++i) add(number_text(abc[i], kDegree));
+    }
+    if (!campaign.target.empty()) add(campaign.target_names[campaign.target[row]]);
+    if (!campaign.anchor.empty()) add(campaign.anchor_names[campaign.anchor[row]]);
+    if (!campaign.arrival.empty())
+      for (size_t j = 0; j < joints.size(); ++j) add(std::to_string(campaign.arrival[row][j]));
+    if (!campaign.session.empty()) add(campaign.session_names[campaign.session[row]]);
+    if (!campaign.payload_kg.empty()) add(number_text(campaign.payload_kg[row]));
+    for (size_t k = 0; k < campaign.temperature_names.size(); ++k)
+      add(number_text(campaign.temperature_c[row][k]));
+    text += "\n";
+  }
+  return text;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,65 @@
+#include "io/yaml/uncertainty_io.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include "armtrue/kinematics/parameters.h"
+#include "armtrue/kinematics/units.h"
+#include "armtrue/text/number_text.h"
+#include "io/yaml/yaml_text.h"
+
+namespace armtrue {
+
+Uncertainty read_uncertainty(YamlMap map, const KinematicChain& chain) {
+  Uncertainty result;
+  result.parameters = map.texts("parameters");
+  for (const std::string& name : result.parameters)
+    if (!find_parameter(chain, name))
+      map.fail("parameters", "the robot has no parameter '" + name + "'");
+  const std::vector<double> numbers = map.numbers("root");
+  const auto size = static_cast<Eigen::Index>(
+      std::llround((std::sqrt(8.0 * static_cast<double>(numbers.size()) + 1) - 1) / 2));
+  if (size * (size + 1) / 2 != std::ssize(numbers) || size < std::ssize(result.parameters))
+    map.fail("root", "has " + std::to_string(numbers.size()) +
+                         " numbers, which are no lower triangle of all parameters and "
+                         "coefficients");
+  result.root = Eigen::MatrixXd::Zero(size, size);
+  auto next = numbers.begin();
+  for (Eigen::Index row = 0; row < size; ++row)
+    for (Eigen::Index column = 0; column <= row; ++column) result.root(row, column) = *next++;
+  result.reading.position = map.number("reading_mm") * kMillimetre;
+  result.reading.orientation = map.number("reading_mrad", 0) * kMilliradian;
+  result.largest_variance = map.number("largest_variance_mm2") * kMillimetre * kMillimetre;
+  const double poses = map.number("poses");
+  if (result.reading.position < 0) map.fail("reading_mm", "must not be negative");
+  if (result.largest_variance < 0) map.fail("largest_variance_mm2", "must not be negative");
+  if (poses < 1 || poses > 1e9) map.fail("poses", "must be from 1 to 1e9");
+  result.poses = static_cast<int>(poses);
+  map.finish();
+  return result;
+}
+
+YAML::Node uncertainty_node(const Uncertainty& uncertainty) {
+  YAML::Node node;
+  node["parameters"] = flow(YAML::Node(uncertainty.parameters));
+  YAML::Node root(YAML::NodeType::Sequence);
+  for (Eigen::Index row = 0; row < uncertainty.root.rows(); ++row)
+    for (Eigen::Index column = 0; column <= row; ++column) {
+      require_finite(uncertainty.root(row, column));
+      root.push_back(fmt::format("{:.5g}", uncertainty.root(row, column)));
+    }
+  node["root"] = flow(root);
+  node["reading_mm"] = rounded(uncertainty.reading.position / kMillimetre);
+  if (uncertainty.reading.orientation > 0)
+    node["reading_mrad"] = rounded(uncertainty.reading.orientation / kMilliradian);
+  node["largest_variance_mm2"] =
+      rounded(uncertainty.largest_variance / (kMillimetre * kMillimetre));
+  node["poses"] = std::to_string(uncertainty.poses);
+  return node;
+}
+
+}  // namespace armtrue

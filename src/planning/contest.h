@@ -1,0 +1,69 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "armtrue/planning/pose_cloud.h"
+#include "armtrue/tracing/tracing.h"
+#include "linear_algebra/decompositions.h"
+
+namespace armtrue {
+
+/// Geometry and all effects but one, which are fitted whoever is right, and the members of the
+/// class of that one, of which one is. Columns are standardised over cloud and given poses:
+/// nuisances together, each member's by themselves once projected off the nuisances.
+struct Contest {
+  /// Columns, standardised: those orthonormal, in units of an average pose, that others span.
+  struct Standard {
+    Eigen::MatrixXd of_raw;           ///< raw columns times this are the standardised ones
+    Eigen::MatrixXd of_coefficients;  ///< this times raw coefficients gives the standardised ones
+  };
+  struct Member {
+    Effect effect;
+    std::string separated_by;
+    int raw_count = 0;
+    int first = 0, count = 0;  ///< standardised columns, among those of the members
+    Standard standard{};       ///< of what is left beside the nuisances
+    Eigen::VectorXd size{};    ///< of the standardised columns
+  };
+  Robot robot;  ///< its effects: the others, then the members
+  std::vector<Member> members;
+  int nuisances = 0;         ///< standardised columns
+  Eigen::MatrixXd standard;  ///< of all raw columns, on the right
+};
+
+/// Between an effect that was found and those that the campaign cannot distinguish from it. The
+/// robot does not have the members' effects yet, and no column is standardised.
+Contest contest_about(size_t which, const Robot& robot, const std::vector<TracedEffect>& found);
+
+/// Adds the members' effects to the robot.
+void enter_members(Contest& contest, const std::vector<std::string>& temperature_names);
+
+/// Whitened derivatives of the readings by all raw columns: (rows * row_size) x columns.
+Eigen::MatrixXd derivatives(const Contest& contest, const PoseCloud& cloud,
+                            const Campaign& campaign);
+
+/// Sets the standardised columns from the derivatives at all poses, `poses` in number.
+void standardise(Contest& contest, const Eigen::MatrixXd& rows, double poses);
+
+/// Information of the members after the nuisances are projected out (Schur complement).
+struct Fitted {
+  Eigen::LLT<Eigen::MatrixXd> nuisance;  ///< information of the nuisances
+  Eigen::MatrixXd share;                 ///< L^-1 times their products with the members
+  Eigen::MatrixXd members;
+
+  /// `gram`: inner products of the standardised columns.
+  Fitted(const Eigen::MatrixXd& gram, int nuisances);
+};
+
+/// Least-squares fit of the rival to the truth.
+struct Imitation {
+  Eigen::LLT<Eigen::MatrixXd> information;  ///< of the rival's coefficients
+  Eigen::VectorXd size;                     ///< the rival's coefficients
+  double left = 0;                          ///< lambda: whitened residual sum of squares
+
+  Imitation(const Fitted& fitted, const Contest::Member& truth, const Contest::Member& rival);
+};
+
+}  // namespace armtrue

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "armtrue/programs/robot_program.h"
+#include "programs/rapid_words.h"
+#include "programs/statement.h"
+
+namespace armtrue {
+
+/// A move as it stands in the program.
+struct RapidMoveText {
+  const RapidMove* kind_of = nullptr;
+  size_t begin = 0, end = 0;
+  bool is_first = false;         ///< of the words of its statement
+  std::vector<Statement> parts;  ///< its arguments with their options
+  std::vector<std::string> options;
+
+  /// J, L or C; 0: joint angles.
+  char kind() const {
+    const std::string name = kind_of->name;
+    if (kind_of->is_joint_target) return 0;
+    return name[name.starts_with("MOVE") ? 4 : 5];
+  }
+};
+
+/// The external axes of a point, as they are written and as numbers.
+struct RapidExternal {
+  std::string text;
+  std::vector<double> values;
+};
+/// Of each point, by its index, that has six numbers of them.
+using RapidExternalAxes = std::map<int, RapidExternal>;
+
+/// Sets what stands beside the point of a move that is inserted before `move`, a MoveL to `point`;
+/// or the obstacle, if none can be. `masked`: the text by masked(). `arguments`: of the move,
+/// without options.
+void prepare_rapid_insertion(const RobotProgram& program, const std::string& masked,
+                             const RapidMoveText& move, const RapidExternalAxes& external,
+                             int point, const std::vector<Statement>& arguments,
+                             ProgramTarget& target);
+
+}  // namespace armtrue

@@ -1,0 +1,121 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "armtrue/effects/gravity.h"
+#include "armtrue/kinematics/units.h"
+#include "search/candidates.h"
+#include "search/driver_span.h"
+
+namespace armtrue {
+namespace {
+
+bool is_load(DriverKind kind) {
+  return kind == DriverKind::gravity_torque || kind == DriverKind::moment;
+}
+
+// Whether gravity has one basis for all components of a group that its moment turns; arms whose
+// first axis is not upright need masses for that.
+bool has_common_basis(const Effect& effect, const Robot& robot) {
+  if (effect.driver.kind != DriverKind::moment || group_size(effect.parameter) != 6) return true;
+  std::set<int> sizes;
+  const int first = *first_parameter(robot.chain, effect.parameter);
+  for (int k = first + 3; k < first + 6; ++k)
+    if (const int size = GravityLoad(robot, k).value_count(); size > 0) sizes.insert(size);
+  return sizes.size() <= 1;
+}
+
+// Whether the robot has what an entry of the catalogue needs, and the campaign reads what it moves.
+bool is_shown(const Effect& effect, const Robot& robot, const Campaign& campaign) {
+  const Driver& driver = effect.driver;
+  const bool needs_masses = (is_load(driver.kind) && effect.shape.kind != ShapeKind::linear) ||
+                            (driver.factor && is_load(*driver.factor));
+  if (needs_masses && robot.bodies.empty()) return false;
+  if (!has_common_basis(effect, robot)) return false;
+  const std::string& parameter = effect.parameter;
+  if (parameter.starts_with("target "))
+    return std::ranges::count(campaign.target_names, parameter.substr(7)) > 0;
+  if (parameter.starts_with("anchor ")) return campaign.has_distances();
+  if (parameter == kPointOfInstrument) return !campaign.has_distances();
+  const bool by_sight = parameter.starts_with("instrument.") && parameter != "instrument.scale";
+  return !by_sight ||
+         (knows_instrument(robot) && (!campaign.has_distances() || campaign.has_coordinates()));
+}
+
+// A cube about the places measured.
+void set_range_of_places(const Robot& robot, const Campaign& campaign, Shape& shape) {
+  const ChainEvaluator chain(robot.chain);
+  Eigen::Array3d low = Eigen::Array3d::Constant(std::numeric_limits<double>::infinity());
+  Eigen::Array3d high = -low;
+  for (const JointVector& q : campaign.q) {
+    const Eigen::Vector3d place = chain.link_frames(q).back() * robot.chain.tool.translation;
+    low = low.min(place.array());
+    high = high.max(place.array());
+  }
+  const double half = 0.5 * (high - low).maxCoeff();
+  for (int axis = 0; axis < 3; ++axis) {
+    shape.low[axis] = 0.5 * (low[axis] + high[axis]) - half;
+    shape.high[axis] = 0.5 * (low[axis] + high[axis]) + half;
+  }
+}
+
+// Whether nearly all ways since a reversal are so long that the shape is backlash, an effect of
+// its own: its values correlate with the direction by more than what counts as the same.
+bool is_plain_sign(const Shape& shape, const Driver& driver, const Campaign& campaign) {
+  if (shape.kind != ShapeKind::pre_sliding) return false;
+  constexpr double kSame = 0.98;
+  double product = 0, squares = 0, moved = 0;
+  for (const JointVector& stroke : campaign.stroke) {
+    double value = 0;
+    const double way = stroke[driver.joint];
+    evaluate(shape, way, &value);
+    product += way < 0 ? -value : value;
+    squares += value * value;
+    moved += way != 0;
+  }
+  return product >= kSame * std::sqrt(squares * moved);
+}
+
+}  // namespace
+
+std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Robot& robot,
+                                            const Campaign& campaign) {
+  const Span span = time_span(campaign);
+  std::vector<Candidate> candidates;
+  std::vector<Usual> usual;
+  for (const CatalogueEntry& entry : catalogue)
+    for (const Effect& effect : expand(entry, robot)) {
+      std::vector<Driver> drivers{effect.driver};
+      if (effect.driver.kind == DriverKind::temperature && effect.driver.where.empty()) {
+        drivers.clear();
+        for (const std::string& where : campaign.temperature_names)
+          drivers.push_back({DriverKind::temperature, -1, -1, where});
+      }
+      if (!is_shown(effect, robot, campaign)) continue;
+      for (const Driver& driver : drivers) {
+        if (!is_driven(driver, campaign, span)) continue;
+        const double degree = is_travel(driver, robot.chain) ? kTravelForDegree : kDegree;
+        for (const Shape& shape :
+             with_inner_values(effect.shape, span_of(driver, campaign), degree)) {
+          if (is_plain_sign(shape, driver, campaign)) continue;
+          Candidate candidate{effect, 0, entry.only_positive, true, entry.separated_by};
+          candidate.effect.driver = driver;
+          candidate.effect.shape = shape;
+          if (is_polynomial(shape)) set_range_of_places(robot, campaign, candidate.effect.shape);
+          candidate.degree = degree;
+          candidate.in_words = entry.in_words;
+          candidate.of_most_arms = entry.usual == Usual::most_arms;
+          candidates.push_back(std::move(candidate));
+          usual.push_back(entry.usual);
+        }
+      }
+    }
+  // One of the candidates that are at least as usual.
+  for (size_t k = 0; k < candidates.size(); ++k)
+    candidates[k].log_choices = std::log(static_cast<double>(
+        std::ranges::count_if(usual, [&](Usual other) { return other <= usual[k]; })));
+  return candidates;
+}
+
+}  // namespace armtrue

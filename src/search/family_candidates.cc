@@ -1,0 +1,124 @@
+#include <algorithm>
+#include <cmath>
+
+#include "armtrue/effects/sampling.h"
+#include "search/candidates.h"
+
+namespace armtrue {
+namespace {
+
+constexpr int kPosesForLoads = 256;
+constexpr double kMinTorque = 1.0;         // N m, RMS: gravity does not turn such a joint
+constexpr double kLeverOfWrist = 1.0 / 3;  // of the longest lever
+
+// RMS of the values of an effect (of their norm, if it has several): over the travel of the joints
+// where gravity drives it, over the readings otherwise.
+double typical_value(const BoundEffect& bound, const Effect& effect, const Robot& robot,
+                     const Campaign& campaign) {
+  const bool by_gravity =
+      effect.driver.kind == DriverKind::gravity_torque || effect.driver.kind == DriverKind::moment;
+  std::vector<Context> contexts;
+  if (by_gravity)
+    for (const JointVector& q : sample_joint_space(robot.chain, kPosesForLoads)) {
+      contexts.push_back(campaign.context(0));
+      contexts.back().q = q;
+    }
+  else
+    for (int row = 0; row < campaign.rows(); ++row) contexts.push_back(campaign.context(row));
+  const ChainEvaluator chain(robot.chain);
+  Eigen::VectorXd values(bound.value_count());
+  double squares = 0;
+  for (const Context& context : contexts) {
+    ArmFrames frames;
+    PoseJacobian jacobian;
+    if (bound.needs_frames()) frames = chain.link_frames(context.q);
+    if (bound.needs_jacobian()) chain.pose(context.q, jacobian);
+    bound.values(context, &frames, &jacobian, values.data());
+    squares += values.squaredNorm();
+  }
+  return std::sqrt(squares / static_cast<double>(contexts.size()));
+}
+
+// How far each joint moves the measured frame, RMS over the travel [m per rad or per m].
+std::vector<double> levers(const Robot& robot) {
+  const ChainEvaluator chain(robot.chain);
+  std::vector<double> squares(static_cast<size_t>(joint_count(robot.chain)));
+  for (const JointVector& q : sample_joint_space(robot.chain, kPosesForLoads)) {
+    PoseJacobian jacobian;
+    chain.pose(q, jacobian);
+    for (size_t j = 0; j < squares.size(); ++j)
+      squares[j] +=
+          joint_column(robot.chain, jacobian, static_cast<int>(j)).head<3>().squaredNorm();
+  }
+  for (double& square : squares) square = std::sqrt(square / kPosesForLoads);
+  return squares;
+}
+
+// Joint whose load drives an effect; -1: none does.
+int loaded_joint(const Driver& driver) {
+  if (driver.kind == DriverKind::gravity_torque || driver.kind == DriverKind::tool_weight)
+    return driver.joint;
+  return driver.factor == DriverKind::gravity_torque || driver.factor == DriverKind::tool_weight
+             ? driver.second_joint
+             : -1;
+}
+
+// Turns the typical size of what each member adds to its parameter into that of its coefficients.
+// A joint is as stiff as its load demands, or the load that it passes on: its reference is the
+// largest torque from it, or the joint before the last, to the tip.
+void set_typical_coefficients(std::vector<Effect>& members, std::vector<double> values,
+                              int joints) {
+  std::vector<double> reference = values;
+  for (size_t m = 0; m < members.size(); ++m)
+    if (const int joint = loaded_joint(members[m].driver); joint >= 0)
+      for (size_t other = 0; other < members.size(); ++other)
+        if (loaded_joint(members[other].driver) >= std::min(joint, joints - 2))
+          reference[m] = std::max(reference[m], values[other]);
+  for (size_t m = 0; m < members.size(); ++m) members[m].family->typical /= reference[m];
+}
+
+}  // namespace
+
+std::vector<Candidate> family_candidates(const std::vector<Candidate>& singles, const Robot& robot,
+                                         const Campaign& campaign) {
+  std::vector<Candidate> families;
+  std::vector<std::vector<double>> values;  // typical, of each member
+  const std::vector<double> lever = levers(robot);
+  // Without masses the loads have no scale. Those of a wrist are small beside those of the arm.
+  const auto is_of_wrist = [&](const Driver& driver) {
+    return robot.bodies.empty() && driver.kind == DriverKind::gravity_torque &&
+           lever[static_cast<size_t>(driver.joint)] < kLeverOfWrist * std::ranges::max(lever);
+  };
+  const auto same_family = [](const Candidate& family, const Candidate& single) {
+    const Effect& first = family.effect.members.front();
+    return first.family->name == single.effect.family->name &&
+           first.driver.kind == single.effect.driver.kind &&
+           first.driver.where == single.effect.driver.where && first.shape == single.effect.shape;
+  };
+  for (const Candidate& single : singles) {
+    if (!single.effect.family || is_of_wrist(single.effect.driver)) continue;
+    const BoundEffect bound(single.effect, robot, campaign.temperature_names);
+    const double value = typical_value(bound, single.effect, robot, campaign);
+    const bool by_torque = single.effect.driver.kind == DriverKind::gravity_torque;
+    if (value < (by_torque ? kMinTorque : 1e-12)) continue;
+    auto family = std::ranges::find_if(
+        families, [&](const Candidate& other) { return same_family(other, single); });
+    if (family == families.end()) {
+      family = families.insert(families.end(), single);
+      family->effect.name = family->effect.parameter = single.effect.family->name;
+      family->log_choices = single.log_choices;
+      values.emplace_back();
+    }
+    values[static_cast<size_t>(family - families.begin())].push_back(value);
+    Effect& member = family->effect.members.emplace_back(single.effect);
+    member.coefficients.resize(static_cast<size_t>(bound.coefficient_count()));
+    for (size_t k = 0; k < member.coefficients.size(); ++k)
+      member.coefficients[k].name = bound.coefficient_names()[k];
+  }
+  for (size_t f = 0; f < families.size(); ++f)
+    set_typical_coefficients(families[f].effect.members, values[f], joint_count(robot.chain));
+  std::erase_if(families, [](const Candidate& family) { return family.effect.members.size() < 2; });
+  return families;
+}
+
+}  // namespace armtrue

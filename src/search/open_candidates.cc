@@ -1,0 +1,346 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "armtrue/effects/gravity.h"
+#include "armtrue/effects/sampling.h"
+#include "armtrue/kinematics/units.h"
+#include "search/candidates.h"
+#include "search/driver_span.h"
+#include "search/frequency_grid.h"
+
+namespace armtrue {
+namespace {
+
+constexpr double kMaxCycles = 300;     // per turn: motor order behind a reducer
+constexpr double kFinestPitch = 5e-3;  // m: of a rack or a screw
+constexpr int kSeriesCosines = 6;        // a curve that a campaign of some tens of poses can carry
+constexpr int kPosesForCoefficient = 4;  // of a fine curve; fewer would leave it to its prior
+
+bool slides(const Robot& robot, int joint) { return is_prismatic(joint_link(robot.chain, joint)); }
+
+double degree_of(const Robot& robot, int joint) {
+  return slides(robot, joint) ? kTravelForDegree : kDegree;
+}
+
+// The highest frequency that is searched, per radian or, times 2 pi, per metre.
+double most_cycles(const Robot& robot, int joint) {
+  return slides(robot, joint) ? kTurn / kFinestPitch : kMaxCycles;
+}
+
+// Ranges come from the travel limits, never from the data: a range that follows the data makes
+// predictions elsewhere worse.
+Shape series_on_joint(const Robot& robot, int joint, SeriesBasis basis, int count) {
+  Shape shape;
+  shape.kind = ShapeKind::series;
+  shape.basis = basis;
+  shape.count = count;
+  const auto [low, high] = travel(joint_link(robot.chain, joint));
+  shape.low[0] = low;
+  shape.high[0] = high;
+  return shape;
+}
+
+Shape harmonic(double n) {
+  Shape shape;
+  shape.kind = ShapeKind::harmonic;
+  shape.harmonic = n;
+  return shape;
+}
+
+class OpenSearch {
+ public:
+  OpenSearch(const Robot& robot, const Campaign& campaign)
+      : robot_(robot),
+        campaign_(campaign),
+        span_(time_span(campaign)),
+        layout_(layout_of(robot.chain)),
+        joints_(joint_count(robot.chain)) {}
+
+  // The angles of the joints: by far the likeliest place of an unknown error.
+  void add_joint_errors() {
+    for (int j = 0; j < joints_; ++j) {
+      const std::string parameter = name(zero_offset(robot_.chain, j));
+      for (int d = 0; d < joints_; ++d) add_angle_shapes(parameter, d);
+      for (int d = 0; d < joints_; ++d) add(parameter, {DriverKind::arrival, d, -1, ""}, sign());
+      add_places(parameter, {DriverKind::joint_angle, j, -1, ""});
+      add_torque_series(parameter, j);
+      add_time_shapes(parameter);
+      add_conditions(parameter);
+    }
+    close_stage();
+  }
+
+  // Every other parameter, one at a time.
+  void add_other_parameters() {
+    for (int k = 0; k < layout_.geometric; ++k) {
+      if (is_zero_offset(robot_.chain, k)) continue;
+      for (int d = 0; d < joints_; ++d) add_angle_shapes(name(k), d);
+      for (int d = 0; d < joints_; ++d) add(name(k), {DriverKind::arrival, d, -1, ""}, sign());
+      add_time_shapes(name(k));
+      add_conditions(name(k));
+      if (k < layout_.tool && parameter_unit(robot_.chain, k) == ParameterUnit::radian)
+        add(name(k), {DriverKind::moment, -1, -1, ""}, Shape{});
+    }
+    close_stage();
+  }
+
+  // Slow curves of the time, of all of the base or the tool together.
+  void add_slow_curves() {
+    if (!has_time(span_)) return;
+    for (const char* group : {"base", "tool"})
+      add(group, {DriverKind::time, -1, -1, ""}, time_series());
+    close_stage();
+  }
+
+  // Joint errors that need two drivers: two angles, or a course over an angle, or a compliance,
+  // that grows with another.
+  void add_products() {
+    for (int j = 0; j < joints_; ++j) {
+      const std::string parameter = name(zero_offset(robot_.chain, j));
+      for (int a = 0; a < joints_; ++a)
+        for (int b = a + 1; b < joints_; ++b) {
+          Shape shape;
+          shape.kind = ShapeKind::series;
+          shape.basis = SeriesBasis::fourier;
+          shape.count = 1;
+          add(parameter, {DriverKind::joint_angle, a, b, ""}, shape);
+        }
+      add_growth(parameter, j, {DriverKind::time, -1, -1, ""});
+      add_growth(parameter, j, {DriverKind::payload, -1, -1, ""});
+      for (const std::string& where : campaign_.temperature_names)
+        add_growth(parameter, j, {DriverKind::temperature, -1, -1, where});
+      add_growth(parameter, j, {DriverKind::arrival, j, -1, ""});
+      add_growth(parameter, j, {DriverKind::force, -1, -1, ""});
+    }
+    close_stage();
+  }
+
+  // What each joint's gear train and encoder do: single cycles, and curves that are no sum of few.
+  void add_own_angles() {
+    for (int j = 0; j < joints_; ++j) {
+      const std::string parameter = name(zero_offset(robot_.chain, j));
+      const Driver own{DriverKind::joint_angle, j, -1, ""};
+      add_periodogram(parameter, own);
+      add_fine_curves(parameter, own);
+    }
+    close_stage();
+  }
+
+  std::vector<Candidate> take() { return std::move(candidates_); }
+
+ private:
+  std::string name(int parameter) const { return parameter_name(robot_.chain, parameter); }
+  static Shape sign() {
+    Shape shape;
+    shape.kind = ShapeKind::sign;
+    return shape;
+  }
+
+  void add(const std::string& parameter, const Driver& driver, const Shape& shape,
+           bool detail = false) {
+    if (!is_driven(driver, campaign_, span_)) return;
+    Candidate candidate;
+    candidate.effect = {"unexplained", parameter, driver, shape, {}};
+    candidate.detail = detail;
+    if (is_travel(driver, robot_.chain)) candidate.degree = kTravelForDegree;
+    candidates_.push_back(std::move(candidate));
+  }
+
+  void add_angle_shapes(const std::string& parameter, int joint) {
+    const Driver driver{DriverKind::joint_angle, joint, -1, ""};
+    add(parameter, driver, Shape{});
+    if (!slides(robot_, joint))
+      for (int n : {1, 2, 3}) add(parameter, driver, harmonic(n));
+    if (is_zero_offset(robot_.chain, *find_parameter(robot_.chain, parameter)))
+      add_bumps(parameter, driver);
+    add(parameter, driver, series_on_joint(robot_, joint, SeriesBasis::cosine, kSeriesCosines));
+    add(parameter, driver, series_on_joint(robot_, joint, SeriesBasis::spline, 8));
+  }
+
+  void add_growth(const std::string& parameter, int joint, const Driver& with) {
+    const auto times = [&](DriverKind kind, int of) {
+      return Driver{kind, of, with.joint, with.where, with.kind};
+    };
+    for (int d = 0; d < joints_; ++d)
+      for (const Shape& shape : {Shape{}, harmonic(1)})
+        if (shape.kind == ShapeKind::linear || !slides(robot_, d))
+          add(parameter, times(DriverKind::joint_angle, d), shape);
+    // What arrival and force do to a joint is no matter of its load.
+    if (with.kind != DriverKind::arrival && with.kind != DriverKind::force)
+      add(parameter, times(DriverKind::gravity_torque, joint), Shape{});
+  }
+
+  // From where the cosines of the open series end, and a whole cycle is covered, to the highest
+  // motor order.
+  void add_periodogram(const std::string& parameter, const Driver& driver) {
+    const auto [low, high] = travel_covered(driver.joint);
+    const double covered = (high - low) / (2 * std::numbers::pi);
+    if (covered * most_cycles(robot_, driver.joint) < 1) return;  // not one cycle of any
+    const Shape whole = series_on_joint(robot_, driver.joint, SeriesBasis::cosine, kSeriesCosines);
+    const double step = 1 / (kFrequencySteps * covered);
+    const double first =
+        std::max(1 / covered, kSeriesCosines * std::numbers::pi / (whole.high[0] - whole.low[0]));
+    for (double n = std::ceil(first / step) * step; n <= most_cycles(robot_, driver.joint);
+         n += step) {
+      add(parameter, driver, harmonic(readable(n)));
+      candidates_.back().frequency_resolution = 1 / covered;
+    }
+  }
+
+  // On a grid of knots that does not depend on where the poses are.
+  void add_fine_curves(const std::string& parameter, const Driver& driver) {
+    const auto [low, high] = travel_covered(driver.joint);
+    for (double step : {20.0, 10.0, 5.0, 2.5}) {
+      const double knot = step * degree_of(robot_, driver.joint);
+      const double first = std::floor(low / knot), last = std::ceil(high / knot);
+      const int count = static_cast<int>(last - first) + 2;
+      if (count < 3 || count * kPosesForCoefficient > static_cast<int>(campaign_.pose_ids.size()))
+        continue;
+      Shape shape = series_on_joint(robot_, driver.joint, SeriesBasis::spline, count);
+      shape.low[0] = first * knot;
+      shape.high[0] = last * knot;
+      add(parameter, driver, shape);
+      candidates_.back().fine = candidates_.back().detail = true;
+    }
+  }
+
+  std::pair<double, double> travel_covered(int joint) const {
+    const auto [low, high] =
+        std::minmax_element(campaign_.q.begin(), campaign_.q.end(),
+                            [&](const auto& a, const auto& b) { return a[joint] < b[joint]; });
+    return {(*low)[joint], (*high)[joint]};
+  }
+
+  // Something local: a dent in a track, a collision of cables. Neighbours overlap at half height.
+  // The widths are those of mechanical parts, whatever the travel limits say.
+  void add_bumps(const std::string& parameter, const Driver& driver) {
+    const bool own =
+        *find_parameter(robot_.chain, parameter) == zero_offset(robot_.chain, driver.joint);
+    const double degree = degree_of(robot_, driver.joint);
+    const auto [low, high] = travel_covered(driver.joint);
+    for (double width : {80 * degree, 40 * degree, 20 * degree, 10 * degree}) {
+      const bool narrow = width < 40 * degree;
+      if (!own && narrow) continue;
+      for (double k = std::floor(low / width); k <= std::ceil(high / width); ++k) {
+        Shape shape = series_on_joint(robot_, driver.joint, SeriesBasis::bump, 1);
+        shape.low[0] = (k - 0.5) * width;
+        shape.high[0] = (k + 0.5) * width;
+        add(parameter, driver, shape, narrow);
+      }
+    }
+  }
+
+  // Something that begins at an angle: a stop, a cable that tightens, a worn segment.
+  void add_places(const std::string& parameter, const Driver& driver) {
+    for (ShapeKind kind : {ShapeKind::step, ShapeKind::kink}) {
+      Shape shape;
+      shape.kind = kind;
+      for (const Shape& inner : with_inner_values(shape, span_of(driver, campaign_), kDegree))
+        add(parameter, driver, inner, true);
+    }
+  }
+
+  void add_time_shapes(const std::string& parameter) {
+    const Driver driver{DriverKind::time, -1, -1, ""};
+    if (!has_time(span_)) return;
+    add(parameter, driver, Shape{});
+    for (ShapeKind kind : {ShapeKind::step, ShapeKind::exponential}) {
+      Shape shape;
+      shape.kind = kind;
+      for (const Shape& inner : with_inner_values(shape, span_, kDegree))
+        add(parameter, driver, inner);
+    }
+    add(parameter, driver, time_series());
+  }
+
+  Shape time_series() const {
+    Shape series;
+    series.kind = ShapeKind::series;
+    series.count = 4;
+    series.low[0] = span_.values.front();
+    series.high[0] = span_.values.back();
+    return series;
+  }
+
+  void add_conditions(const std::string& parameter) {
+    for (const std::string& where : campaign_.temperature_names)
+      add(parameter, {DriverKind::temperature, -1, -1, where}, Shape{});
+    add(parameter, {DriverKind::payload, -1, -1, ""}, Shape{});
+  }
+
+  // A torque that does not act in proportion: free play, stiffening, saturation.
+  void add_torque_series(const std::string& parameter, int joint) {
+    if (robot_.bodies.empty()) return;
+    const GravityLoad load(robot_, zero_offset(robot_.chain, joint));
+    const ChainEvaluator chain(robot_.chain);
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const JointVector& q : sample_joint_space(robot_.chain, 512)) {
+      Context context;
+      context.q = q;
+      double torque = 0;
+      load.values(context, chain.link_frames(q), &torque);
+      low = std::min(low, torque);
+      high = std::max(high, torque);
+    }
+    if (high - low < 1.0) return;  // N m: gravity does not turn this joint
+    const Driver driver{DriverKind::gravity_torque, joint, -1, ""};
+    Shape series;
+    series.kind = ShapeKind::series;
+    series.basis = SeriesBasis::spline;
+    series.count = 4;
+    series.low[0] = low;
+    series.high[0] = high;
+    add(parameter, driver, series);
+    add(parameter, driver, sign());
+    for (double share : {0.4, 0.2, 0.1, 0.05}) {
+      Shape saturating;
+      saturating.kind = ShapeKind::series;
+      saturating.basis = SeriesBasis::saturating;
+      saturating.count = 1;
+      saturating.high[0] = share * std::max(std::abs(low), std::abs(high));
+      saturating.low[0] = -saturating.high[0];
+      add(parameter, driver, saturating);
+    }
+  }
+
+  void close_stage() {
+    const double choices = std::log(static_cast<double>(std::max<size_t>(1, candidates_.size())));
+    for (size_t k = stage_; k < candidates_.size(); ++k) candidates_[k].log_choices = choices;
+    stage_ = candidates_.size();
+  }
+
+  const Robot& robot_;
+  const Campaign& campaign_;
+  Span span_;
+  ParameterLayout layout_;
+  int joints_;
+  std::vector<Candidate> candidates_;
+  size_t stage_ = 0;
+};
+
+}  // namespace
+
+std::vector<Candidate> open_candidates(const Robot& robot, const Campaign& campaign) {
+  OpenSearch search(robot, campaign);
+  search.add_joint_errors();
+  search.add_products();
+  search.add_other_parameters();
+  search.add_slow_curves();
+  search.add_own_angles();
+  return search.take();
+}
+
+bool is_of_no_arm(const Effect& effect, const KinematicChain& chain) {
+  const auto first = first_parameter(chain, effect.parameter);
+  const bool is_length = first && layout_of(chain).is_of_links(*first) &&
+                         !is_zero_offset(chain, *first) &&
+                         parameter_unit(chain, *first) == ParameterUnit::metre;
+  if (effect.driver.involves(DriverKind::joint_angle))
+    return is_length || effect.parameter.starts_with("base");
+  return is_length && effect.driver.kind == DriverKind::time &&
+         effect.shape.kind == ShapeKind::step;
+}
+
+}  // namespace armtrue

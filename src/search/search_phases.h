@@ -1,0 +1,72 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "search/candidates.h"
+#include "search/model_search.h"
+
+namespace armtrue {
+
+/// Fall of EBIC before an effect gives way to another.
+inline constexpr double kMinFallToExchange = 2.0;
+
+/// One search: forward steps, revisions between them, and what is settled at the end.
+class ModelSearch {
+ public:
+  ModelSearch(const Robot& robot, const Campaign& campaign, const Catalogue& catalogue,
+              const TraceOptions& options)
+      : options_(options),
+        campaign_(campaign),
+        result_{EffectModel(robot, campaign, catalogue, options), {}, {}, {}, 0, 1, {}},
+        model_(result_.model) {
+    result_.stages.push_back(model_.fit());
+  }
+  ModelSearch(const ModelSearch&) = delete;  // model_ refers to result_
+  ModelSearch& operator=(const ModelSearch&) = delete;
+
+  void run();
+  SearchResult take() { return std::move(result_); }
+
+ private:
+  enum class KnownCauses { stay, give_way };  // to what no catalogue names
+
+  // Forward (model_search.cc).
+  bool step();
+  void rank(const std::vector<CandidateScore>& scores, const std::vector<int>& order);
+  void begin_with(const Effect& effect);
+  double p_of(double score);
+  bool is_new_model();
+  bool may_enter(const Candidate& candidate) const;
+  const std::vector<Candidate>& candidates() const { return model_.scan().candidates(); }
+
+  // Revisions (search_revisions.cc).
+  bool revise(KnownCauses known_causes);
+  bool revise_one(KnownCauses known_causes);
+  std::optional<int> better_than(double least, const std::vector<CandidateScore>& scores,
+                                 bool known) const;
+  bool merge_into_spline(size_t least);
+  bool merge_into_distortion();
+  bool is_piece_of_distortion(const Candidate& candidate) const;
+
+  // At the end (search_end.cc).
+  void settle_inner_values();
+  void drop_idle();
+  void split_families();
+  void hold_family_of_most_arms();
+  Eigen::VectorXd errors_left_out() const;
+
+  const TraceOptions& options_;
+  const Campaign& campaign_;
+  SearchResult result_;
+  EffectModel& model_;
+  int merges_ = 0;
+  bool details_ = false;  // whether they may enter: once nothing simpler is left
+  bool failed_at_gate_ = false;  // whether the last step did, and p of its best is known
+  std::set<std::multiset<std::string>> seen_;
+};
+
+}  // namespace armtrue

@@ -1,0 +1,134 @@
+#include <algorithm>
+
+#include "search/search_phases.h"
+
+namespace armtrue {
+namespace {
+
+// Exchanges settle in one or two rounds; after this bound they are taken to go round in circles.
+constexpr int kMaxRevisions = 4;
+constexpr int kMaxMerges = 50;  // several times what the longest search went through
+
+}  // namespace
+
+// Exchanges effects that another candidate now explains better, and drops effects that the others
+// have made idle. False if nothing changed.
+bool ModelSearch::revise(KnownCauses known_causes) {
+  int round = 0;
+  while (round < kMaxRevisions && !model_.chosen().empty() && revise_one(known_causes)) ++round;
+  return round > 0;
+}
+
+// Makes the one change that lowers EBIC most, so that the order of the additions does not matter.
+bool ModelSearch::revise_one(KnownCauses known_causes) {
+  const ProjectedCandidates& projected = model_.view().projected;
+  const std::vector<Candidate>& chosen = model_.chosen();
+  int effect = -1;
+  std::optional<Candidate> other;
+  double most = 0;
+  for (size_t k = 0; k < chosen.size(); ++k) {
+    const double own = model_.score_of({static_cast<int>(k)}).score;
+    const double least = std::max(own, 0.0) + kMinFallToExchange;
+    const std::vector<CandidateScore> scores =
+        projected.scores_above(least, {model_.in_fit(k)});
+    const bool by_known = chosen[k].from_catalogue && known_causes == KnownCauses::stay;
+    const auto better = better_than(least, scores, by_known);
+    const double fall = better ? scores[*better].score - own : -own;
+    if (fall < most || (!better && own > 0)) continue;
+    std::optional<Candidate> refined;
+    if (better) refined = model_.refined(candidates()[*better], model_.in_fit(k));
+    if (refined && same_form(refined->effect, chosen[k].effect)) continue;
+    most = fall;
+    effect = static_cast<int>(k);
+    other = refined;
+  }
+  if (effect < 0) return false;
+  if (other)
+    model_.exchange(static_cast<size_t>(effect), *other);
+  else
+    model_.drop({effect});
+  return true;
+}
+
+// The best candidate (`known`: of the catalogue) of possible size that scores more than `least`.
+std::optional<int> ModelSearch::better_than(double least, const std::vector<CandidateScore>& scores,
+                                            bool known) const {
+  for (int candidate : best_first(scores)) {
+    if (scores[candidate].score <= least) break;
+    const Candidate& other = candidates()[candidate];
+    if ((other.from_catalogue || !known) && may_enter(other) &&
+        model_.scan().is_possible(candidate, scores[candidate].coefficients))
+      return candidate;
+  }
+  return std::nullopt;
+}
+
+// Replaces `least` or more effects of one parameter and driver by one fine curve where EBIC prefers
+// it. False if nothing changed.
+bool ModelSearch::merge_into_spline(size_t least) {
+  const std::vector<Candidate>& chosen = model_.chosen();
+  std::vector<int> merged;
+  int curve = -1;
+  double most = kMinFallToExchange;
+  for (size_t first = 0; first < chosen.size(); ++first) {
+    std::vector<int> together, effects;
+    for (size_t k = first; k < chosen.size(); ++k)
+      if (same_place(chosen[k].effect, chosen[first].effect)) {
+        together.push_back(static_cast<int>(k));
+        effects.push_back(model_.in_fit(k));
+      }
+    const bool seen = std::any_of(chosen.begin(), chosen.begin() + first, [&](const auto& c) {
+      return same_place(c.effect, chosen[first].effect);
+    });
+    if (together.size() < least || seen) continue;
+    const double own = model_.score_of(together).score;
+    const std::vector<CandidateScore> scores =
+        model_.view().projected.scores_above(own + most, effects);
+    for (size_t c = 0; c < scores.size(); ++c) {
+      const Candidate& candidate = candidates()[c];
+      if (!candidate.fine || !same_place(candidate.effect, chosen[first].effect) ||
+          scores[c].score <= own + most)
+        continue;
+      most = scores[c].score - own;
+      merged = together;
+      curve = static_cast<int>(c);
+    }
+  }
+  if (curve < 0 || ++merges_ > kMaxMerges) return false;
+  model_.merge(merged, candidates()[curve]);
+  return true;
+}
+
+// Whether it may be a part of how the instrument distorts space: an error of its line of sight that
+// stays in time, or what no rigid arm does.
+bool ModelSearch::is_piece_of_distortion(const Candidate& candidate) const {
+  const Effect& effect = candidate.effect;
+  if (!effect.parameter.starts_with("instrument."))
+    return !candidate.from_catalogue && is_of_no_arm(effect, model_.fit().robot.chain);
+  return effect.driver.kind != DriverKind::time && effect.driver.kind != DriverKind::incidence;
+}
+
+// Replaces two or more pieces of a distortion of space by one where EBIC prefers it. False if
+// nothing changed.
+bool ModelSearch::merge_into_distortion() {
+  std::vector<int> pieces, effects;
+  for (size_t k = 0; k < model_.chosen().size(); ++k)
+    if (is_piece_of_distortion(model_.chosen()[k])) {
+      pieces.push_back(static_cast<int>(k));
+      effects.push_back(model_.in_fit(k));
+    }
+  if (pieces.size() < 2) return false;
+  double most = model_.score_of(pieces).score + kMinFallToExchange;
+  const std::vector<CandidateScore> scores = model_.view().projected.scores_without(effects);
+  std::optional<Candidate> distortion;
+  for (size_t c = 0; c < scores.size(); ++c)
+    if (is_polynomial(candidates()[c].effect.shape) && scores[c].score > most) {
+      most = scores[c].score;
+      distortion = candidates()[c];
+    }
+  if (!distortion || ++merges_ > kMaxMerges) return false;
+  model_.merge(pieces, *distortion);
+  return true;
+}
+
+}  // namespace armtrue
