@@ -7,10 +7,10 @@
 #include <set>
 #include <stdexcept>
 
-#include "armtrue/calibration/observation.h"
 #include "armtrue/effects/sampling.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
+#include "calibration/columns_by_session.h"
 #include "calibration/contacts.h"
 #include "calibration/session_models.h"
 #include "campaign/selection.h"
@@ -18,10 +18,8 @@
 namespace armtrue {
 namespace {
 
-constexpr double kLeftOfColumn = 1e-6;
 constexpr double kRightAngleTolerance = kDegree;
-constexpr int kOfFurtherSession = -1;  // no parameter of the chain
-constexpr int kMaxRows = 4000;         // rank needs no more; thinned evenly
+constexpr int kMaxRows = 4000;  // rank needs no more; thinned evenly
 
 double snap_to_right_angle(double angle) {
   constexpr double kRight = std::numbers::pi / 2;
@@ -112,24 +110,6 @@ std::vector<int> paper_25(const KinematicChain& chain) {
   return set;
 }
 
-// `unknown`: index of an own parameter of a further session.
-[[noreturn]] void fail_of_session(const SessionModels& models, const KinematicChain& chain,
-                                  int unknown) {
-  int session = 1;
-  while (unknown >= models.first_own(session + 1)) ++session;
-  const int parameter = models.own(session)[unknown - models.first_own(session)];
-  const std::string readings = models.campaign().source + ": the readings of session '" +
-                               models.name(session) + "' do not show ";
-  if (parameter < kLinkParameters)
-    throw std::invalid_argument(readings +
-                                "where its instrument stood; measure more poses in it, or leave it "
-                                "out");
-  throw std::invalid_argument(
-      readings + "its own " + parameter_name(chain, parameter) +
-      ", which its own base can imitate; take it out of identify_per_session, or measure more "
-      "poses in the session");
-}
-
 }  // namespace
 
 std::vector<int> allowed_parameters(const Robot& robot, const Campaign& campaign) {
@@ -174,40 +154,37 @@ IdentifiableSet choose_in_order(const Robot& ideal, const Campaign& rows,
                                 const std::vector<int>& order) {
   // Lengths weigh against angles as at arm's length: only the ratio matters, and little.
   const SessionModels models(rows, ideal, order, {1.0, 1.0});
-  const int columns = models.unknowns(), asked = static_cast<int>(order.size());
-  const Eigen::MatrixXd jacobian = models.blocks();
+  // The own parameters of further sessions first: nothing else shows where the instrument stood.
+  const ColumnsBySession columns(models, ideal.chain);
+  const Eigen::MatrixXd& jacobian = columns.of_first();
+  const int asked = static_cast<int>(order.size()), rank_of_own = columns.rank_of_own();
 
   IdentifiableSet set;
-  Eigen::MatrixXd basis(jacobian.rows(), columns);
-  Eigen::MatrixXd triangle = Eigen::MatrixXd::Zero(columns, columns);  // kept columns in the basis
+  Eigen::MatrixXd basis(jacobian.rows(), asked);
+  Eigen::MatrixXd triangle = Eigen::MatrixXd::Zero(asked, asked);  // kept columns in the basis
   std::vector<int> kept;
-  for (int step = 0; step < columns; ++step) {
-    // The own parameters of further sessions first: nothing else shows where the instrument stood.
-    const int c = (asked + step) % columns;
+  for (int c = 0; c < asked; ++c) {
     const int rank = static_cast<int>(kept.size());
     Eigen::VectorXd column = jacobian.col(c);
     const double norm = column.norm();
     Eigen::VectorXd shares = Eigen::VectorXd::Zero(rank);
     for (int twice = 0; twice < 2; ++twice) {  // the second time removes rounding errors
-      const Eigen::VectorXd part = basis.leftCols(rank).transpose() * column;
-      column -= basis.leftCols(rank) * part;
-      shares += part;
+      columns.remove_own(column);
+      shares += remove_part(basis.leftCols(rank), column);
     }
-    if (norm > 1e-12 && column.norm() > kLeftOfColumn * norm && rank < jacobian.rows()) {
+    if (is_independent(norm, column.norm()) && rank_of_own + rank < jacobian.rows()) {
       triangle.col(rank).head(rank) = shares;
       triangle(rank, rank) = column.norm();
       basis.col(rank) = column.normalized();
-      kept.push_back(c < asked ? order[c] : kOfFurtherSession);
+      kept.push_back(order[c]);
       continue;
     }
-    if (c >= asked) fail_of_session(models, ideal.chain, c);
     AbsorbedParameter absorbed{order[c], {}};
     if (norm > 1e-12) {
       const Eigen::VectorXd solution =
           triangle.topLeftCorner(rank, rank).triangularView<Eigen::Upper>().solve(shares);
       for (int k = 0; k < rank; ++k)
-        if (std::abs(solution[k]) > 1e-4 && kept[k] != kOfFurtherSession)
-          absorbed.absorbed_by.emplace_back(kept[k], solution[k]);
+        if (std::abs(solution[k]) > 1e-4) absorbed.absorbed_by.emplace_back(kept[k], solution[k]);
       std::stable_sort(absorbed.absorbed_by.begin(), absorbed.absorbed_by.end(),
                        [](const auto& a, const auto& b) {  // equal shares keep their order
                          return std::round(std::abs(a.second) * 1e6) >
@@ -216,7 +193,6 @@ IdentifiableSet choose_in_order(const Robot& ideal, const Campaign& rows,
     }
     set.absorbed.push_back(std::move(absorbed));
   }
-  std::erase(kept, kOfFurtherSession);
   std::sort(kept.begin(), kept.end());
   set.kept = kept;
   return set;

@@ -10,6 +10,7 @@ namespace armtrue {
 namespace {
 
 constexpr Eigen::Index kFewOf = 4;       // fewer than a quarter are few
+constexpr Eigen::Index kNowhere = -1;
 constexpr double kOnlyThere = 1e-6;      // share of a direction that other poses show too
 constexpr double kSmallLeverage = 0.03;  // two terms of the series are exact to its square
 
@@ -73,44 +74,69 @@ Eigen::VectorXd leverage_corrected_residual(const Eigen::Ref<const Eigen::Matrix
          directions * given_back.matrix().asDiagonal() * (directions.transpose() * residual);
 }
 
+void InfluenceSums::place(const std::vector<Eigen::Index>& unknowns) {
+  for (const Eigen::Index unknown : unknowns) {
+    if (place_of_[unknown] != kNowhere) continue;
+    place_of_[unknown] = std::ssize(unknown_at_);
+    unknown_at_.push_back(unknown);
+  }
+  const Eigen::Index before = squares_.cols(), places = std::ssize(unknown_at_);
+  if (places > before) squares_.conservativeResizeLike(Eigen::MatrixXd::Zero(places, places));
+}
+
 void InfluenceSums::add(const PoseInfluence& pose) {
   const Eigen::Index p = pose.change.size();
   if (poses_++ == 0) {
     sum_ = Eigen::VectorXd::Zero(p);
-    squares_ = alone_ = Eigen::MatrixXd::Zero(p, p);
+    place_of_.assign(static_cast<size_t>(p), kNowhere);
   }
   sum_ += pose.change;
   // A pose of one of many sessions changes few of the unknowns.
   const auto changed = static_cast<Eigen::Index>((pose.change.array() != 0).count());
-  if (changed * kFewOf < p) {
-    std::vector<Eigen::Index> places;
-    for (Eigen::Index k = 0; k < p; ++k)
-      if (pose.change[k] != 0) places.push_back(k);
-    for (const Eigen::Index column : places)
-      for (const Eigen::Index row : places)
-        squares_(row, column) += pose.change[row] * pose.change[column];
+  const bool few = changed * kFewOf < p;
+  std::vector<Eigen::Index> unknowns;
+  for (Eigen::Index k = 0; k < p; ++k)
+    if (!few || pose.change[k] != 0) unknowns.push_back(k);
+  place(unknowns);
+  if (few) {
+    for (const Eigen::Index column : unknowns)
+      for (const Eigen::Index row : unknowns)
+        squares_(place_of_[row], place_of_[column]) += pose.change[row] * pose.change[column];
   } else {
-    squares_.noalias() += pose.change * pose.change.transpose();
+    const Eigen::VectorXd change = pose.change(unknown_at_);
+    squares_.noalias() += change * change.transpose();
   }
-  if (pose.alone.cols() > 0) alone_ += pose.alone * pose.alone.transpose();
+  if (pose.alone.cols() == 0) return;
+  if (alone_.size() == 0) alone_ = Eigen::MatrixXd::Zero(p, p);
+  alone_ += pose.alone * pose.alone.transpose();
 }
 
 void InfluenceSums::add(const InfluenceSums& others) {
+  if (others.poses_ == 0) return;
   if (poses_ == 0) {
     *this = others;
     return;
   }
   poses_ += others.poses_;
   sum_ += others.sum_;
-  squares_ += others.squares_;
+  place(others.unknown_at_);
+  std::vector<Eigen::Index> places;
+  for (const Eigen::Index unknown : others.unknown_at_) places.push_back(place_of_[unknown]);
+  squares_(places, places) += others.squares_;
+  if (others.alone_.size() == 0) return;
+  if (alone_.size() == 0) alone_ = Eigen::MatrixXd::Zero(sum_.size(), sum_.size());
   alone_ += others.alone_;
 }
 
 Eigen::MatrixXd InfluenceSums::covariance(double mean_psi_derivative, double variance) const {
   const double n = poses_;
+  const Eigen::Index p = sum_.size();
+  Eigen::MatrixXd squares = Eigen::MatrixXd::Zero(p, p);
+  squares(unknown_at_, unknown_at_) = squares_;
+  const Eigen::MatrixXd alone = alone_.size() > 0 ? alone_ : Eigen::MatrixXd::Zero(p, p);
   return (n - 1) / (n * mean_psi_derivative * mean_psi_derivative) *
-             (squares_ - sum_ * sum_.transpose() / n) +
-         variance * alone_;
+             (squares - sum_ * sum_.transpose() / n) +
+         variance * alone;
 }
 
 double mean_psi_derivative(const std::vector<double>& weights, double degrees_of_freedom,

@@ -50,9 +50,16 @@ class InfluenceSums {
   Eigen::MatrixXd covariance(double mean_psi_derivative, double variance) const;
 
  private:
+  // Gives a place to each of the unknowns that has none.
+  void place(const std::vector<Eigen::Index>& unknowns);
+
   int poses_ = 0;
   Eigen::VectorXd sum_;
-  Eigen::MatrixXd squares_, alone_;
+  // Poses of few of many sessions change few unknowns: the sums of squares are of those alone.
+  std::vector<Eigen::Index> unknown_at_;  // of a place
+  std::vector<Eigen::Index> place_of_;    // of an unknown; kNowhere if no pose has changed it
+  Eigen::MatrixXd squares_;               // places x places
+  Eigen::MatrixXd alone_;                 // unknowns x unknowns; empty if zero
 };
 
 /// Correction of the information for Student's t, whose weights w fall as residuals grow: with

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <vector>
 
 #include "armtrue/kinematics/parameters.h"
 #include "linear_algebra/decompositions.h"
@@ -181,20 +182,23 @@ void add_priors(const std::vector<Prior>& priors, Eigen::MatrixXd& information) 
 
 namespace {
 
-// Posterior variances of all unknowns.
+// Posterior variances of the unknowns that have priors, which are few of those of many sessions; the
+// others are not computed.
 Eigen::VectorXd variances(Eigen::MatrixXd information, const Priors& priors) {
   const Eigen::Index p = information.cols();
   add_priors(priors.of_unknowns, information);
   const Eigen::VectorXd unit = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd scaled = unit.asDiagonal() * information * unit.asDiagonal();
+  std::vector<Eigen::Index> known;
+  for (const Prior& prior : priors.of_unknowns) known.push_back(prior.unknown);
   const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(p, p);
+  Eigen::MatrixXd columns = identity(Eigen::all, known);
+  Eigen::VectorXd inverse = Eigen::VectorXd::Zero(p);
   const Eigen::LLT<Eigen::MatrixXd> llt(scaled);
-  // Of L L^T the inverse has the squares of the columns of L^-1 on its diagonal.
-  Eigen::VectorXd inverse;
   if (llt.info() == Eigen::Success) {
-    Eigen::MatrixXd root = identity;
-    llt.matrixL().solveInPlace(root);
-    inverse = root.colwise().squaredNorm();
+    // Of L L^T the inverse has the squares of the columns of L^-1 on its diagonal.
+    llt.matrixL().solveInPlace(columns);
+    inverse(known) = columns.colwise().squaredNorm();
   } else {
     inverse = Eigen::MatrixXd(scaled.ldlt().solve(identity)).diagonal();
   }

@@ -39,5 +39,35 @@ TEST(Unfitted, WhatOnlyOnePoseShowsStaysZero) {
   EXPECT_LT((given - Eigen::Vector3d(0, 1, 2)).norm(), 1e-12) << given.transpose();
 }
 
+// Poses of many sessions change few unknowns each, some change all; the sums of several blocks,
+// joined, are those of all poses.
+TEST(InfluenceSums, OfFewUnknownsAreThoseOfAll) {
+  constexpr int kUnknowns = 40, kPoses = 30, kBlocks = 3;
+  std::srand(6);
+  Eigen::MatrixXd changes = Eigen::MatrixXd::Zero(kUnknowns, kPoses);
+  Eigen::MatrixXd alone = Eigen::MatrixXd::Zero(kUnknowns, kUnknowns);
+  InfluenceSums sums;
+  for (int block = 0; block < kBlocks; ++block) {
+    InfluenceSums part;
+    for (int pose = block * kPoses / kBlocks; pose < (block + 1) * kPoses / kBlocks; ++pose) {
+      PoseInfluence influence{Eigen::VectorXd::Zero(kUnknowns), Eigen::MatrixXd(kUnknowns, 0)};
+      if (pose % 7 == 5) {
+        influence.change.setRandom();
+        influence.alone = Eigen::MatrixXd::Random(kUnknowns, 2);
+      } else {
+        influence.change.segment(29 - pose, 6).setRandom();  // the last unknowns first
+      }
+      changes.col(pose) = influence.change;
+      alone += influence.alone * influence.alone.transpose();
+      part.add(influence);
+    }
+    sums.add(part);
+  }
+  const Eigen::MatrixXd scattered = changes.colwise() - changes.rowwise().mean();
+  const Eigen::MatrixXd expected =
+      (kPoses - 1.0) / kPoses / (0.8 * 0.8) * scattered * scattered.transpose() + 0.3 * alone;
+  EXPECT_LT((sums.covariance(0.8, 0.3) - expected).norm(), 1e-12 * expected.norm());
+}
+
 }  // namespace
 }  // namespace armtrue::pose_influence_test

@@ -1,14 +1,20 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
+#include <numeric>
+#include <random>
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/calibration/identifiability.h"
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/parameters.h"
+#include "calibration/session_models.h"
 #include "kinematics/six_axes.h"
 
 namespace armtrue::sessions_test {
@@ -230,6 +236,70 @@ TEST(Sessions, OneThatDoesNotShowItsBaseIsAnError) {
   std::vector<int> rows;
   for (int row = 0; row < 32; ++row) rows.push_back(row);  // two points of the second
   EXPECT_THROW(calibrate(shipped("kr360-spindle"), campaign.select(rows)), std::invalid_argument);
+}
+
+// What choose_identifiable() chooses, column by column by least squares on the derivatives of all
+// rows and sessions at once, zeros and all. The robot's angles are right ones as they stand.
+IdentifiableSet choose_plainly(const Robot& robot, const Campaign& campaign) {
+  const std::vector<int> order = allowed_parameters(robot, campaign);  // of auto: of preference
+  const SessionModels models(campaign, robot, order, {1.0, 1.0});
+  const Eigen::MatrixXd blocks = models.blocks();
+  const int asked = static_cast<int>(order.size()), further = models.unknowns() - asked;
+  Eigen::MatrixXd before = blocks.middleCols(asked, further);
+  IdentifiableSet set;
+  std::vector<int> kept;
+  for (int c = 0; c < asked; ++c) {
+    const Eigen::VectorXd column = blocks.col(c);
+    const Eigen::VectorXd shares = before.householderQr().solve(column);
+    const double norm = column.norm(), left = (column - before * shares).norm();
+    const bool moves_readings = norm > 1e-12;  // the turn of a point does not
+    if (moves_readings && before.cols() < before.rows() && left > 1e-6 * norm) {
+      before.conservativeResize(Eigen::NoChange, before.cols() + 1);
+      before.rightCols<1>() = column;
+      kept.push_back(order[c]);
+      continue;
+    }
+    AbsorbedParameter& absorbed = set.absorbed.emplace_back(order[c]);
+    for (size_t k = 0; moves_readings && k < kept.size(); ++k)
+      if (const double share = shares[further + static_cast<int>(k)]; std::abs(share) > 1e-4)
+        absorbed.absorbed_by.emplace_back(kept[k], share);
+  }
+  std::sort(kept.begin(), kept.end());
+  set.kept = kept;
+  return set;
+}
+
+// Session by session the choice is the same, in whatever order their rows stand.
+TEST(Sessions, AreChosenForAsAllRowsAtOnce) {
+  const Robot truth = shipped("kr360-table4");
+  int absorbed_all = 0;
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    const bool orientation = seed % 2 == 0, remastered = seed % 3 == 0;
+    Robot robot = shipped("kr360-spindle");
+    if (remastered) robot.identify_per_session = {"A2.theta", "A5.theta"};
+    const Campaign sorted = measured(truth, {.sessions = 2 + static_cast<int>(seed % 4),
+                                             .poses = 4 + static_cast<int>(seed % 5),
+                                             .seed = seed,
+                                             .orientation = orientation});
+    std::vector<int> rows(static_cast<size_t>(sorted.rows()));
+    std::iota(rows.begin(), rows.end(), 0);
+    std::shuffle(rows.begin(), rows.end(), std::mt19937(seed));
+    const Campaign campaign = sorted.select(rows);
+    const IdentifiableSet set = choose_identifiable(robot, campaign);
+    const IdentifiableSet plain = choose_plainly(robot, campaign);
+    EXPECT_EQ(set.kept, plain.kept) << seed;
+    ASSERT_EQ(set.absorbed.size(), plain.absorbed.size()) << seed;
+    for (size_t k = 0; k < set.absorbed.size(); ++k) {
+      EXPECT_EQ(set.absorbed[k].parameter, plain.absorbed[k].parameter) << seed;
+      const std::map<int, double> found(set.absorbed[k].absorbed_by.begin(),
+                                        set.absorbed[k].absorbed_by.end());
+      ASSERT_EQ(found.size(), plain.absorbed[k].absorbed_by.size()) << seed;
+      for (const auto& [parameter, share] : plain.absorbed[k].absorbed_by)
+        EXPECT_NEAR(found.at(parameter), share, 1e-6 * (1 + std::abs(share))) << seed;
+    }
+    absorbed_all += static_cast<int>(set.absorbed.size());
+  }
+  EXPECT_GT(absorbed_all, 0);
 }
 
 TEST(Sessions, OwnZeroOffsetsAreFound) {
