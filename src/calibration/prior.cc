@@ -182,8 +182,8 @@ void add_priors(const std::vector<Prior>& priors, Eigen::MatrixXd& information) 
 
 namespace {
 
-// Posterior variances of the unknowns that have priors, which are few of those of many sessions; the
-// others are not computed.
+// Posterior variances of the unknowns that have priors, which are few of those of many sessions:
+// those of the others are not computed.
 Eigen::VectorXd variances(Eigen::MatrixXd information, const Priors& priors) {
   const Eigen::Index p = information.cols();
   add_priors(priors.of_unknowns, information);
