@@ -2,8 +2,8 @@
 
 #include "armtrue/io/output.h"
 #include "armtrue/io/source.h"
-#include "armtrue/io/urdf/ur_calibration_io.h"
-#include "armtrue/io/urdf/urdf_io.h"
+#include "armtrue/urdf/ur_calibration_io.h"
+#include "armtrue/urdf/urdf_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
 #include "command_line.h"

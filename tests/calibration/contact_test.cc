@@ -17,7 +17,7 @@
 #include "armtrue/kinematics/evaluator.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/statistics/distributions.h"
-#include "io/temporary_file.h"
+#include "support/temporary_file.h"
 #include "kinematics/six_axes.h"
 #include "touching.h"
 

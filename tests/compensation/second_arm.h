@@ -14,7 +14,7 @@
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/evaluator.h"
 #include "armtrue/kinematics/units.h"
-#include "io/temporary_file.h"
+#include "support/temporary_file.h"
 #include "kinematics/kdl_arm.h"
 #include "kinematics/six_axes.h"
 #include "support/oracle.h"

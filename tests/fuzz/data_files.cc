@@ -14,13 +14,13 @@
 #include "armtrue/io/catalogue_io.h"
 #include "armtrue/io/certificate_io.h"
 #include "armtrue/io/compensation_io.h"
-#include "armtrue/io/import/import_io.h"
+#include "armtrue/import/import_io.h"
 #include "armtrue/io/joint_target_io.h"
 #include "armtrue/io/path_io.h"
 #include "armtrue/io/ranking_io.h"
 #include "armtrue/io/robot_io.h"
-#include "armtrue/io/urdf/ur_calibration_io.h"
-#include "armtrue/io/urdf/urdf_io.h"
+#include "armtrue/urdf/ur_calibration_io.h"
+#include "armtrue/urdf/urdf_io.h"
 #include "fuzz/targets.h"
 
 namespace armtrue::fuzz {

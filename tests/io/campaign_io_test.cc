@@ -4,7 +4,7 @@
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
-#include "io/temporary_file.h"
+#include "support/temporary_file.h"
 
 namespace armtrue::campaign_io_test {
 namespace {

@@ -16,7 +16,7 @@
 #include <thread>
 #include <vector>
 
-#include "io/temporary_file.h"
+#include "support/temporary_file.h"
 
 namespace armtrue::output_test {
 namespace {

@@ -17,7 +17,7 @@
 
 #include "armtrue/io/program_io.h"
 #include "armtrue/text/input_error.h"
-#include "io/temporary_file.h"
+#include "support/temporary_file.h"
 
 namespace armtrue::krl_test {
 namespace {

@@ -1,0 +1,390 @@
+#include "import/column_mapping.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <set>
+
+#include "armtrue/kinematics/chain.h"
+#include "armtrue/text/input_error.h"
+#include "import/orientation_columns.h"
+#include "import/plain_cell.h"
+
+namespace armtrue {
+namespace {
+
+bool is_pose_part(const std::string& quantity) {
+  static const std::set<std::string> kParts{"x",   "y",  "z",  "a",  "b",  "c",  "roll", "pitch",
+                                            "yaw", "rx", "ry", "rz", "qw", "qx", "qy",   "qz"};
+  return kParts.contains(quantity) || quantity.starts_with("quat");
+}
+
+bool is_number(const std::string& quantity) {
+  static const std::set<std::string> kTexts{"pose", "session", "target", "date", "repeat"};
+  return !kTexts.contains(quantity);
+}
+
+UnitKind kind_of(const std::string& quantity) {
+  const auto known = stated_quantity(quantity);
+  return known ? known->kind : UnitKind::none;
+}
+
+const char* example_unit(UnitKind kind) {
+  switch (kind) {
+    case UnitKind::length:
+    case UnitKind::encoder:
+      return "mm";
+    case UnitKind::angle:
+      return "deg";
+    case UnitKind::time:
+      return "s";
+    case UnitKind::mass:
+      return "kg";
+    default:
+      return "C";
+  }
+}
+
+constexpr int kUsualJoints = 6;
+
+class Mapper {
+ public:
+  Mapper(const PlainTable& table, TableRole role, const ImportNames& names,
+         const ImportOptions& options)
+      : table_(table), role_(role), names_(names), options_(options) {}
+
+  ColumnMapping map() {
+    for (int k = 0; k < static_cast<int>(table_.columns.size()); ++k) map_column(k);
+    refuse_target_without_pose();
+    if (role_ != TableRole::points) find_joints();
+    require_columns();
+    for (auto& [quantity, column] : mapping_.columns) find_unit_of(quantity, column);
+    refuse_without_units();
+    for (JointName& joint : mapping_.joints)
+      if (!options_.robot) joint.is_length = is_length(*mapping_.find(joint.column));
+    mapping_.orientation = find_orientation(table_, mapping_, options_);
+    if (role_ != TableRole::joints && mapping_.orientation.empty() && !options_.angles.empty())
+      table_.fail_header("--angles " + options_.angles +
+                         " is given, but no column of an orientation is known; name them, such as "
+                         "--column roll=NAME, or leave out --angles");
+    find_decimal_sign();
+    return mapping_;
+  }
+
+ private:
+  const std::string& header(int k) const { return table_.columns[static_cast<size_t>(k)].name; }
+
+  void leave_out(int k, const std::string& why) { mapping_.unused.push_back({header(k), why}); }
+
+  void map_column(int k) {
+    const std::string& name = header(k);
+    if (names_.is_ignored(name)) return leave_out(k, "ignored");
+    const std::string* const stated = names_.quantity_of(name);
+    const auto known = known_quantity(name);
+    if (!stated && names_.preset()) return leave_out(k, "not in the preset");
+    if (!stated && (!known || is_turn_or_temperature(k))) return leave_unknown(k);
+    const std::string quantity = stated ? *stated : known->name;
+    if (!stated && names_.maps(table_, quantity))
+      table_.fail_header("the column '" + name + "' could be " + our_column(quantity) +
+                         ", for which --column names another; leave it out: --ignore '" + name +
+                         "'");
+    if (role_ == TableRole::joints && is_pose_part(quantity))
+      return leave_out(k, "pose of the controller, not measured");
+    if (role_ != TableRole::points && is_no_joint_of_robot(quantity)) return leave_still_axis(k);
+    const auto [place, is_new] = mapping_.columns.insert({quantity, MappedColumn{k, 1, ""}});
+    if (is_new) return;
+    const std::string& first = header(place->second.column);
+    if (first == name)
+      table_.fail_header("the column '" + name + "' stands twice; rename or remove one");
+    table_.fail_header("the columns '" + first + "' and '" + name + "' could both be " +
+                       our_column(quantity) + "; leave one out: --ignore '" + name + "'");
+  }
+
+  bool is_no_joint_of_robot(const std::string& quantity) const {
+    if (joint_number(quantity) == 0 || !options_.robot) return false;
+    const std::vector<JointName> joints = joint_names(options_.robot->chain);
+    return std::ranges::find(joints, quantity, &JointName::column) == joints.end();
+  }
+
+  // Controllers log axes that they could drive: such a column holds one value.
+  void leave_still_axis(int k) {
+    const auto column = static_cast<size_t>(k);
+    for (const PlainRow& row : table_.rows)
+      if (row.cells[column] != table_.rows.front().cells[column])
+        table_.fail(row, k,
+                    "moves an axis that the robot does not have (" +
+                        encoder_columns(options_.robot->chain) +
+                        "); take the file of the robot with that axis, or leave the column out: "
+                        "--ignore '" +
+                        header(k) + "'");
+    leave_out(k, "no axis of the robot, and it stands still");
+  }
+
+  // Of the robot, or those of the table: the joints of the arm, then the external axes.
+  void find_joints() {
+    if (options_.robot) {
+      mapping_.joints = joint_names(options_.robot->chain);
+      return;
+    }
+    int last = 0;
+    std::vector<JointName> external;
+    for (const auto& [quantity, column] : mapping_.columns) {
+      const int number = joint_number(quantity);
+      if (number > 0 && quantity.front() == 'q') last = std::max(last, number);
+      if (number > 0 && quantity.front() == 'e')
+        external.push_back({quantity, "E" + quantity.substr(1), false});
+    }
+    for (int j = 1; j <= std::max(last, kUsualJoints); ++j)
+      mapping_.joints.push_back({fmt::format("q{}", j), std::to_string(j), false});
+    mapping_.joints.insert(mapping_.joints.end(), external.begin(), external.end());
+    if (mapping_.joints.size() > static_cast<size_t>(kMaxJoints))
+      table_.fail_header(fmt::format("has {} joints, and a robot at most {}; leave some out: "
+                                     "--ignore NAME",
+                                     mapping_.joints.size(), kMaxJoints));
+  }
+
+  static bool is_length(const MappedColumn& column) {
+    const auto unit = find_unit(column.unit);
+    return unit && unit->kind == UnitKind::length;
+  }
+
+  // T is a time only if its unit says so.
+  bool is_turn_or_temperature(int k) const {
+    const ColumnName name = column_name(header(k));
+    const auto unit =
+        find_unit(name.unit.empty() ? table_.columns[static_cast<size_t>(k)].unit_row : name.unit);
+    return name.stem == "T" && !names_.unit_of(header(k)) &&
+           !(unit && unit->kind == UnitKind::time);
+  }
+
+  void leave_unknown(int k) {
+    const std::string& name = header(k);
+    const std::string& unit_row = table_.columns[static_cast<size_t>(k)].unit_row;
+    const ColumnName parts = column_name(name);
+    if (looks_like_angle(name, parts.unit.empty() ? unit_row : parts.unit))
+      table_.fail_header("the column '" + name +
+                         "' looks like an angle or an orientation, and which is not known; say "
+                         "what it is, such as --column q1_deg='" +
+                         name + "', or leave it out: --ignore '" + name + "'");
+    leave_out(k, "not used");
+  }
+
+  void refuse_target_without_pose() const {
+    const MappedColumn* const target = mapping_.find("target");
+    if (!target || mapping_.has("pose") || names_.quantity_of(header(target->column))) return;
+    const std::string& name = header(target->column);
+    table_.fail_header("the column '" + name +
+                       "' may name the pose or the reflector; say which: --column pose='" + name +
+                       "' or --column target='" + name + "'");
+  }
+
+  // Times in words state their unit themselves.
+  bool is_clock_time(int k) const {
+    const auto column = static_cast<size_t>(k);
+    const auto first = std::ranges::find_if(
+        table_.rows, [&](const PlainRow& row) { return !row.cells[column].empty(); });
+    if (first == table_.rows.end() || plain_time(first->cells[column]) ||
+        plain_date(first->cells[column]))
+      return true;
+    if (decimal_evidence(first->cells[column]) == DecimalEvidence::no_number &&
+        !plain_count(first->cells[column]))
+      table_.fail(*first, k,
+                  "is neither a number nor a time such as 12:33:01.5 or 2024-05-03T12:33:01.5; "
+                  "write the times so, or leave them out with --ignore");
+    return false;
+  }
+
+  void find_unit_of(const std::string& quantity, MappedColumn& column) {
+    const UnitKind kind = kind_of(quantity);
+    if (kind == UnitKind::none || (quantity == "t" && is_clock_time(column.column))) return;
+    const std::string& name = header(column.column);
+    const std::string* const stated = names_.unit_of(name);
+    std::string found;
+    for (const std::string& text :
+         {column_name(name).unit, table_.columns[static_cast<size_t>(column.column)].unit_row,
+          stated ? *stated : std::string()}) {
+      if (text.empty() || text == "-") continue;
+      const auto unit = find_unit(text);
+      if (!unit || !fits_kind(kind, unit->kind) || !fits_robot(quantity, unit->kind))
+        table_.fail_header(fmt::format(
+            "the column '{}' has the unit '{}', which is none of {}; correct the header, or say "
+            "--ignore '{}'",
+            name, text, wanted_column(quantity), name));
+      if (!found.empty() && find_unit(found)->factor != unit->factor)
+        table_.fail_header(fmt::format(
+            "the column '{}' has two units, '{}' and '{}'; correct the one that is wrong", name,
+            found, text));
+      found = text;
+    }
+    if (found.empty()) found = unit_for_all(kind_for_all(quantity, kind));
+    if (found.empty()) {
+      std::string& columns = without_unit_[kind_for_all(quantity, kind)];
+      columns += (columns.empty() ? "'" : ", '") + name + "'";
+      return;
+    }
+    column.unit = found;
+    column.factor = find_unit(found)->factor;
+  }
+
+  // Our column, as the robot or --column says whether the joint turns or slides.
+  std::string wanted_column(const std::string& quantity) const {
+    for (const JointName& joint : mapping_.joints)
+      if (options_.robot && joint.column == quantity) return joint.encoder();
+    const std::string stated = names_.stated_unit(quantity);
+    return stated.empty() ? our_column(quantity) : quantity + "_" + stated;
+  }
+
+  bool fits_robot(const std::string& quantity, UnitKind kind) const {
+    if (joint_number(quantity) == 0) return true;
+    if (!options_.robot && names_.stated_unit(quantity).empty()) return true;
+    return wanted_column(quantity).ends_with("_mm") == (kind == UnitKind::length);
+  }
+
+  // An option for all angles holds for the joints of an arm; an external axis may be either.
+  UnitKind kind_for_all(const std::string& quantity, UnitKind kind) const {
+    if (kind != UnitKind::encoder) return kind;
+    const bool is_told = options_.robot || !names_.stated_unit(quantity).empty();
+    if (!is_told && quantity.front() == 'e') return UnitKind::encoder;
+    return wanted_column(quantity).ends_with("_mm") ? UnitKind::length : UnitKind::angle;
+  }
+
+  std::string unit_for_all(UnitKind kind) const {
+    if (kind == UnitKind::length) return options_.length_unit;
+    if (kind == UnitKind::angle) return options_.angle_unit;
+    if (kind == UnitKind::time) return options_.time_unit;
+    return "";
+  }
+
+  void refuse_without_units() const {
+    if (without_unit_.empty()) return;
+    std::string names, remedies;
+    for (const auto& [kind, columns] : without_unit_) {
+      names += (names.empty() ? "" : ", ") + columns;
+      const char* const option = kind == UnitKind::length  ? ", or --length-unit mm"
+                                 : kind == UnitKind::angle ? ", or --angle-unit deg"
+                                 : kind == UnitKind::time  ? ", or --time-unit s"
+                                                           : "";
+      const std::string first = columns.substr(0, columns.find("', '"));
+      remedies += (remedies.empty() ? " --unit " : "; --unit ") + first +
+                  (first.size() == columns.size() ? "" : "'");
+      remedies.insert(remedies.size() - 1, std::string("=") + example_unit(kind));
+      remedies += option;
+    }
+    table_.fail_header("no unit is stated for the columns " + names +
+                       "; write it into the header, or say which:" + remedies);
+  }
+
+  void require_columns() const {
+    std::vector<std::string> needed;
+    if (role_ != TableRole::joints) needed = {"x", "y", "z"};
+    for (const JointName& joint : mapping_.joints) needed.push_back(joint.column);
+    std::string missing, there;
+    bool is_joint = false;
+    for (const std::string& quantity : needed) {
+      if (mapping_.has(quantity)) continue;
+      missing += (missing.empty() ? "" : ", ") + wanted_column(quantity);
+      is_joint = is_joint || joint_number(quantity) > 0;
+    }
+    if (missing.empty()) return;
+    for (const PlainColumn& column : table_.columns)
+      there += (there.empty() ? "" : ", ") + ("'" + column.name + "'");
+    table_.fail_header("no column is known for " + missing + "; the columns are " + there +
+                       "; say which it is, such as --column " +
+                       missing.substr(0, missing.find(',')) + "=NAME" +
+                       (is_joint && !options_.robot
+                            ? ", or give --robot if the arm has not six joints"
+                            : ""));
+  }
+
+  // One decimal sign holds for a table: the only one under which all cells are numbers.
+  void find_decimal_sign() {
+    mapping_.decimal_stated = !options_.decimal.empty();
+    if (mapping_.decimal_stated) {
+      mapping_.decimal_sign = options_.decimal == "comma" ? ',' : '.';
+      return;
+    }
+    struct Cell {
+      const PlainRow* row = nullptr;
+      int column = 0;
+    };
+    Cell point, comma, ambiguous;
+    bool commas_only_quoted = table_.separator == ',';
+    for (const auto& [quantity, column] : mapping_.columns) {
+      if (!is_number(quantity)) continue;
+      for (const PlainRow& row : table_.rows) {
+        const std::string& cell = row.cells[static_cast<size_t>(column.column)];
+        const DecimalEvidence evidence = decimal_evidence(cell);
+        if (evidence == DecimalEvidence::point) point = {&row, column.column};
+        if (evidence == DecimalEvidence::comma) comma = {&row, column.column};
+        if (evidence == DecimalEvidence::ambiguous) {
+          ambiguous = {&row, column.column};
+          if (cell.find(',') != std::string::npos) commas_only_quoted = false;
+        }
+      }
+    }
+    if (point.row && comma.row)
+      table_.fail(*comma.row, comma.column,
+                  fmt::format("has a decimal comma, but line {} has a decimal point; write all "
+                              "numbers in one way",
+                              point.row->line));
+    if (point.row || comma.row) {
+      mapping_.decimal_sign = comma.row ? ',' : '.';
+    } else if (ambiguous.row && !commas_only_quoted) {
+      table_.fail(*ambiguous.row, ambiguous.column,
+                  "can be read with a decimal sign or with a thousands separator, and so can all "
+                  "cells; say which: --decimal comma or --decimal point");
+    }
+  }
+
+  const PlainTable& table_;
+  TableRole role_;
+  const ImportNames& names_;
+  const ImportOptions& options_;
+  ColumnMapping mapping_;
+  std::map<UnitKind, std::string> without_unit_;  // their names in quotes
+};
+
+}  // namespace
+
+const MappedColumn* ColumnMapping::find(const std::string& quantity) const {
+  const auto found = columns.find(quantity);
+  return found == columns.end() ? nullptr : &found->second;
+}
+
+ColumnMapping map_columns(const PlainTable& table, TableRole role, const ImportNames& names,
+                          const ImportOptions& options) {
+  return Mapper(table, role, names, options).map();
+}
+
+std::string mapping_text(const PlainTable& table, const ColumnMapping& mapping) {
+  const std::string separator = table.separator == '\t'  ? "tab"
+                                : table.separator == ' ' ? "blank"
+                                                         : std::string(1, table.separator);
+  std::string text = fmt::format(
+      "{}: header in line {}, separator {}, decimal {}, {} rows\n", table.file, table.header_line,
+      separator, mapping.decimal_sign == ',' ? "comma" : "point", table.rows.size());
+  const auto line = [&](const std::string& ours, const std::string& theirs, const std::string& unit,
+                        const std::string& factor) {
+    std::string row = fmt::format("  {:<12}  {:<24}  {:<5}  {}", ours, theirs, unit, factor);
+    row.erase(row.find_last_not_of(' ') + 1);
+    for (char& c : row)
+      if (static_cast<unsigned char>(c) < ' ' || c == '\x7F') c = '?';  // control characters
+    text += row + "\n";
+  };
+  for (const std::string& note : table.notes) text += "  " + note + "\n";
+  line("ours", "theirs", "unit", "factor");
+  for (const auto& [quantity, column] : mapping.columns) {
+    const auto joint = std::ranges::find(mapping.joints, quantity, &JointName::column);
+    const std::string ours =
+        joint == mapping.joints.end() ? our_column(quantity) : joint->encoder();
+    const auto ours_unit = find_unit(column_name(ours).unit);
+    const bool has_factor = !column.unit.empty() && ours_unit && ours_unit->factor > 0;
+    line(ours, table.columns[static_cast<size_t>(column.column)].name, column.unit,
+         has_factor ? fmt::format("{:.10g}", column.factor / ours_unit->factor) : "");
+  }
+  for (const ColumnMapping::Note& note : mapping.unused) line("-", note.header, "", note.why);
+  return text;
+}
+
+}  // namespace armtrue

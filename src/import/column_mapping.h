@@ -1,0 +1,92 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "armtrue/import/import_io.h"
+#include "armtrue/kinematics/joint_names.h"
+#include "import/column_names.h"
+#include "import/plain_table.h"
+#include "import/presets.h"
+
+namespace armtrue {
+
+/// ImportOptions with the texts taken apart. Throws InputError for what is malformed.
+class ImportNames {
+ public:
+  explicit ImportNames(const ImportOptions& options);
+
+  /// The format of the table; null for a plain table. Call apply_preset() once it is read.
+  void set_preset(const Preset* preset) { preset_ = preset; }
+  const Preset* preset() const { return preset_; }
+  /// Says of the columns of a table what the preset says of their headers. Joints that the headers
+  /// name, and do not number, are those of the robot; without robot their names end in numbers.
+  void apply_preset(const PlainTable& table, const ImportOptions& options);
+
+  /// True of a length or an angle that is known by its name, and of what an option names: a header
+  /// has such columns, text above it hardly.
+  bool is_known(std::string_view header) const;
+  bool is_ignored(const std::string& header) const;
+  /// What an option or the preset says of a column; null if nothing.
+  const std::string* quantity_of(const std::string& header) const;
+  const std::string* unit_of(const std::string& header) const;
+  /// Whether an option or the preset names a column of this table for a quantity.
+  bool maps(const PlainTable& table, const std::string& quantity) const;
+  /// The unit of our column that --column names for an encoder value, such as mm of e1_mm; or
+  /// empty.
+  std::string stated_unit(const std::string& quantity) const;
+
+  /// Throws InputError for an option whose column stands in none of the tables.
+  void check_all_found(const std::vector<const PlainTable*>& tables) const;
+
+ private:
+  void add_joints_by_name(const PlainTable& table, const ImportOptions& options,
+                          const std::map<std::string, std::string>& headers);
+
+  std::map<std::string, std::string, std::less<>> quantities_, units_;  // by header
+  std::map<std::string, std::string> stated_units_;                     // by quantity
+  std::vector<std::string> ignored_;  // a * at the end stands for any text
+  std::vector<std::string> named_;    // by options
+  const Preset* preset_ = nullptr;
+};
+
+enum class TableRole {
+  readings,  ///< joint angles and points
+  points,
+  joints,  ///< poses in it are the controller's own and are not taken
+};
+
+struct MappedColumn {
+  int column = 0;
+  double factor = 1;  ///< from the unit of the column to m, rad, s
+  std::string unit;
+};
+
+/// The encoder value of joint k is the quantity joints[k].column.
+struct ColumnMapping {
+  std::map<std::string, MappedColumn> columns;  ///< by quantity
+  struct Note {
+    std::string header, why;
+  };
+  std::vector<Note> unused;
+  std::string orientation;        ///< see find_orientation()
+  std::vector<JointName> joints;  ///< in the order of the chain; of a table of points none
+  char decimal_sign = '.';
+  bool decimal_stated = false;
+
+  const MappedColumn* find(const std::string& quantity) const;
+  bool has(const std::string& quantity) const { return find(quantity) != nullptr; }
+};
+
+/// Which column of a table holds which quantity, in which unit. Throws InputError where this can be
+/// told in two ways or not at all.
+ColumnMapping map_columns(const PlainTable& table, TableRole role, const ImportNames& names,
+                          const ImportOptions& options);
+
+/// The mapping for people, one line per column.
+std::string mapping_text(const PlainTable& table, const ColumnMapping& mapping);
+
+}  // namespace armtrue

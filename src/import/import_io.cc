@@ -1,0 +1,305 @@
+#include "armtrue/import/import_io.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "armtrue/kinematics/chain.h"
+#include "armtrue/kinematics/units.h"
+#include "armtrue/text/input_error.h"
+#include "import/instrument_tables.h"
+#include "import/joint_match.h"
+#include "import/presets.h"
+
+namespace armtrue {
+namespace {
+
+constexpr double kSamePose = 0.1 * kDegree;  // as read_campaign() requires
+constexpr double kFrom1970 = 1e8;         // [s]: further than a clock counts that began at 0
+
+// Numbers the texts of a column in the order in which they first stand.
+int index_of(std::vector<std::string>& names, std::map<std::string, int>& places,
+             const std::string& name) {
+  const auto [place, is_new] = places.insert({name, static_cast<int>(names.size())});
+  if (is_new) names.push_back(name);
+  return place->second;
+}
+
+class CampaignBuilder {
+ public:
+  CampaignBuilder(const TableReader& points, const TableReader& joints,
+                  const JointMatches& matches)
+      : points_(points), joints_(joints), how_(matches) {
+    campaign_.source = points.table().file;
+  }
+
+  Campaign build() {
+    find_temperatures();
+    for (const JointMatch& match : how_.rows) {
+      if (points_.is_unmeasured(match.point_row))
+        ++campaign_.skipped_rows;
+      else
+        add(match);
+    }
+    if (campaign_.rows() == 0)
+      throw InputError(campaign_.source + ": no row has a measured point; export the readings too");
+    add_times();
+    return campaign_;
+  }
+
+ private:
+  // The table that has a quantity, the points first; null if none.
+  const TableReader* table_of(const std::string& quantity) const {
+    return points_.has(quantity) ? &points_ : joints_.has(quantity) ? &joints_ : nullptr;
+  }
+  int row_in(const TableReader* table, const JointMatch& match) const {
+    return table == &points_ ? match.point_row : match.joint_row;
+  }
+
+  void add(const JointMatch& match) {
+    const int r = match.point_row;
+    matches_.push_back(match);
+    campaign_.line.push_back(points_.row(r).line);
+    campaign_.q.push_back(match.q);
+    campaign_.position.push_back(match.mean ? match.mean->position : points_.position(r));
+    if (points_.has_orientation())
+      campaign_.orientation.push_back(match.mean ? match.mean->orientation
+                                                 : points_.orientation(r));
+    campaign_.pose.push_back(pose_of(match));
+    if (const TableReader* table = table_of("repeat"))
+      campaign_.repeat.push_back(table->whole_number(row_in(table, match), "repeat"));
+    if (const TableReader* table = table_of("target"))
+      campaign_.target.push_back(
+          index_of(campaign_.target_names, targets_, table->name(row_in(table, match), "target")));
+    if (const TableReader* table = table_of("session"))
+      campaign_.session.push_back(index_of(campaign_.session_names, sessions_,
+                                           table->name(row_in(table, match), "session")));
+    if (const TableReader* table = table_of("payload"))
+      campaign_.payload_kg.push_back(table->number(row_in(table, match), "payload"));
+    if (campaign_.temperature_names.empty()) return;
+    campaign_.temperature_c.emplace_back();
+    for (size_t k = 0; k < campaign_.temperature_names.size(); ++k) {
+      const std::string quantity = "temp_" + campaign_.temperature_names[k];
+      const TableReader* table = table_of(quantity);
+      campaign_.temperature_c.back()[k] = table->number(row_in(table, match), quantity);
+    }
+  }
+
+  int pose_of(const JointMatch& match) {
+    const TableReader* const table = table_of("pose");
+    const int row = campaign_.rows() - 1;
+    if (!table) return numbered_pose(row);
+    const int r = row_in(table, match);
+    const int pose = index_of(campaign_.pose_ids, poses_, table->name(r, "pose"));
+    if (pose == static_cast<int>(first_row_.size())) first_row_.push_back(row);
+    const int first = first_row_[static_cast<size_t>(pose)];
+    if (const double difference = differs(first, row); difference > kSamePose)
+      table->fail(r, "pose",
+                  fmt::format("has joint angles {:.4g} deg away from those of the same pose in "
+                              "line {}; give different poses different names, or check the join",
+                              difference / kDegree, campaign_.line[static_cast<size_t>(first)]));
+    return pose;
+  }
+
+  int numbered_pose(int row) {
+    const auto is_same = [&](int first) { return differs(first, row) <= kSamePose; };
+    const auto known = how_.same_joints_are_one_pose
+                           ? std::ranges::find_if(first_row_, is_same)
+                       : how_.stops_are_poses && row > 0 && is_same(first_row_.back())
+                           ? first_row_.end() - 1
+                           : first_row_.end();
+    const auto pose = static_cast<int>(known - first_row_.begin());
+    if (known == first_row_.end()) {
+      first_row_.push_back(row);
+      campaign_.pose_ids.push_back(std::to_string(first_row_.size()));
+    }
+    return pose;
+  }
+
+  // Largest difference of a joint [rad or m].
+  double differs(int a, int b) const {
+    return (campaign_.q[static_cast<size_t>(a)] - campaign_.q[static_cast<size_t>(b)])
+        .cwiseAbs()
+        .maxCoeff();
+  }
+
+  void find_temperatures() {
+    for (const TableReader* table : {&points_, &joints_})
+      for (const std::string& quantity : table->quantities()) {
+        auto& names = campaign_.temperature_names;
+        if (!quantity.starts_with("temp_") || std::ranges::count(names, quantity.substr(5)) > 0)
+          continue;
+        if (names.size() == kMaxTemperatures)
+          throw InputError(
+              fmt::format("{}: has more than {} temperatures; leave some out with "
+                          "--ignore",
+                          table->table().file, kMaxTemperatures));
+        names.push_back(quantity.substr(5));
+      }
+  }
+
+  void add_times() {
+    const TableReader* const table = table_of("t");
+    if (!table) return;
+    const TableReader::Clock clock = table->clock();
+    const PlainTime zero = clock.is_number ? PlainTime{} : clock.times.front();
+    for (const JointMatch& match : matches_)
+      campaign_.time_s.push_back(clock.since(row_in(table, match), zero));
+    const double first = campaign_.time_s.front();
+    if (clock.is_number && first > kFrom1970)
+      for (double& t : campaign_.time_s) t -= first;
+  }
+
+  const TableReader& points_;
+  const TableReader& joints_;
+  const JointMatches& how_;
+  Campaign campaign_;
+  std::vector<JointMatch> matches_;
+  std::vector<int> first_row_;  // by pose
+  std::map<std::string, int> poses_, targets_, sessions_;
+};
+
+void refuse_lone_dates(const PlainTable& table, const ColumnMapping& mapping) {
+  if (mapping.has("date") && !mapping.has("t"))
+    table.fail_header(
+        "the column of dates has no column of times beside it; name it: --column t_s=NAME, or "
+        "leave "
+        "the dates out with --ignore");
+}
+
+ImportedReadings built(const TableReader& points, const TableReader& joints,
+                       const JointMatches& matches) {
+  ImportedReadings result;
+  result.campaign = CampaignBuilder(points, joints, matches).build();
+  result.joints = joints.joint_names();
+  result.warnings = matches.warnings;
+  if (result.campaign.skipped_rows > 0)
+    result.warnings.push_back(fmt::format("{}: {} rows without a measured point are left out",
+                                          points.table().file, result.campaign.skipped_rows));
+  if (!points.has("pose") && !joints.has("pose"))
+    result.warnings.push_back(
+        matches.same_joints_are_one_pose
+            ? fmt::format("{}: has no column of poses; {} poses are numbered by their joint angles",
+                          points.table().file, result.campaign.pose_ids.size())
+            : fmt::format("{}: has no column of poses; {} poses are numbered, and visits to the "
+                          "same pose are not known as such: --column pose=NAME",
+                          points.table().file, result.campaign.pose_ids.size()));
+  return result;
+}
+
+// One table on its way: text, then columns with names.
+struct Import {
+  ImportNames names;
+  PlainTable table;
+  ColumnMapping mapping;
+};
+
+// Rows of a file that holds several topics, of which this one has nothing.
+void leave_out_empty_rows(Import& import) {
+  const auto is_empty = [&](const PlainRow& row) {
+    return std::ranges::all_of(import.mapping.joints, [&](const JointName& joint) {
+      return row.cells[static_cast<size_t>(import.mapping.find(joint.column)->column)].empty();
+    });
+  };
+  const size_t before = import.table.rows.size();
+  std::erase_if(import.table.rows, is_empty);
+  if (import.table.rows.empty())
+    import.table.fail_header("no row has joint angles; export them too");
+  if (import.table.rows.size() < before)
+    import.table.notes.push_back(
+        fmt::format("{} rows without joint angles", before - import.table.rows.size()));
+}
+
+const Preset* preset_for(const ImportOptions& options, bool holds_joints) {
+  const Preset* found = nullptr;
+  for (const std::string& name : options.presets) {
+    const Preset* const preset = find_preset(name);
+    if (!preset) throw InputError("--preset: there is none of the name '" + name + "'");
+    if (preset->holds_joints != holds_joints) continue;
+    if (found && found != preset)
+      throw InputError(fmt::format("--preset {} and {} are both for the table of {}; leave one out",
+                                   found->name, preset->name,
+                                   holds_joints ? "joint angles" : "points"));
+    found = preset;
+  }
+  return found;
+}
+
+PlainTable read_table(const std::string& path, const ImportNames& names,
+                      const ImportOptions& options, TableRole role) {
+  const Preset* const preset = names.preset();
+  if (preset && preset->form != TableForm::header)
+    return read_instrument_table(path, *preset, options.body);
+  TableStyle style;
+  if (preset) {
+    style.separators = preset->separators;
+    style.comments = preset->comments;
+  }
+  if (role == TableRole::joints && options.robot)
+    style.fewest_known = std::min(style.fewest_known, joint_count(options.robot->chain));
+  return read_plain_table(path, style,
+                          [&](std::string_view header) { return names.is_known(header); });
+}
+
+Import read_import(const std::string& path, const ImportOptions& options, TableRole role) {
+  Import import{ImportNames(options), {}, {}};
+  if (role != TableRole::readings)
+    import.names.set_preset(preset_for(options, role == TableRole::joints));
+  import.table = read_table(path, import.names, options, role);
+  import.names.apply_preset(import.table, options);
+  return import;
+}
+
+void map_import(Import& import, const ImportOptions& options, TableRole role) {
+  import.mapping = map_columns(import.table, role, import.names, options);
+  refuse_lone_dates(import.table, import.mapping);
+  if (import.names.preset() && import.names.preset()->is_sparse) leave_out_empty_rows(import);
+}
+
+}  // namespace
+
+std::vector<std::string> import_presets() {
+  std::vector<std::string> names;
+  for (const Preset& preset : presets()) names.emplace_back(preset.name);
+  return names;
+}
+
+ImportedReadings import_readings(const std::string& path, const ImportOptions& options) {
+  Import import = read_import(path, options, TableRole::readings);
+  import.names.check_all_found({&import.table});
+  map_import(import, options, TableRole::readings);
+  const TableReader reader(import.table, import.mapping);
+  JointMatches matches;
+  for (int r = 0; r < reader.rows(); ++r)
+    matches.rows.push_back(
+        {r, r, reader.is_unmeasured(r) ? JointVector() : reader.joints(r), std::nullopt});
+  ImportedReadings result = built(reader, reader, matches);
+  result.mapping = mapping_text(import.table, import.mapping);
+  return result;
+}
+
+ImportedReadings import_readings(const std::string& points, const std::string& joints,
+                                 const ImportOptions& options) {
+  Import of_points = read_import(points, options, TableRole::points);
+  Import of_joints = read_import(joints, options, TableRole::joints);
+  of_points.names.check_all_found({&of_points.table, &of_joints.table});
+  map_import(of_points, options, TableRole::points);
+  map_import(of_joints, options, TableRole::joints);
+  for (const auto& [quantity, column] : of_points.mapping.columns)
+    if (joint_number(quantity) > 0)
+      of_points.table.fail_header(
+          "the column '" + of_points.table.columns[static_cast<size_t>(column.column)].name +
+          "' holds joint angles, as " + of_joints.table.file +
+          " does; leave them out here with --ignore, or give this file alone without --joints");
+  const TableReader point_reader(of_points.table, of_points.mapping);
+  const TableReader joint_reader(of_joints.table, of_joints.mapping);
+  const JointMatches matches = match_joints(point_reader, joint_reader, options);
+  ImportedReadings result = built(point_reader, joint_reader, matches);
+  result.mapping = mapping_text(of_points.table, of_points.mapping) +
+                   mapping_text(of_joints.table, of_joints.mapping) + "joined " + matches.how +
+                   "\n";
+  return result;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,231 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "armtrue/kinematics/chain.h"
+#include "armtrue/text/input_error.h"
+#include "import/column_mapping.h"
+
+namespace armtrue {
+namespace {
+
+struct NamePair {
+  std::string left, right;
+};
+
+// q1_deg=A1 is split at its first =, A1=deg at its last: their names may hold one.
+NamePair split_pair(const std::string& option, const std::string& text, size_t sign) {
+  if (sign == std::string::npos || sign == 0 || sign + 1 == text.size())
+    throw InputError(option + " '" + text + "': expected two names, such as " +
+                     (option == "--unit" ? "A1=deg" : "q1_deg=A1"));
+  return {text.substr(0, sign), text.substr(sign + 1)};
+}
+
+bool matches(const std::string& pattern, const std::string& name) {
+  if (!pattern.ends_with('*')) return pattern == name;
+  return name.starts_with(pattern.substr(0, pattern.size() - 1));
+}
+
+bool has_column(const PlainTable& table, std::string_view name) {
+  return std::ranges::find(table.columns, name, &PlainColumn::name) != table.columns.end();
+}
+
+// The name of a joint that a column holds in every row.
+std::string joint_in_cells(const PlainTable& table, const std::string& header) {
+  const auto column = std::ranges::find(table.columns, header, &PlainColumn::name);
+  if (column == table.columns.end())
+    table.fail_header("has no column '" + header +
+                      "', which names the joint; record the whole message");
+  const auto index = static_cast<int>(column - table.columns.begin());
+  const auto cell = [&](const PlainRow& row) { return row.cells[static_cast<size_t>(index)]; };
+  for (const PlainRow& row : table.rows)
+    if (cell(row) != cell(table.rows.front()) || cell(row).empty())
+      table.fail(row, index,
+                 "is another joint than '" + cell(table.rows.front()) +
+                     "' in the first row; keep the messages of one publisher");
+  return cell(table.rows.front());
+}
+
+std::string quoted_names(const std::map<std::string, std::string>& headers) {
+  std::string names;
+  for (const auto& [name, header] : headers) names += (names.empty() ? "'" : ", '") + name + "'";
+  return names;
+}
+
+void add_name(std::map<std::string, std::string>& headers, const PlainTable& table,
+              const std::string& joint, const std::string& header) {
+  const auto [place, is_new] = headers.insert({joint, header});
+  if (!is_new)
+    table.fail_header("the columns '" + place->second + "' and '" + header +
+                      "' both hold the joint '" + joint + "'; leave one out: --ignore '" + header +
+                      "'");
+}
+
+}  // namespace
+
+ImportNames::ImportNames(const ImportOptions& options) : ignored_(options.ignored) {
+  for (const std::string& text : options.columns) {
+    const NamePair pair = split_pair("--column", text, text.find('='));
+    const auto quantity = stated_quantity(pair.left);
+    if (!quantity)
+      throw InputError(
+          "--column '" + text + "': '" + pair.left +
+          "' is no column of measured poses that this command writes; write OUR=THEIRS "
+          "with pose, repeat, session, target, t_s, q1_deg, e1_mm, x_mm, a_deg, roll, rx, qw, "
+          "payload_kg or temp_NAME_c on the left");
+    if (!quantities_.insert({pair.right, quantity->name}).second)
+      throw InputError("--column: '" + pair.right + "' is named twice; leave one out");
+    if (quantity->kind == UnitKind::encoder)
+      stated_units_[quantity->name] = column_name(pair.left).unit;
+    named_.push_back(pair.right);
+  }
+  for (const std::string& text : options.units) {
+    const NamePair pair = split_pair("--unit", text, text.rfind('='));
+    if (!find_unit(pair.right))
+      throw InputError("--unit '" + text + "': '" + pair.right +
+                       "' is no unit; known are mm, cm, m, um, in, deg, rad, mrad, s, ms, us, ns, "
+                       "min, h, kg, C");
+    if (!units_.insert({pair.left, pair.right}).second)
+      throw InputError("--unit: '" + pair.left + "' is named twice; leave one out");
+    named_.push_back(pair.left);
+  }
+  named_.insert(named_.end(), ignored_.begin(), ignored_.end());
+}
+
+void ImportNames::apply_preset(const PlainTable& table, const ImportOptions& options) {
+  if (!preset_) return;
+  std::map<std::string, std::string> by_name;  // header by name of the joint
+  for (const PresetColumn& column : preset_->columns) {
+    const std::string quantity(column.quantity);
+    if (quantity != "q" && maps(table, quantity)) continue;
+    std::vector<std::pair<std::string, std::string>> fitting;  // header and quantity
+    for (const PlainColumn& one : table.columns) {
+      const PresetFit fit = fit_of(column, one.name);
+      if (!fit.column || quantities_.contains(one.name) || is_ignored(one.name)) continue;
+      if (quantity == "q" && !column.beside.empty()) {
+        add_name(by_name, table, joint_in_cells(table, std::string(column.beside) + fit.captured),
+                 one.name);
+      } else if (quantity == "q" && column.header.find("{joint}") != std::string_view::npos) {
+        add_name(by_name, table, fit.captured, one.name);
+      } else if (quantity == "q") {
+        const int number = std::atoi(fit.captured.c_str()) + 1;
+        fitting.emplace_back(one.name, "q" + std::to_string(number));
+      } else if (column.beside.empty() || has_column(table, column.beside)) {
+        fitting.emplace_back(one.name, quantity);
+      }
+    }
+    for (const auto& [header, ours] : fitting) {
+      if (quantity == "q" && maps(table, ours)) continue;
+      quantities_.insert({header, ours});
+      if (!column.unit.empty()) units_.insert({header, std::string(column.unit)});
+    }
+  }
+  add_joints_by_name(table, options, by_name);
+}
+
+void ImportNames::add_joints_by_name(const PlainTable& table, const ImportOptions& options,
+                                     const std::map<std::string, std::string>& headers) {
+  if (headers.empty()) return;
+  const bool is_stated = std::ranges::any_of(quantities_, [](const auto& entry) {
+    return joint_number(entry.second) > 0;  // by --column
+  });
+  const auto add = [&](const std::string& quantity, const std::string& header, bool is_length) {
+    if (maps(table, quantity)) return;
+    quantities_.insert({header, quantity});
+    units_.insert({header, is_length ? "m" : "rad"});  // sensor_msgs/JointState
+  };
+  if (options.robot) {
+    const KinematicChain& chain = options.robot->chain;
+    const std::vector<JointName> joints = joint_names(chain);
+    std::vector<std::string> unknown;
+    for (size_t j = 0; j < joints.size(); ++j) {
+      const std::string& link = joint_link(chain, static_cast<int>(j)).name;
+      const auto named = options.joint_of_link.find(link);
+      const std::string name = named == options.joint_of_link.end() ? link : named->second;
+      auto found = headers.find(name);
+      if (found == headers.end()) found = headers.find(name + "_joint");
+      if (found == headers.end())
+        unknown.push_back(name);
+      else
+        add(joints[j].column, found->second, joints[j].is_length);
+    }
+    if (!unknown.empty() && !is_stated)
+      table.fail_header("the joints are " + quoted_names(headers) + ", and the robot's " +
+                        unknown.front() + " is none of them; give --urdf, the file that the robot "
+                        "was made of, or name each: --column q1_deg='" +
+                        headers.begin()->second + "'");
+    return;
+  }
+  // joint_a1 to joint_a7: one name with numbers from 1 on.
+  std::string stem;
+  std::map<int, std::string> numbered;
+  for (const auto& [name, header] : headers) {
+    const size_t digits = name.find_last_not_of("0123456789") + 1;
+    const std::string before = name.substr(0, digits);
+    const bool fits = digits < name.size() && name.size() - digits <= 2 &&
+                      (numbered.empty() || before == stem);
+    if (fits) numbered[std::atoi(name.c_str() + digits)] = header;
+    if (!fits) numbered[-1] = header;
+    stem = before;
+  }
+  const int count = static_cast<int>(headers.size());
+  if (numbered.size() != headers.size() || numbered.begin()->first != 1 ||
+      numbered.rbegin()->first != count) {
+    if (is_stated) return;
+    table.fail_header("the joints are " + quoted_names(headers) +
+                      ", in an order that the table does not tell; give --robot and --urdf, or "
+                      "name each: --column q1_deg='" +
+                      headers.begin()->second + "'");
+  }
+  for (const auto& [number, header] : numbered) add("q" + std::to_string(number), header, false);
+}
+
+bool ImportNames::is_known(std::string_view header) const {
+  const auto quantity = known_quantity(header);
+  if (quantities_.contains(header)) return true;
+  if (preset_) return is_in_preset(*preset_, header);
+  return quantity && (quantity->kind == UnitKind::length || quantity->kind == UnitKind::angle ||
+                      quantity->kind == UnitKind::encoder);
+}
+
+bool ImportNames::is_ignored(const std::string& header) const {
+  return std::ranges::any_of(ignored_,
+                             [&](const std::string& pattern) { return matches(pattern, header); });
+}
+
+const std::string* ImportNames::quantity_of(const std::string& header) const {
+  const auto found = quantities_.find(header);
+  return found == quantities_.end() ? nullptr : &found->second;
+}
+
+const std::string* ImportNames::unit_of(const std::string& header) const {
+  const auto found = units_.find(header);
+  return found == units_.end() ? nullptr : &found->second;
+}
+
+std::string ImportNames::stated_unit(const std::string& quantity) const {
+  const auto found = stated_units_.find(quantity);
+  return found == stated_units_.end() ? "" : found->second;
+}
+
+bool ImportNames::maps(const PlainTable& table, const std::string& quantity) const {
+  return std::ranges::any_of(table.columns, [&](const PlainColumn& column) {
+    const std::string* const stated = quantity_of(column.name);
+    return stated && *stated == quantity && !is_ignored(column.name);
+  });
+}
+
+void ImportNames::check_all_found(const std::vector<const PlainTable*>& tables) const {
+  for (const std::string& name : named_) {
+    const bool found = std::ranges::any_of(tables, [&](const PlainTable* table) {
+      return std::ranges::any_of(
+          table->columns, [&](const PlainColumn& column) { return matches(name, column.name); });
+    });
+    if (!found)
+      throw InputError(tables.front()->file + ": the options name the column '" + name +
+                       "', which no header has; write it as it stands there");
+  }
+}
+
+}  // namespace armtrue

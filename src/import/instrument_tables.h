@@ -1,0 +1,29 @@
+#pragma once
+
+#include <string>
+
+#include "import/plain_table.h"
+#include "import/presets.h"
+
+namespace armtrue {
+
+/// Reads the table of a preset whose files name their columns otherwise than a plain table. `body`:
+/// the rigid body or marker of a motion capture that is taken; may be empty if there is one only.
+/// All throw InputError.
+PlainTable read_instrument_table(const std::string& path, const Preset& preset,
+                                 const std::string& body);
+
+/// Points of SpatialAnalyzer as text: Collection, Group, Point, X, Y, Z, date and time. The file
+/// names no columns; names may be left out from the left, the time from the right. A comment `//
+/// AXES = CARTESIAN: X, Y, Z (mm)` states the unit.
+PlainTable read_spatial_analyzer(const std::string& path);
+
+/// CSV of OptiTrack Motive: a line of properties, then lines of types, names and kinds above the
+/// line that begins with Frame. Of the body the columns are called Position X, Rotation W.
+PlainTable read_motive(const std::string& path, const std::string& body);
+
+/// CSV of Vicon Nexus or Tracker: Objects, Segments or Trajectories, the rate, names, the line that
+/// begins with Frame, units. The times are frame / rate.
+PlainTable read_vicon(const std::string& path, const std::string& body);
+
+}  // namespace armtrue

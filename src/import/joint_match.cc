@@ -1,0 +1,253 @@
+#include "import/joint_match.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+#include <tuple>
+
+#include "armtrue/kinematics/units.h"
+#include "armtrue/text/input_error.h"
+#include "import/stop_join.h"
+
+namespace armtrue {
+namespace {
+
+constexpr double kStandsStill = 0.01 * kDegree;  // between two samples
+
+std::set<std::string> ids_of(const TableReader& reader) {
+  std::set<std::string> ids;
+  for (int r = 0; r < reader.rows(); ++r)
+    if (!reader.cell(r, "pose").empty()) ids.insert(reader.cell(r, "pose"));
+  return ids;
+}
+
+std::string join_by(const TableReader& points, const TableReader& joints) {
+  const std::string& a = points.table().file;
+  const std::string& b = joints.table().file;
+  if (points.has("pose") && joints.has("pose")) {
+    const std::set<std::string> left = ids_of(points), right = ids_of(joints);
+    if (left == right) return "id";
+    for (const std::string& id : left)
+      if (right.contains(id))
+        throw InputError(fmt::format(
+            "{}: the poses of this table and of {} are the same in part only; give --join id to "
+            "take those that both have, or --join order",
+            a, b));
+  }
+  if (points.rows() == joints.rows()) return "order";
+  throw InputError(fmt::format(
+      "{}: has {} rows, {} has {}, and no column of poses with the same names; say how rows belong "
+      "together: --join time, --join stops if their clocks differ, or --column pose=NAME for both",
+      a, points.rows(), b, joints.rows()));
+}
+
+JointMatches match_by_order(const TableReader& points, const TableReader& joints) {
+  if (points.rows() != joints.rows())
+    throw InputError(fmt::format(
+        "{}: has {} rows and {} has {}; --join order needs as many in both: add or remove rows",
+        points.table().file, points.rows(), joints.table().file, joints.rows()));
+  JointMatches matches;
+  for (int r = 0; r < points.rows(); ++r)
+    matches.rows.push_back({r, r, joints.joints(r), std::nullopt});
+  matches.how = "by the order of the rows";
+  return matches;
+}
+
+// Rows by pose and, if both tables number the visits, by repeat.
+class IdJoin {
+ public:
+  IdJoin(const TableReader& points, const TableReader& joints)
+      : points_(points),
+        joints_(joints),
+        by_repeat_(points.has("repeat") && joints.has("repeat")) {}
+
+  JointMatches match() {
+    for (const TableReader* table : {&points_, &joints_})
+      if (!table->has("pose"))
+        throw InputError(table->table().file +
+                         ": has no column of poses to join by; name it: --column pose=NAME");
+    for (int r = 0; r < joints_.rows(); ++r) joint_rows_[key(joints_, r)].push_back(r);
+    for (int r = 0; r < points_.rows(); ++r) point_rows_[key(points_, r)].push_back(r);
+    JointMatches matches;
+    for (int r = 0; r < points_.rows(); ++r) {
+      const int joint_row = row_for(r);
+      matches.rows.push_back({r, joint_row, joints_.joints(joint_row), std::nullopt});
+    }
+    const auto left = std::ranges::count_if(
+        joint_rows_, [&](const auto& entry) { return !point_rows_.contains(entry.first); });
+    if (left > 0)
+      matches.warnings.push_back(fmt::format("{}: {} poses have no measured point and are left out",
+                                             joints_.table().file, left));
+    matches.how = by_repeat_ ? "by pose and repeat" : "by pose";
+    return matches;
+  }
+
+ private:
+  using Key = std::pair<std::string, int>;
+
+  Key key(const TableReader& table, int r) const {
+    return {table.name(r, "pose"), by_repeat_ ? table.whole_number(r, "repeat") : 0};
+  }
+
+  int row_for(int r) const {
+    const auto found = joint_rows_.find(key(points_, r));
+    if (found == joint_rows_.end())
+      points_.fail(r, "pose",
+                   "has no row with joint angles in " + joints_.table().file +
+                       "; add it there, or remove this row");
+    const std::vector<int>& rows = found->second;
+    if (rows.size() == 1) return rows.front();
+    const std::vector<int>& here = point_rows_.at(found->first);
+    if (here.size() != rows.size() || points_.has("target"))
+      points_.fail(r, "pose",
+                   fmt::format("stands {} times here and {} times in {}, so that rows cannot be "
+                               "told apart; number the visits in both: --column repeat=NAME",
+                               here.size(), rows.size(), joints_.table().file));
+    return rows[static_cast<size_t>(std::ranges::find(here, r) - here.begin())];
+  }
+
+  const TableReader& points_;
+  const TableReader& joints_;
+  bool by_repeat_;
+  std::map<Key, std::vector<int>> joint_rows_, point_rows_;
+};
+
+class TimeJoin {
+ public:
+  TimeJoin(const TableReader& points, const TableReader& joints, const ImportOptions& options)
+      : points_(points), joints_(joints), options_(options) {}
+
+  JointMatches match() {
+    require_times(points_, joints_);
+    read_clocks();
+    JointMatches matches;
+    int outside = 0, moving = 0, first_moving = 0;
+    for (int r = 0; r < points_.rows(); ++r) {
+      if (points_.is_unmeasured(r)) continue;
+      const double t = point_s_[static_cast<size_t>(r)];
+      const auto after = std::ranges::lower_bound(joint_s_, t);
+      if (after == joint_s_.end() || (after == joint_s_.begin() && *after > t)) {
+        ++outside;
+        continue;
+      }
+      const bool hit = *after == t;
+      const auto b = static_cast<int>(after - joint_s_.begin()), a = hit ? b : b - 1;
+      if (!stands_still(a, b)) {
+        if (moving++ == 0) first_moving = points_.row(r).line;
+        continue;
+      }
+      matches.rows.push_back({r, a, between(a, b, t), std::nullopt});
+    }
+    if (matches.rows.empty()) fail_without_rows(outside, moving);
+    if (outside > 0)
+      matches.warnings.push_back(
+          fmt::format("{}: {} points lie before or after all joint angles "
+                      "and are left out",
+                      points_.table().file, outside));
+    if (moving > 0)
+      matches.warnings.push_back(fmt::format(
+          "{}: at {} points the joints move, or have no samples within {:.6g} s, the first in line "
+          "{}; they are left out",
+          points_.table().file, moving, options_.max_gap_s, first_moving));
+    matches.stops_are_poses = true;
+    matches.how = fmt::format("by time, {} of {} points, clock offset {:.9g} s",
+                              matches.rows.size(), points_.rows(),
+                              options_.clock_offset_s.value_or(0));
+    return matches;
+  }
+
+ private:
+  void read_clocks() {
+    const TableReader::Clock points = points_.clock(), joints = joints_.clock();
+    require_same_clocks(points_, points, joints_, joints);
+    const PlainTime zero = joints.is_number ? PlainTime{} : joints.times.front();
+    for (int r = 0; r < points_.rows(); ++r)
+      point_s_.push_back(points.since(r, zero) + options_.clock_offset_s.value_or(0));
+    for (int r = 0; r < joints_.rows(); ++r) {
+      joint_s_.push_back(joints.since(r, zero));
+      if (r > 0 && joint_s_[static_cast<size_t>(r)] <= joint_s_[static_cast<size_t>(r) - 1])
+        joints_.fail(r, "t",
+                     "is not after the time of the row above; joint angles that are joined by time "
+                     "need increasing times");
+      q_.push_back(joints_.joints(r));
+    }
+  }
+
+  bool near(int a, int b) const {
+    const auto i = static_cast<size_t>(a), k = static_cast<size_t>(b);
+    return joint_s_[k] - joint_s_[i] <= options_.max_gap_s &&
+           (q_[k] - q_[i]).cwiseAbs().maxCoeff() <= kStandsStill;
+  }
+
+  // Between samples a and b, and to the sample before and after them.
+  bool stands_still(int a, int b) const {
+    const int last = static_cast<int>(q_.size()) - 1;
+    return near(a, b) && (a == 0 || near(a - 1, a)) && (b == last || near(b, b + 1));
+  }
+
+  JointVector between(int a, int b, double t) const {
+    const auto i = static_cast<size_t>(a), k = static_cast<size_t>(b);
+    if (a == b) return q_[i];
+    const double share = (t - joint_s_[i]) / (joint_s_[k] - joint_s_[i]);
+    return q_[i] + share * (q_[k] - q_[i]);
+  }
+
+  [[noreturn]] void fail_without_rows(int outside, int moving) const {
+    throw InputError(fmt::format(
+        "{}: no point can be joined by time: {} lie before or after all joint angles of {}, at {} "
+        "the joints move or have no samples within {:.6g} s; check the columns of times, "
+        "--clock-offset-s and --max-gap-s",
+        points_.table().file, outside, joints_.table().file, moving, options_.max_gap_s));
+  }
+
+  const TableReader& points_;
+  const TableReader& joints_;
+  const ImportOptions& options_;
+  std::vector<double> point_s_, joint_s_;
+  std::vector<JointVector> q_;
+};
+
+}  // namespace
+
+void require_times(const TableReader& points, const TableReader& joints) {
+  for (const TableReader* table : {&points, &joints})
+    if (!table->has("t"))
+      throw InputError(table->table().file +
+                       ": has no column of times to join by; name it: --column t_s=NAME");
+}
+
+void require_same_clocks(const TableReader& points, const TableReader::Clock& a,
+                         const TableReader& joints, const TableReader::Clock& b) {
+  const auto form = [](const TableReader::Clock& clock) -> std::string {
+    if (clock.is_number) return "numbers";
+    if (!clock.times.front().has_date) return "times of day";
+    return clock.times.front().has_zone ? "dates with a time zone" : "dates without a time zone";
+  };
+  if (form(a) != form(b))
+    throw InputError(fmt::format(
+        "{}: its times are {}, those of {} are {}; give both in one form to join by time",
+        points.table().file, form(a), joints.table().file, form(b)));
+}
+
+JointMatches match_joints(const TableReader& points, const TableReader& joints,
+                          const ImportOptions& options) {
+  const bool is_stated = !options.join.empty();
+  const std::string how = is_stated ? options.join : join_by(points, joints);
+  if (how == "id") return IdJoin(points, joints).match();
+  if (how == "order") {
+    JointMatches matches = match_by_order(points, joints);
+    if (!is_stated && points.has("pose") && joints.has("pose"))
+      matches.warnings.push_back(
+          fmt::format("{}: the poses have other names than in {}; the rows are joined in their "
+                      "order: is it the "
+                      "same in both?",
+                      points.table().file, joints.table().file));
+    return matches;
+  }
+  if (how == "stops") return match_by_stops(points, joints, options);
+  return TimeJoin(points, joints, options).match();
+}
+
+}  // namespace armtrue

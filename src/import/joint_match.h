@@ -1,0 +1,51 @@
+#pragma once
+
+#include <Eigen/Geometry>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "import/table_reader.h"
+
+namespace armtrue {
+
+/// The mean of the points of a standstill [m], and of their orientations if they have some.
+struct MeanReading {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
+};
+
+/// Joint angles for one row of the points.
+struct JointMatch {
+  int point_row = 0;
+  int joint_row = 0;                ///< whose further columns hold for the point
+  JointVector q;                    ///< [rad or m]
+  std::optional<MeanReading> mean;  ///< in the place of the row's point
+};
+
+struct JointMatches {
+  std::vector<JointMatch> rows;  ///< in the order of the points
+  std::string how;               ///< for people: by id, by order, by time
+  /// Without a column of poses: neighbours of the same joint angles are one pose.
+  bool stops_are_poses = false;
+  /// Without a column of poses: rows of the same joint angles are one pose, wherever they stand.
+  bool same_joints_are_one_pose = false;
+  std::vector<std::string> warnings;
+};
+
+/// Throws InputError if a table has no column of times.
+void require_times(const TableReader& points, const TableReader& joints);
+
+/// Throws InputError if two clocks that should count the same time but for an offset are written in
+/// different forms.
+void require_same_clocks(const TableReader& points, const TableReader::Clock& a,
+                         const TableReader& joints, const TableReader::Clock& b);
+
+/// Joins points and joint angles: by the column of poses, by the order of the rows, by time, or by
+/// stops (match_by_stops()). By
+/// time the joint angles are those between the two samples about the point, and only points are
+/// taken at which the joints stand still. Throws InputError where rows cannot be told apart.
+JointMatches match_joints(const TableReader& points, const TableReader& joints,
+                          const ImportOptions& options);
+
+}  // namespace armtrue

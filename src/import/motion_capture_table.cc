@@ -1,0 +1,260 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <map>
+
+#include "armtrue/text/number_text.h"
+#include "import/instrument_tables.h"
+#include "import/table_lines.h"
+
+namespace armtrue {
+namespace {
+
+// One column of a body, of which the table has many.
+struct BodyColumn {
+  size_t column;
+  std::string body, name;
+};
+
+std::string chosen_body(const PlainTable& table, const std::string& stated,
+                        const std::vector<std::string>& rigid,
+                        const std::vector<std::string>& all) {
+  if (!stated.empty()) {
+    if (std::ranges::find(all, stated) != all.end()) return stated;
+    table.fail_header(fmt::format("has no body or marker '{}' of --body; it has {}", stated,
+                                  fmt::join(all, ", ")));
+  }
+  if (rigid.size() == 1) return rigid.front();
+  if (rigid.empty() && all.size() == 1) return all.front();
+  const std::vector<std::string>& names = rigid.empty() ? all : rigid;
+  if (names.empty())
+    table.fail_header("has no body and no marker with positions; export them");
+  table.fail_header(fmt::format("has several bodies or markers, {}; say which is on the robot: "
+                                "--body '{}'",
+                                fmt::join(names, ", "), names.front()));
+}
+
+// Keeps the columns of one body, in the order in which they stand.
+void keep_body(PlainTable& table, const std::string& body, const std::vector<std::string>& all) {
+  std::vector<std::string> others;
+  for (const std::string& name : all)
+    if (name != body) others.push_back(name);
+  table.notes.push_back("body '" + body + "'");
+  if (!others.empty()) table.notes.push_back(fmt::format("not used: {}", fmt::join(others, ", ")));
+}
+
+void add_name(std::vector<std::string>& names, const std::string& name) {
+  if (std::ranges::find(names, name) == names.end()) names.push_back(name);
+}
+
+// The lines of Motive above that which begins with Frame.
+struct MotiveHeader {
+  std::map<std::string, std::string> properties;
+  Cells types, names, kinds, axes;
+};
+
+MotiveHeader read_motive_header(TableLines& lines) {
+  MotiveHeader header;
+  if (!lines.next()) lines.fail("is empty; expected a CSV export of Motive");
+  const Cells first = lines.cells(',');
+  if (first.front() != "Format Version")
+    lines.fail("begins with '" + first.front().substr(0, 40) +
+               "' where an export of Motive has 'Format Version'; export it with its header");
+  for (size_t k = 0; k + 1 < first.size(); k += 2) header.properties[first[k]] = first[k + 1];
+  while (lines.next()) {
+    if (lines.is_blank()) continue;
+    Cells cells = lines.cells(',');
+    if (cells.front() == "Frame") {
+      header.axes = std::move(cells);
+      break;
+    }
+    if (cells.size() < 2 || !cells.front().empty())
+      lines.fail("begins with '" + cells.front().substr(0, 40) +
+                 "' where the header of a Motive export goes on; export it with its header");
+    if (cells[1] == "Type") header.types = std::move(cells);
+    else if (cells[1] == "Name") header.names = std::move(cells);
+    else if (cells[1].empty()) header.kinds = std::move(cells);
+  }
+  if (header.axes.empty()) lines.fail("the header ends without the line that begins with 'Frame'");
+  for (const Cells* row : {&header.types, &header.names, &header.kinds})
+    if (row->size() != header.axes.size())
+      lines.fail(fmt::format("the lines Type, Name, Rotation or Position, and Frame need the same "
+                             "number of cells, and have {}, {}, {} and {}; export the file again",
+                             header.types.size(), header.names.size(), header.kinds.size(),
+                             header.axes.size()));
+  return header;
+}
+
+void check_motive_properties(const TableLines& lines, const MotiveHeader& header,
+                             bool has_rotation) {
+  const auto require = [&](const char* key, const char* value, const char* remedy) {
+    const auto found = header.properties.find(key);
+    if (found == header.properties.end() || found->second == value) return;
+    throw InputError(fmt::format("{}{} is '{}'; {}", at_line(lines.file(), 1), key, found->second,
+                                 remedy));
+  };
+  if (has_rotation)
+    require("Rotation Type", "Quaternion", "export with the rotation type Quaternion");
+  require("Coordinate Space", "Global", "export in global coordinates");
+}
+
+std::vector<std::string> bodies_of(const std::vector<BodyColumn>& columns) {
+  std::vector<std::string> names;
+  for (const BodyColumn& column : columns) add_name(names, column.body);
+  return names;
+}
+
+// ---- Vicon
+
+// The rows of names, axes and units below the rate.
+struct ViconHeader {
+  double rate = 0;
+  char separator = ',';
+  Cells bodies, axes, units;
+  bool is_trajectories = false;
+};
+
+ViconHeader read_vicon_header(TableLines& lines, std::string_view separators) {
+  ViconHeader header;
+  const auto section = [&](std::string_view name) { return lines.text().starts_with(name); };
+  while (true) {
+    if (!lines.next())
+      lines.fail("has no line Objects, Segments or Trajectories; expected a CSV export of Vicon");
+    header.is_trajectories = section("Trajectories");
+    if (header.is_trajectories || section("Objects") || section("Segments")) break;
+  }
+  if (!lines.next()) lines.fail("the file ends where the rate of the frames should stand");
+  const std::string rate(
+      trim_blanks(lines.text().substr(0, lines.text().find_first_of(separators))));
+  const auto number = plain_number(rate, '.');
+  if (!number || !(number->value > 0))
+    lines.fail("'" + rate + "' is no rate of frames; expected a number such as 100");
+  header.rate = number->value;
+  if (!lines.next()) lines.fail("the file ends where the names should stand");
+  const std::string names(lines.text());
+  const int names_line = lines.number();
+  if (!lines.next()) lines.fail("the file ends where the header should stand");
+  const std::string_view axes = lines.text();
+  for (const char separator : separators)
+    if (axes.starts_with(std::string("Frame") + separator)) header.separator = separator;
+  header.axes = lines.cells(header.separator);
+  if (header.axes.size() < 3 || header.axes[0] != "Frame" || header.axes[1] != "Sub Frame")
+    lines.fail("expected the line that begins with Frame, Sub Frame; export the file again");
+  const Cells named = split_cells(names, header.separator, at_line(lines.file(), names_line));
+  for (size_t k = 0; k < header.axes.size(); ++k) {
+    const bool is_new = k < named.size() && !named[k].empty();
+    header.bodies.push_back(is_new ? named[k] : k == 0 ? "" : header.bodies.back());
+  }
+  if (!lines.next()) lines.fail("the file ends where the units should stand");
+  header.units = lines.cells(header.separator);
+  if (header.units.size() != header.axes.size())
+    lines.fail(fmt::format("the line of units has {} cells where the header has {}; export the "
+                           "file again",
+                           header.units.size(), header.axes.size()));
+  return header;
+}
+
+}  // namespace
+
+PlainTable read_motive(const std::string& path, const std::string& body) {
+  TableLines lines(path);
+  PlainTable table;
+  table.file = lines.file();
+  const MotiveHeader header = read_motive_header(lines);
+  table.header_line = lines.number();
+  std::vector<BodyColumn> columns;
+  std::vector<std::string> rigid, all;
+  for (size_t k = 2; k < header.axes.size(); ++k) {
+    const std::string& kind = header.kinds[k];
+    if ((kind != "Position" && kind != "Rotation") || header.axes[k].empty()) continue;
+    columns.push_back({k, header.names[k], kind + " " + header.axes[k]});
+    if (kind != "Position") continue;
+    add_name(all, header.names[k]);
+    if (header.types[k] == "Rigid Body") add_name(rigid, header.names[k]);
+  }
+  const std::string chosen = chosen_body(table, body, rigid, all);
+  std::erase_if(columns, [&](const BodyColumn& column) { return column.body != chosen; });
+  const bool has_rotation = std::ranges::any_of(
+      columns, [](const BodyColumn& column) { return column.name.starts_with("Rotation"); });
+  check_motive_properties(lines, header, has_rotation);
+  keep_body(table, chosen, all);
+  const auto unit = header.properties.find("Length Units");
+  table.columns.push_back({header.axes[1], ""});
+  for (const BodyColumn& column : columns) {
+    const bool is_length = column.name.starts_with("Position");
+    table.columns.push_back(
+        {column.name, is_length && unit != header.properties.end() ? unit->second : ""});
+  }
+  BlankLines blank;
+  while (lines.next()) {
+    if (blank.skips(lines, !table.rows.empty())) continue;
+    const Cells cells = lines.cells(',');
+    if (cells.size() != header.axes.size())
+      lines.fail(fmt::format("has {} cells where the header in line {} has {}; complete or remove "
+                             "the row",
+                             cells.size(), table.header_line, header.axes.size()));
+    PlainRow row{lines.number(), {cells[1]}};
+    for (const BodyColumn& column : columns) row.cells.push_back(cells[column.column]);
+    table.rows.push_back(std::move(row));
+  }
+  require_rows(table);
+  return table;
+}
+
+PlainTable read_vicon(const std::string& path, const std::string& body) {
+  TableLines lines(path);
+  PlainTable table;
+  table.file = lines.file();
+  const ViconHeader header = read_vicon_header(lines, find_preset("vicon")->separators);
+  table.header_line = lines.number() - 1;
+  std::vector<BodyColumn> columns;
+  for (size_t k = 2; k < header.axes.size(); ++k)
+    if (!header.axes[k].empty()) columns.push_back({k, header.bodies[k], header.axes[k]});
+  const std::vector<std::string> all = bodies_of(columns);
+  const std::string chosen = chosen_body(table, body, {}, all);
+  std::erase_if(columns, [&](const BodyColumn& column) { return column.body != chosen; });
+  keep_body(table, chosen, all);
+  table.notes.push_back(fmt::format("times are frame / {:.9g} Hz", header.rate));
+  table.columns.push_back({"Time", ""});
+  for (const BodyColumn& column : columns)
+    table.columns.push_back({column.name, header.units[column.column]});
+  bool has_ended = false;  // a blank line ends the section
+  while (lines.next()) {
+    has_ended = has_ended || lines.is_blank();
+    const Cells cells = lines.cells(header.separator);
+    if (has_ended && !plain_number(cells[0], '.')) continue;
+    if (has_ended)
+      lines.fail("a row follows a blank line; blank lines may only end a table. Remove it, or what "
+                 "follows it");
+    if (cells.size() != header.axes.size())
+      lines.fail(fmt::format("has {} cells where the header in line {} has {}; complete or remove "
+                             "the row",
+                             cells.size(), table.header_line, header.axes.size()));
+    const auto frame = plain_number(cells[0], '.');
+    if (!frame || cells[0].find_first_of(".,eE") != std::string::npos)
+      lines.fail("column 'Frame': '" + cells[0] + "' is no whole number; correct the row");
+    if (cells[1] != "0")
+      lines.fail("column 'Sub Frame': '" + cells[1] +
+                 "' is not 0; export the frames of the cameras alone");
+    PlainRow row{lines.number(), {number_text(frame->value / header.rate)}};
+    for (const BodyColumn& column : columns) row.cells.push_back(cells[column.column]);
+    table.rows.push_back(std::move(row));
+  }
+  require_rows(table);
+  return table;
+}
+
+PlainTable read_instrument_table(const std::string& path, const Preset& preset,
+                                 const std::string& body) {
+  switch (preset.form) {
+    case TableForm::spatial_analyzer:
+      return read_spatial_analyzer(path);
+    case TableForm::motive:
+      return read_motive(path, body);
+    default:
+      return read_vicon(path, body);
+  }
+}
+
+}  // namespace armtrue

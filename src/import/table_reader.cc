@@ -1,0 +1,133 @@
+#include "import/table_reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "armtrue/text/input_error.h"
+#include "import/orientation_columns.h"
+
+namespace armtrue {
+
+std::vector<std::string> TableReader::quantities() const {
+  std::vector<std::string> names;
+  for (const auto& [quantity, column] : mapping_.columns) names.push_back(quantity);
+  return names;
+}
+
+const std::string& TableReader::cell(int r, const std::string& quantity) const {
+  return row(r).cells[static_cast<size_t>(mapping_.find(quantity)->column)];
+}
+
+void TableReader::fail(int r, const std::string& quantity, const std::string& what) const {
+  table_.fail(row(r), mapping_.find(quantity)->column, what);
+}
+
+double TableReader::number(int r, const std::string& quantity) const {
+  const std::string& text = cell(r, quantity);
+  if (text.empty()) fail(r, quantity, "is empty; complete or remove the row");
+  if (const auto count = plain_count(text); quantity == "t" && count)
+    return mapping_.find(quantity)->factor * *count;
+  const auto read = plain_number(text, mapping_.decimal_sign);
+  if (!read)
+    fail(r, quantity,
+         fmt::format("is no number with a decimal {}; correct it or remove the row",
+                     mapping_.decimal_sign == ',' ? "comma" : "point"));
+  if (read->ambiguous && !mapping_.decimal_stated)
+    fail(r, quantity,
+         fmt::format("can be read with a thousands separator or with a decimal sign; correct it, "
+                     "or say --decimal {} if thousands are separated",
+                     mapping_.decimal_sign == ',' ? "comma" : "point"));
+  return mapping_.find(quantity)->factor * read->value;
+}
+
+int TableReader::whole_number(int r, const std::string& quantity) const {
+  const double value = number(r, quantity);
+  if (value != std::floor(value) || std::abs(value) > 2e9)
+    fail(r, quantity, "is no whole number; correct it");
+  return static_cast<int>(value);
+}
+
+const std::string& TableReader::name(int r, const std::string& quantity) const {
+  const std::string& text = cell(r, quantity);
+  if (text.empty()) fail(r, quantity, "is empty; every row needs a name here");
+  if (text.find_first_of(",\"\t") != std::string::npos || text.front() == '#')
+    fail(r, quantity,
+         "holds a comma, a quote or a tab, or begins with #, which the names of measured poses "
+         "cannot; rename it");
+  return text;
+}
+
+JointVector TableReader::joints(int r) const {
+  JointVector q(static_cast<Eigen::Index>(mapping_.joints.size()));
+  for (Eigen::Index j = 0; j < q.size(); ++j)
+    q[j] = number(r, mapping_.joints[static_cast<size_t>(j)].column);
+  return q;
+}
+
+Eigen::Vector3d TableReader::position(int r) const {
+  return {number(r, "x"), number(r, "y"), number(r, "z")};
+}
+
+Eigen::Quaterniond TableReader::orientation(int r) const {
+  std::array<double, 4> numbers{};
+  const std::vector<std::string> quantities = orientation_quantities(mapping_.orientation);
+  for (size_t k = 0; k < quantities.size(); ++k) numbers[k] = number(r, quantities[k]);
+  const auto rotation = orientation_of(mapping_.orientation, numbers);
+  if (!rotation)
+    fail(r, quantities.front(),
+         "begins a quaternion whose length is not 1; are these its columns? Correct or remove the "
+         "row");
+  return *rotation;
+}
+
+bool TableReader::is_unmeasured(int r) const {
+  const auto empty = [&](const std::string& quantity) { return cell(r, quantity).empty(); };
+  return empty("x") && empty("y") && empty("z") &&
+         std::ranges::all_of(orientation_quantities(mapping_.orientation), empty);
+}
+
+double TableReader::Clock::since(int r, const PlainTime& zero) const {
+  return is_number ? seconds[static_cast<size_t>(r)]
+                   : seconds_between(times[static_cast<size_t>(r)], zero);
+}
+
+PlainTime TableReader::time(int r) const {
+  auto read = plain_time(cell(r, "t"));
+  if (!read)
+    fail(r, "t",
+         "is no time such as 12:33:01.5 or 2024-05-03T12:33:01.5, as in the first row; write all "
+         "times in one of these ways, or give seconds");
+  if (!has("date")) return *read;
+  const auto day = plain_date(cell(r, "date"));
+  if (!day) fail(r, "date", "is no date such as 2024-05-03; write all dates in this way");
+  if (read->has_date) fail(r, "t", "states a date beside the column of dates; --ignore one");
+  read->has_date = true;
+  read->day = *day;
+  return *read;
+}
+
+TableReader::Clock TableReader::clock() const {
+  Clock clock;
+  clock.is_number = !has("date") && !mapping_.find("t")->unit.empty();
+  for (int r = 0; r < rows(); ++r) {
+    if (clock.is_number) {
+      clock.seconds.push_back(number(r, "t"));
+      continue;
+    }
+    clock.times.push_back(time(r));
+    const PlainTime& first = clock.times.front();
+    const PlainTime& last = clock.times.back();
+    if (first.has_date != last.has_date || first.has_zone != last.has_zone)
+      fail(r, "t", "is written in another way than in the first row; write all times in one way");
+    if (!last.has_date && r > 0 && last.seconds < clock.times[static_cast<size_t>(r) - 1].seconds)
+      fail(r, "t",
+           "is before the time of the row above: past midnight, or not in order; give times with "
+           "dates");
+  }
+  return clock;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "armtrue/campaign/campaign.h"
+#include "import/column_mapping.h"
+#include "import/plain_cell.h"
+
+namespace armtrue {
+
+/// The cells of one table by quantity, in m, rad, s. Errors throw InputError with file, line,
+/// column, content and remedy.
+class TableReader {
+ public:
+  TableReader(const PlainTable& table, const ColumnMapping& mapping)
+      : table_(table), mapping_(mapping) {}
+
+  const PlainTable& table() const { return table_; }
+  bool has(const std::string& quantity) const { return mapping_.has(quantity); }
+  bool has_orientation() const { return !mapping_.orientation.empty(); }
+  const std::vector<JointName>& joint_names() const { return mapping_.joints; }
+  std::vector<std::string> quantities() const;
+  int rows() const { return static_cast<int>(table_.rows.size()); }
+  const PlainRow& row(int r) const { return table_.rows[static_cast<size_t>(r)]; }
+
+  const std::string& cell(int r, const std::string& quantity) const;
+  double number(int r, const std::string& quantity) const;
+  int whole_number(int r, const std::string& quantity) const;
+  /// A name as a CSV file can hold it without quotes.
+  const std::string& name(int r, const std::string& quantity) const;
+  JointVector joints(int r) const;
+  Eigen::Vector3d position(int r) const;
+  Eigen::Quaterniond orientation(int r) const;
+  /// True if all cells of point and orientation are empty: the row was not measured.
+  bool is_unmeasured(int r) const;
+  [[noreturn]] void fail(int r, const std::string& quantity, const std::string& what) const;
+
+  /// Times of the rows.
+  struct Clock {
+    bool is_number = false;
+    std::vector<double> seconds;   ///< if numbers
+    std::vector<PlainTime> times;  ///< otherwise
+    /// Of a row since `zero` [s]; numbers are given as they are.
+    double since(int r, const PlainTime& zero) const;
+  };
+  /// The column t_s, or date and t_s; all rows in one form.
+  Clock clock() const;
+
+ private:
+  PlainTime time(int r) const;
+
+  const PlainTable& table_;
+  const ColumnMapping& mapping_;
+};
+
+}  // namespace armtrue

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "armtrue/urdf/urdf_io.h"
+#include "armtrue/kinematics/pose.h"
+
+namespace armtrue {
+
+/// One joint on the way from the base to the tip.
+struct ChainJoint {
+  enum class Kind { fixed, revolute, prismatic, other };
+
+  bool is_driven() const { return kind == Kind::revolute || kind == Kind::prismatic; }
+
+  std::string name, link;  ///< link: the one behind it
+  Kind kind = Kind::fixed;
+  /// The frame of `link` in the frame before it, where the joint angle is 0. From child to parent
+  /// (`backwards`) it is the inverse of the joint's origin.
+  Pose origin;
+  bool backwards = false;
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< of a driven joint in its frame, unit
+  bool limited = false;
+  double min = 0, max = 0;  ///< [rad or m]
+  double mass_kg = 0;       ///< of `link`; 0: none stated
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+};
+
+/// The way of a URDF from base to tip.
+struct UrdfChain {
+  std::string robot;  ///< its name
+  std::string base;   ///< link
+  std::vector<ChainJoint> joints;
+  /// Links that stand fixed to the base beside the way, turned or moved, as the frame of a
+  /// controller often does.
+  std::vector<std::string> beside_base;
+};
+
+/// Reads the document with urdfdom and finds the way with KDL. Errors are those of parse_urdf().
+UrdfChain read_urdf_chain(const std::string& text, const std::string& file, const UrdfEnds& ends);
+
+/// The arm of a document whose way is `chain`. Errors are those of parse_urdf().
+Robot robot_of(const UrdfChain& chain, const std::string& text, const std::string& file);
+
+/// The same arm with the frames that robot_of() gives to the axes of a foreign document. It is seen
+/// from R_0: the base of the result is its own R_0 in the frame that was R_0 before.
+Robot with_frames_of_axes(const Robot& robot);
+
+}  // namespace armtrue

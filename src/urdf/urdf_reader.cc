@@ -1,0 +1,245 @@
+#include <fmt/format.h>
+#include <tinyxml.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <optional>
+
+#include "armtrue/urdf/urdf_io.h"
+#include "armtrue/kinematics/units.h"
+#include "armtrue/text/input_error.h"
+#include "io/link_names.h"
+#include "urdf/link_frames.h"
+#include "urdf/urdf_chain.h"
+#include "urdf/xml_bounds.h"
+
+namespace armtrue {
+namespace {
+
+using Eigen::Vector3d;
+
+// The exact link entries that write_urdf left, by joint name.
+std::map<std::string, Link> exact_links(const std::string& text) {
+  std::map<std::string, Link> links;
+  TiXmlDocument document;
+  document.Parse(text.c_str());
+  const TiXmlElement* robot = document.FirstChildElement("robot");
+  if (!robot) return links;
+  for (const TiXmlElement* joint = robot->FirstChildElement("joint"); joint;
+       joint = joint->NextSiblingElement("joint")) {
+    const TiXmlElement* own = joint->FirstChildElement("armtrue");
+    const char* name = joint->Attribute("name");
+    if (!own || !name) continue;
+    const auto value = [&](const char* key, double unit) {
+      const char* number = own->Attribute(key);
+      return number ? std::strtod(number, nullptr) * unit : 0.0;
+    };
+    Link link;
+    link.alpha = value("alpha_deg", kDegree);
+    link.d = value("d_mm", kMillimetre);
+    link.theta = value("theta_deg", kDegree);
+    link.r = value("r_mm", kMillimetre);
+    link.beta = value("beta_deg", kDegree);
+    links[name] = link;
+  }
+  return links;
+}
+
+bool agree(const Pose& a, const Pose& b) {
+  return (a.translation - b.translation).norm() < 1e-9 && (a.rotation - b.rotation).norm() < 1e-9;
+}
+
+JointKind kind_of(const ChainJoint& joint) {
+  if (joint.kind == ChainJoint::Kind::revolute) return JointKind::revolute;
+  return joint.kind == ChainJoint::Kind::prismatic ? JointKind::prismatic : JointKind::fixed;
+}
+
+void copy_joint(const ChainJoint& from, Link& link) {
+  link.name = from.link;
+  link.joint = kind_of(from);
+  if (!from.limited) return;
+  link.min = from.min;
+  link.max = from.max;
+}
+
+void copy_mass(const ChainJoint& from, int link, const Pose& link_from_urdf, Robot& robot) {
+  if (from.mass_kg > 0) robot.bodies.push_back({link, from.mass_kg, link_from_urdf * from.centre});
+}
+
+// Reads world, base_link, the links and tool in the order of write_urdf.
+std::optional<Robot> as_written(const std::vector<ChainJoint>& chain, const std::string& text) {
+  if (chain.size() < 3 || chain.size() > kMaxLinks + 2) return std::nullopt;
+  const auto is_fixed = [](const ChainJoint& joint) {
+    return joint.kind == ChainJoint::Kind::fixed;
+  };
+  // Not so where --tip names a link within the arm.
+  if (!is_fixed(chain.front()) || !is_fixed(chain.back())) return std::nullopt;
+  const std::map<std::string, Link> exact = exact_links(text);
+  Robot robot;
+  robot.chain.base = chain.front().origin;
+  robot.chain.tool = chain.back().origin;
+  for (size_t j = 0; j + 2 < chain.size(); ++j) {
+    const ChainJoint& joint = chain[j + 1];
+    const auto found = exact.find(joint.name);
+    if (found == exact.end() || joint.kind == ChainJoint::Kind::other) return std::nullopt;
+    Link& link = robot.chain.links.emplace_back(found->second);
+    if (!agree(link_transform(link), joint.origin))
+      return std::nullopt;  // somebody changed the origin: that counts
+    copy_joint(joint, link);
+    if (joint.is_driven()) {
+      if (joint.axis.x() != 0 || joint.axis.y() != 0) return std::nullopt;
+      link.sign = joint.axis.z() < 0 ? -1 : 1;
+    }
+    copy_mass(joint, static_cast<int>(j), Pose{}, robot);
+  }
+  if (joint_count(robot.chain) < 1 || joint_count(robot.chain) > kMaxJoints) return std::nullopt;
+  return robot;
+}
+
+// The frame on the last axis, with x as near as it can be to that of the frame before.
+Pose last_frame(const JointAxis& axis, const Pose& previous) {
+  const Vector3d& z = axis.direction;
+  Vector3d x = previous.rotation.col(0);
+  x = (x - z * z.dot(x)).normalized();
+  Pose frame;
+  frame.rotation << x, z.cross(x), z;
+  frame.translation = axis.point;
+  return frame;
+}
+
+void require_arm(const std::vector<ChainJoint>& chain, const std::string& file) {
+  int driven = 0;
+  for (const ChainJoint& joint : chain) {
+    if (joint.kind == ChainJoint::Kind::other)
+      throw InputError(file + ": the joint '" + joint.name +
+                       "' is neither revolute, prismatic nor fixed; --base and --tip name links "
+                       "between which there is no such joint");
+    if (joint.kind == ChainJoint::Kind::prismatic && !joint.limited)
+      throw InputError(file + ": the prismatic joint '" + joint.name +
+                       "' has no limit; add <limit lower=... upper=...>, in m");
+    driven += joint.is_driven();
+  }
+  if (driven < 1 || driven > kMaxJoints)
+    throw InputError(
+        fmt::format("{}: has {} driven joints (revolute or prismatic) from base to tip; armtrue "
+                    "knows arms of 1 to {}; --base and --tip name other ends",
+                    file, driven, kMaxJoints));
+}
+
+// Parameters are named after links, so each link needs a name of its own: that of the link in the
+// URDF, or of its joint. A rail, for one, moves a link called base_link.
+void name_links(const std::vector<const ChainJoint*>& driven, std::vector<Link>& links) {
+  const auto is_free = [&](const std::string& name, size_t count) {
+    return !is_reserved_link_name(name) && name != links.back().name &&
+           std::none_of(links.begin(), links.begin() + static_cast<long>(count),
+                        [&](const Link& link) { return link.name == name; });
+  };
+  for (size_t j = 0; j < driven.size(); ++j) {
+    std::string name = driven[j]->link;
+    if (!is_free(name, j)) name = driven[j]->name;
+    while (!is_free(name, j)) name += '_';
+    links[j].name = name;
+  }
+}
+
+Robot from_axes(const std::vector<ChainJoint>& chain, const std::string& file) {
+  require_arm(chain, file);
+  std::vector<JointAxis> axes;
+  std::vector<const ChainJoint*> driven;
+  std::vector<Pose> urdf_frames;  // of the link behind every joint, at zero
+  std::vector<int> link_of;       // driven joints before and at each joint
+  Pose frame;
+  for (const ChainJoint& joint : chain) {
+    frame = frame * joint.origin;
+    if (joint.is_driven()) {
+      axes.push_back({frame.translation, frame.rotation * joint.axis});
+      driven.push_back(&joint);
+    }
+    urdf_frames.push_back(frame);
+    link_of.push_back(static_cast<int>(driven.size()) - 1);
+  }
+  Robot robot;
+  // R_0 stands at the foot of the common normal on axis 1, so that link 1 needs no beta.
+  const JointAxis vertical{Vector3d::Zero(), Vector3d::UnitZ()};
+  Pose previous = frame_towards(vertical, axes.front(), Pose{});
+  robot.chain.base = previous;
+  std::vector<Pose> frames;
+  robot.chain.links.resize(axes.size() + 1);
+  for (size_t j = 0; j < axes.size(); ++j) {
+    const Pose next = j + 1 < axes.size() ? frame_towards(axes[j], axes[j + 1], previous)
+                                          : last_frame(axes[j], previous);
+    robot.chain.links[j] = link_between(previous, next);
+    copy_joint(*driven[j], robot.chain.links[j]);
+    frames.push_back(next);
+    previous = next;
+  }
+  robot.chain.links.back().name = "flange";
+  name_links(driven, robot.chain.links);
+  robot.chain.links.back().joint = JointKind::fixed;
+  robot.chain.tool = inverse(previous) * frame;
+  for (size_t k = 0; k < chain.size(); ++k)
+    if (link_of[k] >= 0) {
+      const auto link = static_cast<size_t>(link_of[k]);
+      copy_mass(chain[k], link_of[k], inverse(frames[link]) * urdf_frames[k], robot);
+    }
+  return robot;
+}
+
+}  // namespace
+
+Robot robot_of(const UrdfChain& chain, const std::string& text, const std::string& file) {
+  std::optional<Robot> written = as_written(chain.joints, text);
+  Robot robot = written ? std::move(*written) : from_axes(chain.joints, file);
+  robot.name = chain.robot;
+  return robot;
+}
+
+Robot with_frames_of_axes(const Robot& robot) {
+  std::vector<ChainJoint> joints;
+  for (const Link& link : robot.chain.links) {
+    ChainJoint& joint = joints.emplace_back();
+    joint.name = joint.link = link.name;
+    if (link.joint == JointKind::revolute) joint.kind = ChainJoint::Kind::revolute;
+    if (link.joint == JointKind::prismatic) joint.kind = ChainJoint::Kind::prismatic;
+    joint.origin = link_transform(link);
+    joint.axis.z() = link.sign;
+    joint.limited = std::isfinite(link.min) && std::isfinite(link.max);
+    joint.min = link.min;
+    joint.max = link.max;
+  }
+  joints.emplace_back().origin = robot.chain.tool;
+  return from_axes(joints, robot.name);
+}
+
+Robot parse_urdf(const std::string& text, const std::string& file, const UrdfEnds& ends) {
+  return robot_of(read_urdf_chain(text, file, ends), text, file);
+}
+
+std::vector<std::string> frames_beside_base(const std::string& text, const std::string& file,
+                                            const UrdfEnds& ends) {
+  return read_urdf_chain(text, file, ends).beside_base;
+}
+
+std::map<std::string, std::string> urdf_joint_of_link(const std::string& text,
+                                                      const std::string& file) {
+  check_xml_bounds(text, file);
+  TiXmlDocument document;
+  document.Parse(text.c_str());
+  const TiXmlElement* const robot = document.FirstChildElement("robot");
+  if (document.Error() || !robot)
+    throw InputError(file + ": is no URDF; give the robot_description, expanded from xacro");
+  std::map<std::string, std::string> joints;
+  for (const TiXmlElement* joint = robot->FirstChildElement("joint"); joint;
+       joint = joint->NextSiblingElement("joint")) {
+    const TiXmlElement* const child = joint->FirstChildElement("child");
+    const char* const link = child ? child->Attribute("link") : nullptr;
+    const char* const name = joint->Attribute("name");
+    if (link && name) joints[link] = name;
+  }
+  return joints;
+}
+
+}  // namespace armtrue

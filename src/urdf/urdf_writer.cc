@@ -1,0 +1,127 @@
+#include <fmt/format.h>
+#include <tinyxml.h>
+
+#include <cmath>
+
+#include "armtrue/urdf/urdf_io.h"
+#include "armtrue/kinematics/units.h"
+#include "armtrue/text/number_text.h"
+#include "urdf/link_frames.h"
+
+namespace armtrue {
+namespace {
+
+using Eigen::Vector3d;
+
+// Escapes a text for an attribute. One character at a time, because tinyxml takes "&#x" for the
+// beginning of a reference and leaves it as it is.
+std::string attribute(const std::string& text) {
+  std::string result;
+  for (const char c : text) TiXmlBase::EncodeString(std::string(1, c), &result);
+  return result;
+}
+
+std::string origin_xml(const Pose& pose) {
+  const Vector3d rpy = roll_pitch_yaw(pose.rotation);
+  const Vector3d& t = pose.translation;
+  return fmt::format("<origin xyz=\"{} {} {}\" rpy=\"{} {} {}\"/>", number_text(t.x()),
+                     number_text(t.y()), number_text(t.z()), number_text(rpy[0]),
+                     number_text(rpy[1]), number_text(rpy[2]));
+}
+
+std::string link_xml(const std::string& name, const std::string& content = "") {
+  if (content.empty()) return fmt::format("  <link name=\"{}\"/>\n", attribute(name));
+  return fmt::format("  <link name=\"{}\">\n{}  </link>\n", attribute(name), content);
+}
+
+// Merges the bodies of a link into one, without moment of inertia: statics needs none.
+std::string inertial_xml(const Robot& robot, int link) {
+  double mass = 0;
+  Pose centre;
+  for (const Body& body : robot.bodies)
+    if (body.link == link) {
+      mass += body.mass_kg;
+      // Running mean: a single body keeps its centre to the last digit.
+      centre.translation += (body.mass_kg / mass) * (body.centre - centre.translation);
+    }
+  if (mass == 0) return "";
+  return fmt::format(
+      "    <inertial>{}<mass value=\"{}\"/><inertia ixx=\"0\" ixy=\"0\" ixz=\"0\" iyy=\"0\" "
+      "iyz=\"0\" izz=\"0\"/></inertial>\n",
+      origin_xml(centre), number_text(mass));
+}
+
+// The numbers of the robot file, exact, as attributes that other readers ignore.
+std::string link_attributes(const Link& link) {
+  return fmt::format(
+      "    <armtrue alpha_deg=\"{}\" d_mm=\"{}\" theta_deg=\"{}\" r_mm=\"{}\" beta_deg=\"{}\"/>\n",
+      number_text(link.alpha, kDegree), number_text(link.d, kMillimetre),
+      number_text(link.theta, kDegree), number_text(link.r, kMillimetre),
+      number_text(link.beta, kDegree));
+}
+
+std::string fixed_joint_xml(const std::string& name, const std::string& parent,
+                            const std::string& child, const Pose& pose,
+                            const std::string& attributes = "") {
+  return fmt::format(
+      "  <joint name=\"{}\" type=\"fixed\">\n    <parent link=\"{}\"/>\n    <child link=\"{}\"/>\n"
+      "    {}\n{}  </joint>\n",
+      attribute(name), attribute(parent), attribute(child), origin_xml(pose), attributes);
+}
+
+std::string driven_joint_xml(const Link& link, const std::string& parent) {
+  const bool limited = std::isfinite(link.min) && std::isfinite(link.max);
+  return fmt::format(
+      "  <joint name=\"joint_{}\" type=\"{}\">\n    <parent link=\"{}\"/>\n    <child "
+      "link=\"{}\"/>\n"
+      "    {}\n    <axis xyz=\"0 0 {}\"/>\n{}{}  </joint>\n",
+      attribute(link.name),
+      is_prismatic(link) ? "prismatic"
+      : limited          ? "revolute"
+                         : "continuous",
+      attribute(parent), attribute(link.name), origin_xml(link_transform(link)),
+      link.sign > 0 ? "1" : "-1",
+      limited ? fmt::format("    <limit lower=\"{}\" upper=\"{}\" effort=\"0\" velocity=\"0\"/>\n",
+                            number_text(link.min), number_text(link.max))
+              : "",
+      link_attributes(link));
+}
+
+}  // namespace
+
+std::string write_urdf(const Robot& robot) {
+  std::string xml = "<?xml version=\"1.0\"?>\n<robot name=\"" + attribute(robot.name) + "\">\n";
+  xml += link_xml("world") + link_xml("base_link");
+  for (int j = 0; j < link_count(robot.chain); ++j)
+    xml += link_xml(robot.chain.links[j].name, inertial_xml(robot, j));
+  xml += link_xml("tool");
+  xml += fixed_joint_xml("base", "world", "base_link", robot.chain.base);
+  std::string parent = "base_link";
+  for (const Link& link : robot.chain.links) {
+    xml += link.joint != JointKind::fixed
+               ? driven_joint_xml(link, parent)
+               : fixed_joint_xml("joint_" + link.name, parent, link.name, link_transform(link),
+                                 link_attributes(link));
+    parent = link.name;
+  }
+  xml += fixed_joint_xml("tool_mount", parent, "tool", robot.chain.tool);
+  return xml + "</robot>\n";
+}
+
+std::vector<std::string> lost_in_urdf(const Robot& robot) {
+  std::vector<std::string> lost;
+  if (!robot.sessions.empty()) lost.emplace_back("sessions");
+  if (!robot.chain.targets.empty()) lost.emplace_back("targets");
+  if (!robot.chain.anchors.empty()) lost.emplace_back("anchors");
+  if (!robot.chain.contacts.empty()) lost.emplace_back("contacts");
+  if (robot.gravity != Vector3d(0, 0, -9.81)) lost.emplace_back("gravity_m_s2");
+  if (robot.identify != std::vector<std::string>{"auto"}) lost.emplace_back("identify");
+  if (!robot.identify_per_session.empty()) lost.emplace_back("identify_per_session");
+  if (robot.noise.position > 0 || robot.noise.orientation > 0) lost.emplace_back("noise");
+  if (!robot.priors.empty()) lost.emplace_back("priors");
+  if (!robot.std.empty()) lost.emplace_back("std");
+  if (!robot.effects.empty()) lost.emplace_back("effects");
+  return lost;
+}
+
+}  // namespace armtrue

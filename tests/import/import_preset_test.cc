@@ -1,0 +1,290 @@
+// One small file for each preset, in the structure of a real one, which the test names.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include "armtrue/import/import_io.h"
+#include "armtrue/io/robot_io.h"
+#include "armtrue/kinematics/units.h"
+#include "armtrue/text/input_error.h"
+#include "import/presets.h"
+#include "support/temporary_file.h"
+
+namespace armtrue::import_preset_test {
+namespace {
+
+using ::testing::HasSubstr;
+
+ImportOptions with(const std::vector<std::string>& presets) {
+  ImportOptions options;
+  options.presets = presets;
+  return options;
+}
+
+ImportedReadings import_two(const std::string& points, const std::string& joints,
+                            const ImportOptions& options) {
+  return import_readings(TemporaryFile(points).path, TemporaryFile(joints).path, options);
+}
+
+std::string error_of(const std::string& points, const std::string& joints,
+                     const ImportOptions& options) {
+  try {
+    import_two(points, joints, options);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+const std::string kTwoJointRows =
+    "A1 [deg],A2 [deg],A3 [deg],A4 [deg],A5 [deg],A6 [deg]\n10,0,0,0,0,0\n20,0,0,0,0,0\n";
+const Eigen::Quaterniond kTurned(0.5, 0.5, 0.5, -0.5);
+const std::string kTwoPoints = "X [mm],Y [mm],Z [mm]\n1,2,3\n4,5,6\n";
+
+// Structure after a point export of SpatialAnalyzer 2024.2, github.com/20korvin01/IVR_Ue3,
+// data/Tracker/Pose1Stationaer.txt (with collection, group and time) and data/tracker/pose1.txt
+// (point names alone, no comments); the options of the export after the user's manual of New River
+// Kinematics, "Exporting ASCII Formatted Points".
+const std::string kSpatialAnalyzer =
+    "// SpatialAnalyzer SA 2024.2.0923.4 ( x64 )  \n"
+    "// Points Relative to Coordinate Frame 'A::WORLD'\n"
+    "// AXES = CARTESIAN: X,  Y,  Z (mm)\n"
+    "Cell,  Pose1,  1,  2296.337348,  -2416.230526,  -442.575667,  02/12/25 16:38:29\n"
+    "Cell,  Pose2,  1,  1296.336406,  -1416.231477,  442.575360,  02/12/25 16:39:31\n";
+
+TEST(ImportPreset, PointsOfSpatialAnalyzerHaveTheUnitOfTheirAxes) {
+  ImportOptions options = with({"spatialanalyzer"});
+  options.join = "order";
+  options.columns = {"pose=Group", "target=Point"};
+  const Campaign campaign = import_two(kSpatialAnalyzer, kTwoJointRows, options).campaign;
+  ASSERT_EQ(campaign.rows(), 2);
+  EXPECT_EQ(campaign.pose_ids, (std::vector<std::string>{"Pose1", "Pose2"}));
+  EXPECT_EQ(campaign.target_names, (std::vector<std::string>{"1"}));
+  EXPECT_NEAR(campaign.position[1].x(), 1.296336406, 1e-12);
+  EXPECT_NEAR(campaign.position[0].z(), -0.442575667, 1e-12);
+  EXPECT_EQ(campaign.time_s[1] - campaign.time_s[0], 62);
+}
+
+TEST(ImportPreset, PointsOfSpatialAnalyzerMayHaveFewerNames) {
+  ImportOptions options = with({"spatialanalyzer"});
+  options.length_unit = "mm";
+  options.join = "order";
+  const Campaign campaign =
+      import_two("1,  2296.5,  -2416.25,  -442.5\n2,  2331.5,  -2328.5,  -547.75\n", kTwoJointRows,
+                 options)
+          .campaign;
+  EXPECT_EQ(campaign.pose_ids, (std::vector<std::string>{"1", "2"}));
+  EXPECT_NEAR(campaign.position[1].z(), -0.54775, 1e-12);
+}
+
+TEST(ImportPreset, WhatElseSpatialAnalyzerCanExportIsRefused) {
+  const auto error = [&](const std::string& text) {
+    ImportOptions options = with({"spatialanalyzer"});
+    options.length_unit = "mm";
+    return error_of(text, kTwoJointRows, options);
+  };
+  EXPECT_THAT(error("// AXES = SPHERICAL: R, T, P (mm)\nP1, 1.5, 2.5, 3.5\nP2, 1.5, 2.5, 3.5\n"),
+              HasSubstr(":1: the coordinates are not Cartesian"));
+  // Point, X, Y, Z and two offsets; they must not be taken for names and coordinates.
+  EXPECT_THAT(error("P1, 1.5, 2.5, 3.5, 0.0, 19.05\nP2, 1.5, 2.5, 3.5, 0.0, 19.05\n"),
+              HasSubstr("looks like a coordinate where a name should stand"));
+  EXPECT_THAT(error("P1 1.5 2.5 3.5\nP2 1.5 2.5 3.5\n"), HasSubstr("with commas between them"));
+  EXPECT_THAT(error("P1, 1.5, 2.5, 3.5\nP2, 1.5, 2.5\n"), HasSubstr(":2: has 3 cells"));
+  EXPECT_THAT(error("P1, 1.5, 2.5, 3.5\nP2, 1.5, 25, 3.5\n"), HasSubstr("'25' is no coordinate"));
+}
+
+// Structure after a CSV export of Motive, github.com/ropensci/pathviewr,
+// inst/extdata/pathviewr_motive_example_data.csv; the options after docs.optitrack.com, "Data
+// Export: CSV".
+std::string motive(const std::string& rotation, const std::string& units) {
+  return "Format Version,1.23,Take Name,t,Rotation Type," + rotation + ",Length Units," + units +
+         ",Coordinate Space,Global\n\n"
+         ",Type,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid Body,Rigid "
+         "Body,Marker,Marker,Marker\n"
+         ",Name,tool,tool,tool,tool,tool,tool,tool,tool,tool:Marker1,tool:Marker1,tool:Marker1\n"
+         ",ID,\"9E2\",\"9E2\",\"9E2\",\"9E2\",\"9E2\",\"9E2\",\"9E2\",\"9E2\",\"1\",\"1\",\"1\"\n"
+         ",,Rotation,Rotation,Rotation,Rotation,Position,Position,Position,Mean Marker "
+         "Error,Position,Position,Position\n"
+         "Frame,Time (Seconds),X,Y,Z,W,X,Y,Z,,X,Y,Z\n"
+         "100,1.0,0.5,0.5,-0.5,0.5,0.25,1.5,-2.125,0.0001,9,9,9\n"
+         "101,1.01,,,,,,,,,9,9,9\n"
+         "102,1.02,0,0,0,1,0.75,1.5,-2.125,0.0001,8,8,8\n";
+}
+
+TEST(ImportPreset, ARigidBodyOfMotiveHasPositionAndQuaternion) {
+  ImportOptions options = with({"optitrack"});
+  options.join = "order";
+  const std::string joints = kTwoJointRows + "30,0,0,0,0,0\n";
+  const ImportedReadings readings = import_two(motive("Quaternion", "Meters"), joints, options);
+  const Campaign& campaign = readings.campaign;
+  ASSERT_EQ(campaign.rows(), 2);  // in the second frame the body is hidden
+  EXPECT_EQ(campaign.position[1], Eigen::Vector3d(0.75, 1.5, -2.125));
+  EXPECT_LT(campaign.orientation[0].angularDistance(kTurned), 1e-12);
+  EXPECT_EQ(campaign.time_s[1], 1.02);
+  EXPECT_THAT(readings.mapping, HasSubstr("body 'tool'"));
+  EXPECT_THAT(readings.mapping, HasSubstr("not used: tool:Marker1"));
+  const Campaign in_mm =
+      import_two(motive("Quaternion", "Millimeters"), joints, options).campaign;
+  EXPECT_NEAR(in_mm.position[1].x(), 0.75e-3, 1e-15);
+  options.body = "tool:Marker1";
+  const Campaign marker = import_two(motive("Quaternion", "Meters"), joints, options).campaign;
+  EXPECT_EQ(marker.rows(), 3);
+  EXPECT_FALSE(marker.has_orientation());
+  EXPECT_EQ(marker.position[2].x(), 8);
+}
+
+TEST(ImportPreset, WhatMotiveExportsOtherwiseIsRefused) {
+  ImportOptions options = with({"optitrack"});
+  options.join = "order";
+  EXPECT_THAT(error_of(motive("XYZ", "Meters"), kTwoJointRows, options),
+              HasSubstr("export with the rotation type Quaternion"));
+  EXPECT_THAT(error_of(motive("Quaternion", "Furlongs"), kTwoJointRows, options),
+              HasSubstr("has the unit 'Furlongs'"));
+  EXPECT_THAT(error_of("Frame,Time\n", kTwoJointRows, options), HasSubstr("'Format Version'"));
+  options.body = "hand";
+  EXPECT_THAT(error_of(motive("Quaternion", "Meters"), kTwoJointRows, options),
+              HasSubstr("it has tool, tool:Marker1"));
+}
+
+// Trajectories after the first frames of an export in "Vicon: Data format documentation" of
+// ccu.uni-konstanz.de; objects and segments (RX to TZ, also with RW) after public readers of such
+// exports, one of them github.com/AG6GR/Vicon_CSV. Neither says whether RX, RY, RZ are a rotation
+// vector: the user does.
+TEST(ImportPreset, BodiesOfViconHaveTimesByTheRateOfFrames) {
+  ImportOptions options = with({"vicon"});
+  options.join = "order";
+  const Campaign quaternions =
+      import_two("Objects\n100\n,,tool:tool,,,,,,\nFrame,Sub Frame,RX,RY,RZ,RW,TX,TY,TZ\n"
+                 ",,,,,,mm,mm,mm\n250,0,0.5,0.5,-0.5,0.5,1000,200,3\n260,0,0,0,0,1,1001,200,3\n",
+                 kTwoJointRows, options)
+          .campaign;
+  EXPECT_EQ(quaternions.time_s, (std::vector<double>{2.5, 2.6}));
+  EXPECT_NEAR(quaternions.position[1].x(), 1.001, 1e-15);
+  EXPECT_LT(quaternions.orientation[0].angularDistance(kTurned), 1e-12);
+  const std::string segments =
+      "Segments\n200\n,,Tool,,,,,,Cart,,,,,\nFrame,Sub Frame,RX,RY,RZ,TX,TY,TZ,RX,RY,RZ,TX,TY,TZ\n"
+      ",,deg,deg,deg,mm,mm,mm,deg,deg,deg,mm,mm,mm\n"
+      "1,0,0,0,90,1,2,3,0,0,0,9,9,9\n2,0,0,0,0,4,5,6,0,0,0,9,9,9\n";
+  EXPECT_THAT(error_of(segments, kTwoJointRows, options), HasSubstr("--body 'Tool'"));
+  options.body = "Tool";
+  EXPECT_THAT(error_of(segments, kTwoJointRows, options), HasSubstr("--angles rotvec"));
+  options.angles = "rotvec";
+  const Campaign turned = import_two(segments, kTwoJointRows, options).campaign;
+  EXPECT_NEAR(turned.orientation[0].angularDistance(Eigen::Quaterniond(
+                  Eigen::AngleAxisd(90 * kDegree, Eigen::Vector3d::UnitZ()))),
+              0, 1e-9);
+  EXPECT_EQ(turned.position[1].x(), 4e-3);
+  const ImportOptions plain = [] {
+    ImportOptions some = with({"vicon"});
+    some.join = "order";
+    return some;
+  }();
+  const Campaign marker =
+      import_two("Trajectories;;;;\n100;;;;\n;;1 1936;;\nFrame;Sub Frame;X;Y;Z\n;;mm;mm;mm\n"
+                 "1;0;-391.888;-6180.01;1734.43\n2;0;-391.978;-6180.03;1734.43\n",
+                 kTwoJointRows, plain)
+          .campaign;
+  EXPECT_NEAR(marker.position[1].x(), -0.391978, 1e-12);
+  EXPECT_FALSE(marker.has_orientation());
+}
+
+// Structure after `rostopic echo -p`: transforms as in a file of the tests of
+// github.com/MichaelGrupp/evo, joint states as public readers of such files name their columns
+// (%time, field.name0, field.position0). Units after sensor_msgs/JointState and REP 103; the stamps
+// count nanoseconds since 1970.
+const std::string kRostopicJoints =
+    "%time,field.header.seq,field.header.stamp,field.name0,field.name1,field.name2,field.name3,"
+    "field.name4,field.name5,field.position0,field.position1,field.position2,field.position3,"
+    "field.position4,field.position5,field.velocity0\n"
+    "1739641583661579370,0,1739641583660000000,elbow_joint,shoulder_lift_joint,shoulder_pan_joint,"
+    "wrist_1_joint,wrist_2_joint,wrist_3_joint,0.3,0.2,0.1,0.4,0.5,0.6,0\n"
+    "1739641585661579370,1,1739641585660000000,elbow_joint,shoulder_lift_joint,shoulder_pan_joint,"
+    "wrist_1_joint,wrist_2_joint,wrist_3_joint,1.3,1.2,1.1,1.4,1.5,1.6,0\n";
+
+TEST(ImportPreset, JointsOfRosAreFoundByTheirNames) {
+  ImportOptions options = with({"rostopic-joints"});
+  options.join = "order";
+  EXPECT_THAT(error_of(kTwoPoints, kRostopicJoints, options), HasSubstr("give --robot"));
+  options.robot = read_robot(std::string(ARMTRUE_CONFIG) + "/robots/ur5e.yaml").robot;
+  const Campaign campaign = import_two(kTwoPoints, kRostopicJoints, options).campaign;
+  EXPECT_EQ(campaign.q[0], (JointVector(6) << 0.1, 0.2, 0.3, 0.4, 0.5, 0.6).finished());
+  EXPECT_EQ(campaign.time_s[0], 0);
+  EXPECT_NEAR(campaign.time_s[1], 2, 1e-6);
+  std::string another = kRostopicJoints;
+  another.replace(another.rfind("elbow_joint"), 11, "grip_finger");
+  EXPECT_THAT(error_of(kTwoPoints, another, options), HasSubstr(":3: column 'field.name0'"));
+  options.robot.reset();
+  options.columns = {"q1_deg=field.position2", "q2_deg=field.position1", "q3_deg=field.position0",
+                     "q4_deg=field.position3", "q5_deg=field.position4", "q6_deg=field.position5"};
+  options.angle_unit = "rad";
+  EXPECT_EQ(import_two(kTwoPoints, kRostopicJoints, options).campaign.q[1],
+            (JointVector(6) << 1.1, 1.2, 1.3, 1.4, 1.5, 1.6).finished());
+}
+
+TEST(ImportPreset, TransformsOfRosAreMetres) {
+  ImportOptions options = with({"rostopic-poses"});
+  options.join = "order";
+  const std::string transforms =
+      "%time,field.transforms0.header.seq,field.transforms0.header.stamp,"
+      "field.transforms0.header.frame_id,field.transforms0.child_frame_id,"
+      "field.transforms0.transform.translation.x,field.transforms0.transform.translation.y,"
+      "field.transforms0.transform.translation.z,field.transforms0.transform.rotation.x,"
+      "field.transforms0.transform.rotation.y,field.transforms0.transform.rotation.z,"
+      "field.transforms0.transform.rotation.w\n"
+      "1739641583661579370,0,1739641583660682927,world,tool,-0.5,0.25,3.5,0.5,0.5,-0.5,0.5\n"
+      "1739641584661579370,0,1739641584660682927,world,tool,-0.5,0.25,2.5,0,0,0,1\n";
+  const Campaign campaign = import_two(transforms, kTwoJointRows, options).campaign;
+  EXPECT_EQ(campaign.position[0], Eigen::Vector3d(-0.5, 0.25, 3.5));
+  EXPECT_LT(campaign.orientation[0].angularDistance(kTurned), 1e-12);
+  EXPECT_NEAR(campaign.time_s[1], 1, 1e-6);
+}
+
+// Names after the parsers of PlotJuggler (TOPIC/JOINT/position, __time) and an export of its CSV,
+// in which a row has the values of one message alone, quoted in the comments of orca3's tools.
+TEST(ImportPreset, OneExportOfPlotJugglerHasJointsAndPoses) {
+  std::string text = "__time,/joint_states/header/stamp";
+  for (int joint = 1; joint <= 7; ++joint)
+    text += ",/joint_states/panda_joint" + std::to_string(joint) + "/position";
+  text +=
+      ",/joint_states/panda_joint1/velocity,/tool/pose/position/x,/tool/pose/position/y,"
+      "/tool/pose/position/z,/tool/pose/orientation/x,/tool/pose/orientation/y,"
+      "/tool/pose/orientation/z,/tool/pose/orientation/w\n";
+  for (int k = 0; k < 40; ++k) {
+    const std::string t = std::to_string(1624114603 + 0.05 * k);
+    text += t + ",1,0.1,0.2,0.3,0.4,0.5,0.6,0.7,0,,,,,,,\n";
+    if (k == 20) text += t + ",,,,,,,,,,1.5,2.5,3.5,0.5,0.5,-0.5,0.5\n";  // the same time
+  }
+  ImportOptions options = with({"plotjuggler-joints", "plotjuggler-poses"});
+  options.join = "time";
+  const TemporaryFile file(text);
+  const ImportedReadings readings = import_readings(file.path, file.path, options);
+  ASSERT_EQ(readings.campaign.rows(), 1);
+  EXPECT_EQ(readings.joints.size(), 7u);
+  EXPECT_NEAR(readings.campaign.q[0][6], 0.7, 1e-12);
+  EXPECT_EQ(readings.campaign.position[0], Eigen::Vector3d(1.5, 2.5, 3.5));
+}
+
+// A record that went through a spreadsheet: its preset knows the names, the table says the rest.
+TEST(ImportPreset, APresetWithAHeaderIsAPlainTable) {
+  ImportOptions options = with({"ur-rtde"});
+  options.join = "order";
+  const std::string log =
+      "Recorded on 2024-05-03\n# by hand\nTIMESTAMP ACTUAL_Q_0 actual_q_1 actual_q_2 actual_q_3 "
+      "actual_q_4 actual_q_5\n10,002 0,5 -1,5 1,25 -2 1 0,25\n"
+      "10,502 \"1.000,5\" -1,5 1,25 -2 1 0,25\n";
+  const Campaign campaign = import_two(kTwoPoints, log, options).campaign;
+  EXPECT_EQ(campaign.q[0], (JointVector(6) << 0.5, -1.5, 1.25, -2, 1, 0.25).finished());
+  EXPECT_EQ(campaign.q[1][0], 1000.5);
+  EXPECT_EQ(campaign.time_s[1], 10.502);
+}
+
+TEST(ImportPreset, EachIsForOneTable) {
+  EXPECT_THAT(error_of(kTwoPoints, kTwoJointRows, with({"optitrack", "vicon"})),
+              HasSubstr("are both for the table of points"));
+  for (const Preset& preset : presets()) EXPECT_EQ(find_preset(preset.name), &preset);
+}
+
+}  // namespace
+}  // namespace armtrue::import_preset_test
