@@ -2,6 +2,7 @@
 
 #include <set>
 
+#include "armtrue/campaign/split.h"
 #include "armtrue/io/calibration_io.h"
 #include "armtrue/io/loop_io.h"
 #include "armtrue/io/output.h"

@@ -6,7 +6,7 @@
 #include "armtrue/io/output.h"
 #include "armtrue/io/ranking_io.h"
 #include "armtrue/text/input_error.h"
-#include "armtrue/tracing/tracing.h"
+#include "armtrue/search/trace.h"
 #include "columns.h"
 #include "command_line.h"
 

@@ -122,6 +122,14 @@ std::vector<AxisErrors> axis_errors(const Evaluation& evaluation, const Campaign
   return axes;
 }
 
+PoseErrors errors_of(const Robot& robot, const Campaign& campaign) {
+  const Evaluation evaluation = evaluate(robot, campaign);
+  PoseErrors errors{summarize(evaluation.position), std::nullopt,
+                    axis_errors(evaluation, campaign)};
+  if (!evaluation.orientation.empty()) errors.orientation = summarize(evaluation.orientation);
+  return errors;
+}
+
 NoiseFloor noise_floor(const Robot& robot, const Campaign& campaign, const Evaluation& evaluation) {
   NoiseFloor floor;
   floor.axes = campaign.reading_size().position;

@@ -10,7 +10,7 @@ namespace armtrue {
 namespace {
 
 YAML::Node stage_node(const Stage& stage, bool held_out) {
-  const auto node_of = [](const StageErrors& errors) {
+  const auto node_of = [](const PoseErrors& errors) {
     YAML::Node part = errors_node(errors.position, errors.orientation);
     part["axes_mm"] = axes_node(errors.axes);
     return part;

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "armtrue/planning/pose_cloud.h"
-#include "armtrue/tracing/tracing.h"
+#include "armtrue/search/trace.h"
 #include "linear_algebra/decompositions.h"
 
 namespace armtrue {

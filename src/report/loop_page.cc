@@ -265,7 +265,7 @@ std::string axes_table(const LoopResult& result, const Judging& by) {
   std::vector<TableRow> rows;
   for (size_t k = 0; k < result.stages.size(); ++k) {
     const bool is_shown = k < 2 || k + 1 == result.stages.size();
-    const StageErrors& errors =
+    const PoseErrors& errors =
         by.set == "held_out" ? result.stages[k].held_out : result.stages[k].training;
     for (const AxisErrors& axis : errors.axes) {
       if (!is_shown) continue;

@@ -9,7 +9,6 @@
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
-#include "search/candidates.h"
 
 namespace armtrue {
 namespace {
@@ -189,14 +188,6 @@ std::string in_words(const TracedEffect& traced, const HeldOutGain* gain,
       !robot.bodies.empty())
     text += "; intervals are given the masses of the robot file, which they take as exact";
   return text;
-}
-
-bool may_be_instrument(const TracedEffect& traced, const Robot& robot) {
-  const auto of_instrument = [](const Rival& rival) {
-    return rival.effect.parameter.starts_with("instrument.");
-  };
-  if (std::ranges::any_of(traced.indistinguishable, of_instrument)) return true;
-  return traced.in_words.empty() && is_of_no_arm(traced.effect, robot.chain);
 }
 
 std::string for_the_cell(const TracedEffect& traced, const HeldOutGain* gain, const Robot& robot) {

@@ -2,35 +2,23 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numeric>
 #include <set>
-#include <stdexcept>
+#include <utility>
 
 #include "armtrue/calibration/pose_bootstrap.h"
 #include "armtrue/calibration/prediction.h"
-#include "armtrue/kinematics/evaluator.h"
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/summary.h"
 #include "armtrue/tracing/predictor.h"
-#include "calibration/refit.h"
 #include "campaign/sessions.h"
-#include "linear_algebra/decompositions.h"
-#include "statistics/shuffle.h"
+#include "search/training.h"
 
 namespace armtrue {
 namespace {
 
 int count_poses(const Campaign& campaign) {
   return static_cast<int>(std::set<int>(campaign.pose.begin(), campaign.pose.end()).size());
-}
-
-StageErrors errors_of(const Robot& robot, const Campaign& campaign) {
-  const Evaluation evaluation = evaluate(robot, campaign);
-  StageErrors errors{summarize(evaluation.position), std::nullopt,
-                     axis_errors(evaluation, campaign)};
-  if (!evaluation.orientation.empty()) errors.orientation = summarize(evaluation.orientation);
-  return errors;
 }
 
 // Interval of mean(a) - mean(b) when poses, with all their rows, are drawn again.
@@ -45,43 +33,11 @@ std::array<double, 2> paired_bootstrap(const std::vector<double>& a, const std::
   return percentile_interval({means.begin(), means.end()}, poses);
 }
 
-Stage stage_of(const std::string& name, int parameters, const Robot& robot,
-               const Campaign& training, const Campaign& held_out) {
-  Stage stage{name, parameters, errors_of(robot, training), {}};
-  if (held_out.rows() > 0) stage.held_out = errors_of(robot, held_out);
-  return stage;
-}
-
-// Searches without the gross poses. What the geometry lacks hides a pose that is off, or looks like
-// one, so they are looked for once more when the effects are known. Returns the sound poses.
-Campaign trace_sound(const Robot& robot, const Campaign& given, const Catalogue& catalogue,
-                     const TraceOptions& options, LoopResult& result) {
-  result.gross_poses = find_gross_poses(robot, given);
-  Campaign sound = without_gross(given, result.gross_poses);
-  result.trace = trace(robot, sound, catalogue, options);
-  if (result.trace.effects.empty()) return sound;
-  std::vector<GrossPose> gross = find_gross_poses(result.trace.fit.robot, given);
-  if (rows_of(gross) == rows_of(result.gross_poses)) return sound;
-  result.gross_poses = std::move(gross);
-  sound = without_gross(given, result.gross_poses);
-  result.trace = trace(robot, sound, catalogue, options);
-  return sound;
-}
-
-void set_excluded_rows(const std::vector<int>& blunders, const Campaign& sound,
-                       const Campaign& given, LoopResult& result) {
-  for (int row : blunders) result.excluded_rows.push_back(sound.line[row]);
+void set_excluded_rows(const Training& training, const Campaign& given, LoopResult& result) {
+  for (int row : training.quality.blunders)
+    result.excluded_rows.push_back(training.sound.line[row]);
   for (int row : rows_of(result.gross_poses)) result.excluded_rows.push_back(given.line[row]);
   std::ranges::sort(result.excluded_rows);
-}
-
-// The fit without one effect, all else adjusted to that: far from where the fit was linear if the
-// effect is a strong one.
-Robot without_effect(const CalibrationResult& fit, const Campaign& campaign, size_t effect) {
-  Robot reduced = fit.robot;
-  reduced.effects.erase(reduced.effects.begin() + static_cast<std::ptrdiff_t>(effect));
-  constexpr double kTolerance = 1e-5;  // an error to three digits is all that is asked of it
-  return refit(reduced, campaign, fit, kTolerance).robot;
 }
 
 // A cycle whose frequency was settled anew stays what it is.
@@ -108,9 +64,18 @@ std::string changes(const Robot& before, const Robot& after) {
   return came.empty() && went.empty() ? "refitted" : (came + went).substr(1);
 }
 
-}  // namespace
-
-namespace {
+// The nominal robot first, then each model of the search.
+Stage stage_of(size_t k, const Training& training, const std::vector<CalibrationResult>& models,
+               const Campaign& held_out) {
+  Stage stage{"nominal", 0, training.errors[k], {}};
+  const Robot& robot = k == 0 ? training.nominal : models[k - 1].robot;
+  if (k > 0) {
+    stage.name = k == 1 ? "geometric" : changes(models[k - 2].robot, robot);
+    stage.parameters = static_cast<int>(models[k - 1].names.size());
+  }
+  if (held_out.rows() > 0) stage.held_out = errors_of(robot, held_out);
+  return stage;
+}
 
 // Factor of the floor that the mean error of a perfect model stays below in 99 % of cases: with n
 // held-out readings and the floor known with f degrees of freedom, 1 + 2.33 sqrt(cv^2 / n + 1 /
@@ -126,9 +91,10 @@ double highest_of_floor(const NoiseFloor& noise, int readings) {
 // Sets the p of the held-out errors. Returns the factor by which the unknowns, known from so few
 // poses, raise the error of a complete model over the floor, in 99 % of cases at most:
 // sqrt(1 + mean square by them / variance of a reading).
-double judge_held_out(const Campaign& training, const Campaign& held_out, LoopResult& result) {
+double judge_held_out(const Uncertainty& if_complete, const Campaign& held_out,
+                      LoopResult& result) {
   Robot robot = result.trace.fit.robot;
-  robot.uncertainty = uncertainty_if_complete(result.trace.fit, training);
+  robot.uncertainty = if_complete;
   result.outside_p = p_of_errors(robot, held_out);
   constexpr double kBeyond = 0.01;
   const MeanSquare by_unknowns = mean_square_by_uncertainty(robot, held_out);
@@ -147,88 +113,32 @@ int poses_to_the_floor(const LoopResult& result, double floor_high) {
   return std::max(1, static_cast<int>(std::ceil(poses)) - result.training_poses);
 }
 
-}  // namespace
-
-std::string describe(const Effect& effect) {
-  return effect.parameter + " follows " + to_string(effect.driver) + " (" +
-         to_string(effect.shape) + ")";
-}
-
-Split split_by_pose(const Campaign& campaign, double share, std::uint64_t seed) {
-  const std::vector<int> pose = campaign.pose_by_id();
-  const std::set<int> distinct(pose.begin(), pose.end());
-  std::vector<int> poses(distinct.begin(), distinct.end());
-  shuffle(poses, seed);
-  const auto count = static_cast<size_t>(std::lround(share * static_cast<double>(poses.size())));
-  const std::set<int> held_out(poses.begin(), poses.begin() + static_cast<std::ptrdiff_t>(count));
-  Split split;
-  for (int row = 0; row < campaign.rows(); ++row)
-    (held_out.contains(pose[row]) ? split.held_out : split.training).push_back(row);
-  return split;
-}
-
-Split split_by_region(const Robot& robot, const Campaign& campaign, double share,
-                      std::uint64_t seed) {
-  const std::vector<int> pose = campaign.pose_by_id();
-  const ChainEvaluator chain(robot.chain);
-  std::map<int, Eigen::Vector3d> point_of_pose;
-  for (int row = 0; row < campaign.rows(); ++row)
-    point_of_pose.try_emplace(pose[row], chain.pose(campaign.q[row]).translation);
-  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-  for (const auto& [id, point] : point_of_pose)
-    mean += point / static_cast<double>(point_of_pose.size());
-  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
-  for (const auto& [id, point] : point_of_pose)
-    scatter += (point - mean) * (point - mean).transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen{Eigen::MatrixXd(scatter)};
-  const auto choice = static_cast<Eigen::Index>((seed + 5) % 6);
-  Eigen::Vector3d direction = eigen.eigenvectors().col(2 - choice / 2);
-  // The sign of an eigenvector is arbitrary.
-  Eigen::Index largest = 0;
-  direction.cwiseAbs().maxCoeff(&largest);
-  if ((direction[largest] < 0) != (choice % 2 == 1)) direction = -direction;
-  std::vector<std::pair<double, int>> along;
-  for (const auto& [id, point] : point_of_pose)
-    along.emplace_back(-direction.dot(point - mean), id);
-  std::sort(along.begin(), along.end());
-  along.resize(static_cast<size_t>(std::lround(share * static_cast<double>(point_of_pose.size()))));
-  std::set<int> held_out;
-  for (const auto& [distance, id] : along) held_out.insert(id);
-  Split split;
-  for (int row = 0; row < campaign.rows(); ++row)
-    (held_out.contains(pose[row]) ? split.held_out : split.training).push_back(row);
-  return split;
-}
-
-namespace {
-
 // Errors before and after on the held-out poses, and what each effect does for them.
-void set_held_out(const Robot& robot, const Campaign& training, const Campaign& held_out,
-                  const TraceOptions& options, LoopResult& result) {
-  const CalibrationResult& fit = result.trace.fit;
-  const size_t declared = fit.robot.effects.size() - result.trace.effects.size();
+void set_held_out(const Training& training, const Campaign& held_out, const TraceOptions& options,
+                  LoopResult& result) {
   const std::vector<int> poses = held_out.pose_by_id();
   result.errors_before = evaluate(result.trace.stages.front().robot, held_out).position;
-  result.errors_after = evaluate(fit.robot, held_out).position;
+  result.errors_after = evaluate(result.trace.fit.robot, held_out).position;
   result.before = summarize(result.errors_before).mean;
   result.after = summarize(result.errors_after).mean;
   const double reducible = result.before * result.before - result.floor * result.floor;
   if (reducible > 0)
     result.reducible_removed = std::clamp(
         (result.before * result.before - result.after * result.after) / reducible, 0.0, 1.0);
-  const std::vector<double> nominal = evaluate(placed_nominal(robot, training), held_out).position;
+  const std::vector<double> nominal = evaluate(training.nominal, held_out).position;
   result.against_nominal_ci95 = paired_bootstrap(result.errors_after, nominal, poses, options);
   result.gain_ci95 = paired_bootstrap(result.errors_before, result.errors_after, poses, options);
-  for (size_t k = 0; k < result.trace.effects.size(); ++k) {
-    const Evaluation without = evaluate(without_effect(fit, training, declared + k), held_out);
+  for (const Robot& robot : training.without_effect) {
+    const Evaluation without = evaluate(robot, held_out);
     HeldOutGain& gain = result.gains.emplace_back();
     gain.position = summarize(without.position).mean - result.after;
     gain.ci95 = paired_bootstrap(without.position, result.errors_after, poses, options);
   }
 }
 
-void set_verdict(const Campaign& training, const Campaign& held_out, LoopResult& result) {
-  const double raised = held_out.rows() > 0 ? judge_held_out(training, held_out, result) : 1;
+void set_verdict(const Training& training, const Campaign& held_out, LoopResult& result) {
+  const double raised =
+      held_out.rows() > 0 ? judge_held_out(*training.if_complete, held_out, result) : 1;
   const double of_noise = highest_of_floor(result.noise, held_out.rows());
   // However little the readings say: an error that is a third above noise is not called noise.
   constexpr double kMostOfUnknowns = 1.3;
@@ -242,17 +152,22 @@ void set_verdict(const Campaign& training, const Campaign& held_out, LoopResult&
     result.more_poses = poses_to_the_floor(result, floor_high);
 }
 
-void set_floor(const FitQuality& quality, const Campaign& training, LoopResult& result) {
-  result.noise = quality.noise;
-  result.lack_of_fit = quality.lack_of_fit;
+void set_floor(const Training& training, LoopResult& result) {
+  result.noise = training.quality.noise;
+  result.lack_of_fit = training.quality.lack_of_fit;
   result.floor = mean_error_of_noise(result.noise.position, result.noise.axes);
-  if (const std::vector<double>& own = training.sigma_position;
+  if (const std::vector<double>& own = training.sound.sigma_position;
       !own.empty())  // it is of the median
     result.floor *= std::accumulate(own.begin(), own.end(), 0.0) /
                     (static_cast<double>(own.size()) * median(own));
 }
 
 }  // namespace
+
+std::string describe(const Effect& effect) {
+  return effect.parameter + " follows " + to_string(effect.driver) + " (" +
+         to_string(effect.shape) + ")";
+}
 
 LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign& held_out,
                       const Catalogue& catalogue, const TraceOptions& options) {
@@ -263,32 +178,24 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
   result.training_poses = count_poses(given);
   result.held_out_poses = count_poses(held_out);
   result.rows = given.rows() + held_out.rows();
-  const Campaign training = trace_sound(robot, given, catalogue, options, result);
-
-  result.stages.push_back(
-      stage_of("nominal", 0, placed_nominal(robot, training), training, held_out));
-  for (size_t k = 0; k < result.trace.stages.size(); ++k) {
-    const CalibrationResult& fit = result.trace.stages[k];
-    const std::string name =
-        k == 0 ? "geometric" : changes(result.trace.stages[k - 1].robot, fit.robot);
-    result.stages.push_back(
-        stage_of(name, static_cast<int>(fit.names.size()), fit.robot, training, held_out));
-  }
-  const FitQuality quality = assess(result.trace.fit, training);
-  require_worthwhile(robot, result.trace.fit, training, quality.blunders,
-                     given.rows() - training.rows());
-  set_excluded_rows(quality.blunders, training, given, result);
-  set_floor(quality, training, result);
+  Training training = search_training(
+      robot, given, held_out.rows() > 0 ? Then::predict : Then::report, catalogue, options);
+  result.trace = std::move(training.trace);
+  result.gross_poses = std::move(training.gross_poses);
+  for (size_t k = 0; k < training.errors.size(); ++k)
+    result.stages.push_back(stage_of(k, training, result.trace.stages, held_out));
+  set_excluded_rows(training, given, result);
+  set_floor(training, result);
 
   const std::vector<Effect>& effects = result.trace.fit.robot.effects;
   const size_t declared = effects.size() - result.trace.effects.size();
   for (size_t k = 0; k < result.trace.effects.size(); ++k)
     result.curves.push_back(
-        effect_curve(result.trace.fit, training, declared + k, result.trace.bootstrap_draws));
+        effect_curve(result.trace.fit, training.sound, declared + k, result.trace.bootstrap_draws));
   result.held.assign(effects.begin() + static_cast<std::ptrdiff_t>(robot.effects.size()),
                      effects.begin() + static_cast<std::ptrdiff_t>(declared));
   if (!result.trace.ranking.empty()) result.pattern = describe(result.trace.ranking.front().effect);
-  if (held_out.rows() > 0) set_held_out(robot, training, held_out, options, result);
+  if (held_out.rows() > 0) set_held_out(training, held_out, options, result);
   set_verdict(training, held_out, result);
   return result;
 }
@@ -306,7 +213,9 @@ void add_predictor(LoopResult& result, const Campaign& training, const Campaign&
   const std::string name = added > 0 ? "+ " + std::to_string(added) + " that only predict, unnamed"
                                      : "+ nothing that would predict better";
   robot.uncertainty = uncertainty_of(fit, training);
-  result.predictor = {robot, stage_of(name, unknowns, robot, training, held_out)};
+  Stage stage{name, unknowns, errors_of(robot, training), {}};
+  if (held_out.rows() > 0) stage.held_out = errors_of(robot, held_out);
+  result.predictor = {robot, std::move(stage)};
 }
 
 std::vector<Stage> stages_and_predictor(const LoopResult& result) {

@@ -21,6 +21,7 @@
 #include <string>
 #include <vector>
 
+#include "armtrue/campaign/split.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/catalogue_io.h"
 #include "armtrue/io/robot_io.h"

@@ -19,7 +19,7 @@
 #include "armtrue/io/catalogue_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
-#include "armtrue/tracing/tracing.h"
+#include "armtrue/search/trace.h"
 #include "kinematics/six_axes.h"
 #include "support/oracle.h"
 

@@ -9,7 +9,7 @@
 #include <limits>
 
 #include "search/ebic.h"
-#include "tracing/linear_problem.h"
+#include "search/linear_problem.h"
 
 namespace armtrue::projection_test {
 namespace {

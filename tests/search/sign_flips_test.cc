@@ -9,7 +9,7 @@
 
 #include "armtrue/statistics/summary.h"
 #include "kinematics/six_axes.h"
-#include "tracing/linear_problem.h"
+#include "search/linear_problem.h"
 
 namespace armtrue::sign_flips_test {
 namespace {

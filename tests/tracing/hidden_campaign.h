@@ -14,7 +14,7 @@
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/planning/pose_cloud.h"
-#include "armtrue/tracing/tracing.h"
+#include "armtrue/search/trace.h"
 #include "support/oracle.h"
 
 namespace armtrue {

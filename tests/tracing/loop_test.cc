@@ -14,6 +14,7 @@
 #include <tuple>
 
 #include "armtrue/campaign/simulation.h"
+#include "armtrue/campaign/split.h"
 #include "armtrue/io/catalogue_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"

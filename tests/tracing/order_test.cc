@@ -11,6 +11,7 @@
 #include <set>
 
 #include "armtrue/campaign/simulation.h"
+#include "armtrue/campaign/split.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/catalogue_io.h"
 #include "armtrue/io/robot_io.h"

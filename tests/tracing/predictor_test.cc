@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/campaign/split.h"
 #include "armtrue/io/catalogue_io.h"
 #include "armtrue/tracing/loop.h"
 #include "tracing/hidden_campaign.h"

@@ -33,6 +33,16 @@ struct AxisErrors {
 /// Those of the positions of a campaign that has rows: of x, y and z, or of the lengths.
 std::vector<AxisErrors> axis_errors(const Evaluation& evaluation, const Campaign& campaign);
 
+/// Errors of a robot on some poses.
+struct PoseErrors {
+  ErrorSummary position;                    ///< [m]
+  std::optional<ErrorSummary> orientation;  ///< [rad]
+  std::vector<AxisErrors> axes;             ///< [m]
+};
+
+/// Throws std::invalid_argument as evaluate() does, and if the campaign has no rows.
+PoseErrors errors_of(const Robot& robot, const Campaign& campaign);
+
 /// Where the noise floor comes from.
 struct NoiseFloor {
   enum class Source { replicates, instrument, none };

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "armtrue/io/provenance.h"
-#include "armtrue/tracing/tracing.h"
+#include "armtrue/search/trace.h"
 
 namespace armtrue {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "armtrue/planning/pose_cloud.h"
-#include "armtrue/tracing/tracing.h"
+#include "armtrue/search/trace.h"
 
 namespace armtrue {
 

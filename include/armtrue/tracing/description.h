@@ -12,11 +12,6 @@ namespace armtrue {
 std::string in_words(const TracedEffect& traced, const HeldOutGain* gain,
                      const std::vector<CurvePoint>& curve, const Robot& robot);
 
-/// Whether the readings leave open that the instrument errs in place of the arm: one of its errors
-/// is indistinguishable from the effect, or without a known cause the base or a length follows a
-/// joint angle, or a length jumps in time, which no rigid arm does.
-bool may_be_instrument(const TracedEffect& traced, const Robot& robot);
-
 /// One sentence for the cell: the cause if one stands, and how sure it is.
 std::string for_the_cell(const TracedEffect& traced, const HeldOutGain* gain, const Robot& robot);
 

@@ -1,31 +1,24 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/gross_poses.h"
+#include "armtrue/search/trace.h"
 #include "armtrue/tracing/effect_curve.h"
 #include "armtrue/tracing/nested_validation.h"
-#include "armtrue/tracing/tracing.h"
 #include "armtrue/tracing/verdict.h"
 
 namespace armtrue {
 
-/// Errors of one stage on one set of poses.
-struct StageErrors {
-  ErrorSummary position;                    ///< [m]
-  std::optional<ErrorSummary> orientation;  ///< [rad]
-  std::vector<AxisErrors> axes;             ///< [m]
-};
-
+/// A model on the way from the nominal robot to the last one.
 struct Stage {
   std::string name;
   int parameters = 0;
-  StageErrors training, held_out;
+  PoseErrors training, held_out;
 };
 
 /// What an effect does for the poses that took no part, and how sure that is. Confirmed: the whole
@@ -73,20 +66,6 @@ struct LoopResult {
   std::optional<Predictor> predictor;      ///< see add_predictor; close_loop leaves it empty
   std::string pattern;                     ///< what the best remaining candidate would be, in words
 };
-
-/// Splits by whole poses: every pose of the shuffled list up to `share` is held out. Replicates
-/// stay together.
-struct Split {
-  std::vector<int> training, held_out;  ///< rows
-};
-Split split_by_pose(const Campaign& campaign, double share, std::uint64_t seed);
-
-/// Holds out the `share` of the poses that lie farthest along one direction, so that the held-out
-/// errors show how a result carries over to a region that was not measured. The points are those of
-/// `robot`; the directions are the principal ones of all points, the longest first, each to both
-/// sides: seed 1 takes the first, seed 7 again.
-Split split_by_region(const Robot& robot, const Campaign& campaign, double share,
-                      std::uint64_t seed);
 
 /// The loop: geometry, tracing and refit on `training` alone; `held_out` is used once, to report.
 /// Throws std::invalid_argument if a session of `held_out` has no reading in `training`.

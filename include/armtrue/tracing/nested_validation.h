@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "armtrue/tracing/tracing.h"
+#include "armtrue/search/trace.h"
 
 namespace armtrue {
 

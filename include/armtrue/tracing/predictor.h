@@ -2,7 +2,7 @@
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/effects/catalogue.h"
-#include "armtrue/tracing/tracing.h"
+#include "armtrue/search/trace.h"
 
 namespace armtrue {
 

@@ -76,6 +76,11 @@ struct TracedEffect {
   bool incomplete = false;      ///< its parameter follows its driver in a further effect too
 };
 
+/// Whether the readings leave open that the instrument errs in place of the arm: one of its errors
+/// is indistinguishable from the effect, or without a known cause the base or a length follows a
+/// joint angle, or a length jumps in time, which no rigid arm does.
+bool may_be_instrument(const TracedEffect& traced, const Robot& robot);
+
 struct TraceResult {
   CalibrationResult fit;                  ///< the model with all effects, on the readings given
   std::vector<CalibrationResult> stages;  ///< geometry alone, then with each effect as it was added

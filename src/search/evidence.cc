@@ -1,4 +1,4 @@
-#include "armtrue/tracing/tracing.h"
+#include "search/evidence.h"
 
 #include <algorithm>
 #include <cmath>
@@ -6,18 +6,13 @@
 #include <numeric>
 #include <optional>
 
-#include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/pose_bootstrap.h"
-#include "armtrue/effects/robot_model.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/summary.h"
-#include "armtrue/tracing/description.h"
-#include "campaign/selection.h"
 #include "search/candidates.h"
 #include "search/cross_validation.h"
-#include "search/model_search.h"
-#include "tracing/variance_shares.h"
+#include "search/variance_shares.h"
 
 namespace armtrue {
 namespace {
@@ -34,30 +29,6 @@ const double kRuledOut = 2 * std::log(1000.0);
 // regular parameter: P(fall <= x) = (1 - exp(-x/2))^2 (Hansen, Econometrica 68, 2000).
 const double kFallToStep95 = -2 * std::log(1 - std::sqrt(0.95));
 constexpr int kRefitted = 3;  // parameters named of those that are refitted for a rival
-// More would find smaller effects at a cost in proportion, and only the fit needs all.
-constexpr int kMaxPosesOfSearch = 2000;
-
-// Amplitude and phase of an effect, if it is a harmonic, its frequency as it stands.
-std::optional<Cycle> fixed_cycle(const CalibrationResult& fit,
-                                 const Eigen::MatrixXd& bootstrap_draws, int effect, int poses) {
-  const Effect& e = fit.robot.effects[effect];
-  if (e.shape.kind != ShapeKind::harmonic || e.coefficients.size() != 2) return std::nullopt;
-  const double sine = e.coefficients[0].value, cosine = e.coefficients[1].value;
-  Cycle cycle;
-  cycle.amplitude = std::hypot(sine, cosine);
-  cycle.phase = std::atan2(cosine, sine);
-  Eigen::Index first = 0;
-  for (int other = 0; other < effect; ++other)
-    first += static_cast<Eigen::Index>(fit.robot.effects[other].coefficients.size());
-  const Eigen::Vector2d along = Eigen::Vector2d(sine, cosine) / cycle.amplitude;
-  const Eigen::Index unknown = static_cast<Eigen::Index>(fit.set.kept.size()) + first;
-  const Eigen::Matrix2d covariance = fit.covariance.block<2, 2>(unknown, unknown);
-  cycle.amplitude_std = std::sqrt(along.dot(covariance * along));
-  const auto [low, high] =
-      interval_about(bootstrap_draws.middleCols<2>(first) * along, cycle.amplitude_std, poses);
-  cycle.amplitude_ci95 = {cycle.amplitude + low, cycle.amplitude + high};
-  return cycle;
-}
 
 // With the uncertainty of its frequency, too, if that was searched.
 std::optional<Cycle> cycle_of(EffectModel& model, const Campaign& campaign,
@@ -207,9 +178,31 @@ std::vector<VarianceShare> order_by_share(SearchResult& search, int poses, std::
   return shares;
 }
 
-// Describes what a search has found: the evidence of each effect beside all the others, and what
-// cannot be told from it.
-TraceResult described(SearchResult search, const Campaign& campaign, const TraceOptions& options) {
+}  // namespace
+
+std::optional<Cycle> fixed_cycle(const CalibrationResult& fit,
+                                 const Eigen::MatrixXd& bootstrap_draws, int effect, int poses) {
+  const Effect& e = fit.robot.effects[effect];
+  if (e.shape.kind != ShapeKind::harmonic || e.coefficients.size() != 2) return std::nullopt;
+  const double sine = e.coefficients[0].value, cosine = e.coefficients[1].value;
+  Cycle cycle;
+  cycle.amplitude = std::hypot(sine, cosine);
+  cycle.phase = std::atan2(cosine, sine);
+  Eigen::Index first = 0;
+  for (int other = 0; other < effect; ++other)
+    first += static_cast<Eigen::Index>(fit.robot.effects[other].coefficients.size());
+  const Eigen::Vector2d along = Eigen::Vector2d(sine, cosine) / cycle.amplitude;
+  const Eigen::Index unknown = static_cast<Eigen::Index>(fit.set.kept.size()) + first;
+  const Eigen::Matrix2d covariance = fit.covariance.block<2, 2>(unknown, unknown);
+  cycle.amplitude_std = std::sqrt(along.dot(covariance * along));
+  const auto [low, high] =
+      interval_about(bootstrap_draws.middleCols<2>(first) * along, cycle.amplitude_std, poses);
+  cycle.amplitude_ci95 = {cycle.amplitude + low, cycle.amplitude + high};
+  return cycle;
+}
+
+TraceResult with_evidence(SearchResult search, const Campaign& campaign,
+                          const TraceOptions& options) {
   const auto poses = static_cast<int>(campaign.pose_ids.size());
   const std::vector<VarianceShare> shares = order_by_share(search, poses, options.seed);
   EffectModel& model = search.model;
@@ -263,71 +256,12 @@ TraceResult described(SearchResult search, const Campaign& campaign, const Trace
   return result;
 }
 
-TraceResult search_and_describe(const Robot& robot, const Campaign& campaign,
-                                const Catalogue& catalogue, const TraceOptions& options) {
-  return described(search_effects(robot, campaign, catalogue, options), campaign, options);
-}
-
-// What was found in some of the poses, fitted to all.
-void refit_to_all(const Robot& robot, const Campaign& campaign, const TraceOptions& options,
-                  TraceResult& result) {
-  if (options.progress) options.progress("fitting what was found to all poses");
-  CalibrationOptions near;
-  near.start_near(result.fit);
-  near.tolerance = kSearchTolerance;
-  result.stages.front() = calibrate(robot, campaign, result.fit.set);
-  const CalibrationResult fit = calibrate(result.fit.robot, campaign, result.fit.set, near);
-  result.fit = fit;
-  result.stages.back() = result.fit;
-  if (result.effects.empty()) return;
-  const int poses = static_cast<int>(campaign.pose_ids.size());
-  result.bootstrap_draws =
-      bootstrap_coefficients(result.fit, campaign, options.bootstrap, options.seed);
-  set_intervals(result.bootstrap_draws, poses, result.fit.robot);
-  const auto declared = static_cast<int>(result.fit.robot.effects.size() - result.effects.size());
-  for (size_t k = 0; k < result.effects.size(); ++k) {
-    TracedEffect& traced = result.effects[k];
-    const int effect = declared + static_cast<int>(k);
-    traced.effect = result.fit.robot.effects[effect];
-    const Cycle before = traced.cycle.value_or(Cycle{});
-    traced.cycle = fixed_cycle(result.fit, result.bootstrap_draws, effect, poses);
-    if (!traced.cycle) continue;
-    traced.cycle->frequency_std = before.frequency_std;
-    traced.cycle->frequency_ci95 = before.frequency_ci95;
-  }
-}
-
-// Notes, for the effects that may be the instrument's, what of them looks like a constant.
-void note_means(const Campaign& campaign, TraceResult& result) {
-  const Robot& robot = result.fit.robot;
-  const auto declared = robot.effects.size() - result.effects.size();
-  for (size_t k = 0; k < result.effects.size(); ++k) {
-    Effect& fitted = result.fit.robot.effects[declared + k];
-    const auto parameter = find_parameter(robot.chain, fitted.parameter);
-    if (!fitted.may_be_instrument || !parameter) continue;
-    Robot alone = robot;
-    alone.effects = {fitted};
-    const RobotModel model(alone, campaign.temperature_names);
-    double sum = 0, weights = 0;
-    for (int row = 0; row < campaign.rows(); ++row) {
-      sum += result.fit.weights[row] * model.offsets(campaign.context(row))[*parameter];
-      weights += result.fit.weights[row];
-    }
-    fitted.mean = result.effects[k].effect.mean = sum / std::max(1e-300, weights);
-  }
-}
-
-}  // namespace
-
-TraceResult trace(const Robot& robot, const Campaign& campaign, const Catalogue& catalogue,
-                  const TraceOptions& options) {
-  const bool is_large = static_cast<int>(campaign.pose_ids.size()) > kMaxPosesOfSearch;
-  TraceResult result = search_and_describe(
-      robot, is_large ? campaign.select(rows_of_some_poses(campaign, kMaxPosesOfSearch)) : campaign,
-      catalogue, options);
-  if (is_large) refit_to_all(robot, campaign, options, result);
-  note_means(campaign, result);
-  return result;
+bool may_be_instrument(const TracedEffect& traced, const Robot& robot) {
+  const auto of_instrument = [](const Rival& rival) {
+    return rival.effect.parameter.starts_with("instrument.");
+  };
+  if (std::ranges::any_of(traced.indistinguishable, of_instrument)) return true;
+  return traced.in_words.empty() && is_of_no_arm(traced.effect, robot.chain);
 }
 
 }  // namespace armtrue

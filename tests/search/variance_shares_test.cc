@@ -1,4 +1,4 @@
-#include "tracing/variance_shares.h"
+#include "search/variance_shares.h"
 
 #include <gtest/gtest.h>
 

@@ -1,0 +1,67 @@
+#include "armtrue/campaign/split.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "armtrue/kinematics/evaluator.h"
+#include "linear_algebra/decompositions.h"
+#include "statistics/shuffle.h"
+
+namespace armtrue {
+namespace {
+
+Split without_poses(const std::vector<int>& pose_of_row, const std::set<int>& held_out) {
+  Split split;
+  for (int row = 0; row < static_cast<int>(pose_of_row.size()); ++row)
+    (held_out.contains(pose_of_row[row]) ? split.held_out : split.training).push_back(row);
+  return split;
+}
+
+}  // namespace
+
+Split split_by_pose(const Campaign& campaign, double share, std::uint64_t seed) {
+  const std::vector<int> pose = campaign.pose_by_id();
+  const std::set<int> distinct(pose.begin(), pose.end());
+  std::vector<int> poses(distinct.begin(), distinct.end());
+  shuffle(poses, seed);
+  const auto count = static_cast<size_t>(std::lround(share * static_cast<double>(poses.size())));
+  const std::set<int> held_out(poses.begin(), poses.begin() + static_cast<std::ptrdiff_t>(count));
+  return without_poses(pose, held_out);
+}
+
+Split split_by_region(const Robot& robot, const Campaign& campaign, double share,
+                      std::uint64_t seed) {
+  const std::vector<int> pose = campaign.pose_by_id();
+  const ChainEvaluator chain(robot.chain);
+  std::map<int, Eigen::Vector3d> point_of_pose;
+  for (int row = 0; row < campaign.rows(); ++row)
+    point_of_pose.try_emplace(pose[row], chain.pose(campaign.q[row]).translation);
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const auto& [id, point] : point_of_pose)
+    mean += point / static_cast<double>(point_of_pose.size());
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  for (const auto& [id, point] : point_of_pose)
+    scatter += (point - mean) * (point - mean).transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen{Eigen::MatrixXd(scatter)};
+  const auto choice = static_cast<Eigen::Index>((seed + 5) % 6);
+  Eigen::Vector3d direction = eigen.eigenvectors().col(2 - choice / 2);
+  // The sign of an eigenvector is arbitrary.
+  Eigen::Index largest = 0;
+  direction.cwiseAbs().maxCoeff(&largest);
+  if ((direction[largest] < 0) != (choice % 2 == 1)) direction = -direction;
+  std::vector<std::pair<double, int>> along;
+  for (const auto& [id, point] : point_of_pose)
+    along.emplace_back(-direction.dot(point - mean), id);
+  std::sort(along.begin(), along.end());
+  along.resize(static_cast<size_t>(std::lround(share * static_cast<double>(point_of_pose.size()))));
+  std::set<int> held_out;
+  for (const auto& [distance, id] : along) held_out.insert(id);
+  return without_poses(pose, held_out);
+}
+
+}  // namespace armtrue

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "armtrue/search/trace.h"
+#include "search/model_search.h"
+
+namespace armtrue {
+
+/// What a search has found, with the evidence of each effect beside all the others, its intervals
+/// and rivals. The effect that explains most stands first.
+TraceResult with_evidence(SearchResult search, const Campaign& campaign,
+                          const TraceOptions& options);
+
+/// Amplitude and phase of the `effect`-th effect of a fit to so many poses, if it is a harmonic;
+/// its frequency is taken as exact. `bootstrap_draws` as from bootstrap_coefficients().
+std::optional<Cycle> fixed_cycle(const CalibrationResult& fit,
+                                 const Eigen::MatrixXd& bootstrap_draws, int effect, int poses);
+
+}  // namespace armtrue
