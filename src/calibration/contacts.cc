@@ -10,6 +10,7 @@
 #include "armtrue/calibration/observation.h"
 #include "armtrue/kinematics/contact.h"
 #include "armtrue/kinematics/evaluator.h"
+#include "armtrue/kinematics/pose.h"
 #include "armtrue/statistics/summary.h"
 #include "calibration/registration.h"
 #include "linear_algebra/decompositions.h"
@@ -74,14 +75,12 @@ void place_plane(const Touches& touches, Contact& contact) {
   const Eigen::Map<const Eigen::VectorXd> gauge(touches.gauge.data(), std::ssize(touches.gauge));
   if (points.cols() >= 3) {
     const Eigen::Matrix3Xd centred = points.colwise() - middle;
-    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(centred * centred.transpose(),
-                                                Eigen::ComputeThinU);
+    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(centred * centred.transpose(), Eigen::ComputeThinU);
     Eigen::Vector3d normal = svd.matrixU().col(2);
     const double with_gauge = (normal.transpose() * centred).dot(gauge.transpose());
     const Eigen::Vector3d z = contact.place.rotation.col(2);
     if (with_gauge != 0 ? with_gauge < 0 : normal.dot(z) < 0) normal = -normal;
-    contact.place.rotation =
-        Eigen::Quaterniond::FromTwoVectors(z, normal).toRotationMatrix() * contact.place.rotation;
+    contact.place.rotation = shortest_rotation(z, normal) * contact.place.rotation;
   }
   contact.place.translation = middle - contact.place.rotation.col(2) * gauge.mean();
 }
@@ -98,8 +97,7 @@ void place_sphere(const Touches& touches, Contact& contact) {
   const Eigen::Vector3d centre = solution.head<3>();
   const Eigen::Map<const Eigen::VectorXd> gauge(touches.gauge.data(), std::ssize(touches.gauge));
   contact.place.translation = middle + centre;
-  contact.radius =
-      std::sqrt(std::max(0.0, solution[3] + centre.squaredNorm())) - gauge.mean();
+  contact.radius = std::sqrt(std::max(0.0, solution[3] + centre.squaredNorm())) - gauge.mean();
 }
 
 void place_contact(const Touches& touches, Contact& contact) {
@@ -120,8 +118,8 @@ void place_contact(const Touches& touches, Contact& contact) {
   contact.is_placed = true;
 }
 
-// How far a touch at `seen`, in the axes of the contact, is off what the gauge showed: three numbers
-// or one, with their derivatives by the point.
+// How far a touch at `seen`, in the axes of the contact, is off what the gauge showed: three
+// numbers or one, with their derivatives by the point.
 Eigen::VectorXd off_contact(const Contact& contact, int point, double gauge,
                             const Eigen::Vector3d& seen, Eigen::MatrixX3d* gradients = nullptr) {
   const int count = reads_point(contact.kind) ? 3 : 1;
@@ -192,8 +190,8 @@ class Approach {
     Eigen::Matrix3Xd joints(3, joint_count(chain_));
     for (int j = 0; j < static_cast<int>(joints.cols()); ++j)
       joints.col(j) = joint_column(chain_, of_pose, j).head<3>();
-    const ContactPoint& which = contacts_[static_cast<size_t>(
-        campaign_.touch[static_cast<size_t>(row)].contact)];
+    const ContactPoint& which =
+        contacts_[static_cast<size_t>(campaign_.touch[static_cast<size_t>(row)].contact)];
     const Contact& contact = chain_.contacts[static_cast<size_t>(which.contact)];
     Eigen::MatrixX3d gradients;
     const Eigen::VectorXd off =

@@ -8,6 +8,7 @@
 
 #include "armtrue/calibration/observation.h"
 #include "armtrue/effects/robot_model.h"
+#include "armtrue/kinematics/pose.h"
 #include "armtrue/statistics/summary.h"
 #include "calibration/contacts.h"
 #include "calibration/placement.h"
@@ -152,9 +153,9 @@ Pose registered_base(const Robot& robot, const Campaign& campaign) {
   if (count >= kAnchorsThatShowATurn) return rigid_fit(in_0, in_a);
   Eigen::Matrix3d rotation = robot.chain.base.rotation;
   if (count == 2)  // they show all rotations but that about the connecting line
-    rotation = Eigen::Quaterniond::FromTwoVectors(rotation * (in_0.col(1) - in_0.col(0)),
-                                                  in_a.col(1) - in_a.col(0)) *
-               rotation;
+    rotation =
+        shortest_rotation(rotation * (in_0.col(1) - in_0.col(0)), in_a.col(1) - in_a.col(0)) *
+        rotation;
   return {rotation, (in_a - rotation * in_0).rowwise().mean()};
 }
 

@@ -37,6 +37,15 @@ Eigen::Vector3d rotation_log(const Eigen::Matrix3d& rotation) {
   return (quaternion.w() < 0 ? -2.0 : 2.0) * half_angle / sine * quaternion.vec();
 }
 
+Eigen::Matrix3d shortest_rotation(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  const Eigen::Vector3d a = from.normalized(), b = to.normalized();
+  Eigen::Vector3d across = a.cross(b);
+  across -= across.dot(a) * a;  // rounding, as large as `across` itself near opposite directions
+  const double sine = across.norm(), angle = std::atan2(sine, a.dot(b));
+  return rotation_exp(sine > 0 ? Eigen::Vector3d(angle / sine * across)
+                               : Eigen::Vector3d(angle * a.unitOrthogonal()));
+}
+
 Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
   Eigen::Matrix3d m;
   m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;

@@ -182,6 +182,24 @@ Matrix3d written_out(double a, double b, double c) {
   return z * y * x;
 }
 
+TEST(Pose, TheShortestRotationTurnsOneDirectionIntoTheOther) {
+  armtrue_oracle::Uniform uniform(3);
+  const auto any = [&] { return Vector3d(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)); };
+  for (int i = 0; i < 300; ++i) {
+    const Vector3d from = any(), across = from.cross(any()).normalized();
+    // From the same to the opposite direction, and closer to both than a sum of squares resolves.
+    for (double angle : {0.0, 1e-12, 1e-8, 1e-3, uniform(0, pi), pi - 1e-8, pi - 1e-12, pi}) {
+      const Vector3d to =
+          uniform(0.1, 3) * (std::cos(angle) * from + std::sin(angle) * across.cross(from));
+      const Matrix3d r = shortest_rotation(from, to);
+      EXPECT_LE((r * from.normalized() - to.normalized()).norm(), kRounding) << angle;
+      EXPECT_NEAR(std::acos(std::clamp((r.trace() - 1) / 2, -1.0, 1.0)), angle, 3e-8);
+      EXPECT_LE((r.transpose() * r - Matrix3d::Identity()).norm(), kRounding);
+      EXPECT_NEAR(r.determinant(), 1, kRounding);
+    }
+  }
+}
+
 TEST_P(PoseLaws, KukaAnglesComeBack) {
   for (const auto& [first, b, c] : threes())
     for (const Matrix3d& r : {first.rotation, Matrix3d(first.rotation.transpose())}) {

@@ -40,6 +40,10 @@ Eigen::Matrix3d rotation_exp(const Eigen::Vector3d& w);
 /// are valid: the component with the largest diagonal element of `rotation` is then positive.
 Eigen::Vector3d rotation_log(const Eigen::Matrix3d& rotation);
 
+/// Returns the rotation by the smallest angle that turns `from` into the direction of `to`; of
+/// opposite directions, about any axis. Neither may be zero.
+Eigen::Matrix3d shortest_rotation(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
+
 /// Returns [v]x, so that cross_matrix(v) * u == v.cross(u).
 Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v);
 

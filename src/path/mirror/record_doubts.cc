@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "armtrue/kinematics/pose.h"
 #include "armtrue/path/mirror/path_deviation.h"
 #include "armtrue/statistics/summary.h"
 #include "linear_algebra/decompositions.h"
@@ -38,7 +39,7 @@ Eigen::Matrix3d rotation_onto(const Eigen::Matrix3Xd& measured,
   if (own.singularValues()[1] > kStraight * own.singularValues()[0])
     return Eigen::umeyama(measured, programmed, false).topLeftCorner<3, 3>();
   const Eigen::Vector3d to = own.matrixU().col(0), from = directions(measured).matrixU().col(0);
-  return Eigen::Quaterniond::FromTwoVectors(from, from.dot(to) < 0 ? -to : to).toRotationMatrix();
+  return shortest_rotation(from, from.dot(to) < 0 ? -to : to);
 }
 
 std::optional<RecordStep> find_step(const Eigen::Matrix3Xd& deviation,
