@@ -24,9 +24,9 @@
 namespace armtrue {
 namespace {
 
-constexpr size_t kMostLinksNamed = 12;  // in a message
-constexpr double kLargest = 1e6;     // of lengths, angles and parts of axes
-constexpr size_t kMostLinks = 2000;  // a whole cell; the way through them is searched recursively
+constexpr size_t kMostLinksNamed = 12;     // in a message
+constexpr double kLargest = 1e6;           // of lengths, angles and parts of axes
+constexpr size_t kMaxJointsOfFile = 2000;  // a whole cell; the way through is searched recursively
 
 // Collects the messages of urdfdom instead of printing them.
 class Complaints : public console_bridge::OutputHandler {
@@ -45,27 +45,42 @@ class Complaints : public console_bridge::OutputHandler {
   std::string first_;
 };
 
-// urdfdom lets a link have two parents, and leaves out links in a circle. Whoever walks along such
-// links never comes to an end.
-void require_tree(const urdf::ModelInterface& model, const std::string& file) {
-  std::map<std::string, std::string> joint_before;
-  for (const auto& [name, joint] : model.joints_)
-    if (const auto [other, is_new] = joint_before.emplace(joint->child_link_name, name); !is_new)
+std::string link_attribute(const TiXmlElement& joint, const char* side) {
+  const TiXmlElement* const end = joint.FirstChildElement(side);
+  const char* const link = end ? end->Attribute("link") : nullptr;
+  return link ? link : "";
+}
+
+// urdfdom lets a link have two parents, and leaves out links in a circle, which hold each other in
+// its memory for ever. So this comes before it.
+void require_tree(const TiXmlElement& robot, const std::string& file) {
+  std::map<std::string, const TiXmlElement*> joint_before;  // of a link
+  const auto name_of = [](const TiXmlElement& joint) {
+    const char* const name = joint.Attribute("name");
+    return std::string(name ? name : "");
+  };
+  for (const TiXmlElement* joint = robot.FirstChildElement("joint"); joint;
+       joint = joint->NextSiblingElement("joint")) {
+    const std::string child = link_attribute(*joint, "child");
+    if (const auto [other, is_new] = joint_before.emplace(child, joint); !is_new && !child.empty())
       throw InputError(fmt::format(
-          "{}: the link '{}' is the child of '{}' and of '{}', but a URDF is a tree; of a closed "
-          "chain leave out one of these joints",
-          file, joint->child_link_name, other->second, name));
-  size_t reached = 0;
-  std::vector<urdf::LinkConstSharedPtr> links{model.getRoot()};
-  for (; reached < links.size(); ++reached)
-    links.insert(links.end(), links[reached]->child_links.begin(),
-                 links[reached]->child_links.end());
-  for (const auto& [name, link] : model.links_)
-    if (std::ranges::find(links, link) == links.end())
-      throw InputError(fmt::format(
-          "{}: no joints lead from '{}' to the link '{}', but in a circle to itself; correct the "
-          "parents of these joints",
-          file, model.getRoot()->name, name));
+          "{}:{}: the link '{}' is the child of '{}' and of '{}', but a URDF is a tree; of a "
+          "closed chain leave out one of these joints",
+          file, joint->Row(), child, name_of(*other->second), name_of(*joint)));
+  }
+  if (joint_before.size() > kMaxJointsOfFile)
+    throw InputError(fmt::format("{}: has {} joints; at most {} are read", file,
+                                 joint_before.size(), kMaxJointsOfFile));
+  for (const auto& [link, joint] : joint_before) {
+    auto before = joint_before.find(link_attribute(*joint, "parent"));
+    for (size_t joints = 1; before != joint_before.end(); ++joints) {
+      if (joints > joint_before.size())
+        throw InputError(fmt::format(
+            "{}:{}: the joints that lead to the link '{}' form a circle; correct their parents",
+            file, joint->Row(), link));
+      before = joint_before.find(link_attribute(*before->second, "parent"));
+    }
+  }
 }
 
 // urdfdom skips elements that it cannot read. A skipped mass would change the predictions, so its
@@ -77,20 +92,12 @@ urdf::ModelInterfaceSharedPtr parse_strictly(const std::string& text, const std:
     throw InputError(file + ": is no valid URDF: " + complaints.first());
   if (!model || !model->getRoot())
     throw InputError(file + ": is no valid URDF: it has no root link");
-  if (model->links_.size() > kMostLinks)
-    throw InputError(fmt::format("{}: has {} links; at most {} are read", file,
-                                 model->links_.size(), kMostLinks));
-  require_tree(*model, file);
   return model;
 }
 
 // urdfdom accepts a negative mass, and does not name the link of a mass that is no number.
-void check_masses(const std::string& text, const std::string& file) {
-  TiXmlDocument document;
-  document.Parse(text.c_str());
-  const TiXmlElement* const robot = document.FirstChildElement("robot");
-  if (!robot) return;
-  for (const TiXmlElement* link = robot->FirstChildElement("link"); link;
+void check_masses(const TiXmlElement& robot, const std::string& file) {
+  for (const TiXmlElement* link = robot.FirstChildElement("link"); link;
        link = link->NextSiblingElement("link")) {
     const TiXmlElement* const inertial = link->FirstChildElement("inertial");
     const TiXmlElement* const mass = inertial ? inertial->FirstChildElement("mass") : nullptr;
@@ -110,8 +117,8 @@ void check_masses(const std::string& text, const std::string& file) {
 void refuse_xacro(const std::string& text, const std::string& file) {
   for (size_t at = 0; const std::optional<XmlTag> tag = next_tag(text, at); at = tag->end) {
     const std::string_view own = std::string_view(text).substr(tag->begin, tag->end - tag->begin);
-    const bool is_macro = tag->name.starts_with("xacro:") || own.find("${") != own.npos ||
-                          own.find("$(") != own.npos;
+    const bool is_macro =
+        tag->name.starts_with("xacro:") || own.find("${") != own.npos || own.find("$(") != own.npos;
     if (!is_macro) continue;
     throw InputError(fmt::format(
         "{0}:{1}: holds xacro macros that nobody has expanded; write 'xacro {0} > robot.urdf' and "
@@ -255,9 +262,10 @@ Pose from_kdl(const KDL::Frame& frame) {
 // A number that lost its point or its blank is no length of an arm.
 void check_size(double number, const urdf::Joint& joint, const std::string& file) {
   if (!(std::abs(number) <= kLargest))
-    throw InputError(fmt::format("{}: the joint '{}' has a number of {:.4g} (m or rad), which is "
-                                 "larger than anything real; correct it",
-                                 file, joint.name, number));
+    throw InputError(
+        fmt::format("{}: the joint '{}' has a number of {:.4g} (m or rad), which is "
+                    "larger than anything real; correct it",
+                    file, joint.name, number));
 }
 
 void set_axis(const urdf::Joint& joint, const std::string& file, ChainJoint& result) {
@@ -344,7 +352,12 @@ std::vector<std::string> fixed_beside(const urdf::ModelInterface& model, const U
 UrdfChain read_urdf_chain(const std::string& text, const std::string& file, const UrdfEnds& ends) {
   check_xml_bounds(text, file);
   refuse_xacro(text, file);
-  check_masses(text, file);
+  TiXmlDocument document;
+  document.Parse(text.c_str());
+  if (const TiXmlElement* const robot = document.FirstChildElement("robot")) {
+    require_tree(*robot, file);
+    check_masses(*robot, file);
+  }
   const urdf::ModelInterfaceSharedPtr model = parse_strictly(text, file);
   UrdfChain result;
   result.robot = model->getName();
