@@ -8,7 +8,8 @@
 The arm is the product of exponentials of virtual_cell.py, which shares no code with armtrue. Links between the first and
 the last joint are off; foot and flange are where the robot file has them. `campaign` visits every pose twice, in two
 random orders; with --other-poses they are others. `touch` touches each contact in turn: a point X,Y,Z, a plane X,Y,Z,NX,NY,NZ
-by its normal, a sphere X,Y,Z,RADIUS; each number that a touch reads is off by the noise. `reach` writes where the flange truly stands, without noise. The same seed
+by its normal, a sphere X,Y,Z,RADIUS; each number that a touch reads is off by the noise. Of a robot file with a
+`positioner` all is seen from the part that it carries; its foot, links and zeros are off, too. `reach` writes where the flange truly stands, without noise. The same seed
 gives the same arm.
 
     EFFECT   --sag J:RAD_PER_NM           joint J gives way under gravity
@@ -26,7 +27,8 @@ import re
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from virtual_cell import NONE, Arm, Effect, fields, kuka, rotation_times, small_motion  # noqa: E402
+from virtual_cell import (NONE, Arm, Effect, after, fields, kuka, moved, rotation_times, scaled,  # noqa: E402
+                          small_motion, transposed)
 
 SHARE_OF_TRAVEL = 0.8
 
@@ -52,6 +54,14 @@ def joint_columns(text):
     return columns
 
 
+def positioner_of(text):
+    """The positioner as the text of a robot file whose tool is the part; None without one."""
+    block = re.search(r"^positioner:\n((?: +.*\n)*)", text, re.M)
+    if not block:
+        return None
+    return re.sub(r"^part:", "tool:", re.sub(r"^  ", "", block[1], flags=re.M), flags=re.M)
+
+
 class Cell:
     def __init__(self, options):
         text = pathlib.Path(options.robot).read_text()
@@ -64,6 +74,19 @@ class Cell:
         self.truth = {"base": self.arm.base, "tool": self.arm.tool, "links": links + [NONE], "zeros": zeros}
         self.effect = Effect("hidden", "", joints=lambda state: self.errors(state, options))
         self.rng, self.joints = random.Random(options.seed + (2 if options.other_poses else 1)), joints
+        self.travel, self.slides, self.table = list(self.arm.travel), list(self.arm.slides), None
+        if positioner := positioner_of(text):
+            self.add_positioner(positioner, rng)
+
+    def add_positioner(self, text, rng):
+        self.table = Arm(text)
+        self.columns, self.travel = self.columns + joint_columns(text), self.travel + self.table.travel
+        self.slides = self.slides + self.table.slides
+        vector = lambda size: tuple(rng.gauss(0, size) for _ in range(3))
+        place = lambda: small_motion(vector(2e-3), vector(2), NONE[1])
+        links = [small_motion(vector(3e-4), vector(0.3), point) for point in self.table.points]
+        self.table_truth = {"base": after(place(), self.table.base), "links": links + [NONE],
+                            "zeros": [rng.gauss(0, 1.5e-3) for _ in self.table.points], "tool": after(self.table.tool, place())}
 
     def errors(self, state, options):
         total = {}
@@ -78,18 +101,25 @@ class Cell:
         return total
 
     def frame(self, values):
-        state = State(values, self.arm.torques(values, self.arm.masses))
-        return self.arm.pose(values, self.truth, self.effect, 1.0, state)
+        """Where the tool is, seen from the part if a positioner carries it."""
+        own, others = values[:self.joints], values[self.joints:]
+        state = State(own, self.arm.torques(own, self.arm.masses))
+        tool = self.arm.pose(own, self.truth, self.effect, 1.0, state)
+        if not self.table:
+            return tool
+        rotation, point = self.table.pose(others, self.table_truth)
+        back = transposed(rotation)
+        return after((back, scaled(moved((back, NONE[1]), point), -1)), tool)
 
     def draw(self):
         values = []
-        for low, high in self.arm.travel:
+        for low, high in self.travel:
             middle, half = (low + high) / 2, SHARE_OF_TRAVEL * (high - low) / 2
             values.append(self.rng.uniform(middle - half, middle + half))
         return values
 
     def shown(self, values):
-        return [value if slides else math.degrees(value) for value, slides in zip(values, self.arm.slides)]
+        return [value if slides else math.degrees(value) for value, slides in zip(values, self.slides)]
 
 
 def campaign(cell, options):
@@ -138,12 +168,12 @@ def least_change(rows, wanted):
 def approach(cell, contact, noise):
     """Joint values at which the arm touches, by Newton's steps from a random posture; None if it does not get there."""
     values = cell.draw()
-    units = [1.0 if slides else 1e-3 for slides in cell.arm.slides]
+    units = [1.0 if slides else 1e-3 for slides in cell.slides]
     miss = lambda q: [x - n for x, n in zip(off_contact(cell.frame(q)[1], contact), noise)]
     for _ in range(40):
         here = miss(values)
         if math.hypot(*here) < 1e-7:
-            inside = all(low <= v <= high for v, (low, high) in zip(values, cell.arm.travel))
+            inside = all(low <= v <= high for v, (low, high) in zip(values, cell.travel))
             return values if inside else None
         columns = []
         for j, unit in enumerate(units):
