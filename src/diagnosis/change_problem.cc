@@ -105,6 +105,7 @@ ChangeProblem::ChangeProblem(const Robot& previous, const Campaign& campaign,
   }
   count_replicates();
   enter_errors();
+  if (campaign.has_touches()) correlate_errors();
   enter_hypotheses();
 }
 
@@ -159,6 +160,24 @@ void ChangeProblem::enter_errors() {
     degrees_of_freedom_ -= count * session_shares_[s];
     for (int k : free) errors_.push_back({k, s, s});
   }
+}
+
+// Touches determine places and links only relative to each other: taken as independent, their
+// errors would hide most moves.
+void ChangeProblem::correlate_errors() {
+  if (!previous_.uncertainty) return;
+  const std::vector<std::string>& known = previous_.uncertainty->parameters;
+  std::vector<Eigen::Index> rows;
+  for (const Unknown& error : errors_) {
+    const auto found = std::ranges::find(known, parameter_name(start_.chain, error.parameter));
+    if (found == known.end()) return;
+    rows.push_back(found - known.begin());
+  }
+  const Eigen::MatrixXd root = previous_.uncertainty->root(rows, Eigen::all);
+  const Eigen::LLT<Eigen::MatrixXd> llt(root * root.transpose());
+  if (llt.info() != Eigen::Success) return;
+  const auto count = static_cast<Eigen::Index>(rows.size());
+  correlated_ = llt.matrixL().solve(Eigen::MatrixXd::Identity(count, count));
 }
 
 void ChangeProblem::enter_hypothesis(const std::string& what, const std::vector<int>& parameters,
@@ -284,8 +303,12 @@ ChangeProblem::Fit ChangeProblem::fit(const std::vector<int>& moved, const Readi
     for (int i = 0; i < count; ++i) {
       jacobian(equations + i, i) = 1 / unknowns[i].deviation;
       residual[equations + i] = -result.x[i] / unknowns[i].deviation;
-      loss += residual[equations + i] * residual[equations + i];
     }
+    if (const Eigen::Index errors = correlated_.rows(); errors > 0) {
+      jacobian.block(equations, 0, errors, errors) = correlated_;
+      residual.segment(equations, errors) = -correlated_ * result.x.head(errors);
+    }
+    for (int i = 0; i < count; ++i) loss += residual[equations + i] * residual[equations + i];
     const bool settled = std::abs(loss - result.loss) <= 1e-7 * (1 + loss);
     result.loss = loss;
     // Columns of unit norm: m and rad differ by orders of magnitude.

@@ -7,7 +7,8 @@
 
 The arm is the product of exponentials of virtual_cell.py, which shares no code with armtrue. Links between the first and
 the last joint are off; foot and flange are where the robot file has them. `campaign` visits every pose twice, in two
-random orders; with --other-poses they are others. `touch` touches each contact in turn: a point X,Y,Z, a plane X,Y,Z,NX,NY,NZ
+random orders; with --other-poses they are others. With --covariances each reading has a noise of its own, a random covariance of its
+six numbers about the given size, and states it. `touch` touches each contact in turn: a point X,Y,Z, a plane X,Y,Z,NX,NY,NZ
 by its normal, a sphere X,Y,Z,RADIUS; each number that a touch reads is off by the noise. Of a robot file with a
 `positioner` all is seen from the part that it carries; its foot, links and zeros are off, too. `reach` writes where the flange truly stands, without noise. The same seed
 gives the same arm.
@@ -122,20 +123,48 @@ class Cell:
         return [value if slides else math.degrees(value) for value, slides in zip(values, self.slides)]
 
 
+AXES = ("x", "y", "z", "rx", "ry", "rz")
+PAIRS = [(i, k) for i in range(6) for k in range(i, 6)]
+
+
+def covariance_columns():
+    unit = lambda i, k: "_mm2" if k < 3 else "_deg2" if i > 2 else "_mm_deg"
+    return [f"cov_{AXES[i]}{AXES[k]}{unit(i, k)}" for i, k in PAIRS]
+
+
+def correlated_noise(rng, options):
+    """Six errors, mm and mrad, and their covariance in mm and deg."""
+    sizes = [size * math.exp(rng.uniform(-2, 2)) for size in 3 * [options.noise_mm] + 3 * [options.noise_mrad]]
+    share = lambda i, k: 0.0 if k > i else 0.3 + abs(rng.gauss(0, 1)) if k == i else rng.gauss(0, 1)
+    root = [[sizes[i] * share(i, k) for k in range(6)] for i in range(6)]
+    drawn = [rng.gauss(0, 1) for _ in range(6)]
+    errors = [sum(r * z for r, z in zip(row, drawn)) for row in root]
+    unit = 3 * [1.0] + 3 * [math.degrees(1e-3)]
+    return errors, [unit[i] * unit[k] * sum(a * b for a, b in zip(root[i], root[k])) for i, k in PAIRS]
+
+
 def campaign(cell, options):
     writer = csv.writer(options.output, lineterminator="\n")
-    writer.writerow(["pose", "repeat", "t_s", *cell.columns, "x_mm", "y_mm", "z_mm", "a_deg", "b_deg", "c_deg"])
+    stated = covariance_columns() if options.covariances else []
+    writer.writerow(["pose", "repeat", "t_s", *cell.columns, "x_mm", "y_mm", "z_mm", "a_deg", "b_deg", "c_deg", *stated])
     poses, t, rng = [cell.draw() for _ in range(options.poses)], 0, cell.rng
     for repeat in (1, 2):
         order = list(range(options.poses))
         rng.shuffle(order)
         for pose in order:
             rotation, point = cell.frame(poses[pose])
-            noise = small_motion(tuple(rng.gauss(0, options.noise_mrad / 1000) for _ in range(3)), NONE[1], NONE[1])
-            point = [x + rng.gauss(0, options.noise_mm) for x in point]
+            covariance = []
+            if options.covariances:
+                errors, covariance = correlated_noise(rng, options)
+            else:
+                errors = [rng.gauss(0, options.noise_mrad) for _ in range(3)]
+                errors = [rng.gauss(0, options.noise_mm) for _ in range(3)] + errors
+            noise = small_motion(tuple(error / 1000 for error in errors[3:]), NONE[1], NONE[1])
+            point = [x + error for x, error in zip(point, errors)]
             angles = kuka(rotation_times(noise[0], rotation))
             writer.writerow([pose + 1, repeat, t, *(f"{value:.9f}" for value in cell.shown(poses[pose])),
-                             *(f"{x:.6f}" for x in point), *(f"{x:.8f}" for x in angles)])
+                             *(f"{x:.6f}" for x in point), *(f"{x:.8f}" for x in angles),
+                             *(f"{c:.15g}" for c in covariance)])
             t += 20
 
 
@@ -226,6 +255,7 @@ def main():
     parser.add_argument("--noise-mm", type=float, default=0.05)
     parser.add_argument("--noise-mrad", type=float, default=0.05)
     parser.add_argument("--other-poses", action="store_true")
+    parser.add_argument("--covariances", action="store_true")
     parser.add_argument("--commands", type=argparse.FileType("r"))
     parser.add_argument("--contact", type=contact_of, action="append", default=[])
     parser.add_argument("-o", dest="output", type=argparse.FileType("w"), default=sys.stdout)

@@ -90,7 +90,8 @@ struct ChangeResult {
 /// the previous robot does not know.
 ///
 /// Touches. A contact may have been moved, as may base and tool: it is one hypothesis, with the
-/// parameters that its touches read.
+/// parameters that its touches read. The errors of the previous parameters then have the covariance
+/// of `previous.uncertainty`, if it is stated.
 ///
 /// A zero offset that calibration leaves to base or tool (A1.theta, A6.theta) shows as a move of
 /// base or tool. In a session that the previous robot knows, its base is that of the session.
