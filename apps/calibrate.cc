@@ -116,6 +116,17 @@ void warn_of_gross_poses(app::Command& command, const std::vector<GrossPose>& gr
                              pose.id, pose.off / kMillimetre, pose.likely));
 }
 
+void report_fit(const app::Command& command, const CalibrationResult& result,
+                const Campaign& campaign) {
+  const ErrorSummary left = summarize(evaluate(result.robot, campaign).position);
+  command.report(fmt::format(
+      "{} poses, {} readings: {} unknowns of rank {} after {} iterations; these readings are left "
+      "with {:.4g} mm, mean, and {:.4g} mm at most\n",
+      campaign.pose_ids.size(), campaign.rows(), result.names.size(), result.rank,
+      result.iterations, left.mean / kMillimetre, left.max / kMillimetre));
+  if (command.output != "-") command.report("wrote " + command.output + "\n");
+}
+
 // The nominal robot with base and targets placed, where the targets stand for the tool.
 std::optional<Robot> placed_on_targets(const Robot& nominal, const CalibrationResult& result,
                                        const Campaign& campaign) {
@@ -158,6 +169,7 @@ int run(app::Command& command, const Arguments& arguments) {
   }
   write_output(command.output, write_calibration(result, campaign, command.provenance(), findings));
 
+  report_fit(command, result, campaign);
   report_near_nominal(command, result, campaign);
   if (arguments.page.is_wanted())
     app::write_report(

@@ -163,7 +163,7 @@ bool write_next_poses(app::Command& command, const std::string& path, const Trac
   command.progress("planning the next poses");
   CloudOptions options;
   options.seed = command.seed;
-  const std::vector<JointVector> planned =
+  const std::vector<PlannedPose> planned =
       plan_separation(found.fit.robot, found.effects, kNextPoses, options, measured).poses;
   write_output(path, write_joint_targets(app::numbered(planned, measured.pose_ids),
                                          joint_names(found.fit.robot.chain)));
@@ -201,7 +201,6 @@ int run(app::Command& command, const Arguments& arguments) {
   robot.free_links = arguments.no_priors;
   const std::optional<About> about = app::read_about(command, arguments.page);
   const Measured measured = read_measured(command, arguments, robot);
-  if (!arguments.next_poses.empty()) app::refuse_touches(measured.all, "--next-poses plans");
   TraceOptions options;
   options.seed = command.seed;
   options.beyond_catalogue = !arguments.only_catalogue;

@@ -145,13 +145,6 @@ void warn_of_touches(Command& command, const Robot& robot, const Campaign& campa
       parameter_name(robot.chain, *scale), length, 100 / length));
 }
 
-void refuse_touches(const Campaign& campaign, const std::string& what) {
-  if (!campaign.has_touches()) return;
-  throw InputError(campaign.source + ": " + what +
-                   " poses in free space, where no contact is touched; touch the contacts in other "
-                   "postures of the arm, or plan with readings of an instrument");
-}
-
 std::string beyond_any_arm(const Robot& robot, double error, double noise) {
   const double most = largest_credible_error(robot.chain, noise);
   if (error <= most) return "";
@@ -259,13 +252,15 @@ void require_same_joints(const Robot& robot, const std::string& a, const Robot& 
                     a, own, b, others));
 }
 
-std::vector<JointTarget> numbered(const std::vector<JointVector>& configurations,
+std::vector<JointTarget> numbered(const std::vector<PlannedPose>& poses,
                                   const std::vector<std::string>& taken) {
   const std::unordered_set<std::string> ids(taken.begin(), taken.end());
   std::vector<JointTarget> targets;
-  for (int number = 1; targets.size() < configurations.size(); ++number) {
+  for (int number = 1; targets.size() < poses.size(); ++number) {
     const std::string id = std::to_string(number);
-    if (!ids.contains(id)) targets.push_back({id, configurations[targets.size()]});
+    if (ids.contains(id)) continue;
+    const PlannedPose& pose = poses[targets.size()];
+    targets.push_back({id, pose.q, 0, pose.contact, pose.target});
   }
   return targets;
 }

@@ -23,6 +23,7 @@
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/joint_names.h"
 #include "armtrue/path/joint_path.h"
+#include "armtrue/planning/pose_cloud.h"
 #include "armtrue/programs/program_text.h"
 #include "armtrue/text/input_error.h"
 
@@ -257,16 +258,13 @@ void require_same_joints(const Robot& robot, const std::string& a, const Robot& 
                          const std::string& b);
 
 /// Targets with the ids 1, 2, 3 ..., without the ids in `taken`, so that both fit into one file.
-std::vector<JointTarget> numbered(const std::vector<JointVector>& configurations,
+std::vector<JointTarget> numbered(const std::vector<PlannedPose>& poses,
                                   const std::vector<std::string>& taken);
 
 /// Warns of what touches do not show: where R_A is, and the scale unless an artefact or an encoder
 /// of lengths shows it. `robot`: that the set was chosen for.
 void warn_of_touches(Command& command, const Robot& robot, const Campaign& campaign,
                      const IdentifiableSet& set);
-
-/// Throws InputError if the campaign has touches; `what` would plan poses in free space for them.
-void refuse_touches(const Campaign& campaign, const std::string& what);
 
 /// The warning for a fit that did not converge.
 std::string not_converged(const CalibrationResult& fit);

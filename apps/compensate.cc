@@ -28,6 +28,7 @@ struct Arguments : app::ProgramArguments {
   bool strict = false;
   double max_mm = CompensationOptions{}.max_correction / kMillimetre;
   std::optional<double> spacing_mm;
+  bool move_external_axes = false;
   app::RobotProgramFiles program;
   app::ReportArguments page;
 };
@@ -57,6 +58,9 @@ void add_options(app::Command& command, Arguments& arguments) {
               "as programmed")
       .check(app::one_of({"keep", "leave"}))
       .default_shown();
+  command.flag("--move-external-axes", arguments.move_external_axes,
+               "The correction may move E1 to E6, such as a rail, too; they stay as programmed if "
+               "absent");
   const app::Option program = app::add_robot_program(command, arguments.program);
   command
       .option("--spacing-mm", arguments.spacing_mm,
@@ -73,6 +77,7 @@ void add_options(app::Command& command, Arguments& arguments) {
 
 CompensationOptions compensation_options(const Arguments& arguments, const Robot& robot) {
   CompensationOptions options = app::program_options(arguments, robot);
+  options.move_external_axes = arguments.move_external_axes;
   options.max_correction = arguments.max_mm * kMillimetre;
   options.correct_uncovered = arguments.uncovered == "keep";
   return options;

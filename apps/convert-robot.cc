@@ -91,6 +91,10 @@ int run(app::Command& command, const Arguments& arguments) {
     write_output(command.output, write_robot(robot));
     return app::kSuccess;
   }
+  if (robot.ground_link)
+    throw InputError(source.name() +
+                     ": a URDF is written of an arm alone, and this robot has a positioner that "
+                     "carries the part; keep it as YAML, which all commands read");
   std::string lost;
   for (const std::string& key : lost_in_urdf(robot)) lost += (lost.empty() ? "" : ", ") + key;
   if (!lost.empty()) command.warn("URDF cannot hold: " + lost);

@@ -334,9 +334,18 @@ void warn_of_notes(app::Command& command, const ErrorMap& map) {
   }
 }
 
+// The grid of a box is one of places beside the foot of the arm.
+void refuse_positioner(const Robot& controller, const Arguments& arguments) {
+  if (!controller.ground_link || arguments.box_mm.empty()) return;
+  throw InputError(arguments.controller +
+                   ": has a positioner, whose axes a box leaves open; give the places as targets "
+                   "with e1_deg and so on");
+}
+
 int run(app::Command& command, Arguments& arguments) {
   const auto [robot, controller] = app::read_models(command, arguments);
   app::refuse_other_files(robot, controller, arguments);
+  refuse_positioner(controller, arguments);
   const std::optional<About> about = app::read_about(command, arguments.page);
   const std::optional<Eigen::Vector3d> part = part_of(arguments);
   const Mapped mapped = map_all(command, robot, controller, arguments);

@@ -26,7 +26,7 @@ struct Arguments {
   int count = 0;
   std::vector<double> box_mm;
   double floor_mm = 0;
-  bool points = false;
+  bool points = false, touches = false;
 };
 
 void add_options(app::Command& command, Arguments& arguments) {
@@ -55,6 +55,8 @@ void add_options(app::Command& command, Arguments& arguments) {
       .default_shown();
   command.flag("--points", arguments.points,
                "Positions only; with --given, what is read there is read again");
+  command.flag("--touches", arguments.touches,
+               "Poses that touch the contacts of the robot file; --given decides for itself");
   separate.excludes(zone);
   command.add_columns(app::kMeasuredPoseColumns);
 }
@@ -67,6 +69,7 @@ PlanOptions plan_options(const app::Command& command, const Arguments& arguments
           fmt::format("--box-mm: {:g} must be below {:g}", box[k], box[k + 1]));
   PlanOptions options;
   options.orientation = !arguments.points;
+  options.touches = arguments.touches;
   options.floor = arguments.floor_mm * kMillimetre;
   options.seed = command.seed;
   options.box = app::box_from_numbers(box);
@@ -168,7 +171,7 @@ int plan_for_separation(app::Command& command, const Arguments& arguments, const
 int plan_for_geometry(app::Command& command, const Arguments& arguments, const Robot& robot,
                       const Campaign& given, const PlanOptions& options) {
   const PosePlanner planner(robot, options, given);
-  const std::vector<JointVector> planned = planner.plan(arguments.count);
+  const std::vector<PlannedPose> planned = planner.plan(arguments.count);
   const PlanQuality quality = planner.quality(planned);
   if (!determines(quality)) warn_of_too_few(command, planner, arguments.count);
   if (command.verbose)
@@ -186,13 +189,14 @@ int run(app::Command& command, const Arguments& arguments) {
   Campaign given;
   if (!arguments.given.empty()) {
     given = command.read_campaign(arguments.given, robot);
-    app::refuse_touches(given, "plan-poses plans");
     app::refuse_mistakes(command, robot, given);
   }
-  if (given.rows() == 0 && !robot.chain.contacts.empty())
+  if (arguments.touches && robot.chain.contacts.empty())
+    throw InputError(arguments.robot + ": --touches needs 'contacts' in the robot file");
+  if (given.rows() == 0 && !arguments.touches && !robot.chain.contacts.empty())
     command.warn(arguments.robot +
-                 ": the poses are planned for an instrument that reads points; the contacts of the "
-                 "robot file are not touched in them");
+                 ": the poses are planned for an instrument that reads points; give --touches, or "
+                 "--given with touches, for poses that touch the contacts of the robot file");
   command.progress("planning");
   return arguments.separate.empty()
              ? plan_for_geometry(command, arguments, robot, given, options)

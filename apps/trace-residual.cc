@@ -74,11 +74,6 @@ std::string explanation(const ChangeResult& result) {
 int report_change(app::Command& command, const std::string& path) {
   const RobotFile previous = command.read_robot(path);
   const Campaign campaign = command.read_campaign(command.input, previous.robot);
-  if (campaign.has_touches())
-    throw InputError(campaign.source +
-                     ": --since looks for what moved in the readings of an instrument, and these "
-                     "are touches of contacts; see what evaluate-poses says of them, or calibrate "
-                     "anew and compare");
   app::refuse_mistakes(command, previous.robot, campaign);
   const ChangeResult result =
       detect_change(previous.robot, residual_spread(previous, command), campaign);

@@ -204,7 +204,7 @@ void require_enough_readings(const SessionModels& model, const std::vector<Prior
 // Without masses an effect of gravity has as many coefficients as this geometry shows first
 // moments, and those of an earlier geometry may be more or fewer.
 void match_coefficients(Robot& robot, const Campaign& campaign) {
-  if (!robot.bodies.empty()) return;
+  if (!robot.bodies.empty() && !robot.ground_link) return;
   const auto match = [&](Effect& effect) {
     const BoundEffect bound(effect, robot, campaign.temperature_names);
     effect.coefficients.resize(static_cast<size_t>(bound.coefficient_count()));

@@ -42,8 +42,14 @@ void fold_into(Eigen::MatrixXd& factor, const Eigen::Ref<const Eigen::MatrixXd>&
 }
 
 Eigen::Vector2d row_norms(const ObservationModel::At& at, const ObservationModel& model, int row) {
-  const Eigen::Matrix<double, 6, 1> r = at.residual(row);
+  Eigen::Matrix<double, 6, 1> r = at.residual(row);
   const ReadingSigma sigma = model.row_sigma(row);
+  if (!model.campaign().whitening.empty()) {
+    r.head<3>() /= sigma.position;
+    r.tail<3>() /= sigma.orientation;
+    model.whiten(row, r.head(model.row_size()));
+    return {r.head<3>().squaredNorm(), r.tail<3>().squaredNorm()};
+  }
   return {r.head<3>().squaredNorm() / (sigma.position * sigma.position),
           r.tail<3>().squaredNorm() / (sigma.orientation * sigma.orientation)};
 }
@@ -172,10 +178,12 @@ class BlockFolder {
     const int position = model_.campaign().reading_size().position;
     gathered_.topRows(position) *= kept_->sigma.position / sigma.position;
     gathered_.bottomRows(size - position) *= kept_->sigma.orientation / sigma.orientation;
-    const Eigen::Matrix<double, 6, 1> residual = at_.residual(row);
-    gathered_.col(columns).head(position) = residual.head(position) / own.position;
-    gathered_.col(columns).tail(size - position) =
-        residual.segment(3, size - position) / own.orientation;
+    Eigen::Matrix<double, 6, 1> residual = at_.residual(row);
+    residual.head<3>() /= own.position;
+    residual.tail<3>() /= own.orientation;
+    model_.whiten(row, residual.head(size));
+    gathered_.col(columns).head(position) = residual.head(position);
+    gathered_.col(columns).tail(size - position) = residual.segment(3, size - position);
   }
 
   // A row that few of many unknowns move, as where curves have many knots: only the products of

@@ -131,6 +131,21 @@ ReadingSigma ObservationModel::row_sigma(int row) const {
   return sigma;
 }
 
+void ObservationModel::whiten(int row, Eigen::Ref<Eigen::MatrixXd> of_row) const {
+  if (campaign_.whitening.empty()) return;
+  const Eigen::Matrix<double, 6, 6>& w = campaign_.whitening[row];
+  if (of_row.rows() == 6) {
+    const bool both = median_sigma_position_ > 0 && median_sigma_orientation_ > 0;
+    const double ratio = both ? sigma_.position / median_sigma_position_ *
+                                    median_sigma_orientation_ / sigma_.orientation
+                              : 1.0;
+    of_row.bottomRows<3>() = (w.bottomRightCorner<3, 3>() * of_row.bottomRows<3>() +
+                              ratio * w.bottomLeftCorner<3, 3>() * of_row.topRows<3>())
+                                 .eval();
+  }
+  of_row.topRows<3>() = (w.topLeftCorner<3, 3>() * of_row.topRows<3>()).eval();
+}
+
 Eigen::Vector3d ObservationModel::turn_of(const Eigen::VectorXd& x, int first_parameter) const {
   Eigen::Vector3d turn = Eigen::Vector3d::Zero();
   for (int k = 0; k < geometric_count(); ++k)
@@ -336,6 +351,7 @@ void ObservationModel::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const
         column += of_reading * value;
       }
     }
+  model_.whiten(row, out);
 }
 
 }  // namespace armtrue

@@ -22,6 +22,11 @@ template <typename Take>
 void for_each_position(const Robot& robot, const Campaign& campaign,
                        const std::vector<int>& geometric, const Eigen::MatrixXd& root,
                        const Take& take) {
+  if (!campaign.whitening.empty()) {
+    Campaign by_axis = campaign;  // the positions themselves are asked for
+    by_axis.whitening.clear();
+    return for_each_position(robot, by_axis, geometric, root, take);
+  }
   const SessionModels models(campaign, robot, geometric, {1.0, 1.0});
   const int axes = campaign.reading_size().position;
   for (int s = 0; s < models.sessions(); ++s) {

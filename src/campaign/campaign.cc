@@ -123,6 +123,7 @@ Campaign Campaign::select(const std::vector<int>& rows) const {
   pick(anchor, chosen.anchor);
   pick(sigma_position, chosen.sigma_position);
   pick(sigma_orientation, chosen.sigma_orientation);
+  pick(whitening, chosen.whitening);
   pick(arrival, chosen.arrival);
   pick(stroke, chosen.stroke);
   pick(payload_kg, chosen.payload_kg);

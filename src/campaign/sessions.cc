@@ -84,6 +84,12 @@ Campaign in_common_frame(Campaign campaign, const Robot& robot) {
     if (campaign.has_orientation())
       campaign.orientation[row] =
           Eigen::Quaterniond(common_from_own.rotation) * campaign.orientation[row];
+    if (!campaign.whitening.empty()) {  // W of the axes of the session
+      Eigen::Matrix<double, 6, 6>& columns = campaign.whitening[row];
+      for (int k : {0, 3})
+        columns.middleCols<3>(k) =
+            (columns.middleCols<3>(k) * common_from_own.rotation.transpose()).eval();
+    }
     if (!campaign.force_n.empty())
       campaign.force_n[row] = common_from_own.rotation * campaign.force_n[row];
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/parameters.h"
 
 namespace armtrue {
@@ -10,6 +11,16 @@ namespace {
 Robot with_tool(Robot robot, const Pose& tool) {
   robot.chain.tool = tool;
   return robot;
+}
+
+std::vector<int> external_axes(const KinematicChain& chain) {
+  std::vector<int> external;
+  int joint = 0;
+  for (const JointName& name : joint_names(chain)) {
+    if (name.is_external()) external.push_back(joint);
+    ++joint;
+  }
+  return external;
 }
 
 // Posture and loads act on the foot of the arm; a clock and a thermometer do not tell whose drift
@@ -66,7 +77,9 @@ ProgramArm::ProgramArm(const Robot& robot, const CompensationOptions& options, c
                        const std::vector<std::string>& temperature_names)
     : robot_(with_tool(without_station_effects(robot, options.tool_is_measured), tool)),
       model_(robot_, temperature_names),
-      foot_from_station_(inverse(robot.chain.base)) {}
+      foot_from_station_(inverse(robot.chain.base)) {
+  if (!options.move_external_axes) held_ = external_axes(robot_.chain);
+}
 
 Context ProgramArm::in_station(Context context) const {
   context.force_n = robot_.chain.base.rotation * context.force_n;
@@ -88,6 +101,7 @@ Pose ProgramArm::pose(const Context& context, JointJacobian& jacobian) const {
     jacobian.col(j).head<3>() = foot_from_station_.rotation * column.head<3>();
     jacobian.col(j).tail<3>() = foot_from_station_.rotation * column.tail<3>();
   }
+  for (int joint : held_) jacobian.col(joint).setZero();
   return pose;
 }
 

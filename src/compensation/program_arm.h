@@ -28,7 +28,8 @@ class ProgramArm {
   Pose pose(const Context& context) const;
   /// Also its derivative by the encoder angles, in the axes of R_0: rows 0-2 m, 3-5 rad, each
   /// per rad or m.
-  /// Effects are taken as constant: they change by 1e-2 of an angle at most.
+  /// Effects are taken as constant: they change by 1e-2 of an angle at most. Zero by external axes,
+  /// unless the options say that they may move.
   Pose pose(const Context& context, JointJacobian& jacobian) const;
 
   const Robot& robot() const { return robot_; }
@@ -40,6 +41,7 @@ class ProgramArm {
   Robot robot_;
   RobotModel model_;
   Pose foot_from_station_;
+  std::vector<int> held_;  // joints
 };
 
 /// How far the pose `reached` is from `wanted`.

@@ -29,17 +29,35 @@ bool is_place_of_anchor(const KinematicChain& chain, int parameter) {
 
 bool is_of_base(int parameter) { return parameter < kLinkParameters; }
 
-// The parameters that the previous calibration found, and those of base, tool and anchors, which
-// may have been set up anew.
+// The parameters of a contact, as indices; none unless it is touched.
+std::vector<int> of_touched_contact(const KinematicChain& chain, const Campaign& campaign,
+                                    int contact) {
+  const std::vector<ContactPoint> matched = match_contacts(campaign, chain);
+  const bool is_touched =
+      std::ranges::any_of(campaign.touch, [&](const Touch& touch) {
+        return touch.contact >= 0 && matched[static_cast<size_t>(touch.contact)].contact == contact;
+      });
+  if (!is_touched) return {};
+  std::vector<int> parameters = of_contact(chain.contacts[static_cast<size_t>(contact)].kind);
+  for (int& k : parameters) k += first_contact_parameter(chain) + kParametersOfContact * contact;
+  return parameters;
+}
+
+// The parameters that the previous calibration found, and those of base, tool, anchors and
+// contacts, which may have been set up anew.
 std::vector<int> parameters_of(const Robot& previous, const Campaign& campaign) {
   std::vector<int> parameters;
   const std::vector<int> own = own_parameters(previous);
   const ParameterLayout layout = layout_of(previous.chain);
-  for (int k = 0; k < first_contact_parameter(previous.chain); ++k)  // no touches come here
+  for (int k = 0; k < first_contact_parameter(previous.chain); ++k)
     if (previous.std.contains(parameter_name(previous.chain, k)) ||
         std::ranges::count(own, k) > 0 || (k >= layout.tool && k < layout.geometric) ||
         (campaign.has_distances() && is_place_of_anchor(previous.chain, k)))
       parameters.push_back(k);
+  for (int c = 0; c < std::ssize(previous.chain.contacts); ++c) {
+    const std::vector<int> touched = of_touched_contact(previous.chain, campaign, c);
+    parameters.insert(parameters.end(), touched.begin(), touched.end());
+  }
   return parameters;
 }
 
@@ -59,12 +77,15 @@ std::vector<int> shown(Robot robot, const std::vector<int>& parameters, const Ca
 }
 
 // Degrees of freedom of the spread that the previous calibration left. Readings of a pose share the
-// error of the model there, so each pose counts once.
-double freedom_of_spread(const Robot& previous) {
+// error of the model there, so each pose counts once. `numbers_of_touches`: that a pose of touches
+// reads; 0 if there are none.
+double freedom_of_spread(const Robot& previous, double numbers_of_touches) {
   constexpr double kSpreadIsExact = 1e9;
   if (!previous.uncertainty) return kSpreadIsExact;
   const Uncertainty& known = *previous.uncertainty;
-  const double axes = known.reading.orientation > 0 ? 6 : 3;
+  const double axes = numbers_of_touches > 0             ? numbers_of_touches
+                      : known.reading.orientation > 0 ? 6
+                                                      : 3;
   return std::max(1.0, axes * known.poses - static_cast<double>(known.parameters.size()));
 }
 
@@ -84,6 +105,7 @@ ChangeProblem::ChangeProblem(const Robot& previous, const Campaign& campaign,
   }
   count_replicates();
   enter_errors();
+  if (campaign.has_touches()) correlate_errors();
   enter_hypotheses();
 }
 
@@ -140,6 +162,24 @@ void ChangeProblem::enter_errors() {
   }
 }
 
+// Touches determine places and links only relative to each other: taken as independent, their
+// errors would hide most moves.
+void ChangeProblem::correlate_errors() {
+  if (!previous_.uncertainty) return;
+  const std::vector<std::string>& known = previous_.uncertainty->parameters;
+  std::vector<Eigen::Index> rows;
+  for (const Unknown& error : errors_) {
+    const auto found = std::ranges::find(known, parameter_name(start_.chain, error.parameter));
+    if (found == known.end()) return;
+    rows.push_back(found - known.begin());
+  }
+  const Eigen::MatrixXd root = previous_.uncertainty->root(rows, Eigen::all);
+  const Eigen::LLT<Eigen::MatrixXd> llt(root * root.transpose());
+  if (llt.info() != Eigen::Success) return;
+  const auto count = static_cast<Eigen::Index>(rows.size());
+  correlated_ = llt.matrixL().solve(Eigen::MatrixXd::Identity(count, count));
+}
+
 void ChangeProblem::enter_hypothesis(const std::string& what, const std::vector<int>& parameters,
                                      int first, int last) {
   Hypothesis hypothesis{what, {}};
@@ -179,6 +219,9 @@ void ChangeProblem::enter_hypotheses() {
       enter_hypothesis("base", shown(start_, base, model.campaign()), s, last);
     }
     enter_hypothesis("tool", tool, s, last);
+    for (int c = 0; c < std::ssize(start_.chain.contacts); ++c)
+      enter_hypothesis("contact " + start_.chain.contacts[c].name,
+                       of_touched_contact(start_.chain, models_.campaign(), c), s, last);
     for (int a = 0; a < count && (count > 1 || models_.campaign().has_coordinates());
          ++a)  // a single one is the base
       enter_hypothesis("anchor " + start_.chain.anchors[a].name, anchors[a], s, last);
@@ -260,8 +303,12 @@ ChangeProblem::Fit ChangeProblem::fit(const std::vector<int>& moved, const Readi
     for (int i = 0; i < count; ++i) {
       jacobian(equations + i, i) = 1 / unknowns[i].deviation;
       residual[equations + i] = -result.x[i] / unknowns[i].deviation;
-      loss += residual[equations + i] * residual[equations + i];
     }
+    if (const Eigen::Index errors = correlated_.rows(); errors > 0) {
+      jacobian.block(equations, 0, errors, errors) = correlated_;
+      residual.segment(equations, errors) = -correlated_ * result.x.head(errors);
+    }
+    for (int i = 0; i < count; ++i) loss += residual[equations + i] * residual[equations + i];
     const bool settled = std::abs(loss - result.loss) <= 1e-7 * (1 + loss);
     result.loss = loss;
     // Columns of unit norm: m and rad differ by orders of magnitude.
@@ -349,8 +396,10 @@ std::vector<Move> ChangeProblem::stations(const Fit& fitted) const {
 double ChangeProblem::p_value(const std::vector<int>& moved, const Fit& fitted,
                               double overdispersion) const {
   const double freedom = std::max(1.0, degrees_of_freedom_ - moves_in(moved));
+  const double touches =
+      models_.campaign().has_touches() ? static_cast<double>(models_.rows()) / poses() : 0;
   return fisher_f_above(fitted.loss / freedom, freedom / overdispersion,
-                        freedom_of_spread(previous_));
+                        freedom_of_spread(previous_, touches));
 }
 
 double ChangeProblem::overdispersion(const Fit& fitted) const {

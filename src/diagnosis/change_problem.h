@@ -102,6 +102,7 @@ class ChangeProblem {
                       Fit& result) const;
   void count_replicates();
   void enter_errors();
+  void correlate_errors();
   void enter_hypotheses();
   void enter_hypothesis(const std::string& what, const std::vector<int>& parameters, int first,
                         int last);
@@ -118,6 +119,7 @@ class ChangeProblem {
   std::vector<double> session_shares_;     // of each session in its poses; 1: they are its alone
   const RowsByPose rows_by_pose_;
   std::vector<Unknown> errors_;
+  Eigen::MatrixXd correlated_;  // L^-1, L L^T the covariance of errors_; empty: independent
   std::vector<Hypothesis> hypotheses_;
   double equations_ = 0, degrees_of_freedom_ = 0;
 };

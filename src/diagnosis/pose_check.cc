@@ -86,7 +86,7 @@ double height_of_second_axis(const KinematicChain& chain) {
 void add_other_mistakes(const Robot& robot, std::vector<PossibleMistake>& mistakes) {
   const bool has_beta =
       std::ranges::any_of(robot.chain.links, [](const Link& l) { return l.beta != 0; });
-  if (!has_beta)
+  if (!has_beta && !robot.ground_link)
     mistakes.push_back({"the table is in the standard convention: write convention: standard",
                         [](Reading& r) { r.robot.chain = from_standard(r.robot.chain); },
                         kMaxJoints + 1});
@@ -152,15 +152,31 @@ void compare(const Reading& reading, const std::vector<std::string>& changes, do
 std::vector<ShownFrame> shown_frames(const Robot& robot, const JointVector& q) {
   const KinematicChain& chain = robot.chain;
   const Pose tool_in_station = ChainEvaluator(chain).pose(q);
-  const Pose tool_in_foot = inverse(chain.base) * tool_in_station;
-  return {{"flange in foot",
-           fmt::format("R_{}", link_count(chain)) +
-               " in R_0: KUKA with $BASE and $TOOL 0, ABB tool0 in wobj0, FANUC UF 0 and UT 0, UR "
-               "tool0 in base",
-           tool_in_foot * inverse(chain.tool)},
-          {"tool in foot", "the tool of the robot file in R_0", tool_in_foot},
-          {"tool in base frame", "the tool of the robot file in R_A, behind its base",
-           tool_in_station}};
+  Pose station_from_foot = chain.base;
+  if (robot.ground_link)
+    station_from_foot =
+        chain.base *
+        ChainEvaluator(chain).link_frames(q)[static_cast<size_t>(*robot.ground_link)];
+  const Pose tool_in_foot = inverse(station_from_foot) * tool_in_station;
+  const std::string foot = robot.ground_link ? "the foot of the arm" : "R_0";
+  std::vector<ShownFrame> frames{
+      {"flange in foot",
+       fmt::format("R_{} in {}: KUKA with $BASE and $TOOL 0, ABB tool0 in wobj0, FANUC UF 0 and UT "
+                   "0, UR tool0 in base",
+                   link_count(chain), foot),
+       tool_in_foot * inverse(chain.tool)},
+      {"tool in foot", "the tool of the robot file in " + foot, tool_in_foot}};
+  if (robot.ground_link) {
+    frames.push_back({"part in foot",
+                      "the frame of the part, which the positioner carries, in " + foot,
+                      inverse(station_from_foot)});
+    frames.push_back({"tool in part", "the tool of the robot file in the frame of the part, R_A",
+                      tool_in_station});
+  } else {
+    frames.push_back({"tool in base frame", "the tool of the robot file in R_A, behind its base",
+                      tool_in_station});
+  }
+  return frames;
 }
 
 std::vector<Agreement> find_agreements(const Robot& robot, const JointVector& q,

@@ -23,7 +23,7 @@ std::vector<int> joints_of_arm(const KinematicChain& chain) {
   std::vector<int> joints;
   int joint = 0;
   for (const JointName& name : joint_names(chain)) {
-    if (name.column.front() == 'q') joints.push_back(joint);
+    if (!name.is_external()) joints.push_back(joint);
     ++joint;
   }
   return joints;

@@ -36,6 +36,9 @@ GravityLoad::GravityLoad(const Robot& robot, int parameter)
       links_(link_count(robot.chain)),
       base_rotation_(robot.chain.base.rotation),
       gravity_(robot.gravity),
+      ground_(robot.ground_link.value_or(-1)),
+      of_positioner_(is_of_positioner(robot, parameter)),
+      by_masses_(!robot.bodies.empty() && !of_positioner_),
       payload_point_(robot.chain.tool.translation),
       bodies_(robot.bodies) {
   if (parameter < kLinkParameters)
@@ -45,11 +48,15 @@ GravityLoad::GravityLoad(const Robot& robot, int parameter)
   else
     link_ = links_;
   for (int j = 0; j < links_; ++j) beta_[j] = robot.chain.links[j].beta;
-  if (bodies_.empty()) choose_basis(robot, ChainEvaluator(robot.chain));
+  if (!by_masses_) choose_basis(robot, ChainEvaluator(robot.chain));
 }
 
 int GravityLoad::value_count() const {
-  return bodies_.empty() ? static_cast<int>(basis_.size()) : 1;
+  return by_masses_ ? 1 : static_cast<int>(basis_.size());
+}
+
+Vector3d GravityLoad::gravity_in_foot(const ArmFrames& frames) const {
+  return ground_ < 0 ? gravity_ : Vector3d(frames[ground_].rotation * gravity_);
 }
 
 GravityLoad::Motion GravityLoad::motion(const ArmFrames& frames) const {
@@ -77,9 +84,12 @@ GravityLoad::Motion GravityLoad::motion(const ArmFrames& frames) const {
 
 double GravityLoad::first_moment_value(const FirstMoment& moment, const ArmFrames& frames) const {
   const Motion moved = motion(frames);
-  const Vector3d arm = frames[moment.link].rotation.col(moment.axis);
   if (!moved.turns) return 0.0;
-  const double torque = gravity_.dot(moved.axis.cross(arm));
+  const Vector3d arm = moment.link < 0 ? Vector3d(Vector3d::Unit(moment.axis))
+                                       : Vector3d(frames[moment.link].rotation.col(moment.axis));
+  // What a joint of a positioner carries turns against the ground the other way.
+  const double torque =
+      (of_positioner_ ? -1 : 1) * gravity_in_foot(frames).dot(moved.axis.cross(arm));
   if (!moment.by_travel) return torque;
   const Vector3d foot =
       moment.link > 0 ? frames[moment.link - 1].translation : Vector3d(Vector3d::Zero());
@@ -111,12 +121,19 @@ std::vector<int> GravityLoad::carrying_links(const KinematicChain& chain) const 
   return links;
 }
 
+// The frames that a joint of a positioner carries: all before it. -1 is R_0.
+std::vector<int> GravityLoad::carried_links(const KinematicChain& /*chain*/) const {
+  std::vector<int> links;
+  for (int j = link_ - 1; parameter_ >= kLinkParameters && j >= -1; --j) links.push_back(j);
+  return links;
+}
+
 void GravityLoad::choose_basis(const Robot& robot, const ChainEvaluator& evaluator) {
   std::vector<FirstMoment> moments;
-  for (int link : carrying_links(robot.chain)) {
+  for (int link : of_positioner_ ? carried_links(robot.chain) : carrying_links(robot.chain)) {
     for (int axis = 0; axis < 3; ++axis) moments.push_back({link, axis});
     // Of the base all components have one basis, whichever way a rail leads.
-    if (is_prismatic(robot.chain.links[link]) && parameter_ >= kLinkParameters)
+    if (!of_positioner_ && is_prismatic(robot.chain.links[link]) && parameter_ >= kLinkParameters)
       moments.push_back({link, 2, true});
   }
   // Keep what is independent of the constant and of what is kept already.
@@ -136,18 +153,19 @@ void GravityLoad::choose_basis(const Robot& robot, const ChainEvaluator& evaluat
 }
 
 void GravityLoad::values(const Context& context, const ArmFrames& frames, double* out) const {
-  if (bodies_.empty()) {
+  if (!by_masses_) {
     for (size_t k = 0; k < basis_.size(); ++k) out[k] = first_moment_value(basis_[k], frames);
     return;
   }
   out[0] = 0;
   if (link_ >= links_) return;
   const Motion moved = motion(frames);
+  const Vector3d gravity = gravity_in_foot(frames);
   for (const Body& body : bodies_)
     if (body.link >= link_)
-      out[0] += body.mass_kg * gravity_.dot(moved.velocity(frames[body.link] * body.centre));
+      out[0] += body.mass_kg * gravity.dot(moved.velocity(frames[body.link] * body.centre));
   if (context.payload_kg != 0)
-    out[0] += context.payload_kg * gravity_.dot(moved.velocity(frames.back() * payload_point_));
+    out[0] += context.payload_kg * gravity.dot(moved.velocity(frames.back() * payload_point_));
 }
 
 }  // namespace armtrue

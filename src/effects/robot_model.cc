@@ -71,6 +71,12 @@ BoundEffect::BoundEffect(const Effect& effect, const Robot& robot,
            "'; measurements tell it in a column temp_" + driver_.where + "_c");
     temperature_ = static_cast<int>(found - temperature_names.begin());
   }
+  const bool by_vertical = driver_.kind == DriverKind::azimuth ||
+                           driver_.kind == DriverKind::elevation ||
+                           effect.parameter.starts_with("instrument.elevation") ||
+                           effect.parameter.starts_with("instrument.azimuth");
+  if (robot.ground_link && by_vertical)
+    fail("the vertical turns in the frame of the part, so azimuth and elevation mean nothing there");
   const int joints = joint_count(robot.chain);
   if (std::max(driver_.joint, driver_.second_joint) >= joints)
     fail("'" + to_string(driver_) + "' is about joint " +
@@ -80,6 +86,9 @@ BoundEffect::BoundEffect(const Effect& effect, const Robot& robot,
                                     std::pair(driver_.factor, driver_.second_joint)}) {
     if (kind == DriverKind::gravity_torque)
       loads_.emplace_back(robot, zero_offset(robot.chain, joint));
+    if (kind == DriverKind::tool_weight && is_of_positioner(robot, zero_offset(robot.chain, joint)))
+      fail("joint " + std::to_string(joint + 1) + " belongs to the positioner, which does not " +
+           "carry the tool");
     if (kind == DriverKind::tool_weight)
       loads_.emplace_back(with_unit_weight(robot), zero_offset(robot.chain, joint));
   }

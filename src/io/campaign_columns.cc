@@ -1,9 +1,11 @@
 #include "io/campaign_columns.h"
 
+#include <algorithm>
 #include <set>
 #include <utility>
 
 #include "armtrue/campaign/campaign.h"
+#include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
 #include "io/joint_columns.h"
 
@@ -19,6 +21,7 @@ class ColumnFinder {
   CampaignColumns find() {
     find_needed();
     find_others();
+    find_covariances();
     find_temperatures();
     for (size_t c = 0; c < table_.columns().size(); ++c)
       if (!used_.contains(static_cast<int>(c))) columns_.unknown.push_back(table_.columns()[c]);
@@ -78,6 +81,53 @@ class ColumnFinder {
     columns_.stroke = group("ways since the last reversal", find_strokes(table_, joints_),
                              stroke_columns(joints_));
     columns_.motor_torque = group("a set of motor torques", plain(torques), torques);
+  }
+
+  // One block of the covariance, rows from `row` and columns from `column` on.
+  bool find_block(const std::string& what, int row, int column) {
+    constexpr const char* kNames[] = {"x", "y", "z", "rx", "ry", "rz"};
+    const bool turns_row = row > 0, turns_column = column > 0;
+    const std::string unit = turns_row ? "_deg2" : turns_column ? "_mm_deg" : "_mm2";
+    const std::string si = turns_row ? "_rad2" : turns_column ? "_m_rad" : "_m2";
+    const double in_si = (turns_row ? kDegree : kMillimetre) * (turns_column ? kDegree : kMillimetre);
+    std::vector<std::optional<CsvTable::Quantity>> found;
+    std::vector<std::string> names;
+    std::vector<size_t> places;
+    for (int i = row; i < row + 3; ++i)
+      for (int k = std::max(i, column); k < column + 3; ++k) {
+        const std::string name = std::string("cov_") + kNames[i] + kNames[k];
+        names.push_back(name + unit);
+        places.push_back(place_of_covariance(i, k));
+        const auto in_units = table_.find(names.back()), in_metres = table_.find(name + si);
+        if (in_units && in_metres)
+          table_.fail(*in_metres, "stands beside '" + names.back() + "'; keep one of them");
+        found.emplace_back();
+        if (in_units) found.back() = {*in_units, in_si};
+        if (in_metres) found.back() = {*in_metres, 1.0};
+      }
+    found = group(what, found, names);
+    for (size_t k = 0; k < found.size(); ++k) columns_.covariance[places[k]] = found[k];
+    return found.front().has_value();
+  }
+
+  void find_covariances() {
+    const bool of_position = find_block("a covariance of the position", 0, 0);
+    const bool of_rotation = find_block("a covariance of the rotation", 3, 3);
+    const bool between = find_block("a covariance of position and rotation", 0, 3);
+    const auto refuse = [&](bool wrong, const std::string& why) {
+      if (wrong) throw InputError(source_ + ": " + why);
+    };
+    refuse(of_position && columns_.sigma_position,
+           "has both sigma_mm and cov_xx_mm2; keep one of them");
+    refuse(of_rotation && columns_.sigma_orientation,
+           "has both sigma_deg and cov_rxrx_deg2; keep one of them");
+    refuse(between && !(of_position && of_rotation),
+           "cov_xrx_mm_deg and its like also need cov_xx_mm2 and cov_rxrx_deg2 and theirs");
+    refuse(of_rotation && !columns_.abc[0] && !columns_.quaternion[0],
+           "cov_rxrx_deg2 and its like are of an orientation; add a_deg,b_deg,c_deg or qw,qx,qy,qz");
+    refuse(of_position && (columns_.distance || columns_.contact),
+           "cov_xx_mm2 and its like are of points and poses; give distances and contacts sigma_mm in "
+           "a file of their own");
   }
 
   void find_temperatures() {

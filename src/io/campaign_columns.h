@@ -22,10 +22,18 @@ struct CampaignColumns {
   std::array<std::optional<int>, 3> force;
   std::vector<std::optional<int>> arrival, motor_torque;  ///< one for each joint
   std::optional<CsvTable::Quantity> sigma_position, sigma_orientation;
+  /// Covariances of x, y, z, rx, ry, rz, the upper triangle row by row: each of the blocks of the
+  /// position, of the rotation, and between both is there or not.
+  std::array<std::optional<CsvTable::Quantity>, 21> covariance;
   std::vector<int> temperatures;
   std::vector<std::string> temperature_names;
   std::vector<std::string> unknown;  ///< not used
 };
+
+/// Where an entry stands in CampaignColumns::covariance, row <= column.
+constexpr size_t place_of_covariance(int row, int column) {
+  return static_cast<size_t>(6 * row - row * (row - 1) / 2 + column - row);
+}
 
 /// `source`: the file, for messages. Throws InputError: a column is missing, or names a quantity in
 /// part or twice over.

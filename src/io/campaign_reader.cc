@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -97,6 +98,7 @@ class CampaignReader {
       c.sigma_position.push_back(positive(*columns_.sigma_position, kDeviation));
     if (columns_.sigma_orientation)
       c.sigma_orientation.push_back(positive(*columns_.sigma_orientation, kDeviation));
+    read_covariance();
     if (columns_.force[0])
       c.force_n.emplace_back(table_.number(*columns_.force[0]), table_.number(*columns_.force[1]),
                              table_.number(*columns_.force[2]));
@@ -126,6 +128,34 @@ class CampaignReader {
                                                     " lies below absolute zero; correct it");
       }
     }
+  }
+
+  // What a row states of its noise, as standard deviations and what makes its components white.
+  void read_covariance() {
+    constexpr size_t kOfRotation = place_of_covariance(3, 3);
+    const bool of_position = columns_.covariance[0].has_value();
+    const bool of_rotation = columns_.covariance[kOfRotation].has_value();
+    if (!of_position && !of_rotation) return;
+    Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Identity();
+    for (int i = 0; i < 6; ++i)
+      for (int k = i; k < 6; ++k)
+        if (const auto& column = columns_.covariance[place_of_covariance(i, k)])
+          covariance(i, k) = covariance(k, i) = table_.number(*column);
+    const double position = std::sqrt(covariance.topLeftCorner<3, 3>().trace() / 3);
+    const double rotation = std::sqrt(covariance.bottomRightCorner<3, 3>().trace() / 3);
+    Eigen::Matrix<double, 6, 1> deviation;
+    deviation << Eigen::Vector3d::Constant(position), Eigen::Vector3d::Constant(rotation);
+    const Eigen::Matrix<double, 6, 6> shape =
+        deviation.cwiseInverse().asDiagonal() * covariance * deviation.cwiseInverse().asDiagonal();
+    const Eigen::LLT<Eigen::Matrix<double, 6, 6>> llt(shape);
+    if (!(position > 0) || !(rotation > 0) || llt.info() != Eigen::Success)
+      table_.fail(columns_.covariance[of_position ? 0 : kOfRotation]->column,
+                  "the covariance of this row is not positive definite: variances are above zero, "
+                  "and no covariance is beyond the root of the product of its two variances");
+    if (of_position) campaign_.sigma_position.push_back(position);
+    if (of_rotation) campaign_.sigma_orientation.push_back(rotation);
+    campaign_.whitening.emplace_back(
+        llt.matrixL().solve(Eigen::Matrix<double, 6, 6>::Identity()));
   }
 
   // One number per joint.

@@ -1,5 +1,6 @@
 #include "armtrue/io/joint_target_io.h"
 
+#include <algorithm>
 #include <map>
 
 #include "armtrue/io/csv_table.h"
@@ -40,13 +41,20 @@ std::vector<JointTarget> read_joint_targets(const std::string& path,
 
 std::string write_joint_targets(const std::vector<JointTarget>& targets,
                                 const std::vector<JointName>& joints) {
+  const auto stated = [&](std::string JointTarget::*name) {
+    return std::ranges::any_of(targets,
+                               [&](const JointTarget& target) { return !(target.*name).empty(); });
+  };
+  const bool touched = stated(&JointTarget::contact), by_target = stated(&JointTarget::target);
   std::string text = "pose";
   for (const JointName& joint : joints) text += "," + joint.encoder();
-  text += "\n";
+  text += std::string(touched ? ",contact" : "") + (by_target ? ",target" : "") + "\n";
   for (const JointTarget& target : targets) {
     text += target.pose;
     for (size_t j = 0; j < joints.size(); ++j)
       text += "," + number_text(target.q[static_cast<Eigen::Index>(j)], joints[j].si());
+    if (touched) text += "," + target.contact;
+    if (by_target) text += "," + target.target;
     text += "\n";
   }
   return text;

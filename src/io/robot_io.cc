@@ -8,12 +8,11 @@
 #include <tuple>
 
 #include "armtrue/io/source.h"
-#include "armtrue/kinematics/conventions.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
-#include "io/link_names.h"
 #include "io/yaml/contact_io.h"
+#include "io/yaml/convention_io.h"
 #include "io/yaml/effect_io.h"
 #include "io/yaml/link_io.h"
 #include "io/yaml/parameter_io.h"
@@ -97,25 +96,6 @@ std::optional<ReadingSigma> read_residual_spread(YamlMap calibration) {
   if (sigma.orientation < 0) spread.fail("orientation_mrad", "must not be negative");
   spread.finish();
   return sigma;
-}
-
-void read_links(YamlMap& document, KinematicChain& chain) {
-  std::vector<YamlMap> links = document.maps("links");
-  if (links.empty() || links.size() > kMaxLinks)
-    document.fail("links",
-                  fmt::format("has {} entries; a chain has from 1 to {}", links.size(), kMaxLinks));
-  for (size_t j = 0; j < links.size(); ++j) {
-    const Link link = chain.links.emplace_back(read_link(links[j]));
-    for (size_t k = 0; k < j; ++k)
-      if (chain.links[k].name == link.name)
-        links[j].fail("name", "'" + link.name + "' stands twice; parameters are named after links");
-    if (is_reserved_link_name(link.name))
-      links[j].fail("name", "'" + link.name + "' means something else; name the link otherwise");
-  }
-  if (const int joints = joint_count(chain); joints < 1 || joints > kMaxJoints)
-    document.fail("links", fmt::format("has {} driven joints (revolute or prismatic); an arm has "
-                                       "from 1 to {}",
-                                       joints, kMaxJoints));
 }
 
 void read_targets_and_anchors(YamlMap& document, KinematicChain& chain) {
@@ -218,27 +198,6 @@ void check_complete(YamlMap& document, const std::string& file) {
                                  file, missing.size(), fmt::join(missing, ", ")));
 }
 
-// Turns rows of the standard convention into links of the modified one.
-void use_convention(YamlMap& document, Robot& robot) {
-  const std::string convention = document.text("convention", "modified");
-  if (convention == "modified") return;
-  if (convention != "standard")
-    document.fail("convention", "'" + convention + "' is neither modified nor standard");
-  for (const char* key : {"sessions", "effects", "priors", "std", "uncertainty"})
-    if (document.has(key) && !(std::string(key) == "effects" && document.maps(key).empty()))
-      document.fail(key,
-                    "names parameters of the modified convention; write the file in it: "
-                    "convert-robot FILE --to yaml, without this key");
-  for (Body& body : robot.bodies)
-    body.centre =
-        modified_from_standard(robot.chain.links[static_cast<size_t>(body.link)]) * body.centre;
-  try {
-    robot.chain = from_standard(robot.chain);
-  } catch (const std::invalid_argument& error) {
-    document.fail("convention", error.what());
-  }
-}
-
 // What calibrate and close-loop read first. Not everybody's provenance is of this form.
 std::optional<std::pair<std::string, std::string>> read_nominal(YamlMap& document) {
   try {
@@ -257,7 +216,7 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
   Robot& robot = result.robot;
   robot.name = document.text("name");
   robot.chain.base = read_pose(document.map("base"));
-  read_links(document, robot.chain);
+  robot.chain.links = read_links(document);
   robot.chain.tool = read_pose(document.map("tool"));
   if (document.has("sessions")) {
     YamlMap sessions = document.map("sessions");
@@ -269,6 +228,7 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
   read_contacts(document, robot.chain);
   read_masses(document, robot);
   use_convention(document, robot);
+  use_positioner(document, robot);
   read_gravity(document, robot);
   read_instrument(document, robot);
   read_identify(document, robot);
@@ -316,6 +276,8 @@ YAML::Node robot_node(const Robot& robot, const Provenance& provenance) {
   root["base"] = pose_node(robot.chain.base);
   if (!robot.sessions.empty()) root["sessions"] = sessions_node(robot);
   for (const Link& link : robot.chain.links) root["links"].push_back(link_node(link));
+  if (robot.ground_link)
+    root["ground_link"] = robot.chain.links[static_cast<size_t>(*robot.ground_link)].name;
   root["tool"] = pose_node(robot.chain.tool);
   for (const Target& target : robot.chain.targets) {
     YAML::Node position;

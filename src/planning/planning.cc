@@ -83,10 +83,10 @@ class Information {
 
 PosePlanner::PosePlanner(const Robot& robot, const PlanOptions& options, const Campaign& given)
     : zone_(options.zone), cloud_(pose_cloud(robot, options, given)) {
-  const std::vector<JointVector> seen = with_given(cloud_);
+  const std::vector<PlannedPose> seen = with_given(cloud_);
   typical_ = triangle(readings(cloud_, seen)) / std::sqrt(static_cast<double>(seen.size()));
   given_ = given_derivatives(cloud_, cloud_.robot);
-  cloud_position_ = position_triangle(cloud_.configurations);
+  cloud_position_ = position_triangle(configurations(cloud_.poses));
   if (zone_) zone_position_ = position_triangle(zone_configurations());
 }
 
@@ -122,11 +122,11 @@ Eigen::MatrixXd PosePlanner::position_triangle(
          std::sqrt(static_cast<double>(read.rows()));
 }
 
-std::vector<JointVector> PosePlanner::plan(int count) const {
+std::vector<PlannedPose> PosePlanner::plan(int count) const {
   if (count > kCloudSize)
     throw std::invalid_argument("more poses are asked for than there are candidates, " +
                                 std::to_string(kCloudSize));
-  const Campaign campaign = readings(cloud_, cloud_.configurations);
+  const Campaign campaign = readings(cloud_, cloud_.poses);
   const ObservationModel model(campaign, cloud_.robot, cloud_.unknowns, cloud_.noise);
   const int p = model.unknowns(), size = model.row_size();
   const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(p));
@@ -135,24 +135,25 @@ std::vector<JointVector> PosePlanner::plan(int count) const {
     at.block(i, row);
     rows.middleRows(i * size, size) = row.leftCols(p);
   }
+  rows = equal_blocks(campaign, rows);
   const Eigen::MatrixXd given = divided_by(given_, typical_);
   const Eigen::MatrixXd information =
       given.transpose() * given + kKnownFromStart * Eigen::MatrixXd::Identity(p, p);
   Information design(divided_by(rows, typical_).transpose(),
                      static_cast<int>(rows.rows() / kCloudSize), information,
                      zone_ ? divided_by(zone_position_, typical_) : Eigen::MatrixXd());
-  std::vector<JointVector> planned;
+  std::vector<PlannedPose> planned;
   for (int candidate : choose_by_exchange(design, kCloudSize, count))
-    planned.push_back(cloud_.configurations[candidate]);
+    planned.push_back(cloud_.poses[candidate]);
   return planned;
 }
 
-std::vector<JointVector> PosePlanner::random(int count, std::uint64_t seed) const {
+std::vector<PlannedPose> PosePlanner::random(int count, std::uint64_t seed) const {
   return random_poses(cloud_, count, seed);
 }
 
-PlanQuality PosePlanner::quality(const std::vector<JointVector>& configurations) const {
-  const Campaign campaign = readings(cloud_, configurations);
+PlanQuality PosePlanner::quality(const std::vector<PlannedPose>& poses) const {
+  const Campaign campaign = readings(cloud_, poses);
   const Eigen::Index p = typical_.cols();
   Eigen::MatrixXd rows(2 * p, p);
   rows << given_, triangle(campaign);

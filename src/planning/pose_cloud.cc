@@ -6,10 +6,12 @@
 #include <string>
 
 #include "armtrue/calibration/identifiability.h"
+#include "calibration/contacts.h"
 #include "calibration/fold.h"
 #include "calibration/session_models.h"
 #include "campaign/sessions.h"
 #include "linear_algebra/decompositions.h"
+#include "planning/touch_poses.h"
 
 namespace armtrue {
 namespace {
@@ -24,9 +26,13 @@ constexpr int kDrawsPerConfiguration = 64;
 bool is_above(double floor, const Robot& robot, const JointVector& q) {
   const KinematicChain& chain = robot.chain;
   const LinkFrames frames = ChainEvaluator(chain).link_frames(q);
-  const auto above = [&](const Eigen::Vector3d& point) { return point.z() >= floor - kOnTheFloor; };
+  const int ground = robot.ground_link.value_or(-1);  // what a positioner moves stands before it
+  const Pose floor_from_foot = ground < 0 ? Pose{} : inverse(frames[static_cast<size_t>(ground)]);
+  const auto above = [&](const Eigen::Vector3d& point) {
+    return (floor_from_foot * point).z() >= floor - kOnTheFloor;
+  };
   const Pose tool = frames.back() * chain.tool;
-  return std::all_of(frames.begin(), frames.end(),
+  return std::all_of(frames.begin() + ground + 1, frames.end(),
                      [&](const Pose& frame) { return above(frame.translation); }) &&
          above(tool.translation) &&
          std::all_of(chain.targets.begin(), chain.targets.end(),
@@ -34,7 +40,7 @@ bool is_above(double floor, const Robot& robot, const JointVector& q) {
 }
 
 PoseCloud pose_cloud(const Robot& robot, const CloudOptions& options, const Campaign& given) {
-  PoseCloud cloud{robot, options, given, {}, {}, {}};
+  PoseCloud cloud{robot, options, given, {}, {}, {}, {}};
   const std::vector<std::vector<int>> sessions = rows_by_session(given);
   if (given.rows() > 0) cloud.robot = robot_at_row(robot, given, sessions.back().front());
   cloud.robot.sessions = robot.sessions;
@@ -57,7 +63,16 @@ PoseCloud pose_cloud(const Robot& robot, const CloudOptions& options, const Camp
     for (int row : rows) cloud.given.orientation[row] = evaluator.pose(given.q[row]).rotation;
   }
 
-  cloud.configurations = random_poses(cloud, kCloudSize, options.seed);
+  cloud.options.touches = given.rows() > 0 ? given.has_touches() : options.touches;
+  if (cloud.options.touches) {
+    if (options.box)
+      throw std::invalid_argument(
+          "a box limits poses in free space; where contacts are touched, the contacts say where");
+    cloud.options.orientation = false;
+    cloud.robot = with_contacts_fitted(std::move(cloud.robot), given, FitContacts::unknown);
+    cloud.touches = touches_to_plan(cloud.robot, given);
+  }
+  cloud.poses = random_poses(cloud, kCloudSize, options.seed);
   // A box may leave unseen what the given poses show.
   cloud.unknowns = choose_identifiable(cloud.robot, readings(cloud, with_given(cloud))).kept;
   if (cloud.unknowns.empty())
@@ -67,8 +82,27 @@ PoseCloud pose_cloud(const Robot& robot, const CloudOptions& options, const Camp
   return cloud;
 }
 
-std::vector<JointVector> random_poses(const PoseCloud& cloud, int count, std::uint64_t seed) {
+std::vector<JointVector> configurations(const std::vector<PlannedPose>& poses) {
+  std::vector<JointVector> all;
+  for (const PlannedPose& pose : poses) all.push_back(pose.q);
+  return all;
+}
+
+std::vector<PlannedPose> planned_poses(const std::vector<JointVector>& configurations) {
+  std::vector<PlannedPose> all;
+  for (const JointVector& q : configurations) all.push_back({q, "", ""});
+  return all;
+}
+
+std::vector<PlannedPose> random_poses(const PoseCloud& cloud, int count, std::uint64_t seed) {
   const CloudOptions& options = cloud.options;
+  if (options.touches) {
+    std::vector<PlannedPose> poses = random_touches(cloud, count, seed);
+    if (static_cast<int>(poses.size()) == count) return poses;
+    throw std::invalid_argument(
+        "hardly any configuration touches a contact with links and tool within their travel and "
+        "above the floor; check the places of the contacts, or lower the floor");
+  }
   for (int draws = 2; draws <= kDrawsPerConfiguration; draws *= 2) {
     std::vector<JointVector> drawn =
         random_configurations(cloud.robot, draws * count, options.box, seed);
@@ -76,19 +110,24 @@ std::vector<JointVector> random_poses(const PoseCloud& cloud, int count, std::ui
                   [&](const JointVector& q) { return !is_above(options.floor, cloud.robot, q); });
     if (static_cast<int>(drawn.size()) < count) continue;
     drawn.resize(count);
-    return drawn;
+    return planned_poses(drawn);
   }
   throw std::invalid_argument(
       "hardly any configuration keeps links and tool above the floor; lower it or move the box up");
 }
 
-std::vector<JointVector> with_given(const PoseCloud& cloud) {
-  std::vector<JointVector> all = cloud.configurations;
+std::vector<PlannedPose> with_given(const PoseCloud& cloud) {
+  std::vector<PlannedPose> all = cloud.poses;
+  if (cloud.options.touches) {
+    const std::vector<PlannedPose> given = given_touches(cloud);
+    all.insert(all.end(), given.begin(), given.end());
+    return all;
+  }
   std::vector<bool> is_in(cloud.given.pose_ids.size(), false);
   for (int row = 0; row < cloud.given.rows(); ++row)
     if (!is_in[cloud.given.pose[row]]) {
       is_in[cloud.given.pose[row]] = true;
-      all.push_back(cloud.given.q[row]);
+      all.push_back({cloud.given.q[row], "", ""});
     }
   return all;
 }
@@ -143,9 +182,26 @@ Campaign points(const PoseCloud& cloud, const std::vector<JointVector>& configur
   return campaign;
 }
 
-Campaign readings(const PoseCloud& cloud, const std::vector<JointVector>& configurations) {
+Eigen::MatrixXd equal_blocks(const Campaign& readings, const Eigen::MatrixXd& rows) {
+  std::vector<int> count(readings.pose_ids.size(), 0);
+  for (int pose : readings.pose) ++count[static_cast<size_t>(pose)];
+  const Eigen::Index size = readings.reading_size().all();
+  const Eigen::Index block = size * *std::ranges::max_element(count);
+  if (block * std::ssize(count) == rows.rows()) return rows;
+  Eigen::MatrixXd blocks = Eigen::MatrixXd::Zero(block * std::ssize(count), rows.cols());
+  std::vector<int> filled(count.size(), 0);
+  for (int row = 0; row < readings.rows(); ++row) {
+    const int pose = readings.pose[row];
+    blocks.middleRows(pose * block + size * filled[static_cast<size_t>(pose)]++, size) =
+        rows.middleRows(row * size, size);
+  }
+  return blocks;
+}
+
+Campaign readings(const PoseCloud& cloud, const std::vector<PlannedPose>& poses) {
+  if (cloud.options.touches) return touch_readings(cloud, poses);
   const KinematicChain& chain = cloud.robot.chain;
-  Campaign campaign = points(cloud, configurations);
+  Campaign campaign = points(cloud, configurations(poses));
   const size_t targets = std::max<size_t>(1, chain.targets.size());
   const size_t anchors = chain.anchors.size();
   if (anchors > 0) {

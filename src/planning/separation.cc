@@ -21,9 +21,9 @@ constexpr double kHopeless = 0.5;  // power with all candidates, below which no 
 constexpr int kRandomDesigns = 20;  // their mean power is good to a few per cent
 
 // Visits one after another, from a time on.
-Campaign visits(const PoseCloud& cloud, const std::vector<JointVector>& configurations,
-                double first_s, double seconds_per_visit) {
-  Campaign campaign = readings(cloud, configurations);
+Campaign visits(const PoseCloud& cloud, const std::vector<PlannedPose>& poses, double first_s,
+                double seconds_per_visit) {
+  Campaign campaign = readings(cloud, poses);
   derive_arrival(campaign);
   for (int pose : campaign.pose) campaign.time_s.push_back(first_s + pose * seconds_per_visit);
   const auto keep_last = [&](const auto& given, auto& own) {
@@ -163,7 +163,7 @@ class Separation {
         contests_.push_back(contest_about(k, with_others, found));
     const double middle = clock_.first_s + 0.5 * count * clock_.seconds_per_visit;
     for (Contest& contest : contests_)
-      prepare(contest, visits(cloud_, cloud_.configurations, middle, 0));
+      prepare(contest, visits(cloud_, cloud_.poses, middle, 0));
     enter_pairs();
   }
 
@@ -173,7 +173,7 @@ class Separation {
     if (std::any_of(pairs_.begin(), pairs_.end(), [](const Pair& pair) { return pair.by_poses; })) {
       Discrimination design(contests_, pairs_, candidates_, given_);
       for (int candidate : choose_by_exchange(design, kCloudSize, count))
-        plan.poses.push_back(cloud_.configurations[candidate]);
+        plan.poses.push_back(cloud_.poses[candidate]);
     }
     const std::vector<double> alone = powers({}), planned = powers(plan.poses);
     std::vector<double> random(pairs_.size());
@@ -209,7 +209,8 @@ class Separation {
   // Standardised columns of cloud and given poses, and the sizes of the members.
   void prepare(Contest& contest, const Campaign& cloud_visits) {
     enter_members(contest, cloud_.given.temperature_names);
-    const Eigen::MatrixXd cloud = derivatives(contest, cloud_, cloud_visits);
+    const Eigen::MatrixXd cloud =
+        equal_blocks(cloud_visits, derivatives(contest, cloud_, cloud_visits));
     const Eigen::MatrixXd given = given_derivatives(cloud_, contest.robot);
     Eigen::MatrixXd rows(cloud.rows() + given.rows(), cloud.cols());
     rows << cloud, given;
@@ -248,7 +249,7 @@ class Separation {
     return power(Imitation(all, a, contest.members[rival]).left, a.count) > kHopeless;
   }
 
-  std::vector<double> powers(const std::vector<JointVector>& poses) const {
+  std::vector<double> powers(const std::vector<PlannedPose>& poses) const {
     std::vector<double> powers(pairs_.size());
     for (size_t k = 0; k < contests_.size(); ++k) {
       Eigen::MatrixXd gram = given_[k];

@@ -26,12 +26,27 @@ bool has_common_basis(const Effect& effect, const Robot& robot) {
   return sizes.size() <= 1;
 }
 
+// Whether a driver takes its load from the masses of the arm and the tool, which a positioner does
+// not carry.
+bool is_about_positioner(DriverKind kind, int joint, const Robot& robot) {
+  return (kind == DriverKind::gravity_torque || kind == DriverKind::tool_weight) &&
+         is_of_positioner(robot, zero_offset(robot.chain, joint));
+}
+
 // Whether the robot has what an entry of the catalogue needs, and the campaign reads what it moves.
 bool is_shown(const Effect& effect, const Robot& robot, const Campaign& campaign) {
   const Driver& driver = effect.driver;
   const bool needs_masses = (is_load(driver.kind) && effect.shape.kind != ShapeKind::linear) ||
                             (driver.factor && is_load(*driver.factor));
-  if (needs_masses && robot.bodies.empty()) return false;
+  const auto of_positioner = [&](std::optional<DriverKind> kind, int joint) {
+    return kind && is_about_positioner(*kind, joint, robot);
+  };
+  if (needs_masses && (robot.bodies.empty() || of_positioner(driver.kind, driver.joint))) return false;
+  if (driver.kind == DriverKind::tool_weight && of_positioner(driver.kind, driver.joint)) return false;
+  if (of_positioner(driver.factor, driver.second_joint)) return false;
+  // The part is not what stands on the floor.
+  if (robot.ground_link && driver.kind == DriverKind::moment && effect.parameter.starts_with("base"))
+    return false;
   if (!has_common_basis(effect, robot)) return false;
   const std::string& parameter = effect.parameter;
   if (parameter.starts_with("target "))

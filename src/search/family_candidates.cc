@@ -97,6 +97,10 @@ std::vector<Candidate> family_candidates(const std::vector<Candidate>& singles, 
   };
   for (const Candidate& single : singles) {
     if (!single.effect.family || is_of_wrist(single.effect.driver)) continue;
+    // Nothing says how the load of a positioner compares with those of the arm.
+    if (const int joint = loaded_joint(single.effect.driver);
+        joint >= 0 && is_of_positioner(robot, zero_offset(robot.chain, joint)))
+      continue;
     const BoundEffect bound(single.effect, robot, campaign.temperature_names);
     const double value = typical_value(bound, single.effect, robot, campaign);
     const bool by_torque = single.effect.driver.kind == DriverKind::gravity_torque;

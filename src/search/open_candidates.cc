@@ -272,8 +272,8 @@ class OpenSearch {
 
   // A torque that does not act in proportion: free play, stiffening, saturation.
   void add_torque_series(const std::string& parameter, int joint) {
-    if (robot_.bodies.empty()) return;
     const GravityLoad load(robot_, zero_offset(robot_.chain, joint));
+    if (!load.is_by_masses()) return;
     const ChainEvaluator chain(robot_.chain);
     double low = std::numeric_limits<double>::infinity(), high = -low;
     for (const JointVector& q : sample_joint_space(robot_.chain, 512)) {

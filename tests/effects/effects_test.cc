@@ -39,6 +39,57 @@ TEST(Gravity, TorquesEqualTheOracles) {
   }
 }
 
+const std::string kPositionerFile = ARMTRUE_CONFIG "/robots/kr360-dkp400.yaml";
+
+// The arm stands on the floor: whatever its positioner does, its joints carry what they carry
+// without one.
+TEST(Gravity, PositionerDoesNotChangeTheLoadOfTheArm) {
+  const Robot robot = read_robot(kPositionerFile).robot;
+  const Robot alone = read_robot(ARMTRUE_CONFIG "/robots/kr360.yaml").robot;
+  const int first = *robot.ground_link + 1;
+  for (const JointVector& q : sample_joint_space(robot.chain, 30))
+    for (int j = 0; j < kJoints; ++j)
+      EXPECT_NEAR(load(robot, link_parameter(first + j, LinkParameter::theta), q),
+                  load(alone, link_parameter(j, LinkParameter::theta), q.tail(6)), 1e-9);
+}
+
+// Whatever the part weighs and wherever it is clamped, and whatever the cradle weighs: the basis of
+// a joint holds the derivative of the potential energy by its encoder.
+TEST(Gravity, BasisOfAPositionerHoldsTheTorquesOfAnyPart) {
+  const Robot robot = read_robot(kPositionerFile).robot;
+  const ChainEvaluator chain(robot.chain);
+  const Eigen::Vector3d part(0.2, -0.1, 0.3), cradle(0.1, 0.25, -0.05);  // in R_0, in E2's frame
+  const auto energy = [&](const JointVector& q) {
+    const LinkFrames frames = chain.link_frames(q);
+    const Pose ground_from_table = inverse(frames[static_cast<size_t>(*robot.ground_link)]);
+    return 9.81 * (300 * (ground_from_table * part).z() +
+                   120 * (ground_from_table * frames[0] * cradle).z());
+  };
+  const std::vector<JointVector> poses = sample_joint_space(robot.chain, 40);
+  for (int joint : {0, 1}) {
+    const GravityLoad gravity(robot, zero_offset(robot.chain, joint));
+    ASSERT_GT(gravity.value_count(), 0);
+    EXPECT_FALSE(gravity.is_by_masses());
+    Eigen::MatrixXd basis = Eigen::MatrixXd::Ones(40, gravity.value_count() + 1);
+    Eigen::VectorXd torque(40);
+    for (int i = 0; i < 40; ++i) {
+      Context context;
+      context.q = poses[static_cast<size_t>(i)];
+      std::vector<double> values(static_cast<size_t>(gravity.value_count()));
+      gravity.values(context, chain.link_frames(context.q), values.data());
+      for (int k = 0; k < gravity.value_count(); ++k) basis(i, k) = values[static_cast<size_t>(k)];
+      constexpr double kStep = 1e-6;
+      JointVector up = context.q, down = context.q;
+      up[joint] += kStep;
+      down[joint] -= kStep;
+      torque[i] = -(energy(up) - energy(down)) / (2 * kStep);
+    }
+    const Eigen::VectorXd shares = basis.colPivHouseholderQr().solve(torque);
+    EXPECT_GT(torque.cwiseAbs().maxCoeff(), 100) << joint;
+    EXPECT_LT((basis * shares - torque).cwiseAbs().maxCoeff(), 1e-3) << joint;
+  }
+}
+
 // The generalised force on any parameter is the fall of potential energy with it.
 TEST(Gravity, LoadIsTheGradientOfPotentialEnergy) {
   const Robot robot = read_robot(kRobotFile).robot;

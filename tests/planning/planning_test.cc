@@ -3,8 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
+#include <string>
+#include <vector>
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
@@ -103,12 +107,12 @@ TEST(Planning, CampaignsKeepWhatThePlanPromises) {
   });
   ASSERT_GT(held_out.size(), 50u);
 
-  const std::vector<JointVector> plan = planner.plan(40);
+  const std::vector<JointVector> plan = configurations(planner.plan(40));
   std::vector<std::vector<JointVector>> random;
-  for (int seed = 100; seed < 100 + kCampaigns; ++seed) random.push_back(planner.random(58, seed));
+  for (int seed = 100; seed < 100 + kCampaigns; ++seed) random.push_back(configurations(planner.random(58, seed)));
   const double planned_error = true_error({kCampaigns, plan}, held_out);
   const double random_error = true_error(random, held_out);
-  const double promised = planner.quality(plan).zone_deviation;
+  const double promised = planner.quality(planned_poses(plan)).zone_deviation;
   std::printf("true error in the zone: 40 planned %.4f mm (promised %.4f), 58 random %.4f mm\n",
               1e3 * planned_error, 1e3 * promised, 1e3 * random_error);
   EXPECT_LE(planned_error, random_error);
@@ -119,20 +123,21 @@ TEST(Planning, QualityIsWhatCalibrationReports) {
   Robot robot = shipped("kr360-spindle");
   robot.noise = {1e-4, 1e-4};  // the ratio that calibrate() assumes without residuals
   const PosePlanner planner(robot, {});
-  const std::vector<JointVector> poses = planner.random(30, 5);
+  const std::vector<JointVector> poses = configurations(planner.random(30, 5));
   CalibrationOptions plain;
   plain.robust = false;  // every reading counts fully
   const CalibrationResult result = calibrate(robot, simulate(poses, robot, {}), plain);
-  const PlanQuality quality = planner.quality(poses);
+  const PlanQuality quality = planner.quality(planned_poses(poses));
   for (size_t k = 0; k < quality.observability.size(); ++k)
     EXPECT_NEAR(quality.observability[k] / result.observability[k], 1, 1e-6) << "O" << k + 1;
 }
 
 TEST(Planning, CompletesGivenPoses) {
   const Robot robot = shipped("kr360-spindle");
-  const std::vector<JointVector> first = PosePlanner(robot, {}).plan(20);
+  const std::vector<JointVector> first = configurations(PosePlanner(robot, {}).plan(20));
   const PosePlanner second(robot, {}, simulate(first, robot, {}));
-  EXPECT_GT(second.quality(second.plan(20)).log_determinant, second.quality(first).log_determinant);
+  EXPECT_GT(second.quality(second.plan(20)).log_determinant,
+            second.quality(planned_poses(first)).log_determinant);
 
   SimulationOptions small;  // poses that show little
   small.poses = 20;
@@ -189,15 +194,15 @@ TEST(Planning, SameSeedSamePoses) {
   const Robot robot = shipped("kr360-spindle");
   PlanOptions other;
   other.seed = 2;
-  const std::vector<JointVector> plan = PosePlanner(robot, {}).plan(15);
+  const std::vector<PlannedPose> plan = PosePlanner(robot, {}).plan(15);
   EXPECT_EQ(plan, PosePlanner(robot, {}).plan(15));
   EXPECT_NE(plan, PosePlanner(robot, other).plan(15));
 }
 
-double lowest_point(const Robot& robot, const std::vector<JointVector>& poses) {
+double lowest_point(const Robot& robot, const std::vector<PlannedPose>& poses) {
   const ChainEvaluator evaluator(robot.chain);
   double lowest = 1e9;
-  for (const JointVector& q : poses) {
+  for (const JointVector& q : configurations(poses)) {
     for (const Pose& frame : evaluator.link_frames(q))
       lowest = std::min(lowest, frame.translation.z());
     lowest = std::min(lowest, (inverse(robot.chain.base) * evaluator.pose(q)).translation.z());
@@ -217,7 +222,7 @@ TEST(Planning, StaysAboveTheFloor) {
 
 TEST(Planning, FewPosesPromiseNothingButAreChosen) {
   const PosePlanner planner(shipped("kr360-spindle"), {});
-  const std::vector<JointVector> poses = planner.plan(3);
+  const std::vector<PlannedPose> poses = planner.plan(3);
   EXPECT_EQ(poses.size(), 3u);
   EXPECT_TRUE(std::isinf(planner.quality(poses).cloud_deviation));
 }
@@ -226,9 +231,94 @@ TEST(Planning, ReadsEveryTargetAtEveryPose) {
   Robot robot = shipped("kr360-spindle");
   robot.chain.targets = {{"1", {0.1, 0, 0}}, {"2", {0, 0.1, 0}}, {"3", {0, 0, 0.1}}};
   const PosePlanner planner(robot, {});
-  const std::vector<JointVector> planned = planner.plan(20);
+  const std::vector<PlannedPose> planned = planner.plan(20);
   const double deviation = planner.quality(planned).cloud_deviation;
   EXPECT_LT(deviation, promised_by_random(planner, 20, &PlanQuality::cloud_deviation));
+}
+
+// A plate that slopes, a ball and a socket, all touched by the second of two tips.
+Robot touching_robot() {
+  Robot robot = shipped("kr360-spindle");
+  robot.chain.targets = {{"1", {0.1, 0, 0}}, {"2", {0, 0.1, 0.05}}};
+  const auto add = [&](const char* name, ContactKind kind, const Pose& place, double radius) {
+    Contact contact;
+    contact.name = name;
+    contact.kind = kind;
+    contact.place = place;
+    contact.radius = radius;
+    robot.chain.contacts.push_back(contact);
+  };
+  add("plate", ContactKind::plane, {rotation_exp({0.1, 0.2, 0}), {2.0, 0, 0.6}}, 0);
+  add("ball", ContactKind::sphere, {Eigen::Matrix3d::Identity(), {1.3, -1.2, 1.6}}, 0.08);
+  add("socket", ContactKind::point, {Eigen::Matrix3d::Identity(), {1.9, 0.5, 0.9}}, 0);
+  return robot;
+}
+
+TEST(Planning, TouchesAreOnTheContactsAndOnTheirOutside) {
+  const Robot robot = touching_robot();
+  PlanOptions options;
+  options.touches = true;
+  const PosePlanner planner(robot, options);
+  const std::vector<PlannedPose> plan = planner.plan(60);
+  ASSERT_EQ(plan.size(), 60u);
+  std::map<std::string, int> touched;
+  for (const PlannedPose& pose : plan) {
+    ++touched[pose.contact];
+    const Pose frame = ChainEvaluator(robot.chain).pose(pose.q);
+    const LinkFrames links = ChainEvaluator(robot.chain).link_frames(pose.q);
+    const Eigen::Vector3d tip =
+        frame * (pose.target == "1" ? robot.chain.targets[0] : robot.chain.targets[1]).position;
+    const Eigen::Vector3d flange = robot.chain.base * links.back().translation;
+    const Eigen::Vector3d normal = rotation_exp({0.1, 0.2, 0}).col(2);
+    const Eigen::Vector3d plate(2.0, 0, 0.6), ball(1.3, -1.2, 1.6), socket(1.9, 0.5, 0.9);
+    if (pose.contact == "plate") {
+      EXPECT_NEAR(normal.dot(tip - plate), 0, 1e-9);
+      EXPECT_GE(normal.dot(flange - tip), 0);
+    } else if (pose.contact == "ball") {
+      EXPECT_NEAR((tip - ball).norm(), 0.08, 1e-9);
+      EXPECT_GE((tip - ball).dot(flange - tip), 0);
+    } else {
+      EXPECT_LT((tip - socket).norm(), 1e-9);
+    }
+  }
+  EXPECT_EQ(touched.size(), 3u);
+  const double planned = planner.quality(plan).log_determinant;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed)
+    EXPECT_GT(planned, planner.quality(planner.random(60, seed)).log_determinant + 3) << seed;
+}
+
+// What the plan promises is what a calibration of such touches reports: a touch of a plane is one
+// number, that of a point three.
+TEST(Planning, QualityOfTouchesIsWhatCalibrationReports) {
+  Robot robot = touching_robot();
+  robot.noise = {1e-4, 1e-4};
+  PlanOptions options;
+  options.touches = true;
+  const PosePlanner planner(robot, options);
+  const std::vector<PlannedPose> poses = planner.random(80, 5);
+  Campaign campaign;
+  campaign.source = "touches";
+  campaign.target_names = {"1", "2"};
+  campaign.contact_names = {"plate", "ball", "socket"};
+  for (const PlannedPose& pose : poses) {
+    const auto index = [](const std::vector<std::string>& names, const std::string& name) {
+      return static_cast<int>(std::ranges::find(names, name) - names.begin());
+    };
+    campaign.pose.push_back(campaign.rows());
+    campaign.line.push_back(campaign.rows() + 2);
+    campaign.pose_ids.push_back(std::to_string(campaign.rows() + 1));
+    campaign.distance.push_back(0);
+    campaign.touch.push_back({index(campaign.contact_names, pose.contact), -1});
+    campaign.target.push_back(index(campaign.target_names, pose.target));
+    campaign.q.push_back(pose.q);
+  }
+  bind_touches(campaign, robot.chain);
+  CalibrationOptions plain;
+  plain.robust = false;
+  const CalibrationResult result = calibrate(robot, campaign, plain);
+  const PlanQuality quality = planner.quality(poses);
+  for (size_t k = 0; k < quality.observability.size(); ++k)
+    EXPECT_NEAR(quality.observability[k] / result.observability[k], 1, 1e-4) << "O" << k + 1;
 }
 
 std::string refusal(const PlanOptions& options) {

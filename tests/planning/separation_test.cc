@@ -199,9 +199,9 @@ TEST_P(Separation, PlannedPosesTellMoreAndAsMuchAsPromised) {
       for (Count* count : {&planned, &random}) {
         const bool is_planned = count == &planned;
         std::vector<JointVector> all = first;
-        for (const JointVector& q :
+        for (const PlannedPose& pose :
              is_planned ? plan.poses : random_poses(cloud, one.next_poses, seed))
-          all.push_back(q);
+          all.push_back(pose.q);
         const Campaign campaign = measured(truth, all, seed);
         const double rival = left(robot, {pair.rival}, campaign);
         const double lead = rival - left(robot, {pair.truth}, campaign) -
@@ -235,7 +235,7 @@ TEST_P(Separation, PlannedPosesCloseTheClass) {
   std::vector<JointVector> poses = over_a_bench();
   const SeparationPlan plan =
       plan_separation(robot, {one.found}, 3 * one.next_poses, {}, measured({}, poses, 1));
-  poses.insert(poses.end(), plan.poses.begin(), plan.poses.end());
+  for (const PlannedPose& pose : plan.poses) poses.push_back(pose.q);
   TraceOptions options;
   options.beyond_catalogue = false;
   unsigned closed = 0;

@@ -7,8 +7,10 @@
 
 The arm is the product of exponentials of virtual_cell.py, which shares no code with armtrue. Links between the first and
 the last joint are off; foot and flange are where the robot file has them. `campaign` visits every pose twice, in two
-random orders; with --other-poses they are others. `touch` touches each contact in turn: a point X,Y,Z, a plane X,Y,Z,NX,NY,NZ
-by its normal, a sphere X,Y,Z,RADIUS; each number that a touch reads is off by the noise. `reach` writes where the flange truly stands, without noise. The same seed
+random orders; with --other-poses they are others. With --covariances each reading has a noise of its own, a random covariance of its
+six numbers about the given size, and states it. `touch` touches each contact in turn: a point X,Y,Z, a plane X,Y,Z,NX,NY,NZ
+by its normal, a sphere X,Y,Z,RADIUS; each number that a touch reads is off by the noise. Of a robot file with a
+`positioner` all is seen from the part that it carries; its foot, links and zeros are off, too. `reach` writes where the flange truly stands, without noise. The same seed
 gives the same arm.
 
     EFFECT   --sag J:RAD_PER_NM           joint J gives way under gravity
@@ -26,7 +28,8 @@ import re
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from virtual_cell import NONE, Arm, Effect, fields, kuka, rotation_times, small_motion  # noqa: E402
+from virtual_cell import (NONE, Arm, Effect, after, fields, kuka, moved, rotation_times, scaled,  # noqa: E402
+                          small_motion, transposed)
 
 SHARE_OF_TRAVEL = 0.8
 
@@ -52,6 +55,14 @@ def joint_columns(text):
     return columns
 
 
+def positioner_of(text):
+    """The positioner as the text of a robot file whose tool is the part; None without one."""
+    block = re.search(r"^positioner:\n((?: +.*\n)*)", text, re.M)
+    if not block:
+        return None
+    return re.sub(r"^part:", "tool:", re.sub(r"^  ", "", block[1], flags=re.M), flags=re.M)
+
+
 class Cell:
     def __init__(self, options):
         text = pathlib.Path(options.robot).read_text()
@@ -64,6 +75,19 @@ class Cell:
         self.truth = {"base": self.arm.base, "tool": self.arm.tool, "links": links + [NONE], "zeros": zeros}
         self.effect = Effect("hidden", "", joints=lambda state: self.errors(state, options))
         self.rng, self.joints = random.Random(options.seed + (2 if options.other_poses else 1)), joints
+        self.travel, self.slides, self.table = list(self.arm.travel), list(self.arm.slides), None
+        if positioner := positioner_of(text):
+            self.add_positioner(positioner, rng)
+
+    def add_positioner(self, text, rng):
+        self.table = Arm(text)
+        self.columns, self.travel = self.columns + joint_columns(text), self.travel + self.table.travel
+        self.slides = self.slides + self.table.slides
+        vector = lambda size: tuple(rng.gauss(0, size) for _ in range(3))
+        place = lambda: small_motion(vector(2e-3), vector(2), NONE[1])
+        links = [small_motion(vector(3e-4), vector(0.3), point) for point in self.table.points]
+        self.table_truth = {"base": after(place(), self.table.base), "links": links + [NONE],
+                            "zeros": [rng.gauss(0, 1.5e-3) for _ in self.table.points], "tool": after(self.table.tool, place())}
 
     def errors(self, state, options):
         total = {}
@@ -78,34 +102,69 @@ class Cell:
         return total
 
     def frame(self, values):
-        state = State(values, self.arm.torques(values, self.arm.masses))
-        return self.arm.pose(values, self.truth, self.effect, 1.0, state)
+        """Where the tool is, seen from the part if a positioner carries it."""
+        own, others = values[:self.joints], values[self.joints:]
+        state = State(own, self.arm.torques(own, self.arm.masses))
+        tool = self.arm.pose(own, self.truth, self.effect, 1.0, state)
+        if not self.table:
+            return tool
+        rotation, point = self.table.pose(others, self.table_truth)
+        back = transposed(rotation)
+        return after((back, scaled(moved((back, NONE[1]), point), -1)), tool)
 
     def draw(self):
         values = []
-        for low, high in self.arm.travel:
+        for low, high in self.travel:
             middle, half = (low + high) / 2, SHARE_OF_TRAVEL * (high - low) / 2
             values.append(self.rng.uniform(middle - half, middle + half))
         return values
 
     def shown(self, values):
-        return [value if slides else math.degrees(value) for value, slides in zip(values, self.arm.slides)]
+        return [value if slides else math.degrees(value) for value, slides in zip(values, self.slides)]
+
+
+AXES = ("x", "y", "z", "rx", "ry", "rz")
+PAIRS = [(i, k) for i in range(6) for k in range(i, 6)]
+
+
+def covariance_columns():
+    unit = lambda i, k: "_mm2" if k < 3 else "_deg2" if i > 2 else "_mm_deg"
+    return [f"cov_{AXES[i]}{AXES[k]}{unit(i, k)}" for i, k in PAIRS]
+
+
+def correlated_noise(rng, options):
+    """Six errors, mm and mrad, and their covariance in mm and deg."""
+    sizes = [size * math.exp(rng.uniform(-2, 2)) for size in 3 * [options.noise_mm] + 3 * [options.noise_mrad]]
+    share = lambda i, k: 0.0 if k > i else 0.3 + abs(rng.gauss(0, 1)) if k == i else rng.gauss(0, 1)
+    root = [[sizes[i] * share(i, k) for k in range(6)] for i in range(6)]
+    drawn = [rng.gauss(0, 1) for _ in range(6)]
+    errors = [sum(r * z for r, z in zip(row, drawn)) for row in root]
+    unit = 3 * [1.0] + 3 * [math.degrees(1e-3)]
+    return errors, [unit[i] * unit[k] * sum(a * b for a, b in zip(root[i], root[k])) for i, k in PAIRS]
 
 
 def campaign(cell, options):
     writer = csv.writer(options.output, lineterminator="\n")
-    writer.writerow(["pose", "repeat", "t_s", *cell.columns, "x_mm", "y_mm", "z_mm", "a_deg", "b_deg", "c_deg"])
+    stated = covariance_columns() if options.covariances else []
+    writer.writerow(["pose", "repeat", "t_s", *cell.columns, "x_mm", "y_mm", "z_mm", "a_deg", "b_deg", "c_deg", *stated])
     poses, t, rng = [cell.draw() for _ in range(options.poses)], 0, cell.rng
     for repeat in (1, 2):
         order = list(range(options.poses))
         rng.shuffle(order)
         for pose in order:
             rotation, point = cell.frame(poses[pose])
-            noise = small_motion(tuple(rng.gauss(0, options.noise_mrad / 1000) for _ in range(3)), NONE[1], NONE[1])
-            point = [x + rng.gauss(0, options.noise_mm) for x in point]
+            covariance = []
+            if options.covariances:
+                errors, covariance = correlated_noise(rng, options)
+            else:
+                errors = [rng.gauss(0, options.noise_mrad) for _ in range(3)]
+                errors = [rng.gauss(0, options.noise_mm) for _ in range(3)] + errors
+            noise = small_motion(tuple(error / 1000 for error in errors[3:]), NONE[1], NONE[1])
+            point = [x + error for x, error in zip(point, errors)]
             angles = kuka(rotation_times(noise[0], rotation))
             writer.writerow([pose + 1, repeat, t, *(f"{value:.9f}" for value in cell.shown(poses[pose])),
-                             *(f"{x:.6f}" for x in point), *(f"{x:.8f}" for x in angles)])
+                             *(f"{x:.6f}" for x in point), *(f"{x:.8f}" for x in angles),
+                             *(f"{c:.15g}" for c in covariance)])
             t += 20
 
 
@@ -138,12 +197,12 @@ def least_change(rows, wanted):
 def approach(cell, contact, noise):
     """Joint values at which the arm touches, by Newton's steps from a random posture; None if it does not get there."""
     values = cell.draw()
-    units = [1.0 if slides else 1e-3 for slides in cell.arm.slides]
+    units = [1.0 if slides else 1e-3 for slides in cell.slides]
     miss = lambda q: [x - n for x, n in zip(off_contact(cell.frame(q)[1], contact), noise)]
     for _ in range(40):
         here = miss(values)
         if math.hypot(*here) < 1e-7:
-            inside = all(low <= v <= high for v, (low, high) in zip(values, cell.arm.travel))
+            inside = all(low <= v <= high for v, (low, high) in zip(values, cell.travel))
             return values if inside else None
         columns = []
         for j, unit in enumerate(units):
@@ -196,6 +255,7 @@ def main():
     parser.add_argument("--noise-mm", type=float, default=0.05)
     parser.add_argument("--noise-mrad", type=float, default=0.05)
     parser.add_argument("--other-poses", action="store_true")
+    parser.add_argument("--covariances", action="store_true")
     parser.add_argument("--commands", type=argparse.FileType("r"))
     parser.add_argument("--contact", type=contact_of, action="append", default=[])
     parser.add_argument("-o", dest="output", type=argparse.FileType("w"), default=sys.stdout)

@@ -51,6 +51,8 @@ class Kinematics(unittest.TestCase):
 
     def test_robots_of_config(self):
         for path in sorted((vc.ROOT / "config" / "robots").glob("*.yaml")):
+            if "\npositioner:" in path.read_text():
+                continue  # of these the cell is any_arm_cell.py
             with self.subTest(path.name):
                 # What a file declares as effects is no part of the comparison.
                 self.agrees(re.sub(r"^effects:.*\Z", "effects: []\n", path.read_text(), flags=re.M | re.S))

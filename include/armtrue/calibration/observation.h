@@ -102,6 +102,11 @@ class ObservationModel {
   void set_sigma(const ReadingSigma& sigma) { sigma_ = sigma; }
   /// Standard deviations of one row: position [m], orientation [rad].
   ReadingSigma row_sigma(int row) const;
+  /// Makes the components of a row white where the campaign states covariances. `of_row`: residual
+  /// or derivatives, 3 or 6 x columns, each component divided by its standard deviation. With k_p
+  /// and k_o the factors from stated standard deviations to sigma(), the covariance of a row is
+  /// L diag(k_p^2, k_o^2) L^T, where L L^T is the one that it states.
+  void whiten(int row, Eigen::Ref<Eigen::MatrixXd> of_row) const;
 
  private:
   friend class At;

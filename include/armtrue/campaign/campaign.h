@@ -76,6 +76,11 @@ struct Campaign {
   std::vector<std::string> contact_names;  ///< `table`, or `bar/2`, the point 2 of an artefact
   std::vector<double> sigma_position;     ///< per axis [m]
   std::vector<double> sigma_orientation;  ///< per axis [rad]
+  /// Where rows state covariances: W without unit, its upper right block zero, so that W D^-1 r is
+  /// white of a residual r = (position, rotation vector) in R_A, D the diagonal of the row's
+  /// sigma_position and sigma_orientation, which are then the roots of the mean variances of the
+  /// axes.
+  std::vector<Eigen::Matrix<double, 6, 6>> whitening;
   std::vector<Direction> arrival;
   std::vector<JointVector> stroke;  ///< see Arrival [rad or m]
   std::vector<double> payload_kg;

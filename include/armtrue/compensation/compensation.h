@@ -65,6 +65,9 @@ struct CompensationOptions {
   double max_correction = 5e-3;  ///< [m]
   /// Whether targets are corrected that the readings do not cover (outside_readings, below_std).
   bool correct_uncovered = true;
+  /// Whether the correction may move external axes; otherwise they stay as programmed. They are
+  /// coarser than the joints of the arm, and in the minimisation a metre counts as a radian.
+  bool move_external_axes = false;
   std::optional<JointVector> start;  ///< hint of the branch of a first Cartesian target
 };
 

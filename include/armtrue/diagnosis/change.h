@@ -89,6 +89,10 @@ struct ChangeResult {
 /// `previous.identify_per_session` move in one session alone, and have no prior in a session that
 /// the previous robot does not know.
 ///
+/// Touches. A contact may have been moved, as may base and tool: it is one hypothesis, with the
+/// parameters that its touches read. The errors of the previous parameters then have the covariance
+/// of `previous.uncertainty`, if it is stated.
+///
 /// A zero offset that calibration leaves to base or tool (A1.theta, A6.theta) shows as a move of
 /// base or tool. In a session that the previous robot knows, its base is that of the session.
 /// Throws std::invalid_argument if `previous.std` is empty, the spread of what was measured is not

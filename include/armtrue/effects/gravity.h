@@ -21,24 +21,31 @@ using ArmFrames = LinkFrames;
 /// parallel to joint j (for A2 the sine and cosine of the arm's and of the forearm's angle), per
 /// kg m; of a link that slides also what its travel adds, per kg. Wrist links are left out: their
 /// torque is small and would add coefficients. The basis of a joint that slides is empty.
+///
+/// A positioner (Robot::ground_link) carries the part, which no file knows: its loads are always a
+/// basis, of what stands before the joint in the chain. Gravity keeps its direction in the frame of
+/// that link, and turns in R_0.
 class GravityLoad {
  public:
   GravityLoad(const Robot& robot, int parameter);
 
-  /// With masses 1. Without masses the size of the basis: 0 if gravity does no work on the
-  /// parameter.
+  /// With masses 1. Otherwise the size of the basis: 0 if gravity does no work on the parameter.
   int value_count() const;
+  /// Whether the masses of the robot make the load, and not a basis.
+  bool is_by_masses() const { return by_masses_; }
   void values(const Context& context, const ArmFrames& frames, double* out) const;
 
  private:
   struct FirstMoment {
-    int link, axis;
+    int link, axis;  // link -1: R_0
     bool by_travel = false;  // times the way of the link along its z axis
   };
   struct Motion;  // what the parameter moves: an axis, a point of it, and whether it turns
   Motion motion(const ArmFrames& frames) const;
   double first_moment_value(const FirstMoment& moment, const ArmFrames& frames) const;
+  Eigen::Vector3d gravity_in_foot(const ArmFrames& frames) const;
   std::vector<int> carrying_links(const KinematicChain& chain) const;
+  std::vector<int> carried_links(const KinematicChain& chain) const;
   void choose_basis(const Robot& robot, const ChainEvaluator& evaluator);
 
   int parameter_;
@@ -46,7 +53,9 @@ class GravityLoad {
   int link_;   // first link that moves with the parameter; links_ for the tool
   Eigen::Matrix3d base_rotation_;
   std::array<double, kMaxLinks> beta_{};
-  Eigen::Vector3d gravity_;
+  Eigen::Vector3d gravity_;  // in R_0 or the frame of ground_
+  int ground_;               // -1: R_0
+  bool of_positioner_, by_masses_;
   Eigen::Vector3d payload_point_;  // in R_n
   std::vector<Body> bodies_;
   std::vector<FirstMoment> basis_;

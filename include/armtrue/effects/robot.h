@@ -55,8 +55,16 @@ struct Robot {
   /// The sessions of a campaign that had several, by name. `chain` is as in the first, and holds
   /// for readings of no or of an unknown session.
   std::map<std::string, Session> sessions;
-  std::vector<Body> bodies;              ///< may be empty: torques are then a generic basis
-  Eigen::Vector3d gravity{0, 0, -9.81};  ///< in R_0 [m/s^2]
+  /// The link whose frame stands on the ground, 0-based, if a positioner carries the part: the
+  /// chain then runs from the part, through the axes of the positioner, to the ground and from
+  /// there through the arm to the tool; R_A is the frame of the part and R_0 moves with the table.
+  /// Nothing: R_0 stands on the ground.
+  std::optional<int> ground_link;
+  /// May be empty: torques are then a generic basis. Those of a positioner always are, because its
+  /// load is the part.
+  std::vector<Body> bodies;
+  /// In R_0, or in the frame of `ground_link` [m/s^2].
+  Eigen::Vector3d gravity{0, 0, -9.81};
   /// Where the instrument stands in R_A, for effects of its line of sight [m]; if the file does not
   /// say it, at the origin.
   std::optional<Eigen::Vector3d> instrument;
@@ -76,7 +84,11 @@ struct Robot {
   bool free_links = false;
 };
 
-/// The vertical in R_A, a unit vector; z where there is no gravity.
+/// Whether a parameter, an index as in parameters.h, belongs to the positioner or to the place of
+/// the part on it.
+bool is_of_positioner(const Robot& robot, int parameter);
+
+/// The vertical in R_A, a unit vector; z where there is no gravity or a positioner turns R_A.
 Eigen::Vector3d upwards(const Robot& robot);
 
 /// The place of the instrument in R_A [m].
@@ -85,7 +97,8 @@ inline Eigen::Vector3d instrument_place(const Robot& robot) {
 }
 
 /// Whether it is known where the instrument stands: the file says it, or the origin of R_A lies
-/// beyond the reach of the arm, where an instrument can stand.
+/// beyond the reach of the arm, where an instrument can stand. Not where a positioner turns R_A:
+/// there the part is.
 bool knows_instrument(const Robot& robot);
 
 }  // namespace armtrue

@@ -11,7 +11,9 @@ namespace armtrue {
 struct JointTarget {
   std::string pose;
   JointVector q;
-  int line = 0;  ///< of its file
+  int line = 0;         ///< of its file
+  std::string contact;  ///< to be touched there; not read
+  std::string target;   ///< that touches it; not read
 };
 
 /// Reads `pose,q1_deg..q6_deg`, or the columns of other joints. Throws InputError, also for an id
@@ -19,7 +21,7 @@ struct JointTarget {
 std::vector<JointTarget> read_joint_targets(
     const std::string& path, const std::vector<JointName>& joints = six_axis_names());
 
-/// The same columns as text.
+/// The same columns as text, and `contact` and `target` where targets have them.
 std::string write_joint_targets(const std::vector<JointTarget>& targets,
                                 const std::vector<JointName>& joints = six_axis_names());
 

@@ -15,6 +15,8 @@ struct JointName {
   std::string axis;    ///< "1", "E1"
   bool is_length = false;
 
+  /// Whether it is an external axis, such as a rail or an axis of a positioner.
+  bool is_external() const { return column.front() == 'e'; }
   /// The column of its encoder values: "q1_deg", "e1_mm".
   std::string encoder() const { return column + unit_ending(); }
   std::string unit_ending() const { return is_length ? "_mm" : "_deg"; }

@@ -36,18 +36,18 @@ class PosePlanner {
   /// within the zone.
   PosePlanner(const Robot& robot, const PlanOptions& options, const Campaign& given = {});
 
-  /// Returns `count` different configurations, at most kCloudSize. With M = J^T W J of the given
+  /// Returns `count` different poses, at most kCloudSize. With M = J^T W J of the given
   /// and planned poses, the exchange search
   ///     without a zone maximises log det M (D-optimal; for robots Borm and Menq 1991),
   ///     with a zone minimises the mean of tr(J_p M^-1 J_p^T) over the zone (I-optimal).
   /// The same seed gives the same plan. Over the whole travel, random poses are nearly as good;
   /// planning helps for a zone, in a box, and if poses are few.
-  std::vector<JointVector> plan(int count) const;
+  std::vector<PlannedPose> plan(int count) const;
 
-  /// Returns random configurations under the same limits, for comparison.
-  std::vector<JointVector> random(int count, std::uint64_t seed) const;
+  /// Returns random poses under the same limits, for comparison.
+  std::vector<PlannedPose> random(int count, std::uint64_t seed) const;
 
-  PlanQuality quality(const std::vector<JointVector>& configurations) const;
+  PlanQuality quality(const std::vector<PlannedPose>& poses) const;
 
  private:
   std::vector<JointVector> zone_configurations() const;

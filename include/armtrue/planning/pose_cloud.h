@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "armtrue/calibration/observation.h"
@@ -17,13 +18,30 @@ struct CloudOptions {
   bool orientation = true;  ///< is read; false: positions only. Given poses decide for themselves,
                             ///< targets and anchors come without
   std::optional<Box> box;   ///< of the measured point; absent: the whole travel of the joints
-  double floor = 0;  ///< height in R_0 that no link origin and no point of the tool passes [m]
+  /// Height in R_0 that no link origin of the arm and no point of the tool passes [m].
+  double floor = 0;
+  /// Whether the poses touch the contacts of the robot. Given poses decide for themselves.
+  bool touches = false;
   std::uint64_t seed = 1;
 };
 
+/// A pose to be measured.
+struct PlannedPose {
+  JointVector q;        ///< [rad or m]
+  std::string contact;  ///< that is touched there, as in a campaign; empty: an instrument reads it
+  std::string target;   ///< that touches it; empty: the point of the tool
+
+  bool operator==(const PlannedPose&) const = default;
+};
+
+std::vector<JointVector> configurations(const std::vector<PlannedPose>& poses);
+/// Poses that an instrument reads.
+std::vector<PlannedPose> planned_poses(const std::vector<JointVector>& configurations);
+
 /// The poses that a plan is chosen from: random configurations within the travel limits, above the
 /// floor. Collisions are not checked. Each pose reads every target; with anchors, it reads the
-/// distance of every target from every anchor.
+/// distance of every target from every anchor. Touches: random configurations in which the point of
+/// the tool or a target touches a contact, one in each pose.
 struct PoseCloud {
   /// Without effects; without targets and anchors if the given poses read none. As it is in the
   /// last session of the given poses, which the planned ones continue: box and zone are in its R_A.
@@ -31,7 +49,8 @@ struct PoseCloud {
   CloudOptions options;
   Campaign given;      ///< poses already measured, with the orientations that the robot predicts
   ReadingSigma noise;  ///< the robot's; 0.1 mm and 0.1 mrad where it states none
-  std::vector<JointVector> configurations;
+  std::vector<PlannedPose> poses;
+  std::vector<PlannedPose> touches;  ///< what can be touched, without configurations
   std::vector<int> unknowns;  ///< choose_identifiable() of the cloud and the given poses
 };
 
@@ -39,21 +58,25 @@ inline constexpr int kCloudSize = 2000;
 
 /// `given`: configurations, targets, sigmas and what drives effects count. Throws
 /// std::invalid_argument if the box cannot be reached, hardly any configuration stays above the
-/// floor, or no allowed parameter is identifiable.
+/// floor, hardly any touches a contact, or no allowed parameter is identifiable.
 PoseCloud pose_cloud(const Robot& robot, const CloudOptions& options, const Campaign& given = {});
 
-/// Returns random configurations under the limits of the cloud.
-std::vector<JointVector> random_poses(const PoseCloud& cloud, int count, std::uint64_t seed);
+/// Returns random poses under the limits of the cloud.
+std::vector<PlannedPose> random_poses(const PoseCloud& cloud, int count, std::uint64_t seed);
 
-/// Returns the configurations of the cloud and of the given poses, each pose once.
-std::vector<JointVector> with_given(const PoseCloud& cloud);
+/// Returns the poses of the cloud and the given ones, each pose once.
+std::vector<PlannedPose> with_given(const PoseCloud& cloud);
 
 /// Of every target, once for each anchor, where it would be; without noise and context.
 Campaign points(const PoseCloud& cloud, const std::vector<JointVector>& configurations);
 
-/// What would be read there: points, or distances from the anchors, and orientations; of which only
-/// the derivatives count.
-Campaign readings(const PoseCloud& cloud, const std::vector<JointVector>& configurations);
+/// What would be read there: points, or distances from the anchors, and orientations, or touches;
+/// of which only the derivatives count.
+Campaign readings(const PoseCloud& cloud, const std::vector<PlannedPose>& poses);
+
+/// Rows of derivatives of such readings with as many for each pose: those of a pose that reads less
+/// than the others are filled up with zeros.
+Eigen::MatrixXd equal_blocks(const Campaign& readings, const Eigen::MatrixXd& rows);
 
 /// The given poses as few rows with the same inner products, whitened: derivatives with respect to
 /// the unknowns of the cloud, then the coefficients of the effects of `robot`. Of several sessions

@@ -21,7 +21,7 @@ struct SeparatedPair {
 };
 
 struct SeparationPlan {
-  std::vector<JointVector> poses;  ///< to be visited in this order; empty if no pair is by_poses
+  std::vector<PlannedPose> poses;  ///< to be visited in this order; empty if no pair is by_poses
   std::vector<SeparatedPair> pairs;
   /// Per axis, that the power is for: the spread of the given readings about the model with what
   /// was found, at least the robot's; the cloud's where too few are given to show it.

@@ -1,0 +1,133 @@
+#include "io/yaml/convention_io.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+#include "armtrue/kinematics/conventions.h"
+#include "armtrue/kinematics/joint_names.h"
+#include "io/link_names.h"
+#include "io/yaml/link_io.h"
+
+namespace armtrue {
+namespace {
+
+// Names of parameters in the file would be those of another chain than the one that is written.
+void refuse_parameters(YamlMap& document, const std::string& why) {
+  for (const char* key : {"sessions", "effects", "priors", "std", "uncertainty"})
+    if (document.has(key) && !(std::string(key) == "effects" && document.maps(key).empty()))
+      document.fail(key, why + "; write the file in it: convert-robot FILE --to yaml, without this key");
+}
+
+KinematicChain read_chain(YamlMap& map) {
+  KinematicChain chain;
+  chain.base = read_pose(map.map("base"));
+  chain.links = read_links(map);
+  chain.tool = read_pose(map.map("part"));
+  map.finish();
+  return chain;
+}
+
+// The chain from the part to the tool in place of the one from the foot.
+void begin_with_positioner(YamlMap& document, const KinematicChain& positioner, Robot& robot) {
+  PartToFoot way;
+  try {
+    way = part_to_foot(positioner, robot.chain.base);
+  } catch (const std::invalid_argument& error) {
+    document.fail("positioner", error.what());
+  }
+  std::vector<Link>& links = robot.chain.links;
+  for (const Link& link : way.links)
+    if (std::ranges::find(links, link.name, &Link::name) != links.end())
+      document.fail("positioner", "its link '" + link.name +
+                                      "' has the name of a link of the arm; name it otherwise");
+  robot.ground_link = static_cast<int>(way.links.size()) - 1;
+  for (Body& body : robot.bodies) body.link += static_cast<int>(way.links.size());
+  robot.chain.base = way.base;
+  links.insert(links.begin(), way.links.begin(), way.links.end());
+  if (std::ssize(links) > kMaxLinks)
+    document.fail("positioner", fmt::format("makes {} links of the chain; a chain has from 1 to {}",
+                                            links.size(), kMaxLinks));
+}
+
+void check_axes_of_positioner(YamlMap& document, const char* key, const Robot& robot) {
+  const std::vector<JointName> names = joint_names(robot.chain);
+  for (int j = 0; j <= *robot.ground_link; ++j)
+    if (const int joint = joint_of_link(robot.chain, j);
+        joint >= 0 && !names[static_cast<size_t>(joint)].is_external())
+      document.fail(key, "the axis '" + robot.chain.links[static_cast<size_t>(j)].name +
+                             "' of a positioner is an external axis: call it E1 to E6");
+  for (const Body& body : robot.bodies)
+    if (body.link <= *robot.ground_link)
+      document.fail("masses", "the load of a positioner is the part, whatever its mass: leave out "
+                              "the masses of its links");
+}
+
+}  // namespace
+
+std::vector<Link> read_links(YamlMap& map) {
+  std::vector<YamlMap> entries = map.maps("links");
+  if (entries.empty() || entries.size() > kMaxLinks)
+    map.fail("links", fmt::format("has {} entries; a chain has from 1 to {}", entries.size(), kMaxLinks));
+  std::vector<Link> links;
+  for (YamlMap& entry : entries) {
+    const Link link = read_link(entry);
+    if (std::ranges::find(links, link.name, &Link::name) != links.end())
+      entry.fail("name", "'" + link.name + "' stands twice; parameters are named after links");
+    if (is_reserved_link_name(link.name))
+      entry.fail("name", "'" + link.name + "' means something else; name the link otherwise");
+    links.push_back(link);
+  }
+  return links;
+}
+
+void use_convention(YamlMap& document, Robot& robot) {
+  const std::string convention = document.text("convention", "modified");
+  if (convention == "modified") return;
+  if (convention != "standard")
+    document.fail("convention", "'" + convention + "' is neither modified nor standard");
+  refuse_parameters(document, "names parameters of the modified convention");
+  for (Body& body : robot.bodies)
+    body.centre =
+        modified_from_standard(robot.chain.links[static_cast<size_t>(body.link)]) * body.centre;
+  try {
+    robot.chain = from_standard(robot.chain);
+  } catch (const std::invalid_argument& error) {
+    document.fail("convention", error.what());
+  }
+}
+
+void use_positioner(YamlMap& document, Robot& robot) {
+  const bool forward = document.has("positioner");
+  if (document.has("ground_link")) {
+    if (forward)
+      document.fail("ground_link", "stands beside 'positioner', which says the same; keep one");
+    const std::string name = document.text("ground_link");
+    const auto found = std::ranges::find(robot.chain.links, name, &Link::name);
+    if (found == robot.chain.links.end())
+      document.fail("ground_link", "the robot has no link '" + name + "'");
+    robot.ground_link = static_cast<int>(found - robot.chain.links.begin());
+  } else if (forward) {
+    refuse_parameters(document, "names parameters of the chain from the part to the tool");
+    YamlMap map = document.map("positioner");
+    KinematicChain positioner = read_chain(map);
+    if (document.text("convention", "modified") == "standard") {
+      try {
+        positioner = from_standard(positioner);
+      } catch (const std::invalid_argument& error) {
+        document.fail("positioner", error.what());
+      }
+    }
+    begin_with_positioner(document, positioner, robot);
+  }
+  const char* key = robot.ground_link ? (forward ? "positioner" : "ground_link") : "links";
+  if (const int joints = joint_count(robot.chain); joints < 1 || joints > kMaxJoints)
+    document.fail(key, fmt::format("has {} driven joints (revolute or prismatic); an arm has from 1 "
+                                   "to {}",
+                                   joints, kMaxJoints));
+  if (robot.ground_link) check_axes_of_positioner(document, key, robot);
+}
+
+}  // namespace armtrue
