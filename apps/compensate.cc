@@ -4,8 +4,8 @@
 #include <map>
 
 #include "armtrue/compensation/compensation.h"
+#include "armtrue/compensation/move_division.h"
 #include "armtrue/compensation/program_targets.h"
-#include "armtrue/compensation/straight_moves.h"
 #include "armtrue/io/compensation_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/kinematics/units.h"
@@ -63,9 +63,10 @@ void add_options(app::Command& command, Arguments& arguments) {
                "absent");
   const app::Option program = app::add_robot_program(command, arguments.program);
   command
-      .option("--spacing-mm", arguments.spacing_mm,
-              "Insert points in straight moves of the program until the predicted error between "
-              "two points is below this")
+      .option(
+          "--spacing-mm", arguments.spacing_mm,
+          "Divide moves of the program, straight and circular, until the predicted error between "
+          "two points is below this")
       .check(app::above_zero())
       .needs(program);
   command.add_output("--summary", arguments.summary, "Write counts, errors and the worst here");
@@ -136,16 +137,15 @@ void warn_of_notes(app::Command& command, const std::vector<CorrectedTarget>& ta
 }
 
 // With points between the targets of a program `text` if --spacing-mm is given.
-StraightenedProgram compensate_file(const Robot& robot, const Robot& controller,
-                                    const ProgramFile& file,
-                                    const std::optional<RobotProgram>& text,
-                                    const Arguments& arguments) {
+DividedProgram compensate_file(const Robot& robot, const Robot& controller, const ProgramFile& file,
+                               const std::optional<RobotProgram>& text,
+                               const Arguments& arguments) {
   const CompensationOptions options = compensation_options(arguments, controller);
   try {
     if (text && arguments.spacing_mm)
-      return straighten_moves(robot, controller, *text, file.program, options,
-                              *arguments.spacing_mm * kMillimetre);
-    StraightenedProgram found;
+      return divide_moves(robot, controller, *text, file.program, options,
+                          *arguments.spacing_mm * kMillimetre);
+    DividedProgram found;
     found.targets = compensate(robot, controller, file.program, options);
     return found;
   } catch (const UnreachableTarget& error) {
@@ -157,15 +157,14 @@ StraightenedProgram compensate_file(const Robot& robot, const Robot& controller,
 }
 
 // Names the moves whose error between points stays too large, those of one cause together.
-bool warn_of_moves(app::Command& command, const StraightenedProgram& found,
-                   const ProgramFile& file) {
+bool warn_of_moves(app::Command& command, const DividedProgram& found, const ProgramFile& file) {
   struct Cause {
     std::string lines;
     size_t count = 0;
     double largest = 0;
   };
   std::map<std::string, Cause> causes;
-  for (const MoveBetweenPoints& move : found.moves) {
+  for (const MoveBetweenPoints& move : found.between.moves) {
     if (move.why.empty()) continue;
     Cause& cause = causes[move.why];
     const int line = file.program.visits.line[move.target];
@@ -176,15 +175,16 @@ bool warn_of_moves(app::Command& command, const StraightenedProgram& found,
   for (const auto& [why, cause] : causes)
     command.warn(fmt::format(
         "{}: predicted error between points up to {:.3g} mm in {} of {} moves: {} (line {}{})",
-        file.source, cause.largest / kMillimetre, cause.count, found.moves.size(), why, cause.lines,
-        cause.count > kMostNames ? ", ..." : ""));
-  if (found.unknown > 0)
+        file.source, cause.largest / kMillimetre, cause.count, found.between.moves.size(), why,
+        cause.lines, cause.count > kMostNames ? ", ..." : ""));
+  if (found.between.unknown > 0)
     command.warn(
         fmt::format("{}: nothing is predicted between the points of {} straight or "
-                    "circular moves: where they begin is not known, or an end stays as "
+                    "circular moves: where they begin or end, or how the tool turns, is not known, "
+                    "or an end stays as "
                     "programmed",
-                    file.source, found.unknown));
-  return causes.empty() && found.unknown == 0;
+                    file.source, found.between.unknown));
+  return causes.empty() && found.between.unknown == 0;
 }
 
 CommandKind command_kind(const Arguments& arguments, const Program& program) {
@@ -235,8 +235,8 @@ int run(app::Command& command, Arguments& arguments) {
     file = command.read_program(command.input, controller);
   }
   app::fill_conditions(file.program.visits, arguments, {&robot, &controller});
-  StraightenedProgram straightened = compensate_file(robot, controller, file, program, arguments);
-  std::vector<CorrectedTarget>& targets = straightened.targets;
+  DividedProgram divided = compensate_file(robot, controller, file, program, arguments);
+  std::vector<CorrectedTarget>& targets = divided.targets;
   const auto nearest = std::ranges::min_element(
       targets, {}, [](const CorrectedTarget& target) { return target.before.position; });
   app::refuse_other_arm(nearest->before.position, arguments);
@@ -246,8 +246,7 @@ int run(app::Command& command, Arguments& arguments) {
                           assumptions(arguments),
                           app::station_effects(robot, arguments.tool_is_measured),
                           {}};
-  if (arguments.spacing_mm)
-    story.between = {*arguments.spacing_mm * kMillimetre, straightened.moves, straightened.unknown};
+  if (arguments.spacing_mm) story.between = divided.between;
   const std::vector<std::string> in_doubt =
       doubts(robot, controller, targets, file.program.visits, arguments);
   for (const std::string& doubt : in_doubt) {
@@ -258,13 +257,13 @@ int run(app::Command& command, Arguments& arguments) {
     command.warn("not applied, because it belongs to the station, or may: " + effect);
   bool is_followed = true;
   if (program)
-    is_followed = app::write_robot_program(command, *program, targets, straightened.inserted,
-                                           arguments.program);
+    is_followed =
+        app::write_robot_program(command, *program, targets, divided.inserted, arguments.program);
   else
     write_output(command.output,
                  write_commands(file, targets, command_kind(arguments, file.program)));
   warn_of_notes(command, targets, file);
-  is_followed &= warn_of_moves(command, straightened, file);
+  is_followed &= warn_of_moves(command, divided, file);
   if (!arguments.summary.empty())
     write_output(arguments.summary,
                  write_compensation(targets, file.program, story, command.provenance()));
@@ -272,7 +271,7 @@ int run(app::Command& command, Arguments& arguments) {
   if (arguments.page.is_wanted())
     app::write_report(
         command, arguments.page,
-        compensation_page(targets, file.program,
+        compensation_page(targets, file.program, story.between,
                           {story.robot, story.controller, story.assumed, story.not_applied},
                           app::page_head(command, about)));
   const bool is_noted = std::ranges::any_of(

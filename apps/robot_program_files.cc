@@ -132,7 +132,7 @@ bool write_robot_program(Command& command, const RobotProgram& program,
       command.warn(warning);
       is_followed = false;
     }
-  if (const size_t lost = between.size() - static_cast<size_t>(rewritten.inserted); lost > 0) {
+  if (const auto lost = moves_of(between) - rewritten.inserted; lost > 0) {
     command.warn(
         fmt::format("{}: {} points are not inserted, because an end of their move stays as "
                     "programmed",

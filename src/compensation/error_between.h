@@ -2,20 +2,20 @@
 
 #include <deque>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "armtrue/compensation/compensation.h"
 #include "armtrue/programs/robot_program.h"
 #include "compensation/arms.h"
+#include "compensation/way.h"
 
 namespace armtrue {
-
-/// Poses half-way and so on between two: positions on the chord, rotation R exp(t log(R' R_end)).
-Pose between(const Pose& start, const Pose& end, double t);
 
 /// How the arm comes to a row of a program from the row before.
 struct WayToRow {
   MotionKind motion = MotionKind::joint;
+  ArcTurning turning = ArcTurning::in_frame;
   bool is_known = false;  ///< where it begins
   /// The part of the way, from 0 to 1, that counts: the arm rounds the corners beyond.
   double from = 0, to = 1;
@@ -42,9 +42,11 @@ class ErrorBetween {
                const CompensationOptions& options)
       : program_(program), arms_(arms_of(identified, controller, program, options)) {}
 
-  /// R_0 from TCP of a row's tool, where the row before is meant to be.
-  Pose intended_start(const std::vector<CorrectedTarget>& targets, size_t row) const;
-  Pose intended_end(const std::vector<CorrectedTarget>& targets, size_t row) const;
+  /// The way to a row as the program means it, R_0 from TCP of the row's tool. Nothing of joint
+  /// moves, of auxiliary points, of moves without their points before, and of arcs whose points lie
+  /// on a line.
+  std::optional<Way> intended_way(const std::vector<CorrectedTarget>& targets, size_t row,
+                                  MotionKind motion, ArcTurning turning) const;
 
   /// One for each row.
   std::vector<WayError> errors(const std::vector<CorrectedTarget>& targets,

@@ -146,15 +146,10 @@ YAML::Node worst_node(const std::vector<CorrectedTarget>& targets, const Program
   return list;
 }
 
-YAML::Node between_node(const CompensationStory::BetweenPoints& between, const Program& program) {
-  std::vector<double> before, after;
-  int divided = 0, inserted = 0;
+YAML::Node between_node(const BetweenPoints& between, const Program& program) {
+  const BetweenPointsSummary summary = summarize(between);
   std::vector<YAML::Node> above;
   for (const MoveBetweenPoints& move : between.moves) {
-    divided += move.inserted > 0;
-    inserted += move.inserted;
-    if (std::isfinite(move.before)) before.push_back(move.before);
-    if (std::isfinite(move.after)) after.push_back(move.after);
     if (move.why.empty()) continue;
     YAML::Node node;
     node["pose"] = program.visits.pose_ids[move.target];
@@ -165,11 +160,11 @@ YAML::Node between_node(const CompensationStory::BetweenPoints& between, const P
   YAML::Node node;
   node["tolerance_mm"] = rounded(between.tolerance / kMillimetre);
   node["moves"] = std::to_string(between.moves.size());
-  node["divided"] = std::to_string(divided);
-  node["inserted"] = std::to_string(inserted);
+  node["divided"] = std::to_string(summary.divided);
+  node["inserted"] = std::to_string(summary.inserted);
   node["unknown"] = std::to_string(between.unknown);
-  if (!before.empty()) node["before_mm"] = error_node(summarize(before), kMillimetre);
-  if (!after.empty()) node["after_mm"] = error_node(summarize(after), kMillimetre);
+  if (summary.before) node["before_mm"] = error_node(*summary.before, kMillimetre);
+  if (summary.after) node["after_mm"] = error_node(*summary.after, kMillimetre);
   node["above"] = list_node(above);
   return node;
 }

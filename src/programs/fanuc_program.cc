@@ -5,9 +5,12 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <tuple>
+#include <utility>
 
 #include "armtrue/kinematics/units.h"
 #include "programs/dialects.h"
+#include "programs/fanuc_positions.h"
 #include "programs/frame_list.h"
 #include "programs/program_values.h"
 #include "programs/program_warnings.h"
@@ -18,17 +21,6 @@
 
 namespace armtrue {
 namespace {
-
-struct FanucPosition {
-  std::map<std::string, ProgramNumber> numbers;  // X .. R, J1 .. J6, of group 1
-  std::map<std::string, double> others;          // of other groups and external axes
-  std::optional<int> frame, tool;
-  std::string configuration;  // N U T, 0, 0, 0
-  bool is_changed = false;    // P[1]=LPOS
-  ProgramDeclaration declaration;
-  int line = 0;
-  int point = -1;
-};
 
 // What begins a line that leaves the arm where it is and does not branch.
 bool stands_between_fanuc_moves(const std::string& word) {
@@ -51,30 +43,6 @@ bool may_be_repeated(const std::string& word) {
 constexpr const char* kFanucPose[] = {"X", "Y", "Z", "W", "P", "R"};
 constexpr const char* kFanucJoints[] = {"J1", "J2", "J3", "J4", "J5", "J6"};
 
-// 'N U T, 0, 0, 0': N or F: the wrist not flipped or flipped; U or D: the elbow up or down; T or B:
-// the wrist before or behind axis 1; L or R is of arms that have it. Then the turns of J4, J5, J6.
-// At J = (0, 0, 0, 0, -90, 0), the tool downwards, the string is N U T.
-Configuration fanuc_configuration(const std::string& text) {
-  Configuration result;
-  result.reference << 0, 0, 0, 0, -90, 0;
-  result.reference *= kDegree;
-  const size_t comma = std::min(text.find(','), text.size());
-  for (char c : upper(text.substr(0, comma))) {
-    if (c == 'N' || c == 'F') result.sides[2] = c == 'N' ? 1 : -1;
-    if (c == 'U' || c == 'D') result.sides[1] = c == 'U' ? 1 : -1;
-    if (c == 'T' || c == 'B') result.sides[0] = c == 'T' ? 1 : -1;
-  }
-  TextCursor cursor(text, comma, text.size());
-  for (int joint = 3; joint < kProgramAxes && cursor.take(','); ++joint) {
-    const auto turn = cursor.take_number();
-    constexpr double kMost = 8;
-    if (!turn || std::abs(*turn) > kMost) break;
-    result.low[joint] = (360 * *turn - 180) * kDegree;
-    result.high[joint] = (360 * *turn + 180) * kDegree;
-  }
-  return result;
-}
-
 class FanucReader {
  public:
   FanucReader(RobotProgram& program, const KnownFrames& known)
@@ -88,7 +56,7 @@ class FanucReader {
     find_name();
     const size_t moves = section("/MN"), positions = section("/POS");
     const size_t end = std::min(section("/END"), text_.size());
-    if (positions < end) read_positions(positions, end);
+    if (positions < end) positions_ = fanuc_positions(original_, text_, positions, end);
     program_.declarations_end = std::min(end, text_.size());
     if (moves < text_.size()) read_moves(moves, std::min(positions, end));
     program_.warnings = warnings_.list();
@@ -106,79 +74,6 @@ class FanucReader {
     if (!cursor.take_name().empty()) program_.names.push_back({0, begin, cursor.at()});
   }
 
-  int line_of(size_t at) const {
-    return 1 +
-           static_cast<int>(std::count(text_.begin(), text_.begin() + static_cast<long>(at), '\n'));
-  }
-
-  // P[1:"name"]{ GP1: UF : 1, UT : 1, CONFIG : '..', X = 1.0 mm, .. };
-  void read_positions(size_t begin, size_t end) {
-    std::string part = text_.substr(0, end);
-    part.replace(0, begin, begin, ' ');
-    int line = line_of(begin) - 1;
-    for (Statement statement : split_statements(part, ';')) {
-      TextCursor cursor(part, statement.begin, statement.end);
-      cursor.take('/');
-      while (!cursor.done() && !(cursor.next() == 'P' || cursor.next() == 'p')) cursor.step();
-      size_t from = cursor.at();
-      std::string word = cursor.take_name();
-      if (word == "POS") {
-        cursor.next();
-        from = cursor.at();
-        word = cursor.take_name();
-      }
-      if (word != "P" || !cursor.take('[')) continue;
-      const auto number = cursor.take_number();
-      const size_t number_end = cursor.at();
-      cursor.skip_to("{");
-      const size_t open = cursor.at();
-      if (!number || !cursor.take('{')) continue;
-      FanucPosition& position = positions_[*number];
-      if (!position.numbers.empty()) position.is_changed = true;  // given twice
-      position.line = line + statement.line;
-      position.declaration = {from, number_end, open, statement.end, 0, 0};
-      read_groups(cursor, position);
-    }
-  }
-
-  void read_groups(TextCursor& cursor, FanucPosition& position) const {
-    std::string group = "GP1";
-    while (!cursor.done()) {
-      const std::string name = cursor.take_name();
-      if (name.empty()) {
-        cursor.step();
-      } else if (name.starts_with("GP") && cursor.take(':')) {
-        group = name;
-      } else if (group == "GP1") {
-        read_entry(name, cursor, position);
-      } else if (cursor.take('=')) {
-        if (const auto value = cursor.take_number()) position.others[group + name] = *value;
-      }
-    }
-  }
-
-  void read_entry(const std::string& name, TextCursor& cursor, FanucPosition& position) const {
-    if (cursor.take('=')) {
-      cursor.next();
-      const size_t begin = cursor.at();
-      if (const auto value = cursor.take_number())
-        position.numbers.try_emplace(name, ProgramNumber{0, begin, cursor.at(), *value, ""});
-      cursor.take_name();  // mm, deg
-      return;
-    }
-    if (!cursor.take(':')) return;
-    if (name == "CONFIG" && cursor.take('\'')) {
-      const size_t begin = cursor.at();
-      cursor.skip_to("'");
-      position.declaration.configuration_begin = begin;
-      position.declaration.configuration_end = cursor.at();
-      position.configuration = original_.substr(begin, cursor.at() - begin);
-    } else if (name == "UF" || name == "UT") {
-      if (const auto value = cursor.take_number(); value && std::abs(*value) < 1000)
-        (name == "UF" ? position.frame : position.tool) = static_cast<int>(*value);
-    }
-  }
-
   void read_moves(size_t begin, size_t end) {
     std::string part = text_.substr(0, std::min(end, text_.size()));
     part.replace(0, begin, begin, ' ');
@@ -191,7 +86,7 @@ class FanucReader {
   // quotes and semicolons.
   std::vector<Statement> lines_of(std::string& part, size_t begin) const {
     std::vector<Statement> lines;
-    int line = line_of(begin);
+    int line = line_at(text_, begin);
     for (size_t at = begin; at < part.size(); ++line) {
       const size_t end = std::min(part.find('\n', at), part.size());
       TextCursor cursor(part, at, end);
@@ -271,37 +166,49 @@ class FanucReader {
       add_target(ids[i], statement.line, is_auxiliary);
       ProgramTarget& target = program_.targets.back();
       target.motion = kind == "L"    ? MotionKind::line
-                      : kind != "C"  ? MotionKind::joint
+                      : kind == "J"  ? MotionKind::joint
                       : is_auxiliary ? MotionKind::via
                                      : MotionKind::arc;
-      target.follows_target = i > 0 || follows_;
-      if (kind == "L") prepare_insertion(target, ids[i], part, statement);
+      target.turning = ArcTurning::perhaps_through_via;
+      target.follows_target = i > 0 || (follows_ && (kind == "L" || kind == "C"));
+      if (kind == "L" || i > 0) prepare_insertion(target, ids, part, statement);
     }
   }
 
-  // What stands beside the point of an inserted move.
-  void prepare_insertion(ProgramTarget& target, double id, const std::string& part,
-                         const Statement& statement) {
+  // What stands beside the points of an inserted move.
+  void prepare_insertion(ProgramTarget& target, const std::vector<double>& ids,
+                         const std::string& part, const Statement& statement) {
     TextCursor cursor(part, statement.begin, statement.end);
     cursor.take_name();
-    cursor.next();
-    const size_t point = cursor.at();
-    cursor.skip_to("]");
-    cursor.take(']');
-    const size_t behind = cursor.at();
-    target.obstacle = why_not_inserted(target, id, part, {statement.line, behind, statement.end});
+    std::vector<std::pair<size_t, size_t>> points;
+    while (points.size() < ids.size()) {
+      while (cursor.next() == ':') cursor.step();  // on the next line
+      const size_t point = cursor.at();
+      cursor.skip_to("]");
+      cursor.take(']');
+      points.emplace_back(point, cursor.at());
+    }
+    const size_t behind = points.back().second;
+    target.obstacle = why_not_inserted(target, ids, part, {statement.line, behind, statement.end});
     if (!target.obstacle.empty()) return;
     std::string rest = original_.substr(behind, statement.end - behind);
     if (const size_t fine = upper(rest).find("FINE"); fine != std::string::npos)
       rest.replace(fine, 4, "CNT100");
     while (!rest.empty() && is_blank(rest.back())) rest.pop_back();
-    target.insertion = {line_begin_, original_.substr(line_begin_, point - line_begin_), rest,
-                        line_end(original_, line_begin_), ""};
+    ProgramInsertion& beside = target.insertion;
+    beside.at = line_begin_;
+    beside.before = original_.substr(line_begin_, points[0].first - line_begin_);
+    beside.behind = rest;
+    beside.line_end = line_end(original_, line_begin_);
+    if (points.size() == 1) return;
+    std::tie(beside.via_begin, beside.via_end) = points[0];
+    beside.middle = original_.substr(points[0].second, points[1].first - points[0].second);
   }
 
-  std::string why_not_inserted(const ProgramTarget& target, double id, const std::string& part,
-                               const Statement& options) {
-    if (target.kind == TargetKind::joints) return "its point is joint angles";
+  std::string why_not_inserted(const ProgramTarget& target, const std::vector<double>& ids,
+                               const std::string& part, const Statement& options) {
+    for (double id : ids)
+      if (positions_[id].numbers.contains("J1")) return "its point is joint angles";
     if (original_.substr(options.begin, options.end - options.begin).find('\n') !=
         std::string::npos)
       return "it has more than one line";
@@ -318,10 +225,12 @@ class FanucReader {
       if (!may_be_repeated(word)) return "it has the option " + word;
       before = ' ';
     }
-    const FanucPosition& here = positions_[id];
-    if (program_.targets.size() < 2 || here.numbers.size() + here.others.size() == 6) return "";
+    const FanucPosition& here = positions_[ids.back()];
+    if (program_.targets.size() <= ids.size() || here.numbers.size() + here.others.size() == 6)
+      return "";
     // Axes beyond the arm's.
-    const auto point = static_cast<size_t>(program_.targets[program_.targets.size() - 2].point);
+    const auto start = program_.targets.end() - static_cast<long>(ids.size()) - 1;
+    const auto point = static_cast<size_t>(start->point);
     const FanucPosition& before_it = positions_[ids_of_points_[point]];
     bool is_same = before_it.others == here.others;
     for (const auto& [name, value] : here.numbers) {

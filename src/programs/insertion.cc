@@ -72,24 +72,47 @@ class Inserter {
       : program_(program), between_(between), text_(program.texts[0].text) {}
 
   std::vector<TextEdit> edits() {
-    if (program_.dialect == Dialect::fanuc) {
-      insert_fanuc_moves();
-    } else {
-      for (const ProgramPointBetween& point : between_) {
-        const ProgramInsertion& beside = target_of(point).insertion;
-        add(beside.at, beside.at,
-            beside.before + text_of_point(point) + beside.behind + ending(point) + beside.line_end);
+    if (between_.empty()) return {};
+    double number = largest_position(text_);
+    std::string positions, via;
+    for (size_t i = 0; i < between_.size(); ++i) {
+      const ProgramPointBetween& point = between_[i];
+      const bool is_fanuc = program_.dialect == Dialect::fanuc;
+      if (is_fanuc) positions += position_text(point, ++number);
+      const std::string text = is_fanuc ? fmt::format("P[{}]", number) : text_of_point(point);
+      const ProgramInsertion& beside = move_of(point).insertion;
+      if (point.motion != MotionKind::via) {
+        insert({beside.at, beside.before,
+                via + text + beside.behind + ending(point) + beside.line_end});
+        via.clear();
+      } else if (i + 1 < between_.size() && between_[i + 1].target == point.target + 1) {
+        via = text + beside.middle;
+      } else {
+        add(beside.via_begin, beside.via_end, text);
       }
     }
+    if (program_.dialect == Dialect::fanuc) finish_fanuc(number, positions);
     return std::move(edits_);
   }
 
  private:
-  const ProgramTarget& target_of(const ProgramPointBetween& point) const {
-    return program_.targets[point.target];
+  // A move before a place: its text before the point, and from the point on.
+  struct Move {
+    size_t at;
+    std::string head, rest;
+  };
+
+  const ProgramTarget& move_of(const ProgramPointBetween& point) const {
+    return program_.targets[point.motion == MotionKind::via ? point.target + 1 : point.target];
   }
   const ProgramPoint& end_of(const ProgramPointBetween& point) const {
-    return program_.points[static_cast<size_t>(target_of(point).point)];
+    return program_.points[static_cast<size_t>(program_.targets[point.target].point)];
+  }
+  void insert(const Move& move) {
+    if (program_.dialect == Dialect::fanuc)
+      inserted_.push_back(move);  // once the lines are numbered
+    else
+      add(move.at, move.at, move.head + move.rest);
   }
   void add(size_t begin, size_t end, const std::string& text) {
     edits_.push_back({0, begin, end, text});
@@ -112,9 +135,9 @@ class Inserter {
     if (program_.dialect == Dialect::krl)
       return fmt::format("{{X {},Y {},Z {},A {},B {},C {}}}", n[0], n[1], n[2], n[3], n[4], n[5]);
     if (program_.dialect == Dialect::urscript) return fmt::format("p[{}]", fmt::join(n, ","));
-    return fmt::format("[[{},{},{}],[{},{},{},{}],[{},{},{},{}]", n[0], n[1], n[2], n[3], n[4],
+    return fmt::format("[[{},{},{}],[{},{},{},{}],[{},{},{},{}]{}", n[0], n[1], n[2], n[3], n[4],
                        n[5], n[6], quadrant(point.q[0]), quadrant(point.q[3]), quadrant(point.q[5]),
-                       end_of(point).configuration[3].value);
+                       end_of(point).configuration[3].value, move_of(point).insertion.point_end);
   }
 
   std::string ending(const ProgramPointBetween& point) const {
@@ -123,17 +146,8 @@ class Inserter {
     return rounded_text(point.blend, 1, kDecimals) + ")";
   }
 
-  // Moves before their ends, positions at the end of /POS; then the lines are numbered anew.
-  void insert_fanuc_moves() {
-    if (between_.empty()) return;
-    double number = largest_position(text_);
-    std::string positions;
-    for (const ProgramPointBetween& point : between_) {
-      positions += position_text(point, ++number);
-      inserted_at_.emplace_back(target_of(point).insertion.at,
-                                fmt::format("P[{}]", number) + target_of(point).insertion.behind +
-                                    target_of(point).insertion.line_end);
-    }
+  // Positions at the end of /POS, the last of which has this number; then the lines anew.
+  void finish_fanuc(double number, const std::string& positions) {
     if (number > kMaxFanucPosition)
       throw InputError(fmt::format(
           "{}: with the inserted points it has a position P[{}], and a FANUC controller has none "
@@ -152,8 +166,8 @@ class Inserter {
     const ProgramDeclaration& whole = end.declaration;
     std::vector<TextEdit> edits{{0, whole.begin, whole.open, fmt::format("P[{}]", number)}};
     if (whole.configuration_begin > 0)  // a position may have none
-      edits.push_back({0, whole.configuration_begin, whole.configuration_end,
-                       configuration_text(point)});
+      edits.push_back(
+          {0, whole.configuration_begin, whole.configuration_end, configuration_text(point)});
     const std::vector<std::string> texts = numbers_of(point);
     for (size_t i = 0; i < texts.size(); ++i)
       edits.push_back({0, end.numbers[i].begin, end.numbers[i].end, texts[i]});
@@ -186,13 +200,11 @@ class Inserter {
         return fmt::format("{:>{}}", *written.value + static_cast<double>(inserted),
                            written.end - written.begin);
       };
-      for (; next < inserted_at_.size() && inserted_at_[next].first == begin; ++next) {
+      for (; next < inserted_.size() && inserted_[next].at == begin; ++next)
         // From the number to the point, as in the line of the end.
-        const std::string head = target_of(between_[next]).insertion.before;
         add(begin, begin,
             (written.value ? numbered(next) : std::string()) +
-                head.substr(written.end - written.begin) + inserted_at_[next].second);
-      }
+                inserted_[next].head.substr(written.end - written.begin) + inserted_[next].rest);
       if (next > 0 && written.value) add(begin, written.end, numbered(next));
     }
   }
@@ -207,13 +219,13 @@ class Inserter {
     cursor.next();
     const size_t begin = cursor.at();
     if (const auto count = cursor.take_number())
-      add(begin, cursor.at(), fmt::format("{}", *count + static_cast<double>(between_.size())));
+      add(begin, cursor.at(), fmt::format("{}", *count + static_cast<double>(inserted_.size())));
   }
 
   const RobotProgram& program_;
   const std::vector<ProgramPointBetween>& between_;
   const std::string& text_;
-  std::vector<std::pair<size_t, std::string>> inserted_at_;  // FANUC: line, and from its point on
+  std::vector<Move> inserted_;  // of FANUC
   std::vector<TextEdit> edits_;
 };
 
@@ -232,6 +244,11 @@ int decimals_kept(Dialect dialect, TargetKind kind, size_t component) {
       break;
   }
   return 7;
+}
+
+int moves_of(const std::vector<ProgramPointBetween>& between) {
+  return static_cast<int>(std::ranges::count_if(
+      between, [](const auto& point) { return point.motion != MotionKind::via; }));
 }
 
 std::vector<TextEdit> insertion_edits(const RobotProgram& program,

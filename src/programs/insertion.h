@@ -10,8 +10,8 @@ namespace armtrue {
 /// Decimals that a changed number has at least, in the order of ProgramPoint::numbers.
 int decimals_kept(Dialect dialect, TargetKind kind, size_t component);
 
-/// The edits that insert a move for each point, in the order in which the arm passes them. The
-/// targets of the points have no obstacle.
+/// The edits that insert a move for each point, in the order in which the arm passes them, and that
+/// replace the auxiliary points of divided arcs. The moves of the points have no obstacle.
 std::vector<TextEdit> insertion_edits(const RobotProgram& program,
                                       const std::vector<ProgramPointBetween>& between);
 

@@ -110,18 +110,32 @@ class KrlReader {
   // Fills what stands beside the point of an inserted move.
   void prepare_insertion(ProgramTarget& target, const KrlMove& move,
                          const KrlValues& values) const {
+    if (syntax_.circles_turn_with_path && target.motion == MotionKind::arc)
+      target.obstacle = "$CIRC_TYPE is #PATH in this program";
+    if (move.circle_angle) target.obstacle = "its angle says where it ends";
     if (move.in_spline_block) target.obstacle = "it stands in a spline block";
     if (move.after_trigger) target.obstacle = "a TRIGGER refers to it";
-    if (target.kind == TargetKind::joints) target.obstacle = "its point is joint angles";
+    if (target.kind == TargetKind::joints ||
+        (target.motion == MotionKind::arc && move.auxiliary.kind == KrlTargetKind::axes))
+      target.obstacle = "its point is joint angles";
     for (int k = 6; k < kKrlComponents; ++k)
       if (std::isfinite(values[k]) && values[k] != before_[k])
         target.obstacle = "external axes move, or the point before does not state them";
     if (!target.obstacle.empty()) return;
     const std::string& src = program_.texts[0].text;
     const std::string rest = src.substr(move.target.end, move.end - move.target.end);
-    target.insertion = {move.line_begin,
-                        src.substr(move.line_begin, move.target.begin - move.line_begin),
-                        rest + krl_blending(rest, move), line_end(src, move.end), ""};
+    const bool is_arc = target.motion == MotionKind::arc;
+    const KrlTarget& first = is_arc ? move.auxiliary : move.target;
+    ProgramInsertion& beside = target.insertion;
+    beside.at = move.line_begin;
+    beside.before = src.substr(move.line_begin, first.begin - move.line_begin);
+    beside.behind = rest + krl_blending(rest, move);
+    beside.line_end = line_end(src, move.end);
+    if (is_arc) {
+      beside.middle = src.substr(first.end, move.target.begin - first.end);
+      beside.via_begin = first.begin;
+      beside.via_end = first.end;
+    }
     if (move.in_inline_form)
       target.insertion.remark =
           "points are inserted in an inline form; changing it on the pendant drops them";
@@ -151,8 +165,9 @@ class KrlReader {
     result.tool = set_up.tool;
     result.kind = is_axes ? TargetKind::joints : TargetKind::cartesian;
     result.motion = motion_of(move, is_auxiliary);
-    result.follows_target =
-        result.motion == MotionKind::arc || (move.follows_move && is_target_known_);
+    result.follows_target = result.motion == MotionKind::arc
+                                ? !move.circle_angle && !syntax_.circles_turn_with_path
+                                : move.follows_move && is_target_known_;
     int& point = is_axes ? point_of_axes_[static_cast<size_t>(target.axes)]
                          : point_of_frame_[static_cast<size_t>(target.frame)];
     const bool is_new = point < 0;
@@ -175,7 +190,8 @@ class KrlReader {
                     "other statements or files use its point too, and see the corrected one");
     if (is_new) point = add_point(target, frame, values, is_auxiliary);
     result.point = point;
-    if (result.motion == MotionKind::line) prepare_insertion(result, move, values);
+    if (result.motion == MotionKind::line || result.motion == MotionKind::arc)
+      prepare_insertion(result, move, values);
     const std::vector<double> numbers = values_of(point);
     if (is_axes) {
       result.q = joints_of_numbers(Dialect::krl, numbers);

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "programs/krl_words.h"
+#include "programs/statement.h"
 #include "programs/text_cursor.h"
 
 namespace armtrue {
@@ -43,6 +44,9 @@ class KrlParser {
     if (program_.dat) read(program_.dat->text, true);
     read(program_.src.text, false);
     resolve();
+    syntax_.circles_turn_with_path =
+        krl_circles_turn_with_path(program_.src.text) ||
+        (program_.dat && krl_circles_turn_with_path(program_.dat->text));
     return std::move(syntax_);
   }
 
@@ -299,9 +303,7 @@ class KrlParser {
       cursor.take('#');
       if (contains({"FALSE", "NONE", "SUPPRESSED"}, cursor.take_name())) return;
     }
-    syntax_.absolute_accuracy_line =
-        1 + static_cast<int>(
-                std::count(text_.begin(), text_.begin() + static_cast<long>(behind), '\n'));
+    syntax_.absolute_accuracy_line = line_at(text_, behind);
   }
 
   // Finds what the named targets stand for, once both texts are read.

@@ -74,7 +74,8 @@ struct KrlSyntax {
   std::vector<KrlSetUp> set_ups;
   std::unordered_map<std::string, KrlFdat> fdats;
   std::unordered_map<std::string, int> frame_names;  ///< with one value, that nothing may change
-  int absolute_accuracy_line = 0;  ///< the first line that uses $ABS_ACCUR; 0: none does
+  bool circles_turn_with_path = false;  ///< somewhere $CIRC_TYPE (or CIRC_TYPE of LDAT) is #PATH
+  int absolute_accuracy_line = 0;       ///< the first line that uses $ABS_ACCUR; 0: none does
 };
 
 KrlSyntax parse_krl(const KrlProgram& program);

@@ -45,6 +45,19 @@ bool stands_between_krl_moves(std::string_view text, size_t begin, size_t end,
          is_plain_assignment(text, begin, end);
 }
 
+bool krl_circles_turn_with_path(std::string_view text) {
+  const std::string capitals = upper(text);
+  constexpr std::string_view kName = "CIRC_TYP";
+  for (size_t at = capitals.find(kName); at != std::string::npos;
+       at = capitals.find(kName, at + 1)) {
+    TextCursor cursor(capitals, at + kName.size(), capitals.size());
+    if (cursor.next() == 'E') cursor.step();
+    cursor.take('=');
+    if (cursor.take('#') && cursor.take_name() == "PATH") return true;
+  }
+  return false;
+}
+
 void take_krl_fdat(TextCursor& cursor, std::unordered_map<std::string, KrlFdat>& fdats) {
   const std::string name = cursor.take_name();
   if (!cursor.take('=') || !cursor.take('{')) return;

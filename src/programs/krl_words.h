@@ -20,6 +20,9 @@ struct KrlKeyword {
 /// The keyword with this name in capitals; null if there is none.
 const KrlKeyword* find_krl_motion(std::string_view name);
 
+/// Whether $CIRC_TYPE=#PATH or, of the data of an inline form, CIRC_TYP #PATH stands in a text.
+bool krl_circles_turn_with_path(std::string_view text);
+
 /// Reads FP1={TOOL_NO 1,BASE_NO 3,IPO_FRAME #BASE,..} behind DECL FDAT.
 void take_krl_fdat(TextCursor& cursor, std::unordered_map<std::string, KrlFdat>& fdats);
 

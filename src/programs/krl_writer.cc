@@ -12,6 +12,7 @@
 
 #include "armtrue/programs/division.h"
 #include "armtrue/programs/matching.h"
+#include "programs/krl_frame_texts.h"
 #include "programs/krl_knots.h"
 #include "programs/krl_pose.h"
 #include "programs/krl_set_up.h"
@@ -27,8 +28,8 @@ using Eigen::Vector3d;
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-// Goes through the moves in order. Collects the edits of the .src, and for each frame the texts
-// that its moves want it to have; these become edits at the end, when all are known.
+// Goes through the moves in order. Collects the edits of the .src; those of frames come at the end,
+// when all that their moves want is known.
 class KrlWriter {
  public:
   KrlWriter(const KrlProgram& program, const KrlSyntax& syntax, const Path& path,
@@ -39,7 +40,7 @@ class KrlWriter {
         displacement_(corrected - path.position),
         options_(options),
         warnings_(program.src.name),
-        uses_(syntax.frames.size()) {
+        frame_texts_(program, syntax) {
     ProgramWarnings unused(program.src.name);  // of frames that are not known: here names do
     const KnownFrames none;
     KrlSetUps followed(program, syntax, none, frames_, unused);
@@ -54,7 +55,7 @@ class KrlWriter {
           "with it in the same state, or both corrections add up");
     note_few_found(plans);
     for (size_t i = 0; i < plans.size(); ++i) write_move(syntax_.moves[i], plans[i]);
-    edit_targets();
+    for (TextEdit& edit : frame_texts_.edits()) edits_.push_back(std::move(edit));
     result_.src = apply_edits(program_.src.text, edits_, 0);
     if (program_.dat) result_.dat = apply_edits(program_.dat->text, edits_, 1);
     result_.warnings = warnings_.list();
@@ -62,35 +63,9 @@ class KrlWriter {
   }
 
  private:
-  // A target that refers to a frame, itself or by name, and the text that the frame is to have.
-  struct Use {
-    const KrlTarget* target;
-    std::string text;
-  };
-
-  std::string_view text_of(const KrlFrame& frame) const {
-    return frame.in_dat ? program_.dat->text : program_.src.text;
-  }
   std::string_view src(size_t begin, size_t end) const {
     return std::string_view(program_.src.text).substr(begin, end - begin);
   }
-  const KrlFrame& frame(const KrlTarget& target) const {
-    return syntax_.frames[static_cast<size_t>(target.frame)];
-  }
-
-  // The text of the target with other values. `pose`: before, the pose that it inherits from;
-  // after, the pose that it gives.
-  std::string target_text(const KrlTarget& target, const KrlValues& values, KrlValues& pose) const {
-    const std::string text = krl_frame_text(text_of(frame(target)), frame(target), values, pose);
-    pose = inherit(inherit(pose, frame(target).values), values);
-    return text;
-  }
-
-  void write_target(const KrlTarget& target, const KrlValues& values, KrlValues& pose) {
-    uses_[static_cast<size_t>(target.frame)].push_back(
-        {&target, target_text(target, values, pose)});
-  }
-
   void write_move(const KrlMove& move, const KrlPlannedMove& plan) {
     if (move.start_unknown) pose_ = unknown_krl_values();
     const bool circle = move.motion == KrlMotion::circle;
@@ -117,9 +92,9 @@ class KrlWriter {
     const bool via = move.auxiliary.kind == KrlTargetKind::frame;
     const bool to = move.target.kind == KrlTargetKind::frame;
     KrlValues pose = pose_;
-    if (via) write_target(move.auxiliary, unknown_krl_values(), pose);
+    if (via) frame_texts_.write(move.auxiliary, unknown_krl_values(), pose);
     pose = common(pose_, pose);
-    if (to) write_target(move.target, unknown_krl_values(), pose);
+    if (to) frame_texts_.write(move.target, unknown_krl_values(), pose);
     pose_ = to && (via || !circle) ? pose : unknown_krl_values();
   }
 
@@ -193,7 +168,7 @@ class KrlWriter {
   std::string obstacle(const KrlMove& move, const KrlPlannedMove& plan) const {
     if (move.in_spline_block) return "a spline block";
     if (move.after_trigger) return "a TRIGGER refers to this move";
-    const KrlValues& given = frame(move.target).values;
+    const KrlValues& given = frame_texts_.frame(move.target).values;
     for (int i = 3; i < kKrlComponents; ++i)
       if (std::isfinite(given[i]) && !(std::isfinite(plan.start[i]) && std::isfinite(plan.end[i])))
         return "the orientation or an external axis before it is not known";
@@ -228,7 +203,7 @@ class KrlWriter {
       pose.head<3>() = start + knot.t * (end - start) + knot.displacement;
       insert(move,
              std::string(src(move.keyword_end, move.target.begin)) +
-                 target_text(move.target, pose, pose_),
+                 frame_texts_.text(move.target, pose, pose_),
              false);
     }
   }
@@ -236,7 +211,7 @@ class KrlWriter {
   // An end on the path gets every component as planned, whatever the move before it inherits now;
   // an end off the path keeps its text.
   void write_end(const KrlMove& move, const KrlPlannedMove& plan) {
-    write_target(
+    frame_texts_.write(
         move.target,
         std::isfinite(plan.end_place) ? displaced(plan.end, plan.end_place) : unknown_krl_values(),
         pose_);
@@ -279,7 +254,7 @@ class KrlWriter {
       KrlValues auxiliary = displaced_at((knots[first].t + knots[last].t) / 2);
       // The auxiliary points of the pieces give the components that the one of the move gives.
       for (int k = 3; k < kKrlComponents; ++k)
-        if (!std::isfinite(frame(move.auxiliary).values[k])) auxiliary[k] = kUnknown;
+        if (!std::isfinite(frame_texts_.frame(move.auxiliary).values[k])) auxiliary[k] = kUnknown;
       if (i + 1 < divisions.size())
         insert_piece(move, auxiliary, displaced_at(knots[last].t), straight);
       else
@@ -292,18 +267,18 @@ class KrlWriter {
     std::string points(src(move.keyword_end, move.auxiliary.begin));
     if (!straight) {
       KrlValues via_pose = pose_;
-      points += target_text(move.auxiliary, auxiliary, via_pose);
+      points += frame_texts_.text(move.auxiliary, auxiliary, via_pose);
       points += src(move.auxiliary.end, move.target.begin);
       pose_ = common(pose_, via_pose);
     }
-    insert(move, points + target_text(move.target, end, pose_), straight);
+    insert(move, points + frame_texts_.text(move.target, end, pose_), straight);
   }
 
   void write_last_piece(const KrlMove& move, const KrlPlannedMove& plan, const KrlValues& auxiliary,
                         bool straight) {
     if (straight) {
       KrlValues unused = pose_;
-      write_target(move.auxiliary, unknown_krl_values(), unused);
+      frame_texts_.write(move.auxiliary, unknown_krl_values(), unused);
       edits_.push_back(
           {0, move.begin, move.target.begin,
            line_keyword(move) + std::string(src(move.keyword_end, move.auxiliary.begin))});
@@ -315,7 +290,7 @@ class KrlWriter {
 
   void write_auxiliary(const KrlMove& move, const KrlValues& auxiliary) {
     KrlValues pose = pose_;
-    write_target(move.auxiliary, auxiliary, pose);
+    frame_texts_.write(move.auxiliary, auxiliary, pose);
     pose_ = common(pose_, pose);
   }
 
@@ -360,37 +335,17 @@ class KrlWriter {
                     "points are inserted in an inline form; changing it on the pendant drops them");
   }
 
-  // Changes a frame where it stands, if all moves that use it want the same text and nothing else
-  // uses its name. Otherwise replaces the name in each move that wants another text by a frame.
-  void edit_targets() {
-    for (size_t i = 0; i < uses_.size(); ++i) {
-      const KrlFrame& frame = syntax_.frames[i];
-      const std::string_view now = text_of(frame).substr(frame.begin, frame.end - frame.begin);
-      const std::vector<Use>& uses = uses_[i];
-      if (uses.empty()) continue;
-      const bool agreed = std::all_of(
-          uses.begin(), uses.end(), [&](const Use& use) { return use.text == uses.front().text; });
-      if (agreed && !uses.front().target->shared) {
-        if (uses.front().text != now)
-          edits_.push_back({frame.in_dat ? 1 : 0, frame.begin, frame.end, uses.front().text});
-        continue;
-      }
-      for (const Use& use : uses)
-        if (use.text != now) edits_.push_back({0, use.target->begin, use.target->end, use.text});
-    }
-  }
-
   const KrlProgram& program_;
   const KrlSyntax& syntax_;
   const Path& path_;
   const Eigen::Matrix3Xd displacement_;
   const KrlCorrectionOptions options_;
   ProgramWarnings warnings_;
-  std::vector<std::vector<Use>> uses_;  // by frame
+  KrlFrameTexts frame_texts_;
   std::vector<TextEdit> edits_;
-  KrlValues pose_ = unknown_krl_values();    // the end of the moves so far, as written
-  std::vector<ProgramFrame> frames_;         // that the program names
-  std::vector<KrlSetUps::SetUp> set_ups_;    // of each move
+  KrlValues pose_ = unknown_krl_values();  // the end of the moves so far, as written
+  std::vector<ProgramFrame> frames_;       // that the program names
+  std::vector<KrlSetUps::SetUp> set_ups_;  // of each move
   std::optional<std::pair<KrlSetUps::SetUp, int>> first_;  // of the first corrected move; its line
   CorrectedKrl result_;
 };

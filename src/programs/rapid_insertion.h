@@ -34,12 +34,12 @@ struct RapidExternal {
 /// Of each point, by its index, that has six numbers of them.
 using RapidExternalAxes = std::map<int, RapidExternal>;
 
-/// Sets what stands beside the point of a move that is inserted before `move`, a MoveL to `point`;
-/// or the obstacle, if none can be. `masked`: the text by masked(). `arguments`: of the move,
-/// without options.
+/// Sets what stands beside the points of a move that is inserted before `move`, a MoveL or MoveC to
+/// `points`; or the obstacle, if none can be. `masked`: the text by masked(). `arguments`: of the
+/// move, without options.
 void prepare_rapid_insertion(const RobotProgram& program, const std::string& masked,
                              const RapidMoveText& move, const RapidExternalAxes& external,
-                             int point, const std::vector<Statement>& arguments,
-                             ProgramTarget& target);
+                             const std::vector<int>& points,
+                             const std::vector<Statement>& arguments, ProgramTarget& target);
 
 }  // namespace armtrue

@@ -176,6 +176,7 @@ class RapidReader {
       is_displaced_ = word != "PDISPOFF";
       return true;
     }
+    if (word == "CIRPATHMODE") turning_ = rapid_turning(cursor);
     if (const RapidMove* const move = find_rapid_move(word)) {
       if (cursor.next() == '(' || cursor.next() == ':') return false;
       is_move_ = true;
@@ -246,8 +247,9 @@ class RapidReader {
                       : is_auxiliary ? MotionKind::via
                                      : MotionKind::arc;
       target.follows_target = i > 0 || (follows_ && move_.is_first);
-      if (kind == 'L')
-        prepare_rapid_insertion(program_, text_, move_, external_, points[i], arguments, target);
+      target.turning = turning_;
+      if (kind == 'L' || target.motion == MotionKind::arc)
+        prepare_rapid_insertion(program_, text_, move_, external_, points, arguments, target);
       add_target(target, points[i], is_auxiliary);
     }
   }
@@ -376,6 +378,7 @@ class RapidReader {
   std::map<std::string, RapidValue> values_;
   std::map<std::string, int> uses_;  // of points outside of moves: the first line
   bool is_displaced_ = false;
+  ArcTurning turning_ = ArcTurning::with_path;
   size_t counted_ = 0;
   int line_ = 1;
 };

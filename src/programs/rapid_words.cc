@@ -48,6 +48,13 @@ bool stands_between_rapid_moves(const std::string& word) {
   return kWords.contains(word);
 }
 
+ArcTurning rapid_turning(TextCursor cursor) {
+  if (!cursor.take('\\')) return ArcTurning::with_path;
+  const std::string mode = cursor.take_name();
+  if (mode == "PATHFRAME") return ArcTurning::with_path;
+  return mode == "OBJECTFRAME" ? ArcTurning::in_frame : ArcTurning::perhaps_through_via;
+}
+
 double radius_of_zone(const std::string& zone) {
   static const std::map<std::string, double> kZones{
       {"Z0", 0.3}, {"Z1", 1},     {"Z5", 5},     {"Z10", 10},  {"Z15", 15},

@@ -2,6 +2,9 @@
 
 #include <string>
 
+#include "armtrue/programs/robot_program.h"
+#include "programs/text_cursor.h"
+
 namespace armtrue {
 
 /// An instruction that moves the arm.
@@ -21,6 +24,10 @@ bool is_other_rapid_move(const std::string& word);
 
 /// Whether an instruction leaves the arm where it is and does not branch.
 bool stands_between_rapid_moves(const std::string& word);
+
+/// What CirPathMode sets; `cursor`: behind its name. Without options, as from the start, the tool
+/// turns with the path (RAPID reference manual, CirPathMode, MoveC).
+ArcTurning rapid_turning(TextCursor cursor);
 
 /// Radius of a zone that RAPID defines itself [m]; 0 of any other (RAPID reference manual,
 /// zonedata).

@@ -30,24 +30,28 @@ class Rewriter {
         commands_(commands),
         warnings_(program.texts[0].name),
         uses_(program.points.size()),
-        is_changed_(program.points.size(), false) {
+        is_changed_(program.points.size(), false),
+        is_divided_(program.targets.size(), false) {
     for (size_t k = 0; k < program.targets.size(); ++k)
       uses_[static_cast<size_t>(program.targets[k].point)].push_back(k);
     for (const ProgramPointBetween& point : between)
-      if (is_commanded(point.target) && is_commanded(point.target - 1)) between_.push_back(point);
+      if (can_be_inserted(point)) between_.push_back(point);
+    for (const ProgramPointBetween& point : between_) {
+      is_divided_[point.target] = true;
+      // The auxiliary point of a divided arc is written out in its move.
+      if (point.motion == MotionKind::via)
+        std::erase(uses_[static_cast<size_t>(program.targets[point.target].point)], point.target);
+    }
   }
 
   RewrittenProgram write() {
-    int before = -1;  // the point of the target before
-    size_t next = 0;  // of the inserted points
+    int before = -1;  // the point at which the move of the target begins
     for (size_t k = 0; k < program_.targets.size(); ++k) {
       const auto point = static_cast<size_t>(program_.targets[k].point);
-      const size_t first = next;
-      while (next < between_.size() && between_[next].target == k) ++next;
-      if (uses_[point].front() == k)
+      if (!uses_[point].empty() && uses_[point].front() == k)
         is_changed_[point] = write_point(
-            point, next > first || (before >= 0 && is_changed_[static_cast<size_t>(before)]));
-      before = program_.targets[k].point;
+            point, is_divided_[k] || (before >= 0 && is_changed_[static_cast<size_t>(before)]));
+      if (program_.targets[k].motion != MotionKind::via) before = program_.targets[k].point;
     }
     RewrittenProgram result;
     insert_moves(result);
@@ -71,14 +75,20 @@ class Rewriter {
     });
   }
 
+  bool can_be_inserted(const ProgramPointBetween& point) const {
+    if (point.motion == MotionKind::line)
+      return is_commanded(point.target) && is_commanded(point.target - 1);
+    const size_t end = point.motion == MotionKind::via ? point.target + 1 : point.target;
+    return is_commanded(end) && is_commanded(end - 2);
+  }
+
   void insert_moves(RewrittenProgram& result) {
-    refuse_what_does_not_load(program_, between_.size());
+    result.inserted = moves_of(between_);
+    refuse_what_does_not_load(program_, static_cast<size_t>(result.inserted));
     for (TextEdit& edit : insertion_edits(program_, between_)) edits_.push_back(std::move(edit));
-    result.inserted = static_cast<int>(between_.size());
-    for (size_t i = 0; i < between_.size(); ++i) {
-      const ProgramTarget& target = program_.targets[between_[i].target];
-      const bool is_first = i == 0 || between_[i - 1].target != between_[i].target;
-      if (is_first && !target.insertion.remark.empty())
+    for (size_t k = 0; k < program_.targets.size(); ++k) {
+      const ProgramTarget& target = program_.targets[k];
+      if (is_divided_[k] && !target.insertion.remark.empty())
         warnings_.add(target.line, target.insertion.remark);
     }
   }
@@ -215,6 +225,7 @@ class Rewriter {
   std::vector<ProgramPointBetween> between_;  // that are written
   std::vector<TextEdit> edits_;
   std::vector<char> is_changed_;  // of each point
+  std::vector<char> is_divided_;  // of each target: points are inserted in its move
 };
 
 }  // namespace

@@ -30,6 +30,8 @@ std::vector<Statement> split_statements(std::string& text, char separator);
 std::vector<Statement> split_arguments(std::string_view text, size_t begin, size_t end,
                                        std::string_view separators);
 
+/// The number of the line that a place stands in, from 1.
+int line_at(std::string_view text, size_t at);
 /// Where the line begins that a place stands in.
 size_t line_begin(std::string_view text, size_t at);
 /// The end of the line that a place stands in, or of the line before it: "\n" or "\r\n".

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/summary.h"
@@ -55,16 +56,22 @@ void add_compensation_verdict(Page& page, const std::vector<CorrectedTarget>& ta
         is_known ? "standard deviation of the model" : "the robot file states no uncertainty"}});
 }
 
-// What each target was moved by, at its place.
-std::vector<Drawing> correction_maps(const std::vector<CorrectedTarget>& targets) {
+// What each target was moved by, at its place, and each inserted point.
+std::vector<Drawing> correction_maps(const std::vector<CorrectedTarget>& targets,
+                                     const std::optional<BetweenPoints>& between) {
   std::vector<Eigen::Vector3d> places, moved;
-  for (const CorrectedTarget& target : targets) {
+  const auto add = [&](const CorrectedTarget& target) {
     places.push_back(target.intended.translation);
     moved.push_back(target.pose.translation - target.intended.translation);
-  }
+  };
+  std::ranges::for_each(targets, add);
+  const bool has_points = between && !between->points.empty();
+  if (has_points) std::ranges::for_each(between->points, add);
   return field_maps(places, {{"correction", Look::after, moved}},
                     {"map", "Corrections", "the program's frame",
-                     "What the command of each target is moved by.", "corrections"});
+                     has_points ? "What the command of each target and inserted point is moved by."
+                                : "What the command of each target is moved by.",
+                     "corrections"});
 }
 
 Drawing targets_picture(const std::vector<CorrectedTarget>& targets) {
@@ -74,9 +81,54 @@ Drawing targets_picture(const std::vector<CorrectedTarget>& targets) {
     before[k] = targets[static_cast<size_t>(k)].before.position / kMillimetre;
     after[k] = targets[static_cast<size_t>(k)].expected() / kMillimetre;
   }
-  return rows_picture(
-      before, after,
-      targets.front().deviation ? "corrected, standard deviation included" : "corrected");
+  return rows_picture(before, after,
+                      {.after = targets.front().deviation ? "corrected, standard deviation included"
+                                                          : "corrected"});
+}
+
+// Straight and circular moves between their points.
+void add_between(Page& page, const BetweenPoints& between, const Program& program) {
+  const std::string key = "between_points/";
+  const BetweenPointsSummary summary = summarize(between);
+  page.section("Between the points");
+  const auto count = [&](size_t number, const char* name) {
+    return keyed(std::to_string(number), key + name);
+  };
+  page.add(paragraph(
+      "Of " + count(between.moves.size(), "moves") + " straight and circular moves " +
+      count(static_cast<size_t>(summary.divided), "divided") + " are divided, and " +
+      count(static_cast<size_t>(summary.inserted), "inserted") +
+      " moves are inserted, so that the predicted error between two points is below " +
+      keyed_mm(between.tolerance, key + "tolerance_mm") + " mm. Of " +
+      count(static_cast<size_t>(between.unknown), "unknown") + " moves nothing is predicted."));
+  if (!summary.before || !summary.after) return;
+  Eigen::VectorXd before(static_cast<Eigen::Index>(between.moves.size())), after(before.size());
+  for (Eigen::Index k = 0; k < before.size(); ++k) {
+    before[k] = between.moves[static_cast<size_t>(k)].before / kMillimetre;
+    after[k] = between.moves[static_cast<size_t>(k)].after / kMillimetre;
+  }
+  page.pictures({rows_picture(before, after,
+                              {.file = "between",
+                               .title = "Predicted error between the points",
+                               .note = "The largest error of each move in the order of the "
+                                       "program, at the same time.",
+                               .axis = "move",
+                               .before = "corrected ends alone",
+                               .after = "with inserted points"})});
+  page.add(table(
+      {"predicted error between points", "mean", "RMS", "95 %", "max"},
+      {error_cells("corrected ends alone, mm", *summary.before, kMillimetre, key + "before_mm"),
+       error_cells("with inserted points, mm", *summary.after, kMillimetre, key + "after_mm")}));
+  std::vector<TableRow> above;
+  for (const MoveBetweenPoints& move : between.moves) {
+    if (move.why.empty()) continue;
+    const std::string of_move = fmt::format("{}above/{}/", key, above.size());
+    above.push_back({keyed(program.visits.pose_ids[move.target], of_move + "pose"),
+                     std::isfinite(move.after) ? keyed_mm(move.after, of_move + "after_mm") : "-",
+                     keyed(move.why, of_move + "why")});
+  }
+  if (!above.empty())
+    page.add(folded("Moves above the tolerance", table({"move", "error, mm", "why"}, above)));
 }
 
 void add_notes(Page& page, const std::vector<CorrectedTarget>& targets, const Program& program) {
@@ -128,13 +180,15 @@ std::string compensation_numbers(const std::vector<CorrectedTarget>& targets) {
 }  // namespace
 
 Report compensation_page(const std::vector<CorrectedTarget>& targets, const Program& program,
-                         const ModelStory& story, const PageHead& head) {
+                         const std::optional<BetweenPoints>& between, const ModelStory& story,
+                         const PageHead& head) {
   Page page(head, story.robot, "Compensation");
   add_compensation_verdict(page, targets);
   page.section("Errors along the program");
   page.pictures({targets_picture(targets)});
+  if (between) add_between(page, *between, program);
   page.section("Where the corrections lie");
-  page.pictures(correction_maps(targets));
+  page.pictures(correction_maps(targets, between));
   add_notes(page, targets, program);
   if (const int far = count_of(targets, CommandNote::outside_readings); far > 0) {
     page.section("What to measure next");

@@ -179,7 +179,7 @@ std::vector<Drawing> error_map_pictures(const ErrorMap& map) {
   std::vector<Drawing> pictures = field_maps(places, {{"error as it is", Look::before, errors}},
                                              {"map", "Predicted error", "the program's frame",
                                               "Error of each point.", "errors", kPathArrows});
-  pictures.push_back(rows_picture(before, after, left_name(map)));
+  pictures.push_back(rows_picture(before, after, {.after = left_name(map)}));
   return pictures;
 }
 

@@ -18,17 +18,16 @@ void add_story(Page& page, const ModelStory& story) {
 }
 
 Drawing rows_picture(const Eigen::VectorXd& before, const Eigen::VectorXd& after,
-                     const std::string& after_name) {
+                     const RowsText& text) {
   constexpr Eigen::Index kMostRows = 800;
   const std::vector<Eigen::Index> drawn = evenly(before.size(), kMostRows);
   const auto rows = static_cast<size_t>(before.size());
   auto picture = std::make_shared<Picture>(
-      "rows", "Predicted error along the rows",
-      "Each row in the order of the program." +
-          (drawn.size() < rows
-               ? fmt::format(" Of {} rows {} are drawn, evenly spread.", rows, drawn.size())
-               : std::string()),
-      count_axis(static_cast<double>(rows), "row"));
+      text.file, text.title,
+      text.note + (drawn.size() < rows ? fmt::format(" Of {} {}s {} are drawn, evenly spread.",
+                                                     rows, text.axis, drawn.size())
+                                       : std::string()),
+      count_axis(static_cast<double>(rows), text.axis));
   double most = 0;
   Points first, second;
   for (Eigen::Index k : drawn)
@@ -38,8 +37,8 @@ Drawing rows_picture(const Eigen::VectorXd& before, const Eigen::VectorXd& after
         most = std::max(most, value);
       }
   Panel& panel = picture->panel(round_axis(0, most, "error, mm"), 190);
-  panel.points(first, Look::before, "as it is");
-  panel.points(second, Look::after, after_name);
+  panel.points(first, Look::before, text.before);
+  panel.points(second, Look::after, text.after);
   return picture;
 }
 

@@ -7,8 +7,14 @@ namespace armtrue {
 /// What a prediction holds for, and which effects it leaves out. Keys: assumed, not_applied.
 void add_story(Page& page, const ModelStory& story);
 
-/// Two lengths along the rows of a program [mm]; not a number where there is none.
+struct RowsText {
+  std::string file = "rows", title = "Predicted error along the rows";
+  std::string note = "Each row in the order of the program.", axis = "row";
+  std::string before = "as it is", after;
+};
+
+/// Two lengths along the rows of a program [mm]; not finite where there is none.
 Drawing rows_picture(const Eigen::VectorXd& before, const Eigen::VectorXd& after,
-                     const std::string& after_name);
+                     const RowsText& text);
 
 }  // namespace armtrue

@@ -1,5 +1,5 @@
-// Readers of robot programs. What is read is corrected and written, too: bytes that are no number of
-// a corrected point stay as they are.
+// Readers of robot programs. What is read is corrected and written, too: bytes that are no number
+// of a corrected point stay as they are.
 
 #include <algorithm>
 #include <cmath>
@@ -59,6 +59,25 @@ void displace_krl(const std::string& bytes) {
   require(lines(moved.src) == lines(program.src.text) + moved.inserted, "lines are lost");
 }
 
+// One in each move that can be divided.
+std::vector<ProgramPointBetween> points_between(const RobotProgram& program,
+                                                const std::vector<ProgramCommand>& commands) {
+  std::vector<ProgramPointBetween> between;
+  const auto add = [&](size_t target, MotionKind motion) {
+    between.push_back({target, commands[target].pose, commands[target].q, 1e-3, motion});
+  };
+  for (size_t k = 1; k < program.targets.size(); ++k) {
+    const ProgramTarget& target = program.targets[k];
+    if (!target.obstacle.empty() || target.kind == TargetKind::joints) continue;
+    if (target.motion == MotionKind::line) add(k, MotionKind::line);
+    if (k < 2 || program.targets[k - 1].motion != MotionKind::via) continue;
+    add(k - 1, MotionKind::via);
+    add(k, MotionKind::arc);
+    add(k - 1, MotionKind::via);
+  }
+  return between;
+}
+
 // As compensate corrects the points of a program.
 void correct(Dialect dialect, std::vector<ProgramText> texts) {
   static const KnownFrames known{{"BASE_DATA[1]", {}}, {"TOOL_DATA[1]", {}}, {"wobj1", {}},
@@ -79,6 +98,10 @@ void correct(Dialect dialect, std::vector<ProgramText> texts) {
   for (size_t i = 0; i < texts.size(); ++i)
     require(lines(moved.texts[i]) == lines(texts[i].text), "lines are lost");
   rename(program, "OTHER_NAME", moved.texts);
+  const std::vector<ProgramPointBetween> between = points_between(program, commands);
+  const RewrittenProgram divided = rewrite(program, commands, between);
+  require(divided.inserted <= moves_of(between), "moves appear");
+  require(lines(divided.texts[0]) >= lines(texts[0].text) + divided.inserted, "lines are lost");
 }
 
 void correct_krl_program(const std::string& bytes) {

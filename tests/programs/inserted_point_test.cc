@@ -124,6 +124,101 @@ TEST(InsertedPointTest, FanucHasANewPositionAndNewNumbersOfLines) {
                               "\tX =  1100.000  mm,\tY =     0.000"));
 }
 
+// A program of one move to a start and a circular move, in two pieces: the auxiliary points are the
+// end of the move, shifted by -0.3 and -0.1 m, the end of the first piece by -0.2 m.
+RewrittenProgram in_two_pieces(const RobotProgram& program, size_t end) {
+  std::vector<ProgramPointBetween> between;
+  for (const auto& [motion, x] :
+       {std::pair(MotionKind::via, -0.3), std::pair(MotionKind::arc, -0.2),
+        std::pair(MotionKind::via, -0.1)}) {
+    ProgramPointBetween point{motion == MotionKind::via ? end - 1 : end, program.targets[end].pose,
+                              JointVector::Zero(kProgramAxes), 2e-3, motion};
+    point.pose.translation.x() += x;
+    between.push_back(point);
+  }
+  EXPECT_EQ(moves_of(between), 1);
+  const RewrittenProgram rewritten = rewrite(program, commands_for(program), between);
+  EXPECT_EQ(rewritten.inserted, 1);
+  return rewritten;
+}
+
+TEST(InsertedPointTest, AKrlArcBecomesArcsAndItsOwnAuxiliaryPointMoves) {
+  const std::string dat =
+      "DEFDAT p\nDECL E6POS XA={X 1100,Y 50,Z 900,A 0,B 90,C 0}\n"
+      "DECL E6POS XB={X 1200,Y 0,Z 900,A 0,B 90,C 0}\n";
+  const RobotProgram program =
+      parsed("p.src",
+             "DEF p()\n$BASE={X 0,Y 0,Z 0,A 0,B 0,C 0}\n$TOOL={X 0,Y 0,Z 0,A 0,B 0,C 0}\n"
+             "PTP {X 1000,Y 0,Z 900,A 0,B 90,C 0,S 2,T 2}\n  CIRC XA, XB ; round\n",
+             dat);
+  const RewrittenProgram rewritten = in_two_pieces(program, 2);
+  EXPECT_THAT(rewritten.texts[0],
+              HasSubstr("\n  CIRC {X 900.0,Y 0.0,Z 900.0,A 0.0,B 90.0,C 0.0}, "
+                        "{X 1000.0,Y 0.0,Z 900.0,A 0.0,B 90.0,C 0.0} C_DIS\n"
+                        "  CIRC {X 1100.0,Y 0.0,Z 900.0,A 0.0,B 90.0,C 0.0}, XB ; round\n"));
+  EXPECT_EQ(rewritten.texts[1], dat);
+}
+
+TEST(InsertedPointTest, ARapidArcBecomesArcs) {
+  const std::string tail = ",[0,0,1,0],[0,0,0,1],[9E9,9E9,9E9,9E9,9E9,9E9]]";
+  const RobotProgram program =
+      parsed("p.mod", "MODULE p\nCONST robtarget a:=[[1100,50,900]" + tail +
+                          ";\nPROC main()\nMoveJ [[1000,0,900]" + tail +
+                          ",v100,fine,tool0;\n  MoveC a, [[1200,0,900]" + tail +
+                          ",v100,fine,tool0;\nENDPROC\nENDMODULE\n");
+  EXPECT_EQ(program.targets[2].turning, ArcTurning::with_path);
+  const std::string written = ",[0.0,0.0,1.0,0.0],[0,0,0,1],[9E9,9E9,9E9,9E9,9E9,9E9]]";
+  EXPECT_THAT(in_two_pieces(program, 2).texts[0],
+              HasSubstr("\n  MoveC [[900.0,0.0,900.0]" + written + ", [[1000.0,0.0,900.0]" +
+                        written + ",v100,z1,tool0;\n  MoveC [[1100.0,0.0,900.0]" + written +
+                        ", [[1200,0,900]" + tail + ",v100,fine,tool0;\n"));
+}
+
+TEST(InsertedPointTest, AUrscriptArcBecomesArcs) {
+  const RobotProgram program =
+      parsed("p.script",
+             "def p():\n  a = p[0.4,0.05,0.5,0,3.14,0]\n  movej([0,-1,1,0,1,0])\n"
+             "  movec(a, p[0.5,0,0.5,0,3.14,0], 1.2, 0.1, 0.02, 0)\nend\n");
+  EXPECT_EQ(program.targets[2].blend, 0.02);
+  EXPECT_THAT(in_two_pieces(program, 2).texts[0],
+              HasSubstr("  movec(p[0.2,0.0,0.5,0.0,3.14,0.0], p[0.3,0.0,0.5,0.0,3.14,0.0], 1.2, "
+                        "0.1, r=0.002)\n  movec(p[0.4,0.0,0.5,0.0,3.14,0.0], "
+                        "p[0.5,0,0.5,0,3.14,0], 1.2, 0.1, 0.02, 0)\n"));
+}
+
+TEST(InsertedPointTest, AFanucArcOfTwoLinesBecomesArcs) {
+  const RobotProgram program =
+      parsed("p.ls",
+             "/PROG P\n/ATTR\nLINE_COUNT\t= 2;\n/MN\n   1:J P[1] 100% FINE    ;\n   2:C P[2]    \n"
+             "    :  P[3] 250mm/sec FINE    ;\n/POS\n" +
+                 fanuc_position(1, "1000.000") + fanuc_position(2, "1100.000") +
+                 fanuc_position(3, "1200.000") + "/END\n");
+  const std::string text = in_two_pieces(program, 2).texts[0];
+  EXPECT_THAT(text, HasSubstr("LINE_COUNT\t= 3;"));
+  EXPECT_THAT(text, HasSubstr("   2:C P[10]    \n    :  P[11] 250mm/sec CNT100    ;\n"
+                              "   3:C P[12]    \n    :  P[3] 250mm/sec FINE    ;\n/POS"));
+  EXPECT_THAT(text, HasSubstr("P[12]{\n   GP1:\n\tUF : 0, UT : 0,\tCONFIG : 'N U T, 0, 0, 0',\n"
+                              "\tX =  1100.000  mm"));
+}
+
+// Of an arc with an end that stays as programmed, its own auxiliary point stays too.
+TEST(InsertedPointTest, AnArcWithAnEndAsProgrammedIsNotDivided) {
+  const RobotProgram program =
+      parsed("p.script",
+             "def p():\n  movej([0,-1,1,0,1,0])\n"
+             "  movec(p[0.4,0.05,0.5,0,3.14,0], p[0.5,0,0.5,0,3.14,0])\nend\n");
+  std::vector<ProgramCommand> commands = commands_for(program);
+  commands[2].is_corrected = false;
+  const JointVector zero = JointVector::Zero(kProgramAxes);
+  const Pose& pose = program.targets[2].pose;
+  const RewrittenProgram rewritten = rewrite(program, commands,
+                                             {{1, pose, zero, 0, MotionKind::via},
+                                              {2, pose, zero, 1e-3, MotionKind::arc},
+                                              {1, pose, zero, 0, MotionKind::via}});
+  EXPECT_EQ(rewritten.inserted, 0);
+  EXPECT_EQ(rewritten.texts[0], program.texts[0].text);
+}
+
 TEST(InsertedPointTest, AFanucControllerLoadsThirtyTwoThousandLines) {
   std::string lines = "   1:J P[1] 100% FINE    ;\n";
   for (int k = 2; k <= 32000; ++k) lines += fmt::format("{:4}:L P[2] 9mm/sec FINE ;\n", k);
@@ -153,6 +248,38 @@ TEST(InsertedPointTest, NoneIsInsertedWhereAnEndStaysAsProgrammed) {
   EXPECT_EQ(rewritten.texts[0], program.texts[0].text);
 }
 
+// Arcs whose tool turns in a way that the end does not state, or that end elsewhere.
+TEST(InsertedPointTest, ArcsThatAreNotFollowedAreNamed) {
+  const auto obstacle = [](const std::string& name, const std::string& text) {
+    const ProgramTarget end = parsed(name, text).targets.back();
+    EXPECT_EQ(end.motion, MotionKind::arc);
+    EXPECT_FALSE(end.follows_target) << text;
+    return end.obstacle;
+  };
+  const std::string f = "{X 1,Y 2,Z 3,A 4,B 5,C 6}";
+  EXPECT_EQ(obstacle("p.src", "PTP " + f + "\nCIRC " + f + "," + f + ",CA 180"),
+            "its angle says where it ends");
+  EXPECT_EQ(obstacle("p.src", "PTP " + f + "\n$circ_type = #PATH\nCIRC " + f + "," + f),
+            "$CIRC_TYPE is #PATH in this program");
+  EXPECT_EQ(
+      obstacle("p.script", "movej([0,-1,1,0,1,0])\nmovec(p[1,0,0,0,0,0],p[1,1,0,0,0,0],mode=1)"),
+      "its tool turns with the arc (mode)");
+  EXPECT_EQ(
+      obstacle("p.ls", "/PROG P\n/MN\n 1:A P[1] 9mm/sec FINE;\n 2:A P[1] 9mm/sec FINE;\n/POS\n" +
+                           fanuc_position(1, "1.000") + "/END\n"),
+      "");
+  const std::string t = "[[1,0,0],[1,0,0,0],[0,0,0,0],[0,0,0,0,0,0]]";
+  const auto turning = [&](const std::string& mode) {
+    return parsed("p.mod", "CirPathMode" + mode + ";\nMoveC " + t + "," + t + ",v1,z1,tool0;")
+        .targets.back()
+        .turning;
+  };
+  EXPECT_EQ(turning(""), ArcTurning::with_path);
+  EXPECT_EQ(turning("\\PathFrame"), ArcTurning::with_path);
+  EXPECT_EQ(turning("\\ObjectFrame"), ArcTurning::in_frame);
+  EXPECT_EQ(turning("\\CirPointOri"), ArcTurning::perhaps_through_via);
+}
+
 // Lines of moves (1 to 9) that do not come from the target before in any case; `X` cannot be
 // divided.
 TEST(InsertedPointTest, TheArmComesFromTheTargetBeforeUnlessSomethingStandsBetween) {
@@ -160,7 +287,7 @@ TEST(InsertedPointTest, TheArmComesFromTheTargetBeforeUnlessSomethingStandsBetwe
     std::string lines;
     for (const ProgramTarget& target : parsed(name, text).targets) {
       if (!target.follows_target) lines += std::to_string(target.line);
-      if (target.motion == MotionKind::line && !target.obstacle.empty()) lines += "X";
+      if (!target.obstacle.empty()) lines += "X";
     }
     return lines;
   };

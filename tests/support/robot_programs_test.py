@@ -302,31 +302,43 @@ def fanuc_program(cell):
     return f"/PROG  PART\n/ATTR\nOWNER = MNEDITOR;\n/MN\n{program}/POS\n{positions}/END\n", "", postures
 
 
+class Compensation:
+    """Corrects one program in a folder; of FANUC all frames and tools are given."""
+
+    EXTENSIONS = {"krl": ".src", "rapid": ".mod", "urscript": ".script", "fanuc": ".ls"}
+
+    def __init__(self, bin_folder, folder, cell, dialect, text, dat):
+        self.bin, self.folder, self.name = bin_folder, folder, "part" + self.EXTENSIONS[dialect]
+        (folder / "nominal.yaml").write_text(cell.nominal_text)
+        (folder / "true.yaml").write_text(cell.true_text)
+        (folder / self.name).write_bytes(text.encode())
+        if dat:
+            (folder / "part.dat").write_bytes(dat.encode())
+        (folder / "new").mkdir()
+        self.frames = []
+        if dialect == "fanuc":
+            for name, motions in (("UF", cell.bases), ("UT", cell.tools)):
+                for k, motion in enumerate(motions, 1):
+                    self.frames += ["--frame", f"{name}[{k}]=" + ",".join(map(repr, [*motion[1], *vc.kuka(motion[0])]))]
+
+    def __call__(self, robot, *options):
+        """The program, and its .dat or an empty text."""
+        out = self.folder / "new" / self.name
+        subprocess.run([self.bin / "compensate", "-q", "--robot", self.folder / robot, "--controller",
+                        self.folder / "nominal.yaml", "--program", self.folder / self.name, "--program-out", out, "--max-mm",
+                        "50", *self.frames, *options], check=True)
+        read = lambda path: path.read_bytes().decode() if path.exists() else ""
+        return read(out), read(out.with_suffix(".dat"))
+
+
 class RobotPrograms(unittest.TestCase):
-    def run_dialect(self, dialect, extension, make, millimetres, joint_millimetres):
+    def run_dialect(self, dialect, make, millimetres, joint_millimetres):
         cell = Cell(dialect, 5)
         text, dat, postures = make(cell)
         with tempfile.TemporaryDirectory() as folder:
-            folder = pathlib.Path(folder)
-            (folder / "nominal.yaml").write_text(cell.nominal_text)
-            (folder / "true.yaml").write_text(cell.true_text)
-            (folder / ("part" + extension)).write_bytes(text.encode())
-            if dat:
-                (folder / "part.dat").write_bytes(dat.encode())
-            (folder / "new").mkdir()
-            frames = []
-            if dialect == "fanuc":
-                for name, motions in (("UF", cell.bases), ("UT", cell.tools)):
-                    for k, motion in enumerate(motions, 1):
-                        frames += ["--frame", f"{name}[{k}]=" + ",".join(map(repr, [*motion[1], *vc.kuka(motion[0])]))]
-            def compensate(robot, out):
-                subprocess.run([BIN / "compensate", "-q", "--robot", folder / robot, "--controller", folder / "nominal.yaml",
-                                "--program", folder / ("part" + extension), "--program-out", folder / out, "--max-mm", "50",
-                                *frames], check=True)
-                read = lambda path: path.read_bytes().decode() if path.exists() else ""
-                return read(folder / out), read((folder / out).with_suffix(".dat"))
-            self.assertEqual(compensate("nominal.yaml", "new/part" + extension), (text, dat))
-            corrected = compensate("true.yaml", "new/part" + extension)
+            compensate = Compensation(BIN, pathlib.Path(folder), cell, dialect, text, dat)
+            self.assertEqual(compensate("nominal.yaml"), (text, dat))
+            corrected = compensate("true.yaml")
         interpret = {"krl": rp.krl, "rapid": lambda src, dat: rp.rapid(src), "urscript": lambda src, dat: rp.urscript(src),
                      "fanuc": lambda src, dat: rp.fanuc(src, {k: b for k, b in enumerate(cell.bases, 1)},
                                                         {k: t for k, t in enumerate(cell.tools, 1)})}[dialect]
@@ -369,16 +381,16 @@ class RobotPrograms(unittest.TestCase):
 
     # What rounding leaves: 0.0001 mm, 0.0001 deg of joints at 3 m, and so on.
     def test_krl(self):
-        self.run_dialect("krl", ".src", krl_program, 3e-4, 1e-2)
+        self.run_dialect("krl", krl_program, 3e-4, 1e-2)
 
     def test_rapid(self):
-        self.run_dialect("rapid", ".mod", rapid_program, 3e-4, 1e-3)
+        self.run_dialect("rapid", rapid_program, 3e-4, 1e-3)
 
     def test_urscript(self):
-        self.run_dialect("urscript", ".script", urscript_program, 3e-4, 1e-3)
+        self.run_dialect("urscript", urscript_program, 3e-4, 1e-3)
 
     def test_fanuc(self):
-        self.run_dialect("fanuc", ".ls", fanuc_program, 2e-3, 0.1)
+        self.run_dialect("fanuc", fanuc_program, 2e-3, 0.1)
 
 
 if __name__ == "__main__":

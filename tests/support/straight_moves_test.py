@@ -9,7 +9,6 @@ line. Nothing here shares code with armtrue.
 import math
 import pathlib
 import re
-import subprocess
 import sys
 import tempfile
 import unittest
@@ -158,46 +157,46 @@ def off_lines(places, line, pose):
     return min(off_line(places[k], places[k + 1], pose) for k in lines)
 
 
+def corrected(bin_folder, cell, dialect, text, dat, spacing_mm):
+    """The program as compensate writes it: for the nominal arm; for the true arm, ends alone; and divided."""
+    with tempfile.TemporaryDirectory() as folder:
+        compensate = programs.Compensation(bin_folder, pathlib.Path(folder), cell, dialect, text, dat)
+        spacing = "--spacing-mm", str(spacing_mm)
+        return compensate("nominal.yaml", *spacing), compensate("true.yaml"), compensate("true.yaml", *spacing)
+
+
+def compare(case, programmed, corrected_texts, largest, what, spacing_mm):
+    """`largest`: of texts, the distance from the way, from its orientation, and the number of moves that were added."""
+    same, ends_only, divided = corrected_texts
+    case.assertEqual(same, programmed)
+    before, after = largest(ends_only), largest(divided)
+    if "--figures" in sys.argv:
+        print(f"{what} {before[0]:.4f} mm, {before[1]:.4f} mrad; with {after[2]} more moves {after[0]:.4f} mm, "
+              f"{after[1]:.4f} mrad")
+    case.assertEqual(before[2], 0)
+    case.assertGreater(before[0], 1.5 * spacing_mm)
+    case.assertLess(after[0], 1.1 * spacing_mm + 0.002)
+    case.assertLess(after[1], before[1])
+    case.assertLess(after[2], 40)
+
+
+def numbers_lines_on(case, text):
+    """Lines of /MN are numbered from 1, and LINE_COUNT says how many."""
+    numbers = [int(n) for n in re.findall(r"^ *(\d+):", text[:text.index("/POS")], re.M)]
+    case.assertEqual(numbers, list(range(1, len(numbers) + 1)))
+    case.assertIn(f"LINE_COUNT\t= {len(numbers)};", text)
+
+
 class StraightMoves(unittest.TestCase):
-    def run_dialect(self, dialect, extension, make):
+    def run_dialect(self, dialect, make):
         cell = programs.Cell(dialect, 11)
         postures, places = corners(cell, dialect)
         text, dat = make(cell, postures)
-        with tempfile.TemporaryDirectory() as folder:
-            folder = pathlib.Path(folder)
-            (folder / "nominal.yaml").write_text(cell.nominal_text)
-            (folder / "true.yaml").write_text(cell.true_text)
-            (folder / ("part" + extension)).write_bytes(text.encode())
-            if dat:
-                (folder / "part.dat").write_bytes(dat.encode())
-            (folder / "new").mkdir()
-            frames = []
-            if dialect == "fanuc":
-                for name, motion in (("UF[1]", cell.bases[0]), ("UT[1]", cell.tools[0])):
-                    frames += ["--frame", f"{name}=" + ",".join(map(repr, [*motion[1], *vc.kuka(motion[0])]))]
-
-            def compensate(robot, *options):
-                out = folder / "new" / ("part" + extension)
-                subprocess.run([BIN / "compensate", "-q", "--robot", folder / robot, "--controller", folder / "nominal.yaml",
-                                "--program", folder / ("part" + extension), "--program-out", out, "--max-mm", "50",
-                                *frames, *options], check=True)
-                return out.read_bytes().decode(), out.with_suffix(".dat").read_bytes().decode() if dat else ""
-
-            self.assertEqual(compensate("nominal.yaml", "--spacing-mm", str(SPACING_MM)), (text, dat))
-            ends_only = compensate("true.yaml")
-            divided = compensate("true.yaml", "--spacing-mm", str(SPACING_MM))
+        texts = corrected(BIN, cell, dialect, text, dat, SPACING_MM)
         if dialect == "fanuc":
-            self.is_numbered(divided[0])
-        before = self.largest(dialect, cell, ends_only, postures, places)
-        after = self.largest(dialect, cell, divided, postures, places)
-        if "--figures" in sys.argv:
-            print(f"{dialect}: off the line {before[0]:.4f} mm, {before[1]:.4f} mrad; with {after[2]} points "
-                  f"{after[0]:.4f} mm, {after[1]:.4f} mrad")
-        self.assertEqual(before[2], 0)
-        self.assertGreater(before[0], 1.5 * SPACING_MM)
-        self.assertLess(after[0], 1.1 * SPACING_MM + 0.002)
-        self.assertLess(after[1], before[1])
-        self.assertLess(after[2], 40)
+            numbers_lines_on(self, texts[-1][0])
+        compare(self, (text, dat), texts, lambda of: self.largest(dialect, cell, of, postures, places),
+                f"{dialect}: off the line", SPACING_MM)
 
     def largest(self, dialect, cell, texts, postures, places):
         """Largest distance from the lines, from their orientations, and the number of points between corners."""
@@ -213,22 +212,17 @@ class StraightMoves(unittest.TestCase):
                 largest, turned = max(largest, off[0]), max(turned, off[1])
         return largest, turned, len(ways) - LINES
 
-    def is_numbered(self, text):
-        numbers = [int(n) for n in re.findall(r"^ *(\d+):", text[:text.index("/POS")], re.M)]
-        self.assertEqual(numbers, list(range(1, len(numbers) + 1)))
-        self.assertIn(f"LINE_COUNT\t= {len(numbers)};", text)
-
     def test_krl(self):
-        self.run_dialect("krl", ".src", krl_program)
+        self.run_dialect("krl", krl_program)
 
     def test_rapid(self):
-        self.run_dialect("rapid", ".mod", rapid_program)
+        self.run_dialect("rapid", rapid_program)
 
     def test_urscript(self):
-        self.run_dialect("urscript", ".script", urscript_program)
+        self.run_dialect("urscript", urscript_program)
 
     def test_fanuc(self):
-        self.run_dialect("fanuc", ".ls", fanuc_program)
+        self.run_dialect("fanuc", fanuc_program)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "armtrue/compensation/compensation.h"
-#include "armtrue/compensation/straight_moves.h"
+#include "armtrue/compensation/move_division.h"
 #include "armtrue/io/provenance.h"
 #include "armtrue/kinematics/joint_names.h"
 
@@ -54,12 +54,7 @@ struct CompensationStory {
   std::string robot, controller;         ///< names
   std::vector<std::string> assumed;      ///< what the commands hold for, in sentences
   std::vector<std::string> not_applied;  ///< effects of the station
-  /// Of a robot program whose straight moves were to be divided.
-  struct BetweenPoints {
-    double tolerance = 0;  ///< [m]
-    std::vector<MoveBetweenPoints> moves;
-    int unknown = 0;  ///< as StraightenedProgram::unknown
-  };
+  /// Of a robot program whose moves were to be divided.
   std::optional<BetweenPoints> between;
 };
 

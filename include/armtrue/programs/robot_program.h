@@ -68,10 +68,21 @@ enum class MotionKind {
   arc
 };
 
-/// The text of a move that may be inserted before a straight one, but for its point.
+/// How the tool turns along an arc, from its orientation at the start to that at the end.
+enum class ArcTurning {
+  in_frame,   ///< evenly, about one axis
+  with_path,  ///< the same relative to the tangent of the arc, which turns itself
+  /// The auxiliary point may count: known only if it lies where `in_frame` has it.
+  perhaps_through_via
+};
+
+/// The text of a move that may be inserted before a straight or circular one, but for its points.
 struct ProgramInsertion {
-  size_t at = 0;               ///< in texts[0]: where lines begin that stand before the move
-  std::string before, behind;  ///< the point
+  size_t at = 0;                      ///< in texts[0]: where lines begin that stand before the move
+  std::string before, behind;         ///< the point, or both points of a circular move
+  std::string middle;                 ///< between the auxiliary point and the end
+  size_t via_begin = 0, via_end = 0;  ///< in texts[0]: the auxiliary point in the move itself
+  std::string point_end;              ///< of a point that is written out (ABB: its external axes)
   std::string line_end;
   std::string remark;  ///< a warning, if points are inserted; else empty
 };
@@ -85,7 +96,8 @@ struct ProgramTarget {
   bool follows_target = false;
   /// The arm leaves its way by so much before the target, if the program says it in mm [m].
   double blend = 0;
-  /// Of a straight move: why no point can be inserted before it; empty if some can.
+  ArcTurning turning = ArcTurning::in_frame;
+  /// Of a straight or circular move: why no point can be inserted before it; empty if some can.
   std::string obstacle;
   ProgramInsertion insertion;  ///< if there is no obstacle
   int point = -1;
@@ -134,13 +146,19 @@ struct ProgramCommand {
   Pose pose;                                                 ///< of the controller's model there
 };
 
-/// A point on the way of a straight move.
+/// A point on the way of a straight or circular move. An arc is divided into arcs, so its points
+/// come in turn: an auxiliary point and the end of a piece. The last piece is the move of the
+/// program, and its auxiliary point, the last of the move, takes the place of the program's.
 struct ProgramPointBetween {
-  size_t target = 0;                                ///< the end of the move
+  size_t target = 0;                                ///< the end of the move, or its auxiliary point
   Pose pose;                                        ///< what is commanded there
   JointVector q = JointVector::Zero(kProgramAxes);  ///< of the controller's model there [rad]
   double blend = 0;                                 ///< radius within which it may be passed [m]
+  MotionKind motion = MotionKind::line;             ///< line, via, arc
 };
+
+/// How many moves the points stand for: all but the auxiliary points.
+int moves_of(const std::vector<ProgramPointBetween>& between);
 
 struct RewrittenProgram {
   std::vector<std::string> texts;
@@ -155,7 +173,8 @@ struct RewrittenProgram {
 /// change, and only of numbers that differ after rounding: KUKA 0.0001 mm and deg, ABB 0.0001 mm,
 /// 0.00001 deg and 1e-7 of a quaternion, FANUC 0.001 mm and deg, UR 1e-7 m and rad, or finer where
 /// more decimals were written. An inserted move has the speed of its move and is passed without a
-/// stop; of FANUC the lines and LINE_COUNT are numbered anew. No point is inserted in a move one of
+/// stop; of FANUC the lines and LINE_COUNT are numbered anew. The auxiliary point of a divided arc
+/// is written out in its move, of FANUC as a new position. No point is inserted in a move one of
 /// whose ends stays as programmed. Throws InputError if the controller would not load the program.
 RewrittenProgram rewrite(const RobotProgram& program, const std::vector<ProgramCommand>& commands,
                          const std::vector<ProgramPointBetween>& between = {});

@@ -1,16 +1,20 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "armtrue/compensation/compensation.h"
+#include "armtrue/compensation/move_division.h"
 #include "armtrue/report/report.h"
 
 namespace armtrue {
 
 /// The page of a compensation: predicted error before and after, along the rows and as a map of the
-/// corrections, notes, the worst three targets, and what the commands hold for. The keys are those
-/// of armtrue-compensation/1.
+/// corrections, notes, the worst three targets, and what the commands hold for; of divided moves
+/// the error between their points, and the corrections of the inserted ones. The keys are those of
+/// armtrue-compensation/1.
 Report compensation_page(const std::vector<CorrectedTarget>& targets, const Program& program,
-                         const ModelStory& story, const PageHead& head);
+                         const std::optional<BetweenPoints>& between, const ModelStory& story,
+                         const PageHead& head);
 
 }  // namespace armtrue

@@ -1,0 +1,22 @@
+#include "compensation/way.h"
+
+#include <Eigen/Geometry>
+
+namespace armtrue {
+
+Pose Way::at(double t) const {
+  const auto turned = [&](double share) -> Eigen::Matrix3d {
+    if (!arc || turning != ArcTurning::with_path) return Eigen::Matrix3d::Identity();
+    return rotation_exp(share * arc->angle * arc->x.cross(arc->y));
+  };
+  const Eigen::Vector3d turn =
+      rotation_log(start.rotation.transpose() * turned(1).transpose() * end.rotation);
+  return {turned(t) * start.rotation * rotation_exp(t * turn),
+          arc ? arc->at(t) : start.translation + t * (end.translation - start.translation)};
+}
+
+double Way::length() const {
+  return arc ? arc->radius * arc->angle : (end.translation - start.translation).norm();
+}
+
+}  // namespace armtrue

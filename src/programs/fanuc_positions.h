@@ -1,0 +1,31 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "armtrue/programs/robot_program.h"
+
+namespace armtrue {
+
+/// A position of /POS in an LS file.
+struct FanucPosition {
+  std::map<std::string, ProgramNumber> numbers;  ///< X .. R, J1 .. J6, of group 1
+  std::map<std::string, double> others;          ///< of other groups and external axes
+  std::optional<int> frame, tool;
+  std::string configuration;  ///< N U T, 0, 0, 0
+  bool is_changed = false;    ///< given twice, or P[1]=LPOS
+  ProgramDeclaration declaration;
+  int line = 0;
+  int point = -1;  ///< in RobotProgram::points, once a move uses it
+};
+
+/// The positions by their numbers. `text`: the file by masked(); /POS stands in [begin, end).
+std::map<double, FanucPosition> fanuc_positions(const std::string& original,
+                                                const std::string& text, size_t begin, size_t end);
+
+/// What CONFIG says.
+Configuration fanuc_configuration(const std::string& text);
+
+}  // namespace armtrue

@@ -1,0 +1,143 @@
+#include "programs/urscript_values.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <tuple>
+#include <utility>
+
+#include "programs/frame_list.h"
+#include "programs/program_values.h"
+
+namespace armtrue {
+
+void UrValues::read_assignment(const Statement& statement) {
+  TextCursor cursor(text_, statement.begin, statement.end);
+  std::string name = cursor.take_name();
+  if (name == "GLOBAL" || name == "LOCAL") name = cursor.take_name();
+  const bool is_element = cursor.take('[');
+  if (is_element) cursor.skip_to("="), cursor.next();
+  if (name.empty() || !cursor.take('=') || cursor.next() == '=') return;
+  Variable& variable = variables_[name];
+  variable.values += is_element ? 2 : 1;
+  cursor.next();
+  variable.literal = literal_in({statement.line, cursor.at(), statement.end});
+  if (variable.literal) variable.literal->name = name;
+}
+
+// p[..] or [..]
+std::optional<UrValue> UrValues::literal_in(const Statement& part) const {
+  TextCursor cursor(text_, part.begin, part.end);
+  UrValue value;
+  value.line = part.line;
+  value.kind = TargetKind::joints;
+  if (cursor.next() == 'p' || cursor.next() == 'P') {
+    if (cursor.take_name() != "P") return std::nullopt;
+    value.kind = TargetKind::cartesian;
+  }
+  cursor.next();
+  size_t end = part.end;
+  while (end > cursor.at() && is_blank(text_[end - 1])) --end;
+  if (end > cursor.at() && text_[end - 1] == ';') --end;
+  const auto list = list_in(text_, cursor.at(), end);
+  if (!list || !list->numbers(6)) return std::nullopt;
+  value.list = *list;
+  value.name = fmt::format("the point of line {}", part.line);
+  return value;
+}
+
+std::vector<Statement> UrValues::arguments_in(int line, size_t open, size_t close) const {
+  std::vector<Statement> arguments = split_arguments(text_, std::min(open + 1, close), close, ",");
+  for (Statement& argument : arguments) argument.line = line;
+  return arguments;
+}
+
+size_t UrValues::closing(size_t open, size_t end) const {
+  int depth = 0;
+  for (size_t i = open; i < end; ++i) {
+    if (text_[i] == '(') ++depth;
+    if (text_[i] == ')' && --depth == 0) return i;
+  }
+  return end;
+}
+
+std::string UrValues::why_not(const Statement& argument) const {
+  TextCursor cursor(text_, argument.begin, argument.end);
+  const auto found = variables_.find(cursor.take_name());
+  if (found == variables_.end() || !cursor.done())
+    return "its target is an expression or has no plain numbers";
+  return found->second.values > 1 ? "its point is given several values"
+                                  : "its point is calculated at run time";
+}
+
+// A literal, a name, get_inverse_kin(pose, qnear) or pose_trans(frame, pose).
+std::optional<UrValue> UrValues::value_of(const Statement& argument, int depth) {
+  if (auto literal = literal_in(argument)) {
+    std::tie(literal->begin, literal->end) = std::pair(argument.begin, argument.end);
+    return literal;
+  }
+  TextCursor cursor(text_, argument.begin, argument.end);
+  const std::string name = cursor.take_name();
+  if (cursor.done()) {
+    const auto found = variables_.find(name);
+    if (found == variables_.end() || found->second.values != 1) return std::nullopt;
+    std::optional<UrValue> value = found->second.literal;
+    if (value) std::tie(value->begin, value->end) = std::pair(argument.begin, argument.end);
+    return value;
+  }
+  if (cursor.next() != '(' || depth > 2) return std::nullopt;
+  const size_t open = cursor.at(), close = closing(open, argument.end);
+  TextCursor rest(text_, std::min(close + 1, argument.end), argument.end);
+  if (!rest.done()) return std::nullopt;
+  const std::vector<Statement> arguments = arguments_in(argument.line, open, close);
+  if (name == "GET_INVERSE_KIN") return inverse_of(arguments, depth);
+  if (name != "POSE_TRANS" || arguments.size() != 2) return std::nullopt;
+  auto value = value_of(arguments[1], depth + 1);
+  if (!value || value->kind != TargetKind::cartesian || value->base >= 0) return std::nullopt;
+  std::optional<Pose> pose;
+  if (const auto frame = value_of(arguments[0], depth + 1);
+      frame && frame->kind == TargetKind::cartesian && frame->base < 0)
+    pose = pose_of_numbers(Dialect::urscript, *frame->list.numbers(6));
+  value->base = add_frame(frames_, known_, part_of(arguments[0]), pose);
+  return value;
+}
+
+// Its pose, near the joints of qnear.
+std::optional<UrValue> UrValues::inverse_of(const std::vector<Statement>& arguments, int depth) {
+  auto value = value_of(arguments[0], depth + 1);
+  if (!value || value->kind != TargetKind::cartesian) return std::nullopt;
+  for (size_t i = 1; i < arguments.size(); ++i) {
+    Statement near = arguments[i];
+    TextCursor cursor(text_, near.begin, near.end);
+    const std::string name = cursor.take_name();
+    if (cursor.take('=')) {
+      if (name == "TCP") return std::nullopt;
+      if (name != "QNEAR") continue;
+      cursor.next();
+      near.begin = cursor.at();
+    } else if (i > 1) {
+      continue;
+    }
+    const auto joints = value_of(near, depth + 1);
+    if (!joints || joints->kind != TargetKind::joints) return std::nullopt;
+    value->near = joints_of_numbers(Dialect::urscript, *joints->list.numbers(6));
+  }
+  return value;
+}
+
+int UrValues::point_of(const UrValue& value, std::vector<ProgramPoint>& points) {
+  const auto variable = variables_.find(value.name);
+  if (variable != variables_.end() && variable->second.point >= 0) return variable->second.point;
+  ProgramPoint point;
+  point.name = value.name;
+  point.line = value.line;
+  point.kind = value.kind;
+  for (const ListItem& item : value.list.items)
+    point.numbers.push_back({0, item.begin, item.end, item.value, ""});
+  points.push_back(point);
+  const int index = static_cast<int>(points.size()) - 1;
+  if (variable != variables_.end()) variable->second.point = index;
+  return index;
+}
+
+}  // namespace armtrue

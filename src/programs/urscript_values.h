@@ -1,0 +1,67 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "armtrue/programs/robot_program.h"
+#include "programs/statement.h"
+
+namespace armtrue {
+
+/// What an argument of a URScript move stands for: a literal, or a name that is given one.
+struct UrValue {
+  TargetKind kind = TargetKind::cartesian;
+  std::string name;
+  ListItem list;
+  int line = 0;
+  int base = -1;              ///< of pose_trans, in the frames
+  size_t begin = 0, end = 0;  ///< where the literal or the name stands in the call
+  size_t open = 0;            ///< the bracket of the call
+  std::optional<JointVector> near;
+};
+
+/// The values of a URScript program: p[..], [..], names that are given one once, and
+/// get_inverse_kin(pose, qnear) and pose_trans(frame, pose) of them.
+class UrValues {
+ public:
+  /// `text`: the program by masked(), whose line ends are blanks. All must outlive it.
+  UrValues(const std::string& text, std::vector<ProgramFrame>& frames, const KnownFrames& known)
+      : text_(text), frames_(frames), known_(known) {}
+
+  /// [global|local] NAME = VALUE; does nothing if the statement is anything else.
+  void read_assignment(const Statement& statement);
+  /// Nothing if it is no value of this kind.
+  std::optional<UrValue> value_of(const Statement& argument) { return value_of(argument, 0); }
+  /// Why it is none.
+  std::string why_not(const Statement& argument) const;
+  /// The point of a value among `points`, where it is added by its first use.
+  int point_of(const UrValue& value, std::vector<ProgramPoint>& points);
+
+  /// The arguments between the brackets of a call.
+  std::vector<Statement> arguments_in(int line, size_t open, size_t close) const;
+  /// The bracket that closes the one at `open`; `end` if there is none.
+  size_t closing(size_t open, size_t end) const;
+  std::string part_of(const Statement& part) const {
+    return text_.substr(part.begin, part.end - part.begin);
+  }
+
+ private:
+  struct Variable {
+    std::optional<UrValue> literal;
+    int values = 0;
+    int point = -1;
+  };
+
+  std::optional<UrValue> literal_in(const Statement& part) const;
+  std::optional<UrValue> value_of(const Statement& argument, int depth);
+  std::optional<UrValue> inverse_of(const std::vector<Statement>& arguments, int depth);
+
+  const std::string& text_;
+  std::vector<ProgramFrame>& frames_;
+  const KnownFrames& known_;
+  std::map<std::string, Variable> variables_;
+};
+
+}  // namespace armtrue
