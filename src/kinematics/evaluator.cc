@@ -5,52 +5,23 @@
 #include <stdexcept>
 #include <string>
 
+#include "kinematics/chain_recursion.h"
+
 namespace armtrue {
 namespace {
 
 using Eigen::Vector3d;
 
-// Six joints and a spindle are the usual arm: its loops are unrolled.
-constexpr int kUsualLinks = 7;
+MovingFrame<double> moving(const Pose& pose) {
+  return {pose.rotation.col(0), pose.rotation.col(1), pose.rotation.col(2), pose.translation};
+}
 
-// Frame that is propagated along the chain. The axes are three vectors because each elementary
-// rotation changes only two of them.
-struct MovingFrame {
-  Vector3d x, y, z, origin;
-
-  explicit MovingFrame(const Pose& pose)
-      : x(pose.rotation.col(0)),
-        y(pose.rotation.col(1)),
-        z(pose.rotation.col(2)),
-        origin(pose.translation) {}
-
-  Pose pose() const {
-    Pose result;
-    result.rotation << x, y, z;
-    result.translation = origin;
-    return result;
-  }
-  void rotate_y(double cosine, double sine) {
-    const Vector3d old_x = x;
-    x = cosine * old_x - sine * z;
-    z = sine * old_x + cosine * z;
-  }
-  void rotate_x(double cosine, double sine) {
-    const Vector3d old_y = y;
-    y = cosine * old_y + sine * z;
-    z = cosine * z - sine * old_y;
-  }
-  void rotate_z(double cosine, double sine) {
-    const Vector3d old_x = x;
-    x = cosine * old_x + sine * y;
-    y = cosine * y - sine * old_x;
-  }
-};
-
-// Rotation axes of one link and a point on each, for the derivatives of its parameters.
-struct LinkAxes {
-  Vector3d y, x, x_origin, z, z_origin;
-};
+Pose pose_of(const MovingFrame<double>& frame) {
+  Pose pose;
+  pose.rotation << frame.x, frame.y, frame.z;
+  pose.translation = frame.origin;
+  return pose;
+}
 
 // A loop instead of comma initialisers, which the compiler optimises badly: these columns take half
 // the time of a pose.
@@ -61,15 +32,6 @@ inline void set_column(PoseJacobian& jacobian, int column, const Vector3d& moved
     out[i] = moved[i];
     out[3 + i] = turned[i];
   }
-}
-
-inline void set_rotation_column(PoseJacobian& jacobian, int column, const Vector3d& axis,
-                                const Vector3d& lever) {
-  set_column(jacobian, column, axis.cross(lever), axis);
-}
-
-inline void set_translation_column(PoseJacobian& jacobian, int column, const Vector3d& axis) {
-  set_column(jacobian, column, axis, Vector3d::Zero());
 }
 
 }  // namespace
@@ -106,80 +68,23 @@ Pose ChainEvaluator::evaluate(const JointVector& q, const ParameterOffsets* offs
                               PoseJacobian* jacobian) const {
   const int count = kFixedCount > 0 ? kFixedCount : count_;
   const ParameterLayout layout(count);
-  MovingFrame frame(base_);
+  Pose base = base_, tool = tool_;
   if constexpr (kWithOffsets) {
-    const auto twist = offsets->segment<6>(kBaseParameters);
-    if (!twist.isZero(0.0))
-      frame = MovingFrame(
-          {rotation_exp(twist.tail<3>()) * base_.rotation, base_.translation + twist.head<3>()});
+    base = moved_by(base_, offsets->segment<6>(kBaseParameters));
+    tool = moved_by(tool_, offsets->segment<6>(layout.tool));
   }
-  const Vector3d base_origin = frame.origin;
-
-  std::array<LinkAxes, (kFixedCount > 0 ? kFixedCount : kMaxLinks)> axes;
-  for (int j = 0; j < count; ++j) {
-    const Trigonometry& link = links_[j];
-    double cos_alpha = link.cos_alpha, sin_alpha = link.sin_alpha;
-    double cos_beta = link.cos_beta, sin_beta = link.sin_beta;
-    double d = link.d, theta = link.theta, r = link.r;
-    if (link.joint >= 0) (link.slides ? r : theta) += link.sign * q[link.joint];
-    if constexpr (kWithOffsets) {
-      const double* offset = offsets->data() + link_parameter(j, LinkParameter::alpha);
-      if (offset[0] != 0) {
-        cos_alpha = std::cos(link.alpha + offset[0]);
-        sin_alpha = std::sin(link.alpha + offset[0]);
-      }
-      d += offset[1];
-      theta += offset[2];
-      r += offset[3];
-      if (offset[4] != 0) {
-        cos_beta = std::cos(link.beta + offset[4]);
-        sin_beta = std::sin(link.beta + offset[4]);
-      }
-    }
-    if constexpr (kWithJacobian) axes[j].y = frame.y;
-    frame.rotate_y(cos_beta, sin_beta);
-    if constexpr (kWithJacobian) {
-      axes[j].x = frame.x;
-      axes[j].x_origin = frame.origin;
-    }
-    frame.rotate_x(cos_alpha, sin_alpha);
-    frame.origin += d * frame.x + r * frame.z;
-    if constexpr (kWithJacobian) {
-      axes[j].z = frame.z;
-      axes[j].z_origin = frame.origin;
-    }
-    frame.rotate_z(std::cos(theta), std::sin(theta));
-  }
-
-  const Pose a_from_last = frame.pose();
-  Pose tool = tool_;
-  if constexpr (kWithOffsets) {
-    const auto twist = offsets->segment<6>(layout.tool);
-    if (!twist.isZero(0.0))
-      tool = {rotation_exp(twist.tail<3>()) * tool_.rotation, tool_.translation + twist.head<3>()};
-  }
-  const Pose a_from_measured = a_from_last * tool;
-
+  MovingFrame<double> frame = moving(base);
+  std::array<LinkAxes<double>, (kFixedCount > 0 ? kFixedCount : kMaxLinks)> axes;
+  pass_along<kWithOffsets, kWithJacobian>(
+      links_, count, [&](int joint) { return q[joint]; },
+      [&](int parameter) { return (*offsets)[parameter]; }, frame, axes);
+  const Pose a_from_measured = pose_of(frame) * tool;
   if constexpr (kWithJacobian) {
-    PoseJacobian& columns = *jacobian;
-    columns.resize(Eigen::NoChange, layout.geometric);
-    const Vector3d& end = a_from_measured.translation;
-    for (int i = 0; i < 3; ++i) {
-      set_translation_column(columns, kBaseParameters + i, Vector3d::Unit(i));
-      set_rotation_column(columns, kBaseParameters + 3 + i, Vector3d::Unit(i), end - base_origin);
-      set_translation_column(columns, layout.tool + i, a_from_last.rotation.col(i));
-      set_rotation_column(columns, layout.tool + 3 + i, a_from_last.rotation.col(i),
-                          Vector3d::Zero());
-    }
-    for (int j = 0; j < count; ++j) {
-      const LinkAxes& link = axes[j];
-      const int first = link_parameter(j, LinkParameter::alpha);
-      set_rotation_column(columns, first + 0, link.x, end - link.x_origin);
-      set_translation_column(columns, first + 1, link.x);
-      set_rotation_column(columns, first + 2, link.z, end - link.z_origin);
-      set_translation_column(columns, first + 3, link.z);
-      set_rotation_column(columns, first + 4, link.y, end - link.x_origin);
-    }
+    jacobian->resize(Eigen::NoChange, layout.geometric);
+    for_each_column(count, base.translation, frame, a_from_measured.translation, axes,
+                    [&](int column, const Vector3d& moved, const Vector3d& turned) {
+                      set_column(*jacobian, column, moved, turned);
+                    });
   }
   return a_from_measured;
 }
@@ -211,16 +116,16 @@ Pose ChainEvaluator::pose(const JointVector& q, const ParameterOffsets& offsets,
 
 LinkFrames ChainEvaluator::link_frames(const JointVector& q) const {
   LinkFrames frames(count_);
-  MovingFrame frame{Pose{}};
+  MovingFrame<double> frame = moving(Pose{});
   for (int j = 0; j < count_; ++j) {
     const Trigonometry& link = links_[j];
     double theta = link.theta, r = link.r;
     if (link.joint >= 0) (link.slides ? r : theta) += link.sign * q[link.joint];
-    frame.rotate_y(link.cos_beta, link.sin_beta);
-    frame.rotate_x(link.cos_alpha, link.sin_alpha);
+    frame.rotate_y({link.cos_beta, link.sin_beta});
+    frame.rotate_x({link.cos_alpha, link.sin_alpha});
     frame.origin += link.d * frame.x + r * frame.z;
-    frame.rotate_z(std::cos(theta), std::sin(theta));
-    frames[j] = frame.pose();
+    frame.rotate_z(turn_by(theta));
+    frames[j] = pose_of(frame);
   }
   return frames;
 }

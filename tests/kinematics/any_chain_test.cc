@@ -3,8 +3,11 @@
 #include <ceres/jet.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <kdl/chain.hpp>
 #include <kdl/chainfksolverpos_recursive.hpp>
+#include <numbers>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,6 +15,7 @@
 #include "armtrue/kinematics/inverse.h"
 #include "armtrue/kinematics/joint_names.h"
 #include "kinematics/kdl_arm.h"
+#include "kinematics/lanes.h"
 #include "support/autodiff_chain.h"
 #include "support/random_chain.h"
 
@@ -190,6 +194,96 @@ TEST_P(AnyChain, InverseKinematicsStaysNearItsStart) {
     EXPECT_TRUE(found.reached) << letters(chain) << " " << found.position_error;
     EXPECT_LT((wanted.translation - reached.translation).norm(), 1e-10);
     if (GetParam() > 6) EXPECT_LT((found.q - start).norm(), 1.1 * (q - start).norm() + 1e-3);
+  }
+}
+
+// Several at once, in groups that do not fill the lanes: each is the pose of one within rounding, to
+// the bit the same beside any others, with offsets of its own or without.
+TEST_P(AnyChain, ManyPosesEqualThoseOfOne) {
+  Uniform uniform(700 + GetParam());
+  for (int i = 0; i < 5; ++i) {
+    const KinematicChain chain = random_chain(uniform, GetParam(), true);
+    const ChainEvaluator evaluator(chain);
+    const int parameters = layout_of(chain).geometric;
+    std::vector<JointVector> q;
+    std::vector<ParameterOffsets> offsets;
+    for (int k = 0; k < 11; ++k) {
+      q.push_back(random_values(uniform, chain));
+      offsets.push_back(ParameterOffsets::Zero(parameters));
+      for (double& offset : offsets.back())
+        if (uniform(0, 1) < 0.3) offset = uniform(-0.01, 0.01);
+    }
+    for (const bool moved : {false, true}) {
+      const std::span<const ParameterOffsets> own(offsets.data(), moved ? offsets.size() : 0);
+      std::vector<Pose> poses(q.size()), without_jacobian(q.size());
+      std::vector<PoseJacobian> jacobians(q.size());
+      evaluator.poses(q, own, poses, jacobians);
+      evaluator.poses(q, own, without_jacobian);
+      for (size_t k = 0; k < q.size(); ++k) {
+        PoseJacobian expected, alone;
+        const Pose pose = moved ? evaluator.pose(q[k], offsets[k], expected)
+                                : evaluator.pose(q[k], expected);
+        EXPECT_LT((poses[k].rotation - pose.rotation).cwiseAbs().maxCoeff(), 1e-14);
+        EXPECT_LT((poses[k].translation - pose.translation).cwiseAbs().maxCoeff(), 3e-14);
+        ASSERT_EQ(jacobians[k].cols(), parameters);
+        EXPECT_LT((jacobians[k] - expected).cwiseAbs().maxCoeff(), 3e-14) << letters(chain);
+        EXPECT_EQ(poses[k].rotation, without_jacobian[k].rotation);
+        Pose single;
+        evaluator.poses(std::span(q).subspan(k, 1), own.empty() ? own : own.subspan(k, 1),
+                        std::span(&single, 1), std::span(&alone, 1));
+        EXPECT_EQ(single.translation, poses[k].translation);
+        EXPECT_EQ(alone, jacobians[k]);
+      }
+    }
+  }
+}
+
+TEST(ManyPoses, WriteOnlyTheColumnsThatAreAskedFor) {
+  Uniform uniform(800);
+  const KinematicChain chain = random_chain(uniform, 6, true);
+  const ChainEvaluator evaluator(chain);
+  std::vector<JointVector> q(5, random_values(uniform, chain));
+  std::vector<Pose> poses(5);
+  std::vector<PoseJacobian> jacobians(
+      5, PoseJacobian::Constant(6, layout_of(chain).geometric, 1234.0));
+  PoseJacobian expected;
+  evaluator.pose(q.front(), expected);
+  ColumnSet columns;
+  columns.set(7).set(11);
+  evaluator.poses(q, {}, poses, jacobians, columns);
+  for (const PoseJacobian& jacobian : jacobians)
+    for (int k = 0; k < jacobian.cols(); ++k)
+      if (columns[static_cast<size_t>(k)])
+        EXPECT_LT((jacobian.col(k) - expected.col(k)).norm(), 1e-13);
+      else
+        EXPECT_TRUE((jacobian.col(k).array() == 1234.0).all());
+  EXPECT_THROW(evaluator.poses(q, {}, std::span(poses).first(4)), std::invalid_argument);
+}
+
+// Against long double: small, near quarter turns, many turns, and beyond what is reduced here.
+TEST(SineOfLanes, IsWithinOneUnitInTheLastPlace) {
+  Uniform uniform(900);
+  const auto apart = [](double own, long double exact) {
+    const double nearest = std::abs(static_cast<double>(exact));
+    return std::abs(static_cast<double>(static_cast<long double>(own) - exact)) /
+           (std::nextafter(nearest, 2.0) - nearest);
+  };
+  for (const double range : {1e-9, 1e-3, 1.0, 7.0, 1e3, 8e5, 1e7}) {
+    for (int i = 0; i < 20000; ++i) {
+      Lanes angles(0.0);
+      for (int lane = 0; lane < Lanes::kCount; ++lane) {
+        angles[lane] = uniform(-range, range);
+        if (i % 2 == 1)
+          angles[lane] = std::round(angles[lane] / (std::numbers::pi / 2)) * (std::numbers::pi / 2) +
+                         (i % 4 == 1 ? 0 : 1e-9 * uniform(-1, 1));
+      }
+      const Turn<Lanes> turn = turn_by(angles);
+      for (int lane = 0; lane < Lanes::kCount; ++lane) {
+        const auto angle = static_cast<long double>(angles[lane]);
+        ASSERT_LT(apart(turn.sine[lane], std::sin(angle)), 1.0) << angles[lane];
+        ASSERT_LT(apart(turn.cosine[lane], std::cos(angle)), 1.0) << angles[lane];
+      }
+    }
   }
 }
 

@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <bitset>
+#include <span>
 
 #include "armtrue/kinematics/chain.h"
 #include "armtrue/kinematics/parameters.h"
@@ -14,6 +16,9 @@ namespace armtrue {
 /// Rows 3-5: derivative of the rotation vector dr of the left perturbation R <- exp([dr]x) R
 /// [rad per unit of the parameter].
 using PoseJacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMaxGeometricParameters>;
+
+/// Some of its columns.
+using ColumnSet = std::bitset<kMaxGeometricParameters>;
 
 /// Difference of each geometric parameter from its constant value for one reading [m, rad].
 using ParameterOffsets = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxGeometricParameters, 1>;
@@ -53,6 +58,16 @@ class ChainEvaluator {
   Pose pose(const JointVector& q, PoseJacobian& jacobian) const;
   Pose pose(const JointVector& q, const ParameterOffsets& offsets, PoseJacobian& jacobian) const;
 
+  /// The same of many q, four side by side in the lanes of the processor's vectors. `offsets` is
+  /// empty or holds one for each q. Each pose equals pose() but for rounding, since the lanes have
+  /// sines of their own (src/kinematics/lanes.h), and does not depend on the others.
+  void poses(std::span<const JointVector> q, std::span<const ParameterOffsets> offsets,
+             std::span<Pose> a_from_measured) const;
+  /// Of each Jacobian only `columns` are written; the others hold anything.
+  void poses(std::span<const JointVector> q, std::span<const ParameterOffsets> offsets,
+             std::span<Pose> a_from_measured, std::span<PoseJacobian> jacobians,
+             const ColumnSet& columns = ColumnSet().set()) const;
+
   /// Whether the chain is the usual arm, see chain.h.
   bool is_six_axis_arm() const { return is_six_axis_arm_; }
 
@@ -73,6 +88,11 @@ class ChainEvaluator {
   template <bool kWithOffsets, bool kWithJacobian>
   Pose dispatch(const JointVector& q, const ParameterOffsets* offsets,
                 PoseJacobian* jacobian) const;
+  // A pose for each lane.
+  template <bool kWithOffsets, bool kWithJacobian, int kFixedCount>
+  void evaluate_lanes(std::span<const JointVector> q, std::span<const ParameterOffsets> offsets,
+                      std::span<Pose> a_from_measured, std::span<PoseJacobian> jacobians,
+                      const ColumnSet& columns) const;
 
   Pose base_, tool_;
   std::array<Trigonometry, kMaxLinks> links_;
