@@ -106,7 +106,8 @@ int conclude(app::Command& command, const Certificate& certificate) {
   for (const std::string& note : certificate.notes) command.tell(note + "\n");
   if (certificate.path)
     command.report(fmt::format(
-        "AT {:.4g} mm{}\n", certificate.path->at / kMillimetre,
+        "AT {:.4g} mm, its uncertainty {:.4g} mm{}\n", certificate.path->at / kMillimetre,
+        certificate.path_budget->expanded / kMillimetre,
         certificate.path->rt ? fmt::format(", RT {:.4g} mm", *certificate.path->rt / kMillimetre)
                              : ""));
   if (!certificate.decision || *certificate.decision == Decision::pass) {

@@ -1,17 +1,14 @@
 #include <fmt/format.h>
 
-#include <filesystem>
 
 #include "armtrue/io/deviation_io.h"
 #include "armtrue/io/mirror_io.h"
 #include "armtrue/io/output.h"
-#include "armtrue/io/program_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/path/joint_path.h"
 #include "armtrue/path/mirror/findings.h"
 #include "armtrue/path/mirror/mirror.h"
 #include "armtrue/path/samples/bad_samples.h"
-#include "armtrue/programs/krl.h"
 #include "armtrue/report/mirror_page.h"
 #include "armtrue/report/mirror_table.h"
 #include "armtrue/text/input_error.h"
@@ -19,6 +16,7 @@
 #include "columns.h"
 #include "command_line.h"
 #include "pass_warnings.h"
+#include "path_program.h"
 #include "report_arguments.h"
 
 using namespace armtrue;
@@ -26,13 +24,13 @@ using namespace armtrue;
 namespace {
 
 struct Arguments {
-  std::string programmed, robot, previous, program, program_out;
+  std::string programmed, robot, previous;
   std::vector<std::string> measured, before;
   bool from_force = false, engaged_only = false, fit_frame = false;
   int order = MirrorOptions{}.order;
   std::string cutoff_hz = "1.5625", gain = "auto", points = "turning";
   std::optional<double> max_mm, offset_s;
-  double spacing_mm = KrlCorrectionOptions{}.spacing / kMillimetre;
+  app::PathProgramArguments program;
   std::string poses, summary, deviation;
   app::ReportArguments page;
 };
@@ -78,21 +76,6 @@ void add_correction_options(app::Command& command, Arguments& arguments, app::Op
       .excludes(fit_frame);
 }
 
-void add_program_options(app::Command& command, Arguments& arguments) {
-  const app::Option program = command.file(
-      "--program", arguments.program, "KUKA program (.src, with its .dat) of the programmed path");
-  command
-      .add_output("--program-out", arguments.program_out,
-                  "Write the corrected program here, its .dat beside it [NAME-corrected.src]")
-      .needs(program);
-  command
-      .option("--spacing-mm", arguments.spacing_mm,
-              "Least distance of the points that are inserted into the program")
-      .check(app::in_range(0.0, 1000.0))
-      .default_shown()
-      .needs(program);
-}
-
 void add_options(app::Command& command, Arguments& arguments) {
   command.add_output();
   command.file("--programmed", arguments.programmed, "The path as it should be: t_s,x_mm,y_mm,z_mm")
@@ -121,7 +104,7 @@ void add_options(app::Command& command, Arguments& arguments) {
                          "The corrected path that these passes ran; the new correction adds to "
                          "it"));
   add_correction_options(command, arguments, from_force);
-  add_program_options(command, arguments);
+  app::add_path_program(command, arguments.program);
   of_passes(command.add_output("--summary", arguments.summary,
                                "Write clocks, noise, deviation and forecast here"));
   of_passes(command.add_output("--deviation", arguments.deviation,
@@ -152,43 +135,6 @@ Eigen::Matrix3Xd previous_correction(const PathFile& previous, const PathFile& p
     throw InputError(previous.source + ": its times are not those of " + programmed.source +
                      "; --previous takes what mirror-correct wrote for the same program");
   return previous.path.position;
-}
-
-// The file of the corrected program.
-std::string program_out(const Arguments& arguments) {
-  if (!arguments.program_out.empty()) return arguments.program_out;
-  const std::filesystem::path program(arguments.program);
-  return std::filesystem::path(program)
-      .replace_filename(program.stem().string() + "-corrected" + program.extension().string())
-      .string();
-}
-
-// The names of the products follow from those of the arguments: they may be those of an input.
-void check_program_out(const app::Command& command, const Arguments& arguments,
-                       const KrlProgram& program) {
-  const std::string out = program_out(arguments);
-  if (arguments.program_out.empty()) command.refuse_named(out);
-  check_writable(out);
-  if (!program.dat) return;
-  const std::string dat = dat_beside(out, program.dat->name);
-  command.refuse_named(dat);
-  if (same_file(dat, program.dat->name) || same_file(dat, out) || same_file(out, program.dat->name))
-    throw InputError(out + ": the data list of the corrected program would be " + dat +
-                     ", and that of the program, " + program.dat->name +
-                     ", would be lost; give --program-out another name, such as corrected.src");
-  check_writable(dat);
-}
-
-void correct_program(app::Command& command, const Arguments& arguments, const KrlProgram& program,
-                     const Path& programmed, const Eigen::Matrix3Xd& corrected) {
-  KrlCorrectionOptions options;
-  options.spacing = arguments.spacing_mm * kMillimetre;
-  const CorrectedKrl rewritten = correct_krl(program, programmed, corrected, options);
-  for (const std::string& warning : rewritten.warnings) command.warn(warning);
-  command.tell(fmt::format("{}: {} points corrected, {} moves inserted, {} moves left alone\n",
-                           program.src.name, rewritten.corrected, rewritten.inserted,
-                           rewritten.left_alone));
-  write_krl(rewritten, program, program_out(arguments));
 }
 
 std::vector<PathFile> read_passes(app::Command& command, const std::vector<std::string>& files,
@@ -265,17 +211,15 @@ struct Inputs {
   std::optional<Robot> robot;
   std::vector<PathFile> passes, earlier;
   std::optional<PathFile> previous;
-  std::optional<KrlProgram> program;
+  std::optional<app::PathProgram> program;
   std::optional<About> about;
 };
 
 Inputs read_inputs(app::Command& command, const Arguments& arguments) {
   command.progress("reading");
   Inputs inputs;
-  if (!arguments.program.empty()) {
-    inputs.program = read_krl(arguments.program);
-    check_program_out(command, arguments, *inputs.program);
-  }
+  if (!arguments.program.path.empty())
+    inputs.program = app::read_path_program(command, arguments.program);
   // The robot tells which joint columns a path has; among the inputs it stands after the program.
   std::optional<RobotFile> robot;
   if (!arguments.robot.empty()) inputs.robot = robot.emplace(read_robot(arguments.robot)).robot;
@@ -344,7 +288,8 @@ int run(app::Command& command, const Arguments& arguments) {
   // The correction is written before the further products, so that an error in one of them cannot
   // keep it back.
   if (inputs.program)
-    correct_program(command, arguments, *inputs.program, inputs.programmed.path, corrected);
+    app::write_path_program(command, arguments.program, *inputs.program, inputs.programmed.path,
+                            corrected);
   write_output(command.output, write_path_like(inputs.programmed, corrected));
   if (!arguments.from_force) write_findings(command, arguments, inputs, findings);
   return app::kSuccess;

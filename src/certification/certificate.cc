@@ -78,12 +78,16 @@ void add_notes_on_path(const PathFigures& path, Certificate& certificate) {
   if (path.passes < kStandardPathCycles)
     notes.push_back(fmt::format("ISO 9283 asks for {} cycles of a path; there {}.",
                                 kStandardPathCycles,
-                                path.passes == 1 ? "is one, which shows no repeatability"
+                                path.passes == 1 ? "is one, which shows no repeatability, and the "
+                                                   "uncertainty of AT has none"
                                                  : fmt::format("are {}", path.passes)));
   if (path.frame_is_fitted)
     notes.emplace_back(
         "The frame of the instrument was fitted to each pass of the path; AT contains no error of "
         "it.");
+  if (path.at < certificate.path_budget->expanded)
+    notes.push_back(
+        "AT is smaller than its uncertainty: errors of the measurement make it larger.");
 }
 
 void add_notes(const CertificateOptions& options, const Robot& robot, Certificate& certificate) {
@@ -167,7 +171,11 @@ Certificate certify(const Robot& robot, const Campaign& campaign, const Evaluati
   add_notes_on_visits(found, certificate);
   add_notes(options, robot, certificate);
   certificate.path = options.path;
-  if (certificate.path) add_notes_on_path(*certificate.path, certificate);
+  if (certificate.path) {
+    certificate.path_budget = budget_of(about.stated, certificate.path->scatter,
+                                        certificate.path->passes, range, std::nullopt);
+    add_notes_on_path(*certificate.path, certificate);
+  }
   certificate.poses = std::move(found.poses);
   return certificate;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <stdexcept>
 
@@ -14,6 +15,11 @@ namespace {
 struct Repeatability {
   double rp = 0, std = 0, squares = 0;
 };
+
+// Of rotation vectors, from rotation matrices with components up to 1.
+Eigen::Vector3d resolved_turn(const Eigen::Vector3d& spread) {
+  return spread.unaryExpr([](double axis) { return resolved(axis, 1); });
+}
 
 Eigen::Vector3d mean_of(const std::vector<Visit>& visits, Eigen::Vector3d Visit::*member) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -28,7 +34,9 @@ Repeatability repeatability(const std::vector<Visit>& visits) {
   for (Eigen::Index j = 0; j < l.size(); ++j)
     l[j] = (visits[static_cast<size_t>(j)].attained - mean).norm();
   const double s = std::sqrt((l.array() - l.mean()).square().sum() / (n - 1));
-  return {l.mean() + 3 * s, s * std::sqrt(1 / n + 9 / (2 * (n - 1))), l.squaredNorm()};
+  const double rp = resolved(l.mean() + 3 * s, mean.norm());
+  if (rp == 0) return {};
+  return {rp, repeatability_std(s, n), l.squaredNorm()};
 }
 
 // 3 S of the rotation vectors from the first visit to each, by axis of R_A.
@@ -38,9 +46,9 @@ Eigen::Vector3d turn_repeatability(const std::vector<Visit>& visits) {
     turns.col(j) = rotation_log(*visits[static_cast<size_t>(j)].orientation *
                                 visits.front().orientation->transpose());
   const Eigen::Vector3d mean = turns.rowwise().mean();
-  return 3 *
-         ((turns.colwise() - mean).rowwise().squaredNorm() / static_cast<double>(turns.cols() - 1))
-             .cwiseSqrt();
+  return resolved_turn(
+      3 * ((turns.colwise() - mean).rowwise().squaredNorm() / static_cast<double>(turns.cols() - 1))
+              .cwiseSqrt());
 }
 
 void add_directions(const std::vector<Visit>& visits, PoseFigures& figures) {
@@ -57,12 +65,13 @@ void add_directions(const std::vector<Visit>& visits, PoseFigures& figures) {
   if (means.size() < 2) return;
   figures.vap = 0.0;
   for (const Eigen::Vector3d& a : means)
-    for (const Eigen::Vector3d& b : means) figures.vap = std::max(*figures.vap, (a - b).norm());
+    for (const Eigen::Vector3d& b : means)
+      figures.vap = std::max(*figures.vap, resolved((a - b).norm(), a.norm()));
   if (!visits.front().orientation) return;
   figures.vap_turn = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& a : turns)
     for (const Eigen::Vector3d& b : turns)
-      figures.vap_turn = figures.vap_turn->cwiseMax((a - b).cwiseAbs());
+      figures.vap_turn = figures.vap_turn->cwiseMax(resolved_turn((a - b).cwiseAbs()));
 }
 
 void add_drift(std::vector<Visit> visits, PoseFigures& figures) {
@@ -71,12 +80,13 @@ void add_drift(std::vector<Visit> visits, PoseFigures& figures) {
   const auto half = static_cast<std::ptrdiff_t>(visits.size() / 2);
   const std::vector<Visit> first(visits.begin(), visits.begin() + half);
   const std::vector<Visit> last(visits.end() - half, visits.end());
-  figures.drift_ap =
-      std::abs(mean_of(last, &Visit::error).norm() - mean_of(first, &Visit::error).norm());
+  const double size = mean_of(visits, &Visit::attained).norm();
+  figures.drift_ap = resolved(
+      std::abs(mean_of(last, &Visit::error).norm() - mean_of(first, &Visit::error).norm()), size);
   figures.drift_rp = std::abs(repeatability(last).rp - repeatability(first).rp);
   if (!visits.front().orientation) return;
-  figures.drift_ap_turn =
-      (mean_of(last, &Visit::turn_error) - mean_of(first, &Visit::turn_error)).cwiseAbs();
+  figures.drift_ap_turn = resolved_turn(
+      (mean_of(last, &Visit::turn_error) - mean_of(first, &Visit::turn_error)).cwiseAbs());
   figures.drift_rp_turn = (turn_repeatability(last) - turn_repeatability(first)).cwiseAbs();
 }
 
@@ -116,6 +126,15 @@ std::optional<double> largest_turn(const std::optional<Eigen::Vector3d>& turn) {
 }
 
 }  // namespace
+
+double resolved(double spread, double size) {
+  constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon();
+  return spread > kRounding * size ? spread : 0;
+}
+
+double repeatability_std(double deviation, double n) {
+  return deviation * std::sqrt(1 / n + 9 / (2 * (n - 1)));
+}
 
 PoseFigures pose_figures(const std::string& pose, const std::vector<Visit>& visits) {
   if (visits.size() < 2) throw std::invalid_argument("pose " + pose + " has fewer than two visits");

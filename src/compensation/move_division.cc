@@ -14,14 +14,9 @@ namespace armtrue {
 namespace {
 
 // A controller reads ahead and blends over half a move: 1 mm is three cycles of 12 ms at 27 mm/s.
-constexpr double kShortest = 1e-3;      // [m], between two points
-constexpr double kLargestBlend = 1e-2;  // [m]
-constexpr double kBlendShare = 0.4;     // of the way to the next point
-constexpr double kMaxPieces = 16;       // of one piece, in one round
-constexpr size_t kMaxPoints = 1000;     // of one move
-// A circle through points almost in line is refused: ABB wants 1 deg between the directions from
-// the start to the two other points, which is an arc of 4 deg (RAPID reference manual, MoveC).
-constexpr double kShortestArc = 5 * kDegree;
+constexpr double kShortest = 1e-3;   // [m], between two points
+constexpr double kMaxPieces = 16;    // of one piece, in one round
+constexpr size_t kMaxPoints = 1000;  // of one move
 
 // A point of a move: its end, a point before it, or one half-way along a piece of an arc.
 struct Row {
@@ -331,10 +326,10 @@ class MoveDivision {
     const Row &row = rows_[i], &next = rows_[i + rows];
     const double before = length(row.move) * (row.t - start_of(i));
     const double behind = length(row.move) * (next.t - row.t);
-    const double of_next = next.is_inserted ? kBlendShare * behind : of_text(row.move).blend;
-    const double of_last = start_of(i) == 0 ? of_text(row.move - rows).blend : kBlendShare * before;
-    return std::max(1e-5, std::min({kBlendShare * before, kBlendShare * behind, behind - of_next,
-                                    before - of_last, kLargestBlend}));
+    const double of_next = next.is_inserted ? kPassingShare * behind : of_text(row.move).blend;
+    const double of_last =
+        start_of(i) == 0 ? of_text(row.move - rows).blend : kPassingShare * before;
+    return passing_radius(before, behind, of_last, of_next);
   }
 
   const Robot &identified_, &controller_;

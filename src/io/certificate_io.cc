@@ -139,15 +139,6 @@ YAML::Node set_node(const SetFigures& set, const Budget& budget) {
   return node;
 }
 
-YAML::Node path_node(const PathFigures& path) {
-  YAML::Node node;
-  node["passes"] = std::to_string(path.passes);
-  node["planes"] = std::to_string(path.planes);
-  node["at_mm"] = rounded(path.at / kMillimetre);
-  if (path.rt) node["rt_mm"] = rounded(*path.rt / kMillimetre);
-  return node;
-}
-
 YAML::Node budget_node(const Budget& budget) {
   YAML::Node node;
   for (const BudgetRow& row : budget.rows)
@@ -158,6 +149,19 @@ YAML::Node budget_node(const Budget& budget) {
   node["freedom"] = text_or_null(std::isfinite(budget.freedom) ? rounded(budget.freedom) : "");
   node["k"] = rounded(budget.k);
   node["expanded_mm"] = rounded(budget.expanded / kMillimetre);
+  return node;
+}
+
+YAML::Node path_node(const PathFigures& path, const Budget& budget) {
+  YAML::Node node;
+  node["passes"] = std::to_string(path.passes);
+  node["planes"] = std::to_string(path.planes);
+  node["at_mm"] = rounded(path.at / kMillimetre);
+  if (path.rt) {
+    node["rt_mm"] = rounded(*path.rt / kMillimetre);
+    node["rt_expanded_mm"] = rounded(path.rt_expanded() / kMillimetre);
+  }
+  node["budget"] = budget_node(budget);
   return node;
 }
 
@@ -243,7 +247,7 @@ std::string write_certificate(const Certificate& certificate,
   if (!certificate.refitted.empty()) root["refitted"] = certificate.refitted;
   if (certificate.cube) root["cube"] = set_node(*certificate.cube, certificate.budget);
   root["all"] = set_node(certificate.all, certificate.budget);
-  if (certificate.path) root["path"] = path_node(*certificate.path);
+  if (certificate.path) root["path"] = path_node(*certificate.path, *certificate.path_budget);
   root["budget"] = budget_node(certificate.budget);
   for (const PoseFigures& figures : certificate.poses) root["poses"].push_back(pose_node(figures));
   std::vector<YAML::Node> notes;

@@ -71,6 +71,7 @@ PathAccuracy path_accuracy(const std::vector<PlaneCrossings>& passes) {
   const auto n = static_cast<Eigen::Index>(passes.size());
   PathAccuracy accuracy;
   std::vector<size_t> next(passes.size(), 0);
+  double squares = 0;
   for (const Eigen::Index sample : passes.front().sample) {
     Eigen::Matrix3Xd met(3, n);
     bool all = true;
@@ -91,10 +92,15 @@ PathAccuracy path_accuracy(const std::vector<PlaneCrossings>& passes) {
     const double mean = radius.mean();
     const double deviation =
         std::sqrt((radius.array() - mean).square().sum() / static_cast<double>(n - 1));
-    accuracy.rt = std::max(accuracy.rt.value_or(0), mean + 3 * deviation);
+    squares += radius.squaredNorm();
+    if (accuracy.rt && mean + 3 * deviation <= *accuracy.rt) continue;
+    accuracy.rt = mean + 3 * deviation;
+    accuracy.rt_deviation = deviation;
   }
   if (accuracy.planes == 0)
     throw std::invalid_argument("path accuracy: no plane that all passes meet");
+  if (n > 1)
+    accuracy.scatter = std::sqrt(squares / static_cast<double>(2 * (n - 1) * accuracy.planes));
   return accuracy;
 }
 

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -135,9 +136,12 @@ class Inserter {
     if (program_.dialect == Dialect::krl)
       return fmt::format("{{X {},Y {},Z {},A {},B {},C {}}}", n[0], n[1], n[2], n[3], n[4], n[5]);
     if (program_.dialect == Dialect::urscript) return fmt::format("p[{}]", fmt::join(n, ","));
+    std::array<double, 4> cf{};
+    for (size_t i = 0; i < 4; ++i) cf[i] = end_of(point).configuration[i].value;
+    if (point.q)
+      for (size_t i = 0; i < 3; ++i) cf[i] = quadrant((*point.q)[i == 0 ? 0 : i == 1 ? 3 : 5]);
     return fmt::format("[[{},{},{}],[{},{},{},{}],[{},{},{},{}]{}", n[0], n[1], n[2], n[3], n[4],
-                       n[5], n[6], quadrant(point.q[0]), quadrant(point.q[3]), quadrant(point.q[5]),
-                       end_of(point).configuration[3].value, move_of(point).insertion.point_end);
+                       n[5], n[6], cf[0], cf[1], cf[2], cf[3], move_of(point).insertion.point_end);
   }
 
   std::string ending(const ProgramPointBetween& point) const {
@@ -185,9 +189,9 @@ class Inserter {
     const std::string text = text_.substr(whole.configuration_begin,
                                           whole.configuration_end - whole.configuration_begin);
     const size_t comma = text.find(',');
-    if (comma == std::string::npos) return text;
+    if (comma == std::string::npos || !point.q) return text;
     const auto turn = [&](int joint) {
-      return static_cast<int>(std::lround(point.q[joint] / (2 * std::numbers::pi)));
+      return static_cast<int>(std::lround((*point.q)[joint] / (2 * std::numbers::pi)));
     };
     return fmt::format("{}, {}, {}, {}", text.substr(0, comma), turn(3), turn(4), turn(5));
   }

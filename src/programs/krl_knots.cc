@@ -25,13 +25,13 @@ double within_move(double t, double tolerance) {
 double place_on_line(const Vector3d& start, const Vector3d& end, const Vector3d& sample) {
   const Vector3d chord = end - start;
   const double t = chord.dot(sample - start) / chord.squaredNorm();
-  if ((start + t * chord - sample).norm() > kKrlMatchTolerance) return kBeside;
-  return within_move(t, kKrlMatchTolerance / chord.norm());
+  if ((start + t * chord - sample).norm() > kPathMatchTolerance) return kBeside;
+  return within_move(t, kPathMatchTolerance / chord.norm());
 }
 
 double place_on_arc(const Arc& arc, const Vector3d& sample) {
-  if (arc.distance(sample) > kKrlMatchTolerance) return kBeside;
-  const double share = kKrlMatchTolerance / (arc.radius * arc.angle);
+  if (arc.distance(sample) > kPathMatchTolerance) return kBeside;
+  const double share = kPathMatchTolerance / (arc.radius * arc.angle);
   const double t = arc.foot(sample), turn = 2 * std::numbers::pi / arc.angle;
   return within_move(t > turn - share ? t - turn : t, share);
 }

@@ -111,7 +111,7 @@ std::vector<KrlPlannedMove> plan_krl_moves(const KrlProgram& program, const KrlS
         "stand in its .dat, which belongs beside it",
         program.src.name, syntax.moves.size()));
   const Eigen::VectorXd places =
-      places_in_order(path.position, points.position, kKrlMatchTolerance);
+      places_in_order(path.position, points.position, kPathMatchTolerance);
   if (places.array().isNaN().all()) fail_off_path(program, syntax, path, points);
   for (size_t k = 0; k < points.move.size(); ++k) {
     KrlPlannedMove& plan = plans[points.move[k]];

@@ -62,20 +62,21 @@ std::string figures_table(const std::string& what, const SetFigures& set, double
   return html + table({"largest", "value", "U", "pose"}, rows);
 }
 
-std::string path_table(const PathFigures& path) {
-  std::vector<TableRow> rows{{"path accuracy AT, mm", mm_text(path.at)}};
-  if (path.rt) rows.push_back({"path repeatability RT, mm", mm_text(*path.rt)});
+std::string path_table(const PathFigures& path, const Budget& budget) {
+  std::vector<TableRow> rows{{"path accuracy AT, mm", mm_text(path.at), mm_text(budget.expanded)}};
+  if (path.rt)
+    rows.push_back({"path repeatability RT, mm", mm_text(*path.rt), mm_text(path.rt_expanded())});
   return "<h2>Path, recorded " + std::to_string(path.passes) + " times</h2>\n" +
-         table({"largest of " + std::to_string(path.planes) + " planes", "value"}, rows);
+         table({"largest of " + std::to_string(path.planes) + " planes", "value", "U"}, rows);
 }
 
-std::string budget_table(const Budget& budget) {
+std::string budget_table(const std::string& figure, const Budget& budget) {
   std::vector<TableRow> rows;
   for (const BudgetRow& row : budget.rows)
     rows.push_back({row.source, row.distribution, mm_text(row.standard), "1"});
   rows.push_back({"combined", "", mm_text(budget.combined), ""});
   rows.push_back({"expanded U, k = " + rounded(budget.k), "", mm_text(budget.expanded), ""});
-  return "<h2>Uncertainty of AP (GUM)</h2>\n" +
+  return "<h2>Uncertainty of " + figure + " (GUM)</h2>\n" +
          table({"source", "distribution", "standard uncertainty, mm", "sensitivity"}, rows);
 }
 
@@ -125,9 +126,10 @@ std::string certificate_page(const Certificate& certificate,
   page.add(poses_line(certificate));
   if (certificate.cube) page.add(figures_table("Poses of the cube", *certificate.cube, expanded));
   page.add(figures_table("All poses", certificate.all, expanded));
-  if (certificate.path) page.add(path_table(*certificate.path));
+  if (certificate.path) page.add(path_table(*certificate.path, *certificate.path_budget));
   page.add(paragraph("After ISO 9283:1998; axes of the instrument's frame."));
-  page.add(budget_table(certificate.budget));
+  page.add(budget_table("AP", certificate.budget));
+  if (certificate.path_budget) page.add(budget_table("AT", *certificate.path_budget));
   if (comparison) page.add(comparison_table(*comparison));
   page.add(notes_list(certificate.notes) + poses_table(certificate.poses));
   page.section("Files");

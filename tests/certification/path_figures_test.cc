@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "armtrue/certification/budget.h"
+
 namespace armtrue::path_figures_test {
 namespace {
 
@@ -38,6 +40,54 @@ TEST(PathFigures, OfThreePassesAreThoseOfTheStandardsFormulas) {
   EXPECT_EQ(figures.planes, 151);
   EXPECT_FALSE(path_figures(line(), {moved(line(), 0.3, 0.4)}, clock).rt);
   EXPECT_NEAR(path_figures(line(), {moved(line(), 0.3, 0.4)}, clock).at, 0.5e-3, 1e-12);
+}
+
+// By hand, um: in each plane sum l^2 = 2 x 141.421^2 = 40000, s = sqrt(40000 / (2 x 2)) = 100.
+// S of RT is 81.6497, and sqrt(1/3 + 9/4) S = 131.233.
+// Budget of AT with 2.5 m range, MPE 15 + 6 x 2.5 = 30: 300; 2 K x 11.7 x 2.5 m = 58.5: 1140.75;
+// mounting 10: 100; scatter 100 / sqrt 3: 3333.333. u_c = sqrt(4874.083) = 69.8146;
+// f = 4 x 4874.083^2 / 3333.333^2 = 8.5524; k = 2.3391 (t of so many degrees), U = 163.305.
+TEST(PathFigures, UncertaintyIsThatOfAHandCalculation) {
+  ClockOptions clock;
+  clock.offset = 0;
+  const PathFigures figures = path_figures(
+      line(), {moved(line(), 0.1, 0), moved(line(), 0.2, 0.1), moved(line(), 0, -0.1)}, clock);
+  EXPECT_NEAR(figures.scatter.deviation, 100e-6, 1e-12);
+  EXPECT_EQ(figures.scatter.freedom, 4);
+  EXPECT_NEAR(figures.rt_std, 131.2335e-6, 1e-10);
+  StatedUncertainty stated;
+  stated.mpe_constant = 15e-6;
+  stated.mpe_per_metre = 6e-6;
+  stated.mounting = 10e-6;
+  stated.temperature_half_width = 2;
+  stated.expansion = 11.7e-6;
+  stated.length = 2.5;
+  const Budget budget = budget_of(stated, figures.scatter, figures.passes, 2.5, {});
+  EXPECT_EQ(budget.rows.size(), 4u);
+  EXPECT_NEAR(budget.combined, 69.8146e-6, 1e-10);
+  EXPECT_NEAR(budget.freedom, 8.5524, 1e-3);
+  EXPECT_NEAR(budget.k, 2.339121, 1e-3);
+  EXPECT_NEAR(budget.expanded, 163.305e-6, 1e-7);
+}
+
+// Both lie 0.05 mm from their barycentre: l does not differ but by rounding.
+TEST(PathFigures, OfTwoPassesHasNoDeviation) {
+  ClockOptions clock;
+  clock.offset = 0;
+  const PathFigures figures =
+      path_figures(line(), {moved(line(), 0.25, 0), moved(line(), 0.35, 0)}, clock);
+  EXPECT_NEAR(*figures.rt, 0.05e-3, 1e-12);
+  EXPECT_EQ(figures.rt_std, 0);
+}
+
+TEST(PathFigures, OnePassHasNoScatter) {
+  ClockOptions clock;
+  clock.offset = 0;
+  const PathFigures figures = path_figures(line(), {moved(line(), 0.3, 0.4)}, clock);
+  EXPECT_EQ(figures.scatter.deviation, 0);
+  StatedUncertainty stated;
+  stated.noise = 30e-6;
+  EXPECT_NEAR(budget_of(stated, figures.scatter, figures.passes, 2, {}).expanded, 60e-6, 1e-12);
 }
 
 }  // namespace

@@ -71,6 +71,31 @@ TEST(PoseAccuracy, OfAnglesIsTheirMeanAndThreeDeviations) {
 }
 
 // Means of two directions at (0, 0, 0) and (0.3, 0.4, 0) mm; a third direction has one visit only.
+// Turns of one orientation that differ by rounding alone, from two directions, early and late.
+TEST(PoseAccuracy, ASpreadThatRoundingMakesIsNone) {
+  std::vector<Visit> visits;
+  for (int k = 0; k < 8; ++k) {
+    Visit visit = visit_at(Vector3d(1e-3, 0, 0));
+    visit.attained *= 1 + 2e-16 * (k % 2);
+    visit.turn_error = Vector3d(1e-17 * k, 0, 1e-3);
+    visit.orientation = rotation_from_abc(0.3 + 1e-16 * k, -1.1, 2.0);
+    visit.arrival[0] = k % 2 == 0 ? 1 : -1;
+    visit.time_s = k;
+    visits.push_back(visit);
+  }
+  const PoseFigures figures = pose_figures("P1", visits);
+  EXPECT_EQ(figures.rp, 0);
+  EXPECT_EQ(figures.rp_std, 0);
+  EXPECT_EQ(figures.squared_scatter, 0);
+  EXPECT_EQ(*figures.rp_turn, Vector3d::Zero());
+  EXPECT_EQ(*figures.vap, 0);
+  EXPECT_EQ(*figures.vap_turn, Vector3d::Zero());
+  EXPECT_EQ(*figures.drift_ap, 0);
+  EXPECT_EQ(*figures.drift_rp, 0);
+  EXPECT_EQ(*figures.drift_ap_turn, Vector3d::Zero());
+  EXPECT_EQ(*figures.drift_rp_turn, Vector3d::Zero());
+}
+
 TEST(PoseAccuracy, VariationBetweenDirectionsIsTheDistanceOfTheirMeans) {
   std::vector<Visit> visits;
   const auto add = [&](const Vector3d& error, std::int8_t sign) {

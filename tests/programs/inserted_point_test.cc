@@ -30,9 +30,10 @@ std::vector<ProgramCommand> commands_for(const RobotProgram& program) {
 RewrittenProgram with_half_way(const RobotProgram& program, size_t end, double blend = 2e-3) {
   std::vector<ProgramCommand> commands = commands_for(program);
   ProgramPointBetween point{end, program.targets[end].pose, {}, blend};
-  point.q = JointVector::Zero(kProgramAxes);
-  point.q[3] = -100 * kDegree;
-  point.q[5] = 200 * kDegree;
+  JointVector q = JointVector::Zero(kProgramAxes);
+  q[3] = -100 * kDegree;
+  q[5] = 200 * kDegree;
+  point.q = q;
   point.pose.translation += Eigen::Vector3d(-0.1, 0, 0);
   return rewrite(program, commands, {point});
 }

@@ -27,7 +27,7 @@ struct BudgetRow {
   double standard = 0;       ///< standard uncertainty per axis; its sensitivity is 1 [m]
 };
 
-/// Uncertainty of AP after JCGM 100:2008 (GUM).
+/// Uncertainty of AP or AT after JCGM 100:2008 (GUM).
 struct Budget {
   std::vector<BudgetRow> rows;
   double combined = 0;  ///< u_c = root of the sum of squares [m]

@@ -38,7 +38,8 @@ struct Certificate {
   std::optional<SetFigures> cube;
   SetFigures all;
   std::optional<PathFigures> path;
-  Budget budget;
+  std::optional<Budget> path_budget;  ///< of AT, which the model of the robot has no part in
+  Budget budget;                      ///< of AP
   std::vector<PoseFigures> poses;
   std::vector<std::string> notes;  ///< sentences: what limits the figures
 };

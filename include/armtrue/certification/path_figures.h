@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "armtrue/certification/pose_accuracy.h"
 #include "armtrue/path/path.h"
 #include "armtrue/path/registration/clock.h"
 
@@ -17,7 +18,13 @@ struct PathFigures {
   Eigen::Index planes = 0;   ///< normal to the path, met by all passes
   double at = 0;             ///< [m]
   std::optional<double> rt;  ///< [m]; empty for one pass
+  /// Standard uncertainty of RT by the number of passes, as PoseFigures::rp_std [m].
+  double rt_std = 0;
+  /// Of a pass, per axis [m]. Neighbouring planes share their errors, so its degrees of freedom are
+  /// those of one plane, 2 (n - 1).
+  Scatter scatter;
   bool frame_is_fitted = false;
+  double rt_expanded() const { return 2 * rt_std; }  ///< k = 2 [m]
 };
 
 /// `passes`: as the instrument recorded them, each with a clock of its own, which is fitted; with

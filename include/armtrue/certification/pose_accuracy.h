@@ -30,7 +30,7 @@ struct PoseFigures {
   int visits = 0;
   Eigen::Vector3d ap_axes = Eigen::Vector3d::Zero();  ///< x - c, along the axes of R_A [m]
   double ap = 0;                                      ///< [m]
-  double rp = 0;                                      ///< [m]
+  double rp = 0;  ///< [m]; a spread that rounding makes is 0, here and of all figures below
   /// Standard uncertainty of RP by the number of visits, l normal: S sqrt(1/n + 9 / (2 (n - 1)))
   /// [m].
   double rp_std = 0;
@@ -50,6 +50,12 @@ struct PoseFigures {
   std::optional<Eigen::Vector3d> vap_turn, drift_ap_turn, drift_rp_turn;
   double squared_scatter = 0;  ///< sum of l_j^2 [m^2]
 };
+
+/// A spread of coordinates of a size; 0 if their rounding may have made it.
+double resolved(double spread, double size);
+
+/// S sqrt(1/n + 9 / (2 (n - 1))): standard uncertainty of mean(l) + 3 S of n normal l, n > 1.
+double repeatability_std(double deviation, double n);
 
 /// Throws std::invalid_argument below two visits.
 PoseFigures pose_figures(const std::string& pose, const std::vector<Visit>& visits);

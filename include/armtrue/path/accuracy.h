@@ -33,7 +33,11 @@ PlaneCrossings cross_normal_planes(const Path& command, const Path& measured);
 struct PathAccuracy {
   double at = 0;             ///< [m]
   std::optional<double> rt;  ///< [m]; empty for one pass
-  Eigen::Index planes = 0;   ///< met by all passes; the others do not count
+  double rt_deviation = 0;   ///< S_i of the plane of RT_p [m]
+  /// Of a pass about the barycentre, per axis of a plane, of all planes together: the root of
+  /// sum_ij l_ij^2 over 2 (n - 1) planes [m]; 0 for one pass.
+  double scatter = 0;
+  Eigen::Index planes = 0;  ///< met by all passes; the others do not count
 };
 
 /// `passes`: cross_normal_planes() of each. Throws std::invalid_argument if there is none, or no

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "armtrue/path/path.h"
+#include "armtrue/programs/displacement.h"
 #include "armtrue/programs/program_text.h"
 
 namespace armtrue {
@@ -17,15 +18,7 @@ struct KrlProgram {
   std::optional<KrlFile> dat;
 };
 
-struct KrlCorrectionOptions {
-  /// Least distance of an inserted point from the next point [m]. The controller reads ahead and
-  /// blends over half a move; 1 mm is three cycles of 12 ms at 27 mm/s. A step of the correction is
-  /// spread over this length.
-  double spacing = 1e-3;
-  /// Largest distance of the moves from the corrected path without an inserted point [m]: a tenth
-  /// of kFormGoal.
-  double tolerance = 5e-6;
-};
+using KrlCorrectionOptions = DisplacementOptions;
 
 struct CorrectedKrl {
   std::string src;

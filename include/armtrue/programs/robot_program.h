@@ -150,11 +150,12 @@ struct ProgramCommand {
 /// come in turn: an auxiliary point and the end of a piece. The last piece is the move of the
 /// program, and its auxiliary point, the last of the move, takes the place of the program's.
 struct ProgramPointBetween {
-  size_t target = 0;                                ///< the end of the move, or its auxiliary point
-  Pose pose;                                        ///< what is commanded there
-  JointVector q = JointVector::Zero(kProgramAxes);  ///< of the controller's model there [rad]
-  double blend = 0;                                 ///< radius within which it may be passed [m]
-  MotionKind motion = MotionKind::line;             ///< line, via, arc
+  size_t target = 0;  ///< the end of the move, or its auxiliary point
+  Pose pose;          ///< what is commanded there
+  /// Of the controller's model there [rad]; nothing: on the branch of the target, with its turns.
+  std::optional<JointVector> q;
+  double blend = 0;                      ///< radius within which it may be passed [m]
+  MotionKind motion = MotionKind::line;  ///< line, via, arc
 };
 
 /// How many moves the points stand for: all but the auxiliary points.

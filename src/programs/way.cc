@@ -1,6 +1,7 @@
-#include "compensation/way.h"
+#include "armtrue/programs/way.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 
 namespace armtrue {
 
@@ -13,6 +14,12 @@ Pose Way::at(double t) const {
       rotation_log(start.rotation.transpose() * turned(1).transpose() * end.rotation);
   return {turned(t) * start.rotation * rotation_exp(t * turn),
           arc ? arc->at(t) : start.translation + t * (end.translation - start.translation)};
+}
+
+double passing_radius(double before, double behind, double of_last, double of_next) {
+  constexpr double kSmallest = 1e-5, kLargest = 1e-2;  // [m]
+  return std::max(kSmallest, std::min({kPassingShare * before, kPassingShare * behind,
+                                       behind - of_next, before - of_last, kLargest}));
 }
 
 double Way::length() const {

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "armtrue/path/path.h"
+#include "armtrue/programs/robot_program.h"
+
+namespace armtrue {
+
+struct DisplacementOptions {
+  /// Least distance of an inserted point from the next point [m]. The controller reads ahead and
+  /// blends over half a move; 1 mm is three cycles of 12 ms at 27 mm/s. A step of the correction is
+  /// spread over this length.
+  double spacing = 1e-3;
+  /// Largest distance of the moves from the corrected path without an inserted point [m]: a tenth
+  /// of kFormGoal.
+  double tolerance = 5e-6;
+};
+
+/// A point of a program lies on the path if it is no further off than this [m]: less is the
+/// rounding on the way from the program to the path.
+inline constexpr double kPathMatchTolerance = 1e-4;
+
+struct DisplacedProgram {
+  RewrittenProgram text;
+  int corrected = 0;   ///< targets that lie on the path
+  int left_alone = 0;  ///< all others, and moves that cannot be followed
+  std::vector<std::string> warnings;
+};
+
+/// Displaces the Cartesian targets of a program as the correction displaces the path: `programmed`
+/// in the frame of the program becomes `corrected` (3 x samples, [m]). Targets are looked for on
+/// the path in the order of the text (places_in_order()); orientations stay. Where the correction
+/// bends the path along a straight or circular move, points are inserted, as rewrite() does; no
+/// piece of an arc is shorter than kShortestArc. Throws InputError if no target lies on the path.
+DisplacedProgram displace_program(const RobotProgram& program, const Path& programmed,
+                                  const Eigen::Matrix3Xd& corrected,
+                                  const DisplacementOptions& options = {});
+
+}  // namespace armtrue

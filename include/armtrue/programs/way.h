@@ -1,0 +1,37 @@
+#pragma once
+
+#include <optional>
+
+#include "armtrue/kinematics/pose.h"
+#include "armtrue/kinematics/units.h"
+#include "armtrue/programs/division.h"
+#include "armtrue/programs/robot_program.h"
+
+namespace armtrue {
+
+/// The way of the TCP in a straight or circular move, at constant speed from t = 0 to 1.
+struct Way {
+  Pose start, end;
+  std::optional<Arc> arc;  ///< none: a line
+  ArcTurning turning = ArcTurning::in_frame;
+
+  /// On a line the rotation is R_start exp(t log(R_start' R_end)). On an arc that turns with its
+  /// path it is that in a frame that turns by t * angle about the normal of the arc.
+  Pose at(double t) const;
+  double length() const;  ///< [m]
+};
+
+/// Share of the way to the next point.
+inline constexpr double kPassingShare = 0.4;
+
+/// A radius within which a point may be passed without a stop [m]: 0.4 of the way to the nearer
+/// neighbour and at most 10 mm, outside of the radii `of_last` and `of_next` of the neighbours.
+/// `before`, `behind`: the ways to them.
+double passing_radius(double before, double behind, double of_last, double of_next);
+
+/// No piece of an arc that is divided is shorter [rad]. A circle through points almost in line is
+/// refused: ABB wants 1 deg between the directions from the start to the two other points, which is
+/// an arc of 4 deg (RAPID reference manual, MoveC).
+inline constexpr double kShortestArc = 5 * kDegree;
+
+}  // namespace armtrue

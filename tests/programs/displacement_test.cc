@@ -1,0 +1,136 @@
+#include "armtrue/programs/displacement.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "armtrue/kinematics/units.h"
+#include "armtrue/text/input_error.h"
+
+namespace armtrue::displacement_test {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+// From (400, 0, 500) mm 100 mm along x, a sample each millimetre; then a quarter of a circle about
+// (500, 50, 500) mm to (550, 50, 500).
+Path path() {
+  constexpr int kLine = 100, kArc = 90;
+  Path path;
+  path.time.setLinSpaced(kLine + kArc + 1, 0, 10);
+  path.position.resize(3, kLine + kArc + 1);
+  for (int k = 0; k <= kLine; ++k) path.position.col(k) << 400 + k, 0, 500;
+  for (int k = 1; k <= kArc; ++k)
+    path.position.col(kLine + k) << 500 + 50 * std::sin(k * kDegree),
+        50 - 50 * std::cos(k * kDegree), 500;
+  path.position *= kMillimetre;
+  return path;
+}
+
+RobotProgram urscript(const std::string& moves) {
+  return parse_program(Dialect::urscript,
+                       {{"p.script", "def p():\n  movej([0,-1,1,0,1,0])\n" + moves + "end\n"}}, {});
+}
+
+const char* const kMoves =
+    "  movel(p[0.4,0,0.5,0,3,0])\n  movel(p[0.5,0,0.5,0,3,0], a=1.2, v=0.1)\n"
+    "  movec(p[0.535355339,0.014644661,0.5,0,3,0], p[0.55,0.05,0.5,0,3,0], a=1.2, v=0.1)\n";
+
+TEST(Displacement, WithoutOneNoByteChanges) {
+  const RobotProgram program = urscript(kMoves);
+  const DisplacedProgram displaced = displace_program(program, path(), path().position);
+  EXPECT_EQ(displaced.text.texts[0], program.texts[0].text);
+  EXPECT_EQ(displaced.corrected, 4);
+  EXPECT_EQ(displaced.left_alone, 1);  // the joints
+  EXPECT_THAT(displaced.warnings, ElementsAre());
+}
+
+TEST(Displacement, AConstantOneMovesTheTargetsAndInsertsNothing) {
+  Eigen::Matrix3Xd corrected = path().position;
+  corrected.row(2).array() += 1e-3;
+  const DisplacedProgram displaced = displace_program(urscript(kMoves), path(), corrected);
+  EXPECT_EQ(displaced.text.inserted, 0);
+  EXPECT_THAT(displaced.text.texts[0],
+              HasSubstr("movec(p[0.535355339,0.014644661,0.501,0,3,0], p[0.55,0.05,0.501,0,3,0]"));
+}
+
+// A roof of 0.2 mm on the line: its ridge is one point, at the middle.
+TEST(Displacement, ABendOnALineIsAPoint) {
+  Eigen::Matrix3Xd corrected = path().position;
+  for (int k = 0; k <= 100; ++k) corrected(2, k) += 0.2e-3 * (1 - std::abs(k - 50) / 50.0);
+  const DisplacedProgram displaced = displace_program(urscript(kMoves), path(), corrected);
+  EXPECT_EQ(displaced.text.inserted, 1);
+  EXPECT_THAT(displaced.text.texts[0],
+              HasSubstr("  movel(p[0.45,0.0,0.5002,0.0,3.0,0.0], a=1.2, v=0.1, r=0.01)\n"
+                        "  movel(p[0.5,0,0.5,0,3,0], a=1.2, v=0.1)\n"));
+}
+
+// A wave of 0.2 mm in the radius of the arc, three times round: pieces of it keep within some um of
+// the corrected path, and no piece is shorter than 5 deg.
+TEST(Displacement, AWaveOnAnArcIsArcs) {
+  Eigen::Matrix3Xd corrected = path().position;
+  const Eigen::Vector3d centre(0.5, 0.05, 0.5);
+  for (int k = 0; k <= 90; ++k) {
+    const Eigen::Vector3d out = (path().position.col(100 + k) - centre).normalized();
+    corrected.col(100 + k) += 0.2e-3 * std::sin(12 * k * kDegree) * out;
+  }
+  const RobotProgram program = urscript(kMoves);
+  DisplacementOptions options;
+  options.tolerance = 20e-6;
+  const DisplacedProgram displaced = displace_program(program, path(), corrected, options);
+  EXPECT_GT(displaced.text.inserted, 5);
+  EXPECT_LT(displaced.text.inserted, 18);
+  const RobotProgram read =
+      parse_program(Dialect::urscript, {{"p.script", displaced.text.texts[0]}}, {});
+  ASSERT_EQ(read.targets.size(),
+            program.targets.size() + 2 * static_cast<size_t>(displaced.text.inserted));
+  // Every written point lies on the corrected arc.
+  for (size_t k = 3; k < read.targets.size(); ++k) {
+    const Eigen::Vector3d from = read.targets[k].pose.translation - centre;
+    const double angle = std::atan2(from.x(), -from.y());
+    EXPECT_NEAR(from.norm(), 0.05 + 0.2e-3 * std::sin(12 * angle), 10e-6) << k;
+  }
+}
+
+TEST(Displacement, RapidKeepsTheConfdataOfTheEndAndFanucItsTurns) {
+  Eigen::Matrix3Xd corrected = path().position;
+  for (int k = 0; k <= 100; ++k) corrected(2, k) += 0.2e-3 * (1 - std::abs(k - 50) / 50.0);
+  const std::string tail = ",[0,0,1,0],[-1,0,-2,1],[9E9,9E9,9E9,9E9,9E9,9E9]]";
+  const RobotProgram rapid =
+      parse_program(Dialect::rapid,
+                    {{"p.mod", "MoveL [[400,0,500]" + tail + ",v100,fine,t1;\nMoveL [[500,0,500]" +
+                                   tail + ",v100,fine,t1;\n"}},
+                    {});
+  EXPECT_THAT(displace_program(rapid, path(), corrected).text.texts[0],
+              HasSubstr("MoveL [[450.0,0.0,500.2],[0.0,0.0,1.0,0.0],[-1,0,-2,1],[9E9,9E9,9E9,9E9,"
+                        "9E9,9E9]],v100,z1,t1;\n"));
+  const auto position = [](int number, const char* x) {
+    return "P[" + std::to_string(number) +
+           "]{\n GP1:\n UF : 1, UT : 1, CONFIG : 'N U T, 0, 1, 0',\n X = " + x +
+           " mm, Y = 0.0 mm, Z = 500.0 mm,\n W = 0.0 deg, P = 0.0 deg, R = 0.0 deg\n};\n";
+  };
+  const RobotProgram fanuc = parse_program(
+      Dialect::fanuc,
+      {{"P.LS", "/PROG P\n/MN\n 1:L P[1] 9mm/sec FINE ;\n 2:L P[2] 9mm/sec FINE ;\n/POS\n" +
+                    position(1, "400.0") + position(2, "500.0") + "/END\n"}},
+      {});
+  EXPECT_THAT(
+      displace_program(fanuc, path(), corrected).text.texts[0],
+      HasSubstr("P[3]{\n GP1:\n UF : 1, UT : 1, CONFIG : 'N U T, 0, 1, 0',\n X = 450.000 mm, "
+                "Y = 0.000 mm, Z = 500.200 mm"));
+}
+
+TEST(Displacement, AProgramOfAnotherPathIsRefused) {
+  EXPECT_THROW(displace_program(urscript("  movel(p[0.4,0,0.6,0,3,0])\n"), path(), path().position),
+               InputError);
+  EXPECT_THROW(displace_program(urscript(""), path(), path().position), InputError);
+  const RobotProgram half = urscript(
+      "  movel(p[0.4,0,0.9,0,3,0])\n  movel(p[0.4,0,0.7,0,3,0])\n  movel(p[0.4,0,0.5,0,3,0])\n");
+  EXPECT_THAT(displace_program(half, path(), path().position).warnings,
+              ElementsAre(HasSubstr("only 1 of the 3 poses of the program lie")));
+}
+
+}  // namespace
+}  // namespace armtrue::displacement_test
