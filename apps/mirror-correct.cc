@@ -28,6 +28,7 @@ struct Arguments {
   std::vector<std::string> measured, before;
   bool from_force = false, engaged_only = false, fit_frame = false;
   int order = MirrorOptions{}.order;
+  double goal_mm = kFormGoal / kMillimetre;
   std::string cutoff_hz = "1.5625", gain = "auto", points = "turning";
   std::optional<double> max_mm, offset_s;
   app::PathProgramArguments program;
@@ -107,6 +108,12 @@ void add_options(app::Command& command, Arguments& arguments) {
   app::add_path_program(command, arguments.program);
   of_passes(command.add_output("--summary", arguments.summary,
                                "Write clocks, noise, deviation and forecast here"));
+  of_passes(command
+                .option("--goal-mm", arguments.goal_mm,
+                        "Largest RMS form error that is wanted, without the noise of the "
+                        "instrument")
+                .check(app::above_zero())
+                .default_shown());
   of_passes(command.add_output("--deviation", arguments.deviation,
                                "Write the deviation and its trend here"));
   for (const app::Option& option :
@@ -270,6 +277,7 @@ void write_findings(app::Command& command, const Arguments& arguments, const Inp
 int run(app::Command& command, const Arguments& arguments) {
   MirrorFindings findings;
   findings.options = mirror_options(arguments);
+  findings.goal = arguments.goal_mm * kMillimetre;
   const Inputs inputs = read_inputs(command, arguments);
   for (const PathFile& pass : inputs.passes) {
     findings.files.push_back(pass.source);

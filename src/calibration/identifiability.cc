@@ -12,6 +12,7 @@
 #include "armtrue/kinematics/units.h"
 #include "calibration/columns_by_session.h"
 #include "calibration/contacts.h"
+#include "calibration/prior.h"
 #include "calibration/session_models.h"
 #include "campaign/selection.h"
 
@@ -36,7 +37,8 @@ Robot ideal_structure(Robot robot) {
   return robot;
 }
 
-std::vector<int> preference_order(const KinematicChain& chain) {
+std::vector<int> preference_order(const Robot& robot) {
+  const KinematicChain& chain = robot.chain;
   std::vector<int> order;
   const int anchors = first_anchor_parameter(chain), contacts = first_contact_parameter(chain);
   for (int c = 0; c < static_cast<int>(chain.contacts.size()); ++c)
@@ -54,10 +56,14 @@ std::vector<int> preference_order(const KinematicChain& chain) {
     if (which == LinkParameter::theta) return LinkParameter::r;
     return which == LinkParameter::r ? LinkParameter::theta : which;
   };
-  for (LinkParameter which : {LinkParameter::theta, LinkParameter::alpha, LinkParameter::d,
-                              LinkParameter::r, LinkParameter::beta})
-    for (int j = 0; j < link_count(chain); ++j)
-      order.push_back(link_parameter(j, in_turn(which, j)));
+  // Where a positioner stands is its set-up, as the base is; only then the links.
+  for (const bool placing : {true, false})
+    for (LinkParameter which : {LinkParameter::theta, LinkParameter::alpha, LinkParameter::d,
+                                LinkParameter::r, LinkParameter::beta})
+      for (int j = 0; j < link_count(chain); ++j)
+        if (const int k = link_parameter(j, in_turn(which, j));
+            places_positioner(robot, k) == placing)
+          order.push_back(k);
   for (int k = anchors + 3; k < contacts; k += 4) order.push_back(k);
   return order;
 }
@@ -122,7 +128,7 @@ std::vector<int> allowed_parameters(const Robot& robot, const Campaign& campaign
   const ReadParameters read(campaign, robot.chain);
   // Those that stand behind the parameters of the chain, from `first` to before `end`.
   const auto add_read = [&](int first, int end) {
-    for (int k : preference_order(robot.chain))
+    for (int k : preference_order(robot))
       if (k >= first && k < end && read.contains(k)) allowed.push_back(k);
   };
   for (const std::string& name : robot.identify) {
@@ -248,7 +254,7 @@ std::optional<int> length_of_scale(const Robot& robot, const Campaign& campaign,
 IdentifiableSet choose_identifiable(const Robot& robot, const Campaign& campaign) {
   const std::vector<int> allowed = allowed_parameters(robot, campaign);
   std::vector<int> order;
-  for (int k : preference_order(robot.chain))
+  for (int k : preference_order(robot))
     if (std::find(allowed.begin(), allowed.end(), k) != allowed.end()) order.push_back(k);
 
   Campaign rows = campaign.select(thinned_rows(campaign, std::min(campaign.rows(), kMaxRows)));

@@ -63,7 +63,7 @@ double from_nominal(const Robot& robot, int parameter, double value) {
 void add_geometry(const Robot& robot, const SessionModels& models, Priors& priors) {
   const ParameterLayout layout = layout_of(robot.chain);
   const auto add = [&](int unknown, int parameter, double value) {
-    if (!layout.is_of_links(parameter)) return;
+    if (!layout.is_of_links(parameter) || places_positioner(robot, parameter)) return;
     const Class width = class_of(robot.chain, parameter);
     priors.of_unknowns.push_back(
         {unknown, priors.widths[width].deviation, from_nominal(robot, parameter, value), width});
@@ -155,6 +155,16 @@ double most_likely(const PriorWidth& width, double squares, double determined) {
 }
 
 }  // namespace
+
+bool places_positioner(const Robot& robot, int parameter) {
+  if (parameter < kLinkParameters || !is_of_positioner(robot, parameter)) return false;
+  int axis = *robot.ground_link;
+  while (axis > 0 && joint_of_link(robot.chain, axis) < 0) --axis;
+  const LinkParameter kind = kind_of_parameter(parameter);
+  return link_of_parameter(parameter) > axis ||
+         (link_of_parameter(parameter) == axis &&
+          (kind == LinkParameter::theta || kind == LinkParameter::r));
+}
 
 Priors priors_of(const Robot& robot, const SessionModels& models) {
   Priors priors;

@@ -75,4 +75,8 @@ double undetermined(const Eigen::MatrixXd& information, const Priors& priors);
 /// Returns whether no width changed by 2 % or more.
 bool update_widths(const Eigen::MatrixXd& information, const Eigen::VectorXd& x, Priors& priors);
 
+/// Whether a parameter, an index, places a positioner beside the arm, from its first axis to the
+/// foot of the arm: a set-up as base and tool are, of which nothing is known but by readings.
+bool places_positioner(const Robot& robot, int parameter);
+
 }  // namespace armtrue

@@ -7,6 +7,7 @@
 
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
+#include "calibration/prior.h"
 
 namespace armtrue {
 
@@ -22,7 +23,8 @@ std::optional<std::string> find_impossible_change(const Robot& nominal,
     const double moved = result.change[k];
     if (std::abs(moved) < kClearly * std::sqrt(result.covariance(k, k))) continue;
     const double change = std::abs(is_length ? moved : std::remainder(moved, 2 * std::numbers::pi));
-    const bool is_link = layout_of(nominal.chain).is_of_links(parameter);
+    const bool is_link = layout_of(nominal.chain).is_of_links(parameter) &&
+                         !places_positioner(nominal, parameter);
     if (!is_link || change < (is_length ? kImpossibleLength : kImpossibleAngle)) continue;
     return fmt::format("these readings would change {} by {:.4g} {}, which is no error of an arm{}",
                        parameter_name(nominal.chain, parameter),

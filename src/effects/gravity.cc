@@ -122,7 +122,7 @@ std::vector<int> GravityLoad::carrying_links(const KinematicChain& chain) const 
 }
 
 // The frames that a joint of a positioner carries: all before it. -1 is R_0.
-std::vector<int> GravityLoad::carried_links(const KinematicChain& /*chain*/) const {
+std::vector<int> GravityLoad::carried_links() const {
   std::vector<int> links;
   for (int j = link_ - 1; parameter_ >= kLinkParameters && j >= -1; --j) links.push_back(j);
   return links;
@@ -130,7 +130,7 @@ std::vector<int> GravityLoad::carried_links(const KinematicChain& /*chain*/) con
 
 void GravityLoad::choose_basis(const Robot& robot, const ChainEvaluator& evaluator) {
   std::vector<FirstMoment> moments;
-  for (int link : of_positioner_ ? carried_links(robot.chain) : carrying_links(robot.chain)) {
+  for (int link : of_positioner_ ? carried_links() : carrying_links(robot.chain)) {
     for (int axis = 0; axis < 3; ++axis) moments.push_back({link, axis});
     // Of the base all components have one basis, whichever way a rail leads.
     if (!of_positioner_ && is_prismatic(robot.chain.links[link]) && parameter_ >= kLinkParameters)

@@ -76,7 +76,7 @@ BoundEffect::BoundEffect(const Effect& effect, const Robot& robot,
                            effect.parameter.starts_with("instrument.elevation") ||
                            effect.parameter.starts_with("instrument.azimuth");
   if (robot.ground_link && by_vertical)
-    fail("the vertical turns in the frame of the part, so azimuth and elevation mean nothing there");
+    fail("the vertical turns in the frame of the part, so that azimuth and elevation mean nothing");
   const int joints = joint_count(robot.chain);
   if (std::max(driver_.joint, driver_.second_joint) >= joints)
     fail("'" + to_string(driver_) + "' is about joint " +

@@ -89,7 +89,8 @@ class ColumnFinder {
     const bool turns_row = row > 0, turns_column = column > 0;
     const std::string unit = turns_row ? "_deg2" : turns_column ? "_mm_deg" : "_mm2";
     const std::string si = turns_row ? "_rad2" : turns_column ? "_m_rad" : "_m2";
-    const double in_si = (turns_row ? kDegree : kMillimetre) * (turns_column ? kDegree : kMillimetre);
+    const double in_si =
+        (turns_row ? kDegree : kMillimetre) * (turns_column ? kDegree : kMillimetre);
     std::vector<std::optional<CsvTable::Quantity>> found;
     std::vector<std::string> names;
     std::vector<size_t> places;
@@ -124,10 +125,11 @@ class ColumnFinder {
     refuse(between && !(of_position && of_rotation),
            "cov_xrx_mm_deg and its like also need cov_xx_mm2 and cov_rxrx_deg2 and theirs");
     refuse(of_rotation && !columns_.abc[0] && !columns_.quaternion[0],
-           "cov_rxrx_deg2 and its like are of an orientation; add a_deg,b_deg,c_deg or qw,qx,qy,qz");
+           "cov_rxrx_deg2 and its like are of an orientation; add a_deg,b_deg,c_deg or "
+           "qw,qx,qy,qz");
     refuse(of_position && (columns_.distance || columns_.contact),
-           "cov_xx_mm2 and its like are of points and poses; give distances and contacts sigma_mm in "
-           "a file of their own");
+           "cov_xx_mm2 and its like are of points and poses; give distances and contacts sigma_mm "
+           "in a file of their own");
   }
 
   void find_temperatures() {

@@ -46,7 +46,7 @@ YAML::Node pass_node(const Pass& pass, const std::string& file, const std::vecto
   return node;
 }
 
-YAML::Node accuracy_node(const PassAccuracy& accuracy) {
+YAML::Node accuracy_node(const MirrorFindings& findings, const PassAccuracy& accuracy) {
   YAML::Node node;
   node["at_mm"] = millimetres(accuracy.path.at);
   node["rt_mm"] = accuracy.path.rt ? YAML::Node(millimetres(*accuracy.path.rt))
@@ -55,8 +55,9 @@ YAML::Node accuracy_node(const PassAccuracy& accuracy) {
   for (size_t axis = 0; axis < 3; ++axis)
     node[std::string(1, "xyz"[axis]) + "_mm"] = error_node(accuracy.errors.axis[axis], kMillimetre);
   node["whole_mm"] = error_node(accuracy.errors.whole, kMillimetre);
-  node["goal_rms_mm"] = millimetres(kFormGoal);
-  node["goal_held"] = accuracy.errors.whole.rms <= kFormGoal ? "true" : "false";
+  node["form_rms_mm"] = millimetres(findings.form_rms(accuracy));
+  node["goal_rms_mm"] = millimetres(findings.goal);
+  node["goal_held"] = findings.form_rms(accuracy) <= findings.goal ? "true" : "false";
   return node;
 }
 
@@ -149,7 +150,8 @@ YAML::Node force_node(const ForceLaw& law) {
 }  // namespace
 
 std::string write_mirror(const MirrorFindings& findings, const Provenance& provenance) {
-  const auto& [result, options, files, lines, accuracy, before, force, robot] = findings;
+  const auto& [result, options, files, lines, accuracy, before, force, robot, goal] =
+      findings;
   YAML::Node root;
   root["format"] = "armtrue-mirror/1";
   root["provenance"] = provenance_node(provenance);
@@ -181,9 +183,9 @@ std::string write_mirror(const MirrorFindings& findings, const Provenance& prove
                 {"largest_mm", millimetres(result.correction.colwise().norm().maxCoeff())},
                 {"clipped_samples", std::to_string(result.clipped)},
                 {"unrecorded_samples", std::to_string(result.unrecorded)}});
-  root["accuracy"] = accuracy_node(accuracy);
+  root["accuracy"] = accuracy_node(findings, accuracy);
   if (before) {
-    root["before"] = accuracy_node(*before);
+    root["before"] = accuracy_node(findings, *before);
     root["reduction"] = reduction_node(reduction(before->errors, accuracy.errors));
   }
   if (!deviation.engagement.intervals.empty()) root["engaged_s"] = engaged_node(deviation);

@@ -25,7 +25,8 @@ PlannedPose touch_at(const Campaign& campaign, int row) {
 std::vector<std::string> names_of_points(const Contact& contact) {
   if (contact.kind != ContactKind::artefact) return {contact.name};
   std::vector<std::string> names;
-  for (const ArtefactPoint& point : contact.points) names.push_back(contact.name + "/" + point.name);
+  for (const ArtefactPoint& point : contact.points)
+    names.push_back(contact.name + "/" + point.name);
   return names;
 }
 
@@ -90,7 +91,8 @@ std::vector<PlannedPose> touches_to_plan(const Robot& robot, const Campaign& giv
   std::vector<PlannedPose> touches;
   for (int row = 0; row < given.rows(); ++row)
     if (given.kind(row) == ReadingKind::touch)
-      if (PlannedPose pose = touch_at(given, row); std::ranges::find(touches, pose) == touches.end())
+      if (PlannedPose pose = touch_at(given, row);
+          std::ranges::find(touches, pose) == touches.end())
         touches.push_back(std::move(pose));
   if (!touches.empty()) return touches;
   for (const Contact& contact : robot.chain.contacts) {
@@ -136,7 +138,8 @@ Campaign touch_readings(const PoseCloud& cloud, const std::vector<PlannedPose>& 
   Campaign campaign;
   campaign.source = "the poses to be planned";
   const bool by_target = !cloud.robot.chain.targets.empty();
-  for (const Target& target : cloud.robot.chain.targets) campaign.target_names.push_back(target.name);
+  for (const Target& target : cloud.robot.chain.targets)
+    campaign.target_names.push_back(target.name);
   for (size_t pose = 0; pose < poses.size(); ++pose) {
     campaign.pose_ids.push_back(std::to_string(pose + 1));
     campaign.pose.push_back(static_cast<int>(pose));

@@ -15,15 +15,17 @@ namespace {
 void add_mirror_verdict(Page& page, const MirrorFindings& findings) {
   const MirrorResult& result = findings.result;
   const double rms = findings.accuracy.errors.whole.rms;
-  const bool is_held = rms <= kFormGoal;
+  const double form = findings.form_rms(findings.accuracy);
+  const bool is_held = form <= findings.goal;
   page.verdict(
       is_held ? Tone::good : Tone::attention, is_held ? "form goal held" : "form goal not held",
       "Mean deviation across the path " + keyed_mm(result.before.mean, "deviation_mm/mean") +
           " mm; " + keyed_mm(result.expected_after, "expected_after_mean_mm") +
           " mm expected after the correction, if " +
           keyed(result.expected_if(), "expected_after_if") + ". RMS of these passes " +
-          keyed_mm(rms, "accuracy/whole_mm/rms") + " mm, goal " +
-          keyed_mm(kFormGoal, "accuracy/goal_rms_mm") + " mm.");
+          keyed_mm(rms, "accuracy/whole_mm/rms") + " mm, without the noise of the instrument " +
+          keyed_mm(form, "accuracy/form_rms_mm") + " mm; goal " +
+          keyed_mm(findings.goal, "accuracy/goal_rms_mm") + " mm.");
   page.tiles(
       {{"Before",
         (result.uncorrected ? keyed_mm(*result.uncorrected, "uncorrected_mean_mm")

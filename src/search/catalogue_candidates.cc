@@ -41,12 +41,13 @@ bool is_shown(const Effect& effect, const Robot& robot, const Campaign& campaign
   const auto of_positioner = [&](std::optional<DriverKind> kind, int joint) {
     return kind && is_about_positioner(*kind, joint, robot);
   };
-  if (needs_masses && (robot.bodies.empty() || of_positioner(driver.kind, driver.joint))) return false;
-  if (driver.kind == DriverKind::tool_weight && of_positioner(driver.kind, driver.joint)) return false;
+  const bool by_positioner = of_positioner(driver.kind, driver.joint);
+  if (needs_masses && (robot.bodies.empty() || by_positioner)) return false;
+  if (driver.kind == DriverKind::tool_weight && by_positioner) return false;
   if (of_positioner(driver.factor, driver.second_joint)) return false;
   // The part is not what stands on the floor.
-  if (robot.ground_link && driver.kind == DriverKind::moment && effect.parameter.starts_with("base"))
-    return false;
+  const bool of_base = effect.parameter.starts_with("base");
+  if (robot.ground_link && driver.kind == DriverKind::moment && of_base) return false;
   if (!has_common_basis(effect, robot)) return false;
   const std::string& parameter = effect.parameter;
   if (parameter.starts_with("target "))

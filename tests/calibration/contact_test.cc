@@ -283,9 +283,9 @@ void add_campaign(const std::vector<Fixture>& fixtures, unsigned seed, Study& st
 }
 
 // Forty poses, a noise of 0.05 mm, links off by 0.3 mm and 0.3 mrad, 120 fresh touches each. Of 100
-// campaigns with points, 300 with planes and 200 with spheres the ratios were 1.09, 1.23 and 1.18, the
-// coverages 0.957, 0.979 and 0.948 (each +- 0.006): planes leave few numbers for the errors of links,
-// and a covariance by poses is then wide.
+// campaigns with points, 300 with planes and 200 with spheres the ratios were 1.09, 1.23 and 1.18,
+// the coverages 0.957, 0.979 and 0.948 (each +- 0.006): planes leave few numbers for the errors of
+// links, and a covariance by poses is then wide.
 TEST(Contact, GeometryIsAsGoodAsPointsInWhatIsRead) {
   constexpr int kCampaigns = 20;
   int inside = 0, intervals = 0;

@@ -1,5 +1,6 @@
-// A positioner that carries the part: the chain from the part to the tool against KDL, which goes the way that the maker's
-// table goes, from the foot of the positioner to the part, and from the foot of the arm to the tool.
+// A positioner that carries the part: the chain from the part to the tool against KDL, which goes
+// the way that the maker's table goes, from the foot of the positioner to the part, and from the
+// foot of the arm to the tool.
 
 #include <gtest/gtest.h>
 
@@ -124,9 +125,10 @@ TEST(Positioner, PoseAndJacobianEqualKdl) {
 TEST(Positioner, MayStandParallelToTheArm) {
   Uniform uniform(52);
   const KinematicChain arm = random_chain(uniform, "A", 6);
-  for (const Pose& between : {Pose{}, Pose{Eigen::Matrix3d::Identity(), {0, 0, 0.4}},
-                              Pose{Eigen::Matrix3d::Identity(), {1.5, -0.3, 0.2}},
-                              Pose{rotation_from_abc(0.7, 0, std::numbers::pi), {1.5, -0.3, 0.2}}}) {
+  const Eigen::Matrix3d upright = Eigen::Matrix3d::Identity();
+  const Eigen::Matrix3d hanging = rotation_from_abc(0.7, 0, std::numbers::pi);
+  for (const Pose& between : {Pose{}, Pose{upright, {0, 0, 0.4}}, Pose{upright, {1.5, -0.3, 0.2}},
+                              Pose{hanging, {1.5, -0.3, 0.2}}}) {
     KinematicChain table = random_chain(uniform, "E", 1);
     table.links[0].alpha = table.links[0].d = 0;
     table.base = arm.base * between;

@@ -23,8 +23,8 @@ using ArmFrames = LinkFrames;
 /// torque is small and would add coefficients. The basis of a joint that slides is empty.
 ///
 /// A positioner (Robot::ground_link) carries the part, which no file knows: its loads are always a
-/// basis, of what stands before the joint in the chain. Gravity keeps its direction in the frame of
-/// that link, and turns in R_0.
+/// basis, the first moments of all frames before the joint in the chain. Gravity keeps its direction
+/// in the frame of that link, and turns in R_0.
 class GravityLoad {
  public:
   GravityLoad(const Robot& robot, int parameter);
@@ -45,7 +45,7 @@ class GravityLoad {
   double first_moment_value(const FirstMoment& moment, const ArmFrames& frames) const;
   Eigen::Vector3d gravity_in_foot(const ArmFrames& frames) const;
   std::vector<int> carrying_links(const KinematicChain& chain) const;
-  std::vector<int> carried_links(const KinematicChain& chain) const;
+  std::vector<int> carried_links() const;
   void choose_basis(const Robot& robot, const ChainEvaluator& evaluator);
 
   int parameter_;

@@ -50,8 +50,8 @@ struct PathErrors {
   ErrorSummary whole;
 };
 
-/// `deviation` 3 x n, usually that of PlaneCrossings. The form goal is held if
-/// whole.rms <= kFormGoal.
+/// `deviation` 3 x n, usually that of PlaneCrossings. MirrorFindings::form_rms() tells whether a
+/// form goal is held.
 PathErrors path_errors(const Eigen::Matrix3Xd& deviation);
 
 /// Accuracy of passes against their program.

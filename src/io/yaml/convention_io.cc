@@ -18,7 +18,8 @@ namespace {
 void refuse_parameters(YamlMap& document, const std::string& why) {
   for (const char* key : {"sessions", "effects", "priors", "std", "uncertainty"})
     if (document.has(key) && !(std::string(key) == "effects" && document.maps(key).empty()))
-      document.fail(key, why + "; write the file in it: convert-robot FILE --to yaml, without this key");
+      document.fail(key, why + "; write the file in it: convert-robot FILE --to yaml, without this "
+                               "key");
 }
 
 KinematicChain read_chain(YamlMap& map) {
@@ -70,7 +71,8 @@ void check_axes_of_positioner(YamlMap& document, const char* key, const Robot& r
 std::vector<Link> read_links(YamlMap& map) {
   std::vector<YamlMap> entries = map.maps("links");
   if (entries.empty() || entries.size() > kMaxLinks)
-    map.fail("links", fmt::format("has {} entries; a chain has from 1 to {}", entries.size(), kMaxLinks));
+    map.fail("links", fmt::format("has {} entries; a chain has from 1 to {}", entries.size(),
+                                  kMaxLinks));
   std::vector<Link> links;
   for (YamlMap& entry : entries) {
     const Link link = read_link(entry);
@@ -124,8 +126,8 @@ void use_positioner(YamlMap& document, Robot& robot) {
   }
   const char* key = robot.ground_link ? (forward ? "positioner" : "ground_link") : "links";
   if (const int joints = joint_count(robot.chain); joints < 1 || joints > kMaxJoints)
-    document.fail(key, fmt::format("has {} driven joints (revolute or prismatic); an arm has from 1 "
-                                   "to {}",
+    document.fail(key, fmt::format("has {} driven joints (revolute or prismatic); an arm has from "
+                                   "1 to {}",
                                    joints, kMaxJoints));
   if (robot.ground_link) check_axes_of_positioner(document, key, robot);
 }

@@ -1,5 +1,8 @@
 #include "armtrue/path/mirror/findings.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "armtrue/path/low_pass.h"
 
 namespace armtrue {
@@ -14,6 +17,12 @@ std::vector<Path> all_registered(const std::vector<Path>& passes,
 }
 
 }  // namespace
+
+double MirrorFindings::form_rms(const PassAccuracy& of) const {
+  const double passes = static_cast<double>(result.passes.size());
+  const double rms = of.errors.whole.rms, noise = result.deviation.noise;
+  return std::sqrt(std::max(0.0, rms * rms - 2 * passes * noise * noise));
+}
 
 void describe_passes(MirrorFindings& findings, const Path& programmed,
                      const std::vector<Path>& passes, const std::vector<Path>& earlier,

@@ -21,6 +21,13 @@ struct MirrorFindings {
   std::optional<PassAccuracy> before;   ///< of earlier passes, to compare with
   std::optional<ForceLaw> force;
   std::optional<ForceLine> robot;  ///< measured deviation on that predicted from the force
+  double goal = kFormGoal;         ///< largest RMS form error that is wanted [m]
+
+  /// RMS of the deviations of some passes without the noise of the instrument, which is that of
+  /// these passes [m]:
+  ///     sqrt(max(0, rms^2 - 2 n noise^2)),
+  /// noise^2 the variance per axis of a sample of the mean of n passes, two axes across the path.
+  double form_rms(const PassAccuracy& of) const;
 };
 
 /// Fills in accuracy, before, force and robot from `result` and `options`. `passes` are the passes
