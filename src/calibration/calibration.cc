@@ -46,9 +46,9 @@ std::vector<Eigen::Vector2d> raw_norms(const SessionModels& models, const Eigen:
 
 std::vector<KeptDerivatives> kept_at(const SessionModels& models, const Eigen::VectorXd& x) {
   std::vector<KeptDerivatives> kept;
-  for (int s = 0; s < models.sessions(); ++s)
+  for (int g = 0; g < models.groups(); ++g)
     kept.push_back(
-        keep_derivatives(models.model(s).at(models.unknowns_of(s, x)), models.model(s)));
+        keep_derivatives(models.model(g).at(models.unknowns_of(g, x)), models.model(g)));
   return kept;
 }
 
@@ -228,7 +228,8 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
   Robot start = starting_robot(robot, campaign, set);
   if (!start.nominal) start.nominal = robot.chain;
   match_coefficients(start, campaign);
-  SessionModels model(campaign, start, set.kept, {1.0, 1.0}, options.fitted_effects);
+  constexpr auto kSplit = SessionModels::Split::by_target;
+  SessionModels model(campaign, start, set.kept, {1.0, 1.0}, options.fitted_effects, kSplit);
   Priors priors = priors_of(start, model);
   require_enough_readings(model, priors.of_unknowns);
 
@@ -237,7 +238,7 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
   int iterations = 0;
   if (model.rows() > 2 * kRowsForStart) {
     const Campaign part = campaign.select(thinned_rows(campaign, kRowsForStart));
-    SessionModels part_model(part, start, set.kept, {1.0, 1.0}, options.fitted_effects);
+    SessionModels part_model(part, start, set.kept, {1.0, 1.0}, options.fitted_effects, kSplit);
     iterations = fit(part_model, law, priors, options, x).iterations;
     model.set_sigma(part_model.sigma());
     if (law.degrees_of_freedom > 0)

@@ -28,12 +28,36 @@ Eigen::MatrixXd of_all_poses(const Eigen::MatrixXd& covariance, const Eigen::Mat
   return eigen.eigenvectors() * scaled * eigen.eigenvectors().transpose();
 }
 
-}  // namespace
+// The equation of a prior in the coordinates of the root: adds l l^T, l the row of its unknown
+// divided by its deviation.
+void add_known(const Prior& prior, const Eigen::MatrixXd& root, Eigen::MatrixXd& covariance) {
+  const Eigen::VectorXd known = root.row(prior.unknown).transpose() / prior.deviation;
+  covariance += known * known.transpose();
+}
 
-Eigen::MatrixXd covariance_by_pose(const SessionModels& models, const std::vector<Prior>& priors,
-                                   const Eigen::VectorXd& x, const std::vector<double>& weights,
-                                   double degrees_of_freedom, const Eigen::MatrixXd& root,
-                                   double variance) {
+void add_known(const Prior& prior, const SparseRows& root, Eigen::MatrixXd& covariance) {
+  const double weight = 1 / (prior.deviation * prior.deviation);
+  for (SparseRows::InnerIterator a(root, prior.unknown); a; ++a)
+    for (SparseRows::InnerIterator b(root, prior.unknown); b; ++b)
+      covariance(b.col(), a.col()) += weight * a.value() * b.value();
+}
+
+// root * covariance * root^T
+Eigen::MatrixXd of_unknowns(const Eigen::MatrixXd& covariance, const Eigen::MatrixXd& root) {
+  return root * covariance * root.transpose();
+}
+
+Eigen::MatrixXd of_unknowns(const Eigen::MatrixXd& covariance, const SparseRows& root) {
+  const Eigen::MatrixXd half = root * covariance;
+  const Eigen::MatrixXd turned = half.transpose();  // the product is fast with the sparse side left
+  return root * turned;
+}
+
+// `Root`: dense or sparse.
+template <typename Root>
+Eigen::MatrixXd by_pose(const SessionModels& models, const std::vector<Prior>& priors,
+                        const Eigen::VectorXd& x, const std::vector<double>& weights,
+                        double degrees_of_freedom, const Root& root, double variance) {
   if (root.cols() == 0) return Eigen::MatrixXd::Zero(root.rows(), root.rows());
   const RowsByPose all = rows_by_pose(models.campaign().pose);
   const RowsByPose some = some_poses(all, kPosesForCovariance);
@@ -58,11 +82,24 @@ Eigen::MatrixXd covariance_by_pose(const SessionModels& models, const std::vecto
   Eigen::MatrixXd covariance = sums.influence.covariance(
       mean_psi_derivative(weights, degrees_of_freedom, models.row_size()), variance);
   if (is_part) covariance = of_all_poses(covariance, sums.information, variance);
-  for (const Prior& prior : priors) {
-    const Eigen::VectorXd known = root.row(prior.unknown).transpose() / prior.deviation;
-    covariance += known * known.transpose();
-  }
-  return root * covariance * root.transpose();
+  for (const Prior& prior : priors) add_known(prior, root, covariance);
+  return of_unknowns(covariance, root);
+}
+
+}  // namespace
+
+Eigen::MatrixXd covariance_by_pose(const SessionModels& models, const std::vector<Prior>& priors,
+                                   const Eigen::VectorXd& x, const std::vector<double>& weights,
+                                   double degrees_of_freedom, const Eigen::MatrixXd& root,
+                                   double variance) {
+  return by_pose(models, priors, x, weights, degrees_of_freedom, root, variance);
+}
+
+Eigen::MatrixXd covariance_by_pose(const SessionModels& models, const std::vector<Prior>& priors,
+                                   const Eigen::VectorXd& x, const std::vector<double>& weights,
+                                   double degrees_of_freedom, const SparseRows& root,
+                                   double variance) {
+  return by_pose(models, priors, x, weights, degrees_of_freedom, root, variance);
 }
 
 }  // namespace armtrue

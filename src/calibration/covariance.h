@@ -5,6 +5,7 @@
 
 #include "calibration/prior.h"
 #include "calibration/session_models.h"
+#include "linear_algebra/sparse_cholesky.h"
 
 namespace armtrue {
 
@@ -18,6 +19,11 @@ namespace armtrue {
 Eigen::MatrixXd covariance_by_pose(const SessionModels& models, const std::vector<Prior>& priors,
                                    const Eigen::VectorXd& x, const std::vector<double>& weights,
                                    double degrees_of_freedom, const Eigen::MatrixXd& root,
+                                   double variance);
+/// The same with a root of which most numbers are zero.
+Eigen::MatrixXd covariance_by_pose(const SessionModels& models, const std::vector<Prior>& priors,
+                                   const Eigen::VectorXd& x, const std::vector<double>& weights,
+                                   double degrees_of_freedom, const SparseRows& root,
                                    double variance);
 
 }  // namespace armtrue

@@ -2,22 +2,44 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <utility>
 
 #include "calibration/covariance.h"
 #include "calibration/fold.h"
 #include "calibration/pose_influence.h"
 #include "linear_algebra/decompositions.h"
+#include "linear_algebra/sparse_cholesky.h"
 
 namespace armtrue {
 
 Eigen::MatrixXd joint_information(const SessionModels& models,
-                                  const std::vector<SessionFold>& folds) {
+                                  const std::vector<GroupFold>& folds) {
   std::vector<Eigen::MatrixXd> informations;
-  for (const SessionFold& session : folds) informations.push_back(session.folded.information());
+  for (const GroupFold& group : folds) informations.push_back(group.folded.information());
   return models.sum(informations);
 }
+
+namespace {
+
+constexpr double kMinPivot = 1e-5;  // of columns of unit length; less is hardly determined
+
+// inverse_root(), sparse where there are several groups and no direction is hardly determined.
+struct InverseRoot {
+  InverseRoot(const Eigen::MatrixXd& information, int groups) {
+    if (groups > 1)
+      if (const SparseCholesky cholesky(information); cholesky.smallest_pivot() >= kMinPivot)
+        sparse = cholesky.inverse_root();
+    dense = sparse.size() > 0 ? Eigen::MatrixXd(sparse) : inverse_root(information);
+  }
+  Eigen::MatrixXd applied_to(const Eigen::Ref<const Eigen::MatrixXd>& rows) const {
+    return sparse.size() > 0 ? product_without_zeros(rows, sparse) : rows * dense;
+  }
+
+  Eigen::MatrixXd dense;
+  SparseRows sparse;  // empty if the dense one alone will do
+};
+
+}  // namespace
 
 Eigen::Array2d determined_by(const SessionModels& model, Eigen::MatrixXd information,
                              const Priors& priors, const Eigen::VectorXd& x) {
@@ -28,13 +50,13 @@ Eigen::Array2d determined_by(const SessionModels& model, Eigen::MatrixXd informa
     return (p - undetermined(information, priors)) *
            Eigen::Array2d(size.share_of_position(), 1 - size.share_of_position());
   add_priors(priors.of_unknowns, information);
-  const Eigen::MatrixXd root = inverse_root(information);
+  const InverseRoot root(information, model.groups());
   const SessionModels::At at = model.at(x);
   Eigen::MatrixXd block(model.row_size(), p + 1);
   Eigen::Array2d determined = Eigen::Array2d::Zero();
   for (int row = 0; row < model.rows(); ++row) {
     at.block(row, block);
-    const Eigen::MatrixXd moved = block.leftCols(p) * root;
+    const Eigen::MatrixXd moved = root.applied_to(block.leftCols(p));
     determined[0] += moved.topRows(size.position).squaredNorm();
     determined[1] += moved.bottomRows(size.orientation).squaredNorm();
   }
@@ -43,23 +65,23 @@ Eigen::Array2d determined_by(const SessionModels& model, Eigen::MatrixXd informa
 
 namespace {
 
-// The triangle of all rows, from the folds of the sessions.
-Eigen::MatrixXd joint_factor(const SessionModels& models, const std::vector<SessionFold>& folds) {
+// The triangle of all rows, from the folds of the groups.
+Eigen::MatrixXd joint_factor(const SessionModels& models, const std::vector<GroupFold>& folds) {
   std::vector<Eigen::MatrixXd> factors;
-  for (const SessionFold& session : folds) factors.push_back(session.folded.triangle());
+  for (const GroupFold& group : folds) factors.push_back(group.folded.triangle());
   return models.join(factors);
 }
 
-// The folds of all sessions at x; one that was made elsewhere is made anew.
-std::vector<SessionFold> folds_at(const SessionModels& model, const ReadingLaw& law,
-                                  const Eigen::VectorXd& x, std::vector<SessionFold> folds) {
-  folds.resize(model.sessions());
-  for (int s = 0; s < model.sessions(); ++s) {
-    const ObservationModel& session = model.model(s);
-    const Eigen::VectorXd own = model.unknowns_of(s, x);
-    const ReadingLaw own_law = model.law_of(s, law);
-    if (!folds[s].is_at(own, session, own_law))
-      folds[s].folded = fold(session.at(own), session, own_law);
+// The folds of all groups at x; one that was made elsewhere is made anew.
+std::vector<GroupFold> folds_at(const SessionModels& model, const ReadingLaw& law,
+                                  const Eigen::VectorXd& x, std::vector<GroupFold> folds) {
+  folds.resize(model.groups());
+  for (int g = 0; g < model.groups(); ++g) {
+    const ObservationModel& group = model.model(g);
+    const Eigen::VectorXd own = model.unknowns_of(g, x);
+    const ReadingLaw own_law = model.law_of(g, law);
+    if (!folds[g].is_at(own, group, own_law))
+      folds[g].folded = fold(group.at(own), group, own_law);
   }
   return folds;
 }
@@ -84,42 +106,6 @@ double set_weights(const SessionModels& model, const ReadingLaw& law, const Eige
   return std::max(1.0, weighted.sum() / static_cast<double>(model.rows() * model.row_size()));
 }
 
-// Cholesky's factor of information whose columns have unit length, or nothing if a direction is
-// hardly determined.
-std::optional<Eigen::LLT<Eigen::MatrixXd>> clear_factor(const Eigen::MatrixXd& information,
-                                                        const Eigen::VectorXd& unit) {
-  constexpr double kMinPivot = 1e-5;
-  Eigen::LLT<Eigen::MatrixXd> llt(unit.asDiagonal() * information * unit.asDiagonal());
-  if (llt.info() != Eigen::Success) return std::nullopt;
-  if (llt.matrixLLT().diagonal().minCoeff() < kMinPivot) return std::nullopt;
-  return llt;
-}
-
-Eigen::VectorXd unit_of(const Eigen::MatrixXd& information) {
-  return information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-}
-
-// inverse_root() of several sessions: the inverse of Cholesky's triangle. The own unknowns of the
-// sessions come first, and no session sees those of another: so it has a block for each session
-// beside the columns of the common unknowns, and zeros elsewhere. Empty if a direction is hardly
-// determined.
-Eigen::MatrixXd inverse_root_by_session(const SessionModels& model,
-                                        const Eigen::MatrixXd& information) {
-  const int p = model.unknowns(), common = model.first_own(1);
-  std::vector<int> order;
-  for (int k = common; k < p; ++k) order.push_back(k);
-  for (int k = 0; k < common; ++k) order.push_back(k);
-  const Eigen::MatrixXd ordered = information(order, order);
-  const Eigen::VectorXd unit = unit_of(ordered);
-  const auto llt = clear_factor(ordered, unit);
-  if (!llt) return {};
-  Eigen::MatrixXd root = Eigen::MatrixXd::Identity(p, p);
-  llt->matrixU().solveInPlace(root);
-  Eigen::MatrixXd result(p, p);
-  result(order, Eigen::all) = unit.asDiagonal() * root;
-  return result;
-}
-
 void set_condition(const SessionModels& model, const Eigen::VectorXd& singular_values,
                    CalibrationResult& result) {
   // In the units of the literature: rows are multiplied by sigma of position.
@@ -128,15 +114,15 @@ void set_condition(const SessionModels& model, const Eigen::VectorXd& singular_v
   result.observability = observability(s, model.rows());
 }
 
-// Rank, condition and observability of several sessions. They have many unknowns together, and the
+// Rank, condition and observability of several groups. They have many unknowns together, and the
 // singular values of a triangle of them all take minutes. Where the columns are clearly
 // independent, the roots of the eigenvalues of the information are the same. False where they are
 // not.
-bool set_observability_by_session(const SessionModels& model, const Eigen::MatrixXd& information,
-                                  CalibrationResult& result) {
+bool set_observability_by_group(const SessionModels& model, const Eigen::MatrixXd& information,
+                                CalibrationResult& result) {
   constexpr double kMinEigenvalue = 1e-10;  // of the largest; a smaller one has few right digits
   const std::vector<int> geometric = model.geometric_unknowns();
-  if (geometric.empty() || !clear_factor(information, unit_of(information))) return false;
+  if (geometric.empty() || SparseCholesky(information).smallest_pivot() < kMinPivot) return false;
   const Eigen::MatrixXd chosen = information(geometric, geometric);
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(chosen, Eigen::EigenvaluesOnly);
   const Eigen::VectorXd& values = eigen.eigenvalues();  // smallest first
@@ -147,11 +133,11 @@ bool set_observability_by_session(const SessionModels& model, const Eigen::Matri
 }
 
 // Rank of all unknowns, coefficients too; condition and observability of the geometric ones.
-void set_observability(const SessionModels& model, const std::vector<SessionFold>& folds,
+void set_observability(const SessionModels& model, const std::vector<GroupFold>& folds,
                        CalibrationResult& result) {
   const int p = model.unknowns();
-  if (model.sessions() > 1 &&
-      set_observability_by_session(model, joint_information(model, folds), result))
+  if (model.groups() > 1 &&
+      set_observability_by_group(model, joint_information(model, folds), result))
     return;
   const Eigen::MatrixXd factor = joint_factor(model, folds);
   // Columns of unit length, whatever their units.
@@ -173,7 +159,7 @@ void set_observability(const SessionModels& model, const std::vector<SessionFold
 }  // namespace
 
 void set_statistics(const SessionModels& model, const ReadingLaw& law, const Priors& all_priors,
-                    const Eigen::VectorXd& x, std::vector<SessionFold> folds,
+                    const Eigen::VectorXd& x, std::vector<GroupFold> folds,
                     CalibrationResult& result) {
   const std::vector<Prior>& priors = all_priors.of_unknowns;
   const int p = model.unknowns();
@@ -182,8 +168,8 @@ void set_statistics(const SessionModels& model, const ReadingLaw& law, const Pri
   const Eigen::Array2d determined = determined_by(model, information, all_priors, x);
   result.determined = {determined[0], determined[1]};
   add_priors(priors, information);
-  if (model.sessions() > 1) result.inverse_root = inverse_root_by_session(model, information);
-  if (result.inverse_root.size() == 0) result.inverse_root = inverse_root(information);
+  const InverseRoot root(information, model.groups());
+  result.inverse_root = root.dense;
   result.prior_weight = result.prior_residual = Eigen::VectorXd::Zero(p);
   result.share_of_readings = Eigen::VectorXd::Ones(p);
   for (const Prior& prior : priors) {
@@ -196,13 +182,16 @@ void set_statistics(const SessionModels& model, const ReadingLaw& law, const Pri
   }
   result.names = model.unknown_names();
   const double variance = set_weights(model, law, x, result);
-  result.covariance = covariance_by_pose(model, priors, x, result.weights,
-                                         result.degrees_of_freedom, result.inverse_root, variance);
+  const auto covariance = [&](const auto& any_root) {
+    return covariance_by_pose(model, priors, x, result.weights, result.degrees_of_freedom,
+                              any_root, variance);
+  };
+  result.covariance = root.sparse.size() > 0 ? covariance(root.sparse) : covariance(root.dense);
   set_observability(model, folds, result);
 }
 
 void set_weights_alone(const SessionModels& model, const ReadingLaw& law, const Priors& priors,
-                       const Eigen::VectorXd& x, const std::vector<SessionFold>& folds,
+                       const Eigen::VectorXd& x, const std::vector<GroupFold>& folds,
                        CalibrationResult& result) {
   const Eigen::Array2d determined =
       determined_by(model, joint_information(model, folds), priors, x);

@@ -10,7 +10,7 @@
 #include "armtrue/effects/sampling.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
-#include "calibration/columns_by_session.h"
+#include "calibration/column_choice.h"
 #include "calibration/contacts.h"
 #include "calibration/prior.h"
 #include "calibration/session_models.h"
@@ -159,49 +159,9 @@ namespace {
 IdentifiableSet choose_in_order(const Robot& ideal, const Campaign& rows,
                                 const std::vector<int>& order) {
   // Lengths weigh against angles as at arm's length: only the ratio matters, and little.
-  const SessionModels models(rows, ideal, order, {1.0, 1.0});
-  // The own parameters of further sessions first: nothing else shows where the instrument stood.
-  const ColumnsBySession columns(models, ideal.chain);
-  const Eigen::MatrixXd& jacobian = columns.of_first();
-  const int asked = static_cast<int>(order.size()), rank_of_own = columns.rank_of_own();
-
-  IdentifiableSet set;
-  Eigen::MatrixXd basis(jacobian.rows(), asked);
-  Eigen::MatrixXd triangle = Eigen::MatrixXd::Zero(asked, asked);  // kept columns in the basis
-  std::vector<int> kept;
-  for (int c = 0; c < asked; ++c) {
-    const int rank = static_cast<int>(kept.size());
-    Eigen::VectorXd column = jacobian.col(c);
-    const double norm = column.norm();
-    Eigen::VectorXd shares = Eigen::VectorXd::Zero(rank);
-    for (int twice = 0; twice < 2; ++twice) {  // the second time removes rounding errors
-      columns.remove_own(column);
-      shares += remove_part(basis.leftCols(rank), column);
-    }
-    if (is_independent(norm, column.norm()) && rank_of_own + rank < jacobian.rows()) {
-      triangle.col(rank).head(rank) = shares;
-      triangle(rank, rank) = column.norm();
-      basis.col(rank) = column.normalized();
-      kept.push_back(order[c]);
-      continue;
-    }
-    AbsorbedParameter absorbed{order[c], {}};
-    if (norm > 1e-12) {
-      const Eigen::VectorXd solution =
-          triangle.topLeftCorner(rank, rank).triangularView<Eigen::Upper>().solve(shares);
-      for (int k = 0; k < rank; ++k)
-        if (std::abs(solution[k]) > 1e-4) absorbed.absorbed_by.emplace_back(kept[k], solution[k]);
-      std::stable_sort(absorbed.absorbed_by.begin(), absorbed.absorbed_by.end(),
-                       [](const auto& a, const auto& b) {  // equal shares keep their order
-                         return std::round(std::abs(a.second) * 1e6) >
-                                std::round(std::abs(b.second) * 1e6);
-                       });
-    }
-    set.absorbed.push_back(std::move(absorbed));
-  }
-  std::sort(kept.begin(), kept.end());
-  set.kept = kept;
-  return set;
+  const SessionModels models(rows, ideal, order, {1.0, 1.0}, kAllEffects,
+                             SessionModels::Split::by_target);
+  return choose_columns(models, ideal.chain);
 }
 
 // The nominal length that a parameter of a link is [m]; 0 of angles and of what an encoder adds to.

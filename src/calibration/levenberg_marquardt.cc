@@ -10,24 +10,24 @@
 namespace armtrue {
 namespace {
 
-// One session, or the whole campaign where there is only one, as one residual block of p + 1
+// One group of rows, or the whole campaign where there is only one, as one residual block of p + 1
 // residuals: with R = triangle of its fold, the last column of R and the Jacobian -R (the residual
 // is measured minus model). The sum of their squares is the loss, their gradient that of the loss,
 // so Levenberg-Marquardt takes the same steps as on all rows. The parameter blocks are the
-// session's runs. The priors are further residuals.
+// group's runs. The priors are further residuals.
 //
 // By normal equations a triangle of the second derivative takes the place of R and of the priors
 // where there is one: see Fold::bend.
 class FoldedCost : public ceres::CostFunction {
  public:
-  FoldedCost(const SessionModels& models, int session, const ReadingLaw& law,
+  FoldedCost(const SessionModels& models, int group, const ReadingLaw& law,
              const std::vector<Prior>& priors, FoldBy fold_by, const KeptDerivatives* kept)
-      : model_(models.model(session)),
+      : model_(models.model(group)),
         fold_by_(fold_by),
         kept_(kept),
-        law_(models.law_of(session, law)),
+        law_(models.law_of(group, law)),
         priors_(priors) {
-    for (const SessionModels::Run& run : models.runs(session))
+    for (const SessionModels::Run& run : models.runs(group))
       mutable_parameter_block_sizes()->push_back(run.count);
     set_num_residuals(model_.unknowns() + 1 + static_cast<int>(priors.size()));
   }
@@ -69,7 +69,7 @@ class FoldedCost : public ceres::CostFunction {
     return std::isfinite(r[p]) && jacobian.allFinite();
   }
 
-  const SessionFold& last_fold() const { return last_; }
+  const GroupFold& last_fold() const { return last_; }
 
  private:
   // Residuals and Jacobian from the triangle of the rows; `r` holds the residuals of the priors.
@@ -150,26 +150,30 @@ class FoldedCost : public ceres::CostFunction {
   const std::vector<Prior> priors_;
   // The last fold that a Jacobian was made of. Evaluate() is const for Ceres; this one is called by
   // one thread only (Solver::Options::num_threads).
-  mutable SessionFold last_;
+  mutable GroupFold last_;
 };
 
-// The priors of the unknowns that a session is the first to have, by their places among its own.
-std::vector<Prior> priors_of_session(const SessionModels& models, int session,
-                                     const std::vector<Prior>& priors) {
-  const int begin = session == 0 ? 0 : models.first_own(session);
-  const int end = models.first_own(session + 1);
-  std::vector<Prior> own;
-  for (Prior prior : priors) {
-    if (prior.unknown < begin || prior.unknown >= end) continue;
+// The priors of the unknowns that a group is the first to have, by their places among its own.
+std::vector<std::vector<Prior>> priors_by_group(const SessionModels& models,
+                                                const std::vector<Prior>& priors) {
+  constexpr int kNobody = -1;
+  struct Place {
+    int group = kNobody, place = 0;
+  };
+  std::vector<Place> places(static_cast<size_t>(models.unknowns()));
+  for (int g = 0; g < models.groups(); ++g) {
     int place = 0;
-    for (const SessionModels::Run& run : models.runs(session)) {
-      if (prior.unknown >= run.first && prior.unknown < run.first + run.count) {
-        prior.unknown += place - run.first;
-        break;
-      }
-      place += run.count;
-    }
-    own.push_back(prior);
+    for (const SessionModels::Run& run : models.runs(g))
+      for (int k = run.first; k < run.first + run.count; ++k, ++place)
+        if (places[static_cast<size_t>(k)].group == kNobody)
+          places[static_cast<size_t>(k)] = {g, place};
+  }
+  std::vector<std::vector<Prior>> own(static_cast<size_t>(models.groups()));
+  for (Prior prior : priors) {
+    const auto [group, place] = places[static_cast<size_t>(prior.unknown)];
+    if (group == kNobody) continue;  // no reading, and so no step, has anything to do with it
+    prior.unknown = place;
+    own[static_cast<size_t>(group)].push_back(prior);
   }
   return own;
 }
@@ -180,23 +184,24 @@ Solution minimise(const SessionModels& models, const ReadingLaw& law,
                   const std::vector<Prior>& priors, int max_iterations, double tolerance, FoldBy by,
                   Eigen::VectorXd& x, const std::vector<KeptDerivatives>& kept) {
   if (x.size() == 0)
-    return {true, 0, "nothing to identify", std::vector<SessionFold>(models.sessions())};
+    return {true, 0, "nothing to identify", std::vector<GroupFold>(models.groups())};
   std::vector<std::unique_ptr<FoldedCost>> costs;
   ceres::Problem::Options ownership;
   ownership.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   ceres::Problem problem(ownership);
-  for (int s = 0; s < models.sessions(); ++s) {
+  const std::vector<std::vector<Prior>> own_priors = priors_by_group(models, priors);
+  for (int g = 0; g < models.groups(); ++g) {
     std::vector<double*> blocks;
-    for (const SessionModels::Run& run : models.runs(s)) blocks.push_back(x.data() + run.first);
+    for (const SessionModels::Run& run : models.runs(g)) blocks.push_back(x.data() + run.first);
     costs.push_back(
-        std::make_unique<FoldedCost>(models, s, law, priors_of_session(models, s, priors), by,
-                                     kept.empty() ? nullptr : &kept[static_cast<size_t>(s)]));
+        std::make_unique<FoldedCost>(models, g, law, own_priors[static_cast<size_t>(g)], by,
+                                     kept.empty() ? nullptr : &kept[static_cast<size_t>(g)]));
     problem.AddResidualBlock(costs.back().get(), nullptr, blocks);
   }
   ceres::Solver::Options options;
-  // No session sees another's base. The normal equations need no more care than they were made
-  // with.
-  options.linear_solver_type = models.sessions() > 1 ? ceres::SPARSE_NORMAL_CHOLESKY
+  // No group sees another's own unknowns. The normal equations need no more care than they were
+  // made with.
+  options.linear_solver_type = models.groups() > 1 ? ceres::SPARSE_NORMAL_CHOLESKY
                                : by == FoldBy::qr    ? ceres::DENSE_QR
                                                      : ceres::DENSE_NORMAL_CHOLESKY;
   options.max_num_iterations = max_iterations;

@@ -10,9 +10,9 @@
 
 namespace armtrue {
 
-/// A fold of one session and what it was made at. The solver's last fold is at its solution if the
-/// last step was accepted, and need then not be repeated for the statistics.
-struct SessionFold {
+/// A fold of one group of rows and what it was made at. The solver's last fold is at its solution
+/// if the last step was accepted, and need then not be repeated for the statistics.
+struct GroupFold {
   Eigen::VectorXd x;
   ReadingSigma sigma;
   ReadingLaw law;
@@ -29,12 +29,12 @@ struct Solution {
   bool converged = false;
   int iterations = 0;
   std::string termination;         ///< the solver's own words
-  std::vector<SessionFold> folds;  ///< the last of each session
+  std::vector<GroupFold> folds;  ///< the last of each group
 };
 
 /// Minimises over x, by Levenberg and Marquardt's method (Ceres), with sigma and law held fixed,
 ///     sum over the rows of ReadingLaw::loss + sum over the priors of ((start + x) / deviation)^2.
-/// `x`: the start, and on return the solution. `kept`: of each session, by normal equations; empty:
+/// `x`: the start, and on return the solution. `kept`: of each group, by normal equations; empty:
 /// the derivatives are those at each step.
 Solution minimise(const SessionModels& models, const ReadingLaw& law,
                   const std::vector<Prior>& priors, int max_iterations, double tolerance, FoldBy by,

@@ -161,6 +161,17 @@ Eigen::MatrixXd product_without_zeros(const Eigen::Ref<const Eigen::MatrixXd>& r
   return rows(Eigen::all, columns) * root(columns, Eigen::all);
 }
 
+Eigen::MatrixXd product_without_zeros(const Eigen::Ref<const Eigen::MatrixXd>& rows,
+                                      const SparseRows& root) {
+  Eigen::MatrixXd product = Eigen::MatrixXd::Zero(rows.rows(), root.cols());
+  for (Eigen::Index k = 0; k < rows.cols(); ++k) {
+    if ((rows.col(k).array() == 0).all()) continue;
+    for (SparseRows::InnerIterator entry(root, k); entry; ++entry)
+      product.col(entry.col()) += entry.value() * rows.col(k);
+  }
+  return product;
+}
+
 RowsByPose rows_by_pose(const std::vector<int>& pose) {
   const int numbers = pose.empty() ? 0 : 1 + *std::max_element(pose.begin(), pose.end());
   RowsByPose rows{std::vector<int>(numbers + 1, 0), std::vector<int>(pose.size())};

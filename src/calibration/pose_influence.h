@@ -7,6 +7,7 @@
 
 #include "armtrue/calibration/calibration.h"
 #include "calibration/session_models.h"
+#include "linear_algebra/sparse_cholesky.h"
 #include "statistics/ordered_blocks.h"
 
 namespace armtrue {
@@ -81,14 +82,15 @@ RowsByPose some_poses(const RowsByPose& all, int count);
 /// rows * root, where most columns of `rows` may be zero.
 Eigen::MatrixXd product_without_zeros(const Eigen::Ref<const Eigen::MatrixXd>& rows,
                                       const Eigen::MatrixXd& root);
+Eigen::MatrixXd product_without_zeros(const Eigen::Ref<const Eigen::MatrixXd>& rows,
+                                      const SparseRows& root);
 
 /// Calls `add(sums, influence, rows)` for each pose, into a Sums for each block of them, and hands
-/// those to `join` in the order of the poses. `root`: inverse_root() of the information; `rows` as
-/// for influence_of_pose().
-template <typename Sums, typename Add, typename Join>
+/// those to `join` in the order of the poses. `root`: inverse_root() of the information, dense or
+/// sparse; `rows` as for influence_of_pose().
+template <typename Sums, typename Root, typename Add, typename Join>
 void for_each_pose(const SessionModels::At& at, const std::vector<double>& weights,
-                   const Eigen::MatrixXd& root, const RowsByPose& rows, const Add& add,
-                   const Join& join) {
+                   const Root& root, const RowsByPose& rows, const Add& add, const Join& join) {
   constexpr int kPosesPerBlock = 32, kMaxBlocks = 256, kRowsAtOnce = 40;
   const int count = rows.poses(), size = at.models().row_size();
   const Eigen::Index p = root.rows();

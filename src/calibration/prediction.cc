@@ -16,6 +16,17 @@
 namespace armtrue {
 namespace {
 
+// The rows of a root that belong to the unknowns of a group.
+Eigen::MatrixXd root_of_group(const SessionModels& models, int group, const Eigen::MatrixXd& root) {
+  const Eigen::Index count = std::min<Eigen::Index>(models.model(group).unknowns(), root.rows());
+  if (!models.is_split_by_target()) return root.topRows(count);
+  std::vector<Eigen::Index> unknowns;
+  for (const SessionModels::Run& run : models.runs(group))
+    for (Eigen::Index k = run.first; k < run.first + run.count; ++k)
+      if (k < root.rows()) unknowns.push_back(k);
+  return root(unknowns, Eigen::all);
+}
+
 // Calls `take(row, moved, residual)` for each row: what a root moves its position, 3 x columns, or
 // 1 x columns of a length, and the residual.
 template <typename Take>
@@ -27,18 +38,20 @@ void for_each_position(const Robot& robot, const Campaign& campaign,
     by_axis.whitening.clear();
     return for_each_position(robot, by_axis, geometric, root, take);
   }
-  const SessionModels models(campaign, robot, geometric, {1.0, 1.0});
+  const SessionModels models(campaign, robot, geometric, {1.0, 1.0}, kAllEffects,
+                             SessionModels::Split::by_target);
   const int axes = campaign.reading_size().position;
-  for (int s = 0; s < models.sessions(); ++s) {
-    const ObservationModel& model = models.model(s);
+  for (int g = 0; g < models.groups(); ++g) {
+    const ObservationModel& model = models.model(g);
     const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
-    const auto count = std::min<Eigen::Index>(model.unknowns(), root.rows());
+    const Eigen::MatrixXd own_root = root_of_group(models, g, root);
+    const Eigen::Index count = own_root.rows();
     Eigen::MatrixXd block(model.row_size(), model.unknowns() + 1);
     for (int row = 0; row < model.rows(); ++row) {
       at.block(row, block);
       const double sigma = model.row_sigma(row).position;
-      const Eigen::MatrixXd moved = sigma * block.topLeftCorner(axes, count) * root.topRows(count);
-      take(static_cast<size_t>(models.rows_of(s)[row]), moved,
+      const Eigen::MatrixXd moved = sigma * block.topLeftCorner(axes, count) * own_root;
+      take(static_cast<size_t>(models.rows_of(g)[row]), moved,
            sigma * block.rightCols<1>().head(axes));
     }
   }
@@ -135,18 +148,41 @@ MeanSquare mean_square_by_uncertainty(const Robot& robot, const Campaign& campai
   return {expected, expected * expected / sum.squaredNorm()};
 }
 
+namespace {
+
+// The unknowns of a fit whose uncertainty is stated: those of the first session, without the places
+// of targets where there are so many that a file may not hold the root.
+std::vector<int> stated_unknowns(const CalibrationResult& fit) {
+  constexpr int kMaxUnknowns = 800;
+  auto count = static_cast<int>(fit.set.kept.size());
+  const int geometric = count;
+  for (const Effect& effect : fit.robot.effects)
+    count += static_cast<int>(effect.coefficients.size());
+  count = std::min(count, static_cast<int>(fit.covariance.rows()));
+  const int first = layout_of(fit.robot.chain).targets;
+  const int end = first_anchor_parameter(fit.robot.chain);
+  std::vector<int> unknowns;
+  for (int k = 0; k < count; ++k) {
+    const int parameter = k < geometric ? fit.set.kept[static_cast<size_t>(k)] : 0;
+    if (count <= kMaxUnknowns || parameter < first || parameter >= end) unknowns.push_back(k);
+  }
+  return unknowns;
+}
+
+}  // namespace
+
 Uncertainty uncertainty_of(const CalibrationResult& fit, const Campaign& campaign) {
   Uncertainty uncertainty;
-  for (int k : fit.set.kept) uncertainty.parameters.push_back(parameter_name(fit.robot.chain, k));
-  auto count = static_cast<Eigen::Index>(fit.set.kept.size());
-  for (const Effect& effect : fit.robot.effects)
-    count += static_cast<Eigen::Index>(effect.coefficients.size());
-  count = std::min(count, fit.covariance.rows());
-  uncertainty.root = root_of(fit.covariance.topLeftCorner(count, count));
+  const std::vector<int> unknowns = stated_unknowns(fit);
+  std::vector<int> geometric;
+  for (int k : unknowns)
+    if (k < std::ssize(fit.set.kept)) geometric.push_back(fit.set.kept[static_cast<size_t>(k)]);
+  for (int k : geometric) uncertainty.parameters.push_back(parameter_name(fit.robot.chain, k));
+  uncertainty.root = root_of(fit.covariance(unknowns, unknowns));
   uncertainty.reading = spread_of(fit, campaign);
   uncertainty.poses = static_cast<int>(campaign.pose_ids.size());
   for (const Eigen::MatrixXd& covariance_of_row :
-       position_covariances(fit.robot, campaign, fit.set.kept, uncertainty.root))
+       position_covariances(fit.robot, campaign, geometric, uncertainty.root))
     uncertainty.largest_variance =
         std::max(uncertainty.largest_variance, covariance_of_row.trace());
   return uncertainty;
@@ -154,7 +190,7 @@ Uncertainty uncertainty_of(const CalibrationResult& fit, const Campaign& campaig
 
 Uncertainty uncertainty_if_complete(const CalibrationResult& fit, const Campaign& campaign) {
   Uncertainty uncertainty = uncertainty_of(fit, campaign);
-  const Eigen::MatrixXd root = fit.inverse_root.topRows(uncertainty.root.rows());
+  const Eigen::MatrixXd root = fit.inverse_root(stated_unknowns(fit), Eigen::all);
   // Readings of a pose may err together: they scatter about the model as single ones do.
   const double scatter = std::max(1.0, uncertainty.reading.position / fit.sigma.position);
   uncertainty.root = scatter * root_of(root * root.transpose());

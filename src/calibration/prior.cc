@@ -9,6 +9,7 @@
 
 #include "armtrue/kinematics/parameters.h"
 #include "linear_algebra/decompositions.h"
+#include "linear_algebra/sparse_cholesky.h"
 
 namespace armtrue {
 namespace {
@@ -197,6 +198,14 @@ namespace {
 Eigen::VectorXd variances(Eigen::MatrixXd information, const Priors& priors) {
   const Eigen::Index p = information.cols();
   add_priors(priors.of_unknowns, information);
+  if (is_sparse(information)) {
+    const SparseCholesky sparse(information);
+    Eigen::VectorXd variances = Eigen::VectorXd::Zero(p);
+    for (const Prior& prior : priors.of_unknowns)
+      if (sparse.succeeded())
+        variances[prior.unknown] = sparse.inverse_root().row(prior.unknown).squaredNorm();
+    if (sparse.succeeded()) return variances;
+  }
   const Eigen::VectorXd unit = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd scaled = unit.asDiagonal() * information * unit.asDiagonal();
   std::vector<Eigen::Index> known;

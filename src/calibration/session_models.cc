@@ -48,63 +48,125 @@ std::vector<int> unobservable_rotations(const Campaign& readings, const Kinemati
   return {kTurns + along};
 }
 
-// Those of a further session: its own as far as they are shown, then what is common.
-std::vector<int> further(const std::vector<int>& shown, const std::vector<int>& own,
-                         const std::vector<int>& geometric) {
-  std::vector<int> all = shown;
-  for (int k : geometric)
-    if (!contains(own, k)) all.push_back(k);
-  return all;
-}
+constexpr int kNoTarget = -1;
 
 }  // namespace
 
 SessionModels::SessionModels(const Campaign& campaign, const Robot& robot,
                              const std::vector<int>& geometric, const ReadingSigma& sigma,
-                             int fitted_effects)
-    : campaign_(campaign), robot_(robot), rows_(rows_by_session(campaign)) {
-  const size_t count = rows_.size();
+                             int fitted_effects, Split split)
+    : campaign_(campaign), robot_(robot), geometric_(geometric) {
+  find_groups(split);
+  const auto count = static_cast<int>(rows_.size());
   if (count > 1 || robot.sessions.contains(session_name(campaign, 0))) {
-    campaigns_.reserve(count);
-    for (const std::vector<int>& rows : rows_)
-      campaigns_.push_back(in_common_frame(campaign.select(rows), robot));
+    campaigns_.reserve(rows_.size());
+    for (int g = 0; g < count; ++g) campaigns_.push_back(readings_of(g));
   }
-  const std::vector<int> own = own_parameters(robot);
-  models_.reserve(count);
-  for (size_t s = 0; s < count; ++s) {
-    const Campaign& readings = campaigns_.empty() ? campaign : campaigns_[s];
-    names_.push_back(session_name(readings, 0));
-    common_from_own_.push_back(common_from_session(robot, names_.back()));
-    Robot there = robot_at_row(robot, readings, 0);
-    there.chain.base = robot.chain.base;
-    std::vector<int>& shown = own_.emplace_back(own);
-    for (int turn : unobservable_rotations(readings, there.chain, common_from_own_.back()))
-      std::erase(shown, turn);
-    models_.emplace_back(readings, there, s == 0 ? geometric : further(shown, own, geometric),
-                         sigma, fitted_effects, common_from_own_.back());
-    ratio_.push_back({median_ratio(readings.sigma_position, campaign.sigma_position),
-                      median_ratio(readings.sigma_orientation, campaign.sigma_orientation)});
-  }
-  // The unknowns of the first session in turns of its own and of common ones.
-  runs_.resize(count);
-  const auto is_own = [&](int unknown) {
-    return count > 1 && unknown < geometric_count() && contains(own, this->geometric()[unknown]);
-  };
-  for (int s = 1; s < sessions(); ++s)
-    runs_[s].push_back({first_own(s), static_cast<int>(own_[s].size())});
-  const int all = models_.front().unknowns();
-  for (int begin = 0, end = 0; begin < all; begin = end) {
-    while (end < all && is_own(end) == is_own(begin)) ++end;
-    runs_.front().push_back({begin, end - begin});
-    for (int s = 1; s < sessions() && !is_own(begin); ++s) runs_[s].push_back({begin, end - begin});
-  }
+  models_.reserve(rows_.size());
+  for (int g = 0; g < count; ++g)
+    enter_model(g, campaigns_.empty() ? campaign : campaigns_[g], sigma, fitted_effects);
+  find_runs();
   set_sigma(sigma);
 }
 
-Eigen::VectorXd SessionModels::unknowns_of(int session, const Eigen::VectorXd& x) const {
-  Eigen::VectorXd own(models_[session].unknowns());
+// Targets come in the order of the sessions, those of one session in the order of their names.
+void SessionModels::find_groups(Split split) {
+  const int first = layout_of(robot_.chain).targets, end = first_anchor_parameter(robot_.chain);
+  const auto places = std::ranges::count_if(
+      geometric_, [&](int parameter) { return parameter >= first && parameter < end; });
+  by_target_ = split == Split::by_target && !campaign_.target.empty() &&
+               2 * places > std::ssize(geometric_);
+  const std::vector<int> matched =
+      by_target_ ? match_targets(campaign_, robot_.chain) : std::vector<int>{};
+  int session = 0;
+  for (const std::vector<int>& rows : rows_by_session(campaign_)) {
+    std::map<int, std::vector<int>> rows_of_target;
+    for (int row : rows)
+      if (by_target_) rows_of_target[matched[campaign_.target[row]]].push_back(row);
+    if (!by_target_) rows_of_target[kNoTarget] = rows;
+    for (auto& [target, own] : rows_of_target) {
+      rows_.push_back(std::move(own));
+      session_of_.push_back(session);
+      target_of_.push_back(target);
+    }
+    ++session;
+  }
+}
+
+Campaign SessionModels::readings_of(int group) const {
+  Campaign readings = in_common_frame(campaign_.select(rows_[group]), robot_);
+  if (by_target_) {
+    readings.target_names = {robot_.chain.targets[target_of_[group]].name};
+    std::ranges::fill(readings.target, 0);
+  }
+  return readings;
+}
+
+void SessionModels::enter_model(int group, const Campaign& readings, const ReadingSigma& sigma,
+                                int fitted_effects) {
+  const int session = session_of_[group], target = target_of_[group];
+  Robot there = robot_at_row(robot_, readings, 0);
+  there.chain.base = robot_.chain.base;
+  if (rows_.size() > 1) {  // each model has a robot of its own: without what models do not read
+    there.std.clear();
+    there.uncertainty.reset();
+  }
+  const std::vector<int> own = own_parameters(robot_);
+  if (session == static_cast<int>(names_.size())) {
+    names_.push_back(session_name(readings, 0));
+    common_from_own_.push_back(common_from_session(robot_, names_.back()));
+    std::vector<int>& shown = own_.emplace_back(own);
+    const Campaign of_session = by_target_ ? campaign_.select(rows_by_session(campaign_)[session])
+                                           : Campaign{};
+    for (int turn : unobservable_rotations(by_target_ ? of_session : readings, there.chain,
+                                           common_from_own_.back()))
+      std::erase(shown, turn);
+  }
+  const ParameterLayout layout = layout_of(robot_.chain);
+  const int targets_end = first_anchor_parameter(robot_.chain);
+  std::vector<int> parameters = session == 0 ? std::vector<int>{} : own_[session];
+  for (int k : geometric_) {
+    if (session > 0 && contains(own, k)) continue;
+    const bool of_another_target = by_target_ && k >= layout.targets && k < targets_end &&
+                                   (k - layout.targets) / 3 != target;
+    if (!of_another_target) parameters.push_back(k);
+  }
+  models_.emplace_back(readings, there, std::move(parameters), sigma, fitted_effects,
+                       common_from_own_[session]);
+  ratio_.push_back({median_ratio(readings.sigma_position, campaign_.sigma_position),
+                    median_ratio(readings.sigma_orientation, campaign_.sigma_orientation)});
+}
+
+// The unknowns of the first session in turns of its own, of each target's and of common ones.
+void SessionModels::find_runs() {
+  constexpr int kCommon = -1, kOwn = -2;
+  const int targets_end = first_anchor_parameter(robot_.chain);
+  const int first_target = layout_of(robot_.chain).targets;
+  const std::vector<int> own = own_parameters(robot_);
+  const auto owner_of = [&](int unknown) {  // kOwn, kCommon or a target
+    if (unknown >= geometric_count()) return kCommon;
+    const int parameter = geometric_[unknown];
+    if (sessions() > 1 && contains(own, parameter)) return kOwn;
+    if (!by_target_ || parameter < first_target || parameter >= targets_end) return kCommon;
+    return (parameter - first_target) / 3;
+  };
+  runs_.resize(models_.size());
+  for (int g = 0; g < groups(); ++g)
+    if (const int s = session_of_[g]; s > 0)
+      runs_[g].push_back({first_own(s), static_cast<int>(own_[s].size())});
+  for (int begin = 0, end = 0; begin < first_own(1); begin = end) {
+    const int owner = owner_of(begin);
+    while (end < first_own(1) && owner_of(end) == owner) ++end;
+    for (int g = 0; g < groups(); ++g)
+      if (owner == kCommon || (owner == kOwn ? session_of_[g] == 0 : target_of_[g] == owner))
+        runs_[g].push_back({begin, end - begin});
+  }
+}
+
+Eigen::VectorXd SessionModels::unknowns_of(int group, const Eigen::VectorXd& x) const {
+  Eigen::VectorXd own(models_[group].unknowns());
   int filled = 0;
-  for (const Run& run : runs_[session]) {
+  for (const Run& run : runs_[group]) {
     own.segment(filled, run.count) = x.segment(run.first, run.count);
     filled += run.count;
   }
@@ -119,7 +181,10 @@ std::vector<int> SessionModels::geometric_unknowns() const {
 }
 
 std::vector<std::string> SessionModels::unknown_names() const {
-  std::vector<std::string> names = models_.front().unknown_names();
+  std::vector<std::string> names;
+  for (int k : geometric_) names.push_back(parameter_name(robot_.chain, k));
+  const std::vector<std::string> of_group = models_.front().unknown_names();
+  names.insert(names.end(), of_group.begin() + models_.front().geometric_count(), of_group.end());
   for (int s = 1; s < sessions(); ++s)
     for (int k : own_[s])
       names.push_back("session " + names_[s] + " " + parameter_name(robot_.chain, k));
@@ -135,8 +200,17 @@ double SessionModels::mean_square_value(int coefficient) const {
 
 Robot SessionModels::robot_at(const Eigen::VectorXd& x) const {
   Robot robot = models_.front().robot_at(unknowns_of(0, x));
-  for (int s = 0; sessions() > 1 && s < sessions(); ++s) {
-    KinematicChain chain = models_[s].robot_at(unknowns_of(s, x)).chain;
+  if (groups() > 1) {
+    robot.std = robot_.std;
+    robot.uncertainty = robot_.uncertainty;
+  }
+  const std::vector<int>& moved = models_.front().geometric();
+  for (int k = 0; by_target_ && k < geometric_count(); ++k)
+    if (!contains(moved, geometric_[k])) move_parameter(robot.chain, geometric_[k], x[k]);
+  for (int g = 0; sessions() > 1 && g < groups(); ++g) {
+    const int s = session_of_[g];
+    if (g > 0 && session_of_[g - 1] == s) continue;
+    KinematicChain chain = models_[g].robot_at(unknowns_of(g, x)).chain;
     Session& session = robot.sessions[names_[s]];
     const auto known = robot_.sessions.find(names_[s]);
     if (known != robot_.sessions.end()) session = known->second;
@@ -150,32 +224,32 @@ Robot SessionModels::robot_at(const Eigen::VectorXd& x) const {
 
 void SessionModels::set_sigma(const ReadingSigma& sigma) {
   sigma_ = sigma;
-  for (size_t s = 0; s < models_.size(); ++s)
-    models_[s].set_sigma(
-        {sigma.position * ratio_[s].position, sigma.orientation * ratio_[s].orientation});
+  for (size_t g = 0; g < models_.size(); ++g)
+    models_[g].set_sigma(
+        {sigma.position * ratio_[g].position, sigma.orientation * ratio_[g].orientation});
 }
 
-ReadingLaw SessionModels::law_of(int session, const ReadingLaw& law) const {
-  if (sessions() == 1 || law.variance.empty()) return law;
+ReadingLaw SessionModels::law_of(int group, const ReadingLaw& law) const {
+  if (groups() == 1 || law.variance.empty()) return law;
   ReadingLaw own{law.degrees_of_freedom};
-  for (int row : rows_[session]) own.variance.push_back(law.variance[row]);
+  for (int row : rows_[group]) own.variance.push_back(law.variance[row]);
   return own;
 }
 
 std::vector<Eigen::Vector2d> SessionModels::squared_norms(const Eigen::VectorXd& x) const {
   std::vector<Eigen::Vector2d> norms(rows());
-  for (int s = 0; s < sessions(); ++s) {
+  for (int g = 0; g < groups(); ++g) {
     const std::vector<Eigen::Vector2d> own =
-        armtrue::squared_norms(models_[s].at(unknowns_of(s, x)), models_[s]);
-    for (size_t i = 0; i < own.size(); ++i) norms[rows_[s][i]] = own[i];
+        armtrue::squared_norms(models_[g].at(unknowns_of(g, x)), models_[g]);
+    for (size_t i = 0; i < own.size(); ++i) norms[rows_[g][i]] = own[i];
   }
   return norms;
 }
 
-void SessionModels::scatter(int session, const Eigen::Ref<const Eigen::MatrixXd>& block,
+void SessionModels::scatter(int group, const Eigen::Ref<const Eigen::MatrixXd>& block,
                             Eigen::Ref<Eigen::MatrixXd> out) const {
   int taken = 0;
-  for (const Run& run : runs_[session]) {
+  for (const Run& run : runs_[group]) {
     out.middleCols(run.first, run.count) = block.middleCols(taken, run.count);
     taken += run.count;
   }
@@ -183,25 +257,25 @@ void SessionModels::scatter(int session, const Eigen::Ref<const Eigen::MatrixXd>
 }
 
 SessionModels::At::At(const SessionModels& models, const Eigen::VectorXd& x) : models_(models) {
-  for (int s = 0; s < models.sessions(); ++s)
-    sessions_.push_back(models.model(s).at(models.unknowns_of(s, x)));
-  if (models.sessions() == 1) return;
+  for (int g = 0; g < models.groups(); ++g)
+    groups_.push_back(models.model(g).at(models.unknowns_of(g, x)));
+  if (models.groups() == 1) return;
   places_.resize(models.rows());
-  for (int s = 0; s < models.sessions(); ++s)
-    for (size_t own = 0; own < models.rows_of(s).size(); ++own)
-      places_[models.rows_of(s)[own]] = {s, static_cast<int>(own)};
+  for (int g = 0; g < models.groups(); ++g)
+    for (size_t own = 0; own < models.rows_of(g).size(); ++own)
+      places_[models.rows_of(g)[own]] = {g, static_cast<int>(own)};
 }
 
 void SessionModels::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const {
   if (places_.empty()) {
-    sessions_.front().block(row, out);
+    groups_.front().block(row, out);
     return;
   }
-  const auto [session, own] = places_[row];
-  Eigen::MatrixXd block(out.rows(), models_.model(session).unknowns() + 1);
-  sessions_[session].block(own, block);
+  const auto [group, own] = places_[row];
+  Eigen::MatrixXd block(out.rows(), models_.model(group).unknowns() + 1);
+  groups_[group].block(own, block);
   out.setZero();
-  models_.scatter(session, block, out);
+  models_.scatter(group, block, out);
 }
 
 SessionModels::At SessionModels::at(const Eigen::VectorXd& x) const { return At(*this, x); }
@@ -227,9 +301,9 @@ Eigen::MatrixXd SessionModels::join(const std::vector<Eigen::MatrixXd>& factors)
   const Eigen::Index columns = unknowns() + 1;
   Eigen::MatrixXd stacked = Eigen::MatrixXd::Zero(std::max(height, columns), columns);
   Eigen::Index top = 0;
-  for (int s = 0; s < sessions(); ++s) {
-    const Eigen::MatrixXd& factor = factors[s];
-    scatter(s, factor, stacked.middleRows(top, factor.rows()));
+  for (int g = 0; g < groups(); ++g) {
+    const Eigen::MatrixXd& factor = factors[g];
+    scatter(g, factor, stacked.middleRows(top, factor.rows()));
     top += factor.rows();
   }
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(stacked);
@@ -239,13 +313,13 @@ Eigen::MatrixXd SessionModels::join(const std::vector<Eigen::MatrixXd>& factors)
 Eigen::MatrixXd SessionModels::sum(const std::vector<Eigen::MatrixXd>& informations) const {
   if (informations.size() == 1) return informations.front();
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(unknowns(), unknowns());
-  for (int s = 0; s < sessions(); ++s) {
+  for (int g = 0; g < groups(); ++g) {
     int column = 0;
-    for (const Run& right : runs_[s]) {
+    for (const Run& right : runs_[g]) {
       int row = 0;
-      for (const Run& left : runs_[s]) {
+      for (const Run& left : runs_[g]) {
         sum.block(left.first, right.first, left.count, right.count) +=
-            informations[s].block(row, column, left.count, right.count);
+            informations[g].block(row, column, left.count, right.count);
         row += left.count;
       }
       column += right.count;

@@ -10,27 +10,43 @@
 namespace armtrue {
 
 /// The readings of several sessions against one robot, with a base, and zero offsets if asked for,
-/// of its own in each: one ObservationModel per session, all in the R_A of `robot.chain.base`, so
+/// of its own in each: one ObservationModel per group, all in the R_A of `robot.chain.base`, so
 /// that a base that gives way does so along the same axes of the robot in every session. Anchors
 /// keep their places in the own R_A of each session: they are carried with the instrument.
 ///
 /// The unknowns x are those of the first session (geometric parameters as far as they are asked
 /// for, then coefficients), then the own parameters of each further session.
+///
+/// A group is the rows that the same unknowns move: those of a session or, split by target, those
+/// of a target in a session. The place of a target moves no reading of another one. So each group
+/// has a model of few unknowns, its own and those common to all, and cost grows with the number of
+/// groups, not with its square or cube.
 class SessionModels {
  public:
-  /// `geometric`, `sigma`, `fitted_effects`: as for ObservationModel. The campaign is not copied
-  /// unless it has several sessions: it must outlive the models.
+  enum class Split { by_session, by_target };
+
+  /// `geometric`, `sigma`, `fitted_effects`: as for ObservationModel. Split by target only where
+  /// the places of targets are most of the unknowns. The campaign is not copied unless it has
+  /// several groups: it must outlive the models.
   SessionModels(const Campaign& campaign, const Robot& robot, const std::vector<int>& geometric,
-                const ReadingSigma& sigma, int fitted_effects = kAllEffects);
+                const ReadingSigma& sigma, int fitted_effects = kAllEffects,
+                Split split = Split::by_session);
   SessionModels(const Campaign&& campaign, const Robot& robot, const std::vector<int>& geometric,
-                const ReadingSigma& sigma, int fitted_effects = kAllEffects) = delete;
+                const ReadingSigma& sigma, int fitted_effects = kAllEffects,
+                Split split = Split::by_session) = delete;
   SessionModels(const SessionModels&) = delete;  // the models refer to the campaigns held here
   SessionModels& operator=(const SessionModels&) = delete;
 
-  int sessions() const { return static_cast<int>(models_.size()); }
-  const ObservationModel& model(int session) const { return models_[session]; }
-  /// Rows of the campaign that make up a session's rows.
-  const std::vector<int>& rows_of(int session) const { return rows_[session]; }
+  int groups() const { return static_cast<int>(models_.size()); }
+  bool is_split_by_target() const { return by_target_; }
+  const ObservationModel& model(int group) const { return models_[group]; }
+  /// Rows of the campaign that make up a group's rows.
+  const std::vector<int>& rows_of(int group) const { return rows_[group]; }
+  int session_of(int group) const { return session_of_[group]; }
+  /// The robot's target of a group; -1 if not split by target.
+  int target_of(int group) const { return target_of_[group]; }
+  /// Of the models: where they are not split by target, the groups are the sessions.
+  int sessions() const { return static_cast<int>(names_.size()); }
   const std::string& name(int session) const { return names_[session]; }
   /// The R_A that the models share, from that of a session.
   const Pose& common_from_own(int session) const { return common_from_own_[session]; }
@@ -39,10 +55,10 @@ class SessionModels {
   struct Run {
     int first, count;
   };
-  /// The runs of x that, joined, are the unknowns of one session's model. The runs of two sessions
-  /// are equal or do not overlap. One run if there is only one session.
-  const std::vector<Run>& runs(int session) const { return runs_[session]; }
-  Eigen::VectorXd unknowns_of(int session, const Eigen::VectorXd& x) const;
+  /// The runs of x that, joined, are the unknowns of one group's model. The runs of two groups are
+  /// equal or do not overlap. One run if there is only one group.
+  const std::vector<Run>& runs(int group) const { return runs_[group]; }
+  Eigen::VectorXd unknowns_of(int group, const Eigen::VectorXd& x) const;
 
   const Campaign& campaign() const { return campaign_; }
   int rows() const { return campaign_.rows(); }
@@ -52,12 +68,13 @@ class SessionModels {
   /// observe; those of a further session stand in x from first_own(session) on.
   const std::vector<int>& own(int session) const { return own_[session]; }
   int first_own(int session) const {
-    int first = models_.front().unknowns();
+    const ObservationModel& any = models_.front();
+    int first = geometric_count() + any.unknowns() - any.geometric_count();
     for (int s = 1; s < session; ++s) first += static_cast<int>(own_[s].size());
     return first;
   }
-  int geometric_count() const { return models_.front().geometric_count(); }
-  const std::vector<int>& geometric() const { return models_.front().geometric(); }
+  int geometric_count() const { return static_cast<int>(geometric_.size()); }
+  const std::vector<int>& geometric() const { return geometric_; }
   /// Indices within x of the geometric unknowns, those of all sessions included.
   std::vector<int> geometric_unknowns() const;
   int fitted_effects() const { return models_.front().fitted_effects(); }
@@ -72,8 +89,8 @@ class SessionModels {
   const ReadingSigma& sigma() const { return sigma_; }
   void set_sigma(const ReadingSigma& sigma);
 
-  /// The law of the readings for one session's rows.
-  ReadingLaw law_of(int session, const ReadingLaw& law) const;
+  /// The law of the readings for one group's rows.
+  ReadingLaw law_of(int group, const ReadingLaw& law) const;
   /// Squared norms of the whitened residuals, by row of the campaign: position, orientation.
   std::vector<Eigen::Vector2d> squared_norms(const Eigen::VectorXd& x) const;
   /// The models at one value of x, for reading rows from several threads.
@@ -81,24 +98,33 @@ class SessionModels {
   At at(const Eigen::VectorXd& x) const;
   /// Whitened derivatives and residual of all rows at x = 0: (rows * row_size) x (unknowns + 1).
   Eigen::MatrixXd blocks() const;
-  /// The factors of all sessions' folds joined: (unknowns + 1) x (unknowns + 1).
+  /// The factors of all groups' folds joined: (unknowns + 1) x (unknowns + 1).
   Eigen::MatrixXd join(const std::vector<Eigen::MatrixXd>& factors) const;
   /// Their information J^T W J added up: unknowns x unknowns.
   Eigen::MatrixXd sum(const std::vector<Eigen::MatrixXd>& informations) const;
 
  private:
-  // Copies the columns of one session's model to their places among the unknowns, the residual
-  // last.
-  void scatter(int session, const Eigen::Ref<const Eigen::MatrixXd>& block,
+  void find_groups(Split split);
+  Campaign readings_of(int group) const;
+  void enter_model(int group, const Campaign& readings, const ReadingSigma& sigma,
+                   int fitted_effects);
+  void find_runs();
+  // Copies the columns of one group's model to their places among the unknowns, the residual last.
+  void scatter(int group, const Eigen::Ref<const Eigen::MatrixXd>& block,
                Eigen::Ref<Eigen::MatrixXd> out) const;
 
   const Campaign& campaign_;
   Robot robot_;
+  std::vector<int> geometric_;
+  // Of each session.
   std::vector<std::vector<int>> own_;
   std::vector<std::string> names_;
-  std::vector<std::vector<int>> rows_;
   std::vector<Pose> common_from_own_;
-  std::vector<Campaign> campaigns_;  // one per session; empty if the one given will do
+  // Of each group.
+  bool by_target_ = false;
+  std::vector<std::vector<int>> rows_;
+  std::vector<int> session_of_, target_of_;
+  std::vector<Campaign> campaigns_;  // empty if the one given will do
   std::vector<ObservationModel> models_;
   std::vector<std::vector<Run>> runs_;
   // Sigma of a model is that of its own median row, not of the campaign's: their ratio.
@@ -117,12 +143,12 @@ class SessionModels::At {
   friend class SessionModels;
   At(const SessionModels& models, const Eigen::VectorXd& x);
 
-  // Where a row of the campaign stands, if there are several sessions.
+  // Where a row of the campaign stands, if there are several groups.
   struct Place {
-    int session, row;
+    int group, row;
   };
   const SessionModels& models_;
-  std::vector<ObservationModel::At> sessions_;
+  std::vector<ObservationModel::At> groups_;
   std::vector<Place> places_;
 };
 

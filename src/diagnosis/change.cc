@@ -187,8 +187,9 @@ ChangeResult detect_change(const Robot& calibrated, const ReadingSigma& spread,
     need(result.sigma.orientation, "orientations", "orientation_mrad");
 
   result.blunders = find_blunders(ChangeProblem(calibrated, campaign, result.sigma));
-  const Campaign sound = without(campaign, result.blunders);
-  const ChangeProblem problem(calibrated, sound, result.sigma);
+  const bool all_are_sound = result.blunders.empty();  // a copy of many rows takes its memory
+  const Campaign sound = all_are_sound ? Campaign{} : without(campaign, result.blunders);
+  const ChangeProblem problem(calibrated, all_are_sound ? campaign : sound, result.sigma);
   const Explanation nothing = explain(problem, {});
   Explanation found = find_moves(problem);
   // How poses scatter where nothing has moved is seen once what may have moved is taken out.

@@ -3,9 +3,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numeric>
-#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -17,8 +15,6 @@
 
 namespace armtrue {
 namespace {
-
-constexpr int kMaxSteps = 30;
 
 constexpr double kNothingKnown = std::numeric_limits<double>::infinity();
 
@@ -107,24 +103,42 @@ ChangeProblem::ChangeProblem(const Robot& previous, const Campaign& campaign,
   enter_errors();
   if (campaign.has_touches()) correlate_errors();
   enter_hypotheses();
+  std::vector<Unknown> all = errors_;
+  for (const Hypothesis& hypothesis : hypotheses_) {
+    first_at_start_.push_back(std::ssize(all));
+    all.insert(all.end(), hypothesis.moves.begin(), hypothesis.moves.end());
+  }
+  Fit nothing;
+  nothing.x = Eigen::VectorXd::Zero(std::ssize(all));
+  at_start_ = sums_of(all, {}, false, nothing);
 }
 
 void ChangeProblem::count_replicates() {
   const Campaign& campaign = models_.campaign();
-  const auto key = [&](int row) { return std::pair{campaign.pose[row], campaign.channel(row)}; };
-  std::map<std::pair<int, int>, int> replicates;
-  for (int row = 0; row < campaign.rows(); ++row) ++replicates[key(row)];
-  for (int row = 0; row < campaign.rows(); ++row) shares_.push_back(1.0 / replicates[key(row)]);
-  equations_ = static_cast<double>(replicates.size()) * models_.row_size();
+  using Key = std::pair<int, int>;
+  const auto key = [&](int row) { return Key{campaign.pose[row], campaign.channel(row)}; };
+  const auto sorted_keys = [&](const std::vector<int>& rows) {
+    std::vector<Key> keys;
+    keys.reserve(rows.size());
+    for (int row : rows) keys.push_back(key(row));
+    std::ranges::sort(keys);
+    return keys;
+  };
+  const auto count_different = [](std::vector<Key> keys) {
+    const auto rest = std::ranges::unique(keys);
+    return static_cast<double>(keys.size() - rest.size());
+  };
+  std::vector<int> all(static_cast<size_t>(campaign.rows()));
+  std::iota(all.begin(), all.end(), 0);
+  const std::vector<Key> keys = sorted_keys(all);
+  for (int row : all)
+    shares_.push_back(1.0 / static_cast<double>(std::ranges::equal_range(keys, key(row)).size()));
+  equations_ = count_different(keys) * models_.row_size();
   degrees_of_freedom_ = equations_;
   for (int s = 0; s < sessions(); ++s) {
-    std::set<std::pair<int, int>> own;
     double share = 0;
-    for (int row : models_.rows_of(s)) {
-      own.insert(key(row));
-      share += shares_[row];
-    }
-    session_shares_.push_back(share / static_cast<double>(own.size()));
+    for (int row : models_.rows_of(s)) share += shares_[row];
+    session_shares_.push_back(share / count_different(sorted_keys(models_.rows_of(s))));
   }
 }
 
@@ -249,80 +263,6 @@ Eigen::VectorXd ChangeProblem::unknowns_of(int session, const std::vector<Unknow
   return own;
 }
 
-// `jacobian`, `residual`: of the rows, then one of each unknown, all whitened and weighted.
-void ChangeProblem::set_covariance(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residual,
-                                   Fit& result) const {
-  const int size = models_.row_size();
-  const Eigen::MatrixXd root = inverse_root(jacobian.transpose() * jacobian);
-  result.covariance = root * root.transpose();
-  const Eigen::MatrixXd shown = jacobian * root;
-  InfluenceSums sums;
-  for (int pose = 0; pose < poses(); ++pose) {
-    const int first = rows_by_pose_.first[pose], next = rows_by_pose_.first[pose + 1];
-    std::vector<int> own;
-    for (int k = first; k < next; ++k)
-      for (int i = 0; i < size; ++i) own.push_back(rows_by_pose_.row[k] * size + i);
-    const Eigen::VectorXd left = residual(own);
-    result.chi_squares[pose] = left.squaredNorm();
-    sums.add(influence_of_pose(shown(own, Eigen::all), left));
-  }
-  const auto known = shown.bottomRows(result.x.size());
-  result.by_pose = root * (sums.covariance(1, 1) + known.transpose() * known) * root.transpose();
-}
-
-ChangeProblem::Fit ChangeProblem::fit(const std::vector<int>& moved, const ReadingLaw& law) const {
-  const std::vector<Unknown> unknowns = unknowns_of(moved);
-  const int size = models_.row_size(), equations = models_.rows() * size;
-  const auto count = static_cast<int>(unknowns.size());
-  Fit result{Eigen::VectorXd::Zero(count), {}, {}, {}, Eigen::VectorXd::Zero(poses()), 0};
-  result.weights.assign(models_.rows(), 1.0);
-  for (int step = 0;; ++step) {
-    Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(equations + count, count);
-    Eigen::VectorXd residual = Eigen::VectorXd::Zero(equations + count);
-    double loss = 0;
-    for (int s = 0; s < sessions(); ++s) {
-      const ObservationModel& model = models_.model(s);
-      const ObservationModel::At at = model.at(unknowns_of(s, unknowns, result.x));
-      Eigen::MatrixXd block(size, model.unknowns() + 1);
-      for (int own = 0; own < model.rows(); ++own) {
-        const int row = models_.rows_of(s)[own];
-        at.block(own, block);
-        const double squared_norm = block.rightCols<1>().squaredNorm();
-        // The first step is one of least squares: where a parameter has moved, the residuals before
-        // it say nothing about blunders.
-        if (step > 0) result.weights[row] = law.weight(squared_norm, size);
-        loss += shares_[row] * law.loss(squared_norm, size);
-        const double root = std::sqrt(shares_[row] * result.weights[row]);
-        for (int i = 0; i < count; ++i)
-          if (unknowns[i].acts_in(s))
-            jacobian.col(i).segment(row * size, size) =
-                root * block.col(columns_[s][unknowns[i].parameter]);
-        residual.segment(row * size, size) = root * block.rightCols<1>();
-      }
-    }
-    for (int i = 0; i < count; ++i) {
-      jacobian(equations + i, i) = 1 / unknowns[i].deviation;
-      residual[equations + i] = -result.x[i] / unknowns[i].deviation;
-    }
-    if (const Eigen::Index errors = correlated_.rows(); errors > 0) {
-      jacobian.block(equations, 0, errors, errors) = correlated_;
-      residual.segment(equations, errors) = -correlated_ * result.x.head(errors);
-    }
-    for (int i = 0; i < count; ++i) loss += residual[equations + i] * residual[equations + i];
-    const bool settled = std::abs(loss - result.loss) <= 1e-7 * (1 + loss);
-    result.loss = loss;
-    // Columns of unit norm: m and rad differ by orders of magnitude.
-    const Eigen::VectorXd unit = jacobian.colwise().norm().cwiseMax(1e-300).cwiseInverse();
-    const Eigen::MatrixXd scaled = jacobian * unit.asDiagonal();
-    if ((step > 1 && settled) || step == kMaxSteps) {
-      set_covariance(jacobian, residual, result);
-      return result;
-    }
-    result.x += unit.asDiagonal() *
-                Eigen::VectorXd(scaled.completeOrthogonalDecomposition().solve(residual));
-  }
-}
-
 double ChangeProblem::mean_error(const std::vector<int>& moved, const Fit& fitted) const {
   std::vector<Unknown> unknowns = unknowns_of(moved);
   Eigen::VectorXd x = fitted.x;
@@ -405,13 +345,10 @@ double ChangeProblem::p_value(const std::vector<int>& moved, const Fit& fitted,
 double ChangeProblem::overdispersion(const Fit& fitted) const {
   const double n = poses();
   if (n < 2) return 1;
-  Eigen::VectorXd equations = Eigen::VectorXd::Zero(poses());
-  for (int pose = 0; pose < poses(); ++pose)
-    for (int k = rows_by_pose_.first[pose]; k < rows_by_pose_.first[pose + 1]; ++k)
-      equations[pose] += shares_[rows_by_pose_.row[k]] * models_.row_size();
-  const double mean = fitted.chi_squares.sum() / equations.sum();
-  const double variance = n / (n - 1) * (fitted.chi_squares - mean * equations).squaredNorm();
-  return std::max(1.0, variance / (2 * equations.sum()));
+  const ChiSquares& of = fitted.chi_squares;
+  const double mean = of.c / of.e;
+  const double squares = std::max(0.0, of.cc - 2 * mean * of.ce + mean * mean * of.ee);
+  return std::max(1.0, n / (n - 1) * squares / (2 * of.e));
 }
 
 double ChangeProblem::widening(const std::vector<int>& moved, size_t which,

@@ -35,13 +35,18 @@ class ChangeProblem {
     std::vector<Unknown> moves;
   };
 
+  /// Sums over the poses, with c the chi-square of a pose and e its number of equations.
+  struct ChiSquares {
+    double c = 0, e = 0, cc = 0, ce = 0, ee = 0;
+  };
+
   struct Fit {
     Eigen::VectorXd x;            ///< errors, then moves
     Eigen::MatrixXd covariance;   ///< of x, if readings erred independently
     Eigen::MatrixXd by_pose;      ///< the same, clustered by pose
-    std::vector<double> weights;  ///< of the rows
-    Eigen::VectorXd chi_squares;  ///< of each pose
-    double loss = 0;              ///< chi-square, or twice the negative log-likelihood
+    std::vector<double> weights;  ///< of the rows; empty if the law is Gaussian: 1
+    ChiSquares chi_squares;
+    double loss = 0;  ///< chi-square, or twice the negative log-likelihood
   };
 
   /// Both must outlive the problem.
@@ -55,7 +60,8 @@ class ChangeProblem {
   /// true together: Gauss-Newton on
   ///     sum over the rows of loss(|r|^2) / replicates + sum over the unknowns of (x /
   ///     deviation)^2,
-  /// with the weights of the rows found anew at every step.
+  /// with the weights of the rows found anew at every step. Every step adds up the rows in blocks
+  /// over the threads of the machine: memory does not grow with their derivatives.
   Fit fit(const std::vector<int>& moved, const ReadingLaw& law) const;
 
   /// Mean position error of the previous robot with the fitted moves and the fitted bases of
@@ -98,7 +104,17 @@ class ChangeProblem {
     return found == start_.std.end() ? 0 : found->second;
   }
   double deviation_of(int parameter, int session) const;
-  void set_covariance(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residual,
+  // Sums over the rows, see change_fit.cc.
+  struct Sums {
+    Eigen::MatrixXd products;  // [J r]^T W [J r], upper half, (unknowns + 1) x (unknowns + 1)
+    double loss = 0;
+  };
+  struct Models;
+  Sums sums_of(const std::vector<Unknown>& unknowns, const ReadingLaw& law, bool weigh,
+               Fit& fitted) const;
+  Sums sums_at_start(const std::vector<int>& moved) const;
+  Eigen::MatrixXd known_of(const std::vector<Unknown>& unknowns) const;
+  void set_covariance(const std::vector<Unknown>& unknowns, const Eigen::MatrixXd& root,
                       Fit& result) const;
   void count_replicates();
   void enter_errors();
@@ -121,6 +137,9 @@ class ChangeProblem {
   std::vector<Unknown> errors_;
   Eigen::MatrixXd correlated_;  // L^-1, L L^T the covariance of errors_; empty: independent
   std::vector<Hypothesis> hypotheses_;
+  // At x = 0, of the errors and the moves of all hypotheses. All fits begin there.
+  Sums at_start_;
+  std::vector<Eigen::Index> first_at_start_;  // of the moves of each hypothesis
   double equations_ = 0, degrees_of_freedom_ = 0;
 };
 

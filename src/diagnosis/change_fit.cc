@@ -1,0 +1,205 @@
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "diagnosis/change_problem.h"
+#include "linear_algebra/decompositions.h"
+#include "statistics/ordered_blocks.h"
+
+namespace armtrue {
+namespace {
+
+constexpr int kMaxSteps = 30;
+
+}  // namespace
+
+// The models of all sessions at one x, with a column for each unknown.
+struct ChangeProblem::Models {
+  Models(const ChangeProblem& problem, const std::vector<Unknown>& unknowns,
+         const Eigen::VectorXd& x)
+      : models(problem.models_) {
+    for (int s = 0; s < models.sessions(); ++s) {
+      at.push_back(models.model(s).at(problem.unknowns_of(s, unknowns, x)));
+      std::vector<int>& columns = column.emplace_back(unknowns.size(), -1);
+      for (size_t i = 0; i < unknowns.size(); ++i)
+        if (unknowns[i].acts_in(s)) columns[i] = problem.columns_[s][unknowns[i].parameter];
+    }
+  }
+
+  // Writes the derivatives of a row of a session, then its residual.
+  void block(int session, int own, Eigen::Ref<Eigen::MatrixXd> out) const {
+    Eigen::MatrixXd of_model(out.rows(), models.model(session).unknowns() + 1);
+    at[session].block(own, of_model);
+    for (size_t i = 0; i < column[session].size(); ++i)
+      if (const int from = column[session][i]; from >= 0)
+        out.col(static_cast<Eigen::Index>(i)) = of_model.col(from);
+      else
+        out.col(static_cast<Eigen::Index>(i)).setZero();
+    out.rightCols<1>() = of_model.rightCols<1>();
+  }
+
+  const SessionModels& models;
+  std::vector<ObservationModel::At> at;  // of each session
+  std::vector<std::vector<int>> column;  // of its model, by unknown; -1: none
+};
+
+// Of `fitted` it reads x; unless the law is Gaussian it sets the weights. `weigh` false: all are 1.
+ChangeProblem::Sums ChangeProblem::sums_of(const std::vector<Unknown>& unknowns,
+                                           const ReadingLaw& law, bool weigh, Fit& fitted) const {
+  constexpr int kRowsAtOnce = 128, kMaxBlocks = 256;
+  const Models models(*this, unknowns, fitted.x);
+  const Eigen::Index columns = fitted.x.size() + 1;
+  const int size = models_.row_size();
+  const bool keeps_weights = law.degrees_of_freedom > 0;
+  if (keeps_weights) fitted.weights.resize(static_cast<size_t>(models_.rows()));
+  Sums total{Eigen::MatrixXd::Zero(columns, columns), 0};
+  for (int s = 0; s < sessions(); ++s) {
+    const std::vector<int>& rows_of_session = models_.rows_of(s);
+    const auto count = static_cast<int>(rows_of_session.size());
+    for_ordered_blocks<Sums>(
+        count, std::max(kRowsPerBlock, (count + kMaxBlocks - 1) / kMaxBlocks),
+        [&](int begin, int end) {
+          Sums sums{Eigen::MatrixXd::Zero(columns, columns), 0};
+          Eigen::MatrixXd rows(kRowsAtOnce * size, columns);
+          for (int first = begin; first < end; first += kRowsAtOnce) {
+            const int last = std::min(end, first + kRowsAtOnce);
+            for (int own = first; own < last; ++own) {
+              const int row = rows_of_session[static_cast<size_t>(own)];
+              auto block = rows.middleRows((own - first) * size, size);
+              models.block(s, own, block);
+              const double squared_norm = block.rightCols<1>().squaredNorm();
+              const double weight = weigh ? law.weight(squared_norm, size) : 1;
+              if (keeps_weights) fitted.weights[row] = weight;
+              sums.loss += shares_[row] * law.loss(squared_norm, size);
+              block *= std::sqrt(shares_[row] * weight);
+            }
+            sums.products.selfadjointView<Eigen::Upper>().rankUpdate(
+                rows.topRows((last - first) * size).transpose());
+          }
+          return sums;
+        },
+        [&](const Sums& sums) {
+          total.products += sums.products;
+          total.loss += sums.loss;
+        });
+  }
+  return total;
+}
+
+ChangeProblem::Sums ChangeProblem::sums_at_start(const std::vector<int>& moved) const {
+  std::vector<Eigen::Index> chosen(errors_.size());
+  std::iota(chosen.begin(), chosen.end(), 0);
+  for (int k : moved)
+    for (size_t i = 0; i < hypotheses_[k].moves.size(); ++i)
+      chosen.push_back(first_at_start_[k] + static_cast<Eigen::Index>(i));
+  chosen.push_back(at_start_.products.cols() - 1);
+  return {at_start_.products(chosen, chosen), at_start_.loss};
+}
+
+// K with K x ~ N(0, I): what is known of the unknowns before the readings.
+Eigen::MatrixXd ChangeProblem::known_of(const std::vector<Unknown>& unknowns) const {
+  const Eigen::Index count = std::ssize(unknowns), errors = correlated_.rows();
+  Eigen::MatrixXd known = Eigen::MatrixXd::Zero(count, count);
+  for (Eigen::Index i = 0; i < count; ++i)
+    known(i, i) = 1 / unknowns[static_cast<size_t>(i)].deviation;
+  known.topLeftCorner(errors, errors) = correlated_;
+  return known;
+}
+
+// `root`: L with L L^T = information^-1. The rows of a pose count with weight and share.
+void ChangeProblem::set_covariance(const std::vector<Unknown>& unknowns,
+                                   const Eigen::MatrixXd& root, Fit& result) const {
+  constexpr int kPosesPerBlock = 128, kMaxBlocks = 256;
+  result.covariance = root * root.transpose();
+  const Models models(*this, unknowns, result.x);
+  const int size = models_.row_size();
+  const Eigen::Index count = result.x.size(), height = std::max<Eigen::Index>(256, 2 * count + 2);
+  std::vector<std::pair<int, int>> place(static_cast<size_t>(models_.rows()));  // session, row
+  for (int s = 0; s < sessions(); ++s)
+    for (size_t own = 0; own < models_.rows_of(s).size(); ++own)
+      place[models_.rows_of(s)[own]] = {s, static_cast<int>(own)};
+  struct PoseSums {
+    InfluenceSums influence;
+    ChiSquares chi;
+  } total;
+  for_ordered_blocks<PoseSums>(
+      poses(), std::max(kPosesPerBlock, (poses() + kMaxBlocks - 1) / kMaxBlocks),
+      [&](int begin, int end) {
+        PoseSums sums;
+        Eigen::MatrixXd rows(height + size, count + 1);
+        for (int pose = begin; pose < end; ++pose) {
+          Eigen::Index filled = 0;
+          double equations = 0;
+          for (int k = rows_by_pose_.first[pose]; k < rows_by_pose_.first[pose + 1]; ++k) {
+            if (filled >= height) {  // many readings: their triangle says the same
+              const Eigen::HouseholderQR<Eigen::MatrixXd> qr(rows.topRows(filled));
+              filled = count + 1;
+              rows.topRows(filled) = qr.matrixQR().topRows(filled).triangularView<Eigen::Upper>();
+            }
+            const int row = rows_by_pose_.row[k];
+            auto block = rows.middleRows(filled, size);
+            models.block(place[row].first, place[row].second, block);
+            const double weight = result.weights.empty() ? 1 : result.weights[row];
+            block *= std::sqrt(shares_[row] * weight);
+            equations += shares_[row] * size;
+            filled += size;
+          }
+          const Eigen::VectorXd residual = rows.col(count).head(filled);
+          const double chi = residual.squaredNorm();
+          sums.influence.add(
+              influence_of_pose(rows.topLeftCorner(filled, count) * root, residual));
+          sums.chi.c += chi;
+          sums.chi.e += equations;
+          sums.chi.cc += chi * chi;
+          sums.chi.ce += chi * equations;
+          sums.chi.ee += equations * equations;
+        }
+        return sums;
+      },
+      [&](const PoseSums& sums) {
+        total.influence.add(sums.influence);
+        total.chi.c += sums.chi.c;
+        total.chi.e += sums.chi.e;
+        total.chi.cc += sums.chi.cc;
+        total.chi.ce += sums.chi.ce;
+        total.chi.ee += sums.chi.ee;
+      });
+  result.chi_squares = total.chi;
+  const Eigen::MatrixXd known = known_of(unknowns) * root;
+  result.by_pose =
+      root * (total.influence.covariance(1, 1) + known.transpose() * known) * root.transpose();
+}
+
+ChangeProblem::Fit ChangeProblem::fit(const std::vector<int>& moved, const ReadingLaw& law) const {
+  const std::vector<Unknown> unknowns = unknowns_of(moved);
+  const Eigen::MatrixXd known = known_of(unknowns);
+  const Eigen::Index count = std::ssize(unknowns);
+  Fit result;
+  result.x = Eigen::VectorXd::Zero(count);
+  for (int step = 0;; ++step) {
+    // The first step is one of least squares: where a parameter has moved, the residuals before it
+    // say nothing about blunders.
+    const Sums sums = step == 0 ? sums_at_start(moved) : sums_of(unknowns, law, true, result);
+    const Eigen::MatrixXd upper = sums.products.topLeftCorner(count, count);
+    Eigen::MatrixXd information = upper.selfadjointView<Eigen::Upper>();
+    Eigen::VectorXd gradient = sums.products.col(count).head(count);
+    double loss = sums.loss;
+    const Eigen::VectorXd before = known * result.x;
+    information += known.transpose() * known;
+    gradient -= known.transpose() * before;
+    loss += before.squaredNorm();
+    const bool settled = std::abs(loss - result.loss) <= 1e-7 * (1 + loss);
+    result.loss = loss;
+    const Eigen::MatrixXd root = inverse_root(information);
+    if ((step > 1 && settled) || step == kMaxSteps) {
+      set_covariance(unknowns, root, result);
+      return result;
+    }
+    result.x += root * (root.transpose() * gradient);
+  }
+}
+
+}  // namespace armtrue
