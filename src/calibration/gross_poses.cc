@@ -152,7 +152,11 @@ class Search {
 
   void judge() {
     const Campaign kept = kept_of(all_, campaign_, gross_);
-    fit_ = calibrate(robot_, kept, set_);
+    // The effects of a robot that has some are near their values, and with their curves the
+    // unknowns are hundreds.
+    CalibrationOptions options;
+    if (!robot_.effects.empty()) options.fold_by = FoldBy::normal_equations;
+    fit_ = calibrate(robot_, kept, set_, options);
     const Campaign readings = campaign_.select(all_.rows);
     const SessionModels models(readings, fit_.robot, set_.kept, fit_.sigma);
     const Eigen::MatrixXd blocks = models.blocks();

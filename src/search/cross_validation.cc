@@ -72,13 +72,20 @@ CrossValidation CrossValidation::of(const std::vector<int>& pose, int row_size,
         const Eigen::MatrixXd left_out = predictors(indices, Eigen::all);
         const Eigen::VectorXd residual = whole_residual(indices);
         // All readings less the ones left out.
-        Eigen::MatrixXd gram = -left_out.transpose() * left_out;
+        Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(left_out.cols(), left_out.cols());
+        gram.selfadjointView<Eigen::Lower>().rankUpdate(left_out.transpose(), -1.0);
         gram.diagonal().array() += 1 + kShownByOthers;
         const Eigen::VectorXd slope = whole_slope - left_out.transpose() * residual;
-        const Eigen::VectorXd without =
-            residual -
-            left_out.leftCols(rank) * gram.topLeftCorner(rank, rank).ldlt().solve(slope.head(rank));
-        const Eigen::VectorXd with = residual - left_out * gram.ldlt().solve(slope);
+        // Its factor has that without the columns added as its corner.
+        const Eigen::MatrixXd factor = Eigen::LLT<Eigen::MatrixXd>(gram).matrixL();
+        const auto left = [&](Eigen::Index unknowns) -> Eigen::VectorXd {
+          const auto corner = factor.topLeftCorner(unknowns, unknowns).triangularView<Eigen::Lower>();
+          Eigen::VectorXd solution = slope.head(unknowns);
+          corner.solveInPlace(solution);
+          corner.transpose().solveInPlace(solution);
+          return residual - left_out.leftCols(unknowns) * solution;
+        };
+        const Eigen::VectorXd without = left(rank), with = left(slope.size());
         std::vector<OfPose> left_out_poses;
         for (const auto& [begin, count] : extents) {
           const double before = without.segment(begin, count).squaredNorm();

@@ -147,37 +147,43 @@ double EffectModel::standard_deviation(int effect, Eigen::Index coefficient) con
   return std::sqrt(fit_.covariance(first + coefficient, first + coefficient));
 }
 
-bool EffectModel::split_family() {
-  const auto family = std::ranges::find_if(
-      chosen_, [](const Candidate& candidate) { return !candidate.effect.members.empty(); });
-  if (family == chosen_.end()) return false;
-  const auto k = static_cast<size_t>(family - chosen_.begin());
-  const std::optional<double> p = p_at_gate_[k];
+bool EffectModel::split_families() {
   std::vector<Effect> start = fit_.robot.effects;
-  const std::vector<Effect> singles = single_effects(start[in_fit(k)]);
-  remove({static_cast<int>(k)}, start);
-  for (const Effect& single : singles) {
-    const auto found = std::ranges::find_if(scan_->candidates(), [&](const Candidate& candidate) {
-      return same_place(candidate.effect, single) &&
-             candidate.effect.shape.kind == single.shape.kind;
-    });
-    chosen_.push_back(*found);  // but for inner values, which were settled for the family
-    chosen_.back().effect.shape = single.shape;
-    chosen_.back().effect.family = single.family;
-    p_at_gate_.push_back(p);
-    start.push_back(single);
+  bool found = false;
+  for (;;) {
+    const auto family = std::ranges::find_if(
+        chosen_, [](const Candidate& candidate) { return !candidate.effect.members.empty(); });
+    if (family == chosen_.end()) break;
+    found = true;
+    const auto k = static_cast<size_t>(family - chosen_.begin());
+    const std::optional<double> p = p_at_gate_[k];
+    const std::vector<Effect> singles = single_effects(start[in_fit(k)]);
+    remove({static_cast<int>(k)}, start);
+    for (const Effect& single : singles) {
+      const auto alone = std::ranges::find_if(scan_->candidates(), [&](const Candidate& candidate) {
+        return same_place(candidate.effect, single) &&
+               candidate.effect.shape.kind == single.shape.kind;
+      });
+      chosen_.push_back(*alone);  // but for inner values, which were settled for the family
+      chosen_.back().effect.shape = single.shape;
+      chosen_.back().effect.family = single.family;
+      p_at_gate_.push_back(p);
+      start.push_back(single);
+    }
   }
-  refit(start);
-  return true;
+  if (found) refit(start);
+  return found;
 }
 
-void EffectModel::hold(size_t k) {
+void EffectModel::hold(const std::vector<int>& ascending) {
   std::vector<Effect>& effects = fit_.robot.effects;
-  std::rotate(effects.begin() + declared_, effects.begin() + in_fit(k),
-              effects.begin() + in_fit(k) + 1);
-  chosen_.erase(chosen_.begin() + static_cast<std::ptrdiff_t>(k));
-  p_at_gate_.erase(p_at_gate_.begin() + static_cast<std::ptrdiff_t>(k));
-  ++declared_;
+  for (auto k = ascending.rbegin(); k != ascending.rend(); ++k) {
+    const auto first = effects.begin() + declared_;
+    std::rotate(first, first + *k, first + *k + 1);
+    ++declared_;
+    chosen_.erase(chosen_.begin() + *k);
+    p_at_gate_.erase(p_at_gate_.begin() + *k);
+  }
   refit(std::vector<Effect>(effects));
 }
 
@@ -252,7 +258,27 @@ void EffectModel::refit(const std::vector<Effect>& start) {
   near_ = std::move(fit_);
   start_ = std::move(robot);
   fit_ = armtrue::refit(start_, campaign_, near_, kSearchTolerance);
-  view_.reset();
+  forget_view();
+}
+
+void EffectModel::forget_view() {
+  linear_.reset();
+  projected_.reset();
+  null_scores_.clear();
+}
+
+void EffectModel::Fitted::forget_view() {
+  linear.reset();
+  projected.reset();
+}
+
+void EffectModel::come_back(const Fitted& before) {
+  chosen_ = before.chosen;
+  fit_ = before.fit;
+  near_ = before.near;
+  start_ = before.start;
+  linear_ = before.linear;
+  projected_ = before.projected;
   null_scores_.clear();
 }
 
@@ -264,27 +290,35 @@ void EffectModel::complete() {
   fit_ = calibrate(start_, campaign_, near_.set, options);
 }
 
-const EffectModel::View& EffectModel::view() {
-  if (!view_) view_ = std::make_unique<const View>(*scan_, fit_, campaign_);
-  return *view_;
+const Linearization& EffectModel::linear() {
+  if (!linear_) linear_ = std::make_shared<const Linearization>(fit_, campaign_);
+  return *linear_;
+}
+
+EffectModel::View EffectModel::view() {
+  if (!projected_) projected_ = std::make_shared<const ProjectedCandidates>(*scan_, linear());
+  return {*linear_, *projected_};
 }
 
 CandidateScore EffectModel::score_of(const std::vector<int>& chosen) {
   std::vector<int> effects;
+  for (int k : chosen) effects.push_back(in_fit(static_cast<size_t>(k)));
+  return score_of(chosen, linear().without(effects));
+}
+
+CandidateScore EffectModel::score_of(const std::vector<int>& chosen,
+                                     const Linearization::Loss& loss) {
   double log_choices = 0;
-  for (int k : chosen) {
-    effects.push_back(in_fit(static_cast<size_t>(k)));
-    log_choices += chosen_[k].log_choices;
-  }
-  return view().projected.score_of(effects, is_shrunken(chosen_[chosen.front()].effect),
-                                   log_choices);
+  for (int k : chosen) log_choices += chosen_[k].log_choices;
+  return armtrue::score_of(linear(), loss, is_shrunken(chosen_[chosen.front()].effect),
+                           log_choices);
 }
 
 std::vector<CandidateScore> EffectModel::scores_of(const std::vector<Candidate>& candidates,
                                                    int effect) {
   const Robot& robot = fit_.robot;
   const CandidateScan scan(candidates, robot, in_common_frame(campaign_, robot));
-  const ProjectedCandidates projected(scan, view().fit);
+  const ProjectedCandidates projected(scan, linear());
   return effect < 0 ? projected.scores() : projected.scores_without({effect});
 }
 

@@ -43,12 +43,12 @@ class EffectModel {
   void add(const Candidate& candidate, double p);
   void exchange(size_t k, const Candidate& candidate);
   void drop(const std::vector<int>& ascending);
-  /// Replaces a chosen family by its members, each as a chosen candidate of its own; they still
+  /// Replaces chosen families by their members, each as a chosen candidate of its own; they still
   /// share their prior deviation. False if there is none.
-  bool split_family();
-  /// Leaves a chosen candidate in the model, but no longer among those that are chosen: only its
-  /// prior speaks for it.
-  void hold(size_t k);
+  bool split_families();
+  /// Leaves chosen candidates in the model, but no longer among those that are chosen: only their
+  /// prior speaks for them.
+  void hold(const std::vector<int>& ascending);
   /// Replaces some chosen candidates by one.
   void merge(const std::vector<int>& ascending, const Candidate& candidate);
   /// Replaces all chosen candidates by the same with other inner values.
@@ -58,20 +58,36 @@ class EffectModel {
   /// Puts the chosen candidates into another order; false if it is the present one.
   bool put_in_order(const std::vector<size_t>& order);
 
-  /// The fit as a linear problem, and all candidates projected off it.
+  /// The fit as a linear problem. Valid until the next change, as view() is.
+  const Linearization& linear();
+  /// And all candidates projected off it, which takes most of the time of a search.
   struct View {
-    Linearization fit;
-    ProjectedCandidates projected;
-
-    View(const CandidateScan& scan, const CalibrationResult& result, const Campaign& campaign)
-        : fit(result, campaign), projected(scan, fit) {}
+    const Linearization& fit;
+    const ProjectedCandidates& projected;
   };
-  /// Valid until the next change.
-  const View& view();
+  View view();
   const CandidateScan& scan() const { return *scan_; }
+
+  /// A model as it was fitted, to come back to.
+  struct Fitted {
+    std::vector<Candidate> chosen;
+    CalibrationResult fit, near;
+    Robot start;
+    std::shared_ptr<const Linearization> linear;
+    std::shared_ptr<const ProjectedCandidates> projected;
+
+    /// Without what can be made again.
+    void forget_view();
+  };
+  Fitted fitted() const { return {chosen_, fit_, near_, start_, linear_, projected_}; }
+  /// Comes back to a model of as many effects that exchanges have led away from. Which of the
+  /// effects were not added but replaced another one stays as it is.
+  void come_back(const Fitted& before);
 
   /// What some chosen candidates, all on one parameter, explain together.
   CandidateScore score_of(const std::vector<int>& chosen);
+  /// The same where it is known what the model loses without them.
+  CandidateScore score_of(const std::vector<int>& chosen, const Linearization::Loss& loss);
   /// Scores of candidates outside the scan, all on one parameter: beside the model or, if `effect`
   /// is not negative, in the place of that effect.
   std::vector<CandidateScore> scores_of(const std::vector<Candidate>& candidates, int effect);
@@ -91,6 +107,7 @@ class EffectModel {
   void drop_impossible_members(size_t k);
   double standard_deviation(int effect, Eigen::Index coefficient) const;
   void refit(const std::vector<Effect>& start);
+  void forget_view();
   void remove(const std::vector<int>& ascending, std::vector<Effect>& coefficients);
   NullRun null_run(double level) const;
 
@@ -103,8 +120,10 @@ class EffectModel {
   std::unique_ptr<const CandidateScan> scan_;
   std::vector<Candidate> chosen_;
   std::vector<std::optional<double>> p_at_gate_;
-  std::unique_ptr<const View> view_;  // of the present fit, once asked for
-  std::vector<double> null_scores_;   // of the view, as many as were asked for
+  // Of the present fit, once asked for.
+  std::shared_ptr<const Linearization> linear_;
+  std::shared_ptr<const ProjectedCandidates> projected_;
+  std::vector<double> null_scores_;  // as many as were asked for
 };
 
 }  // namespace armtrue

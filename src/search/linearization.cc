@@ -14,6 +14,10 @@ namespace armtrue {
 namespace {
 
 constexpr double kMinPivot = 1e-9;  // columns have unit length; a smaller pivot is rounding
+// A Gram matrix knows a pivot to 1e-16 over it.
+constexpr double kMinClearPivot = 1e-5;
+// Squared share of a direction that other columns have as well; less is rounding.
+constexpr double kMinShared = 1e-12;
 // A parameter is named as refitted if it moves the readings by at least this share of the effect.
 constexpr double kMinShareOfRefit = 0.1;
 
@@ -70,22 +74,76 @@ struct Basis {
   Eigen::MatrixXd vectors, columns;
 };
 
+bool are_clearly_independent(const Eigen::LLT<Eigen::MatrixXd>& llt) {
+  return llt.info() == Eigen::Success &&
+         (llt.cols() == 0 || llt.matrixLLT().diagonal().minCoeff() >= kMinClearPivot);
+}
+
+// Numbers of columns of unit length: those that are clearly independent of each other, by the pivots
+// of their Gram matrix, and the others.
+struct Columns {
+  std::vector<Eigen::Index> clear, others;
+};
+
+Columns sorted_out(const Eigen::MatrixXd& gram) {
+  Columns columns;
+  if (are_clearly_independent(Eigen::LLT<Eigen::MatrixXd>(gram))) {
+    columns.clear.resize(static_cast<size_t>(gram.cols()));
+    std::iota(columns.clear.begin(), columns.clear.end(), Eigen::Index{0});
+    return columns;
+  }
+  const Eigen::LDLT<Eigen::MatrixXd> ldlt(gram);
+  Eigen::VectorXd number = Eigen::VectorXd::LinSpaced(gram.cols(), 0, gram.cols() - 1.0);
+  number = ldlt.transpositionsP() * number;
+  for (Eigen::Index k = 0; k < gram.cols(); ++k)
+    (ldlt.vectorD()[k] >= kMinClearPivot * kMinClearPivot ? columns.clear : columns.others)
+        .push_back(std::lround(number[k]));
+  return columns;
+}
+
+Eigen::MatrixXd gram_of(const Eigen::MatrixXd& columns) {
+  Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(columns.cols(), columns.cols());
+  gram.selfadjointView<Eigen::Lower>().rankUpdate(columns.transpose());
+  return gram.selfadjointView<Eigen::Lower>();
+}
+
+// What columns have beside an orthonormal basis, as a basis of its own.
+Eigen::MatrixXd basis_beside(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& columns) {
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(columns -
+                                                       basis * (basis.transpose() * columns));
+  const auto rank = (qr.matrixQR().diagonal().array().abs() > kMinPivot).count();
+  if (rank == 0) return Eigen::MatrixXd(columns.rows(), 0);
+  Eigen::MatrixXd own = qr.householderQ() * Eigen::MatrixXd::Identity(columns.rows(), rank);
+  own -= basis * (basis.transpose() * own);  // the first difference was small, and has lost digits
+  return Eigen::HouseholderQR<Eigen::MatrixXd>(own).householderQ() *
+         Eigen::MatrixXd::Identity(columns.rows(), rank);
+}
+
 // By Cholesky's factor of the Gram matrix, twice: the second time takes off what the squared
 // condition of the first leaves (CholeskyQR2; Yamamoto and others 2015, ETNA 44). Half the time of
-// reflections. Nothing where a column is not clearly independent of the others.
+// reflections, by which the few columns that are not clearly independent of the others follow.
+// Nothing where this does not work out.
 std::optional<Basis> basis_by_gram(const Eigen::MatrixXd& columns) {
-  constexpr double kMinClearPivot = 1e-5;
-  const Eigen::Index p = columns.cols();
-  Basis basis{columns, Eigen::MatrixXd::Identity(p, p)};
+  Eigen::MatrixXd gram = gram_of(columns);
+  const auto& [clear, others] = sorted_out(gram);
+  const Eigen::Index rank = std::ssize(clear);
+  gram = gram(clear, clear).eval();
+  Basis of_clear{columns(Eigen::all, clear), Eigen::MatrixXd::Identity(rank, rank)};
   for (int pass = 0; pass < 2; ++pass) {
-    Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(p, p);
-    gram.selfadjointView<Eigen::Lower>().rankUpdate(basis.vectors.transpose());
+    if (pass > 0) gram = gram_of(of_clear.vectors);
     const Eigen::LLT<Eigen::MatrixXd> llt(gram);
-    if (llt.info() != Eigen::Success) return std::nullopt;
-    if (p > 0 && llt.matrixLLT().diagonal().minCoeff() < kMinClearPivot) return std::nullopt;
-    llt.matrixU().solveInPlace<Eigen::OnTheRight>(basis.vectors);
-    basis.columns = llt.matrixU() * basis.columns;
+    if (!are_clearly_independent(llt)) return std::nullopt;
+    llt.matrixU().solveInPlace<Eigen::OnTheRight>(of_clear.vectors);
+    of_clear.columns = llt.matrixU() * of_clear.columns;
   }
+  if (others.empty()) return of_clear;
+  const Eigen::MatrixXd unclear = columns(Eigen::all, others);
+  const Eigen::MatrixXd own = basis_beside(of_clear.vectors, unclear);
+  Basis basis{Eigen::MatrixXd(columns.rows(), rank + own.cols()),
+              Eigen::MatrixXd::Zero(rank + own.cols(), columns.cols())};
+  basis.vectors << of_clear.vectors, own;
+  basis.columns.topRows(rank)(Eigen::all, clear) = of_clear.columns;
+  basis.columns(Eigen::all, others) = basis.vectors.transpose() * unclear;
   return basis;
 }
 
@@ -157,9 +215,7 @@ Linearization::Linearization(LinearProblem problem)
   Basis basis = orthonormal_basis(normalized(std::move(problem.fitted)));
   basis_ = std::move(basis.vectors);
   fitted_ = std::move(basis.columns);
-  if (fitted_.rows() == fitted_.cols())
-    duals_ = Eigen::HouseholderQR<Eigen::MatrixXd>(fitted_.transpose())
-                 .solve(Eigen::MatrixXd::Identity(fitted_.rows(), fitted_.rows()));
+  set_duals();
   explained_ = basis_.transpose() * problem.readings;
   residual_ = problem.readings - basis_ * explained_;
   residual_norm_ = residual_.squaredNorm();
@@ -182,6 +238,16 @@ Linearization::Linearization(const CalibrationResult& fit, const Campaign& campa
   design_effect_ = estimate_design_effect(residual_, campaign, static_cast<double>(fitted_.cols()));
 }
 
+// With the decomposition fitted^T = turn * triangle the duals are triangle^-1 turn^T.
+void Linearization::set_duals() {
+  const Eigen::Index rank = fitted_.rows(), count = fitted_.cols();
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(fitted_.transpose());
+  duals_ = (qr.householderQ() * Eigen::MatrixXd::Identity(count, rank)).transpose();
+  if (rank < count) turn_ = duals_;
+  const Eigen::MatrixXd triangle = qr.matrixQR().topRows(rank);
+  triangle.triangularView<Eigen::Upper>().solveInPlace(duals_);
+}
+
 // Decomposes the fitted columns without those of some effects.
 Eigen::ColPivHouseholderQR<Eigen::MatrixXd> Linearization::all_but(
     const std::vector<int>& effects) const {
@@ -195,12 +261,6 @@ Eigen::ColPivHouseholderQR<Eigen::MatrixXd> Linearization::all_but(
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(fitted_(Eigen::all, columns));
   qr.setThreshold(kMinPivot);
   return qr;
-}
-
-Eigen::MatrixXd Linearization::complement(
-    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd>& qr) const {
-  const Eigen::Index rank = fitted_.rows();
-  return (qr.householderQ() * Eigen::MatrixXd::Identity(rank, rank)).rightCols(rank - qr.rank());
 }
 
 double Linearization::standard_deviation(const Eigen::VectorXd& column) const {
@@ -226,15 +286,23 @@ double Linearization::standard_deviation(const Eigen::VectorXd& column) const {
   return std::sqrt(sums.covariance(mean_psi_derivative_, variance)(rank, rank)) / length;
 }
 
-// What only some columns span is orthogonal to all the others: the span of their duals.
+// What only some columns span is orthogonal to all the others. Where no column depends on others it
+// is the span of their duals, else what of it has no share in the others: D z with z = H z, H =
+// turn^T turn of these columns.
 Eigen::MatrixXd Linearization::only_by(const std::vector<int>& effects) const {
-  if (duals_.size() == 0) return complement(all_but(effects));
   std::vector<Eigen::Index> columns;
   for (int effect : effects)
     for (int k = first_effect_column_[effect]; k < first_effect_column_[effect + 1]; ++k)
       columns.push_back(k);
-  const Eigen::Index count = std::ssize(columns);
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(normalized(duals_(Eigen::all, columns)));
+  Eigen::MatrixXd span = duals_(Eigen::all, columns);
+  if (turn_.size() > 0 && !columns.empty()) {
+    const Eigen::MatrixXd own = turn_(Eigen::all, columns);
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(own.transpose() * own);
+    const auto count = (eigen.eigenvalues().array() > 1 - kMinShared).count();
+    span *= eigen.eigenvectors().rightCols(count).eval();
+  }
+  const Eigen::Index count = span.cols();
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(normalized(std::move(span)));
   return qr.householderQ() * Eigen::MatrixXd::Identity(duals_.rows(), count);
 }
 

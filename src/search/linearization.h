@@ -86,17 +86,17 @@ class Linearization {
  private:
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> all_but(const std::vector<int>& effects) const;
   Eigen::MatrixXd only_by(const std::vector<int>& effects) const;
-  // Orthonormal complement of the columns of a decomposition, in coordinates of the basis.
-  Eigen::MatrixXd complement(const Eigen::ColPivHouseholderQR<Eigen::MatrixXd>& qr) const;
+  void set_duals();
 
   int row_size_ = 3;
   std::vector<int> pose_;
   Eigen::MatrixXd jacobian_;
   Eigen::MatrixXd basis_;
   Eigen::MatrixXd fitted_;     // the fitted columns in coordinates of the basis, of unit length
-  // The inverse of their transpose: column k is orthogonal to all fitted columns but the k-th.
-  // Empty if they depend on each other.
-  Eigen::MatrixXd duals_;
+  // The pseudoinverse of their transpose. Of independent columns its column k is orthogonal to all
+  // fitted columns but the k-th. Where they depend on each other, `turn_` has an orthonormal basis
+  // of their rows as its own rows.
+  Eigen::MatrixXd duals_, turn_;
   Eigen::VectorXd explained_;  // Q^T readings
   std::vector<int> first_effect_column_;       // of each effect, and one past the last
   std::vector<Eigen::VectorXd> contribution_;  // of each effect, in coordinates of the basis

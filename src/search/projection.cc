@@ -34,6 +34,16 @@ std::vector<int> best_first(const std::vector<CandidateScore>& scores) {
   return order;
 }
 
+CandidateScore score_of(const Linearization& fit, const Linearization::Loss& loss, bool shrunken,
+                        double log_choices) {
+  CandidateScore score;
+  score.degrees_of_freedom = static_cast<int>(loss.span.cols());
+  score.gain = loss.residual.squaredNorm();
+  score.score = ebic_fall(shrunken, log_choices, score.degrees_of_freedom, score.gain,
+                          fit.residual_norm() + score.gain, fit.residual_freedom());
+  return score;
+}
+
 ProjectedCandidates::ProjectedCandidates(const CandidateScan& scan, const Linearization& fit)
     : scan_(scan),
       fit_(fit),
@@ -205,12 +215,26 @@ bool ProjectedCandidates::can_exceed(double least, int candidate, const Eigen::V
                    fit_.residual_freedom()) > least;
 }
 
-std::vector<CandidateScore> ProjectedCandidates::scores(double least,
-                                                        const Linearization::Loss& loss,
+std::vector<ProjectedCandidates::Place> ProjectedCandidates::places_of(
+    const std::vector<std::vector<int>>& effects) const {
+  std::vector<Place> places(effects.size());
+  Eigen::MatrixXd lost(on_basis_.rows(), std::ssize(effects));
+  for (size_t k = 0; k < effects.size(); ++k) {
+    places[k].loss = fit_.without(effects[k]);
+    lost.col(static_cast<Eigen::Index>(k)) = places[k].loss.span * places[k].loss.residual;
+  }
+  // What the losses add to the slopes: X^T (Q span) (its residual).
+  const Eigen::MatrixXd slopes = on_basis_.transpose() * lost;
+  for (size_t k = 0; k < effects.size(); ++k)
+    places[k].slopes = slopes.col(static_cast<Eigen::Index>(k));
+  return places;
+}
+
+std::vector<CandidateScore> ProjectedCandidates::scores(double least, const Place& place,
                                                         bool with_residual) const {
+  const Linearization::Loss& loss = place.loss;
   const double norm = (with_residual ? fit_.residual_norm() : 0.0) + loss.residual.squaredNorm();
-  // What the loss adds to the slopes: X^T (Q span) (its residual).
-  Eigen::VectorXd slopes = on_basis_.transpose() * (loss.span * loss.residual);
+  Eigen::VectorXd slopes = place.slopes;
   if (with_residual) slopes += slopes_;
   std::vector<CandidateScore> scores(scan_.candidates_.size());
   for_ordered_blocks<int>(
@@ -240,16 +264,11 @@ std::vector<CandidateScore> ProjectedCandidates::scores() const {
   return scores;
 }
 
-std::vector<CandidateScore> ProjectedCandidates::scores_above(
-    double least, const std::vector<int>& effects) const {
-  return scores(least, fit_.without(effects), true);
-}
-
 std::vector<CandidateScore> ProjectedCandidates::imitations(int effect) const {
-  const Linearization::Loss loss = fit_.without({effect});
-  const double whole = std::max(1e-300, loss.residual.squaredNorm());
+  const Place place = places_of({{effect}}).front();
+  const double whole = std::max(1e-300, place.loss.residual.squaredNorm());
   std::vector<CandidateScore> imitations =
-      scores(-std::numeric_limits<double>::infinity(), loss, false);
+      scores(-std::numeric_limits<double>::infinity(), place, false);
   for (CandidateScore& one : imitations) one.gain = std::clamp(one.gain / whole, 0.0, 1.0);
   return imitations;
 }
@@ -258,17 +277,6 @@ Eigen::MatrixXd ProjectedCandidates::directions(int candidate) const {
   const Eigen::MatrixXd projected = on_basis(candidate);
   const Eigen::MatrixXd own = scan_.columns(fit_, candidate) - fit_.basis() * projected;
   return own * solutions_[candidate].whitening.transpose();
-}
-
-CandidateScore ProjectedCandidates::score_of(const std::vector<int>& effects, bool shrunken,
-                                             double log_choices) const {
-  const Linearization::Loss loss = fit_.without(effects);
-  CandidateScore score;
-  score.degrees_of_freedom = static_cast<int>(loss.span.cols());
-  score.gain = loss.residual.squaredNorm();
-  score.score = ebic_fall(shrunken, log_choices, score.degrees_of_freedom, score.gain,
-                          fit_.residual_norm() + score.gain, fit_.residual_freedom());
-  return score;
 }
 
 }  // namespace armtrue

@@ -25,6 +25,11 @@ struct CandidateScore {
   Eigen::VectorXd coefficients;
 };
 
+/// Score of effects of a fit together beside the others, whose loss it is. `shrunken`: as of ebic_fall();
+/// `log_choices` is the sum over the effects.
+CandidateScore score_of(const Linearization& fit, const Linearization::Loss& loss, bool shrunken,
+                        double log_choices);
+
 /// Indices of the scores, best first. Scores that differ by less than 0.01 keep their order.
 std::vector<int> best_first(const std::vector<CandidateScore>& scores);
 
@@ -49,18 +54,28 @@ class ProjectedCandidates {
     return scores_above(-std::numeric_limits<double>::infinity(), effects);
   }
 
+  /// What the model loses without some effects, and with it the slopes of all columns.
+  struct Place {
+    Linearization::Loss loss;
+    Eigen::VectorXd slopes;
+  };
+  /// The places of some effects, or of several together; all at once, because the products read
+  /// Q^T X once.
+  std::vector<Place> places_of(const std::vector<std::vector<int>>& effects) const;
+
   /// The same where only scores above `least` count: candidates that cannot reach it, by an upper
   /// bound of their gain, are left at -infinity and cost next to nothing.
-  std::vector<CandidateScore> scores_above(double least, const std::vector<int>& effects) const;
+  std::vector<CandidateScore> scores_above(double least, const Place& place) const {
+    return scores(least, place, true);
+  }
+  std::vector<CandidateScore> scores_above(double least, const std::vector<int>& effects) const {
+    return scores_above(least, places_of({effects}).front());
+  }
 
   /// How well each candidate imitates one effect of the model. Effect and candidate are projected
   /// off the rest of the model; `gain` is cos^2 of the angle between what the effect explains and
   /// the columns of the candidate, `coefficients` are those of the closest imitation.
   std::vector<CandidateScore> imitations(int effect) const;
-
-  /// Score of effects of the model together beside the others. `shrunken`: as of ebic_fall();
-  /// `log_choices` is the sum over the effects.
-  CandidateScore score_of(const std::vector<int>& effects, bool shrunken, double log_choices) const;
 
   /// Null distribution of the family-wise test: the best score of all candidates on residuals with
   /// random signs, one for each draw. All rows of a pose get the same sign, since they may share an
@@ -84,8 +99,7 @@ class ProjectedCandidates {
   CandidateScore score(int candidate, const Solution& solution, const Eigen::VectorXd& slope,
                        double norm) const;
   bool can_exceed(double least, int candidate, const Eigen::VectorXd& slope, double norm) const;
-  std::vector<CandidateScore> scores(double least, const Linearization::Loss& loss,
-                                     bool with_residual) const;
+  std::vector<CandidateScore> scores(double least, const Place& place, bool with_residual) const;
   void project_columns();
   void compute_grams(const std::vector<Eigen::VectorXd>& squares);
   Eigen::MatrixXd gram_of(int candidate, const std::vector<Eigen::VectorXd>& squares) const;

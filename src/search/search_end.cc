@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include "armtrue/calibration/evaluation.h"
@@ -53,9 +54,7 @@ void ModelSearch::drop_idle() {
 // Members of a family that the readings speak for become findings. The others stay in the model,
 // held by the prior that they share, if the readings speak for all of them together.
 void ModelSearch::split_families() {
-  bool found = false;
-  while (model_.split_family()) found = true;
-  if (!found) return;
+  if (!model_.split_families()) return;
   constexpr double kAic = 2;  // of the gain per coefficient, from which it predicts better with it
   for (;;) {
     std::vector<int> weak;
@@ -65,7 +64,7 @@ void ModelSearch::split_families() {
     if (weak.empty()) break;
     const CandidateScore together = model_.score_of(weak);
     if (together.gain > kAic * together.degrees_of_freedom)
-      for (auto k = weak.rbegin(); k != weak.rend(); ++k) model_.hold(static_cast<size_t>(*k));
+      model_.hold(weak);
     else
       model_.drop(weak);
   }
@@ -96,9 +95,11 @@ void ModelSearch::hold_family_of_most_arms() {
     model_.drop({static_cast<int>(model_.chosen().size()) - 1});
     return;
   }
-  const auto singles = static_cast<int>(model_.chosen().back().effect.members.size());
-  model_.split_family();
-  for (int k = 0; k < singles; ++k) model_.hold(model_.chosen().size() - 1);
+  std::vector<int> singles(model_.chosen().back().effect.members.size());
+  model_.split_families();
+  std::iota(singles.begin(), singles.end(),
+            static_cast<int>(model_.chosen().size() - singles.size()));
+  model_.hold(singles);
   result_.stages.back() = model_.fit();
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <set>
 #include <string>
@@ -45,7 +46,13 @@ class ModelSearch {
 
   // Revisions (search_revisions.cc).
   bool revise(KnownCauses known_causes);
-  bool revise_one(KnownCauses known_causes);
+  struct Revision {
+    int effect;                      // of the chosen ones
+    std::optional<Candidate> other;  // in its place; none: the effect is dropped
+  };
+  bool was_taken_back(const Effect& a, const Effect& b) const;
+  bool leads_to(const Revision& revision, const std::vector<Candidate>& chosen) const;
+  std::optional<Revision> best_revision(KnownCauses known_causes);
   std::optional<int> better_than(double least, const std::vector<CandidateScore>& scores,
                                  bool known) const;
   bool merge_into_spline(size_t least);
@@ -67,6 +74,9 @@ class ModelSearch {
   bool details_ = false;  // whether they may enter: once nothing simpler is left
   bool failed_at_gate_ = false;  // whether the last step did, and p of its best is known
   std::set<std::multiset<std::string>> seen_;
+  // Pairs of forms that changed places and changed back. They may do so again once nothing is to be
+  // added, when known causes give way.
+  std::vector<std::array<Effect, 2>> taken_back_;
 };
 
 }  // namespace armtrue

@@ -14,23 +14,64 @@ constexpr int kMaxMerges = 50;  // several times what the longest search went th
 // Exchanges effects that another candidate now explains better, and drops effects that the others
 // have made idle. False if nothing changed.
 bool ModelSearch::revise(KnownCauses known_causes) {
-  int round = 0;
-  while (round < kMaxRevisions && !model_.chosen().empty() && revise_one(known_causes)) ++round;
-  return round > 0;
+  std::vector<EffectModel::Fitted> left;  // the models that were revised
+  while (std::ssize(left) < kMaxRevisions && !model_.chosen().empty()) {
+    const std::optional<Revision> revision = best_revision(known_causes);
+    if (!revision) break;
+    left.push_back(model_.fitted());
+    const auto known = std::find_if(left.begin(), left.end(), [&](const auto& model) {
+      return leads_to(*revision, model.chosen);
+    });
+    if (known != left.end()) {
+      taken_back_.push_back({model_.chosen()[revision->effect].effect, revision->other->effect});
+      // All further revisions go round in this circle: to where the last of them would end.
+      const auto more = kMaxRevisions - (known - left.begin());
+      model_.come_back(known[more % (left.end() - known)]);
+      return true;
+    }
+    // What a circle of two comes back to keeps its view, no more: views are large.
+    if (left.size() > 1) left[left.size() - 2].forget_view();
+    if (revision->other)
+      model_.exchange(static_cast<size_t>(revision->effect), *revision->other);
+    else
+      model_.drop({revision->effect});
+  }
+  return !left.empty();
 }
 
-// Makes the one change that lowers EBIC most, so that the order of the additions does not matter.
-bool ModelSearch::revise_one(KnownCauses known_causes) {
+// Whether a revision of the present model makes a model of these candidates.
+bool ModelSearch::leads_to(const Revision& revision, const std::vector<Candidate>& chosen) const {
+  if (!revision.other) return false;
+  std::vector<Candidate> revised = model_.chosen();
+  revised[static_cast<size_t>(revision.effect)] = *revision.other;
+  return std::ranges::equal(revised, chosen, [](const Candidate& a, const Candidate& b) {
+    return same_form(a.effect, b.effect) &&
+           std::ranges::equal(a.effect.members, b.effect.members, same_form);
+  });
+}
+
+// Whether an exchange of the two led back to where the search came from. The scan, linear as it is,
+// sees both as better than the other, and would with every effect that is added.
+bool ModelSearch::was_taken_back(const Effect& a, const Effect& b) const {
+  return std::ranges::any_of(taken_back_, [&](const auto& pair) {
+    return (same_form(a, pair[0]) && same_form(b, pair[1])) ||
+           (same_form(a, pair[1]) && same_form(b, pair[0]));
+  });
+}
+
+// The one change that lowers EBIC most, so that the order of the additions does not matter.
+std::optional<ModelSearch::Revision> ModelSearch::best_revision(KnownCauses known_causes) {
   const ProjectedCandidates& projected = model_.view().projected;
   const std::vector<Candidate>& chosen = model_.chosen();
-  int effect = -1;
-  std::optional<Candidate> other;
+  std::vector<std::vector<int>> each;
+  for (size_t k = 0; k < chosen.size(); ++k) each.push_back({model_.in_fit(k)});
+  const std::vector<ProjectedCandidates::Place> places = projected.places_of(each);
+  std::optional<Revision> best;
   double most = 0;
   for (size_t k = 0; k < chosen.size(); ++k) {
-    const double own = model_.score_of({static_cast<int>(k)}).score;
+    const double own = model_.score_of({static_cast<int>(k)}, places[k].loss).score;
     const double least = std::max(own, 0.0) + kMinFallToExchange;
-    const std::vector<CandidateScore> scores =
-        projected.scores_above(least, {model_.in_fit(k)});
+    const std::vector<CandidateScore> scores = projected.scores_above(least, places[k]);
     const bool by_known = chosen[k].from_catalogue && known_causes == KnownCauses::stay;
     const auto better = better_than(least, scores, by_known);
     const double fall = better ? scores[*better].score - own : -own;
@@ -38,16 +79,13 @@ bool ModelSearch::revise_one(KnownCauses known_causes) {
     std::optional<Candidate> refined;
     if (better) refined = model_.refined(candidates()[*better], model_.in_fit(k));
     if (refined && same_form(refined->effect, chosen[k].effect)) continue;
+    if (refined && known_causes == KnownCauses::stay &&
+        was_taken_back(chosen[k].effect, refined->effect))
+      continue;
     most = fall;
-    effect = static_cast<int>(k);
-    other = refined;
+    best = {static_cast<int>(k), refined};
   }
-  if (effect < 0) return false;
-  if (other)
-    model_.exchange(static_cast<size_t>(effect), *other);
-  else
-    model_.drop({effect});
-  return true;
+  return best;
 }
 
 // The best candidate (`known`: of the catalogue) of possible size that scores more than `least`.

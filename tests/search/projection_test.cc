@@ -123,7 +123,7 @@ TEST(Projection, InThePlaceOfAnEffectIsAFitWithoutIt) {
     const double gain = before - squares_left(beside(rest, problem.columns(k)), readings);
     EXPECT_NEAR(scores[k].gain, gain, kFloat * before) << k;
   }
-  const CandidateScore own = projected.score_of({0}, false, 1.25);
+  const CandidateScore own = score_of(fit, fit.without({0}), false, 1.25);
   const double gain = before - squares_left(problem.linear.fitted, readings);
   EXPECT_NEAR(own.gain, gain, 1e-9 * gain);
   EXPECT_EQ(own.degrees_of_freedom, 1);
@@ -178,10 +178,28 @@ TEST(Projection, DependentColumnsOfTheModelChangeNothing) {
   ASSERT_EQ(dependent.basis().cols(), fit.basis().cols());
   const CandidateScan scan(problem.candidates, robot_by_hand(), problem.campaign);
   const ProjectedCandidates one(scan, fit), other(scan, dependent);
-  const double own = one.score_of({0}, false, 1).gain;
-  EXPECT_NEAR(other.score_of({0}, false, 1).gain, own, 1e-9 * own);
+  const double own = score_of(fit, fit.without({0}), false, 1).gain;
+  EXPECT_NEAR(score_of(dependent, dependent.without({0}), false, 1).gain, own, 1e-9 * own);
   for (int k = 0; k < 4; ++k)
     EXPECT_NEAR(other.scores_without({0})[k].gain, one.scores_without({0})[k].gain, 1e-6 * own);
+}
+
+// A curve whose columns add up to a constant that the geometry has: only the rest of it is its own.
+TEST(Projection, WhatAnEffectSharesWithTheModelIsNotItsOwn) {
+  Problem problem;
+  const Linearization fit(problem.linear);
+  problem.linear.fitted =
+      beside(problem.linear.fitted, problem.linear.fitted.col(2) - problem.effect);
+  problem.linear.coefficients_of_effect[0].push_back(0);
+  const Linearization curve(problem.linear);
+  ASSERT_EQ(curve.basis().cols(), 6);
+  const Linearization::Loss loss = curve.without({0}), alone = fit.without({0});
+  ASSERT_EQ(loss.span.cols(), 1);
+  const Eigen::VectorXd direction = curve.basis() * loss.span;
+  EXPECT_NEAR(std::abs(direction.dot((fit.basis() * alone.span).col(0))), 1, 1e-9);
+  EXPECT_NEAR(std::abs(loss.residual[0]), std::abs(alone.residual[0]),
+              1e-9 * std::abs(alone.residual[0]));
+  EXPECT_EQ(curve.without({}).span.cols(), 0);
 }
 
 // cos^2 of the angle between the column of the effect and those of the candidate, both projected
