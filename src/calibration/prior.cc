@@ -18,6 +18,11 @@ constexpr double kMaxEffect = 0.005;  // m, rad: of a parameter, by one effect
 constexpr double kTypicalCurve = 5e-4, kMinWidth = 1e-6;
 constexpr size_t kMinOfCurve = 3;  // coefficients
 constexpr double kSettled = 0.01;  // relative change of a width
+constexpr double kLeastOfCurve = 0.5;  // unknowns that the readings determine
+// What an instrument errs, as a multiple of what its readings scatter: an estimate, which the
+// readings may correct. The rest that the laws leave, as a share of what they explain: likewise.
+constexpr double kTimesNoise = 3, kRest = 0.3;
+constexpr double kTypicalNoise = 1e-4;  // m, where the robot file states none
 // Of a coefficient whose driver is zero in all rows, about the value that it has: it only keeps
 // the information regular.
 constexpr double kUndriven = 1;
@@ -108,12 +113,46 @@ int width_of(const Effect& effect, Priors& priors) {
   return static_cast<int>(priors.widths.size()) - 1;
 }
 
+// Whether it is a lasting error of the instrument, which is as large as instruments err. What
+// happens to it at a time, as a knock, may be of any size.
+bool is_of_instrument(const Effect& effect) {
+  return effect.parameter.starts_with("instrument.") && effect.parameter != "instrument.scale" &&
+         !effect.driver.involves(DriverKind::time);
+}
+
+// Deviation of a coefficient at which an error of the instrument moves the readings by 1 m, RMS. No
+// law describes an instrument exactly: a distortion beside other errors is what they leave, and of
+// a part of their size.
+double unit_of_instrument(const Robot& robot, const Effect& effect, double mean_square) {
+  const double range = (robot.chain.base.translation - instrument_place(robot)).norm();
+  const bool turns = unit_of_parameter(robot.chain, effect.parameter) == ParameterUnit::radian;
+  const auto count = static_cast<double>(effect.coefficients.size()) /
+                     static_cast<double>(group_size(effect.parameter));
+  const bool is_rest = is_polynomial(effect.shape) &&
+                       std::ranges::any_of(robot.effects, [&](const Effect& other) {
+                         return is_of_instrument(other) && !is_polynomial(other.shape);
+                       });
+  const double lever = turns ? std::max(1.0, range) : 1.0;
+  return (is_rest ? kRest : 1.0) / (lever * std::sqrt(mean_square * count));
+}
+
+int width_of_instrument(const Robot& robot, Priors& priors) {
+  constexpr double kWithinThree = 1.0986;  // ln 3
+  const std::string name = "errors of the instrument";
+  const auto found = std::ranges::find(priors.widths, name, &PriorWidth::name);
+  if (found != priors.widths.end()) return static_cast<int>(found - priors.widths.begin());
+  const double noise = robot.noise.position > 0 ? robot.noise.position : kTypicalNoise;
+  priors.widths.push_back({name, kTimesNoise * noise, kWithinThree, kTimesNoise * noise});
+  return static_cast<int>(priors.widths.size()) - 1;
+}
+
 void add_coefficients(const Robot& robot, const SessionModels& models, Priors& priors) {
   int k = models.geometric_count();
   for (int e = 0; e < models.fitted_effects(); ++e) {
     const Effect& effect = robot.effects[e];
-    const bool is_curve =
-        effect.shape.kind == ShapeKind::series && effect.coefficients.size() >= kMinOfCurve;
+    const bool of_instrument = is_of_instrument(effect);
+    const bool is_curve = !of_instrument && effect.shape.kind == ShapeKind::series &&
+                          effect.coefficients.size() >= kMinOfCurve;
     double squares = 0;
     for (const Coefficient& c : effect.coefficients) squares += c.value * c.value;
     const double as_before = std::sqrt(squares / static_cast<double>(effect.coefficients.size()));
@@ -124,7 +163,12 @@ void add_coefficients(const Robot& robot, const SessionModels& models, Priors& p
     const int of_family = typical.empty() ? -1 : width_of(effect, priors);
     for (const Coefficient& c : effect.coefficients) {
       const double value = models.mean_square_value(k - models.geometric_count());
-      if (is_curve)
+      if (of_instrument && value > 0) {
+        const double unit = unit_of_instrument(robot, effect, value);
+        const int shared = width_of_instrument(robot, priors);
+        priors.of_unknowns.push_back(
+            {k, priors.widths[shared].deviation * unit, c.value, shared, unit});
+      } else if (is_curve)
         priors.of_unknowns.push_back({k, curve, c.value, width});
       else if (!typical.empty()) {
         const double unit = typical[static_cast<size_t>(&c - effect.coefficients.data())];
@@ -276,6 +320,7 @@ bool update_widths(const Eigen::MatrixXd& information, const Eigen::VectorXd& x,
   for (size_t w = 0; w < sums.size(); ++w) {
     if (sums[w].count == 0) continue;
     PriorWidth& width = priors.widths[w];
+    if (width.log_spread == kFree && sums[w].determined < kLeastOfCurve) continue;
     const double deviation = most_likely(width, sums[w].squares, sums[w].determined);
     settled = settled && std::abs(deviation - width.deviation) < kSettled * width.deviation;
     width.deviation = deviation;

@@ -27,7 +27,8 @@ struct Prior {
 /// The deviation tau that some unknowns share, which the readings help to choose. Beforehand
 /// ln tau ~ N(ln typical, log_spread^2); with an infinite spread only the readings choose.
 struct PriorWidth {
-  std::string name;  ///< "lengths", "angles", "zero offsets"; the family; empty: of a curve
+  /// "lengths", "angles", "zero offsets", "errors of the instrument"; the family; empty: of a curve
+  std::string name;
   double typical;    ///< [SI]; of a family a factor of typical sizes
   double log_spread;
   double deviation;  ///< tau, in units of `typical`
@@ -45,6 +46,9 @@ struct Priors {
 ///   else that of `robot`), with the deviation that its class shares: lengths (d, r), angles
 ///   (alpha, beta and the theta of the last, fixed frame) and zero offsets (theta). Base, tool,
 ///   targets and anchors have none: nobody knows beforehand where they are;
+/// - lasting errors of the instrument (instrument.range, .azimuth, .elevation, .point by anything
+///   but time): about 0, with a common deviation of what they add to the readings; a distortion
+///   beside others is their rest and has a part of it;
 /// - coefficients of a family: about 0, with a common multiple of their typical sizes;
 /// - coefficients of a curve (a series of three or more): about 0, all with one deviation;
 /// - other coefficients: about 0, with the deviation at which the effect moves its parameter by
@@ -71,8 +75,9 @@ double undetermined(const Eigen::MatrixXd& information, const Priors& priors);
 /// posterior variances and tau' the width so far,
 ///     gamma = sum_k (1 - V_k / tau'^2),
 ///     sum_k d_k^2 / tau^2 = gamma + ln(tau / typical) / log_spread^2;
-/// gamma is the number of unknowns that the readings determine. `information`: as above, at x.
-/// Returns whether no width changed by 2 % or more.
+/// gamma is the number of unknowns that the readings determine. The width of a curve of which they
+/// determine less than half an unknown stays. `information`: as above, at x. Returns whether no
+/// width changed by 2 % or more.
 bool update_widths(const Eigen::MatrixXd& information, const Eigen::VectorXd& x, Priors& priors);
 
 /// Whether a parameter, an index, places a positioner beside the arm, from its first axis to the

@@ -83,6 +83,15 @@ EffectModel::EffectModel(const Robot& robot, const Campaign& campaign, const Cat
         "them, take another catalogue or search beyond it (without --only-catalogue)");
 }
 
+std::optional<Candidate> EffectModel::finest_distortion() const {
+  std::optional<Candidate> finest;
+  for (const Candidate& candidate : scan_->candidates())
+    if (is_polynomial(candidate.effect.shape) &&
+        (!finest || finest->effect.shape.count < candidate.effect.shape.count))
+      finest = candidate;
+  return finest;
+}
+
 bool EffectModel::contains(const Effect& effect) const {
   const auto& effects = fit_.robot.effects;
   return std::any_of(effects.begin(), effects.end(), [&](const Effect& other) {

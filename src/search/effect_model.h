@@ -39,6 +39,8 @@ class EffectModel {
   bool has_possible_sign(size_t k) const;
   /// Whether the model has this effect, declared or chosen.
   bool contains(const Effect& effect) const;
+  /// The distortion of space with most coefficients among the candidates.
+  std::optional<Candidate> finest_distortion() const;
 
   void add(const Candidate& candidate, double p);
   void exchange(size_t k, const Candidate& candidate);

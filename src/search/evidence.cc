@@ -256,6 +256,11 @@ TraceResult with_evidence(SearchResult search, const Campaign& campaign,
   return result;
 }
 
+bool is_of_instrument(const Effect& effect) {
+  return !effect.driver.involves(DriverKind::time) &&
+         (effect.may_be_instrument || effect.parameter.starts_with("instrument."));
+}
+
 bool may_be_instrument(const TracedEffect& traced, const Robot& robot) {
   const auto of_instrument = [](const Rival& rival) {
     return rival.effect.parameter.starts_with("instrument.");

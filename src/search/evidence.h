@@ -13,6 +13,9 @@ namespace armtrue {
 TraceResult with_evidence(SearchResult search, const Campaign& campaign,
                           const TraceOptions& options);
 
+/// Whether it is, or may be, an error of the instrument that does not change with time.
+bool is_of_instrument(const Effect& effect);
+
 /// Amplitude and phase of the `effect`-th effect of a fit to so many poses, if it is a harmonic;
 /// its frequency is taken as exact. `bootstrap_draws` as from bootstrap_coefficients().
 std::optional<Cycle> fixed_cycle(const CalibrationResult& fit,

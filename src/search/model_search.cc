@@ -54,6 +54,7 @@ void ModelSearch::run() {
   }
   settle_inner_values();
   drop_idle();
+  prefer_distortion();
   split_families();
   hold_family_of_most_arms();
   model_.complete();

@@ -1,8 +1,11 @@
 #include <algorithm>
+#include <cmath>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/effects/robot_model.h"
 #include "calibration/refit.h"
 #include "search/search_phases.h"
 
@@ -11,6 +14,7 @@ namespace {
 
 // Inner values beside each other settle in one or two rounds.
 constexpr int kMaxSettlings = 2;
+const double kOddsOfThousand = 2 * std::log(1000.0);  // as a fall of EBIC
 
 }  // namespace
 
@@ -51,6 +55,42 @@ void ModelSearch::drop_idle() {
   }
 }
 
+// No rigid arm has a base or a length that follows a joint angle. Such curves give way to an
+// instrument that distorts space, unless poses left out speak against it by odds of a thousand to
+// one.
+void ModelSearch::prefer_distortion() {
+  const std::optional<Candidate> distortion = model_.finest_distortion();
+  if (!distortion) return;
+  const CalibrationResult& fit = model_.fit();
+  std::vector<int> pieces;
+  bool has_curve = false;
+  Robot with_distortion = fit.robot;
+  with_distortion.effects.resize(static_cast<size_t>(model_.declared()));
+  for (size_t k = 0; k < model_.chosen().size(); ++k) {
+    const Candidate& chosen = model_.chosen()[k];
+    const bool is_curve = !chosen.from_catalogue &&
+                          chosen.effect.driver.involves(DriverKind::joint_angle) &&
+                          is_of_no_arm(chosen.effect, fit.robot.chain);
+    has_curve |= is_curve;
+    if (is_curve || is_polynomial(chosen.effect.shape))
+      pieces.push_back(static_cast<int>(k));
+    else
+      with_distortion.effects.push_back(fit.robot.effects[static_cast<size_t>(model_.in_fit(k))]);
+  }
+  if (!has_curve) return;
+  Effect& added = with_distortion.effects.emplace_back(distortion->effect);
+  const BoundEffect bound(added, with_distortion, campaign_.temperature_names);
+  added.coefficients.resize(static_cast<size_t>(bound.coefficient_count()));
+  const double freedom = model_.view().fit.residual_freedom();
+  const double odds = freedom * std::log(errors_left_out(with_distortion).squaredNorm() /
+                                         errors_left_out(fit.robot).squaredNorm());
+  if (odds > kOddsOfThousand) return;
+  model_.merge(pieces, *distortion);
+  const auto last = static_cast<int>(model_.chosen().size()) - 1;
+  if (model_.score_of({last}).score <= 0) model_.hold(static_cast<size_t>(last));
+  result_.stages.back() = model_.fit();
+}
+
 // Members of a family that the readings speak for become findings. The others stay in the model,
 // held by the prior that they share, if the readings speak for all of them together.
 void ModelSearch::split_families() {
@@ -89,9 +129,9 @@ void ModelSearch::hold_family_of_most_arms() {
   std::erase_if(family.effect.members,
                 [&](const Effect& member) { return model_.contains(member); });
   if (family.effect.members.empty()) return;
-  const Eigen::VectorXd without = errors_left_out();
+  const Eigen::VectorXd without = errors_left_out(model_.fit().robot);
   model_.add(family, 1);
-  if (errors_left_out().mean() > without.mean()) {
+  if (errors_left_out(model_.fit().robot).mean() > without.mean()) {
     model_.drop({static_cast<int>(model_.chosen().size()) - 1});
     return;
   }
@@ -103,8 +143,8 @@ void ModelSearch::hold_family_of_most_arms() {
   result_.stages.back() = model_.fit();
 }
 
-// Mean error of the position of each pose by a fit of the same model that has not seen it [m].
-Eigen::VectorXd ModelSearch::errors_left_out() const {
+// Mean error of the position of each pose by a fit of the robot that has not seen it [m].
+Eigen::VectorXd ModelSearch::errors_left_out(const Robot& robot) const {
   constexpr int kFolds = 10;
   const CalibrationResult& fit = model_.fit();
   const std::vector<int> pose = campaign_.pose_by_id();
@@ -114,7 +154,7 @@ Eigen::VectorXd ModelSearch::errors_left_out() const {
     for (int row = 0; row < campaign_.rows(); ++row)
       (pose[row] % kFolds == fold ? outside : inside).push_back(row);
     const CalibrationResult part =
-        refit(fit.robot, campaign_.select(inside), fit, kSearchTolerance);
+        refit(robot, campaign_.select(inside), fit, kSearchTolerance);
     const Evaluation evaluation = evaluate(part.robot, campaign_.select(outside));
     for (size_t k = 0; k < outside.size(); ++k) {
       const double weight = fit.weights[outside[k]];

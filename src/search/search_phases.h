@@ -62,9 +62,10 @@ class ModelSearch {
   // At the end (search_end.cc).
   void settle_inner_values();
   void drop_idle();
+  void prefer_distortion();
   void split_families();
   void hold_family_of_most_arms();
-  Eigen::VectorXd errors_left_out() const;
+  Eigen::VectorXd errors_left_out(const Robot& robot) const;
 
   const TraceOptions& options_;
   const Campaign& campaign_;

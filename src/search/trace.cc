@@ -1,6 +1,9 @@
 #include "armtrue/search/trace.h"
 
 #include <algorithm>
+#include <iterator>
+#include <optional>
+#include <utility>
 
 #include "armtrue/calibration/pose_bootstrap.h"
 #include "armtrue/effects/robot_model.h"
@@ -14,14 +17,32 @@ namespace {
 // More would find smaller effects at a cost in proportion, and only the fit needs all.
 constexpr int kMaxPosesOfSearch = 2000;
 
-// What was found in some of the poses, fitted to all.
-void refit_to_all(const Robot& robot, const Campaign& campaign, const TraceOptions& options,
-                  TraceResult& result) {
-  if (options.progress) options.progress("fitting what was found to all poses");
+// No law describes an instrument exactly, and lengths and zero offsets would take up what it
+// leaves. So where something was found that is the instrument's, or may be, a distortion of space
+// stays in the model too, held by the prior that it shares with what was found. One that was found
+// takes its form. False if nothing changed.
+bool add_rest_of_instrument(const std::optional<Candidate>& distortion, const Campaign& campaign,
+                            TraceResult& result) {
+  Robot& robot = result.fit.robot;
+  const auto first = robot.effects.end() - std::ssize(result.effects);
+  if (!distortion || std::none_of(first, robot.effects.end(), is_of_instrument)) return false;
+  auto rest = std::ranges::find_if(
+      robot.effects, [](const Effect& effect) { return is_polynomial(effect.shape); });
+  if (rest == robot.effects.end())
+    rest = robot.effects.insert(first, distortion->effect);
+  else if (rest < first || rest->shape.count >= distortion->effect.shape.count)
+    return false;
+  rest->shape = distortion->effect.shape;
+  const BoundEffect bound(*rest, robot, campaign.temperature_names);
+  rest->coefficients.assign(static_cast<size_t>(bound.coefficient_count()), {});
+  return true;
+}
+
+// The model with what was found, fitted to all poses once more.
+void refit_to_all(const Campaign& campaign, const TraceOptions& options, TraceResult& result) {
   CalibrationOptions near;
   near.start_near(result.fit);
   near.tolerance = kSearchTolerance;
-  result.stages.front() = calibrate(robot, campaign, result.fit.set);
   const CalibrationResult fit = calibrate(result.fit.robot, campaign, result.fit.set, near);
   result.fit = fit;
   result.stages.back() = result.fit;
@@ -70,9 +91,15 @@ TraceResult trace(const Robot& robot, const Campaign& campaign, const Catalogue&
   const bool is_large = static_cast<int>(campaign.pose_ids.size()) > kMaxPosesOfSearch;
   const Campaign& searched =
       is_large ? campaign.select(rows_of_some_poses(campaign, kMaxPosesOfSearch)) : campaign;
-  TraceResult result =
-      with_evidence(search_effects(robot, searched, catalogue, options), searched, options);
-  if (is_large) refit_to_all(robot, campaign, options, result);
+  SearchResult search = search_effects(robot, searched, catalogue, options);
+  const std::optional<Candidate> distortion = search.model.finest_distortion();
+  TraceResult result = with_evidence(std::move(search), searched, options);
+  const bool has_rest = add_rest_of_instrument(distortion, campaign, result);
+  if (is_large) {
+    if (options.progress) options.progress("fitting what was found to all poses");
+    result.stages.front() = calibrate(robot, campaign, result.fit.set);
+  }
+  if (is_large || has_rest) refit_to_all(campaign, options, result);
   note_means(campaign, result);
   return result;
 }

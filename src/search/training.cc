@@ -1,10 +1,12 @@
 #include "search/training.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <utility>
 
 #include "armtrue/calibration/prediction.h"
 #include "calibration/refit.h"
+#include "search/evidence.h"
 
 namespace armtrue {
 namespace {
@@ -27,10 +29,20 @@ Training trace_sound(const Robot& robot, const Campaign& given, const Catalogue&
 }
 
 // The fit without one effect, all else adjusted to that: far from where the fit was linear if the
-// effect is a strong one.
-Robot without_effect(const CalibrationResult& fit, const Campaign& campaign, size_t effect) {
+// effect is a strong one. An error of the instrument goes with the rest that it leaves, which is
+// among the effects held: those from `held` to `found`.
+Robot without_effect(const CalibrationResult& fit, const Campaign& campaign, size_t held,
+                     size_t found, size_t effect) {
   Robot reduced = fit.robot;
-  reduced.effects.erase(reduced.effects.begin() + static_cast<std::ptrdiff_t>(effect));
+  const auto first = reduced.effects.begin();
+  const auto at = [&](size_t k) { return first + static_cast<std::ptrdiff_t>(k); };
+  const bool with_rest = is_of_instrument(*at(effect));
+  reduced.effects.erase(at(effect));
+  if (with_rest)
+    reduced.effects.erase(
+        std::remove_if(at(held), at(found),
+                       [](const Effect& other) { return is_polynomial(other.shape); }),
+        at(found));
   constexpr double kTolerance = 1e-5;  // an error to three digits is all that is asked of it
   return refit(reduced, campaign, fit, kTolerance).robot;
 }
@@ -50,8 +62,9 @@ Training search_training(const Robot& robot, const Campaign& given, Then then,
   require_worthwhile(robot, fit, sound, training.quality.blunders, given.rows() - sound.rows());
   if (then == Then::report) return training;
   const size_t effects = fit.robot.effects.size();
-  for (size_t k = effects - training.trace.effects.size(); k < effects; ++k)
-    training.without_effect.push_back(without_effect(fit, sound, k));
+  const size_t found = effects - training.trace.effects.size();
+  for (size_t k = found; k < effects; ++k)
+    training.without_effect.push_back(without_effect(fit, sound, robot.effects.size(), found, k));
   training.if_complete = uncertainty_if_complete(fit, sound);
   return training;
 }

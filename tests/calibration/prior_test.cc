@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "armtrue/calibration/calibration.h"
@@ -73,6 +74,76 @@ TEST(Priors, AreInvisibleWithManyPoses) {
     EXPECT_NEAR(with.change[k], without.change[k], std::sqrt(without.covariance(k, k)))
         << with.names[static_cast<size_t>(k)];
   EXPECT_TRUE(near_nominal(with, campaign).parameters.empty());
+}
+
+Effect distortion() {
+  Effect made{"distorted space", "instrument.point", {DriverKind::place, -1, -1, ""}, {}, {}};
+  made.shape.kind = ShapeKind::series;
+  made.shape.basis = SeriesBasis::polynomial;
+  made.shape.count = 3;
+  for (int axis = 0; axis < 3; ++axis) {
+    made.shape.low[axis] = -3;
+    made.shape.high[axis] = 3;
+  }
+  made.coefficients.resize(48);
+  return made;
+}
+
+// What the prior expects of the effect at the readings, RMS of an axis [m].
+double expected(const Priors& priors, const SessionModels& models, size_t first, size_t count,
+                double lever) {
+  double squares = 0;
+  for (size_t k = first; k < first + count; ++k) {
+    const auto coefficient = static_cast<int>(k);
+    const auto prior = std::ranges::find(
+        priors.of_unknowns, models.geometric_count() + coefficient, &Prior::unknown);
+    squares += prior->deviation * prior->deviation * models.mean_square_value(coefficient);
+  }
+  return lever * std::sqrt(squares);
+}
+
+// Three times the noise; beside another error a distortion is its rest, three tenths of that.
+TEST(Priors, ErrorsOfTheInstrumentShareTheirSize) {
+  Robot robot = shipped("kr360-spindle");
+  robot.noise.position = 0.1e-3;
+  robot.instrument = Eigen::Vector3d(3, 4, 0);
+  const double range = (robot.chain.base.translation - *robot.instrument).norm();
+  const Campaign campaign = measured(robot, 40, 6);
+  const std::vector<int> geometric = calibrate(robot, campaign).set.kept;
+  robot.effects = {distortion()};
+  const SessionModels alone(campaign, robot, geometric, {1, 1});
+  EXPECT_NEAR(expected(priors_of(robot, alone), alone, 0, 48, 1) / std::sqrt(3), 3e-4, 1e-9);
+  Effect bend{"refraction", "instrument.elevation", {DriverKind::range, -1, -1, ""}, {}, {}};
+  bend.coefficients.resize(1);
+  Effect knock{"re-zeroed", "instrument.range", {DriverKind::time, -1, -1, ""}, {}, {}};
+  knock.coefficients.resize(1);
+  robot.effects = {bend, distortion(), knock};
+  const SessionModels models(campaign, robot, geometric, {1, 1});
+  const Priors priors = priors_of(robot, models);
+  EXPECT_NEAR(expected(priors, models, 0, 1, range), 3e-4, 1e-9);
+  EXPECT_NEAR(expected(priors, models, 1, 48, 1) / std::sqrt(3), 0.9e-4, 1e-9);
+  EXPECT_EQ(priors.widths.back().name, "errors of the instrument");
+  EXPECT_EQ(priors.of_unknowns.back().width, -1);  // what happens at a time may be of any size
+}
+
+// Where base and tool are far from the file's, a curve says nothing as long as they are.
+TEST(Priors, CurveIsFoundFromAFarStart) {
+  Robot truth = shipped("kr360-spindle");
+  Effect curve{"curve", "A3.theta", {DriverKind::joint_angle, 0, -1, ""}, {}, {}};
+  curve.shape.kind = ShapeKind::series;
+  curve.shape.count = 4;
+  curve.shape.low[0] = -3;
+  curve.shape.high[0] = 3;
+  curve.coefficients.assign(4, Coefficient{"", 4e-4});
+  truth.effects = {curve};
+  const Campaign campaign = measured(truth, 60, 7);
+  Robot robot = shipped("kr360-spindle");
+  robot.effects = {curve};
+  robot.effects.front().coefficients.assign(4, {});
+  robot.chain.base.translation += Eigen::Vector3d(0.05, -0.08, 0.03);
+  robot.chain.tool.translation += Eigen::Vector3d(-0.06, 0.07, 0.02);
+  for (const Coefficient& c : calibrate(robot, campaign).robot.effects.front().coefficients)
+    EXPECT_NEAR(c.value, 4e-4, 1e-4);
 }
 
 // A calibrated robot that is calibrated again is drawn to the values of its file, not to those of

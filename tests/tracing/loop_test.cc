@@ -127,6 +127,14 @@ TEST_P(Family, IsNamedAddedAndGone) {
   const double floor = campaign.written.floor_mean_mm * kMillimetre;
   EXPECT_LT(result.after, 1.06 * floor);
   EXPECT_NE(result.verdict, Verdict::nothing_to_explain);
+  // Beside a lasting error of the instrument its rest stays in the model, beside no other effect.
+  const auto errs = [](const TracedEffect& traced) {
+    return !traced.effect.driver.involves(DriverKind::time) &&
+           (traced.effect.may_be_instrument || traced.effect.parameter.starts_with("instrument."));
+  };
+  EXPECT_EQ(std::ranges::any_of(result.trace.effects, errs),
+            std::ranges::any_of(result.trace.fit.robot.effects,
+                                [](const Effect& effect) { return is_polynomial(effect.shape); }));
   for (const TracedEffect& traced : result.trace.effects) {
     EXPECT_GT(traced.evidence.delta_ebic, 0);
     EXPECT_LT(traced.evidence.p_value, 0.02);
