@@ -81,7 +81,7 @@ void add_calibration_next(Page& page, const CalibrationResult& result, const Cam
   const NearNominal near = near_nominal(result, campaign);
   if (near.poses > 0)
     items.push_back("some " + keyed(std::to_string(near.poses), "calibration/more_poses") +
-                    " more poses like these: they would tell the first of the " +
+                    " more poses like these: they would determine the " +
                     std::to_string(near.parameters.size()) +
                     " parameters that stand near their nominal values for want of readings");
   else if (!near.parameters.empty())
