@@ -14,9 +14,10 @@ namespace armtrue {
 
 /// Limits of the planned poses, and what is measured at them.
 struct CloudOptions {
-  bool orientation = true;  ///< is read; false: positions only. Given poses decide for themselves,
-                            ///< targets and anchors come without
-  std::optional<Box> box;   ///< of the measured point; absent: the whole travel of the joints
+  /// Whether orientations are measured; false: positions only. If there are given poses, these
+  /// decide. With targets or anchors, none are measured.
+  bool orientation = true;
+  std::optional<Box> box;  ///< of the measured point; absent: the whole travel of the joints
   double floor = 0;  ///< height in R_0 that no link origin and no point of the tool passes [m]
   std::uint64_t seed = 1;
 };

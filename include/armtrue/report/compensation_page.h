@@ -8,8 +8,8 @@
 namespace armtrue {
 
 /// The page of a compensation: predicted error before and after, along the rows and as a map of the
-/// corrections, notes, the worst three targets, and what the commands hold for. The keys are those
-/// of armtrue-compensation/1.
+/// corrections, notes, the worst three targets, and the conditions for which the commands are
+/// valid. The keys are those of armtrue-compensation/1.
 Report compensation_page(const std::vector<CorrectedTarget>& targets, const Program& program,
                          const ModelStory& story, const PageHead& head);
 
