@@ -34,23 +34,23 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.option("--identify", arguments.identify,
                  "auto, paper-25, or a list such as A1.alpha,A2.d,base,tool.z; "
                  "replaces 'identify' of the robot file");
-  command.option("--identify-per-session", arguments.identify_per_session,
-                 "Zero offsets that each session has for itself beside its base, "
-                 "such as A2.theta,A5.theta after a re-mastering; replaces "
-                 "'identify_per_session' of the robot file");
+  command.option(
+      "--identify-per-session", arguments.identify_per_session,
+      "Zero offsets that each session has of its own, like its base, such as A2.theta,A5.theta "
+      "after a re-mastering; replaces 'identify_per_session' of the robot file");
   command.add_new_sessions();
   command.add_output("--residuals", arguments.residuals,
                      "Write the residual of every reading here");
   command.zone(arguments.zone,
-               "Sphere x,y,z,radius in R_A in which the arm shall be accurate: readings count less "
-               "the farther outside they lie");
+               "Sphere x,y,z,radius in R_A in which the arm must be accurate: the farther a "
+               "reading is outside, the less it counts");
   command
       .option("--max-error-mm", arguments.max_error_mm,
               "Exit with 3 if calibration: training: position_mm: max, the largest error of "
               "the readings, is larger")
       .check(app::above_zero());
   command.flag("--no-priors", arguments.no_priors,
-               "Plain least squares: links may be anything, as far as the readings say");
+               "Least squares without priors: the readings alone determine the links");
   app::add_report(command, arguments.page, "with errors before and after, maps and parameters");
   command.add_columns(app::kMeasuredPoseColumns);
 }

@@ -37,16 +37,15 @@ void add_options(app::Command& command, Arguments& arguments) {
       .required()
       .check(app::in_range(1, kCloudSize));
   command.file("--given", arguments.given,
-               "Measured poses that the planned ones shall complete; of several sessions the "
-               "last is continued, and box and zone are in its R_A");
+               "Measured poses that the planned ones complement. If they have several sessions, "
+               "the plan continues the last; box and zone are in its R_A");
   const app::Option separate =
       command.file("--separate", arguments.separate,
-                   "What close-loop or trace-residual wrote: tell its effects from those it "
-                   "calls indistinguishable; -v shows the expected power");
-  const app::Option zone =
-      command.zone(arguments.zone,
-                   "Sphere x,y,z,radius in R_A in which the arm shall be accurate; everywhere if "
-                   "absent");
+                   "Product of close-loop or trace-residual: plan poses that separate its effects "
+                   "from those that it lists as indistinguishable; -v shows the expected power");
+  const app::Option zone = command.zone(
+      arguments.zone,
+      "Sphere x,y,z,radius in R_A in which the arm must be accurate; everywhere if absent");
   command.numbers("--box-mm", arguments.box_mm, 6, "x0,x1,y0,y1,z0,z1 in mm",
                   "Working box in R_A of the poses");
   command
@@ -54,7 +53,7 @@ void add_options(app::Command& command, Arguments& arguments) {
               "Height in R_0 below which neither links nor tool may go")
       .default_shown();
   command.flag("--points", arguments.points,
-               "Positions only; with --given, what is read there is read again");
+               "Positions only; with --given, the plan reads what the given poses read");
   separate.excludes(zone);
   command.add_columns(app::kMeasuredPoseColumns);
 }

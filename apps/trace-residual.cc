@@ -26,9 +26,9 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.add_new_sessions();
   app::OptionGroup model = command.group("Model");
   model.file("--robot", arguments.robot, "The robot, nominal or calibrated");
-  const app::Option since =
-      model.file("--since", arguments.since,
-                 "A robot as calibrate or close-loop --robot-out wrote it: has it changed since?");
+  const app::Option since = model.file(
+      "--since", arguments.since,
+      "Robot file of calibrate or close-loop --robot-out: find what has moved since then");
   model.require_one();
   command.file("--catalogue", arguments.catalogue, "Effects to look for").excludes(since);
   command.flag("--only-catalogue", arguments.only_catalogue, "Do not search beyond it")
