@@ -8,28 +8,29 @@
 
 namespace armtrue {
 
-/// Whether of a column of length `norm` enough is `left` beside the columns kept before it.
+/// Whether the part `left` of a column of length `norm`, orthogonal to the columns kept before it,
+/// is large enough to keep it.
 bool is_independent(double norm, double left);
 
-/// Takes from `column` its part in the span of `basis` (orthonormal); returns the coordinates of
-/// the part.
+/// Subtracts from `column` its part in the span of `basis` (orthonormal); returns the coordinates
+/// of that part.
 Eigen::VectorXd remove_part(const Eigen::Ref<const Eigen::MatrixXd>& basis,
                             Eigen::Ref<Eigen::VectorXd> column);
 
-/// The derivatives of all readings at x = 0, in the order of the sessions. What a further session
-/// has of its own moves the readings of that session alone: a basis of these columns is zero in all
-/// other rows, so that the cost grows with the number of sessions, not with its square or cube.
+/// The derivatives of all readings at x = 0, in the order of the sessions. The own parameters of a
+/// further session affect the readings of that session alone: the basis of their columns is zero in
+/// all other rows, so the cost grows with the number of sessions and not with its square or cube.
 class ColumnsBySession {
  public:
-  /// Throws std::invalid_argument if the readings of a further session do not show what it has of
-  /// its own.
+  /// Throws std::invalid_argument if the readings of a further session cannot show its own
+  /// parameters.
   ColumnsBySession(const SessionModels& models, const KinematicChain& chain);
 
   /// (rows * row_size) x unknowns of the first session: its own, and those common to all.
   const Eigen::MatrixXd& of_first() const { return of_first_; }
-  /// Of what the further sessions have of their own.
+  /// Number of own parameters of the further sessions.
   int rank_of_own() const;
-  /// Takes from `column` what the own parameters of further sessions can imitate.
+  /// Subtracts from `column` the part that the own parameters of further sessions can imitate.
   void remove_own(Eigen::Ref<Eigen::VectorXd> column) const;
 
  private:

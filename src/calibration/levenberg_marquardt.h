@@ -10,8 +10,8 @@
 
 namespace armtrue {
 
-/// A fold of one session and what it was made at. The solver's last fold is at its solution if the
-/// last step was accepted, and need then not be repeated for the statistics.
+/// A fold of one session and its point x. If the last step was accepted, the last fold of the
+/// solver is at the solution, and the statistics can use it.
 struct SessionFold {
   Eigen::VectorXd x;
   ReadingSigma sigma;
@@ -28,14 +28,14 @@ struct SessionFold {
 struct Solution {
   bool converged = false;
   int iterations = 0;
-  std::string termination;         ///< the solver's own words
+  std::string termination;         ///< message of the solver
   std::vector<SessionFold> folds;  ///< the last of each session
 };
 
-/// Minimises over x, by Levenberg and Marquardt's method (Ceres), with sigma and law held fixed,
+/// Minimises over x, by Levenberg-Marquardt (Ceres), with sigma and law held fixed,
 ///     sum over the rows of ReadingLaw::loss + sum over the priors of ((start + x) / deviation)^2.
-/// `x`: the start, and on return the solution. `kept`: of each session, by normal equations; empty:
-/// the derivatives are those at each step.
+/// `x`: the start, and on return the solution. `kept`: derivatives of each session, for normal
+/// equations; if empty, they are computed at each step.
 Solution minimise(const SessionModels& models, const ReadingLaw& law,
                   const std::vector<Prior>& priors, int max_iterations, double tolerance, FoldBy by,
                   Eigen::VectorXd& x, const std::vector<KeptDerivatives>& kept = {});

@@ -9,13 +9,13 @@
 
 namespace armtrue {
 
-/// The readings of several sessions against one robot, with a base, and zero offsets if asked for,
-/// of its own in each: one ObservationModel per session, all in the R_A of `robot.chain.base`, so
-/// that a base that gives way does so along the same axes of the robot in every session. Anchors
-/// keep their places in the own R_A of each session: they are carried with the instrument.
+/// The readings of several sessions against one robot. Each session has its own base and, if asked
+/// for, its own zero offsets. There is one ObservationModel per session, all in the R_A of
+/// `robot.chain.base`, so that effects on the base act along the same axes in every session.
+/// Anchors keep their places in the R_A of each session: they move with the instrument.
 ///
-/// The unknowns x are those of the first session (geometric parameters as far as they are asked
-/// for, then coefficients), then the own parameters of each further session.
+/// The unknowns x are those of the first session (the requested geometric parameters, then
+/// coefficients), then the own parameters of each further session.
 class SessionModels {
  public:
   /// `geometric`, `sigma`, `fitted_effects`: as for ObservationModel. The campaign is not copied
@@ -117,7 +117,7 @@ class SessionModels::At {
   friend class SessionModels;
   At(const SessionModels& models, const Eigen::VectorXd& x);
 
-  // Where a row of the campaign stands, if there are several sessions.
+  // Place of a row of the campaign in its session, if there are several.
   struct Place {
     int session, row;
   };

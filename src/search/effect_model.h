@@ -46,14 +46,14 @@ class EffectModel {
   /// Replaces a chosen family by its members, each as a chosen candidate of its own; they still
   /// share their prior deviation. False if there is none.
   bool split_family();
-  /// Leaves a chosen candidate in the model, but no longer among those that are chosen: only its
-  /// prior speaks for it.
+  /// Keeps a chosen candidate in the model, but not among the chosen ones: only its prior supports
+  /// it.
   void hold(size_t k);
-  /// Replaces some chosen candidates by one.
+  /// Replaces several chosen candidates by one.
   void merge(const std::vector<int>& ascending, const Candidate& candidate);
   /// Replaces all chosen candidates by the same with other inner values.
   void settle(const std::vector<Candidate>& candidates);
-  /// Adds what a step of a search does without (see refit.h) to the fit.
+  /// Completes the fit with what refits during a search omit (see refit.h).
   void complete();
   /// Puts the chosen candidates into another order; false if it is the present one.
   bool put_in_order(const std::vector<size_t>& order);
@@ -70,13 +70,12 @@ class EffectModel {
   const View& view();
   const CandidateScan& scan() const { return *scan_; }
 
-  /// What some chosen candidates, all on one parameter, explain together.
+  /// Score of several chosen candidates together, all on one parameter.
   CandidateScore score_of(const std::vector<int>& chosen);
   /// Scores of candidates outside the scan, all on one parameter: beside the model or, if `effect`
   /// is not negative, in the place of that effect.
   std::vector<CandidateScore> scores_of(const std::vector<Candidate>& candidates, int effect);
-  /// The candidate with the inner values (t*, tau, frequency) that explain most; `effect` as for
-  /// scores_of().
+  /// The candidate with the best inner values (t*, tau, frequency); `effect` as for scores_of().
   Candidate refined(const Candidate& found, int effect);
 
   /// Level below which a family-wise p allows an addition.
