@@ -28,7 +28,7 @@ class ColumnsBySession {
 
   /// (rows * row_size) x unknowns of the first session: its own, and those common to all.
   const Eigen::MatrixXd& of_first() const { return of_first_; }
-  /// Number of own parameters of the further sessions.
+  /// Rank of the columns of the own parameters of further sessions.
   int rank_of_own() const;
   /// Subtracts from `column` the part that the own parameters of further sessions can imitate.
   void remove_own(Eigen::Ref<Eigen::VectorXd> column) const;

@@ -10,11 +10,11 @@
 
 namespace armtrue {
 
-/// A point of a program lies on the path if it is no further off than this [m]: less is the
-/// rounding on the way from the program to the path.
+/// A point of a program lies on the path if its distance is at most this [m], which allows for
+/// rounding between the program and the path.
 inline constexpr double kKrlMatchTolerance = 1e-4;
 
-/// A move as the program means it, before any correction.
+/// A move of the program, before any correction.
 struct KrlPlannedMove {
   bool known = false;  ///< the positions of all its points
   KrlValues start, auxiliary, end;
