@@ -50,7 +50,7 @@ Eigen::MatrixXd joint_factor(const SessionModels& models, const std::vector<Sess
   return models.join(factors);
 }
 
-// The folds of all sessions at x; one that was made elsewhere is made anew.
+// The folds of all sessions at x; a fold that was made at another x is computed again.
 std::vector<SessionFold> folds_at(const SessionModels& model, const ReadingLaw& law,
                                   const Eigen::VectorXd& x, std::vector<SessionFold> folds) {
   folds.resize(model.sessions());
@@ -77,7 +77,7 @@ double set_weights(const SessionModels& model, const ReadingLaw& law, const Eige
     weighted += result.weights[i] * norms[i].array();
     within_poses += result.weights[i] / variance * norms[i].array();
   }
-  // Sigma is that of readings whose pose is not off as a whole.
+  // Sigma is that of the readings without gross poses.
   const Eigen::Array2d widening =
       (within_poses > 0).select((weighted / within_poses.max(1e-300)).sqrt(), 1.0);
   result.spread = {result.sigma.position * widening[0], result.sigma.orientation * widening[1]};

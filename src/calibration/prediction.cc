@@ -16,8 +16,8 @@
 namespace armtrue {
 namespace {
 
-// Calls `take(row, moved, residual)` for each row: what a root moves its position, 3 x columns, or
-// 1 x columns of a length, and the residual.
+// Calls `take(row, moved, residual)` for each row. `moved`: derivative of its position times the
+// root, 3 x columns, or 1 x columns for a length.
 template <typename Take>
 void for_each_position(const Robot& robot, const Campaign& campaign,
                        const std::vector<int>& geometric, const Eigen::MatrixXd& root,
@@ -86,8 +86,8 @@ double count_read(const Campaign& campaign) {
   return static_cast<double>(read.size());
 }
 
-// Standard deviation per axis of the residuals of a fit, unknowns counted off; of rows of one pose
-// together with what they have in common.
+// Standard deviation per axis of the residuals of a fit, corrected for the number of unknowns;
+// includes the error that rows of one pose have in common.
 InstrumentNoise spread_of(const CalibrationResult& fit, const Campaign& campaign) {
   if (std::ssize(fit.weights) != campaign.rows())
     throw std::logic_error("the campaign is not the one of the fit");
@@ -100,7 +100,7 @@ InstrumentNoise spread_of(const CalibrationResult& fit, const Campaign& campaign
     orientation += weight * evaluation.residuals[static_cast<size_t>(row)].tail<3>().squaredNorm();
     rows += std::min(1.0, weight);
   }
-  // Readings of a pose share what the model lacks: the unknowns follow poses, not readings.
+  // Readings of a pose share the lack of fit of the model: the unknowns follow poses, not readings.
   const double poses = static_cast<double>(campaign.pose_ids.size());
   const double quantities = campaign.has_touches() ? count_read(campaign)  // each of one contact
                                                    : poses * campaign.quantities();
@@ -150,7 +150,7 @@ Uncertainty uncertainty_of(const CalibrationResult& fit, const Campaign& campaig
 Uncertainty uncertainty_if_complete(const CalibrationResult& fit, const Campaign& campaign) {
   Uncertainty uncertainty = uncertainty_of(fit, campaign);
   const Eigen::MatrixXd root = fit.inverse_root.topRows(uncertainty.root.rows());
-  // Readings of a pose may err together: they scatter about the model as single ones do.
+  // Readings of a pose may share an error: about the model they scatter like single readings.
   const double scatter = std::max(1.0, uncertainty.reading.position / fit.sigma.position);
   uncertainty.root = scatter * root_of(root * root.transpose());
   return uncertainty;

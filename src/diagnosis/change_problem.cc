@@ -29,8 +29,8 @@ bool is_place_of_anchor(const KinematicChain& chain, int parameter) {
 
 bool is_of_base(int parameter) { return parameter < kLinkParameters; }
 
-// The parameters that the previous calibration found, and those of base, tool and anchors, which
-// may have been set up anew.
+// The parameters that the previous calibration identified, and those of base, tool and anchors,
+// which may have been set up again.
 std::vector<int> parameters_of(const Robot& previous, const Campaign& campaign) {
   std::vector<int> parameters;
   const std::vector<int> own = own_parameters(previous);
@@ -106,7 +106,7 @@ void ChangeProblem::count_replicates() {
   }
 }
 
-// 0: as exact as the model; infinite in a session that the previous robot does not know.
+// 0: no uncertainty; infinite in a session that the previous robot does not know.
 double ChangeProblem::deviation_of(int parameter, int session) const {
   const auto known = previous_.sessions.find(models_.name(session));
   if (is_of_base(parameter) || known == previous_.sessions.end()) return kNothingKnown;
@@ -245,8 +245,8 @@ ChangeProblem::Fit ChangeProblem::fit(const std::vector<int>& moved, const Readi
         const int row = models_.rows_of(s)[own];
         at.block(own, block);
         const double squared_norm = block.rightCols<1>().squaredNorm();
-        // The first step is one of least squares: where a parameter has moved, the residuals before
-        // it say nothing about blunders.
+        // The first step is one of least squares: if a parameter has moved, the residuals before
+        // the step do not show blunders.
         if (step > 0) result.weights[row] = law.weight(squared_norm, size);
         loss += shares_[row] * law.loss(squared_norm, size);
         const double root = std::sqrt(shares_[row] * result.weights[row]);

@@ -11,7 +11,7 @@
 namespace armtrue {
 
 /// The geometry of a robot, calibrated to at most 500 readings of a campaign, evenly chosen, by
-/// plain least squares: under a heavy-tailed law the smaller part of two would count as blunders.
+/// plain least squares: a heavy-tailed law would take the smaller of two parts for blunders.
 struct PlainFit {
   Campaign readings;
   CalibrationResult result;

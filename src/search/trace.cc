@@ -11,10 +11,10 @@
 namespace armtrue {
 namespace {
 
-// More would find smaller effects at a cost in proportion, and only the fit needs all.
+// More poses would find smaller effects, but the cost grows in proportion; only the fit uses all.
 constexpr int kMaxPosesOfSearch = 2000;
 
-// What was found in some of the poses, fitted to all.
+// Fits the effects that were found with some of the poses to all poses.
 void refit_to_all(const Robot& robot, const Campaign& campaign, const TraceOptions& options,
                   TraceResult& result) {
   if (options.progress) options.progress("fitting what was found to all poses");
@@ -43,7 +43,7 @@ void refit_to_all(const Robot& robot, const Campaign& campaign, const TraceOptio
   }
 }
 
-// Notes, for the effects that may be the instrument's, what of them looks like a constant.
+// Sets the mean of the effects that may be the instrument's.
 void note_means(const Campaign& campaign, TraceResult& result) {
   const Robot& robot = result.fit.robot;
   const auto declared = robot.effects.size() - result.effects.size();

@@ -9,8 +9,8 @@
 namespace armtrue {
 namespace {
 
-// Searches without the gross poses. What the geometry lacks hides a pose that is off, or looks like
-// one, so they are looked for once more when the effects are known.
+// Searches without the gross poses. Effects that the geometry lacks may hide a gross pose, or look
+// like one. So gross poses are searched again when the effects are known.
 Training trace_sound(const Robot& robot, const Campaign& given, const Catalogue& catalogue,
                      const TraceOptions& options) {
   Training training;
@@ -26,8 +26,8 @@ Training trace_sound(const Robot& robot, const Campaign& given, const Catalogue&
   return training;
 }
 
-// The fit without one effect, all else adjusted to that: far from where the fit was linear if the
-// effect is a strong one.
+// The fit without one effect, with all else refitted. If the effect is strong, this is far from the
+// linearization of the fit.
 Robot without_effect(const CalibrationResult& fit, const Campaign& campaign, size_t effect) {
   Robot reduced = fit.robot;
   reduced.effects.erase(reduced.effects.begin() + static_cast<std::ptrdiff_t>(effect));
