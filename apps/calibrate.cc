@@ -102,18 +102,20 @@ void report_near_nominal(const app::Command& command, const CalibrationResult& r
   std::string names;
   for (int k : near.parameters)
     names += (names.empty() ? "" : ", ") + result.names[static_cast<size_t>(k)];
-  command.report(names + ": near the nominal value for want of readings; " +
-                 (near.poses > 0
-                      ? fmt::format("some {} more poses like these would tell", near.poses)
-                      : "poses like these do not tell, however many; move every joint "
-                        "over its travel") +
-                 "\n");
+  command.report(
+      names + ": near the nominal value for lack of readings; " +
+      (near.poses > 0
+           ? fmt::format("some {} more poses like these would determine them", near.poses)
+           : "no number of poses like these would determine them; move every joint "
+             "over its travel") +
+      "\n");
 }
 
 void warn_of_gross_poses(app::Command& command, const std::vector<GrossPose>& gross) {
   for (const GrossPose& pose : gross)
-    command.warn(fmt::format("pose {} is off as a whole, by {:.4g} mm, and takes no part: {}",
-                             pose.id, pose.off / kMillimetre, pose.likely));
+    command.warn(
+        fmt::format("all readings of pose {} share an error of {:.4g} mm; it is left out: {}",
+                    pose.id, pose.off / kMillimetre, pose.likely));
 }
 
 // The nominal robot with base and targets placed, where the targets stand for the tool.

@@ -132,7 +132,7 @@ int run(app::Command& command, const Arguments& arguments) {
   if (arguments.tolerance_mm) options.tolerance = *arguments.tolerance_mm * kMillimetre;
   if (options.robot_knows_readings)
     command.warn(arguments.robot + ": was made from " + campaign.source +
-                 ": not all poses are held out; measure poses that took no part");
+                 ": not all poses are held out; measure poses that the calibration did not use");
   if (arguments.refit.empty()) {
     app::require_sessions(robot, campaign);
   } else {

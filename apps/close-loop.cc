@@ -92,7 +92,7 @@ void check_apart(const Campaign& training, const Campaign& test) {
   for (int row = 0; row < test.rows(); ++row)
     if (known.contains(reading(test, row)))
       throw InputError(
-          fmt::format("{}:{}: this reading stands in {} too; --test is for poses that take no part",
+          fmt::format("{}:{}: this reading stands in {} too; --test needs poses that no fit uses",
                       test.source, test.line[row], training.source));
 }
 
@@ -131,8 +131,9 @@ LoopResult search(app::Command& command, const Arguments& arguments, const Robot
   const Catalogue catalogue = app::catalogue(arguments.catalogue);
   LoopResult result = close_loop(robot, measured.training, measured.held_out, catalogue, options);
   for (const GrossPose& pose : result.gross_poses)
-    command.warn(fmt::format("pose {} is off as a whole, by {:.4g} mm, and takes no part: {}",
-                             pose.id, pose.off / kMillimetre, pose.likely));
+    command.warn(
+        fmt::format("all readings of pose {} share an error of {:.4g} mm; it is left out: {}",
+                    pose.id, pose.off / kMillimetre, pose.likely));
   if (arguments.nested_folds > 0) {
     command.progress("repeating the search in " + std::to_string(arguments.nested_folds) +
                      " folds");
@@ -168,7 +169,7 @@ bool write_next_poses(app::Command& command, const std::string& path, const Trac
   write_output(path, write_joint_targets(app::numbered(planned, measured.pose_ids),
                                          joint_names(found.fit.robot.chain)));
   if (planned.empty())
-    command.warn(path + " holds no poses: there is nothing that poses would tell apart");
+    command.warn(path + " holds no poses: there is nothing that poses could separate");
   return !planned.empty();
 }
 
@@ -243,8 +244,8 @@ int run(app::Command& command, const Arguments& arguments) {
 int main(int argc, char** argv) {
   app::Command command(
       "close-loop",
-      "Calibrate, trace the residual to what the model lacks, add it, and report the error before "
-      "and after on poses that took no part.",
+      "Calibrate, find the effects that the model lacks, add them, and report the error before and "
+      "after on held-out poses.",
       "close-loop --robot robot.yaml measured.csv --robot-out closed.yaml > loop.yaml\n"
       "  close-loop --robot robot.yaml knocked.csv --new-session-at-s 1234 > loop.yaml");
   Arguments arguments;

@@ -144,8 +144,9 @@ std::vector<InseparableSet> inseparable_sets(const SeparationPlan& plan) {
 void warn_of_inseparable(app::Command& command, const SeparationPlan& plan) {
   for (const auto& [effects, readings] : inseparable_sets(plan))
     command.warn(fmt::format(
-        "no poses tell apart {}: refitted they predict alike{}{}", fmt::join(effects, ", "),
-        readings.empty() ? "" : "; what would: ", fmt::join(readings, "; or ")));
+        "no poses separate {}: after a refit their predictions are equal{}{}",
+        fmt::join(effects, ", "),
+        readings.empty() ? "" : "; a reading that does: ", fmt::join(readings, "; or ")));
 }
 
 int plan_for_separation(app::Command& command, const Arguments& arguments, const Robot& robot,
@@ -201,13 +202,14 @@ int run(app::Command& command, const Arguments& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  app::Command command("plan-poses",
-                       "The poses from which a calibration is best or, with --separate, those that "
-                       "tell apart what a campaign could not (exit code 3 if no poses do). "
-                       "Collisions are not seen: check the poses before the arm drives to them.",
-                       "plan-poses --robot nominal.yaml --count 40 > targets.csv\n"
-                       "  plan-poses --robot calibrated.yaml --given measured.csv --separate "
-                       "loop.yaml --count 15 > targets.csv");
+  app::Command command(
+      "plan-poses",
+      "Plan the best poses for a calibration or, with --separate, poses that separate "
+      "effects that a campaign could not (exit code 3 if no poses do). "
+      "Collisions are not checked: check the poses before the arm drives to them.",
+      "plan-poses --robot nominal.yaml --count 40 > targets.csv\n"
+      "  plan-poses --robot calibrated.yaml --given measured.csv --separate "
+      "loop.yaml --count 15 > targets.csv");
   Arguments arguments;
   add_options(command, arguments);
   return command.run(argc, argv, [&] { return run(command, arguments); });

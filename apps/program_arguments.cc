@@ -173,7 +173,7 @@ std::vector<std::string> doubts_of_robot(const Robot& robot, const Campaign& vis
   std::vector<std::string> found;
   if (!robot.uncertainty)
     found.push_back(arguments.robot +
-                    " does not state its uncertainty: nobody knows which targets its readings "
+                    " does not state its uncertainty: it is not known which targets its readings "
                     "cover; calibrate and close-loop --robot-out write it");
   else if (robot.uncertainty->reading.orientation == 0)
     found.push_back(arguments.robot +

@@ -83,8 +83,9 @@ int report_change(app::Command& command, const std::string& path) {
   const ChangeResult result =
       detect_change(previous.robot, residual_spread(previous, command), campaign);
   for (int row : result.blunders)
-    command.warn(fmt::format("{}:{}: pose {} is off alone and takes no part", campaign.source,
-                             campaign.line[row], campaign.pose_ids[campaign.pose[row]]));
+    command.warn(fmt::format("{}:{}: this reading of pose {} is a blunder and is left out",
+                             campaign.source, campaign.line[row],
+                             campaign.pose_ids[campaign.pose[row]]));
   write_output(command.output,
                write_change(result, previous.robot, campaign, command.provenance()));
   if (result.holds) return app::kSuccess;

@@ -216,7 +216,7 @@ TraceResult with_evidence(SearchResult search, const Campaign& campaign,
   result.null_run = search.null_run;
   result.remaining_p = search.remaining_p;
   if (shares.empty()) return result;
-  if (options.progress) options.progress("looking for what cannot be told apart");
+  if (options.progress) options.progress("searching for rivals of the effects");
   result.bootstrap_draws =
       bootstrap_coefficients(result.fit, campaign, options.bootstrap, options.seed);
   set_intervals(result.bootstrap_draws, poses, result.fit.robot);
