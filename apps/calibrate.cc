@@ -34,23 +34,23 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.option("--identify", arguments.identify,
                  "auto, paper-25, or a list such as A1.alpha,A2.d,base,tool.z; "
                  "replaces 'identify' of the robot file");
-  command.option("--identify-per-session", arguments.identify_per_session,
-                 "Zero offsets that each session has for itself beside its base, "
-                 "such as A2.theta,A5.theta after a re-mastering; replaces "
-                 "'identify_per_session' of the robot file");
+  command.option(
+      "--identify-per-session", arguments.identify_per_session,
+      "Zero offsets that each session has of its own, like its base, such as A2.theta,A5.theta "
+      "after a re-mastering; replaces 'identify_per_session' of the robot file");
   command.add_new_sessions();
   command.add_output("--residuals", arguments.residuals,
                      "Write the residual of every reading here");
   command.zone(arguments.zone,
-               "Sphere x,y,z,radius in R_A in which the arm shall be accurate: readings count less "
-               "the farther outside they lie");
+               "Sphere x,y,z,radius in R_A in which the arm must be accurate: the farther a "
+               "reading is outside, the less it counts");
   command
       .option("--max-error-mm", arguments.max_error_mm,
               "Exit with 3 if calibration: training: position_mm: max, the largest error of "
               "the readings, is larger")
       .check(app::above_zero());
   command.flag("--no-priors", arguments.no_priors,
-               "Plain least squares: links may be anything, as far as the readings say");
+               "Least squares without priors: the readings alone determine the links");
   app::add_report(command, arguments.page, "with errors before and after, maps and parameters");
   command.add_columns(app::kMeasuredPoseColumns);
 }
@@ -102,18 +102,20 @@ void report_near_nominal(const app::Command& command, const CalibrationResult& r
   std::string names;
   for (int k : near.parameters)
     names += (names.empty() ? "" : ", ") + result.names[static_cast<size_t>(k)];
-  command.report(names + ": near the nominal value for want of readings; " +
-                 (near.poses > 0
-                      ? fmt::format("some {} more poses like these would tell", near.poses)
-                      : "poses like these do not tell, however many; move every joint "
-                        "over its travel") +
-                 "\n");
+  command.report(
+      names + ": near the nominal value for lack of readings; " +
+      (near.poses > 0
+           ? fmt::format("some {} more poses like these would determine them", near.poses)
+           : "no number of poses like these would determine them; move every joint "
+             "over its travel") +
+      "\n");
 }
 
 void warn_of_gross_poses(app::Command& command, const std::vector<GrossPose>& gross) {
   for (const GrossPose& pose : gross)
-    command.warn(fmt::format("pose {} is off as a whole, by {:.4g} mm, and takes no part: {}",
-                             pose.id, pose.off / kMillimetre, pose.likely));
+    command.warn(
+        fmt::format("all readings of pose {} share an error of {:.4g} mm; it is left out: {}",
+                    pose.id, pose.off / kMillimetre, pose.likely));
 }
 
 void report_fit(const app::Command& command, const CalibrationResult& result,

@@ -50,14 +50,14 @@ void add_options(app::Command& command, Arguments& arguments) {
               "Names of the five poses of the standard's cube [P1,P2,P3,P4,P5, if all are there]")
       .check(five_names());
   command.option("--refit", arguments.refit,
-                 "Fit these first, as base,tool for a robot carried to another set-up");
+                 "Fit these first, such as base,tool for a robot in another set-up");
   app::Option path =
       command.file("--path", arguments.path,
                    "Commanded path: path accuracy of its recorded passes is certified too");
   app::Option pass = command
                          .file("--pass", arguments.passes,
-                               "A pass of the path as the instrument recorded it, with a clock of "
-                               "its own; may be given several times")
+                               "A pass of the path as the instrument recorded it, with its own "
+                               "clock; may be given several times")
                          .one_each()
                          .needs(path);
   path.needs(pass);
@@ -133,7 +133,7 @@ int run(app::Command& command, const Arguments& arguments) {
   if (arguments.tolerance_mm) options.tolerance = *arguments.tolerance_mm * kMillimetre;
   if (options.robot_knows_readings)
     command.warn(arguments.robot + ": was made from " + campaign.source +
-                 ": not all poses are held out; measure poses that took no part");
+                 ": not all poses are held out; measure poses that the calibration did not use");
   if (arguments.refit.empty()) {
     app::require_sessions(robot, campaign);
   } else {

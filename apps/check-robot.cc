@@ -93,7 +93,7 @@ std::string agreements_text(const std::vector<Agreement>& agreements, const Argu
     if (&a - agreements.data() + 1 == kMostAgreements) break;
   }
   if (!agreements.front().changes.empty())
-    text += "One pose does not tell all of these apart: check another, with all joints bent.\n";
+    text += "One pose cannot distinguish all of these: check another, with all joints bent.\n";
   return text;
 }
 

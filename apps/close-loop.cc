@@ -37,36 +37,36 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.add_seed();
   command.add_new_sessions();
   command.file("--robot", arguments.robot, "The nominal robot").required();
-  const app::Option share =
-      command.option("--held-out", arguments.held_out, "Share of the poses set aside")
-          .check(app::in_range(0.0, 0.9))
-          .default_shown();
+  const app::Option share = command
+                                .option("--held-out", arguments.held_out,
+                                        "Share of the poses that is held out: no fit uses them")
+                                .check(app::in_range(0.0, 0.9))
+                                .default_shown();
   command.flag("--held-out-region", arguments.held_out_region,
-               "Hold out one end of the region measured instead of poses drawn at random, to see "
-               "how the result carries over; --seed 1 to 6 takes its six ends, the farthest first");
-  command
-      .file("--test", arguments.test, "Measured poses that take no part, from a file of their own")
-      .excludes(share);
+               "Hold out one end of the measured region and not random poses, to see how well the "
+               "result holds elsewhere; --seed 1 to 6 chooses the end, the farthest first");
+  command.file("--test", arguments.test, "Held-out poses from a separate file").excludes(share);
   command
       .option("--nested", arguments.nested_folds,
-              "Nested cross-validation beside the held-out figure: repeat the whole search in so "
-              "many folds of all measured poses, judge each on the poses it left out, and count "
-              "how often each effect is found again; takes about so many times as long")
+              "Number of folds of a nested cross-validation, beside the held-out error: repeat the "
+              "whole search in each fold of all measured poses, evaluate it on the poses left out, "
+              "and count how often each effect is found again; takes about that many times as long")
       .check(app::in_range(2, 1000));
   command.add_output("--robot-out", arguments.robot_out, "Write the robot with its effects here");
-  command.add_output("--predictor-out", arguments.predictor_out,
-                     "Write a robot here that only predicts: to the effects that are named it adds "
-                     "many small ones, none of which is a finding, where poses left out gain");
+  command.add_output(
+      "--predictor-out", arguments.predictor_out,
+      "Write a robot for prediction only here: it adds many small effects to the named ones if "
+      "they lower the error of poses left out; none of them is a finding");
   command.add_output("--residuals", arguments.residuals,
                      "Write the final residual of every reading here");
   app::add_report(command, arguments.page, "with verdict, causes, errors and pictures");
   command.add_output("--next-poses", arguments.next_poses,
-                     "Write 15 poses that tell apart what this data cannot here, if any do; "
-                     "plan-poses --separate plans others");
+                     "Write 15 poses here that separate the causes that these readings cannot, if "
+                     "poses can; plan-poses --separate plans others");
   command.file("--catalogue", arguments.catalogue, "Effects to look for");
   command.flag("--only-catalogue", arguments.only_catalogue, "Do not search beyond the catalogue");
   command.flag("--no-priors", arguments.no_priors,
-               "Plain least squares: links may be anything, as far as the readings say");
+               "Least squares without priors: the readings alone determine the links");
   command.add_columns(app::kMeasuredPoseColumns);
 }
 
@@ -92,7 +92,7 @@ void check_apart(const Campaign& training, const Campaign& test) {
   for (int row = 0; row < test.rows(); ++row)
     if (known.contains(reading(test, row)))
       throw InputError(
-          fmt::format("{}:{}: this reading stands in {} too; --test is for poses that take no part",
+          fmt::format("{}:{}: this reading stands in {} too; --test needs poses that no fit uses",
                       test.source, test.line[row], training.source));
 }
 
@@ -131,8 +131,9 @@ LoopResult search(app::Command& command, const Arguments& arguments, const Robot
   const Catalogue catalogue = app::catalogue(arguments.catalogue);
   LoopResult result = close_loop(robot, measured.training, measured.held_out, catalogue, options);
   for (const GrossPose& pose : result.gross_poses)
-    command.warn(fmt::format("pose {} is off as a whole, by {:.4g} mm, and takes no part: {}",
-                             pose.id, pose.off / kMillimetre, pose.likely));
+    command.warn(
+        fmt::format("all readings of pose {} share an error of {:.4g} mm; it is left out: {}",
+                    pose.id, pose.off / kMillimetre, pose.likely));
   if (arguments.nested_folds > 0) {
     command.progress("repeating the search in " + std::to_string(arguments.nested_folds) +
                      " folds");
@@ -168,7 +169,7 @@ bool write_next_poses(app::Command& command, const std::string& path, const Trac
   write_output(path, write_joint_targets(app::numbered(planned, measured.pose_ids),
                                          joint_names(found.fit.robot.chain)));
   if (planned.empty())
-    command.warn(path + " holds no poses: there is nothing that poses would tell apart");
+    command.warn(path + " holds no poses: there is nothing that poses could separate");
   return !planned.empty();
 }
 
@@ -242,8 +243,8 @@ int run(app::Command& command, const Arguments& arguments) {
 int main(int argc, char** argv) {
   app::Command command(
       "close-loop",
-      "Calibrate, trace the residual to what the model lacks, add it, and report the error before "
-      "and after on poses that took no part.",
+      "Calibrate, find the effects that the model lacks, add them, and report the error before and "
+      "after on held-out poses.",
       "close-loop --robot robot.yaml measured.csv --robot-out closed.yaml > loop.yaml\n"
       "  close-loop --robot robot.yaml knocked.csv --new-session-at-s 1234 > loop.yaml");
   Arguments arguments;

@@ -241,7 +241,7 @@ Command::Command(std::string name, const std::string& purpose, std::string examp
       name_(std::move(name)),
       example_(std::move(example)) {
   app_->set_version_flag("--version", name_ + " (armtrue) " ARMTRUE_VERSION);
-  flag("-v,--verbose", verbose, "Say what is done");
+  flag("-v,--verbose", verbose, "Report each step");
   flag("-q,--quiet", quiet, "No warnings");
 }
 
@@ -251,7 +251,7 @@ void Command::add_input(const std::string& what) {
 }
 
 void Command::add_output() {
-  add_output("-o,--output", output, "Where the product goes; standard output if absent or -");
+  add_output("-o,--output", output, "File for the product; standard output if absent or -");
 }
 
 Option Command::add_output(const std::string& name, std::string& path, const std::string& what) {
@@ -272,11 +272,10 @@ void Command::add_seed() {
 }
 
 void Command::add_new_sessions() {
-  app_->add_option(
-          "--new-session-at-s", new_sessions_s,
-          "From this time on the instrument stood elsewhere: a session with a base of its "
-          "own begins, as after a knock of the tracker, which loop.yaml shows as a step of "
-          "the base (its at_s is the time). May be given several times")
+  app_->add_option("--new-session-at-s", new_sessions_s,
+                   "The instrument stood elsewhere from this time on, for example after a knock of "
+                   "the tracker: a new session with its own base begins. loop.yaml shows a knock "
+                   "as a step of the base; its at_s is the time. May be given several times")
       ->allow_extra_args(false);  // else the file that follows would be read as a further time
 }
 

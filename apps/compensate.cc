@@ -40,8 +40,8 @@ void add_options(app::Command& command, Arguments& arguments) {
   app::add_frames(command, arguments);
   command
       .option("--commands", arguments.commands,
-              "What is commanded: joints, or cartesian, the pose that the controller's model has "
-              "at these joints; as the targets if absent")
+              "Kind of the commands: joints, or cartesian (the pose of the controller's model at "
+              "these joints); that of the targets if absent")
       .check(app::one_of({"joints", "cartesian"}));
   command.joints("--start", arguments.start,
                  "Joint angles q1,...,q6 in deg (lengths in mm) near the first Cartesian target, "
@@ -54,8 +54,8 @@ void add_options(app::Command& command, Arguments& arguments) {
       .default_shown();
   command
       .option("--uncovered", arguments.uncovered,
-              "Targets that the readings say little about: keep their corrections, or leave them "
-              "as programmed")
+              "Targets that the readings do not cover (notes outside-readings and below-std): keep "
+              "their corrections, or leave them as programmed")
       .check(app::one_of({"keep", "leave"}))
       .default_shown();
   command.flag("--move-external-axes", arguments.move_external_axes,
@@ -69,10 +69,11 @@ void add_options(app::Command& command, Arguments& arguments) {
           "two points is below this")
       .check(app::above_zero())
       .needs(program);
-  command.add_output("--summary", arguments.summary, "Write counts, errors and the worst here");
+  command.add_output("--summary", arguments.summary,
+                     "Write counts, errors and the worst targets here");
   app::add_report(command, arguments.page, "with errors before and after, notes and a map");
   command.flag("--strict", arguments.strict,
-               "Exit with 3 if a target has a note, or the assumptions are in doubt");
+               "Exit with 3 if a target has a note, or an assumption is in doubt");
   command.add_columns(app::kProgramColumns);
 }
 

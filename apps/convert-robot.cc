@@ -33,8 +33,8 @@ void add_options(app::Command& command, Arguments& arguments) {
                  "Link of the URDF whose frame is the tool; the only end if absent");
   app::Option into =
       command.file("--into", arguments.into,
-                   "URDF, or calibration of Universal Robots, of the same arm: it is written "
-                   "with the robot's geometry, and changed in its origins alone");
+                   "URDF, or calibration of Universal Robots, of the same arm: write it with the "
+                   "robot's geometry; only the origins of its joints change");
   command.flag("--keep-base", arguments.kept.base, "With --into: the base stays as in the URDF")
       .needs(into);
   command.flag("--keep-tool", arguments.kept.tool, "With --into: the tool stays as in the URDF")

@@ -26,12 +26,12 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.add_input("Measured poses");
   command.add_output();
   command.add_new_sessions();
-  command.file("--robot", arguments.robot, "The robot to judge").required();
+  command.file("--robot", arguments.robot, "The robot to evaluate").required();
   command.option("--refit", arguments.refit,
-                 "Fit these first, as base,tool for a robot carried to another set-up");
+                 "Fit these first, such as base,tool for a robot in another set-up");
   command.file("--against", arguments.against,
-               "Compare with this robot on the same readings, such as the nominal one; --refit "
-               "fits it too");
+               "Compare with this robot on the same readings, such as the nominal one; --refit is "
+               "applied to it too");
   command.add_output("--residuals", arguments.residuals,
                      "Write the residual of every reading here");
   command

@@ -20,16 +20,17 @@ void add_column_options(app::Command& command, ImportOptions& import) {
   app::OptionGroup columns = command.group("Columns");
   columns
       .option("--column", import.columns,
-              "OUR=THEIRS: their column holds our quantity, such as q1_deg=A1; may stand several "
-              "times")
+              "OUR=THEIRS: their column holds our quantity, such as q1_deg=A1; may be given "
+              "several times")
       .one_each();
   columns
-      .option("--ignore", import.ignored,
-              "Column left out; x* is all that begin with x; may stand several times")
+      .option(
+          "--ignore", import.ignored,
+          "Column to leave out; x* stands for all that begin with x; may be given several times")
       .one_each();
   columns
       .option("--unit", import.units,
-              "THEIRS=UNIT: unit of a column that states none; may stand several times")
+              "THEIRS=UNIT: unit of a column that states none; may be given several times")
       .one_each();
   columns.option("--length-unit", import.length_unit, "Unit of all lengths that state none")
       .check(app::one_of({"mm", "cm", "m", "um", "in"}));
@@ -49,7 +50,7 @@ void add_column_options(app::Command& command, ImportOptions& import) {
       .check(app::one_of({"wxyz", "xyzw"}));
   columns
       .option("--decimal", import.decimal,
-              "Decimal sign, point or comma; told from the cells if absent")
+              "Decimal sign, point or comma; found from the cells if absent")
       .check(app::one_of({"point", "comma"}));
 }
 
@@ -57,33 +58,32 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.add_input("A table with joint angles and measured points");
   command.add_output();
   app::Option points =
-      command.file("--points", arguments.points, "Table of the instrument, in the place of FILE");
+      command.file("--points", arguments.points, "Table of the instrument, instead of FILE");
   app::Option joints =
       command.file("--joints", arguments.joints, "Table of the controller, with the joint angles");
   points.needs(joints);
   joints.needs(points);
-  app::Option robot =
-      command.file("--robot", arguments.robot,
-                   "Whose joints the table has. By stops its geometry tells which belong "
-                   "together");
+  app::Option robot = command.file("--robot", arguments.robot,
+                                   "Robot of the joints in the table. Join by stops: its geometry "
+                                   "decides which stops belong together");
   command
       .file("--urdf", arguments.urdf,
-            "URDF that --robot was made of: its joints have the names of joint states")
+            "URDF from which --robot was made: its joints have the names of joint states")
       .needs(robot);
   ImportOptions& import = arguments.import;
   app::OptionGroup join = command.group("Join of two tables");
   join.option("--join", import.join,
-              "What belongs together: rows of one id, order or time, or, if the clocks differ, "
-              "stops: the standstills found in both tables")
+              "How to join the tables: by id, order or time of the rows or, if the clocks differ, "
+              "by stops, the standstills found in both tables")
       .needs(joints)
       .check(app::one_of({"id", "order", "time", "stops"}));
   join.option("--max-gap-s", import.max_gap_s,
-              "By time: largest distance of the joint samples about a point")
+              "Join by time: largest gap between the joint samples before and after a point")
       .check(app::above_zero())
       .default_shown();
   join.option("--clock-offset-s", import.clock_offset_s,
-              "By time or stops: is added to the times of the points; by time 0 if absent, by "
-              "stops found");
+              "Join by time or stops: added to the times of the points. If absent, 0 by time, "
+              "estimated by stops");
   join.option("--preset", import.presets,
               "Format of a table: spatialanalyzer, optitrack, vicon, rostopic-poses or "
               "plotjuggler-poses of the points; ur-rtde, rostopic-joints or plotjuggler-joints of "

@@ -48,7 +48,7 @@ void add_places(app::Command& command, Arguments& arguments) {
   const app::Option targets =
       where.file("--targets", arguments.targets, "Targets of a program; - is standard input");
   where.file("--path", arguments.path,
-             "A path; - is standard input. Its time is no time of a campaign");
+             "A path; - is standard input. Effects that time drives do not use its time");
   where.require_one();
   const app::Option step =
       command
@@ -74,7 +74,7 @@ void add_places(app::Command& command, Arguments& arguments) {
                  "or sample that states none");
   command
       .numbers("--part-mm", arguments.part_mm, 3, "LX,LY,LZ in mm",
-               "Size LX,LY,LZ of the part that shall stand in the box; half the box if absent")
+               "Size LX,LY,LZ of a part inside the box; half the box if absent")
       .needs(box);
 }
 

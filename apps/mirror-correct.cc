@@ -62,7 +62,7 @@ void add_correction_options(app::Command& command, Arguments& arguments, app::Op
       .excludes(from_force);
   command
       .option("--gain", arguments.gain,
-              "Share of the deviation to take off, below 2; auto: what is no noise")
+              "Share of the deviation to correct, below 2; auto: the share that is not noise")
       .check(gain_or_auto())
       .default_shown();
   command.option("--max-mm", arguments.max_mm, "Longest correction").check(app::above_zero());
@@ -83,10 +83,10 @@ void add_options(app::Command& command, Arguments& arguments) {
       .required();
   app::OptionGroup source = command.group("Deviation");
   source.file("--measured", arguments.measured,
-              "One or more recorded passes, each with a clock of its own; - is standard input");
-  const app::Option from_force = source.flag(
-      "--from-force", arguments.from_force,
-      "No pass was measured: what the forces in the program's file make --robot give way");
+              "One or more recorded passes, each with its own clock; - is standard input");
+  const app::Option from_force = source.flag("--from-force", arguments.from_force,
+                                             "Without a measured pass: correct the deviation of "
+                                             "--robot under the forces in the file of the program");
   source.require_one();
   from_force.needs(command.file(
       "--robot", arguments.robot,
@@ -96,14 +96,14 @@ void add_options(app::Command& command, Arguments& arguments) {
   of_passes(
       command.flag("--engaged-only", arguments.engaged_only, "Correct only where the tool cuts"));
   of_passes(command.file("--before", arguments.before,
-                         "Recorded passes before the correction, to tell what it gained"));
+                         "Recorded passes before the correction, to show what it gained"));
   of_passes(command.add_output("--poses", arguments.poses,
                                "Write the pass as measured poses for close-loop here; the joint "
                                "angles are those of the program's file or, with --robot, "
                                "calculated"));
-  of_passes(command.file("--previous", arguments.previous,
-                         "The corrected path that these passes ran; the new correction adds to "
-                         "it"));
+  of_passes(
+      command.file("--previous", arguments.previous,
+                   "The corrected path that these passes ran; the new correction is added to it"));
   add_correction_options(command, arguments, from_force);
   app::add_path_program(command, arguments.program);
   of_passes(command.add_output("--summary", arguments.summary,

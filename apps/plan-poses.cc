@@ -37,16 +37,15 @@ void add_options(app::Command& command, Arguments& arguments) {
       .required()
       .check(app::in_range(1, kCloudSize));
   command.file("--given", arguments.given,
-               "Measured poses that the planned ones shall complete; of several sessions the "
-               "last is continued, and box and zone are in its R_A");
+               "Measured poses that the planned ones complement. If they have several sessions, "
+               "the plan continues the last; box and zone are in its R_A");
   const app::Option separate =
       command.file("--separate", arguments.separate,
-                   "What close-loop or trace-residual wrote: tell its effects from those it "
-                   "calls indistinguishable; -v shows the expected power");
-  const app::Option zone =
-      command.zone(arguments.zone,
-                   "Sphere x,y,z,radius in R_A in which the arm shall be accurate; everywhere if "
-                   "absent");
+                   "Product of close-loop or trace-residual: plan poses that separate its effects "
+                   "from those that it lists as indistinguishable; -v shows the expected power");
+  const app::Option zone = command.zone(
+      arguments.zone,
+      "Sphere x,y,z,radius in R_A in which the arm must be accurate; everywhere if absent");
   command.numbers("--box-mm", arguments.box_mm, 6, "x0,x1,y0,y1,z0,z1 in mm",
                   "Working box in R_A of the poses");
   command
@@ -148,8 +147,9 @@ std::vector<InseparableSet> inseparable_sets(const SeparationPlan& plan) {
 void warn_of_inseparable(app::Command& command, const SeparationPlan& plan) {
   for (const auto& [effects, readings] : inseparable_sets(plan))
     command.warn(fmt::format(
-        "no poses tell apart {}: refitted they predict alike{}{}", fmt::join(effects, ", "),
-        readings.empty() ? "" : "; what would: ", fmt::join(readings, "; or ")));
+        "no poses separate {}: after a refit their predictions are equal{}{}",
+        fmt::join(effects, ", "),
+        readings.empty() ? "" : "; a reading that does: ", fmt::join(readings, "; or ")));
 }
 
 int plan_for_separation(app::Command& command, const Arguments& arguments, const Robot& robot,
@@ -206,13 +206,14 @@ int run(app::Command& command, const Arguments& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  app::Command command("plan-poses",
-                       "The poses from which a calibration is best or, with --separate, those that "
-                       "tell apart what a campaign could not (exit code 3 if no poses do). "
-                       "Collisions are not seen: check the poses before the arm drives to them.",
-                       "plan-poses --robot nominal.yaml --count 40 > targets.csv\n"
-                       "  plan-poses --robot calibrated.yaml --given measured.csv --separate "
-                       "loop.yaml --count 15 > targets.csv");
+  app::Command command(
+      "plan-poses",
+      "Plan the best poses for a calibration or, with --separate, poses that separate "
+      "effects that a campaign could not (exit code 3 if no poses do). "
+      "Collisions are not checked: check the poses before the arm drives to them.",
+      "plan-poses --robot nominal.yaml --count 40 > targets.csv\n"
+      "  plan-poses --robot calibrated.yaml --given measured.csv --separate "
+      "loop.yaml --count 15 > targets.csv");
   Arguments arguments;
   add_options(command, arguments);
   return command.run(argc, argv, [&] { return run(command, arguments); });

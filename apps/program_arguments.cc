@@ -68,7 +68,7 @@ void add_frames(Command& command, ProgramArguments& arguments) {
                                 "x,y,z,a,b,c in mm and deg; R_7 itself if absent");
   command
       .flag("--tool-is-measured", arguments.tool_is_measured,
-            "The TCP is the frame that was measured: tool and its effects are those of --robot")
+            "The TCP is the frame that was measured: use tool and its effects from --robot")
       .excludes(tool);
   command.numbers("--base", arguments.base, 6, kPoseForm,
                   "The program's frame in R_0 (KUKA $BASE), as x,y,z,a,b,c in mm and deg; R_0 "
@@ -77,7 +77,7 @@ void add_frames(Command& command, ProgramArguments& arguments) {
 
 void add_conditions(Command& command, ProgramArguments& arguments) {
   command.option("--session", arguments.session,
-                 "The session of --robot whose zero offsets hold, if they differ");
+                 "Session of --robot whose zero offsets apply, if they differ");
   command.option("--payload-kg", arguments.payload_kg, "Payload at the TCP, if there is no column")
       .check(not_below_zero());
   command.option("--t-s", arguments.time_s,
@@ -173,7 +173,7 @@ std::vector<std::string> doubts_of_robot(const Robot& robot, const Campaign& vis
   std::vector<std::string> found;
   if (!robot.uncertainty)
     found.push_back(arguments.robot +
-                    " does not state its uncertainty: nobody knows which targets its readings "
+                    " does not state its uncertainty: it is not known which targets its readings "
                     "cover; calibrate and close-loop --robot-out write it");
   else if (robot.uncertainty->reading.orientation == 0)
     found.push_back(arguments.robot +

@@ -88,13 +88,14 @@ Option add_robot_program(Command& command, RobotProgramFiles& files) {
       .needs(program);
   command
       .option("--dialect", files.dialect,
-              "Language of the program, if the name of the file does not tell it")
+              "Language of the program, if the file name does not show it")
       .check(one_of({"krl", "rapid", "fanuc", "urscript"}))
       .needs(program);
   command
-      .option("--frame", files.frames,
-              "A frame or tool that the program only names, as NAME=x,y,z,a,b,c in mm and deg: "
-              "BASE_DATA[1], TOOL_DATA[1], wobj1, UF[1], UT[1]; may be given several times")
+      .option(
+          "--frame", files.frames,
+          "Values of a frame or tool that the program only names, as NAME=x,y,z,a,b,c in mm and "
+          "deg: BASE_DATA[1], TOOL_DATA[1], wobj1, UF[1], UT[1]; may be given several times")
       .check(frame_check())
       .needs(program);
   return program;

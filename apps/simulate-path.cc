@@ -42,12 +42,12 @@ void add_cut_options(app::OptionGroup cut, Arguments& arguments) {
       .check(app::in_range(0.0, 1.0))
       .default_shown();
   cut.option("--part-seed", arguments.part_seed,
-             "Seed of that variation, which the next pass on such a part has too")
+             "Seed of this variation; the same in every pass over the part")
       .check(app::seed_number())
       .default_shown();
   cut.option("--part", arguments.part,
-             "The path that the part was programmed with, where the one that runs is a "
-             "correction of it: the cut stays there");
+             "Path with which the part was programmed, if the executed path is a correction of it: "
+             "the cut follows this path");
 }
 
 void add_recorder_options(app::OptionGroup recorder, Arguments& arguments) {

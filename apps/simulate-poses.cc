@@ -40,7 +40,7 @@ void add_options(app::Command& command, Arguments& arguments) {
       .check(app::not_below_zero());
   command.option("--noise-mrad", arguments.noise_mrad, "Noise of the orientation, per axis")
       .check(app::not_below_zero());
-  command.option("--blunders", arguments.blunders, "Share of readings 2 to 20 mm off")
+  command.option("--blunders", arguments.blunders, "Share of readings with an error of 2 to 20 mm")
       .check(app::in_range(0.0, 0.5));
   command.flag("--points", arguments.points, "Positions only");
   command

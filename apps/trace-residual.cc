@@ -26,9 +26,9 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.add_new_sessions();
   app::OptionGroup model = command.group("Model");
   model.file("--robot", arguments.robot, "The robot, nominal or calibrated");
-  const app::Option since =
-      model.file("--since", arguments.since,
-                 "A robot as calibrate or close-loop --robot-out wrote it: has it changed since?");
+  const app::Option since = model.file(
+      "--since", arguments.since,
+      "Robot file of calibrate or close-loop --robot-out: find what has moved since then");
   model.require_one();
   command.file("--catalogue", arguments.catalogue, "Effects to look for").excludes(since);
   command.flag("--only-catalogue", arguments.only_catalogue, "Do not search beyond it")
@@ -78,8 +78,9 @@ int report_change(app::Command& command, const std::string& path) {
   const ChangeResult result =
       detect_change(previous.robot, residual_spread(previous, command), campaign);
   for (int row : result.blunders)
-    command.warn(fmt::format("{}:{}: pose {} is off alone and takes no part", campaign.source,
-                             campaign.line[row], campaign.pose_ids[campaign.pose[row]]));
+    command.warn(fmt::format("{}:{}: this reading of pose {} is a blunder and is left out",
+                             campaign.source, campaign.line[row],
+                             campaign.pose_ids[campaign.pose[row]]));
   write_output(command.output,
                write_change(result, previous.robot, campaign, command.provenance()));
   if (result.holds) return app::kSuccess;

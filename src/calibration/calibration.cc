@@ -25,10 +25,10 @@ namespace {
 constexpr int kRowsForStart = 4096;  // a larger campaign starts from an even choice of its rows
 constexpr int kMaxRounds = 8;  // of sigma and law of the residuals; they settle in three or four
 constexpr int kStepsOfRound = 2;  // of the solver, near the solution
-// Relative, of the cost. Rough: while sigma and law still change. End: of all rows, where a fit to
-// an even choice of them has brought the unknowns to within their standard deviations.
+// Relative tolerances of the cost. Rough: while sigma and law still change. End: for all rows,
+// after a fit to a part of them has brought the unknowns within their standard deviations.
 constexpr double kRoughTolerance = 1e-6, kEndTolerance = 1e-7;
-// Of a reading about the model, where the robot file states no noise; a start, no more.
+// Start value of the standard deviation of a reading, if the robot file states no noise.
 constexpr double kTypicalSigma = 1e-4;        // m
 constexpr double kStartDegreesOfFreedom = 4;  // of Student's t, before anything is known
 
@@ -52,8 +52,8 @@ std::vector<KeptDerivatives> kept_at(const SessionModels& models, const Eigen::V
   return kept;
 }
 
-// Sigma where hardly more readings than unknowns are left over to show it. Beforehand
-// ln sigma ~ N(ln expected, 2^2), so with S the sum of squares, sigma^2 f of f degrees of freedom,
+// Sigma if there are hardly more readings than unknowns. Prior: ln sigma ~ N(ln expected, 2^2).
+// With S the sum of squares (estimate sigma^2 f with f degrees of freedom),
 //     S / sigma^2 = f + ln(sigma / expected) / 4.
 // With many degrees of freedom it changes nothing.
 double sigma_by_prior_too(double sigma, double freedom, double expected) {
@@ -68,7 +68,7 @@ double sigma_by_prior_too(double sigma, double freedom, double expected) {
   return std::exp(0.5 * (low + high));
 }
 
-// Half the way from one description of the residuals to the next, by ratio.
+// Geometric mean of two descriptions of the residuals.
 ResidualDescription half_way(const ReadingSigma& sigma, const ReadingLaw& law,
                              ResidualDescription next) {
   next.sigma = {std::sqrt(sigma.position * next.sigma.position),
@@ -79,7 +79,7 @@ ResidualDescription half_way(const ReadingSigma& sigma, const ReadingLaw& law,
   return next;
 }
 
-// Sigma, law, widths of the priors and x in turn, until they settle.
+// Estimates sigma, law, widths of the priors and x in turn, until convergence.
 Solution fit(SessionModels& model, ReadingLaw& law, Priors& priors,
              const CalibrationOptions& options, Eigen::VectorXd& x) {
   const ReadingSize size = model.campaign().reading_size();
@@ -94,8 +94,8 @@ Solution fit(SessionModels& model, ReadingLaw& law, Priors& priors,
     model.set_sigma(median_sigma(at_start, size));
     if (options.robust) law = {kStartDegreesOfFreedom};
   }
-  // Far from the solution sigma is that of the misfit. The priors are widened by as much, so that
-  // they hold back no more than they would at the noise.
+  // Far from the solution sigma is that of the misfit. The priors are widened by the same factor,
+  // so that they are not stronger, relative to the readings, than at the solution.
   const InstrumentNoise stated = model.noise();
   const ReadingSigma noise{stated.position > 0 ? stated.position : kTypicalSigma,
                            stated.orientation > 0 ? stated.orientation : kTypicalSigma};
@@ -139,7 +139,7 @@ Solution fit(SessionModels& model, ReadingLaw& law, Priors& priors,
     const bool widths_settled = update_widths(rescaled * rescaled * information, x, priors);
     settled = is_close(next.sigma, model.sigma()) &&
               next.law.degrees_of_freedom == law.degrees_of_freedom && widths_settled;
-    // x follows the law of the rows, and the law x: they can go round each other without end.
+    // x depends on the law of the rows, and the law on x: they can alternate without end.
     const double change = std::log(next.sigma.position / model.sigma().position);
     if (change * last_change < 0) next = half_way(model.sigma(), law, std::move(next));
     last_change = change;
@@ -179,7 +179,7 @@ void set_robot(const SessionModels& model, const Eigen::VectorXd& x, Calibration
   const double wide = student_t_975(static_cast<int>(model.campaign().pose_ids.size()) - 1);
   for (int e = 0; e < model.fitted_effects(); ++e)
     for (Coefficient& c : result.robot.effects[e].coefficients) {
-      // Of what nothing drives in these readings they say nothing.
+      // The readings say nothing about effects that nothing drives in them.
       if (result.share_of_readings[k] > 0) {
         c.std = std::sqrt(result.covariance(k, k));
         c.ci95 = {c.value - wide * c.std, c.value + wide * c.std};

@@ -67,8 +67,8 @@ void place_artefact(const Touches& touches, Contact& contact) {
     contact.place.translation = in_a.col(0) - contact.place.rotation * in_artefact.col(0);
 }
 
-// The normal shows to the side on which a gauge shows more; without a gauge as the contact's own
-// z axis does.
+// The normal points to the side on which a gauge shows more; without a gauge, in the direction of
+// the contact's z axis.
 void place_plane(const Touches& touches, Contact& contact) {
   const Eigen::Matrix3Xd points = touches.matrix();
   const Eigen::Vector3d middle = points.rowwise().mean();
@@ -118,7 +118,7 @@ void place_contact(const Touches& touches, Contact& contact) {
   contact.is_placed = true;
 }
 
-// How far a touch at `seen`, in the axes of the contact, is off what the gauge showed: three
+// Difference of a touch at `seen`, in the axes of the contact, from the reading of the gauge: three
 // numbers or one, with their derivatives by the point.
 Eigen::VectorXd off_contact(const Contact& contact, int point, double gauge,
                             const Eigen::Vector3d& seen, Eigen::MatrixX3d* gradients = nullptr) {
@@ -133,7 +133,7 @@ Eigen::VectorXd off_contact(const Contact& contact, int point, double gauge,
   return off;
 }
 
-// Median distance by which the touches miss the contact.
+// Median error of the touches of the contact.
 double miss_of(const Touches& touches, const Contact& contact) {
   std::vector<double> misses;
   for (size_t k = 0; k < touches.points.size(); ++k)
@@ -143,7 +143,7 @@ double miss_of(const Touches& touches, const Contact& contact) {
   return median(std::move(misses));
 }
 
-// Newton's steps of the joints to where the tool touches one contact.
+// Newton's method for the joints until the tool touches one contact.
 class Approach {
  public:
   Approach(const Robot& robot, const Campaign& campaign)

@@ -7,8 +7,8 @@ namespace armtrue {
 
 enum class FitContacts {
   all,      ///< each contact that is touched
-  unknown,  ///< of these the contacts that the robot file does not place, and those that the
-            ///< readings miss by 20 mm (median) or more
+  unknown,  ///< of these, contacts without a place in the robot file, and those with a median error
+            ///< of 20 mm or more
 };
 
 /// The robot with contacts placed where its own points, without effects, touch them: a point at
@@ -17,7 +17,7 @@ enum class FitContacts {
 /// match_contacts().
 Robot with_contacts_fitted(Robot robot, const Campaign& campaign, FitContacts which);
 
-/// The campaign with each configuration moved, by the least changes of the joints, to where the
+/// The campaign with each configuration moved, by the smallest change of the joints, so that the
 /// robot touches exactly (Newton's method). Rows whose contact is out of reach are left out.
 Campaign moved_onto_contacts(const Robot& robot, const Campaign& campaign);
 

@@ -99,7 +99,7 @@ double set_weights(const SessionModels& model, const ReadingLaw& law, const Eige
     weighted += result.weights[i] * norms[i].array();
     within_poses += result.weights[i] / variance * norms[i].array();
   }
-  // Sigma is that of readings whose pose is not off as a whole.
+  // Sigma is that of the readings without gross poses.
   const Eigen::Array2d widening =
       (within_poses > 0).select((weighted / within_poses.max(1e-300)).sqrt(), 1.0);
   result.spread = {result.sigma.position * widening[0], result.sigma.orientation * widening[1]};

@@ -15,20 +15,21 @@ namespace armtrue {
 Eigen::MatrixXd joint_information(const SessionModels& models,
                                   const std::vector<GroupFold>& folds);
 
-/// How many of the unknowns positions and orientations determine: tr J (J_all^T J_all + P)^-1 J^T,
-/// J of that kind, P of the priors. With many equations, in proportion to their numbers, which
-/// leaves sigma right to 3 %.
+/// Number of unknowns that the positions and the orientations determine: tr J (J_all^T J_all +
+/// P)^-1 J^T, with J the rows of that kind and P the information of the priors. With many equations
+/// it is taken in proportion to their numbers, which gives sigma to 3 %.
 Eigen::Array2d determined_by(const SessionModels& model, Eigen::MatrixXd information,
                              const Priors& priors, const Eigen::VectorXd& x);
 
-/// Sets what the solution x says of itself: names, weights, spread, determined, the priors'
+/// Sets the statistics of the solution x: names, weights, spread, determined, the priors'
 /// equations, inverse_root, covariance, share_of_readings, rank, condition and observability.
 /// `folds`: those of the solution, if they may be used for statistics.
 void set_statistics(const SessionModels& model, const ReadingLaw& law, const Priors& all_priors,
                     const Eigen::VectorXd& x, std::vector<GroupFold> folds,
                     CalibrationResult& result);
 
-/// What set_statistics() sets for a step of a search: names, weights, spread and determined.
+/// The part of set_statistics() that a step of a search needs: names, weights, spread and
+/// determined.
 void set_weights_alone(const SessionModels& model, const ReadingLaw& law, const Priors& priors,
                        const Eigen::VectorXd& x, const std::vector<GroupFold>& folds,
                        CalibrationResult& result);

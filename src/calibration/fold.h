@@ -16,14 +16,14 @@ struct Fold {
   Eigen::MatrixXd factor{};
   /// By normal equations: [J r]^T W [J r], upper half.
   Eigen::MatrixXd products{};
-  /// By normal equations, unless the law is Gaussian: what the weights take from the second
-  /// derivative of loss / 2, p x p, upper half. With s_i = |r_i|^2 and w_i = loss'(s_i) that is
+  /// By normal equations under Student's t: contribution of the changing weights to the second
+  /// derivative of loss / 2, p x p, upper half. With s_i = |r_i|^2 and w_i = loss'(s_i),
   ///     H = J^T W J - bend,   bend = sum_i -2 w'(s_i) (J_i^T r_i)(J_i^T r_i)^T,
-  /// the model taken as linear. Steps by H converge quadratically, by J^T W J only linearly.
+  /// for a linear model. Steps by H converge quadratically, by J^T W J only linearly.
   Eigen::MatrixXd bend{};
   double loss = 0;  ///< sum of ReadingLaw::loss over the rows
 
-  /// The factor; of normal equations without directions that are rounding alone.
+  /// The factor; by normal equations, without directions that are only rounding.
   Eigen::MatrixXd triangle() const;
   /// J^T W J: p x p.
   Eigen::MatrixXd information() const;
@@ -36,9 +36,9 @@ Fold fold(const ObservationModel::At& at, const ObservationModel& model, const R
           FoldBy by = FoldBy::qr);
 
 /// The whitened derivatives of all rows at one x, without their zeros. Near that x the model is
-/// linear: folds take the derivatives from here, and only the residuals anew.
+/// linear: a fold takes the derivatives from here and computes only the residuals again.
 struct KeptDerivatives {
-  ReadingSigma sigma;         ///< by which they are whitened
+  ReadingSigma sigma;         ///< used to whiten them
   std::vector<size_t> first;  ///< of each row, the place of its first column; and one past the last
   std::vector<int> column;    ///< the unknown of each
   std::vector<double> value;  ///< row_size numbers for each
@@ -50,7 +50,7 @@ KeptDerivatives keep_derivatives(const ObservationModel::At& at, const Observati
 Fold fold(const ObservationModel::At& at, const ObservationModel& model, const ReadingLaw& law,
           const KeptDerivatives& kept);
 
-/// Only the loss.
+/// The loss alone.
 double total_loss(const ObservationModel::At& at, const ObservationModel& model,
                   const ReadingLaw& law);
 

@@ -27,8 +27,7 @@ namespace {
 constexpr int kMostPoses = 2000, kFewestPoses = 8, kMostRounds = 6;
 constexpr double kImprobable = 1e-3;
 constexpr double kTimesMiss = 4, kGap = 1.5;
-// Where poses scatter more than their replicates, the model lacks something, perhaps a steep
-// effect.
+// If poses scatter more than their replicates, the model lacks something, perhaps a steep effect.
 constexpr double kLacking = 1.25, kGapOfLacking = 2.5;
 constexpr double kMedianOfNormal3 = 1.538, kMedianOfNormal1 = 0.6745;  // of the norm
 constexpr double kWholePose = 0.5;  // share of the pose's error that each of its readings has
@@ -77,8 +76,8 @@ Reduced reduced(const Campaign& campaign) {
   return result;
 }
 
-// Rows of some poses of the reduced campaign, each a pose of its own so that none is excused by
-// the others.
+// Rows of some poses of the reduced campaign. Each row counts as a separate pose, so that others do
+// not raise its variance.
 Campaign kept_of(const Reduced& all, const Campaign& campaign, const std::vector<bool>& gross) {
   std::vector<int> rows;
   for (size_t p = 0; p < all.of_pose.size(); ++p)
@@ -94,7 +93,7 @@ Campaign kept_of(const Reduced& all, const Campaign& campaign, const std::vector
   return kept;
 }
 
-// What a fit without a pose says of it.
+// Comparison of a pose with the fit without it.
 struct Judged {
   double ratio = 0;           // u^2 before the division by s^2
   int size = 0;               // d
@@ -251,8 +250,8 @@ class Search {
         .q[static_cast<size_t>(all_.rows[static_cast<size_t>(all_.of_pose[pose].front())])];
   }
 
-  // Whether the poses next to it along some joint are off too, more than chance lets two of the
-  // four be along any of the joints: joints * 6 p^2 is improbable.
+  // Whether for some joint two of the four nearest poses are off too. The limit for `off` is the p
+  // at which this has a small probability over all joints: joints * 6 p^2.
   bool has_company(size_t pose, double s2) const {
     constexpr size_t kNearest = 4, kCompany = 2;
     constexpr double kPairs = 6;
@@ -281,7 +280,7 @@ class Search {
           if (evaluation.position[static_cast<size_t>(row)] < kWholePose * judged_[pose].off &&
               all_.like[static_cast<size_t>(k)].size() > 1)
             kept[pose] = false;
-      // Only what is small enough to be an effect can be one.
+      // A larger error cannot be an effect.
       constexpr double kNoEffect = 5e-3;  // m
       if (judged_[pose].off < kNoEffect && has_company(pose, s2)) kept[pose] = false;
       if (judged_[pose].rows_off.empty()) kept[pose] = false;

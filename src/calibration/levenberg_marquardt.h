@@ -32,7 +32,7 @@ struct Solution {
   std::vector<GroupFold> folds;  ///< the last of each group
 };
 
-/// Minimises over x, by Levenberg and Marquardt's method (Ceres), with sigma and law held fixed,
+/// Minimises over x, by Levenberg-Marquardt (Ceres), with sigma and law held fixed,
 ///     sum over the rows of ReadingLaw::loss + sum over the priors of ((start + x) / deviation)^2.
 /// `x`: the start, and on return the solution. `kept`: of each group, by normal equations; empty:
 /// the derivatives are those at each step.

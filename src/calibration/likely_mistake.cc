@@ -70,7 +70,7 @@ void attempt_other_poses(const Campaign& campaign, const std::vector<std::vector
   }
 }
 
-// Each reading the target that fits it best.
+// Assigns to each reading the target that fits it best.
 void attempt_targets(const Robot& fitted, const Campaign& readings, Corrections& corrections) {
   if (readings.target.empty() || readings.target_names.size() < 2) return;
   std::vector<int> better;
@@ -94,7 +94,7 @@ void attempt_targets(const Robot& fitted, const Campaign& readings, Corrections&
                       [&](Campaign& c) { c.target = better; });
 }
 
-// The touches of one pose as those of another contact that reads as many numbers.
+// Takes the touches of one pose as those of another contact with as many numbers.
 void attempt_contacts(const Robot& fitted, const Campaign& readings, Corrections& corrections) {
   const std::vector<ContactPoint> contacts = match_contacts(readings, fitted.chain);
   const auto reads_three = [&](int name) {

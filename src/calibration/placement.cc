@@ -105,7 +105,7 @@ void move(State& state, const Eigen::VectorXd& step, bool turns) {
       Eigen::Map<const Eigen::Matrix3Xd>(step.data() + first + 3, 3, state.targets.cols());
 }
 
-// With the scale found anew after each step that is taken.
+// Estimates the scale again after each accepted step.
 void descend(const Links& links, State& state) {
   constexpr double kMostDamping = 1e6, kSettled = 1e-7;
   double damping = 1e-3;

@@ -22,19 +22,21 @@ struct Placement {
 /// under Student's t with 4 degrees of freedom whose scale is the median of the misses. With the
 /// rotation of the base given, all else is linear:
 ///     R_B^T measured = (R_B^T b) + p + R t
-/// with p, R the pose of the last link in R_0, t the target on it. So a tool that is anywhere else
-/// than the robot file has it does not turn the base. Starts from the rotation of the registered
-/// base and, where the misses stay above `good`, from the 24 rotations of a cube about it. Nothing
-/// without points, or where they give fewer than 9 equations more than there are unknowns.
+/// with p, R the pose of the last link in R_0, t the target on it. So a wrong tool in the robot
+/// file does not rotate the base. Starts from the rotation of the registered base and, if the
+/// misses stay above `good`, from the 24 rotations of a cube about it. Nothing without points, or
+/// if there are fewer than 9 equations more than unknowns.
 std::optional<Placement> place_base_and_tool(const Robot& robot, const Campaign& campaign,
                                              double good);
 
-/// The rotation that most of `turns` are near to, and the median angle to it [rad]: that of the
-/// first nine with the smallest median, then the mean of those within twice its median.
+/// The rotation near most of `turns`, and the median angle to it [rad]. It starts with the one of
+/// the first nine with the smallest median angle, then takes the mean of those within twice this
+/// median.
 std::pair<Eigen::Matrix3d, double> common_turn(const std::vector<Eigen::Matrix3d>& turns);
 
-/// The robot with that base, and with the tool that lies best on the places of the targets. The
-/// tool's rotation is that of the orientations, else that of three targets or more, else as it was.
+/// The robot with that base, and with the tool that best fits the places of the targets. The
+/// rotation of the tool comes from the orientations, else from three targets or more, else it
+/// stays.
 Robot placed_robot(const Robot& robot, const Campaign& campaign, const Placement& placement);
 
 }  // namespace armtrue

@@ -62,8 +62,8 @@ Eigen::VectorXd leverage_corrected_residual(const Eigen::Ref<const Eigen::Matrix
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(gram);
   const Eigen::ArrayXd leverage = eigen.eigenvalues().array();
   const Eigen::ArrayXd left = (1 - leverage).max(0.0);
-  // sqrt(1 / left) - 1 over the leverage, without its division by zero; nothing is left where only
-  // this pose shows a direction.
+  // (sqrt(1 / left) - 1) / leverage without division by zero; `left` is 0 for a direction that only
+  // this pose shows.
   const Eigen::ArrayXd root = left.sqrt();
   const Eigen::ArrayXd given_back = (left > kOnlyThere).select(1 / (root * (1 + root)), 0.0);
   if (few_rows)

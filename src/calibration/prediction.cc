@@ -104,8 +104,8 @@ double count_read(const Campaign& campaign) {
   return static_cast<double>(read.size());
 }
 
-// Standard deviation per axis of the residuals of a fit, unknowns counted off; of rows of one pose
-// together with what they have in common.
+// Standard deviation per axis of the residuals of a fit, corrected for the number of unknowns;
+// includes the error that rows of one pose have in common.
 InstrumentNoise spread_of(const CalibrationResult& fit, const Campaign& campaign) {
   if (std::ssize(fit.weights) != campaign.rows())
     throw std::logic_error("the campaign is not the one of the fit");
@@ -118,7 +118,7 @@ InstrumentNoise spread_of(const CalibrationResult& fit, const Campaign& campaign
     orientation += weight * evaluation.residuals[static_cast<size_t>(row)].tail<3>().squaredNorm();
     rows += std::min(1.0, weight);
   }
-  // Readings of a pose share what the model lacks: the unknowns follow poses, not readings.
+  // Readings of a pose share the lack of fit of the model: the unknowns follow poses, not readings.
   const double poses = static_cast<double>(campaign.pose_ids.size());
   const double quantities = campaign.has_touches() ? count_read(campaign)  // each of one contact
                                                    : poses * campaign.quantities();

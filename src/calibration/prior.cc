@@ -30,8 +30,8 @@ constexpr double kFree = std::numeric_limits<double>::infinity();
 
 enum Class { lengths, angles, zero_offsets, kClasses };
 
-// How far links are from their data sheets: tolerances of castings and of the assembly of gears,
-// and mastering by gauge or by mark. Two thirds of arms are within a factor of two.
+// Typical errors of links against data sheets: tolerances of castings and of the assembly of gears,
+// and mastering by gauge or by mark. Two thirds of all arms are within a factor of two.
 std::vector<PriorWidth> typical_widths() {
   constexpr double kWithinTwo = std::numbers::ln2;
   return {{"lengths", 3e-4, kWithinTwo, 3e-4},
@@ -61,7 +61,7 @@ double link_value(const KinematicChain& chain, int parameter) {
   return link.beta;
 }
 
-// How far a parameter of the links is from its nominal value.
+// Difference of a parameter of the links from its nominal value.
 double from_nominal(const Robot& robot, int parameter, double value) {
   return robot.nominal ? value - link_value(*robot.nominal, parameter) : 0.0;
 }

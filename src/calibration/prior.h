@@ -10,8 +10,8 @@
 
 namespace armtrue {
 
-/// Prior knowledge of an unknown x as one more equation, (start + x) / deviation = 0: a normal law
-/// about the expected value, from which the given robot is `start` away.
+/// Prior knowledge of an unknown x as one more equation, (start + x) / deviation = 0: a normal
+/// distribution about the expected value. `start`: value of the given robot minus the expected one.
 struct Prior {
   int unknown;       ///< index
   double deviation;  ///< [SI]
@@ -24,8 +24,9 @@ struct Prior {
   }
 };
 
-/// The deviation tau that some unknowns share, which the readings help to choose. Beforehand
-/// ln tau ~ N(ln typical, log_spread^2); with an infinite spread only the readings choose.
+/// The prior standard deviation tau that several unknowns share; the readings help to choose it.
+/// Its own prior is ln tau ~ N(ln typical, log_spread^2); with an infinite spread the readings
+/// alone choose it.
 struct PriorWidth {
   /// "lengths", "angles", "zero offsets", "errors of the instrument"; the family; empty: of a curve
   std::string name;
@@ -53,7 +54,8 @@ struct Priors {
 /// - coefficients of a curve (a series of three or more): about 0, all with one deviation;
 /// - other coefficients: about 0, with the deviation at which the effect moves its parameter by
 ///   5 mm or 5 mrad RMS over the rows. No effect is larger, and without this bound a coefficient
-///   that the poses do not show would run away. One that nothing drives stays as it is.
+///   that the poses do not show would grow without limit. A coefficient whose driver is zero stays
+///   as it is.
 Priors priors_of(const Robot& robot, const SessionModels& models);
 
 /// Adds the information of the priors, 1 / deviation^2 on the diagonal, to that of the readings.
@@ -70,9 +72,9 @@ void set_widths(const std::map<std::string, double>& widths, Priors& priors);
 /// J^T W J.
 double undetermined(const Eigen::MatrixXd& information, const Priors& priors);
 
-/// Sets each width tau to the one that makes the readings most likely (type-II likelihood; MacKay,
-/// "Bayesian interpolation", 1992): with d_k the changes from the expected values, V_k their
-/// posterior variances and tau' the width so far,
+/// Sets each width tau to the one that maximises the likelihood of the readings (type-II
+/// likelihood; MacKay, "Bayesian interpolation", 1992): with d_k the changes from the expected
+/// values, V_k their posterior variances and tau' the width so far,
 ///     gamma = sum_k (1 - V_k / tau'^2),
 ///     sum_k d_k^2 / tau^2 = gamma + ln(tau / typical) / log_spread^2;
 /// gamma is the number of unknowns that the readings determine. The width of a curve of which they

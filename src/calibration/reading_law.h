@@ -11,9 +11,9 @@ namespace armtrue {
 inline constexpr double kMinSigma = 1e-9;  // m, rad: noise-free simulations must not divide by zero
 
 /// Student's t as the law of the readings: with few degrees of freedom a blunder hardly counts,
-/// with infinitely many it is least squares. Chosen because its weights fall off smoothly: no
-/// reading is thrown away, and a systematic error that the model still has only lowers the weight
-/// of its worst rows.
+/// with infinitely many it is least squares. Chosen because its weights fall smoothly: no reading
+/// is rejected, and a remaining systematic error of the model only lowers the weight of the worst
+/// rows.
 ///
 /// With s the squared norm of the whitened residual of a row, d its dimension, v the variance of
 /// the row in units of the campaign's, and nu the degrees of freedom:
@@ -23,8 +23,8 @@ inline constexpr double kMinSigma = 1e-9;  // m, rad: noise-free simulations mus
 /// loss(s) = s, weight(s) = 1.
 /// Source: Lange, Little, Taylor, "Robust statistical modeling using the t distribution", 1989.
 ///
-/// A blunder is an error of one reading; an error of the model is in every reading of a pose. So
-/// where all readings of a pose are off, each is judged against the others: v is above 1 there (see
+/// A blunder is an error of one reading; an error of the model is in every reading of a pose. So if
+/// all readings of a pose are off, each is compared with the others: v is then above 1 (see
 /// pose_variances).
 struct ReadingLaw {
   double degrees_of_freedom = 0;   ///< nu; 0: Gaussian
@@ -43,20 +43,20 @@ struct ReadingLaw {
 std::vector<double> pose_variances(const Campaign& campaign, const std::vector<double>& norms,
                                    int dimension);
 
-/// What the residuals of a fit look like: sigma of the readings and their law.
+/// Sigma and distribution of the residuals of a fit.
 struct ResidualDescription {
   ReadingSigma sigma;
   ReadingLaw law;
 };
 
-/// The law and the sigma that make the residuals most likely. `norms`: squared norms of position
-/// and orientation of each row, not whitened [m^2, rad^2]. Student's t with 2 to 30 degrees of
-/// freedom is taken if its log-likelihood exceeds that of the Gaussian law by more than log(rows) /
-/// 2, the BIC price of its one parameter. Sigma is found by expectation-maximisation: with m = 3 or
-/// 1 numbers per row,
+/// The law and the sigma with the maximum likelihood. `norms`: squared norms of position and
+/// orientation of each row, not whitened [m^2, rad^2]. Student's t with 2 to 30 degrees of freedom
+/// is taken if its log-likelihood exceeds that of the Gaussian law by more than log(rows) / 2, the
+/// BIC charge of its one parameter. Sigma is found by expectation-maximisation: with m = 3 or 1
+/// numbers per row,
 ///     sigma^2 = correction / (m rows) sum_i weight_i / v_i |r_i|^2,
-/// repeated until it settles. `correction`: equations / degrees of freedom, of each kind.
-/// `robust` false: Gaussian in any case.
+/// repeated until convergence. `correction`: equations / degrees of freedom, of each kind. `robust`
+/// false: always Gaussian.
 ResidualDescription describe_residuals(const std::vector<Eigen::Vector2d>& norms,
                                        const Campaign& campaign, const ReadingSigma& start,
                                        const Eigen::Array2d& correction, bool robust);

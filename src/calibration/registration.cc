@@ -18,10 +18,10 @@
 namespace armtrue {
 namespace {
 
-// A base that misses by more is not a calibration error but a set-up that the robot file does not
-// have.
+// With a larger error of the base, the set-up differs from that of the robot file; this is no
+// calibration error.
 constexpr double kFarBase = 0.08;  // m
-// The same of a tool, once the base is registered: no error of an arm leaves as much.
+// The same for a tool, after the base is registered: errors of an arm are smaller.
 constexpr double kFarTool = 0.02;         // m, position
 constexpr double kFarTurn = 0.3;          // rad
 constexpr int kMinPoints = 4;             // one more than a pose needs
@@ -149,7 +149,7 @@ Pose registered_base(const Robot& robot, const Campaign& campaign) {
   if (count == 0) return robot.chain.base;
   const Eigen::Map<const Eigen::Matrix3Xd> in_0(found.front().data(), 3, count);
   const Eigen::Map<const Eigen::Matrix3Xd> in_a(given.front().data(), 3, count);
-  // To all of them: half of three anchors shows no rotation.
+  // Fitted to all of them, because half of three anchors does not show a rotation.
   if (count >= kAnchorsThatShowATurn) return rigid_fit(in_0, in_a);
   Eigen::Matrix3d rotation = robot.chain.base.rotation;
   if (count == 2)  // they show all rotations but that about the connecting line

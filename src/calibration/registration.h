@@ -27,10 +27,10 @@ Pose rigid_fit(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to);
 Pose registered_base(const Robot& robot, const Campaign& campaign);
 
 /// The robot that calibration starts from: as in the first session of the campaign, with a base for
-/// each session. A base that misses the readings by 80 mm (median) or more, and that is to be
-/// identified, is replaced by registered_base() if that misses by less. Where that misses by more
-/// than 20 mm (or 0.3 rad) still and the tool is to be identified, both are replaced by those of
-/// place_base_and_tool(). Contacts that are to be identified are placed by with_contacts_fitted().
+/// each session. If the median error with a base that is to be identified is 80 mm or more,
+/// registered_base() replaces the base, if its error is smaller. If the error is still above 20 mm
+/// (or 0.3 rad) and the tool is to be identified, both are replaced by those of
+/// place_base_and_tool(). with_contacts_fitted() places contacts that are to be identified.
 Robot starting_robot(const Robot& robot, const Campaign& campaign, const IdentifiableSet& set);
 
 }  // namespace armtrue

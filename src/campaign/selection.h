@@ -6,7 +6,7 @@
 
 namespace armtrue {
 
-/// `count` of some rows, evenly drawn; all, if they are fewer.
+/// `count` of the rows, evenly drawn; all if there are fewer.
 std::vector<int> evenly_chosen(const std::vector<int>& rows, long count);
 
 /// About `count` rows, evenly drawn from the rows of each session, target and quantity; at least 50

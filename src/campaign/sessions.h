@@ -13,7 +13,7 @@ namespace armtrue {
 std::vector<std::vector<int>> rows_by_session(const Campaign& campaign);
 
 /// Throws std::invalid_argument if a session of `held_out` has no reading in `training`: only those
-/// show where its instrument stood. The same of contacts.
+/// show the place of its instrument. Also throws for a contact without a reading in `training`.
 void require_known_sessions(const Campaign& training, const Campaign& held_out);
 
 /// The robot at one row: with the base and the zero offsets of the row's session, or unchanged if
@@ -29,7 +29,7 @@ Campaign in_common_frame(Campaign campaign, const Robot& robot);
 /// `robot.identify_per_session`. Throws std::invalid_argument for a name that is no zero offset.
 std::vector<int> own_parameters(const Robot& robot);
 
-/// The name of the session of a row; empty where the campaign names none.
+/// The name of the session of a row; empty if the campaign has no sessions.
 std::string session_name(const Campaign& campaign, int row);
 
 /// The R_A of `robot.chain.base` from that of a session; the identity if the robot does not know

@@ -7,7 +7,7 @@
 
 namespace armtrue {
 
-/// What the uncertainty of the calibration says about each row of a program.
+/// The uncertainty of the calibration at each row of a program.
 struct Coverage {
   std::vector<double> deviation;  ///< as CorrectedTarget::deviation
   std::vector<double> leverage;   ///< as Prediction::leverage

@@ -17,24 +17,24 @@ struct WayToRow {
   MotionKind motion = MotionKind::joint;
   ArcTurning turning = ArcTurning::in_frame;
   bool is_known = false;  ///< where it begins
-  /// The part of the way, from 0 to 1, that counts: the arm rounds the corners beyond.
+  /// The part of the path, from 0 to 1, that counts: beyond it the arm rounds the corners.
   double from = 0, to = 1;
 };
 
-/// What is predicted of the way to a row.
+/// The prediction for the path to a row.
 struct WayError {
-  /// The largest error on it [m]; infinite where the controller's model cannot follow the way; NaN
-  /// of joint moves, auxiliary points, unknown ways, and ways with an end that is not corrected.
+  /// The largest error on it [m]. Infinite if the controller's model cannot follow the path; NaN
+  /// for joint moves, auxiliary points, unknown paths, and paths with an end that is not corrected.
   double largest = std::numeric_limits<double>::quiet_NaN();
-  /// The part of the way, from 0 to 1, on which most of the error comes and goes at once, as it
-  /// does where a joint reverses and has backlash; `from` = `to` if there is none.
+  /// The part of the path, from 0 to 1, on which most of the error appears or disappears suddenly,
+  /// as where a joint with backlash reverses; `from` = `to` if there is none.
   double step_from = 0, step_to = 0;
 };
 
-/// Predicts how far the TCP of the identified arm is from the intended way between the points of
-/// straight and circular moves. The controller moves it on a line or an arc in its own model, from
-/// command to command, at constant speed; the error counts from the point of the intended way at
-/// the same time.
+/// Predicts the distance of the TCP of the identified arm from the intended path between the points
+/// of straight and circular moves. The controller moves it on a line or an arc in its own model,
+/// from command to command, at constant speed; the error is the distance from the point of the
+/// intended path at the same time.
 class ErrorBetween {
  public:
   /// `program` must outlive it.

@@ -16,11 +16,11 @@ inline constexpr double kStretchedWrist = 0.1 * kDegree;
 struct JointCorrection {
   JointVector q;            ///< encoder angles [rad]
   bool is_reached = false;  ///< within 1e-9 m and 1e-9 rad, or damped
-  bool is_damped = false;   ///< the pose is not reached, so that the joints move little
+  bool is_damped = false;  ///< the pose is not reached, because the change of the joints is limited
 };
 
 /// Joint angles near `start` at which the arm has the pose R_0 from TCP; see correct_joints() for
-/// the equation. Whatever the branch.
+/// the equation. On any branch.
 JointCorrection joints_of_pose(const ProgramArm& arm, const Context& context, const Pose& wanted,
                                const JointVector& start);
 
@@ -30,9 +30,9 @@ JointCorrection joints_of_pose(const ProgramArm& arm, const Context& context, co
 /// with e_p, e_r the errors of position and rotation; lambda = 0 unless that leaves the branch, or
 /// moves a joint by too much near a singular posture: kMaxSingularChange / (1 - u^2), u from 0 at
 /// the posture to 1 where the wrist is bent by 3 deg. Then lambda is the smallest that does neither
-/// (damped least squares; Nakamura and Hanafusa 1986), with joint 5 held if that comes nearer, as
-/// it does where the exact correction would bend the wrist to the other side. `controller` tells
-/// the branch.
+/// (damped least squares; Nakamura and Hanafusa 1986), with joint 5 fixed if the result is then
+/// nearer, as when the exact correction would bend the wrist to the other side. `controller`
+/// defines the branch.
 JointCorrection correct_joints(const ProgramArm& arm, const Context& context, const Pose& wanted,
                                const JointVector& programmed, const ChainEvaluator& controller);
 

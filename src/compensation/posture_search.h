@@ -38,7 +38,7 @@ class PostureSearch {
   bool is_reached_ = false;
   std::optional<JointVector> found_;
   std::optional<JointVector> in_ranges_only_;  // on other sides
-  std::optional<JointVector> beyond_travel_;   // told so later, by the note `limit`
+  std::optional<JointVector> beyond_travel_;   // reported later by the note `limit`
 };
 
 }  // namespace armtrue

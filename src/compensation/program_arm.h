@@ -15,9 +15,9 @@ using JointJacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMaxJoints>
 /// The robot without the effects that do not move a program.
 Robot without_station_effects(Robot robot, bool tool_is_measured);
 
-/// An arm as a program sees it: its foot R_0 and the TCP of the program, links and effects of the
-/// arm, no station. `base` of the robot stays in the model, because effects on it are in the axes
-/// of R_A, and is then taken off.
+/// An arm from its foot R_0 to the TCP of a program: links and effects of the arm, without base and
+/// tool of the measurement. `base` of the robot stays in the model, because effects on it are in
+/// the axes of R_A; then its inverse is applied.
 class ProgramArm {
  public:
   /// `tool`: the last link's frame from the TCP. Throws std::invalid_argument as RobotModel does.
@@ -44,7 +44,7 @@ class ProgramArm {
   std::vector<int> held_;  // joints
 };
 
-/// How far the pose `reached` is from `wanted`.
+/// Difference of the pose `reached` from `wanted`.
 PoseDifference difference(const Pose& wanted, const Pose& reached);
 
 }  // namespace armtrue

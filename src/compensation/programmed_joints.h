@@ -8,16 +8,16 @@
 
 namespace armtrue {
 
-/// Throws std::invalid_argument if the visits lack what an effect that moves a program is driven
-/// by. Only the motion of the joints follows from the sequence of the rows, unless their directions
-/// are stated: then so must be the strokes.
+/// Throws std::invalid_argument if the visits lack the driver of an effect that moves a program.
+/// Only directions and strokes of the joints may follow from the sequence of the rows; if
+/// directions are stated, strokes must be stated too.
 void require_context(const Robot& robot, const Campaign& visits, bool tool_is_measured);
 
 /// Whether an effect follows the direction or the stroke by which a joint arrives.
 bool follows_motion(const Effect& effect);
 
-/// How the joints come from one row of a program to the next: as the rows state it, else as the
-/// sequence of the commands tells.
+/// Directions and strokes of the joints from one row of a program to the next: as the rows state
+/// them, otherwise from the sequence of the commands.
 class CommandedMotion {
  public:
   explicit CommandedMotion(const Campaign& visits)
@@ -33,14 +33,14 @@ class CommandedMotion {
   std::optional<Arrival> last_;  // at the last command
 };
 
-/// What a search for joint angles on a branch has found.
+/// The result of a search for joint angles on a branch.
 enum class Reach { reached, on_another_branch, unreachable };
 struct FoundJoints {
   JointVector q;
   Reach reach = Reach::unreachable;
 };
 
-/// Starts of a search that leaves nothing untried.
+/// Number of starts of an exhaustive search.
 inline constexpr int kAllStarts = 60;
 
 /// Joint angles at which the arm has the pose R_0 from TCP, on the branch of `hint` and within a

@@ -47,7 +47,7 @@ Campaign without(const Campaign& campaign, const std::vector<int>& rows) {
   return campaign.select(others);
 }
 
-// Hypotheses that are true together.
+// Hypotheses taken as true together.
 struct Explanation {
   std::vector<int> moved;
   ChangeProblem::Fit fit;
@@ -60,7 +60,7 @@ Explanation explain(const ChangeProblem& problem, const std::vector<int>& moved)
   return explanation;
 }
 
-// With each of the other hypotheses besides; by BIC, best first.
+// The fits with one more of the other hypotheses; by BIC, best first.
 std::vector<Explanation> each_beside(const ChangeProblem& problem, const std::vector<int>& moved) {
   std::vector<Explanation> explanations;
   for (int k = 0; k < problem.hypotheses(); ++k) {
@@ -78,7 +78,7 @@ std::vector<int> all_but(std::vector<int> moved, size_t which) {
   return moved;
 }
 
-// Probability of so large a fall by the move `which` of `more`, were there none.
+// p-value of the fall of chi-square by the move `which` of `more`.
 double p_value(const ChangeProblem& problem, const Explanation& fewer, const Explanation& more,
                size_t which) {
   const double fall = std::max(0.0, fewer.fit.loss - more.fit.loss);
@@ -91,7 +91,7 @@ double p_value(const ChangeProblem& problem, const Explanation& fewer, const Exp
   return std::min(1.0, problem.hypotheses() * p);
 }
 
-// Puts others in the place of those that were taken while that is better.
+// Exchanges taken moves for others as long as that is better.
 void exchange(const ChangeProblem& problem, Explanation& current) {
   for (size_t k = 0, kept = 0; kept < current.moved.size() && current.moved.size() > 1;
        k = (k + 1) % current.moved.size()) {
@@ -128,7 +128,7 @@ Explanation find_moves(const ChangeProblem& problem) {
   return current;
 }
 
-// Probability of the largest fall of chi-square by any single move, were there none.
+// p-value of the largest fall of chi-square by any single move.
 double p_of_any_move(const ChangeProblem& problem, const Explanation& nothing) {
   double least = 1;
   for (const Explanation& moved : each_beside(problem, {}))
@@ -192,9 +192,9 @@ ChangeResult detect_change(const Robot& calibrated, const ReadingSigma& spread,
   const ChangeProblem problem(calibrated, all_are_sound ? campaign : sound, result.sigma);
   const Explanation nothing = explain(problem, {});
   Explanation found = find_moves(problem);
-  // How poses scatter where nothing has moved is seen once what may have moved is taken out.
+  // The scatter of the poses is estimated after the possible moves are fitted.
   const double overdispersion = problem.overdispersion(found.fit);
-  // The readings as a whole grow blind to one parameter as they grow in number.
+  // With many readings, the chi-square of all hardly shows a change of one parameter.
   result.p_value = std::min(1.0, 2 * std::min(problem.p_value({}, nothing.fit, overdispersion),
                                               p_of_any_move(problem, nothing)));
   result.holds = result.p_value >= kChangeSignificance;

@@ -142,7 +142,7 @@ void ChangeProblem::count_replicates() {
   }
 }
 
-// 0: as exact as the model; infinite in a session that the previous robot does not know.
+// 0: no uncertainty; infinite in a session that the previous robot does not know.
 double ChangeProblem::deviation_of(int parameter, int session) const {
   const auto known = previous_.sessions.find(models_.name(session));
   if (is_of_base(parameter) || known == previous_.sessions.end()) return kNothingKnown;

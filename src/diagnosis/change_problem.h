@@ -14,8 +14,8 @@
 
 namespace armtrue {
 
-/// The readings of a campaign against the previous robot, what is known of its parameters, and the
-/// hypotheses of what may have moved since: the base, the tool, one anchor of several and every
+/// The readings of a campaign against the previous robot, the prior knowledge of its parameters,
+/// and the hypotheses of possible moves: the base, the tool, one anchor of several and every
 /// identified parameter of a link. See detect_change() for the model.
 class ChangeProblem {
  public:
@@ -23,13 +23,13 @@ class ChangeProblem {
   struct Unknown {
     int parameter;    ///< index
     int first, last;  ///< sessions in which it acts
-    /// Standard deviation about zero; infinite: nothing is known of it.
+    /// Prior standard deviation about zero; infinite: no prior.
     double deviation = std::numeric_limits<double>::infinity();
 
     bool acts_in(int session) const { return first <= session && session <= last; }
   };
 
-  /// What may have moved, under one name.
+  /// A hypothesis: the unknowns that move together, under one name.
   struct Hypothesis {
     std::string what;
     std::vector<Unknown> moves;
@@ -42,7 +42,7 @@ class ChangeProblem {
 
   struct Fit {
     Eigen::VectorXd x;            ///< errors, then moves
-    Eigen::MatrixXd covariance;   ///< of x, if readings erred independently
+    Eigen::MatrixXd covariance;   ///< of x, for independent readings
     Eigen::MatrixXd by_pose;      ///< the same, clustered by pose
     std::vector<double> weights;  ///< of the rows; empty if the law is Gaussian: 1
     ChiSquares chi_squares;
@@ -72,7 +72,7 @@ class ChangeProblem {
   Move described(const std::vector<int>& moved, size_t which, const Fit& fitted) const;
   /// See ChangeResult::stations.
   std::vector<Move> stations(const Fit& fitted) const;
-  /// Probability of residuals this large, by Satterthwaite's chi-square law: with f degrees of
+  /// p-value of residuals this large, by Satterthwaite's chi-square distribution: with f degrees of
   /// freedom and the overdispersion c, loss / c is chi-squared with f / c degrees of freedom.
   double p_value(const std::vector<int>& moved, const Fit& fitted, double overdispersion) const;
   /// Ratio of the variance of the poses' chi-squares to that of independent readings; at least 1.
@@ -91,11 +91,11 @@ class ChangeProblem {
     const double half_width = student_t_975(poses() - 1) * deviation;
     return {parameter, value, deviation, {value - half_width, value + half_width}};
   }
-  // Where the unknowns of one of the moves begin.
+  // Index of the first unknown of one of the moves.
   Eigen::Index first_of(const std::vector<int>& moved, size_t which) const;
   int sessions() const { return models_.sessions(); }
   bool is_several() const { return sessions() > 1; }
-  // Of several sessions, each has it for itself.
+  // Whether each of several sessions has its own value.
   bool is_own(int parameter) const {
     return is_several() && std::ranges::count(own_, parameter) > 0;
   }

@@ -32,8 +32,8 @@ constexpr double kImplausibleTurn = 0.1;  // rad
 constexpr double kMuchBetter = 0.1;
 constexpr int kRowsLookedAt = 500;
 
-// Median position error with base and tool fitted in full; with the base alone where the readings
-// are too few to show both, or are distances and the fit fails.
+// Median position error with base and tool fitted completely; with the base alone if there are too
+// few readings for both, or if they are distances and the fit fails.
 double median_miss(Robot robot, const Campaign& campaign) {
   robot.effects.clear();
   if (const auto placed = place_base_and_tool(robot, campaign, kImplausibleMiss))
@@ -51,8 +51,8 @@ double median_miss(Robot robot, const Campaign& campaign) {
   }
 }
 
-// Median angle, from pose to pose, by which the tool's rotations that the orientations imply
-// differ. The points alone say how the base is turned, and any rotation of the tool is as good.
+// Median angle between the tool rotations that the orientations of the poses imply. The points
+// alone determine the rotation of the base, and the rotation of the tool is free.
 double median_turn(Robot robot, const Campaign& campaign) {
   robot.effects.clear();
   if (const auto placed = place_base_and_tool(robot, campaign, kImplausibleMiss))
@@ -215,7 +215,7 @@ void try_calibration(const Robot& robot, const Campaign& campaign,
 }  // namespace
 
 std::vector<std::string> diagnose(const Robot& given, const Campaign& all) {
-  // One base must fit the rows looked at: those of the session with most rows.
+  // One base must fit the rows that are tested: those of the session with most rows.
   const std::vector<std::vector<int>> sessions = rows_by_session(all);
   const std::vector<int>& own =
       *std::max_element(sessions.begin(), sessions.end(),

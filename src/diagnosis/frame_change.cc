@@ -33,7 +33,7 @@ struct FrameChange {
   BaseVector moved;    // of its base
 };
 
-// The place in an order of the rows from which a base of its own explains most.
+// The place in an order of the rows after which another base explains most.
 FrameChange best_place(const FitEquations& equations, const std::vector<int>& order, double poses,
                        double choices) {
   const auto rows = static_cast<int>(order.size());
@@ -73,7 +73,7 @@ double median_norm(const Eigen::VectorXd& residual, int row_size) {
   return median(norms);
 }
 
-// Whether the readings as a whole come nearer, not a few blunders.
+// Whether the errors of most readings fall, not only those of a few blunders.
 bool is_of_most(const FrameChange& change, const FitEquations& equations,
                 const std::vector<int>& order) {
   const int size = equations.row_size;
@@ -93,7 +93,7 @@ std::vector<int> sorted_by(const std::vector<double>& keys) {
   return order;
 }
 
-// Numbers of the poses by row; empty if an id is none.
+// Pose numbers by row; empty if an id is no number.
 std::vector<double> pose_numbers(const Campaign& campaign) {
   std::vector<double> numbers;
   for (int pose : campaign.pose) {

@@ -7,15 +7,16 @@
 
 namespace armtrue {
 
-/// Names the place in a campaign of points from which the readings lie in another frame: the
-/// instrument was moved or set up anew, and no session says so. Nothing if there is none.
+/// Names the place in a campaign of points after which the readings are in another frame: the
+/// instrument was moved or set up again, and no session says so. Nothing if there is none.
 ///
 /// In the order of the rows, of the time and of the numbers of the poses, the rows from each place
 /// on get a base of their own (6 unknowns D, beside all others of the fit):
 ///     gain = |P_D r|^2, r the whitened residual.
 /// A place counts if gain is at least a quarter of |r|^2, the median residual falls by a fifth, and
-/// BIC with the poses as readings by more than 20, the choice of the place included. An error of
-/// the arm does not know the order of the readings, unless they are sorted: so this is a suspicion.
+/// BIC (with the poses as readings, and a charge for the choice of the place) falls by more than
+/// 20. An error of the arm does not depend on the order of the readings, unless they are sorted by
+/// posture; so the result is a suspicion only.
 std::optional<std::string> find_frame_change(const PlainFit& fit);
 
 }  // namespace armtrue

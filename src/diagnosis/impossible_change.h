@@ -13,7 +13,7 @@ inline constexpr const char* kCheckColumnsAndJoints =
     "zero ('theta_deg') in the robot file";
 
 /// Names a parameter of a link that a calibration changes by more than 100 mm or 0.5 rad, and by
-/// five standard deviations: a weakly observable one may change a lot without meaning anything.
+/// five standard deviations: a weakly observable parameter may change much without significance.
 std::optional<std::string> find_impossible_change(const Robot& nominal,
                                                   const CalibrationResult& result);
 

@@ -25,7 +25,7 @@ bool stands_still(const Campaign& campaign) {
 
 enum class Time { counts, is_left_out };
 
-// Everything that a row reads, for a comparison of rows.
+// All readings of a row, for a comparison of rows.
 auto reading(const Campaign& c, int row, Time time) {
   std::array<double, kMaxJoints + 3 + 1 + 4 + 1> numbers{};
   auto next = std::copy_n(c.q[row].data(), c.q[row].size(), numbers.begin());
@@ -78,7 +78,7 @@ void check_doubled(const Campaign& campaign, LogFindings& findings) {
                                 "that agree, and the noise would look too small");
 }
 
-// A few steps back in rows that are in the order of time otherwise.
+// A few steps back in time, in rows that are otherwise in the order of time.
 void check_steps_back(const Campaign& campaign, LogFindings& findings) {
   std::map<std::pair<int, int>, int> last;  // row of each session and channel
   int back = 0, compared = 0, from = 0, to = 0;

@@ -89,7 +89,7 @@ std::vector<RowMistake> orientation_mistakes() {
 
 using Errors = std::vector<double> Evaluation::*;
 
-// The mistake that most poses share: without it their errors would be small.
+// The mistake that most poses share: its correction makes their errors small.
 std::optional<std::string> shared_mistake(const Robot& placed, const Campaign& campaign,
                                           Errors errors, double good,
                                           const std::vector<RowMistake>& mistakes) {
@@ -120,7 +120,7 @@ std::optional<std::string> shared_mistake(const Robot& placed, const Campaign& c
   return finding;
 }
 
-// The robot with base and tool as most rows have them.
+// The robot with the base and tool that fit most rows.
 std::optional<Robot> placed_by_most(const Robot& robot, const Campaign& campaign, double good) {
   const auto all = place_base_and_tool(robot, campaign, good);
   if (!all) return std::nullopt;

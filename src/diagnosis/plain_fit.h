@@ -11,7 +11,7 @@
 namespace armtrue {
 
 /// The geometry of a robot, calibrated to at most 500 readings of a campaign, evenly chosen, by
-/// plain least squares: under a heavy-tailed law the smaller part of two would count as blunders.
+/// plain least squares: a heavy-tailed law would take the smaller of two parts for blunders.
 struct PlainFit {
   Campaign readings;
   CalibrationResult result;
@@ -23,9 +23,9 @@ std::optional<PlainFit> fit_plainly(const Robot& robot, const Campaign& campaign
 /// Whitened equations of a fit, and of further unknowns that were not fitted.
 struct FitEquations {
   int row_size;              ///< equations of a reading
-  Eigen::MatrixXd basis;     ///< orthonormal, of the columns of all that is fitted
+  Eigen::MatrixXd basis;     ///< orthonormal, of all fitted columns
   Eigen::MatrixXd columns;   ///< of the further unknowns
-  Eigen::VectorXd residual;  ///< without what the basis holds
+  Eigen::VectorXd residual;  ///< orthogonal to the basis
 };
 
 FitEquations fit_equations(const PlainFit& fit, const std::vector<int>& further_parameters);

@@ -22,7 +22,7 @@ using Eigen::Vector3d;
 constexpr double kRight = std::numbers::pi / 2;
 constexpr double kSame = 1e6;  // of two sums of shares of the limits: apart by less is alike
 
-// Everything that one may have read otherwise than it was meant.
+// All conventions that may have been misread.
 struct Reading {
   Robot robot;
   JointVector q;
@@ -71,7 +71,7 @@ void add_joint_mistakes(const Robot& robot, std::vector<PossibleMistake>& mistak
                         [](Reading& r) { r.q[2] += r.q[1]; }, 2});
 }
 
-// Above R_0, of an arm whose first axis stands upright [m]; 0 of others.
+// Height above R_0 for an arm whose first axis is upright [m]; 0 for others.
 double height_of_second_axis(const KinematicChain& chain) {
   if (!is_six_axis_arm(chain)) return 0;
   KinematicChain shoulder;

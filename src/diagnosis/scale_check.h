@@ -8,17 +8,17 @@
 
 namespace armtrue {
 
-/// Names the anchor whose distances are all too long or too short by one factor, as where the drum
-/// of a draw-wire has another size. Beside all that is fitted, the distances of each of several
-/// anchors get a scale of their own: the one that explains most of the residual is named if that is
-/// at least a quarter, BIC with the poses as readings falls by more than 20 and the scale is off by
-/// 0.1 % or more. Nothing for points.
+/// Names the anchor whose distances are all too long or too short by one factor, for example
+/// because the drum of a draw-wire has another size. Beside all fitted unknowns, the distances of
+/// each anchor get their own scale. The anchor that explains most of the residual is named if it
+/// explains at least a quarter, BIC with the poses as readings falls by more than 20, and its scale
+/// error is 0.1 % or more. Nothing for points or for one anchor.
 std::optional<std::string> find_scale_of_anchor(const PlainFit& fit);
 
 /// Names a factor by which all lengths of the links change together from the robot file to the fit:
-/// links are not made so, and the instrument's unit or scale may be. With L a length of the file
-/// and D its change, s = sum(L D) / sum(L^2) is named if it is 0.2 % or more and leaves at most a
-/// tenth of sum(D^2), over three lengths or more that the readings show.
+/// links do not have such errors, but the unit or scale of the instrument may. With L a length of
+/// the file and D its change, s = sum(L D) / sum(L^2) is named if it is 0.2 % or more and leaves at
+/// most a tenth of sum(D^2), over three lengths or more that the readings show.
 std::optional<std::string> find_scale_of_links(const PlainFit& fit, const Robot& nominal);
 
 }  // namespace armtrue

@@ -251,7 +251,7 @@ RobotModel::RobotModel(const Robot& robot, const std::vector<std::string>& tempe
   for (const Effect& effect : robot.effects) {
     if (effect.driver.kind == DriverKind::motor_torque)
       throw std::invalid_argument("effect '" + effect.name +
-                                  "' follows a measured motor torque, which nobody knows of a pose "
+                                  "' follows a measured motor torque, which is not known at a pose "
                                   "that was not measured; let it follow gravity-torque");
     effects_.emplace_back(effect, robot, temperature_names);
     if (effects_.back().coefficient_count() != static_cast<int>(effect.coefficients.size()))

@@ -14,7 +14,7 @@
 
 namespace armtrue {
 
-/// ImportOptions with the texts taken apart. Throws InputError for what is malformed.
+/// ImportOptions, parsed. Throws InputError for a malformed option.
 class ImportNames {
  public:
   explicit ImportNames(const ImportOptions& options);
@@ -22,15 +22,15 @@ class ImportNames {
   /// The format of the table; null for a plain table. Call apply_preset() once it is read.
   void set_preset(const Preset* preset) { preset_ = preset; }
   const Preset* preset() const { return preset_; }
-  /// Says of the columns of a table what the preset says of their headers. Joints that the headers
-  /// name, and do not number, are those of the robot; without robot their names end in numbers.
+  /// Assigns the columns of a table by the preset. If headers name joints without numbers, these
+  /// are joints of the robot; without a robot their names must end in numbers.
   void apply_preset(const PlainTable& table, const ImportOptions& options);
 
-  /// True of a length or an angle that is known by its name, and of what an option names: a header
-  /// has such columns, text above it hardly.
+  /// True for a length or an angle that is known by its name, and for a column that an option
+  /// names. This distinguishes a header from text above it.
   bool is_known(std::string_view header) const;
   bool is_ignored(const std::string& header) const;
-  /// What an option or the preset says of a column; null if nothing.
+  /// The assignment of a column by an option or the preset; null if there is none.
   const std::string* quantity_of(const std::string& header) const;
   const std::string* unit_of(const std::string& header) const;
   /// Whether an option or the preset names a column of this table for a quantity.
@@ -56,7 +56,7 @@ class ImportNames {
 enum class TableRole {
   readings,  ///< joint angles and points
   points,
-  joints,  ///< poses in it are the controller's own and are not taken
+  joints,  ///< poses in it come from the controller and are not used
 };
 
 struct MappedColumn {
@@ -81,12 +81,12 @@ struct ColumnMapping {
   bool has(const std::string& quantity) const { return find(quantity) != nullptr; }
 };
 
-/// Which column of a table holds which quantity, in which unit. Throws InputError where this can be
-/// told in two ways or not at all.
+/// Which column of a table holds which quantity, in which unit. Throws InputError if this is
+/// ambiguous or unknown.
 ColumnMapping map_columns(const PlainTable& table, TableRole role, const ImportNames& names,
                           const ImportOptions& options);
 
-/// The mapping for people, one line per column.
+/// The mapping as text, one line per column.
 std::string mapping_text(const PlainTable& table, const ColumnMapping& mapping);
 
 }  // namespace armtrue

@@ -18,14 +18,14 @@ struct MeanReading {
 /// Joint angles for one row of the points.
 struct JointMatch {
   int point_row = 0;
-  int joint_row = 0;                ///< whose further columns hold for the point
+  int joint_row = 0;                ///< row whose other columns apply to the point
   JointVector q;                    ///< [rad or m]
-  std::optional<MeanReading> mean;  ///< in the place of the row's point
+  std::optional<MeanReading> mean;  ///< replaces the point of the row
 };
 
 struct JointMatches {
   std::vector<JointMatch> rows;  ///< in the order of the points
-  std::string how;               ///< for people: by id, by order, by time
+  std::string how;               ///< for messages: by id, by order, by time
   /// Without a column of poses: neighbours of the same joint angles are one pose.
   bool stops_are_poses = false;
   /// Without a column of poses: rows of the same joint angles are one pose, wherever they stand.
@@ -44,7 +44,7 @@ void require_same_clocks(const TableReader& points, const TableReader::Clock& a,
 /// Joins points and joint angles: by the column of poses, by the order of the rows, by time, or by
 /// stops (match_by_stops()). By
 /// time the joint angles are those between the two samples about the point, and only points are
-/// taken at which the joints stand still. Throws InputError where rows cannot be told apart.
+/// taken at which the joints stand still. Throws InputError if rows cannot be distinguished.
 JointMatches match_joints(const TableReader& points, const TableReader& joints,
                           const ImportOptions& options);
 

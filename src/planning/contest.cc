@@ -42,7 +42,8 @@ Eigen::MatrixXd derivatives(const Contest& contest, const PoseCloud& cloud,
 
 namespace {
 
-// Columns of which less than `smallest` of their norm in `whole` is new are left out.
+// Leaves out columns whose part orthogonal to the others is below `smallest` of their norm in
+// `whole`.
 Contest::Standard standard_of(const Eigen::MatrixXd& columns, const Eigen::VectorXd& whole,
                               double smallest, double poses) {
   const Eigen::VectorXd norm = columns.colwise().norm();

@@ -10,11 +10,12 @@
 
 namespace armtrue {
 
-/// Geometry and all effects but one, which are fitted whoever is right, and the members of the
-/// class of that one, of which one is. Columns are standardised over cloud and given poses:
-/// nuisances together, each member's by themselves once projected off the nuisances.
+/// One found effect and its rivals (the members, of which exactly one is true), and the nuisances:
+/// geometry and all other effects, which are fitted in any case. Columns are standardised over
+/// cloud and given poses: those of the nuisances together, those of each member separately, after
+/// projection off the nuisances.
 struct Contest {
-  /// Columns, standardised: those orthonormal, in units of an average pose, that others span.
+  /// Standardised columns: an orthonormal basis of the raw columns, in units of an average pose.
   struct Standard {
     Eigen::MatrixXd of_raw;           ///< raw columns times this are the standardised ones
     Eigen::MatrixXd of_coefficients;  ///< this times raw coefficients gives the standardised ones
@@ -33,8 +34,8 @@ struct Contest {
   Eigen::MatrixXd standard;  ///< of all raw columns, on the right
 };
 
-/// Between an effect that was found and those that the campaign cannot distinguish from it. The
-/// robot does not have the members' effects yet, and no column is standardised.
+/// The contest between a found effect and those that the campaign cannot distinguish from it. The
+/// robot does not yet have the effects of the members, and no column is standardised.
 Contest contest_about(size_t which, const Robot& robot, const std::vector<TracedEffect>& found);
 
 /// Adds the members' effects to the robot.

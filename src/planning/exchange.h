@@ -5,8 +5,8 @@
 
 namespace armtrue {
 
-/// Share of an average pose that is known of every unknown from the start, so that the first poses,
-/// too few for full rank, have a criterion.
+/// Initial information on every unknown, as a share of that of an average pose, so that the
+/// criterion is defined for the first poses, which are too few for full rank.
 inline constexpr double kKnownFromStart = 1e-6;
 
 /// Chooses `count` of the candidates: a greedy start, then each chosen one is exchanged for the
@@ -14,7 +14,7 @@ inline constexpr double kKnownFromStart = 1e-6;
 /// Cook and Nachtsheim 1980). A local optimum; the first of equal candidates wins.
 ///
 /// `criterion` has `void set_chosen(int candidate, bool)` and `Eigen::VectorXd values_of_adding()
-/// const`: of every candidate, what the design would be worth with it; larger is better.
+/// const`: for every candidate, the value of the design with it; larger is better.
 template <typename Criterion>
 std::vector<int> choose_by_exchange(Criterion& criterion, int candidates, int count) {
   constexpr double kExchangeTolerance = 1e-6;  // relative gain

@@ -144,7 +144,8 @@ Eigen::MatrixXd given_derivatives(const PoseCloud& cloud, const Robot& robot) {
   const int last = models.sessions() - 1, kept = models.model(0).unknowns();
   if (last == 0) return factor.topLeftCorner(kept, kept);
 
-  // What is fitted along first, then what is kept: the end of the triangle is what is left of it.
+  // Columns of the eliminated unknowns first, then of the kept ones: the end of the triangle
+  // belongs to the kept ones after elimination.
   const int fitted = models.unknowns() - kept;
   Eigen::MatrixXd columns(factor.rows(), models.unknowns());
   columns << factor.middleCols(kept, fitted), factor.leftCols(kept);

@@ -37,7 +37,7 @@ Campaign visits(const PoseCloud& cloud, const std::vector<PlannedPose>& poses, d
   return campaign;
 }
 
-// Of the last session.
+// Start and pace of the visits in the last session.
 struct Clock {
   double first_s = 0, seconds_per_visit = SimulationOptions{}.seconds_per_visit;
 };
@@ -188,8 +188,8 @@ class Separation {
   }
 
  private:
-  // What the given readings scatter by about the model with all that was found, if they are enough
-  // to show it; never less than the instrument.
+  // Scatter of the given readings about the model with all found effects, if there are enough of
+  // them; at least the noise of the instrument.
   void set_noise(Robot robot, const std::vector<TracedEffect>& found, const Campaign& given) {
     size_t unknowns = cloud_.unknowns.size();
     for (const TracedEffect& one : found) {
@@ -296,7 +296,7 @@ class Separation {
   std::vector<Pair> pairs_;
 };
 
-// Without masses gravity is a basis that follows the chain as it was identified.
+// Without masses, gravity is a basis that depends on the identified chain.
 void require_coefficients(const Effect& effect, const Robot& robot,
                           const std::vector<std::string>& temperature_names) {
   const int needed = BoundEffect(effect, robot, temperature_names).coefficient_count();

@@ -179,7 +179,7 @@ class KrlReader {
           return false;
         }
     } else if (!values.head<6>().array().isFinite().all()) {
-      leave(move, "X, Y, Z, A, B, C are not all stated, and the move before does not tell them");
+      leave(move, "X, Y, Z, A, B, C are not all stated, and the move before does not state them");
       return false;
     } else if (!is_new && !frame.values.head<6>().array().isFinite().all()) {
       leave(move, "a point that leaves out coordinates and is used by several moves");

@@ -22,10 +22,10 @@ class KrlSetUps {
 
   struct SetUp {
     int base = -1, tool = -1;      ///< in the frames; -1: not stated
-    bool is_external_tcp = false;  ///< the tool stands in the room, the robot holds the part
+    bool is_external_tcp = false;  ///< the tool is stationary, the robot holds the part
   };
 
-  /// What holds at a move; call with the moves in their order.
+  /// Base and tool at a move; call with the moves in their order.
   SetUp at(const KrlMove& move);
 
  private:

@@ -6,8 +6,8 @@
 
 namespace armtrue {
 
-/// What is said about the lines of a program. Warnings with the same text become one warning with
-/// all its lines.
+/// Warnings on the lines of a program. Those with the same text become one warning with all its
+/// lines.
 class ProgramWarnings {
  public:
   /// `file`: the name that every warning begins with.

@@ -76,19 +76,19 @@ void add_calibration_verdict(Page& page, const CalibrationResult& result, const 
 void add_calibration_next(Page& page, const CalibrationResult& result, const Campaign& campaign) {
   page.section("What to measure next");
   std::vector<std::string> items{
-      "poses that take no part, to judge the result: evaluate-poses, or close-loop, which looks "
-      "for what the geometry lacks"};
+      "held-out poses, to judge the result: evaluate-poses, or close-loop, which finds effects "
+      "that the geometry lacks"};
   const NearNominal near = near_nominal(result, campaign);
   if (near.poses > 0)
     items.push_back("some " + keyed(std::to_string(near.poses), "calibration/more_poses") +
-                    " more poses like these: they would tell the first of the " +
+                    " more poses like these: they would determine the " +
                     std::to_string(near.parameters.size()) +
-                    " parameters that stand near their nominal values for want of readings");
+                    " parameters that stand near their nominal values for lack of readings");
   else if (!near.parameters.empty())
     items.push_back(
         "poses that move every joint over its travel: " + std::to_string(near.parameters.size()) +
         " parameters stand near their nominal values, and poses like these do not "
-        "tell them");
+        "determine them");
   page.list(items);
 }
 

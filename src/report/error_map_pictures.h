@@ -7,8 +7,8 @@
 
 namespace armtrue {
 
-/// The pictures of a map: of a grid before and after, of a program from three sides and along its
-/// rows.
+/// The pictures of a map: for a grid, before and after; for a program, three views and the errors
+/// along its rows.
 std::vector<Drawing> error_map_pictures(const ErrorMap& map);
 
 }  // namespace armtrue

@@ -21,7 +21,8 @@ std::string errors_table(const std::vector<TabledModel>& models, const Campaign&
 void add_error_pictures(Page& page, const std::vector<Judged>& models, const Campaign& campaign,
                         const std::vector<bool>& left_out, const std::string& readings);
 
-/// Whether a mean error [m] is no more than a complete model would show; false without a noise.
+/// Whether a mean error [m] is no larger than that of a complete model; false if the noise is
+/// unknown.
 bool is_at_floor(double mean, const NoiseFloor& noise);
 
 /// The tile of the floor, from its key; a mark of what is not known without a noise.

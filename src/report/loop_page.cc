@@ -146,7 +146,7 @@ std::string statistics_of(const LoopResult& result, size_t k) {
   std::string html =
       paragraph(keyed(effect_descriptions(result)[k], key + "description")) + table({"", ""}, rows);
   if (traced.indistinguishable.empty()) return html;
-  html += "<p>What these readings do not tell apart:</p>\n<ul>\n";
+  html += "<p>Effects that these readings cannot distinguish:</p>\n<ul>\n";
   for (size_t r = 0; r < traced.indistinguishable.size(); ++r)
     html += "<li>" +
             keyed(unidentifiable(traced, traced.indistinguishable[r]),

@@ -40,7 +40,7 @@ std::string shares_table(const std::vector<TracedEffect>& effects) {
       leading.push_back(place);
   }
   if (leading.size() > 1)
-    table += "these poses do not tell which explains most: " + listed(leading) + "\n";
+    table += "these poses cannot show which explains most: " + listed(leading) + "\n";
   return table;
 }
 

@@ -4,7 +4,8 @@
 
 namespace armtrue {
 
-/// What a prediction holds for, and which effects it leaves out. Keys: assumed, not_applied.
+/// The conditions for which a prediction is valid, and the effects that it leaves out. Keys:
+/// assumed, not_applied.
 void add_story(Page& page, const ModelStory& story);
 
 struct RowsText {

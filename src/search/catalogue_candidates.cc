@@ -15,8 +15,8 @@ bool is_load(DriverKind kind) {
   return kind == DriverKind::gravity_torque || kind == DriverKind::moment;
 }
 
-// Whether gravity has one basis for all components of a group that its moment turns; arms whose
-// first axis is not upright need masses for that.
+// Whether gravity has one basis for all components of a group that its moment turns; if the first
+// axis of the arm is not upright, this needs masses.
 bool has_common_basis(const Effect& effect, const Robot& robot) {
   if (effect.driver.kind != DriverKind::moment || group_size(effect.parameter) != 6) return true;
   std::set<int> sizes;
@@ -59,7 +59,7 @@ bool is_shown(const Effect& effect, const Robot& robot, const Campaign& campaign
          (knows_instrument(robot) && (!campaign.has_distances() || campaign.has_coordinates()));
 }
 
-// A cube about the places measured.
+// A cube around the measured places.
 void set_range_of_places(const Robot& robot, const Campaign& campaign, Shape& shape) {
   const ChainEvaluator chain(robot.chain);
   Eigen::Array3d low = Eigen::Array3d::Constant(std::numeric_limits<double>::infinity());
@@ -76,8 +76,8 @@ void set_range_of_places(const Robot& robot, const Campaign& campaign, Shape& sh
   }
 }
 
-// Whether nearly all ways since a reversal are so long that the shape is backlash, an effect of
-// its own: its values correlate with the direction by more than what counts as the same.
+// Whether nearly all strokes are so long that the shape looks like backlash, which is another
+// effect: its values correlate with the direction so much that both count as the same.
 bool is_plain_sign(const Shape& shape, const Driver& driver, const Campaign& campaign) {
   if (shape.kind != ShapeKind::pre_sliding) return false;
   constexpr double kSame = 0.98;

@@ -14,8 +14,8 @@ namespace armtrue {
 namespace {
 
 constexpr int kFolds = 10;
-// Of a column added: what the other poses show hardly more than this of is drawn to zero. Of a knot
-// of a curve with a single pose by it nothing can be predicted, and that pose would decide.
+// Ridge: shrinks a column that only the left-out poses determine. A knot of a curve with a single
+// pose near it cannot be predicted from the others, and that pose alone would decide.
 constexpr double kShownByOthers = 0.01;
 
 }  // namespace

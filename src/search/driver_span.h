@@ -10,7 +10,7 @@ namespace armtrue {
 
 /// Places of a step that are scanned; the best is then refined.
 inline constexpr int kStepGrid = 32;
-/// What a width of a degree becomes on a joint that slides: its arc on a pinion of 140 mm [m].
+/// Width on a prismatic joint that corresponds to one degree: its arc on a pinion of 140 mm [m].
 inline constexpr double kTravelForDegree = 2.5e-3;
 
 /// Values of a driver, distinct and ascending.
@@ -19,19 +19,19 @@ struct Span {
   double length() const { return values.empty() ? 0 : values.back() - values.front(); }
 };
 
-/// Of the time [s].
+/// Values of the time [s].
 Span time_span(const Campaign& campaign);
-/// Of the time [s] or of a joint angle [rad; m of a joint that slides].
+/// Values of the time [s] or of a joint angle [rad; m for a prismatic joint].
 Span span_of(const Driver& driver, const Campaign& campaign);
 
-/// Whether there are enough times that an effect could follow them.
+/// Whether there are enough different times for an effect of time.
 inline bool has_time(const Span& span) { return span.values.size() > 2; }
 
-/// Whether the campaign holds what drives the effect, and it changes. `span` is that of the time.
+/// Whether the campaign has the driver and its value changes. `span`: that of the time.
 bool is_driven(const Driver& driver, const Campaign& campaign, const Span& span);
 
-/// Places between readings, evenly over their number, at most `count`; the ends leave too few
-/// readings to show a step.
+/// At most `count` places between readings, evenly over their number. Places near the ends are left
+/// out: too few readings there would show a step.
 std::vector<double> step_places(const Span& span, int count);
 
 /// One shape without inner values (t*, tau), or each of its grid; `degree` as Candidate has it.

@@ -7,7 +7,7 @@
 namespace armtrue {
 namespace {
 
-// More coefficients leave too little to judge them by.
+// With more coefficients the residual has too few dimensions left for a test.
 constexpr double kMaxShareOfFreedom = 0.75;
 constexpr double kMinShareLeft = 1e-12;  // keeps the logarithm finite where nothing is left
 

@@ -11,11 +11,12 @@ namespace armtrue {
 ///
 /// Coefficients that share one prior deviation (`is_shrunken`: six of base or tool, those of a
 /// distortion, or a family) pay at most k (1 + ln(fall / k)), or the fall itself if fall <= k: the
-/// local empirical Bayes charge of Liang et al., JASA 103, 2008. It takes the fall by chance for k.
-/// Where k is no small part of m it is -m ln(1 - k / m), so the fall is first divided by the ratio
-/// of the two (Bartlett's correction); with k above 3 m / 4 nothing can be told, -infinity. One
-/// cause moves a few of them much and the rest little, so k full charges are too many. A curve on
-/// one parameter pays the full charge, because its coefficients follow blunders otherwise.
+/// local empirical Bayes charge of Liang et al., JASA 103, 2008. It assumes that the fall by chance
+/// is k. If k is not small against m, that fall is -m ln(1 - k / m), so the fall is first divided
+/// by the ratio of the two (Bartlett's correction). With k above 3 m / 4 there is no evidence:
+/// -infinity. The reason for the smaller charge: one cause moves a few of the coefficients much and
+/// the rest little. A curve on one parameter pays the full charge, because otherwise its
+/// coefficients would follow blunders.
 double ebic_fall(bool is_shrunken, double log_choices, int k, double gain, double before,
                  double freedom);
 

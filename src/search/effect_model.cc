@@ -31,8 +31,8 @@ bool is_preferred(const Candidate& a, const Candidate& b) {
   return key(a) < key(b);
 }
 
-// An instrument that distorts space errs by some times its noise. Where the geometry leaves ten times
-// as much, the arm is the cause, and a distortion would only imitate it.
+// The errors of an instrument that distorts space are a few times its noise. If the geometry leaves
+// ten times the noise, the arm is the cause, and a distortion would only imitate it.
 bool may_be_distortion(const CalibrationResult& geometry, const Campaign& campaign) {
   constexpr double kMaxTimesNoise = 10;
   const NoiseFloor noise =
@@ -52,7 +52,7 @@ std::vector<Candidate> all_candidates(const Robot& robot, const Campaign& campai
     const size_t known = candidates.size();
     for (const Candidate& candidate : open_candidates(robot, campaign))
       candidates.push_back(candidate);
-    // A search beyond the catalogue has looked at the catalogue too.
+    // A search beyond the catalogue has tried the catalogue too.
     for (size_t k = known; k < candidates.size(); ++k)
       candidates[k].log_choices =
           std::log(std::exp(candidates[k].log_choices) + static_cast<double>(known));
@@ -72,7 +72,7 @@ EffectModel::EffectModel(const Robot& robot, const Campaign& campaign, const Cat
   if (!may_be_distortion(fit_, campaign))
     std::erase_if(known, [](const CatalogueEntry& entry) { return is_polynomial(entry.shape); });
   const std::vector<Candidate> candidates = all_candidates(robot, campaign, known, options);
-  // Moments and forces are taken along the axes of R_A, so each base must stand where it was.
+  // Moments and forces are along the axes of R_A, so each base must keep its place.
   const Robot start = starting_robot(robot, campaign, fit_.set);
   scan_ = std::make_unique<CandidateScan>(candidates, start, in_common_frame(campaign, start));
   if (candidates.empty())
@@ -122,7 +122,7 @@ void EffectModel::add(const Candidate& candidate, double p) {
   drop_impossible_members(chosen_.size() - 1);
 }
 
-// Takes the members whose sign is impossible out of a family, the largest first.
+// Removes the members with an impossible sign from a family, the largest first.
 void EffectModel::drop_impossible_members(size_t k) {
   while (chosen_[k].only_positive && chosen_[k].effect.members.size() > 1) {
     complete();
@@ -134,7 +134,7 @@ void EffectModel::drop_impossible_members(size_t k) {
     for (size_t m = 0; m < family.members.size(); ++m) {
       const size_t count = fitted.members[m].coefficients.size();
       const double value = fitted.coefficients[static_cast<size_t>(first)].value;
-      // Several coefficients are moments of masses, which may have either sign.
+      // If there are several coefficients, they are moments of masses, which may have either sign.
       const double t = value / std::max(1e-300, standard_deviation(in_fit(k), first));
       if (count == 1 && t < most) {
         most = t;
@@ -351,13 +351,13 @@ EffectModel::Chance EffectModel::chance_of(double score) {
     const auto as_high = std::count_if(null_scores_.begin(), null_scores_.end(),
                                        [&](double by_chance) { return by_chance >= score; });
     p = (1.0 + static_cast<double>(as_high)) / (1.0 + static_cast<double>(null_scores_.size()));
-    // More draws decide only between the two levels.
+    // More draws matter only between the two levels.
     if (p >= options_.significance || p < level) break;
   }
   return {p, null_run(level)};
 }
 
-// A draw adds an effect if its best candidate passes the gates of EBIC and of p.
+// A draw adds an effect if its best candidate passes the criteria of EBIC and of p.
 NullRun EffectModel::null_run(double level) const {
   std::vector<double> scores = null_scores_;
   std::sort(scores.begin(), scores.end(), std::greater<>());

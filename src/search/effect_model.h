@@ -55,7 +55,7 @@ class EffectModel {
   void merge(const std::vector<int>& ascending, const Candidate& candidate);
   /// Replaces all chosen candidates by the same with other inner values.
   void settle(const std::vector<Candidate>& candidates);
-  /// Adds what a step of a search does without (see refit.h) to the fit.
+  /// Completes the fit with what refits during a search omit (see refit.h).
   void complete();
   /// Puts the chosen candidates into another order; false if it is the present one.
   bool put_in_order(const std::vector<size_t>& order);
@@ -93,8 +93,7 @@ class EffectModel {
   /// Scores of candidates outside the scan, all on one parameter: beside the model or, if `effect`
   /// is not negative, in the place of that effect.
   std::vector<CandidateScore> scores_of(const std::vector<Candidate>& candidates, int effect);
-  /// The candidate with the inner values (t*, tau, frequency) that explain most; `effect` as for
-  /// scores_of().
+  /// The candidate with the best inner values (t*, tau, frequency); `effect` as for scores_of().
   Candidate refined(const Candidate& found, int effect);
 
   /// Level below which a family-wise p allows an addition.

@@ -18,19 +18,19 @@ namespace armtrue {
 namespace {
 
 constexpr double kSameProjection = 0.95;  // correlation from which two candidates are one class
-// What explains less than half of the variance that an effect explains stands beside it, not in its
-// place.
+// A rival that explains less than half of the variance of an effect is an addition and no
+// replacement.
 const double kMaxOfIt = std::sqrt(0.5);
 constexpr double kSameEvidence = 6.0;  // EBIC: odds of 20 to 1
-// BIC: odds of a thousand to one. The price of having looked at many is none of the readings'
-// doing.
+// BIC: odds of 1000 to 1. The charge for the number of candidates does not count, because it does
+// not come from the readings.
 const double kRuledOut = 2 * std::log(1000.0);
-// Twice the fall of the likelihood within which 95 % of the times of a step lie. A step is no
-// regular parameter: P(fall <= x) = (1 - exp(-x/2))^2 (Hansen, Econometrica 68, 2000).
+// Twice the fall of the likelihood within which 95 % of the times of a step lie. The time of a step
+// is not a regular parameter: P(fall <= x) = (1 - exp(-x/2))^2 (Hansen, Econometrica 68, 2000).
 const double kFallToStep95 = -2 * std::log(1 - std::sqrt(0.95));
 constexpr int kRefitted = 3;  // parameters named of those that are refitted for a rival
 
-// With the uncertainty of its frequency, too, if that was searched.
+// Contains the uncertainty of the frequency, if that was searched.
 std::optional<Cycle> cycle_of(EffectModel& model, const Campaign& campaign,
                               const TraceResult& result, size_t chosen) {
   const int effect = model.in_fit(chosen);
@@ -54,7 +54,8 @@ std::optional<Cycle> cycle_of(EffectModel& model, const Campaign& campaign,
   return cycle;
 }
 
-// The places at which a step or kink would explain nearly as much, out to the readings about them.
+// The places at which a step or kink would explain nearly as much, extended to the readings around
+// them.
 std::optional<std::array<double, 2>> step_ci95(EffectModel& model, const Campaign& campaign,
                                                size_t chosen) {
   const Candidate& step = model.chosen()[chosen];
@@ -81,7 +82,7 @@ std::optional<std::array<double, 2>> step_ci95(EffectModel& model, const Campaig
   return readings;
 }
 
-// Two frequencies of a gear train that the travel covered tells apart are two claims.
+// Two frequencies of a gear train that the measured travel resolves are two different effects.
 bool same_claim(const Candidate& a, const Candidate& b) {
   const double resolution = std::min(a.frequency_resolution, b.frequency_resolution);
   return same_place(a.effect, b.effect) &&
@@ -89,7 +90,7 @@ bool same_claim(const Candidate& a, const Candidate& b) {
           std::abs(a.effect.shape.harmonic - b.effect.shape.harmonic) < resolution);
 }
 
-// Sets what cannot be told from one of the chosen, or only by odds.
+// Sets the rivals of one of the chosen effects: indistinguishable, or excluded by odds.
 void list_rivals(EffectModel& model, size_t chosen, TracedEffect& traced) {
   const int effect = model.in_fit(chosen);
   const Candidate& found = model.chosen()[chosen];
@@ -127,7 +128,7 @@ void list_rivals(EffectModel& model, size_t chosen, TracedEffect& traced) {
 }
 
 // Whether a curve without a name, of the same parameter, explains the readings so much better that
-// the cause does not stand.
+// the cause is rejected.
 bool is_beaten(EffectModel& model, size_t chosen) {
   const Candidate& found = model.chosen()[chosen];
   if (!found.from_catalogue) return false;
@@ -145,8 +146,8 @@ bool is_beaten(EffectModel& model, size_t chosen) {
   return false;
 }
 
-// What explains most leads, whichever was found first; effects of one parameter and driver are
-// pieces of one thing and stand together. Returns the shares in that order.
+// Sorts the effects by what they explain, not by the order of discovery. Effects of one parameter
+// and driver count together and stay together. Returns the shares in that order.
 std::vector<VarianceShare> order_by_share(SearchResult& search, int poses, std::uint64_t seed) {
   EffectModel& model = search.model;
   const std::vector<Candidate>& chosen = model.chosen();
@@ -215,7 +216,7 @@ TraceResult with_evidence(SearchResult search, const Campaign& campaign,
   result.null_run = search.null_run;
   result.remaining_p = search.remaining_p;
   if (shares.empty()) return result;
-  if (options.progress) options.progress("looking for what cannot be told apart");
+  if (options.progress) options.progress("searching for rivals of the effects");
   result.bootstrap_draws =
       bootstrap_coefficients(result.fit, campaign, options.bootstrap, options.seed);
   set_intervals(result.bootstrap_draws, poses, result.fit.robot);

@@ -8,8 +8,8 @@
 
 namespace armtrue {
 
-/// What a search has found, with the evidence of each effect beside all the others, its intervals
-/// and rivals. The effect that explains most stands first.
+/// The result of a search, with the evidence of each effect beside all the others, its intervals
+/// and rivals. The effect that explains most comes first.
 TraceResult with_evidence(SearchResult search, const Campaign& campaign,
                           const TraceOptions& options);
 

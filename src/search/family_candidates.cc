@@ -39,7 +39,7 @@ double typical_value(const BoundEffect& bound, const Effect& effect, const Robot
   return std::sqrt(squares / static_cast<double>(contexts.size()));
 }
 
-// How far each joint moves the measured frame, RMS over the travel [m per rad or per m].
+// Motion of the measured frame by each joint, RMS over the travel [m per rad or per m].
 std::vector<double> levers(const Robot& robot) {
   const ChainEvaluator chain(robot.chain);
   std::vector<double> squares(static_cast<size_t>(joint_count(robot.chain)));
@@ -63,9 +63,9 @@ int loaded_joint(const Driver& driver) {
              : -1;
 }
 
-// Turns the typical size of what each member adds to its parameter into that of its coefficients.
-// A joint is as stiff as its load demands, or the load that it passes on: its reference is the
-// largest torque from it, or the joint before the last, to the tip.
+// Converts the typical size of what each member adds to its parameter into that of its
+// coefficients. A joint is as stiff as its load demands, or the load that it passes on: its
+// reference is the largest torque from it, or the joint before the last, to the tip.
 void set_typical_coefficients(std::vector<Effect>& members, std::vector<double> values,
                               int joints) {
   std::vector<double> reference = values;

@@ -58,7 +58,7 @@ class Linearization {
   double residual_norm() const { return residual_norm_; }  ///< |r|^2
   /// m = equations / design effect - rank(Q): the number of independent equations that the residual
   /// is worth. EBIC with all equations instead of m would count chance as evidence: in a campaign
-  /// of few poses the geometry takes half of the equations or more.
+  /// of few poses the geometry uses half of the equations or more.
   double residual_freedom() const {
     return std::max(1.0, static_cast<double>(residual_.size()) / design_effect_ -
                              static_cast<double>(basis_.cols()));
@@ -71,7 +71,7 @@ class Linearization {
   /// What the model loses without some of its effects, in coordinates of the basis.
   struct Loss {
     Eigen::MatrixXd span;      ///< rank x independent columns, orthonormal: what only they span
-    Eigen::VectorXd residual;  ///< what they explain of the readings, in that span
+    Eigen::VectorXd residual;  ///< the part of the readings that they explain, in that span
   };
   Loss without(const std::vector<int>& effects) const;
 

@@ -10,8 +10,8 @@
 namespace armtrue {
 namespace {
 
-// From this many on, effects of one parameter and driver are taken for the pieces of one curve; two
-// may be the two that there are.
+// This many effects of one parameter and driver are taken as parts of one curve; two may be two
+// real effects.
 constexpr size_t kMinPiecesOfCurve = 3;
 constexpr size_t kMaxModels = 100;  // several times what the longest search went through
 constexpr int kMaxTrials = 8;       // candidates of one step that may fail the later gates
@@ -30,8 +30,8 @@ void ModelSearch::run() {
     revise(KnownCauses::give_way);
     result_.stages.push_back(model_.fit());
   }
-  // While effects are missing, a curve also explains part of them. So a known cause gives way to a
-  // curve only when nothing is left to add.
+  // While effects are missing, a curve also explains part of them. So a curve replaces a known
+  // cause only when nothing is left to add.
   bool may_revise = true;
   for (;;) {
     while (step()) {
@@ -119,7 +119,7 @@ void ModelSearch::rank(const std::vector<CandidateScore>& scores, const std::vec
       result_.not_separable.push_back(ranked(candidates()[k], scores[k]));
 }
 
-// Adds an effect that was asked for without asking the gates, unless nothing of it shows.
+// Adds an effect of the options without the criteria, unless the model imitates it completely.
 void ModelSearch::begin_with(const Effect& effect) {
   const auto found =
       std::find_if(candidates().begin(), candidates().end(),
@@ -134,8 +134,8 @@ void ModelSearch::begin_with(const Effect& effect) {
 }
 
 // False once a model comes back, or after kMaxModels (frequencies seldom come back to the last
-// digit): then exchanges stop, so that adding and dropping cannot go round in circles. Neither the
-// order of the effects nor their inner values count.
+// digit): then exchanges stop, so that adding and dropping cannot repeat for ever. The comparison
+// ignores the order of the effects and their inner values.
 bool ModelSearch::is_new_model() {
   std::multiset<std::string> names;
   for (const Candidate& candidate : model_.chosen())

@@ -94,8 +94,8 @@ class OpenSearch {
     close_stage();
   }
 
-  // Joint errors that need two drivers: two angles, or a course over an angle, or a compliance,
-  // that grows with another.
+  // Joint errors that need two drivers: two angles, or a curve over an angle, or a compliance,
+  // multiplied by another driver.
   void add_products() {
     for (int j = 0; j < joints_; ++j) {
       const std::string parameter = name(zero_offset(robot_.chain, j));
@@ -117,7 +117,8 @@ class OpenSearch {
     close_stage();
   }
 
-  // What each joint's gear train and encoder do: single cycles, and curves that are no sum of few.
+  // Errors of the gear train and encoder of each joint: single cycles, and curves that are not a
+  // sum of a few cycles.
   void add_own_angles() {
     for (int j = 0; j < joints_; ++j) {
       const std::string parameter = name(zero_offset(robot_.chain, j));
@@ -167,13 +168,13 @@ class OpenSearch {
       for (const Shape& shape : {Shape{}, harmonic(1)})
         if (shape.kind == ShapeKind::linear || !slides(robot_, d))
           add(parameter, times(DriverKind::joint_angle, d), shape);
-    // What arrival and force do to a joint is no matter of its load.
+    // Effects of arrival and force on a joint do not depend on its load.
     if (with.kind != DriverKind::arrival && with.kind != DriverKind::force)
       add(parameter, times(DriverKind::gravity_torque, joint), Shape{});
   }
 
-  // From where the cosines of the open series end, and a whole cycle is covered, to the highest
-  // motor order.
+  // From the end of the cosines of the open series, and at least one whole cycle over the travel,
+  // to the highest motor order.
   void add_periodogram(const std::string& parameter, const Driver& driver) {
     const auto [low, high] = travel_covered(driver.joint);
     const double covered = (high - low) / (2 * std::numbers::pi);
@@ -213,8 +214,8 @@ class OpenSearch {
     return {(*low)[joint], (*high)[joint]};
   }
 
-  // Something local: a dent in a track, a collision of cables. Neighbours overlap at half height.
-  // The widths are those of mechanical parts, whatever the travel limits say.
+  // A local error: a dent in a track, a collision of cables. Neighbours overlap at half height. The
+  // widths are those of mechanical parts and do not depend on the travel limits.
   void add_bumps(const std::string& parameter, const Driver& driver) {
     const bool own =
         *find_parameter(robot_.chain, parameter) == zero_offset(robot_.chain, driver.joint);
@@ -232,7 +233,7 @@ class OpenSearch {
     }
   }
 
-  // Something that begins at an angle: a stop, a cable that tightens, a worn segment.
+  // An error that begins at an angle: a stop, a cable that tightens, a worn segment.
   void add_places(const std::string& parameter, const Driver& driver) {
     for (ShapeKind kind : {ShapeKind::step, ShapeKind::kink}) {
       Shape shape;
@@ -270,7 +271,7 @@ class OpenSearch {
     add(parameter, {DriverKind::payload, -1, -1, ""}, Shape{});
   }
 
-  // A torque that does not act in proportion: free play, stiffening, saturation.
+  // A nonlinear effect of a torque: free play, stiffening, saturation.
   void add_torque_series(const std::string& parameter, int joint) {
     const GravityLoad load(robot_, zero_offset(robot_.chain, joint));
     if (!load.is_by_masses()) return;

@@ -11,12 +11,12 @@
 
 namespace armtrue {
 
-/// A smaller norm of a whitened column is rounding of a driver that did not move.
+/// A whitened column with a smaller norm is rounding: its driver did not change.
 inline constexpr double kMinColumnNorm = 1e-10;
-/// Candidates of one task; the sums do not depend on it.
+/// Number of candidates of one task; the sums do not depend on it.
 inline constexpr int kCandidatesPerBlock = 64;
 
-/// What a candidate would explain beside the model.
+/// Score of a candidate beside the model.
 struct CandidateScore {
   int degrees_of_freedom = 0;    ///< independent columns left after projection; 0: not separable
   double unexplained_share = 0;  ///< largest share of a column's norm that the model cannot imitate
@@ -81,8 +81,8 @@ class ProjectedCandidates {
   /// random signs, one for each draw. All rows of a pose get the same sign, since they may share an
   /// error. The residual of pose i is first corrected for its leverage H_i,
   ///     (I - H_i)^(-1/2) r_i   (CR2; Bell, McCaffrey 2002),
-  /// because the fit follows the readings of a pose, most where poses are few: draws of r itself
-  /// would scatter too little.
+  /// because the fit follows the readings of each pose, the more the fewer poses there are: draws
+  /// of r itself would scatter too little.
   std::vector<double> best_of_flipped(int flips, std::uint64_t seed) const;
 
  private:

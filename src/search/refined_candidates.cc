@@ -60,7 +60,7 @@ std::vector<Candidate> refined_candidates(const Candidate& candidate, const Camp
       }
     }
   } else if (has_tau(shape.kind)) {
-    // Steps of a grid that does not depend on where the search has come from.
+    // Steps of a grid that does not depend on the start of the search.
     const double whole =
         shape.kind == ShapeKind::pre_sliding ? 32 * candidate.degree : span.length();
     for (double tau = whole / 64; tau <= 2 * whole; tau *= 1.15) {

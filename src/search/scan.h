@@ -10,7 +10,7 @@
 
 namespace armtrue {
 
-/// An effect that the model may lack, with the price of having looked at it among others.
+/// An effect that the model may lack, with its charge for the number of candidates.
 struct Candidate {
   Effect effect;  ///< without coefficients
   /// ln of the number of candidates of its kind and of the kinds searched before it.
@@ -28,8 +28,8 @@ struct Candidate {
   /// earlier would use up the effects of a model before the curve that they are parts of could
   /// enter.
   bool detail = false;
-  /// Width that stands for a degree of the driver [rad], or of a prismatic joint [m]: the grids of
-  /// inner values are multiples of it.
+  /// One degree of the driver [rad], or the corresponding width of a prismatic joint [m]. The grids
+  /// of inner values are multiples of it.
   double degree = kDegree;
   std::string in_words{};  ///< from the catalogue
   bool of_most_arms = false;
@@ -48,8 +48,8 @@ class CandidateScan {
   Eigen::MatrixXd columns(const Linearization& fit, int candidate) const;
 
   /// Largest standard deviation over the campaign of what the candidate adds to a parameter, as a
-  /// share of what is possible: 20 mm, 20 mrad, or a scale of 1e-3 (of wires 2 %). Of the
-  /// instrument, whose parameters the model does not fit as constants, the RMS.
+  /// share of what is possible: 20 mm, 20 mrad, or a scale of 1e-3 (of wires 2 %). For parameters
+  /// of the instrument, which the model does not fit as constants, it is the RMS.
   double share_of_possible(int candidate, const Eigen::VectorXd& coefficients) const;
 
   /// Whether a candidate may have these coefficients: the sign is allowed and the size is possible.

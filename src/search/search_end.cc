@@ -12,14 +12,14 @@
 namespace armtrue {
 namespace {
 
-// Inner values beside each other settle in one or two rounds.
+// Inner values converge in one or two rounds.
 constexpr int kMaxSettlings = 2;
 const double kOddsOfThousand = 2 * std::log(1000.0);  // as a fall of EBIC
 
 }  // namespace
 
-// Chooses inner values (t*, tau, frequency) beside all effects; each was chosen beside those that
-// were in the model before it.
+// Refines inner values (t*, tau, frequency) beside all effects; until now each was chosen beside
+// the effects before it only.
 void ModelSearch::settle_inner_values() {
   for (int round = 0; round < kMaxSettlings; ++round) {
     const std::vector<Candidate>& chosen = model_.chosen();
@@ -35,8 +35,8 @@ void ModelSearch::settle_inner_values() {
   }
 }
 
-// Drops effects that stood for what the inner values of others missed, and those that have become
-// impossible beside the others.
+// Drops effects that only compensated wrong inner values of others, and those that are impossible
+// beside the others.
 void ModelSearch::drop_idle() {
   for (;;) {
     int idle = -1;
@@ -117,9 +117,8 @@ void ModelSearch::split_families() {
   result_.stages.back() = model_.fit();
 }
 
-// What most arms have needs no evidence of its own to stay in the model, only none against it:
-// members of such a family stay, held by the prior that they share, unless poses left out are
-// predicted worse with them.
+// A family that most arms have needs no evidence to stay in the model, only none against it: its
+// members stay with their common prior, unless they make the prediction of poses left out worse.
 void ModelSearch::hold_family_of_most_arms() {
   const auto found = std::ranges::find_if(candidates(), [](const Candidate& candidate) {
     return candidate.of_most_arms && !candidate.effect.members.empty();

@@ -12,10 +12,10 @@
 
 namespace armtrue {
 
-/// Fall of EBIC before an effect gives way to another.
+/// Smallest fall of EBIC for which one effect replaces another.
 inline constexpr double kMinFallToExchange = 2.0;
 
-/// One search: forward steps, revisions between them, and what is settled at the end.
+/// One search: forward steps, revisions between them, and the last refinements.
 class ModelSearch {
  public:
   ModelSearch(const Robot& robot, const Campaign& campaign, const Catalogue& catalogue,
@@ -72,7 +72,7 @@ class ModelSearch {
   SearchResult result_;
   EffectModel& model_;
   int merges_ = 0;
-  bool details_ = false;  // whether they may enter: once nothing simpler is left
+  bool details_ = false;  // whether they may enter: only when nothing simpler is left
   bool failed_at_gate_ = false;  // whether the last step did, and p of its best is known
   std::set<std::multiset<std::string>> seen_;
   // Pairs of forms that changed places and changed back. They may do so again once nothing is to be

@@ -5,14 +5,14 @@
 namespace armtrue {
 namespace {
 
-// Exchanges settle in one or two rounds; after this bound they are taken to go round in circles.
+// Exchanges end after one or two rounds; beyond this bound they would repeat for ever.
 constexpr int kMaxRevisions = 4;
 constexpr int kMaxMerges = 50;  // several times what the longest search went through
 
 }  // namespace
 
 // Exchanges effects that another candidate now explains better, and drops effects that the others
-// have made idle. False if nothing changed.
+// have made superfluous. False if nothing changed.
 bool ModelSearch::revise(KnownCauses known_causes) {
   std::vector<EffectModel::Fitted> left;  // the models that were revised
   while (std::ssize(left) < kMaxRevisions && !model_.chosen().empty()) {
@@ -137,8 +137,8 @@ bool ModelSearch::merge_into_spline(size_t least) {
   return true;
 }
 
-// Whether it may be a part of how the instrument distorts space: an error of its line of sight that
-// stays in time, or what no rigid arm does.
+// Whether a candidate may be a part of a distortion by the instrument: an error of its line of
+// sight that is constant in time, or an effect that no rigid arm has.
 bool ModelSearch::is_piece_of_distortion(const Candidate& candidate) const {
   const Effect& effect = candidate.effect;
   if (!effect.parameter.starts_with("instrument."))

@@ -14,7 +14,7 @@
 namespace armtrue {
 namespace {
 
-// More would find smaller effects at a cost in proportion, and only the fit needs all.
+// More poses would find smaller effects, but the cost grows in proportion; only the fit uses all.
 constexpr int kMaxPosesOfSearch = 2000;
 
 // No law describes an instrument exactly, and lengths and zero offsets would take up what it
@@ -64,7 +64,7 @@ void refit_to_all(const Campaign& campaign, const TraceOptions& options, TraceRe
   }
 }
 
-// Notes, for the effects that may be the instrument's, what of them looks like a constant.
+// Sets the mean of the effects that may be the instrument's.
 void note_means(const Campaign& campaign, TraceResult& result) {
   const Robot& robot = result.fit.robot;
   const auto declared = robot.effects.size() - result.effects.size();

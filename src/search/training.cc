@@ -11,8 +11,8 @@
 namespace armtrue {
 namespace {
 
-// Searches without the gross poses. What the geometry lacks hides a pose that is off, or looks like
-// one, so they are looked for once more when the effects are known.
+// Searches without the gross poses. Effects that the geometry lacks may hide a gross pose, or look
+// like one. So gross poses are searched again when the effects are known.
 Training trace_sound(const Robot& robot, const Campaign& given, const Catalogue& catalogue,
                      const TraceOptions& options) {
   Training training;

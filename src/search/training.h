@@ -9,7 +9,7 @@
 
 namespace armtrue {
 
-/// What the training poses say: the search without their gross poses, and all figures of its models
+/// Results of the training poses: the search without gross poses, and all figures of its models
 /// that need these readings.
 struct Training {
   TraceResult trace;
@@ -18,17 +18,17 @@ struct Training {
   Robot nominal;                       ///< with base and tool placed
   std::vector<PoseErrors> errors;      ///< of `nominal`, then of each of `trace.stages`
   FitQuality quality;                  ///< of the last model
-  /// The last model without each of the effects that were found, all else fitted again; see Then.
+  /// For each found effect, the last model without it, with all else fitted again; see Then.
   std::vector<Robot> without_effect;
   std::optional<Uncertainty> if_complete;  ///< of the last model, if it lacks nothing; see Then
 };
 
-/// What follows: poses that took no part are predicted, which needs `without_effect` and
-/// `if_complete`, or the training is reported alone.
+/// The next step: held-out poses are predicted, which needs `without_effect` and `if_complete`, or
+/// the training is reported alone.
 enum class Then { predict, report };
 
-/// Searches a campaign for effects. Throws std::invalid_argument as trace() does, and where a fit
-/// is not worth its readings (require_worthwhile).
+/// Searches a campaign for effects. Throws std::invalid_argument as trace() does, and if a fit
+/// fails require_worthwhile().
 Training search_training(const Robot& robot, const Campaign& given, Then then,
                          const Catalogue& catalogue, const TraceOptions& options);
 

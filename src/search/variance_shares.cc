@@ -32,7 +32,7 @@ std::vector<std::vector<int>> orders_of_entry(size_t groups, std::uint64_t seed)
   return orders;
 }
 
-// Readings from which groups of columns are taken one after the other.
+// Readings from which groups of columns are projected off one after the other.
 class Entry {
  public:
   explicit Entry(const BesideTheRest& beside)
@@ -41,9 +41,9 @@ class Entry {
         left_(beside.readings),
         by_pose_(squares_by_pose()) {}
 
-  // What the group takes off the squares of each pose. Their derivatives with respect to the weight
-  // of a pose are the squares at that pose: the fit, being the best, moves them in second order
-  // only.
+  // Fall of the sum of squares of each pose by the group. Their derivatives with respect to the
+  // weight of a pose are the squares at that pose: the fit, being the best, moves them in second
+  // order only.
   Eigen::VectorXd enter(const Eigen::MatrixXd& columns) {
     Eigen::MatrixXd added = columns;
     for (int twice = 0; twice < 2; ++twice) added -= basis_ * (basis_.transpose() * added);

@@ -8,16 +8,16 @@
 
 namespace armtrue {
 
-/// Of what groups of columns together explain of readings by least squares, the share of each:
-/// what it adds to those that entered before it, averaged over the orders of entry (Lindeman,
-/// Merenda, Gold 1980; Shapley's value).
+/// Share of each group of columns in what all groups together explain of the readings (least
+/// squares): what it adds to those that entered before it, averaged over the orders of entry
+/// (Lindeman, Merenda, Gold 1980; Shapley's value).
 struct VarianceShares {
-  std::vector<double> of_group;  ///< not negative, sum 1; all 0 where nothing is explained
+  std::vector<double> of_group;  ///< not negative, sum 1; all 0 if nothing is explained
   /// poses x groups: derivative of each share with respect to the weight of a pose.
   Eigen::MatrixXd influence;
 
-  /// Of the sum of `weights` times shares, clustered by pose (infinitesimal jackknife of Jaeckel
-  /// 1972).
+  /// Standard deviation of the sum of `weights` times shares, clustered by pose (infinitesimal
+  /// jackknife, Jaeckel 1972).
   double standard_deviation(const Eigen::VectorXd& weights) const;
 };
 

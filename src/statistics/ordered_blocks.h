@@ -9,7 +9,7 @@
 
 namespace armtrue {
 
-/// Least unit of work of a thread whose blocks are rows of a campaign.
+/// Smallest unit of work of a thread whose blocks are rows of a campaign.
 inline constexpr int kRowsPerBlock = 1024;
 
 /// Cuts [0, count) into blocks of `size`, computes `work(begin, end)` of each on the machine's

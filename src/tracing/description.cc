@@ -157,7 +157,7 @@ std::string unidentifiable(const TracedEffect& traced, const Rival& rival) {
   for (const std::string& reading : {traced.separated_by, rival.separated_by})
     if (!reading.empty() && (readings.empty() || readings.front() != reading))
       readings.push_back(reading);
-  if (!readings.empty()) text += "; what would tell: " + readings.front();
+  if (!readings.empty()) text += "; readings that separate them: " + readings.front();
   if (readings.size() > 1) text += "; or " + readings.back();
   return text;
 }
@@ -182,11 +182,11 @@ std::string in_words(const TracedEffect& traced, const HeldOutGain* gain,
   if (traced.effect.parameter.starts_with("base") &&
       traced.effect.driver.kind == DriverKind::time && traced.effect.shape.kind == ShapeKind::step)
     text += "; --new-session-at-s " + number_text(traced.effect.shape.at) +
-            " makes a session of its own of what follows";
+            " begins a new session there";
   const DriverKind driver = traced.effect.driver.kind;
   if ((driver == DriverKind::gravity_torque || driver == DriverKind::moment) &&
       !robot.bodies.empty())
-    text += "; intervals are given the masses of the robot file, which they take as exact";
+    text += "; intervals take the masses of the robot file as exact";
   return text;
 }
 
@@ -209,7 +209,7 @@ std::string for_the_cell(const TracedEffect& traced, const HeldOutGain* gain, co
     if (rival.from_catalogue && others.size() < 2 &&
         std::ranges::count(others, rival.effect.name) == 0)
       others.push_back("'" + rival.effect.name + "' of " + rival.effect.parameter);
-  if (!others.empty()) text += "; or " + listed(others) + ", these poses do not tell";
+  if (!others.empty()) text += "; or " + listed(others) + ": these poses cannot tell which";
   if (may_be_instrument(traced, robot)) text += "; may be the instrument";
   if (gain && !gain->confirmed()) text += " (not confirmed on held-out poses)";
   return text;
@@ -230,17 +230,17 @@ std::string verdict_in_words(const LoopResult& result) {
     case Verdict::nothing_to_explain:
       return text + "; nothing to explain: what is left is noise";
     case Verdict::not_separable:
-      return text + "; the cause is one of several that these poses do not tell apart";
+      return text + "; the cause is one of several that these poses cannot distinguish";
     case Verdict::too_few_poses:
-      return text + fmt::format("; too few poses to tell what is left: some {} more would",
+      return text + fmt::format("; too few poses to explain the rest: measure some {} more",
                                 result.more_poses);
     case Verdict::unexplained:
       break;
   }
   if (result.outside_p < 0.01)
     return text +
-           "; held-out poses lie beyond what was predicted of them: something is left that "
-           "the readings of the training do not show";
+           "; held-out poses lie beyond their predicted bounds: the model lacks something "
+           "that the training poses do not show";
   return text + (by_replicates ? "; a rest remains that no listed cause explains"
                                : "; unexplained, or the instrument is noisier than stated");
 }

@@ -21,7 +21,8 @@ int count_poses(const Campaign& campaign) {
   return static_cast<int>(std::set<int>(campaign.pose.begin(), campaign.pose.end()).size());
 }
 
-// Interval of mean(a) - mean(b) when poses, with all their rows, are drawn again.
+// Bootstrap interval of mean(a) - mean(b): poses are drawn with replacement, each with all its
+// rows.
 std::array<double, 2> paired_bootstrap(const std::vector<double>& a, const std::vector<double>& b,
                                        const std::vector<int>& pose, const TraceOptions& options) {
   const int poses = 1 + *std::max_element(pose.begin(), pose.end());
@@ -40,14 +41,13 @@ void set_excluded_rows(const Training& training, const Campaign& given, LoopResu
   std::ranges::sort(result.excluded_rows);
 }
 
-// A cycle whose frequency was settled anew stays what it is.
+// A cycle with a refined frequency counts as the same effect.
 bool same_but_for_refinement(const Effect& a, const Effect& b) {
   return same_place(a, b) && a.shape.kind == b.shape.kind &&
          std::abs(a.shape.harmonic - b.shape.harmonic) < 1;
 }
 
-// What came and what went from one model to the next: an effect that enters may take the place of
-// others.
+// Added (+) and removed (-) effects between two models: a new effect may replace others.
 std::string changes(const Robot& before, const Robot& after) {
   std::vector<Effect> gone = before.effects;
   std::string came, went;
@@ -77,9 +77,9 @@ Stage stage_of(size_t k, const Training& training, const std::vector<Calibration
   return stage;
 }
 
-// Factor of the floor that the mean error of a perfect model stays below in 99 % of cases: with n
-// held-out readings and the floor known with f degrees of freedom, 1 + 2.33 sqrt(cv^2 / n + 1 /
-// 2f). cv: standard deviation over mean of the length of a normal error in one or three axes.
+// 99 % quantile of the mean error of a perfect model, as a factor of the floor: with n held-out
+// readings and f degrees of freedom of the floor, 1 + 2.33 sqrt(cv^2 / n + 1 / 2f). cv: standard
+// deviation over mean of the length of a normal error in one or three axes.
 double highest_of_floor(const NoiseFloor& noise, int readings) {
   const double cv = noise.axes == 1 ? 0.756 : 0.422;
   const double by_replicates = noise.source == NoiseFloor::Source::replicates
@@ -88,9 +88,9 @@ double highest_of_floor(const NoiseFloor& noise, int readings) {
   return 1 + 2.33 * std::sqrt(cv * cv / std::max(1, readings) + by_replicates);
 }
 
-// Sets the p of the held-out errors. Returns the factor by which the unknowns, known from so few
-// poses, raise the error of a complete model over the floor, in 99 % of cases at most:
-// sqrt(1 + mean square by them / variance of a reading).
+// Sets the p of the held-out errors. Returns the factor by which the uncertainty of the unknowns
+// raises the error of a complete model over the floor (99 % quantile): sqrt(1 + mean square by the
+// unknowns / variance of a reading).
 double judge_held_out(const Uncertainty& if_complete, const Campaign& held_out,
                       LoopResult& result) {
   Robot robot = result.trace.fit.robot;
@@ -113,7 +113,7 @@ int poses_to_the_floor(const LoopResult& result, double floor_high) {
   return std::max(1, static_cast<int>(std::ceil(poses)) - result.training_poses);
 }
 
-// Errors before and after on the held-out poses, and what each effect does for them.
+// Errors before and after on the held-out poses, and the held-out gain of each effect.
 void set_held_out(const Training& training, const Campaign& held_out, const TraceOptions& options,
                   LoopResult& result) {
   const std::vector<int> poses = held_out.pose_by_id();
@@ -140,7 +140,7 @@ void set_verdict(const Training& training, const Campaign& held_out, LoopResult&
   const double raised =
       held_out.rows() > 0 ? judge_held_out(*training.if_complete, held_out, result) : 1;
   const double of_noise = highest_of_floor(result.noise, held_out.rows());
-  // However little the readings say: an error that is a third above noise is not called noise.
+  // However uncertain the unknowns are: an error 30 % above the floor does not count as noise.
   constexpr double kMostOfUnknowns = 1.3;
   const double complete_high = raised * of_noise * result.floor;
   const double floor_high =

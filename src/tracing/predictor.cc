@@ -22,23 +22,24 @@ namespace {
 
 using Rows = std::vector<Eigen::Index>;
 
-// More would sharpen the choice at a cost in proportion, of memory too.
+// More equations would improve the choice, but time and memory grow in proportion.
 constexpr int kMaxEquations = 6000;
 constexpr int kChoiceFolds = 5;
-// The penalty falls from where nothing enters, by less than the choice of it matters, down to 1e-5
-// of that, or until so many in turn predict no better.
+// The penalty falls in small steps from the value at which nothing enters, down to 1e-5 of that, or
+// until kPatience steps in a row predict no better.
 constexpr float kFall = 0.75f;
 constexpr int kMaxPenalties = 40, kPatience = 3;
-constexpr float kMinBeside = 0.01f;  // of a column; less is what the model can imitate
-constexpr double kMinPoses = 8;      // that carry a column
-// One standard error. What a fit clearly lacks is there, and need not be shown again by the gain.
+constexpr float kMinBeside = 0.01f;  // share of a column's norm that the model cannot imitate
+constexpr double kMinPoses = 8;      // poses that determine a column
+// Level of one standard error: with a clear lack of fit, the gain need not show again that
+// something is missing.
 constexpr double kSignificanceWithLackOfFit = 0.16;
-// Coordinate descent: to where a coefficient's gradient is known to so much of the penalty, or
-// until candidates that imitate each other only trade places.
+// Coordinate descent ends when the changes of gradients are below this share of the penalty, or
+// after kMaxSweeps, when candidates that imitate each other only exchange their weights.
 constexpr float kTolerance = 1e-2f;
 constexpr int kMaxSweeps = 100;
 
-// All that a fit leaves, all that its unknowns do to it, and what each candidate would.
+// Whitened equations of a fit: residual, columns of its unknowns, and columns of all candidates.
 struct Equations {
   Eigen::MatrixXf columns;  // equations x columns, whitened
   Eigen::MatrixXd model;    // equations x unknowns
@@ -81,8 +82,8 @@ struct Equations {
   }
 };
 
-// The lasso beside the model, from each penalty to the next lower one, by coordinate descent on
-// the weights that are not zero or whose column pulls harder than the penalty.
+// The lasso beside the model, from each penalty to the next lower one, by coordinate descent on the
+// weights that are not zero or whose gradient exceeds the penalty.
 class Lasso {
  public:
   Lasso(const Equations& all, const Rows& rows)
@@ -110,7 +111,7 @@ class Lasso {
     is_active_.resize(x_.cols());
   }
 
-  // From which penalty on all weights are zero.
+  // The smallest penalty at which all weights are zero.
   float highest() const { return pull_.cwiseAbs().maxCoeff(); }
 
   void solve(float penalty) {
@@ -140,7 +141,7 @@ class Lasso {
 
   Eigen::VectorXf weights() const { return unit_weights_.cwiseQuotient(length_); }
 
-  // What is left of other rows, the model following what the weights take from it.
+  // The residual of other rows, with the model refitted to the weights.
   Eigen::VectorXd left_of(const Rows& others) const {
     Eigen::VectorXf taken = Eigen::VectorXf::Zero(all_.columns.rows());
     for (Eigen::Index j : active_)
@@ -164,7 +165,7 @@ class Lasso {
     return both;
   }
 
-  // As many as would carry it if each showed as much of it (inverse participation ratio).
+  // Effective number of poses that determine a column (inverse participation ratio).
   double poses_that_carry(const Eigen::Ref<const Eigen::VectorXf>& column) const {
     std::vector<double> squares(1 + *std::max_element(all_.pose.begin(), all_.pose.end()));
     for (size_t k = 0; k < rows_.size(); ++k)
@@ -183,8 +184,8 @@ class Lasso {
   std::vector<bool> is_active_;
 };
 
-// How many times the highest penalty falls; 0, at which all weights are zero, where the poses that
-// were left out gain nothing that is significant.
+// Number of steps by which the penalty falls. 0 (all weights are zero) if the gain on the poses
+// left out is not significant.
 int best_falls(const Equations& all, float highest, std::uint64_t seed, double significance) {
   const int poses = 1 + *std::max_element(all.pose.begin(), all.pose.end());
   std::vector<int> order(poses), fold_of(poses);
@@ -213,7 +214,7 @@ int best_falls(const Equations& all, float highest, std::uint64_t seed, double s
         left(all.pose[out[k] / all.row_size], falls) += squares[static_cast<Eigen::Index>(k)];
     }
   }
-  // Of the poses, in standard errors of it.
+  // Gain over the poses, in standard errors.
   const auto gain = [&](Eigen::Index from, Eigen::Index to) {
     const Eigen::VectorXd of_pose = left.col(from) - left.col(to);
     return of_pose.sum() / std::max((of_pose.array() - of_pose.mean()).matrix().norm(), 1e-300);

@@ -38,7 +38,7 @@ Verdict conclude(const Grounds& grounds) {
   if (grounds.outside_p < kSignificance) return Verdict::unexplained;
   const bool beyond_floor = grounds.floor > 0 && grounds.after > grounds.floor_high;
   if (grounds.effects.empty()) {
-    // Held-out poses may show what too few training poses cannot.
+    // Held-out poses may show an error that too few training poses cannot show.
     const double most = std::max(grounds.complete_high, kMaxTimesFloor * grounds.floor);
     if (beyond_floor && grounds.after > most) return Verdict::unexplained;
     return beyond_floor ? Verdict::too_few_poses : Verdict::nothing_to_explain;

@@ -10,8 +10,8 @@ namespace armtrue {
 Pose link_transform(const Link& link);
 
 /// Roll, pitch and yaw of a URDF, where R = Rz(yaw) Ry(pitch) Rx(roll): KUKA's C, B and A. Near a
-/// pitch of 90 deg, where roll and yaw are hardly told apart, the roll makes up for what rounding
-/// leaves of the yaw, so that R comes back to the last digits.
+/// pitch of 90 deg, roll and yaw can hardly be separated; there the roll compensates the rounding
+/// of the yaw, so that R is exact to the last digits.
 Eigen::Vector3d roll_pitch_yaw(const Eigen::Matrix3d& rotation);
 
 /// The axis of a joint where all joint angles are 0.

@@ -121,7 +121,7 @@ void refuse_xacro(const std::string& text, const std::string& file) {
         tag->name.starts_with("xacro:") || own.find("${") != own.npos || own.find("$(") != own.npos;
     if (!is_macro) continue;
     throw InputError(fmt::format(
-        "{0}:{1}: holds xacro macros that nobody has expanded; write 'xacro {0} > robot.urdf' and "
+        "{0}:{1}: contains xacro macros that are not expanded; write 'xacro {0} > robot.urdf' and "
         "take robot.urdf",
         file, 1 + std::count(text.begin(), text.begin() + static_cast<long>(tag->begin), '\n')));
   }

@@ -9,7 +9,7 @@
 
 namespace armtrue {
 
-/// One joint on the way from the base to the tip.
+/// One joint between base and tip.
 struct ChainJoint {
   enum class Kind { fixed, revolute, prismatic, other };
 
@@ -28,7 +28,7 @@ struct ChainJoint {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
 };
 
-/// The way of a URDF from base to tip.
+/// The chain of a URDF from base to tip.
 struct UrdfChain {
   std::string robot;  ///< its name
   std::string base;   ///< link

@@ -17,10 +17,10 @@ namespace armtrue {
 
 struct CalibrationResult;
 
-/// What the residuals of a fit look like.
+/// Sigma and distribution of the residuals of a fit.
 struct ResidualLaw {
   ReadingSigma sigma;
-  double degrees_of_freedom = 0;                 ///< of Student's t; 0: Gaussian
+  double degrees_of_freedom = 0;                 ///< of Student's t; 0: normal distribution
   std::map<std::string, double> prior_widths{};  ///< as CalibrationResult::prior_widths
 };
 
@@ -31,14 +31,15 @@ struct CalibrationOptions {
   int fitted_effects = kAllEffects;
   int max_iterations = 1000;  ///< weakly observable directions need hundreds
   double tolerance = 1e-10;   ///< stop when an iteration lowers the cost by less than this share
-  /// Sigma and law of the residuals to start from, such as those of an earlier fit. Nothing: sigma
-  /// from the median of the residuals, Student's t with 4 degrees of freedom if `robust`.
+  /// Sigma and distribution of the residuals to start from, such as those of an earlier fit. If
+  /// empty: sigma from the median of the residuals, Student's t with 4 degrees of freedom if
+  /// `robust`.
   std::optional<ResidualLaw> start_law{};
-  /// How the steps of the solver reduce the rows. The statistics of the result are always by QR.
+  /// How the steps of the solver reduce the rows. The statistics of the result always use QR.
   FoldBy fold_by = FoldBy::qr;
 
-  /// Sets the two above for one step of a search, a fit of nearly the same model to the same
-  /// campaign: starts from the law of `fit`, and steps by the normal equations.
+  /// Sets `start_law` to that of `fit`, and `fold_by` to the normal equations. For one step of a
+  /// search, which fits nearly the same model to the same campaign.
   void start_near(const CalibrationResult& fit);
 };
 
@@ -48,66 +49,71 @@ struct CalibrationResult {
   /// Names of the unknowns: geometric parameters, coefficients, then the own parameters of further
   /// sessions (`session day 2 base.x`).
   std::vector<std::string> names;
-  Eigen::VectorXd change;      ///< from the start [SI]
+  Eigen::VectorXd change;      ///< of each unknown from its start value [SI]
   Eigen::MatrixXd covariance;  ///< of the unknowns [SI], clustered by pose
-  /// L with L L^T = (J^T W J + priors)^-1, unknowns x rank [SI]: the covariance if readings were
-  /// independent of each other with the standard deviation `sigma`.
+  /// L with L L^T = (J^T W J + P)^-1, P the information of the priors; unknowns x rank [SI]. It
+  /// would be the covariance if readings were independent of each other with the standard deviation
+  /// `sigma`.
   Eigen::MatrixXd inverse_root;
-  /// Prior of each unknown as one more equation: 1 / its standard deviation [1/SI], zero without a
-  /// prior, and the residual of the equation at the solution.
+  /// Prior of each unknown as one more equation: its weight is 1 / its standard deviation [1/SI],
+  /// zero without a prior; its residual is that at the solution.
   Eigen::VectorXd prior_weight, prior_residual;
-  /// Deviations that the priors of a class share: "lengths" [m], "angles", "zero offsets" [rad],
-  /// and of families, by their names, as factors of their typical sizes.
+  /// Standard deviation that all priors of a class share: "lengths" [m], "angles", "zero offsets"
+  /// [rad]. Of a family, by its name: the factor of its typical sizes.
   std::map<std::string, double> prior_widths;
-  /// How much of each unknown the readings say, 1 - posterior variance / prior variance; 1 without
-  /// a prior. Below a half it stands nearer to its nominal value than to what the readings say.
+  /// Share of each unknown that the readings determine: 1 - posterior variance / prior variance; 1
+  /// without a prior. Below 0.5 the result is nearer to the nominal value than to that of the
+  /// readings alone.
   Eigen::VectorXd share_of_readings;
-  /// How many of the unknowns positions and orientations determine; priors determine the others.
+  /// Number of unknowns that the positions and the orientations determine; priors determine the
+  /// rest.
   std::array<double, 2> determined{};
-  ReadingSigma sigma;   ///< by which readings are weighted, in poses that are not off as a whole
-  ReadingSigma spread;  ///< of all readings about the model, those of poses off as a whole included
-  double degrees_of_freedom = 0;  ///< of Student's t that describes the residuals; 0 = Gaussian
-  std::vector<double> weights;    ///< of each row; a row far below 1 looks like a blunder
+  ReadingSigma sigma;   ///< of the readings, by which they are weighted; gross poses left out
+  ReadingSigma spread;  ///< of all readings about the model, gross poses included
+  double degrees_of_freedom = 0;  ///< of Student's t of the residuals; 0: normal
+  std::vector<double> weights;    ///< of each row; far below 1: probably a blunder
   int rank = 0;                   ///< of the Jacobian of all unknowns
   double condition = 0;           ///< of the Jacobian of the geometric unknowns in m and rad
   std::array<double, 5> observability{};  ///< O1 ... O5
   bool converged = false;
   int iterations = 0;
-  std::string termination;  ///< the solver's own words
+  std::string termination;  ///< message of the solver
 };
 
-/// Below this share of its readings a parameter is said to stand at its nominal value.
+/// A parameter whose share_of_readings is below this is reported as near its nominal value.
 inline constexpr double kMostlyReadings = 0.5;
 
-/// The parameters, as indices into fit.set.kept, of which the readings say less than their priors
-/// do, and how many poses like these would tell the best known of them apart from its nominal
-/// value: with s the share of the readings at n poses, n (1 - s) / s. 0: no number of poses like
-/// these.
+/// The parameters that are determined more by their priors than by the readings, and the number of
+/// poses like these at which the readings would determine each of them as much as its prior does:
+/// the largest n (1 - s) / s, with s the share_of_readings at n poses. Parameters with s below 0.01
+/// do not count.
 struct NearNominal {
-  std::vector<int> parameters;
-  int poses = 0;
+  std::vector<int> parameters;  ///< indices into fit.set.kept
+  int poses = 0;                ///< 0: no number of poses like these is enough
 };
 NearNominal near_nominal(const CalibrationResult& fit, const Campaign& campaign);
 
 /// Identifies, from measured poses, the geometric parameters that `robot.identify` allows and the
 /// campaign can show, and the coefficients of the robot's effects.
 ///
-/// Maximum likelihood under Student's t, whose degrees of freedom and sigma of position and
-/// orientation are found from the residuals, by Levenberg and Marquardt's method (Ceres) on the
-/// folded residual block. A base far from the measurements is first set by rigid registration of
-/// the points or anchors. Several sessions are solved jointly: the robot is common; each further
-/// session adds the six unknowns of its base and the zero offsets of `robot.identify_per_session`,
-/// which count in covariance, rank and observability. Their values stand in `robot.sessions`.
-/// Readings of a pose may err alike. So the covariance, and with it every standard deviation, is
-/// found from the influence of each pose on the fit (cluster covariance CR3 of Bell, McCaffrey
-/// 2002). Priors, and directions that only one pose shows, contribute with their own standard
-/// deviation and that of the readings. Intervals are Student's with poses - 1 degrees of freedom.
-/// Lack of convergence and of rank are reported in the result. Throws std::invalid_argument if
-/// there are not more equations than unknowns, or the robot and the campaign do not fit together.
+/// Maximum likelihood under Student's t. Its degrees of freedom and the sigma of position and of
+/// orientation are estimated from the residuals. The solver is Levenberg-Marquardt (Ceres) on the
+/// residual block, which is first reduced to a triangle (fold). A base far from the measurements is
+/// first set by rigid registration of the points or anchors. Several sessions are solved jointly:
+/// the robot is common; each further session adds the six unknowns of its base and the zero offsets
+/// of `robot.identify_per_session`, which count in covariance, rank and observability. Their values
+/// stand in `robot.sessions`. Readings of one pose may share an error. So the covariance, and with
+/// it every standard deviation, comes from the influence of each pose on the fit (cluster
+/// covariance CR3 of Bell, McCaffrey 2002). Priors contribute with their own standard deviation,
+/// and directions that only one pose shows with that of the readings. Intervals are those of
+/// Student's t with poses - 1 degrees of freedom. The result reports a lack of convergence or of
+/// rank. Throws std::invalid_argument if there are not more equations than unknowns, or the robot
+/// and the campaign do not fit together.
 CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
                             const CalibrationOptions& options = {});
 
-/// The same with the geometric parameters given: refits a model after an effect is added.
+/// The same with the set of geometric parameters given, for the refit of a model after an effect is
+/// added.
 CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
                             const IdentifiableSet& set, const CalibrationOptions& options = {});
 

@@ -20,8 +20,9 @@ struct Evaluation {
   std::vector<double> orientation;  ///< norms [rad]; empty without orientations
 };
 
-/// Every row against the base of its session (see Robot::sessions), in whose R_A its residual is.
-/// Throws std::invalid_argument if the campaign lacks a target, or what an effect is driven by.
+/// Evaluates every row with the base of its session (see Robot::sessions); its residual is in the
+/// R_A of that session. Throws std::invalid_argument if the robot lacks a target, or the campaign a
+/// column that drives an effect.
 Evaluation evaluate(const Robot& robot, const Campaign& campaign);
 
 /// Errors along one axis, with their sign.
@@ -30,7 +31,8 @@ struct AxisErrors {
   double mean = 0, min = 0, max = 0;  ///< [m]
 };
 
-/// Those of the positions of a campaign that has rows: of x, y and z, or of the lengths.
+/// Errors of the positions of a campaign, along x, y and z, or of its lengths. The campaign has
+/// rows.
 std::vector<AxisErrors> axis_errors(const Evaluation& evaluation, const Campaign& campaign);
 
 /// Errors of a robot on some poses.
@@ -48,32 +50,32 @@ struct NoiseFloor {
   enum class Source { replicates, instrument, none };
   Source source = Source::none;
   int axes = 3;  ///< numbers per position: 3 of a point, 1 of a distance or coordinate
-  /// Standard deviation per axis [m]; if rows state their own, that of a row that states the
-  /// median.
+  /// Standard deviation per axis [m]; if rows state their own sigma, that of a row with the median
+  /// sigma.
   double position = 0;
   double orientation = 0;      ///< [rad]; 0 without orientations
   int degrees_of_freedom = 0;  ///< of the replicates
 };
 
-/// From replicates (rows of one session, pose and channel), if they have 20 degrees of freedom: the
-/// robust_deviation() of
+/// Estimated from replicates (rows of one session, pose and channel), if they have 20 degrees of
+/// freedom or more: the robust_deviation() of
 ///     sqrt(m / (m - 1)) (r - mean of the m replicates' r),
-/// r the residual of a row times (median sigma / own sigma). Otherwise the median `sigma_mm` of the
-/// rows, else the noise that the robot file states. Replicates taken in a row at standstill show
-/// the noise of the instrument, not how well the arm returns to a pose.
+/// with r the residual of a row times (median sigma / own sigma). Otherwise it is the median
+/// `sigma_mm` of the rows, else the noise that the robot file states. Replicates read one after the
+/// other at standstill show the noise of the instrument only, not how well the arm returns to a
+/// pose.
 NoiseFloor noise_floor(const Robot& robot, const Campaign& campaign, const Evaluation& evaluation);
 
-/// Mean length of an error that is only normal noise: s sqrt(8 / pi) of three axes with the
-/// standard deviation s each, s sqrt(2 / pi) of one.
+/// Mean length of an error that is normal noise only, with the standard deviation s per axis: s
+/// sqrt(8 / pi) for three axes, s sqrt(2 / pi) for one.
 double mean_error_of_noise(double deviation_per_axis, int axes = 3);
 
-/// A fit against the noise of its own readings, without blunders. The lack-of-fit p is the
-/// probability of a Q this large if the model were complete (Draper, Smith, "Applied regression
-/// analysis", 1998, 2.1):
+/// Compares the residual of a fit with the noise of its readings; blunders are left out. The
+/// lack-of-fit p is the probability of a Q this large if the model were complete (Draper, Smith,
+/// "Applied regression analysis", 1998, 2.1):
 ///     Q = sum over groups of replicates of m |mean residual|^2 / floor^2,
 /// with f = axes x groups - unknowns degrees of freedom. Q / f is F-distributed with f and the
-/// replicates' degrees of freedom; against a stated floor, Q is chi-squared. Nothing without a
-/// floor.
+/// replicates' degrees of freedom; against a stated floor, Q is chi-squared. Empty without a floor.
 struct FitQuality {
   std::vector<int> blunders;  ///< rows with a weight below 0.05: some 14 standard deviations
   NoiseFloor noise;

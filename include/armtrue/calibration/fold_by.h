@@ -6,8 +6,8 @@ namespace armtrue {
 enum class FoldBy {
   qr,                ///< Householder transformations (TSQR): exact to rounding, for statistics
   normal_equations,  ///< J^T W J is summed and factored: several times faster with hundreds of
-                     ///< unknowns, but a direction of relative size e is known to 1e-16 / e^2 only;
-                     ///< for the steps of a search
+                     ///< unknowns, but a direction of relative size e has a relative error of 1e-16
+                     ///< / e^2; for the steps of a search
 };
 
 }  // namespace armtrue

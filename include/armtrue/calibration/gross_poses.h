@@ -10,34 +10,35 @@
 
 namespace armtrue {
 
-/// A pose all of whose readings are off alike: a wrong target, a bumped reflector, joint angles of
-/// another pose.
+/// A pose whose readings all share one large error: a wrong target, a bumped reflector, joint
+/// angles of another pose.
 struct GrossPose {
   std::string id;
-  std::vector<int> rows;  ///< that are off
+  std::vector<int> rows;  ///< with the error
   double off;             ///< mean distance from what a fit without the pose predicts [m]
-  std::string likely;     ///< what would explain it, in words
+  std::string likely;     ///< probable cause, in words
 };
 
-/// Finds single poses that are off as a whole, which the law of the readings cannot see: there
-/// each reading is judged against the others of its pose.
+/// Finds single poses whose readings all share one large error. The robust weights of calibrate()
+/// may miss them, because they judge each reading by itself.
 ///
-/// One reading stands for the replicates of a pose and channel, the nearest to their median. A pose
-/// is judged by what the fit without it predicts: with r its whitened residuals, B their
-/// derivatives in coordinates in which the information is the unit matrix, W their weights,
+/// Of the replicates of a pose and channel, the one nearest to their median is used. Each pose is
+/// compared with the prediction of the fit without it. With r its whitened residuals, B their
+/// derivatives in coordinates in which the information is the unit matrix, and W their weights,
 ///     e = r + C W r,  S = I + C,  C = G (I - W G)^-1,  G = B B^T,  u^2 = e^T S^-1 e / (d s^2),
-/// d the number of residuals. s^2 is the largest that the quantiles 0.5, 0.75 and 0.9 over the
-/// poses give, so it holds what the model lacks, and its tails. Poses are gross if
-///   - u^2, F-distributed, is less probable than 0.001 over the number of poses,
-///   - they are off by more than 4 times the median length of an error with the fit's sigma,
+/// with d the number of residuals. s^2 is the largest of the estimates from the quantiles 0.5, 0.75
+/// and 0.9 of u^2 over the poses, so it includes the lack of fit of the model and its tails. Poses
+/// are gross if
+///   - the p of u^2, which is F-distributed, is below 0.001 / (number of poses),
+///   - their error exceeds 4 times the median length of an error with the sigma of the fit,
 ///   - u is 1.5 times that of the first pose that is not gross (a tail of ordinary lack of fit has
 ///     no gap), 2.5 times where sigma is above 1.25 times the noise of replicates, and
-///   - no joint has two of its four nearest poses off too, less probably than 0.001 over all
-///     joints: a neighbourhood that is off is structure.
+///   - their neighbours are not off too: if for some joint two of the four nearest poses are off,
+///     with a probability below 0.001 over all joints, the error is structure of the model.
 /// The fit is repeated without the gross poses, from a start under Student's t, until the set
-/// stays. More than one pose in ten is taken for structure unless a mistake explains most of them.
-/// Empty where the readings are too few to tell, and beyond 2000 poses, where one counts little.
-/// `effects` of the robot are fitted too.
+/// stays. If more than 10 % of the poses are off, this is taken as structure of the model, unless
+/// one mistake explains most of them. Empty if there are too few readings to decide, and beyond
+/// 2000 poses, where one pose matters little. The effects of the robot are fitted too.
 std::vector<GrossPose> find_gross_poses(const Robot& robot, const Campaign& campaign);
 
 /// The rows of all of them, in ascending order.
@@ -46,14 +47,14 @@ std::vector<int> rows_of(const std::vector<GrossPose>& gross);
 /// The campaign without the rows of gross poses.
 Campaign without_gross(const Campaign& campaign, const std::vector<GrossPose>& gross);
 
-/// The robot as it is met in a cell: only base and tool are set up on the readings.
+/// The nominal robot with only base and tool fitted to the readings.
 Robot placed_nominal(const Robot& robot, const Campaign& campaign);
 
 /// Throws std::invalid_argument, with remedy, if more readings are left out (gross poses and
-/// blunders) than kept, or if the fit misses the kept ones by more (mean) than the nominal robot
-/// with base and tool placed; the latter only where base and tool are identified. `sound`: the
-/// campaign of the fit, of which it takes the rows `blunders` for blunders. Returns the nominal
-/// robot as it was placed; nothing where base and tool are not both identified.
+/// blunders) than kept, or if the mean error of the fit on the kept ones exceeds that of
+/// placed_nominal(); the latter only if base and tool are identified. `sound`: the campaign of the
+/// fit; `blunders`: its rows that count as blunders. Returns placed_nominal(), or nothing if base
+/// and tool are not both identified.
 std::optional<Robot> require_worthwhile(const Robot& nominal, const CalibrationResult& fit,
                                         const Campaign& sound, const std::vector<int>& blunders,
                                         int gross_rows);

@@ -11,13 +11,13 @@
 
 namespace armtrue {
 
-/// A parameter that this campaign cannot distinguish from the kept ones, and those of them that
+/// A parameter that this campaign cannot distinguish from the kept ones, and the kept ones that
 /// imitate it.
 struct AbsorbedParameter {
   int parameter;
-  /// (parameter, share), largest first: a change of this one by 1 has the effect of changes of
-  /// those by `share` (mixed units: m, rad). Empty if the parameter moves nothing that was
-  /// measured.
+  /// (parameter, share), largest first: a change of `parameter` by 1 does the same to the readings
+  /// as changes of these by `share` (mixed units: m, rad). Empty if the parameter moves nothing
+  /// that was measured.
   std::vector<std::pair<int, double>> absorbed_by;
 };
 
@@ -32,36 +32,37 @@ struct IdentifiableSet {
 /// Rank-revealing QR with columns of unit norm, taken in a fixed order of preference, so that the
 /// set does not depend on a platform's rounding: base, anchors, targets, tool, then over all links
 /// theta, alpha, d, r, and beta last, so that beta enters only where two axes are parallel
-/// (Hayati), and at the very end the anchors' zero errors. Anchors define R_A: one shows only the
-/// translation of the base, three show all of it; their further coordinates are their places
+/// (Hayati), and at the very end the anchors' zero errors. Anchors define R_A: one anchor shows
+/// only the translation of the base, three show all of it; their other coordinates are their places
 /// relative to each other. A column is absorbed if its part orthogonal to the columns before it is
-/// shorter than 1e-6 of it. The columns are taken on the arm's ideal structure (link angles within
-/// 1 deg of a right angle count as right), because near-parallel axes make a set ill-conditioned.
-/// The bases and own zero offsets of further sessions are always unknowns beside the set.
+/// shorter than 1e-6 of its norm. The columns are computed for the ideal structure of the arm (link
+/// angles within 1 deg of a right angle count as right), because near-parallel axes make a set
+/// ill-conditioned. The bases and own zero offsets of further sessions are always unknowns beside
+/// the set.
 ///
-/// Contacts come before all others: they define R_A where no instrument does, and then absorb the
-/// base. The rank is that of poses that touch exactly: each configuration is moved onto its contact
-/// first, or the error of the robot file would seem to show what no touch shows, such as the scale:
-/// arm and contacts, all larger by one factor, touch in the same configurations. The longest length
-/// of the links then comes after all others, so that it is the one that sets the scale. Throws
-/// std::invalid_argument for a name that the robot does not have, or a session whose readings do
-/// not show what it has of its own.
+/// Contacts come before all others: without an instrument they define R_A, and then absorb the
+/// base. The rank is computed at configurations that touch exactly, so each one is first moved onto
+/// its contact. Otherwise the errors of the robot file would make parameters look identifiable that
+/// touches cannot show, such as the scale: an arm and contacts that are all larger by one factor
+/// touch in the same configurations. The longest length of the links then comes last, so that its
+/// nominal value sets the scale. Throws std::invalid_argument for a name that the robot does not
+/// have, or a session whose readings cannot show its own parameters.
 IdentifiableSet choose_identifiable(const Robot& robot, const Campaign& campaign);
 
 /// The same; throws std::invalid_argument if it is empty, because there is nothing to fit then.
 IdentifiableSet require_identifiable(const Robot& robot, const Campaign& campaign);
 
 /// The length of a link whose nominal value sets the scale of a set, because touches do not show
-/// it; nothing if the readings show the scale, or no length is to be identified.
+/// the scale; nothing if the readings show it, or no length is to be identified.
 std::optional<int> length_of_scale(const Robot& robot, const Campaign& campaign,
                                    const IdentifiableSet& set);
 
-/// Parameters that poses spread over the whole travel of the joints would show, but these poses do
-/// not.
+/// Parameters that these poses do not show, but that poses over the whole travel of the joints
+/// would.
 std::vector<int> lost_to_poses(const Robot& robot, const Campaign& campaign,
                                const IdentifiableSet& set);
 
-/// The parameters of the names in `identify`, identifiable or not.
+/// The parameters that `robot.identify` names, identifiable or not.
 std::vector<int> allowed_parameters(const Robot& robot, const Campaign& campaign);
 
 }  // namespace armtrue

@@ -20,26 +20,26 @@ struct ReadingSigma {
 /// Value of `fitted_effects` that fits every effect of the robot.
 inline constexpr int kAllEffects = std::numeric_limits<int>::max();
 
-/// The robot's target that each of the campaign's target names stands for, as indices. Throws
+/// For each target name of the campaign, the index of the robot's target. Throws
 /// std::invalid_argument, with file and line, if the robot does not have it.
 std::vector<int> match_targets(const Campaign& campaign, const KinematicChain& chain);
 
-/// The robot's anchor that each of the campaign's anchor names stands for, as indices; the robot's
-/// only anchor if the campaign names none. Empty unless distances were measured. Throws
-/// std::invalid_argument, with file and line, if the robot does not have the anchor.
+/// For each anchor name of the campaign, the index of the robot's anchor; the robot's only anchor
+/// if the campaign names none. Empty unless distances were measured. Throws std::invalid_argument,
+/// with file and line, if the robot does not have the anchor.
 std::vector<int> match_anchors(const Campaign& campaign, const KinematicChain& chain);
 
-/// What a name in contact_names stands for.
+/// The contact, and the point of it, that a name in contact_names stands for.
 struct ContactPoint {
   int contact = 0;  ///< index into the chain's contacts
   int point = -1;   ///< index into the points of an artefact; -1 of other kinds
 };
 
-/// What each of the campaign's contact names stands for. Throws std::invalid_argument, with file
-/// and line, if the robot does not have it.
+/// For each contact name of the campaign, the contact and point. Throws std::invalid_argument, with
+/// file and line, if the robot does not have it.
 std::vector<ContactPoint> match_contacts(const Campaign& campaign, const KinematicChain& chain);
 
-/// Makes the touches of a campaign that was just read fit for a model: the touch of a point becomes
+/// Prepares the touches of a campaign that was just read for a model: the touch of a point becomes
 /// three rows. Throws std::invalid_argument, with file and line, if the robot does not have the
 /// contact, a gauge reads a point, or the campaign has sessions.
 void bind_touches(Campaign& campaign, const KinematicChain& chain);
@@ -54,7 +54,7 @@ void bind_touches(Campaign& campaign, const KinematicChain& chain);
 ///
 /// With p the point in R_A that the model predicts for a row, o and e the origin and the axes of
 /// the session's own R_A, a and z the place and zero error of the anchor, s the instrument's scale,
-/// and w what the errors of its range and its two angles do to the point (LineOfSight), the model
+/// and w the shift of the point by errors of its range and its two angles (LineOfSight), the model
 /// of a reading is
 ///     point         o + s (p - o) + w
 ///     coordinate    e_axis . (s (p - o) + w)
@@ -66,11 +66,10 @@ void bind_touches(Campaign& campaign, const KinematicChain& chain);
 ///     orientation   the rotation of the measured frame; its residual is log(measured * model^-1).
 class ObservationModel {
  public:
-  /// `geometric`: parameter indices. `sigma`: standard deviation of a row, or, if rows state a
-  /// `sigma_mm` or `sigma_deg`, of a row that states their median; the others keep their ratio to
-  /// it. `common_from_own`: the pose of the instrument, and with it of the anchors, in the R_A that
-  /// points, orientations and base are in.
-  /// The campaign is not copied: it must outlive the model.
+  /// `geometric`: parameter indices. `sigma`: standard deviation of a row. If rows state a
+  /// `sigma_mm` or `sigma_deg`, it is that of the row with their median, and the others keep their
+  /// ratio to it. `common_from_own`: the pose of the instrument, and so of the anchors, in the R_A
+  /// of points, orientations and base. The campaign is not copied: it must outlive the model.
   ObservationModel(const Campaign& campaign, const Robot& robot, std::vector<int> geometric,
                    const ReadingSigma& sigma, int fitted_effects = kAllEffects,
                    const Pose& common_from_own = {});
@@ -88,7 +87,7 @@ class ObservationModel {
   /// Robot and campaign names for each unknown: `A2.d`, `joint compliance A2.theta c`.
   std::vector<std::string> unknown_names() const;
 
-  /// Mean square, over the rows, of the value that a coefficient of the effects is multiplied by.
+  /// Mean square over the rows of the value by which a coefficient of the effects is multiplied.
   double mean_square_value(int coefficient) const;
 
   /// The robot at x.
@@ -157,7 +156,7 @@ class ObservationModel::At {
                                 // instrument; of a length that length, as the first component
     Eigen::Vector3d direction;  // unit; derivative of a length by the point
     double scale;
-    Eigen::Vector3d off{0, 0, 0};  // what errors of range and angles add to the position
+    Eigen::Vector3d off{0, 0, 0};  // shift of the position by errors of range and angles
     double zero = 0;               // error of a distance
     // Of a touch: the point in the axes of the contact, and the derivative of the reading by it.
     Eigen::Vector3d in_contact{0, 0, 0}, gradient{0, 0, 0};

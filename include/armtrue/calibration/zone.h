@@ -13,11 +13,11 @@ struct Zone {
   double radius;
 };
 
-/// Weights readings by 1 / (1 + (d / radius)^2), d the distance of the point from the sphere, 0
-/// inside: where the model cannot fit everywhere, it then fits best in the zone. The points are
-/// those of the robot with the bases that its calibration starts from, because distances do not
-/// show them and each session has its own R_A. The weights are multiplied into the standard
-/// deviations of the readings. Throws std::invalid_argument as choose_identifiable() does.
+/// Weights readings by 1 / (1 + (d / radius)^2), with d the distance of the point from the sphere,
+/// 0 inside. A model that cannot fit everywhere then fits best in the zone. The points are computed
+/// with the robot, at the bases from which its calibration starts, because distances do not show
+/// points and each session has its own R_A. The weights are multiplied into the standard deviations
+/// of the readings. Throws std::invalid_argument as choose_identifiable() does.
 void weight_by_zone(Campaign& campaign, const Robot& robot, const Zone& zone);
 
 }  // namespace armtrue

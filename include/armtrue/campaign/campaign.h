@@ -18,14 +18,14 @@ enum class ReadingKind {
   point,       ///< the three coordinates of a point in R_A and, if the campaign has orientations,
                ///< the orientation of the measured frame: a pose
   distance,    ///< the distance of the point from an anchor
-  coordinate,  ///< one coordinate of a point; only in a campaign of points and distances or touches
-  touch,       ///< one number of what the point touches, see ContactKind
+  coordinate,  ///< one coordinate of a point; only in a campaign that has distances or touches too
+  touch,       ///< one number that a touch reads, see ContactKind
 };
 
-/// What a row with a touch reads.
+/// The contact that a row touches, and the coordinate that it reads.
 struct Touch {
   int contact = -1;  ///< index into contact_names; -1: the row has no touch
-  int axis = -1;     ///< of a point its coordinate, 0 to 2; -1 of a plane or a sphere
+  int axis = -1;     ///< coordinate of a point, 0 to 2; -1 for a plane or a sphere
 };
 
 /// One coordinate of a measured point.
@@ -34,18 +34,18 @@ struct Coordinate {
   double value = 0;  ///< [m]
 };
 
-/// How many numbers a reading consists of.
+/// Number of values in one reading.
 struct ReadingSize {
   int position = 3;     ///< 3 for a point, 1 for a distance or a coordinate
-  int orientation = 0;  ///< 3 if it is read
+  int orientation = 0;  ///< 3 if the campaign has orientations
   int all() const { return position + orientation; }
   /// The share of the unknowns of a fit that is charged to the position: position / all.
   double share_of_position() const { return static_cast<double>(position) / all(); }
 };
 
-/// Measured poses, one row per reading, in the order of the visits. Each column is a vector of its
-/// own, so that a million rows take only the memory of the columns that they have; a column that
-/// the file does not have is empty.
+/// Measured poses, one row per reading, in the order of the visits. Each column is its own vector,
+/// so that a million rows take the memory of the present columns only. A column that the file does
+/// not have is empty.
 struct Campaign {
   std::string source;  ///< file name, for messages
 
@@ -56,13 +56,13 @@ struct Campaign {
   /// What was measured, in R_A [m]: points, or distances from anchors; the other column is empty.
   std::vector<Eigen::Vector3d> position;
   std::vector<double> distance;
-  /// In a campaign of points and distances, of each row: the coordinate that it reads, or nothing
-  /// where it reads `distance`. A point is three such rows, because all readings of a campaign have
-  /// one size. Otherwise empty. See points_to_coordinates().
+  /// Only in a campaign of points and distances: for each row, the coordinate that it reads, or
+  /// nothing if it reads `distance`. A point becomes three rows, because all readings of a campaign
+  /// have one size. Otherwise empty. See points_to_coordinates().
   std::vector<std::optional<Coordinate>> coordinate;
-  /// In a campaign with touches, of each row; otherwise empty. `distance` then holds what a gauge
-  /// shows: how far the point stands off the contact, 0 if it touches. The touch of a point is
-  /// three rows. See touches_to_coordinates().
+  /// Only in a campaign with touches: one for each row; otherwise empty. `distance` then holds the
+  /// reading of a gauge: the gap between the point and the contact, 0 if it touches. The touch of a
+  /// point becomes three rows. See touches_to_coordinates().
   std::vector<Touch> touch;
 
   // Optional columns.
@@ -71,9 +71,9 @@ struct Campaign {
   std::vector<double> time_s;
   std::vector<int> target;  ///< index into target_names
   std::vector<std::string> target_names;
-  std::vector<int> anchor;  ///< of a distance: index into anchor_names; 0 of a coordinate
+  std::vector<int> anchor;  ///< of a distance: index into anchor_names; of a coordinate: 0
   std::vector<std::string> anchor_names;
-  std::vector<std::string> contact_names;  ///< `table`, or `bar/2`, the point 2 of an artefact
+  std::vector<std::string> contact_names;  ///< `table`, or `bar/2`: point 2 of the artefact `bar`
   std::vector<double> sigma_position;     ///< per axis [m]
   std::vector<double> sigma_orientation;  ///< per axis [rad]
   /// Where rows state covariances: W without unit, its upper right block zero, so that W D^-1 r is
@@ -95,73 +95,75 @@ struct Campaign {
 
   int rows() const { return static_cast<int>(q.size()); }
   bool has_orientation() const { return !orientation.empty(); }
-  /// Whether readings are single lengths: distances or touches, some of them perhaps coordinates.
+  /// Whether readings are single lengths: distances or touches, perhaps with coordinates among
+  /// them.
   bool has_distances() const { return !distance.empty(); }
   bool has_coordinates() const { return !coordinate.empty(); }
   bool has_touches() const { return !touch.empty(); }
-  /// Whether all readings are touches: then no instrument has seen the robot.
+  /// Whether all readings are touches: then there is no instrument.
   bool has_touches_only() const;
   ReadingKind kind(int row) const;
-  /// The reading of a row with distances: the distance, the coordinate, or what the gauge of a
-  /// touch shows [m].
+  /// The reading of a row if has_distances(): the distance, the coordinate, or the gauge of a touch
+  /// [m].
   double length(int row) const {
     return kind(row) == ReadingKind::coordinate ? coordinate[row]->value : distance[row];
   }
   ReadingSize reading_size() const { return {has_distances() ? 1 : 3, has_orientation() ? 3 : 0}; }
-  /// Number of what a row reads of its target: 0 for a point, the anchor's index for a distance;
-  /// in a campaign of points and distances the axis (0 to 2) for a coordinate and 3 + the anchor's
-  /// index for a distance; behind these three of each contact. It groups rows, and is no index into
-  /// anything.
+  /// Number of the quantity that a row reads of its target: 0 for a point, the index of the anchor
+  /// for a distance. In a campaign of points and distances: the axis (0 to 2) for a coordinate, 3 +
+  /// the index of the anchor for a distance. Then come three numbers for each contact. Equal
+  /// numbers group rows; the number is no index.
   int quantity(int row) const;
-  int quantities() const;  ///< one more than the largest
+  int quantities() const;  ///< one more than the largest possible quantity()
   void set_quantity(int row, int quantity);
-  /// Number of what a row reads of its pose, by target and quantity: rows with the same session,
-  /// pose and channel are replicates.
+  /// Number of the target and quantity of a row. Rows with the same session, pose and channel are
+  /// replicates.
   int channel(int row) const;
-  /// Number of the pose and quantity of a row, pose * quantities() + quantity: a model error at a
-  /// pose is the same in all these rows.
+  /// Number of the pose and quantity of a row, pose * quantities() + quantity. All rows with one
+  /// number have the same error of the model.
   int pose_by_quantity(int row) const;
-  /// Number of the pose of every row in the order of the ids (`P2` before `P10`). Unlike `pose` it
-  /// does not depend on the order of the rows.
+  /// For every row, the number of its pose in the order of the ids (`P2` before `P10`). Unlike
+  /// `pose`, it does not depend on the order of the rows.
   std::vector<int> pose_by_id() const;
   Context context(int row) const;
 
-  /// The rows of the given indices, in that order, with the pose ids that occur in them.
+  /// The campaign of these rows, in this order, with only the pose ids that occur in them.
   Campaign select(const std::vector<int>& rows) const;
 };
 
-/// The column that a driver of this kind is read from if the campaign does not have it, else an
-/// empty text. `where` is the sensor of a temperature. Payload and force are never missing: a
-/// campaign without these columns had none.
+/// Name of the column that a driver of this kind needs, if the campaign does not have it; otherwise
+/// empty. `where`: sensor of a temperature. Payload and force are never missing: without these
+/// columns they are zero.
 std::string missing_column(const Campaign& campaign, DriverKind kind, const std::string& where);
 
-/// Throws std::invalid_argument, with file and remedy, if the campaign does not have the column
-/// that the effect is driven by: time, a temperature, motor torques or directions of arrival.
-/// Campaigns read from a file always have directions, stated or derived (derive_arrival).
+/// Throws std::invalid_argument, with file and remedy, if the campaign lacks the column that drives
+/// the effect: time, a temperature, motor torques or directions of arrival. Campaigns read from a
+/// file always have directions, stated or derived (derive_arrival).
 void require_drivers(const Campaign& campaign, const Effect& effect);
 
 /// Replaces each row that has a point by three rows, one per coordinate, in a campaign of points
-/// and distances or touches. Before the call `position` and `distance` have all rows, and
-/// `distance` is 0 and there is no touch where the row has a point; afterwards `position` is empty
-/// and `coordinate` has all rows.
+/// and distances or touches. Before the call, `position` and `distance` have all rows; a row with a
+/// point has the distance 0 and no touch. After it, `position` is empty and `coordinate` has all
+/// rows.
 void points_to_coordinates(Campaign& campaign);
 
-/// Replaces each touch of a point by three rows, one per coordinate. `is_point`: of each name in
+/// Replaces each touch of a point by three rows, one per coordinate. `is_point`: for each name in
 /// contact_names, whether it is a point or a point of an artefact.
 void touches_to_coordinates(Campaign& campaign, const std::vector<bool>& is_point);
 
-/// Fills `arrival` and `stroke`, unless the campaign has them: the sign of each joint's last motion
-/// in the same session, 0 before its first, and its way since it last reversed. Motions below
-/// 1e-4 deg do not count. The order of the visits is that of the times or, without times, that of
-/// the rows. The way stays unknown where the directions are given and are not those of this order.
+/// Fills `arrival` and `stroke`, unless the campaign has them. `arrival` is the sign of the last
+/// motion of each joint in the same session, 0 before the first; `stroke` is its way since its last
+/// reversal. Motions below 1e-4 deg do not count. The order of the visits is that of the times or,
+/// without times, that of the rows. If the campaign has directions that contradict this order, the
+/// way stays unknown.
 void derive_arrival(Campaign& campaign);
 
-/// Multiplies the encoder values of revolute joints, as if they had been read in another unit.
+/// Multiplies the encoder values of revolute joints by `factor`, to read them in another unit.
 void scale_angles(Campaign& campaign, const KinematicChain& chain, double factor);
 
-/// Begins a new session at each of the times, as after a knock of the tracker. The sessions are
-/// called 1, 2, ... or, where they had names, `day 1`, `day 1 (2)`, ... The campaign must have
-/// times.
+/// Begins a new session at each of the times, for example after a knock of the tracker. The
+/// sessions are named 1, 2, ... or, if they had names, `day 1`, `day 1 (2)`, ... The campaign must
+/// have times.
 void begin_sessions(Campaign& campaign, const std::vector<double>& times_s);
 
 }  // namespace armtrue

@@ -16,7 +16,8 @@ struct Box {
 
 enum class VisitOrder {
   random,  ///< every round in a new random order
-  sorted,  ///< every round by the first joint: short motions, but a slow drift looks like geometry
+  sorted,  ///< every round sorted by the first joint: short motions, but a slow drift then looks
+           ///< like geometry
 };
 
 struct SimulationOptions {
@@ -24,7 +25,7 @@ struct SimulationOptions {
   int repeats = 1;
   double noise_position = 0;     ///< per axis [m]
   double noise_orientation = 0;  ///< per axis [rad]
-  double blunders = 0;           ///< share of readings that are off by 2 to 20 mm
+  double blunders = 0;           ///< share of readings with an error of 2 to 20 mm
   bool orientation = true;
   std::optional<Box> box;  ///< of the measured point; absent: the whole travel of the joints
   VisitOrder order = VisitOrder::random;
@@ -32,13 +33,13 @@ struct SimulationOptions {
   std::uint64_t seed = 1;
 };
 
-/// A campaign as a measurement of `truth` would give it: configurations within the travel limits of
-/// `robot` (and within the box, by the model of `robot`), visited `repeats` times, read with noise.
-/// With targets in `truth` every visit reads each of them; with anchors, their distances from each.
+/// Simulates a measurement of `truth`: configurations within the travel limits of `robot` (and
+/// within the box, by the model of `robot`), visited `repeats` times and read with noise. With
+/// targets in `truth` every visit reads each of them; with anchors, their distances from each.
 /// Throws std::invalid_argument if the box cannot be reached.
 Campaign simulate(const Robot& robot, const Robot& truth, const SimulationOptions& options);
 
-/// The same with the configurations given; does not use `poses` and `box` of the options.
+/// The same at given configurations; ignores `poses` and `box` of the options.
 Campaign simulate(const std::vector<JointVector>& commanded, const Robot& truth,
                   const SimulationOptions& options);
 

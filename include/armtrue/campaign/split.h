@@ -14,13 +14,13 @@ struct Split {
   std::vector<int> training, held_out;  ///< rows
 };
 
-/// Splits by whole poses: every pose of the shuffled list up to `share` is held out.
+/// Splits by whole poses: shuffles the poses and holds out the first `share` of them.
 Split split_by_pose(const Campaign& campaign, double share, std::uint64_t seed);
 
-/// Holds out the `share` of the poses that lie farthest along one direction, so that the held-out
-/// errors show how a result carries over to a region that was not measured. The points are those of
-/// `robot`; the directions are the principal ones of all points, the longest first, each to both
-/// sides: seed 1 takes the first, seed 7 again.
+/// Holds out the `share` of the poses that lie farthest along one direction. The held-out errors
+/// then show how well a result holds in a region that was not measured. The points are computed
+/// with `robot`. The six directions are the principal axes of all points, longest first, each to
+/// both sides: seed 1 takes the first, and seed 7 the first again.
 Split split_by_region(const Robot& robot, const Campaign& campaign, double share,
                       std::uint64_t seed);
 

@@ -8,16 +8,16 @@
 
 namespace armtrue {
 
-/// Sources of uncertainty that a measurement does not show by itself. All in SI.
+/// Sources of uncertainty that the readings do not show. All in SI.
 struct StatedUncertainty {
   std::optional<double> noise;  ///< of the instrument, one standard deviation per axis
-  /// Maximum permissible error of the instrument instead of the noise: constant + per_metre x
-  /// range, both ends of a rectangular distribution.
+  /// Instead of the noise: maximum permissible error of the instrument, constant + per_metre x
+  /// range, the half width of a rectangular distribution.
   double mpe_constant = 0, mpe_per_metre = 0;
   double mounting = 0;                ///< of the reflector or the probe, one standard deviation
-  double temperature_half_width = 0;  ///< [K] the temperature of the arm is within this
+  double temperature_half_width = 0;  ///< of the temperature of the arm [K]
   double expansion = 0;               ///< [1/K]
-  double length = 0;                  ///< that expands
+  double length = 0;                  ///< of the arm that expands
 };
 
 /// A line of the budget.
@@ -36,13 +36,13 @@ struct Budget {
   double expanded = 0;  ///< U = k u_c [m]
 };
 
-/// `scatter` about the means, of poses with at least `visits` visits; `range` [m] from the
-/// instrument; `model` [m]: standard uncertainty of the commanded position per axis, if the robot
-/// file states it.
+/// `scatter`: of the visits about their means, with at least `visits` visits per pose. `range`:
+/// distance from the instrument [m]. `model`: standard uncertainty of the commanded position per
+/// axis [m], if the robot file states it.
 ///
 /// The scatter s contains the noise of the instrument. So with a stated noise e the rows are
 ///     e / sqrt(n)  and  sqrt(max(0, s^2 - e^2)) / sqrt(n),
-/// which is s / sqrt(n) together, or e / sqrt(n) if s is smaller.
+/// which combine to s / sqrt(n), or to e / sqrt(n) if s is smaller.
 Budget budget_of(const StatedUncertainty& stated, const Scatter& scatter, int visits, double range,
                  const std::optional<double>& model);
 

@@ -24,24 +24,24 @@ struct CertificateOptions {
   std::optional<double> tolerance;  ///< of AP [m]
   /// The five poses of the standard's cube; if empty, the poses P1 to P5, if all are there.
   std::vector<std::string> cube;
-  std::string refitted;               ///< what was fitted to these readings, as base,tool
+  std::string refitted;               ///< what was fitted to these readings, such as base,tool
   bool robot_knows_readings = false;  ///< the robot file was made from these readings
   std::optional<PathFigures> path;    ///< of a recorded path, if there is one
 };
 
-/// Figures that were found, and what they hold for.
+/// The figures and the conditions under which they are valid.
 struct Certificate {
   About about;
   std::string robot, refitted;
   std::optional<double> tolerance;
-  std::optional<Decision> decision;  ///< on the largest AP of all poses; with a tolerance
+  std::optional<Decision> decision;  ///< on the largest AP of all poses; empty without a tolerance
   std::optional<SetFigures> cube;
   SetFigures all;
   std::optional<PathFigures> path;
   std::optional<Budget> path_budget;  ///< of AT, which the model of the robot has no part in
   Budget budget;                      ///< of AP
   std::vector<PoseFigures> poses;
-  std::vector<std::string> notes;  ///< sentences: what limits the figures
+  std::vector<std::string> notes;  ///< sentences on the limits of the figures
 };
 
 /// Throws std::invalid_argument, with a remedy, if no pose has two visits or a pose of the cube is
@@ -51,28 +51,28 @@ Certificate certify(const Robot& robot, const Campaign& campaign, const Evaluati
 
 /// A value of a certificate with its expanded uncertainty [m].
 struct CertifiedValue {
-  std::string name;  ///< `ap`, `rp`, `cube ap`, `cube rp`, or of a pose: its name
+  std::string name;  ///< `ap`, `rp`, `cube ap`, `cube rp`, or the name of a pose
   double value = 0, expanded = 0;
 };
 
-/// The values that two certificates are compared in: first ap and rp of all poses and of the cube,
-/// then AP of each pose.
+/// The values of a certificate that a comparison uses: ap and rp of all poses and of the cube, and
+/// AP of each pose.
 struct CertifiedValues {
   std::string serial, date;
   std::vector<CertifiedValue> figures, poses;
 };
 CertifiedValues values_of(const Certificate& certificate);
 
-/// now - before, with U = sqrt(U_now^2 + U_before^2): errors that both have in common count twice,
-/// so the interval is rather too wide.
+/// now - before, with U = sqrt(U_now^2 + U_before^2). Errors that both certificates have in common
+/// count twice, so the interval is too wide rather than too narrow.
 struct Difference {
   std::string name;
   double before = 0, now = 0, difference = 0, expanded = 0;
   bool significant = false;  ///< |difference| > expanded
 };
 
-/// Of the values that both have. The expanded uncertainty of the m poses that are compared is
-/// widened to that of a chance of 4.55 % for any of them (Bonferroni).
+/// Differences of the values that both certificates have. The expanded uncertainty of the m poses
+/// is widened so that the chance of any false difference is 4.55 % in all (Bonferroni).
 struct Comparison {
   std::string date_before;
   std::vector<Difference> figures, poses;

@@ -27,9 +27,9 @@ struct PathFigures {
   double rt_expanded() const { return 2 * rt_std; }  ///< k = 2 [m]
 };
 
-/// `passes`: as the instrument recorded them, each with a clock of its own, which is fitted; with
-/// it the frame of the instrument, if `clock` asks for it. Throws std::invalid_argument as
-/// fit_clock() and path_accuracy() do.
+/// `passes`: as the instrument recorded them. The clock of each is fitted, and the frame of the
+/// instrument too if `clock` asks for it. Throws std::invalid_argument as fit_clock() and
+/// path_accuracy() do.
 PathFigures path_figures(const Path& commanded, const std::vector<Path>& passes,
                          const ClockOptions& clock);
 

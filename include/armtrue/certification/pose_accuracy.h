@@ -37,12 +37,12 @@ struct PoseFigures {
   /// Of the rotation vector, about the axes of R_A [rad]: AP is the mean error, RP is 3 S (the
   /// standard's +-3 S). Empty without orientations.
   std::optional<Eigen::Vector3d> ap_turn, rp_turn;
-  int directions = 0;  ///< different directions of arrival, those not known left out
-  /// vAP: largest distance of the means of visits from different directions; of directions with two
-  /// visits or more [m]. Empty if there are not two of them.
+  int directions = 0;  ///< number of different directions of arrival; unknown ones do not count
+  /// vAP: largest distance between the means of visits from different directions [m]. Only
+  /// directions with two visits or more count. Empty if there are fewer than two of them.
   std::optional<double> vap;
-  /// |AP, RP of the last half of the visits - that of the first half|, in the order of time [m].
-  /// Empty without times and below four visits.
+  /// Absolute difference of AP, and of RP, between the last half of the visits and the first half,
+  /// in the order of time [m]. Empty without times and below four visits.
   std::optional<double> drift_ap, drift_rp;
   /// vAP and drift of orientations, of the rotation vector, about the axes of R_A [rad]: largest
   /// difference of the mean errors from two directions; |AP, RP of the last half - of the first
@@ -66,7 +66,7 @@ PoseFigures pose_figures(const std::string& pose, const std::vector<Visit>& visi
 struct CampaignFigures {
   std::vector<PoseFigures> poses;     ///< in the order of the ids
   std::vector<std::string> single;    ///< poses with one visit
-  std::vector<std::string> not_left;  ///< poses of which two visits follow each other in the file
+  std::vector<std::string> not_left;  ///< poses with two visits that follow each other in the file
 };
 CampaignFigures figures_of(const Campaign& campaign, const Evaluation& evaluation);
 
@@ -76,7 +76,7 @@ struct Largest {
   std::string pose;
 };
 
-/// The figures that stand in a certificate: the largest of a set of poses.
+/// The figures of a certificate: the largest in a set of poses.
 struct SetFigures {
   int poses = 0;
   int fewest_visits = 0;

@@ -8,9 +8,9 @@
 
 namespace armtrue {
 
-/// The targets of a robot program as compensate() takes them. A target whose program names no frame
-/// or tool has that of the options. Throws InputError if a frame or tool of a Cartesian target is
-/// only named.
+/// Converts the targets of a robot program for compensate(). If a program names no frame or tool,
+/// its targets have that of the options. Throws InputError if the value of a frame or tool of a
+/// Cartesian target is not known.
 Program program_targets(const RobotProgram& program, const CompensationOptions& options);
 
 /// The commands that rewrite() takes, one for each target.
@@ -19,8 +19,8 @@ struct ProgramCommands {
   std::vector<std::string> warnings;
 };
 
-/// Notes of turns that this program does not state are taken off. A FANUC target whose corrected
-/// joints leave the turns that its CONFIG states stays as programmed.
+/// Removes notes on turns that this program does not state. If the corrected joints of a FANUC
+/// target leave the turns that its CONFIG states, the target stays as programmed.
 ProgramCommands program_commands(const RobotProgram& program,
                                  std::vector<CorrectedTarget>& targets);
 

@@ -10,10 +10,10 @@
 
 namespace armtrue {
 
-/// Probability below which a calibration does not hold, and a move is significant.
+/// Below this p-value a calibration does not hold, and a move is significant.
 inline constexpr double kChangeSignificance = 0.01;
 
-/// The change of one parameter since the previous calibration, if its hypothesis is true.
+/// The change of one parameter since the previous calibration, if its move is real.
 struct ParameterChange {
   int parameter;  ///< index
   double value;   ///< [m or rad]
@@ -22,28 +22,29 @@ struct ParameterChange {
 };
 
 /// Something that has moved: one identified parameter of a link, `base` (the tracker moved or was
-/// knocked), `anchor <name>` (one of several) or `tool` (the tool or its targets were seated anew).
+/// knocked), `anchor <name>` (one of several) or `tool` (the tool or its targets were mounted
+/// again).
 struct Move {
   std::string what;
-  std::vector<std::string> sessions;     ///< in which it is moved; empty: in all
-  std::vector<ParameterChange> changes;  ///< one; of base, tool and anchor all that are observable
-  double delta_bic = 0;                  ///< by how much it lowers BIC
+  std::vector<std::string> sessions;     ///< in which it has moved; empty: in all
+  std::vector<ParameterChange> changes;  ///< one; for base, tool and anchor all that are observable
+  double delta_bic = 0;                  ///< fall of BIC by the move
   double p_value = 1;       ///< of the fall of chi-square, times the number of hypotheses
-  double p_value_left = 1;  ///< of the residuals with all moves taken
-  /// Hypotheses that, in its place, explain these readings as well; best first.
+  double p_value_left = 1;  ///< of the residuals with all moves in the model
+  /// Other moves that explain these readings as well in its place; best first.
   std::vector<Move> indistinguishable;
 };
 
 struct ChangeResult {
   bool holds = true;
-  double p_value = 1;         ///< of the residuals, as a whole and by move, if nothing has moved
+  double p_value = 1;         ///< of the hypothesis that nothing has moved; see detect_change()
   ReadingSigma sigma;         ///< standard deviation of the readings that the test used, per axis
   std::vector<int> blunders;  ///< rows, left out of the test
   /// The moves that together explain the readings, in the order of discovery. Empty if the
   /// calibration holds or no move explains the residuals.
   std::vector<Move> moved;
-  double p_value_left = 1;  ///< of the residuals once these have moved
-  /// With several sessions: bases that the previous robot knows and that are now elsewhere.
+  double p_value_left = 1;  ///< of the residuals with these moves in the model
+  /// With several sessions: bases that the previous robot knows and that have moved.
   std::vector<Move> stations;
   double before = 0, after = 0;  ///< mean position error without and with the moves [m]
 };
@@ -60,34 +61,34 @@ struct ChangeResult {
 /// the model error there, so together they count as one reading. A move adds an unknown with no
 /// prior.
 ///
-/// Test. Two probabilities, the smaller times two: that of the chi-square of r under that
-/// covariance, and that of the largest fall of it by any single move, since a chi-square of all
-/// readings grows blind to one parameter as they grow in number. The calibration holds unless
-/// `p_value` is below kChangeSignificance. The spread is itself an estimate, of the n poses and k
-/// unknowns of the previous calibration, so the first law is an F with axes * n - k degrees of
-/// freedom in the denominator. If the poses' own chi-squares, once the best moves are fitted,
-/// scatter more than those of independent readings, that law is rescaled by the overdispersion
-/// (Satterthwaite 1946): an arm that comes to rest elsewhere moves all readings of a pose. For the
-/// same reason the standard deviation of a move is the larger of that of independent
-/// readings and that clustered by pose (see calibrate()), its interval is Student's with poses - 1
-/// degrees of freedom, and its probability the larger of that of chi-square and that of an F with
-/// as many.
+/// Test. `p_value` is two times the smaller of two p-values. The first is that of the chi-square of
+/// r under that covariance. The second is that of its largest fall by any single move, because with
+/// many readings the chi-square of all hardly shows a change of one parameter. The calibration
+/// holds unless `p_value` is below kChangeSignificance. The spread is itself an estimate, from the
+/// n poses and k unknowns of the previous calibration, so the first distribution is an F with axes
+/// * n - k degrees of freedom in the denominator. If the chi-squares of the single poses, with the
+/// best moves fitted, scatter more than those of independent readings, the distribution is rescaled
+/// by the overdispersion (Satterthwaite 1946), because an arm that comes to rest elsewhere moves
+/// all readings of a pose. For the same reason the standard deviation of a move is the larger of
+/// two: that of independent readings and that clustered by pose (see calibrate()). Its interval is
+/// that of Student's t with poses - 1 degrees of freedom, and its p-value the larger of that of
+/// chi-square and that of an F with as many.
 ///
-/// Search. While the probability of the rest, or that of the next move's fall, is below
-/// kChangeSignificance and fewer than four moves are taken, the move with the lowest BIC is added,
-/// and each taken move is exchanged for another if that lowers BIC. In the end a move is dropped if
-/// the probability of its fall of chi-square, times the number of hypotheses, is not below
-/// kChangeSignificance. A hypothesis that, in the place of a taken move, is worse by less than 6 in
-/// BIC cannot be distinguished from it (Kass, Raftery, "Bayes factors", 1995: strong evidence).
+/// Search. The model takes at most four moves. While the p-value of the residuals, or that of the
+/// fall by the next move, is below kChangeSignificance, the move with the lowest BIC is added, and
+/// each taken move is exchanged for another if that lowers BIC. At the end a move is dropped if the
+/// p-value of its fall of chi-square, times the number of hypotheses, is not below
+/// kChangeSignificance. If a hypothesis in the place of a taken move raises BIC by less than 6, the
+/// two cannot be distinguished (Kass, Raftery, "Bayes factors", 1995: strong evidence).
 ///
-/// Blunders are found under Student's t with 4 degrees of freedom, in the hypothesis (nothing or
-/// one move) that is best under that law, so that a move is not taken for blunders nor blunders for
-/// a move. If more than three in ten rows look like blunders, none is one.
+/// Blunders are found under Student's t with 4 degrees of freedom, with the hypothesis (nothing or
+/// one move) that is best under that distribution. So a move is not taken for blunders, nor
+/// blunders for a move. If more than 30 % of the rows look like blunders, none counts as one.
 ///
 /// Several sessions. Each has a base without a prior: an instrument that stands elsewhere is no
-/// change of the robot. Any other parameter moves from one session on. The zero offsets of
-/// `previous.identify_per_session` move in one session alone, and have no prior in a session that
-/// the previous robot does not know.
+/// change of the robot. Any other parameter moves at the start of one session and stays. The zero
+/// offsets of `previous.identify_per_session` move in one session alone, and have no prior in a
+/// session that the previous robot does not know.
 ///
 /// Touches. A contact may have been moved, as may base and tool: it is one hypothesis, with the
 /// parameters that its touches read. The errors of the previous parameters then have the covariance

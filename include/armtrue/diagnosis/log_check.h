@@ -8,7 +8,7 @@
 
 namespace armtrue {
 
-/// What the columns of a campaign contradict each other in, without a fit.
+/// Contradictions between the columns of a campaign, found without a fit.
 struct LogFindings {
   std::vector<std::string> errors;    ///< proven
   std::vector<std::string> warnings;  ///< likely
@@ -17,7 +17,8 @@ struct LogFindings {
 /// Errors: a reading that stands twice, time included. Warnings:
 /// - readings that stand twice, without a time or at another, if a quarter of the rows are such
 ///   copies;
-/// - a clock that stands still, that runs back a few times in rows that are in its order otherwise,
+/// - a clock that stands still, or that runs back a few times in rows that are otherwise in its
+///   order,
 ///   that seems to count milliseconds (median gap above 2 h), or minutes or hours (the joints would
 ///   move faster than 1000 deg/s);
 /// - directions of arrival that are nearly all opposite to the moves from row to row.

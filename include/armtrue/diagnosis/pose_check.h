@@ -16,23 +16,23 @@ struct ShownFrame {
   Pose pose;
 };
 
-/// Flange and tool in the foot R_0, tool in R_A, where the joints stand at `q` [rad]. Constants
-/// only: no effect is counted.
+/// Flange and tool in the foot R_0, and tool in R_A, at the joint angles `q` [rad]. Uses the
+/// constants only, no effects.
 std::vector<ShownFrame> shown_frames(const Robot& robot, const JointVector& q);
 
 /// A pose as numbers of a pendant: x, y, z [mm], then the KUKA angles a, b, c [deg].
 using PendantPose = std::array<double, 6>;
 
-/// A reading of the robot, the joint angles or the pose with which they agree.
+/// A way to read the robot file, the joint angles or the pose with which they agree.
 struct Agreement {
-  std::vector<std::string> changes;  ///< in words; empty: they agree as they are
+  std::vector<std::string> changes;  ///< in words; empty: they agree without a change
   std::string frame;                 ///< name of the ShownFrame that agrees
   double distance = 0;               ///< [m]
   double angle = 0;                  ///< [rad]
 };
 
-/// All readings with the fewest changes, at most two, that bring a frame within `distance` [m] and
-/// `angle` [rad] of the pose, best first: a joint that counts the other way or from another zero,
+/// All ways with the fewest changes, at most two, that bring a frame within `distance` [m] and
+/// `angle` [rad] of the pose, best first. Changes are: a joint with another sign or another zero,
 /// angles in rad, joint 3 relative to the horizontal, a table in the standard convention, a base
 /// turned about z or below the controller's frame at axis 2, other angles of orientation, lengths
 /// in m. Empty if none does.

@@ -6,11 +6,11 @@
 
 namespace armtrue {
 
-/// What a calibration of the geometry shows of the readings of one set-up. Errors: a link would
-/// change by more than an arm can be off, with whatever small error. Warnings: from some place on the
-/// readings lie in another frame; the distances from one anchor have another scale than the others;
-/// all links come out longer or shorter by one factor. Nothing if the campaign or the robot has
-/// several sessions.
+/// Mistakes in the readings of one set-up that a calibration of the geometry shows. Errors: a link
+/// changes by more than the error of any real arm, however small the residuals are. Warnings: after
+/// some row the readings are in another frame; the distances from one anchor have another scale
+/// than the others; all links become longer or shorter by one factor. Empty if the campaign or the
+/// robot has several sessions.
 LogFindings find_suspicions(const Robot& robot, const Campaign& campaign);
 
 }  // namespace armtrue

@@ -7,8 +7,9 @@
 
 namespace armtrue {
 
-/// Follows the encoder angles from one visit to the next: which way each joint moved last, and how
-/// far since it last reversed. Between two visits every joint is taken to move one way.
+/// Follows the encoder values from one visit to the next. Gives for each joint the direction of its
+/// last motion and its way since it last reversed. Assumes that every joint moves in one direction
+/// between two visits.
 class Arrival {
  public:
   explicit Arrival(const JointVector& start)
@@ -28,14 +29,14 @@ class Arrival {
 
   /// Sign of the last motion of each joint; 0: it has not moved yet.
   const Direction& direction() const { return direction_; }
-  /// Way of each joint since it last reversed, with the sign of its motion [rad or m].
+  /// Way of each joint since its last reversal, with the sign of its motion [rad or m].
   const JointVector& stroke() const { return stroke_; }
 
  private:
   static constexpr double kMinMotion =
-      1e-4 * kDegree;  // no rounding of a file is a motion; [rad or m]
+      1e-4 * kDegree;  // larger than the rounding of a file [rad or m]
 
-  JointVector moved_last_;  // small motions add up, so that a slow joint is seen to move too
+  JointVector moved_last_;  // not updated by a small motion: those of a slow joint add up
   Direction direction_{};
   JointVector stroke_;
 };

@@ -8,11 +8,12 @@
 
 namespace armtrue {
 
-/// How many arms have an effect, which is its price in the search: one of few likely causes needs
-/// less evidence than one of many unlikely ones.
+/// How many arms have an effect. The search charges an effect 2 ln N, with N the number of
+/// candidates that are at least as usual: one of a few likely causes needs less evidence than one
+/// of many unlikely ones.
 enum class Usual { most_arms, some, rare };
 
-/// One kind of effect that robots are known to have, for every joint that can have it.
+/// One kind of effect that robots are known to have, on every joint that can have it.
 struct CatalogueEntry {
   enum class Joint { none, own, previous, fixed };
 
@@ -21,17 +22,18 @@ struct CatalogueEntry {
                           ///< each target or anchor), or base, base.rx, tool, instrument.range ...
   bool of_every_joint = false;  ///< the parameter is one of each joint
   std::vector<int> joints;      ///< 0-based; otherwise those of the arm whose parameter it is
-  Driver driver;                ///< its joint is filled in as `driver_joint` says
+  Driver driver;                ///< `driver_joint` says which joint it gets
   Joint driver_joint = Joint::none;
   Shape shape;
-  bool only_positive = false;  ///< a negative coefficient would not be this effect (compliance)
+  bool only_positive = false;  ///< a negative coefficient is impossible, as for a compliance
   Usual usual = Usual::rare;
-  std::string family;  ///< that its effects form together; empty: none
-  double typical = 0;  ///< of a family: what a member typically adds to its parameter [m, rad]
-  /// One sentence for the cell, in which {j} stands for the joint of the parameter, {k} for that of
-  /// the driver: "axis {j} sags under gravity".
+  std::string family;  ///< name of the family that its effects form; empty: none
+  /// Of a family: typical size of what a member adds to its parameter [m, rad].
+  double typical = 0;
+  /// One sentence for the operator of the cell, in which {j} stands for the joint of the parameter
+  /// and {k} for that of the driver: "axis {j} sags under gravity".
   std::string in_words;
-  std::string separated_by;  ///< what to measure to tell it from its likes, in words
+  std::string separated_by;  ///< measurement that separates it from similar effects, in words
 };
 
 using Catalogue = std::vector<CatalogueEntry>;

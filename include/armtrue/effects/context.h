@@ -8,7 +8,7 @@
 
 namespace armtrue {
 
-/// Sign of motion of each joint.
+/// Sign of the last motion of each joint: -1 or 1; 0 if unknown.
 using Direction = std::array<std::int8_t, kMaxJoints>;
 
 inline constexpr int kMaxTemperatures = 8;
@@ -16,7 +16,7 @@ inline constexpr int kMaxTemperatures = 8;
 /// The state of robot and surroundings at one reading, without the reading itself.
 struct Context {
   JointVector q = JointVector::Zero(kMaxJoints);  ///< encoder values [rad or m]
-  Direction arrival{};                            ///< of the last motion; 0 = unknown
+  Direction arrival{};                            ///< direction of arrival; 0: unknown
   /// Way since the last reversal, signed [rad or m].
   JointVector stroke = JointVector::Zero(kMaxJoints);
   double time_s = 0;      ///< since the start of the campaign

@@ -8,39 +8,39 @@
 
 namespace armtrue {
 
-/// The quantity that a parameter follows from one reading to the next.
+/// The quantity on which a parameter depends.
 enum class DriverKind {
-  joint_angle,     ///< encoder value of one joint [rad, m], or of two (a series of both)
+  joint_angle,     ///< encoder value of one joint [rad, m], or of two joints (a series of products)
   gravity_torque,  ///< torque of gravity about the axis of one joint [N m], or force along it [N]
-  motor_torque,    ///< measured torque of one joint's motor, on the side of the arm [N m]
+  motor_torque,    ///< measured torque of the motor of one joint, after the gear [N m]
   arrival,         ///< direction in which one joint came to its pose: -1, 0, 1
-  stroke,       ///< way of one joint since it last reversed, with the sign of its motion [rad, m]
+  stroke,       ///< way of one joint since its last reversal, with the sign of its motion [rad, m]
   time,         ///< [s]
   temperature,  ///< of one sensor [deg C]
   payload,      ///< [kg]
   force,        ///< generalised force of the tool load on the parameter itself [N m or N]
   moment,       ///< generalised force of gravity on the parameter itself [N m or N]
-  position,     ///< the reading itself, a constant; only for parameters of the instrument
+  position,     ///< constant 1: an error of every reading; only for parameters of the instrument
   tool_weight,  ///< torque about one joint of 1 kg at the measured frame [N m]
   range,        ///< distance of the measured frame from the instrument [m]
   azimuth,      ///< of the line of sight, about the vertical through the instrument [rad]
   elevation,    ///< of the line of sight, above the horizontal [rad]
   incidence,    ///< angle between the line of sight and the z axis of the measured frame [rad]
-  place,        ///< of the measured frame in R_0, three numbers [m]; only for a polynomial
+  place,        ///< position of the measured frame in R_0 [m]; only for a polynomial
 };
 
 struct Driver {
   DriverKind kind = DriverKind::joint_angle;
-  int joint = -1;         ///< 0-based; joint_angle, the torques, arrival and stroke
-  int second_joint = -1;  ///< 0-based; joint_angle of two joints, a factor of a joint
-  std::string where;      ///< temperature: the sensor's name, as in the column temp_<where>_c
+  int joint = -1;         ///< 0-based; of joint_angle, the torques, arrival and stroke
+  int second_joint = -1;  ///< 0-based; of a joint_angle of two joints, or of a factor
+  std::string where;      ///< of a temperature: name of the sensor, as in the column temp_<where>_c
   /// A second driver, whose value multiplies the shape of the first: arrival, time, temperature
   /// (from 20 deg C on, the reference of ISO 1), payload, force or, of time, a torque of gravity.
   std::optional<DriverKind> factor{};
 
-  /// Two joint angles, each with a shape of its own.
+  /// Whether the driver is two joint angles, each with its own shape.
   bool is_pair() const { return second_joint >= 0 && !factor; }
-  /// Whether one of the two is of this kind.
+  /// Whether the driver or its factor is of this kind.
   bool involves(DriverKind which) const { return kind == which || factor == which; }
 
   bool operator==(const Driver&) const = default;
@@ -57,9 +57,9 @@ bool is_travel(const Driver& driver, const KinematicChain& chain);
 std::string to_string(const Driver& driver);
 std::optional<Driver> parse_driver(std::string_view text);
 
-/// SI unit of the value of a driver that moves a parameter measured in `parameter`, for messages:
-/// "rad", "N m", "s", ...; empty if it has none. A factor has none of the driver's joint: `joint`
-/// is its own.
+/// SI unit of the value of a driver, for messages: "rad", "N m", "s", ...; empty if it has none.
+/// `parameter`: unit of the parameter that it moves. `joint`: of the driver or, if `kind` is a
+/// factor, of the factor.
 std::string unit_of(const KinematicChain& chain, DriverKind kind, int joint,
                     ParameterUnit parameter);
 

@@ -11,7 +11,7 @@
 
 namespace armtrue {
 
-/// One identified number of an effect, in SI units of parameter per shape of driver.
+/// One identified number of an effect, in SI: unit of the parameter / unit of shape(driver).
 struct Coefficient {
   std::string name;  ///< "c"; "sin", "cos"; "rx", ...
   double value = 0;
@@ -20,73 +20,76 @@ struct Coefficient {
   std::array<double, 2> ci95{0, 0};
 };
 
-/// One cause that acts in many places, such as gravity on the stiffness of every joint. The
-/// coefficients of its members are about 0, each with its typical size times a common factor as
-/// prior deviation.
+/// One cause that acts on many parameters, such as gravity on the compliance of every joint. The
+/// coefficients of its members have priors with mean 0 and the standard deviation (common factor) x
+/// (typical size of the member). Readings determine the common factor.
 struct Family {
   std::string name;
-  double typical = 0;  ///< typical size of each coefficient of the effect, in its unit
+  double typical = 0;  ///< typical size of each coefficient of this effect, in its unit
 };
 
 /// A parameter that is not constant:
-///     parameter(context) = constant + sum_k c_k shape_k(driver(context)).
-/// `parameter` is the name of one parameter, or of a group: the six of `base` or `tool`, in the
-/// order x y z rx ry rz, the place x y z of a `target <name>`, or `instrument.point`, the error x y
-/// z of the points that the instrument reads. Each of a group has its own
-/// coefficients and follows its own generalised force; with the driver `moment` a group is its
-/// rotation vector, which follows the vector of the moment with one common coefficient. A factor of
-/// the driver multiplies every shape_k.
+///     parameter(context) = constant + f * sum_k c_k shape_k(driver(context)),
+/// with f the factor of the driver, 1 if it has none.
+///
+/// `parameter` names one parameter, or one of these groups:
+///     base, tool        x y z rx ry rz
+///     target <name>     x y z, its position
+///     instrument.point  x y z, an error of all points that the instrument reads
+/// Each parameter of a group has its own coefficients. With the driver `force` it follows the
+/// generalised force on itself. With the driver `moment` the effect turns the group: its rotation
+/// vector is one common coefficient times the vector of the moment.
 struct Effect {
   std::string name;
   std::string parameter;
   Driver driver;
   Shape shape;
   std::vector<Coefficient> coefficients;
-  std::optional<Family> family{};  ///< that the effect belongs to
-  /// Whether the readings left open that the instrument errs in place of the arm. The effect then
-  /// stands for what the instrument reads, and moves no program.
+  std::optional<Family> family{};  ///< to which the effect belongs
+  /// Whether the effect may be an error of the instrument and not of the arm; see
+  /// may_be_instrument(). The effect then predicts readings, but does not correct programs.
   bool may_be_instrument = false;
-  /// Mean of the effect over the poses of its calibration, of one that may be the instrument's: the
-  /// constants stand for the arm only together with it [SI].
+  /// If it may be the instrument's: mean of the effect over the poses of its calibration. Only
+  /// constant + mean is the parameter of the arm then [SI].
   double mean = 0;
-  /// The effects that make up a whole family, whose coefficients stand here one after the other;
-  /// `parameter` is then the name of the family. Only a search has such effects.
+  /// Not empty if this is a whole family: its effects. `coefficients` then holds theirs, one after
+  /// the other, and `parameter` is the name of the family. Occurs only during a search.
   std::vector<Effect> members{};
 };
 
-/// Whether both have one parameter and one driver.
+/// Whether both have the same parameter and the same driver.
 inline bool same_place(const Effect& a, const Effect& b) {
   return a.parameter == b.parameter && a.driver == b.driver;
 }
 
-/// Whether both have one parameter, one driver and one shape; coefficients may differ.
+/// Whether both have the same parameter, driver and shape; coefficients may differ.
 inline bool same_form(const Effect& a, const Effect& b) {
   return same_place(a, b) && a.shape == b.shape;
 }
 
 inline constexpr const char* kPointOfInstrument = "instrument.point";
 
-/// Number of the parameters that an effect's parameter stands for: 6 of a pose, 3 of a point.
+/// Number of parameters in the group `parameter`: 6 for a pose, 3 for a point, 1 if it is no group.
 int group_size(const std::string& parameter);
 inline bool is_group(const std::string& parameter) { return group_size(parameter) > 1; }
 
-/// Index of the first of them; nothing if the chain has no such parameter or group.
+/// Index of the first parameter of the group; nothing if the chain has no such parameter or group.
 std::optional<int> first_parameter(const KinematicChain& chain, const std::string& parameter);
 
-/// Whether the coefficients share one prior deviation: those of a group, and of a whole family.
+/// Whether the coefficients share one prior standard deviation: those of a group or a whole family.
 inline bool is_shrunken(const Effect& effect) {
   return is_group(effect.parameter) || !effect.members.empty();
 }
 
-/// The members of a whole family, with their coefficients; otherwise the effect itself.
+/// The members of a whole family with their coefficients; for any other effect, the effect itself.
 std::vector<Effect> single_effects(const Effect& effect);
 
-/// What an effect's parameter is measured in; radian of a pose, whose coefficients have units of
-/// their own unless the moment turns it.
+/// Unit of the parameter of an effect. Of a pose it is radian, which is right if the driver
+/// `moment` turns it; other effects on a pose move it in m and rad.
 ParameterUnit unit_of_parameter(const KinematicChain& chain, const std::string& parameter);
 
-/// The reason why no parameter of this name can follow the driver in this shape, with the remedy;
-/// empty if it can.
+/// If the parameter cannot follow the driver in this shape: the reason and the remedy. Otherwise
+/// empty.
 std::string why_invalid(const std::string& parameter, const Driver& driver, const Shape& shape);
 
 }  // namespace armtrue

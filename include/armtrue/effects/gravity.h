@@ -12,9 +12,9 @@ namespace armtrue {
 /// Frames of the arm in one context: R_0 from R_1 ... R_n.
 using ArmFrames = LinkFrames;
 
-/// The generalised force of gravity on a parameter of the chain: the work of the weights per unit
-/// of the parameter, g . sum_k m_k d(com_k)/d(parameter) [N m for an angle, N for a length]. For
-/// A_j.theta it is the torque of gravity on joint j.
+/// The generalised force of gravity on a parameter of the chain, Q = g . sum_k m_k
+/// d(com_k)/d(parameter) [N m for an angle, N for a length]. For A_j.theta it is the torque of
+/// gravity on joint j.
 ///
 /// Without masses the load is a basis that spans the torque of any distribution of mass in the
 /// carrying links: the first moments of link j itself and of the links after it whose axes stay
@@ -40,7 +40,7 @@ class GravityLoad {
     int link, axis;  // link -1: R_0
     bool by_travel = false;  // times the way of the link along its z axis
   };
-  struct Motion;  // what the parameter moves: an axis, a point of it, and whether it turns
+  struct Motion;  // motion by the parameter: its axis, a point on it, and whether it is a rotation
   Motion motion(const ArmFrames& frames) const;
   double first_moment_value(const FirstMoment& moment, const ArmFrames& frames) const;
   Eigen::Vector3d gravity_in_foot(const ArmFrames& frames) const;

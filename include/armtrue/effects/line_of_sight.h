@@ -18,11 +18,12 @@ class LineOfSight {
   /// Angle about `up`, from the axis of R_A that is nearest to the horizontal plane [rad].
   double azimuth() const;
   double elevation() const;  ///< [rad]
-  /// Angle between the line, seen from the point, and `axis`, a unit vector [rad].
+  /// Angle between the direction from the point to the instrument and `axis`, a unit vector [rad].
   double incidence(const Eigen::Vector3d& axis) const;
 
   /// d(reading of the point)/d(error of range, azimuth, elevation) [1, m, m]. The columns of the
-  /// angles are zero for a point at the instrument, that of the azimuth straight above it too.
+  /// angles are zero for a point at the instrument. That of the azimuth is also zero straight above
+  /// it.
   const Eigen::Matrix3d& derivatives() const { return derivatives_; }
 
  private:

@@ -24,36 +24,38 @@ struct InstrumentNoise {
   double orientation = 0;  ///< [rad]
 };
 
-/// Parameters of one session of a campaign: a station of the instrument, a day.
+/// Parameters of one session of a campaign, such as one station of the instrument or one day.
 struct Session {
   Pose base;  ///< R_A from R_0
-  /// Zero offsets of its own, by 0-based link: theta [rad] of a revolute joint, r [m] of a
-  /// prismatic one; the others are those of the chain.
+  /// Its own zero offsets, by 0-based link: theta [rad] of a revolute joint, r [m] of a prismatic
+  /// one. The others are those of the chain.
   std::map<int, double> theta;
-  std::map<std::string, double> std;  ///< as Robot::std; of the first session they stand there
+  std::map<std::string, double> std;  ///< as Robot::std, which holds those of the first session
 };
 
-/// How far a calibrated robot may be from the arm.
+/// Uncertainty of the parameters of a calibrated robot.
 struct Uncertainty {
-  /// Geometric parameters by name; after them come the coefficients of all effects, in their order.
+  /// Names of the geometric parameters. After them come the coefficients of all effects, in their
+  /// order.
   std::vector<std::string> parameters;
   Eigen::MatrixXd root;  ///< G with G G^T = covariance of all these [SI]; lower triangular
-  /// Standard deviation of a reading about the model, per axis, where that was calibrated: noise,
-  /// and what differs from pose to pose and the model lacks. 0 of orientations: not measured.
+  /// Standard deviation of a reading about the model, per axis, in the region of the calibration.
+  /// Contains noise and the lack of fit that differs from pose to pose. 0 for orientations that
+  /// were not measured.
   InstrumentNoise reading;
-  /// Largest variance of the position by `root`, the sum over its axes, of a pose of the
+  /// Largest variance of the position by `root`, summed over its axes, among the poses of the
   /// calibration [m^2].
   double largest_variance = 0;
   int poses = 0;  ///< of the calibration
 };
 
-/// A robot as its file describes it: the model that predicts a pose, and what identification is
-/// allowed to change in it.
+/// A robot as its file describes it: the model that predicts a pose, and the parameters that a
+/// calibration may change.
 struct Robot {
   std::string name;
   KinematicChain chain;
-  /// The sessions of a campaign that had several, by name. `chain` is as in the first, and holds
-  /// for readings of no or of an unknown session.
+  /// The sessions of a calibration with several, by name. `chain` has the base and zero offsets of
+  /// the first; it also applies to readings without a session or of an unknown one.
   std::map<std::string, Session> sessions;
   /// The link whose frame stands on the ground, 0-based, if a positioner carries the part: the
   /// chain then runs from the part, through the axes of the positioner, to the ground and from
@@ -71,16 +73,16 @@ struct Robot {
   std::vector<Effect> effects;
 
   std::vector<std::string> identify{"auto"};  ///< {"auto"}, {"paper-25"}, or parameter names
-  /// Zero offsets, such as A2.theta, of which each session has its own value, as of its base.
+  /// Zero offsets, such as A2.theta, that have their own value in each session, as the base has.
   std::vector<std::string> identify_per_session;
   InstrumentNoise noise;
   std::map<std::string, double> priors;  ///< standard deviation about the nominal value [SI]
-  /// The chain that priors are about, if it is not `chain`: that of the robot before a calibration.
-  /// Files do not hold it: the values of a file are its nominal ones.
+  /// The chain whose values are the means of the priors, if it is not `chain`: that of the robot
+  /// before a calibration. Not written to files: the values of a file are its nominal ones.
   std::optional<KinematicChain> nominal;
   std::map<std::string, double> std;       ///< of identified parameters [SI]
   std::optional<Uncertainty> uncertainty;  ///< of a calibrated robot
-  /// Whether links may be anything: parameters that `priors` does not name have no prior then.
+  /// If true, parameters that `priors` does not name have no prior.
   bool free_links = false;
 };
 

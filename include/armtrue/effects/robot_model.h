@@ -11,9 +11,9 @@
 
 namespace armtrue {
 
-/// An effect resolved for one robot: which parameters its coefficients move, and by which values.
-/// Drivers and torques are computed with the robot's chain at the time of binding. A calibration
-/// afterwards changes lengths by some 1e-3, and the effect by as little.
+/// An effect resolved for one robot: the parameters that its coefficients move, and the values that
+/// multiply the coefficients. Drivers and torques are computed with the chain at the time of
+/// binding. A later calibration changes lengths, and so these values, by about 1e-3 of themselves.
 class BoundEffect {
  public:
   /// offset[parameter] += coefficient * value
@@ -41,7 +41,7 @@ class BoundEffect {
  private:
   void bind_members(const Effect& effect, const Robot& robot,
                     const std::vector<std::string>& temperature_names);
-  // The torque on a joint is one for all members of a group.
+  // All members of a group share the torque on a joint.
   const GravityLoad& load_on(size_t member) const {
     return loads_[std::min(member, loads_.size() - 1)];
   }
@@ -72,7 +72,7 @@ class RobotModel {
  public:
   explicit RobotModel(const Robot& robot, const std::vector<std::string>& temperature_names = {});
 
-  /// The reading of the measured frame: R_A from it, with the errors of the instrument.
+  /// The reading of the measured frame: R_A_from_measured, with the errors of the instrument.
   Pose pose(const Context& context) const;
 
   /// The same for a target, an index into the chain's targets, or -1 for the measured frame's
@@ -85,7 +85,7 @@ class RobotModel {
 
   const ChainEvaluator& chain() const { return chain_; }
 
-  /// The sum of the effects on each parameter of the chain, the instrument, targets and anchors.
+  /// The sum of all effects on each parameter of the chain, the instrument, targets and anchors.
   Eigen::VectorXd offsets(const Context& context) const;
 
  private:

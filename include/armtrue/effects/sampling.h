@@ -6,8 +6,8 @@
 
 namespace armtrue {
 
-/// `count` joint vectors that fill the travel of the joints evenly (Halton's sequence, the same for
-/// every call); joints without limits move within +-180 deg.
+/// `count` joint vectors that fill the travel of the joints evenly (Halton sequence, the same in
+/// every call). Joints without limits move within +-180 deg.
 std::vector<JointVector> sample_joint_space(const KinematicChain& chain, int count);
 
 }  // namespace armtrue

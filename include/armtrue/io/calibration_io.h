@@ -12,17 +12,17 @@
 
 namespace armtrue {
 
-/// Where the arm shall be accurate, and how many of the readings lie there.
+/// The zone in which the arm must be accurate, and the number of readings in it.
 struct WeightedZone {
   Zone zone;
   int readings_inside;
 };
 
-/// What a calibration found beside the robot.
+/// Results of a calibration beside the robot.
 struct CalibrationFindings {
   std::optional<WeightedZone> zone;
-  std::vector<GrossPose> gross;       ///< they took no part
-  std::optional<Robot> nominal;       ///< with base and tool placed on the readings
+  std::vector<GrossPose> gross;       ///< no fit used them
+  std::optional<Robot> nominal;       ///< with base and tool fitted to the readings
   std::optional<FitQuality> quality;  ///< of the fit
 };
 

@@ -15,9 +15,9 @@ struct CampaignFile {
 };
 
 /// Reads measured poses from a file, or from standard input for "-"; armtrue-formats(5) names the
-/// columns. Directions of arrival that the file does not state are taken from the previous row.
-/// `joints`: those of the robot. Throws InputError: a missing or malformed column, a replicate at
-/// other joint angles, a repeat that stands twice, no measured row at all.
+/// columns. Directions of arrival that the file does not state follow from the previous row.
+/// `joints`: those of the robot. Throws InputError for a missing or malformed column, a replicate
+/// at other joint angles, a repeat that occurs twice, or a file without a measured row.
 CampaignFile read_campaign(const std::string& path,
                            const std::vector<JointName>& joints = six_axis_names());
 

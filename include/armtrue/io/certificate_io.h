@@ -28,8 +28,8 @@ struct CertificateFile {
   std::string sha256;
 };
 
-/// Reads what compare() needs of an armtrue-certificate/1 document; its other keys are not looked
-/// at. Throws InputError with file, line and key.
+/// Reads what compare() needs from an armtrue-certificate/1 document; ignores its other keys.
+/// Throws InputError with file, line and key.
 CertificateFile read_certificate(const std::string& path);
 
 }  // namespace armtrue

@@ -7,8 +7,8 @@
 
 namespace armtrue {
 
-/// armtrue-change/1: whether a calibration still holds and, if not, what has moved: each move whose
-/// p-value is below kChangeSignificance or that cannot be told from the best.
+/// armtrue-change/1: whether a calibration still holds and, if not, what has moved. Lists each move
+/// whose p-value is below kChangeSignificance or that cannot be distinguished from the best.
 std::string write_change(const ChangeResult& result, const Robot& previous,
                          const Campaign& campaign, const Provenance& provenance);
 

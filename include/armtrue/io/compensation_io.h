@@ -13,7 +13,7 @@
 
 namespace armtrue {
 
-/// The targets of a program as they were read, for commands with all columns of the file.
+/// The targets of a program as they were read, with all columns of the file.
 struct ProgramFile {
   std::string source;  ///< for messages
   std::string sha256;
@@ -35,24 +35,25 @@ struct ProgramFile {
 };
 
 /// Reads `pose` with `q1_deg..q6_deg`, or with `x_mm,y_mm,z_mm,a_deg,b_deg,c_deg` and, as a hint of
-/// the branch, `q1_deg..q6_deg`; and, where they are there, `t` and the columns of the context, as
+/// the branch, `q1_deg..q6_deg`; and, if present, `t` and the columns of the context, as
 /// read_campaign() does. `joints`: those of the robot. Throws InputError, also for a file that
-/// compensate wrote: its targets are corrected already.
+/// compensate wrote, because its targets are already corrected.
 ProgramFile read_program(const std::string& path,
                          const std::vector<JointName>& joints = six_axis_names());
 
 enum class CommandKind { joints, cartesian };
 
-/// The rows of `file` with commands of a kind in place of the columns of that kind, or after all
-/// columns if it has none; then what is predicted, and the notes. A target that is not corrected,
-/// and every other column, stands as it was read. Angles have nine decimals, lengths in mm seven.
+/// The rows of `file` with commands of a kind. They replace the columns of that kind, or follow all
+/// columns if there are none. Then come the predictions and the notes. A target that is not
+/// corrected, and every other column, stays as it was read. Angles have nine decimals, lengths in
+/// mm seven.
 std::string write_commands(const ProgramFile& file, const std::vector<CorrectedTarget>& targets,
                            CommandKind kind);
 
-/// What the summary says beside the targets.
+/// What the summary states beside the targets.
 struct CompensationStory {
-  std::string robot, controller;         ///< names
-  std::vector<std::string> assumed;      ///< what the commands hold for, in sentences
+  std::string robot, controller;     ///< names
+  std::vector<std::string> assumed;  ///< conditions for which the commands are valid, in sentences
   std::vector<std::string> not_applied;  ///< effects of the station
   /// Of a robot program whose moves were to be divided.
   std::optional<BetweenPoints> between;

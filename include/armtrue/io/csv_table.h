@@ -40,14 +40,14 @@ class CsvTable {
   double number(const Quantity& quantity) const { return quantity.unit * number(quantity.column); }
   int integer(int column) const;
 
-  /// The field as it stands in the file, without quotes; text() has a point for a decimal comma.
+  /// The field as in the file, without quotes; text() replaces a decimal comma by a point.
   std::string_view original(int column) const;
   /// The same, 'quoted' for messages.
   std::string quoted(int column) const;
   char separator() const { return separator_; }
   /// file:line: column 'name': what
   [[noreturn]] void fail(int column, const std::string& what) const;
-  /// The error of a missing column, with the nearest name that is there.
+  /// Throws the error of a missing column, with the most similar name of the file.
   [[noreturn]] void fail_missing(const std::vector<std::string>& missing) const;
 
  private:
@@ -56,7 +56,7 @@ class CsvTable {
   Source& source_;
   char separator_ = ',';
   std::string_view original_;  // the line as it was read
-  std::string line_;           // kept when a decimal comma has to be rewritten
+  std::string line_;           // copy in which decimal commas are replaced
   std::vector<std::string> columns_;
   std::vector<std::string_view> fields_;
 };

@@ -11,8 +11,8 @@ namespace armtrue {
 /// `trend_x_mm,trend_y_mm,trend_z_mm`, and `break`, 1 where the trend may jump.
 std::string write_deviation(const PathDeviation& deviation);
 
-/// Measured poses for close-loop: means of `block` neighbouring samples of the deviation's grid
-/// while the tool moves, with the joint angles `q` of the programmed path at its samples. Columns
+/// Measured poses for close-loop: means of `block` neighbouring samples on the grid of the
+/// deviation while the tool moves. `q`: joint angles at the samples of the programmed path. Columns
 /// `pose,t_s,q1_deg..q6_deg,x_mm,y_mm,z_mm,sigma_mm` (noise of the mean) and, where there are
 /// forces, `fx_n,fy_n,fz_n`.
 std::string write_pass_as_poses(const Path& programmed, const JointMatrix& q,

@@ -9,15 +9,15 @@
 
 namespace armtrue {
 
-/// One row for each point: its place, joint angles, the predicted error before and after, the parts
-/// of the causes, notes. Lengths and angles have six decimals.
+/// One row for each point: its position, joint angles, the predicted error before and after, the
+/// parts of the causes, notes. Lengths and angles have six decimals.
 std::string write_error_map(const ErrorMap& map,
                             const std::vector<JointName>& joints = six_axis_names());
 
-/// What the summary says beside the map.
+/// What the summary states beside the map.
 struct ErrorMapStory {
-  std::string robot, controller;         ///< names
-  std::vector<std::string> assumed;      ///< what the errors hold for, in sentences
+  std::string robot, controller;     ///< names
+  std::vector<std::string> assumed;  ///< conditions for which the errors are valid, in sentences
   std::vector<std::string> not_applied;  ///< effects of the station
 };
 
@@ -25,7 +25,8 @@ struct ErrorMapStory {
 std::string write_error_map_summary(const ErrorMap& map, const ErrorMapSummary& summary,
                                     const ErrorMapStory& story, const Provenance& provenance);
 
-/// The summary for a terminal: the sentence, errors by cause, the direction, the places of a part.
+/// The summary for a terminal: a sentence, errors by cause, the main direction, the best and worst
+/// place of a part.
 std::string error_map_table(const ErrorMap& map, const ErrorMapSummary& summary);
 
 }  // namespace armtrue

@@ -9,8 +9,8 @@
 
 namespace armtrue {
 
-/// armtrue-summary/1: errors of a robot on a campaign, and what was predicted of them if it states
-/// its uncertainty. `against`: another robot on the same readings, to compare with.
+/// armtrue-summary/1: errors of a robot on a campaign, and their prediction if the robot states its
+/// uncertainty. `against`: another robot on the same readings, for comparison.
 std::string write_summary(const Evaluation& evaluation, const Robot& robot,
                           const Campaign& campaign, const Provenance& provenance,
                           const std::vector<Prediction>& predictions = {},

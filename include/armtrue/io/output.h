@@ -11,15 +11,16 @@ class OutputError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// True of what is written to and never replaced: /dev/null, a pipe, and an open descriptor by
-/// name, such as /dev/stdout, even if it leads to a file.
+/// True for an output that is written to and never replaced: /dev/null, a pipe, or the name of an
+/// open descriptor, such as /dev/stdout, even if it leads to a file.
 bool is_device_or_pipe(const std::string& path);
 
-/// True if both names lead to one file, also by a hard link. Names of files that do not exist yet
-/// are compared.
+/// True if both names lead to the same file, also by a hard link. If a file does not exist yet, the
+/// names are compared.
 bool same_file(const std::string& a, const std::string& b);
 
-/// Throws OutputError if write_output() to `path` would fail, as far as one can know beforehand.
+/// Throws OutputError if write_output() to `path` would fail, as far as this can be checked
+/// beforehand.
 void check_writable(const std::string& path);
 
 struct Product {
@@ -27,13 +28,14 @@ struct Product {
   std::string text;
 };
 
-/// Writes products that belong together: all take their places, or none does. Each is written to a
-/// temporary file (`.part` and the number of the process) beside its path and brought to the disk.
-/// Of several, the old files are then set aside (`.old` and that number), the last first, and the
-/// new ones take their names, the last at the end: let the last be the one that refers to the
-/// others. A process that is killed in between leaves the old files under their own names or set
-/// aside, never a mixture. SIGINT, SIGTERM, SIGHUP and SIGQUIT wait until this is over. What
-/// is_device_or_pipe() is written to as it stands. Throws OutputError.
+/// Writes products that belong together: either all of them or none. Each is first written to a
+/// temporary file beside its path (`.part` and the process id) and synchronised to the disk. With
+/// several products, the old files are then renamed (`.old` and the process id), the last one
+/// first, and the new files get their names, the last one last. So the last product should be the
+/// one that refers to the others. If the process is killed in between, the old files remain, under
+/// their own or their `.old` names, and never a mixture of old and new. SIGINT, SIGTERM, SIGHUP and
+/// SIGQUIT wait until this is done. An output with is_device_or_pipe() is written to directly.
+/// Throws OutputError.
 void write_outputs(const std::vector<Product>& products);
 
 /// The same with one product.

@@ -22,10 +22,10 @@ struct PathFile {
 
 enum class KeepRows { no, yes };
 
-/// Reads `t_s,x_mm,y_mm,z_mm` and, where they are there, `a_deg,b_deg,c_deg`, `q1_deg..q6_deg` and
-/// `fx_n,fy_n,fz_n`. Rows with an empty position are lost samples. Throws InputError: a missing or
-/// malformed column, time that does not increase, an orientation, joint or force group that is not
-/// complete; with KeepRows::yes also a lost sample.
+/// Reads `t_s,x_mm,y_mm,z_mm` and, if present, `a_deg,b_deg,c_deg`, `q1_deg..q6_deg` and
+/// `fx_n,fy_n,fz_n`. Rows with an empty position are lost samples. Throws InputError for a missing
+/// or malformed column, time that does not increase, or an incomplete group of orientation, joints
+/// or force; with KeepRows::yes also for a lost sample.
 PathFile read_path(const std::string& file, KeepRows keep = KeepRows::no,
                    const std::vector<JointName>& joints = six_axis_names());
 
@@ -33,7 +33,7 @@ PathFile read_path(const std::string& file, KeepRows keep = KeepRows::no,
 std::string write_path(const Path& path, const std::vector<JointName>& joints = six_axis_names());
 
 /// The rows of `file` (read with KeepRows::yes) with other positions; every other column, and a
-/// position that did not move, stands as it was read. New positions are rounded to a nanometre.
+/// position that did not move, stays as it was read. New positions are rounded to a nanometre.
 std::string write_path_like(const PathFile& file, const Eigen::Matrix3Xd& position);
 
 }  // namespace armtrue

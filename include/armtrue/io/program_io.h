@@ -11,8 +11,8 @@ namespace armtrue {
 /// is one. Throws InputError if a file cannot be read.
 KrlProgram read_krl(const std::string& src, const std::string& dat = "");
 
-/// The name of the data list of a program that is written to `src`: that name with the ending of
-/// `original`, the list of the original program, .dat if that has none.
+/// The name of the data list of a program that is written to `src`: the same name with the
+/// extension of `original`, the data list of the original program, or .dat if that has none.
 std::string dat_beside(const std::string& src, const std::string& original);
 
 /// Writes a corrected program to `src` and its data list to dat_beside(): both or none. Throws

@@ -6,12 +6,12 @@
 
 namespace armtrue {
 
-/// Which command, in which version, made a document from which files.
+/// The command and version that made a document, and its input files.
 struct Provenance {
   std::string command;
   std::string version;
   std::vector<std::pair<std::string, std::string>> inputs;  ///< file, SHA-256
-  std::vector<std::string> warnings;                        ///< that were given while it was made
+  std::vector<std::string> warnings;                        ///< of the command
 };
 
 }  // namespace armtrue

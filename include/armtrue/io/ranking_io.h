@@ -8,11 +8,11 @@
 
 namespace armtrue {
 
-/// armtrue-ranking/1: the effects that the tracer found and the best candidates it did not add.
+/// armtrue-ranking/1: the found effects, and the best candidates that were not added.
 std::string write_ranking(const TraceResult& result, const Provenance& provenance);
 
 /// The effects of an armtrue-ranking/1 or armtrue-loop/1 document, each with the effects that
-/// cannot be told from it; other keys of the documents are not read. Throws InputError.
+/// cannot be distinguished from it; ignores other keys of the documents. Throws InputError.
 std::vector<TracedEffect> read_findings(const std::string& path, const KinematicChain& chain);
 
 }  // namespace armtrue

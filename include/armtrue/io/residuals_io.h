@@ -14,11 +14,11 @@ struct Residuals {
   const Campaign& campaign;
   std::vector<Eigen::Matrix<double, 6, 1>> of_row;  ///< as in Evaluation [m, rad]
   std::vector<std::string> split;                   ///< of each row: training, held-out or all
-  std::vector<Prediction> predictions{};  ///< of each row; empty: of a robot without uncertainty
+  std::vector<Prediction> predictions{};  ///< of each row; empty if the robot has no uncertainty
 };
 
 /// Measured minus model, in R_A; the residual of a distance stands in the column dl_mm. The rows of
-/// each campaign follow those of the one before.
+/// the campaigns follow one another.
 std::string write_residuals(const std::vector<Residuals>& campaigns);
 
 }  // namespace armtrue

@@ -12,12 +12,12 @@ namespace armtrue {
 
 struct RobotFile {
   Robot robot;
-  /// Standard deviation of the residuals of its calibration, per axis; 0 for orientations that it
-  /// did not have.
+  /// Standard deviation of the residuals of its calibration, per axis; 0 for orientations if it had
+  /// none.
   std::optional<ReadingSigma> residual_spread;
   std::string name;  ///< of the file, for messages and provenance
   std::string sha256;
-  /// File and SHA-256 of the robot that a calibrated one was made from, as its provenance says.
+  /// Of a calibrated robot: file and SHA-256 of the nominal robot, from its provenance.
   std::optional<std::pair<std::string, std::string>> nominal;
 };
 
@@ -25,7 +25,7 @@ struct RobotFile {
 RobotFile read_robot(const std::string& path);
 Robot parse_robot(const std::string& text, const std::string& file);
 
-/// The document, without provenance if that names no command. Numbers read back exactly.
+/// The document, with provenance if that names a command. Numbers read back exactly.
 std::string write_robot(const Robot& robot, const Provenance& provenance = {});
 
 }  // namespace armtrue

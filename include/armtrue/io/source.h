@@ -25,10 +25,10 @@ class Source {
   bool next_line(std::string_view& line);
   int line_number() const { return line_number_; }
 
-  /// Everything that is left.
+  /// The rest of the file.
   std::string read_all();
 
-  /// SHA-256 in hexadecimal, once everything is read.
+  /// SHA-256 in hexadecimal, after everything is read.
   std::string sha256();
 
  private:
@@ -44,8 +44,8 @@ class Source {
   int line_number_ = 0;
 };
 
-/// Throws InputError for a zero byte, which no text in UTF-8 holds, and for a carriage return
-/// outside CRLF: as the line end of old Macs it would make one line of the whole file.
+/// Throws InputError for a zero byte, which does not occur in UTF-8 text, and for a carriage return
+/// outside CRLF. With line ends of old Macs the whole file would be one line.
 void check_text(std::string_view text, const std::string& file, int first_line = 1);
 
 }  // namespace armtrue

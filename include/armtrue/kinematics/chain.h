@@ -40,7 +40,7 @@ struct Link {
   JointKind joint = JointKind::revolute;
 };
 
-/// Whether the encoder of a joint shows a length, not an angle.
+/// Whether the encoder of a joint shows a length and not an angle.
 inline bool is_prismatic(const Link& link) { return link.joint == JointKind::prismatic; }
 
 /// Returns the travel {min, max} of a joint [rad or m]; a missing limit is replaced by -pi or +pi
@@ -64,10 +64,10 @@ struct Anchor {
   double zero = 0;
 };
 
-/// What a tool touches. The touch reads, in the axes of the contact,
+/// What the tool touches. In the axes of the contact, a touch reads
 ///     point     the three coordinates of the touching point: a socket that holds a ball
-///     artefact  the same of one of several points that are known relative to each other: a scale
-///               bar, a ball plate
+///     artefact  the same, relative to one of several points whose places in the artefact are
+///               known: a scale bar, a ball plate
 ///     plane     the height above z = 0
 ///     sphere    the distance from the origin, less the radius
 enum class ContactKind { point, artefact, plane, sphere };
@@ -78,14 +78,14 @@ struct ArtefactPoint {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
 };
 
-/// A thing at rest in R_A that the point of the tool touches. Nobody need know its place.
+/// A thing at rest in R_A that the point of the tool touches. Its place may be unknown.
 struct Contact {
   std::string name;
   ContactKind kind = ContactKind::point;
   Pose place;                         ///< R_A from the contact
   double radius = 0;                  ///< of a sphere [m]
   std::vector<ArtefactPoint> points;  ///< of an artefact
-  /// False: place and radius are unknown, and found from readings.
+  /// False: place and radius are unknown; a calibration finds them.
   bool is_placed = true;
 };
 
@@ -117,7 +117,7 @@ int joint_of_link(const KinematicChain& chain, int link);
 /// Whether the chain is the usual arm: six revolute joints, then one fixed link.
 bool is_six_axis_arm(const KinematicChain& chain);
 
-/// The first of these arms: seven links at zero, without names, the last of them fixed.
+/// Links of such an arm: seven, all parameters zero, without names; the last one is fixed.
 std::vector<Link> six_axis_links();
 
 }  // namespace armtrue

@@ -6,7 +6,7 @@
 
 namespace armtrue {
 
-/// Whether the touch of a contact reads three coordinates, and not a distance alone.
+/// Whether a touch of the contact reads three coordinates, not one distance.
 constexpr bool reads_point(ContactKind kind) {
   return kind == ContactKind::point || kind == ContactKind::artefact;
 }
@@ -17,8 +17,9 @@ struct TouchReading {
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
 };
 
-/// What a touch at `u`, in the axes of the contact [m], reads: f(u) of ContactKind. `point`: index
-/// into the points of an artefact. `axis`: the coordinate, 0 to 2; any of a plane or a sphere.
+/// The reading f(u) of ContactKind for a touch at `u`, in the axes of the contact [m]. `point`:
+/// index into the points of an artefact. `axis`: the coordinate, 0 to 2; ignored for a plane or a
+/// sphere.
 TouchReading touch_reading(const Contact& contact, int point, int axis, const Eigen::Vector3d& u);
 
 }  // namespace armtrue

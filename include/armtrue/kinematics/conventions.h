@@ -6,13 +6,14 @@
 
 namespace armtrue {
 
-/// A chain whose rows were meant as standard Denavit-Hartenberg parameters,
+/// Converts a chain whose links hold standard Denavit-Hartenberg parameters,
 ///     row = Rot(z, theta) Trans(z, r) Trans(x, d) Rot(x, alpha),
-/// as the modified chain that it is: each link takes alpha and d of the row before, the tool those
-/// of the last. Throws std::invalid_argument if a row has beta.
+/// into the modified convention: each link gets alpha and d of the row before it, the tool those of
+/// the last row. Throws std::invalid_argument if a row has beta.
 KinematicChain from_standard(const KinematicChain& rows);
 
-/// The frame of a link in the modified convention from that of its row in the standard one.
+/// Returns modified_from_standard: the frame of a link in the modified convention, from that of its
+/// row in the standard convention.
 Pose modified_from_standard(const Link& row);
 
 /// The way from the part on a positioner to the foot of the arm, as the links that a chain begins

@@ -7,9 +7,9 @@
 
 namespace armtrue {
 
-/// How files and messages call a driven joint. The joints of the arm are q1, q2, ... in the order
-/// of the chain; a link named E1 to E6, an external axis such as a rail, is e1 to e6, and the
-/// numbers of the others skip it.
+/// Name of a driven joint in files and messages. The joints of the arm are q1, q2, ... in the order
+/// of the chain. A link named E1 to E6 is an external axis, such as a rail; its joint is e1 to e6
+/// and does not count in the numbers of the others.
 struct JointName {
   std::string column;  ///< "q1", "e1"
   std::string axis;    ///< "1", "E1"
@@ -22,14 +22,15 @@ struct JointName {
   std::string unit_ending() const { return is_length ? "_mm" : "_deg"; }
   /// "deg", "mm".
   std::string unit() const { return is_length ? "mm" : "deg"; }
-  /// One of the file's units in SI.
+  /// The unit of the file in SI.
   double si() const;
 };
 
-/// Of every driven joint, in the order of the chain.
+/// The names of all driven joints, in the order of the chain.
 std::vector<JointName> joint_names(const KinematicChain& chain);
 
-/// Of the usual arm, see is_six_axis_arm(): files that no robot file comes with are its.
+/// The names of the usual arm, see is_six_axis_arm(). Files that are read without a robot file use
+/// them.
 const std::vector<JointName>& six_axis_names();
 
 /// The columns of the encoder values, for messages: "q1_deg to q6_deg", "e1_mm, q1_deg to q6_deg".

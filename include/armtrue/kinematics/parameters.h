@@ -19,7 +19,7 @@ namespace armtrue {
 ///     then       instrument.range .azimuth .elevation (errors along and across its line of sight)
 ///     then       targets, x y z each
 ///     then       anchors, x y z zero each
-///     then       contacts, x y z rx ry rz radius each, of which each kind has its own (of_contact)
+///     then       contacts, x y z rx ry rz radius each; each kind uses some (of_contact)
 /// The parameters of base and tool change the pose in the axes of its parent frame:
 /// t <- t + (x, y, z) and R <- exp([r]x) R with r = (rx, ry, rz), about the pose's own origin.
 /// Those of a contact change its place in its own axes: t <- t + R (x, y, z), R <- R exp([r]x).
@@ -40,7 +40,7 @@ struct ParameterLayout {
         instrument_elevation(geometric + 3),
         targets(geometric + 4) {}
 
-  /// Whether a parameter belongs to the instrument. It is 0 but for effects.
+  /// Whether a parameter belongs to the instrument. Its constant is 0; only effects change it.
   constexpr bool is_of_instrument(int index) const {
     return index >= instrument_scale && index < targets;
   }
@@ -62,20 +62,20 @@ enum class LinkParameter { alpha, d, theta, r, beta };
 constexpr int link_parameter(int link, LinkParameter which) {
   return kLinkParameters + kParametersOfLink * link + static_cast<int>(which);
 }
-/// Which of the five a parameter of the links is.
+/// The kind of a parameter of the links.
 constexpr LinkParameter kind_of_parameter(int index) {
   return static_cast<LinkParameter>((index - kLinkParameters) % kParametersOfLink);
 }
 
-/// The parameter to which the encoder adds, its zero offset: theta of a revolute joint, r of a
-/// prismatic one. `joint` is 0-based.
+/// The zero offset of a joint, to which the encoder value is added: theta of a revolute joint, r of
+/// a prismatic one. `joint` is 0-based.
 int zero_offset(const KinematicChain& chain, int joint);
 
 /// Returns whether a parameter is the zero offset of a driven joint; its link is
 /// link_of_parameter(index).
 bool is_zero_offset(const KinematicChain& chain, int index);
 
-/// The zero offset of a driven link itself [rad or m].
+/// The value of the zero offset of a driven link [rad or m].
 inline double& zero_of(Link& link) { return is_prismatic(link) ? link.r : link.theta; }
 
 /// Index of the first anchor's x.
@@ -95,15 +95,15 @@ inline int parameter_count(const KinematicChain& chain) {
          kParametersOfContact * static_cast<int>(chain.contacts.size());
 }
 
-/// The parameters, of the seven, that change what a contact of this kind reads: of a point its
-/// place, of an artefact place and rotation, of a plane its height and tilts (z rx ry), of a sphere
-/// its centre and radius.
+/// Those of the seven parameters that change what a contact of this kind reads: place of a point,
+/// place and rotation of an artefact, height and tilts of a plane (z rx ry), centre and radius of a
+/// sphere.
 std::vector<int> of_contact(ContactKind kind);
 
 /// SI unit of a parameter.
 enum class ParameterUnit { metre, radian, one };
 ParameterUnit parameter_unit(const KinematicChain& chain, int index);
-/// What the encoder of a joint (0-based) shows.
+/// Unit of the encoder value of a joint (0-based).
 inline ParameterUnit joint_unit(const KinematicChain& chain, int joint) {
   return is_prismatic(joint_link(chain, joint)) ? ParameterUnit::metre : ParameterUnit::radian;
 }
@@ -122,8 +122,8 @@ std::string parameter_name(const KinematicChain& chain, int index);
 /// The inverse of parameter_name; nothing if the chain has no such parameter.
 std::optional<int> find_parameter(const KinematicChain& chain, std::string_view name);
 
-/// Adds `delta` (m or rad) to one parameter. Those of the instrument are no property of the chain:
-/// the chain does not change.
+/// Adds `delta` (m or rad) to one parameter. A parameter of the instrument is no property of the
+/// chain, which then stays as it is.
 void move_parameter(KinematicChain& chain, int index, double delta);
 
 }  // namespace armtrue

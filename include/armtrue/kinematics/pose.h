@@ -30,7 +30,7 @@ inline Pose inverse(const Pose& a_from_b) {
 Eigen::Matrix3d rotation_from_abc(double a, double b, double c);
 
 /// Returns the KUKA angles (a, b, c) [rad] of a rotation, b in [-pi/2, pi/2].
-/// At b = +-pi/2 only a -+ c is defined; then c = 0.
+/// At b = +-pi/2 only a -+ c is defined; c is then 0.
 Eigen::Vector3d abc_from_rotation(const Eigen::Matrix3d& rotation);
 
 /// Returns exp([w]x): the rotation about w by the angle |w| [rad].
@@ -40,8 +40,8 @@ Eigen::Matrix3d rotation_exp(const Eigen::Vector3d& w);
 /// are valid: the component with the largest diagonal element of `rotation` is then positive.
 Eigen::Vector3d rotation_log(const Eigen::Matrix3d& rotation);
 
-/// Returns the rotation by the smallest angle that turns `from` into the direction of `to`; of
-/// opposite directions, about any axis. Neither may be zero.
+/// Returns the rotation by the smallest angle that turns `from` into the direction of `to`.
+/// Opposite directions have no unique axis; any is taken. Neither vector may be zero.
 Eigen::Matrix3d shortest_rotation(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
 /// Returns [v]x, so that cross_matrix(v) * u == v.cross(u).

@@ -10,7 +10,7 @@
 
 namespace armtrue {
 
-/// Largest RMS form error of a machined part [m] (the paper's application).
+/// Largest RMS form error of a machined part [m], from the application in the seed paper.
 inline constexpr double kFormGoal = 0.050e-3;
 
 /// Intersections of a pass with the planes normal to the command path.
@@ -20,16 +20,16 @@ struct PlaneCrossings {
 };
 
 /// Intersects a measured pass, a polygon in the clock of `command`, with the plane through each
-/// sample of `command` normal to its tangent. Of several intersections the nearest in time counts,
-/// within 0.5 s. A sample at standstill has no plane; at a corner the tangent is the mean of both
-/// sides. Throws std::invalid_argument if either path has fewer than two samples.
+/// sample of `command` normal to its tangent. Among several intersections the nearest in time
+/// counts, within 0.5 s. A sample at standstill has no plane; at a corner the tangent is the mean
+/// of both sides. Throws std::invalid_argument if either path has fewer than two samples.
 PlaneCrossings cross_normal_planes(const Path& command, const Path& measured);
 
 /// Path accuracy and repeatability, ISO 9283:1998, 8.2 and 8.3, position. In plane i let p_ij be
 /// the intersection of pass j of n, b_i their barycentre, c_i the command, l_ij = |p_ij - b_i|:
 ///     AT_p = max_i |b_i - c_i|,    RT_p = max_i (mean_j l_ij + 3 S_i),
-/// S_i the standard deviation of l_ij over j (n - 1). The standard has n = 10; with one pass AT_p
-/// is its largest deviation. Both contain the noise of the instrument.
+/// with S_i the standard deviation of l_ij over j (n - 1). The standard asks for n = 10; with one
+/// pass AT_p is its largest deviation. Both contain the noise of the instrument.
 struct PathAccuracy {
   double at = 0;             ///< [m]
   std::optional<double> rt;  ///< [m]; empty for one pass
@@ -60,12 +60,12 @@ struct PassAccuracy {
   PathErrors errors;
 };
 
-/// `passes`: in the clock and the frame of `command`; the errors are those of all passes together.
+/// `passes`: in the clock and the frame of `command`. The errors are those of all passes together.
 /// Throws std::invalid_argument as cross_normal_planes() and path_accuracy() do.
 PassAccuracy pass_accuracy(const Path& command, const std::vector<Path>& passes);
 
-/// 1 - after / before of the mean errors (the paper's table 6): negative if an error grew, empty if
-/// there was none before.
+/// 1 - after / before of the mean errors (table 6 of the seed paper): negative if an error grew,
+/// empty if it was zero before.
 struct Reduction {
   std::array<std::optional<double>, 3> axis;  ///< of the mean |deviation| of each axis
   std::optional<double> whole;                ///< of the mean length, not the mean of the axes

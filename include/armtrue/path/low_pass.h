@@ -5,9 +5,9 @@
 
 namespace armtrue {
 
-/// Butterworth low-pass of order n, run forwards and backwards, so that it delays nothing. Both
-/// runs together lose 3 dB at the cut-off f_c: a single one is designed for f_c (sqrt 2 - 1)^(-1/(2
-/// n)).
+/// Butterworth low-pass of order n, run forwards and backwards, so that it has no delay. Both runs
+/// together attenuate by 3 dB at the cut-off f_c: a single run is designed for f_c (sqrt 2 -
+/// 1)^(-1/(2 n)).
 class LowPass {
  public:
   /// `order` of one pass, 1 to 12; `cutoff` and `sample_rate` [Hz]. Throws std::invalid_argument
@@ -16,8 +16,8 @@ class LowPass {
 
   /// Filters channels (rows) of samples (columns) taken at `sample_rate`. Beyond each end the
   /// samples are continued by point reflection about the end of the straight line fitted to the
-  /// first, or last, samples: a slope goes on, and the noise of a single sample does not fix the
-  /// end.
+  /// first, or last, samples. So a slope continues, and the end does not depend on the noise of one
+  /// sample.
   Eigen::MatrixXd operator()(const Eigen::MatrixXd& samples) const;
 
   /// Share of white noise power that passes: the mean over frequency of |H|^4, H of one run.

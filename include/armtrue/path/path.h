@@ -6,7 +6,7 @@
 
 namespace armtrue {
 
-/// Neighbouring samples no further apart than this [m] stand still: the difference is rounding.
+/// If neighbouring samples differ by no more than this [m], the tool stands still: it is rounding.
 inline constexpr double kStandstill = 1e-9;
 
 /// A tool path sampled in time, as programmed or as an instrument recorded it. One column for each
@@ -27,18 +27,18 @@ struct Path {
 /// Median of the time between samples [s]: the sample period, even if samples are lost.
 double median_period(const Path& path);
 
-/// Values (a column for each of the increasing times `time`) at the times `at`, increasing too:
-/// linear between samples, constant before the first and after the last.
+/// Interpolates `values`, one column for each of the times `time`, at the times `at`; both
+/// increase. Linear between samples, constant before the first and after the last.
 Eigen::MatrixXd interpolate(const Eigen::VectorXd& time,
                             const Eigen::Ref<const Eigen::MatrixXd>& values,
                             const Eigen::VectorXd& at);
 
-/// Positions of the tool at other times, increasing [m]; it stands still before and after the path.
+/// Positions of the tool at other, increasing times [m]; it stands still before and after the path.
 inline Eigen::Matrix3Xd position_at(const Path& path, const Eigen::VectorXd& times) {
   return interpolate(path.time, path.position, times);
 }
 
-/// Velocities of the polygon at other times, increasing [m/s]; zero before and after the path.
+/// Velocities of the polygon at other, increasing times [m/s]; zero before and after the path.
 Eigen::Matrix3Xd velocity_at(const Path& path, const Eigen::VectorXd& times);
 
 /// max over t of |p(t + duration) - p(t)| [m].
@@ -50,8 +50,8 @@ double extent(const Path& path);
 /// Length of the polygon from its first sample to each sample [m].
 Eigen::VectorXd arc_length(const Path& path);
 
-/// Unit tangent at each sample: the direction of p_(i+1) - p_(i-1). Where the tool stands still,
-/// that of the nearest sample that moves. All zero if nothing moves.
+/// Unit tangent at each sample: the direction of p_(i+1) - p_(i-1). At standstill it is that of the
+/// nearest sample in motion. All zero if the tool never moves.
 Eigen::Matrix3Xd tangents(const Path& path);
 
 }  // namespace armtrue

@@ -10,9 +10,9 @@
 
 namespace armtrue {
 
-/// A cut, and its force on the tool; the deviation of the tool does not change the force. Defaults:
-/// the 8 mm pass of the paper. Its k = 0.022 mm/N and mean deviation of 0.91 mm make 41 N;
-/// direction and variation along the path are those of its table 5.
+/// A cut and its force on the tool; the deviation of the tool does not change the force. Defaults:
+/// the 8 mm pass of the seed paper. There k = 0.022 mm/N and a mean deviation of 0.91 mm give 41 N;
+/// direction and variation along the path are those of table 5.
 struct Cut {
   double depth = 8e-3;  ///< [m]; 0: no force
   /// Force on the tool per metre of depth, along feed, normal and z [N/m]. The normal lies to the
@@ -22,7 +22,7 @@ struct Cut {
   std::optional<std::array<double, 2>> engaged;
   double ramp = 5e-3;      ///< length of entry and exit [m]; here the radius of the paper's cutter
   double variation = 0.1;  ///< RMS of the variation of the force, relative to the force
-  std::uint64_t part_seed = 1;  ///< of the variation, which every pass over one part repeats
+  std::uint64_t part_seed = 1;  ///< of the variation, which is the same in every pass over one part
 };
 
 /// The instrument that records the pass. Its clock shows
@@ -39,8 +39,8 @@ struct PathRecorder {
 struct PassOptions {
   JointPathOptions joints;
   Cut cut;
-  /// The path that the part was programmed with, at the same times, if the path that runs is a
-  /// correction of it: the force follows the part, not the slightly longer corrected path.
+  /// The path that the part was programmed with, at the same times, if the executed path is a
+  /// correction of it. The force follows the part and not the slightly longer corrected path.
   std::optional<Path> part;
   double lag = 0;  ///< time constant of the servos, first order, the same for all joints [s]
   PathRecorder recorder;

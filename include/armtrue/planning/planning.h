@@ -12,7 +12,7 @@
 namespace armtrue {
 
 struct PlanOptions : CloudOptions {
-  std::optional<Zone> zone;  ///< where the arm must be accurate; absent: everywhere
+  std::optional<Zone> zone;  ///< where the arm must be accurate; empty: everywhere
 };
 
 /// Expected quality of a geometric calibration from some poses and the given ones.

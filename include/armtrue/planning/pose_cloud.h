@@ -13,7 +13,7 @@
 
 namespace armtrue {
 
-/// Limits of the poses to plan, and what is measured at them.
+/// Limits of the planned poses, and what is measured at them.
 struct CloudOptions {
   bool orientation = true;  ///< is read; false: positions only. Given poses decide for themselves,
                             ///< targets and anchors come without
@@ -43,8 +43,9 @@ std::vector<PlannedPose> planned_poses(const std::vector<JointVector>& configura
 /// distance of every target from every anchor. Touches: random configurations in which the point of
 /// the tool or a target touches a contact, one in each pose.
 struct PoseCloud {
-  /// Without effects; without targets and anchors if the given poses read none. As it is in the
-  /// last session of the given poses, which the planned ones continue: box and zone are in its R_A.
+  /// The robot without effects, and without targets and anchors if the given poses read none. Base
+  /// and zero offsets are those of the last session of the given poses, which the planned poses
+  /// continue; box and zone are in its R_A.
   Robot robot;
   CloudOptions options;
   Campaign given;      ///< poses already measured, with the orientations that the robot predicts
@@ -56,7 +57,7 @@ struct PoseCloud {
 
 inline constexpr int kCloudSize = 2000;
 
-/// `given`: configurations, targets, sigmas and what drives effects count. Throws
+/// `given`: uses configurations, targets, sigmas and the values of drivers. Throws
 /// std::invalid_argument if the box cannot be reached, hardly any configuration stays above the
 /// floor, hardly any touches a contact, or no allowed parameter is identifiable.
 PoseCloud pose_cloud(const Robot& robot, const CloudOptions& options, const Campaign& given = {});
@@ -67,7 +68,7 @@ std::vector<PlannedPose> random_poses(const PoseCloud& cloud, int count, std::ui
 /// Returns the poses of the cloud and the given ones, each pose once.
 std::vector<PlannedPose> with_given(const PoseCloud& cloud);
 
-/// Of every target, once for each anchor, where it would be; without noise and context.
+/// The predicted points of every target, once for each anchor; without noise and context.
 Campaign points(const PoseCloud& cloud, const std::vector<JointVector>& configurations);
 
 /// What would be read there: points, or distances from the anchors, and orientations, or touches;
@@ -78,9 +79,10 @@ Campaign readings(const PoseCloud& cloud, const std::vector<PlannedPose>& poses)
 /// than the others are filled up with zeros.
 Eigen::MatrixXd equal_blocks(const Campaign& readings, const Eigen::MatrixXd& rows);
 
-/// The given poses as few rows with the same inner products, whitened: derivatives with respect to
-/// the unknowns of the cloud, then the coefficients of the effects of `robot`. Of several sessions
-/// all count, with what each but the last has of its own fitted: `unknowns` are of the last.
+/// A triangle R with R^T R = J^T J, J the whitened derivatives of the given poses with respect to
+/// the unknowns of the cloud, then to the coefficients of the effects of `robot`. All sessions
+/// count; the own parameters of all but the last are eliminated, because `unknowns` belong to the
+/// last.
 Eigen::MatrixXd given_derivatives(const PoseCloud& cloud, const Robot& robot);
 
 /// Returns whether no link origin, point of the tool or target is below the height `floor` [m].

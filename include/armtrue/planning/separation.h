@@ -8,10 +8,10 @@
 
 namespace armtrue {
 
-/// Two effects of one class that a campaign cannot separate; one is assumed to be the truth.
+/// Two effects that a campaign cannot separate; the first is assumed to be true.
 struct SeparatedPair {
-  Effect truth;  ///< as large as it would have to be to show what the found effect shows
-  Effect rival;  ///< fitted to it, with the geometry and all other effects
+  Effect truth;  ///< with the size that it needs to explain what the found effect explains
+  Effect rival;  ///< fitted to the readings of `truth`, with the geometry and all other effects
   std::vector<std::string> readings;  ///< that would separate them if poses cannot, in words
   /// Whether poses can separate them: with all candidates of the cloud the power is above 0.5.
   bool by_poses = true;
@@ -23,13 +23,14 @@ struct SeparatedPair {
 struct SeparationPlan {
   std::vector<PlannedPose> poses;  ///< to be visited in this order; empty if no pair is by_poses
   std::vector<SeparatedPair> pairs;
-  /// Per axis, that the power is for: the spread of the given readings about the model with what
-  /// was found, at least the robot's; the cloud's where too few are given to show it.
+  /// Noise per axis for which the power is computed: the spread of the given readings about the
+  /// model with the found effects, at least the noise of the robot file. That of the cloud if too
+  /// few readings are given.
   ReadingSigma noise;
 };
 
-/// Chooses `count` poses, at most kCloudSize, that best separate an effect that was found from
-/// those that this campaign cannot distinguish from it.
+/// Chooses `count` poses, at most kCloudSize, that best separate a found effect from those that
+/// this campaign cannot distinguish from it.
 ///
 /// T-optimality (Atkinson and Fedorov, "The design of experiments for discriminating between two
 /// rival models", Biometrika 62, 1975). For a pair,
@@ -41,11 +42,11 @@ struct SeparationPlan {
 /// chi'^2: non-central chi-square; k: independent coefficients of the truth.
 ///
 /// `found` may hold several classes; effects without rivals are fitted too. Readings are taken as
-/// independent. Every planned pose is read once (each target), after the given ones, at their pace,
-/// under the load, temperature and motor torques of the last. Of several sessions all count, each
-/// with a base of its own; the planned poses continue the last. Throws std::invalid_argument as
-/// pose_cloud() does, if an effect is driven by what the given poses do not hold, or its
-/// coefficients are not those that this robot needs.
+/// independent. Every planned pose is read once (each target), after the given ones, with the same
+/// time between visits, and with the load, temperature and motor torques of the last given pose.
+/// All sessions count, each with its own base; the planned poses continue the last. Throws
+/// std::invalid_argument as pose_cloud() does, if the given poses lack the driver of an effect, or
+/// if the coefficients of an effect are not those that this robot needs.
 SeparationPlan plan_separation(const Robot& robot, const std::vector<TracedEffect>& found,
                                int count, const CloudOptions& options, const Campaign& given = {});
 

@@ -6,7 +6,7 @@
 
 namespace armtrue {
 
-/// A place on a move, t = 0 at its start and 1 at its end, with the displacement wanted there [m].
+/// A place t on a move, 0 at its start and 1 at its end, with the wanted displacement there [m].
 struct Knot {
   double t;
   Eigen::Vector3d displacement;
@@ -27,22 +27,22 @@ struct Arc {
   double distance(const Eigen::Vector3d& point) const;
 };
 
-/// The arc from start to end through `via`; none if the three lie on a line.
+/// The arc from start to end through `via`; nothing if the three points lie on a line.
 std::optional<Arc> arc_through(const Eigen::Vector3d& start, const Eigen::Vector3d& via,
                                const Eigen::Vector3d& end);
 
 /// The displacement at t, linear between the knots (at least one, t increasing).
 Eigen::Vector3d displacement_at(const std::vector<Knot>& knots, double t);
 
-/// The knots at which a displaced straight move has to be divided so that the straight pieces
-/// between them pass every knot within the tolerance [m]. A piece is no shorter than `shortest` [of
-/// t], even if that costs the tolerance. The first and the last knot are among the result. Method:
-/// Douglas and Peucker (1973), division at the worst knot.
+/// Divides a displaced straight move so that its straight pieces pass every knot within the
+/// tolerance [m]. Returns the indices of the knots between the pieces, the first and the last
+/// included. No piece is shorter than `shortest` [in t], even if the tolerance is then exceeded.
+/// Method: Douglas and Peucker (1973), division at the worst knot.
 std::vector<size_t> divide_line(const std::vector<Knot>& knots, double tolerance,
                                 double shortest = 0);
 
 /// The same for an arc and circular pieces. The auxiliary point of a piece is the displaced point
-/// half-way between its ends; that of the undivided arc lies at t = `via`.
+/// half-way between its ends; the auxiliary point of the undivided arc is at t = `via`.
 std::vector<size_t> divide_arc(const Arc& arc, double via, const std::vector<Knot>& knots,
                                double tolerance, double shortest = 0);
 

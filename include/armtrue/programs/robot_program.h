@@ -12,10 +12,10 @@
 
 namespace armtrue {
 
-/// The languages of robot programs, by the manuals of their makers; see the parser of each.
+/// The languages of robot programs, after the manuals of their makers; see the parser of each.
 enum class Dialect { krl, rapid, fanuc, urscript };
 
-/// As in options: `krl`.
+/// The name in options: `krl`.
 std::string to_string(Dialect dialect);
 /// The dialect with this name; nothing if there is none.
 std::optional<Dialect> find_dialect(const std::string& name);
@@ -60,9 +60,9 @@ struct ProgramFrame {
   bool is_known = false;
 };
 
-/// How the TCP comes to a target from the one before.
+/// How the TCP moves to a target from the one before.
 enum class MotionKind {
-  joint,  ///< all joints together; the TCP follows
+  joint,  ///< all joints move together; the path of the TCP is no straight line
   line,
   via,  ///< the auxiliary point of an arc, whose end is the next target
   arc
@@ -91,10 +91,11 @@ struct ProgramInsertion {
 struct ProgramTarget {
   int line = 0;  ///< of the move, in texts[0]
   MotionKind motion = MotionKind::joint;
-  /// Whether the arm comes from the target before in any case: nothing between the two branches,
-  /// repeats, or may drive the arm elsewhere.
+  /// Whether the arm always comes from the target before: between the two moves nothing branches,
+  /// repeats or may move the arm elsewhere.
   bool follows_target = false;
-  /// The arm leaves its way by so much before the target, if the program says it in mm [m].
+  /// Distance before the target at which the arm may leave its path [m], if the program states it
+  /// in mm.
   double blend = 0;
   ArcTurning turning = ArcTurning::in_frame;
   /// Of a straight or circular move: why no point can be inserted before it; empty if some can.
@@ -110,13 +111,13 @@ struct ProgramTarget {
   Configuration configuration;
 };
 
-/// A name in the program that the controller wants to be that of the file.
+/// A name in the program that must be the name of the file.
 struct ProgramName {
   int text = 0;
   size_t begin = 0, end = 0;
 };
 
-/// A robot program: its text, byte by byte, and the numbers in it that say where the arm drives.
+/// A robot program: its text, byte by byte, and the numbers in it that state its targets.
 struct RobotProgram {
   Dialect dialect = Dialect::krl;
   std::vector<ProgramText> texts;  ///< the program; of KRL also the .dat, if there is one
@@ -125,25 +126,25 @@ struct RobotProgram {
   std::vector<ProgramFrame> frames;
   std::vector<ProgramName> names;
   size_t declarations_end = 0;  ///< FANUC: where the positions of /POS end, in texts[0]
-  int left_alone = 0;           ///< moves that cannot be followed
+  int left_alone = 0;           ///< moves that the parser does not understand
   std::vector<std::string> warnings;
 };
 
 /// Frames and tools that the program only names, by name (`BASE_DATA[3]`, `wobj1`, `UF[2]`).
 using KnownFrames = std::map<std::string, Pose>;
 
-/// Reads a program. `texts`: the program and, of KRL, its .dat if there is one. What cannot be
-/// followed (expressions, offsets, relative moves, points that are assigned at run time) becomes a
-/// warning with file and line, and stays as it is. Throws InputError if there is no target.
+/// Reads a program. `texts`: the program and, for KRL, its .dat if there is one. What the parser
+/// does not understand (expressions, offsets, relative moves, points that are assigned at run time)
+/// gives a warning with file and line, and stays as it is. Throws InputError if there is no target.
 RobotProgram parse_program(Dialect dialect, std::vector<ProgramText> texts,
                            const KnownFrames& known);
 
-/// What stands in the place of a target.
+/// The command that replaces a target.
 struct ProgramCommand {
   bool is_corrected = false;
-  JointVector programmed = JointVector::Zero(kProgramAxes);  ///< where the target is [rad]
-  JointVector q = JointVector::Zero(kProgramAxes);           ///< where the command is [rad]
-  Pose pose;                                                 ///< of the controller's model there
+  JointVector programmed = JointVector::Zero(kProgramAxes);  ///< joint angles of the target [rad]
+  JointVector q = JointVector::Zero(kProgramAxes);           ///< joint angles of the command [rad]
+  Pose pose;                                                 ///< of the controller's model at `q`
 };
 
 /// A point on the way of a straight or circular move. An arc is divided into arcs, so its points
@@ -165,7 +166,7 @@ struct RewrittenProgram {
   std::vector<std::string> texts;
   int changed = 0;   ///< points with another number
   int inserted = 0;  ///< moves
-  /// Of points whose targets need different numbers; they stay as they are.
+  /// On points whose targets need different numbers; they stay as they are.
   std::vector<std::string> warnings;
 };
 
@@ -180,10 +181,10 @@ struct RewrittenProgram {
 RewrittenProgram rewrite(const RobotProgram& program, const std::vector<ProgramCommand>& commands,
                          const std::vector<ProgramPointBetween>& between = {});
 
-/// The name of the program in its texts, replaced by `name` where it is another.
+/// Replaces the name of the program in its texts by `name`.
 void rename(const RobotProgram& program, const std::string& name, std::vector<std::string>& texts);
 
-/// What is wrong with a name for a program of the dialect, with a legal one; empty if nothing is.
+/// Why a name is illegal for a program of the dialect, with a legal name; empty if it is legal.
 std::string why_illegal_name(Dialect dialect, const std::string& name);
 
 }  // namespace armtrue

@@ -11,17 +11,17 @@
 
 namespace armtrue {
 
-/// What a page says of a calibration beside the fit.
+/// What the page of a calibration shows beside the fit.
 struct CalibrationStory {
-  std::vector<GrossPose> gross;       ///< poses that took no part
-  std::optional<Robot> nominal;       ///< with base and tool placed on the readings
+  std::vector<GrossPose> gross;       ///< poses that no fit used
+  std::optional<Robot> nominal;       ///< with base and tool fitted to the readings
   FitQuality quality;                 ///< of the fit
-  std::optional<std::string> missed;  ///< the criterion that the calibration misses, in words
+  std::optional<std::string> missed;  ///< the criterion that the calibration fails, in words
 };
 
 /// The page of a calibration: errors before and after, along the campaign and in the workspace,
-/// what to measure next, parameters with their standard deviations and how much of each the
-/// readings say, readings left out. The keys are those of armtrue-robot/1.
+/// what to measure next, parameters with their standard deviations and shares of the readings,
+/// readings left out. The keys are those of armtrue-robot/1.
 Report calibration_page(const CalibrationResult& result, const Campaign& campaign,
                         const CalibrationStory& story, const PageHead& head);
 

@@ -9,16 +9,16 @@
 
 namespace armtrue {
 
-/// What a page says of the run beside its results. A date stands on it only if `about` states one:
-/// the page of one input is always the same.
+/// What a page shows about the run beside its results. It has a date only if `about` states one, so
+/// the same input always gives the same page.
 struct PageHead {
   std::string command, version;
   std::vector<std::pair<std::string, std::string>> inputs;  ///< file, SHA-256
-  std::vector<std::string> warnings;                        ///< that the command has given
-  std::optional<About> about;  ///< who measured what, when and with what, if that is stated
+  std::vector<std::string> warnings;                        ///< of the command
+  std::optional<About> about;  ///< who measured what, when and with what, if stated
 };
 
-/// What a prediction of an arm holds for, as its product states it.
+/// The conditions for which a prediction of an arm is valid, as its product states them.
 struct ModelStory {
   std::string robot, controller;         ///< names
   std::vector<std::string> assumed;      ///< in sentences
@@ -31,13 +31,13 @@ struct PictureFile {
   std::string text;
 };
 
-/// A page on one run, complete in itself: HTML without scripts, fonts or addresses that it would
-/// load. An element with the attribute data-key holds a value of the command's product, written as
-/// there; the attribute is its path, as `before_after/after_mm`, or in the robot file that was
-/// read, as `robot:std/A2.d`.
+/// A page on one run, complete in itself: HTML that loads no scripts, fonts or other files. An
+/// element with the attribute data-key holds a value of the product of the command, with the same
+/// digits. The attribute is the path of the value, such as `before_after/after_mm`; for a value of
+/// the robot file that was read it is such as `robot:std/A2.d`.
 struct Report {
   std::string html;
-  std::vector<PictureFile> pictures;  ///< those of the page
+  std::vector<PictureFile> pictures;  ///< of the page
 };
 
 }  // namespace armtrue

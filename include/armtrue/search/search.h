@@ -9,13 +9,14 @@
 
 namespace armtrue {
 
-/// What trace() and its search are told.
+/// Options of trace() and of its search.
 struct TraceOptions {
   std::uint64_t seed = 1;
   int flips = 199;  ///< sign-flipped residuals for each family-wise p-value
   /// Significance level for adding an effect: `significance` where the p of the lack of fit against
   /// the noise is at most 0.001, `significance_without_lack_of_fit` where it is 1 or no noise is
-  /// known, log-interpolated between. Near the lower level ten times as many flips decide.
+  /// known, log-interpolated between. If a p is near the lower level, ten times as many flips are
+  /// drawn.
   double significance = 0.05, significance_without_lack_of_fit = 0.005;
   int max_effects = 16;
   int bootstrap = 1000;  ///< draws of the poses for each interval
@@ -23,7 +24,7 @@ struct TraceOptions {
   /// candidates of the search, which may drop or exchange them like those that it adds.
   std::vector<Effect> start;
   bool beyond_catalogue = true;                      ///< search parameter x driver x basis as well
-  std::function<void(const std::string&)> progress;  ///< called with what is being done
+  std::function<void(const std::string&)> progress;  ///< receives the name of each step
 };
 
 /// A candidate of the last scan.
@@ -35,12 +36,12 @@ struct RankedCandidate {
   double score = 0;              ///< fall of EBIC
 };
 
-/// The last scan repeated on residuals with signs flipped pose by pose: what the search finds where
-/// there is no effect.
+/// The last scan, repeated on residuals whose signs are flipped pose by pose. It shows what the
+/// search finds where there is no effect.
 struct NullRun {
   int flips = 0;
-  double false_add_rate = 0;  ///< share of the draws in which an effect would have been added
-  double score_95 = 0;        ///< EBIC fall that the best candidate exceeds in one draw of twenty
+  double false_add_rate = 0;  ///< share of the draws in which the search would have added an effect
+  double score_95 = 0;        ///< fall of EBIC that the best candidate exceeds in 5 % of the draws
 };
 
 }  // namespace armtrue

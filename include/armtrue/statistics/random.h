@@ -8,7 +8,7 @@
 
 namespace armtrue {
 
-/// Random numbers that are the same for a seed on every platform. The distributions are written
+/// Random numbers that are the same for a seed on every platform. The distributions are implemented
 /// here because those of <random> differ between libraries.
 class Random {
  public:

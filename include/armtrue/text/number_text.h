@@ -6,17 +6,19 @@
 
 namespace armtrue {
 
-/// No file means a larger number, whatever the unit; squares of it would leave no digits to others.
+/// Largest number that files may hold, whatever the unit. With larger ones, squares would lose the
+/// digits of all other numbers.
 inline constexpr double kMaxNumber = 1e15;
 
-/// Throws std::runtime_error for inf and nan: no product states them as numbers.
+/// Throws std::runtime_error for inf and nan, which no product may contain.
 void require_finite(double value);
 
-/// The number that a whole text is, `+` before it allowed; it may be inf or nan. Nothing if it is
-/// none.
+/// The number that the whole text represents, a leading `+` allowed; it may be inf or nan. Empty if
+/// the text is no number.
 std::optional<double> read_number(std::string_view text);
 
-/// The shortest decimal that reads back as exactly this number. Must be finite, as below.
+/// The shortest decimal that reads back as exactly this number. The number must be finite, as in
+/// the functions below.
 std::string number_text(double value);
 
 /// Four significant digits, enough for a statistic. Must be finite.
@@ -25,8 +27,8 @@ std::string rounded(double value);
 /// The value rounded to so many decimals, without zeros at the end.
 std::string decimal_text(double value, int decimals);
 
-/// The shortest decimal v with v * unit == si, as a file that holds v would be read; if rounding
-/// leaves none, the nearest one.
+/// The shortest decimal v with v * unit == si, so that a file with v reads back exactly. If
+/// rounding leaves no such v, the nearest one.
 std::string number_text(double si, double unit);
 
 }  // namespace armtrue

@@ -7,12 +7,12 @@
 
 namespace armtrue {
 
-/// What was found about one effect, as one sentence: what depends on what, how much, and how sure
+/// One sentence on a found effect: which parameter follows which driver, by how much, and how sure
 /// the cause is. `gain` may be null, `curve` may be empty.
 std::string in_words(const TracedEffect& traced, const HeldOutGain* gain,
                      const std::vector<CurvePoint>& curve, const Robot& robot);
 
-/// One sentence for the cell: the cause if one stands, and how sure it is.
+/// One sentence for the operator of the cell: the cause, if one is known, and how sure it is.
 std::string for_the_cell(const TracedEffect& traced, const HeldOutGain* gain, const Robot& robot);
 
 /// The verdict as one sentence: the error before and after, and what remains.
@@ -21,8 +21,8 @@ std::string verdict_in_words(const LoopResult& result);
 /// in_words() of each effect of a loop.
 std::vector<std::string> effect_descriptions(const LoopResult& result);
 
-/// The exchange between an effect and its rival that these readings do not show, by how much the
-/// two differ, and the readings that would tell.
+/// One sentence on an effect and its rival: what would change if the rival took its place, by how
+/// much the two differ, and which readings would separate them.
 std::string unidentifiable(const TracedEffect& traced, const Rival& rival);
 
 /// Unit of the amplitude of an effect: "mrad", or "mrad per K" where a factor multiplies it.

@@ -14,22 +14,22 @@
 
 namespace armtrue {
 
-/// A model on the way from the nominal robot to the last one.
+/// One model of the sequence from the nominal robot to the final one.
 struct Stage {
   std::string name;
   int parameters = 0;
   PoseErrors training, held_out;
 };
 
-/// What an effect does for the poses that took no part, and how sure that is. Confirmed: the whole
-/// interval is above zero.
+/// By how much an effect lowers the error of held-out poses. Confirmed: the whole interval is above
+/// zero.
 struct HeldOutGain {
   bool confirmed() const { return ci95[0] > 0; }
-  double position = 0;               ///< fall of the mean error when the effect is in [m]
+  double position = 0;               ///< mean error without the effect minus mean error with it [m]
   std::array<double, 2> ci95{0, 0};  ///< paired bootstrap over poses [m]
 };
 
-/// A robot that predicts better, of whose many further effects none is a finding.
+/// A robot with many additional small effects, which predicts better. None of them is a finding.
 struct Predictor {
   Robot robot;
   Stage stage;
@@ -41,30 +41,34 @@ struct LoopResult {
   bool of_touches = false;    ///< position errors are those of touches
   NoiseFloor noise;
   int training_poses = 0, held_out_poses = 0, rows = 0;
-  /// Lines of the training file that the final fit calls blunders, those of gross poses included.
+  /// Lines of the training file that the final fit counts as blunders; includes those of gross
+  /// poses.
   std::vector<int> excluded_rows;
-  std::vector<GrossPose> gross_poses;  ///< of the training poses; they take no part
+  std::vector<GrossPose> gross_poses;  ///< among the training poses; no fit uses them
   std::vector<Stage> stages;
   TraceResult trace;
   std::vector<double> errors_before, errors_after;  ///< of each held-out reading [m]
   std::vector<HeldOutGain> gains;                   ///< per effect of the trace
   std::vector<std::vector<CurvePoint>> curves;      ///< per effect of the trace; see effect_curve
-  std::vector<Effect> held;  ///< members of families that only their priors hold, with values
-  int more_poses = 0;    ///< `too_few_poses`: about so many more would bring the error to the floor
-  double outside_p = 1;  ///< p of so many held-out poses beyond their 95 % bounds
+  std::vector<Effect> held;  ///< members of families without evidence of their own: only the prior
+                             ///< keeps them in the model
+  /// With `too_few_poses`: number of additional poses that would bring the error to the floor.
+  int more_poses = 0;
+  /// p of the number of held-out poses beyond their 95 % bounds; see p_of_errors().
+  double outside_p = 1;
   double before = 0, after = 0;  ///< mean held-out position error, geometric and final [m]
-  double floor = 0;              ///< what a perfect model would score [m]
+  double floor = 0;              ///< mean error of a perfect model [m]
   double reducible_removed = 0;  ///< (before^2 - after^2) / (before^2 - floor^2), in [0, 1]
-  /// Of the mean held-out error after minus that of the nominal robot with base and tool placed
+  /// Interval of (mean held-out error after - that of the nominal robot with base and tool fitted)
   /// [m].
   std::array<double, 2> against_nominal_ci95{0, 0};
-  /// That interval is above zero, and the error is above what a complete model would have.
+  /// That interval is above zero, and the error is larger than a complete model would have.
   bool worse_than_nominal = false;
   std::array<double, 2> gain_ci95{0, 0};   ///< of before - after, paired bootstrap over poses [m]
   std::optional<double> lack_of_fit;       ///< p, of the final model on the training poses
   std::optional<NestedValidation> nested;  ///< close_loop leaves it empty
   std::optional<Predictor> predictor;      ///< see add_predictor; close_loop leaves it empty
-  std::string pattern;                     ///< what the best remaining candidate would be, in words
+  std::string pattern;                     ///< the best remaining candidate, in words
 };
 
 /// The loop: geometry, tracing and refit on `training` alone; `held_out` is used once, to report.
@@ -72,12 +76,12 @@ struct LoopResult {
 LoopResult close_loop(const Robot& robot, const Campaign& training, const Campaign& held_out,
                       const Catalogue& catalogue, const TraceOptions& options = {});
 
-/// Adds the robot that predicts best though nobody can say why (see with_remainder). What the loop
-/// concludes stays.
+/// Adds the robot that predicts best, without a cause for each of its effects (see with_remainder).
+/// The verdict does not change.
 void add_predictor(LoopResult& result, const Campaign& training, const Campaign& held_out,
                    const Catalogue& catalogue, const TraceOptions& options);
 
-/// The stages of the loop, and the predictor last where there is one.
+/// The stages of the loop, then the predictor, if there is one.
 std::vector<Stage> stages_and_predictor(const LoopResult& result);
 
 /// "A5.theta follows joint-angle 4 (series)".

@@ -12,20 +12,21 @@ struct FoldMean {
   double mean = 0, error = 0;
 };
 
-/// What the whole procedure, search and all, is worth on poses that it has not seen.
+/// Accuracy of the whole procedure, search included, on poses that it has not seen.
 struct NestedValidation {
   int folds = 0;
-  FoldMean before, after, gain;  ///< position error with geometry alone, with the effects; fall [m]
-  /// Of each effect asked about: in how many folds it, or one that cannot be told from it, was
-  /// found again.
+  /// Position error with geometry alone and with the effects, and its fall [m].
+  FoldMean before, after, gain;
+  /// For each effect of `found`: number of folds that found it, or one indistinguishable from it,
+  /// again.
   std::vector<int> found_again;
 };
 
-/// Repeats the complete search in each of `folds` outer folds of the poses and judges it on the
+/// Repeats the complete search in each of `folds` outer folds of the poses and evaluates it on the
 /// poses left out. Every pose, with all its readings, is left out once; every session is spread
-/// over the folds. Folds are computed side by side, the result is the same on any number of
+/// over the folds. Folds are computed in parallel; the result does not depend on the number of
 /// threads. Throws std::invalid_argument if there are fewer than two folds or fewer poses than
-/// folds, and as close_loop() does where a fold leaves too little to learn from.
+/// folds, and as close_loop() does if a fold leaves too few poses for the fit.
 NestedValidation nested_validation(const Robot& robot, const Campaign& campaign,
                                    const Catalogue& catalogue, int folds,
                                    const std::vector<TracedEffect>& found,

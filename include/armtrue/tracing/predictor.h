@@ -6,16 +6,16 @@
 
 namespace armtrue {
 
-/// The robot of a fit with many small effects behind its own, named `kRemainder`, none of which
-/// stands out enough to be a finding, that together predict what it leaves: the lasso (Tibshirani
-/// 1996) on all candidates of the search, beside all that is in the model, which is then fitted
-/// again with them. What depends on the time of this campaign says nothing of others; a column that
-/// fewer than eight poses carry says too little of the rest: neither takes part. The penalty is the
-/// highest that leaves hardly more (one standard error) of poses left out, in five folds drawn from
-/// the seed, than any other; the robot is returned as it is where these poses gain less than one
-/// standard error or, the less the fit lacks against the noise, not significantly (Student's t, p
-/// of 0.16 to 0.005). Where there are more than 6000 equations, so many choose the effects and all
-/// fit the rest.
+/// Returns the robot of a fit with many small effects, named `kRemainder`, added after its own.
+/// None of them is a finding; together they predict a part of the residual. The lasso (Tibshirani
+/// 1996) chooses them among all candidates of the search, beside the model, which is then fitted
+/// again with them. Two kinds of candidates are left out: effects driven by time, because they say
+/// nothing about other campaigns, and columns that fewer than eight poses determine. The penalty is
+/// chosen by cross-validation over five folds drawn from the seed: the highest one whose error on
+/// the poses left out is within one standard error of the smallest. The robot is returned unchanged
+/// if the gain on the poses left out is not significant by Student's t: the level is 0.16 (one
+/// standard error) with a clear lack of fit, 0.005 without one. With more than 6000 equations, the
+/// lasso uses 6000 of them; the last fit uses all.
 Robot with_remainder(const CalibrationResult& fit, const Campaign& campaign,
                      const Catalogue& catalogue, const TraceOptions& options);
 

@@ -12,33 +12,35 @@ struct TracedEffect;
 enum class Verdict {
   closed,              ///< effects were found, and nothing significant is left
   nothing_to_explain,  ///< no effect was found and the residual is noise
-  not_separable,  ///< effects were found, but which of several causes it is this data cannot tell
+  not_separable,  ///< effects were found, but these readings cannot tell which of several causes it
+                  ///< is
   unexplained,    ///< a significant part of the residual is left
-  too_few_poses,  ///< held-out poses err by more than noise, and these poses do not tell why
+  too_few_poses,  ///< the errors of held-out poses exceed noise, and these poses are too few to
+                  ///< show why
 };
 
 /// As in the files: `closed`, `nothing-to-explain`, `not-separable`, `unexplained`,
 /// `too-few-poses`.
 std::string to_string(Verdict verdict);
 
-/// What a verdict is drawn from.
+/// The figures that decide the verdict.
 struct Grounds {
   const std::vector<TracedEffect>& effects;
   std::optional<double> lack_of_fit;  ///< p, of the final model on the training poses
   double after = 0, floor = 0;        ///< mean held-out error, and that of a perfect model [m]
-  /// Above this the held-out error is not called noise [m].
+  /// A mean held-out error above this exceeds noise [m].
   double floor_high = 0;
-  /// What a complete model, fitted to these poses, scores in 99 % of cases at most [m].
+  /// 99 % quantile of the mean held-out error of a complete model fitted to these poses [m].
   double complete_high = 0;
-  /// p of so many held-out poses beyond their 95 % bounds, if the bounds hold.
+  /// p of the number of held-out poses beyond their 95 % bounds; see p_of_errors().
   double outside_p = 1;
 };
 
-/// `unexplained` if the lack of fit is significant (p < 0.01), if held-out poses lie beyond what
-/// was predicted of them (p < 0.01), or if no effect was found and the held-out error is more than
-/// twice the floor and than a complete model's would be. `not_separable` if an effect has a rival
-/// of the catalogue; a curve without a known cause is no other cause. `too_few_poses` if the
-/// held-out error is above `floor_high`: nobody can say then that nothing is left.
+/// `unexplained` if the lack of fit is significant (p < 0.01), if too many held-out poses lie
+/// beyond their bounds (p < 0.01), or if no effect was found and the held-out error exceeds both
+/// twice the floor and `complete_high`. `not_separable` if an effect has a rival of the catalogue;
+/// a curve without a known cause does not count as another cause. `too_few_poses` if the held-out
+/// error exceeds `floor_high`: then it is not shown that nothing is left.
 Verdict conclude(const Grounds& grounds);
 
 }  // namespace armtrue

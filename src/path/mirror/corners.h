@@ -29,8 +29,8 @@ Eigen::Matrix3Xd without_along(const Path& path, const std::vector<Corner>& corn
 /// that the sides end where they intersect. The shift grows linearly towards the corner, over ten
 /// times its size where the side is long enough. It is limited to twice the larger displacement
 /// (the mitre of drawn lines): below an angle of some 50 deg a short straight piece is left between
-/// the sides. A difference normal to the plane of the corner stays a step; a path that turns right
-/// back stays as it is.
+/// the sides. A difference normal to the plane of the corner stays a step; a path that reverses
+/// completely stays as it is.
 void join_sides(const Path& path, const std::vector<Corner>& corners,
                 Eigen::Matrix3Xd& displacement);
 

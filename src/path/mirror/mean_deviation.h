@@ -6,11 +6,11 @@
 
 namespace armtrue {
 
-/// The sample nearest in time, at `from` or behind it.
+/// The sample nearest in time, at `from` or after it.
 Eigen::Index nearest_sample(const Path& path, double time, Eigen::Index from);
 
-/// Registers the records, each by itself, and takes their bad samples out of them: first those that
-/// could mislead the clock, then those that only the deviations show. Throws TooManyBadSamples, and
+/// Registers the records, each by itself, and removes their bad samples: first those that could
+/// mislead the clock, then those that only the deviations show. Throws TooManyBadSamples, and
 /// std::invalid_argument as fit_clock() does.
 std::vector<Pass> register_passes(const Path& programmed, std::vector<Path>& records,
                                   const ClockOptions& options);

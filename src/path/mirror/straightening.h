@@ -8,9 +8,8 @@
 namespace armtrue {
 
 /// Chooses the correction points of the trend, whose standard error per component is `uncertainty`;
-/// with CorrectionPoints::turning makes the trend a polygon over them. A point is chosen if it
-/// makes a difference that noise makes with a chance of 5 % at most. Returns the points, as
-/// samples.
+/// with CorrectionPoints::turning makes the trend a polygon over them. A point is chosen if its
+/// effect on the trend is significant against the noise (5 %). Returns the points, as samples.
 std::vector<Eigen::Index> straighten(PathDeviation& deviation, CorrectionPoints how,
                                      double uncertainty);
 

@@ -16,14 +16,14 @@ double mean_square_distance(const Path& programmed, const Path& measured, double
                             double rate = 0);
 
 /// The offset of the clocks at which the speeds of the two paths correlate best [s]; no frame needs
-/// to be known. Where several offsets do nearly as well (a raster, a part of a pass at constant
-/// speed), the one of them at which the positions lie closest.
+/// to be known. If several offsets are nearly as good (a raster, a part of a pass at constant
+/// speed), the one of them with the closest positions.
 double first_offset(const Path& programmed, const Path& measured);
 
 /// Offset and rate of clocks that drift apart, in a long record by more than the paths may lie
 /// apart. They are fitted by least squares of the positions, first to a stretch in the middle,
-/// where the offset of `fit` holds, then to stretches that double in length. Returns `fit` as far
-/// as it came if a stretch does not determine them.
+/// where the offset of `fit` holds, then to stretches that double in length. If a stretch does not
+/// determine them, returns the fit up to the stretch before.
 ClockFit follow_drift(const Path& programmed, const Path& measured, ClockFit fit);
 
 }  // namespace armtrue

@@ -16,7 +16,7 @@ struct WithoutDepartures {
 };
 
 /// Filters a record that is not registered yet. `speed`: the greatest of the program [m/s];
-/// `rounding`: standard deviation of what the instrument rounds away, which a median may not show
+/// `rounding`: standard deviation of the rounding of the instrument, which a median may not show
 /// [m]; `good`: the samples that are not known to be bad.
 WithoutDepartures without_departures(const Path& programmed, const Path& measured, double speed,
                                      double rounding, std::vector<Eigen::Index> good);

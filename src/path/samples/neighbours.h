@@ -9,7 +9,7 @@ namespace armtrue {
 
 /// Greatest number of samples on either side of a run that predict it.
 inline constexpr size_t kMaxSide = 6;
-/// Samples on either side from which the motion of a program is predicted: with more, every start
+/// Number of samples on either side that predict the motion of a program: with more, every start
 /// and stop would be a departure.
 inline constexpr size_t kSideOfMotion = 3;
 

@@ -4,7 +4,7 @@
 
 namespace armtrue {
 
-// Bounds of what a tool does, as an instrument sees it; samples beyond them are bad.
+// Bounds of the motion of a tool as an instrument sees it; samples beyond them are bad.
 
 /// Largest number of consecutive samples that depart together.
 inline constexpr Eigen::Index kMaxRun = 3;

@@ -11,7 +11,7 @@ struct Departure {
 };
 
 /// The largest departures of runs of `length` samples of the program itself, sampled every `period`
-/// [s]: how far it goes out and back in as short a time.
+/// [s]: how far the program itself departs and returns in as short a time.
 Departure largest_departure(const Path& programmed, double period, Eigen::Index length);
 
 }  // namespace armtrue

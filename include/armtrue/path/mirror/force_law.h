@@ -16,16 +16,16 @@ namespace armtrue {
 /// Force and deviation of a registered pass: one column for each sample, in one clock. Leave out
 /// samples at standstill, where friction and the servos hold the tool elsewhere.
 struct ForceRecord {
-  /// Measured minus programmed position [m], with its part along the path: without that part only
-  /// the compliance across the path would show, which changes along a curve. The fitted clock has
-  /// taken a constant lag and drag off it.
+  /// Measured minus programmed position [m], including its part along the path. Without that part
+  /// only the compliance across the path would show, and that changes along a curve. The fitted
+  /// clock has already removed a constant lag and drag.
   Eigen::Matrix3Xd deviation;
   Eigen::Matrix3Xd force;  ///< on the tool [N], same axes, through the same low pass
-  /// RMS noise of `force` per axis [N], behind that low pass (find_engagement() measures it in
-  /// air). It would shrink every k by its share of the force's power; force_law() corrects for it.
+  /// RMS noise of `force` per axis [N], after the low pass (find_engagement() measures it in air).
+  /// It would shrink every k by its share of the power of the force; force_law() corrects for that.
   Eigen::Vector3d force_noise = Eigen::Vector3d::Zero();
-  /// Sign of motion of each joint or axis that may have backlash, a row each (motion_directions()),
-  /// behind the same low pass as the deviation. No rows: no backlash.
+  /// Sign of motion of each joint or axis that may have backlash, one row each
+  /// (motion_directions()), after the same low pass as the deviation. No rows: no backlash.
   Eigen::MatrixXd direction;
   /// Errors of `deviation` that all samples share [m], such as those of a fitted clock
   /// (clock_errors()): each is multiplied by an unknown number of unit variance.
@@ -34,19 +34,20 @@ struct ForceRecord {
 
 /// deviation = k * force (the paper's figure 8), k in m/N.
 struct ForceLine {
-  /// Empty where the force does not stand out of its noise, or the deviation is zero.
+  /// Empty if the force is not larger than its noise, or the deviation is zero.
   std::optional<Estimate> k;
-  /// 1 - |residual|^2 / |deviation without force part|^2: the share that the force explains of what
-  /// the best constant and steps leave (for a line through the origin: of the whole deviation).
+  /// 1 - |residual|^2 / |d|^2, with d the deviation after subtraction of the fitted constant and
+  /// steps (for a line through the origin: the whole deviation). The share of d that the force
+  /// explains.
   double r2 = 0;
 };
 
 /// One principal direction of the force that occurred.
 struct ForceDirection {
   Eigen::Vector3d direction;  ///< unit vector
-  double rms = 0;             ///< of the force along it, its noise taken off [N]
-  /// Compliance times direction, x, y, z [m/N]. Empty if the force along it does not stand out of
-  /// its noise: the compliance is then unknown, not zero.
+  double rms = 0;             ///< of the force along it, without its noise [N]
+  /// Compliance times direction, x, y, z [m/N]. Empty if the force along it is not larger than its
+  /// noise: the compliance is then unknown, not zero.
   std::optional<std::array<Estimate, 3>> compliance;
 };
 
@@ -63,13 +64,14 @@ struct ForceLaw {
   /// |deviation| by (its variance across) / (2 |deviation|).
   ForceLine magnitude;
   std::array<ForceDirection, 3> directions;  ///< strongest first
-  /// Sum over the known directions of compliance * direction' [m/N]: the whole compliance only if
-  /// rank is 3; along the other directions it is unknown.
+  /// Sum over the known directions of compliance * direction' [m/N]. This is the whole compliance
+  /// only if `rank` is 3; along other directions it is unknown.
   Eigen::Matrix3d compliance = Eigen::Matrix3d::Zero();
   int rank = 0;          ///< number of known directions
   double condition = 1;  ///< strongest over weakest known direction
-  /// Deviation without force, at the mean of `direction` [m]; the samples in air show it. The paper
-  /// sets it to zero, which takes an offset of the frame or half a backlash for an effect of force.
+  /// Deviation without force, at the mean of `direction` [m]; the samples in air show it. The seed
+  /// paper sets it to zero, and so takes an offset of the frame or half a backlash for an effect of
+  /// the force.
   std::array<Estimate, 3> offset;
   std::vector<ReversalStep> reversals;
 };
@@ -84,9 +86,9 @@ ForceLaw force_law(const ForceRecord& record);
 /// Throws std::invalid_argument if sizes disagree or there are fewer than two entries.
 ForceLine line_through_origin(const Eigen::MatrixXd& x, const Eigen::MatrixXd& y);
 
-/// Sign of motion, +-1, of each row of `coordinates`: joints or axes as programmed, since a noisy
-/// record would reverse at every sample. At standstill the sign of the last motion, before any
-/// motion that of the first; 0 if the row never moves by more than rounding between samples.
+/// Sign of motion, +-1, of each row of `coordinates`: joints or axes as programmed, because a noisy
+/// record would reverse at every sample. At standstill it is the sign of the last motion, before
+/// any motion that of the first. 0 if the row never moves by more than rounding between samples.
 Eigen::MatrixXd motion_directions(const Eigen::MatrixXd& coordinates);
 
 /// Displacement of the tool by forces [N, axes of R_A] at the encoder angles `q` [rad]: position of
@@ -95,16 +97,16 @@ Eigen::MatrixXd motion_directions(const Eigen::MatrixXd& coordinates);
 Eigen::Matrix3Xd deviation_from_force(const RobotModel& robot, const JointMatrix& q,
                                       const Eigen::Matrix3Xd& force);
 
-/// force_law() of a registered deviation where the tool moves. Deviation, force and directions go
-/// through the low pass: without it a weak force would not stand out of its noise. `axes`:
+/// force_law() of a registered deviation, at the samples where the tool moves. Deviation, force and
+/// directions go through the low pass; without it, noise would hide a weak force. `axes`:
 /// coordinates of the axes that may have backlash, as programmed, a column for each sample of the
 /// deviation. Empty without a force.
 std::optional<ForceLaw> force_law(const PathDeviation& deviation, const Path& programmed,
                                   const Eigen::MatrixXd& axes, const LowPass& filter);
 
-/// Regression of the measured deviation across the path on the one that the robot's effects predict
-/// from the recorded force: k = 1 if the robot file is right. Empty without a force. Throws as
-/// joint_path() does.
+/// Regression of the measured deviation across the path on the deviation that the effects of the
+/// robot predict from the recorded force: k = 1 if the robot file is right. Empty without a force.
+/// Throws as joint_path() does.
 std::optional<ForceLine> measured_on_predicted(const PathDeviation& deviation,
                                                const Path& programmed, const Robot& robot);
 

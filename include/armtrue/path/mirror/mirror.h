@@ -24,9 +24,10 @@ struct MirrorResult {
   /// Samples in motion before or after the record; they keep the path that was run.
   int unrecorded = 0;
   ErrorSummary before;  ///< length of the trend while the tool moves [m]
-  /// Mean distance from the programmed path to expect in the next pass [m], under the condition
-  /// that expected_if() names. With s the mean distance that is not corrected (by the gain, `max`
-  /// or the engagement) and M the mean square error of the trend, pass-to-pass spread included,
+  /// Expected mean distance from the programmed path in the next pass [m], under the condition that
+  /// expected_if() names. With s the mean distance that stays uncorrected (because of the gain,
+  /// `max` or the engagement) and M the mean square error of the trend, spread from pass to pass
+  /// included,
   ///     sqrt(s^2 + (pi / 4) gain^2 M).
   double expected_after = 0;
   /// The condition of expected_after; a single pass does not show how passes differ.
@@ -34,22 +35,22 @@ struct MirrorResult {
     return passes.size() > 1 ? "the next pass differs as these do from each other"
                              : "the next pass meets the same forces and reversals";
   }
-  /// Only with `executed`: mean distance that the program itself would have shown in these passes
-  /// [m].
+  /// Only with `executed`: mean distance that these passes would have had without the earlier
+  /// correction [m].
   std::optional<double> uncorrected;
 };
 
-/// The mirror correction of the seed paper (3.2.3). In order: bad samples of the records are left
-/// out; the records are registered; the deviations across the path are averaged over the passes,
-/// cut into pieces where they jump, and smoothed piece by piece to a trend. With e the executed and
-/// p the programmed path, N the part across the path,
+/// The mirror correction of the seed paper (3.2.3), in this order: bad samples are left out; the
+/// records are registered; the deviations across the path are averaged over the passes, cut into
+/// pieces where they jump, and smoothed piece by piece to a trend. With e the executed and p the
+/// programmed path, N the part across the path,
 ///     corrected = p + N (e - p - gain * trend).
-/// At corners the corrected sides are joined. Throws std::invalid_argument as fit_clock() does and
-/// if the cut-off does not suit the record, and TooManyBadSamples.
+/// At corners the corrected sides are extended until they meet. Throws std::invalid_argument as
+/// fit_clock() does and if the cut-off does not suit the record, and TooManyBadSamples.
 MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& measured,
                             const MirrorOptions& options);
 
-/// A correction without any measured pass, from the deviation that the forces of `programmed` make
+/// A correction without a measured pass, from the deviation by the forces of `programmed`
 /// (deviation_from_force()): corrected = p - gain * N filter(deviation), with the Butterworth
 /// filter of the options and gain 1 if they have none. Returns the corrected positions, sampled
 /// like the programmed path [m].

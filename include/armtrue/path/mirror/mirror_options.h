@@ -10,9 +10,9 @@ namespace armtrue {
 
 /// The curve that the correction follows.
 enum class CorrectionPoints {
-  /// A polygon (seed paper, figure 10): its vertices are the turning points of the smoothed
-  /// deviation, and points where the lines between them would leave it, if either stands out of the
-  /// noise (5 %). The polygon is then fitted to the samples.
+  /// A polygon (seed paper, figure 10). Its vertices are the turning points of the smoothed
+  /// deviation, and points where the lines between these would leave it, as far as they are
+  /// significant against the noise (5 %). The polygon is then fitted to the samples.
   turning,
   /// The smoothing spline of the deviation.
   spline,
@@ -23,10 +23,10 @@ inline constexpr double kPaperCutoff = 1 / 0.64;
 
 struct MirrorOptions {
   int order = 4;  ///< of the Butterworth filter, each way
-  /// [Hz]; empty: the cut-off with the least expected error is chosen.
+  /// Cut-off [Hz]; empty: the one with the smallest expected error is chosen.
   std::optional<double> cutoff = kPaperCutoff;
   CorrectionPoints points = CorrectionPoints::turning;
-  /// Share of the trend that is taken off; empty: the share of its mean square that is no error.
+  /// Share of the trend that is corrected; empty: 1 - (its mean square error / its mean square).
   std::optional<double> gain;
   double max = std::numeric_limits<double>::infinity();  ///< longest correction [m]
   ClockOptions clock;

@@ -9,7 +9,7 @@
 
 namespace armtrue {
 
-/// A pass whose deviation is another than that of the other passes: of air beside a cut, of another
+/// A pass whose deviation differs from that of the others, such as a pass in air or at another
 /// depth.
 struct UnlikePass {
   size_t pass;
@@ -17,25 +17,25 @@ struct UnlikePass {
   double mean;   ///< rms mean deviation of all passes [m]
 };
 
-/// The pass that is farthest from the others, if it is farther than half the mean deviation and
-/// than six times the noise of a sample; both distances are means over a second. Of two passes the
-/// first. Passes that meet the same cut differ by a tenth of the deviation. `passes` are the records
-/// of the result, bad samples included.
+/// The pass that is farthest from the others, if its distance exceeds half the mean deviation and
+/// six times the noise of a sample; the deviations are averaged over a second. Of two passes, the
+/// first is returned. Passes over the same cut differ by a tenth of the deviation. `passes` are the
+/// records of the result, bad samples included.
 std::optional<UnlikePass> find_unlike_pass(const Path& programmed, const std::vector<Path>& passes,
                                            const MirrorResult& result);
 
 /// Whether the tool deviates against the force on it: the compliance along the strongest direction
-/// of the force is below zero by three standard deviations. No arm does that; an axis of the record
-/// or of the force has the wrong sign. False without a force.
+/// of the force is below zero by three standard deviations. As no arm does that, an axis of the
+/// record or of the force has the wrong sign. False without a force.
 bool deviates_against_force(const Path& programmed, const MirrorResult& result,
                             const MirrorOptions& options);
 
-/// Whether the deviation is no larger than the noise of one sample: there is nothing to correct, as
-/// where a pass ran a correction.
+/// Whether the deviation is no larger than the noise of one sample. Then there is nothing to
+/// correct, for example because the pass already ran a correction.
 bool hardly_deviates(const MirrorResult& result);
 
-/// Whether all samples lie on a straight line: such a path does not show how a frame is turned about
-/// it.
+/// Whether all samples lie on a straight line. Such a path does not show a rotation of the frame
+/// about it.
 bool is_straight(const Path& path);
 
 }  // namespace armtrue

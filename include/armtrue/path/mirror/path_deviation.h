@@ -29,13 +29,14 @@ struct PathDeviation {
   Eigen::Matrix3Xd whole;      ///< sum of both [m]
   Eigen::Matrix3Xd force;      ///< [N]; no columns if a record has none
   Eigen::Matrix3Xd trend;      ///< `normal` smoothed piece by piece [m]
-  /// First samples of the pieces but the first: where `normal` jumps, as at a corner, a reversal,
-  /// an entry or an exit.
+  /// First sample of each piece after the first one: there `normal` jumps, as at a corner, a
+  /// reversal, an entry or an exit.
   std::vector<Eigen::Index> breaks;
   EngagementRecord engagement;  ///< from the force or, without one, from `normal`
   double noise = 0;             ///< standard deviation of one sample of `normal`, per axis [m]
   double spread = 0;  ///< standard deviation from pass to pass, per axis [m]; 0 for a single pass
-  /// Covariance of the mean of the clocks: offset halfway through `time` [s], and rate.
+  /// Covariance of the mean clock of the passes: its offset halfway through `time` [s], and its
+  /// rate.
   Eigen::Matrix2d clock_covariance = Eigen::Matrix2d::Zero();
 };
 

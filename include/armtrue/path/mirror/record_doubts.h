@@ -8,16 +8,16 @@
 
 namespace armtrue {
 
-/// From one sample to the next the record jumps, and stays there.
+/// A jump of the record between two samples that does not go back.
 struct RecordStep {
   Eigen::Index sample;  ///< first after the jump
   double moved;         ///< [m]
 };
 
-/// The rigid motion that takes most of the deviation off a record.
+/// The rigid motion that removes most of the deviation of a record.
 struct RigidDeviation {
-  double before, after;  ///< rms of the deviation as recorded, and with the motion taken off [m]
-  double moved;          ///< of the middle of the record [m]
+  double before, after;  ///< rms of the deviation as recorded, and without the rigid motion [m]
+  double moved;          ///< displacement of the middle of the record [m]
   double turned;         ///< [rad]
 };
 
@@ -25,23 +25,22 @@ struct RigidDeviation {
 struct UnfollowedShape {
   Eigen::Index first, last;  ///< samples of the record
   double shape;              ///< rms distance of the program from an even straight motion [m]
-  double followed;           ///< share of that shape which the record has
+  double followed;           ///< share of that shape that the record has
 };
 
-/// What in a record is more likely the instrument's than the arm's. A correction carries both into
-/// the part.
-/// Or the record is of another program.
+/// Deviations that are more likely errors of the instrument, or of another program, than of the
+/// arm. A correction would copy them into the part.
 struct RecordDoubts {
-  /// A jump above 1.5 mm and 6 times the median change from sample to sample, of which at least 70
-  /// % stay over ten samples, while the program keeps its velocity. An arm that a cut bends needs
-  /// longer.
+  /// A jump above 1.5 mm and above 6 times the median change from sample to sample. At least 70 %
+  /// of it remain over ten samples, while the program keeps its velocity. An arm that a cut bends
+  /// moves more slowly.
   std::optional<RecordStep> step;
   /// Present if the deviation is above 2 mm and the motion leaves at most a third of it. An arm
-  /// that is off alike all over the path looks the same.
+  /// with the same error all along the path looks the same.
   std::optional<RigidDeviation> rigid;
-  /// In a half or a quarter of the samples the program p departs by more than 2 mm (rms) from the
-  /// straight motion with constant velocity that is nearest to it, and the record m from its own by
-  /// less than half as much: <m, p> / <p, p> < 0.5. The servos of an arm cut corners by less.
+  /// Takes halves and quarters of the samples. There p and m are the differences of the program and
+  /// of the record from their best straight motion with constant velocity. Present if p is above 2
+  /// mm (rms) and <m, p> / <p, p> < 0.5. The servos of an arm cut corners by less.
   std::optional<UnfollowedShape> unfollowed;
 };
 RecordDoubts record_doubts(const Path& programmed, const Path& measured, const ClockFit& clock,

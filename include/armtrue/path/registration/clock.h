@@ -11,14 +11,14 @@
 
 namespace armtrue {
 
-/// Clock and frame of an instrument, seen from the program.
+/// Clock and frame of an instrument, relative to those of the program.
 struct ClockFit {
   /// t_instrument = offset + (1 + rate) * t_program [s]. The offset includes a constant lag of the
   /// servos: no record can tell them apart.
   double offset = 0, rate = 0;
   double middle = 0;  ///< middle of the record, by the clock of the program [s]
-  /// Covariance of the offset at `middle`, where it is known best, and of the rate. Zero if the
-  /// offset was given.
+  /// Covariance of the offset at `middle`, where it is known best, and the rate. Zero if the offset
+  /// was given.
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
   Pose program_from_instrument;  ///< identity unless the frame was fitted
 
@@ -40,28 +40,28 @@ struct ClockFit {
 
 struct ClockOptions {
   bool fit_frame = false;  ///< fit the frame of the instrument too
-  /// Known offset of the clocks [s]: no clock is fitted.
+  /// Known offset of the clocks [s]. If present, no clock is fitted.
   std::optional<double> offset;
 };
 
-/// Finds the clock of a record. A first offset is the one at which the speeds of both paths
+/// Finds the clock of a record. The first offset is the one at which the speeds of both paths
 /// correlate best; it depends on no frame. Generalised least squares then refine offset, rate and,
-/// if asked for, the frame. They treat the deviation of the tool as a random process, fitted to the
-/// data of each axis (Ornstein and Uhlenbeck), so that a deviation along the path is not taken for
-/// an error of the clock, nor the clock's error for a deviation.
-/// Throws std::invalid_argument, with the remedy: if the tool stands still in either path; if the
-/// paths do not overlap in time; if their units differ (check_units()); if they lie more than 10 mm
-/// apart (the message names the rigid motion that joins them, if there is one); or if the standard
+/// if asked for, the frame. They model the deviation of the tool as a random process
+/// (Ornstein-Uhlenbeck), fitted to the data of each axis. So a deviation along the path is not
+/// taken for an error of the clock, nor an error of the clock for a deviation. Throws
+/// std::invalid_argument, with the remedy: if the tool stands still in either path; if the paths do
+/// not overlap in time; if their units differ (check_units()); if they lie more than 10 mm apart
+/// (the message names the rigid motion that joins them, if there is one); or if the standard
 /// deviation of the offset is 0.1 s or more.
 ClockFit fit_clock(const Path& programmed, const Path& measured, const ClockOptions& options = {});
 
 /// The record in the clock and the frame of the program.
 Path registered(const Path& measured, const ClockFit& clock);
 
-/// The errors that an uncertain clock makes in the deviations (measured minus programmed) at times
-/// of the program, increasing. Error k at time t is v(t) (R_0k + R_1k (t - t_mid)) [m], times a
-/// number of unit variance that all samples share; R R = `covariance`, of the offset at t_mid,
-/// halfway between the first and the last time, and of the rate.
+/// The errors of the deviations (measured minus programmed) by an uncertain clock, at increasing
+/// times of the program. Error k at time t is v(t) (R_0k + R_1k (t - t_mid)) [m], times a number of
+/// unit variance that all samples share. t_mid is halfway between the first and the last time; R R
+/// = `covariance`, that of the offset at t_mid and the rate.
 std::array<Eigen::Matrix3Xd, 2> clock_errors(const Path& programmed, const Eigen::VectorXd& times,
                                              const Eigen::Matrix2d& covariance);
 
