@@ -12,8 +12,8 @@ Robot with_tool(Robot robot, const Pose& tool) {
   return robot;
 }
 
-// Posture and loads act on the foot of the arm; a clock and a thermometer do not tell whose drift
-// it is.
+// Posture and loads act on the foot of the arm. A drift with time or temperature may be that of the
+// instrument.
 bool is_of_the_arm(DriverKind kind) {
   switch (kind) {
     case DriverKind::joint_angle:

@@ -126,7 +126,7 @@ class Straightening {
     return i > 0 && rows_[i - 1].target == rows_[i].target ? rows_[i - 1].t : 0;
   }
 
-  // The share of the whole way at which the blends of the ends end and begin.
+  // The shares of the path at which the blend of the start ends and that of the end begins.
   double first_of(size_t target) const {
     return std::min(0.5, of_text(target - 1).blend / std::max(length(target), kShortest));
   }
@@ -151,7 +151,7 @@ class Straightening {
     return result;
   }
 
-  // Puts rows before those whose way errs by too much; returns whether there is a new one.
+  // Inserts rows in moves with too large an error; returns whether it inserted any.
   bool divide() {
     std::vector<Row> rows;
     std::ranges::fill(why_, "");
@@ -166,7 +166,8 @@ class Straightening {
     return is_divided;
   }
 
-  // Where the way to a row is divided; nowhere, and why_ says why, if it cannot be.
+  // Places at which the move to a row is divided; empty if it cannot be divided, and why_ is the
+  // reason.
   std::vector<double> new_points(size_t i) {
     const Row& row = rows_[i];
     std::string& why = why_[row.target];
@@ -177,7 +178,7 @@ class Straightening {
     if (!closed_[row.target].empty()) return refuse(closed_[row.target]);
     const double error = errors_[i].largest;
     if (std::isinf(error)) return refuse("the controller's model cannot follow it");
-    // A damped end is missed whatever stands before it.
+    // A damped end is not reached, whatever points are inserted before it.
     const double at_ends = std::max(targets_[i].after.position, targets_[i - 1].after.position);
     if (error <= std::max(tolerance_, 1.5 * at_ends))
       return refuse("a point on it is not reached exactly, near a singular posture");
@@ -196,7 +197,8 @@ class Straightening {
     return points;
   }
 
-  // Shares of a way at which it is divided evenly: the error of a bend falls with the square.
+  // Shares of a path that divide it evenly: the error of a bend falls with the square of their
+  // number.
   std::vector<double> even_shares(double error, double way) const {
     const double wanted = std::ceil(std::sqrt(1.1 * error / tolerance_));
     const double most = std::floor(way / kShortest);
@@ -258,7 +260,7 @@ class Straightening {
     return found;
   }
 
-  // Of an inserted point: what both its sides have room for.
+  // Blend of an inserted point: as large as both sides allow.
   double blend_at(size_t i) const {
     const Row &row = rows_[i], &next = rows_[i + 1];
     const double before = length(row.target) * (row.t - start_of(i));
