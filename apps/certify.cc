@@ -78,7 +78,7 @@ bool knows_readings(const std::string& robot, const Provenance& provenance) {
   return Source(robot).read_all().find(provenance.inputs.back().second) != std::string::npos;
 }
 
-// Runs `work`, and names the file in what it finds wrong.
+// Runs `work`, and adds the name of the file to its errors.
 template <typename Work>
 auto about_file(const std::string& file, const Work& work) {
   try {

@@ -70,14 +70,14 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.add_columns(app::kMeasuredPoseColumns);
 }
 
-// The measured poses: those that the search may use and those held out to judge its result.
+// The measured poses: those that the search may use and the held-out ones.
 struct Measured {
   Campaign all;  // of the file that is searched
   Split split;   // of `all`; empty with --test
   Campaign training, held_out;
 };
 
-// A reading that is in both files would judge a model that was fitted to it.
+// A reading in both files would test a model that was fitted to it.
 void check_apart(const Campaign& training, const Campaign& test) {
   const auto reading = [](const Campaign& campaign, int row) {
     std::vector<double> numbers(campaign.q[row].begin(), campaign.q[row].end());
@@ -156,9 +156,8 @@ std::string residuals(const Robot& robot, const Measured& measured, bool with_te
   return write_residuals(parts);
 }
 
-// Plans poses that separate each effect found from the effects that the data cannot tell from it.
-// Returns false if there are no such poses; the file is written in any case, so that poses of an
-// earlier campaign do not stay in it.
+// Plans poses that separate each found effect from its rivals. Returns false if there are no such
+// poses; the file is written in any case, so that poses of an earlier campaign do not stay in it.
 bool write_next_poses(app::Command& command, const std::string& path, const TraceResult& found,
                       const Campaign& measured) {
   command.progress("planning the next poses");
@@ -173,7 +172,7 @@ bool write_next_poses(app::Command& command, const std::string& path, const Trac
   return !planned.empty();
 }
 
-// Why the result is not to be used; empty if it is.
+// Why the result must not be used; empty if it may be.
 std::string why_not_reached(const Robot& robot, const LoopResult& result) {
   if (!result.trace.fit.converged) return app::not_converged(result.trace.fit);
   if (!result.worse_than_nominal)
@@ -185,7 +184,7 @@ std::string why_not_reached(const Robot& robot, const LoopResult& result) {
       result.after / kMillimetre, nominal / kMillimetre);
 }
 
-// Without a floor nobody can say that only noise is left.
+// Without a floor it is not shown that only noise is left.
 void warn_of_unknown_floor(app::Command& command, const LoopResult& result) {
   constexpr double kResolution = 1e-6;  // m: no instrument reads less
   if (result.noise.source != NoiseFloor::Source::none || result.after < kResolution) return;

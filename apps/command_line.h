@@ -49,7 +49,7 @@ class UsageError : public std::runtime_error {
 /// A condition on the text of an option.
 struct Check {
   std::string form;  ///< stands in --help after the type of the option; may be empty
-  /// Says what is wrong with a text; empty if nothing is.
+  /// Why a text is wrong; empty if it is right.
   std::function<std::string(const std::string&)> why_wrong;
 };
 
@@ -77,7 +77,7 @@ class Option {
   Option check(const Check& check) const;
   /// --help shows the value that the variable has now.
   Option default_shown() const;
-  /// Of an option with several values: each time that it stands it takes one.
+  /// For an option with several values: it takes one value each time that it is given.
   Option one_each() const;
 
  private:
@@ -102,7 +102,7 @@ class OptionGroup {
   Option file(const std::string& names, std::vector<std::string>& paths, const std::string& help);
   Option flag(const std::string& names, bool& value, const std::string& help);
   /// `count` numbers separated by commas, such as `x,y,z,radius in mm` (the `form`, for messages).
-  /// They are one value: of several values the last could be the file that follows.
+  /// They are one text: with several texts, the last could be the file that follows.
   Option numbers(const std::string& names, std::vector<double>& values, size_t count,
                  const std::string& form, const std::string& help);
   /// Encoder values separated by commas; how many the robot needs, and their units, joints_of()
@@ -134,7 +134,7 @@ class Command : public OptionGroup {
   void add_output();
   /// A further product. Two products may not go to one file, and none to a file that is read.
   Option add_output(const std::string& name, std::string& path, const std::string& what);
-  /// A folder of products, which is replaced whole; nothing else may lie in it.
+  /// A folder of products, which is replaced as a whole; it may contain nothing else.
   Option add_output_folder(const std::string& name, std::string& path, const std::string& what);
   void add_seed();
   void add_new_sessions();
@@ -164,8 +164,8 @@ class Command : public OptionGroup {
   RobotFile read_robot(const std::string& path);
   /// Of a robot that was read before the other inputs.
   void add_robot_to_inputs(const RobotFile& file);
-  /// What the columns contradict each other in is an error or a warning (see check_log()). Sessions
-  /// begin where --new-session-at-s says so. Call refuse_mistakes() on the result.
+  /// Contradictions between columns are errors or warnings (see check_log()). Sessions begin at the
+  /// times of --new-session-at-s. Call refuse_mistakes() on the result.
   Campaign read_campaign(const std::string& path, const Robot& robot);
   /// Warns if a robot that should be nominal is the result of a calibration.
   void warn_if_calibrated(const Robot& robot, const std::string& path);
@@ -176,7 +176,7 @@ class Command : public OptionGroup {
   /// All columns are kept for the output.
   ProgramFile read_program(const std::string& path, const Robot& robot);
   About read_about(const std::string& path);
-  /// What an older certificate is compared in.
+  /// The values of an older certificate for a comparison.
   CertifiedValues read_certificate(const std::string& path);
   /// A robot program; with its .dat if `with_dat`: `dat`, or that beside it.
   std::vector<ProgramText> read_program_texts(const std::string& path, const std::string& dat,
@@ -207,11 +207,11 @@ class Command : public OptionGroup {
 };
 
 /// Throws InputError if the numbers of a campaign show a mistake of units, frames or signs, and
-/// warns of what may be one. The diagnosis calibrates the robot.
+/// warns of possible ones. The diagnosis calibrates the robot.
 void refuse_mistakes(Command& command, const Robot& robot, const Campaign& campaign);
 
-/// Why an error of a calibrated arm, the mean of its positions [m], is none of an arm; empty if it
-/// may be. `noise`: of a coordinate [m].
+/// Why a mean position error of a calibrated arm [m] cannot be an error of an arm; empty if it can.
+/// `noise`: of a coordinate [m].
 std::string beyond_any_arm(const Robot& robot, double error, double noise);
 /// The same for the errors of the robot on the readings of a campaign.
 std::string beyond_any_arm(const Robot& robot, const Campaign& campaign,
@@ -261,8 +261,8 @@ void require_same_joints(const Robot& robot, const std::string& a, const Robot& 
 std::vector<JointTarget> numbered(const std::vector<PlannedPose>& poses,
                                   const std::vector<std::string>& taken);
 
-/// Warns of what touches do not show: where R_A is, and the scale unless an artefact or an encoder
-/// of lengths shows it. `robot`: that the set was chosen for.
+/// Warns of what touches do not show: the place of R_A, and the scale, unless an artefact or an
+/// encoder of lengths shows it. `robot`: the one for which the set was chosen.
 void warn_of_touches(Command& command, const Robot& robot, const Campaign& campaign,
                      const IdentifiableSet& set);
 

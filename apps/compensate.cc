@@ -85,7 +85,7 @@ CompensationOptions compensation_options(const Arguments& arguments, const Robot
   return options;
 }
 
-// What puts the assumptions in doubt, in sentences.
+// Reasons to doubt the assumptions, in sentences.
 std::vector<std::string> doubts(const Robot& robot, const Robot& controller,
                                 const std::vector<CorrectedTarget>& targets, const Campaign& visits,
                                 const Arguments& arguments) {

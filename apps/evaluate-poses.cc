@@ -54,9 +54,9 @@ Robot set_up(app::Command& command, const Arguments& arguments, const Robot& rob
   return refit_set_up(robot, campaign, app::split_list(arguments.refit));
 }
 
-// Says which criteria the errors of `given`, set up as `robot`, miss; false if the result is not to
-// be used. How far a nominal robot misses is what is asked: an arm as it was delivered can be off
-// by several millimetres.
+// Reports which criteria the errors of `given`, fitted as `robot`, fail; false if the result must
+// not be used. The error of a nominal robot is a result and no failure: a new arm can have an error
+// of several millimetres.
 bool meets_criteria(app::Command& command, const Arguments& arguments, const Robot& given,
                     const Robot& robot, const Campaign& campaign, const Evaluation& evaluation) {
   bool meets = true;

@@ -93,7 +93,7 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.add_columns(app::kPathColumns);
 }
 
-// The pose of the TCP in the program's frame that the constants of the controller's model have.
+// The pose of the TCP in the program's frame by the constants of the controller's model.
 Pose tcp_at(const Robot& controller, const CompensationOptions& options, const JointVector& q) {
   KinematicChain chain = controller.chain;
   chain.base = {};
@@ -231,7 +231,7 @@ Campaign conditions_of(const Arguments& arguments, const std::vector<const Robot
   return one;
 }
 
-// Boxes and paths have no columns for what only the command line can say.
+// Boxes and paths have no columns for the values that the command line states.
 void require_conditions(const Campaign& visits, const Robot& robot, const Arguments& arguments) {
   for (const Effect& effect : robot.effects) {
     if (!moves_program(effect, arguments.tool_is_measured)) continue;
@@ -284,7 +284,7 @@ Mapped map_all(app::Command& command, const Robot& robot, const Robot& controlle
   return mapped;
 }
 
-// What puts the map in doubt, in sentences without a full stop.
+// Reasons to doubt the map, in sentences without a full stop.
 std::vector<std::string> doubts_of_map(const Robot& robot, const Robot& controller,
                                        const Mapped& mapped, const ErrorMapSummary& summary,
                                        const Arguments& arguments) {

@@ -25,7 +25,7 @@ std::string describe_bad(const PathFile& pass, const std::vector<BadSample>& bad
   return text + (bad.size() > kNamed ? ", ..." : "");
 }
 
-// None is proven: an arm may be off alike all over a path.
+// None is certain: an arm may have the same error all along a path.
 void warn_of_record(Command& command, const PathFile& programmed, const PathFile& record,
                     const Pass& pass) {
   const RecordDoubts doubts = record_doubts(programmed.path, record.path, pass.clock, pass.bad);
@@ -53,7 +53,7 @@ void warn_of_record(Command& command, const PathFile& programmed, const PathFile
         doubts.unfollowed->shape / kMillimetre, 100 * doubts.unfollowed->followed));
 }
 
-// The mean of passes that are not of one kind corrects neither.
+// The mean of passes of different kinds corrects neither kind.
 void warn_of_unlike(Command& command, const PathFile& programmed,
                     const std::vector<PathFile>& passes, const MirrorResult& result) {
   std::vector<Path> records;

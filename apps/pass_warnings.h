@@ -9,7 +9,7 @@
 
 namespace armtrue::app {
 
-/// What records of passes show that is more likely a mistake than the arm's, as warnings; see
+/// Warnings of deviations that are more likely a mistake than an error of the arm; see
 /// record_doubts.h and pass_doubts.h.
 
 void warn_of_the_same(Command& command, const std::vector<const PathFile*>& files);

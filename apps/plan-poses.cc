@@ -92,15 +92,15 @@ void warn_of_too_few(app::Command& command, const PosePlanner& planner, int coun
 
 std::string quoted(const Effect& effect) { return "'" + describe(effect) + "'"; }
 
-// Effects of which no poses tell any two apart, and the readings that would.
+// Effects no two of which can be separated by poses, and the readings that separate them.
 struct InseparableSet {
   std::vector<std::string> effects;
   std::set<std::string> readings;
 };
 
-// Each pair of effects that no poses tell apart, whichever of the two is the truth, is in one of
-// the sets. A set starts from such a pair and takes in every effect that forms such a pair with all
-// its members.
+// Each pair of effects that no poses can separate, whichever of the two is true, is in one of the
+// sets. A set starts from such a pair and takes in every effect that forms such a pair with all its
+// members.
 std::vector<InseparableSet> inseparable_sets(const SeparationPlan& plan) {
   using Pair = std::pair<std::string, std::string>;
   std::set<Pair> told;

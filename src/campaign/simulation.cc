@@ -25,8 +25,8 @@ bool inside(const Box& box, const Eigen::Vector3d& point) {
   return (point.array() >= box.low.array()).all() && (point.array() <= box.high.array()).all();
 }
 
-// The damped least-squares step of the joints that brings the point to where it misses. kJoints:
-// their number if known when compiled, otherwise Eigen::Dynamic.
+// The damped least-squares step of the joints for a position error of the point. kJoints: their
+// number if known when compiled, otherwise Eigen::Dynamic.
 template <int kJoints>
 JointVector step_to(const KinematicChain& chain, const PoseJacobian& jacobian,
                     const Eigen::Vector3d& miss) {

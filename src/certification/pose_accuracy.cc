@@ -90,7 +90,7 @@ void add_drift(std::vector<Visit> visits, PoseFigures& figures) {
   figures.drift_rp_turn = (turn_repeatability(last) - turn_repeatability(first)).cwiseAbs();
 }
 
-// Pose, session and reflector: one point that the robot comes back to.
+// Pose, session and reflector: one point to which the robot returns.
 using Place = std::array<int, 3>;
 
 std::string label(const Campaign& campaign, int row) {

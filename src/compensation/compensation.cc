@@ -33,7 +33,7 @@ bool changes_turn(const KinematicChain& chain, const JointVector& a, const Joint
   return false;
 }
 
-// Whether each row says where its joints are, so that it needs no row before it.
+// Whether each row states its joint angles, so that it does not depend on the row before.
 bool states_joints(const Program& program) {
   for (int row = 0; row < program.rows(); ++row)
     if (const auto r = static_cast<size_t>(row); program.is_cartesian(r) && !program.hinted[r])
@@ -99,7 +99,7 @@ class Compensation {
     return target;
   }
 
-  // The arm drives from command to command: these tell its motion, not the program.
+  // The arm moves from command to command: the commands, not the program, give its motion.
   void settle(CorrectedTarget& target, Context& context, const Pose& intended) const {
     correct(target, context, intended);
     if (!motion_matters_) return;
@@ -177,7 +177,7 @@ class Compensation {
                    "--controller");
   }
 
-  // What follows from the command.
+  // The figures that follow from the command.
   void finish(CorrectedTarget& target, Context context, const Pose& intended) const {
     const Pose program_from_foot = inverse(arms_now_->options.base);
     target.intended = program_from_foot * intended;

@@ -15,8 +15,8 @@ bool is_of_a_link(const KinematicChain& chain, const std::string& name) {
   return index && layout_of(chain).is_of_links(*index);
 }
 
-// The robot with the effects that move a program, and of its uncertainty their rows and those of
-// the geometric parameters that `keep` takes.
+// The robot with the effects that move a program. Of its uncertainty it keeps their rows and those
+// of the geometric parameters that `keep` accepts.
 template <typename Keep>
 Robot part_of(const Robot& robot, bool tool_is_measured, const Keep& keep) {
   Robot part = without_station_effects(robot, tool_is_measured);
@@ -74,7 +74,7 @@ Coverage coverage(const Robot& identified, const CompensationOptions& options,
   if (!identified.uncertainty) return result;
   const Campaign readings = readings_at(visits, identified.chain.base);
   const bool measured = options.tool_is_measured;
-  // In the station of the calibration, which the largest variance is of.
+  // With base and tool of the calibration, to which the largest variance belongs.
   const double largest = identified.uncertainty->largest_variance;
   for (double variance : position_variances(
            part_of(identified, measured, [](const std::string&) { return true; }), readings))

@@ -93,7 +93,8 @@ WayError ErrorBetween::error_on(const std::vector<CorrectedTarget>& targets, siz
     }
     before = here;
   }
-  // Of a smooth bend, which is a parabola, neighbours differ by less than half of the largest.
+  // On a smooth bend, which is a parabola, neighbours differ by less than half of the largest
+  // value.
   if (largest_step < 0.75 * error.largest) error.step_from = error.step_to = 0;
   return error;
 }

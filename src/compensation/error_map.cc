@@ -154,7 +154,7 @@ void predict_all(ErrorMap& map, const ErrorMapper& mapper, const VisitsOf& visit
       });
 }
 
-// From the sample before or, of the first, from the start: there whole turns are free.
+// From the sample before. The first one comes from the start, with any whole turns.
 std::optional<JointVector> along_path(const ErrorMapper& mapper, const Context& context,
                                       const Pose& sample, const JointVector& from, bool is_first) {
   const NearPosture posture(
@@ -163,7 +163,7 @@ std::optional<JointVector> along_path(const ErrorMapper& mapper, const Context& 
   return posture.reach(context, mapper.options().base * sample, from);
 }
 
-// Goes through a program: joint angles, and how the joints come to them. `visits` takes both.
+// Goes through a program and writes joint angles, directions of arrival and strokes into `visits`.
 std::vector<MapPoint> points_of(const Program& program, const ErrorMapper& mapper,
                                 Following following, Campaign& visits) {
   const ProgrammedJoints programmed(program, mapper.options(), mapper.controller());

@@ -68,7 +68,7 @@ struct BestAndWorst {
   std::optional<Placement> best, worst;
 };
 
-// Of all places of a part in the grid, those with the smallest and the largest mean.
+// The places of a part in the grid with the smallest and the largest mean.
 template <typename ValueOf>
 BestAndWorst placements(const ErrorMap& map, const Eigen::Vector3d& part, const ValueOf& value_of) {
   const Grid& grid = *map.grid;

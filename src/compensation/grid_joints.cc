@@ -46,7 +46,7 @@ class GridFlood {
 
   Pose wanted(int point) const { return base_ * Pose{grid_.orientation, grid_.position(point)}; }
 
-  // First the point nearest to where the start stands, then some of all regions of the box.
+  // First the point nearest to the TCP at the start, then some points in all regions of the box.
   std::vector<int> seeds() const {
     Context here = context_;
     here.q = start_;

@@ -19,11 +19,11 @@ constexpr double kReached = 1e-10;    // [m], [rad]
 constexpr double kGoodEnough = 1e-9;  // [m], [rad]: 1e-6 mm
 constexpr double kLargestStep = 0.3;  // [rad], [m]: limit of the linear model
 constexpr int kNoJoint = -1, kWristJoint = 4;
-// A wrist bent by less, or as little left of any other freedom, is near a singular posture.
+// With a wrist bent by less, or another singular value as small, a posture is near a singular one.
 constexpr double kNearWrist = 3 * kDegree;
 constexpr double kNearAny = 0.5 * kLength * kNearWrist;  // of the least singular value
 
-// Position and rotation by which `reached` misses `wanted`; the rotation times kLength [m].
+// Position and rotation error of `reached` against `wanted`; the rotation times kLength [m].
 Vector6 weighted_error(const Pose& wanted, const Pose& reached) {
   Vector6 error;
   error << wanted.translation - reached.translation,
@@ -160,8 +160,8 @@ double least_singular_value(const JointJacobian& jacobian) {
   return std::sqrt(std::max(0.0, solver.eigenvalues()[0]));
 }
 
-// By how much a joint may change: kMaxSingularChange at a singular posture, without a bound far
-// from it, and no step between.
+// Largest change of a joint: kMaxSingularChange at a singular posture, unlimited far from it, with
+// a continuous transition.
 double largest_change(const ProgramArm& arm, Context context, const JointVector& q) {
   JointJacobian jacobian;
   context.q = q;

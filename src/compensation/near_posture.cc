@@ -27,7 +27,8 @@ std::optional<JointVector> NearPosture::reach(const Context& context, const Pose
   return nearer(context, wanted, found.q);
 }
 
-// Else a tool that hangs down would turn axes 4 and 6 by half a turn where the forearm hangs down.
+// Otherwise, with a tool that hangs down, axes 4 and 6 would turn by half a turn where the forearm
+// hangs down.
 JointVector NearPosture::nearer(const Context& context, const Pose& wanted,
                                 const JointVector& q) const {
   if (!rolls_ || turn_of_forearm(q) <= 0.25 * kTurn) return turned(q);

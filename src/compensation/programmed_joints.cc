@@ -36,7 +36,8 @@ FoundJoints joints_on_branch(const ProgramArm& arm, const Context& context, cons
   JointCorrection found = joints_of_pose(arm, context, wanted, hint);
   if (found.is_reached && is_same(branch, branch_of(arm.chain(), found.q)))
     return {found.q, Reach::reached};
-  // The way from the hint may lead over a singular posture: begin beside it, in a fixed order.
+  // A singular posture may lie between the hint and the solution: start beside the hint, in a fixed
+  // order.
   bool is_reached = found.is_reached;
   for (int k = 1; k <= more_starts; ++k) {
     JointVector start = hint;

@@ -54,11 +54,11 @@ std::vector<Effect> expand(const CatalogueEntry& entry, const Robot& robot) {
     }
     const bool needs_joint = entry.driver_joint != CatalogueEntry::Joint::none;
     if (needs_joint && of_driver < 0) return;
-    // Cycles per turn are none of a travel, whose pitch nobody has stated.
+    // A travel has no cycles per turn, because its pitch is not stated.
     if (effect.shape.kind == ShapeKind::harmonic && is_travel(effect.driver, robot.chain)) return;
     effects.push_back(std::move(effect));
   };
-  // What turns a joint that turns shifts one that slides.
+  // An effect on theta of a revolute joint acts on r of a prismatic one.
   const auto of_joint = [&](int joint) {
     const Link& link = joint_link(robot.chain, joint);
     return link.name + "." +

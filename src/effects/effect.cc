@@ -9,7 +9,7 @@ int group_size(const std::string& parameter) {
 }
 
 std::optional<int> first_parameter(const KinematicChain& chain, const std::string& parameter) {
-  // What moves all readings of points moves the base just so.
+  // A shift of all measured points is the same as a shift of the base.
   if (parameter == kPointOfInstrument) return kBaseParameters;
   return find_parameter(chain, is_group(parameter) ? parameter + ".x" : parameter);
 }

@@ -11,12 +11,12 @@
 namespace armtrue {
 namespace {
 
-// Sine of an angle that calibration gives axes which are built parallel; wrists that are not meet
-// at tens of degrees.
+// Largest sine of the angle between axes that are built parallel, after calibration. Axes of wrists
+// that are not parallel meet at tens of degrees.
 constexpr double kParallel = 1e-2;
 constexpr int kBasisPoses =
     64;  // of which the most values, ten links of three and a travel, are a fraction
-// Of a value's own norm: less that is new is what identified geometry adds to one that is kept.
+// Share of the norm of a value. A smaller independent part only comes from the identified geometry.
 constexpr double kMinNew = 1e-2;
 
 }  // namespace
@@ -97,8 +97,8 @@ double GravityLoad::first_moment_value(const FirstMoment& moment, const ArmFrame
 }
 
 // The links that carry weight for the parameter: its own and those whose axes stay parallel. A
-// parameter that does not turn about the link's own axis also feels the next link turn. What does
-// not turn keeps its orientation in the link before it, whatever its axis is.
+// parameter that does not turn about the link's own axis also feels the next link turn. A link that
+// does not turn keeps its orientation in the link before it, whatever its axis is.
 std::vector<int> GravityLoad::carrying_links(const KinematicChain& chain) const {
   const int last = joint_count(chain) > 0 ? link_of_joint(chain, joint_count(chain) - 1) : -1;
   if (link_ > last) return {};
@@ -136,7 +136,7 @@ void GravityLoad::choose_basis(const Robot& robot, const ChainEvaluator& evaluat
     if (!of_positioner_ && is_prismatic(robot.chain.links[link]) && parameter_ >= kLinkParameters)
       moments.push_back({link, 2, true});
   }
-  // Keep what is independent of the constant and of what is kept already.
+  // Keep values that are independent of the constant and of those kept already.
   const std::vector<JointVector> poses = sample_joint_space(robot.chain, kBasisPoses);
   Eigen::MatrixXd kept = Eigen::VectorXd::Ones(kBasisPoses).normalized();
   for (const FirstMoment& moment : moments) {

@@ -35,7 +35,7 @@ Robot with_unit_weight(Robot robot) {
   return robot;
 }
 
-// Names of the values of a shape, as the coefficients are called in files.
+// Names of the values of a shape: those of the coefficients in files.
 std::vector<std::string> value_names(const Shape& shape, int count) {
   if (shape.kind == ShapeKind::harmonic) return {"sin", "cos"};
   if (count == 1) return {"c"};
@@ -302,7 +302,7 @@ Pose RobotModel::pose(const Context& context) const {
   return pose;
 }
 
-// Where the target stands; `offsets` is empty without effects.
+// Position of the target; `offsets` is empty without effects.
 Vector3d RobotModel::place(const Context& context, int target,
                            const Eigen::VectorXd& offsets) const {
   const Vector3d position =

@@ -12,7 +12,8 @@
 namespace armtrue {
 namespace {
 
-// Largest distance of a position from that of the path's own angles [m]: else of another robot.
+// Largest distance of a position from that at the angles of the path [m]; above it the angles are
+// those of another robot.
 constexpr double kMaxDisagreement = 10e-3;
 constexpr int kStarts = 64;  // enough to find each of the eight branches of an arm
 

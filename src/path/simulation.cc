@@ -71,7 +71,7 @@ Angles lagging(const Eigen::VectorXd& time, Angles angles, double lag) {
   return angles;
 }
 
-// How the joints have moved up to each sample of the controller.
+// Directions and strokes of the joints at each sample of the controller.
 std::vector<Arrival> arrivals(const Angles& angles) {
   std::vector<Arrival> all;
   Arrival arrival(angles.col(0));

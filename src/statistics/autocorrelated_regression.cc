@@ -47,8 +47,8 @@ WeightedSums sum_weighted(const Eigen::MatrixXd& columns, const Eigen::VectorXd&
   return sums;
 }
 
-// Integrated correlation time, in samples, of what is left by the fitted columns: how many samples
-// make one independent one.
+// Integrated correlation time of the residual, in samples: the number of samples that count as one
+// independent sample.
 double correlation_time(const WeightedSums& sums) {
   const Eigen::Index bins = sums.residual.size();
   const double power = sums.residual.squaredNorm();
@@ -57,7 +57,7 @@ double correlation_time(const WeightedSums& sums) {
   Eigen::Index lag = 1;
   for (; lag < bins && static_cast<double>(lag) < kWindow * time; ++lag)
     time += 2 * sums.residual.head(bins - lag).dot(sums.residual.tail(bins - lag)) / power;
-  // Each fitted column leaves each of the 2 lag + 1 correlations short by time / bins.
+  // Each fitted column lowers each of the 2 lag + 1 correlations by time / bins.
   const auto fitted_lags = static_cast<double>(sums.columns.cols() * (2 * lag + 1));
   time = std::max(time, 1.0) * (1 + fitted_lags / static_cast<double>(bins));
   return time * sums.samples_per_bin;

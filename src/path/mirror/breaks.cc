@@ -17,7 +17,7 @@ constexpr Eigen::Index kMinPiece = 4;            // samples
 constexpr double kMinNoise = 1e-7;               // [m]: no instrument reads more finely
 constexpr double kJumpWindow = 0.32;  // [s], ten samples of 32 ms: noise falls to a third
 
-// Adds the times at which a joint turns back.
+// Adds the times at which a joint reverses.
 void add_reversals(const Path& path, std::vector<double>& times) {
   for (Eigen::Index joint = 0; joint < path.q.rows(); ++joint) {
     double extreme = path.q(joint, 0);
@@ -38,7 +38,7 @@ void add_reversals(const Path& path, std::vector<double>& times) {
   }
 }
 
-// Splits samples at the largest jump of the mean, while it is more than chance. With m the means of
+// Splits samples at the largest jump of the mean, as long as it is significant. With m the means of
 // up to `window` samples before and after sample i, n their numbers, the statistic of a jump at i
 // is
 //     |m_after - m_before|^2 / (noise^2 (1 / n_before + 1 / n_after)).

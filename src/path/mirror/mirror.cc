@@ -190,7 +190,8 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& rec
   result.unrecorded = keep_unrecorded(programmed, executed, moves, deviation, result.correction);
   result.position = programmed.position + result.correction;
   result.points = samples_at(programmed, deviation, points);
-  // The part of the trend that stays: by the gain, by the largest correction, outside the material.
+  // The uncorrected part of the trend, because of the gain, the largest correction, or outside the
+  // material.
   const double stays =
       lengths_in_motion(without_along(programmed, corners, trend + result.correction - run), moves)
           .mean;

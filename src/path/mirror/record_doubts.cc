@@ -32,7 +32,7 @@ Eigen::JacobiSVD<Eigen::MatrixXd> directions(const Eigen::Matrix3Xd& positions) 
                                            Eigen::ComputeFullU | Eigen::ComputeFullV);
 }
 
-// A straight path says nothing about rotations about it: then the smallest one.
+// A straight path does not determine the rotation about it: the smallest one is taken.
 Eigen::Matrix3d rotation_onto(const Eigen::Matrix3Xd& measured,
                               const Eigen::Matrix3Xd& programmed) {
   const auto own = directions(programmed);
@@ -65,7 +65,8 @@ std::optional<RecordStep> find_step(const Eigen::Matrix3Xd& deviation,
   return found;
 }
 
-// Whether the program goes on with the same velocity about a sample: an arm leaves a corner aside.
+// Whether the program keeps its velocity around a sample. At a corner an arm departs from the
+// program.
 std::vector<bool> straight_on(const Path& programmed, const Eigen::VectorXd& time) {
   const Eigen::Matrix3Xd velocity = velocity_at(programmed, time);
   std::vector<bool> result(static_cast<size_t>(time.size()));
@@ -95,7 +96,7 @@ std::optional<RigidDeviation> find_rigid(const Eigen::Matrix3Xd& measured,
                         rotation_log(rotation).norm()};
 }
 
-// What is left of positions without the nearest straight motion with constant velocity.
+// Positions minus the nearest straight motion with constant velocity.
 Eigen::Matrix3Xd without_even_motion(const Eigen::Matrix3Xd& positions,
                                      const Eigen::VectorXd& time) {
   const Eigen::RowVectorXd centred = (time.array() - time.mean()).transpose();

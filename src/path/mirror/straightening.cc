@@ -22,7 +22,7 @@ std::pair<double, Eigen::Index> farthest(const Eigen::Matrix3Xd& values, Eigen::
   return most;
 }
 
-// Adds the samples through which a polygon has to go so as to stay within `tolerance` of the others
+// Adds the samples through which a polygon must pass to stay within `tolerance` of the others
 // (Ramer 1972, Douglas and Peucker 1973).
 void add_corners(const Eigen::Matrix3Xd& values, Eigen::Index begin, Eigen::Index end,
                  double tolerance, std::vector<Eigen::Index>& corners) {
@@ -51,7 +51,7 @@ std::vector<Eigen::Index> needed(const Eigen::Matrix3Xd& values,
   return kept;
 }
 
-// Adds the turning points of one component that stand out by more than `prominence`.
+// Adds the turning points of one component with a prominence above `prominence`.
 void add_turning_points(const Eigen::RowVectorXd& values, Eigen::Index begin, double prominence,
                         std::vector<Eigen::Index>& points) {
   Eigen::Index low = 0, high = 0;  // of the stretch since the last turning point

@@ -15,7 +15,7 @@
 namespace armtrue {
 namespace {
 
-// Standard deviations of the unknowns before the record is seen; kRateSigma is another.
+// Prior standard deviations of the unknowns; kRateSigma is another.
 constexpr double kOffsetSigma = 1;         // [s], about the first offset
 constexpr double kDragSigma = 0.15e-3;     // [m]: friction holds the tool back by about this
 constexpr double kComplianceSigma = 1e-3;  // [m/N]: no machine gives way more
@@ -72,13 +72,15 @@ class ClockEstimator {
       : programmed_(programmed), measured_(thinned(measured)), shared_(fit_frame ? 10 : 4) {
     centre_ = measured_.position.rowwise().mean();
     middle_ = 0.5 * (measured_.time[0] + measured_.time[measured_.samples() - 1]);
-    // Axes by how much the tool moves along them: on a straight line only the first tells time.
+    // Axes in the order of the motion of the tool along them: on a straight line only the first
+    // shows the time.
     const Eigen::Matrix3Xd motion = programmed.position.rightCols(programmed.samples() - 1) -
                                     programmed.position.leftCols(programmed.samples() - 1);
     axes_ = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(motion * motion.transpose())
                 .eigenvectors()
                 .transpose();
-    // Until they are fitted: 1 mm, and the way of a sample, by which the first offset may be wrong.
+    // Start values: 1 mm, plus the travel in one sample, which is the possible error of the first
+    // offset.
     const double speed = motion.colwise().norm().maxCoeff() / median_period(programmed);
     processes_.fill({1e-3 + speed * median_period(measured_), 2, 0.1e-3});
   }
@@ -99,7 +101,7 @@ class ClockEstimator {
   int unknowns() const { return shared_ + (measured_.has_force() ? 9 : 0); }
 
   // Fills samples_: for each axis the deviation, its derivatives by offset, rate, drag and frame,
-  // and the force, since what it explains is no time either.
+  // and the force, because the deviation by force is no error of the clock either.
   void linearize(const ClockFit& fit) {
     const Eigen::Index n = measured_.samples();
     const Pose& frame = fit.program_from_instrument;

@@ -35,7 +35,7 @@ std::vector<Eigen::Index> span_ends(const Eigen::VectorXd& times) {
   return ends;
 }
 
-// The longest time between two samples for which a record goes on: samples may be lost.
+// Longest time between two samples of one continuous record: samples may be lost.
 double longest_gap(const Eigen::VectorXd& times) {
   std::vector<double> gaps;
   for (Eigen::Index k = 1; k < times.size(); ++k) gaps.push_back(times[k] - times[k - 1]);
@@ -118,7 +118,7 @@ ClockFit refined(const std::vector<Standstill>& standstills,
       if (match.standstill[k] < 0) continue;
       const Standstill& still = standstills[static_cast<size_t>(match.standstill[k])];
       const double play = (still.end - still.begin) - (readings[k].end - readings[k].begin);
-      // Anywhere between the ends: the deviation of a uniform law.
+      // Anywhere between the ends: standard deviation of a uniform distribution.
       const double deviation = (2 * tolerance + std::max(0.0, play)) / std::sqrt(12);
       use(middle(still), middle(readings[k]), 1 / (deviation * deviation));
     }
@@ -228,7 +228,7 @@ std::vector<StandstillMatch> match_standstills(const std::vector<Standstill>& st
   const size_t count = std::min(readings.size(), kMaxReadings);
   for (size_t k = 0; k < count; ++k)
     some.push_back(readings[count == 1 ? 0 : k * (readings.size() - 1) / (count - 1)]);
-  // Rates so close that one of them leaves no reading off by more than half the tolerance.
+  // Rates so close that with one of them the error of every reading is at most half the tolerance.
   const double length = std::max(standstills.back().end - standstills.front().begin,
                                  readings.back().end - readings.front().begin);
   const int steps = static_cast<int>(std::ceil(kLargestRate * length / (2 * tolerance)));
@@ -255,7 +255,7 @@ std::vector<StandstillMatch> match_standstills(const std::vector<Standstill>& st
       if (better.standstills < match.standstills) break;
       match = better;
     }
-    // Two ways that pair most readings alike are one, seen with clocks that hardly differ.
+    // Two ways that pair most readings in the same way are one, with slightly different clocks.
     const auto alike = [&](const StandstillMatch& other) {
       int same = 0, paired = 0;
       for (size_t r = 0; r < readings.size(); ++r) {

@@ -27,7 +27,8 @@ void check_time_unit(const Path& programmed, const Path& measured) {
         {1e6, "measured path: its clock seems to count microseconds"},
         {1e-3, "programmed path: its times seem to be milliseconds"},
         {1e-6, "programmed path: its times seem to be microseconds"}}) {
-    // Two signs are asked for: a record may cover only a part of the program, or wait for long.
+    // Two indications are required: a record may cover only a part of the program, or contain a
+    // long standstill.
     const bool lasts = std::log(longer) / std::log(factor) > 0.5;
     const bool runs = std::abs(std::log(slower / factor)) < std::numbers::ln2;
     if (lasts && runs)

@@ -57,8 +57,8 @@ class JumpFilter {
            kMaxDeviation + speed_ * duration;
   }
 
-  // Goes from a good piece to those that the tool can have reached from there. Behind the last of
-  // them the record never comes back: such a step may be real, and longer pieces are kept.
+  // Goes from a good piece to those that the tool can have reached from there. After the last of
+  // them the record never returns: such a step may be real, and longer pieces are kept.
   void follow(size_t from, int direction) {
     const auto end = static_cast<std::ptrdiff_t>(direction > 0 ? pieces_.size() : size_t(-1));
     const auto near = [&](size_t k) { return direction > 0 ? pieces_[k].first : pieces_[k].last; };

@@ -21,9 +21,9 @@ using Eigen::Vector3d;
 
 constexpr double kMinReturn = 0.25;  // [s]: an arm takes longer to go out and come back
 
-// Takes departed samples out of the good ones, round by round. What the program itself does at a
-// sample, and what the ends of the record show, depends on whether the record is registered: see
-// the two filters below.
+// Removes departed samples from the good ones, round by round. The motion of the program at a
+// sample, and the treatment of the ends of the record, depend on whether the record is registered:
+// see the two filters below.
 class DepartureFilter {
  public:
   virtual ~DepartureFilter() = default;
@@ -87,7 +87,7 @@ class DepartureFilter {
     return result;
   }
 
-  // What chance and free play may make of a difference [m].
+  // Difference by chance and free play [m].
   static double allowed(double deviation, double threshold, double noise) {
     return std::max(kFreePlay, threshold * deviation * noise);
   }
@@ -192,8 +192,8 @@ class DepartureFilter {
     return runs;
   }
 
-  // Takes runs out of the good samples, the clearest first. Those beside a run that is taken out
-  // are left for the next round, without it. Returns whether there were any.
+  // Removes runs from the good samples, the clearest first. Runs beside a removed one are tested in
+  // the next round, without it. Returns whether it removed any.
   bool remove(std::vector<Run> runs) {
     std::stable_sort(runs.begin(), runs.end(), [](const Run& a, const Run& b) {
       return a.excess != b.excess ? a.excess > b.excess : a.length < b.length;
@@ -224,8 +224,8 @@ class DepartureFilter {
   double threshold_ = 0;       // standard deviations that a run in this record may differ by chance
 };
 
-// Filters a record as it is. Where the program is at a sample is not known: the program may depart
-// as far as it does anywhere.
+// Filters a record that is not registered. The place of the program at a sample is not known, so
+// the largest departure of the whole program is allowed.
 class RecordFilter final : public DepartureFilter {
  public:
   RecordFilter(const Path& programmed, const Path& measured, double speed, double rounding,
