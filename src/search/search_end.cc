@@ -87,7 +87,7 @@ void ModelSearch::prefer_distortion() {
   if (odds > kOddsOfThousand) return;
   model_.merge(pieces, *distortion);
   const auto last = static_cast<int>(model_.chosen().size()) - 1;
-  if (model_.score_of({last}).score <= 0) model_.hold(static_cast<size_t>(last));
+  if (model_.score_of({last}).score <= 0) model_.hold({last});
   result_.stages.back() = model_.fit();
 }
 
