@@ -78,11 +78,20 @@ std::vector<int> all_but(std::vector<int> moved, size_t which) {
   return moved;
 }
 
+// A lower bound of p_value(): the same if the readings of a pose were independent.
+double p_of_independent(const ChangeProblem& problem, const Explanation& fewer,
+                        const Explanation& more) {
+  const double fall = std::max(0.0, fewer.fit.loss - more.fit.loss);
+  const double freedom = std::max(1, problem.moves_in(more.moved) - problem.moves_in(fewer.moved));
+  return std::min(1.0, problem.hypotheses() * chi_squared_above(fall, freedom));
+}
+
 // p-value of the fall of chi-square by the move `which` of `more`.
-double p_value(const ChangeProblem& problem, const Explanation& fewer, const Explanation& more,
+double p_value(const ChangeProblem& problem, const Explanation& fewer, Explanation& more,
                size_t which) {
   const double fall = std::max(0.0, fewer.fit.loss - more.fit.loss);
   const double freedom = std::max(1, problem.moves_in(more.moved) - problem.moves_in(fewer.moved));
+  problem.complete(more.moved, more.fit);
   const double widening = problem.widening(more.moved, which, more.fit);
   double p = chi_squared_above(fall, freedom);
   if (widening > 1)
@@ -131,13 +140,15 @@ Explanation find_moves(const ChangeProblem& problem) {
 // p-value of the largest fall of chi-square by any single move.
 double p_of_any_move(const ChangeProblem& problem, const Explanation& nothing) {
   double least = 1;
-  for (const Explanation& moved : each_beside(problem, {}))
-    least = std::min(least, p_value(problem, nothing, moved, 0));
+  for (Explanation& moved : each_beside(problem, {}))
+    if (p_of_independent(problem, nothing, moved) < least)
+      least = std::min(least, p_value(problem, nothing, moved, 0));
   return least;
 }
 
-Move tested(const ChangeProblem& problem, const Explanation& explanation, size_t which,
+Move tested(const ChangeProblem& problem, Explanation& explanation, size_t which,
             const Explanation& without, double overdispersion) {
+  problem.complete(explanation.moved, explanation.fit);
   Move move = problem.described(explanation.moved, which, explanation.fit);
   move.delta_bic = without.bic - explanation.bic;
   move.p_value = p_value(problem, without, explanation, which);
@@ -145,13 +156,13 @@ Move tested(const ChangeProblem& problem, const Explanation& explanation, size_t
   return move;
 }
 
-std::vector<Move> with_rivals(const ChangeProblem& problem, const Explanation& found,
+std::vector<Move> with_rivals(const ChangeProblem& problem, Explanation& found,
                               double overdispersion) {
   std::vector<Move> moves;
   for (size_t k = 0; k < found.moved.size(); ++k) {
     const Explanation without = explain(problem, all_but(found.moved, k));
     Move& move = moves.emplace_back(tested(problem, found, k, without, overdispersion));
-    for (const Explanation& rival : each_beside(problem, without.moved))
+    for (Explanation& rival : each_beside(problem, without.moved))
       if (rival.bic < found.bic + kIndistinguishable &&
           std::ranges::count(found.moved, rival.moved.back()) == 0)
         move.indistinguishable.push_back(
@@ -193,6 +204,7 @@ ChangeResult detect_change(const Robot& calibrated, const ReadingSigma& spread,
   const Explanation nothing = explain(problem, {});
   Explanation found = find_moves(problem);
   // The scatter of the poses is estimated after the possible moves are fitted.
+  problem.complete(found.moved, found.fit);
   const double overdispersion = problem.overdispersion(found.fit);
   // With many readings, the chi-square of all hardly shows a change of one parameter.
   result.p_value = std::min(1.0, 2 * std::min(problem.p_value({}, nothing.fit, overdispersion),
@@ -204,6 +216,7 @@ ChangeResult detect_change(const Robot& calibrated, const ReadingSigma& spread,
     drop_superfluous(problem, found);
   result.moved = with_rivals(problem, found, overdispersion);
   result.p_value_left = problem.p_value(found.moved, found.fit, overdispersion);
+  problem.complete(found.moved, found.fit);
   result.stations = problem.stations(found.fit);
   result.before = problem.mean_error({}, nothing.fit);
   result.after = problem.mean_error(found.moved, found.fit);

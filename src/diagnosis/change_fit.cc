@@ -109,10 +109,12 @@ Eigen::MatrixXd ChangeProblem::known_of(const std::vector<Unknown>& unknowns) co
   return known;
 }
 
-// `root`: L with L L^T = information^-1. The rows of a pose count with weight and share.
-void ChangeProblem::set_covariance(const std::vector<Unknown>& unknowns,
-                                   const Eigen::MatrixXd& root, Fit& result) const {
+// The rows of a pose count with weight and share.
+void ChangeProblem::complete(const std::vector<int>& moved, Fit& result) const {
+  if (result.covariance.size() > 0) return;
   constexpr int kPosesPerBlock = 128, kMaxBlocks = 256;
+  const std::vector<Unknown> unknowns = unknowns_of(moved);
+  const Eigen::MatrixXd& root = result.root;
   result.covariance = root * root.transpose();
   const Models models(*this, unknowns, result.x);
   const int size = models_.row_size();
@@ -193,12 +195,9 @@ ChangeProblem::Fit ChangeProblem::fit(const std::vector<int>& moved, const Readi
     loss += before.squaredNorm();
     const bool settled = std::abs(loss - result.loss) <= 1e-7 * (1 + loss);
     result.loss = loss;
-    const Eigen::MatrixXd root = inverse_root(information);
-    if ((step > 1 && settled) || step == kMaxSteps) {
-      set_covariance(unknowns, root, result);
-      return result;
-    }
-    result.x += root * (root.transpose() * gradient);
+    result.root = inverse_root(information);
+    if ((step > 1 && settled) || step == kMaxSteps) return result;
+    result.x += result.root * (result.root.transpose() * gradient);
   }
 }
 

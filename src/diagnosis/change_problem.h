@@ -42,11 +42,13 @@ class ChangeProblem {
 
   struct Fit {
     Eigen::VectorXd x;            ///< errors, then moves
-    Eigen::MatrixXd covariance;   ///< of x, for independent readings
-    Eigen::MatrixXd by_pose;      ///< the same, clustered by pose
+    Eigen::MatrixXd root;         ///< L with L L^T = information^-1 of x
     std::vector<double> weights;  ///< of the rows; empty if the law is Gaussian: 1
+    double loss = 0;              ///< chi-square, or twice the negative log-likelihood
+    // What complete() sets.
+    Eigen::MatrixXd covariance;  ///< of x, for independent readings
+    Eigen::MatrixXd by_pose;     ///< the same, clustered by pose
     ChiSquares chi_squares;
-    double loss = 0;  ///< chi-square, or twice the negative log-likelihood
   };
 
   /// Both must outlive the problem.
@@ -63,10 +65,14 @@ class ChangeProblem {
   /// with the weights of the rows found anew at every step. Every step adds up the rows in blocks
   /// over the threads of the machine: memory does not grow with their derivatives.
   Fit fit(const std::vector<int>& moved, const ReadingLaw& law) const;
+  /// Sets, once, what takes one more pass over the rows: the covariances and the chi-squares.
+  void complete(const std::vector<int>& moved, Fit& fitted) const;
 
   /// Mean position error of the previous robot with the fitted moves and the fitted bases of
   /// several sessions, but with the previous values of all else [m].
   double mean_error(const std::vector<int>& moved, const Fit& fitted) const;
+
+  // The fits below are complete.
 
   /// One of the moves with its changes, their standard deviations and intervals.
   Move described(const std::vector<int>& moved, size_t which, const Fit& fitted) const;
@@ -114,8 +120,6 @@ class ChangeProblem {
                Fit& fitted) const;
   Sums sums_at_start(const std::vector<int>& moved) const;
   Eigen::MatrixXd known_of(const std::vector<Unknown>& unknowns) const;
-  void set_covariance(const std::vector<Unknown>& unknowns, const Eigen::MatrixXd& root,
-                      Fit& result) const;
   void count_replicates();
   void enter_errors();
   void correlate_errors();

@@ -111,6 +111,7 @@ void expect_dense(int poses, int repeats) {
   int moved = -1;
   for (int k = 0; k < problem.hypotheses() && moved < 0; ++k) {
     fit = problem.fit({k}, {});
+    problem.complete({k}, *fit);
     if (problem.described({k}, 0, *fit).what == "A2.theta") moved = k;
   }
   ASSERT_GE(moved, 0);
