@@ -1,6 +1,7 @@
 #include "command_line.h"
 
 #include <fmt/format.h>
+#include <malloc.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -32,6 +33,16 @@ namespace {
 constexpr const char* kFile = "FILE";
 constexpr const char* kFolder = "FOLDER";
 constexpr const char* kNumbers = "NUMBERS";
+
+// What a pass over many rows gives back serves the next one: by default the C library hands large
+// pieces back to the system, which clears them again page by page, a tenth of the time of a million
+// rows.
+void keep_memory() {
+#ifdef __GLIBC__
+  mallopt(M_MMAP_THRESHOLD, 1 << 30);
+  mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
+#endif
+}
 
 // With the options of all groups.
 std::vector<const CLI::Option*> all_options(const CLI::App& app) {
@@ -303,6 +314,7 @@ int Command::parse_and_work(int argc, char** argv, const std::function<int()>& w
 }
 
 int Command::run(int argc, char** argv, const std::function<int()>& work) {
+  keep_memory();
   std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is a write error like any other
   std::signal(SIGXFSZ, SIG_IGN);  // so is a file that grows beyond the limit of the shell
   reserve_standard_streams();

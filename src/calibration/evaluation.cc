@@ -3,13 +3,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <numbers>
+#include <numeric>
+#include <optional>
+#include <span>
 #include <utility>
 
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/summary.h"
 #include "calibration/session_models.h"
+#include "statistics/ordered_blocks.h"
 
 namespace armtrue {
 namespace {
@@ -18,8 +21,13 @@ constexpr double kBlunderWeight = 0.05;  // under Student's t some 14 standard d
 
 // Rows of one session, pose and channel, and their mean residual.
 struct Replicates {
-  std::vector<int> rows;
+  std::span<const int> rows;            // within Grouped::order
   Eigen::Matrix<double, 6, 1> mean;  // of residuals as at_median() gives them
+};
+
+struct Grouped {
+  std::vector<int> order;  // the rows, group by group
+  std::vector<Replicates> groups;
 };
 
 // Ratio of each row's stated deviation to the median; 1 if the file states none.
@@ -45,21 +53,51 @@ std::vector<Eigen::Matrix<double, 6, 1>> at_median(const Campaign& campaign,
   return residuals;
 }
 
-std::vector<Replicates> replicates_of(const Campaign& campaign,
-                                      const std::vector<Eigen::Matrix<double, 6, 1>>& residuals) {
-  std::map<std::array<int, 3>, Replicates> groups;
-  for (int row = 0; row < campaign.rows(); ++row)
-    groups[{campaign.pose[row], campaign.channel(row),
-            campaign.session.empty() ? 0 : campaign.session[row]}]
-        .rows.push_back(row);
-  std::vector<Replicates> list;
-  for (auto& [key, group] : groups) {
-    group.mean.setZero();
-    for (int row : group.rows) group.mean += residuals[row];
-    group.mean /= static_cast<double>(group.rows.size());
-    list.push_back(std::move(group));
+// The rows in the order of their poses, those of each in the order of the file; a count of the rows
+// of each pose puts them into their places.
+std::vector<int> rows_by_pose(const Campaign& campaign) {
+  std::vector<int> next(campaign.pose_ids.size() + 1, 0);
+  for (int pose : campaign.pose) ++next[static_cast<size_t>(pose) + 1];
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  std::vector<int> order(campaign.pose.size());
+  for (size_t row = 0; row < order.size(); ++row)
+    order[static_cast<size_t>(next[static_cast<size_t>(campaign.pose[row])]++)] =
+        static_cast<int>(row);
+  return order;
+}
+
+// By pose, channel and session.
+Grouped replicates_of(const Campaign& campaign,
+                      const std::vector<Eigen::Matrix<double, 6, 1>>& residuals) {
+  Grouped grouped{rows_by_pose(campaign), {}};
+  const auto key = [&](int row) {
+    return std::array{campaign.pose[static_cast<size_t>(row)], campaign.channel(row),
+                      campaign.session.empty() ? 0 : campaign.session[static_cast<size_t>(row)]};
+  };
+  std::vector<int>& order = grouped.order;
+  const auto end_of = [&](size_t begin, const auto& same) {
+    size_t end = begin + 1;
+    while (end < order.size() && same(order[begin], order[end])) ++end;
+    return end;
+  };
+  const auto at = [&](size_t k) { return order.begin() + static_cast<std::ptrdiff_t>(k); };
+  for (size_t begin = 0, end = 0; begin < order.size(); begin = end) {
+    end = end_of(begin, [&](int a, int b) {
+      return campaign.pose[static_cast<size_t>(a)] == campaign.pose[static_cast<size_t>(b)];
+    });
+    if (end - begin > 1) std::stable_sort(at(begin), at(end), [&](int a, int b) {
+        return key(a) < key(b);
+      });
   }
-  return list;
+  for (size_t begin = 0, end = 0; begin < order.size(); begin = end) {
+    end = end_of(begin, [&](int a, int b) { return key(a) == key(b); });
+    Replicates& group = grouped.groups.emplace_back();
+    group.rows = std::span<const int>(order).subspan(begin, end - begin);
+    group.mean.setZero();
+    for (int row : group.rows) group.mean += residuals[static_cast<size_t>(row)];
+    group.mean /= static_cast<double>(group.rows.size());
+  }
+  return grouped;
 }
 
 std::optional<double> lack_of_fit_p(const Evaluation& evaluation, const Campaign& campaign,
@@ -68,7 +106,8 @@ std::optional<double> lack_of_fit_p(const Evaluation& evaluation, const Campaign
   if (floor.source == NoiseFloor::Source::none || floor.position <= 0) return std::nullopt;
   const bool turns = of_orientation && campaign.has_orientation() && floor.orientation > 0;
   double ratio = 0, groups = 0;
-  for (const Replicates& group : replicates_of(campaign, at_median(campaign, evaluation))) {
+  const Grouped grouped = replicates_of(campaign, at_median(campaign, evaluation));
+  for (const Replicates& group : grouped.groups) {
     const auto readings = static_cast<double>(group.rows.size());
     ratio += readings * (group.mean.head<3>() / floor.position).squaredNorm();
     if (turns) ratio += readings * (group.mean.tail<3>() / floor.orientation).squaredNorm();
@@ -91,14 +130,26 @@ Evaluation evaluate(const Robot& robot, const Campaign& campaign) {
     const ObservationModel& model = models.model(s);
     const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
     const Eigen::Matrix3d own_from_common = models.common_from_own(s).rotation.transpose();
-    for (int row = 0; row < model.rows(); ++row) {
-      Eigen::Matrix<double, 6, 1>& residual = evaluation.residuals[models.rows_of(s)[row]];
-      residual = at.residual(row);
-      if (campaign.has_distances()) continue;
-      residual.head<3>() = own_from_common * residual.head<3>();
-      residual.tail<3>() = own_from_common * residual.tail<3>();
-    }
+    const std::vector<int>& rows = models.rows_of(s);
+    for_ordered_blocks<int>(
+        model.rows(), kRowsPerBlock,
+        [&](int begin, int end) {
+          std::vector<Eigen::Matrix<double, 6, 1>> part(static_cast<size_t>(end - begin));
+          at.residuals(begin, part);
+          for (int row = begin; row < end; ++row) {
+            Eigen::Matrix<double, 6, 1>& residual = part[static_cast<size_t>(row - begin)];
+            if (!campaign.has_distances()) {
+              residual.head<3>() = own_from_common * residual.head<3>();
+              residual.tail<3>() = own_from_common * residual.tail<3>();
+            }
+            evaluation.residuals[static_cast<size_t>(rows[static_cast<size_t>(row)])] = residual;
+          }
+          return 0;
+        },
+        [](int) {});
   }
+  evaluation.position.reserve(evaluation.residuals.size());
+  if (campaign.has_orientation()) evaluation.orientation.reserve(evaluation.residuals.size());
   for (const Eigen::Matrix<double, 6, 1>& residual : evaluation.residuals) {
     evaluation.position.push_back(residual.head<3>().norm());
     if (campaign.has_orientation()) evaluation.orientation.push_back(residual.tail<3>().norm());
@@ -135,7 +186,8 @@ NoiseFloor noise_floor(const Robot& robot, const Campaign& campaign, const Evalu
   floor.axes = campaign.reading_size().position;
   std::vector<double> position, orientation;
   const std::vector<Eigen::Matrix<double, 6, 1>> residuals = at_median(campaign, evaluation);
-  for (const Replicates& group : replicates_of(campaign, residuals)) {
+  const Grouped grouped = replicates_of(campaign, residuals);
+  for (const Replicates& group : grouped.groups) {
     const double m = static_cast<double>(group.rows.size());
     if (m < 2) continue;
     floor.degrees_of_freedom += floor.axes * static_cast<int>(m - 1);
@@ -172,7 +224,9 @@ FitQuality assess(const CalibrationResult& fit, const Campaign& campaign) {
   for (int row = 0; row < campaign.rows(); ++row)
     (fit.degrees_of_freedom > 0 && fit.weights[row] < kBlunderWeight ? quality.blunders : sound)
         .push_back(row);
-  const Campaign readings = quality.blunders.empty() ? campaign : campaign.select(sound);
+  std::optional<Campaign> part;
+  if (!quality.blunders.empty()) part = campaign.select(sound);
+  const Campaign& readings = part ? *part : campaign;
   const Evaluation evaluation = evaluate(fit.robot, readings);
   quality.noise = noise_floor(fit.robot, readings, evaluation);
   quality.lack_of_fit = lack_of_fit_p(evaluation, readings, quality.noise, fit.determined, true);

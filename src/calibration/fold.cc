@@ -2,7 +2,9 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 
 #include "linear_algebra/decompositions.h"
 #include "statistics/ordered_blocks.h"
@@ -13,6 +15,21 @@ namespace {
 // From this many on, most of the unknowns are knots of curves, and few of them move a row.
 constexpr int kManyUnknowns = 150;
 constexpr int kRowsPerFactor = 256;  // folded at once; small enough to stay in cache
+constexpr int kRowsAtOnce = 32;      // evaluated at once, a divisor of the former
+static_assert(kRowsPerFactor % kRowsAtOnce == 0);
+
+using Residual = Eigen::Matrix<double, 6, 1>;
+
+// Calls take(row, residual).
+template <typename Take>
+void for_each_residual(const ObservationModel::At& at, int begin, int end, const Take& take) {
+  std::array<Residual, kRowsAtOnce> residuals;
+  for (int first = begin; first < end; first += kRowsAtOnce) {
+    const int count = std::min(kRowsAtOnce, end - first);
+    at.residuals(first, std::span(residuals).first(static_cast<size_t>(count)));
+    for (int k = 0; k < count; ++k) take(first + k, residuals[static_cast<size_t>(k)]);
+  }
+}
 
 // Fixed by the number of rows alone, so that the result does not depend on the machine; at most
 // 256 blocks, whose results wait for each other in memory.
@@ -41,8 +58,7 @@ void fold_into(Eigen::MatrixXd& factor, const Eigen::Ref<const Eigen::MatrixXd>&
   factor = stacked.topRows(n).triangularView<Eigen::Upper>();
 }
 
-Eigen::Vector2d row_norms(const ObservationModel::At& at, const ObservationModel& model, int row) {
-  Eigen::Matrix<double, 6, 1> r = at.residual(row);
+Eigen::Vector2d row_norms(const ObservationModel& model, int row, Residual r) {
   const ReadingSigma sigma = model.row_sigma(row);
   if (!model.campaign().whitening.empty()) {
     r.head<3>() /= sigma.position;
@@ -90,7 +106,7 @@ class BlockFolder {
         law_(law),
         kept_(kept),
         is_sparse_(by == FoldBy::normal_equations && model.unknowns() > kManyUnknowns),
-        rows_(is_sparse_ ? model.row_size() : kRowsPerFactor * model.row_size() + kPadding,
+        rows_((is_sparse_ ? kRowsAtOnce : kRowsPerFactor) * model.row_size() + kPadding,
               model.unknowns() + 1),
         folded_(zero_fold(model, law, by)),
         slopes_(folded_.bend.rows(), is_sparse_ ? 0 : kRowsPerFactor) {}
@@ -105,9 +121,15 @@ class BlockFolder {
   }
 
   Fold of(int begin, int end) {
-    for (int row = begin; row < end; ++row) {
-      add(row);
-      if (filled_ == kRowsPerFactor || row + 1 == end) empty();
+    for (int first = begin; first < end; first += kRowsAtOnce) {
+      const int count = std::min(kRowsAtOnce, end - first);
+      const int place = is_sparse_ ? 0 : filled_;  // in `rows_`
+      if (kept_)
+        at_.residuals(first, std::span(residuals_).first(static_cast<size_t>(count)));
+      else
+        at_.blocks(first, count, own_rows(place, count));
+      for (int k = 0; k < count; ++k) add(first + k, place + k);
+      if (filled_ == kRowsPerFactor || first + count == end) empty();
     }
     return std::move(folded_);
   }
@@ -116,22 +138,23 @@ class BlockFolder {
   // Keeps the columns of `rows_` from falling on the same lines of the cache.
   static constexpr int kPadding = 8;
 
-  void add(int row) {
-    const int size = model_.row_size();
+  Eigen::Block<Eigen::MatrixXd> own_rows(int place, int count) {
+    return rows_.middleRows(place * model_.row_size(), count * model_.row_size());
+  }
+
+  void add(int row, int place) {
+    auto out = own_rows(place, 1);
     if (is_sparse_) {
-      gather(row);
+      gather(row, place);
       weigh(row, gathered_);
       add_gathered();
       return;
     }
-    auto out = rows_.middleRows(filled_ * size, size);
     if (kept_) {
-      gather(row);
+      gather(row, place);
       out.setZero();
       for (size_t k = 0; k < nonzero_.size(); ++k)
         out.col(nonzero_[k]) = gathered_.col(static_cast<Eigen::Index>(k));
-    } else {
-      at_.block(row, out);
     }
     const double bending = weigh(row, out);
     if (folded_.bend.size() > 0)
@@ -155,13 +178,13 @@ class BlockFolder {
   }
 
   // Sets `gathered_` to the columns of a row that are not zero and its residual, the last of them.
-  void gather(int row) {
+  void gather(int row, int place) {
     const int size = model_.row_size(), last = model_.unknowns();
     if (!kept_) {
-      at_.block(row, rows_);
-      find_nonzero(rows_.leftCols(last), nonzero_);
+      const auto block = own_rows(place, 1);
+      find_nonzero(block.leftCols(last), nonzero_);
       nonzero_.push_back(last);
-      gathered_ = rows_(Eigen::all, nonzero_);
+      gathered_ = block(Eigen::all, nonzero_);
       return;
     }
     const size_t begin = kept_->first[static_cast<size_t>(row)];
@@ -178,7 +201,7 @@ class BlockFolder {
     const int position = model_.campaign().reading_size().position;
     gathered_.topRows(position) *= kept_->sigma.position / sigma.position;
     gathered_.bottomRows(size - position) *= kept_->sigma.orientation / sigma.orientation;
-    Eigen::Matrix<double, 6, 1> residual = at_.residual(row);
+    Residual residual = residuals_[static_cast<size_t>(place % kRowsAtOnce)];
     residual.head<3>() /= own.position;
     residual.tail<3>() /= own.orientation;
     model_.whiten(row, residual.head(size));
@@ -243,7 +266,8 @@ class BlockFolder {
   const ReadingLaw& law_;
   const KeptDerivatives* kept_;
   bool is_sparse_;
-  Eigen::MatrixXd rows_;  // weighted; of sparse rows one at a time
+  Eigen::MatrixXd rows_;  // weighted, but those that are sparse
+  std::array<Residual, kRowsAtOnce> residuals_;
   int filled_ = 0;
   Fold folded_;
   Eigen::MatrixXd slopes_;  // a column for each row, whose products add up to `bend`
@@ -293,10 +317,12 @@ KeptDerivatives keep_derivatives(const ObservationModel::At& at, const Observati
       model.rows(), rows_per_block(model.rows()),
       [&](int begin, int end) {
         KeptDerivatives block;
-        Eigen::MatrixXd row(size, unknowns + 1);
+        Eigen::MatrixXd rows(kRowsAtOnce * size, unknowns + 1);
         std::vector<int> nonzero;
         for (int k = begin; k < end; ++k) {
-          at.block(k, row);
+          const int place = (k - begin) % kRowsAtOnce;
+          if (place == 0) at.blocks(k, std::min(kRowsAtOnce, end - k), rows);
+          const auto row = rows.middleRows(place * size, size);
           find_nonzero(row.leftCols(unknowns), nonzero);
           for (int column : nonzero)
             block.value.insert(block.value.end(), row.col(column).begin(), row.col(column).end());
@@ -320,8 +346,9 @@ double total_loss(const ObservationModel::At& at, const ObservationModel& model,
       model.rows(), rows_per_block(model.rows()),
       [&](int begin, int end) {
         double loss = 0;
-        for (int row = begin; row < end; ++row)
-          loss += law.loss(row_norms(at, model, row).sum(), model.row_size(), law.variance_of(row));
+        for_each_residual(at, begin, end, [&](int row, const Residual& r) {
+          loss += law.loss(row_norms(model, row, r).sum(), model.row_size(), law.variance_of(row));
+        });
         return loss;
       },
       [&](double loss) { total += loss; });
@@ -334,7 +361,9 @@ std::vector<Eigen::Vector2d> squared_norms(const ObservationModel::At& at,
   for_ordered_blocks<int>(
       model.rows(), rows_per_block(model.rows()),
       [&](int begin, int end) {
-        for (int row = begin; row < end; ++row) norms[row] = row_norms(at, model, row);
+        for_each_residual(at, begin, end, [&](int row, const Residual& r) {
+          norms[row] = row_norms(model, row, r);
+        });
         return 0;
       },
       [](int) {});

@@ -378,10 +378,14 @@ std::optional<Robot> require_worthwhile(const Robot& nominal, const CalibrationR
   };
   const bool finds_place = identifies(kBaseParameters) || sound.has_touches_only();
   if (!finds_place || !identifies(layout_of(nominal.chain).tool)) return std::nullopt;
-  std::vector<int> rows;
-  for (int row = 0; row < sound.rows(); ++row)
-    if (!std::ranges::binary_search(blunders, row)) rows.push_back(row);
-  const Campaign kept = sound.select(rows);
+  std::optional<Campaign> part;
+  if (!blunders.empty()) {
+    std::vector<int> rows;
+    for (int row = 0; row < sound.rows(); ++row)
+      if (!std::ranges::binary_search(blunders, row)) rows.push_back(row);
+    part = sound.select(rows);
+  }
+  const Campaign& kept = part ? *part : sound;
   const auto mean = [&](const Robot& robot) {
     return summarize(evaluate(robot, kept).position).mean;
   };

@@ -1,6 +1,7 @@
 #include "armtrue/calibration/observation.h"
 
 #include <algorithm>
+#include <array>
 #include <stdexcept>
 
 #include "armtrue/kinematics/contact.h"
@@ -8,6 +9,9 @@
 
 namespace armtrue {
 namespace {
+
+// Rows that are evaluated together: whole vectors, and Jacobians that fit into the cache.
+constexpr int kPosesAtOnce = 8;
 
 void turn_columns(PoseJacobian& jacobian, int first, const Eigen::Matrix3d& turn) {
   if (turn.isIdentity(0.0)) return;
@@ -39,6 +43,29 @@ ObservationModel::ObservationModel(const Campaign& campaign, const Robot& robot,
   for (const Touch& touch : campaign.touch)
     if (touch.contact >= 0) require_bound(touch);
   evaluate_effect_values(robot);
+  choose_columns();
+}
+
+// Those that the unknowns need. Of base and tool a rotation comes with the other two: the blocks
+// turn them into each other.
+void ObservationModel::choose_columns() {
+  const ParameterLayout layout = layout_of(robot_.chain);
+  ColumnSet needed;
+  const auto need = [&](int parameter) {
+    if (parameter >= layout.geometric) return;
+    const bool turns = parameter >= layout.tool + 3 ||
+                       (parameter >= kBaseParameters + 3 && parameter < kBaseParameters + 6);
+    const int first = !turns                    ? parameter
+                      : parameter < layout.tool ? kBaseParameters + 3
+                                                : layout.tool + 3;
+    for (int k = first; k < first + (turns ? 3 : 1); ++k) needed.set(static_cast<size_t>(k));
+  };
+  for (int parameter : geometric_) need(parameter);
+  for (int e = 0; e < fitted_effects_; ++e)
+    for (const BoundEffect::Term& term : effects_[static_cast<size_t>(e)].terms())
+      need(term.parameter);
+  for (int k = 0; k < layout.geometric; ++k)
+    if (needed[static_cast<size_t>(k)]) columns_.push_back(k);
 }
 
 // The values of the drivers do not depend on the unknowns (see BoundEffect), so each is evaluated
@@ -187,24 +214,63 @@ LineOfSight ObservationModel::At::line_of_sight(const Pose& frame) const {
 ObservationModel::At::Prediction ObservationModel::At::predict(int row,
                                                                PoseJacobian* jacobian) const {
   const JointVector& q = model_.campaign_.q[row];
+  if (model_.effects_.empty())
+    return predict(row, jacobian ? chain_.pose(q, *jacobian) : chain_.pose(q), {}, jacobian);
+  const Eigen::VectorXd offset = offsets(row);
+  const ParameterOffsets of_chain = offset.head(layout_.geometric);
+  return predict(row, jacobian ? chain_.pose(q, of_chain, *jacobian) : chain_.pose(q, of_chain),
+                 offset, jacobian);
+}
+
+template <bool kWithJacobian, typename Take>
+void ObservationModel::At::for_each_prediction(int first, int count, const Take& take) const {
+  std::array<Pose, kPosesAtOnce> frames;
+  std::array<PoseJacobian, kWithJacobian ? kPosesAtOnce : 1> jacobians;
+  std::vector<Eigen::VectorXd> all(model_.effects_.empty() ? 0 : kPosesAtOnce);
+  std::vector<ParameterOffsets> of_chain(all.size());
+  ColumnSet columns;
+  for (int k : model_.columns_) columns.set(static_cast<size_t>(k));
+  const std::span<const JointVector> q(model_.campaign_.q);
+  const Eigen::VectorXd none;
+  for (int begin = first; begin < first + count; begin += kPosesAtOnce) {
+    const auto rows = static_cast<size_t>(std::min(kPosesAtOnce, first + count - begin));
+    for (size_t k = 0; k < std::min(rows, all.size()); ++k) {
+      all[k] = offsets(begin + static_cast<int>(k));
+      of_chain[k] = all[k].head(layout_.geometric);
+    }
+    const auto of_rows = q.subspan(static_cast<size_t>(begin), rows);
+    const auto moved = std::span<const ParameterOffsets>(of_chain).first(all.empty() ? 0 : rows);
+    if constexpr (kWithJacobian)
+      chain_.poses(of_rows, moved, std::span(frames).first(rows), std::span(jacobians).first(rows),
+                   columns);
+    else
+      chain_.poses(of_rows, moved, std::span(frames).first(rows));
+    for (size_t k = 0; k < rows; ++k) {
+      const int row = begin + static_cast<int>(k);
+      PoseJacobian* const jacobian = kWithJacobian ? &jacobians[k] : nullptr;
+      take(row, predict(row, frames[k], all.empty() ? none : all[k], jacobian), jacobian);
+    }
+  }
+}
+
+ObservationModel::At::Prediction ObservationModel::At::predict(int row, const Pose& a_from_measured,
+                                                               const Eigen::VectorXd& offset,
+                                                               PoseJacobian* jacobian) const {
   Prediction predicted;
   predicted.scale = 1.0;
+  predicted.frame = a_from_measured;
   Pose& frame = predicted.frame;
-  Eigen::VectorXd offset;  // empty without effects
-  if (model_.effects_.empty()) {
-    frame = jacobian ? chain_.pose(q, *jacobian) : chain_.pose(q);
-  } else {
-    offset = offsets(row);
-    const ParameterOffsets of_chain = offset.head(layout_.geometric);
-    predicted.scale += offset[layout_.instrument_scale];
-    frame = jacobian ? chain_.pose(q, of_chain, *jacobian) : chain_.pose(q, of_chain);
-  }
+  if (offset.size() > 0) predicted.scale += offset[layout_.instrument_scale];
   if (!model_.targets_.empty()) {
     const int target = model_.targets_[model_.campaign_.target[row]];
     Eigen::Vector3d place = robot_.chain.targets[target].position;
     if (offset.size() > 0) place += offset.segment<3>(layout_.targets + 3 * target);
     const Eigen::Vector3d lever = frame.rotation * place;
-    if (jacobian) move_to_point(*jacobian, lever);
+    if (jacobian)
+      for (int k : model_.columns_) {
+        const Eigen::Vector3d turned = jacobian->col(k).tail<3>();
+        jacobian->col(k).head<3>() += turned.cross(lever);
+      }
     frame.translation += lever;
   }
   predicted.position = frame.translation - model_.common_from_own_.translation;
@@ -312,19 +378,48 @@ void ObservationModel::At::set_instrument_column(int row, int parameter,
   }
 }
 
+void ObservationModel::At::residuals(int first,
+                                     std::span<Eigen::Matrix<double, 6, 1>> out) const {
+  for_each_prediction<false>(first, static_cast<int>(out.size()),
+                             [&](int row, const Prediction& predicted, const PoseJacobian*) {
+                               out[static_cast<size_t>(row - first)] = residual(row, predicted);
+                             });
+}
+
 void ObservationModel::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const {
   PoseJacobian jacobian;
   const Prediction predicted = predict(row, &jacobian);
-  Eigen::Matrix<double, 6, 1> r = residual(row, predicted);
+  write_block(row, predicted, jacobian, out);
+}
+
+void ObservationModel::At::blocks(int first, int count, Eigen::Ref<Eigen::MatrixXd> out) const {
+  const int size = model_.row_size();
+  for_each_prediction<true>(
+      first, count, [&](int row, const Prediction& predicted, PoseJacobian* jacobian) {
+        write_block(row, predicted, *jacobian, out.middleRows((row - first) * size, size));
+      });
+}
+
+// `jacobian` is changed: only its columns in columns_ are read.
+void ObservationModel::At::write_block(int row, const Prediction& predicted, PoseJacobian& jacobian,
+                                       Eigen::Ref<Eigen::MatrixXd> out) const {
+  const Eigen::Matrix<double, 6, 1> r = residual(row, predicted);
   const int size = model_.row_size();
   // A turn e of the model turns the residual by -Jr^-1(residual) e; near zero that is -e.
-  if (size == 6 && r.tail<3>().squaredNorm() > 1e-6)
-    jacobian.bottomRows<3>() = inverse_right_jacobian(r.tail<3>()) * jacobian.bottomRows<3>();
-  if (predicted.scale != 1.0) jacobian.topRows<3>() *= predicted.scale;
-  turn_columns(jacobian, kBaseParameters + 3, base_turn_);
-  turn_columns(jacobian, layout_.tool + 3, tool_turn_);
-  const bool is_length = model_.campaign_.kind(row) != ReadingKind::point;
-  if (is_length) jacobian.row(0) = (predicted.direction.transpose() * jacobian.topRows<3>()).eval();
+  if (size == 6 && r.tail<3>().squaredNorm() > 1e-6) {
+    const Eigen::Matrix3d turn = inverse_right_jacobian(r.tail<3>());
+    for (int k : model_.columns_)
+      jacobian.col(k).tail<3>() = (turn * jacobian.col(k).tail<3>()).eval();
+  }
+  if (predicted.scale != 1.0)
+    for (int k : model_.columns_) jacobian.col(k).head<3>() *= predicted.scale;
+  const auto has = [&](int parameter) {
+    return std::ranges::binary_search(model_.columns_, parameter);
+  };
+  if (has(kBaseParameters + 3)) turn_columns(jacobian, kBaseParameters + 3, base_turn_);
+  if (has(layout_.tool + 3)) turn_columns(jacobian, layout_.tool + 3, tool_turn_);
+  if (model_.campaign_.kind(row) != ReadingKind::point)
+    for (int k : model_.columns_) jacobian(0, k) = predicted.direction.dot(jacobian.col(k).head<3>());
 
   const ReadingSigma sigma = model_.row_sigma(row);
   Eigen::Matrix<double, 6, 1> weight;
@@ -333,7 +428,7 @@ void ObservationModel::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const
 
   for (int k = 0; k < model_.geometric_count(); ++k)
     if (const int index = model_.geometric_[k]; index < layout_.geometric)
-      out.col(k) = jacobian.col(index).head(size).cwiseProduct(weight.head(size));
+      for (int i = 0; i < size; ++i) out(i, k) = jacobian(i, index) * weight[i];
     else
       set_instrument_column(row, index, predicted, sigma.position, out.col(k));
   out.col(model_.unknowns()) = r.head(size).cwiseProduct(weight.head(size));

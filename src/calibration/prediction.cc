@@ -12,6 +12,7 @@
 #include "armtrue/statistics/distributions.h"
 #include "calibration/session_models.h"
 #include "linear_algebra/decompositions.h"
+#include "statistics/ordered_blocks.h"
 
 namespace armtrue {
 namespace {
@@ -27,17 +28,20 @@ Eigen::MatrixXd root_of_group(const SessionModels& models, int group, const Eige
   return root(unknowns, Eigen::all);
 }
 
+// The campaign without covariances of readings: the positions themselves are asked for.
+Campaign by_axis(Campaign campaign) {
+  campaign.whitening.clear();
+  return campaign;
+}
+
 // Calls `take(row, moved, residual)` for each row: what a root moves its position, 3 x columns, or
 // 1 x columns of a length, and the residual.
 template <typename Take>
 void for_each_position(const Robot& robot, const Campaign& campaign,
                        const std::vector<int>& geometric, const Eigen::MatrixXd& root,
                        const Take& take) {
-  if (!campaign.whitening.empty()) {
-    Campaign by_axis = campaign;  // the positions themselves are asked for
-    by_axis.whitening.clear();
-    return for_each_position(robot, by_axis, geometric, root, take);
-  }
+  if (!campaign.whitening.empty())
+    return for_each_position(robot, by_axis(campaign), geometric, root, take);
   const SessionModels models(campaign, robot, geometric, {1.0, 1.0}, kAllEffects,
                              SessionModels::Split::by_target);
   const int axes = campaign.reading_size().position;
@@ -67,6 +71,45 @@ std::vector<Eigen::MatrixXd> position_covariances(const Robot& robot, const Camp
                       covariances[row] = moved * moved.transpose();
                     });
   return covariances;
+}
+
+// The largest variance of a row's position, summed over its axes, that a root gives.
+double largest_variance(const Robot& robot, const Campaign& campaign,
+                        const std::vector<int>& geometric, const Eigen::MatrixXd& root) {
+  constexpr int kRowsOfProduct = 64;  // a product of matrices takes them together
+  if (!campaign.whitening.empty())
+    return largest_variance(robot, by_axis(campaign), geometric, root);
+  const SessionModels models(campaign, robot, geometric, {1.0, 1.0}, kAllEffects,
+                             SessionModels::Split::by_target);
+  const int axes = campaign.reading_size().position;
+  double largest = 0;
+  for (int g = 0; g < models.groups(); ++g) {
+    const ObservationModel& model = models.model(g);
+    const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
+    const Eigen::MatrixXd used = root_of_group(models, g, root);
+    const Eigen::Index count = used.rows();
+    const int size = model.row_size();
+    for_ordered_blocks<double>(
+        model.rows(), kRowsPerBlock,
+        [&](int begin, int end) {
+          double most = 0;
+          Eigen::MatrixXd blocks(kRowsOfProduct * size, model.unknowns() + 1);
+          Eigen::MatrixXd positions(kRowsOfProduct * axes, count), moved;
+          for (int first = begin; first < end; first += kRowsOfProduct) {
+            const int rows = std::min(kRowsOfProduct, end - first);
+            at.blocks(first, rows, blocks);
+            for (int k = 0; k < rows; ++k)
+              positions.middleRows(k * axes, axes) =
+                  model.row_sigma(first + k).position * blocks.block(k * size, 0, axes, count);
+            moved.noalias() = positions.topRows(rows * axes) * used;
+            for (int k = 0; k < rows; ++k)
+              most = std::max(most, moved.middleRows(k * axes, axes).squaredNorm());
+          }
+          return most;
+        },
+        [&](double most) { largest = std::max(largest, most); });
+  }
+  return largest;
 }
 
 // Sums over the readings of a pose.
@@ -181,10 +224,8 @@ Uncertainty uncertainty_of(const CalibrationResult& fit, const Campaign& campaig
   uncertainty.root = root_of(fit.covariance(unknowns, unknowns));
   uncertainty.reading = spread_of(fit, campaign);
   uncertainty.poses = static_cast<int>(campaign.pose_ids.size());
-  for (const Eigen::MatrixXd& covariance_of_row :
-       position_covariances(fit.robot, campaign, geometric, uncertainty.root))
-    uncertainty.largest_variance =
-        std::max(uncertainty.largest_variance, covariance_of_row.trace());
+  uncertainty.largest_variance =
+      largest_variance(fit.robot, campaign, geometric, uncertainty.root);
   return uncertainty;
 }
 

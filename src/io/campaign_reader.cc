@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <numeric>
 #include <optional>
 #include <tuple>
@@ -13,13 +14,13 @@
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
 #include "io/campaign_columns.h"
+#include "io/campaign_parts.h"
 #include "io/joint_columns.h"
-#include "io/text_index.h"
+#include "statistics/ordered_blocks.h"
 
 namespace armtrue {
 namespace {
 
-constexpr double kSameConfiguration = 0.1 * kDegree;  // [rad], of a travel [m]
 constexpr double kUnitQuaternion = 1e-3;
 constexpr double kAbsoluteZero = -273.15;  // deg C
 constexpr const char* kDeviation = "a standard deviation";
@@ -27,35 +28,28 @@ constexpr const char* kNoId = "is empty; every row needs the id of its pose";
 
 using Quantity = CsvTable::Quantity;
 
-// Appends the rows of one file to a campaign.
-class CampaignReader {
+constexpr size_t kBytesPerBlock = 1 << 18;  // of the file, which a thread reads at once
+constexpr int kBlocksAtOnce = 16;           // bounds the text that waits in memory
+
+// Reads the rows of a block of the file.
+class RowReader {
  public:
-  CampaignReader(CsvTable& table, const std::vector<JointName>& joints, Campaign& campaign)
-      : table_(table),
-        joints_(joints),
-        campaign_(campaign),
-        columns_(find_campaign_columns(table, joints, campaign.source)),
-        poses_(campaign.pose_ids),
-        targets_(campaign.target_names),
-        anchors_(campaign.anchor_names),
-        contacts_(campaign.contact_names),
-        sessions_(campaign.session_names) {
-    campaign.temperature_names = columns_.temperature_names;
-  }
+  RowReader(CsvTable& table, const CampaignColumns& columns)
+      : table_(table), columns_(columns), indices_(part_.rows) {}
 
-  void read() {
-    while (table_.next_row()) read_row();
-    if (campaign_.rows() == 0)
-      throw InputError(campaign_.source + ": has no measured row (" +
-                       std::to_string(campaign_.skipped_rows) + " without a measurement)");
-    if (campaign_.contact_names.empty()) campaign_.touch.clear();
-    if ((columns_.distance || columns_.contact) && columns_.has_points) sort_kinds();
-    check_weights();
-    check_repeats();
-    derive_arrival(campaign_);
+  CampaignPart read() {
+    part_.rows.source = table_.source_name();
+    try {
+      while (table_.next_row()) {
+        part_.first_line = part_.first_line == 0 ? table_.line_number() : part_.first_line;
+        read_row();
+      }
+    } catch (...) {
+      part_.failure = std::current_exception();
+    }
+    part_.blank_line = table_.blank_line();
+    return std::move(part_);
   }
-
-  const std::vector<std::string>& unknown_columns() const { return columns_.unknown; }
 
  private:
   bool has_distance() const {
@@ -72,14 +66,13 @@ class CampaignReader {
 
   void read_row() {
     if (!has_point() && !has_distance() && !has_touch()) {
-      ++campaign_.skipped_rows;
+      ++part_.rows.skipped_rows;
       return;
     }
-    Campaign& c = campaign_;
+    Campaign& c = part_.rows;
     if (table_.is_empty(*columns_.pose)) table_.fail(*columns_.pose, kNoId);
-    const int pose = poses_.of(table_.text(*columns_.pose));
+    const int pose = indices_.poses.of(table_.text(*columns_.pose));
     const JointVector q = numbers(columns_.q);
-    check_configuration(pose, q);
     c.pose.push_back(pose);
     c.line.push_back(table_.line_number());
     c.q.push_back(q);
@@ -91,8 +84,8 @@ class CampaignReader {
       read_point();
     if (columns_.repeat) c.repeat.push_back(table_.integer(*columns_.repeat));
     if (columns_.time) c.time_s.push_back(table_.number(*columns_.time));
-    if (columns_.target) c.target.push_back(targets_.of(table_.text(*columns_.target)));
-    if (columns_.session) c.session.push_back(sessions_.of(table_.text(*columns_.session)));
+    if (columns_.target) c.target.push_back(indices_.targets.of(table_.text(*columns_.target)));
+    if (columns_.session) c.session.push_back(indices_.sessions.of(table_.text(*columns_.session)));
     if (columns_.payload) c.payload_kg.push_back(payload());
     if (columns_.sigma_position)
       c.sigma_position.push_back(positive(*columns_.sigma_position, kDeviation));
@@ -167,7 +160,7 @@ class CampaignReader {
   }
 
   void read_point() {
-    Campaign& c = campaign_;
+    Campaign& c = part_.rows;
     if (columns_.distance || columns_.contact) c.distance.push_back(0);
     if (columns_.anchor) c.anchor.push_back(0);
     if (columns_.contact) c.touch.emplace_back();
@@ -182,7 +175,7 @@ class CampaignReader {
   }
 
   void read_distance() {
-    Campaign& c = campaign_;
+    Campaign& c = part_.rows;
     if (has_point())
       table_.fail(columns_.distance->column,
                   table_.quoted(columns_.distance->column) +
@@ -195,13 +188,13 @@ class CampaignReader {
     if (columns_.anchor) {
       if (table_.is_empty(*columns_.anchor))
         table_.fail(*columns_.anchor, "is empty; every distance needs the name of its anchor");
-      c.anchor.push_back(anchors_.of(table_.text(*columns_.anchor)));
+      c.anchor.push_back(indices_.anchors.of(table_.text(*columns_.anchor)));
     }
   }
 
   // `l_mm` beside a contact is what a gauge shows, of either sign.
   void read_touch() {
-    Campaign& c = campaign_;
+    Campaign& c = part_.rows;
     if (has_point())
       table_.fail(*columns_.contact,
                   "a row with the contact " + table_.quoted(*columns_.contact) +
@@ -215,43 +208,7 @@ class CampaignReader {
     if (columns_.has_points) c.position.emplace_back(0, 0, 0);
     if (columns_.anchor) c.anchor.push_back(0);
     c.distance.push_back(has_distance() ? table_.number(*columns_.distance) : 0.0);
-    c.touch.push_back({contacts_.of(table_.text(*columns_.contact)), -1});
-  }
-
-  // A file with columns for points and for distances may have rows of one kind only.
-  void sort_kinds() {
-    Campaign& c = campaign_;
-    int points = 0;
-    for (int row = 0; row < c.rows(); ++row)
-      points += c.kind(row) == ReadingKind::distance && c.distance[row] == 0;
-    if (points == 0) {
-      c.position.clear();
-    } else if (points == c.rows()) {
-      c.distance.clear();
-      c.anchor.clear();
-      c.anchor_names.clear();
-      c.touch.clear();
-    } else {
-      const std::string both = c.source + (c.contact_names.empty()
-                                               ? ": points and distances in one file "
-                                               : ": points and contacts in one file ");
-      if (c.has_orientation())
-        throw InputError(both + "are read without orientations; leave out " +
-                         (columns_.abc[0] ? "a_deg,b_deg,c_deg" : "qw,qx,qy,qz"));
-      if (!columns_.sigma_position)
-        throw InputError(both +
-                         "also need the column 'sigma_mm', the standard deviation of each row, by "
-                         "which they weigh against each other");
-      points_to_coordinates(c);
-    }
-  }
-
-  void check_weights() const {
-    const Campaign& c = campaign_;
-    if (!c.has_touches() || c.has_touches_only() || columns_.sigma_position) return;
-    throw InputError(c.source + ": distances and contacts in one file also need the column "
-                                "'sigma_mm', the standard deviation of each row, by which they "
-                                "weigh against each other");
+    c.touch.push_back({indices_.contacts.of(table_.text(*columns_.contact)), -1});
   }
 
   void refuse_orientation() const {
@@ -294,23 +251,100 @@ class CampaignReader {
     return q.normalized();
   }
 
-  void check_configuration(int pose, const JointVector& q) {
-    if (pose == static_cast<int>(first_row_of_pose_.size())) {
-      first_row_of_pose_.push_back(campaign_.rows());
-      return;
+  CsvTable& table_;
+  const CampaignColumns& columns_;
+  CampaignPart part_;
+  CampaignIndices indices_;  // of part_.rows
+};
+
+// Reads the rows of a file into a campaign.
+class CampaignReader {
+ public:
+  CampaignReader(Source& source, const CsvTable& table, const std::vector<JointName>& joints,
+                 Campaign& campaign)
+      : source_(source),
+        table_(table),
+        campaign_(campaign),
+        columns_(find_campaign_columns(table, joints, campaign.source)),
+        joined_(table, joints, columns_, campaign) {
+    campaign.temperature_names = columns_.temperature_names;
+  }
+
+  void read() {
+    while (read_blocks()) {
     }
-    const int first = first_row_of_pose_[pose];
-    for (size_t k = 0; k < joints_.size(); ++k) {
-      const auto j = static_cast<Eigen::Index>(k);
-      const double difference = std::abs(q[j] - campaign_.q[first][j]);
-      if (difference > kSameConfiguration)
-        table_.fail(columns_.q[k]->column,
-                    fmt::format("pose '{}' stands {:.4g} {} away from its reading in line {}; rows "
-                                "that share a pose id are replicates of one configuration: give "
-                                "different configurations different ids",
-                                campaign_.pose_ids[pose], difference / joints_[k].si(),
-                                joints_[k].unit(), campaign_.line[first]));
+    if (campaign_.rows() == 0)
+      throw InputError(campaign_.source + ": has no measured row (" +
+                       std::to_string(campaign_.skipped_rows) + " without a measurement)");
+    if (campaign_.contact_names.empty()) campaign_.touch.clear();
+    if ((columns_.distance || columns_.contact) && columns_.has_points) sort_kinds();
+    check_weights();
+    check_repeats();
+    derive_arrival(campaign_);
+  }
+
+  const std::vector<std::string>& unknown_columns() const { return columns_.unknown; }
+
+ private:
+  // The next blocks of the file, on all cores; false at its end.
+  bool read_blocks() {
+    struct Block {
+      int lines_before;
+      std::string text;
+    };
+    std::vector<Block> blocks;
+    while (blocks.size() < kBlocksAtOnce) {
+      const int before = source_.line_number();
+      std::string text = source_.next_block(kBytesPerBlock);
+      if (text.empty()) break;
+      blocks.push_back({before, std::move(text)});
     }
+    for_ordered_blocks<CampaignPart>(
+        static_cast<int>(blocks.size()), 1,
+        [&](int begin, int) {
+          Block& block = blocks[static_cast<size_t>(begin)];
+          Source lines(source_.name(), block.text, block.lines_before);
+          CsvTable rows(table_, lines);
+          return RowReader(rows, columns_).read();
+        },
+        [&](const CampaignPart& part) { joined_.append(part); });
+    return blocks.size() == kBlocksAtOnce;
+  }
+
+  // A file with columns for points and for distances may have rows of one kind only.
+  void sort_kinds() {
+    Campaign& c = campaign_;
+    int points = 0;
+    for (int row = 0; row < c.rows(); ++row)
+      points += c.kind(row) == ReadingKind::distance && c.distance[row] == 0;
+    if (points == 0) {
+      c.position.clear();
+    } else if (points == c.rows()) {
+      c.distance.clear();
+      c.anchor.clear();
+      c.anchor_names.clear();
+      c.touch.clear();
+    } else {
+      const std::string both = c.source + (c.contact_names.empty()
+                                               ? ": points and distances in one file "
+                                               : ": points and contacts in one file ");
+      if (c.has_orientation())
+        throw InputError(both + "are read without orientations; leave out " +
+                         (columns_.abc[0] ? "a_deg,b_deg,c_deg" : "qw,qx,qy,qz"));
+      if (!columns_.sigma_position)
+        throw InputError(both +
+                         "also need the column 'sigma_mm', the standard deviation of each row, by "
+                         "which they weigh against each other");
+      points_to_coordinates(c);
+    }
+  }
+
+  void check_weights() const {
+    const Campaign& c = campaign_;
+    if (!c.has_touches() || c.has_touches_only() || columns_.sigma_position) return;
+    throw InputError(c.source + ": distances and contacts in one file also need the column "
+                                "'sigma_mm', the standard deviation of each row, by which they "
+                                "weigh against each other");
   }
 
   void check_repeats() const {
@@ -333,12 +367,11 @@ class CampaignReader {
             c.line[order[i - 1]]));
   }
 
-  CsvTable& table_;
-  const std::vector<JointName>& joints_;
+  Source& source_;
+  const CsvTable& table_;
   Campaign& campaign_;
   CampaignColumns columns_;
-  TextIndex poses_, targets_, anchors_, contacts_, sessions_;
-  std::vector<int> first_row_of_pose_;
+  JoinedCampaign joined_;
 };
 
 }  // namespace
@@ -348,7 +381,7 @@ CampaignFile read_campaign(const std::string& path, const std::vector<JointName>
   CampaignFile file;
   file.campaign.source = source.name();
   CsvTable table(source, example_header("pose,", joints, ",x_mm,y_mm,z_mm"));
-  CampaignReader reader(table, joints, file.campaign);
+  CampaignReader reader(source, table, joints, file.campaign);
   reader.read();
   file.unknown_columns = reader.unknown_columns();
   file.sha256 = source.sha256();

@@ -4,8 +4,39 @@
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
 #include "io/joint_columns.h"
+#include "io/row_text.h"
 
 namespace armtrue {
+namespace {
+
+void append_row(const Campaign& campaign, const std::vector<JointName>& joints, int row,
+                std::string& text) {
+  text += campaign.pose_ids[campaign.pose[row]];
+  const auto add = [&](const std::string& cell) { (text += ",") += cell; };
+  if (!campaign.repeat.empty()) add(std::to_string(campaign.repeat[row]));
+  if (!campaign.time_s.empty()) add(number_text(campaign.time_s[row]));
+  for (size_t j = 0; j < joints.size(); ++j)
+    add(number_text(campaign.q[row][static_cast<Eigen::Index>(j)], joints[j].si()));
+  if (campaign.has_distances())
+    add(number_text(campaign.distance[row], kMillimetre));
+  else
+    for (int i = 0; i < 3; ++i) add(number_text(campaign.position[row][i], kMillimetre));
+  if (campaign.has_orientation()) {
+    const Eigen::Vector3d abc = abc_from_rotation(campaign.orientation[row].toRotationMatrix());
+    for (int i = 0; i < 3; ++i) add(number_text(abc[i], kDegree));
+  }
+  if (!campaign.target.empty()) add(campaign.target_names[campaign.target[row]]);
+  if (!campaign.anchor.empty()) add(campaign.anchor_names[campaign.anchor[row]]);
+  if (!campaign.arrival.empty())
+    for (size_t j = 0; j < joints.size(); ++j) add(std::to_string(campaign.arrival[row][j]));
+  if (!campaign.session.empty()) add(campaign.session_names[campaign.session[row]]);
+  if (!campaign.payload_kg.empty()) add(number_text(campaign.payload_kg[row]));
+  for (size_t k = 0; k < campaign.temperature_names.size(); ++k)
+    add(number_text(campaign.temperature_c[row][k]));
+  text += "\n";
+}
+
+}  // namespace
 
 std::string write_campaign(const Campaign& campaign, const std::vector<JointName>& joints) {
   std::string text = "pose";
@@ -22,31 +53,9 @@ std::string write_campaign(const Campaign& campaign, const std::vector<JointName
   if (!campaign.payload_kg.empty()) text += ",payload_kg";
   for (const std::string& name : campaign.temperature_names) text += ",temp_" + name + "_c";
   text += "\n";
-  for (int row = 0; row < campaign.rows(); ++row) {
-    text += campaign.pose_ids[campaign.pose[row]];
-    const auto add = [&](const std::string& cell) { (text += ",") += cell; };
-    if (!campaign.repeat.empty()) add(std::to_string(campaign.repeat[row]));
-    if (!campaign.time_s.empty()) add(number_text(campaign.time_s[row]));
-    for (size_t j = 0; j < joints.size(); ++j)
-      add(number_text(campaign.q[row][static_cast<Eigen::Index>(j)], joints[j].si()));
-    if (campaign.has_distances())
-      add(number_text(campaign.distance[row], kMillimetre));
-    else
-      for (int i = 0; i < 3; ++i) add(number_text(campaign.position[row][i], kMillimetre));
-    if (campaign.has_orientation()) {
-      const Eigen::Vector3d abc = abc_from_rotation(campaign.orientation[row].toRotationMatrix());
-      for (int i = 0; i < 3; ++i) add(number_text(abc[i], kDegree));
-    }
-    if (!campaign.target.empty()) add(campaign.target_names[campaign.target[row]]);
-    if (!campaign.anchor.empty()) add(campaign.anchor_names[campaign.anchor[row]]);
-    if (!campaign.arrival.empty())
-      for (size_t j = 0; j < joints.size(); ++j) add(std::to_string(campaign.arrival[row][j]));
-    if (!campaign.session.empty()) add(campaign.session_names[campaign.session[row]]);
-    if (!campaign.payload_kg.empty()) add(number_text(campaign.payload_kg[row]));
-    for (size_t k = 0; k < campaign.temperature_names.size(); ++k)
-      add(number_text(campaign.temperature_c[row][k]));
-    text += "\n";
-  }
+  append_rows(
+      campaign.rows(),
+      [&](int row, std::string& lines) { append_row(campaign, joints, row, lines); }, text);
   return text;
 }
 

@@ -123,16 +123,13 @@ std::optional<CsvTable::Quantity> CsvTable::find_angle(std::string_view name) co
 
 bool CsvTable::next_row() {
   std::string_view line;
-  int blank_line = 0;
   while (source_.next_line(line)) {
     if (!line.empty() && line.front() == '#') continue;
     if (trim(line).empty()) {
-      blank_line = source_.line_number();
+      blank_line_ = source_.line_number();
       continue;
     }
-    if (blank_line)
-      throw InputError(source_.name() + ":" + std::to_string(blank_line) +
-                       ": blank line between rows; blank lines may only end a file");
+    if (blank_line_ != 0) fail_blank(blank_line_);
     original_ = line;
     if (separator_ == ';') {
       line_ = line;
@@ -159,8 +156,17 @@ std::string_view CsvTable::original(int column) const {
 std::string CsvTable::quoted(int column) const { return "'" + std::string(original(column)) + "'"; }
 
 void CsvTable::fail(int column, const std::string& what) const {
-  throw InputError(source_.name() + ":" + std::to_string(source_.line_number()) + ": column '" +
-                   columns_[column] + "': " + what);
+  fail_in_line(source_.line_number(), column, what);
+}
+
+void CsvTable::fail_in_line(int line, int column, const std::string& what) const {
+  throw InputError(source_.name() + ":" + std::to_string(line) + ": column '" + columns_[column] +
+                   "': " + what);
+}
+
+void CsvTable::fail_blank(int line) const {
+  throw InputError(source_.name() + ":" + std::to_string(line) +
+                   ": blank line between rows; blank lines may only end a file");
 }
 
 void CsvTable::fail_missing(const std::vector<std::string>& missing) const {

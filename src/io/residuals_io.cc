@@ -4,6 +4,7 @@
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
+#include "io/row_text.h"
 
 namespace armtrue {
 namespace {
@@ -13,6 +14,52 @@ int axis_of(const Campaign& campaign, int row) {
   const ReadingKind kind = campaign.kind(row);
   if (kind == ReadingKind::touch) return campaign.touch[row].axis;
   return kind == ReadingKind::coordinate ? campaign.coordinate[row]->axis : -1;
+}
+
+// Which columns the table has beside those that every one has.
+struct OptionalColumns {
+  bool of_distances, predicted;
+};
+
+void append_row(const Residuals& part, int row, const OptionalColumns& columns, std::string& text) {
+  const auto& [campaign, residuals, split, predictions] = part;
+  const auto& residual = residuals[row];
+  text += campaign.pose_ids[campaign.pose[row]] + "," +
+          (campaign.repeat.empty() ? "" : std::to_string(campaign.repeat[row])) + "," +
+          split[row];
+  const auto add = [&](double value, double unit) { text += "," + number_text(value / unit); };
+  const bool has_point = !campaign.has_distances();
+  const int axis = axis_of(campaign, row);
+  for (int i = 0; i < 3; ++i)
+    if (i == axis)
+      add(residual[0], kMillimetre);
+    else if (has_point)
+      add(residual[i], kMillimetre);
+    else
+      text += ",";
+  if (campaign.has_orientation())
+    for (int i = 3; i < 6; ++i) add(residual[i], kMilliradian);
+  else
+    text += ",,,";
+  add(residual.head<3>().norm(), kMillimetre);
+  if (campaign.has_orientation())
+    add(residual.tail<3>().norm(), kMilliradian);
+  else
+    text += ",";
+  if (campaign.has_distances() && axis < 0)
+    add(residual[0], kMillimetre);
+  else if (columns.of_distances)
+    text += ",";
+  if (!predictions.empty()) {
+    const Prediction& prediction = predictions[row];
+    add(prediction.deviation, kMillimetre);
+    add(prediction.bound_95, kMillimetre);
+    text += residual.head<3>().norm() <= prediction.bound_95 ? ",1" : ",0";
+    add(prediction.leverage, 1);
+  } else if (columns.predicted) {
+    text += ",,,,";
+  }
+  text += "\n";
 }
 
 }  // namespace
@@ -27,46 +74,13 @@ std::string write_residuals(const std::vector<Residuals>& campaigns) {
   const bool predicted = std::ranges::any_of(
       campaigns, [](const Residuals& part) { return !part.predictions.empty(); });
   text += predicted ? ",std_mm,bound_95_mm,inside_95,leverage\n" : "\n";
-  for (const auto& [campaign, residuals, split, predictions] : campaigns)
-    for (int row = 0; row < campaign.rows(); ++row) {
-      const auto& residual = residuals[row];
-      text += campaign.pose_ids[campaign.pose[row]] + "," +
-              (campaign.repeat.empty() ? "" : std::to_string(campaign.repeat[row])) + "," +
-              split[row];
-      const auto add = [&](double value, double unit) { text += "," + number_text(value / unit); };
-      const bool has_point = !campaign.has_distances();
-      const int axis = axis_of(campaign, row);
-      for (int i = 0; i < 3; ++i)
-        if (i == axis)
-          add(residual[0], kMillimetre);
-        else if (has_point)
-          add(residual[i], kMillimetre);
-        else
-          text += ",";
-      if (campaign.has_orientation())
-        for (int i = 3; i < 6; ++i) add(residual[i], kMilliradian);
-      else
-        text += ",,,";
-      add(residual.head<3>().norm(), kMillimetre);
-      if (campaign.has_orientation())
-        add(residual.tail<3>().norm(), kMilliradian);
-      else
-        text += ",";
-      if (campaign.has_distances() && axis < 0)
-        add(residual[0], kMillimetre);
-      else if (of_distances)
-        text += ",";
-      if (!predictions.empty()) {
-        const Prediction& prediction = predictions[row];
-        add(prediction.deviation, kMillimetre);
-        add(prediction.bound_95, kMillimetre);
-        text += residual.head<3>().norm() <= prediction.bound_95 ? ",1" : ",0";
-        add(prediction.leverage, 1);
-      } else if (predicted) {
-        text += ",,,,";
-      }
-      text += "\n";
-    }
+  for (const Residuals& part : campaigns)
+    append_rows(
+        part.campaign.rows(),
+        [&](int row, std::string& lines) {
+          append_row(part, row, {of_distances, predicted}, lines);
+        },
+        text);
   return text;
 }
 

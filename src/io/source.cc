@@ -56,6 +56,14 @@ Source::Source(const std::string& path)
   buffer_.resize(kChunk);
 }
 
+Source::Source(std::string name, std::string_view block, int lines_before)
+    : name_(std::move(name)),
+      file_(nullptr),
+      buffer_(block.begin(), block.end()),
+      end_(block.size()),
+      at_end_(true),
+      line_number_(lines_before) {}
+
 Source::~Source() {
   if (file_ && file_ != stdin) std::fclose(file_);
 }
@@ -106,6 +114,22 @@ bool Source::next_line(std::string_view& line) {
   check_text(line, name_, line_number_ + 1);
   if (++line_number_ == 1 && line.substr(0, 3) == "\xEF\xBB\xBF") line.remove_prefix(3);
   return true;
+}
+
+std::string Source::next_block(size_t bytes) {
+  while (end_ - begin_ < bytes && fill()) {
+  }
+  const auto whole_lines = [&] {
+    const std::string_view left(buffer_.data() + begin_, end_ - begin_);
+    return at_end_ ? left.size() : left.rfind('\n') + 1;  // 0 where there is none
+  };
+  size_t size = whole_lines();
+  while (size == 0 && fill()) size = whole_lines();
+  std::string block(buffer_.data() + begin_, size);
+  begin_ += size;
+  line_number_ += static_cast<int>(std::ranges::count(block, '\n'));
+  if (!block.empty() && block.back() != '\n') ++line_number_;
+  return block;
 }
 
 std::string Source::read_all() {

@@ -1,44 +1,55 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <string_view>
-#include <unordered_set>
+#include <utility>
 #include <vector>
 
 namespace armtrue {
 
-/// Gives each text an index, in the order of first appearance.
+/// Gives each text an index, in the order of first appearance. A table of places with linear
+/// probing: files of a million poses have a million ids.
 class TextIndex {
  public:
-  explicit TextIndex(std::vector<std::string>& names)
-      : names_(names), places_(64, Hash{&names}, Equal{&names}) {}
+  explicit TextIndex(std::vector<std::string>& names) : names_(names), slots_(64) {}
 
   int of(std::string_view text) {
     if (!names_.empty() && names_.back() == text) return static_cast<int>(names_.size()) - 1;
-    if (const auto found = places_.find(text); found != places_.end()) return *found;
+    const auto hash = static_cast<std::uint32_t>(std::hash<std::string_view>{}(text));
+    size_t slot = first_slot(hash);
+    for (; slots_[slot].place >= 0; slot = next_slot(slot))
+      if (slots_[slot].hash == hash && names_[static_cast<size_t>(slots_[slot].place)] == text)
+        return slots_[slot].place;
+    const int place = static_cast<int>(names_.size());
     names_.emplace_back(text);
-    const int place = static_cast<int>(names_.size()) - 1;
-    places_.insert(place);
+    slots_[slot] = {hash, place};
+    if (2 * names_.size() > slots_.size()) grow();
     return place;
   }
 
  private:
-  struct Hash {
-    using is_transparent = void;
-    const std::vector<std::string>* names;
-    size_t operator()(std::string_view text) const { return std::hash<std::string_view>{}(text); }
-    size_t operator()(int place) const { return (*this)(std::string_view((*names)[place])); }
+  struct Slot {
+    std::uint32_t hash = 0;
+    int place = -1;  // in names_; -1: none
   };
-  struct Equal {
-    using is_transparent = void;
-    const std::vector<std::string>* names;
-    bool operator()(int a, int b) const { return a == b; }
-    bool operator()(std::string_view text, int place) const { return (*names)[place] == text; }
-    bool operator()(int place, std::string_view text) const { return (*names)[place] == text; }
-  };
+
+  size_t first_slot(std::uint32_t hash) const { return hash & (slots_.size() - 1); }
+  size_t next_slot(size_t slot) const { return (slot + 1) & (slots_.size() - 1); }
+
+  void grow() {
+    const std::vector<Slot> before = std::exchange(slots_, std::vector<Slot>(2 * slots_.size()));
+    for (const Slot& full : before) {
+      if (full.place < 0) continue;
+      size_t slot = first_slot(full.hash);
+      while (slots_[slot].place >= 0) slot = next_slot(slot);
+      slots_[slot] = full;
+    }
+  }
+
   std::vector<std::string>& names_;
-  std::unordered_set<int, Hash, Equal> places_;
+  std::vector<Slot> slots_;  // a power of two of them, at most half of them full
 };
 
 }  // namespace armtrue

@@ -1,6 +1,7 @@
 // Forward kinematics with the full Jacobian (47 columns) against automatic differentiation, central
-// differences and the Jacobians of KDL and Pinocchio, in one run. Before they are timed, all are
-// compared: their columns are the same numbers.
+// differences and the Jacobians of KDL and Pinocchio, one pose after another and several at once;
+// inverse kinematics and corrected targets against KDL's inverse kinematics; all in one run. Before
+// they are timed, all are compared: their columns and joint angles are the same numbers.
 
 #include <benchmark/benchmark.h>
 
@@ -10,6 +11,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
+#include <kdl/chainfksolverpos_recursive.hpp>
+#include <kdl/chainiksolverpos_lma.hpp>
+#include <kdl/chainiksolverpos_nr.hpp>
+#include <kdl/chainiksolvervel_pinv.hpp>
 #include <kdl/chainjnttojacsolver.hpp>
 #include <numeric>
 #include <span>
@@ -22,9 +27,11 @@
 #include <pinocchio/multibody.hpp>
 #endif
 
+#include "armtrue/compensation/compensation.h"
 #include "armtrue/effects/sampling.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/evaluator.h"
+#include "armtrue/kinematics/inverse.h"
 #include "bench/times.h"
 #include "kinematics/economical_jet_chain.h"
 #include "kinematics/kdl_arm.h"
@@ -231,6 +238,161 @@ void pinocchio_placements_36(benchmark::State& state) {
 }
 #endif
 
+// As many poses in a call as a fold takes; the time of each is printed.
+constexpr size_t kPosesInCall = 8;
+
+void forward_only_batched(benchmark::State& state) {
+  const ChainEvaluator evaluator(chain());
+  std::vector<Pose> reached(kPosesInCall);
+  size_t k = 0;
+  for (auto _ : state) {
+    evaluator.poses(std::span(poses()).subspan(k % poses().size(), kPosesInCall), {}, reached);
+    benchmark::DoNotOptimize(reached.data());
+    benchmark::ClobberMemory();
+    k += kPosesInCall;
+  }
+}
+
+void armtrue_47_batched(benchmark::State& state) {
+  const ChainEvaluator evaluator(chain());
+  std::vector<Pose> reached(kPosesInCall);
+  std::vector<PoseJacobian> jacobians(kPosesInCall);
+  size_t k = 0;
+  for (auto _ : state) {
+    evaluator.poses(std::span(poses()).subspan(k % poses().size(), kPosesInCall), {}, reached,
+                    jacobians);
+    benchmark::DoNotOptimize(jacobians.data());
+    benchmark::ClobberMemory();
+    k += kPosesInCall;
+  }
+}
+
+// An arm as a calibration finds it, every length and angle a little off. KDL knows no beta.
+const Robot& controller() {
+  static const Robot robot = read_robot(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml").robot;
+  return robot;
+}
+const Robot& identified() {
+  static const Robot robot = [] {
+    Robot moved = controller();
+    for (int k = kLinkParameters; k < kToolParameters; ++k)
+      if (kind_of_parameter(k) != LinkParameter::beta)
+        move_parameter(moved.chain, k, 5e-4 * std::sin(3.0 * k));
+    return moved;
+  }();
+  return robot;
+}
+
+// Where the controller's model has each posture, R_0 from R_7, and the start of every solver.
+const std::vector<Pose>& wanted() {
+  static const std::vector<Pose> wanted = [] {
+    KinematicChain arm = controller().chain;
+    arm.base = arm.tool = Pose{};
+    std::vector<Pose> list;
+    for (const JointVector& q : poses()) list.push_back(ChainEvaluator(arm).pose(q));
+    return list;
+  }();
+  return wanted;
+}
+
+KinematicChain identified_links() {
+  KinematicChain arm = identified().chain;
+  arm.base = arm.tool = Pose{};
+  return arm;
+}
+
+class ArmtrueInverse {
+ public:
+  JointVector operator()(size_t k) const {
+    return inverse_kinematics(arm_, wanted()[k], poses()[k]).q;
+  }
+
+ private:
+  KinematicChain arm_ = identified_links();
+};
+
+// To the same 1e-10 as armtrue's.
+constexpr double kKdlTolerance = 1e-10;
+
+class KdlInverse {
+ public:
+  explicit KdlInverse(bool by_newton) : by_newton_(by_newton) {}
+  JointVector operator()(size_t k) {
+    start_.data = poses()[k];
+    const KDL::Frame frame = kdl_frame(wanted()[k]);
+    if (by_newton_)
+      newton_.CartToJnt(start_, frame, found_);
+    else
+      levenberg_.CartToJnt(start_, frame, found_);
+    return found_.data;
+  }
+
+ private:
+  bool by_newton_;
+  KDL::Chain arm_ = kdl_arm(identified_links());
+  KDL::ChainFkSolverPos_recursive forward_{arm_};
+  KDL::ChainIkSolverVel_pinv velocity_{arm_};
+  KDL::ChainIkSolverPos_NR newton_{arm_, forward_, velocity_, 100, kKdlTolerance};
+  KDL::ChainIkSolverPos_LMA levenberg_{arm_, kKdlTolerance, 500, 1e-15};
+  KDL::JntArray start_{kJoints}, found_{kJoints};
+};
+
+std::vector<CorrectedTarget> corrected_targets() {
+  Program program;
+  program.visits.source = "benchmark";
+  for (const JointVector& q : poses()) {
+    const int number = program.rows();
+    program.visits.q.push_back(q);
+    program.visits.pose.push_back(number);
+    program.visits.pose_ids.push_back(std::to_string(number));
+    program.visits.line.push_back(number + 2);
+  }
+  CompensationOptions options;
+  options.max_correction = 1;  // none is left as programmed
+  return compensate(identified(), controller(), program, options);
+}
+
+template <typename Inverse>
+void invert(benchmark::State& state, Inverse& inverse) {
+  size_t k = 0;
+  for (auto _ : state) benchmark::DoNotOptimize(inverse(k++ % poses().size()));
+}
+void armtrue_inverse(benchmark::State& state) {
+  ArmtrueInverse inverse;
+  invert(state, inverse);
+}
+void kdl_inverse_lma(benchmark::State& state) {
+  KdlInverse inverse(false);
+  invert(state, inverse);
+}
+void kdl_inverse_nr(benchmark::State& state) {
+  KdlInverse inverse(true);
+  invert(state, inverse);
+}
+void compensate_targets(benchmark::State& state) {
+  for (auto _ : state) benchmark::DoNotOptimize(corrected_targets().data());
+}
+
+// Prints on how many postures a solver finds other joint angles than armtrue's: it failed, or took
+// another branch.
+template <typename Inverse>
+void compare_inverse(const char* name, Inverse&& inverse) {
+  const ArmtrueInverse armtrue_own;
+  int apart = 0;
+  for (size_t k = 0; k < poses().size(); ++k)
+    if (!((inverse(k) - armtrue_own(k)).cwiseAbs().maxCoeff() < 1e-7)) ++apart;
+  std::printf("%s: other joint angles than armtrue's on %d of %zu postures\n", name, apart,
+              poses().size());
+  if (4 * static_cast<size_t>(apart) > poses().size()) std::exit(1);
+}
+
+void compare_inverses() {
+  compare_inverse("kdl_inverse_lma", KdlInverse(false));
+  compare_inverse("kdl_inverse_nr", KdlInverse(true));
+  const std::vector<CorrectedTarget> targets = corrected_targets();
+  compare_inverse("compensate_targets", [&](size_t k) { return targets[k].q; });
+}
+
 // Stops unless the columns are armtrue's.
 void compare(const char* name, const Columns& expected, const Columns& own, double tolerance) {
   const double apart = (expected - own).cwiseAbs().maxCoeff();
@@ -260,6 +422,10 @@ void compare_all() {
     compare("ceres_jets_47", own, jets(q), 1e-9);
     compare("ceres_jets_29", selected(own, kCommon), common_jets(q), 1e-9);
     compare("central_differences_47", own, differences(q), 1e-6);
+    Pose reached;
+    PoseJacobian batched;
+    evaluator.poses(std::span(&q, 1), {}, std::span(&reached, 1), std::span(&batched, 1));
+    compare("armtrue_47_batched", own, batched, 1e-12);
     Columns joints(6, kJoints);
     for (int j = 0; j < kJoints; ++j)
       joints.col(j) = chain().links[j].sign * own.col(link_parameter(j, LinkParameter::theta));
@@ -282,12 +448,19 @@ BENCHMARK(kdl_joints_6)->Apply(repeated);
 #ifdef ARMTRUE_HAS_PINOCCHIO
 BENCHMARK(pinocchio_placements_36)->Apply(repeated);
 #endif
+BENCHMARK(forward_only_batched)->Apply(repeated);
+BENCHMARK(armtrue_47_batched)->Apply(repeated);
+BENCHMARK(armtrue_inverse)->Apply(repeated);
+BENCHMARK(kdl_inverse_lma)->Apply(repeated);
+BENCHMARK(kdl_inverse_nr)->Apply(repeated);
+BENCHMARK(compensate_targets)->Apply(repeated);
 
 }  // namespace
 
 int main(int argc, char** argv) {
   benchmark::Initialize(&argc, argv);
   compare_all();
+  compare_inverses();
   armtrue_bench::Times times;
   benchmark::RunSpecifiedBenchmarks(&times);
   std::printf("\nforward kinematics with 47 columns: %.0f ns (pose alone %.0f ns)\n",
@@ -303,4 +476,21 @@ int main(int argc, char** argv) {
 #ifdef ARMTRUE_HAS_PINOCCHIO
   print("pinocchio_placements_36", "Pinocchio's regressor, 36 of placements");
 #endif
+
+  const double batched = times.nanoseconds("armtrue_47_batched") / kPosesInCall;
+  const double batched_only = times.nanoseconds("forward_only_batched") / kPosesInCall;
+  std::printf("\n%zu poses at once: %.0f ns a pose with 47 columns, %.2f of one at a time (pose alone "
+              "%.0f ns, %.2f)\n",
+              kPosesInCall, batched, batched / times.nanoseconds("armtrue_47"), batched_only,
+              batched_only / times.nanoseconds("forward_only"));
+  const double inverse = times.nanoseconds("armtrue_inverse");
+  const double target =
+      times.nanoseconds("compensate_targets") / static_cast<double>(poses().size());
+  std::printf("\ninverse kinematics of the identified arm from the nominal angles: %.0f ns; a target "
+              "of compensate %.0f ns\n",
+              inverse, target);
+  for (const char* solver : {"kdl_inverse_lma", "kdl_inverse_nr"})
+    std::printf("%-16s %7.0f ns; armtrue's takes %.2f of it, a target of compensate %.2f\n", solver,
+                times.nanoseconds(solver), inverse / times.nanoseconds(solver),
+                target / times.nanoseconds(solver));
 }

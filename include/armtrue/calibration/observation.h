@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <limits>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -110,6 +111,7 @@ class ObservationModel {
  private:
   friend class At;
   void evaluate_effect_values(const Robot& robot);
+  void choose_columns();
   void require_bound(const Touch& touch) const;
   Eigen::Vector3d turn_of(const Eigen::VectorXd& x, int first_parameter) const;
   int anchor_of(int row) const {
@@ -126,6 +128,7 @@ class ObservationModel {
   std::vector<BoundEffect> effects_;
   std::vector<int> first_coefficient_, first_value_;
   int coefficient_count_ = 0;      // of those that are fitted
+  std::vector<int> columns_;       // of the Jacobian, those that the blocks need
   Eigen::MatrixXd effect_values_;  // values x rows
   ReadingSigma sigma_;
   int fitted_effects_;
@@ -143,6 +146,12 @@ class ObservationModel::At {
   /// Writes the whitened block of one row: row_size() x (unknowns() + 1), the derivatives of the
   /// model in the first columns, the residual in the last.
   void block(int row, Eigen::Ref<Eigen::MatrixXd> out) const;
+
+  /// The same of rows one after the other, from `first` on, a residual or a block for each;
+  /// `out` of blocks has row_size() rows of each, in that order. Several rows are computed at once,
+  /// see ChainEvaluator::poses(): they equal residual() and block() but for rounding.
+  void residuals(int first, std::span<Eigen::Matrix<double, 6, 1>> out) const;
+  void blocks(int first, int count, Eigen::Ref<Eigen::MatrixXd> out) const;
 
  private:
   friend class ObservationModel;
@@ -162,6 +171,15 @@ class ObservationModel::At {
     Eigen::Vector3d in_contact{0, 0, 0}, gradient{0, 0, 0};
   };
   Prediction predict(int row, PoseJacobian* jacobian) const;
+  // The same where R_A from the measured frame is known; `offset` is empty without effects.
+  Prediction predict(int row, const Pose& a_from_measured, const Eigen::VectorXd& offset,
+                     PoseJacobian* jacobian) const;
+  // Calls take(row, prediction, jacobian) of rows from `first` on; the Jacobian is null unless
+  // kWithJacobian.
+  template <bool kWithJacobian, typename Take>
+  void for_each_prediction(int first, int count, const Take& take) const;
+  void write_block(int row, const Prediction& predicted, PoseJacobian& jacobian,
+                   Eigen::Ref<Eigen::MatrixXd> out) const;
   void predict_touch(int row, const Eigen::VectorXd& offset, Prediction& predicted) const;
   double touch_column(int row, int parameter, const Prediction& predicted) const;
   Eigen::Matrix<double, 6, 1> residual(int row, const Prediction& predicted) const;

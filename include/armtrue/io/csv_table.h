@@ -18,6 +18,9 @@ class CsvTable {
  public:
   /// `header` is an example of a header row, for the error of an empty file.
   CsvTable(Source& source, std::string_view header);
+  /// The rows of a block of the same file, see Source::next_block().
+  CsvTable(const CsvTable& whole, Source& block)
+      : source_(block), separator_(whole.separator_), columns_(whole.columns_) {}
 
   const std::vector<std::string>& columns() const { return columns_; }
   std::string source_name() const { return source_.name(); }
@@ -34,6 +37,10 @@ class CsvTable {
   /// Reads the next row of data; false at the end.
   bool next_row();
   int line_number() const { return source_.line_number(); }
+  /// Line of a blank line after the last row, which only the end of the file may follow; 0: none.
+  int blank_line() const { return blank_line_; }
+  /// Throws the error of a blank line between rows.
+  [[noreturn]] void fail_blank(int line) const;
   std::string_view text(int column) const { return fields_[column]; }
   bool is_empty(int column) const { return fields_[column].empty(); }
   double number(int column) const;
@@ -47,6 +54,7 @@ class CsvTable {
   char separator() const { return separator_; }
   /// file:line: column 'name': what
   [[noreturn]] void fail(int column, const std::string& what) const;
+  [[noreturn]] void fail_in_line(int line, int column, const std::string& what) const;
   /// Throws the error of a missing column, with the most similar name of the file.
   [[noreturn]] void fail_missing(const std::vector<std::string>& missing) const;
 
@@ -55,6 +63,7 @@ class CsvTable {
 
   Source& source_;
   char separator_ = ',';
+  int blank_line_ = 0;
   std::string_view original_;  // the line as it was read
   std::string line_;           // copy in which decimal commas are replaced
   std::vector<std::string> columns_;

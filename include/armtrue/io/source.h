@@ -13,6 +13,8 @@ namespace armtrue {
 class Source {
  public:
   explicit Source(const std::string& path);
+  /// Lines that next_block() took out of the source `name`, `lines_before` of which came earlier.
+  Source(std::string name, std::string_view block, int lines_before);
   ~Source();
   Source(const Source&) = delete;
   Source& operator=(const Source&) = delete;
@@ -24,6 +26,9 @@ class Source {
   /// call.
   bool next_line(std::string_view& line);
   int line_number() const { return line_number_; }
+
+  /// The next whole lines, at least `bytes` of them unless the file ends before; empty at its end.
+  std::string next_block(size_t bytes);
 
   /// The rest of the file.
   std::string read_all();
