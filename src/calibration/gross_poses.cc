@@ -134,14 +134,15 @@ class Search {
 
   std::vector<GrossPose> found() {
     if (poses() < kFewestPoses || poses() > kMostPoses) return {};
-    for (int round = 0; round < kMostRounds; ++round) {
+    bool settled = false;
+    for (int round = 0; round < kMostRounds && !settled; ++round) {
       judge();
       std::vector<bool> next = beyond();
-      if (next == gross_) break;
+      settled = next == gross_;
       gross_ = std::move(next);
     }
     if (std::ranges::none_of(gross_, [](bool is) { return is; })) return {};
-    judge();
+    if (!settled) judge();
     drop_structure();
     return described();
   }

@@ -41,7 +41,7 @@ std::optional<Cycle> cycle_of(EffectModel& model, const Campaign& campaign,
   const double sine = e.coefficients[0].value, cosine = e.coefficients[1].value;
   const double n = e.shape.harmonic;
   // The derivative with respect to the frequency.
-  const Linearization& fit = model.view().fit;
+  const Linearization& fit = model.linear();
   Eigen::VectorXd column = fit.jacobian().col(*find_parameter(result.fit.robot.chain, e.parameter));
   for (int row = 0; row < fit.rows(); ++row) {
     const double q = campaign.q[row][e.driver.joint];
@@ -91,14 +91,14 @@ bool same_claim(const Candidate& a, const Candidate& b) {
 }
 
 // Sets the rivals of one of the chosen effects: indistinguishable, or excluded by odds.
-void list_rivals(EffectModel& model, size_t chosen, TracedEffect& traced) {
+void list_rivals(EffectModel& model, size_t chosen, const ProjectedCandidates::InPlace& in_place,
+                 TracedEffect& traced) {
   const int effect = model.in_fit(chosen);
   const Candidate& found = model.chosen()[chosen];
-  const auto& [fit, projected] = model.view();
+  const Linearization& fit = model.linear();
   const std::vector<Candidate>& candidates = model.scan().candidates();
   const CandidateScore own = model.score_of({static_cast<int>(chosen)});
-  const std::vector<CandidateScore> scores = projected.scores_without({effect});
-  const std::vector<CandidateScore> imitations = projected.imitations(effect);
+  const auto& [scores, imitations] = in_place;
   std::vector<int> listed;
   for (int k : best_first(scores)) {
     const Candidate& other = candidates[k];
@@ -129,12 +129,10 @@ void list_rivals(EffectModel& model, size_t chosen, TracedEffect& traced) {
 
 // Whether a curve without a name, of the same parameter, explains the readings so much better that
 // the cause is rejected.
-bool is_beaten(EffectModel& model, size_t chosen) {
+bool is_beaten(EffectModel& model, size_t chosen, const std::vector<CandidateScore>& scores) {
   const Candidate& found = model.chosen()[chosen];
   if (!found.from_catalogue) return false;
-  const int effect = model.in_fit(chosen);
   const double own = model.score_of({static_cast<int>(chosen)}).score + 2 * found.log_choices;
-  const std::vector<CandidateScore> scores = model.view().projected.scores_without({effect});
   const std::vector<Candidate>& candidates = model.scan().candidates();
   for (size_t k = 0; k < candidates.size(); ++k) {
     const Candidate& other = candidates[k];
@@ -152,7 +150,7 @@ std::vector<VarianceShare> order_by_share(SearchResult& search, int poses, std::
   EffectModel& model = search.model;
   const std::vector<Candidate>& chosen = model.chosen();
   const VarianceShares found =
-      variance_shares(model.view().fit.effects_from(model.in_fit(0)), seed);
+      variance_shares(model.linear().effects_from(model.in_fit(0)), seed);
   const auto effects = static_cast<Eigen::Index>(chosen.size());
   const Eigen::Map<const Eigen::VectorXd> share(found.of_group.data(), effects);
   std::vector<Eigen::VectorXd> place(chosen.size(), Eigen::VectorXd::Zero(effects));
@@ -231,7 +229,8 @@ TraceResult with_evidence(SearchResult search, const Campaign& campaign,
     traced.from_catalogue = chosen[k].from_catalogue;
     traced.separated_by = chosen[k].separated_by;
     traced.in_words = chosen[k].in_words;
-    if (is_beaten(model, k)) {
+    const auto in_place = model.view().projected.in_place_of(model.in_fit(k));
+    if (is_beaten(model, k, in_place.scores)) {
       traced.beaten_cause = traced.effect.name;
       traced.from_catalogue = false;
       traced.in_words.clear();
@@ -242,7 +241,7 @@ TraceResult with_evidence(SearchResult search, const Campaign& campaign,
                         }) > 1;
     const double score = model.score_of({static_cast<int>(k)}).score;
     const CrossValidation cv =
-        CrossValidation::of_effect(model.view().fit, model.in_fit(k), options.seed);
+        CrossValidation::of_effect(model.linear(), model.in_fit(k), options.seed);
     std::optional<double> p = model.p_at_gate(k);
     if (!p) {
       const EffectModel::Chance chance = model.chance_of(score);
@@ -250,7 +249,7 @@ TraceResult with_evidence(SearchResult search, const Campaign& campaign,
       p = chance.p;
     }
     traced.evidence = {score, *p, cv.gain, cv.error};
-    list_rivals(model, k, traced);
+    list_rivals(model, k, in_place, traced);
     traced.effect.may_be_instrument = fitted.may_be_instrument =
         may_be_instrument(traced, result.fit.robot);
   }

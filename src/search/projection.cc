@@ -230,30 +230,35 @@ std::vector<ProjectedCandidates::Place> ProjectedCandidates::places_of(
   return places;
 }
 
-std::vector<CandidateScore> ProjectedCandidates::scores(double least, const Place& place,
-                                                        bool with_residual) const {
+ProjectedCandidates::InPlace ProjectedCandidates::in_place(double least, const Place& place,
+                                                           bool with_imitations) const {
   const Linearization::Loss& loss = place.loss;
-  const double norm = (with_residual ? fit_.residual_norm() : 0.0) + loss.residual.squaredNorm();
-  Eigen::VectorXd slopes = place.slopes;
-  if (with_residual) slopes += slopes_;
-  std::vector<CandidateScore> scores(scan_.candidates_.size());
+  const double lost = loss.residual.squaredNorm(), norm = fit_.residual_norm() + lost;
+  const Eigen::VectorXd slopes = slopes_ + place.slopes;
+  const size_t count = scan_.candidates_.size();
+  InPlace result{std::vector<CandidateScore>(count),
+                 std::vector<CandidateScore>(with_imitations ? count : 0)};
   for_ordered_blocks<int>(
-      static_cast<int>(scores.size()), kCandidatesPerBlock,
+      static_cast<int>(count), kCandidatesPerBlock,
       [&](int begin, int end) {
         for (int candidate = begin; candidate < end; ++candidate) {
           const Eigen::VectorXd slope = slope_of(candidate, slopes);
           if (!can_exceed(least, candidate, slope, norm)) {
-            scores[candidate].score = -std::numeric_limits<double>::infinity();
+            result.scores[candidate].score = -std::numeric_limits<double>::infinity();
             continue;
           }
           const Eigen::MatrixXd returned = loss.span.transpose() * on_basis(candidate);
-          const Eigen::MatrixXd gram = grams_[candidate] + returned.transpose() * returned;
-          scores[candidate] = score(candidate, solve(candidate, gram), slope, norm);
+          const Solution solution =
+              solve(candidate, grams_[candidate] + returned.transpose() * returned);
+          result.scores[candidate] = score(candidate, solution, slope, norm);
+          if (with_imitations)
+            result.imitations[candidate] =
+                score(candidate, solution, slope_of(candidate, place.slopes), lost);
         }
         return 0;
       },
       [](int) {});
-  return scores;
+  return result;
 }
 
 std::vector<CandidateScore> ProjectedCandidates::scores() const {
@@ -264,13 +269,12 @@ std::vector<CandidateScore> ProjectedCandidates::scores() const {
   return scores;
 }
 
-std::vector<CandidateScore> ProjectedCandidates::imitations(int effect) const {
+ProjectedCandidates::InPlace ProjectedCandidates::in_place_of(int effect) const {
   const Place place = places_of({{effect}}).front();
   const double whole = std::max(1e-300, place.loss.residual.squaredNorm());
-  std::vector<CandidateScore> imitations =
-      scores(-std::numeric_limits<double>::infinity(), place, false);
-  for (CandidateScore& one : imitations) one.gain = std::clamp(one.gain / whole, 0.0, 1.0);
-  return imitations;
+  InPlace result = in_place(-std::numeric_limits<double>::infinity(), place, true);
+  for (CandidateScore& one : result.imitations) one.gain = std::clamp(one.gain / whole, 0.0, 1.0);
+  return result;
 }
 
 Eigen::MatrixXd ProjectedCandidates::directions(int candidate) const {

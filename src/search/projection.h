@@ -66,16 +66,21 @@ class ProjectedCandidates {
   /// The same where only scores above `least` count: candidates that cannot reach it, by an upper
   /// bound of their gain, are left at -infinity and cost next to nothing.
   std::vector<CandidateScore> scores_above(double least, const Place& place) const {
-    return scores(least, place, true);
+    return in_place(least, place, false).scores;
   }
   std::vector<CandidateScore> scores_above(double least, const std::vector<int>& effects) const {
     return scores_above(least, places_of({effects}).front());
   }
 
-  /// How well each candidate imitates one effect of the model. Effect and candidate are projected
-  /// off the rest of the model; `gain` is cos^2 of the angle between what the effect explains and
-  /// the columns of the candidate, `coefficients` are those of the closest imitation.
-  std::vector<CandidateScore> imitations(int effect) const;
+  /// Each candidate in the place of one effect of the model.
+  struct InPlace {
+    std::vector<CandidateScore> scores;  ///< as of scores_without()
+    /// How well it imitates the effect. Both are projected off the rest of the model; `gain` is
+    /// cos^2 of the angle between what the effect explains and the columns of the candidate,
+    /// `coefficients` are those of the closest imitation.
+    std::vector<CandidateScore> imitations;
+  };
+  InPlace in_place_of(int effect) const;
 
   /// Null distribution of the family-wise test: the best score of all candidates on residuals with
   /// random signs, one for each draw. All rows of a pose get the same sign, since they may share an
@@ -99,7 +104,7 @@ class ProjectedCandidates {
   CandidateScore score(int candidate, const Solution& solution, const Eigen::VectorXd& slope,
                        double norm) const;
   bool can_exceed(double least, int candidate, const Eigen::VectorXd& slope, double norm) const;
-  std::vector<CandidateScore> scores(double least, const Place& place, bool with_residual) const;
+  InPlace in_place(double least, const Place& place, bool with_imitations) const;
   void project_columns();
   void compute_grams(const std::vector<Eigen::VectorXd>& squares);
   Eigen::MatrixXd gram_of(int candidate, const std::vector<Eigen::VectorXd>& squares) const;

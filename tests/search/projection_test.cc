@@ -208,7 +208,7 @@ TEST(Projection, CorrelationOfAnImitationIsTheCosineOfThePrincipalAngle) {
   const Problem problem;
   const Linearization fit(problem.linear);
   const CandidateScan scan(problem.candidates, robot_by_hand(), problem.campaign);
-  const std::vector<CandidateScore> imitations = ProjectedCandidates(scan, fit).imitations(0);
+  const std::vector<CandidateScore> imitations = ProjectedCandidates(scan, fit).in_place_of(0).imitations;
   const Eigen::MatrixXd rest = problem.linear.fitted.leftCols<5>();
   const auto off_the_rest = [&](const Eigen::MatrixXd& columns) -> Eigen::MatrixXd {
     return columns - rest * rest.householderQr().solve(columns);
@@ -229,7 +229,7 @@ TEST(Projection, ATwinImitatesAnEffectWholly) {
   const Problem problem;
   const Linearization fit(problem.linear);
   const CandidateScan scan({candidate_of("A2.theta", 1)}, robot_by_hand(), problem.campaign);
-  const CandidateScore twin = ProjectedCandidates(scan, fit).imitations(0).front();
+  const CandidateScore twin = ProjectedCandidates(scan, fit).in_place_of(0).imitations.front();
   EXPECT_NEAR(twin.gain, 1, 1e-6);
   EXPECT_NEAR(twin.coefficients[0], problem.linear.coefficients_of_effect[0][0],
               kFloat * std::abs(twin.coefficients[0]));
