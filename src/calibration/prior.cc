@@ -18,7 +18,6 @@ constexpr double kMaxEffect = 0.005;  // m, rad: of a parameter, by one effect
 constexpr double kTypicalCurve = 5e-4, kMinWidth = 1e-6;
 constexpr size_t kMinOfCurve = 3;  // coefficients
 constexpr double kSettled = 0.01;  // relative change of a width
-constexpr double kLeastOfCurve = 0.5;  // unknowns that the readings determine
 // What an instrument errs, as a multiple of what its readings scatter: an estimate, which the
 // readings may correct. The rest that the laws leave, as a share of what they explain: likewise.
 constexpr double kTimesNoise = 3, kRest = 0.3;
@@ -320,7 +319,6 @@ bool update_widths(const Eigen::MatrixXd& information, const Eigen::VectorXd& x,
   for (size_t w = 0; w < sums.size(); ++w) {
     if (sums[w].count == 0) continue;
     PriorWidth& width = priors.widths[w];
-    if (width.log_spread == kFree && sums[w].determined < kLeastOfCurve) continue;
     const double deviation = most_likely(width, sums[w].squares, sums[w].determined);
     settled = settled && std::abs(deviation - width.deviation) < kSettled * width.deviation;
     width.deviation = deviation;

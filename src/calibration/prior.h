@@ -77,9 +77,8 @@ double undetermined(const Eigen::MatrixXd& information, const Priors& priors);
 /// values, V_k their posterior variances and tau' the width so far,
 ///     gamma = sum_k (1 - V_k / tau'^2),
 ///     sum_k d_k^2 / tau^2 = gamma + ln(tau / typical) / log_spread^2;
-/// gamma is the number of unknowns that the readings determine. The width of a curve of which they
-/// determine less than half an unknown stays. `information`: as above, at x. Returns whether no
-/// width changed by 2 % or more.
+/// gamma is the number of unknowns that the readings determine. `information`: as above, at x.
+/// Returns whether no width changed by 2 % or more.
 bool update_widths(const Eigen::MatrixXd& information, const Eigen::VectorXd& x, Priors& priors);
 
 /// Whether a parameter, an index, places a positioner beside the arm, from its first axis to the

@@ -126,26 +126,6 @@ TEST(Priors, ErrorsOfTheInstrumentShareTheirSize) {
   EXPECT_EQ(priors.of_unknowns.back().width, -1);  // what happens at a time may be of any size
 }
 
-// Where base and tool are far from the file's, a curve says nothing as long as they are.
-TEST(Priors, CurveIsFoundFromAFarStart) {
-  Robot truth = shipped("kr360-spindle");
-  Effect curve{"curve", "A3.theta", {DriverKind::joint_angle, 0, -1, ""}, {}, {}};
-  curve.shape.kind = ShapeKind::series;
-  curve.shape.count = 4;
-  curve.shape.low[0] = -3;
-  curve.shape.high[0] = 3;
-  curve.coefficients.assign(4, Coefficient{"", 4e-4});
-  truth.effects = {curve};
-  const Campaign campaign = measured(truth, 60, 7);
-  Robot robot = shipped("kr360-spindle");
-  robot.effects = {curve};
-  robot.effects.front().coefficients.assign(4, {});
-  robot.chain.base.translation += Eigen::Vector3d(0.05, -0.08, 0.03);
-  robot.chain.tool.translation += Eigen::Vector3d(-0.06, 0.07, 0.02);
-  for (const Coefficient& c : calibrate(robot, campaign).robot.effects.front().coefficients)
-    EXPECT_NEAR(c.value, 4e-4, 1e-4);
-}
-
 // A calibrated robot that is calibrated again is drawn to the values of its file, not to those of
 // the fit before.
 // No reading carries a force, so nothing is said of what a force does.
