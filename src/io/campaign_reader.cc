@@ -145,9 +145,9 @@ class RowReader {
       table_.fail(columns_.covariance[of_position ? 0 : kOfRotation]->column,
                   "the covariance of this row is not positive definite: variances are above zero, "
                   "and no covariance is beyond the root of the product of its two variances");
-    if (of_position) campaign_.sigma_position.push_back(position);
-    if (of_rotation) campaign_.sigma_orientation.push_back(rotation);
-    campaign_.whitening.emplace_back(
+    if (of_position) part_.rows.sigma_position.push_back(position);
+    if (of_rotation) part_.rows.sigma_orientation.push_back(rotation);
+    part_.rows.whitening.emplace_back(
         llt.matrixL().solve(Eigen::Matrix<double, 6, 6>::Identity()));
   }
 
