@@ -167,6 +167,7 @@ void set_statistics(const SessionModels& model, const ReadingLaw& law, const Pri
   Eigen::MatrixXd information = joint_information(model, folds);
   const Eigen::Array2d determined = determined_by(model, information, all_priors, x);
   result.determined = {determined[0], determined[1]};
+  const Eigen::VectorXd of_readings = information.diagonal();
   add_priors(priors, information);
   const InverseRoot root(information, model.groups());
   result.inverse_root = root.dense;
@@ -175,6 +176,11 @@ void set_statistics(const SessionModels& model, const ReadingLaw& law, const Pri
   for (const Prior& prior : priors) {
     result.prior_weight[prior.unknown] = 1.0 / prior.deviation;
     result.prior_residual[prior.unknown] = -prior.residual(x);
+    // Nothing, not what rounding leaves, of an unknown that no reading moves.
+    if (of_readings[prior.unknown] == 0) {
+      result.share_of_readings[prior.unknown] = 0;
+      continue;
+    }
     result.share_of_readings[prior.unknown] =
         std::clamp(1 - result.inverse_root.row(prior.unknown).squaredNorm() /
                            (prior.deviation * prior.deviation),

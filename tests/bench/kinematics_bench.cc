@@ -99,7 +99,7 @@ class CentralDifferences {
  private:
   ChainEvaluator evaluator_{chain()};
   ParameterOffsets offsets_ = ParameterOffsets::Zero(kGeometricParameters);
-  PoseJacobian jacobian_;
+  PoseJacobian jacobian_{6, kGeometricParameters};
 };
 
 template <int N>
