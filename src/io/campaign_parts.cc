@@ -66,6 +66,7 @@ void JoinedCampaign::append(const CampaignPart& part) {
   append_column(all.time_s, rows.time_s);
   append_column(all.sigma_position, rows.sigma_position);
   append_column(all.sigma_orientation, rows.sigma_orientation);
+  append_column(all.whitening, rows.whitening);
   append_column(all.arrival, rows.arrival);
   append_column(all.stroke, rows.stroke);
   append_column(all.payload_kg, rows.payload_kg);
