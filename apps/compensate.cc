@@ -219,6 +219,17 @@ void refuse_two_tools(const RobotProgram& program, const Arguments& arguments) {
           program.frames[static_cast<size_t>(target.tool)].name));
 }
 
+// Warns of what is in doubt and of effects that are not applied.
+void tell(app::Command& command, const std::vector<std::string>& in_doubt,
+          CompensationStory& story) {
+  for (const std::string& doubt : in_doubt) {
+    command.warn(doubt);
+    story.assumed.push_back(doubt + ".");
+  }
+  for (const std::string& effect : story.not_applied)
+    command.warn("not applied, because it belongs to the station, or may: " + effect);
+}
+
 int run(app::Command& command, Arguments& arguments) {
   const auto [robot, controller] = app::read_models(command, arguments);
   const std::optional<About> about = app::read_about(command, arguments.page);
@@ -250,12 +261,7 @@ int run(app::Command& command, Arguments& arguments) {
   if (arguments.spacing_mm) story.between = divided.between;
   const std::vector<std::string> in_doubt =
       doubts(robot, controller, targets, file.program.visits, arguments);
-  for (const std::string& doubt : in_doubt) {
-    command.warn(doubt);
-    story.assumed.push_back(doubt + ".");
-  }
-  for (const std::string& effect : story.not_applied)
-    command.warn("not applied, because it belongs to the station, or may: " + effect);
+  tell(command, in_doubt, story);
   bool is_followed = true;
   if (program)
     is_followed =

@@ -23,7 +23,7 @@ namespace armtrue {
 namespace {
 
 constexpr int kRowsForStart = 4096;  // a larger campaign starts from an even choice of its rows
-constexpr int kMaxRounds = 8;  // of sigma and law of the residuals; they settle in three or four
+constexpr int kMaxRounds = 8;     // of sigma and law of the residuals; they settle in three or four
 constexpr int kStepsOfRound = 2;  // of the solver, near the solution
 // Relative tolerances of the cost. Rough: while sigma and law still change. End: for all rows,
 // after a fit to a part of them has brought the unknowns within their standard deviations.
@@ -47,8 +47,7 @@ std::vector<Eigen::Vector2d> raw_norms(const SessionModels& models, const Eigen:
 std::vector<KeptDerivatives> kept_at(const SessionModels& models, const Eigen::VectorXd& x) {
   std::vector<KeptDerivatives> kept;
   for (int g = 0; g < models.groups(); ++g)
-    kept.push_back(
-        keep_derivatives(models.model(g).at(models.unknowns_of(g, x)), models.model(g)));
+    kept.push_back(keep_derivatives(models.model(g).at(models.unknowns_of(g, x)), models.model(g)));
   return kept;
 }
 
@@ -79,31 +78,37 @@ ResidualDescription half_way(const ReadingSigma& sigma, const ReadingLaw& law,
   return next;
 }
 
-// Estimates sigma, law, widths of the priors and x in turn, until convergence.
-Solution fit(SessionModels& model, ReadingLaw& law, Priors& priors,
-             const CalibrationOptions& options, Eigen::VectorXd& x) {
-  const ReadingSize size = model.campaign().reading_size();
-  const Eigen::Array2d equations =
-      static_cast<double>(model.rows()) * Eigen::Array2d(size.position, size.orientation);
+// Sets sigma, law and widths of the priors for the first round. Far from the solution sigma is that
+// of the misfit. The priors are widened by the same factor, so that they are not stronger, relative
+// to the readings, than at the solution. `noise`: what sigma will be there.
+void set_start(const CalibrationOptions& options, const ReadingSigma& noise,
+               const Eigen::VectorXd& x, SessionModels& model, ReadingLaw& law, Priors& priors) {
   const std::vector<Eigen::Vector2d> at_start = raw_norms(model, x);
   if (options.start_law) {
     model.set_sigma(options.start_law->sigma);
     law = {options.start_law->degrees_of_freedom,
            pose_variances(at_start, model.campaign(), options.start_law->sigma)};
   } else {
-    model.set_sigma(median_sigma(at_start, size));
+    model.set_sigma(median_sigma(at_start, model.campaign().reading_size()));
     if (options.robust) law = {kStartDegreesOfFreedom};
   }
-  // Far from the solution sigma is that of the misfit. The priors are widened by the same factor,
-  // so that they are not stronger, relative to the readings, than at the solution.
-  const InstrumentNoise stated = model.noise();
-  const ReadingSigma noise{stated.position > 0 ? stated.position : kTypicalSigma,
-                           stated.orientation > 0 ? stated.orientation : kTypicalSigma};
-  const bool near = options.start_law && !options.start_law->prior_widths.empty();
-  if (near)
+  if (options.start_law && !options.start_law->prior_widths.empty())
     set_widths(options.start_law->prior_widths, priors);
   else
     scale_widths(std::max(1.0, model.sigma().position / noise.position), priors);
+}
+
+// Estimates sigma, law, widths of the priors and x in turn, until convergence.
+Solution fit(SessionModels& model, ReadingLaw& law, Priors& priors,
+             const CalibrationOptions& options, Eigen::VectorXd& x) {
+  const ReadingSize size = model.campaign().reading_size();
+  const Eigen::Array2d equations =
+      static_cast<double>(model.rows()) * Eigen::Array2d(size.position, size.orientation);
+  const InstrumentNoise stated = model.noise();
+  const ReadingSigma noise{stated.position > 0 ? stated.position : kTypicalSigma,
+                           stated.orientation > 0 ? stated.orientation : kTypicalSigma};
+  set_start(options, noise, x, model, law, priors);
+  const bool near = options.start_law && !options.start_law->prior_widths.empty();
   Solution solution;
   int iterations = 0;
   bool settled = false;

@@ -91,10 +91,12 @@ Campaign simulate(const Robot& robot, const Robot& truth, const SimulationOption
                   options);
 }
 
-Campaign simulate(const std::vector<JointVector>& commanded, const Robot& truth,
-                  const SimulationOptions& options) {
+namespace {
+
+// The visits of the poses, without readings.
+Campaign visits(const std::vector<JointVector>& commanded, const Robot& truth,
+                const SimulationOptions& options, Random& random) {
   const int poses = static_cast<int>(commanded.size());
-  Random random(options.seed ^ 0x9e3779b97f4a7c15ULL);
   Campaign campaign;
   campaign.source = "simulated";
   for (int pose = 0; pose < poses; ++pose) campaign.pose_ids.push_back(std::to_string(pose + 1));
@@ -103,7 +105,6 @@ Campaign simulate(const std::vector<JointVector>& commanded, const Robot& truth,
   const int targets = std::max<int>(1, static_cast<int>(truth.chain.targets.size()));
   const int anchors = std::max<int>(1, static_cast<int>(truth.chain.anchors.size()));
 
-  // The visits first: an effect may depend on the direction of arrival.
   double time = 0;
   std::vector<int> order(poses);
   for (int pose = 0; pose < poses; ++pose) order[pose] = pose;
@@ -127,7 +128,16 @@ Campaign simulate(const std::vector<JointVector>& commanded, const Robot& truth,
     }
   }
   derive_arrival(campaign);
+  return campaign;
+}
 
+}  // namespace
+
+Campaign simulate(const std::vector<JointVector>& commanded, const Robot& truth,
+                  const SimulationOptions& options) {
+  Random random(options.seed ^ 0x9e3779b97f4a7c15ULL);
+  // The visits first: an effect may depend on the direction of arrival.
+  Campaign campaign = visits(commanded, truth, options, random);
   const RobotModel model(truth);
   for (int row = 0; row < campaign.rows(); ++row) {
     const Context context = campaign.context(row);

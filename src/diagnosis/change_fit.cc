@@ -150,24 +150,14 @@ void ChangeProblem::complete(const std::vector<int>& moved, Fit& result) const {
             filled += size;
           }
           const Eigen::VectorXd residual = rows.col(count).head(filled);
-          const double chi = residual.squaredNorm();
-          sums.influence.add(
-              influence_of_pose(rows.topLeftCorner(filled, count) * root, residual));
-          sums.chi.c += chi;
-          sums.chi.e += equations;
-          sums.chi.cc += chi * chi;
-          sums.chi.ce += chi * equations;
-          sums.chi.ee += equations * equations;
+          sums.influence.add(influence_of_pose(rows.topLeftCorner(filled, count) * root, residual));
+          sums.chi.add(ChiSquares::of(residual.squaredNorm(), equations));
         }
         return sums;
       },
       [&](const PoseSums& sums) {
         total.influence.add(sums.influence);
-        total.chi.c += sums.chi.c;
-        total.chi.e += sums.chi.e;
-        total.chi.cc += sums.chi.cc;
-        total.chi.ce += sums.chi.ce;
-        total.chi.ee += sums.chi.ee;
+        total.chi.add(sums.chi);
       });
   result.chi_squares = total.chi;
   const Eigen::MatrixXd known = known_of(unknowns) * root;

@@ -38,6 +38,15 @@ class ChangeProblem {
   /// Sums over the poses, with c the chi-square of a pose and e its number of equations.
   struct ChiSquares {
     double c = 0, e = 0, cc = 0, ce = 0, ee = 0;
+
+    static ChiSquares of(double c, double e) { return {c, e, c * c, c * e, e * e}; }
+    void add(const ChiSquares& other) {
+      c += other.c;
+      e += other.e;
+      cc += other.cc;
+      ce += other.ce;
+      ee += other.ee;
+    }
   };
 
   struct Fit {

@@ -82,6 +82,15 @@ BoundEffect::BoundEffect(const Effect& effect, const Robot& robot,
     fail("'" + to_string(driver_) + "' is about joint " +
          std::to_string(std::max(driver_.joint, driver_.second_joint) + 1) +
          ", and the robot has " + std::to_string(joints));
+  needs_jacobian_ = driver_.involves(DriverKind::force);
+  set_terms(bind_loads(effect, robot));
+}
+
+// The torques of gravity that the effect needs. Returns the number of values of one.
+int BoundEffect::bind_loads(const Effect& effect, const Robot& robot) {
+  const auto fail = [&](const std::string& why) {
+    throw std::invalid_argument("effect '" + effect.name + "': " + why);
+  };
   for (const auto& [kind, joint] : {std::pair(std::optional(driver_.kind), driver_.joint),
                                     std::pair(driver_.factor, driver_.second_joint)}) {
     if (kind == DriverKind::gravity_torque)
@@ -109,7 +118,10 @@ BoundEffect::BoundEffect(const Effect& effect, const Robot& robot,
   needs_frames_ = !loads_.empty() || driver_.kind == DriverKind::range ||
                   driver_.kind == DriverKind::azimuth || driver_.kind == DriverKind::elevation ||
                   driver_.kind == DriverKind::incidence || driver_.kind == DriverKind::place;
-  needs_jacobian_ = driver_.involves(DriverKind::force);
+  return load_values;
+}
+
+void BoundEffect::set_terms(int load_values) {
   const int members = static_cast<int>(parameters_.size());
   const bool is_vector = driver_.kind == DriverKind::moment && members > 1;
   own_values_ = is_vector || needs_jacobian_;

@@ -127,8 +127,9 @@ void read_contacts(YamlMap& document, KinematicChain& chain) {
   check_count(document, "contacts", contacts.keys().size());
   for (const std::string& name : contacts.keys()) {
     if (name.empty() || name.find('/') != std::string::npos)
-      contacts.fail(name, "a contact needs a name without '/', which stands before a point of an "
-                          "artefact");
+      contacts.fail(name,
+                    "a contact needs a name without '/', which stands before a point of an "
+                    "artefact");
     chain.contacts.push_back(read_contact(name, contacts.map(name)));
   }
 }
@@ -261,6 +262,17 @@ RobotFile read_robot(const std::string& path) {
   return file;
 }
 
+namespace {
+
+// [x, y, z] in mm.
+YAML::Node point_node(const Eigen::Vector3d& point) {
+  YAML::Node node;
+  for (double coordinate : point) node.push_back(number_text(coordinate, kMillimetre));
+  return flow(node);
+}
+
+}  // namespace
+
 YAML::Node sessions_node(const Robot& robot) {
   YAML::Node node;
   for (const auto& [name, session] : robot.sessions)
@@ -279,11 +291,8 @@ YAML::Node robot_node(const Robot& robot, const Provenance& provenance) {
   if (robot.ground_link)
     root["ground_link"] = robot.chain.links[static_cast<size_t>(*robot.ground_link)].name;
   root["tool"] = pose_node(robot.chain.tool);
-  for (const Target& target : robot.chain.targets) {
-    YAML::Node position;
-    for (int i = 0; i < 3; ++i) position.push_back(number_text(target.position[i], kMillimetre));
-    root["targets"][target.name] = flow(position);
-  }
+  for (const Target& target : robot.chain.targets)
+    root["targets"][target.name] = point_node(target.position);
   for (const Anchor& anchor : robot.chain.anchors)
     root["anchors"][anchor.name] =
         flow_map({{"x_mm", number_text(anchor.position.x(), kMillimetre)},
@@ -293,19 +302,12 @@ YAML::Node robot_node(const Robot& robot, const Provenance& provenance) {
   for (const Contact& contact : robot.chain.contacts)
     root["contacts"][contact.name] = contact_node(contact);
   for (const Body& body : robot.bodies) {
-    YAML::Node centre;
-    for (int i = 0; i < 3; ++i) centre.push_back(number_text(body.centre[i], kMillimetre));
     YAML::Node entry = flow_map(
         {{"link", robot.chain.links[body.link].name}, {"mass_kg", number_text(body.mass_kg)}});
-    entry["com_mm"] = flow(centre);
+    entry["com_mm"] = point_node(body.centre);
     root["masses"].push_back(entry);
   }
-  if (robot.instrument) {
-    YAML::Node place;
-    for (double coordinate : *robot.instrument)
-      place.push_back(number_text(coordinate, kMillimetre));
-    root["instrument_mm"] = flow(place);
-  }
+  if (robot.instrument) root["instrument_mm"] = point_node(*robot.instrument);
   root["gravity_m_s2"] = flow_list({robot.gravity.x(), robot.gravity.y(), robot.gravity.z()});
   if (robot.identify.size() == 1 &&
       (robot.identify.front() == "auto" || robot.identify.front() == "paper-25")) {

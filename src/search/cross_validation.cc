@@ -36,6 +36,27 @@ CrossValidation CrossValidation::of_effect(const Linearization& fit, int effect,
             fit.residual() + added * loss.residual, seed);
 }
 
+namespace {
+
+// Loss of a pose that was left out, and how much less it is with the columns added.
+struct OfPose {
+  double before, gain;
+};
+
+CrossValidation mean_gain(const std::vector<OfPose>& losses) {
+  const double n = static_cast<double>(losses.size());
+  double per_pose = 0, mean = 0, squares = 0;
+  for (const OfPose& one : losses) {
+    per_pose += one.before / n;
+    mean += one.gain / n;
+  }
+  for (const OfPose& one : losses) squares += (one.gain - mean) * (one.gain - mean);
+  if (per_pose <= 0 || n < 2) return {};
+  return {mean / per_pose, std::sqrt(squares / (n - 1) / n) / per_pose};
+}
+
+}  // namespace
+
 CrossValidation CrossValidation::of(const std::vector<int>& pose, int row_size,
                                     const Eigen::MatrixXd& basis, const Eigen::MatrixXd& added,
                                     const Eigen::VectorXd& whole_residual, std::uint64_t seed) {
@@ -54,9 +75,6 @@ CrossValidation CrossValidation::of(const std::vector<int>& pose, int row_size,
   Eigen::VectorXd whole_slope = Eigen::VectorXd::Zero(predictors.cols());
   whole_slope.tail(added.cols()) = added.transpose() * whole_residual;
   const int folds = std::min<int>(kFolds, static_cast<int>(poses.size()));
-  struct OfPose {
-    double before, gain;
-  };
   std::vector<OfPose> losses;
   for_ordered_blocks<std::vector<OfPose>>(
       folds, 1,
@@ -79,7 +97,8 @@ CrossValidation CrossValidation::of(const std::vector<int>& pose, int row_size,
         // Its factor has that without the columns added as its corner.
         const Eigen::MatrixXd factor = Eigen::LLT<Eigen::MatrixXd>(gram).matrixL();
         const auto left = [&](Eigen::Index unknowns) -> Eigen::VectorXd {
-          const auto corner = factor.topLeftCorner(unknowns, unknowns).triangularView<Eigen::Lower>();
+          const auto corner =
+              factor.topLeftCorner(unknowns, unknowns).triangularView<Eigen::Lower>();
           Eigen::VectorXd solution = slope.head(unknowns);
           corner.solveInPlace(solution);
           corner.transpose().solveInPlace(solution);
@@ -96,15 +115,7 @@ CrossValidation CrossValidation::of(const std::vector<int>& pose, int row_size,
       [&](const std::vector<OfPose>& fold) {
         losses.insert(losses.end(), fold.begin(), fold.end());
       });
-  const double n = static_cast<double>(losses.size());
-  double per_pose = 0, mean = 0, squares = 0;
-  for (const OfPose& one : losses) {
-    per_pose += one.before / n;
-    mean += one.gain / n;
-  }
-  for (const OfPose& one : losses) squares += (one.gain - mean) * (one.gain - mean);
-  if (per_pose <= 0 || n < 2) return {};
-  return {mean / per_pose, std::sqrt(squares / (n - 1) / n) / per_pose};
+  return mean_gain(losses);
 }
 
 }  // namespace armtrue

@@ -14,6 +14,21 @@ constexpr double kPointsPerPiece = 4;      // of a spline, or per half cycle
 constexpr int kStepsPerCycle = 16;         // of frequency, within the resolution
 constexpr double kMinShareOfCycle = 0.05;  // of the variance of a curve
 
+bool is_one_quantity(const Driver& driver) {
+  return !driver.is_pair() && !driver.factor &&
+         (driver.kind == DriverKind::joint_angle || driver.kind == DriverKind::time ||
+          driver.kind == DriverKind::temperature);
+}
+
+// What drives an effect in a row: a joint angle, the time or a temperature.
+double reading_of(const Driver& driver, const Campaign& campaign, int row) {
+  if (driver.kind == DriverKind::joint_angle) return campaign.q[row][driver.joint];
+  if (driver.kind == DriverKind::time) return campaign.time_s[row];
+  const auto& names = campaign.temperature_names;
+  const auto sensor = std::find(names.begin(), names.end(), driver.where) - names.begin();
+  return campaign.temperature_c[row][static_cast<size_t>(sensor)];
+}
+
 }  // namespace
 
 std::vector<CurvePoint> effect_curve(const CalibrationResult& fit, const Campaign& campaign,
@@ -23,17 +38,7 @@ std::vector<CurvePoint> effect_curve(const CalibrationResult& fit, const Campaig
                                                             : static_cast<double>(e.shape.count);
   const int points = static_cast<int>(std::clamp(kPointsPerPiece * pieces, 41.0, 801.0));
   const Driver& driver = e.driver;
-  if (driver.is_pair() || driver.factor || !find_parameter(fit.robot.chain, e.parameter)) return {};
-  const auto reading = [&](int row) -> double {
-    if (driver.kind == DriverKind::joint_angle) return campaign.q[row][driver.joint];
-    if (driver.kind == DriverKind::time) return campaign.time_s[row];
-    const auto& names = campaign.temperature_names;
-    const auto sensor = std::find(names.begin(), names.end(), driver.where) - names.begin();
-    return campaign.temperature_c[row][static_cast<size_t>(sensor)];
-  };
-  if (driver.kind != DriverKind::joint_angle && driver.kind != DriverKind::time &&
-      driver.kind != DriverKind::temperature)
-    return {};
+  if (!is_one_quantity(driver) || !find_parameter(fit.robot.chain, e.parameter)) return {};
 
   std::vector<const Effect*> together;
   std::vector<Eigen::Index> unknowns;
@@ -56,7 +61,6 @@ std::vector<CurvePoint> effect_curve(const CalibrationResult& fit, const Campaig
   const auto first = static_cast<Eigen::Index>(fit.set.kept.size());
   const Eigen::MatrixXd covariance =
       fit.covariance.block(first, first, unknown, unknown)(unknowns, unknowns);
-  const int poses = static_cast<int>(campaign.pose_ids.size());
   const auto values_at = [&](double x) {
     Eigen::VectorXd values(count);
     Eigen::Index k = 0;
@@ -67,9 +71,9 @@ std::vector<CurvePoint> effect_curve(const CalibrationResult& fit, const Campaig
     return values;
   };
   Eigen::VectorXd mean = Eigen::VectorXd::Zero(count);
-  double low = reading(0), high = low;
+  double low = reading_of(driver, campaign, 0), high = low;
   for (int row = 0; row < campaign.rows(); ++row) {
-    const double x = reading(row);
+    const double x = reading_of(driver, campaign, row);
     mean += values_at(x) / campaign.rows();
     low = std::min(low, x);
     high = std::max(high, x);
@@ -79,7 +83,8 @@ std::vector<CurvePoint> effect_curve(const CalibrationResult& fit, const Campaig
     const double x = low + (high - low) * i / (points - 1);
     const Eigen::VectorXd values = values_at(x) - mean;
     const double deviation = std::sqrt(std::max(0.0, values.dot(covariance * values)));
-    const auto [below, above] = interval_about(draws * values, deviation, poses);
+    const auto [below, above] =
+        interval_about(draws * values, deviation, static_cast<int>(campaign.pose_ids.size()));
     curve.push_back({x, values.dot(coefficients), 0.5 * (above - below)});
   }
   return curve;

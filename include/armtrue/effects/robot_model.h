@@ -41,6 +41,8 @@ class BoundEffect {
  private:
   void bind_members(const Effect& effect, const Robot& robot,
                     const std::vector<std::string>& temperature_names);
+  int bind_loads(const Effect& effect, const Robot& robot);
+  void set_terms(int load_values);
   // All members of a group share the torque on a joint.
   const GravityLoad& load_on(size_t member) const {
     return loads_[std::min(member, loads_.size() - 1)];

@@ -1,0 +1,287 @@
+#include <algorithm>
+#include <array>
+
+#include "armtrue/calibration/observation.h"
+#include "armtrue/kinematics/contact.h"
+
+namespace armtrue {
+namespace {
+
+// Rows that are evaluated together: whole vectors, and Jacobians that fit into the cache.
+constexpr int kPosesAtOnce = 8;
+
+void turn_columns(PoseJacobian& jacobian, int first, const Eigen::Matrix3d& turn) {
+  if (turn.isIdentity(0.0)) return;
+  const Eigen::Matrix<double, 6, 3> columns = jacobian.middleCols<3>(first);
+  jacobian.middleCols<3>(first) = columns * turn;
+}
+
+}  // namespace
+
+ObservationModel::At::At(const ObservationModel& model, const Eigen::VectorXd& x)
+    : model_(model),
+      robot_(model.robot_at(x)),
+      layout_(layout_of(robot_.chain)),
+      chain_(robot_.chain) {
+  // exp(x + dx) = exp(Jl(x) dx) exp(x), and Jl(x) = Jr(-x).
+  base_turn_ = inverse_right_jacobian(-model.turn_of(x, kBaseParameters)).inverse();
+  tool_turn_ = inverse_right_jacobian(-model.turn_of(x, layout_.tool)).inverse();
+  // exp(x + dx) = exp(x) exp(Jr(x) dx).
+  const int first = first_contact_parameter(robot_.chain);
+  for (int c = 0; c < static_cast<int>(robot_.chain.contacts.size()); ++c)
+    contact_turns_.emplace_back(
+        inverse_right_jacobian(model.turn_of(x, first + kParametersOfContact * c)).inverse());
+}
+
+Eigen::VectorXd ObservationModel::At::offsets(int row) const {
+  Eigen::VectorXd offsets = Eigen::VectorXd::Zero(parameter_count(robot_.chain));
+  for (size_t e = 0; e < model_.effects_.size(); ++e)
+    for (const BoundEffect::Term& term : model_.effects_[e].terms())
+      offsets[term.parameter] += robot_.effects[e].coefficients[term.coefficient].value *
+                                 model_.effect_values_(model_.first_value_[e] + term.value, row);
+  return offsets;
+}
+
+LineOfSight ObservationModel::At::line_of_sight(const Pose& frame) const {
+  return {model_.common_from_own_ * instrument_place(robot_), upwards(robot_), frame.translation};
+}
+
+ObservationModel::At::Prediction ObservationModel::At::predict(int row,
+                                                               PoseJacobian* jacobian) const {
+  const JointVector& q = model_.campaign_.q[row];
+  if (model_.effects_.empty())
+    return predict(row, jacobian ? chain_.pose(q, *jacobian) : chain_.pose(q), {}, jacobian);
+  const Eigen::VectorXd offset = offsets(row);
+  const ParameterOffsets of_chain = offset.head(layout_.geometric);
+  return predict(row, jacobian ? chain_.pose(q, of_chain, *jacobian) : chain_.pose(q, of_chain),
+                 offset, jacobian);
+}
+
+template <bool kWithJacobian, typename Take>
+void ObservationModel::At::for_each_prediction(int first, int count, const Take& take) const {
+  std::array<Pose, kPosesAtOnce> frames;
+  std::array<PoseJacobian, kWithJacobian ? kPosesAtOnce : 1> jacobians;
+  std::vector<Eigen::VectorXd> all(model_.effects_.empty() ? 0 : kPosesAtOnce);
+  std::vector<ParameterOffsets> of_chain(all.size());
+  ColumnSet columns;
+  for (int k : model_.columns_) columns.set(static_cast<size_t>(k));
+  const std::span<const JointVector> q(model_.campaign_.q);
+  const Eigen::VectorXd none;
+  for (int begin = first; begin < first + count; begin += kPosesAtOnce) {
+    const auto rows = static_cast<size_t>(std::min(kPosesAtOnce, first + count - begin));
+    for (size_t k = 0; k < std::min(rows, all.size()); ++k) {
+      all[k] = offsets(begin + static_cast<int>(k));
+      of_chain[k] = all[k].head(layout_.geometric);
+    }
+    const auto of_rows = q.subspan(static_cast<size_t>(begin), rows);
+    const auto moved = std::span<const ParameterOffsets>(of_chain).first(all.empty() ? 0 : rows);
+    if constexpr (kWithJacobian)
+      chain_.poses(of_rows, moved, std::span(frames).first(rows), std::span(jacobians).first(rows),
+                   columns);
+    else
+      chain_.poses(of_rows, moved, std::span(frames).first(rows));
+    for (size_t k = 0; k < rows; ++k) {
+      const int row = begin + static_cast<int>(k);
+      PoseJacobian* const jacobian = kWithJacobian ? &jacobians[k] : nullptr;
+      take(row, predict(row, frames[k], all.empty() ? none : all[k], jacobian), jacobian);
+    }
+  }
+}
+
+ObservationModel::At::Prediction ObservationModel::At::predict(int row, const Pose& a_from_measured,
+                                                               const Eigen::VectorXd& offset,
+                                                               PoseJacobian* jacobian) const {
+  Prediction predicted;
+  predicted.scale = 1.0;
+  predicted.frame = a_from_measured;
+  Pose& frame = predicted.frame;
+  if (offset.size() > 0) predicted.scale += offset[layout_.instrument_scale];
+  if (!model_.targets_.empty()) {
+    const int target = model_.targets_[model_.campaign_.target[row]];
+    Eigen::Vector3d place = robot_.chain.targets[target].position;
+    if (offset.size() > 0) place += offset.segment<3>(layout_.targets + 3 * target);
+    const Eigen::Vector3d lever = frame.rotation * place;
+    if (jacobian)
+      for (int k : model_.columns_) {
+        const Eigen::Vector3d turned = jacobian->col(k).tail<3>();
+        jacobian->col(k).head<3>() += turned.cross(lever);
+      }
+    frame.translation += lever;
+  }
+  predicted.position = frame.translation - model_.common_from_own_.translation;
+  const Campaign& campaign = model_.campaign_;
+  const ReadingKind kind = campaign.kind(row);
+  if (kind == ReadingKind::touch) {
+    predict_touch(row, offset, predicted);
+    return predicted;
+  }
+  if (offset.size() > 0 && kind != ReadingKind::distance) {
+    const Eigen::Vector3d errors = offset.segment<3>(layout_.instrument_range);
+    if (!errors.isZero(0)) predicted.off = line_of_sight(frame).derivatives() * errors;
+  }
+  switch (kind) {
+    case ReadingKind::point:
+      break;
+    case ReadingKind::coordinate:
+      predicted.direction = model_.common_from_own_.rotation.col(campaign.coordinate[row]->axis);
+      predicted.position = {predicted.direction.dot(predicted.position), 0, 0};
+      predicted.off = {predicted.direction.dot(predicted.off), 0, 0};
+      break;
+    case ReadingKind::distance: {
+      const int number = model_.anchor_of(row);
+      Eigen::Vector3d place = robot_.chain.anchors[number].position;
+      predicted.zero = robot_.chain.anchors[number].zero;
+      if (offset.size() > 0) {
+        const int first = first_anchor_parameter(robot_.chain) + 4 * number;
+        place += offset.segment<3>(first);
+        predicted.zero += offset[first + 3];
+      }
+      const Eigen::Vector3d wire = frame.translation - model_.common_from_own_ * place;
+      predicted.position = {wire.norm(), 0, 0};
+      predicted.direction = wire.normalized();
+      break;
+    }
+    case ReadingKind::touch:
+      break;
+  }
+  return predicted;
+}
+
+Eigen::Matrix<double, 6, 1> ObservationModel::At::residual(int row,
+                                                           const Prediction& predicted) const {
+  const Campaign& campaign = model_.campaign_;
+  Eigen::Matrix<double, 6, 1> residual = Eigen::Matrix<double, 6, 1>::Zero();
+  const ReadingKind kind = campaign.kind(row);
+  if (kind == ReadingKind::point) {
+    residual.head<3>() =
+        campaign.position[row] - (model_.common_from_own_.translation +
+                                  predicted.scale * predicted.position + predicted.off);
+  } else {
+    residual[0] = campaign.length(row) - predicted.zero - predicted.scale * predicted.position[0] -
+                  predicted.off[0];
+  }
+  if (campaign.has_orientation())
+    residual.tail<3>() = rotation_log(campaign.orientation[row].toRotationMatrix() *
+                                      predicted.frame.rotation.transpose());
+  return residual;
+}
+
+Eigen::Matrix<double, 6, 1> ObservationModel::At::residual(int row) const {
+  return residual(row, predict(row, nullptr));
+}
+
+void ObservationModel::At::set_instrument_column(int row, int parameter,
+                                                 const Prediction& predicted, double sigma,
+                                                 Eigen::Ref<Eigen::VectorXd> column) const {
+  const ReadingKind kind = model_.campaign_.kind(row);
+  const bool is_length = kind != ReadingKind::point;
+  const int first_anchor = first_anchor_parameter(robot_.chain);
+  column.setZero();
+  if (parameter >= first_contact_parameter(robot_.chain)) {
+    if (kind == ReadingKind::touch) column[0] = touch_column(row, parameter, predicted) / sigma;
+  } else if (kind == ReadingKind::touch && layout_.is_of_instrument(parameter)) {
+    return;
+  } else if (parameter == layout_.instrument_scale) {
+    const int size = is_length ? 1 : 3;
+    column.head(size) = predicted.position.head(size) / sigma;
+  } else if (layout_.is_of_instrument(parameter)) {
+    if (kind == ReadingKind::distance) return;
+    const Eigen::Vector3d motion =
+        line_of_sight(predicted.frame).derivatives().col(parameter - layout_.instrument_range) /
+        sigma;
+    if (is_length)
+      column[0] = predicted.direction.dot(motion);
+    else
+      column.head<3>() = motion;
+  } else if (parameter >= first_anchor) {
+    const int anchor = (parameter - first_anchor) / 4, which = (parameter - first_anchor) % 4;
+    if (kind == ReadingKind::distance && anchor == model_.anchor_of(row))
+      column[0] =
+          (which == 3 ? 1.0
+                      : -predicted.scale *
+                            predicted.direction.dot(model_.common_from_own_.rotation.col(which))) /
+          sigma;
+  } else if (!model_.targets_.empty()) {
+    const int target = (parameter - layout_.targets) / 3;
+    const int axis = (parameter - layout_.targets) % 3;
+    if (target != model_.targets_[model_.campaign_.target[row]]) return;
+    const Eigen::Vector3d motion = predicted.frame.rotation.col(axis) * (predicted.scale / sigma);
+    if (is_length)
+      column[0] = predicted.direction.dot(motion);
+    else
+      column.head<3>() = motion;
+  }
+}
+
+void ObservationModel::At::residuals(int first, std::span<Eigen::Matrix<double, 6, 1>> out) const {
+  for_each_prediction<false>(first, static_cast<int>(out.size()),
+                             [&](int row, const Prediction& predicted, const PoseJacobian*) {
+                               out[static_cast<size_t>(row - first)] = residual(row, predicted);
+                             });
+}
+
+void ObservationModel::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const {
+  PoseJacobian jacobian;
+  const Prediction predicted = predict(row, &jacobian);
+  write_block(row, predicted, jacobian, out);
+}
+
+void ObservationModel::At::blocks(int first, int count, Eigen::Ref<Eigen::MatrixXd> out) const {
+  const int size = model_.row_size();
+  for_each_prediction<true>(
+      first, count, [&](int row, const Prediction& predicted, PoseJacobian* jacobian) {
+        write_block(row, predicted, *jacobian, out.middleRows((row - first) * size, size));
+      });
+}
+
+// `jacobian` is changed: only its columns in columns_ are read.
+void ObservationModel::At::write_block(int row, const Prediction& predicted, PoseJacobian& jacobian,
+                                       Eigen::Ref<Eigen::MatrixXd> out) const {
+  const Eigen::Matrix<double, 6, 1> r = residual(row, predicted);
+  const int size = model_.row_size();
+  // A turn e of the model turns the residual by -Jr^-1(residual) e; near zero that is -e.
+  if (size == 6 && r.tail<3>().squaredNorm() > 1e-6) {
+    const Eigen::Matrix3d turn = inverse_right_jacobian(r.tail<3>());
+    for (int k : model_.columns_)
+      jacobian.col(k).tail<3>() = (turn * jacobian.col(k).tail<3>()).eval();
+  }
+  if (predicted.scale != 1.0)
+    for (int k : model_.columns_) jacobian.col(k).head<3>() *= predicted.scale;
+  const auto has = [&](int parameter) {
+    return std::ranges::binary_search(model_.columns_, parameter);
+  };
+  if (has(kBaseParameters + 3)) turn_columns(jacobian, kBaseParameters + 3, base_turn_);
+  if (has(layout_.tool + 3)) turn_columns(jacobian, layout_.tool + 3, tool_turn_);
+  if (model_.campaign_.kind(row) != ReadingKind::point)
+    for (int k : model_.columns_)
+      jacobian(0, k) = predicted.direction.dot(jacobian.col(k).head<3>());
+
+  const ReadingSigma sigma = model_.row_sigma(row);
+  Eigen::Matrix<double, 6, 1> weight;
+  weight.head<3>().setConstant(1.0 / sigma.position);
+  weight.tail<3>().setConstant(1.0 / sigma.orientation);
+
+  for (int k = 0; k < model_.geometric_count(); ++k)
+    if (const int index = model_.geometric_[k]; index < layout_.geometric)
+      for (int i = 0; i < size; ++i) out(i, k) = jacobian(i, index) * weight[i];
+    else
+      set_instrument_column(row, index, predicted, sigma.position, out.col(k));
+  out.col(model_.unknowns()) = r.head(size).cwiseProduct(weight.head(size));
+  const int first = model_.geometric_count();
+  if (model_.coefficient_count_ > 0) out.middleCols(first, model_.coefficient_count_).setZero();
+  Eigen::VectorXd of_reading(size);
+  for (int e = 0; e < model_.fitted_effects_; ++e)
+    for (const BoundEffect::Term& term : model_.effects_[e].terms()) {
+      const double value = model_.effect_values_(model_.first_value_[e] + term.value, row);
+      auto column = out.col(first + model_.first_coefficient_[e] + term.coefficient);
+      if (term.parameter < layout_.geometric) {
+        column += (jacobian.col(term.parameter).head(size).cwiseProduct(weight.head(size))) * value;
+      } else {
+        set_instrument_column(row, term.parameter, predicted, sigma.position, of_reading);
+        column += of_reading * value;
+      }
+    }
+  model_.whiten(row, out);
+}
+
+}  // namespace armtrue
