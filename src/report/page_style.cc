@@ -20,7 +20,7 @@ const char* page_style() {
          ".verdict.bad{--tone:var(--bad)}"
          ".badge{color:var(--tone);border:2px solid var(--tone);border-radius:1rem;"
          "padding:.1rem .7rem;font-size:.95rem}"
-         ".sentence{font-size:1.1rem;margin:.5rem 0 0}.sentence::first-letter,li::first-letter,"
+         ".sentence{font-size:1.1rem;margin:.5rem 0 0}.sentence::first-letter,"
          "h3::first-letter{text-transform:uppercase}"
          ".tiles{display:grid;grid-template-columns:repeat(auto-fit,minmax(min(100%,12rem),1fr));"
          "gap:.8rem}"
