@@ -218,7 +218,7 @@ struct Inputs {
   std::optional<Robot> robot;
   std::vector<PathFile> passes, earlier;
   std::optional<PathFile> previous;
-  std::optional<app::PathProgram> program;
+  std::optional<RobotProgram> program;
   std::optional<About> about;
 };
 

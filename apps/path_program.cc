@@ -28,65 +28,31 @@ std::string program_out(const PathProgramArguments& arguments) {
       .string();
 }
 
-// A program of another maker than KUKA.
-RobotProgram read_other_program(Command& command, const PathProgramArguments& arguments) {
-  RobotProgram program = parse_program(dialect_of(arguments),
-                                       command.read_program_texts(arguments.path, "", false), {});
-  const std::string out = program_out(arguments);
-  const std::string wrong =
-      why_illegal_name(program.dialect, std::filesystem::path(out).stem().string());
-  if (out != "-" && !wrong.empty()) throw UsageError("--program-out: " + wrong);
-  if (arguments.out.empty()) command.refuse_named(out);
-  check_writable(out);
-  return program;
+// Standard output has no name, and a KUKA program keeps its own.
+bool has_name_of_file(const PathProgramArguments& arguments, const std::string& out) {
+  return out != "-" && dialect_of(arguments) != Dialect::krl;
 }
 
 // The names of the products follow from those of the arguments: they may be those of an input.
 void check_program_out(const Command& command, const PathProgramArguments& arguments,
-                       const KrlProgram& program) {
+                       const RobotProgram& program) {
   const std::string out = program_out(arguments);
+  if (has_name_of_file(arguments, out))
+    if (const std::string wrong =
+            why_illegal_name(program.dialect, std::filesystem::path(out).stem().string());
+        !wrong.empty())
+      throw UsageError("--program-out: " + wrong);
   if (arguments.out.empty()) command.refuse_named(out);
   check_writable(out);
-  if (!program.dat) return;
-  const std::string dat = dat_beside(out, program.dat->name);
+  if (program.texts.size() < 2) return;
+  const std::string& original = program.texts[1].name;
+  const std::string dat = dat_beside(out, original);
   command.refuse_named(dat);
-  if (same_file(dat, program.dat->name) || same_file(dat, out) || same_file(out, program.dat->name))
+  if (same_file(dat, original) || same_file(dat, out) || same_file(out, original))
     throw InputError(out + ": the data list of the corrected program would be " + dat +
-                     ", and that of the program, " + program.dat->name +
+                     ", and that of the program, " + original +
                      ", would be lost; give --program-out another name, such as corrected.src");
   check_writable(dat);
-}
-
-void tell_of_program(Command& command, const std::string& name,
-                     const std::vector<std::string>& warnings, int corrected, int inserted,
-                     int left_alone) {
-  for (const std::string& warning : warnings) command.warn(warning);
-  command.tell(fmt::format("{}: {} points corrected, {} moves inserted, {} moves left alone\n",
-                           name, corrected, inserted, left_alone));
-}
-
-void correct_program(Command& command, const PathProgramArguments& arguments,
-                     const KrlProgram& program, const Path& programmed,
-                     const Eigen::Matrix3Xd& corrected) {
-  KrlCorrectionOptions options;
-  options.spacing = arguments.spacing_mm * kMillimetre;
-  const CorrectedKrl rewritten = correct_krl(program, programmed, corrected, options);
-  tell_of_program(command, program.src.name, rewritten.warnings, rewritten.corrected,
-                  rewritten.inserted, rewritten.left_alone);
-  write_krl(rewritten, program, program_out(arguments));
-}
-
-void correct_program(Command& command, const PathProgramArguments& arguments,
-                     const RobotProgram& program, const Path& programmed,
-                     const Eigen::Matrix3Xd& corrected) {
-  DisplacementOptions options;
-  options.spacing = arguments.spacing_mm * kMillimetre;
-  DisplacedProgram displaced = displace_program(program, programmed, corrected, options);
-  const std::string out = program_out(arguments);
-  if (out != "-") rename(program, std::filesystem::path(out).stem().string(), displaced.text.texts);
-  tell_of_program(command, program.texts[0].name, displaced.warnings, displaced.corrected,
-                  displaced.text.inserted, displaced.left_alone);
-  write_output(out, displaced.text.texts[0]);
 }
 
 }  // namespace
@@ -110,22 +76,34 @@ void add_path_program(Command& command, PathProgramArguments& arguments) {
       .needs(program);
 }
 
-PathProgram read_path_program(Command& command, const PathProgramArguments& arguments) {
-  PathProgram program;
-  if (dialect_of(arguments) != Dialect::krl) {
-    program.other = read_other_program(command, arguments);
-    return program;
-  }
-  program.krl = read_krl(arguments.path);
-  check_program_out(command, arguments, *program.krl);
+RobotProgram read_path_program(Command& command, const PathProgramArguments& arguments) {
+  const Dialect dialect = dialect_of(arguments);
+  RobotProgram program = parse_program(
+      dialect, command.read_program_texts(arguments.path, "", dialect == Dialect::krl), {},
+      TargetParts::position);
+  check_program_out(command, arguments, program);
   return program;
 }
 
 void write_path_program(Command& command, const PathProgramArguments& arguments,
-                        const PathProgram& program, const Path& programmed,
+                        const RobotProgram& program, const Path& programmed,
                         const Eigen::Matrix3Xd& corrected) {
-  if (program.krl) correct_program(command, arguments, *program.krl, programmed, corrected);
-  if (program.other) correct_program(command, arguments, *program.other, programmed, corrected);
+  DisplacementOptions options;
+  options.spacing = arguments.spacing_mm * kMillimetre;
+  DisplacedProgram displaced = displace_program(program, programmed, corrected, options);
+  std::vector<std::string>& texts = displaced.text.texts;
+  const std::string out = program_out(arguments);
+  if (has_name_of_file(arguments, out))
+    rename(program, std::filesystem::path(out).stem().string(), texts);
+  for (const std::string& warning : displaced.warnings) command.warn(warning);
+  command.tell(fmt::format("{}: {} points corrected, {} moves inserted, {} moves left alone\n",
+                           program.texts[0].name, displaced.corrected, displaced.text.inserted,
+                           displaced.left_alone));
+  // The .src is the last, because it refers to the points of the .dat.
+  std::vector<Product> products;
+  if (texts.size() > 1) products.push_back({dat_beside(out, program.texts[1].name), texts[1]});
+  products.push_back({out, texts[0]});
+  write_outputs(products);
 }
 
 }  // namespace armtrue::app

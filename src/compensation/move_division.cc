@@ -302,7 +302,8 @@ class MoveDivision {
       inserted[k] += !row.is_via;
       const MotionKind motion = row.is_via ? MotionKind::via : of_text(k).motion;
       found.inserted.push_back(
-          {row.target(), targets_[i].pose, targets_[i].q, row.is_via ? 0 : blend_at(i), motion});
+          {row.target(), targets_[i].pose, targets_[i].q, row.is_via ? 0 : blend_at(i), motion,
+           external_between(of_text(k - rows_of_piece(k)), of_text(k), row.t)});
       found.between.points.push_back(targets_[i]);
     }
     for (size_t k = 0; k < text_.targets.size(); ++k) {

@@ -64,6 +64,11 @@ Program program_targets(const RobotProgram& program, const CompensationOptions& 
 ProgramCommands program_commands(const RobotProgram& program,
                                  std::vector<CorrectedTarget>& targets) {
   ProgramCommands commands;
+  if (program.absolute_accuracy_line > 0)
+    commands.warnings.push_back(
+        fmt::format("{}:{}: $ABS_ACCUR: where absolute accuracy is active, the controller runs the "
+                    "model that KUKA measured, and that is --controller",
+                    program.texts[0].name, program.absolute_accuracy_line));
   for (size_t row = 0; row < targets.size(); ++row) {
     CorrectedTarget& target = targets[row];
     const ProgramTarget& of_program = program.targets[row];

@@ -2,7 +2,6 @@
 
 #include <filesystem>
 
-#include "armtrue/io/output.h"
 #include "armtrue/io/source.h"
 
 namespace armtrue {
@@ -41,24 +40,9 @@ std::vector<TextFile> read_program_texts(const std::string& path, const std::str
   return files;
 }
 
-KrlProgram read_krl(const std::string& src, const std::string& dat) {
-  const std::vector<TextFile> files = read_program_texts(src, dat, true);
-  KrlProgram program{files[0].text, std::nullopt};
-  if (files.size() > 1) program.dat = files[1].text;
-  return program;
-}
-
 std::string dat_beside(const std::string& src, const std::string& original) {
   const std::string ending = std::filesystem::path(original).extension().string();
   return std::filesystem::path(src).replace_extension(ending.empty() ? ".dat" : ending).string();
-}
-
-// The .src is the last, because it refers to the points of the .dat.
-void write_krl(const CorrectedKrl& corrected, const KrlProgram& original, const std::string& src) {
-  std::vector<Product> products;
-  if (corrected.dat) products.push_back({dat_beside(src, original.dat->name), *corrected.dat});
-  products.push_back({src, corrected.src});
-  write_outputs(products);
 }
 
 }  // namespace armtrue

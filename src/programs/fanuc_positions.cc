@@ -33,14 +33,15 @@ class FanucPositionReader {
       }
       if (word != "P" || !cursor.take('[')) continue;
       const auto number = cursor.take_number();
-      const size_t number_end = cursor.at();
       cursor.skip_to("{");
       const size_t open = cursor.at();
       if (!number || !cursor.take('{')) continue;
       FanucPosition& position = positions_[*number];
       if (!position.numbers.empty()) position.is_changed = true;  // given twice
       position.line = line + statement.line;
-      position.declaration = {from, number_end, open, statement.end, 0, 0};
+      position.begin = from;
+      position.end = statement.end;
+      position.declaration = {open, 0, 0};
       read_groups(cursor, position);
     }
   }

@@ -16,7 +16,8 @@ struct FanucPosition {
   std::optional<int> frame, tool;
   std::string configuration;  ///< N U T, 0, 0, 0
   bool is_changed = false;    ///< given twice, or P[1]=LPOS
-  ProgramDeclaration declaration;
+  size_t begin = 0, end = 0;  ///< from `P` to behind `}`
+  FanucDeclaration declaration;
   int line = 0;
   int point = -1;  ///< in RobotProgram::points, once a move uses it
 };

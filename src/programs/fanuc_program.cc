@@ -133,11 +133,18 @@ class FanucReader {
     ++program_.left_alone;
   }
 
+  // P[3] in a move.
+  struct PointOfMove {
+    double id = 0;
+    size_t begin = 0, end = 0;
+  };
+
   void read_move(const std::string& part, const Statement& statement, const std::string& kind) {
-    std::vector<double> ids;
+    std::vector<PointOfMove> points;
     std::string other;
     TextCursor cursor(part, statement.begin, statement.end);
     while (!cursor.done()) {
+      const size_t begin = cursor.at();
       const std::string word = cursor.take_name();
       if (word.empty()) {
         cursor.step();
@@ -148,22 +155,23 @@ class FanucReader {
         other = "the move is displaced (" + word + ")";
       if ((word == "P" || word == "PR") && cursor.take('[')) {
         const auto id = cursor.take_number();
-        if (word == "P" && id)
-          ids.push_back(*id);
-        else if (ids.size() < 2)
-          other = word == "PR" ? "its point is a register" : "its point has no plain number";
         cursor.skip_to("]");
+        cursor.take(']');
+        if (word == "P" && id)
+          points.push_back({*id, begin, cursor.at()});
+        else if (points.size() < 2)
+          other = word == "PR" ? "its point is a register" : "its point has no plain number";
       }
     }
-    if (ids.empty() && other.empty()) return;  // no move: a word of the same letter
+    if (points.empty() && other.empty()) return;  // no move: a word of the same letter
     if (!other.empty()) return leave(statement.line, other);
-    if (ids.size() != (kind == "C" ? 2u : 1u))
+    if (points.size() != (kind == "C" ? 2u : 1u))
       return leave(statement.line, "it does not have the points of its kind");
-    for (double id : ids)
-      if (!is_usable(id, statement.line)) return;
-    for (size_t i = 0; i < ids.size(); ++i) {
-      const bool is_auxiliary = i + 1 < ids.size();
-      add_target(ids[i], statement.line, is_auxiliary);
+    for (const PointOfMove& point : points)
+      if (!is_usable(point.id, statement.line)) return;
+    for (size_t i = 0; i < points.size(); ++i) {
+      const bool is_auxiliary = i + 1 < points.size();
+      add_target(points[i], statement.line, is_auxiliary);
       ProgramTarget& target = program_.targets.back();
       target.motion = kind == "L"    ? MotionKind::line
                       : kind == "J"  ? MotionKind::joint
@@ -171,25 +179,16 @@ class FanucReader {
                                      : MotionKind::arc;
       target.turning = ArcTurning::perhaps_through_via;
       target.follows_target = i > 0 || (follows_ && (kind == "L" || kind == "C"));
-      if (kind == "L" || i > 0) prepare_insertion(target, ids, part, statement);
+      if (kind == "L" || i > 0) prepare_insertion(target, points, part, statement);
     }
   }
 
   // What stands beside the points of an inserted move.
-  void prepare_insertion(ProgramTarget& target, const std::vector<double>& ids,
+  void prepare_insertion(ProgramTarget& target, const std::vector<PointOfMove>& points,
                          const std::string& part, const Statement& statement) {
-    TextCursor cursor(part, statement.begin, statement.end);
-    cursor.take_name();
-    std::vector<std::pair<size_t, size_t>> points;
-    while (points.size() < ids.size()) {
-      while (cursor.next() == ':') cursor.step();  // on the next line
-      const size_t point = cursor.at();
-      cursor.skip_to("]");
-      cursor.take(']');
-      points.emplace_back(point, cursor.at());
-    }
-    const size_t behind = points.back().second;
-    target.obstacle = why_not_inserted(target, ids, part, {statement.line, behind, statement.end});
+    const size_t behind = points.back().end;
+    target.obstacle =
+        why_not_inserted(target, points, part, {statement.line, behind, statement.end});
     if (!target.obstacle.empty()) return;
     std::string rest = original_.substr(behind, statement.end - behind);
     if (const size_t fine = upper(rest).find("FINE"); fine != std::string::npos)
@@ -197,18 +196,17 @@ class FanucReader {
     while (!rest.empty() && is_blank(rest.back())) rest.pop_back();
     ProgramInsertion& beside = target.insertion;
     beside.at = line_begin_;
-    beside.before = original_.substr(line_begin_, points[0].first - line_begin_);
+    beside.before = original_.substr(line_begin_, points[0].begin - line_begin_);
     beside.behind = rest;
     beside.line_end = line_end(original_, line_begin_);
     if (points.size() == 1) return;
-    std::tie(beside.via_begin, beside.via_end) = points[0];
-    beside.middle = original_.substr(points[0].second, points[1].first - points[0].second);
+    beside.middle = original_.substr(points[0].end, points[1].begin - points[0].end);
   }
 
-  std::string why_not_inserted(const ProgramTarget& target, const std::vector<double>& ids,
+  std::string why_not_inserted(const ProgramTarget& target, const std::vector<PointOfMove>& points,
                                const std::string& part, const Statement& options) {
-    for (double id : ids)
-      if (positions_[id].numbers.contains("J1")) return "its point is joint angles";
+    for (const PointOfMove& point : points)
+      if (positions_[point.id].numbers.contains("J1")) return "its point is joint angles";
     if (original_.substr(options.begin, options.end - options.begin).find('\n') !=
         std::string::npos)
       return "it has more than one line";
@@ -225,11 +223,11 @@ class FanucReader {
       if (!may_be_repeated(word)) return "it has the option " + word;
       before = ' ';
     }
-    const FanucPosition& here = positions_[ids.back()];
-    if (program_.targets.size() <= ids.size() || here.numbers.size() + here.others.size() == 6)
+    const FanucPosition& here = positions_[points.back().id];
+    if (program_.targets.size() <= points.size() || here.numbers.size() + here.others.size() == 6)
       return "";
     // Axes beyond the arm's.
-    const auto start = program_.targets.end() - static_cast<long>(ids.size()) - 1;
+    const auto start = program_.targets.end() - static_cast<long>(points.size()) - 1;
     const auto point = static_cast<size_t>(start->point);
     const FanucPosition& before_it = positions_[ids_of_points_[point]];
     bool is_same = before_it.others == here.others;
@@ -269,19 +267,23 @@ class FanucReader {
       if (number == position.numbers.end()) return;
       point.numbers.push_back(number->second);
     }
+    point.begin = position.begin;
+    point.end = position.end;
     point.declaration = position.declaration;
     position.point = static_cast<int>(program_.points.size());
     program_.points.push_back(point);
     ids_of_points_.push_back(id);
   }
 
-  void add_target(double id, int line, bool is_auxiliary) {
-    const FanucPosition& position = positions_[id];
+  void add_target(const PointOfMove& of_move, int line, bool is_auxiliary) {
+    const FanucPosition& position = positions_[of_move.id];
     const ProgramPoint& point = program_.points[static_cast<size_t>(position.point)];
     std::vector<double> numbers;
     for (const ProgramNumber& number : point.numbers) numbers.push_back(number.value);
     ProgramTarget target;
     target.line = line;
+    target.begin = of_move.begin;
+    target.end = of_move.end;
     target.point = position.point;
     target.kind = point.kind;
     const auto frame = [&](const char* name, int number) {

@@ -1,17 +1,12 @@
 #include "programs/insertion.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <numbers>
 #include <string>
 #include <utility>
 
 #include "armtrue/text/input_error.h"
-#include "programs/program_values.h"
 #include "programs/statement.h"
 #include "programs/text_cursor.h"
 #include "programs/written_number.h"
@@ -72,27 +67,38 @@ class Inserter {
   Inserter(const RobotProgram& program, const std::vector<ProgramPointBetween>& between)
       : program_(program), between_(between), text_(program.texts[0].text) {}
 
-  std::vector<TextEdit> edits() {
-    if (between_.empty()) return {};
-    double number = largest_position(text_);
-    std::string positions, via;
+  std::vector<TextEdit> edits(const std::vector<std::vector<TextEdit>>& changes,
+                              const std::vector<OwnPoint>& own) {
+    if (between_.empty() && own.empty()) return {};
+    number_ = largest_position(text_);
+    for (const OwnPoint& point : own) {
+      const ProgramTarget& target = program_.targets[point.target];
+      add(target.begin, target.end, written(point.target, point.changes));
+    }
+    std::string via;
     for (size_t i = 0; i < between_.size(); ++i) {
       const ProgramPointBetween& point = between_[i];
-      const bool is_fanuc = program_.dialect == Dialect::fanuc;
-      if (is_fanuc) positions += position_text(point, ++number);
-      const std::string text = is_fanuc ? fmt::format("P[{}]", number) : text_of_point(point);
-      const ProgramInsertion& beside = move_of(point).insertion;
-      if (point.motion != MotionKind::via) {
-        insert({beside.at, beside.before,
-                via + text + beside.behind + ending(point) + beside.line_end});
-        via.clear();
-      } else if (i + 1 < between_.size() && between_[i + 1].target == point.target + 1) {
-        via = text + beside.middle;
-      } else {
-        add(beside.via_begin, beside.via_end, text);
+      const ProgramTarget& target = program_.targets[point.target];
+      if (point.is_left_out) {
+        const ProgramTarget& end = program_.targets[point.target + 1];
+        add(end.insertion.at, end.begin, end.insertion.before_line);
+        continue;
       }
+      const std::string text = written(point.target, changes[i]);
+      if (point.motion == MotionKind::via) {
+        if (i + 1 < between_.size() && between_[i + 1].target == point.target + 1)
+          via = text + program_.targets[point.target + 1].insertion.middle;
+        else
+          add(target.begin, target.end, text);
+        continue;
+      }
+      const ProgramInsertion& beside = target.insertion;
+      const bool is_piece = point.motion == MotionKind::line && target.motion == MotionKind::arc;
+      insert({beside.at, is_piece ? beside.before_line : beside.before,
+              via + text + beside.behind + ending(point) + beside.line_end});
+      via.clear();
     }
-    if (program_.dialect == Dialect::fanuc) finish_fanuc(number, positions);
+    if (program_.dialect == Dialect::fanuc) finish_fanuc();
     return std::move(edits_);
   }
 
@@ -103,12 +109,6 @@ class Inserter {
     std::string head, rest;
   };
 
-  const ProgramTarget& move_of(const ProgramPointBetween& point) const {
-    return program_.targets[point.motion == MotionKind::via ? point.target + 1 : point.target];
-  }
-  const ProgramPoint& end_of(const ProgramPointBetween& point) const {
-    return program_.points[static_cast<size_t>(program_.targets[point.target].point)];
-  }
   void insert(const Move& move) {
     if (program_.dialect == Dialect::fanuc)
       inserted_.push_back(move);  // once the lines are numbered
@@ -119,29 +119,31 @@ class Inserter {
     edits_.push_back({0, begin, end, text});
   }
 
-  // Numbers of the pose, rounded; of the angles that mean the same those next to the move's end.
-  std::vector<std::string> numbers_of(const ProgramPointBetween& point) const {
-    std::vector<double> written;
-    for (const ProgramNumber& number : end_of(point).numbers) written.push_back(number.value);
-    std::vector<std::string> texts;
-    for (double value : numbers_of_pose(program_.dialect, point.pose, written)) {
-      const int kept = decimals_kept(program_.dialect, TargetKind::cartesian, texts.size());
-      texts.push_back(rounded_text(value, program_.dialect == Dialect::fanuc ? kept : 1, kept));
-    }
-    return texts;
+  // The point of a target with other numbers, as it stands in a move.
+  std::string written(size_t target, const std::vector<TextEdit>& changes) {
+    const ProgramPoint& point =
+        program_.points[static_cast<size_t>(program_.targets[target].point)];
+    return program_.dialect == Dialect::fanuc ? new_position(point, changes)
+                                              : on_one_line(changed(point, changes));
   }
 
-  std::string text_of_point(const ProgramPointBetween& point) const {
-    const std::vector<std::string> n = numbers_of(point);
-    if (program_.dialect == Dialect::krl)
-      return fmt::format("{{X {},Y {},Z {},A {},B {},C {}}}", n[0], n[1], n[2], n[3], n[4], n[5]);
-    if (program_.dialect == Dialect::urscript) return fmt::format("p[{}]", fmt::join(n, ","));
-    std::array<double, 4> cf{};
-    for (size_t i = 0; i < 4; ++i) cf[i] = end_of(point).configuration[i].value;
-    if (point.q)
-      for (size_t i = 0; i < 3; ++i) cf[i] = quadrant((*point.q)[i == 0 ? 0 : i == 1 ? 3 : 5]);
-    return fmt::format("[[{},{},{}],[{},{},{},{}],[{},{},{},{}]{}", n[0], n[1], n[2], n[3], n[4],
-                       n[5], n[6], cf[0], cf[1], cf[2], cf[3], move_of(point).insertion.point_end);
+  // The text of a declared point after the edits of its numbers.
+  std::string changed(const ProgramPoint& point, std::vector<TextEdit> edits) const {
+    for (TextEdit& edit : edits) {
+      edit.begin -= point.begin;
+      edit.end -= point.begin;
+    }
+    const std::string& text = program_.texts[static_cast<size_t>(point.text)].text;
+    return apply_edits(text.substr(point.begin, point.end - point.begin), edits, point.text);
+  }
+
+  // Without comments.
+  std::string on_one_line(std::string point) const {
+    if (program_.dialect == Dialect::rapid) point = masked(point, '!', "");
+    if (program_.dialect == Dialect::urscript) point = masked(point, '#', "");
+    std::ranges::replace_if(
+        point, [](char c) { return c == '\n' || c == '\r'; }, ' ');
+    return point;
   }
 
   std::string ending(const ProgramPointBetween& point) const {
@@ -150,50 +152,27 @@ class Inserter {
     return rounded_text(point.blend, 1, kDecimals) + ")";
   }
 
-  // Positions at the end of /POS, the last of which has this number; then the lines anew.
-  void finish_fanuc(double number, const std::string& positions) {
-    if (number > kMaxFanucPosition)
+  // Positions at the end of /POS; then the lines anew.
+  void finish_fanuc() {
+    if (number_ > kMaxFanucPosition)
       throw InputError(fmt::format(
           "{}: with the inserted points it has a position P[{}], and a FANUC controller has none "
           "above P[{}]; split it into programs that one calls after the other, or take a larger "
           "tolerance between points",
-          program_.texts[0].name, number, kMaxFanucPosition));
+          program_.texts[0].name, number_, kMaxFanucPosition));
     const size_t end = program_.declarations_end;
-    add(end, end, positions);
+    add(end, end, positions_);
+    if (inserted_.empty()) return;
     number_lines();
     count_lines();
   }
 
-  // The declaration of the move's end with another number and other values, without its name.
-  std::string position_text(const ProgramPointBetween& point, double number) const {
-    const ProgramPoint& end = end_of(point);
-    const ProgramDeclaration& whole = end.declaration;
-    std::vector<TextEdit> edits{{0, whole.begin, whole.open, fmt::format("P[{}]", number)}};
-    if (whole.configuration_begin > 0)  // a position may have none
-      edits.push_back(
-          {0, whole.configuration_begin, whole.configuration_end, configuration_text(point)});
-    const std::vector<std::string> texts = numbers_of(point);
-    for (size_t i = 0; i < texts.size(); ++i)
-      edits.push_back({0, end.numbers[i].begin, end.numbers[i].end, texts[i]});
-    for (TextEdit& edit : edits) {
-      edit.begin -= whole.begin;
-      edit.end -= whole.begin;
-    }
-    return apply_edits(text_.substr(whole.begin, whole.end - whole.begin), edits, 0) + ";" +
-           line_end(text_, whole.begin);
-  }
-
-  // N U T, 0, 0, 0: the letters of the end, the turns of the joints.
-  std::string configuration_text(const ProgramPointBetween& point) const {
-    const ProgramDeclaration& whole = end_of(point).declaration;
-    const std::string text = text_.substr(whole.configuration_begin,
-                                          whole.configuration_end - whole.configuration_begin);
-    const size_t comma = text.find(',');
-    if (comma == std::string::npos || !point.q) return text;
-    const auto turn = [&](int joint) {
-      return static_cast<int>(std::lround((*point.q)[joint] / (2 * std::numbers::pi)));
-    };
-    return fmt::format("{}, {}, {}, {}", text.substr(0, comma), turn(3), turn(4), turn(5));
+  // Declares a position as another one is, but for its name and these edits, and returns its name.
+  std::string new_position(const ProgramPoint& as, std::vector<TextEdit> edits) {
+    const std::string name = fmt::format("P[{}]", ++number_);
+    edits.push_back({0, as.begin, as.declaration.open, name});
+    positions_ += changed(as, edits) + ";" + line_end(text_, as.begin);
+    return name;
   }
 
   void number_lines() {
@@ -230,6 +209,8 @@ class Inserter {
   const std::vector<ProgramPointBetween>& between_;
   const std::string& text_;
   std::vector<Move> inserted_;  // of FANUC
+  double number_ = 0;           // of the last position
+  std::string positions_;       // new ones
   std::vector<TextEdit> edits_;
 };
 
@@ -256,8 +237,10 @@ int moves_of(const std::vector<ProgramPointBetween>& between) {
 }
 
 std::vector<TextEdit> insertion_edits(const RobotProgram& program,
-                                      const std::vector<ProgramPointBetween>& between) {
-  return Inserter(program, between).edits();
+                                      const std::vector<ProgramPointBetween>& between,
+                                      const std::vector<std::vector<TextEdit>>& changes,
+                                      const std::vector<OwnPoint>& own) {
+  return Inserter(program, between).edits(changes, own);
 }
 
 void refuse_what_does_not_load(const RobotProgram& program, size_t inserted) {

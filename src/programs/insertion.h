@@ -10,10 +10,20 @@ namespace armtrue {
 /// Decimals that a changed number has at least, in the order of ProgramPoint::numbers.
 int decimals_kept(Dialect dialect, TargetKind kind, size_t component);
 
-/// The edits that insert a move for each point, in the order in which the arm passes them, and that
-/// replace the auxiliary points of divided arcs. The moves of the points have no obstacle.
+/// A point that a move gets for itself in place of a declared one.
+struct OwnPoint {
+  size_t target = 0;
+  std::vector<TextEdit> changes;  ///< of the declaration, in its text: what the own point states
+};
+
+/// The edits that insert a move for each point `between`, in the order in which the arm passes
+/// them, that replace the auxiliary points of divided arcs, and that write own points into their
+/// moves. `changes`: of the point of the target of each point between, to make this one of it. The
+/// moves of the points have no obstacle.
 std::vector<TextEdit> insertion_edits(const RobotProgram& program,
-                                      const std::vector<ProgramPointBetween>& between);
+                                      const std::vector<ProgramPointBetween>& between,
+                                      const std::vector<std::vector<TextEdit>>& changes,
+                                      const std::vector<OwnPoint>& own);
 
 /// Throws InputError if the controller would not load the program with so many moves more.
 void refuse_what_does_not_load(const RobotProgram& program, size_t inserted);

@@ -1,7 +1,5 @@
 #include "programs/krl_frame.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -9,15 +7,12 @@
 #include <optional>
 #include <string>
 #include <system_error>
-#include <vector>
 
 #include "armtrue/kinematics/units.h"
-#include "programs/written_number.h"
 
 namespace armtrue {
 namespace {
 
-constexpr int kDecimals = 4;  // that a changed number has at least: 0.0001 mm
 constexpr const char* kComponentNames[kKrlComponents] = {"X",  "Y",  "Z",  "A",  "B",  "C",
                                                          "E1", "E2", "E3", "E4", "E5", "E6"};
 
@@ -122,48 +117,6 @@ KrlAggregate take_krl_aggregate(TextCursor& cursor) {
     }
     if (!cursor.take(',')) return result;
   }
-  return result;
-}
-
-std::string krl_frame_text(std::string_view text, const KrlFrame& frame, const KrlValues& values,
-                           const KrlValues& before) {
-  struct Change {
-    size_t begin, end;
-    std::string number;
-  };
-  std::vector<Change> changes;
-  size_t after_xyz = frame.entries;
-  std::string added;
-  for (int i = 0; i < kKrlComponents; ++i) {
-    const KrlFrame::Number& number = frame.numbers[static_cast<size_t>(i)];
-    const bool present = number.end > 0;
-    const size_t begin = frame.begin + number.begin, end = frame.begin + number.end;
-    if (present && i < 3) after_xyz = std::max(after_xyz, end);
-    if (!std::isfinite(values[i])) continue;
-    const double value = values[i] / unit_of(i);
-    const double now = (present ? frame.values[i] : before[i]) / unit_of(i);
-    const int decimals = present ? written_decimals(text.substr(begin, end - begin)) : 0;
-    const double step = std::pow(10.0, -std::max(decimals, kDecimals));
-    if (std::abs(value - now) <= 0.5 * step) continue;
-    if (present)
-      changes.push_back({begin, end, rounded_text(value, decimals, kDecimals)});
-    else
-      added += fmt::format(",{} {}", kComponentNames[i], rounded_text(value, 0, kDecimals));
-  }
-  if (!added.empty()) {
-    if (after_xyz == frame.entries) added = added.substr(1) + ",";
-    changes.push_back({after_xyz, after_xyz, added});
-  }
-  std::stable_sort(changes.begin(), changes.end(),
-                   [](const Change& a, const Change& b) { return a.begin < b.begin; });
-  std::string result;
-  size_t from = frame.begin;
-  for (const Change& change : changes) {
-    result += text.substr(from, change.begin - from);
-    result += change.number;
-    from = change.end;
-  }
-  result += text.substr(from, frame.end - from);
   return result;
 }
 

@@ -3,7 +3,6 @@
 #include <array>
 #include <limits>
 #include <optional>
-#include <string>
 #include <string_view>
 
 #include "programs/krl_pose.h"
@@ -48,12 +47,5 @@ bool is_krl_point_type(std::string_view name);
 /// kind is `other`, and the cursor stands anywhere, if a component is no plain number, is given
 /// twice or belongs to no position.
 KrlAggregate take_krl_aggregate(TextCursor& cursor);
-
-/// The text of the frame with other `values` (NaN: as it is). `text`: the whole text that the frame
-/// stands in. Numbers are rounded as correct_krl() says; a number that is the same after rounding
-/// stays as it was written. A component that is not given is added unless `before`, the pose that
-/// the controller takes it from, has the value.
-std::string krl_frame_text(std::string_view text, const KrlFrame& frame, const KrlValues& values,
-                           const KrlValues& before);
 
 }  // namespace armtrue

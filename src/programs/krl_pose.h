@@ -28,8 +28,4 @@ inline KrlValues common(const KrlValues& a, const KrlValues& b) {
 
 inline Eigen::Vector3d position(const KrlValues& pose) { return pose.head<3>(); }
 
-/// The pose at t (0 at the start, 1 at the end) of a straight move: position and external axes
-/// linear, orientation R_start exp(t log(R_start' R_end)).
-KrlValues between(const KrlValues& start, const KrlValues& end, double t);
-
 }  // namespace armtrue

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "armtrue/kinematics/units.h"
-#include "armtrue/programs/krl.h"
 #include "programs/dialects.h"
 #include "programs/krl_set_up.h"
 #include "programs/krl_syntax.h"
@@ -28,7 +27,9 @@ constexpr const char* kPoseNames[] = {"X", "Y", "Z", "A", "B", "C"};
 const char* reason_of(KrlTargetKind kind) {
   switch (kind) {
     case KrlTargetKind::undeclared:
-      return "its point is not declared here; give the .dat with it, or correct it where it is";
+      return "its point is declared neither here nor in the .dat of the program; give that .dat, "
+             "or "
+             "correct the point where it is declared";
     case KrlTargetKind::reassigned:
       return "its point is given several values, or changed at run time";
     case KrlTargetKind::frame:
@@ -60,21 +61,25 @@ Configuration configuration_of(const KrlFrame& frame, bool is_straight) {
 
 class KrlReader {
  public:
-  KrlReader(RobotProgram& program, const KrlProgram& texts, const KrlSyntax& syntax,
-            const KnownFrames& known)
+  KrlReader(RobotProgram& program, const KrlSyntax& syntax, const KnownFrames& known,
+            TargetParts parts)
       : program_(program),
         syntax_(syntax),
-        warnings_(texts.src.name),
-        set_ups_(texts, syntax, known, program.frames, warnings_),
+        parts_(parts),
+        warnings_(program.texts[0].name),
+        unused_(program.texts[0].name),
+        set_ups_(program.texts[0].text, syntax, known, program.frames,
+                 parts == TargetParts::pose ? warnings_ : unused_),
         point_of_frame_(syntax.frames.size(), -1),
-        point_of_axes_(syntax.axes.size(), -1) {}
+        point_of_axes_(syntax.axes.size(), -1),
+        is_left_alone_(syntax.frames.size(), false) {}
 
   void read() {
-    if (syntax_.absolute_accuracy_line > 0)
-      warnings_.add(syntax_.absolute_accuracy_line,
-                    "$ABS_ACCUR: where absolute accuracy is active, the controller runs the model "
-                    "that KUKA measured, and that is --controller");
+    program_.absolute_accuracy_line = syntax_.absolute_accuracy_line;
     for (const KrlMove& move : syntax_.moves) read_move(move);
+    for (size_t i = 0; i < program_.points.size(); ++i)
+      if (frame_of_point_[i] >= 0 && is_left_alone_[static_cast<size_t>(frame_of_point_[i])])
+        program_.points[i].is_shared = true;
     find_names();
     program_.warnings = warnings_.list();
   }
@@ -85,13 +90,16 @@ class KrlReader {
     ++program_.left_alone;
     before_ = unknown_krl_values();
     is_posture_known_ = is_target_known_ = false;
+    for (const KrlTarget* target : {&move.auxiliary, &move.target})
+      if (target->frame >= 0) is_left_alone_[static_cast<size_t>(target->frame)] = true;
   }
 
   void read_move(const KrlMove& move) {
     const KrlSetUps::SetUp set_up = set_ups_.at(move);
+    if (move.start_unknown) before_.head<6>() = unknown_krl_values().head<6>();
     if (move.relative)
       return leave(move, "a relative move; it starts from the corrected point before it");
-    if (set_up.is_external_tcp)
+    if (set_up.is_external_tcp && parts_ == TargetParts::pose)
       return leave(move, "its tool stands in the room (#TCP), and the robot holds the part");
     const bool is_circle = move.motion == KrlMotion::circle;
     for (const KrlTarget* target : {&move.auxiliary, &move.target}) {
@@ -101,15 +109,19 @@ class KrlReader {
     }
     if (move.circle_angle)
       warnings_.add(move.line,
-                    "a circle with an angle does not end at its target; its points are corrected");
+                    "a circle with an angle does not end at its target: only its points are "
+                    "corrected");
     if (is_circle && !read_target(move, move.auxiliary, set_up, true)) return;
-    if (!read_target(move, move.target, set_up, false)) return;
+    if (!read_target(move, move.target, set_up, false)) {
+      if (is_circle) program_.targets.pop_back();
+      return;
+    }
     is_target_known_ = !move.circle_angle;
+    if (move.circle_angle) before_ = unknown_krl_values();
   }
 
-  // Fills what stands beside the point of an inserted move.
-  void prepare_insertion(ProgramTarget& target, const KrlMove& move,
-                         const KrlValues& values) const {
+  // Fills what stands beside the point of an inserted move. `given`: what the end states itself.
+  void prepare_insertion(ProgramTarget& target, const KrlMove& move, const KrlValues& given) const {
     if (syntax_.circles_turn_with_path && target.motion == MotionKind::arc)
       target.obstacle = "$CIRC_TYPE is #PATH in this program";
     if (move.circle_angle) target.obstacle = "its angle says where it ends";
@@ -119,8 +131,8 @@ class KrlReader {
         (target.motion == MotionKind::arc && move.auxiliary.kind == KrlTargetKind::axes))
       target.obstacle = "its point is joint angles";
     for (int k = 6; k < kKrlComponents; ++k)
-      if (std::isfinite(values[k]) && values[k] != before_[k])
-        target.obstacle = "external axes move, or the point before does not state them";
+      if (std::isfinite(given[k]) && !std::isfinite(before_[k]))
+        target.obstacle = "an external axis before it is not known";
     if (!target.obstacle.empty()) return;
     const std::string& src = program_.texts[0].text;
     const std::string rest = src.substr(move.target.end, move.end - move.target.end);
@@ -131,14 +143,11 @@ class KrlReader {
     beside.before = src.substr(move.line_begin, first.begin - move.line_begin);
     beside.behind = rest + krl_blending(rest, move);
     beside.line_end = line_end(src, move.end);
-    if (is_arc) {
-      beside.middle = src.substr(first.end, move.target.begin - first.end);
-      beside.via_begin = first.begin;
-      beside.via_end = first.end;
-    }
-    if (move.in_inline_form)
-      target.insertion.remark =
-          "points are inserted in an inline form; changing it on the pendant drops them";
+    if (!is_arc) return;
+    beside.middle = src.substr(first.end, move.target.begin - first.end);
+    beside.before_line = src.substr(move.line_begin, move.begin - move.line_begin) +
+                         (move.spline ? "SLIN" : "LIN") +
+                         src.substr(move.keyword_end, first.begin - move.keyword_end);
   }
 
   static MotionKind motion_of(const KrlMove& move, bool is_auxiliary) {
@@ -161,6 +170,14 @@ class KrlReader {
                                     : syntax_.frames[static_cast<size_t>(target.frame)];
     ProgramTarget result;
     result.line = move.line;
+    result.begin = target.begin;
+    result.end = target.end;
+    result.is_in_loop = move.in_loop;
+    result.ends_elsewhere = move.circle_angle && !is_auxiliary;
+    result.is_room_tool = set_up.is_external_tcp;
+    if (move.in_inline_form)
+      result.remark =
+          "points are written into an inline form; changing it on the pendant drops them";
     result.base = set_up.base;
     result.tool = set_up.tool;
     result.kind = is_axes ? TargetKind::joints : TargetKind::cartesian;
@@ -168,45 +185,79 @@ class KrlReader {
     result.follows_target = result.motion == MotionKind::arc
                                 ? !move.circle_angle && !syntax_.circles_turn_with_path
                                 : move.follows_move && is_target_known_;
-    int& point = is_axes ? point_of_axes_[static_cast<size_t>(target.axes)]
-                         : point_of_frame_[static_cast<size_t>(target.frame)];
-    const bool is_new = point < 0;
     const KrlValues values = inherit(before_, frame.values);
-    if (is_axes) {
-      for (double angle : frame.axes)
-        if (!std::isfinite(angle)) {
-          leave(move, "joint angles that are not six plain numbers");
-          return false;
-        }
-    } else if (!values.head<6>().array().isFinite().all()) {
-      leave(move, "X, Y, Z, A, B, C are not all stated, and the move before does not state them");
-      return false;
-    } else if (!is_new && !frame.values.head<6>().array().isFinite().all()) {
-      leave(move, "a point that leaves out coordinates and is used by several moves");
-      return false;
-    }
-    if (target.shared && is_new)
-      warnings_.add(move.line,
-                    "other statements or files use its point too, and see the corrected one");
-    if (is_new) point = add_point(target, frame, values, is_auxiliary);
-    result.point = point;
+    if (!is_known(move, frame, is_axes, values)) return false;
+    result.point = point_for(target, frame, values, is_auxiliary);
     if (result.motion == MotionKind::line || result.motion == MotionKind::arc)
-      prepare_insertion(result, move, values);
-    const std::vector<double> numbers = values_of(point);
+      prepare_insertion(result, move, frame.values);
+    const std::vector<double> numbers = values_of(result.point);
+    result.external = {values.begin() + 6, values.end()};
     if (is_axes) {
       result.q = joints_of_numbers(Dialect::krl, numbers);
       before_ = unknown_krl_values();
+      before_.tail<6>() = values.tail<6>();
     } else {
-      result.pose = pose_of_numbers(Dialect::krl, numbers);
+      result.has_orientation = values.segment<3>(3).array().isFinite().all();
+      if (result.has_orientation)
+        result.pose = pose_of_numbers(Dialect::krl, numbers);
+      else
+        result.pose.translation = position(values);
       const bool is_straight = is_auxiliary || move.motion != KrlMotion::point_to_point;
       result.configuration = configuration_of(frame, is_straight && is_posture_known_);
-      note_external_axes(move, values);
-      if (!is_auxiliary) before_ = values;
+      if (parts_ == TargetParts::pose) note_external_axes(move, values);
+      if (!is_auxiliary)
+        before_ = values;
+      else  // whether the end takes a coordinate that it leaves out from here or from the start
+        before_.head<3>() = common(before_, values).head<3>();
     }
     program_.targets.push_back(result);
     is_posture_known_ = true;
     return true;
   }
+
+  // Whether all numbers of a point are known; else its move is left alone.
+  bool is_known(const KrlMove& move, const KrlFrame& frame, bool is_axes, const KrlValues& values) {
+    const bool is_whole = parts_ == TargetParts::pose;
+    if (is_axes) {
+      if (std::ranges::all_of(frame.axes, [](double angle) { return std::isfinite(angle); }))
+        return true;
+      leave(move, "joint angles that are not six plain numbers");
+      return false;
+    }
+    if (values.head(is_whole ? 6 : 3).array().isFinite().all()) return true;
+    leave(move, std::string("X, Y, Z") + (is_whole ? ", A, B, C" : "") +
+                    " are not all stated, and the move before does not state them");
+    return false;
+  }
+
+  // With other values for what it leaves out, a declaration is another point.
+  int point_for(const KrlTarget& target, const KrlFrame& frame, const KrlValues& values,
+                bool is_auxiliary) {
+    const bool is_axes = target.kind == KrlTargetKind::axes;
+    int& point = is_axes ? point_of_axes_[static_cast<size_t>(target.axes)]
+                         : point_of_frame_[static_cast<size_t>(target.frame)];
+    const bool is_another = point >= 0 && !is_axes && !states(point, values, is_auxiliary);
+    if (point >= 0 && !is_another) return point;
+    if (is_another) program_.points[static_cast<size_t>(point)].is_shared = true;
+    point = add_point(target, frame, values, is_auxiliary);
+    program_.points.back().is_shared |= is_another;
+    return point;
+  }
+
+  // Whether a point has these values, also where they are not written.
+  bool states(int point, const KrlValues& values, bool is_auxiliary) const {
+    const std::vector<ProgramNumber>& numbers = program_.points[static_cast<size_t>(point)].numbers;
+    for (size_t i = 0; i < 6; ++i) {
+      if (numbers[i].is_written()) continue;
+      if (numbers[i].prefix.empty() != (is_auxiliary && i > 2)) return false;
+      const double value = values[static_cast<int>(i)] / unit_of(i);
+      const bool is_unknown = std::isnan(value) && std::isnan(numbers[i].value);
+      if (numbers[i].value != value && !is_unknown) return false;
+    }
+    return true;
+  }
+
+  static double unit_of(size_t number) { return number < 3 ? kMillimetre : kDegree; }
 
   std::vector<double> values_of(int point) const {
     std::vector<double> values;
@@ -229,27 +280,37 @@ class KrlReader {
     const int text = frame.in_dat ? 1 : 0;
     point.line = line_of(text, frame.begin);
     point.name = name_of(target, frame, point.line);
+    point.text = text;
+    point.begin = frame.begin;
+    point.end = frame.end;
+    point.is_shared = target.shared;
     const auto place = [&](const KrlFrame::Number& number) {
       return ProgramNumber{text, frame.begin + number.begin, frame.begin + number.end, 0, ""};
     };
+    for (size_t i = 6; i < kKrlComponents; ++i)
+      point.external.emplace_back(place(frame.numbers[i])).value =
+          frame.values[static_cast<int>(i)];
     if (target.kind == KrlTargetKind::axes) {
       point.kind = TargetKind::joints;
       for (size_t i = 0; i < 6; ++i)
         point.numbers.emplace_back(place(frame.axis_numbers[i])).value = frame.axes[i];
-      return keep(point);
+      return keep(point, -1);
     }
-    size_t behind = frame.entries;  // all numbers that are written
-    for (size_t i = 0; i < 6; ++i) behind = std::max(behind, frame.begin + frame.numbers[i].end);
+    const auto behind = [&](size_t count) {  // the first numbers that are written
+      size_t end = 0;
+      for (size_t i = 0; i < count; ++i) end = std::max<size_t>(end, frame.numbers[i].end);
+      return frame.begin + end;
+    };
     for (size_t i = 0; i < 6; ++i) {
       ProgramNumber& number = point.numbers.emplace_back(place(frame.numbers[i]));
-      number.value = values[static_cast<int>(i)] / (i < 3 ? kMillimetre : kDegree);
+      number.value = values[static_cast<int>(i)] / unit_of(i);
       if (frame.numbers[i].end > 0) continue;
-      number.begin = number.end = behind;
+      number.begin = number.end = behind(i < 3 && behind(3) > frame.begin ? 3 : 6);
       // The orientation of an auxiliary point counts for nothing.
       if (!is_auxiliary || i < 3) number.prefix = fmt::format(",{} ", kPoseNames[i]);
     }
     if (frame.turn) point.configuration.emplace_back(place(frame.turn_number)).value = *frame.turn;
-    return keep(point);
+    return keep(point, target.frame);
   }
 
   // Counts on from the last place: points mostly come in their order.
@@ -264,8 +325,9 @@ class KrlReader {
     return line;
   }
 
-  int keep(const ProgramPoint& point) {
+  int keep(const ProgramPoint& point, int frame) {
     program_.points.push_back(point);
+    frame_of_point_.push_back(frame);
     return static_cast<int>(program_.points.size()) - 1;
   }
 
@@ -304,9 +366,13 @@ class KrlReader {
 
   RobotProgram& program_;
   const KrlSyntax& syntax_;
+  const TargetParts parts_;
   ProgramWarnings warnings_;
+  ProgramWarnings unused_;  // of frames, where positions count as they stand
   KrlSetUps set_ups_;
   std::vector<int> point_of_frame_, point_of_axes_;
+  std::vector<int> frame_of_point_;          // -1: joint angles
+  std::vector<char> is_left_alone_;          // of each frame: a move to it is
   KrlValues before_ = unknown_krl_values();  // the end of the move before, as programmed
   KrlValues external_ = unknown_krl_values();
   bool warned_of_external_ = false;
@@ -317,11 +383,9 @@ class KrlReader {
 
 }  // namespace
 
-void parse_krl_program(RobotProgram& program, const KnownFrames& known) {
-  KrlProgram texts{program.texts[0], std::nullopt};
-  if (program.texts.size() > 1) texts.dat = program.texts[1];
-  const KrlSyntax syntax = parse_krl(texts);
-  KrlReader(program, texts, syntax, known).read();
+void parse_krl_program(RobotProgram& program, const KnownFrames& known, TargetParts parts) {
+  const KrlSyntax syntax = parse_krl(program.texts);
+  KrlReader(program, syntax, known, parts).read();
 }
 
 }  // namespace armtrue

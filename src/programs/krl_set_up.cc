@@ -45,7 +45,7 @@ KrlSetUps::SetUp KrlSetUps::at(const KrlMove& move) {
 }
 
 void KrlSetUps::apply(const KrlSetUp& statement) {
-  const std::string_view text = std::string_view(program_.src.text).substr(0, statement.end);
+  const std::string_view text = std::string_view(src_).substr(0, statement.end);
   const std::string spelled = without_blanks(text.substr(statement.begin));
   const size_t equals = text.find('=', statement.begin);
   if (statement.word == "DEF" || statement.word == "DEFFCT") {
@@ -100,8 +100,8 @@ void KrlSetUps::apply(const std::string& name, int line, SetUp& set_up) {
 
 // WITH $TOOL = STOOL2(FP1), $BASE = SBASE(FP1)
 void KrlSetUps::read_with(const KrlMove& move, SetUp& set_up) {
-  const std::string rest = upper(
-      std::string_view(program_.src.text).substr(move.keyword_end, move.end - move.keyword_end));
+  const std::string rest =
+      upper(std::string_view(src_).substr(move.keyword_end, move.end - move.keyword_end));
   for (const bool is_tool : {false, true}) {
     const size_t name = rest.find(is_tool ? "$TOOL" : "$BASE");
     if (name == std::string::npos) continue;
@@ -120,9 +120,8 @@ void KrlSetUps::read_with(const KrlMove& move, SetUp& set_up) {
 }
 
 int KrlSetUps::frame_of(size_t begin, size_t end, int line, bool is_tool) {
-  TextCursor cursor(program_.src.text, begin, end);
-  const std::string spelled =
-      without_blanks(std::string_view(program_.src.text).substr(begin, end - begin));
+  TextCursor cursor(src_, begin, end);
+  const std::string spelled = without_blanks(std::string_view(src_).substr(begin, end - begin));
   if (cursor.next() == '{') {
     const KrlAggregate aggregate = take_krl_aggregate(cursor);
     if (aggregate.kind == KrlAggregateKind::frame && cursor.done())

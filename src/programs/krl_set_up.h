@@ -16,9 +16,10 @@ namespace armtrue {
 /// 8.x operating and programming instructions for system integrators).
 class KrlSetUps {
  public:
-  KrlSetUps(const KrlProgram& program, const KrlSyntax& syntax, const KnownFrames& known,
+  /// `src`: the text of the .src. All must outlive it.
+  KrlSetUps(const std::string& src, const KrlSyntax& syntax, const KnownFrames& known,
             std::vector<ProgramFrame>& frames, ProgramWarnings& warnings)
-      : program_(program), syntax_(syntax), known_(known), frames_(frames), warnings_(warnings) {}
+      : src_(src), syntax_(syntax), known_(known), frames_(frames), warnings_(warnings) {}
 
   struct SetUp {
     int base = -1, tool = -1;      ///< in the frames; -1: not stated
@@ -36,7 +37,7 @@ class KrlSetUps {
   int add(const std::string& name, const std::optional<Pose>& pose);
   int number_of(const char* list, int number);
 
-  const KrlProgram& program_;
+  const std::string& src_;
   const KrlSyntax& syntax_;
   const KnownFrames& known_;
   std::vector<ProgramFrame>& frames_;

@@ -38,15 +38,14 @@ struct Declaration {
 
 class KrlParser {
  public:
-  explicit KrlParser(const KrlProgram& program) : program_(program) {}
+  explicit KrlParser(const std::vector<ProgramText>& texts) : texts_(texts) {}
 
   KrlSyntax parse() {
-    if (program_.dat) read(program_.dat->text, true);
-    read(program_.src.text, false);
+    if (texts_.size() > 1) read(texts_[1].text, true);
+    read(texts_[0].text, false);
     resolve();
-    syntax_.circles_turn_with_path =
-        krl_circles_turn_with_path(program_.src.text) ||
-        (program_.dat && krl_circles_turn_with_path(program_.dat->text));
+    syntax_.circles_turn_with_path = std::ranges::any_of(
+        texts_, [](const ProgramText& text) { return krl_circles_turn_with_path(text.text); });
     return std::move(syntax_);
   }
 
@@ -356,7 +355,7 @@ class KrlParser {
     std::string name;
   };
 
-  const KrlProgram& program_;
+  const std::vector<ProgramText>& texts_;
   KrlSyntax syntax_;
   std::string_view text_;
   bool in_dat_ = false;
@@ -374,6 +373,6 @@ class KrlParser {
 
 }  // namespace
 
-KrlSyntax parse_krl(const KrlProgram& program) { return KrlParser(program).parse(); }
+KrlSyntax parse_krl(const std::vector<ProgramText>& texts) { return KrlParser(texts).parse(); }
 
 }  // namespace armtrue

@@ -6,7 +6,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "armtrue/programs/krl.h"
+#include "armtrue/programs/program_text.h"
 #include "programs/krl_frame.h"
 
 // What a KRL program says about its moves, and where in the text it says so.
@@ -78,6 +78,7 @@ struct KrlSyntax {
   int absolute_accuracy_line = 0;       ///< the first line that uses $ABS_ACCUR; 0: none does
 };
 
-KrlSyntax parse_krl(const KrlProgram& program);
+/// `texts`: the .src and, if there is one, the .dat.
+KrlSyntax parse_krl(const std::vector<ProgramText>& texts);
 
 }  // namespace armtrue

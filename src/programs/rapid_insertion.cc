@@ -30,8 +30,7 @@ std::string why_not_inserted(const RobotProgram& program, const std::string& mas
   const auto here = external.find(points.back());
   if (here == external.end() || program.targets.empty()) return "its external axes are unknown";
   const auto before_it = external.find(program.targets[begin].point);
-  if (before_it == external.end() || before_it->second.values != here->second.values)
-    return "external axes move";
+  if (before_it == external.end() || before_it->second != here->second) return "external axes move";
   return "";
 }
 
@@ -59,12 +58,7 @@ void prepare_rapid_insertion(const RobotProgram& program, const std::string& mas
   target.insertion.at = line;
   target.insertion.before = (is_plain ? text(line, keyword) : text(line, move.begin) + plain) +
                             text(keyword, arguments[0].begin);
-  target.insertion.point_end = "," + external.at(points.back()).text + "]";
-  if (points.size() > 1) {
-    target.insertion.middle = text(arguments[0].end, end.begin);
-    target.insertion.via_begin = arguments[0].begin;
-    target.insertion.via_end = arguments[0].end;
-  }
+  if (points.size() > 1) target.insertion.middle = text(arguments[0].end, end.begin);
   target.insertion.behind = text(end.end, zone.begin) +
                             (target.blend > 0 ? text(zone.begin, zone.end) : "z1") +
                             text(zone.end, is_plain ? move.end : last.end) + ";";

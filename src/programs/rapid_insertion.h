@@ -26,13 +26,8 @@ struct RapidMoveText {
   }
 };
 
-/// The external axes of a point, as they are written and as numbers.
-struct RapidExternal {
-  std::string text;
-  std::vector<double> values;
-};
-/// Of each point, by its index, that has six numbers of them.
-using RapidExternalAxes = std::map<int, RapidExternal>;
+/// The external axes of each point, by its index, that has six numbers of them.
+using RapidExternalAxes = std::map<int, std::vector<double>>;
 
 /// Sets what stands beside the points of a move that is inserted before `move`, a MoveL or MoveC to
 /// `points`; or the obstacle, if none can be. `masked`: the text by masked(). `arguments`: of the

@@ -248,6 +248,8 @@ class RapidReader {
                                      : MotionKind::arc;
       target.follows_target = i > 0 || (follows_ && move_.is_first);
       target.turning = turning_;
+      target.begin = arguments[i].begin;
+      target.end = arguments[i].end;
       if (kind == 'L' || target.motion == MotionKind::arc)
         prepare_rapid_insertion(program_, text_, move_, external_, points, arguments, target);
       add_target(target, points[i], is_auxiliary);
@@ -306,6 +308,8 @@ class RapidReader {
     ProgramPoint point;
     point.name = name;
     point.line = line;
+    point.begin = list.begin;
+    point.end = list.end;
     point.kind = kind;
     const auto add = [](std::vector<ProgramNumber>& numbers, const ListItem& from) {
       for (const ListItem& item : from.items)
@@ -327,8 +331,7 @@ class RapidReader {
     }
     program_.points.push_back(point);
     const int index = static_cast<int>(program_.points.size()) - 1;
-    if (const auto values = parts.back().numbers(6))
-      external_[index] = {part_of(parts.back().begin, parts.back().end), *values};
+    if (const auto values = parts.back().numbers(6)) external_[index] = *values;
     return index;
   }
 

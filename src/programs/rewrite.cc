@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -19,7 +21,11 @@ namespace {
 // What a point becomes by one of its targets: a text for each number, empty where it stays.
 struct Wanted {
   std::vector<double> numbers;
-  std::vector<std::string> texts, configuration;
+  std::vector<std::string> texts, configuration, external;
+
+  bool is_changed() const {
+    return std::ranges::any_of(texts, [](const std::string& text) { return !text.empty(); });
+  }
 };
 
 class Rewriter {
@@ -30,7 +36,6 @@ class Rewriter {
         commands_(commands),
         warnings_(program.texts[0].name),
         uses_(program.points.size()),
-        is_changed_(program.points.size(), false),
         is_divided_(program.targets.size(), false) {
     for (size_t k = 0; k < program.targets.size(); ++k)
       uses_[static_cast<size_t>(program.targets[k].point)].push_back(k);
@@ -42,89 +47,113 @@ class Rewriter {
       if (point.motion == MotionKind::via)
         std::erase(uses_[static_cast<size_t>(program.targets[point.target].point)], point.target);
     }
+    changes_between_.resize(between_.size());
   }
 
   RewrittenProgram write() {
-    int before = -1;  // the point at which the move of the target begins
-    for (size_t k = 0; k < program_.targets.size(); ++k) {
-      const auto point = static_cast<size_t>(program_.targets[k].point);
-      if (!uses_[point].empty() && uses_[point].front() == k)
-        is_changed_[point] = write_point(
-            point, is_divided_[k] || (before >= 0 && is_changed_[static_cast<size_t>(before)]));
-      if (program_.targets[k].motion != MotionKind::via) before = program_.targets[k].point;
-    }
-    RewrittenProgram result;
-    insert_moves(result);
-    result.changed = static_cast<int>(std::ranges::count(is_changed_, true));
+    find_wanted();
+    for (size_t point = 0; point < program_.points.size(); ++point)
+      if (!uses_[point].empty()) write_point(point);
+    insert_moves();
     for (size_t i = 0; i < program_.texts.size(); ++i)
-      result.texts.push_back(apply_edits(program_.texts[i].text, edits_, static_cast<int>(i)));
-    result.warnings = warnings_.list();
-    return result;
+      result_.texts.push_back(apply_edits(program_.texts[i].text, edits_, static_cast<int>(i)));
+    result_.warnings = warnings_.list();
+    return std::move(result_);
   }
 
  private:
-  // Whether a target gets the numbers of its command: it is corrected, and so are all others of its
-  // point, alike.
-  bool is_commanded(size_t target) const {
-    if (!commands_[target].is_corrected) return false;
-    const auto index = static_cast<size_t>(program_.targets[target].point);
-    const ProgramPoint& point = program_.points[index];
-    const Wanted first = wanted_by(point, commands_[uses_[index].front()]);
-    return std::ranges::all_of(uses_[index], [&](size_t other) {
-      return agree(point, first, wanted_by(point, commands_[other]));
-    });
-  }
-
   bool can_be_inserted(const ProgramPointBetween& point) const {
-    if (point.motion == MotionKind::line)
-      return is_commanded(point.target) && is_commanded(point.target - 1);
-    const size_t end = point.motion == MotionKind::via ? point.target + 1 : point.target;
-    return is_commanded(end) && is_commanded(end - 2);
+    const bool is_via = program_.targets[point.target].motion == MotionKind::via;
+    const size_t end = is_via ? point.target + 1 : point.target;
+    const size_t start = end - (program_.targets[end].motion == MotionKind::arc ? 2 : 1);
+    return commands_[end].is_corrected && commands_[start].is_corrected;
   }
 
-  void insert_moves(RewrittenProgram& result) {
-    result.inserted = moves_of(between_);
-    refuse_what_does_not_load(program_, static_cast<size_t>(result.inserted));
-    for (TextEdit& edit : insertion_edits(program_, between_)) edits_.push_back(std::move(edit));
+  // What each target and each point between them wants, in the order in which the arm passes them.
+  void find_wanted() {
+    size_t next = 0;  // point between
+    for (size_t k = 0; k < program_.targets.size(); ++k) {
+      const bool is_via = program_.targets[k].motion == MotionKind::via;
+      for (; next < between_.size() && between_[next].target <= (is_via ? k + 1 : k); ++next) {
+        const ProgramPointBetween& between = between_[next];
+        if (between.is_left_out) continue;
+        Wanted wanted = wanted_between(between);
+        hold(between.target, between.motion == MotionKind::via, wanted);
+        changes_between_[next] = edits_of(point_of(between.target), wanted);
+        for (TextEdit& edit : configuration_between(between))
+          changes_between_[next].push_back(std::move(edit));
+      }
+      hold(k, is_via, wanted_.emplace_back(wanted_by(k)));
+    }
+  }
+
+  // Adds the numbers that a point leaves out, if the controller would have others from the points
+  // before; what it has then is held.
+  void hold(size_t target, bool is_via, Wanted& wanted) {
+    const ProgramPoint& point = point_of(target);
+    if (point.kind == TargetKind::joints) return held_.clear();
+    held_.resize(point.numbers.size(), std::numeric_limits<double>::quiet_NaN());
+    for (size_t i = 0; i < held_.size(); ++i) {
+      const ProgramNumber& number = point.numbers[i];
+      double& here = wanted.numbers[i];
+      if (!number.is_written() && !number.prefix.empty() && std::isfinite(number.value)) {
+        const int kept = decimals(point, i);
+        if (std::abs(here - held_[i]) <= half_step(kept))
+          here = held_[i];
+        else
+          wanted.texts[i] = rounded_text(here, 0, kept);
+      }
+      if (!is_via)
+        held_[i] = here;
+      else if (i < 3 && here != held_[i])  // from there or from the start of the arc
+        held_[i] = std::numeric_limits<double>::quiet_NaN();
+    }
+  }
+
+  void insert_moves() {
+    result_.inserted = moves_of(between_);
+    refuse_what_does_not_load(program_, static_cast<size_t>(result_.inserted));
+    for (const OwnPoint& own : own_) is_divided_[own.target] = true;
+    for (TextEdit& edit : insertion_edits(program_, between_, changes_between_, own_))
+      edits_.push_back(std::move(edit));
     for (size_t k = 0; k < program_.targets.size(); ++k) {
       const ProgramTarget& target = program_.targets[k];
-      if (is_divided_[k] && !target.insertion.remark.empty())
-        warnings_.add(target.line, target.insertion.remark);
+      if (is_divided_[k] && !target.remark.empty()) warnings_.add(target.line, target.remark);
     }
   }
 
-  // Returns whether a byte changes. What a point leaves out the controller takes from the point
-  // before; it is written if that one changes.
-  bool write_point(size_t index, bool is_changed_before) {
+  // Changes a point where it is declared if all its targets want the same, or else writes it into
+  // the moves that want another one.
+  void write_point(size_t index) {
     const ProgramPoint& point = program_.points[index];
-    std::vector<Wanted> wanted;
-    for (size_t target : uses_[index]) wanted.push_back(wanted_by(point, commands_[target]));
-    for (size_t k = 1; k < wanted.size(); ++k) {
-      if (agree(point, wanted[0], wanted[k])) continue;
-      warnings_.add(
-          program_.targets[uses_[index][k]].line,
-          fmt::format("{} needs another correction here than in line {} (another tool, frame, "
-                      "posture or direction of arrival), and stays as programmed; give each move "
-                      "a point of its own",
-                      point.name, program_.targets[uses_[index][0]].line));
-      wanted[0] = unchanged(point);
-      break;
+    const Wanted& first = wanted_[uses_[index].front()];
+    const bool is_agreed = std::ranges::all_of(
+        uses_[index], [&](size_t target) { return agree(point, first, wanted_[target]); });
+    if (is_agreed && !point.is_shared) {
+      result_.changed += first.is_changed();
+      for (TextEdit& edit : edits_of(point, first)) edits_.push_back(std::move(edit));
+      return;
     }
-    if (is_changed_before)
-      for (size_t i = 0; i < point.numbers.size(); ++i)
-        if (wanted[0].texts[i].empty() && !point.numbers[i].prefix.empty())
-          wanted[0].texts[i] = rounded_text(point.numbers[i].value, 0, decimals(point, i));
-    const size_t before = edits_.size();
-    edit(point.numbers, wanted[0].texts);
-    if (edits_.size() != before) edit(point.configuration, wanted[0].configuration);
-    return edits_.size() != before;
+    for (size_t target : uses_[index]) {
+      if (!wanted_[target].is_changed()) continue;
+      ++result_.changed;
+      own_.push_back({target, edits_of(point, wanted_[target])});
+    }
   }
 
-  void edit(const std::vector<ProgramNumber>& numbers, const std::vector<std::string>& texts) {
-    for (size_t i = 0; i < texts.size(); ++i)
-      if (!texts[i].empty())
-        edits_.push_back({numbers[i].text, numbers[i].begin, numbers[i].end,
-                          (numbers[i].is_written() ? "" : numbers[i].prefix) + texts[i]});
+  static std::vector<TextEdit> edits_of(const ProgramPoint& point, const Wanted& wanted) {
+    std::vector<TextEdit> edits;
+    const auto add = [&](const std::vector<ProgramNumber>& numbers,
+                         const std::vector<std::string>& texts) {
+      for (size_t i = 0; i < texts.size(); ++i)
+        if (!texts[i].empty())
+          edits.push_back({numbers[i].text, numbers[i].begin, numbers[i].end,
+                           (numbers[i].is_written() ? "" : numbers[i].prefix) + texts[i]});
+    };
+    add(point.numbers, wanted.texts);
+    if (!edits.empty()) add(point.configuration, wanted.configuration);
+    add(point.external, wanted.external);
+    return edits;
   }
 
   int decimals(const ProgramPoint& point, size_t i) const {
@@ -135,8 +164,10 @@ class Rewriter {
 
   // Targets that differ by one step of rounding agree; they take the numbers of the first.
   bool agree(const ProgramPoint& point, const Wanted& a, const Wanted& b) const {
-    for (size_t i = 0; i < a.numbers.size(); ++i)
+    for (size_t i = 0; i < a.numbers.size(); ++i) {
       if (std::abs(a.numbers[i] - b.numbers[i]) > std::pow(10.0, -decimals(point, i))) return false;
+      if (!point.numbers[i].is_written() && a.texts[i] != b.texts[i]) return false;
+    }
     return a.configuration == b.configuration;
   }
 
@@ -145,49 +176,120 @@ class Rewriter {
         .substr(number.begin, number.end - number.begin);
   }
 
+  const ProgramPoint& point_of(size_t target) const {
+    return program_.points[static_cast<size_t>(program_.targets[target].point)];
+  }
+
+  static double half_step(int decimals) { return 0.5 * std::pow(10.0, -decimals); }
+
   static Wanted unchanged(const ProgramPoint& point) {
     Wanted wanted;
     for (const ProgramNumber& number : point.numbers) wanted.numbers.push_back(number.value);
     wanted.texts.resize(point.numbers.size());
     wanted.configuration.resize(point.configuration.size());
+    wanted.external.resize(point.external.size());
     return wanted;
   }
 
-  Wanted wanted_by(const ProgramPoint& point, const ProgramCommand& command) const {
+  Wanted wanted_by(size_t target) const {
+    const ProgramPoint& point = point_of(target);
+    const ProgramCommand& command = commands_[target];
     Wanted wanted = unchanged(point);
     if (!command.is_corrected) return wanted;
-    const std::vector<double> written = wanted.numbers;
-    wanted.numbers = point.kind == TargetKind::joints
-                         ? numbers_of_joints(program_.dialect, command.q)
-                         : numbers_of_pose(program_.dialect, command.pose, written);
-    if (is_same(point, command, written)) {
-      wanted.numbers = written;
-      return wanted;
-    }
-    for (size_t i = 0; i < wanted.numbers.size(); ++i) {
-      const ProgramNumber& number = point.numbers[i];
-      if (!number.is_written() && number.prefix.empty()) continue;
-      const int kept = decimals(point, i);
-      if (std::abs(wanted.numbers[i] - written[i]) <= 0.5 * std::pow(10.0, -kept)) {
-        wanted.numbers[i] = written[i];
-        if (number.is_written()) continue;
-      }
-      wanted.texts[i] = rounded_text(wanted.numbers[i], written_decimals(text_of(number)), kept);
-    }
+    wanted.numbers = numbers_of(target, wanted.numbers);
+    round(point, wanted);
     wanted.configuration = configuration_of(point, command);
     return wanted;
   }
 
-  // A command that is the target itself changes no byte, also where a quaternion is not unit.
-  bool is_same(const ProgramPoint& point, const ProgramCommand& command,
-               const std::vector<double>& written) const {
+  Wanted wanted_between(const ProgramPointBetween& between) const {
+    const ProgramPoint& point = point_of(between.target);
+    Wanted wanted = unchanged(point);
+    std::vector<double> near = wanted.numbers;
+    for (double& number : near)
+      if (std::isnan(number)) number = 0;
+    const std::vector<double> numbers = numbers_of_pose(program_.dialect, between.pose, near);
+    for (size_t i = 0; i < numbers.size(); ++i)
+      if (std::isfinite(wanted.numbers[i])) wanted.numbers[i] = numbers[i];
+    round(point, wanted);
+    for (size_t i = 0; i < std::min(between.external.size(), point.external.size()); ++i)
+      if (std::isfinite(between.external[i]))
+        wanted.external[i] = text_of_number(point.external[i], between.external[i], kExternal);
+    return wanted;
+  }
+
+  // Rounds what is written, and gives it a text where it changes.
+  void round(const ProgramPoint& point, Wanted& wanted) const {
+    for (size_t i = 0; i < wanted.numbers.size(); ++i) {
+      const ProgramNumber& number = point.numbers[i];
+      if (!number.is_written()) continue;
+      wanted.texts[i] =
+          text_of_number(number, wanted.numbers[i], decimals_kept(program_.dialect, point.kind, i));
+      if (wanted.texts[i].empty()) wanted.numbers[i] = number.value;
+    }
+  }
+
+  // Empty if a number stays as it is written, or is not written.
+  std::string text_of_number(const ProgramNumber& number, double value, int at_least) const {
+    const int written = written_decimals(text_of(number)), kept = std::max(written, at_least);
+    if (!number.is_written() || std::abs(value - number.value) <= half_step(kept)) return "";
+    return rounded_text(value, written, kept);
+  }
+
+  // What a point between two targets states about its branch: by its joints, or else as the end.
+  std::vector<TextEdit> configuration_between(const ProgramPointBetween& between) const {
+    const ProgramPoint& point = point_of(between.target);
+    std::vector<TextEdit> edits;
+    if (!between.q) return edits;
+    const JointVector& q = *between.q;
+    const auto change = [&](const ProgramNumber& number, int value) {
+      edits.push_back({number.text, number.begin, number.end, fmt::format("{}", value)});
+    };
+    if (program_.dialect == Dialect::krl && !point.configuration.empty()) {
+      const int written = static_cast<int>(point.configuration[0].value);
+      if (const int turn = (written & ~kTurnBits) | turn_bits(q); turn != written)
+        change(point.configuration[0], turn);
+    }
+    if (program_.dialect == Dialect::rapid)
+      for (size_t i = 0; i < 3; ++i)
+        change(point.configuration[i], quadrant(q[i == 0 ? 0 : i == 1 ? 3 : 5]));
+    if (program_.dialect == Dialect::fanuc && point.declaration.configuration_begin > 0)
+      edits.push_back(fanuc_turns(point.declaration, q));
+    return edits;
+  }
+
+  // N U T, 0, 0, 0: the letters stay, the turns are those of the joints.
+  TextEdit fanuc_turns(const FanucDeclaration& whole, const JointVector& q) const {
+    const std::string text = program_.texts[0].text.substr(
+        whole.configuration_begin, whole.configuration_end - whole.configuration_begin);
+    const auto turn = [&](int joint) {
+      return static_cast<int>(std::lround(q[joint] / (2 * std::numbers::pi)));
+    };
+    const size_t comma = text.find(',');
+    return {0, whole.configuration_begin, whole.configuration_end,
+            comma == std::string::npos
+                ? text
+                : fmt::format("{}, {}, {}, {}", text.substr(0, comma), turn(3), turn(4), turn(5))};
+  }
+
+  // The numbers of a command. A part that is the target's keeps the written numbers, also where a
+  // quaternion is not unit, or angles are not unique.
+  std::vector<double> numbers_of(size_t index, const std::vector<double>& written) const {
+    const ProgramTarget& target = program_.targets[index];
+    const ProgramCommand& command = commands_[index];
     constexpr double kSame = 1e-8;  // [m], [rad]
-    if (point.kind == TargetKind::joints)
-      return (joints_of_numbers(program_.dialect, written) - command.q).cwiseAbs().maxCoeff() <
-             kSame;
-    const Pose pose = pose_of_numbers(program_.dialect, written);
-    return (pose.translation - command.pose.translation).norm() < kSame &&
-           rotation_log(pose.rotation * command.pose.rotation.transpose()).norm() < kSame;
+    if (target.kind == TargetKind::joints)
+      return (target.q - command.q).cwiseAbs().maxCoeff() < kSame
+                 ? written
+                 : numbers_of_joints(program_.dialect, command.q);
+    const Eigen::Vector3d shift = command.pose.translation - target.pose.translation;
+    const Eigen::Matrix3d turn = command.pose.rotation * target.pose.rotation.transpose();
+    const bool is_turned = target.has_orientation && rotation_log(turn).norm() >= kSame;
+    if (!is_turned && shift.norm() < kSame) return written;
+    std::vector<double> numbers = numbers_of_pose(
+        program_.dialect, command.pose, target.has_orientation ? written : std::vector(6, 0.0));
+    if (!is_turned) std::copy(written.begin() + 3, written.end(), numbers.begin() + 3);
+    return numbers;
   }
 
   // Changed where the corrected joints have another turn or quadrant than the programmed ones;
@@ -218,14 +320,21 @@ class Rewriter {
     return bits;
   }
 
+  static constexpr int kExternal = 4;     // decimals of KUKA
+  static constexpr int kTurnBits = 0x3f;  // of T, of the joints
+
   const RobotProgram& program_;
   const std::vector<ProgramCommand>& commands_;
   ProgramWarnings warnings_;
   std::vector<std::vector<size_t>> uses_;     // targets of each point
   std::vector<ProgramPointBetween> between_;  // that are written
+  std::vector<char> is_divided_;              // of each target: points are inserted in its move
+  std::vector<Wanted> wanted_;                // by each target
+  std::vector<double> held_;  // the numbers that the controller has from the points before
+  std::vector<std::vector<TextEdit>> changes_between_;  // of the point of the target of each
+  std::vector<OwnPoint> own_;
   std::vector<TextEdit> edits_;
-  std::vector<char> is_changed_;  // of each point
-  std::vector<char> is_divided_;  // of each target: points are inserted in its move
+  RewrittenProgram result_;
 };
 
 }  // namespace

@@ -31,7 +31,7 @@ constexpr DialectName kDialectNames[] = {
 void refuse_huge_numbers(const RobotProgram& program) {
   for (const ProgramPoint& point : program.points)
     for (const ProgramNumber& number : point.numbers)
-      if (!(std::abs(number.value) < kMaxNumber))
+      if (number.is_written() && !(std::abs(number.value) < kMaxNumber))
         throw InputError(fmt::format("{}:{}: a number of the point {} is too large; correct it",
                                      program.texts[static_cast<size_t>(number.text)].name,
                                      point.line, point.name));
@@ -66,13 +66,13 @@ std::optional<Dialect> dialect_of_file(const std::string& path) {
 }
 
 RobotProgram parse_program(Dialect dialect, std::vector<ProgramText> texts,
-                           const KnownFrames& known) {
+                           const KnownFrames& known, TargetParts parts) {
   RobotProgram program;
   program.dialect = dialect;
   program.texts = std::move(texts);
   switch (dialect) {
     case Dialect::krl:
-      parse_krl_program(program, known);
+      parse_krl_program(program, known, parts);
       break;
     case Dialect::rapid:
       parse_rapid_program(program, known);

@@ -219,10 +219,7 @@ class UrReader {
     beside.before = text_.substr(line, first.begin - line);
     beside.behind = text_.substr(last.end, end - last.end) + options.kept + ", r=";
     beside.line_end = line_end(original, close);
-    if (values.size() > 1) {
-      std::tie(beside.via_begin, beside.via_end) = std::pair(first.begin, first.end);
-      beside.middle = text_.substr(first.end, last.begin - first.end);
-    }
+    if (values.size() > 1) beside.middle = text_.substr(first.end, last.begin - first.end);
     for (std::string* text : {&beside.before, &beside.middle, &beside.behind})
       std::ranges::replace(*text, '\r', ' ');
   }
@@ -230,6 +227,8 @@ class UrReader {
   void add_target(const UrValue& value, int line, bool is_straight) {
     ProgramTarget target;
     target.line = line;
+    target.begin = value.begin;
+    target.end = value.end;
     target.kind = value.kind;
     target.base = value.base;
     target.tool = tool_;

@@ -36,6 +36,7 @@ std::optional<UrValue> UrValues::literal_in(const Statement& part) const {
     value.kind = TargetKind::cartesian;
   }
   cursor.next();
+  value.literal = value.kind == TargetKind::joints ? cursor.at() : part.begin;
   size_t end = part.end;
   while (end > cursor.at() && is_blank(text_[end - 1])) --end;
   if (end > cursor.at() && text_[end - 1] == ';') --end;
@@ -131,6 +132,8 @@ int UrValues::point_of(const UrValue& value, std::vector<ProgramPoint>& points) 
   ProgramPoint point;
   point.name = value.name;
   point.line = value.line;
+  point.begin = value.literal;
+  point.end = value.list.end;
   point.kind = value.kind;
   for (const ListItem& item : value.list.items)
     point.numbers.push_back({0, item.begin, item.end, item.value, ""});

@@ -18,6 +18,7 @@ struct UrValue {
   int line = 0;
   int base = -1;              ///< of pose_trans, in the frames
   size_t begin = 0, end = 0;  ///< where the literal or the name stands in the call
+  size_t literal = 0;         ///< where p[..] or [..] begins
   size_t open = 0;            ///< the bracket of the call
   std::optional<JointVector> near;
 };

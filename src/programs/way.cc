@@ -16,6 +16,14 @@ Pose Way::at(double t) const {
           arc ? arc->at(t) : start.translation + t * (end.translation - start.translation)};
 }
 
+std::vector<double> external_between(const ProgramTarget& start, const ProgramTarget& end,
+                                     double t) {
+  std::vector<double> external(std::min(start.external.size(), end.external.size()));
+  for (size_t i = 0; i < external.size(); ++i)
+    external[i] = start.external[i] + t * (end.external[i] - start.external[i]);
+  return external;
+}
+
 double passing_radius(double before, double behind, double of_last, double of_next) {
   constexpr double kSmallest = 1e-5, kLargest = 1e-2;  // [m]
   return std::max(kSmallest, std::min({kPassingShare * before, kPassingShare * behind,

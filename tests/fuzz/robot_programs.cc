@@ -8,7 +8,8 @@
 #include <vector>
 
 #include "armtrue/kinematics/pose.h"
-#include "armtrue/programs/krl.h"
+#include "armtrue/programs/displacement.h"
+#include "armtrue/programs/division.h"
 #include "armtrue/programs/robot_program.h"
 #include "fuzz/targets.h"
 
@@ -43,20 +44,47 @@ std::vector<ProgramText> texts_of(const std::string& bytes, const char* name, co
   return texts;
 }
 
+// Through the points of a program; the fixed one if it has no two.
+Path path_of(const RobotProgram& program) {
+  std::vector<Eigen::Vector3d> points;
+  constexpr int kSteps = 6;
+  for (size_t k = 0; k < program.targets.size(); ++k) {
+    const ProgramTarget& target = program.targets[k];
+    if (target.kind == TargetKind::joints || target.motion == MotionKind::via) continue;
+    const Eigen::Vector3d& end = target.pose.translation;
+    if (points.empty()) {
+      points.push_back(end);
+      continue;
+    }
+    const Eigen::Vector3d start = points.back();
+    const auto arc = target.motion == MotionKind::arc && k > 0
+                         ? arc_through(start, program.targets[k - 1].pose.translation, end)
+                         : std::nullopt;
+    for (int i = 1; i <= kSteps; ++i) {
+      const double t = static_cast<double>(i) / kSteps;
+      points.push_back(arc ? arc->at(t) : Eigen::Vector3d(start + t * (end - start)));
+    }
+  }
+  if (points.size() < 2) return path();
+  Path result;
+  result.position.resize(3, static_cast<Eigen::Index>(points.size()));
+  for (size_t i = 0; i < points.size(); ++i)
+    result.position.col(static_cast<Eigen::Index>(i)) = points[i];
+  result.time = Eigen::VectorXd::LinSpaced(result.position.cols(), 0, 1);
+  return result;
+}
+
 // As mirror-correct displaces a program along a path.
-void displace_krl(const std::string& bytes) {
-  const std::vector<ProgramText> texts = texts_of(bytes, "p.src", "p.dat");
-  KrlProgram program{texts[0], std::nullopt};
-  if (texts.size() > 1) program.dat = texts[1];
-  static const Path programmed = path();
-  const CorrectedKrl same = correct_krl(program, programmed, programmed.position);
-  require(same.src == program.src.text, "the .src changed without displacement");
-  require(!program.dat || *same.dat == program.dat->text, "the .dat changed without displacement");
+void displace(const RobotProgram& program, const Path& programmed) {
+  const DisplacedProgram same = displace_program(program, programmed, programmed.position);
+  for (size_t i = 0; i < program.texts.size(); ++i)
+    require(same.text.texts[i] == program.texts[i].text, "a text changed without displacement");
   Eigen::Matrix3Xd corrected = programmed.position;
   for (Eigen::Index i = 0; i < corrected.cols(); ++i)
     corrected(i % 3, i) += 1e-4 * std::sin(static_cast<double>(i));
-  const CorrectedKrl moved = correct_krl(program, programmed, corrected);
-  require(lines(moved.src) == lines(program.src.text) + moved.inserted, "lines are lost");
+  const DisplacedProgram moved = displace_program(program, programmed, corrected);
+  require(lines(moved.text.texts[0]) >= lines(program.texts[0].text) + moved.text.inserted,
+          "lines are lost");
 }
 
 // One in each move that can be divided.
@@ -95,15 +123,28 @@ void correct(Dialect dialect, std::vector<ProgramText> texts) {
     commands[k].pose.rotation *= rotation_exp({0, 1e-4, 0});
   }
   RewrittenProgram moved = rewrite(program, commands);
-  for (size_t i = 0; i < texts.size(); ++i)
-    require(lines(moved.texts[i]) == lines(texts[i].text), "lines are lost");
+  for (size_t i = 0; i < texts.size(); ++i) {
+    const auto before = lines(texts[i].text), now = lines(moved.texts[i]);
+    // FANUC: a point of its own is a new position.
+    require(dialect == Dialect::fanuc ? now >= before : now == before, "lines are lost");
+  }
   rename(program, "OTHER_NAME", moved.texts);
   const std::vector<ProgramPointBetween> between = points_between(program, commands);
   const RewrittenProgram divided = rewrite(program, commands, between);
   require(divided.inserted <= moves_of(between), "moves appear");
   require(lines(divided.texts[0]) >= lines(texts[0].text) + divided.inserted, "lines are lost");
+  const bool has_poses = std::ranges::any_of(program.targets, [](const ProgramTarget& target) {
+    return target.kind == TargetKind::cartesian;
+  });
+  if (has_poses) displace(program, path_of(program));
 }
 
+void displace_krl_program(const std::string& bytes) {
+  static const Path programmed = path();
+  displace(
+      parse_program(Dialect::krl, texts_of(bytes, "p.src", "p.dat"), {}, TargetParts::position),
+      programmed);
+}
 void correct_krl_program(const std::string& bytes) {
   correct(Dialect::krl, texts_of(bytes, "p.src", "p.dat"));
 }
@@ -116,10 +157,8 @@ void correct_urscript_program(const std::string& bytes) {
 }
 
 constexpr Target kTargets[] = {
-    {"krl-path", displace_krl},
-    {"krl", correct_krl_program},
-    {"rapid", correct_rapid_program},
-    {"fanuc", correct_fanuc_program},
+    {"krl-path", displace_krl_program},     {"krl", correct_krl_program},
+    {"rapid", correct_rapid_program},       {"fanuc", correct_fanuc_program},
     {"urscript", correct_urscript_program},
 };
 

@@ -56,15 +56,33 @@ TEST(InsertedPointTest, KrlHasAFrameAndTheWordsOfTheMoveAndDoesNotStop) {
   EXPECT_EQ(first.texts[1], dat);
 }
 
-// What a frame leaves out comes from the point before, which is another one now.
-TEST(InsertedPointTest, KrlFramesAreCompletedBehindAnInsertedPoint) {
+// What a frame leaves out comes from the point before.
+TEST(InsertedPointTest, KrlFramesAreCompletedWhereTheInsertedPointIsElsewhere) {
   const RobotProgram program = parsed(
       "p.src",
       "DEF p()\n$TOOL={X 0,Y 0,Z 0,A 0,B 0,C 0}\nPTP {X 1000,Y 0,Z 900,A 0,B 90,C 0,S 2,T 2}\n"
       "LIN {X 1200}\nEND\n");
-  EXPECT_THAT(with_half_way(program, 1).texts[0],
-              HasSubstr("LIN {X 1100.0,Y 0.0,Z 900.0,A 0.0,B 90.0,C 0.0} C_DIS\n"
-                        "LIN {X 1200,Y 0,Z 900,A 0,B 90,C 0}\n"));
+  EXPECT_THAT(with_half_way(program, 1).texts[0], HasSubstr("LIN {X 1100} C_DIS\nLIN {X 1200}\n"));
+  ProgramPointBetween point{1, program.targets[1].pose, {}, 1e-3};
+  point.pose.translation += Eigen::Vector3d(-0.1, 0, 1e-3);
+  EXPECT_THAT(rewrite(program, commands_for(program), {point}).texts[0],
+              HasSubstr("LIN {X 1100,Z 901} C_DIS\nLIN {X 1200,Z 900}\n"));
+}
+
+// On the branch and at the place that the point between has; in CONFIG and confdata so, too.
+TEST(InsertedPointTest, KrlHasTheTurnOfItsJointsAndItsExternalAxes) {
+  const RobotProgram program =
+      parsed("p.src",
+             "LIN {X 1000,Y 0,Z 900,A 0,B 90,C 0,E1 100,E2 5}\n"
+             "LIN {X 1200,Y 0,Z 900,A 0,B 90,C 0,S 2,T 2,E1 300.0,E2 5}\n");
+  EXPECT_THAT(program.targets[1].obstacle, "");
+  ProgramPointBetween point{1, program.targets[1].pose, {}, 1e-3};
+  point.q = JointVector::Zero(kProgramAxes);
+  (*point.q)[3] = -1;
+  point.external = {150.06, 5};
+  EXPECT_THAT(rewrite(program, commands_for(program), {point}).texts[0],
+              HasSubstr("LIN {X 1200,Y 0,Z 900,A 0,B 90,C 0,S 2,T 8,E1 150.06,E2 5} C_DIS\n"
+                        "LIN {X 1200,Y 0,Z 900,A 0,B 90,C 0,S 2,T 2,E1 300.0,E2 5}\n"));
 }
 
 TEST(InsertedPointTest, RapidHasConfdataOfItsJointsAndAZone) {
@@ -76,11 +94,11 @@ TEST(InsertedPointTest, RapidHasConfdataOfItsJointsAndAZone) {
           "];\nPROC main()\nMoveJ a,v100,fine,tool0;\n  MoveL b,v100\\V:=200,fine\\Inpos:=inpos50,"
           "tool0\\WObj:=wobj0;\n  MoveLDO a, v100, z10, tool0, do1, 1;\nENDPROC\nENDMODULE\n");
   EXPECT_THAT(with_half_way(program, 1).texts[0],
-              HasSubstr("fine,tool0;\n  MoveL [[1100.0,0.0,900.0],[0.0,0.0,1.0,0.0],[0,-2,2,1]," +
-                        ext + "],v100\\V:=200,z1,tool0\\WObj:=wobj0;\n  MoveL b,"));
+              HasSubstr("fine,tool0;\n  MoveL [[1100,0,900],[0,0,1,0],[0,-2,2,1]," + ext +
+                        "],v100\\V:=200,z1,tool0\\WObj:=wobj0;\n  MoveL b,"));
   // The output is set at the end of the move alone.
   EXPECT_THAT(with_half_way(program, 2).texts[0],
-              HasSubstr("  MoveL [[800.0,0.0,900.0],[0.0,0.0,1.0,0.0],[0,-2,2,1]," + ext +
+              HasSubstr("  MoveL [[800,0,900],[0,0,1,0],[0,-2,2,1]," + ext +
                         "], v100, z10, tool0;\n  MoveLDO a,"));
   EXPECT_EQ(program.targets[2].blend, 0.01);
 }
@@ -91,13 +109,11 @@ TEST(InsertedPointTest, UrscriptHasARadiusAndNoTime) {
              "def p():\n  set_tcp(p[0,0,0,0,0,0])\n  q = p[0.5,0,0.5,0,3.14,0]\n"
              "  movej([0,-1,1,0,1,0])\n  movel(q, a=1.2, v=0.25, r=0.05) # end\n"
              "  movel(pose_trans(p[0,0,0.1,0,0,0], q), 1.2, 0.1, 0, 0.02)\nend\n");
-  EXPECT_THAT(
-      with_half_way(program, 1).texts[0],
-      HasSubstr("  movel(p[0.4,0.0,0.5,0.0,3.14,0.0], a=1.2, v=0.25, r=0.002)\n  movel(q, a"));
-  EXPECT_THAT(
-      with_half_way(program, 2).texts[0],
-      HasSubstr("  movel(pose_trans(p[0,0,0.1,0,0,0], p[0.4,0.0,0.5,0.0,3.14,0.0]), 1.2, 0.1, "
-                "r=0.002)\n  movel(pose_trans("));
+  EXPECT_THAT(with_half_way(program, 1).texts[0],
+              HasSubstr("  movel(p[0.4,0,0.5,0,3.14,0], a=1.2, v=0.25, r=0.002)\n  movel(q, a"));
+  EXPECT_THAT(with_half_way(program, 2).texts[0],
+              HasSubstr("  movel(pose_trans(p[0,0,0.1,0,0,0], p[0.4,0,0.5,0,3.14,0]), 1.2, 0.1, "
+                        "r=0.002)\n  movel(pose_trans("));
   EXPECT_EQ(program.targets[1].blend, 0.05);
 }
 
@@ -154,9 +170,9 @@ TEST(InsertedPointTest, AKrlArcBecomesArcsAndItsOwnAuxiliaryPointMoves) {
              dat);
   const RewrittenProgram rewritten = in_two_pieces(program, 2);
   EXPECT_THAT(rewritten.texts[0],
-              HasSubstr("\n  CIRC {X 900.0,Y 0.0,Z 900.0,A 0.0,B 90.0,C 0.0}, "
-                        "{X 1000.0,Y 0.0,Z 900.0,A 0.0,B 90.0,C 0.0} C_DIS\n"
-                        "  CIRC {X 1100.0,Y 0.0,Z 900.0,A 0.0,B 90.0,C 0.0}, XB ; round\n"));
+              HasSubstr("\n  CIRC {X 900,Y 0,Z 900,A 0,B 90,C 0}, "
+                        "{X 1000,Y 0,Z 900,A 0,B 90,C 0} C_DIS\n"
+                        "  CIRC {X 1100,Y 0,Z 900,A 0,B 90,C 0}, XB ; round\n"));
   EXPECT_EQ(rewritten.texts[1], dat);
 }
 
@@ -168,11 +184,11 @@ TEST(InsertedPointTest, ARapidArcBecomesArcs) {
                           ",v100,fine,tool0;\n  MoveC a, [[1200,0,900]" + tail +
                           ",v100,fine,tool0;\nENDPROC\nENDMODULE\n");
   EXPECT_EQ(program.targets[2].turning, ArcTurning::with_path);
-  const std::string written = ",[0.0,0.0,1.0,0.0],[0,0,0,1],[9E9,9E9,9E9,9E9,9E9,9E9]]";
+  const std::string written = ",[0,0,1,0],[0,0,0,1],[9E9,9E9,9E9,9E9,9E9,9E9]]";
   EXPECT_THAT(in_two_pieces(program, 2).texts[0],
-              HasSubstr("\n  MoveC [[900.0,0.0,900.0]" + written + ", [[1000.0,0.0,900.0]" +
-                        written + ",v100,z1,tool0;\n  MoveC [[1100.0,0.0,900.0]" + written +
-                        ", [[1200,0,900]" + tail + ",v100,fine,tool0;\n"));
+              HasSubstr("\n  MoveC [[900,0,900]" + written + ", [[1000,0,900]" + written +
+                        ",v100,z1,tool0;\n  MoveC [[1100,0,900]" + written + ", [[1200,0,900]" +
+                        tail + ",v100,fine,tool0;\n"));
 }
 
 TEST(InsertedPointTest, AUrscriptArcBecomesArcs) {
@@ -182,8 +198,8 @@ TEST(InsertedPointTest, AUrscriptArcBecomesArcs) {
              "  movec(a, p[0.5,0,0.5,0,3.14,0], 1.2, 0.1, 0.02, 0)\nend\n");
   EXPECT_EQ(program.targets[2].blend, 0.02);
   EXPECT_THAT(in_two_pieces(program, 2).texts[0],
-              HasSubstr("  movec(p[0.2,0.0,0.5,0.0,3.14,0.0], p[0.3,0.0,0.5,0.0,3.14,0.0], 1.2, "
-                        "0.1, r=0.002)\n  movec(p[0.4,0.0,0.5,0.0,3.14,0.0], "
+              HasSubstr("  movec(p[0.2,0.00,0.5,0,3.14,0], p[0.3,0,0.5,0,3.14,0], 1.2, "
+                        "0.1, r=0.002)\n  movec(p[0.4,0.00,0.5,0,3.14,0], "
                         "p[0.5,0,0.5,0,3.14,0], 1.2, 0.1, 0.02, 0)\n"));
 }
 

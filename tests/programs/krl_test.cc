@@ -1,5 +1,3 @@
-#include "armtrue/programs/krl.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
@@ -16,6 +14,7 @@
 #include <sstream>
 
 #include "armtrue/io/program_io.h"
+#include "armtrue/programs/displacement.h"
 #include "armtrue/text/input_error.h"
 #include "support/temporary_file.h"
 
@@ -30,10 +29,35 @@ using testing::IsEmpty;
 constexpr double kMm = 1e-3;
 const std::string kFolder = ARMTRUE_TESTS "/programs/krl/";
 
-KrlProgram program(const std::string& src, const std::string& dat = "") {
-  KrlProgram result{{"p.src", src}, std::nullopt};
-  if (!dat.empty()) result.dat = KrlFile{"p.dat", dat};
-  return result;
+using Texts = std::vector<ProgramText>;
+
+Texts program(const std::string& src, const std::string& dat = "") {
+  Texts texts{{"p.src", src}};
+  if (!dat.empty()) texts.push_back({"p.dat", dat});
+  return texts;
+}
+
+Texts program_of_file(const std::string& src) {
+  Texts texts;
+  for (const TextFile& file : read_program_texts(src, "", true)) texts.push_back(file.text);
+  return texts;
+}
+
+// As mirror-correct displaces a program along a path.
+struct Corrected {
+  std::string src, dat;
+  int corrected = 0, inserted = 0, left_alone = 0;
+  std::vector<std::string> warnings;
+};
+
+Corrected correct_krl(const Texts& texts, const Path& path, const Eigen::Matrix3Xd& corrected,
+                      const DisplacementOptions& options = {}) {
+  const DisplacedProgram displaced = displace_program(
+      parse_program(Dialect::krl, texts, {}, TargetParts::position), path, corrected, options);
+  const std::vector<std::string>& written = displaced.text.texts;
+  return {written[0],           written.size() > 1 ? written[1] : "",
+          displaced.corrected,  displaced.text.inserted,
+          displaced.left_alone, displaced.warnings};
 }
 
 // A path through the corners [mm], with a sample about every `step`.
@@ -199,14 +223,14 @@ TEST(Krl, WithoutDisplacementEveryByteStands) {
   const std::vector<std::pair<std::string, Path>> cases{
       {"kontur", contour()}, {"milling", milling()}, {"spline", spline()}};
   for (const auto& [name, path] : cases) {
-    const KrlProgram read = read_krl(kFolder + name + ".src");
+    const Texts read = program_of_file(kFolder + name + ".src");
     std::ifstream file(kFolder + name + ".src", std::ios::binary);
     const std::string bytes{std::istreambuf_iterator<char>(file), {}};
-    EXPECT_EQ(read.src.text, bytes);
-    const CorrectedKrl result = correct_krl(read, path, path.position);
+    EXPECT_EQ(read[0].text, bytes);
+    const Corrected result = correct_krl(read, path, path.position);
     EXPECT_EQ(result.src, bytes);
-    EXPECT_EQ(result.dat.has_value(), name == "kontur");
-    if (result.dat) EXPECT_EQ(*result.dat, read.dat->text);
+    ASSERT_EQ(read.size(), name == "kontur" ? 2u : 1u);
+    if (read.size() > 1) EXPECT_EQ(result.dat, read[1].text);
     EXPECT_GT(result.corrected, 3);
     EXPECT_EQ(result.inserted, 0);
   }
@@ -215,13 +239,13 @@ TEST(Krl, WithoutDisplacementEveryByteStands) {
 TEST(Krl, ALongProgramIsReadWhole) {
   std::string text;
   while (text.size() < 40'000'000) text += "LIN {X 0,Y 0,Z 0} C_DIS ; and so on\r\n";
-  EXPECT_EQ(read_krl(TemporaryFile(text).path).src.text, text);
+  EXPECT_EQ(program_of_file(TemporaryFile(text).path)[0].text, text);
 }
 
 TEST(Krl, OnlyTheNumbersOfCorrectedMovesChange) {
   const Path path = path_through({{0, 0, 0}, {100, 0, 0}});
   const auto by = [](const Vector3d&) { return Vector3d(0, 0.12344, -0.05); };
-  const CorrectedKrl result =
+  const Corrected result =
       correct_krl(program("  PTP {X 0,Y 0.00,Z 0,A 1,B 2,C 3,S 2,T 10}\r\n"
                           "lin  { x 100.0 , y +0.000000, Z 0.000,A 5 } c_dis ; Lücke\r\n"
                           "LIN {X 100,Y 0,Z 50}"),
@@ -235,16 +259,17 @@ TEST(Krl, OnlyTheNumbersOfCorrectedMovesChange) {
   EXPECT_THAT(result.warnings, ElementsAre("p.src:3: left alone: ends off the path"));
 }
 
+// At B = 90 only A - C is defined: C is that of the end.
 TEST(Krl, PointsAreInsertedWhereTheCorrectionBends) {
   const Path path = path_through({{0, 0, 0}, {100, 0, 0}});
   const auto by = [](const Vector3d& p) { return Vector3d(0, p.x() < 40 ? p.x() / 400 : 0.1, 0); };
-  const CorrectedKrl result =
+  const Corrected result =
       correct_krl(program("LIN {X 0,Y 0,Z 0,A 0,B 90,C 0,E1 0}\r\n"
                           "\tLIN {X 100,Y 0,Z 0,A 0,B 90,C 50,E1 10,S 2} ;on\r\n"),
                   path, displaced(path, by));
   EXPECT_EQ(result.src,
             "LIN {X 0,Y 0,Z 0,A 0,B 90,C 0,E1 0}\r\n"
-            "\tLIN {X 40,Y 0.1,Z 0,A -20,B 90,C 0,E1 4,S 2} C_DIS\r\n"
+            "\tLIN {X 40,Y 0.1,Z 0,A 30,B 90,C 50,E1 4,S 2} C_DIS\r\n"
             "\tLIN {X 100,Y 0.1,Z 0,A 0,B 90,C 50,E1 10,S 2} ;on\r\n");
   EXPECT_EQ(result.inserted, 1);
   EXPECT_THAT(result.warnings, IsEmpty());
@@ -256,8 +281,8 @@ TEST(Krl, InsertedPointsKeepTheirDistance) {
   const auto by = [](const Vector3d& p) {
     return Vector3d(0, p.x() < 40.05 ? 0 : 0.5, 0.05 * std::sin(p.x()));
   };
-  const CorrectedKrl result = correct_krl(program("LIN {X 0,Y 0,Z 0}\nLIN {X 100,Y 0,Z 0}\n"), path,
-                                          displaced(path, by), {.spacing = 2 * kMm});
+  const Corrected result = correct_krl(program("LIN {X 0,Y 0,Z 0}\nLIN {X 100,Y 0,Z 0}\n"), path,
+                                       displaced(path, by), {.spacing = 2 * kMm});
   double last = -1e9;
   const std::vector<std::string> lines = lines_of(result.src);
   EXPECT_GT(lines.size(), 25U);
@@ -273,7 +298,7 @@ TEST(Krl, InsertedPointsKeepTheirDistance) {
 // What the correction moves along a straight move is no bend.
 TEST(Krl, AlongTheMoveNothingIsInserted) {
   const Path path = path_through({{0, 0, 0}, {100, 0, 0}});
-  const CorrectedKrl result = correct_krl(
+  const Corrected result = correct_krl(
       program("LIN {X 0,Y 0,Z 0}\nLIN {X 100,Y 0,Z 0}\n"), path,
       displaced(path, [](const Vector3d& p) { return Vector3d(std::max(0.0, p.x() - 91), 1, 0); }));
   EXPECT_EQ(result.src, "LIN {X 0,Y 1,Z 0}\nLIN {X 109,Y 1,Z 0}\n");
@@ -287,9 +312,9 @@ TEST(Krl, TheOrientationBetweenIsTheRotationBetween) {
                               Eigen::AngleAxisd(b * M_PI / 180, Vector3d::UnitY()) *
                               Eigen::AngleAxisd(c * M_PI / 180, Vector3d::UnitX()));
   };
-  const CorrectedKrl result = correct_krl(program("LIN {X 0,Y 0,Z 0,A 170,B -90,C 20}\n"
-                                                  "LIN {X 100,Y 0,Z 0,A -130,B 60,C -80}\n"),
-                                          path, displaced(path, by));
+  const Corrected result = correct_krl(program("LIN {X 0,Y 0,Z 0,A 170,B -90,C 20}\n"
+                                               "LIN {X 100,Y 0,Z 0,A -130,B 60,C -80}\n"),
+                                       path, displaced(path, by));
   ASSERT_EQ(result.inserted, 2);  // at 29 and 30 mm
   const auto samples = Controller(result.src, "").samples;
   const auto& rest = samples[1].rest;
@@ -302,7 +327,7 @@ TEST(Krl, WithoutOrientationNoneIsInserted) {
   const auto by = [](const Vector3d& p) {
     return Vector3d(0, p.x() < 50 ? 0 : (p.x() - 50) / 500, 0);
   };
-  const CorrectedKrl result =
+  const Corrected result =
       correct_krl(program("LIN {X 0,Y 0,Z 0}\nSLIN {X 100.000} WITH $VEL.CP=0.1\nLIN {X 0,Y 0}\n"),
                   path, displaced(path, by));
   EXPECT_THAT(lines_of(result.src),
@@ -313,14 +338,14 @@ TEST(Krl, WithoutOrientationNoneIsInserted) {
 TEST(Krl, WhatAFrameLeavesOutIsAddedWhereItNoLongerHolds) {
   const Path path = path_through({{0, 0, 0}, {100, 0, 0}, {100, 50, 0}});
   const auto by = [](const Vector3d& p) { return Vector3d(p.y() / 100, p.x() / 1000, 0); };
-  const CorrectedKrl result = correct_krl(
+  const Corrected result = correct_krl(
       program("LIN {X 0,Y 0,Z 0}\nLIN {X 100}\nLIN {E6POS: Y 50}\nLIN {Z 30}\nLIN {A 5}\n"), path,
       displaced(path, by));
   EXPECT_THAT(lines_of(result.src),
               ElementsAre("LIN {X 0,Y 0,Z 0}", "LIN {X 100,Y 0.1}", "LIN {E6POS: Y 50.1,X 100.5}",
                           "LIN {Z 30}", "LIN {A 5}"));
-  const CorrectedKrl turned = correct_krl(program("LIN {X 0,Y 0,Z 0}\nLIN {X 100}\nLIN {A 5}\n"),
-                                          path, displaced(path, by));
+  const Corrected turned = correct_krl(program("LIN {X 0,Y 0,Z 0}\nLIN {X 100}\nLIN {A 5}\n"), path,
+                                       displaced(path, by));
   EXPECT_THAT(lines_of(turned.src),
               ElementsAre("LIN {X 0,Y 0,Z 0}", "LIN {X 100,Y 0.1}", "LIN {A 5}"));
 }
@@ -330,11 +355,11 @@ TEST(Krl, ANamedPointIsChangedWhereItIsDeclared) {
       "DECL E6POS XA={X 0,Y 0,Z 0,S 2}\nDECL E6POS XB={X 100.0,Y 0,Z 0}, XC={X 100,Y 50,Z 0}\n";
   const std::string src = "LIN XA\nLIN xb C_DIS\nLIN XC\n";
   const Path path = path_through({{0, 0, 0}, {100, 0, 0}, {100, 50, 0}});
-  const CorrectedKrl result =
+  const Corrected result =
       correct_krl(program(src, dat), path,
                   displaced(path, [](const Vector3d&) { return Vector3d(0, 0, 0.1); }));
   EXPECT_EQ(result.src, src);
-  EXPECT_EQ(*result.dat,
+  EXPECT_EQ(result.dat,
             "DECL E6POS XA={X 0,Y 0,Z 0.1,S 2}\nDECL E6POS XB={X 100.0,Y 0,Z 0.1}, "
             "XC={X 100,Y 50,Z 0.1}\n");
 }
@@ -345,13 +370,57 @@ TEST(Krl, APointWithTwoCorrectionsIsWrittenIntoItsMoves) {
   const Path path = path_through({{0, 0, 0}, {100, 0, 0}, {100, 50, 0}, {0, 0, 0}}, 1000);
   Eigen::Matrix3Xd corrected = path.position;
   corrected(2, 3) += 0.1 * kMm;
-  const CorrectedKrl result = correct_krl(
+  const Corrected result = correct_krl(
       program("PTP XA\nLIN {X 100,Y 0,Z 0}\nLIN {X 100,Y 50,Z 0}\nLIN XA ; closed\n", dat), path,
       corrected);
-  EXPECT_EQ(*result.dat, dat);
+  EXPECT_EQ(result.dat, dat);
   EXPECT_THAT(lines_of(result.src),
               ElementsAre("PTP XA", "LIN {X 100,Y 0,Z 0}", "LIN {X 100,Y 50,Z 0}",
                           "LIN {X 0,Y 0,Z 0.1,S 2,T 1} ; closed"));
+}
+
+TEST(Krl, ADeclarationThatLeavesOutCoordinatesIsEachTimeAnotherPoint) {
+  const std::string dat = "DECL E6POS XB={X 100}\n";
+  const Path path = path_through({{0, 0, 0}, {100, 0, 0}, {0, 50, 0}, {100, 50, 0}}, 1000);
+  const auto by = [](const Vector3d& p) { return Vector3d(0, p.x() / 1000, 0); };
+  const Corrected result =
+      correct_krl(program("LIN {X 0,Y 0,Z 0}\nLIN XB\nLIN {X 0,Y 50,Z 0}\nLIN XB\n", dat), path,
+                  displaced(path, by));
+  EXPECT_EQ(result.dat, dat);
+  EXPECT_THAT(lines_of(result.src), ElementsAre("LIN {X 0,Y 0,Z 0}", "LIN {X 100,Y 0.1}",
+                                                "LIN {X 0,Y 50,Z 0}", "LIN {X 100,Y 50.1}"));
+}
+
+TEST(Krl, APointOfAMoveThatIsLeftAloneKeepsItsValueThere) {
+  const std::string dat = "DECL E6POS XA={X 0,Y 0,Z 0}\n";
+  const Path path = path_through({{0, 0, 0}, {100, 0, 0}});
+  const auto by = [](const Vector3d&) { return Vector3d(0, 0.1, 0); };
+  for (const std::string move : {"CIRC XA,XFAR", "CIRC XFAR,XA", "SCIRC XA,{A1 5}"}) {
+    const std::string back = move + "\nLIN {X 0,Y 0,Z 50}\n" + move + "\n";
+    const Corrected result = correct_krl(program("LIN XA\nLIN {X 100,Y 0,Z 0}\n" + back, dat), path,
+                                         displaced(path, by));
+    EXPECT_EQ(result.dat, dat);
+    EXPECT_EQ(result.src, "LIN {X 0,Y 0.1,Z 0}\nLIN {X 100,Y 0.1,Z 0}\n" + back);
+  }
+}
+
+// The path shows that the arm comes from the point before, whatever stands between.
+TEST(Krl, BehindABranchAMoveIsDividedWhereThePathGoesStraight) {
+  const auto by = [](const Vector3d& p) { return Vector3d(0, 0, p.x() < 50 ? 0 : p.x() / 500); };
+  const Texts branch = program("LIN {X 0,Y 0,Z 0}\nIF a THEN\nLIN {X 100,Y 0,Z 0}\nENDIF\n");
+  const Path straight = path_through({{0, 0, 0}, {100, 0, 0}});
+  EXPECT_EQ(correct_krl(branch, straight, displaced(straight, by)).inserted, 2);
+  const Path round = path_through({{0, 0, 0}, {0, 40, 0}, {100, 40, 0}, {100, 0, 0}});
+  EXPECT_EQ(correct_krl(branch, round, displaced(round, by)).inserted, 0);
+}
+
+TEST(Krl, AToolInTheRoomIsCorrectedAndNamed) {
+  const Path path = path_through({{0, 0, 0}, {100, 0, 0}});
+  const auto by = [](const Vector3d&) { return Vector3d(0, 0.1, 0); };
+  const Corrected result =
+      correct_krl(program("$IPO_MODE=#TCP\nLIN {X 0,Y 0,Z 0}\n"), path, displaced(path, by));
+  EXPECT_EQ(result.src, "$IPO_MODE=#TCP\nLIN {X 0,Y 0.1,Z 0}\n");
+  EXPECT_THAT(result.warnings, ElementsAre(HasSubstr("p.src:2: its tool stands in the room")));
 }
 
 // Others use it too: the declaration stays.
@@ -361,9 +430,9 @@ TEST(Krl, ASharedPointIsWrittenIntoItsMoves) {
   for (const auto& [declaration, move] : std::vector<std::pair<std::string, std::string>>{
            {"DECL GLOBAL E6POS XA={X 0,Y 0,Z 0}\n", ""},
            {"DECL E6POS XA={X 0,Y 0,Z 0}\n", "LIN XA:{Z 50}\n"}}) {
-    const CorrectedKrl result = correct_krl(program(move + "LIN XA\nLIN {X 100}\n", declaration),
-                                            path, displaced(path, by));
-    EXPECT_EQ(*result.dat, declaration);
+    const Corrected result = correct_krl(program(move + "LIN XA\nLIN {X 100}\n", declaration), path,
+                                         displaced(path, by));
+    EXPECT_EQ(result.dat, declaration);
     EXPECT_EQ(result.src, move + "LIN {X 0,Y 0.1,Z 0}\nLIN {X 100}\n");
   }
 }
@@ -385,8 +454,8 @@ TEST(Krl, WhatCannotBeCorrectedIsLeftAloneAndNamed) {
       "P1={X 0,Y 0,Z 0}\n"
       "P1.X=5\n";
   const auto by = [](const Vector3d&) { return Vector3d(0, 0.1, 0); };
-  const CorrectedKrl result = correct_krl(
-      program(src, "DECL POS P1\nDECL E6AXIS XAX={A1 0,A2 0}\n"), path, displaced(path, by));
+  const Corrected result = correct_krl(program(src, "DECL POS P1\nDECL E6AXIS XAX={A1 0,A2 0}\n"),
+                                       path, displaced(path, by));
   std::vector<std::string> expected = lines_of(src);
   expected[0] = "LIN {X 0,Y 0.1,Z 0}";
   expected[10] = "LIN {X 100,Y 0.1,Z 0}";
@@ -396,13 +465,14 @@ TEST(Krl, WhatCannotBeCorrectedIsLeftAloneAndNamed) {
   EXPECT_THAT(
       result.warnings,
       ElementsAre(
-          "p.src:2: left alone: axis angles, which need the robot; also lines 10",
-          "p.src:3: left alone: relative to the (corrected) point before it",
-          "p.src:4: left alone: its point is declared neither here nor in p.dat; also lines 9",
-          "p.src:5: left alone: its point is given a value more than once, or in a way not "
-          "understood",
-          "p.src:6: left alone: its target is not understood; also lines 8",
-          "p.src:7: left alone: coordinates are left out and the point before is not known"));
+          "p.src:2: left alone: joint angles that are not six plain numbers; also lines 10",
+          "p.src:3: left alone: a relative move; it starts from the corrected point before it",
+          "p.src:4: left alone: its point is declared neither here nor in the .dat of the program; "
+          "give that .dat, or correct the point where it is declared; also lines 9",
+          "p.src:5: left alone: its point is given several values, or changed at run time",
+          "p.src:6: left alone: its target is an expression or has no plain numbers; also lines 8",
+          "p.src:7: left alone: X, Y, Z are not all stated, and the move before does not state "
+          "them"));
 }
 
 TEST(Krl, NothingIsInsertedWhereItWouldMeanSomethingElse) {
@@ -411,16 +481,15 @@ TEST(Krl, NothingIsInsertedWhereItWouldMeanSomethingElse) {
   const std::vector<std::pair<std::string, std::string>> cases{
       {"LIN {X 0,Y 0,Z 0}\nTRIGGER WHEN DISTANCE=1 DELAY=0 DO $OUT[1]=TRUE\nLIN {X 100,Y 0}\n",
        "p.src:3: the correction bends along this move, but no points are inserted: a TRIGGER "
-       "refers to "
-       "this move"},
+       "refers to it"},
       {"LIN {X 0,Y 0,Z 0}\nSPLINE\nSLIN {X 100,Y 0}\nENDSPLINE\n",
-       "p.src:3: the correction bends along this move, but no points are inserted: a spline block"},
+       "p.src:3: the correction bends along this move, but no points are inserted: it stands in "
+       "a spline block"},
       {"LIN {X 0,Y 0,Z 0}\nLIN {X 100,Y 0,A 90}\n",
        "p.src:2: the correction bends along this move, but no points are inserted: the orientation "
-       "or "
-       "an external axis before it is not known"}};
+       "before it is not known"}};
   for (const auto& [src, warning] : cases) {
-    const CorrectedKrl result = correct_krl(program(src), path, displaced(path, by));
+    const Corrected result = correct_krl(program(src), path, displaced(path, by));
     EXPECT_EQ(result.inserted, 0);
     EXPECT_THAT(result.warnings, ElementsAre(warning));
   }
@@ -428,20 +497,20 @@ TEST(Krl, NothingIsInsertedWhereItWouldMeanSomethingElse) {
 
 TEST(Krl, SaysWhatTheControllerOrTheProgramAddsToIt) {
   const Path path = path_through({{0, 0, 0}, {100, 0, 0}});
-  const CorrectedKrl result = correct_krl(program("$ABS_ACCUR=TRUE\n"
-                                                  "$BASE=BASE_DATA[1]\n"
-                                                  "LIN {X 0,Y 0,Z 0}\n"
-                                                  "LOOP\n"
-                                                  "$base = base_data[1]\n"
-                                                  "LIN {X 50,Y 0,Z 0}\n"
-                                                  "ENDLOOP\n"
-                                                  "BAS(#BASE,2)\n"
-                                                  "LIN {X 100,Y 0,Z 0}\n"),
-                                          path, path.position);
+  const Corrected result = correct_krl(program("$ABS_ACCUR=TRUE\n"
+                                               "$BASE=BASE_DATA[1]\n"
+                                               "LIN {X 0,Y 0,Z 0}\n"
+                                               "LOOP\n"
+                                               "$base = base_data[1]\n"
+                                               "LIN {X 50,Y 0,Z 0}\n"
+                                               "ENDLOOP\n"
+                                               "BAS(#BASE,2)\n"
+                                               "LIN {X 100,Y 0,Z 0}\n"),
+                                       path, path.position);
   ASSERT_EQ(result.warnings.size(), 3u);
   EXPECT_THAT(result.warnings[0], HasSubstr("p.src:1: $ABS_ACCUR"));
   EXPECT_THAT(result.warnings[1], HasSubstr("p.src:6: stands in a loop"));
-  EXPECT_THAT(result.warnings[2], HasSubstr("p.src:9: $BASE is another one than for the first "
+  EXPECT_THAT(result.warnings[2], HasSubstr("p.src:9: its frame is another one than of the first "
                                             "corrected move (line 3)"));
   EXPECT_THAT(correct_krl(program("$ABS_ACCUR=FALSE\n; $ABS_ACCUR\nLIN {X 0,Y 0,Z 0}\n"), path,
                           path.position)
@@ -456,8 +525,10 @@ TEST(Krl, APathThatIsNotTheProgramsIsAnError) {
       "p.src: no point of the program lies on the programmed path; the nearest, in line 2 at "
       "(50.000, 2.000, 0.000) mm, is 2.000 mm off");
   expect_error([&] { correct_krl(program("LIN XP1\nLIN XP2\n"), path, path.position); },
-               "p.src: none of its 2 moves goes to a position that is known here");
-  expect_error([] { read_krl("/nowhere/p.src"); }, "/nowhere/p.src: No such file");
+               "p.src: has no move to a point with plain numbers, read as krl: p.src:1: left "
+               "alone: its point "
+               "is declared neither here nor in the .dat");
+  expect_error([] { program_of_file("/nowhere/p.src"); }, "/nowhere/p.src: No such file");
 }
 
 // The record begins and ends within a move: beyond, the correction fades out.
@@ -476,7 +547,7 @@ TEST(Krl, FewPointsOnThePathAreDoubted) {
 TEST(Krl, AMoveThatThePathCoversInPartIsCorrectedThere) {
   const Path path = path_through({{60, 0, 0}, {100, 0, 0}, {100, 30, 0}});
   const auto by = [](const Vector3d&) { return Vector3d(0, 0, 0.1); };
-  const CorrectedKrl result =
+  const Corrected result =
       correct_krl(program("LIN {X 0,Y 0,Z 0}\nLIN {X 100,Y 0,Z 0}\nLIN {X 100,Y 90,Z 0}\n"), path,
                   displaced(path, by));
   EXPECT_THAT(
@@ -488,13 +559,13 @@ TEST(Krl, AMoveThatThePathCoversInPartIsCorrectedThere) {
 // A controller that shares nothing with the reader runs the corrected program: it goes where the
 // path was corrected to, and what it says of orientation and external axes at the program's own
 // points is what it said before.
-void expect_follows(const KrlProgram& before, const Path& path, const Eigen::Matrix3Xd& corrected) {
-  const CorrectedKrl after = correct_krl(before, path, corrected);
-  const auto samples = Controller(after.src, after.dat.value_or("")).samples;
+void expect_follows(const Texts& before, const Path& path, const Eigen::Matrix3Xd& corrected) {
+  const Corrected after = correct_krl(before, path, corrected);
+  const auto samples = Controller(after.src, after.dat).samples;
   double worst = 0;
   for (Eigen::Index i = 0; i < corrected.cols(); i += 11)
     worst = std::max(worst, distance_to(samples, corrected.col(i) / kMm));
-  const double tolerance = KrlCorrectionOptions{}.tolerance / kMm;
+  const double tolerance = DisplacementOptions{}.tolerance / kMm;
   const double rounding = 1e-4, chord_of_oracle = 1e-3;
   EXPECT_LT(worst, tolerance + rounding + chord_of_oracle);
 }
@@ -510,9 +581,9 @@ TEST(Krl, PiecesOfACircleThatAreStraightAreLines) {
     for (Eigen::Index i = from; i < corrected.cols(); ++i) corrected(2, i) += 0.1 * kMm;
     return corrected;
   };
-  const KrlProgram half =
+  const Texts half =
       program("LIN {X 100,Y 0,Z 0}\n scirc  {X 0,Y 100,Z 0} , {X -100,Y 0,Z 0} ; half\n");
-  const KrlCorrectionOptions anywhere{.spacing = 0};
+  const DisplacementOptions anywhere{.spacing = 0};
   EXPECT_THAT(lines_of(correct_krl(half, path, stepped(200), anywhere).src),
               ElementsAre("LIN {X 100,Y 0,Z 0}",
                           " scirc  {X 70.9878,Y 70.4325,Z 0} , {X 0.7854,Y 99.9969,Z 0} C_SPL",
@@ -526,7 +597,8 @@ TEST(Krl, PiecesOfACircleThatAreStraightAreLines) {
 
 TEST(Krl, ATaughtProgramFollowsTheCorrectedPath) {
   const Path path = contour();
-  expect_follows(read_krl(kFolder + "kontur.src"), path, displaced(path, [](const Vector3d& p) {
+  expect_follows(program_of_file(kFolder + "kontur.src"), path,
+                 displaced(path, [](const Vector3d& p) {
                    return Vector3d(0.2 * std::sin(p.y() / 30), 0.3 * std::cos(p.x() / 40),
                                    0.1 * std::sin((p.x() + p.y()) / 50));
                  }));

@@ -23,16 +23,21 @@ inline constexpr double kPathMatchTolerance = 1e-4;
 
 struct DisplacedProgram {
   RewrittenProgram text;
-  int corrected = 0;   ///< targets that lie on the path
-  int left_alone = 0;  ///< all others, and moves that cannot be followed
+  int corrected = 0;   ///< targets that lie on the path, auxiliary points of arcs among them
+  int left_alone = 0;  ///< moves that do not end on the path, or cannot be followed
   std::vector<std::string> warnings;
 };
 
 /// Displaces the Cartesian targets of a program as the correction displaces the path: `programmed`
 /// in the frame of the program becomes `corrected` (3 x samples, [m]). Targets are looked for on
-/// the path in the order of the text (places_in_order()); orientations stay. Where the correction
-/// bends the path along a straight or circular move, points are inserted, as rewrite() does; no
-/// piece of an arc is shorter than kShortestArc. Throws InputError if no target lies on the path.
+/// the path in the order of the text (places_in_order()). Orientations and external axes stay; a
+/// target off the path keeps its text.
+///
+/// Where the correction bends the path along a straight or circular move, points are inserted, as
+/// rewrite() does; their orientation and external axes lie between those of the ends. Where the
+/// path covers a straight move in part, the correction fades out at the end off the path. No piece
+/// of an arc is shorter than kShortestArc; of KUKA, pieces that are straight become lines instead.
+/// Throws InputError if no target lies on the path.
 DisplacedProgram displace_program(const RobotProgram& program, const Path& programmed,
                                   const Eigen::Matrix3Xd& corrected,
                                   const DisplacementOptions& options = {});

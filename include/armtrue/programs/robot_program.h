@@ -33,24 +33,27 @@ struct ProgramNumber {
 
 enum class TargetKind { joints, cartesian };
 
-/// FANUC: where a position stands in /POS, P[3:"name"]{ .. CONFIG : 'N U T, 0, 0, 0', .. }.
-struct ProgramDeclaration {
-  size_t begin = 0, number_end = 0;                       ///< of `P`, and behind the 3
-  size_t open = 0, end = 0;                               ///< of `{`, and behind `}`
+/// FANUC: the parts of a position of /POS, P[3:"name"]{ .. CONFIG : 'N U T, 0, 0, 0', .. }.
+struct FanucDeclaration {
+  size_t open = 0;                                        ///< of `{`
   size_t configuration_begin = 0, configuration_end = 0;  ///< between the quotes
 };
 
 /// The numbers of a point: those of a declaration that several moves may use, or of one move.
 struct ProgramPoint {
-  std::string name;  ///< for messages: `XP1`, or empty where a move has its own numbers
-  int line = 0;      ///< of the numbers, in their text
+  std::string name;           ///< for messages: `XP1`, or empty where a move has its own numbers
+  int line = 0;               ///< of the numbers, in their text
+  int text = 0;               ///< index in RobotProgram::texts
+  size_t begin = 0, end = 0;  ///< in that text: of the point with its brackets; FANUC: from `P` on
+  bool is_shared = false;     ///< others than the moves of this program use it, and it must stay
   TargetKind kind = TargetKind::cartesian;
   /// In the order of the dialect: KUKA X Y Z A B C; ABB x y z q1 q2 q3 q4; FANUC X Y Z W P R; UR
   /// x y z rx ry rz; or the six joints.
   std::vector<ProgramNumber> numbers;
   /// KUKA: T. ABB: cf1 cf4 cf6 cfx. Empty if not written.
   std::vector<ProgramNumber> configuration;
-  ProgramDeclaration declaration;  ///< of FANUC
+  std::vector<ProgramNumber> external;  ///< KUKA: E1 to E6, some of them not written
+  FanucDeclaration declaration;
 };
 
 /// A coordinate system that a program names.
@@ -78,22 +81,26 @@ enum class ArcTurning {
 
 /// The text of a move that may be inserted before a straight or circular one, but for its points.
 struct ProgramInsertion {
-  size_t at = 0;                      ///< in texts[0]: where lines begin that stand before the move
-  std::string before, behind;         ///< the point, or both points of a circular move
-  std::string middle;                 ///< between the auxiliary point and the end
-  size_t via_begin = 0, via_end = 0;  ///< in texts[0]: the auxiliary point in the move itself
-  std::string point_end;              ///< of a point that is written out (ABB: its external axes)
+  size_t at = 0;               ///< in texts[0]: where lines begin that stand before the move
+  std::string before, behind;  ///< the point, or both points of a circular move
+  std::string middle;          ///< between the auxiliary point and the end
+  /// KUKA: what stands before the point of a straight move on the way of a circular one; else
+  /// empty.
+  std::string before_line;
   std::string line_end;
-  std::string remark;  ///< a warning, if points are inserted; else empty
 };
 
 /// A point to which the arm drives, in the order of the text.
 struct ProgramTarget {
-  int line = 0;  ///< of the move, in texts[0]
+  int line = 0;               ///< of the move, in texts[0]
+  size_t begin = 0, end = 0;  ///< in texts[0]: what names or states the point in the move
   MotionKind motion = MotionKind::joint;
   /// Whether the arm always comes from the target before: between the two moves nothing branches,
   /// repeats or may move the arm elsewhere.
   bool follows_target = false;
+  bool is_in_loop = false;      ///< KUKA
+  bool ends_elsewhere = false;  ///< KUKA: a circle whose angle says where it ends
+  bool is_room_tool = false;    ///< KUKA: the tool stands in the room, and the robot holds the part
   /// Distance before the target at which the arm may leave its path [m], if the program states it
   /// in mm.
   double blend = 0;
@@ -101,10 +108,13 @@ struct ProgramTarget {
   /// Of a straight or circular move: why no point can be inserted before it; empty if some can.
   std::string obstacle;
   ProgramInsertion insertion;  ///< if there is no obstacle
+  std::string remark;          ///< a warning, if points are written into the move; else empty
   int point = -1;
   int base = -1, tool = -1;  ///< in RobotProgram::frames; -1: the program names none
   TargetKind kind = TargetKind::cartesian;
-  Pose pose;  ///< Cartesian: base from TCP, as written
+  Pose pose;                     ///< Cartesian: base from TCP, as written
+  bool has_orientation = true;   ///< else pose.rotation is the identity, and not known
+  std::vector<double> external;  ///< KUKA: E1 to E6, as written; NaN: not known
   /// Of joints: encoder angles of the model [rad].
   JointVector q = JointVector::Zero(kProgramAxes);
   std::optional<JointVector> near;  ///< angles near the solution that the program states [rad]
@@ -125,19 +135,24 @@ struct RobotProgram {
   std::vector<ProgramTarget> targets;
   std::vector<ProgramFrame> frames;
   std::vector<ProgramName> names;
-  size_t declarations_end = 0;  ///< FANUC: where the positions of /POS end, in texts[0]
-  int left_alone = 0;           ///< moves that the parser does not understand
+  int absolute_accuracy_line = 0;  ///< KUKA: the first one that uses $ABS_ACCUR; 0: none does
+  size_t declarations_end = 0;     ///< FANUC: where the positions of /POS end, in texts[0]
+  int left_alone = 0;              ///< moves that the parser does not understand
   std::vector<std::string> warnings;
 };
 
 /// Frames and tools that the program only names, by name (`BASE_DATA[3]`, `wobj1`, `UF[2]`).
 using KnownFrames = std::map<std::string, Pose>;
 
+/// What must be known of a Cartesian target: of a position, its orientation or its place in the
+/// room may be unknown.
+enum class TargetParts { pose, position };
+
 /// Reads a program. `texts`: the program and, for KRL, its .dat if there is one. What the parser
 /// does not understand (expressions, offsets, relative moves, points that are assigned at run time)
 /// gives a warning with file and line, and stays as it is. Throws InputError if there is no target.
 RobotProgram parse_program(Dialect dialect, std::vector<ProgramText> texts,
-                           const KnownFrames& known);
+                           const KnownFrames& known, TargetParts parts = TargetParts::pose);
 
 /// The command that replaces a target.
 struct ProgramCommand {
@@ -156,7 +171,9 @@ struct ProgramPointBetween {
   /// Of the controller's model there [rad]; nothing: on the branch of the target, with its turns.
   std::optional<JointVector> q;
   double blend = 0;                      ///< radius within which it may be passed [m]
-  MotionKind motion = MotionKind::line;  ///< line, via, arc
+  MotionKind motion = MotionKind::line;  ///< line, via, arc; a line may be a piece of an arc
+  std::vector<double> external;          ///< as ProgramTarget::external
+  bool is_left_out = false;  ///< via: the rest of the arc is a line, without auxiliary point
 };
 
 /// How many moves the points stand for: all but the auxiliary points.
@@ -166,7 +183,6 @@ struct RewrittenProgram {
   std::vector<std::string> texts;
   int changed = 0;   ///< points with another number
   int inserted = 0;  ///< moves
-  /// On points whose targets need different numbers; they stay as they are.
   std::vector<std::string> warnings;
 };
 
@@ -174,10 +190,14 @@ struct RewrittenProgram {
 /// `between`, in the order in which the arm passes them. But for these moves only bytes of numbers
 /// change, and only of numbers that differ after rounding: KUKA 0.0001 mm and deg, ABB 0.0001 mm,
 /// 0.00001 deg and 1e-7 of a quaternion, FANUC 0.001 mm and deg, UR 1e-7 m and rad, or finer where
-/// more decimals were written. An inserted move has the speed of its move and is passed without a
+/// more decimals were written. A declared point changes where it is declared, if all its moves need
+/// the same numbers and nothing else uses it; otherwise each move that needs other numbers gets a
+/// point of its own, written out in the move, of FANUC as a new position. What a point leaves out
+/// is added where the point before no longer gives it. An inserted point is written as the end of
+/// its move is, with other numbers; its move has the speed of that move and is passed without a
 /// stop; of FANUC the lines and LINE_COUNT are numbered anew. The auxiliary point of a divided arc
-/// is written out in its move, of FANUC as a new position. No point is inserted in a move one of
-/// whose ends stays as programmed. Throws InputError if the controller would not load the program.
+/// is written out too. No point is inserted in a move one of whose ends is not corrected. Throws
+/// InputError if the controller would not load the program.
 RewrittenProgram rewrite(const RobotProgram& program, const std::vector<ProgramCommand>& commands,
                          const std::vector<ProgramPointBetween>& between = {});
 

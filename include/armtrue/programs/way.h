@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "armtrue/kinematics/pose.h"
 #include "armtrue/kinematics/units.h"
@@ -20,6 +21,10 @@ struct Way {
   Pose at(double t) const;
   double length() const;  ///< [m]
 };
+
+/// The external axes at t on the way between two targets; NaN where one does not know them.
+std::vector<double> external_between(const ProgramTarget& start, const ProgramTarget& end,
+                                     double t);
 
 /// Share of the way to the next point.
 inline constexpr double kPassingShare = 0.4;
