@@ -93,7 +93,7 @@ class Rewriter {
   // before; what it has then is held.
   void hold(size_t target, bool is_via, Wanted& wanted) {
     const ProgramPoint& point = point_of(target);
-    hold_external(target, wanted);
+    hold_external(target, is_via, wanted);
     if (point.kind == TargetKind::joints) return held_.clear();
     held_.resize(point.numbers.size(), std::numeric_limits<double>::quiet_NaN());
     for (size_t i = 0; i < held_.size(); ++i) {
@@ -113,8 +113,8 @@ class Rewriter {
     }
   }
 
-  // The same of external axes, which may be unknown.
-  void hold_external(size_t target, Wanted& wanted) {
+  // The same of external axes, which may be unknown. Those of an auxiliary point count for nothing.
+  void hold_external(size_t target, bool is_via, Wanted& wanted) {
     const ProgramPoint& point = point_of(target);
     held_external_.resize(point.external.size(), std::numeric_limits<double>::quiet_NaN());
     for (size_t i = 0; i < wanted.external_values.size(); ++i) {
@@ -123,9 +123,9 @@ class Rewriter {
       const ProgramNumber& number = point.external[i];
       if (number.is_written())
         wanted.external[i] = text_of_number(number, here, kExternal);
-      else if (std::abs(here - held_external_[i]) > half_step(kExternal))
+      else if (!is_via && std::abs(here - held_external_[i]) > half_step(kExternal))
         wanted.external[i] = rounded_text(here, 0, kExternal);
-      if (number.is_written() || !wanted.external[i].empty()) held_external_[i] = here;
+      if (!is_via && (number.is_written() || !wanted.external[i].empty())) held_external_[i] = here;
     }
   }
 

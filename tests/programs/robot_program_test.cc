@@ -294,6 +294,11 @@ TEST(RobotProgramTest, ExternalAxesFollowTheCommandsAndAreAddedWhereTheyAreLeftO
   EXPECT_EQ(rewrite(program, commands).texts[0],
             "PTP {A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0,E1 50.25}\n" + frame + ",E1 100.5,E2 5}\n" +
                 frame + ",E1 100}\n" + frame + "}\n");
+  // Those of an auxiliary point count for nothing.
+  const RobotProgram arc =
+      parsed("p.src", frame + ",E1 100}\nCIRC {X 810,Y 10,Z 900,E1 7},{X 820,Y 0}\n");
+  EXPECT_EQ(arc.targets[2].external[0], 100);
+  EXPECT_EQ(rewrite(arc, commands_without_correction(arc)).texts[0], arc.texts[0].text);
 }
 
 TEST(RobotProgramTest, KukaTurnFollowsTheJointsAndStatusIsKept) {
