@@ -201,13 +201,18 @@ void refuse_options_of_tables(const app::Command& command, const Arguments& argu
     throw app::UsageError("-o: a program goes to --program-out, and there is no other product");
 }
 
-// A robot program states six axes.
-void refuse_other_axes(const Robot& controller, const Arguments& arguments) {
-  if (!is_six_axis_arm(controller.chain))
-    throw InputError(fmt::format(
-        "{}: a robot program is about an arm of six revolute axes, and {} has the joints {}; give "
-        "its targets as a table (pose,x_mm,y_mm,z_mm,a_deg,b_deg,c_deg and the joints as a hint)",
-        arguments.program.path, arguments.controller, encoder_columns(controller.chain)));
+// A robot program states six axes; of KUKA external ones, too.
+ProgramJoints joints_of_program(const Robot& controller, const RobotProgram& program,
+                                const Arguments& arguments) {
+  const std::optional<ProgramJoints> joints = program_joints(controller.chain);
+  if (joints && (program.dialect == Dialect::krl || !joints->has_external())) return *joints;
+  throw InputError(fmt::format(
+      "{}: {} is about an arm of six revolute axes{}, and {} has the joints {}; give its targets "
+      "as a table (pose,x_mm,y_mm,z_mm,a_deg,b_deg,c_deg and the joints as a hint)",
+      arguments.program.path,
+      program.dialect == Dialect::krl ? "a KUKA program" : "a program of this controller",
+      program.dialect == Dialect::krl ? " and external axes E1 to E6" : "", arguments.controller,
+      encoder_columns(controller.chain)));
 }
 
 void refuse_two_tools(const RobotProgram& program, const Arguments& arguments) {
@@ -235,14 +240,15 @@ int run(app::Command& command, Arguments& arguments) {
   const std::optional<About> about = app::read_about(command, arguments.page);
   app::refuse_other_files(robot, controller, arguments);
   std::optional<RobotProgram> program;
+  ProgramJoints joints;
   ProgramFile file;
   if (!arguments.program.path.empty()) {
-    refuse_other_axes(controller, arguments);
     refuse_options_of_tables(command, arguments);
     program = app::read_robot_program(command, arguments.program);
     refuse_two_tools(*program, arguments);
     file.source = program->texts[0].name;
-    file.program = program_targets(*program, compensation_options(arguments, controller));
+    joints = joints_of_program(controller, *program, arguments);
+    file.program = program_targets(*program, compensation_options(arguments, controller), joints);
   } else {
     file = command.read_program(command.input, controller);
   }
@@ -265,7 +271,8 @@ int run(app::Command& command, Arguments& arguments) {
   bool is_followed = true;
   if (program)
     is_followed =
-        app::write_robot_program(command, *program, targets, divided.inserted, arguments.program);
+        app::write_robot_program(command, *program, program_commands(*program, targets, joints),
+                                 divided.inserted, arguments.program);
   else
     write_output(command.output,
                  write_commands(file, targets, command_kind(arguments, file.program)));

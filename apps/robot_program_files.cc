@@ -6,7 +6,6 @@
 #include <initializer_list>
 #include <utility>
 
-#include "armtrue/compensation/program_targets.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/program_io.h"
 #include "program_arguments.h"
@@ -119,10 +118,9 @@ RobotProgram read_robot_program(Command& command, const RobotProgramFiles& files
 }
 
 bool write_robot_program(Command& command, const RobotProgram& program,
-                         std::vector<CorrectedTarget>& targets,
+                         const ProgramCommands& commands,
                          const std::vector<ProgramPointBetween>& between,
                          const RobotProgramFiles& files) {
-  const ProgramCommands commands = program_commands(program, targets);
   RewrittenProgram rewritten = rewrite(program, commands.list, between);
   if (has_name(files.out)) rename(program, fs::path(files.out).stem().string(), rewritten.texts);
   bool is_followed = true;

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/compensation/compensation.h"
+#include "armtrue/compensation/program_targets.h"
 #include "armtrue/programs/robot_program.h"
 #include "command_line.h"
 
@@ -25,7 +25,7 @@ RobotProgram read_robot_program(Command& command, const RobotProgramFiles& files
 /// Writes the program with the corrections and the points `between` targets, warns of what could
 /// not be followed, and returns whether there was nothing of the kind.
 bool write_robot_program(Command& command, const RobotProgram& program,
-                         std::vector<CorrectedTarget>& targets,
+                         const ProgramCommands& commands,
                          const std::vector<ProgramPointBetween>& between,
                          const RobotProgramFiles& files);
 

@@ -16,10 +16,18 @@ struct Arms {
        const CompensationOptions& own)
       : options(own),
         identified(of_identified, options, options.tool, program.visits.temperature_names),
-        controller(of_controller, options, options.tool, program.visits.temperature_names),
+        controller(of_controller, of_controller_alone(program), options.tool,
+                   program.visits.temperature_names),
         programmed(program, options, controller) {}
   Arms(const Arms&) = delete;
   Arms& operator=(const Arms&) = delete;
+
+  // A controller drives the external axes to where the program has them.
+  CompensationOptions of_controller_alone(const Program& program) const {
+    CompensationOptions alone = options;
+    if (program.states_external) alone.move_external_axes = false;
+    return alone;
+  }
 
   CompensationOptions options;
   ProgramArm identified, controller;

@@ -16,10 +16,14 @@ int sign_of(double value) {
 }  // namespace
 
 Branch branch_of(const ChainEvaluator& arm, const JointVector& q) {
-  if (!arm.is_six_axis_arm()) return {};
+  return arm.is_six_axis_arm() ? branch_of(arm, q, 0) : Branch{};
+}
+
+Branch branch_of(const ChainEvaluator& arm, const JointVector& q, int first) {
   const LinkFrames frames = arm.link_frames(q);
-  const auto axis = [&](size_t j) -> Eigen::Vector3d { return frames[j].rotation.col(2); };
-  const auto origin = [&](size_t j) -> const Eigen::Vector3d& { return frames[j].translation; };
+  const auto at = [first](size_t j) { return static_cast<size_t>(first) + j; };
+  const auto axis = [&](size_t j) -> Eigen::Vector3d { return frames[at(j)].rotation.col(2); };
+  const auto origin = [&](size_t j) -> const Eigen::Vector3d& { return frames[at(j)].translation; };
   const Eigen::Vector3d wrist = origin(4);
   Branch branch;
   branch.shoulder = sign_of(axis(0).cross(axis(1)).dot(wrist - origin(0)));

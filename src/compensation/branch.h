@@ -14,6 +14,8 @@ struct Branch {
 };
 
 Branch branch_of(const ChainEvaluator& arm, const JointVector& q);
+/// The same of six revolute links from `first` on, whatever stands before them.
+Branch branch_of(const ChainEvaluator& arm, const JointVector& q, int first);
 
 /// Whether no sign differs; 0 fits both.
 bool is_same(const Branch& a, const Branch& b);

@@ -164,7 +164,8 @@ class Compensation {
   JointVector stated_at(int row, Context context, const Configuration& stated,
                         const std::optional<JointVector>& previous) const {
     const std::optional<JointVector> before = previous ? previous : options_.start;
-    motion_.arrive(context, before.value_or(stated.reference));
+    motion_.arrive(
+        context, before.value_or(controller().program_joints().whole(stated.reference, context.q)));
     const Pose wanted = wanted_at(row);
     const PostureSearch search(controller(), context, wanted, stated, before);
     if (const auto q = search.find()) return *q;

@@ -71,12 +71,18 @@ WayError ErrorBetween::error_on(const std::vector<CorrectedTarget>& targets, siz
   WayError error{0};
   double largest_step = 0;
   Eigen::Vector3d before = Eigen::Vector3d::Zero();  // the error one sample before; none at an end
-  JointVector q = targets[row - rows_of(way.motion)].q;
+  const JointVector& from = targets[row - rows_of(way.motion)].q;
+  JointVector q = from;
   for (int k = 1; k <= kSamples + 1; ++k) {
     const double t = static_cast<double>(k) / (kSamples + 1);
     Eigen::Vector3d here = Eigen::Vector3d::Zero();
     if (k <= kSamples) {
       Context context = program_.visits.context(static_cast<int>(row));
+      if (program_.states_external) {  // they move evenly
+        const ProgramJoints& joints = own.controller.program_joints();
+        joints.move_external(q, from);
+        joints.move_external(q, targets[row].q, t);
+      }
       const JointCorrection found = joints_of_pose(own.controller, context, driven->at(t), q);
       if (!found.is_reached) return {std::numeric_limits<double>::infinity()};
       q = found.q;

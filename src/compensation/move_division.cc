@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "armtrue/compensation/program_joints.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
 #include "compensation/error_between.h"
@@ -39,6 +40,7 @@ class MoveDivision {
         program_(program),
         options_(options),
         tolerance_(tolerance),
+        joints_(program_joints(controller.chain)),
         closed_(text.targets.size()),
         why_(text.targets.size()),
         before_(text.targets.size(), 0) {
@@ -106,10 +108,19 @@ class MoveDivision {
       if (!rows_[i].is_placed) continue;
       const size_t k = rows_[i].move;
       result.poses[i] = inverse(base_of(k)) * ways_[k]->at(rows_[i].t);
+      if (program_.states_external) result.visits.q[i] = external_at(k, rows_[i].t);
       result.hinted[i] = false;
       result.configurations[i] = Configuration{};
     }
     return result;
+  }
+
+  // Joints with the external axes at t on the way to a target, which move evenly.
+  JointVector external_at(size_t target, double t) const {
+    const std::vector<JointVector>& q = program_.visits.q;
+    JointVector here = q[target - rows_of_piece(target)];
+    joints_->move_external(here, q[target], t);
+    return here;
   }
 
   const Pose& base_of(size_t target) const {
@@ -301,9 +312,13 @@ class MoveDivision {
       if (!row.is_placed) continue;
       inserted[k] += !row.is_via;
       const MotionKind motion = row.is_via ? MotionKind::via : of_text(k).motion;
-      found.inserted.push_back(
-          {row.target(), targets_[i].pose, targets_[i].q, row.is_via ? 0 : blend_at(i), motion,
-           external_between(of_text(k - rows_of_piece(k)), of_text(k), row.t)});
+      std::vector<double> external =
+          external_between(of_text(k - rows_of_piece(k)), of_text(k), row.t);
+      if (program_.states_external)
+        external = joints_->external_numbers(targets_[i].q, std::move(external));
+      found.inserted.push_back({row.target(), targets_[i].pose,
+                                joints_ ? joints_->arm_of(targets_[i].q) : targets_[i].q,
+                                row.is_via ? 0 : blend_at(i), motion, std::move(external)});
       found.between.points.push_back(targets_[i]);
     }
     for (size_t k = 0; k < text_.targets.size(); ++k) {
@@ -338,6 +353,7 @@ class MoveDivision {
   const Program& program_;
   const CompensationOptions& options_;
   const double tolerance_;
+  const std::optional<ProgramJoints> joints_;
   std::vector<Row> rows_;
   std::vector<std::string> closed_;  // of each target: why no point may be inserted; else empty
   std::vector<std::string> why_;     // of each target: why it is above the tolerance

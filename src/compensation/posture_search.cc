@@ -29,23 +29,25 @@ std::optional<double> turned_into(double angle, double low, double high, double 
 PostureSearch::PostureSearch(const ProgramArm& arm, const Context& context, const Pose& wanted,
                              const Configuration& stated, const std::optional<JointVector>& before)
     : arm_(arm),
+      joints_(arm.program_joints()),
       context_(context),
       wanted_(wanted),
       stated_(stated),
       before_(before),
-      reference_(branch_of(arm.chain(), stated.reference)) {
-  if (before) try_from(*before);
-  if (!found_) try_from(stated.reference);
+      reference_(
+          branch_of(arm.chain(), joints_.whole(stated.reference, context.q), joints_.first_link)) {
+  if (before) try_from(joints_.whole(joints_.arm_of(*before), context.q));
+  if (!found_) try_from(joints_.whole(stated.reference, context.q));
   const KinematicChain& chain = arm.robot().chain;
   for (int k = 1; k <= kStarts && !found_; ++k) {
     JointVector start(kProgramAxes);
     for (int j = 0; j < kProgramAxes; ++j) {
-      const auto [min, max] = travel(chain.links[static_cast<size_t>(j)]);
+      const auto [min, max] = travel(joint_link(chain, joint(j)));
       const double low = std::max(min, stated.low[j]), high = std::min(max, stated.high[j]);
       const double share = std::fmod(k * std::sqrt(2.0 + j) + 0.5 * j, 1.0);
       start[j] = low < high ? low + share * (high - low) : min + share * (max - min);
     }
-    try_from(start);
+    try_from(joints_.whole(start, context.q));
   }
   if (!found_ && stated.sides_are_weak) found_ = in_ranges_only_;
   if (!found_) found_ = beyond_travel_;
@@ -68,19 +70,19 @@ std::optional<JointVector> PostureSearch::in_ranges(JointVector q, bool in_trave
   for (int j = 0; j < kProgramAxes; ++j) {
     double low = stated_.low[j], high = stated_.high[j];
     if (in_travel) {
-      const auto [min, max] = travel(chain.links[static_cast<size_t>(j)]);
+      const auto [min, max] = travel(joint_link(chain, joint(j)));
       low = std::max(min, low);
       high = std::min(max, high);
     }
-    const auto turned = turned_into(q[j], low, high, before_ ? (*before_)[j] : 0);
+    const auto turned = turned_into(q[joint(j)], low, high, before_ ? (*before_)[joint(j)] : 0);
     if (!turned) return std::nullopt;
-    q[j] = *turned;
+    q[joint(j)] = *turned;
   }
   return q;
 }
 
 bool PostureSearch::has_sides(const JointVector& q) const {
-  const Branch branch = branch_of(arm_.chain(), q);
+  const Branch branch = branch_of(arm_.chain(), q, joints_.first_link);
   const auto is_on = [](int side, int reference, int now) { return side * reference * now >= 0; };
   return is_on(stated_.sides[0], reference_.shoulder, branch.shoulder) &&
          is_on(stated_.sides[1], reference_.elbow, branch.elbow) &&

@@ -2,18 +2,21 @@
 
 #include <optional>
 
+#include "armtrue/compensation/program_joints.h"
 #include "armtrue/programs/configuration.h"
 #include "compensation/branch.h"
 #include "compensation/program_arm.h"
 
 namespace armtrue {
 
-/// Looks for the joint angles at which an arm of six axes has a pose in a stated configuration:
-/// from the posture before, from the reference of the configuration, then from other starts in a
-/// fixed order. One within the travel is preferred.
+/// Looks for the joint angles at which an arm of six axes, perhaps with external ones that stay,
+/// has a pose in a stated configuration: from the posture before, from the reference of the
+/// configuration, then from other starts in a fixed order. One within the travel is preferred.
 class PostureSearch {
  public:
-  /// `wanted`: R_0 from TCP. The arguments must live as long as the search.
+  /// `wanted`: R_0 from TCP. `context`: its q holds the external axes, if there are some. The
+  /// arguments must live as long as the search. Throws std::invalid_argument if the arm has not six
+  /// axes beside external ones.
   PostureSearch(const ProgramArm& arm, const Context& context, const Pose& wanted,
                 const Configuration& stated, const std::optional<JointVector>& before);
 
@@ -28,8 +31,10 @@ class PostureSearch {
   /// travel; nothing if that cannot be.
   std::optional<JointVector> in_ranges(JointVector q, bool in_travel) const;
   bool has_sides(const JointVector& q) const;
+  int joint(int axis) const { return joints_.arm[static_cast<size_t>(axis)]; }
 
   const ProgramArm& arm_;
+  const ProgramJoints joints_;
   const Context& context_;
   const Pose& wanted_;
   const Configuration& stated_;

@@ -1,6 +1,7 @@
 #include "compensation/program_arm.h"
 
 #include <algorithm>
+#include <stdexcept>
 
 #include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/parameters.h"
@@ -77,8 +78,18 @@ ProgramArm::ProgramArm(const Robot& robot, const CompensationOptions& options, c
                        const std::vector<std::string>& temperature_names)
     : robot_(with_tool(without_station_effects(robot, options.tool_is_measured), tool)),
       model_(robot_, temperature_names),
-      foot_from_station_(inverse(robot.chain.base)) {
+      foot_from_station_(inverse(robot.chain.base)),
+      program_joints_(armtrue::program_joints(robot.chain)) {
   if (!options.move_external_axes) held_ = external_axes(robot_.chain);
+}
+
+const ProgramJoints& ProgramArm::program_joints() const {
+  if (program_joints_) return *program_joints_;
+  throw std::invalid_argument("the arm has not six axes beside external ones");
+}
+
+Branch ProgramArm::branch_at(const JointVector& q) const {
+  return program_joints_ ? branch_of(chain(), q, program_joints_->first_link) : Branch{};
 }
 
 Context ProgramArm::in_station(Context context) const {

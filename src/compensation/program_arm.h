@@ -1,12 +1,15 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "armtrue/compensation/compensation.h"
+#include "armtrue/compensation/program_joints.h"
 #include "armtrue/effects/context.h"
 #include "armtrue/effects/robot_model.h"
+#include "compensation/branch.h"
 
 namespace armtrue {
 
@@ -34,6 +37,12 @@ class ProgramArm {
 
   const Robot& robot() const { return robot_; }
   const ChainEvaluator& chain() const { return model_.chain(); }
+  /// Joints that stay: the external axes, unless the options say that they may move.
+  const std::vector<int>& held() const { return held_; }
+  /// Throws std::invalid_argument if the arm has not six axes beside external ones.
+  const ProgramJoints& program_joints() const;
+  /// Of an arm with six axes beside external ones; of any other, without sides.
+  Branch branch_at(const JointVector& q) const;
 
  private:
   Context in_station(Context context) const;
@@ -42,6 +51,7 @@ class ProgramArm {
   RobotModel model_;
   Pose foot_from_station_;
   std::vector<int> held_;  // joints
+  std::optional<ProgramJoints> program_joints_;
 };
 
 /// Difference of the pose `reached` from `wanted`.

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <map>
 #include <utility>
 
@@ -29,10 +31,46 @@ bool states_turn(const RobotProgram& program, size_t row) {
          !program.points[static_cast<size_t>(target.point)].configuration.empty();
 }
 
+// The external axes of a target, in a vector of all joints.
+JointVector external_axes(const RobotProgram& program, const ProgramTarget& target,
+                          const ProgramJoints& joints) {
+  JointVector q = JointVector::Zero(joints.count());
+  for (size_t i = 0; i < joints.external.size(); ++i) {
+    const ProgramJoints::External& axis = joints.external[i];
+    if (axis.joint < 0) continue;
+    if (i >= target.external.size() || std::isnan(target.external[i]))
+      throw InputError(fmt::format(
+          "{}:{}: the robot file has the external axis E{}, and neither this target nor those "
+          "before it state where it stands; state it in the program, or give a robot file without",
+          program.texts[0].name, target.line, i + 1));
+    q[axis.joint] = target.external[i] * axis.si;
+  }
+  return q;
+}
+
+// External axes that the robot file does not have, and that move.
+void warn_of_other_axes(const RobotProgram& program, const ProgramJoints& joints,
+                        std::vector<std::string>& warnings) {
+  std::vector<double> first(joints.external.size(), std::numeric_limits<double>::quiet_NaN());
+  for (const ProgramTarget& target : program.targets)
+    for (size_t i = 0; i < target.external.size(); ++i) {
+      if (joints.external[i].joint >= 0 || std::isnan(target.external[i])) continue;
+      if (std::isnan(first[i])) first[i] = target.external[i];
+      if (first[i] == target.external[i]) continue;
+      warnings.push_back(fmt::format(
+          "{}:{}: E{} moves, and the robot file does not have it; if it moves the robot or the "
+          "part, --base and the frames hold for one place of it only",
+          program.texts[0].name, target.line, i + 1));
+      return;
+    }
+}
+
 }  // namespace
 
-Program program_targets(const RobotProgram& program, const CompensationOptions& options) {
+Program program_targets(const RobotProgram& program, const CompensationOptions& options,
+                        const ProgramJoints& joints) {
   Program result;
+  result.states_external = joints.has_external();
   Campaign& visits = result.visits;
   visits.source = program.texts[0].name;
   const bool is_cartesian = std::ranges::any_of(program.targets, [](const ProgramTarget& target) {
@@ -44,8 +82,9 @@ Program program_targets(const RobotProgram& program, const CompensationOptions& 
     visits.pose.push_back(visits.rows());
     visits.pose_ids.push_back(fmt::format("line {}", target.line));
     visits.line.push_back(target.line);
-    visits.q.push_back(is_joints ? target.q
-                                 : target.near.value_or(JointVector::Zero(kProgramAxes)));
+    const JointVector arm =
+        is_joints ? target.q : target.near.value_or(JointVector::Zero(kProgramAxes));
+    visits.q.push_back(joints.whole(arm, external_axes(program, target, joints)));
     const ProgramSetUp set_up{frame_of(program, target, false, options.base),
                               frame_of(program, target, true, options.tool)};
     const auto [place, is_new] =
@@ -61,9 +100,10 @@ Program program_targets(const RobotProgram& program, const CompensationOptions& 
   return result;
 }
 
-ProgramCommands program_commands(const RobotProgram& program,
-                                 std::vector<CorrectedTarget>& targets) {
+ProgramCommands program_commands(const RobotProgram& program, std::vector<CorrectedTarget>& targets,
+                                 const ProgramJoints& joints) {
   ProgramCommands commands;
+  warn_of_other_axes(program, joints, commands.warnings);
   if (program.absolute_accuracy_line > 0)
     commands.warnings.push_back(
         fmt::format("{}:{}: $ABS_ACCUR: where absolute accuracy is active, the controller runs the "
@@ -85,7 +125,9 @@ ProgramCommands program_commands(const RobotProgram& program,
                       "which CONFIG states; teach the point with another turn",
                       program.texts[0].name, of_program.line));
     }
-    commands.list.push_back({target.is_corrected, target.programmed, target.q, target.pose});
+    commands.list.push_back({target.is_corrected, joints.arm_of(target.programmed),
+                             joints.arm_of(target.q), target.pose,
+                             joints.external_numbers(target.q, of_program.external)});
   }
   return commands;
 }

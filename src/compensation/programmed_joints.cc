@@ -32,10 +32,9 @@ void CommandedMotion::arrive(Context& context, const JointVector& q) const {
 
 FoundJoints joints_on_branch(const ProgramArm& arm, const Context& context, const Pose& wanted,
                              const JointVector& hint, int more_starts) {
-  const Branch branch = branch_of(arm.chain(), hint);
+  const Branch branch = arm.branch_at(hint);
   JointCorrection found = joints_of_pose(arm, context, wanted, hint);
-  if (found.is_reached && is_same(branch, branch_of(arm.chain(), found.q)))
-    return {found.q, Reach::reached};
+  if (found.is_reached && is_same(branch, arm.branch_at(found.q))) return {found.q, Reach::reached};
   // A singular posture may lie between the hint and the solution: start beside the hint, in a fixed
   // order.
   bool is_reached = found.is_reached;
@@ -43,10 +42,11 @@ FoundJoints joints_on_branch(const ProgramArm& arm, const Context& context, cons
     JointVector start = hint;
     for (int j = 0; j < static_cast<int>(start.size()); ++j)
       start[j] += 0.8 * (1 - 2 * std::fmod(k * std::sqrt(2.0 + j) + 0.5 * j, 1.0));
+    for (int joint : arm.held()) start[joint] = hint[joint];
     found = joints_of_pose(arm, context, wanted, start);
     is_reached |= found.is_reached;
     if (!found.is_reached || (found.q - hint).cwiseAbs().maxCoeff() > kTurn) continue;
-    if (is_same(branch, branch_of(arm.chain(), found.q))) return {found.q, Reach::reached};
+    if (is_same(branch, arm.branch_at(found.q))) return {found.q, Reach::reached};
   }
   return {found.q, is_reached ? Reach::on_another_branch : Reach::unreachable};
 }
@@ -54,13 +54,19 @@ FoundJoints joints_on_branch(const ProgramArm& arm, const Context& context, cons
 JointVector ProgrammedJoints::hint(int row, const std::optional<JointVector>& previous) const {
   const auto r = static_cast<size_t>(row);
   if (!program_.is_cartesian(r) || program_.hinted[r]) return program_.visits.q[r];
-  if (previous) return *previous;
+  if (previous) return with_external(row, *previous);
   if (!options_.start)
     throw UnreachableTarget(row,
                             "nothing says on which branch the first target lies; add columns " +
                                 encoder_columns(controller_.robot().chain) +
                                 " with joint angles near it, or --start");
-  return *options_.start;
+  return with_external(row, *options_.start);
+}
+
+JointVector ProgrammedJoints::with_external(int row, JointVector q) const {
+  if (program_.states_external)
+    controller_.program_joints().move_external(q, program_.visits.q[static_cast<size_t>(row)]);
+  return q;
 }
 
 JointVector ProgrammedJoints::at(int row, const Context& context, const JointVector& hint,

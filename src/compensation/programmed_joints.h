@@ -66,6 +66,8 @@ class ProgrammedJoints {
                  int more_starts = kAllStarts) const;
 
  private:
+  // The joints with the external axes of the row, if the program states them.
+  JointVector with_external(int row, JointVector q) const;
   void check_turn(int row, const JointVector& q) const;
   JointVector in_turn(int row, JointVector q) const;
 

@@ -241,6 +241,8 @@ class Displacement {
     if (!way) return note_undivided_arc(k);
     const size_t first = start_of(k);
     std::vector<Knot> knots = knots_on(*way, k);
+    if (std::ranges::all_of(knots, [](const Knot& knot) { return knot.displacement.isZero(0); }))
+      return;
     const double length = way->length();
     std::vector<size_t> divisions;
     if (way->arc) {

@@ -204,7 +204,6 @@ class KrlReader {
         result.pose.translation = position(values);
       const bool is_straight = is_auxiliary || move.motion != KrlMotion::point_to_point;
       result.configuration = configuration_of(frame, is_straight && is_posture_known_);
-      if (parts_ == TargetParts::pose) note_external_axes(move, values);
       if (!is_auxiliary)
         before_ = values;
       else  // whether the end takes a coordinate that it leaves out from here or from the start
@@ -287,9 +286,7 @@ class KrlReader {
     const auto place = [&](const KrlFrame::Number& number) {
       return ProgramNumber{text, frame.begin + number.begin, frame.begin + number.end, 0, ""};
     };
-    for (size_t i = 6; i < kKrlComponents; ++i)
-      point.external.emplace_back(place(frame.numbers[i])).value =
-          frame.values[static_cast<int>(i)];
+    add_external(frame, place, point);
     if (target.kind == KrlTargetKind::axes) {
       point.kind = TargetKind::joints;
       for (size_t i = 0; i < 6; ++i)
@@ -313,6 +310,23 @@ class KrlReader {
     return keep(point, target.frame);
   }
 
+  // E1 to E6; where one is not written, behind all numbers.
+  template <class Place>
+  static void add_external(const KrlFrame& frame, Place place, ProgramPoint& point) {
+    size_t behind = 0;
+    for (const KrlFrame::Number& number : frame.numbers)
+      behind = std::max<size_t>(behind, number.end);
+    for (const KrlFrame::Number& number : frame.axis_numbers)
+      behind = std::max<size_t>(behind, number.end);
+    for (size_t i = 6; i < kKrlComponents; ++i) {
+      ProgramNumber& number = point.external.emplace_back(place(frame.numbers[i]));
+      number.value = frame.values[static_cast<int>(i)];
+      if (number.is_written()) continue;
+      number.begin = number.end = frame.begin + behind;
+      number.prefix = fmt::format(",E{} ", i - 5);
+    }
+  }
+
   // Counts on from the last place: points mostly come in their order.
   int line_of(int text, size_t at) {
     const std::string& whole = program_.texts[static_cast<size_t>(text)].text;
@@ -329,19 +343,6 @@ class KrlReader {
     program_.points.push_back(point);
     frame_of_point_.push_back(frame);
     return static_cast<int>(program_.points.size()) - 1;
-  }
-
-  void note_external_axes(const KrlMove& move, const KrlValues& values) {
-    for (int k = 6; k < kKrlComponents; ++k) {
-      if (!std::isfinite(values[k])) continue;
-      double& first = external_[k];
-      if (std::isnan(first)) first = values[k];
-      if (first == values[k] || warned_of_external_) continue;
-      warnings_.add(move.line,
-                    "external axes move and are left alone; if they move the robot or the part, "
-                    "--base and the frames hold for one place of them only");
-      warned_of_external_ = true;
-    }
   }
 
   void find_names() {
@@ -374,10 +375,8 @@ class KrlReader {
   std::vector<int> frame_of_point_;          // -1: joint angles
   std::vector<char> is_left_alone_;          // of each frame: a move to it is
   KrlValues before_ = unknown_krl_values();  // the end of the move before, as programmed
-  KrlValues external_ = unknown_krl_values();
-  bool warned_of_external_ = false;
-  bool is_posture_known_ = true;  // no move was left alone since the last target
-  bool is_target_known_ = false;  // the move before ends at a target
+  bool is_posture_known_ = true;             // no move was left alone since the last target
+  bool is_target_known_ = false;             // the move before ends at a target
   std::array<std::pair<size_t, int>, 2> counted_{{{0, 1}, {0, 1}}};  // of each text: place, line
 };
 

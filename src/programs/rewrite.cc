@@ -22,9 +22,11 @@ namespace {
 struct Wanted {
   std::vector<double> numbers;
   std::vector<std::string> texts, configuration, external;
+  std::vector<double> external_values;  // NaN: not known
 
   bool is_changed() const {
-    return std::ranges::any_of(texts, [](const std::string& text) { return !text.empty(); });
+    const auto is_text = [](const std::string& text) { return !text.empty(); };
+    return std::ranges::any_of(texts, is_text) || std::ranges::any_of(external, is_text);
   }
 };
 
@@ -91,6 +93,7 @@ class Rewriter {
   // before; what it has then is held.
   void hold(size_t target, bool is_via, Wanted& wanted) {
     const ProgramPoint& point = point_of(target);
+    hold_external(target, is_via, wanted);
     if (point.kind == TargetKind::joints) return held_.clear();
     held_.resize(point.numbers.size(), std::numeric_limits<double>::quiet_NaN());
     for (size_t i = 0; i < held_.size(); ++i) {
@@ -107,6 +110,22 @@ class Rewriter {
         held_[i] = here;
       else if (i < 3 && here != held_[i])  // from there or from the start of the arc
         held_[i] = std::numeric_limits<double>::quiet_NaN();
+    }
+  }
+
+  // The same of external axes, which may be unknown. Those of an auxiliary point count for nothing.
+  void hold_external(size_t target, bool is_via, Wanted& wanted) {
+    const ProgramPoint& point = point_of(target);
+    held_external_.resize(point.external.size(), std::numeric_limits<double>::quiet_NaN());
+    for (size_t i = 0; i < wanted.external_values.size(); ++i) {
+      const double here = wanted.external_values[i];
+      if (std::isnan(here)) continue;
+      const ProgramNumber& number = point.external[i];
+      if (number.is_written())
+        wanted.external[i] = text_of_number(number, here, kExternal);
+      else if (!is_via && std::abs(here - held_external_[i]) > half_step(kExternal))
+        wanted.external[i] = rounded_text(here, 0, kExternal);
+      if (!is_via && (number.is_written() || !wanted.external[i].empty())) held_external_[i] = here;
     }
   }
 
@@ -168,7 +187,7 @@ class Rewriter {
       if (std::abs(a.numbers[i] - b.numbers[i]) > std::pow(10.0, -decimals(point, i))) return false;
       if (!point.numbers[i].is_written() && a.texts[i] != b.texts[i]) return false;
     }
-    return a.configuration == b.configuration;
+    return a.configuration == b.configuration && a.external == b.external;
   }
 
   std::string_view text_of(const ProgramNumber& number) const {
@@ -195,7 +214,9 @@ class Rewriter {
     const ProgramPoint& point = point_of(target);
     const ProgramCommand& command = commands_[target];
     Wanted wanted = unchanged(point);
+    wanted.external_values = program_.targets[target].external;
     if (!command.is_corrected) return wanted;
+    if (!command.external.empty()) wanted.external_values = command.external;
     wanted.numbers = numbers_of(target, wanted.numbers);
     round(point, wanted);
     wanted.configuration = configuration_of(point, command);
@@ -212,9 +233,7 @@ class Rewriter {
     for (size_t i = 0; i < numbers.size(); ++i)
       if (std::isfinite(wanted.numbers[i])) wanted.numbers[i] = numbers[i];
     round(point, wanted);
-    for (size_t i = 0; i < std::min(between.external.size(), point.external.size()); ++i)
-      if (std::isfinite(between.external[i]))
-        wanted.external[i] = text_of_number(point.external[i], between.external[i], kExternal);
+    wanted.external_values = between.external;
     return wanted;
   }
 
@@ -330,6 +349,7 @@ class Rewriter {
   std::vector<ProgramPointBetween> between_;  // that are written
   std::vector<char> is_divided_;              // of each target: points are inserted in its move
   std::vector<Wanted> wanted_;                // by each target
+  std::vector<double> held_external_;         // the same of external axes
   std::vector<double> held_;  // the numbers that the controller has from the points before
   std::vector<std::vector<TextEdit>> changes_between_;  // of the point of the target of each
   std::vector<OwnPoint> own_;

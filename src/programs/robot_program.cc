@@ -8,7 +8,6 @@
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
-#include "armtrue/text/number_text.h"
 #include "programs/dialects.h"
 #include "programs/text_cursor.h"
 
@@ -28,10 +27,13 @@ constexpr DialectName kDialectNames[] = {
     {Dialect::urscript, "urscript", {".SCRIPT", ".URSCRIPT", ""}},
 };
 
+// 100 km, or a million turns: beyond, circles through points are lost in rounding.
+constexpr double kFarthest = 1e8;
+
 void refuse_huge_numbers(const RobotProgram& program) {
   for (const ProgramPoint& point : program.points)
     for (const ProgramNumber& number : point.numbers)
-      if (number.is_written() && !(std::abs(number.value) < kMaxNumber))
+      if (number.is_written() && !(std::abs(number.value) < kFarthest))
         throw InputError(fmt::format("{}:{}: a number of the point {} is too large; correct it",
                                      program.texts[static_cast<size_t>(number.text)].name,
                                      point.line, point.name));

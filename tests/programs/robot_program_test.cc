@@ -275,6 +275,32 @@ TEST(RobotProgramTest, PointsOfTheirOwnAreWrittenAsEachControllerDoes) {
             moves + "P[2] 9mm/sec FINE ;\n/POS\nP[1:\"a\"]" + values + "P[2]" + moved + "/END\n");
 }
 
+TEST(RobotProgramTest, ExternalAxesFollowTheCommandsAndAreAddedWhereTheyAreLeftOut) {
+  const std::string frame = "LIN {X 800,Y 0,Z 900,A 0,B 80,C 0";
+  const RobotProgram program =
+      parsed("p.src", "PTP {A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0,E1 50}\n" + frame +
+                          ",E1 100.0,E2 5}\n" + frame + "}\n" + frame + "}\n");
+  ASSERT_EQ(program.targets.size(), 4u);
+  EXPECT_EQ(program.targets[0].external[0], 50);
+  EXPECT_EQ(program.targets[3].external[1], 5);
+  std::vector<ProgramCommand> commands;
+  for (const ProgramTarget& target : program.targets) {
+    commands.push_back(command_for(target));
+    commands.back().external = target.external;
+  }
+  EXPECT_EQ(rewrite(program, commands).changed, 0);
+  commands[0].external[0] = 50.25;
+  commands[1].external[0] = 100.5;
+  EXPECT_EQ(rewrite(program, commands).texts[0],
+            "PTP {A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0,E1 50.25}\n" + frame + ",E1 100.5,E2 5}\n" +
+                frame + ",E1 100}\n" + frame + "}\n");
+  // Those of an auxiliary point count for nothing.
+  const RobotProgram arc =
+      parsed("p.src", frame + ",E1 100}\nCIRC {X 810,Y 10,Z 900,E1 7},{X 820,Y 0}\n");
+  EXPECT_EQ(arc.targets[2].external[0], 100);
+  EXPECT_EQ(rewrite(arc, commands_without_correction(arc)).texts[0], arc.texts[0].text);
+}
+
 TEST(RobotProgramTest, KukaTurnFollowsTheJointsAndStatusIsKept) {
   const RobotProgram program =
       parsed("p.src", "PTP {X 800,Y 0,Z 900,A 0,B 80,C 0,S 18,T 'B1000010'}\n");

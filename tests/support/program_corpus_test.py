@@ -72,9 +72,9 @@ class Corpus(unittest.TestCase):
         for target in file.targets:
             was = [float(file.values[i]) for i in target.numbers]
             now = [float(found[i]) for i in target.numbers]
-            if own & set(target.numbers):  # left out, and added because the point before has changed
+            if own & set(target.numbers):  # left out, and added where the point before has changed
                 more = next(added)
-                now = now[:2] + [more[name] for name in "ZABC"]
+                now = now[:2] + [more.get(name, before) for name, before in zip("ZABC", now[2:])]
             own |= set(target.numbers)
             if target.kind == "joints":
                 intended = vc.after(cell.nominal.pose(pc.joints_of(dialect, was)), target.tool)

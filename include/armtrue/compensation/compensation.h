@@ -51,6 +51,9 @@ struct Program {
   /// hold for all rows.
   std::vector<ProgramSetUp> set_ups;
   std::vector<int> set_up;
+  /// Whether `q` of every row holds the external axes as programmed, those of Cartesian targets
+  /// too.
+  bool states_external = false;
 
   int rows() const { return visits.rows(); }
   bool is_cartesian() const { return !poses.empty(); }

@@ -52,7 +52,7 @@ struct ProgramPoint {
   std::vector<ProgramNumber> numbers;
   /// KUKA: T. ABB: cf1 cf4 cf6 cfx. Empty if not written.
   std::vector<ProgramNumber> configuration;
-  std::vector<ProgramNumber> external;  ///< KUKA: E1 to E6, some of them not written
+  std::vector<ProgramNumber> external;  ///< KUKA: E1 to E6
   FanucDeclaration declaration;
 };
 
@@ -160,6 +160,7 @@ struct ProgramCommand {
   JointVector programmed = JointVector::Zero(kProgramAxes);  ///< joint angles of the target [rad]
   JointVector q = JointVector::Zero(kProgramAxes);           ///< joint angles of the command [rad]
   Pose pose;                                                 ///< of the controller's model at `q`
+  std::vector<double> external;  ///< as ProgramTarget::external; empty: as programmed
 };
 
 /// A point on the way of a straight or circular move. An arc is divided into arcs, so its points

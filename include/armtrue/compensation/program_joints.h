@@ -1,0 +1,39 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "armtrue/kinematics/chain.h"
+#include "armtrue/programs/configuration.h"
+
+namespace armtrue {
+
+/// Where the axes of a robot program, A1 to A6 and E1 to E6, stand among the joints of a chain.
+struct ProgramJoints {
+  std::array<int, kProgramAxes> arm{};
+  int first_link = 0;  ///< of axis 1
+  struct External {
+    int joint = -1;  ///< -1: the chain has no such axis
+    double si = 1;   ///< [m] or [rad] of the unit of the program, mm or deg
+  };
+  std::array<External, 6> external{};
+
+  bool has_external() const { return count() > kProgramAxes; }
+  /// Of all joints.
+  int count() const;
+  /// The angles of the arm alone.
+  JointVector arm_of(const JointVector& q) const;
+  /// All joints: those of the arm, and the external axes of `other`.
+  JointVector whole(const JointVector& arm_joints, const JointVector& other) const;
+  /// `to` with the external axes of `from`; t: the share of `from`, and the rest stays.
+  void move_external(JointVector& to, const JointVector& from, double t = 1) const;
+  /// E1 to E6 as a program states them; `otherwise` of those that the chain has not.
+  std::vector<double> external_numbers(const JointVector& q, std::vector<double> otherwise) const;
+};
+
+/// Nothing if the chain is no arm of six revolute joints that follow one another, beside external
+/// axes.
+std::optional<ProgramJoints> program_joints(const KinematicChain& chain);
+
+}  // namespace armtrue

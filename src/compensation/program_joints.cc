@@ -1,0 +1,56 @@
+#include "armtrue/compensation/program_joints.h"
+
+#include <algorithm>
+
+#include "armtrue/kinematics/joint_names.h"
+
+namespace armtrue {
+
+int ProgramJoints::count() const {
+  return kProgramAxes + static_cast<int>(std::ranges::count_if(
+                            external, [](const External& axis) { return axis.joint >= 0; }));
+}
+
+JointVector ProgramJoints::arm_of(const JointVector& q) const {
+  JointVector angles(kProgramAxes);
+  for (int j = 0; j < kProgramAxes; ++j) angles[j] = q[arm[static_cast<size_t>(j)]];
+  return angles;
+}
+
+JointVector ProgramJoints::whole(const JointVector& arm_joints, const JointVector& other) const {
+  JointVector q = other;
+  for (int j = 0; j < kProgramAxes; ++j) q[arm[static_cast<size_t>(j)]] = arm_joints[j];
+  return q;
+}
+
+void ProgramJoints::move_external(JointVector& to, const JointVector& from, double t) const {
+  for (const External& axis : external)
+    if (axis.joint >= 0) to[axis.joint] += t * (from[axis.joint] - to[axis.joint]);
+}
+
+std::vector<double> ProgramJoints::external_numbers(const JointVector& q,
+                                                    std::vector<double> otherwise) const {
+  for (size_t i = 0; i < std::min(external.size(), otherwise.size()); ++i)
+    if (external[i].joint >= 0) otherwise[i] = q[external[i].joint] / external[i].si;
+  return otherwise;
+}
+
+std::optional<ProgramJoints> program_joints(const KinematicChain& chain) {
+  ProgramJoints joints;
+  int joint = 0, found = 0;
+  for (const JointName& name : joint_names(chain)) {
+    if (name.is_external()) {
+      joints.external[static_cast<size_t>(name.column[1] - '1')] = {joint, name.si()};
+    } else {
+      const int link = link_of_joint(chain, joint);
+      if (found == 0) joints.first_link = link;
+      if (found == kProgramAxes || name.is_length || link != joints.first_link + found)
+        return std::nullopt;
+      joints.arm[static_cast<size_t>(found++)] = joint;
+    }
+    ++joint;
+  }
+  return found == kProgramAxes ? std::optional(joints) : std::nullopt;
+}
+
+}  // namespace armtrue
