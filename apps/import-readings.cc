@@ -86,8 +86,8 @@ void add_options(app::Command& command, Arguments& arguments) {
               "estimated by stops");
   join.option("--preset", import.presets,
               "Format of a table: spatialanalyzer, optitrack, vicon, rostopic-poses or "
-              "plotjuggler-poses of the points; ur-rtde, rostopic-joints or plotjuggler-joints of "
-              "the joint angles; may stand several times")
+              "plotjuggler-poses of the points; ur-rtde, kuka-trace, rostopic-joints or "
+              "plotjuggler-joints of the joint angles; may stand several times")
       .one_each()
       .needs(joints)
       .check(app::one_of(import_presets()));

@@ -1,7 +1,11 @@
 #include "calibration/covariance.h"
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <map>
 
+#include "armtrue/statistics/distributions.h"
 #include "calibration/pose_influence.h"
 #include "linear_algebra/decompositions.h"
 
@@ -28,15 +32,17 @@ Eigen::MatrixXd of_all_poses(const Eigen::MatrixXd& covariance, const Eigen::Mat
   return eigen.eigenvectors() * scaled * eigen.eigenvectors().transpose();
 }
 
-// The equation of a prior in the coordinates of the root: adds l l^T, l the row of its unknown
-// divided by its deviation.
-void add_known(const Prior& prior, const Eigen::MatrixXd& root, Eigen::MatrixXd& covariance) {
+// The equation of a prior in the coordinates of the root: adds factor * l l^T, l the row of its
+// unknown divided by its deviation.
+void add_known(const Prior& prior, const Eigen::MatrixXd& root, double factor,
+               Eigen::MatrixXd& covariance) {
   const Eigen::VectorXd known = root.row(prior.unknown).transpose() / prior.deviation;
-  covariance += known * known.transpose();
+  covariance += factor * known * known.transpose();
 }
 
-void add_known(const Prior& prior, const SparseRows& root, Eigen::MatrixXd& covariance) {
-  const double weight = 1 / (prior.deviation * prior.deviation);
+void add_known(const Prior& prior, const SparseRows& root, double factor,
+               Eigen::MatrixXd& covariance) {
+  const double weight = factor / (prior.deviation * prior.deviation);
   for (SparseRows::InnerIterator a(root, prior.unknown); a; ++a)
     for (SparseRows::InnerIterator b(root, prior.unknown); b; ++b)
       covariance(b.col(), a.col()) += weight * a.value() * b.value();
@@ -53,11 +59,23 @@ Eigen::MatrixXd of_unknowns(const Eigen::MatrixXd& covariance, const SparseRows&
   return root * turned;
 }
 
+// CR2 of a pose that gives one number: its residual divided by the root of 1 - h, not by 1 - h.
+PoseInfluence unbiased(const PoseInfluence& pose, const Eigen::Ref<const Eigen::MatrixXd>& row) {
+  return {pose.change * std::sqrt(std::max(0.0, 1 - row.squaredNorm())), pose.alone};
+}
+
+// (t(n) / t(poses - 1))^2
+double widening(double n, int poses) {
+  const double t = student_t_975(std::max(1, static_cast<int>(std::lround(n))));
+  return std::pow(t / student_t_975(poses - 1), 2);
+}
+
 // `Root`: dense or sparse.
 template <typename Root>
 Eigen::MatrixXd by_pose(const SessionModels& models, const std::vector<Prior>& priors,
                         const Eigen::VectorXd& x, const std::vector<double>& weights,
-                        double degrees_of_freedom, const Root& root, double variance) {
+                        double degrees_of_freedom, const Root& root, double variance,
+                        const std::optional<SingleNumbers>& single) {
   if (root.cols() == 0) return Eigen::MatrixXd::Zero(root.rows(), root.rows());
   const RowsByPose all = rows_by_pose(models.campaign().pose);
   const RowsByPose some = some_poses(all, kPosesForCovariance);
@@ -69,7 +87,7 @@ Eigen::MatrixXd by_pose(const SessionModels& models, const std::vector<Prior>& p
   for_each_pose<Sums>(
       models.at(x), weights, root, some,
       [&](Sums& block, const PoseInfluence& pose, const auto& rows) {
-        block.influence.add(pose);
+        block.influence.add(single ? unbiased(pose, rows) : pose);
         if (!is_part) return;
         if (block.information.size() == 0)
           block.information = Eigen::MatrixXd::Zero(root.cols(), root.cols());
@@ -82,24 +100,48 @@ Eigen::MatrixXd by_pose(const SessionModels& models, const std::vector<Prior>& p
   Eigen::MatrixXd covariance = sums.influence.covariance(
       mean_psi_derivative(weights, degrees_of_freedom, models.row_size()), variance);
   if (is_part) covariance = of_all_poses(covariance, sums.information, variance);
-  for (const Prior& prior : priors) add_known(prior, root, covariance);
+  if (single) covariance *= single->of_readings;
+  for (size_t k = 0; k < priors.size(); ++k)
+    add_known(priors[k], root, single ? single->of_priors[k] : 1.0, covariance);
   return of_unknowns(covariance, root);
 }
 
 }  // namespace
 
+std::optional<SingleNumbers> single_numbers(const SessionModels& models, const Priors& priors,
+                                            const Eigen::VectorXd& share_of_readings,
+                                            double freedom) {
+  const int poses = rows_by_pose(models.campaign().pose).poses();
+  if (models.row_size() > 1 || poses != models.rows() || poses < 2) return std::nullopt;
+  // The deviations of poses about their mean count with poses - 1.
+  SingleNumbers single{widening(freedom, poses) * poses / (poses - 1.0), {}};
+  std::map<int, double> determined;
+  for (const Prior& prior : priors.of_unknowns)
+    determined[prior.width] += share_of_readings[prior.unknown];
+  for (const Prior& prior : priors.of_unknowns) {
+    if (prior.width < 0) {
+      single.of_priors.push_back(1);
+      continue;
+    }
+    const double spread = priors.widths[static_cast<size_t>(prior.width)].log_spread;
+    const double known = determined[prior.width] + 0.5 / (spread * spread);
+    single.of_priors.push_back(std::max(1.0, widening(known, poses)));
+  }
+  return single;
+}
+
 Eigen::MatrixXd covariance_by_pose(const SessionModels& models, const std::vector<Prior>& priors,
                                    const Eigen::VectorXd& x, const std::vector<double>& weights,
                                    double degrees_of_freedom, const Eigen::MatrixXd& root,
-                                   double variance) {
-  return by_pose(models, priors, x, weights, degrees_of_freedom, root, variance);
+                                   double variance, const std::optional<SingleNumbers>& single) {
+  return by_pose(models, priors, x, weights, degrees_of_freedom, root, variance, single);
 }
 
 Eigen::MatrixXd covariance_by_pose(const SessionModels& models, const std::vector<Prior>& priors,
                                    const Eigen::VectorXd& x, const std::vector<double>& weights,
                                    double degrees_of_freedom, const SparseRows& root,
-                                   double variance) {
-  return by_pose(models, priors, x, weights, degrees_of_freedom, root, variance);
+                                   double variance, const std::optional<SingleNumbers>& single) {
+  return by_pose(models, priors, x, weights, degrees_of_freedom, root, variance, single);
 }
 
 }  // namespace armtrue

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "calibration/covariance.h"
@@ -188,9 +189,11 @@ void set_statistics(const SessionModels& model, const ReadingLaw& law, const Pri
   }
   result.names = model.unknown_names();
   const double variance = set_weights(model, law, x, result);
+  const std::optional<SingleNumbers> single =
+      single_numbers(model, all_priors, result.share_of_readings, model.rows() - determined[0]);
   const auto covariance = [&](const auto& any_root) {
-    return covariance_by_pose(model, priors, x, result.weights, result.degrees_of_freedom,
-                              any_root, variance);
+    return covariance_by_pose(model, priors, x, result.weights, result.degrees_of_freedom, any_root,
+                              variance, single);
   };
   result.covariance = root.sparse.size() > 0 ? covariance(root.sparse) : covariance(root.dense);
   set_observability(model, folds, result);

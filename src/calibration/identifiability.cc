@@ -189,26 +189,47 @@ bool scale_is_free(const KinematicChain& chain, const Campaign& campaign) {
   return true;
 }
 
+// Whether the columns of the lengths of links, each times its length, add up to nothing. A column
+// that is absorbed stands for those that imitate it: with l the lengths and s the shares,
+//     l_kept + sum over the absorbed of s l_absorbed = 0   for each length that is kept.
+bool lengths_cancel(const KinematicChain& chain, const IdentifiableSet& set) {
+  constexpr double kSame = 1e-3;  // of the longest
+  std::map<int, double> sums;
+  double longest = 0;
+  const auto length = [&](int parameter) {
+    const double value = length_of(chain, parameter);
+    longest = std::max(longest, std::abs(value));
+    return value;
+  };
+  for (int k : set.kept) sums[k] = length(k);
+  for (const AbsorbedParameter& absorbed : set.absorbed) {
+    const double own = length(absorbed.parameter);
+    for (const auto& [kept, share] : absorbed.absorbed_by) sums[kept] += share * own;
+  }
+  return std::ranges::all_of(sums, [&](const auto& entry) {
+    return length_of(chain, entry.first) == 0 || std::abs(entry.second) < kSame * longest;
+  });
+}
+
+// Number of lengths of links that imitate an absorbed parameter.
+auto lengths_in(const KinematicChain& chain, const AbsorbedParameter& absorbed) {
+  return std::ranges::count_if(
+      absorbed.absorbed_by, [&](const auto& entry) { return length_of(chain, entry.first) != 0; });
+}
+
 }  // namespace
 
 std::optional<int> length_of_scale(const Robot& robot, const Campaign& campaign,
                                    const IdentifiableSet& set) {
-  if (!scale_is_free(robot.chain, campaign)) return std::nullopt;
-  constexpr double kSame = 1e-3;
+  const KinematicChain& chain = robot.chain;
+  if (!scale_is_free(chain, campaign) || !lengths_cancel(chain, set)) return std::nullopt;
+  // Another length that is absorbed, such as one between parallel axes, takes few others with it.
+  const AbsorbedParameter* scale = nullptr;
   for (const AbsorbedParameter& absorbed : set.absorbed) {
-    const double length = length_of(robot.chain, absorbed.parameter);
-    if (length == 0) continue;
-    // sum over the lengths of length * column = 0.
-    bool by_lengths = false, all = true;
-    for (const auto& [parameter, share] : absorbed.absorbed_by) {
-      const double other = length_of(robot.chain, parameter);
-      if (other == 0) continue;
-      by_lengths = true;
-      all &= std::abs(share + other / length) < kSame * (1 + std::abs(other / length));
-    }
-    if (by_lengths && all) return absorbed.parameter;
+    if (length_of(chain, absorbed.parameter) == 0 || lengths_in(chain, absorbed) == 0) continue;
+    if (!scale || lengths_in(chain, absorbed) > lengths_in(chain, *scale)) scale = &absorbed;
   }
-  return std::nullopt;
+  return scale ? std::optional(scale->parameter) : std::nullopt;
 }
 
 IdentifiableSet choose_identifiable(const Robot& robot, const Campaign& campaign) {
@@ -230,7 +251,10 @@ IdentifiableSet choose_identifiable(const Robot& robot, const Campaign& campaign
   }
   IdentifiableSet set = choose_in_order(ideal, rows, order);
   if (const auto scale = length_of_scale(ideal, rows, set)) {
-    const auto length = [&](int k) { return std::abs(length_of(ideal.chain, k)); };
+    // Where a positioner stands is known roughly only.
+    const auto length = [&](int k) {
+      return places_positioner(ideal, k) ? 0.0 : std::abs(length_of(ideal.chain, k));
+    };
     const int longest = *std::ranges::max_element(set.kept, {}, length);
     if (length(longest) > length(*scale)) {
       std::erase(order, longest);

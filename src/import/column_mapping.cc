@@ -8,6 +8,7 @@
 
 #include "armtrue/kinematics/chain.h"
 #include "armtrue/text/input_error.h"
+#include "import/covariance_columns.h"
 #include "import/orientation_columns.h"
 #include "import/plain_cell.h"
 
@@ -61,6 +62,7 @@ class Mapper {
     require_columns();
     for (auto& [quantity, column] : mapping_.columns) find_unit_of(quantity, column);
     refuse_without_units();
+    require_whole_covariance(table_, mapping_);
     for (JointName& joint : mapping_.joints)
       if (!options_.robot) joint.is_length = is_length(*mapping_.find(joint.column));
     mapping_.orientation = find_orientation(table_, mapping_, options_);
@@ -201,9 +203,11 @@ class Mapper {
     const std::string& name = header(column.column);
     const std::string* const stated = names_.unit_of(name);
     std::string found;
+    const bool is_doubted = names_.doubts_unit_of(name);
+    const std::string& unit_row = table_.columns[static_cast<size_t>(column.column)].unit_row;
     for (const std::string& text :
-         {column_name(name).unit, table_.columns[static_cast<size_t>(column.column)].unit_row,
-          stated ? *stated : std::string()}) {
+         {is_doubted ? std::string() : column_name(name).unit,
+          is_doubted ? std::string() : unit_row, stated ? *stated : std::string()}) {
       if (text.empty() || text == "-") continue;
       const auto unit = find_unit(text);
       if (!unit || !fits_kind(kind, unit->kind) || !fits_robot(quantity, unit->kind))
@@ -218,6 +222,7 @@ class Mapper {
       found = text;
     }
     if (found.empty()) found = unit_for_all(kind_for_all(quantity, kind));
+    if (found.empty() && is_doubted) refuse_doubted_unit(name);
     if (found.empty()) {
       std::string& columns = without_unit_[kind_for_all(quantity, kind)];
       columns += (columns.empty() ? "'" : ", '") + name + "'";
@@ -225,6 +230,13 @@ class Mapper {
     }
     column.unit = found;
     column.factor = find_unit(found)->factor;
+  }
+
+  [[noreturn]] void refuse_doubted_unit(const std::string& name) const {
+    table_.fail_header("the unit of the column '" + name +
+                       "' is not certain, whatever its header states: some converters write rad "
+                       "under the name of deg; compare a row with the pendant, then say "
+                       "--angle-unit rad or --angle-unit deg");
   }
 
   // Our column, as the robot or --column says whether the joint turns or slides.

@@ -2,6 +2,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -33,6 +34,8 @@ class ImportNames {
   /// The assignment of a column by an option or the preset; null if there is none.
   const std::string* quantity_of(const std::string& header) const;
   const std::string* unit_of(const std::string& header) const;
+  /// Whether files of the preset may state a wrong unit for the column, see kOnlyByOption.
+  bool doubts_unit_of(const std::string& header) const;
   /// Whether an option or the preset names a column of this table for a quantity.
   bool maps(const PlainTable& table, const std::string& quantity) const;
   /// The unit of our column that --column names for an encoder value, such as mm of e1_mm; or
@@ -48,6 +51,7 @@ class ImportNames {
 
   std::map<std::string, std::string, std::less<>> quantities_, units_;  // by header
   std::map<std::string, std::string> stated_units_;                     // by quantity
+  std::set<std::string> doubted_;
   std::vector<std::string> ignored_;  // a * at the end stands for any text
   std::vector<std::string> named_;    // by options
   const Preset* preset_ = nullptr;

@@ -8,6 +8,7 @@
 
 #include "armtrue/kinematics/chain.h"
 #include "armtrue/kinematics/units.h"
+#include "import/covariance_columns.h"
 #include "import/plain_cell.h"
 
 namespace armtrue {
@@ -192,6 +193,7 @@ std::optional<KnownQuantity> stated_quantity(std::string_view ours) {
 std::string our_column(const std::string& quantity) {
   if (quantity.starts_with("temp_")) return quantity + "_c";
   if (quantity == "payload") return "payload_kg";
+  if (quantity.starts_with("cov")) return our_covariance_column(quantity);
   const auto found = std::ranges::find_if(
       known_names(), [&](const auto& entry) { return entry.second.name == quantity; });
   switch (found == known_names().end() ? UnitKind::none : found->second.kind) {

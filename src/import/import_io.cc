@@ -8,6 +8,7 @@
 #include "armtrue/kinematics/chain.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
+#include "import/covariance_columns.h"
 #include "import/instrument_tables.h"
 #include "import/joint_match.h"
 #include "import/presets.h"
@@ -36,6 +37,7 @@ class CampaignBuilder {
 
   Campaign build() {
     find_temperatures();
+    blocks_ = known_blocks(points_);
     for (const JointMatch& match : how_.rows) {
       if (points_.is_unmeasured(match.point_row))
         ++campaign_.skipped_rows;
@@ -66,6 +68,9 @@ class CampaignBuilder {
     if (points_.has_orientation())
       campaign_.orientation.push_back(match.mean ? match.mean->orientation
                                                  : points_.orientation(r));
+    if (blocks_.any())
+      add_covariance(points_, r, match.mean ? match.mean->covariance : covariance_of(points_, r),
+                     blocks_, campaign_);
     campaign_.pose.push_back(pose_of(match));
     if (const TableReader* table = table_of("repeat"))
       campaign_.repeat.push_back(table->whole_number(row_in(table, match), "repeat"));
@@ -155,6 +160,7 @@ class CampaignBuilder {
   const TableReader& joints_;
   const JointMatches& how_;
   Campaign campaign_;
+  StatedBlocks blocks_;
   std::vector<JointMatch> matches_;
   std::vector<int> first_row_;  // by pose
   std::map<std::string, int> poses_, targets_, sessions_;
@@ -177,6 +183,10 @@ ImportedReadings built(const TableReader& points, const TableReader& joints,
   if (result.campaign.skipped_rows > 0)
     result.warnings.push_back(fmt::format("{}: {} rows without a measured point are left out",
                                           points.table().file, result.campaign.skipped_rows));
+  if (points.has("cov0") && result.campaign.whitening.empty())
+    result.warnings.push_back(
+        points.table().file +
+        ": all covariances are zero, which says that they are not known; they are left out");
   if (!points.has("pose") && !joints.has("pose"))
     result.warnings.push_back(
         matches.same_joints_are_one_pose
@@ -234,6 +244,7 @@ PlainTable read_table(const std::string& path, const ImportNames& names,
   TableStyle style;
   if (preset) {
     style.separators = preset->separators;
+    style.blanks_too = false;
     style.comments = preset->comments;
   }
   if (role == TableRole::joints && options.robot)

@@ -109,8 +109,11 @@ void ImportNames::apply_preset(const PlainTable& table, const ImportOptions& opt
       } else if (quantity == "q" && column.header.find("{joint}") != std::string_view::npos) {
         add_name(by_name, table, fit.captured, one.name);
       } else if (quantity == "q") {
-        const int number = std::atoi(fit.captured.c_str()) + 1;
+        const bool from_one = column.header.find("{n}") != std::string_view::npos;
+        const int number = std::atoi(fit.captured.c_str()) + (from_one ? 0 : 1);
         fitting.emplace_back(one.name, "q" + std::to_string(number));
+      } else if (quantity == "cov") {
+        fitting.emplace_back(one.name, "cov" + fit.captured);
       } else if (column.beside.empty() || has_column(table, column.beside)) {
         fitting.emplace_back(one.name, quantity);
       }
@@ -118,7 +121,10 @@ void ImportNames::apply_preset(const PlainTable& table, const ImportOptions& opt
     for (const auto& [header, ours] : fitting) {
       if (quantity == "q" && maps(table, ours)) continue;
       quantities_.insert({header, ours});
-      if (!column.unit.empty()) units_.insert({header, std::string(column.unit)});
+      if (column.unit == kOnlyByOption)
+        doubted_.insert(header);
+      else if (!column.unit.empty())
+        units_.insert({header, std::string(column.unit)});
     }
   }
   add_joints_by_name(table, options, by_name);
@@ -202,6 +208,10 @@ const std::string* ImportNames::quantity_of(const std::string& header) const {
 const std::string* ImportNames::unit_of(const std::string& header) const {
   const auto found = units_.find(header);
   return found == units_.end() ? nullptr : &found->second;
+}
+
+bool ImportNames::doubts_unit_of(const std::string& header) const {
+  return doubted_.contains(header);
 }
 
 std::string ImportNames::stated_unit(const std::string& quantity) const {

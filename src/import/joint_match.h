@@ -5,14 +5,18 @@
 #include <string>
 #include <vector>
 
+#include "armtrue/campaign/stated_covariance.h"
 #include "import/table_reader.h"
 
 namespace armtrue {
 
-/// The mean of the points of a standstill [m], and of their orientations if they have some.
+/// The mean of the points of a standstill [m], and of their orientations and covariances if they
+/// have some.
 struct MeanReading {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();
+  /// Not divided by the number of points, because they share most of their error.
+  PoseCovariance covariance = PoseCovariance::Zero();
 };
 
 /// Joint angles for one row of the points.

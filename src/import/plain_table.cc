@@ -24,6 +24,14 @@ class HeaderSearch {
       : style_(style), is_known_(is_known) {}
 
   bool try_line(std::string_view line, const std::string& where) {
+    return by_signs(line, where) || (style_.blanks_too && by_blanks(line));
+  }
+
+  std::vector<std::string> cells;
+  char found_separator = ',';
+
+ private:
+  bool by_signs(std::string_view line, const std::string& where) {
     long best = style_.fewest_known - 1;
     for (const char separator : style_.separators) {
       std::vector<std::string> names;
@@ -41,10 +49,21 @@ class HeaderSearch {
     return best >= style_.fewest_known;
   }
 
-  std::vector<std::string> cells;
-  char found_separator = ',';
+  // Text above a header may hold X, Y and Z, too, but other words beside them.
+  bool by_blanks(std::string_view line) {
+    if (line.find('"') != std::string_view::npos) return false;
+    const std::vector<std::string> names = split_cells(trim_blanks(line), ' ', "");
+    const auto is_name = [&](const std::string& name) {
+      return is_known_(name) || known_quantity(name).has_value();
+    };
+    if (std::ranges::count_if(names, is_known_) < style_.fewest_known ||
+        !std::ranges::all_of(names, is_name))
+      return false;
+    cells = names;
+    found_separator = ' ';
+    return true;
+  }
 
- private:
   const TableStyle& style_;
   const std::function<bool(std::string_view)>& is_known_;
 };
@@ -79,6 +98,17 @@ void refuse_row(const PlainTable& table, int line, size_t cells, std::string_vie
                                : ""));
 }
 
+// Whether a line is a row of a table without a header: three cells or more are numbers.
+bool has_numbers(std::string_view line) {
+  int numbers = 0;
+  while (!line.empty()) {
+    const size_t end = std::min(line.find_first_of(",;\t "), line.size());
+    numbers += plain_number(line.substr(0, end), '.').has_value();
+    line.remove_prefix(std::min(end + 1, line.size()));
+  }
+  return numbers >= 3;
+}
+
 void read_header(Source& source, const TableStyle& style, HeaderSearch& search,
                  PlainTable& table) {
   std::string_view line;
@@ -99,7 +129,9 @@ void read_header(Source& source, const TableStyle& style, HeaderSearch& search,
       at_line(table.file, 1) +
       "the table has no header row with known names, such as X,Y,Z or A1,...,A6; the first "
       "line is '" +
-      first + "'; say which column is which: --column x_mm=NAME");
+      first + "'; say which column is which: --column x_mm=NAME" +
+      (has_numbers(first) ? ", or, if the file begins with numbers, put a line of names above them"
+                          : ""));
 }
 
 // A separator at the end of each line makes an empty column without a name.
@@ -179,6 +211,7 @@ PlainTable read_plain_table(const std::string& path, const TableStyle& style,
       throw InputError(at_line(table.file, blank_line) +
                        "blank line between rows; blank lines may only end a table. Remove it, or "
                        "what follows it");
+    if (table.separator == ' ') line = trim_blanks(line);
     PlainRow row{number, split_cells(line, table.separator, at_line(table.file, number))};
     if (row.cells.size() != table.columns.size()) refuse_row(table, number, row.cells.size(), line);
     if (first && is_unit_row(row.cells)) {

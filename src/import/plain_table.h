@@ -36,6 +36,7 @@ struct PlainTable {
 struct TableStyle {
   std::string separators = "\t;,";
   std::string comments = "#%/";  ///< signs that begin a comment; / means //
+  bool blanks_too = true;        ///< as separators, where all names of the header are known
   int fewest_known = 3;          ///< names that tell a header from text: a point has three
 };
 

@@ -34,7 +34,8 @@ std::vector<Preset> all_presets() {
         {"*pose.orientation.x", "qx", "", ""}, {"*pose.orientation.y", "qy", "", ""},
         {"*pose.orientation.z", "qz", "", ""}, {"*pose.orientation.w", "qw", "", ""},
         {"*.rotation.x", "qx", "", ""}, {"*.rotation.y", "qy", "", ""},
-        {"*.rotation.z", "qz", "", ""}, {"*.rotation.w", "qw", "", ""}}},
+        {"*.rotation.z", "qz", "", ""}, {"*.rotation.w", "qw", "", ""},
+        {"*pose.covariance{k}", "cov", "", ""}}},
       {"plotjuggler-poses", false, TableForm::header, ",", "", false,
        {{"__time", "t", "s", ""}, {"*/position/x", "x", "m", ""}, {"*/position/y", "y", "m", ""},
         {"*/position/z", "z", "m", ""}, {"*/translation/x", "x", "m", ""},
@@ -42,9 +43,13 @@ std::vector<Preset> all_presets() {
         {"*/orientation/x", "qx", "", ""}, {"*/orientation/y", "qy", "", ""},
         {"*/orientation/z", "qz", "", ""}, {"*/orientation/w", "qw", "", ""},
         {"*/rotation/x", "qx", "", ""}, {"*/rotation/y", "qy", "", ""},
-        {"*/rotation/z", "qz", "", ""}, {"*/rotation/w", "qw", "", ""}}},
+        {"*/rotation/z", "qz", "", ""}, {"*/rotation/w", "qw", "", ""},
+        {"*pose/covariance[{k}]", "cov", "", ""}}},
       {"ur-rtde", true, TableForm::header, " ", kComments, false,
        {{"timestamp", "t", "s", ""}, {"actual_q_{k}", "q", "rad", ""}}},
+      {"kuka-trace", true, TableForm::header, ";\t,", "", false,
+       {{"Zeit", "t", "s", ""}, {"AxisPos_Act{n}", "q", kOnlyByOption, ""},
+        {"AxisPos_CmdIpo{n}", "q", kOnlyByOption, ""}}},
       {"rostopic-joints", true, TableForm::header, ",", "", false,
        {{"*header.stamp", "t", "ns", ""}, {"%time", "t", "ns", ""},
         {"field.position{k}", "q", "", "field.name"}}},
@@ -60,7 +65,7 @@ int lower(char c) { return std::tolower(static_cast<unsigned char>(c)); }
 bool fits(std::string_view pattern, std::string_view text, std::string& captured) {
   if (pattern.empty()) return text.empty();
   const bool is_joint = pattern.starts_with("{joint}");
-  const bool is_number = pattern.starts_with("{k}");
+  const bool is_number = pattern.starts_with("{k}") || pattern.starts_with("{n}");
   if (pattern.front() != '*' && !is_joint && !is_number)
     return !text.empty() && lower(text.front()) == lower(pattern.front()) &&
            fits(pattern.substr(1), text.substr(1), captured);

@@ -14,12 +14,17 @@ enum class TableForm {
   vicon,             ///< in several lines, see read_vicon()
 };
 
+/// Unit of columns whose header may state a wrong one: only an option says it.
+inline constexpr std::string_view kOnlyByOption = "?";
+
 struct PresetColumn {
-  /// `*` stands for any text, {joint} for the name of a joint, {k} for the number of a joint,
-  /// counted from 0. Capital letters and brackets at the end do not count.
+  /// `*` stands for any text, {joint} for the name of a joint, {k} for a number counted from 0, {n}
+  /// for one counted from 1. Capital letters and brackets at the end do not count.
   std::string_view header;
-  std::string_view quantity;  ///< as in column_names.h; "q" is the encoder value of that joint
-  std::string_view unit;      ///< empty: the file or an option says it
+  /// As in column_names.h; "q" is the encoder value of that joint, "cov" that entry of a
+  /// covariance.
+  std::string_view quantity;
+  std::string_view unit;  ///< empty: the file or an option says it; see kOnlyByOption
   /// Holds only in a table that has this column too; for {k}: the columns whose cells name the
   /// joints, without the number.
   std::string_view beside;
@@ -44,7 +49,7 @@ const Preset* find_preset(std::string_view name);
 /// What a preset says of a header.
 struct PresetFit {
   const PresetColumn* column = nullptr;  ///< null if nothing
-  std::string captured;                  ///< what stands for {joint} or {k}
+  std::string captured;                  ///< what stands for {joint}, {k} or {n}
 };
 PresetFit fit_of(const PresetColumn& column, std::string_view header);
 bool is_in_preset(const Preset& preset, std::string_view header);

@@ -11,6 +11,7 @@
 #include "armtrue/statistics/summary.h"
 #include "armtrue/text/input_error.h"
 #include "calibration/placement.h"
+#include "import/covariance_columns.h"
 
 namespace armtrue {
 namespace {
@@ -310,9 +311,14 @@ class StopJoin {
     if (!is_stream_) return std::nullopt;
     MeanReading mean;
     mean.position = reading_points_[reading];
+    const std::vector<Eigen::Index> samples = samples_of(reading);
+    if (points_.has("cov0"))
+      for (const Eigen::Index k : samples)
+        mean.covariance += covariance_of(points_, point_record_.rows[static_cast<size_t>(k)]) /
+                           static_cast<double>(samples.size());
     if (!points_.has_orientation()) return mean;
     Eigen::Vector4d sum = Eigen::Vector4d::Zero();
-    for (const Eigen::Index k : samples_of(reading)) {
+    for (const Eigen::Index k : samples) {
       const Eigen::Vector4d one =
           points_.orientation(point_record_.rows[static_cast<size_t>(k)]).coeffs();
       sum += sum.dot(one) < 0 ? -one : one;

@@ -85,25 +85,19 @@ class ColumnFinder {
 
   // One block of the covariance, rows from `row` and columns from `column` on.
   bool find_block(const std::string& what, int row, int column) {
-    constexpr const char* kNames[] = {"x", "y", "z", "rx", "ry", "rz"};
-    const bool turns_row = row > 0, turns_column = column > 0;
-    const std::string unit = turns_row ? "_deg2" : turns_column ? "_mm_deg" : "_mm2";
-    const std::string si = turns_row ? "_rad2" : turns_column ? "_m_rad" : "_m2";
-    const double in_si =
-        (turns_row ? kDegree : kMillimetre) * (turns_column ? kDegree : kMillimetre);
     std::vector<std::optional<CsvTable::Quantity>> found;
     std::vector<std::string> names;
     std::vector<size_t> places;
     for (int i = row; i < row + 3; ++i)
       for (int k = std::max(i, column); k < column + 3; ++k) {
-        const std::string name = std::string("cov_") + kNames[i] + kNames[k];
-        names.push_back(name + unit);
+        names.push_back(covariance_column(i, k));
         places.push_back(place_of_covariance(i, k));
-        const auto in_units = table_.find(names.back()), in_metres = table_.find(name + si);
+        const auto in_units = table_.find(names.back());
+        const auto in_metres = table_.find(covariance_column(i, k, true));
         if (in_units && in_metres)
           table_.fail(*in_metres, "stands beside '" + names.back() + "'; keep one of them");
         found.emplace_back();
-        if (in_units) found.back() = {*in_units, in_si};
+        if (in_units) found.back() = {*in_units, covariance_unit(i, k)};
         if (in_metres) found.back() = {*in_metres, 1.0};
       }
     found = group(what, found, names);
@@ -177,6 +171,19 @@ class ColumnFinder {
 };
 
 }  // namespace
+
+std::string covariance_column(int row, int column, bool si) {
+  constexpr std::array kNames{"x", "y", "z", "rx", "ry", "rz"};
+  const std::string unit = row >= 3      ? (si ? "_rad2" : "_deg2")
+                           : column >= 3 ? (si ? "_m_rad" : "_mm_deg")
+                                         : (si ? "_m2" : "_mm2");
+  return std::string("cov_") + kNames[static_cast<size_t>(row)] +
+         kNames[static_cast<size_t>(column)] + unit;
+}
+
+double covariance_unit(int row, int column) {
+  return (row >= 3 ? kDegree : kMillimetre) * (column >= 3 ? kDegree : kMillimetre);
+}
 
 CampaignColumns find_campaign_columns(const CsvTable& table, const std::vector<JointName>& joints,
                                       const std::string& source) {

@@ -35,6 +35,12 @@ constexpr size_t place_of_covariance(int row, int column) {
   return static_cast<size_t>(6 * row - row * (row - 1) / 2 + column - row);
 }
 
+/// Name of the column of an entry of the covariance, row <= column: cov_xx_mm2, cov_xrx_mm_deg,
+/// cov_rxrx_deg2; with _m and _rad if `si`.
+std::string covariance_column(int row, int column, bool si = false);
+/// Its unit there [SI].
+double covariance_unit(int row, int column);
+
 /// `source`: the file, for messages. Throws InputError: a column is missing, or names a quantity in
 /// part or twice over.
 CampaignColumns find_campaign_columns(const CsvTable& table, const std::vector<JointName>& joints,

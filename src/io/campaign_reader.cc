@@ -1,8 +1,5 @@
-#include "armtrue/io/campaign_io.h"
-
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <exception>
@@ -10,6 +7,8 @@
 #include <optional>
 #include <tuple>
 
+#include "armtrue/campaign/stated_covariance.h"
+#include "armtrue/io/campaign_io.h"
 #include "armtrue/io/csv_table.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
@@ -129,26 +128,15 @@ class RowReader {
     const bool of_position = columns_.covariance[0].has_value();
     const bool of_rotation = columns_.covariance[kOfRotation].has_value();
     if (!of_position && !of_rotation) return;
-    Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Identity();
+    PoseCovariance covariance = PoseCovariance::Identity();
     for (int i = 0; i < 6; ++i)
       for (int k = i; k < 6; ++k)
         if (const auto& column = columns_.covariance[place_of_covariance(i, k)])
           covariance(i, k) = covariance(k, i) = table_.number(*column);
-    const double position = std::sqrt(covariance.topLeftCorner<3, 3>().trace() / 3);
-    const double rotation = std::sqrt(covariance.bottomRightCorner<3, 3>().trace() / 3);
-    Eigen::Matrix<double, 6, 1> deviation;
-    deviation << Eigen::Vector3d::Constant(position), Eigen::Vector3d::Constant(rotation);
-    const Eigen::Matrix<double, 6, 6> shape =
-        deviation.cwiseInverse().asDiagonal() * covariance * deviation.cwiseInverse().asDiagonal();
-    const Eigen::LLT<Eigen::Matrix<double, 6, 6>> llt(shape);
-    if (!(position > 0) || !(rotation > 0) || llt.info() != Eigen::Success)
+    if (!add_covariance(covariance, {of_position, of_rotation}, part_.rows))
       table_.fail(columns_.covariance[of_position ? 0 : kOfRotation]->column,
                   "the covariance of this row is not positive definite: variances are above zero, "
                   "and no covariance is beyond the root of the product of its two variances");
-    if (of_position) part_.rows.sigma_position.push_back(position);
-    if (of_rotation) part_.rows.sigma_orientation.push_back(rotation);
-    part_.rows.whitening.emplace_back(
-        llt.matrixL().solve(Eigen::Matrix<double, 6, 6>::Identity()));
   }
 
   // One number per joint.

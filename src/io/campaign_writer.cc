@@ -1,13 +1,25 @@
+#include <fmt/format.h>
+
 #include <string>
 
+#include "armtrue/campaign/stated_covariance.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
+#include "io/campaign_columns.h"
 #include "io/joint_columns.h"
 #include "io/row_text.h"
 
 namespace armtrue {
 namespace {
+
+// Calls take(row, column) for each entry of the covariance that has a column.
+template <typename Take>
+void for_each_covariance(const StatedBlocks& blocks, const Take& take) {
+  if (!blocks.any()) return;
+  for (int i = blocks.position ? 0 : 3; i < 6; ++i)
+    for (int k = i; k < (blocks.rotation ? 6 : 3); ++k) take(i, k);
+}
 
 void append_row(const Campaign& campaign, const std::vector<JointName>& joints, int row,
                 std::string& text) {
@@ -24,6 +36,12 @@ void append_row(const Campaign& campaign, const std::vector<JointName>& joints, 
   if (campaign.has_orientation()) {
     const Eigen::Vector3d abc = abc_from_rotation(campaign.orientation[row].toRotationMatrix());
     for (int i = 0; i < 3; ++i) add(number_text(abc[i], kDegree));
+  }
+  if (const StatedBlocks blocks = stated_blocks(campaign); blocks.any()) {
+    const PoseCovariance covariance = stated_covariance(campaign, row);
+    for_each_covariance(blocks, [&](int i, int k) {
+      add(fmt::format("{:.12g}", covariance(i, k) / covariance_unit(i, k)));
+    });
   }
   if (!campaign.target.empty()) add(campaign.target_names[campaign.target[row]]);
   if (!campaign.anchor.empty()) add(campaign.anchor_names[campaign.anchor[row]]);
@@ -45,6 +63,8 @@ std::string write_campaign(const Campaign& campaign, const std::vector<JointName
   for (const JointName& joint : joints) text += "," + joint.encoder();
   text += campaign.has_distances() ? ",l_mm" : ",x_mm,y_mm,z_mm";
   if (campaign.has_orientation()) text += ",a_deg,b_deg,c_deg";
+  for_each_covariance(stated_blocks(campaign),
+                      [&](int i, int k) { text += "," + covariance_column(i, k); });
   if (!campaign.target.empty()) text += ",target";
   if (!campaign.anchor.empty()) text += ",anchor";
   if (!campaign.arrival.empty())

@@ -113,7 +113,9 @@ std::vector<PlannedPose> random_poses(const PoseCloud& cloud, int count, std::ui
     return planned_poses(drawn);
   }
   throw std::invalid_argument(
-      "hardly any configuration keeps links and tool above the floor; lower it or move the box up");
+      "hardly any configuration keeps links and tool above the floor; lower it (--floor-mm, z in "
+      "R_0: "
+      "a gantry, or an arm on a wall, works below its foot) or move the box up");
 }
 
 std::vector<PlannedPose> with_given(const PoseCloud& cloud) {

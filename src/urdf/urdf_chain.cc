@@ -15,6 +15,7 @@
 #include <kdl/chain.hpp>
 #include <kdl/tree.hpp>
 #include <map>
+#include <numbers>
 #include <optional>
 
 #include "armtrue/text/input_error.h"
@@ -26,6 +27,8 @@ namespace {
 
 constexpr size_t kMostLinksNamed = 12;     // in a message
 constexpr double kLargest = 1e6;           // of lengths, angles and parts of axes
+// Limits of a revolute joint [rad]: further ones are deg, or stand for no limit.
+constexpr double kMostTurned = 10 * 2 * std::numbers::pi, kNoLimit = 1000;
 constexpr size_t kMaxJointsOfFile = 2000;  // a whole cell; the way through is searched recursively
 
 // Collects the messages of urdfdom instead of printing them.
@@ -83,15 +86,39 @@ void require_tree(const TiXmlElement& robot, const std::string& file) {
   }
 }
 
+// The file and, if it is found, the line of the last element of the robot for which `is_it`.
+template <typename IsIt>
+std::string place_in(const TiXmlElement* robot, const std::string& file, const IsIt& is_it) {
+  int line = 0;
+  for (const TiXmlElement* one = robot ? robot->FirstChildElement() : nullptr; one;
+       one = one->NextSiblingElement())
+    if (const char* const name = one->Attribute("name"); name && is_it(*one, std::string(name)))
+      line = one->Row();
+  return line > 0 ? file + ":" + std::to_string(line) : file;
+}
+
+std::string place_of_joint(const TiXmlElement* robot, const std::string& file,
+                           const std::string& joint) {
+  return place_in(robot, file, [&](const TiXmlElement& one, const std::string& name) {
+    return one.ValueStr() == "joint" && name == joint;
+  });
+}
+
 // urdfdom skips elements that it cannot read. A skipped mass would change the predictions, so its
 // messages become errors.
-urdf::ModelInterfaceSharedPtr parse_strictly(const std::string& text, const std::string& file) {
+urdf::ModelInterfaceSharedPtr parse_strictly(const std::string& text, const TiXmlElement* robot,
+                                             const std::string& file) {
   const Complaints complaints;
   urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(text);
-  if (!complaints.first().empty())
-    throw InputError(file + ": is no valid URDF: " + complaints.first());
+  if (const std::string& first = complaints.first(); !first.empty())
+    throw InputError(place_in(robot, file,
+                              [&](const TiXmlElement&, const std::string& name) {
+                                return first.find("[" + name + "]") != std::string::npos ||
+                                       first.find("'" + name + "'") != std::string::npos;
+                              }) +
+                     ": is no valid URDF: " + first + "; correct it");
   if (!model || !model->getRoot())
-    throw InputError(file + ": is no valid URDF: it has no root link");
+    throw InputError(file + ": is no valid URDF: it has no root link; state one");
   return model;
 }
 
@@ -285,15 +312,25 @@ void set_limits(const urdf::Joint& joint, const std::string& file, ChainJoint& r
   result.max = joint.limits->upper;
   check_size(result.min, joint, file);
   check_size(result.max, joint, file);
+  const bool turns = joint.type == urdf::Joint::REVOLUTE;
   if (result.min >= result.max)
     throw InputError(
-        fmt::format("{}: the joint '{}' has limits from {} to {} rad; upper must be above lower",
-                    file, joint.name, result.min, result.max));
+        fmt::format("{}: the joint '{}' has limits from {} to {} {}; upper must be above lower",
+                    file, joint.name, result.min, result.max, turns ? "rad" : "m"));
+  const double furthest = std::max(std::abs(result.min), std::abs(result.max));
+  if (!turns || furthest <= kMostTurned) return;
+  if (furthest < kNoLimit)
+    throw InputError(fmt::format(
+        "{}: the joint '{}' has limits from {} to {} rad, which is more than ten turns; write them "
+        "in rad, not in deg, or make the joint continuous",
+        file, joint.name, result.min, result.max));
+  result.limited = false;
 }
 
 ChainJoint joint_of(const KDL::Segment& segment, const urdf::ModelInterface& model,
-                    const std::string& file) {
+                    const TiXmlElement* robot, const std::string& name_of_file) {
   const urdf::Joint& joint = *model.getJoint(segment.getJoint().getName());
+  const std::string file = place_of_joint(robot, name_of_file, joint.name);
   const urdf::Link& link = *model.getLink(segment.getName());
   ChainJoint result;
   result.name = joint.name;
@@ -354,11 +391,12 @@ UrdfChain read_urdf_chain(const std::string& text, const std::string& file, cons
   refuse_xacro(text, file);
   TiXmlDocument document;
   document.Parse(text.c_str());
-  if (const TiXmlElement* const robot = document.FirstChildElement("robot")) {
+  const TiXmlElement* const robot = document.FirstChildElement("robot");
+  if (robot) {
     require_tree(*robot, file);
     check_masses(*robot, file);
   }
-  const urdf::ModelInterfaceSharedPtr model = parse_strictly(text, file);
+  const urdf::ModelInterfaceSharedPtr model = parse_strictly(text, robot, file);
   UrdfChain result;
   result.robot = model->getName();
   result.base = ends.base.empty() ? model->getRoot()->name : ends.base;
@@ -372,7 +410,7 @@ UrdfChain read_urdf_chain(const std::string& text, const std::string& file, cons
   if (!tree.getChain(result.base, tip, way))
     throw InputError(file + ": there is no way from '" + result.base + "' to '" + tip + "'");
   for (const KDL::Segment& segment : way.segments)
-    result.joints.push_back(joint_of(segment, *model, file));
+    result.joints.push_back(joint_of(segment, *model, robot, file));
   result.beside_base = fixed_beside(*model, result);
   return result;
 }

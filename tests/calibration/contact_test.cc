@@ -282,24 +282,25 @@ void add_campaign(const std::vector<Fixture>& fixtures, unsigned seed, Study& st
   }
 }
 
-// Forty poses, a noise of 0.05 mm, links off by 0.3 mm and 0.3 mrad, 120 fresh touches each. Of 100
-// campaigns with points, 300 with planes and 200 with spheres the ratios were 1.09, 1.23 and 1.18,
-// the coverages 0.957, 0.979 and 0.948 (each +- 0.006): planes leave few numbers for the errors of
-// links, and a covariance by poses is then wide.
+// Forty poses, a noise of 0.05 mm, links off by 0.3 mm and 0.3 mrad, 120 fresh touches each. Of 200
+// other campaigns planes covered 94.0 % and spheres 95.8 %; with zero offsets of 2 mrad, as their
+// prior expects, 94.2 % (100) and 95.4 % (500). Planes leave 40 numbers for 26 unknowns that they
+// determine: there CR3 makes the variance 2.9 times too large, and covered 97.6 %, whatever the zero
+// offsets were.
 TEST(Contact, GeometryIsAsGoodAsPointsInWhatIsRead) {
-  constexpr int kCampaigns = 20;
-  int inside = 0, intervals = 0;
+  constexpr int kCampaigns = 60;
   for (const std::vector<Fixture>& fixtures : {kSockets, kPlates, kBalls}) {
     Study study;
     for (unsigned seed = 1; seed <= kCampaigns; ++seed) add_campaign(fixtures, seed, study);
-    EXPECT_LT(std::sqrt(study.touched / study.known), 1.5);
+    const double ratio = std::sqrt(study.touched / study.known);
+    const double coverage = static_cast<double>(study.inside) / study.intervals;
+    std::printf("contacts of kind %d: %.2f of known places, coverage %.3f\n",
+                static_cast<int>(fixtures.front().kind), ratio, coverage);
+    EXPECT_LT(ratio, 1.5);
     EXPECT_LT(std::sqrt(study.touched / kCampaigns), 1e-4);
-    inside += study.inside;
-    intervals += study.intervals;
+    EXPECT_GT(coverage, 0.93);
+    EXPECT_LT(coverage, 0.97);
   }
-  const double coverage = static_cast<double>(inside) / intervals;
-  EXPECT_GT(coverage, 0.93);
-  EXPECT_LT(coverage, 0.97);
 }
 
 }  // namespace

@@ -232,13 +232,16 @@ class PresetExport {
 
   void joints() {
     const bool is_topic = preset_.name == "rostopic-joints", is_ur = preset_.name == "ur-rtde";
-    Line header{is_ur ? "timestamp" : is_topic ? "%time" : "__time"};
+    const bool is_trace = preset_.name == "kuka-trace";
+    Line header{is_ur ? "timestamp" : is_topic ? "%time" : is_trace ? "Zeit[sec]" : "__time"};
     if (is_ur) sheet_.separator = ' ';
+    if (is_trace) sheet_.separator = ';';
     if (is_topic)
       for (int j = 0; j < 6; ++j) header.push_back("field.name" + std::to_string(j));
     for (int j = 0; j < 6; ++j)
       header.push_back(is_ur      ? "actual_q_" + std::to_string(j)
                        : is_topic ? "field.position" + std::to_string(j)
+                       : is_trace ? "AxisPos_Act" + std::to_string(j + 1) + "[\xC2\xB0]"
                                   : "/joint_states/arm_" + std::to_string(j + 1) + "/position");
     sheet_.lines = {header};
     begin_rows();

@@ -115,6 +115,7 @@ ImportedReadings import_preset(const Preset& preset, const std::string& damaged,
   ImportOptions options;
   options.presets = {std::string(preset.name)};
   options.join = "order";
+  if (preset.name == "kuka-trace") options.angle_unit = "rad";
   return preset.holds_joints ? import_readings(whole, damaged, options)
                              : import_readings(damaged, whole, options);
 }

@@ -4,8 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <iomanip>
+#include <random>
+#include <sstream>
 
+#include "armtrue/campaign/stated_covariance.h"
 #include "armtrue/import/import_io.h"
+#include "armtrue/io/campaign_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
@@ -278,6 +283,146 @@ TEST(ImportPreset, APresetWithAHeaderIsAPlainTable) {
   EXPECT_EQ(campaign.q[0], (JointVector(6) << 0.5, -1.5, 1.25, -2, 1, 0.25).finished());
   EXPECT_EQ(campaign.q[1][0], 1000.5);
   EXPECT_EQ(campaign.time_s[1], 10.502);
+}
+
+// Structure after the traces of a KUKA controller as CSV,
+// github.com/anjan211/kuka_controller_project, Backlash/WINDOWS-V37DJA1 -
+// 8101392_A2_PTP_aut_KRCIpo.csv, of which the first row is here: its axis 2 stands at -110 deg,
+// which the file writes in rad below the unit deg. Tabs, blanks in the header and AxisPos_CmdIpo
+// after public readers of such files.
+const std::string kKukaTrace =
+    "Zeit[sec];X_Act[mm];Y_Act[mm];Z_Act[mm];A_Act[\xC2\xB0];B_Act[\xC2\xB0];C_Act[\xC2\xB0];"
+    "AxisPos_Act1[\xC2\xB0];AxisPos_Act2[\xC2\xB0];AxisPos_Act3[\xC2\xB0];AxisPos_Act4[\xC2\xB0];"
+    "AxisPos_Act5[\xC2\xB0];AxisPos_Act6[\xC2\xB0];GearTorq_Act2[Nm];CartVel_Act[m/s]\n"
+    "0.0;383.12554991352874;-26.74086675679162;577.7125677208195;-0.029374189262690992;"
+    "0.5029123929378598;-0.018953585358498146;-0.0004927185988644372;-1.9202374293316917;"
+    "1.9200003929949983;-0.00018695399715356362;4.780999350807995e-05;-7.707510865375742e-05;"
+    "11.39288023009814;15453.021192816394\n"
+    "0.012;383.1;-26.7;577.7;-0.02;0.5;-0.01;-0.0005;-1.92;1.92;-0.0002;0.00005;-0.00008;11.4;0\n";
+
+TEST(ImportPreset, TheUnitOfAKukaTraceIsNotBelieved) {
+  ImportOptions options = with({"kuka-trace"});
+  options.join = "order";
+  EXPECT_THAT(error_of(kTwoPoints, kKukaTrace, options),
+              HasSubstr(":1: the unit of the column 'AxisPos_Act1[\xC2\xB0]' is not certain"));
+  options.angle_unit = "rad";
+  const ImportedReadings readings = import_two(kTwoPoints, kKukaTrace, options);
+  const Campaign& campaign = readings.campaign;
+  EXPECT_NEAR(campaign.q[0][1] / kDegree, -110.02, 0.01);
+  EXPECT_NEAR(campaign.q[0][4], 4.780999350807995e-05, 1e-18);
+  EXPECT_EQ(campaign.time_s[1], 0.012);
+  EXPECT_EQ(campaign.position[1], Eigen::Vector3d(4e-3, 5e-3, 6e-3));  // not that of the controller
+  EXPECT_THAT(readings.mapping, HasSubstr("X_Act[mm]                        not in the preset"));
+  options.angle_unit = "deg";
+  EXPECT_NEAR(import_two(kTwoPoints, kKukaTrace, options).campaign.q[0][1] / kDegree, -1.92, 0.01);
+}
+
+TEST(ImportPreset, AKukaTraceMayHoldCommandedAngles) {
+  ImportOptions options = with({"kuka-trace"});
+  options.join = "order";
+  options.angle_unit = "deg";
+  std::string trace = "Zeit [s]";
+  for (int joint = 1; joint <= 6; ++joint)
+    trace += "\tAxisPos_CmdIpo" + std::to_string(joint) + " [\xC2\xB0]";
+  trace += "\n0.012\t1\t2\t3\t4\t5\t6\n0.024\t1\t2\t3\t4\t5\t7\n";
+  const Campaign campaign = import_two(kTwoPoints, trace, options).campaign;
+  EXPECT_NEAR(campaign.q[1][5], 7 * kDegree, 1e-15);
+  // Where both are recorded, those that were measured count.
+  std::string both = trace;
+  for (int joint = 1; joint <= 6; ++joint)
+    both.insert(both.find('\n'), "\tAxisPos_Act" + std::to_string(joint));
+  for (size_t at = both.find("0.0"); at != std::string::npos; at = both.find("0.0", at + 1))
+    both.insert(both.find('\n', at), "\t10\t20\t30\t40\t50\t60");
+  EXPECT_NEAR(import_two(kTwoPoints, both, options).campaign.q[1][5], 60 * kDegree, 1e-14);
+}
+
+// Columns of geometry_msgs/PoseWithCovariance as `rostopic echo -p` and the CSV of PlotJuggler name
+// them (field.pose.covariance0 to 35, /TOPIC/pose/covariance[0] to [35]), after the headers that
+// public readers of such files quote. Order and meaning after the comments of the message: rows of
+// 6, m and rad about fixed axes.
+struct CovarianceTable {
+  bool is_rostopic = true;
+  std::vector<Eigen::Matrix<double, 6, 6>> covariances;
+
+  std::string text() const {
+    const std::string topic = is_rostopic ? "field." : "/camera/";
+    const std::string sign = is_rostopic ? "." : "/";
+    std::string text = is_rostopic ? "%time" : "__time";
+    for (const char axis : std::string("xyz"))
+      text += "," + topic + "pose" + sign + "pose" + sign + "position" + sign + axis;
+    for (const char axis : std::string("xyzw"))
+      text += "," + topic + "pose" + sign + "pose" + sign + "orientation" + sign + axis;
+    for (int k = 0; k < 36; ++k)
+      text += "," + topic + "pose" + sign + "covariance" +
+              (is_rostopic ? std::to_string(k) : "[" + std::to_string(k) + "]");
+    for (size_t row = 0; row < covariances.size(); ++row) {
+      text += "\n" + std::to_string(row + 1) + ",1,2,3,0.5,0.5,-0.5,0.5";
+      for (int k = 0; k < 36; ++k) {
+        std::ostringstream number;
+        number << ',' << std::setprecision(17) << covariances[row](k / 6, k % 6);
+        text += number.str();
+      }
+    }
+    return text + "\n";
+  }
+};
+
+Eigen::Matrix<double, 6, 6> some_covariance(double size) {
+  std::mt19937 random(5);
+  Eigen::Matrix<double, 6, 6> root;
+  for (double& entry : root.reshaped()) entry = static_cast<double>(random() % 1000) / 1000 - 0.5;
+  return size * (root * root.transpose());
+}
+
+TEST(ImportPreset, CovariancesOfRosAreThoseOfCampaigns) {
+  for (const bool is_rostopic : {true, false}) {
+    const CovarianceTable table{is_rostopic, {some_covariance(1e-6), some_covariance(4e-6)}};
+    ImportOptions options = with({is_rostopic ? "rostopic-poses" : "plotjuggler-poses"});
+    options.join = "order";
+    const ImportedReadings readings = import_two(table.text(), kTwoJointRows, options);
+    EXPECT_THAT(readings.mapping, HasSubstr("cov_xrx_mm_deg"));
+    // To the file and back.
+    const Campaign written =
+        read_campaign(TemporaryFile(write_campaign(readings.campaign)).path).campaign;
+    for (const Campaign& campaign : {readings.campaign, written})
+      for (int row = 0; row < 2; ++row) {
+        const auto& truth = table.covariances[static_cast<size_t>(row)];
+        EXPECT_LT((stated_covariance(campaign, row) - truth).norm(), 1e-9 * truth.norm());
+      }
+  }
+}
+
+TEST(ImportPreset, WhatRosDoesNotKnowIsNoCovariance) {
+  ImportOptions options = with({"rostopic-poses"});
+  options.join = "order";
+  const Eigen::Matrix<double, 6, 6> zero = Eigen::Matrix<double, 6, 6>::Zero();
+  const ImportedReadings unknown =
+      import_two(CovarianceTable{true, {zero, zero}}.text(), kTwoJointRows, options);
+  EXPECT_FALSE(stated_blocks(unknown.campaign).any());
+  EXPECT_THAT(unknown.warnings.front(), HasSubstr("all covariances are zero"));
+  Eigen::Matrix<double, 6, 6> points = zero;
+  points.diagonal().head<3>().setConstant(1e-6);
+  const Campaign of_points =
+      import_two(CovarianceTable{true, {points, points}}.text(), kTwoJointRows, options).campaign;
+  EXPECT_TRUE(stated_blocks(of_points).position);
+  EXPECT_FALSE(stated_blocks(of_points).rotation);
+  EXPECT_EQ(write_campaign(of_points).find("cov_rx"), std::string::npos);
+
+  const auto error = [&](const Eigen::Matrix<double, 6, 6>& second) {
+    return error_of(CovarianceTable{true, {some_covariance(1e-6), second}}.text(), kTwoJointRows,
+                    options);
+  };
+  Eigen::Matrix<double, 6, 6> askew = some_covariance(1e-6);
+  askew(0, 1) *= 2;
+  EXPECT_THAT(error(askew), HasSubstr(":3: column 'field.pose.covariance6'"));
+  EXPECT_THAT(error(zero), HasSubstr("column 'field.pose.covariance0': '0' begins a covariance"));
+  std::string cut = CovarianceTable{true, {points, points}}.text();
+  cut.replace(cut.find("covariance35"), 12, "other");
+  EXPECT_THAT(error_of(cut, kTwoJointRows, options),
+              HasSubstr("35 of the 36 columns of a covariance"));
+  EXPECT_THAT(error_of(cut, kTwoJointRows, options), HasSubstr("'field.pose.covariance*'"));
+  options.ignored = {"field.pose.covariance*"};
+  EXPECT_FALSE(stated_blocks(import_two(cut, kTwoJointRows, options).campaign).any());
 }
 
 TEST(ImportPreset, EachIsForOneTable) {

@@ -192,6 +192,34 @@ TEST(ImportReadings, NamesAboveTheHeaderAreNoHeader) {
   EXPECT_THAT(import_text(text, kMmDeg).mapping, HasSubstr("header in line 3"));
 }
 
+// As many programs of instruments write points.
+TEST(ImportReadings, BlanksSeparateWhereAllNamesAreKnown) {
+  ImportOptions options;
+  options.length_unit = "mm";
+  options.angle_unit = "deg";
+  const std::string header = "Name  X Y  Z A1 A2 A3 A4 A5 A6 \n";
+  const Campaign campaign =
+      import_text("Points of cell 4: X Y Z and A1 A2 A3\n" + header +
+                      "P1   1.5 -2.5  3 10 20 30 40 50 60\n P2 1 2 3 11 21 31 41 51 61  \n",
+                  options)
+          .campaign;
+  ASSERT_EQ(campaign.rows(), 2);
+  EXPECT_NEAR(campaign.position[0].y(), -2.5e-3, 1e-15);
+  EXPECT_NEAR(campaign.q[1][5], 61 * kDegree, 1e-15);
+  // Nothing is taken for a blank between thousands.
+  EXPECT_THAT(error_of_text(header + "P1 1 260 2.5 3 10 20 30 40 50 60\n", options),
+              HasSubstr(":2: has 11 cells where the header in line 1 has 10"));
+  EXPECT_THAT(
+      error_of_text("Name X Y Z Weather A1 A2 A3 A4 A5 A6\nP1 1 2 3 4 5 6 7 8 9 10\n", options),
+      HasSubstr("no header row with known names"));
+}
+
+TEST(ImportReadings, RowsWithoutAHeaderAreToldToHaveOne) {
+  EXPECT_THAT(error_of_text("P1;-148.743;-3153.918;104.440;;;;\nP2;1032.733;-2673.7;97.282;;;;\n"),
+              HasSubstr("put a line of names above them"));
+  EXPECT_THAT(error_of_text("Report;of;cell;4\n"), Not(HasSubstr("put a line of names")));
+}
+
 TEST(ImportReadings, WhatTheWriterIsGivenItWrites) {
   const std::string text =
       "pose,q1_deg,q2_deg,q3_deg,q4_deg,q5_deg,q6_deg,x_mm,y_mm,z_mm,session,payload_kg,temp_arm_"

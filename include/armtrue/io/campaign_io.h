@@ -21,8 +21,8 @@ struct CampaignFile {
 CampaignFile read_campaign(const std::string& path,
                            const std::vector<JointName>& joints = six_axis_names());
 
-/// The same columns as text; `repeat`, `t_s`, orientation (as A, B, C), target, anchor, arrival,
-/// session, payload and temperatures where the campaign has them.
+/// The same columns as text; `repeat`, `t_s`, orientation (as A, B, C), covariances, target,
+/// anchor, arrival, session, payload and temperatures where the campaign has them.
 std::string write_campaign(const Campaign& campaign,
                            const std::vector<JointName>& joints = six_axis_names());
 

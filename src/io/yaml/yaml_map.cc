@@ -33,13 +33,23 @@ void YamlMap::fail(const std::string& key, const std::string& why) const {
                    ": " + why);
 }
 
+// d_m where d_mm is missing, max_deg where a prismatic joint needs max_mm.
+std::string YamlMap::instead_of(const std::string& key) const {
+  const size_t unit = key.rfind('_');
+  if (unit == std::string::npos) return "";
+  const auto found = std::ranges::find_if(values_, [&](const auto& entry) {
+    return entry.first.rfind('_') == unit && entry.first.starts_with(key.substr(0, unit + 1));
+  });
+  return found == values_.end() ? "" : "; '" + found->first + "' stands in its place";
+}
+
 bool YamlMap::has(const std::string& key) {
   asked_.insert(key);
   return values_.contains(key);
 }
 
 YAML::Node YamlMap::need(const std::string& key) {
-  if (!has(key)) fail(key, "is missing");
+  if (!has(key)) fail(key, "is missing" + instead_of(key));
   return values_.at(key);
 }
 
@@ -128,6 +138,10 @@ YamlMap read_document(const std::string& text, const std::string& file,
   for (size_t k = 1; k < formats.size(); ++k) expected += " or " + formats[k];
   expected += "'";
   check_text(text, file);
+  const size_t first = text.find_first_not_of(" \t\r\n");
+  if (first != std::string::npos && text[first] == '<')
+    throw InputError(file + ":1: is XML, and a YAML document should stand here; " + expected +
+                     ". convert-robot --to yaml makes a robot file of a URDF");
   check_yaml_bounds(text, file);
   const std::vector<YAML::Node> documents = YAML::LoadAll(text);
   const YAML::Node root = documents.empty() ? YAML::Node() : documents.front();

@@ -37,6 +37,7 @@ class YamlMap {
 
  private:
   YAML::Node need(const std::string& key);
+  std::string instead_of(const std::string& key) const;
   double number_of(const YAML::Node& node, const std::string& key) const;
 
   YAML::Node node_;

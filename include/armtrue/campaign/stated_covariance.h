@@ -1,0 +1,28 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "armtrue/campaign/campaign.h"
+
+namespace armtrue {
+
+/// Covariance of the errors of a pose along and about the axes of R_A: position [m], then rotation
+/// vector [rad].
+using PoseCovariance = Eigen::Matrix<double, 6, 6>;
+
+/// Which blocks of a covariance a campaign states. The other one is the unit matrix.
+struct StatedBlocks {
+  bool position = false, rotation = false;
+  bool any() const { return position || rotation; }
+};
+
+/// Adds what the next row states of its noise to the columns sigma_position, sigma_orientation and
+/// whitening. Returns false, and adds nothing, unless the covariance is positive definite.
+bool add_covariance(const PoseCovariance& covariance, const StatedBlocks& blocks,
+                    Campaign& campaign);
+
+/// Of a campaign whose rows state covariances; none of any other.
+StatedBlocks stated_blocks(const Campaign& campaign);
+PoseCovariance stated_covariance(const Campaign& campaign, int row);
+
+}  // namespace armtrue
