@@ -8,6 +8,7 @@
 #include "calibration/covariance.h"
 #include "calibration/fold.h"
 #include "calibration/pose_influence.h"
+#include "linear_algebra/bordered_spectrum.h"
 #include "linear_algebra/decompositions.h"
 #include "linear_algebra/sparse_cholesky.h"
 
@@ -107,29 +108,61 @@ double set_weights(const SessionModels& model, const ReadingLaw& law, const Eige
   return std::max(1.0, weighted.sum() / static_cast<double>(model.rows() * model.row_size()));
 }
 
-void set_condition(const SessionModels& model, const Eigen::VectorXd& singular_values,
-                   CalibrationResult& result) {
-  // In the units of the literature: rows are multiplied by sigma of position.
-  const Eigen::VectorXd s = model.sigma().position * singular_values;
-  result.condition = s[0] / s[s.size() - 1];
-  result.observability = observability(s, model.rows());
+// Of singular values in the units of the literature: rows are multiplied by sigma of position.
+struct SingularValues {
+  double largest, smallest, geometric_mean, sum_of_inverses;
+};
+
+std::array<double, 5> observability(const SingularValues& s, int readings) {
+  return {s.geometric_mean / std::sqrt(std::max(1, readings)), s.smallest / s.largest, s.smallest,
+          s.smallest * s.smallest / s.largest, 1.0 / s.sum_of_inverses};
+}
+
+SingularValues summed_up(const Eigen::VectorXd& s) {
+  return {s[0], s[s.size() - 1], std::exp(s.array().max(1e-300).log().mean()),
+          s.cwiseInverse().sum()};
+}
+
+void set_condition(const SingularValues& s, int rows, CalibrationResult& result) {
+  result.condition = s.largest / s.smallest;
+  result.observability = observability(s, rows);
+}
+
+// The places within `unknowns` that only one group has, of each group.
+std::vector<std::vector<Eigen::Index>> own_places(const SessionModels& model,
+                                                  const std::vector<int>& unknowns) {
+  constexpr int kNobody = -1, kSeveral = -2;
+  std::vector<int> owner(static_cast<size_t>(model.unknowns()), kNobody);
+  for (int g = 0; g < model.groups(); ++g)
+    for (const SessionModels::Run& run : model.runs(g))
+      for (int k = run.first; k < run.first + run.count; ++k)
+        owner[static_cast<size_t>(k)] = owner[static_cast<size_t>(k)] == kNobody ? g : kSeveral;
+  std::vector<std::vector<Eigen::Index>> places(static_cast<size_t>(model.groups()));
+  for (size_t place = 0; place < unknowns.size(); ++place)
+    if (const int group = owner[static_cast<size_t>(unknowns[place])]; group >= 0)
+      places[static_cast<size_t>(group)].push_back(static_cast<Eigen::Index>(place));
+  std::erase_if(places, [](const auto& own) { return own.empty(); });
+  return places;
 }
 
 // Rank, condition and observability of several groups. They have many unknowns together, and the
 // singular values of a triangle of them all take minutes. Where the columns are clearly
-// independent, the roots of the eigenvalues of the information are the same. False where they are
-// not.
+// independent, the roots of the eigenvalues of the information are the same, which is
+// block-diagonal but for what the groups have in common. False where they are not.
 bool set_observability_by_group(const SessionModels& model, const Eigen::MatrixXd& information,
                                 CalibrationResult& result) {
   constexpr double kMinEigenvalue = 1e-10;  // of the largest; a smaller one has few right digits
   const std::vector<int> geometric = model.geometric_unknowns();
   if (geometric.empty() || SparseCholesky(information).smallest_pivot() < kMinPivot) return false;
-  const Eigen::MatrixXd chosen = information(geometric, geometric);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(chosen, Eigen::EigenvaluesOnly);
-  const Eigen::VectorXd& values = eigen.eigenvalues();  // smallest first
-  if (values[0] < kMinEigenvalue * values.tail(1)[0]) return false;
+  const auto spectrum = bordered_spectrum(information(geometric, geometric),
+                                          own_places(model, geometric), kMinEigenvalue);
+  if (!spectrum) return false;
   result.rank = model.unknowns();
-  set_condition(model, values.reverse().cwiseSqrt(), result);
+  const double sigma = model.sigma().position;
+  set_condition(
+      {sigma * std::sqrt(spectrum->largest), sigma * std::sqrt(spectrum->smallest),
+       sigma * std::exp(0.5 * spectrum->mean_log), spectrum->sum_of_inverse_roots / sigma},
+      model.rows(), result);
   return true;
 }
 
@@ -151,10 +184,10 @@ void set_observability(const SessionModels& model, const std::vector<GroupFold>&
 
   const std::vector<int> geometric = model.geometric_unknowns();
   if (!geometric.empty())
-    set_condition(
-        model,
-        Eigen::JacobiSVD<Eigen::MatrixXd>(factor(Eigen::seqN(0, p), geometric)).singularValues(),
-        result);
+    set_condition(summed_up(model.sigma().position *
+                            Eigen::JacobiSVD<Eigen::MatrixXd>(factor(Eigen::seqN(0, p), geometric))
+                                .singularValues()),
+                  model.rows(), result);
 }
 
 }  // namespace
@@ -210,10 +243,7 @@ void set_weights_alone(const SessionModels& model, const ReadingLaw& law, const 
 }
 
 std::array<double, 5> observability(const Eigen::VectorXd& s, int readings) {
-  const double largest = s[0], smallest = s[s.size() - 1];
-  return {std::exp(s.array().max(1e-300).log().mean()) / std::sqrt(std::max(1, readings)),
-          smallest / largest, smallest, smallest * smallest / largest,
-          1.0 / s.cwiseInverse().sum()};
+  return observability(summed_up(s), readings);
 }
 
 }  // namespace armtrue

@@ -80,8 +80,10 @@ void InfluenceSums::place(const std::vector<Eigen::Index>& unknowns) {
     place_of_[unknown] = std::ssize(unknown_at_);
     unknown_at_.push_back(unknown);
   }
-  const Eigen::Index before = squares_.cols(), places = std::ssize(unknown_at_);
-  if (places > before) squares_.conservativeResizeLike(Eigen::MatrixXd::Zero(places, places));
+  const Eigen::Index room = squares_.cols(), places = std::ssize(unknown_at_);
+  if (places <= room) return;
+  const Eigen::Index wider = std::clamp(2 * room, places, std::ssize(place_of_));
+  squares_.conservativeResizeLike(Eigen::MatrixXd::Zero(wider, wider));
 }
 
 void InfluenceSums::add(const PoseInfluence& pose) {
@@ -104,7 +106,7 @@ void InfluenceSums::add(const PoseInfluence& pose) {
         squares_(place_of_[row], place_of_[column]) += pose.change[row] * pose.change[column];
   } else {
     const Eigen::VectorXd change = pose.change(unknown_at_);
-    squares_.noalias() += change * change.transpose();
+    squares_.topLeftCorner(change.size(), change.size()).noalias() += change * change.transpose();
   }
   if (pose.alone.cols() == 0) return;
   if (alone_.size() == 0) alone_ = Eigen::MatrixXd::Zero(p, p);
@@ -122,7 +124,8 @@ void InfluenceSums::add(const InfluenceSums& others) {
   place(others.unknown_at_);
   std::vector<Eigen::Index> places;
   for (const Eigen::Index unknown : others.unknown_at_) places.push_back(place_of_[unknown]);
-  squares_(places, places) += others.squares_;
+  const Eigen::Index count = std::ssize(places);
+  squares_(places, places) += others.squares_.topLeftCorner(count, count);
   if (others.alone_.size() == 0) return;
   if (alone_.size() == 0) alone_ = Eigen::MatrixXd::Zero(sum_.size(), sum_.size());
   alone_ += others.alone_;
@@ -131,12 +134,13 @@ void InfluenceSums::add(const InfluenceSums& others) {
 Eigen::MatrixXd InfluenceSums::covariance(double mean_psi_derivative, double variance) const {
   const double n = poses_;
   const Eigen::Index p = sum_.size();
-  Eigen::MatrixXd squares = Eigen::MatrixXd::Zero(p, p);
-  squares(unknown_at_, unknown_at_) = squares_;
-  const Eigen::MatrixXd alone = alone_.size() > 0 ? alone_ : Eigen::MatrixXd::Zero(p, p);
-  return (n - 1) / (n * mean_psi_derivative * mean_psi_derivative) *
-             (squares - sum_ * sum_.transpose() / n) +
-         variance * alone;
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(p, p);
+  const Eigen::Index places = std::ssize(unknown_at_);
+  covariance(unknown_at_, unknown_at_) = squares_.topLeftCorner(places, places);
+  covariance.noalias() -= sum_ * (sum_ / n).transpose();
+  covariance *= (n - 1) / (n * mean_psi_derivative * mean_psi_derivative);
+  if (alone_.size() > 0) covariance += variance * alone_;
+  return covariance;
 }
 
 double mean_psi_derivative(const std::vector<double>& weights, double degrees_of_freedom,

@@ -59,7 +59,7 @@ class InfluenceSums {
   // Poses of few of many sessions change few unknowns: the sums of squares are of those alone.
   std::vector<Eigen::Index> unknown_at_;  // of a place
   std::vector<Eigen::Index> place_of_;    // of an unknown; kNowhere if no pose has changed it
-  Eigen::MatrixXd squares_;               // places x places
+  Eigen::MatrixXd squares_;               // places x places, and room for more
   Eigen::MatrixXd alone_;                 // unknowns x unknowns; empty if zero
 };
 

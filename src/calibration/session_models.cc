@@ -63,8 +63,14 @@ SessionModels::SessionModels(const Campaign& campaign, const Robot& robot,
     for (int g = 0; g < count; ++g) campaigns_.push_back(readings_of(g));
   }
   models_.reserve(rows_.size());
+  Robot alone = robot;  // each model has a robot of its own: without what models do not read
+  alone.sessions.clear();
+  if (count > 1) {
+    alone.std.clear();
+    alone.uncertainty.reset();
+  }
   for (int g = 0; g < count; ++g)
-    enter_model(g, campaigns_.empty() ? campaign : campaigns_[g], sigma, fitted_effects);
+    enter_model(g, alone, campaigns_.empty() ? campaign : campaigns_[g], sigma, fitted_effects);
   find_runs();
   set_sigma(sigma);
 }
@@ -102,15 +108,15 @@ Campaign SessionModels::readings_of(int group) const {
   return readings;
 }
 
-void SessionModels::enter_model(int group, const Campaign& readings, const ReadingSigma& sigma,
-                                int fitted_effects) {
+void SessionModels::enter_model(int group, const Robot& alone, const Campaign& readings,
+                                const ReadingSigma& sigma, int fitted_effects) {
   const int session = session_of_[group], target = target_of_[group];
-  Robot there = robot_at_row(robot_, readings, 0);
+  Robot there = alone;
+  if (const auto own = robot_.sessions.find(session_name(readings, 0));
+      own != robot_.sessions.end())
+    move_to(own->second, there);
   there.chain.base = robot_.chain.base;
-  if (rows_.size() > 1) {  // each model has a robot of its own: without what models do not read
-    there.std.clear();
-    there.uncertainty.reset();
-  }
+  if (rows_.size() > 1) there.std.clear();
   const std::vector<int> own = own_parameters(robot_);
   if (session == static_cast<int>(names_.size())) {
     names_.push_back(session_name(readings, 0));

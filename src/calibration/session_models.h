@@ -106,8 +106,8 @@ class SessionModels {
  private:
   void find_groups(Split split);
   Campaign readings_of(int group) const;
-  void enter_model(int group, const Campaign& readings, const ReadingSigma& sigma,
-                   int fitted_effects);
+  void enter_model(int group, const Robot& alone, const Campaign& readings,
+                   const ReadingSigma& sigma, int fitted_effects);
   void find_runs();
   // Copies the columns of one group's model to their places among the unknowns, the residual last.
   void scatter(int group, const Eigen::Ref<const Eigen::MatrixXd>& block,

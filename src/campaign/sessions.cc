@@ -70,10 +70,14 @@ Robot robot_at_row(const Robot& robot, const Campaign& campaign, int row) {
   there.sessions.clear();
   const auto found = robot.sessions.find(session_name(campaign, row));
   if (found == robot.sessions.end()) return there;
-  there.chain.base = found->second.base;
-  for (const auto& [link, theta] : found->second.theta) zero_of(there.chain.links[link]) = theta;
-  for (const auto& [name, deviation] : found->second.std) there.std[name] = deviation;
+  move_to(found->second, there);
   return there;
+}
+
+void move_to(const Session& session, Robot& robot) {
+  robot.chain.base = session.base;
+  for (const auto& [link, theta] : session.theta) zero_of(robot.chain.links[link]) = theta;
+  for (const auto& [name, deviation] : session.std) robot.std[name] = deviation;
 }
 
 Campaign in_common_frame(Campaign campaign, const Robot& robot) {

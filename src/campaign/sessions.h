@@ -20,6 +20,9 @@ void require_known_sessions(const Campaign& training, const Campaign& held_out);
 /// the robot does not know the session.
 Robot robot_at_row(const Robot& robot, const Campaign& campaign, int row);
 
+/// Sets what a session has of its own: base, zero offsets and their standard deviations.
+void move_to(const Session& session, Robot& robot);
+
 /// The readings of all sessions in one R_A, that of `robot.chain.base`: transforms the points,
 /// orientations and forces of each session that the robot knows from the session's own R_A.
 /// Distances do not depend on the frame; coordinates stay along the axes of their own R_A.

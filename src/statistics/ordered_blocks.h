@@ -24,8 +24,9 @@ void for_ordered_blocks(int count, int size, const Work& work, const Join& join)
   const auto run = [&](int block) {
     return work(block * size, std::min(count, (block + 1) * size));
   };
-  const int threads =
-      std::min(blocks, static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
+  // Asked for once: the answer comes from a file of the system.
+  static const int machine = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  const int threads = std::min(blocks, machine);
   if (threads <= 1 || is_worker) {
     for (int block = 0; block < blocks; ++block) join(run(block));
     return;
