@@ -97,6 +97,21 @@ std::vector<std::string> ObservationModel::unknown_names() const {
   return names;
 }
 
+std::vector<double> ObservationModel::prediction_key(int row) const {
+  const JointVector& q = campaign_.q[row];
+  std::vector<double> key(q.begin(), q.end());
+  key.push_back(campaign_.channel(row));
+  if (!campaign_.sigma_position.empty()) key.push_back(campaign_.sigma_position[row]);
+  if (!campaign_.sigma_orientation.empty()) key.push_back(campaign_.sigma_orientation[row]);
+  if (!campaign_.whitening.empty()) {
+    const Eigen::Matrix<double, 6, 6>& w = campaign_.whitening[row];
+    key.insert(key.end(), w.data(), w.data() + w.size());
+  }
+  for (Eigen::Index value = 0; value < effect_values_.rows(); ++value)
+    key.push_back(effect_values_(value, row));
+  return key;
+}
+
 double ObservationModel::mean_square_value(int coefficient) const {
   double largest = 0;
   for (size_t e = 0; e < effects_.size(); ++e)

@@ -6,6 +6,7 @@
 #include <map>
 #include <vector>
 
+#include "calibration/pose_influence.h"
 #include "linear_algebra/decompositions.h"
 #include "statistics/ordered_blocks.h"
 #include "statistics/shuffle.h"
@@ -20,9 +21,69 @@ constexpr double kShownByOthers = 0.01;
 
 }  // namespace
 
-CrossValidation CrossValidation::of(const Linearization& fit, const Eigen::MatrixXd& added,
+namespace {
+
+// Equations of a fit, of basis, of columns that are added and of the residual, one after the other.
+struct Equations {
+  std::vector<int> pose;
+  Eigen::MatrixXd basis, added;
+  Eigen::VectorXd residual;
+};
+
+// Those of the rows, and for each pose what the rests of its replicates amount to: a rotation of
+// the equations of the rests leaves of them the triangle of the columns added and the residual.
+Equations with_rests(const Linearization& fit, const Eigen::MatrixXd& basis,
+                     const Directions& added, const Eigen::VectorXd& residual) {
+  const Replicates& replicates = fit.replicates();
+  const int size = fit.row_size();
+  const Eigen::Index columns = added.at_rows.cols();
+  const RowsByPose rows = rows_by_pose(fit.pose());
+  const Eigen::Index own = basis.rows(), all = own + rows.poses() * (columns + 1);
+  Equations equations{{},
+                      Eigen::MatrixXd::Zero(all, basis.cols()),
+                      Eigen::MatrixXd::Zero(all, columns),
+                      Eigen::VectorXd::Zero(all)};
+  equations.basis.topRows(own) = basis;
+  equations.added.topRows(own) = added.at_rows;
+  equations.residual.head(own) = residual;
+  for (int pose : fit.pose()) equations.pose.insert(equations.pose.end(), size, pose);
+  for (int pose = 0; pose < rows.poses(); ++pose) {
+    std::vector<Eigen::Index> rests;
+    for (int k = rows.first[pose]; k < rows.first[pose + 1]; ++k)
+      for (int i = replicates.first[rows.row[k]]; i < replicates.first[rows.row[k] + 1]; ++i)
+        for (int axis = 0; axis < size; ++axis) rests.push_back(i * size + axis);
+    Eigen::MatrixXd whole =
+        Eigen::MatrixXd::Zero(std::max(std::ssize(rests), columns + 1), columns + 1);
+    const auto count = std::ssize(rests);
+    if (added.rests.rows() > 0)
+      whole.topLeftCorner(count, columns) = added.rests(rests, Eigen::all);
+    whole.col(columns).head(count) = replicates.rest.reshaped()(rests);
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(whole);
+    const Eigen::MatrixXd triangle =
+        qr.matrixQR().topRows(columns + 1).triangularView<Eigen::Upper>();
+    const Eigen::Index top = own + pose * (columns + 1);
+    equations.added.middleRows(top, columns + 1) = triangle.leftCols(columns);
+    equations.residual.segment(top, columns + 1) = triangle.col(columns);
+    equations.pose.insert(equations.pose.end(), static_cast<size_t>(columns + 1),
+                          fit.pose()[static_cast<size_t>(rows.row[rows.first[pose]])]);
+  }
+  return equations;
+}
+
+CrossValidation of_rows(const Linearization& fit, const Eigen::MatrixXd& basis,
+                        const Directions& added, const Eigen::VectorXd& residual,
+                        std::uint64_t seed) {
+  if (!fit.replicates().any())
+    return CrossValidation::of(fit.pose(), fit.row_size(), basis, added.at_rows, residual, seed);
+  const Equations all = with_rests(fit, basis, added, residual);
+  return CrossValidation::of(all.pose, 1, all.basis, all.added, all.residual, seed);
+}
+
+}  // namespace
+
+CrossValidation CrossValidation::of(const Linearization& fit, const Directions& added,
                                     std::uint64_t seed) {
-  return of(fit.pose(), fit.row_size(), fit.basis(), added, fit.residual(), seed);
+  return of_rows(fit, fit.basis(), added, fit.residual(), seed);
 }
 
 CrossValidation CrossValidation::of_effect(const Linearization& fit, int effect,
@@ -31,9 +92,9 @@ CrossValidation CrossValidation::of_effect(const Linearization& fit, int effect,
   const Eigen::Index rank = loss.span.rows(), own = loss.span.cols();
   const Eigen::MatrixXd turn = Eigen::HouseholderQR<Eigen::MatrixXd>(loss.span).householderQ() *
                                Eigen::MatrixXd::Identity(rank, rank);
-  const Eigen::MatrixXd added = fit.basis() * loss.span;
-  return of(fit.pose(), fit.row_size(), fit.basis() * turn.rightCols(rank - own), added,
-            fit.residual() + added * loss.residual, seed);
+  const Directions added{fit.basis() * loss.span, {}};
+  return of_rows(fit, fit.basis() * turn.rightCols(rank - own), added,
+                 fit.residual() + added.at_rows * loss.residual, seed);
 }
 
 namespace {

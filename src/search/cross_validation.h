@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "search/linearization.h"
+#include "search/projection.h"
 
 namespace armtrue {
 
@@ -15,8 +16,7 @@ struct CrossValidation {
 
   /// Leaves out a tenth of the poses at a time, in an order drawn from `seed`; linear in all
   /// unknowns. The columns are orthonormal and orthogonal to the fitted columns.
-  static CrossValidation of(const Linearization& fit, const Eigen::MatrixXd& added,
-                            std::uint64_t seed);
+  static CrossValidation of(const Linearization& fit, const Directions& added, std::uint64_t seed);
   /// The same for an effect of the model beside all the others.
   static CrossValidation of_effect(const Linearization& fit, int effect, std::uint64_t seed);
 

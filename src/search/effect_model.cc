@@ -274,6 +274,7 @@ void EffectModel::forget_view() {
   linear_.reset();
   projected_.reset();
   null_scores_.clear();
+  significance_.reset();
 }
 
 void EffectModel::Fitted::forget_view() {
@@ -289,6 +290,7 @@ void EffectModel::come_back(const Fitted& before) {
   linear_ = before.linear;
   projected_ = before.projected;
   null_scores_.clear();
+  significance_.reset();
 }
 
 void EffectModel::complete() {
@@ -297,6 +299,7 @@ void EffectModel::complete() {
   options.start_near(near_);
   options.tolerance = kSearchTolerance;
   fit_ = calibrate(start_, campaign_, near_.set, options);
+  significance_.reset();
 }
 
 const Linearization& EffectModel::linear() {
@@ -337,9 +340,11 @@ Candidate EffectModel::refined(const Candidate& found, int effect) {
   return finer[best_first(scores_of(finer, effect)).front()];
 }
 
-double EffectModel::significance() const {
-  return significance_level(fit_, campaign_, options_.significance,
-                            options_.significance_without_lack_of_fit);
+double EffectModel::significance() {
+  if (!significance_)
+    significance_ = significance_level(fit_, campaign_, options_.significance,
+                                       options_.significance_without_lack_of_fit);
+  return *significance_;
 }
 
 EffectModel::Chance EffectModel::chance_of(double score) {

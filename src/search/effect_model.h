@@ -97,7 +97,7 @@ class EffectModel {
   Candidate refined(const Candidate& found, int effect);
 
   /// Level below which a family-wise p allows an addition.
-  double significance() const;
+  double significance();
   struct Chance {
     double p = 1;  ///< share of the draws whose best candidate scores as high
     NullRun run;
@@ -125,6 +125,7 @@ class EffectModel {
   std::shared_ptr<const Linearization> linear_;
   std::shared_ptr<const ProjectedCandidates> projected_;
   std::vector<double> null_scores_;  // as many as were asked for
+  std::optional<double> significance_;
 };
 
 }  // namespace armtrue

@@ -44,7 +44,8 @@ std::optional<Cycle> cycle_of(EffectModel& model, const Campaign& campaign,
   const Linearization& fit = model.linear();
   Eigen::VectorXd column = fit.jacobian().col(*find_parameter(result.fit.robot.chain, e.parameter));
   for (int row = 0; row < fit.rows(); ++row) {
-    const double q = campaign.q[row][e.driver.joint];
+    const Replicates& replicates = fit.replicates();
+    const double q = campaign.q[replicates.reading[replicates.first[row]]][e.driver.joint];
     column.segment(row * fit.row_size(), fit.row_size()) *=
         q * (sine * std::cos(n * q) - cosine * std::sin(n * q));
   }
@@ -116,7 +117,8 @@ void list_rivals(EffectModel& model, size_t chosen, const ProjectedCandidates::I
       continue;
     listed.push_back(k);
     std::vector<std::string> refitted;
-    const Eigen::VectorXd imitation = model.scan().columns(fit, k) * imitations[k].coefficients;
+    const Eigen::VectorXd imitation =
+        model.view().projected.columns(k) * imitations[k].coefficients;
     for (int unknown : fit.most_refitted(effect, imitation, kRefitted))
       refitted.push_back(parameter_name(model.fit().robot.chain, model.fit().set.kept[unknown]));
     const double by_readings = behind - 2 * (other.log_choices - found.log_choices);

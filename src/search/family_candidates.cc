@@ -1,15 +1,24 @@
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "armtrue/effects/sampling.h"
+#include "campaign/selection.h"
 #include "search/candidates.h"
 
 namespace armtrue {
 namespace {
 
 constexpr int kPosesForLoads = 256;
+constexpr long kReadingsForTypical = 4096;  // tell an RMS to two digits
 constexpr double kMinTorque = 1.0;         // N m, RMS: gravity does not turn such a joint
 constexpr double kLeverOfWrist = 1.0 / 3;  // of the longest lever
+
+std::vector<int> all_rows(const Campaign& campaign) {
+  std::vector<int> rows(campaign.q.size());
+  std::iota(rows.begin(), rows.end(), 0);
+  return rows;
+}
 
 // RMS of the values of an effect (of their norm, if it has several): over the travel of the joints
 // where gravity drives it, over the readings otherwise.
@@ -24,7 +33,8 @@ double typical_value(const BoundEffect& bound, const Effect& effect, const Robot
       contexts.back().q = q;
     }
   else
-    for (int row = 0; row < campaign.rows(); ++row) contexts.push_back(campaign.context(row));
+    for (int row : evenly_chosen(all_rows(campaign), kReadingsForTypical))
+      contexts.push_back(campaign.context(row));
   const ChainEvaluator chain(robot.chain);
   Eigen::VectorXd values(bound.value_count());
   double squares = 0;

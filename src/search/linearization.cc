@@ -20,6 +20,7 @@ constexpr double kMinClearPivot = 1e-5;
 constexpr double kMinShared = 1e-12;
 // A parameter is named as refitted if it moves the readings by at least this share of the effect.
 constexpr double kMinShareOfRefit = 0.1;
+constexpr int kNone = -1;  // no row
 
 // Design effect deff = 1 + (m - 1) icc (Kish, "Survey Sampling", 1965): the number of readings that
 // are worth one independent reading. All m readings of a pose share the error of the model at that
@@ -27,8 +28,8 @@ constexpr double kMinShareOfRefit = 0.1;
 // the position residuals:
 //     icc = (MS_between - MS_within) / (MS_between + (m - 1) MS_within).
 // The unknowns follow the means of the poses, so they reduce the degrees of freedom between poses.
-double estimate_design_effect(const Eigen::VectorXd& residual, const Campaign& campaign,
-                              double unknowns) {
+double estimate_design_effect(const Eigen::VectorXd& residual, const Replicates& replicates,
+                              const Campaign& campaign, double unknowns) {
   const ReadingSize size = campaign.reading_size();
   struct Group {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -36,14 +37,17 @@ double estimate_design_effect(const Eigen::VectorXd& residual, const Campaign& c
     int count = 0;
   };
   std::map<int, Group> groups;
-  for (int row = 0; row < campaign.rows(); ++row) {
-    Eigen::Vector3d r = Eigen::Vector3d::Zero();
-    r.head(size.position) = residual.segment(row * size.all(), size.position);
-    Group& group = groups[campaign.pose_by_quantity(row)];
-    group.sum += r;
-    group.squares += r.squaredNorm();
-    ++group.count;
-  }
+  for (int row = 0; row < replicates.rows(); ++row)
+    for (int k = replicates.first[row]; k < replicates.first[row + 1]; ++k) {
+      Eigen::Vector3d r = Eigen::Vector3d::Zero();
+      r.head(size.position) =
+          replicates.share[k] * residual.segment(row * size.all(), size.position) +
+          replicates.rest.col(k).head(size.position);
+      Group& group = groups[campaign.pose_by_quantity(replicates.reading[k])];
+      group.sum += r;
+      group.squares += r.squaredNorm();
+      ++group.count;
+    }
   double between = 0, within = 0, within_freedom = 0, sum_of_sizes_squared = 0;
   for (const auto& [id, group] : groups) {
     const double m = group.count;
@@ -164,17 +168,20 @@ Basis orthonormal_basis(const Eigen::MatrixXd& columns) {
 // Whitens and weights the derivatives and the readings of a fit.
 LinearProblem linear_problem(const CalibrationResult& fit, const Campaign& campaign) {
   LinearProblem problem;
-  problem.row_size = campaign.reading_size().all();
-  problem.pose = campaign.pose_by_id();
   std::vector<int> all(parameter_count(fit.robot.chain));
   std::iota(all.begin(), all.end(), 0);
   const SessionModels models(campaign, fit.robot, all, fit.sigma);
-  const int size = problem.row_size;
-  Eigen::MatrixXd blocks = models.blocks();
-  for (int row = 0; row < campaign.rows(); ++row)
-    blocks.middleRows(row * size, size) *= std::sqrt(fit.weights[row]);
+  RowsOfReplicates rows = rows_of_replicates(models, fit.weights);
+  problem.replicates = std::move(rows.replicates);
+  const int size = problem.row_size = models.row_size();
+  const std::vector<int> pose = campaign.pose_by_id();
+  for (int reading : rows.nearest) problem.pose.push_back(pose[reading]);
+  const Eigen::MatrixXd& blocks = rows.blocks;
   problem.jacobian = blocks.leftCols(static_cast<Eigen::Index>(all.size()));
   // The fit has columns for each session, but an effect moves its parameter in all sessions.
+  std::vector<int> row_of_nearest(static_cast<size_t>(campaign.rows()), kNone);
+  for (size_t row = 0; row < rows.nearest.size(); ++row)
+    row_of_nearest[static_cast<size_t>(rows.nearest[row])] = static_cast<int>(row);
   for (int s = 1; s < models.sessions(); ++s) {
     const ObservationModel& own = models.model(s);
     const ObservationModel model(own.campaign(),
@@ -183,10 +190,11 @@ LinearProblem linear_problem(const CalibrationResult& fit, const Campaign& campa
     const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
     Eigen::MatrixXd block(size, model.unknowns() + 1);
     for (int i = 0; i < model.rows(); ++i) {
-      const int row = models.rows_of(s)[i];
+      const int row = row_of_nearest[static_cast<size_t>(models.rows_of(s)[i])];
+      if (row == kNone) continue;
       at.block(i, block);
       problem.jacobian.middleRows(row * size, size) =
-          std::sqrt(fit.weights[row]) * block.leftCols(static_cast<Eigen::Index>(all.size()));
+          rows.length[row] * block.leftCols(static_cast<Eigen::Index>(all.size()));
     }
   }
 
@@ -209,6 +217,9 @@ LinearProblem linear_problem(const CalibrationResult& fit, const Campaign& campa
 Linearization::Linearization(LinearProblem problem)
     : row_size_(problem.row_size),
       pose_(std::move(problem.pose)),
+      replicates_(problem.replicates.reading.empty()
+                      ? Replicates::none(static_cast<int>(pose_.size()), row_size_)
+                      : std::move(problem.replicates)),
       jacobian_(std::move(problem.jacobian)),
       mean_psi_derivative_(problem.mean_psi_derivative) {
   const Eigen::VectorXd length = problem.fitted.colwise().norm();
@@ -218,7 +229,7 @@ Linearization::Linearization(LinearProblem problem)
   set_duals();
   explained_ = basis_.transpose() * problem.readings;
   residual_ = problem.readings - basis_ * explained_;
-  residual_norm_ = residual_.squaredNorm();
+  residual_norm_ = residual_.squaredNorm() + replicates_.rest.squaredNorm();
 
   int column = problem.geometric;
   for (const std::vector<double>& coefficients : problem.coefficients_of_effect) {
@@ -235,7 +246,8 @@ Linearization::Linearization(LinearProblem problem)
 
 Linearization::Linearization(const CalibrationResult& fit, const Campaign& campaign)
     : Linearization(linear_problem(fit, campaign)) {
-  design_effect_ = estimate_design_effect(residual_, campaign, static_cast<double>(fitted_.cols()));
+  design_effect_ =
+      estimate_design_effect(residual_, replicates_, campaign, static_cast<double>(fitted_.cols()));
 }
 
 // With the decomposition fitted^T = turn * triangle the duals are triangle^-1 turn^T.
@@ -281,7 +293,7 @@ double Linearization::standard_deviation(const Eigen::VectorXd& column) const {
     }
     sums.add(influence_of_pose(shown, residual));
   }
-  const double freedom = static_cast<double>(residual_.size() - basis_.cols() - 1);
+  const double freedom = static_cast<double>(replicates_.rest.size() - basis_.cols() - 1);
   const double variance = residual_norm_ / std::max(1.0, freedom);
   return std::sqrt(sums.covariance(mean_psi_derivative_, variance)(rank, rank)) / length;
 }

@@ -6,6 +6,7 @@
 
 #include "armtrue/calibration/calibration.h"
 #include "linear_algebra/decompositions.h"
+#include "search/replicates.h"
 
 namespace armtrue {
 
@@ -35,6 +36,7 @@ struct LinearProblem {
   Eigen::VectorXd readings;  ///< rows * row_size: readings minus the model
   std::vector<std::vector<double>> coefficients_of_effect;
   double mean_psi_derivative = 1;  ///< see pose_influence.h
+  Replicates replicates;           ///< of the rows; empty: each row is one reading
 };
 
 /// The linear problem at a fit, with the fitted columns as an orthonormal basis Q and the residual
@@ -45,7 +47,9 @@ class Linearization {
   /// Counts all readings as independent (design effect 1).
   explicit Linearization(LinearProblem problem);
 
+  /// Rows of the equations. A row stands for all replicates of one prediction.
   int rows() const { return static_cast<int>(pose_.size()); }
+  const Replicates& replicates() const { return replicates_; }
   int row_size() const { return row_size_; }
   /// Number of the pose of each row, in the order of the ids. Rows of one pose may share an error.
   const std::vector<int>& pose() const { return pose_; }
@@ -55,12 +59,13 @@ class Linearization {
   const Eigen::MatrixXd& basis() const { return basis_; }
   /// r: orthogonal to the basis.
   const Eigen::VectorXd& residual() const { return residual_; }
-  double residual_norm() const { return residual_norm_; }  ///< |r|^2
+  /// |r|^2, with the rests of the replicates.
+  double residual_norm() const { return residual_norm_; }
   /// m = equations / design effect - rank(Q): the number of independent equations that the residual
   /// is worth. EBIC with all equations instead of m would count chance as evidence: in a campaign
   /// of few poses the geometry uses half of the equations or more.
   double residual_freedom() const {
-    return std::max(1.0, static_cast<double>(residual_.size()) / design_effect_ -
+    return std::max(1.0, static_cast<double>(replicates_.rest.size()) / design_effect_ -
                              static_cast<double>(basis_.cols()));
   }
 
@@ -90,6 +95,7 @@ class Linearization {
 
   int row_size_ = 3;
   std::vector<int> pose_;
+  Replicates replicates_;
   Eigen::MatrixXd jacobian_;
   Eigen::MatrixXd basis_;
   Eigen::MatrixXd fitted_;     // the fitted columns in coordinates of the basis, of unit length

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <set>
 #include <utility>
 
 #include "linear_algebra/decompositions.h"
@@ -47,6 +48,8 @@ CandidateScore score_of(const Linearization& fit, const Linearization::Loss& los
 ProjectedCandidates::ProjectedCandidates(const CandidateScan& scan, const Linearization& fit)
     : scan_(scan),
       fit_(fit),
+      parts_{ValuesAtRows(scan.parts_[CandidateScan::kPosture], fit.replicates()),
+             ValuesAtRows(scan.parts_[CandidateScan::kVisit], fit.replicates())},
       on_basis_(fit.basis().cols(), static_cast<int>(scan.value_of_column_.size())),
       slopes_(static_cast<int>(scan.value_of_column_.size())),
       squared_norms_(scan.candidates_.size()),
@@ -55,10 +58,11 @@ ProjectedCandidates::ProjectedCandidates(const CandidateScan& scan, const Linear
   project_columns();
 }
 
-Eigen::VectorXd ProjectedCandidates::squares_by_context(int parameter) const {
-  Eigen::VectorXd squares = Eigen::VectorXd::Zero(scan_.values_.rows());
+Eigen::VectorXd ProjectedCandidates::squares_by_context(int parameter,
+                                                        const ValuesAtRows& values) const {
+  Eigen::VectorXd squares = Eigen::VectorXd::Zero(values.values().rows());
   for (int row = 0; row < fit_.rows(); ++row)
-    squares[scan_.context_of_row_[row]] += fit_.jacobian()
+    squares[values.context_of_row(row)] += fit_.jacobian()
                                                .col(parameter)
                                                .segment(row * fit_.row_size(), fit_.row_size())
                                                .squaredNorm();
@@ -66,65 +70,140 @@ Eigen::VectorXd ProjectedCandidates::squares_by_context(int parameter) const {
 }
 
 void ProjectedCandidates::project_columns() {
-  const int contexts = static_cast<int>(scan_.values_.rows());
   // Transposed once, so that the numbers of a row lie side by side in memory.
   Eigen::MatrixXd target(fit_.basis().rows(), fit_.basis().cols() + 1);
   target << fit_.basis(), fit_.residual();
   const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> by_row = target;
-  std::vector<Eigen::VectorXd> squares(static_cast<size_t>(scan_.parameters()));
+  Squares squares(static_cast<size_t>(scan_.parameters()));
   for_ordered_blocks<int>(
-      scan_.parameters(), 1,
-      [&](int parameter, int) {
-        const int first = scan_.first_column_[parameter];
-        const int count = scan_.first_column_[parameter + 1] - first;
-        if (count == 0) return 0;
-        const Eigen::MatrixXd sums = sums_by_context(parameter, by_row);
+      scan_.parameters() * CandidateScan::kParts, 1,
+      [&](int task, int) {
+        const int parameter = task / CandidateScan::kParts, part = task % CandidateScan::kParts;
+        const auto [first, last] = scan_.columns_of(parameter, part);
+        if (first == last) return 0;
+        const ValuesAtRows& of_part = parts_[static_cast<size_t>(part)];
+        const Eigen::MatrixXd sums = sums_by_context(parameter, of_part, by_row);
         const Eigen::Index rank = fit_.basis().cols();
-        for (int begin = 0; begin < count; begin += kColumnsPerBlock) {
-          const int end = std::min(count, begin + kColumnsPerBlock);
-          Eigen::MatrixXd values(contexts, end - begin);
-          for (int k = begin; k < end; ++k)
-            values.col(k - begin) =
-                scan_.values_.col(scan_.value_of_column_[first + k]).cast<double>();
-          on_basis_.middleCols(first + begin, end - begin).noalias() =
-              sums.leftCols(rank).transpose() * values;
-          slopes_.segment(first + begin, end - begin).noalias() =
-              values.transpose() * sums.col(rank);
+        for (int begin = first; begin < last; begin += kColumnsPerBlock) {
+          const int count = std::min(kColumnsPerBlock, last - begin);
+          Eigen::MatrixXd values(sums.rows(), count);
+          for (int k = 0; k < count; ++k)
+            values.col(k) = of_part.values().col(scan_.value_of_column_[begin + k]).cast<double>();
+          on_basis_.middleCols(begin, count).noalias() = sums.leftCols(rank).transpose() * values;
+          slopes_.segment(begin, count).noalias() = values.transpose() * sums.col(rank);
         }
-        squares[parameter] = squares_by_context(parameter);
+        for (int k = first; k < last && of_part.differ(); ++k)
+          slopes_[k] += fit_.jacobian().col(parameter).dot(
+              of_part.pulls().col(scan_.value_of_column_[k]).cast<double>());
+        squares[static_cast<size_t>(parameter)][static_cast<size_t>(part)] =
+            squares_by_context(parameter, of_part);
         return 0;
       },
       [](int) {});
+  find_spreads();
   compute_grams(squares);
 }
 
-// X^T X of one candidate, from the squared norms of the derivatives at each context.
-Eigen::MatrixXd ProjectedCandidates::gram_of(int candidate,
-                                             const std::vector<Eigen::VectorXd>& squares) const {
+// Of the pairs of values that have columns in one candidate.
+void ProjectedCandidates::find_spreads() {
+  std::array<std::set<std::pair<int, int>>, CandidateScan::kParts> pairs;
+  for (size_t candidate = 0; candidate < scan_.candidates_.size(); ++candidate) {
+    const auto part = static_cast<size_t>(scan_.part_[candidate]);
+    if (!parts_[part].differ()) continue;
+    const auto& terms = scan_.terms_[candidate];
+    for (const auto& a : terms)
+      for (const auto& b : terms)
+        if (a.coefficient <= b.coefficient)
+          pairs[part].insert(
+              std::minmax(scan_.value_of_column_[a.column], scan_.value_of_column_[b.column]));
+  }
+  for (size_t part = 0; part < parts_.size(); ++part) parts_[part].find_spreads(pairs[part]);
+}
+
+// Adds the products of the rests of the columns.
+void ProjectedCandidates::add_spreads(int candidate, Eigen::MatrixXd& gram) const {
   const auto& terms = scan_.terms_[candidate];
+  const int size = fit_.row_size();
+  for (const auto& a : terms)
+    for (const auto& b : terms) {
+      if (a.coefficient > b.coefficient) continue;
+      const auto [u, v] =
+          std::minmax(scan_.value_of_column_[a.column], scan_.value_of_column_[b.column]);
+      const Eigen::VectorXd& spread = values_of(candidate).spread(u, v);
+      double sum = 0;
+      for (int row = 0; row < fit_.rows(); ++row)
+        sum += spread[row] * fit_.jacobian()
+                                 .col(a.parameter)
+                                 .segment(row * size, size)
+                                 .dot(fit_.jacobian().col(b.parameter).segment(row * size, size));
+      gram(a.coefficient, b.coefficient) += sum;
+      if (a.coefficient < b.coefficient) gram(b.coefficient, a.coefficient) += sum;
+    }
+}
+
+Eigen::MatrixXd ProjectedCandidates::columns(int candidate) const {
+  const ValuesAtRows& of_part = values_of(candidate);
+  const int size = fit_.row_size();
+  Eigen::MatrixXd columns =
+      Eigen::MatrixXd::Zero(fit_.rows() * size, scan_.coefficient_count_[candidate]);
+  for (const auto& term : scan_.terms_[candidate]) {
+    const auto values = of_part.values().col(scan_.value_of_column_[term.column]);
+    for (int row = 0; row < fit_.rows(); ++row)
+      columns.col(term.coefficient).segment(row * size, size) +=
+          static_cast<double>(values[of_part.context_of_row(row)]) *
+          fit_.jacobian().col(term.parameter).segment(row * size, size);
+  }
+  return columns;
+}
+
+// The rests of the columns, see Directions.
+Eigen::MatrixXd ProjectedCandidates::rests(int candidate) const {
+  const ValuesAtRows& of_part = values_of(candidate);
+  const Replicates& replicates = fit_.replicates();
+  const int size = fit_.row_size();
+  Eigen::MatrixXd rests = Eigen::MatrixXd::Zero(of_part.differ() ? replicates.readings() * size : 0,
+                                                scan_.coefficient_count_[candidate]);
+  if (!of_part.differ()) return rests;
+  for (const auto& term : scan_.terms_[candidate]) {
+    const int value = scan_.value_of_column_[term.column];
+    for (int row = 0; row < fit_.rows(); ++row)
+      for (int k = replicates.first[row]; k < replicates.first[row + 1]; ++k)
+        rests.col(term.coefficient).segment(k * size, size) +=
+            replicates.share[k] * of_part.beside_mean(row, k, value) *
+            fit_.jacobian().col(term.parameter).segment(row * size, size);
+  }
+  return rests;
+}
+
+// X^T X of one candidate, from the squared norms of the derivatives at each context.
+Eigen::MatrixXd ProjectedCandidates::gram_of(int candidate, const Squares& squares) const {
+  const auto& terms = scan_.terms_[candidate];
+  const ValuesAtRows& of_part = values_of(candidate);
   const bool one_parameter = std::all_of(terms.begin(), terms.end(), [&](const auto& term) {
     return term.parameter == terms.front().parameter;
   });
   if (!one_parameter) {
-    const Eigen::MatrixXd whole = scan_.columns(fit_, candidate);
+    const Eigen::MatrixXd whole = columns(candidate);
     return whole.transpose() * whole;
   }
-  Eigen::MatrixXd values(scan_.values_.rows(), scan_.coefficient_count_[candidate]);
+  Eigen::MatrixXd values(of_part.values().rows(), scan_.coefficient_count_[candidate]);
   for (const auto& term : terms)
     values.col(term.coefficient) =
-        scan_.values_.col(scan_.value_of_column_[term.column]).cast<double>();
-  const Eigen::MatrixXd weighted = squares[terms.front().parameter].asDiagonal() * values;
+        of_part.values().col(scan_.value_of_column_[term.column]).cast<double>();
+  const auto part = static_cast<size_t>(scan_.part_[candidate]);
+  const Eigen::MatrixXd weighted = squares[terms.front().parameter][part].asDiagonal() * values;
   constexpr Eigen::Index kFew = 4;  // too few for a blocked product
   if (values.cols() <= kFew) return values.transpose().lazyProduct(weighted);
   return values.transpose() * weighted;
 }
 
-void ProjectedCandidates::compute_grams(const std::vector<Eigen::VectorXd>& squares) {
+void ProjectedCandidates::compute_grams(const Squares& squares) {
   for_ordered_blocks<int>(
       static_cast<int>(scan_.candidates_.size()), kCandidatesPerBlock,
       [&](int begin, int end) {
         for (int candidate = begin; candidate < end; ++candidate) {
           Eigen::MatrixXd gram = gram_of(candidate, squares);
+          if (values_of(candidate).differ()) add_spreads(candidate, gram);
           squared_norms_[candidate] = gram.diagonal();
           const Eigen::MatrixXd projected = on_basis(candidate);
           gram.noalias() -= projected.transpose() * projected;
@@ -277,10 +356,10 @@ ProjectedCandidates::InPlace ProjectedCandidates::in_place_of(int effect) const 
   return result;
 }
 
-Eigen::MatrixXd ProjectedCandidates::directions(int candidate) const {
-  const Eigen::MatrixXd projected = on_basis(candidate);
-  const Eigen::MatrixXd own = scan_.columns(fit_, candidate) - fit_.basis() * projected;
-  return own * solutions_[candidate].whitening.transpose();
+Directions ProjectedCandidates::directions(int candidate) const {
+  const Eigen::MatrixXd own = columns(candidate) - fit_.basis() * on_basis(candidate);
+  const Eigen::MatrixXd whitening = solutions_[candidate].whitening.transpose();
+  return {own * whitening, rests(candidate) * whitening};
 }
 
 }  // namespace armtrue

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <string>
@@ -8,6 +9,7 @@
 
 #include "search/linearization.h"
 #include "search/scan.h"
+#include "search/values_at_rows.h"
 
 namespace armtrue {
 
@@ -30,6 +32,13 @@ struct CandidateScore {
 CandidateScore score_of(const Linearization& fit, const Linearization::Loss& loss, bool shrunken,
                         double log_choices);
 
+/// Orthonormal columns: at the rows of a fit, and their rests at its replicates, row_size equations
+/// of each in the order of Replicates::reading; no rests (0 rows) where those of a row do not
+/// differ.
+struct Directions {
+  Eigen::MatrixXd at_rows, rests;
+};
+
 /// Indices of the scores, best first. Scores that differ by less than 0.01 keep their order.
 std::vector<int> best_first(const std::vector<CandidateScore>& scores);
 
@@ -46,8 +55,12 @@ class ProjectedCandidates {
   /// Scores of each candidate beside everything in the model.
   std::vector<CandidateScore> scores() const;
 
+  /// Whitened columns X of one candidate, before projection, at the rows of the fit:
+  /// (rows * row_size) x coefficients.
+  Eigen::MatrixXd columns(int candidate) const;
+
   /// Orthonormal basis of the columns X2 of one candidate.
-  Eigen::MatrixXd directions(int candidate) const;
+  Directions directions(int candidate) const;
 
   /// Scores of each candidate in the place of some effects of the model.
   std::vector<CandidateScore> scores_without(const std::vector<int>& effects) const {
@@ -98,6 +111,8 @@ class ProjectedCandidates {
     int degrees_of_freedom = 0;
     double unexplained_share = 0;
   };
+  // Squared norms of the derivatives by context, of each parameter and part.
+  using Squares = std::vector<std::array<Eigen::VectorXd, CandidateScan::kParts>>;
   Eigen::MatrixXd on_basis(int candidate) const;
   Eigen::VectorXd slope_of(int candidate, const Eigen::VectorXd& of_columns) const;
   Solution solve(int candidate, const Eigen::MatrixXd& gram) const;
@@ -106,22 +121,28 @@ class ProjectedCandidates {
   bool can_exceed(double least, int candidate, const Eigen::VectorXd& slope, double norm) const;
   InPlace in_place(double least, const Place& place, bool with_imitations) const;
   void project_columns();
-  void compute_grams(const std::vector<Eigen::VectorXd>& squares);
-  Eigen::MatrixXd gram_of(int candidate, const std::vector<Eigen::VectorXd>& squares) const;
-  Eigen::VectorXd squares_by_context(int parameter) const;
+  void compute_grams(const Squares& squares);
+  Eigen::MatrixXd gram_of(int candidate, const Squares& squares) const;
+  void find_spreads();
+  void add_spreads(int candidate, Eigen::MatrixXd& gram) const;
+  Eigen::MatrixXd rests(int candidate) const;
+  const ValuesAtRows& values_of(int candidate) const {
+    return parts_[static_cast<size_t>(scan_.part_[candidate])];
+  }
+  Eigen::VectorXd squares_by_context(int parameter, const ValuesAtRows& values) const;
 
   // Sums over the rows of each context of d(row)/d(parameter) . columns(row): contexts x columns.
   template <typename Columns>
-  auto sums_by_context(int parameter, const Columns& columns) const {
+  auto sums_by_context(int parameter, const ValuesAtRows& values, const Columns& columns) const {
     using Scalar = typename Columns::Scalar;
     using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
     const int size = fit_.row_size();
-    Matrix sums = Matrix::Zero(columns.cols(), scan_.values_.rows());
+    Matrix sums = Matrix::Zero(columns.cols(), values.values().rows());
     const auto derivative = fit_.jacobian().col(parameter);
     for (int row = 0; row < fit_.rows(); ++row)
       for (int axis = 0; axis < size; ++axis)
         if (derivative[row * size + axis] != 0)
-          sums.col(scan_.context_of_row_[row]) +=
+          sums.col(values.context_of_row(row)) +=
               static_cast<Scalar>(derivative[row * size + axis]) *
               columns.row(row * size + axis).transpose();
     return Matrix(sums.transpose());
@@ -132,10 +153,13 @@ class ProjectedCandidates {
   Eigen::VectorXd leverage_corrected_residual_by_pose() const;
   Draws draw(int flips, std::uint64_t seed) const;
   void draw_block(const Eigen::MatrixXf& signs, int begin, Draws& draws) const;
+  Eigen::MatrixXf pulls_by_pose(int parameter, const ValuesAtRows& values, int first, int count,
+                                Eigen::Index poses) const;
   Eigen::VectorXd best_of_block(const Draws& draws, int begin, int end) const;
 
   const CandidateScan& scan_;
   const Linearization& fit_;
+  std::array<ValuesAtRows, CandidateScan::kParts> parts_;
   Eigen::MatrixXd on_basis_;                    // Q^T X: rank x columns
   Eigen::VectorXd slopes_;                      // X^T r: columns
   std::vector<Eigen::VectorXd> squared_norms_;  // of the columns X, per candidate

@@ -31,10 +31,59 @@ std::string value_key(const Effect& effect) {
   return key;
 }
 
+// Whether the joint angles and the payload alone decide the values of a driver.
+bool is_of_posture(DriverKind kind) {
+  switch (kind) {
+    case DriverKind::motor_torque:
+    case DriverKind::arrival:
+    case DriverKind::stroke:
+    case DriverKind::time:
+    case DriverKind::temperature:
+    case DriverKind::force:
+      return false;
+    default:
+      return true;
+  }
+}
+
+bool is_of_posture(const Effect& effect) {
+  const Driver& driver = effect.driver;
+  if (!effect.members.empty())
+    return std::ranges::all_of(effect.members,
+                               [](const Effect& member) { return is_of_posture(member); });
+  return is_of_posture(driver.kind) && (!driver.factor || is_of_posture(*driver.factor));
+}
+
 bool same(const Context& a, const Context& b) {
   return a.q == b.q && a.arrival == b.arrival && a.stroke == b.stroke && a.time_s == b.time_s &&
          a.payload_kg == b.payload_kg && a.motor_torque_nm == b.motor_torque_nm &&
          a.force_n == b.force_n && a.temperature_c == b.temperature_c;
+}
+
+// Each reading's context; returns the first reading of each. Of postures those of the whole
+// campaign that are equal share one, of visits those one after the other.
+std::vector<int> contexts_of(const Campaign& campaign, int part, ScanValues& values) {
+  std::vector<int> first;
+  std::map<std::vector<double>, int> known;
+  for (int row = 0; row < campaign.rows(); ++row) {
+    const Context context = campaign.context(row);
+    const int next = static_cast<int>(first.size());
+    int number = next;
+    if (part == CandidateScan::kPosture) {
+      std::vector<double> key(context.q.begin(), context.q.end());
+      key.push_back(context.payload_kg);
+      number = known.try_emplace(std::move(key), next).first->second;
+    } else if (row > 0 && same(context, campaign.context(row - 1))) {
+      --number;
+    }
+    if (number == next) {
+      first.push_back(row);
+      values.readings_of_context.push_back(0);
+    }
+    values.context_of_reading.push_back(number);
+    ++values.readings_of_context[static_cast<size_t>(number)];
+  }
+  return first;
 }
 
 }  // namespace
@@ -44,113 +93,132 @@ CandidateScan::CandidateScan(const std::vector<Candidate>& candidates, const Rob
     : candidates_(candidates),
       links_(link_count(robot.chain)),
       max_scale_(campaign.has_distances() ? kMaxVariation : 1e-3) {
-  std::vector<Context> contexts;
-  for (int row = 0; row < campaign.rows(); ++row) {
-    const Context context = campaign.context(row);
-    if (contexts.empty() || !same(context, contexts.back())) contexts.push_back(context);
-    context_of_row_.push_back(static_cast<int>(contexts.size()) - 1);
-  }
-
-  std::vector<BoundEffect> sources;  // of values, each once
-  std::vector<int> first_value;      // of each source, and one past the last
-  int value_count = 0;
-  std::map<std::string, int> source_of_key;
+  std::vector<Source> sources;
+  std::array<int, kParts> value_count{};
+  std::map<std::string, size_t> source_of_key;
   std::vector<std::vector<Term>> terms_by_value;  // `column` is the value
   for (const Candidate& candidate : candidates) {
     BoundEffect bound(candidate.effect, robot, campaign.temperature_names);
     const auto [place, is_new] =
-        source_of_key.try_emplace(value_key(candidate.effect), static_cast<int>(sources.size()));
-    if (is_new) {
-      first_value.push_back(value_count);
-      value_count += bound.value_count();
-    }
+        source_of_key.try_emplace(value_key(candidate.effect), sources.size());
     std::vector<Term>& terms = terms_by_value.emplace_back();
-    for (const BoundEffect::Term& term : bound.terms())
-      terms.push_back({term.coefficient, term.parameter, first_value[place->second] + term.value});
     coefficient_count_.push_back(bound.coefficient_count());
-    if (is_new) sources.push_back(std::move(bound));
+    const std::vector<BoundEffect::Term> own = bound.terms();
+    if (is_new) {
+      const int part = is_of_posture(candidate.effect) ? kPosture : kVisit;
+      const int values = bound.value_count();
+      sources.push_back({std::move(bound), part, value_count[part]});
+      value_count[part] += values;
+    }
+    const Source& source = sources[place->second];
+    part_.push_back(source.part);
+    for (const BoundEffect::Term& term : own)
+      terms.push_back({term.coefficient, term.parameter, source.first_value + term.value});
   }
-  first_value.push_back(value_count);
   share_columns(std::move(terms_by_value), static_cast<size_t>(parameter_count(robot.chain)));
-  fill_values(sources, first_value, robot, contexts);
+  for (int part = 0; part < kParts; ++part) {
+    const std::vector<int> readings = contexts_of(campaign, part, parts_[part]);
+    parts_[part].values.resize(static_cast<int>(readings.size()), value_count[part]);
+    fill_values(sources, part, robot, campaign, readings);
+  }
 }
 
 // Numbers the columns: one for each pair of parameter and value that occurs.
 void CandidateScan::share_columns(std::vector<std::vector<Term>> terms_by_value,
                                   size_t parameters) {
-  std::vector<std::map<int, int>> column_of_value(parameters);
-  for (const auto& terms : terms_by_value)
-    for (const Term& term : terms) column_of_value[term.parameter].try_emplace(term.column, 0);
-  for (auto& columns : column_of_value) {
+  std::vector<std::array<std::map<int, int>, kParts>> column_of_value(parameters);
+  for (size_t k = 0; k < terms_by_value.size(); ++k)
+    for (const Term& term : terms_by_value[k])
+      column_of_value[term.parameter][part_[k]].try_emplace(term.column, 0);
+  for (auto& of_parameter : column_of_value) {
     first_column_.push_back(static_cast<int>(value_of_column_.size()));
-    for (auto& [value, column] : columns) {
-      column = static_cast<int>(value_of_column_.size());
-      value_of_column_.push_back(value);
+    for (int part = 0; part < kParts; ++part) {
+      if (part == kVisit) first_visit_column_.push_back(static_cast<int>(value_of_column_.size()));
+      for (auto& [value, column] : of_parameter[part]) {
+        column = static_cast<int>(value_of_column_.size());
+        value_of_column_.push_back(value);
+      }
     }
   }
   first_column_.push_back(static_cast<int>(value_of_column_.size()));
   terms_ = std::move(terms_by_value);
-  for (auto& terms : terms_)
-    for (Term& term : terms) term.column = column_of_value[term.parameter][term.column];
+  for (size_t k = 0; k < terms_.size(); ++k)
+    for (Term& term : terms_[k])
+      term.column = column_of_value[term.parameter][part_[k]][term.column];
 }
 
-void CandidateScan::fill_values(const std::vector<BoundEffect>& sources,
-                                const std::vector<int>& first_value, const Robot& robot,
-                                const std::vector<Context>& contexts) {
+void CandidateScan::fill_values(const std::vector<Source>& sources, int part, const Robot& robot,
+                                const Campaign& campaign, const std::vector<int>& readings) {
+  Eigen::MatrixXf& all = parts_[part].values;
+  std::vector<const Source*> own;
   bool needs_frames = false, needs_jacobian = false;
-  for (const BoundEffect& source : sources) {
-    needs_frames |= source.needs_frames();
-    needs_jacobian |= source.needs_jacobian();
+  for (const Source& source : sources) {
+    if (source.part != part) continue;
+    own.push_back(&source);
+    needs_frames |= source.bound.needs_frames();
+    needs_jacobian |= source.bound.needs_jacobian();
   }
   const ChainEvaluator chain(robot.chain);
-  const int value_count = first_value.back();
-  values_.resize(static_cast<int>(contexts.size()), value_count);
   for_ordered_blocks<int>(
-      static_cast<int>(contexts.size()), 64,
+      static_cast<int>(readings.size()), 64,
       [&](int begin, int end) {
-        Eigen::VectorXd values(value_count);
+        Eigen::VectorXd values(all.cols());
         ArmFrames frames;
         PoseJacobian jacobian;
         for (int k = begin; k < end; ++k) {
-          if (needs_frames) frames = chain.link_frames(contexts[k].q);
-          if (needs_jacobian) chain.pose(contexts[k].q, jacobian);
-          for (size_t s = 0; s < sources.size(); ++s)
-            sources[s].values(contexts[k], &frames, &jacobian, values.data() + first_value[s]);
-          values_.row(k) = values.cast<float>();
+          const Context context = campaign.context(readings[k]);
+          if (needs_frames) frames = chain.link_frames(context.q);
+          if (needs_jacobian) chain.pose(context.q, jacobian);
+          for (const Source* source : own)
+            source->bound.values(context, &frames, &jacobian, values.data() + source->first_value);
+          all.row(k) = values.cast<float>();
         }
         return 0;
       },
       [](int) {});
 }
 
-Eigen::MatrixXd CandidateScan::columns(const Linearization& fit, int candidate) const {
+Eigen::MatrixXd CandidateScan::columns_at_readings(const Linearization& fit, int candidate) const {
   const int size = fit.row_size();
-  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(fit.rows() * size, coefficient_count_[candidate]);
+  const Replicates& replicates = fit.replicates();
+  const ScanValues& part = parts_[part_[candidate]];
+  Eigen::MatrixXd columns =
+      Eigen::MatrixXd::Zero(replicates.readings() * size, coefficient_count_[candidate]);
   for (const Term& term : terms_[candidate]) {
-    const auto values = values_.col(value_of_column_[term.column]);
+    const auto values = part.values.col(value_of_column_[term.column]);
+    const auto derivative = fit.jacobian().col(term.parameter);
     for (int row = 0; row < fit.rows(); ++row)
-      columns.col(term.coefficient).segment(row * size, size) +=
-          static_cast<double>(values[context_of_row_[row]]) *
-          fit.jacobian().col(term.parameter).segment(row * size, size);
+      for (int k = replicates.first[row]; k < replicates.first[row + 1]; ++k) {
+        const int reading = replicates.reading[k];
+        columns.col(term.coefficient).segment(reading * size, size) +=
+            replicates.share[k] * static_cast<double>(values[part.context_of_reading[reading]]) *
+            derivative.segment(row * size, size);
+      }
   }
   return columns;
 }
 
 double CandidateScan::share_of_possible(int candidate, const Eigen::VectorXd& coefficients) const {
+  const ScanValues& part = parts_[part_[candidate]];
   std::map<int, Eigen::VectorXd> offsets;
   for (const Term& term : terms_[candidate]) {
-    auto& offset =
-        offsets.try_emplace(term.parameter, Eigen::VectorXd::Zero(values_.rows())).first->second;
-    offset +=
-        coefficients[term.coefficient] * values_.col(value_of_column_[term.column]).cast<double>();
+    auto& offset = offsets.try_emplace(term.parameter, Eigen::VectorXd::Zero(part.values.rows()))
+                       .first->second;
+    offset += coefficients[term.coefficient] *
+              part.values.col(value_of_column_[term.column]).cast<double>();
   }
+  Eigen::VectorXd share(part.values.rows());  // of the readings
+  for (Eigen::Index k = 0; k < share.size(); ++k)
+    share[k] = static_cast<double>(part.readings_of_context[static_cast<size_t>(k)]) /
+               static_cast<double>(part.context_of_reading.size());
   double largest = 0;
   const ParameterLayout layout(links_);
   for (const auto& [parameter, offset] : offsets) {
     // The model fits no constants of the instrument, so their mean counts as variation.
-    const double constant = layout.is_of_instrument(parameter) ? 0 : offset.mean();
+    const double constant = layout.is_of_instrument(parameter) ? 0 : offset.dot(share);
     const double most = parameter == layout.instrument_scale ? max_scale_ : kMaxVariation;
-    largest = std::max(largest, std::sqrt((offset.array() - constant).square().mean()) / most);
+    const double square = share.dot((offset.array() - constant).square().matrix());
+    largest = std::max(largest, std::sqrt(square) / most);
   }
   return largest;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <string>
 #include <vector>
 
@@ -35,17 +36,29 @@ struct Candidate {
   bool of_most_arms = false;
 };
 
+/// Values of shapes at readings; those in one context have the same values.
+struct ScanValues {
+  std::vector<int> context_of_reading;
+  std::vector<int> readings_of_context;  ///< their number
+  Eigen::MatrixXf values;  ///< contexts x values; float is precise enough to rank candidates
+};
+
 /// All candidates of a search with the values of their drivers and shapes in every row of a
-/// campaign. Candidates that differ only in the parameter share the values.
+/// campaign. Candidates that differ only in the parameter share the values. The values are in two
+/// parts: those that the joint angles and the payload alone decide are the same at every visit of a
+/// pose, the others (time, direction of arrival, temperature, ...) differ from visit to visit.
 class CandidateScan {
  public:
+  static constexpr int kPosture = 0, kVisit = 1, kParts = 2;
+
   CandidateScan(const std::vector<Candidate>& candidates, const Robot& robot,
                 const Campaign& campaign);
 
   const std::vector<Candidate>& candidates() const { return candidates_; }
 
-  /// Whitened columns X of one candidate, before projection: (rows * row_size) x coefficients.
-  Eigen::MatrixXd columns(const Linearization& fit, int candidate) const;
+  /// Whitened columns X of one candidate, before projection, at every reading of the campaign:
+  /// (readings * row_size) x coefficients.
+  Eigen::MatrixXd columns_at_readings(const Linearization& fit, int candidate) const;
 
   /// Largest standard deviation over the campaign of what the candidate adds to a parameter, as a
   /// share of what is possible: 20 mm, 20 mrad, or a scale of 1e-3 (of wires 2 %). For parameters
@@ -63,23 +76,38 @@ class CandidateScan {
   int parameters() const { return static_cast<int>(first_column_.size()) - 1; }
 
   // column = d(reading)/d(parameter) * value of a shape; the columns of one parameter stand
-  // together.
+  // together, and among them those of one part.
   struct Term {
     int coefficient, parameter, column;
   };
+  // Where the values of effects come from, each once.
+  struct Source {
+    BoundEffect bound;
+    int part, first_value;  // within the part
+  };
+  struct Columns {
+    int begin, end;
+  };
+  Columns columns_of(int parameter, int part) const {
+    const int first = first_column_[parameter], middle = first_visit_column_[parameter];
+    return part == kPosture ? Columns{first, middle}
+                            : Columns{middle, first_column_[parameter + 1]};
+  }
 
   void share_columns(std::vector<std::vector<Term>> terms_by_value, size_t parameters);
-  void fill_values(const std::vector<BoundEffect>& sources, const std::vector<int>& first_value,
-                   const Robot& robot, const std::vector<Context>& contexts);
+  void fill_values(const std::vector<Source>& sources, int part, const Robot& robot,
+                   const Campaign& campaign, const std::vector<int>& readings);
 
   std::vector<Candidate> candidates_;
   int links_;  // number of the links
   double max_scale_;
   std::vector<std::vector<Term>> terms_;
   std::vector<int> coefficient_count_;
-  std::vector<int> context_of_row_;  // consecutive rows with the same context share it
-  Eigen::MatrixXf values_;  // contexts x values; float is precise enough to rank candidates
-  std::vector<int> value_of_column_, first_column_;  // per column; per parameter and one past
+  std::vector<int> part_;  // of each candidate
+  std::array<ScanValues, kParts> parts_;
+  std::vector<int> value_of_column_;  // its column in the values of its part
+  std::vector<int> first_column_;     // per parameter and one past
+  std::vector<int> first_visit_column_;
 };
 
 }  // namespace armtrue

@@ -80,6 +80,24 @@ ProjectedCandidates::Draws ProjectedCandidates::draw(int flips, std::uint64_t se
   return draws;
 }
 
+// The products of the columns from `first` on with the residual that come from their rests, which
+// are beside the model: poses x columns.
+Eigen::MatrixXf ProjectedCandidates::pulls_by_pose(int parameter, const ValuesAtRows& values,
+                                                   int first, int count, Eigen::Index poses) const {
+  Eigen::MatrixXf pulls = Eigen::MatrixXf::Zero(poses, count);
+  const int size = fit_.row_size();
+  for (int k = 0; k < count; ++k) {
+    const auto own = values.pulls().col(scan_.value_of_column_[first + k]);
+    for (int row = 0; row < fit_.rows(); ++row)
+      pulls(fit_.pose()[row], k) +=
+          static_cast<float>(fit_.jacobian()
+                                 .col(parameter)
+                                 .segment(row * size, size)
+                                 .dot(own.segment(row * size, size).cast<double>()));
+  }
+  return pulls;
+}
+
 // Some draws from the `begin`-th on, one for each column of `signs`.
 void ProjectedCandidates::draw_block(const Eigen::MatrixXf& signs, int begin, Draws& draws) const {
   const std::vector<int>& pose_of_row = fit_.pose();
@@ -88,7 +106,9 @@ void ProjectedCandidates::draw_block(const Eigen::MatrixXf& signs, int begin, Dr
   const Eigen::Index flips = signs.cols();
   const Eigen::MatrixXd on_basis = draws.basis_by_pose.transpose() * signs.cast<double>();
   draws.norms.segment(begin, flips) =
-      (residual.squaredNorm() - on_basis.colwise().squaredNorm().array()).cast<float>();
+      (residual.squaredNorm() + fit_.replicates().rest.squaredNorm() -
+       on_basis.colwise().squaredNorm().array())
+          .cast<float>();
 
   RowMajorXf flipped(residual.size(), flips);
   for_ordered_blocks<int>(
@@ -105,19 +125,23 @@ void ProjectedCandidates::draw_block(const Eigen::MatrixXf& signs, int begin, Dr
       [](int) {});
 
   for_ordered_blocks<int>(
-      scan_.parameters(), 1,
-      [&](int parameter, int) {
-        const int first = scan_.first_column_[parameter];
-        const int count = scan_.first_column_[parameter + 1] - first;
-        if (count == 0) return 0;
-        const Eigen::MatrixXf sums = sums_by_context(parameter, flipped);
-        for (int from = 0; from < count; from += kColumnsAtOnce) {
-          const int width = std::min(kColumnsAtOnce, count - from);
-          Eigen::MatrixXf values(scan_.values_.rows(), width);
+      scan_.parameters() * CandidateScan::kParts, 1,
+      [&](int task, int) {
+        const int parameter = task / CandidateScan::kParts, part = task % CandidateScan::kParts;
+        const auto [first, last] = scan_.columns_of(parameter, part);
+        if (first == last) return 0;
+        const ValuesAtRows& of_part = parts_[static_cast<size_t>(part)];
+        const Eigen::MatrixXf sums = sums_by_context(parameter, of_part, flipped);
+        for (int from = first; from < last; from += kColumnsAtOnce) {
+          const int width = std::min(kColumnsAtOnce, last - from);
+          Eigen::MatrixXf values(sums.rows(), width);
           for (int k = 0; k < width; ++k)
-            values.col(k) = scan_.values_.col(scan_.value_of_column_[first + from + k]);
-          draws.slopes.block(first + from, begin, width, flips).noalias() =
-              values.transpose() * sums;
+            values.col(k) = of_part.values().col(scan_.value_of_column_[from + k]);
+          auto slopes = draws.slopes.block(from, begin, width, flips);
+          slopes.noalias() = values.transpose() * sums;
+          if (of_part.differ())
+            slopes.noalias() +=
+                pulls_by_pose(parameter, of_part, from, width, signs.rows()).transpose() * signs;
         }
         return 0;
       },

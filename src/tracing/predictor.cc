@@ -69,7 +69,7 @@ struct Equations {
     std::vector<Eigen::MatrixXf> of_candidate(count);
     Eigen::Index total = 0;
     for (int k = 0; k < count; ++k) {
-      of_candidate[k] = scan.columns(linear, k).cast<float>();
+      of_candidate[k] = scan.columns_at_readings(linear, k).cast<float>();
       total += of_candidate[k].cols();
     }
     columns.resize(blocks.rows(), total);

@@ -102,7 +102,7 @@ TEST(Projection, GainIsTheFallOfTheSumOfSquaresOfAWholeFit) {
                           static_cast<int>(own.cols()), gain, before, freedom),
                 1e-3)
         << k;
-    const Eigen::MatrixXd directions = projected.directions(k);
+    const Eigen::MatrixXd directions = projected.directions(k).at_rows;
     EXPECT_LT((model.transpose() * directions).norm(), 1e-4) << k;
     EXPECT_NEAR((directions.transpose() * readings).squaredNorm(), gain, kFloat * before) << k;
   }

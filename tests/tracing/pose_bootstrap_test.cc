@@ -164,9 +164,11 @@ TEST(CovarianceByPose, IsThatOfOneMoreColumn) {
     const CalibrationResult fit = calibrate(read_robot(kNominal).robot, hidden.training);
     const Linearization near(fit, hidden.training);
     Eigen::VectorXd column = near.jacobian().col(*find_parameter(fit.robot.chain, "A2.theta"));
-    for (int row = 0; row < near.rows(); ++row)
+    for (int row = 0; row < near.rows(); ++row) {
+      const int reading = near.replicates().reading[near.replicates().first[row]];
       column.segment(row * near.row_size(), near.row_size()) *=
-          std::sin(9 * hidden.training.q[row][1]);
+          std::sin(9 * hidden.training.q[reading][1]);
+    }
     const Eigen::VectorXd beside = column - near.basis() * (near.basis().transpose() * column);
     const double estimate = beside.dot(near.residual()) / beside.squaredNorm();
     by_pose += std::pow(estimate / near.standard_deviation(column), 2) / kCampaigns;

@@ -88,6 +88,11 @@ class ObservationModel {
   /// Robot and campaign names for each unknown: `A2.d`, `joint compliance A2.theta c`.
   std::vector<std::string> unknown_names() const;
 
+  /// The numbers on which the prediction of a row depends: joint angles, channel, stated noise,
+  /// values of the effects. Rows with equal keys are replicates of one prediction. They have the
+  /// same derivatives; those of an orientation depend on its residual in second order.
+  std::vector<double> prediction_key(int row) const;
+
   /// Mean square over the rows of the value by which a coefficient of the effects is multiplied.
   double mean_square_value(int coefficient) const;
 
