@@ -231,7 +231,7 @@ Dictionary dictionary(const std::vector<Candidate>& candidates, const Calibratio
   std::vector<MatrixXd> columns;
   Eigen::Index count = 0;
   for (size_t k = 0; k < scan.candidates().size(); ++k) {
-    columns.push_back(scan.columns(linear, static_cast<int>(k)));
+    columns.push_back(scan.columns_at_readings(linear, static_cast<int>(k)));
     count += columns.back().cols();
   }
   all.columns.resize(blocks.rows(), count);
