@@ -19,7 +19,7 @@ constexpr double kTypicalCurve = 5e-4, kMinWidth = 1e-6;
 constexpr size_t kMinOfCurve = 3;  // coefficients
 constexpr double kSettled = 0.01;  // relative change of a width
 // What an instrument errs, as a multiple of what its readings scatter: an estimate, which the
-// readings may correct. The rest that the laws leave, as a share of what they explain: likewise.
+// readings may correct. The rest that the laws leave, as a share of that: likewise.
 constexpr double kTimesNoise = 3, kRest = 0.3;
 constexpr double kTypicalNoise = 1e-4;  // m, where the robot file states none
 // Of a coefficient whose driver is zero in all rows, about the value that it has: it only keeps
@@ -119,29 +119,35 @@ bool is_of_instrument(const Effect& effect) {
          !effect.driver.involves(DriverKind::time);
 }
 
-// Deviation of a coefficient at which an error of the instrument moves the readings by 1 m, RMS. No
-// law describes an instrument exactly: a distortion beside other errors is what they leave, and of
-// a part of their size.
+// No law describes an instrument exactly: a distortion beside other errors is what they leave.
+bool is_rest_of_instrument(const Robot& robot, const Effect& effect) {
+  return is_polynomial(effect.shape) &&
+         std::ranges::any_of(robot.effects, [&](const Effect& other) {
+           return is_of_instrument(other) && !is_polynomial(other.shape);
+         });
+}
+
+// Deviation of a coefficient at which an error of the instrument moves the readings by 1 m, RMS.
 double unit_of_instrument(const Robot& robot, const Effect& effect, double mean_square) {
   const double range = (robot.chain.base.translation - instrument_place(robot)).norm();
   const bool turns = unit_of_parameter(robot.chain, effect.parameter) == ParameterUnit::radian;
   const auto count = static_cast<double>(effect.coefficients.size()) /
                      static_cast<double>(group_size(effect.parameter));
-  const bool is_rest = is_polynomial(effect.shape) &&
-                       std::ranges::any_of(robot.effects, [&](const Effect& other) {
-                         return is_of_instrument(other) && !is_polynomial(other.shape);
-                       });
   const double lever = turns ? std::max(1.0, range) : 1.0;
-  return (is_rest ? kRest : 1.0) / (lever * std::sqrt(mean_square * count));
+  return 1.0 / (lever * std::sqrt(mean_square * count));
 }
 
-int width_of_instrument(const Robot& robot, Priors& priors) {
+// The rest has a width of its own: where a law is exact, the readings show that the rest is small,
+// and it takes nothing from the lengths, however large the law's own coefficient is.
+int width_of_instrument(const Robot& robot, const Effect& effect, Priors& priors) {
   constexpr double kWithinThree = 1.0986;  // ln 3
-  const std::string name = "errors of the instrument";
+  const bool is_rest = is_rest_of_instrument(robot, effect);
+  const std::string name = is_rest ? "rest of the instrument" : "errors of the instrument";
   const auto found = std::ranges::find(priors.widths, name, &PriorWidth::name);
   if (found != priors.widths.end()) return static_cast<int>(found - priors.widths.begin());
   const double noise = robot.noise.position > 0 ? robot.noise.position : kTypicalNoise;
-  priors.widths.push_back({name, kTimesNoise * noise, kWithinThree, kTimesNoise * noise});
+  const double typical = (is_rest ? kRest : 1.0) * kTimesNoise * noise;
+  priors.widths.push_back({name, typical, kWithinThree, typical});
   return static_cast<int>(priors.widths.size()) - 1;
 }
 
@@ -164,7 +170,7 @@ void add_coefficients(const Robot& robot, const SessionModels& models, Priors& p
       const double value = models.mean_square_value(k - models.geometric_count());
       if (of_instrument && value > 0) {
         const double unit = unit_of_instrument(robot, effect, value);
-        const int shared = width_of_instrument(robot, priors);
+        const int shared = width_of_instrument(robot, effect, priors);
         priors.of_unknowns.push_back(
             {k, priors.widths[shared].deviation * unit, c.value, shared, unit});
       } else if (is_curve)

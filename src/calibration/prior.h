@@ -28,7 +28,8 @@ struct Prior {
 /// Its own prior is ln tau ~ N(ln typical, log_spread^2); with an infinite spread the readings
 /// alone choose it.
 struct PriorWidth {
-  /// "lengths", "angles", "zero offsets", "errors of the instrument"; the family; empty: of a curve
+  /// "lengths", "angles", "zero offsets", "errors of the instrument", "rest of the instrument"; the
+  /// family; empty: of a curve
   std::string name;
   double typical;    ///< [SI]; of a family a factor of typical sizes
   double log_spread;
@@ -49,7 +50,7 @@ struct Priors {
 ///   targets and anchors have none: nobody knows beforehand where they are;
 /// - lasting errors of the instrument (instrument.range, .azimuth, .elevation, .point by anything
 ///   but time): about 0, with a common deviation of what they add to the readings; a distortion
-///   beside others is their rest and has a part of it;
+///   beside others is their rest and has a smaller one of its own;
 /// - coefficients of a family: about 0, with a common multiple of their typical sizes;
 /// - coefficients of a curve (a series of three or more): about 0, all with one deviation;
 /// - other coefficients: about 0, with the deviation at which the effect moves its parameter by

@@ -22,7 +22,7 @@ std::vector<Candidate> family_candidates(const std::vector<Candidate>& singles, 
 std::vector<Candidate> open_candidates(const Robot& robot, const Campaign& campaign);
 
 /// Whether the base or a length follows a joint angle, or a length jumps in time: no rigid arm does
-/// that.
+/// that. The travel of a prismatic joint is no angle: a rail that is not straight shifts the arm.
 bool is_of_no_arm(const Effect& effect, const KinematicChain& chain);
 
 /// A step or kink at every place of its driver (time or a joint angle) between two readings; with

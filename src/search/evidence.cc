@@ -30,6 +30,12 @@ const double kRuledOut = 2 * std::log(1000.0);
 const double kFallToStep95 = -2 * std::log(1 - std::sqrt(0.95));
 constexpr int kRefitted = 3;  // parameters named of those that are refitted for a rival
 
+// Whether it moves the instrument, or the base, which in the readings is the same.
+bool moves_station(const Effect& effect) {
+  return effect.parameter.starts_with("instrument.") || effect.parameter == "base" ||
+         effect.parameter.starts_with("base.");
+}
+
 // Contains the uncertainty of the frequency, if that was searched.
 std::optional<Cycle> cycle_of(EffectModel& model, const Campaign& campaign,
                               const TraceResult& result, size_t chosen) {
@@ -151,8 +157,7 @@ bool is_beaten(EffectModel& model, size_t chosen, const std::vector<CandidateSco
 std::vector<VarianceShare> order_by_share(SearchResult& search, int poses, std::uint64_t seed) {
   EffectModel& model = search.model;
   const std::vector<Candidate>& chosen = model.chosen();
-  const VarianceShares found =
-      variance_shares(model.linear().effects_from(model.in_fit(0)), seed);
+  const VarianceShares found = variance_shares(model.linear().effects_from(model.in_fit(0)), seed);
   const auto effects = static_cast<Eigen::Index>(chosen.size());
   const Eigen::Map<const Eigen::VectorXd> share(found.of_group.data(), effects);
   std::vector<Eigen::VectorXd> place(chosen.size(), Eigen::VectorXd::Zero(effects));
@@ -263,11 +268,23 @@ bool is_of_instrument(const Effect& effect) {
          (effect.may_be_instrument || effect.parameter.starts_with("instrument."));
 }
 
+bool may_be_rest_of_event(const Effect& effect, const Robot& robot) {
+  const auto follows_time = [](const Effect& any) {
+    return any.driver.kind == DriverKind::time && !any.driver.factor;
+  };
+  return follows_time(effect) && !moves_station(effect) &&
+         std::ranges::any_of(robot.effects, [&](const Effect& other) {
+           return follows_time(other) && moves_station(other);
+         });
+}
+
 bool may_be_instrument(const TracedEffect& traced, const Robot& robot) {
   const auto of_instrument = [](const Rival& rival) {
     return rival.effect.parameter.starts_with("instrument.");
   };
   if (std::ranges::any_of(traced.indistinguishable, of_instrument)) return true;
+  if (may_be_rest_of_event(traced.effect, robot) && traced.evidence.delta_ebic < kRuledOut)
+    return true;
   return traced.in_words.empty() && is_of_no_arm(traced.effect, robot.chain);
 }
 

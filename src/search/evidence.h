@@ -16,6 +16,10 @@ TraceResult with_evidence(SearchResult search, const Campaign& campaign,
 /// Whether it is, or may be, an error of the instrument that does not change with time.
 bool is_of_instrument(const Effect& effect);
 
+/// Whether an effect may be the rest of an event of the instrument: it follows time, and so does
+/// another effect of the robot, which moves the instrument or the base.
+bool may_be_rest_of_event(const Effect& effect, const Robot& robot);
+
 /// Amplitude and phase of the `effect`-th effect of a fit to so many poses, if it is a harmonic;
 /// its frequency is taken as exact. `bootstrap_draws` as from bootstrap_coefficients().
 std::optional<Cycle> fixed_cycle(const CalibrationResult& fit,

@@ -13,8 +13,8 @@
 namespace armtrue {
 namespace {
 
-constexpr double kMaxCycles = 300;     // per turn: motor order behind a reducer
-constexpr double kFinestPitch = 5e-3;  // m: of a rack or a screw
+constexpr double kMaxCycles = 300;       // per turn: motor order behind a reducer
+constexpr double kFinestPitch = 5e-3;    // m: of a rack or a screw
 constexpr int kSeriesCosines = 6;        // a curve that a campaign of some tens of poses can carry
 constexpr int kPosesForCoefficient = 4;  // of a fine curve; fewer would leave it to its prior
 
@@ -339,7 +339,7 @@ bool is_of_no_arm(const Effect& effect, const KinematicChain& chain) {
                          !is_zero_offset(chain, *first) &&
                          parameter_unit(chain, *first) == ParameterUnit::metre;
   if (effect.driver.involves(DriverKind::joint_angle))
-    return is_length || effect.parameter.starts_with("base");
+    return !is_travel(effect.driver, chain) && (is_length || effect.parameter.starts_with("base"));
   return is_length && effect.driver.kind == DriverKind::time &&
          effect.shape.kind == ShapeKind::step;
 }

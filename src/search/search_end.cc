@@ -14,7 +14,17 @@ namespace {
 
 // Inner values converge in one or two rounds.
 constexpr int kMaxSettlings = 2;
-const double kOddsOfThousand = 2 * std::log(1000.0);  // as a fall of EBIC
+constexpr double kOneInThousand = 3.09;  // quantile 0.999 of the normal distribution
+
+// Whether the poses left out speak for one of two models at a level of one in a thousand; the
+// differences of their squared errors are positive where it predicts better. The test is Vuong's
+// (Econometrica 57, 1989): a sum of these alone would ignore that few poses may make it.
+bool is_clearly_better(const Eigen::VectorXd& differences) {
+  const double mean = differences.mean();
+  const auto count = static_cast<double>(differences.size());
+  const double variance = (differences.array() - mean).square().sum() / (count - 1);
+  return mean > kOneInThousand * std::sqrt(variance / count);
+}
 
 }  // namespace
 
@@ -56,8 +66,7 @@ void ModelSearch::drop_idle() {
 }
 
 // No rigid arm has a base or a length that follows a joint angle. Such curves give way to an
-// instrument that distorts space, unless poses left out speak against it by odds of a thousand to
-// one.
+// instrument that distorts space, unless poses left out are clearly predicted better with them.
 void ModelSearch::prefer_distortion() {
   const std::optional<Candidate> distortion = model_.finest_distortion();
   if (!distortion) return;
@@ -81,10 +90,8 @@ void ModelSearch::prefer_distortion() {
   Effect& added = with_distortion.effects.emplace_back(distortion->effect);
   const BoundEffect bound(added, with_distortion, campaign_.temperature_names);
   added.coefficients.resize(static_cast<size_t>(bound.coefficient_count()));
-  const double freedom = model_.view().fit.residual_freedom();
-  const double odds = freedom * std::log(errors_left_out(with_distortion).squaredNorm() /
-                                         errors_left_out(fit.robot).squaredNorm());
-  if (odds > kOddsOfThousand) return;
+  const Eigen::VectorXd with = errors_left_out(fit.robot);
+  if (is_clearly_better(errors_left_out(with_distortion).cwiseAbs2() - with.cwiseAbs2())) return;
   model_.merge(pieces, *distortion);
   const auto last = static_cast<int>(model_.chosen().size()) - 1;
   if (model_.score_of({last}).score <= 0) model_.hold({last});

@@ -64,12 +64,20 @@ void refit_to_all(const Campaign& campaign, const TraceOptions& options, TraceRe
   }
 }
 
+// Marks which of the effects that only their prior holds, from the `first` on, may be the
+// instrument's.
+void mark_held(size_t first, TraceResult& result) {
+  Robot& robot = result.fit.robot;
+  for (size_t k = first; k < robot.effects.size() - result.effects.size(); ++k)
+    robot.effects[k].may_be_instrument = may_be_rest_of_event(robot.effects[k], robot);
+}
+
 // Sets the mean of the effects that may be the instrument's.
 void note_means(const Campaign& campaign, TraceResult& result) {
   const Robot& robot = result.fit.robot;
-  const auto declared = robot.effects.size() - result.effects.size();
-  for (size_t k = 0; k < result.effects.size(); ++k) {
-    Effect& fitted = result.fit.robot.effects[declared + k];
+  const auto found = robot.effects.size() - result.effects.size();
+  for (size_t k = 0; k < robot.effects.size(); ++k) {
+    Effect& fitted = result.fit.robot.effects[k];
     const auto parameter = find_parameter(robot.chain, fitted.parameter);
     if (!fitted.may_be_instrument || !parameter) continue;
     Robot alone = robot;
@@ -80,7 +88,8 @@ void note_means(const Campaign& campaign, TraceResult& result) {
       sum += result.fit.weights[row] * model.offsets(campaign.context(row))[*parameter];
       weights += result.fit.weights[row];
     }
-    fitted.mean = result.effects[k].effect.mean = sum / std::max(1e-300, weights);
+    fitted.mean = sum / std::max(1e-300, weights);
+    if (k >= found) result.effects[k - found].effect.mean = fitted.mean;
   }
 }
 
@@ -100,6 +109,7 @@ TraceResult trace(const Robot& robot, const Campaign& campaign, const Catalogue&
     result.stages.front() = calibrate(robot, campaign, result.fit.set);
   }
   if (is_large || has_rest) refit_to_all(campaign, options, result);
+  mark_held(robot.effects.size(), result);
   note_means(campaign, result);
   return result;
 }

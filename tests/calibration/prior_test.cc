@@ -95,14 +95,15 @@ double expected(const Priors& priors, const SessionModels& models, size_t first,
   double squares = 0;
   for (size_t k = first; k < first + count; ++k) {
     const auto coefficient = static_cast<int>(k);
-    const auto prior = std::ranges::find(
-        priors.of_unknowns, models.geometric_count() + coefficient, &Prior::unknown);
+    const auto prior = std::ranges::find(priors.of_unknowns, models.geometric_count() + coefficient,
+                                         &Prior::unknown);
     squares += prior->deviation * prior->deviation * models.mean_square_value(coefficient);
   }
   return lever * std::sqrt(squares);
 }
 
-// Three times the noise; beside another error a distortion is its rest, three tenths of that.
+// Three times the noise; beside another error a distortion is its rest, three tenths of that, with
+// a width that the readings determine by itself.
 TEST(Priors, ErrorsOfTheInstrumentShareTheirSize) {
   Robot robot = shipped("kr360-spindle");
   robot.noise.position = 0.1e-3;
@@ -122,7 +123,9 @@ TEST(Priors, ErrorsOfTheInstrumentShareTheirSize) {
   const Priors priors = priors_of(robot, models);
   EXPECT_NEAR(expected(priors, models, 0, 1, range), 3e-4, 1e-9);
   EXPECT_NEAR(expected(priors, models, 1, 48, 1) / std::sqrt(3), 0.9e-4, 1e-9);
-  EXPECT_EQ(priors.widths.back().name, "errors of the instrument");
+  ASSERT_EQ(priors.widths.size(), 5u);
+  EXPECT_EQ(priors.widths[3].name, "errors of the instrument");
+  EXPECT_EQ(priors.widths[4].name, "rest of the instrument");
   EXPECT_EQ(priors.of_unknowns.back().width, -1);  // what happens at a time may be of any size
 }
 

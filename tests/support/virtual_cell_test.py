@@ -164,6 +164,8 @@ class Judgement(unittest.TestCase):
     def test_station_is_no_part_of_the_arm(self):
         text = ("links:\neffects:\n  - name: tracker knocked\n    parameter: base\n    driver: time\n"
                 "    coefficients:\n      - {name: x, value: 0.1, std: 0.2}\n"
+                "  - name: re-seated target\n    parameter: tool.z\n    driver: time\n"
+                "    coefficients:\n      - {name: c, value: 0.1, std: 0.2}\n"
                 "  - name: backlash\n    parameter: A1.theta\n"
                 "    driver: arrival 1\n    coefficients:\n      - {name: c, value: 0.3}\nuncertainty:\n  value: 5\n")
         self.assertEqual(self.outside.without_station(text), text.replace("0.1,", "0,"))

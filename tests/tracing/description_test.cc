@@ -40,6 +40,48 @@ TEST(Description, PredictionImprovesIsSaidOfTheHeldOutPosesOnlyWhereTheyShowIt) 
   EXPECT_THAT(words(true, {not_shown}), ElementsAre(HasSubstr("; " + unclear + "; cause is one")));
 }
 
+// What a knock leaves follows time too: beside it only clear evidence makes a drift the arm's.
+TEST(Description, BesideAKnockOfTheInstrumentADriftMayBeItsRest) {
+  const Driver time{DriverKind::time, -1, -1, ""}, warm{DriverKind::temperature, -1, -1, "arm"};
+  LoopResult loop = found(true, {});
+  Robot& robot = loop.trace.fit.robot;
+  TracedEffect& traced = loop.trace.effects.front();
+  traced.indistinguishable.clear();
+  traced.in_words = "a known cause";
+  const auto beside = [&](const char* other, const Driver& driver) {
+    robot.effects = {Effect{"other", other, driver, Shape{}, {}}, traced.effect};
+    return may_be_instrument(traced, robot);
+  };
+  for (const double evidence : {5.0, 13.0}) {
+    traced.evidence.delta_ebic = evidence;
+    for (const char* station : {"base", "base.y", "instrument.range"}) {
+      EXPECT_TRUE(beside(station, time)) << station;
+      EXPECT_FALSE(beside(station, warm)) << station;
+    }
+    EXPECT_FALSE(beside("A3.theta", time));
+  }
+  traced.evidence.delta_ebic = 14.0;
+  EXPECT_FALSE(beside("base", time));
+  traced.evidence.delta_ebic = 5.0;
+  traced.effect.driver = warm;
+  EXPECT_FALSE(beside("base", time));
+  traced.effect.driver = time;
+  traced.effect.parameter = "base.z";
+  EXPECT_FALSE(beside("base", time));  // it moves no program in any case
+}
+
+// A rail that is not straight shifts the arm by its travel; no joint angle does.
+TEST(Description, ARailMayBend) {
+  LoopResult loop = found(false, {});
+  loop.trace.fit.robot = read_robot(ARMTRUE_CONFIG "/robots/kr360-rail.yaml").robot;
+  TracedEffect& traced = loop.trace.effects.front();
+  traced.effect.parameter = "A1.d";
+  traced.effect.driver = {DriverKind::joint_angle, 0, -1, ""};
+  EXPECT_FALSE(may_be_instrument(traced, loop.trace.fit.robot));
+  traced.effect.driver.joint = 2;
+  EXPECT_TRUE(may_be_instrument(traced, loop.trace.fit.robot));
+}
+
 // Lengths and bases do not follow joint angles; angles of joints do.
 TEST(Description, SaysWhereTheInstrumentMayErr) {
   const Driver angle{DriverKind::joint_angle, 1, -1, ""}, time{DriverKind::time, -1, -1, ""};
