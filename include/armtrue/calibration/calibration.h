@@ -104,11 +104,11 @@ NearNominal near_nominal(const CalibrationResult& fit, const Campaign& campaign)
 /// of `robot.identify_per_session`, which count in covariance, rank and observability. Their values
 /// stand in `robot.sessions`. Readings of one pose may share an error. So the covariance, and with
 /// it every standard deviation, comes from the influence of each pose on the fit (cluster
-/// covariance CR3 of Bell, McCaffrey 2002). Priors contribute with their own standard deviation,
-/// and directions that only one pose shows with that of the readings. Intervals are those of
-/// Student's t with poses - 1 degrees of freedom. The result reports a lack of convergence or of
-/// rank. Throws std::invalid_argument if there are not more equations than unknowns, or the robot
-/// and the campaign do not fit together.
+/// covariance CR3 of Bell, McCaffrey 2002; CR2 where each pose gives one number). Priors contribute
+/// with their own standard deviation, and directions that only one pose shows with that of the
+/// readings. Intervals are those of Student's t with poses - 1 degrees of freedom. The result
+/// reports a lack of convergence or of rank. Throws std::invalid_argument if there are not more
+/// equations than unknowns, or the robot and the campaign do not fit together.
 CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
                             const CalibrationOptions& options = {});
 
