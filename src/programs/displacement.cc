@@ -17,6 +17,21 @@
 namespace armtrue {
 namespace {
 
+// As the controller names the frame and the tool of a move.
+std::pair<const char*, const char*> names_of_frames(Dialect dialect) {
+  switch (dialect) {
+    case Dialect::krl:
+      return {"$BASE", "$TOOL"};
+    case Dialect::rapid:
+      return {"its wobj", "its tool"};
+    case Dialect::fanuc:
+      return {"its user frame (UF)", "its tool frame (UT)"};
+    case Dialect::urscript:
+      break;
+  }
+  return {"its frame", "its TCP"};
+}
+
 using Eigen::Index;
 using Eigen::Vector3d;
 
@@ -107,12 +122,13 @@ class Displacement {
     if (!first_) first_ = k;
     const ProgramTarget& first = target(*first_);
     const auto warn_of = [&](const char* what, const char* but) {
-      warnings_.add(here.line, fmt::format("its {} is another one than of the first corrected move "
+      warnings_.add(here.line, fmt::format("{} is another one than of the first corrected move "
                                            "(line {}); {}",
                                            what, first.line, but));
     };
-    if (first.base != here.base) warn_of("frame", "its coordinates were taken as they stand");
-    if (first.tool != here.tool) warn_of("tool", "the record shows the point of one tool");
+    const auto [base, tool] = names_of_frames(program_.dialect);
+    if (first.base != here.base) warn_of(base, "its coordinates were taken as they stand");
+    if (first.tool != here.tool) warn_of(tool, "the record shows the point of one tool");
     if (here.is_room_tool)
       warnings_.add(here.line,
                     "its tool stands in the room (#TCP): the path is that of the part, and turns "

@@ -510,8 +510,8 @@ TEST(Krl, SaysWhatTheControllerOrTheProgramAddsToIt) {
   ASSERT_EQ(result.warnings.size(), 3u);
   EXPECT_THAT(result.warnings[0], HasSubstr("p.src:1: $ABS_ACCUR"));
   EXPECT_THAT(result.warnings[1], HasSubstr("p.src:6: stands in a loop"));
-  EXPECT_THAT(result.warnings[2], HasSubstr("p.src:9: its frame is another one than of the first "
-                                            "corrected move (line 3)"));
+  EXPECT_THAT(result.warnings[2], HasSubstr("p.src:9: $BASE is another one than of the first corrected "
+                                            "move (line 3)"));
   EXPECT_THAT(correct_krl(program("$ABS_ACCUR=FALSE\n; $ABS_ACCUR\nLIN {X 0,Y 0,Z 0}\n"), path,
                           path.position)
                   .warnings,
