@@ -147,9 +147,30 @@ double count_read(const Campaign& campaign) {
   return static_cast<double>(read.size());
 }
 
-// Standard deviation per axis of the residuals of a fit, corrected for the number of unknowns;
-// includes the error that rows of one pose have in common.
-InstrumentNoise spread_of(const CalibrationResult& fit, const Campaign& campaign) {
+// How readings scatter about the model.
+struct Spread {
+  InstrumentNoise deviation;  // per axis
+  double tail = 1;            // Uncertainty::tail
+};
+
+// The 95 % quantile of the lengths of position residuals over `normal`, that of a normal law; 1 if
+// no more poses lie beyond it than chance allows.
+double tail_of(std::vector<double> lengths, double normal, int poses) {
+  constexpr double kOutside = 0.05, kSignificance = 0.05;
+  std::ranges::sort(lengths);
+  const auto rows = static_cast<double>(lengths.size());
+  const auto beyond =
+      static_cast<double>(lengths.end() - std::ranges::upper_bound(lengths, normal));
+  // Readings of a pose share their error, so they count as one.
+  const int poses_beyond = static_cast<int>(std::floor(beyond / rows * poses));
+  if (normal <= 0 || binomial_at_least(poses_beyond, poses, kOutside) >= kSignificance) return 1;
+  const auto inside = static_cast<size_t>(std::ceil((1 - kOutside) * rows));
+  return std::max(1.0, lengths[inside - 1] / normal);
+}
+
+// Of the residuals of a fit, corrected for the number of unknowns; includes the error that rows of
+// one pose have in common.
+Spread spread_of(const CalibrationResult& fit, const Campaign& campaign) {
   if (std::ssize(fit.weights) != campaign.rows())
     throw std::logic_error("the campaign is not the one of the fit");
   const Evaluation evaluation = evaluate(fit.robot, campaign);
@@ -172,8 +193,14 @@ InstrumentNoise spread_of(const CalibrationResult& fit, const Campaign& campaign
     const double left = std::max(0.1, 1 - determined / (quantities * axes));
     return std::sqrt(squares / (rows * axes * (visits - 1 + left) / visits));
   };
-  return {deviation(position, size.position, fit.determined[0]),
-          deviation(orientation, size.orientation, fit.determined[1])};
+  Spread spread;
+  spread.deviation = {deviation(position, size.position, fit.determined[0]),
+                      deviation(orientation, size.orientation, fit.determined[1])};
+  const int axes = size.position;
+  const double normal =
+      std::sqrt(position / rows * fisher_f_quantile(0.95, axes, axes * std::max(1.0, poses - 1)));
+  spread.tail = tail_of(evaluation.position, normal, static_cast<int>(poses));
+  return spread;
 }
 
 }  // namespace
@@ -222,10 +249,11 @@ Uncertainty uncertainty_of(const CalibrationResult& fit, const Campaign& campaig
     if (k < std::ssize(fit.set.kept)) geometric.push_back(fit.set.kept[static_cast<size_t>(k)]);
   for (int k : geometric) uncertainty.parameters.push_back(parameter_name(fit.robot.chain, k));
   uncertainty.root = root_of(fit.covariance(unknowns, unknowns));
-  uncertainty.reading = spread_of(fit, campaign);
+  const Spread spread = spread_of(fit, campaign);
+  uncertainty.reading = spread.deviation;
+  uncertainty.tail = spread.tail;
   uncertainty.poses = static_cast<int>(campaign.pose_ids.size());
-  uncertainty.largest_variance =
-      largest_variance(fit.robot, campaign, geometric, uncertainty.root);
+  uncertainty.largest_variance = largest_variance(fit.robot, campaign, geometric, uncertainty.root);
   return uncertainty;
 }
 
@@ -288,13 +316,14 @@ std::vector<Prediction> predict(const Robot& robot, const Campaign& campaign) {
     if (known.largest_variance > 0)
       prediction.leverage = covariance.trace() / known.largest_variance;
     const double of_robot = covariance.trace();
-    covariance.diagonal().array() += known.reading.position * known.reading.position;
+    const auto axes = static_cast<double>(covariance.rows());
+    const double reading = known.reading.position * known.reading.position;
+    prediction.deviation = std::sqrt(of_robot + axes * reading);
+    covariance.diagonal().array() += known.tail * known.tail * reading;
     const double trace = covariance.trace(), of_reading = trace - of_robot;
-    prediction.deviation = std::sqrt(trace);
     const double freedom = trace * trace / covariance.squaredNorm();
     // The robot's part comes from the scatter of the poses, that of a reading from their axes too.
     const double poses = std::max(1, known.poses - 1);
-    const auto axes = static_cast<double>(covariance.rows());
     const double known_with =
         trace * trace / (of_robot * of_robot / poses + of_reading * of_reading / (axes * poses));
     prediction.bound_95 = std::sqrt(trace * fisher_f_quantile(0.95, freedom, known_with));

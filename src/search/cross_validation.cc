@@ -179,4 +179,12 @@ CrossValidation CrossValidation::of(const std::vector<int>& pose, int row_size,
   return mean_gain(losses);
 }
 
+bool is_clearly_better(const Eigen::VectorXd& differences) {
+  constexpr double kOneInThousand = 3.09;  // quantile 0.999 of the normal distribution
+  const double mean = differences.mean();
+  const auto count = static_cast<double>(differences.size());
+  const double variance = (differences.array() - mean).square().sum() / (count - 1);
+  return mean > kOneInThousand * std::sqrt(variance / count);
+}
+
 }  // namespace armtrue

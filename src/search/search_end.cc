@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -7,6 +6,7 @@
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/effects/robot_model.h"
 #include "calibration/refit.h"
+#include "search/cross_validation.h"
 #include "search/search_phases.h"
 
 namespace armtrue {
@@ -14,17 +14,6 @@ namespace {
 
 // Inner values converge in one or two rounds.
 constexpr int kMaxSettlings = 2;
-constexpr double kOneInThousand = 3.09;  // quantile 0.999 of the normal distribution
-
-// Whether the poses left out speak for one of two models at a level of one in a thousand; the
-// differences of their squared errors are positive where it predicts better. The test is Vuong's
-// (Econometrica 57, 1989): a sum of these alone would ignore that few poses may make it.
-bool is_clearly_better(const Eigen::VectorXd& differences) {
-  const double mean = differences.mean();
-  const auto count = static_cast<double>(differences.size());
-  const double variance = (differences.array() - mean).square().sum() / (count - 1);
-  return mean > kOneInThousand * std::sqrt(variance / count);
-}
 
 }  // namespace
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
@@ -187,6 +188,43 @@ TEST(Predictions, CoverOtherRegions) {
   EXPECT_LT(share, 0.97);
   EXPECT_GT(outside_measured, readings / 2);
   EXPECT_NEAR(std::sqrt(squares / predicted), 1, 0.15);
+}
+
+// A rest that no model holds differs from pose to pose, and some poses have much of it: errors of
+// Student's t with four degrees of freedom.
+Campaign with_heavy_rest(Campaign campaign, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal(0, 0.1e-3);
+  std::chi_squared_distribution<double> spread(4);
+  for (Eigen::Vector3d& position : campaign.position) {
+    const double size = std::sqrt(4 / spread(random));
+    for (double& x : position) x += size * normal(random);
+  }
+  return campaign;
+}
+
+TEST(Predictions, CoverARestThatIsNotNormal) {
+  const Robot robot = shipped("kr360-spindle"), truth = shipped("kr360-table4");
+  int inside = 0, readings = 0, seen = 0;
+  for (unsigned seed = 1; seed <= 8; ++seed) {
+    const Campaign training = with_heavy_rest(measured(truth, 500, seed), seed);
+    const CalibrationResult fit = calibrate(robot, training);
+    Robot calibrated = fit.robot;
+    calibrated.uncertainty = uncertainty_of(fit, training);
+    seen += calibrated.uncertainty->tail > 1.05;
+    const Campaign there = with_heavy_rest(measured(truth, 500, 1000 + seed), 1000 + seed);
+    const std::vector<Prediction> predictions =
+        predict(parse_robot(write_robot(calibrated), "calibrated.yaml"), there);
+    const Evaluation evaluation = evaluate(calibrated, there);
+    for (size_t row = 0; row < predictions.size(); ++row)
+      inside += evaluation.position[row] <= predictions[row].bound_95;
+    readings += there.rows();
+  }
+  const double share = static_cast<double>(inside) / readings;
+  std::printf("coverage of predictions with a heavy rest %.4f\n", share);
+  EXPECT_GE(seen, 6);
+  EXPECT_GT(share, 0.93);
+  EXPECT_LT(share, 0.97);
 }
 
 // Base and tool fitted again somewhere else take up part of what the links are off.

@@ -54,7 +54,9 @@ DATA_SHEETS = {
         "travel": [(-185, 185), (-60, 76), (-120, 132), (-350, 350), (-120, 120), (-350, 350)]},
 }
 FROM_CONFIG = ["kr360", "kr360-spindle", "kr360-eq1-zero", "kr360-table4"]
-ROBOTS = FROM_CONFIG + list(DATA_SHEETS)
+ROBOTS = FROM_CONFIG + list(DATA_SHEETS)       # drawn by the seed
+OTHERS = ["gp25", "irb120", "irb6700-200-260", "kr10-r1100", "kr210-r2700", "m1013", "r2000ic-165f", "tx2-90",
+          "ur3e", "ur5e", "ur10e"]              # by name only
 
 
 # ---- vectors and rigid motions -----------------------------------------------------------------------------------
@@ -173,6 +175,7 @@ class Arm:
         self.tool = placed(fields(block("tool")[1]))
         links = [fields(line) for line in re.findall(r"\{.*\}", block("links")[1])]
         self.axes, self.points, self.travel, self.square, self.slides, frames = [], [], [], [], [], {}
+        self.names = [link["name"] for link in links if link["joint"] != "fixed"]
         here, square = NONE, False
         standard = bool(re.search(r"^convention: standard$", text, re.M))
         for link in links:
@@ -205,6 +208,11 @@ class Arm:
                 mass = fields(line)
                 joints, frame = frames[mass["link"]]
                 self.masses.append((joints, mass["mass_kg"], moved(frame, mass["com_mm"])))
+
+    def in_names_of_links(self, patterns):
+        """Patterns that count joints, A1 to A6, in the names of this arm's links."""
+        named = lambda found: (self.names[int(found[1]) - 1] if found[1] != "*" else "*") + "."
+        return [(re.sub(r"^A([1-6*])\.", named, parameter), driver) for parameter, driver in patterns]
 
     def twins(self, patterns):
         """Patterns of beta where it is theta by another name: behind an alpha of 90 deg both turn about one axis."""
@@ -279,6 +287,16 @@ def data_sheet_yaml(name):
            "effects: []"]
     both = lambda with_masses: "\n".join(lines + (masses if with_masses else []) + end) + "\n"
     return both(sheet["masses"]), both(True)
+
+
+def rough_masses(arm):
+    """Masses of an arm whose file has none: 30 kg times the fourth power of the reach in m, which is 20 kg at 0.9 m and
+    some 2 t at 2.9 m; of that each link has its share by the square of the way from its joint to the end."""
+    ends = arm.points + [arm.home[1]]
+    ways = [sum(length(sub(b, a)) for a, b in zip(ends[j:], ends[j + 1:])) for j in range(6)]
+    moving = 30.0 * (ways[1] / 1000) ** 4
+    return [(j + 1, moving * way ** 2 / sum(w * w for w in ways), scaled(add(ends[j], ends[j + 1]), 0.5))
+            for j, way in enumerate(ways)]
 
 
 def robot_text(name):
@@ -740,8 +758,9 @@ def set_frame(cell):
     cell["robot_text"] = re.sub(r"^base: .*", f"base: {{{', '.join(place + angles)}}}", cell["robot_text"], flags=re.M)
 
 
-def campaign(seed, effect=None, robot=None, count=None, repeats=None):
-    """One campaign: everything that is true in it, and its readings."""
+def campaign(seed, effect=None, robot=None, count=None, repeats=None, hidden_in_it=True):
+    """One campaign: everything that is true in it, and its readings. Without the effect `hidden_in_it` it is the same
+    campaign, noise included."""
     rng = random.Random(f"virtual cell {seed}")
     effect = effect or TURNS[seed % len(TURNS)]
     robot = robot or rng.choice(ROBOTS)
@@ -761,7 +780,7 @@ def campaign(seed, effect=None, robot=None, count=None, repeats=None):
         cell["robot_text"] = re.sub(r"^tool: \{x_mm: [^,]*, y_mm: [^,]*, z_mm: [^,]*", f"tool: {{{reflector}", nominal,
                                     flags=re.M)
     cell["masses"] = [(joints, kg * rng.uniform(0.85, 1.15), add(centre, tuple(rng.gauss(0, 15) for _ in range(3))))
-                      for joints, kg, centre in arm.masses]
+                      for joints, kg, centre in arm.masses or rough_masses(arm)]
     chosen, cell["station"] = poses(rng, arm, train + TEST_POSES)
     set_frame(cell)
     cell["readings"] = visits(rng, cell, chosen, train, repeats)
@@ -773,11 +792,12 @@ def campaign(seed, effect=None, robot=None, count=None, repeats=None):
     for reading in cell["readings"]:
         reading.temperature = 22 + 12 * warm(cell, reading.t)
     hidden = cell["effect"] = EFFECTS[effect](rng, cell)
-    hidden.right += arm.twins(hidden.right)
-    hidden.near += arm.twins(hidden.near)
+    for patterns in (hidden.right, hidden.near):
+        patterns += arm.twins(patterns)
+        patterns[:] = arm.in_names_of_links(patterns)
     follow_friction(cell)
     cell["size"] = 0.0
-    if effect != "nothing":
+    if hidden_in_it and effect != "nothing":
         goal = cell["noise_mm"] * rng.uniform(*SIZE)
         cell["goal_mm"], cell["size"] = goal, 1e-3
         for _ in range(3):                               # large turns are not quite linear
@@ -841,13 +861,13 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", type=pathlib.Path)
     parser.add_argument("--effect", choices=EFFECTS)
-    parser.add_argument("--robot", choices=ROBOTS)
+    parser.add_argument("--robot", choices=ROBOTS + OTHERS)
     parser.add_argument("--poses", type=int)
     parser.add_argument("--visits", type=int)
     parser.add_argument("--list", action="store_true", help="names of effects and robots")
     options = parser.parse_args()
     if options.list:
-        print("effects:", *EFFECTS, "\nrobots:", *ROBOTS)
+        print("effects:", *EFFECTS, "\nrobots:", *ROBOTS, *OTHERS)
         return 0
     if not options.out:
         parser.error("--out is required")

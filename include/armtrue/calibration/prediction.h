@@ -13,9 +13,10 @@ struct Prediction {
   /// Standard deviation of the error of the reading, root of the sum of squares over its axes [m].
   /// Contains the uncertainty of the robot (Uncertainty::root) and that of a reading.
   double deviation = 0;
-  /// 95 % bound of the length of the error [m]. With S the covariance of the error and f = (tr S)^2
-  /// / tr S^2 (Satterthwaite), |error|^2 / tr S is taken as F-distributed with f degrees of freedom
-  /// and those of the estimate of S.
+  /// 95 % bound of the length of the error [m]. With S the covariance of the error, the variance of
+  /// the reading in it times the square of Uncertainty::tail, and f = (tr S)^2 / tr S^2
+  /// (Satterthwaite), |error|^2 / tr S is taken as F-distributed with f degrees of freedom and
+  /// those of the estimate of S.
   double bound_95 = 0;
   /// Variance by Uncertainty::root, divided by the largest one at a pose of the calibration. Above
   /// 1 the pose lies outside what was measured.

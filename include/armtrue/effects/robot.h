@@ -43,6 +43,9 @@ struct Uncertainty {
   /// Contains noise and the lack of fit that differs from pose to pose. 0 for orientations that
   /// were not measured.
   InstrumentNoise reading;
+  /// 95 % quantile of the lengths of the position residuals, over that of a normal law; above 1
+  /// only where more poses of the calibration lie beyond the latter than chance allows (p < 0.05).
+  double tail = 1;
   /// Largest variance of the position by `root`, summed over its axes, among the poses of the
   /// calibration [m^2].
   double largest_variance = 0;
