@@ -7,7 +7,6 @@
 #include <set>
 #include <stdexcept>
 
-#include "armtrue/calibration/evaluation.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/statistics/distributions.h"
 #include "calibration/session_models.h"
@@ -149,10 +148,10 @@ double count_read(const Campaign& campaign) {
 
 // Standard deviation per axis of the residuals of a fit, corrected for the number of unknowns;
 // includes the error that rows of one pose have in common.
-InstrumentNoise spread_of(const CalibrationResult& fit, const Campaign& campaign) {
+InstrumentNoise spread_of(const CalibrationResult& fit, const Campaign& campaign,
+                          const Evaluation& evaluation) {
   if (std::ssize(fit.weights) != campaign.rows())
     throw std::logic_error("the campaign is not the one of the fit");
-  const Evaluation evaluation = evaluate(fit.robot, campaign);
   const ReadingSize size = campaign.reading_size();
   double position = 0, orientation = 0, rows = 0;
   for (int row = 0; row < campaign.rows(); ++row) {
@@ -215,6 +214,11 @@ std::vector<int> stated_unknowns(const CalibrationResult& fit) {
 }  // namespace
 
 Uncertainty uncertainty_of(const CalibrationResult& fit, const Campaign& campaign) {
+  return uncertainty_of(fit, campaign, evaluate(fit.robot, campaign));
+}
+
+Uncertainty uncertainty_of(const CalibrationResult& fit, const Campaign& campaign,
+                           const Evaluation& evaluation) {
   Uncertainty uncertainty;
   const std::vector<int> unknowns = stated_unknowns(fit);
   std::vector<int> geometric;
@@ -222,7 +226,7 @@ Uncertainty uncertainty_of(const CalibrationResult& fit, const Campaign& campaig
     if (k < std::ssize(fit.set.kept)) geometric.push_back(fit.set.kept[static_cast<size_t>(k)]);
   for (int k : geometric) uncertainty.parameters.push_back(parameter_name(fit.robot.chain, k));
   uncertainty.root = root_of(fit.covariance(unknowns, unknowns));
-  uncertainty.reading = spread_of(fit, campaign);
+  uncertainty.reading = spread_of(fit, campaign, evaluation);
   uncertainty.poses = static_cast<int>(campaign.pose_ids.size());
   uncertainty.largest_variance =
       largest_variance(fit.robot, campaign, geometric, uncertainty.root);
