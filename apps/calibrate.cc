@@ -77,7 +77,8 @@ WeightedZone weight_readings_by_zone(app::Command& command, Campaign& campaign, 
 
 // The warning for a calibration that misses a criterion; nothing if it meets all.
 std::optional<std::string> missed_criterion(const CalibrationResult& result, const Robot& robot,
-                                            const Campaign& campaign, double max_error_mm) {
+                                            const Campaign& campaign, const Evaluation& evaluation,
+                                            double max_error_mm) {
   if (!result.converged) return app::not_converged(result);
   if (const auto lost = lost_to_poses(robot, campaign, result.set); !lost.empty()) {
     std::string names;
@@ -85,7 +86,6 @@ std::optional<std::string> missed_criterion(const CalibrationResult& result, con
     return "these poses cannot show " + names +
            ", which other poses could; measure poses that move every joint over its travel";
   }
-  const Evaluation evaluation = evaluate(result.robot, campaign);
   if (const std::string beyond = app::beyond_any_arm(result.robot, campaign, evaluation);
       !beyond.empty())
     return beyond;
@@ -119,8 +119,8 @@ void warn_of_gross_poses(app::Command& command, const std::vector<GrossPose>& gr
 }
 
 void report_fit(const app::Command& command, const CalibrationResult& result,
-                const Campaign& campaign) {
-  const ErrorSummary left = summarize(evaluate(result.robot, campaign).position);
+                const Campaign& campaign, const Evaluation& evaluation) {
+  const ErrorSummary left = summarize(evaluation.position);
   command.report(fmt::format(
       "{} poses, {} readings: {} unknowns of rank {} after {} iterations; these readings are left "
       "with {:.4g} mm, mean, and {:.4g} mm at most\n",
@@ -150,11 +150,14 @@ int run(app::Command& command, const Arguments& arguments) {
   app::refuse_mistakes(command, robot, all);
   command.progress("identifying");
   const std::vector<GrossPose> gross = find_gross_poses(robot, all);
-  Campaign campaign = without_gross(all, gross);
+  const bool all_as_read = gross.empty() && arguments.zone.empty();
+  Campaign changed;  // a copy of many rows takes its memory
+  if (!all_as_read) changed = without_gross(all, gross);
+  const Campaign& campaign = all_as_read ? all : changed;
   warn_of_gross_poses(command, gross);
   std::optional<WeightedZone> zone;
   if (!arguments.zone.empty())
-    zone = weight_readings_by_zone(command, campaign, robot, app::zone_from_text(arguments.zone));
+    zone = weight_readings_by_zone(command, changed, robot, app::zone_from_text(arguments.zone));
 
   const CalibrationResult result = calibrate(robot, campaign);
   app::warn_of_touches(command, robot, campaign, result.set);
@@ -162,7 +165,8 @@ int run(app::Command& command, const Arguments& arguments) {
   findings.nominal = require_worthwhile(robot, result, campaign, findings.quality->blunders,
                                         static_cast<int>(rows_of(gross).size()));
   if (!findings.nominal) findings.nominal = placed_on_targets(robot, result, campaign);
-  const auto missed = missed_criterion(result, robot, campaign, arguments.max_error_mm);
+  const Evaluation evaluation = evaluate(result.robot, campaign);
+  const auto missed = missed_criterion(result, robot, campaign, evaluation, arguments.max_error_mm);
   if (missed) command.warn(*missed);
   if (!arguments.residuals.empty()) {
     const std::vector<std::string> split(all.rows(), "training");
@@ -171,7 +175,7 @@ int run(app::Command& command, const Arguments& arguments) {
   }
   write_output(command.output, write_calibration(result, campaign, command.provenance(), findings));
 
-  report_fit(command, result, campaign);
+  report_fit(command, result, campaign, evaluation);
   report_near_nominal(command, result, campaign);
   if (arguments.page.is_wanted())
     app::write_report(

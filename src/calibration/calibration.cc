@@ -141,7 +141,7 @@ Solution fit(SessionModels& model, ReadingLaw& law, Priors& priors,
     // The information at the new sigma, and the priors at theirs.
     const double rescaled = model.sigma().position / next.sigma.position;
     if (round == 0 && !near) scale_widths(1, priors);
-    const bool widths_settled = update_widths(rescaled * rescaled * information, x, priors);
+    const bool widths_settled = update_widths(information, x, priors, rescaled * rescaled);
     settled = is_close(next.sigma, model.sigma()) &&
               next.law.degrees_of_freedom == law.degrees_of_freedom && widths_settled;
     // x depends on the law of the rows, and the law on x: they can alternate without end.
@@ -225,11 +225,10 @@ void match_coefficients(Robot& robot, const Campaign& campaign) {
   }
 }
 
-enum class Statistics { all, weights };
+}  // namespace
 
 CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
-                            const IdentifiableSet& set, const CalibrationOptions& options,
-                            Statistics statistics) {
+                            const IdentifiableSet& set, const CalibrationOptions& options) {
   Robot start = starting_robot(robot, campaign, set);
   if (!start.nominal) start.nominal = robot.chain;
   match_coefficients(start, campaign);
@@ -265,19 +264,17 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
   result.termination = solution.termination;
   result.sigma = model.sigma();
   result.degrees_of_freedom = law.degrees_of_freedom;
-  if (statistics == Statistics::weights) {
+  if (options.statistics == FitStatistics::weights) {
     set_weights_alone(model, law, priors, x, solution.folds, result);
   } else {
     if (options.fold_by == FoldBy::normal_equations) solution.folds.clear();
-    set_statistics(model, law, priors, x, std::move(solution.folds), result);
+    set_statistics(model, law, priors, x, std::move(solution.folds), options.statistics, result);
   }
   for (const PriorWidth& width : priors.widths)
     if (!width.name.empty()) result.prior_widths[width.name] = width.deviation;
   set_robot(model, x, result);
   return result;
 }
-
-}  // namespace
 
 CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
                             const CalibrationOptions& options) {
@@ -294,17 +291,13 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
   return there.kept == set.kept ? fit : calibrate(robot, campaign, there, options);
 }
 
-CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
-                            const IdentifiableSet& set, const CalibrationOptions& options) {
-  return calibrate(robot, campaign, set, options, Statistics::all);
-}
-
 CalibrationResult refit(const Robot& robot, const Campaign& campaign, const CalibrationResult& near,
                         double tolerance) {
   CalibrationOptions options;
   options.start_near(near);
   options.tolerance = tolerance;
-  return calibrate(robot, campaign, near.set, options, Statistics::weights);
+  options.statistics = FitStatistics::weights;
+  return calibrate(robot, campaign, near.set, options);
 }
 
 NearNominal near_nominal(const CalibrationResult& fit, const Campaign& campaign) {

@@ -54,9 +54,10 @@ Eigen::MatrixXd of_unknowns(const Eigen::MatrixXd& covariance, const Eigen::Matr
 }
 
 Eigen::MatrixXd of_unknowns(const Eigen::MatrixXd& covariance, const SparseRows& root) {
-  const Eigen::MatrixXd half = root * covariance;
-  const Eigen::MatrixXd turned = half.transpose();  // the product is fast with the sparse side left
-  return root * turned;
+  // Column by column of the dense side: fast with the sparse one on the right.
+  const Eigen::MatrixXd half = covariance * root.transpose();
+  const Eigen::MatrixXd turned = half.transpose();
+  return turned * root.transpose();
 }
 
 // CR2 of a pose that gives one number: its residual divided by the root of 1 - h, not by 1 - h.
@@ -81,25 +82,22 @@ Eigen::MatrixXd by_pose(const SessionModels& models, const std::vector<Prior>& p
   const RowsByPose some = some_poses(all, kPosesForCovariance);
   struct Sums {
     InfluenceSums influence;
-    Eigen::MatrixXd information;
-  } sums{{}, Eigen::MatrixXd::Zero(root.cols(), root.cols())};
+    SumOfSquares information;
+  } sums{InfluenceSums(root.cols()), {}};
   const bool is_part = some.poses() < all.poses();
   for_each_pose<Sums>(
       models.at(x), weights, root, some,
-      [&](Sums& block, const PoseInfluence& pose, const auto& rows) {
-        block.influence.add(single ? unbiased(pose, rows) : pose);
-        if (!is_part) return;
-        if (block.information.size() == 0)
-          block.information = Eigen::MatrixXd::Zero(root.cols(), root.cols());
-        block.information.noalias() += rows.transpose() * rows;
+      [&](Sums& block, const PoseInfluence& pose, const auto& rows, const auto& coordinates) {
+        block.influence.add(single ? unbiased(pose, rows) : pose, coordinates, root.cols());
+        if (is_part) block.information.add(rows.transpose(), coordinates);
       },
       [&](const Sums& block) {
         sums.influence.add(block.influence);
-        if (is_part) sums.information += block.information;
+        sums.information.add(block.information);
       });
   Eigen::MatrixXd covariance = sums.influence.covariance(
       mean_psi_derivative(weights, degrees_of_freedom, models.row_size()), variance);
-  if (is_part) covariance = of_all_poses(covariance, sums.information, variance);
+  if (is_part) covariance = of_all_poses(covariance, sums.information.dense(root.cols()), variance);
   if (single) covariance *= single->of_readings;
   for (size_t k = 0; k < priors.size(); ++k)
     add_known(priors[k], root, single ? single->of_priors[k] : 1.0, covariance);

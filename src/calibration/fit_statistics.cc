@@ -25,13 +25,22 @@ namespace {
 
 constexpr double kMinPivot = 1e-5;  // of columns of unit length; less is hardly determined
 
-// inverse_root(), sparse where there are several groups and no direction is hardly determined.
+// inverse_root() of the information of readings and priors, sparse where there are several groups
+// and no direction is hardly determined.
 struct InverseRoot {
-  InverseRoot(const Eigen::MatrixXd& information, int groups) {
+  InverseRoot(const Eigen::MatrixXd& of_readings, const std::vector<Prior>& priors, int groups) {
+    const Eigen::VectorXd of_priors = prior_information(priors, of_readings.cols());
     if (groups > 1)
-      if (const SparseCholesky cholesky(information); cholesky.smallest_pivot() >= kMinPivot)
+      if (const SparseCholesky cholesky(of_readings, of_priors);
+          cholesky.smallest_pivot() >= kMinPivot)
         sparse = cholesky.inverse_root();
-    dense = sparse.size() > 0 ? Eigen::MatrixXd(sparse) : inverse_root(information);
+    if (sparse.size() > 0) {
+      dense = sparse;
+      return;
+    }
+    Eigen::MatrixXd information = of_readings;
+    information.diagonal() += of_priors;
+    dense = inverse_root(information);
   }
   Eigen::MatrixXd applied_to(const Eigen::Ref<const Eigen::MatrixXd>& rows) const {
     return sparse.size() > 0 ? product_without_zeros(rows, sparse) : rows * dense;
@@ -43,7 +52,7 @@ struct InverseRoot {
 
 }  // namespace
 
-Eigen::Array2d determined_by(const SessionModels& model, Eigen::MatrixXd information,
+Eigen::Array2d determined_by(const SessionModels& model, const Eigen::MatrixXd& information,
                              const Priors& priors, const Eigen::VectorXd& x) {
   constexpr double kMany = 4;  // equations per unknown
   const ReadingSize size = model.campaign().reading_size();
@@ -51,8 +60,7 @@ Eigen::Array2d determined_by(const SessionModels& model, Eigen::MatrixXd informa
   if (model.rows() * size.all() > kMany * p || size.orientation == 0)
     return (p - undetermined(information, priors)) *
            Eigen::Array2d(size.share_of_position(), 1 - size.share_of_position());
-  add_priors(priors.of_unknowns, information);
-  const InverseRoot root(information, model.groups());
+  const InverseRoot root(information, priors.of_unknowns, model.groups());
   const SessionModels::At at = model.at(x);
   Eigen::MatrixXd block(model.row_size(), p + 1);
   Eigen::Array2d determined = Eigen::Array2d::Zero();
@@ -168,11 +176,9 @@ bool set_observability_by_group(const SessionModels& model, const Eigen::MatrixX
 
 // Rank of all unknowns, coefficients too; condition and observability of the geometric ones.
 void set_observability(const SessionModels& model, const std::vector<GroupFold>& folds,
-                       CalibrationResult& result) {
+                       const Eigen::MatrixXd& information, CalibrationResult& result) {
   const int p = model.unknowns();
-  if (model.groups() > 1 &&
-      set_observability_by_group(model, joint_information(model, folds), result))
-    return;
+  if (model.groups() > 1 && set_observability_by_group(model, information, result)) return;
   const Eigen::MatrixXd factor = joint_factor(model, folds);
   // Columns of unit length, whatever their units.
   const Eigen::MatrixXd triangle = factor.topLeftCorner(p, p);
@@ -194,24 +200,22 @@ void set_observability(const SessionModels& model, const std::vector<GroupFold>&
 
 void set_statistics(const SessionModels& model, const ReadingLaw& law, const Priors& all_priors,
                     const Eigen::VectorXd& x, std::vector<GroupFold> folds,
-                    CalibrationResult& result) {
+                    FitStatistics statistics, CalibrationResult& result) {
   const std::vector<Prior>& priors = all_priors.of_unknowns;
   const int p = model.unknowns();
   folds = folds_at(model, law, x, std::move(folds));
-  Eigen::MatrixXd information = joint_information(model, folds);
+  const Eigen::MatrixXd information = joint_information(model, folds);
   const Eigen::Array2d determined = determined_by(model, information, all_priors, x);
   result.determined = {determined[0], determined[1]};
-  const Eigen::VectorXd of_readings = information.diagonal();
-  add_priors(priors, information);
-  const InverseRoot root(information, model.groups());
-  result.inverse_root = root.dense;
+  InverseRoot root(information, priors, model.groups());
+  result.inverse_root = std::move(root.dense);
   result.prior_weight = result.prior_residual = Eigen::VectorXd::Zero(p);
   result.share_of_readings = Eigen::VectorXd::Ones(p);
   for (const Prior& prior : priors) {
     result.prior_weight[prior.unknown] = 1.0 / prior.deviation;
     result.prior_residual[prior.unknown] = -prior.residual(x);
     // Nothing, not what rounding leaves, of an unknown that no reading moves.
-    if (of_readings[prior.unknown] == 0) {
+    if (information(prior.unknown, prior.unknown) == 0) {
       result.share_of_readings[prior.unknown] = 0;
       continue;
     }
@@ -222,14 +226,16 @@ void set_statistics(const SessionModels& model, const ReadingLaw& law, const Pri
   }
   result.names = model.unknown_names();
   const double variance = set_weights(model, law, x, result);
+  if (statistics == FitStatistics::information) return;
   const std::optional<SingleNumbers> single =
       single_numbers(model, all_priors, result.share_of_readings, model.rows() - determined[0]);
   const auto covariance = [&](const auto& any_root) {
     return covariance_by_pose(model, priors, x, result.weights, result.degrees_of_freedom, any_root,
                               variance, single);
   };
-  result.covariance = root.sparse.size() > 0 ? covariance(root.sparse) : covariance(root.dense);
-  set_observability(model, folds, result);
+  result.covariance =
+      root.sparse.size() > 0 ? covariance(root.sparse) : covariance(result.inverse_root);
+  set_observability(model, folds, information, result);
 }
 
 void set_weights_alone(const SessionModels& model, const ReadingLaw& law, const Priors& priors,

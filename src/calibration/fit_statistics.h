@@ -18,18 +18,17 @@ Eigen::MatrixXd joint_information(const SessionModels& models,
 /// Number of unknowns that the positions and the orientations determine: tr J (J_all^T J_all +
 /// P)^-1 J^T, with J the rows of that kind and P the information of the priors. With many equations
 /// it is taken in proportion to their numbers, which gives sigma to 3 %.
-Eigen::Array2d determined_by(const SessionModels& model, Eigen::MatrixXd information,
+Eigen::Array2d determined_by(const SessionModels& model, const Eigen::MatrixXd& information,
                              const Priors& priors, const Eigen::VectorXd& x);
 
-/// Sets the statistics of the solution x: names, weights, spread, determined, the priors'
-/// equations, inverse_root, covariance, share_of_readings, rank, condition and observability.
-/// `folds`: those of the solution, if they may be used for statistics.
+/// Sets the names of the unknowns and the statistics of the solution x, those of
+/// FitStatistics::information or all. `folds`: those of the solution, if they may be used for
+/// statistics.
 void set_statistics(const SessionModels& model, const ReadingLaw& law, const Priors& all_priors,
                     const Eigen::VectorXd& x, std::vector<GroupFold> folds,
-                    CalibrationResult& result);
+                    FitStatistics statistics, CalibrationResult& result);
 
-/// The part of set_statistics() that a step of a search needs: names, weights, spread and
-/// determined.
+/// Sets the names and FitStatistics::weights.
 void set_weights_alone(const SessionModels& model, const ReadingLaw& law, const Priors& priors,
                        const Eigen::VectorXd& x, const std::vector<GroupFold>& folds,
                        CalibrationResult& result);

@@ -154,7 +154,7 @@ class Search {
     const Campaign kept = kept_of(all_, campaign_, gross_);
     // The effects of a robot that has some are near their values, and with their curves the
     // unknowns are hundreds.
-    CalibrationOptions options;
+    CalibrationOptions options{.statistics = FitStatistics::information};
     if (!robot_.effects.empty()) options.fold_by = FoldBy::normal_equations;
     fit_ = calibrate(robot_, kept, set_, options);
     const Campaign readings = campaign_.select(all_.rows);
@@ -332,6 +332,7 @@ class Search {
 }  // namespace
 
 std::vector<GrossPose> find_gross_poses(const Robot& robot, const Campaign& campaign) {
+  if (campaign.pose_ids.size() > static_cast<size_t>(kMostPoses)) return {};
   try {
     return Search(robot, campaign).found();
   } catch (const std::invalid_argument&) {
@@ -359,7 +360,7 @@ Robot placed_nominal(const Robot& robot, const Campaign& campaign) {
   Robot placed = robot;
   placed.identify = {"base", "tool"};
   placed.identify_per_session.clear();
-  return calibrate(placed, campaign).robot;
+  return calibrate(placed, campaign, {.statistics = FitStatistics::weights}).robot;
 }
 
 std::optional<Robot> require_worthwhile(const Robot& nominal, const CalibrationResult& fit,

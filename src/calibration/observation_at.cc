@@ -10,10 +10,11 @@ namespace {
 // Rows that are evaluated together: whole vectors, and Jacobians that fit into the cache.
 constexpr int kPosesAtOnce = 8;
 
-void turn_columns(PoseJacobian& jacobian, int first, const Eigen::Matrix3d& turn) {
+template <typename Jacobian>
+void turn_columns(Jacobian& jacobian, int first, const Eigen::Matrix3d& turn) {
   if (turn.isIdentity(0.0)) return;
-  const Eigen::Matrix<double, 6, 3> columns = jacobian.middleCols<3>(first);
-  jacobian.middleCols<3>(first) = columns * turn;
+  const Eigen::Matrix<double, 6, 3> columns = jacobian.template middleCols<3>(first);
+  jacobian.template middleCols<3>(first) = columns * turn;
 }
 
 }  // namespace
@@ -50,17 +51,18 @@ ObservationModel::At::Prediction ObservationModel::At::predict(int row,
                                                                PoseJacobian* jacobian) const {
   const JointVector& q = model_.campaign_.q[row];
   if (model_.effects_.empty())
-    return predict(row, jacobian ? chain_.pose(q, *jacobian) : chain_.pose(q), {}, jacobian);
+    return predict(row, jacobian ? chain_.pose(q, *jacobian) : chain_.pose(q), {});
   const Eigen::VectorXd offset = offsets(row);
   const ParameterOffsets of_chain = offset.head(layout_.geometric);
   return predict(row, jacobian ? chain_.pose(q, of_chain, *jacobian) : chain_.pose(q, of_chain),
-                 offset, jacobian);
+                 offset);
 }
 
 template <bool kWithJacobian, typename Take>
 void ObservationModel::At::for_each_prediction(int first, int count, const Take& take) const {
   std::array<Pose, kPosesAtOnce> frames;
-  std::array<PoseJacobian, kWithJacobian ? kPosesAtOnce : 1> jacobians;
+  constexpr size_t kLanes = LaneJacobians::kCount;
+  std::array<LaneJacobians, kWithJacobian ? kPosesAtOnce / kLanes : 0> jacobians;
   std::vector<Eigen::VectorXd> all(model_.effects_.empty() ? 0 : kPosesAtOnce);
   std::vector<ParameterOffsets> of_chain(all.size());
   ColumnSet columns;
@@ -76,21 +78,25 @@ void ObservationModel::At::for_each_prediction(int first, int count, const Take&
     const auto of_rows = q.subspan(static_cast<size_t>(begin), rows);
     const auto moved = std::span<const ParameterOffsets>(of_chain).first(all.empty() ? 0 : rows);
     if constexpr (kWithJacobian)
-      chain_.poses(of_rows, moved, std::span(frames).first(rows), std::span(jacobians).first(rows),
-                   columns);
+      chain_.poses(of_rows, moved, std::span(frames).first(rows),
+                   std::span(jacobians).first((rows + kLanes - 1) / kLanes), columns);
     else
       chain_.poses(of_rows, moved, std::span(frames).first(rows));
     for (size_t k = 0; k < rows; ++k) {
       const int row = begin + static_cast<int>(k);
-      PoseJacobian* const jacobian = kWithJacobian ? &jacobians[k] : nullptr;
-      take(row, predict(row, frames[k], all.empty() ? none : all[k], jacobian), jacobian);
+      const Prediction predicted = predict(row, frames[k], all.empty() ? none : all[k]);
+      if constexpr (kWithJacobian) {
+        auto jacobian = jacobians[k / kLanes][k % kLanes];
+        take(row, predicted, jacobian);
+      } else {
+        take(row, predicted);
+      }
     }
   }
 }
 
-ObservationModel::At::Prediction ObservationModel::At::predict(int row, const Pose& a_from_measured,
-                                                               const Eigen::VectorXd& offset,
-                                                               PoseJacobian* jacobian) const {
+ObservationModel::At::Prediction ObservationModel::At::predict(
+    int row, const Pose& a_from_measured, const Eigen::VectorXd& offset) const {
   Prediction predicted;
   predicted.scale = 1.0;
   predicted.frame = a_from_measured;
@@ -100,13 +106,8 @@ ObservationModel::At::Prediction ObservationModel::At::predict(int row, const Po
     const int target = model_.targets_[model_.campaign_.target[row]];
     Eigen::Vector3d place = robot_.chain.targets[target].position;
     if (offset.size() > 0) place += offset.segment<3>(layout_.targets + 3 * target);
-    const Eigen::Vector3d lever = frame.rotation * place;
-    if (jacobian)
-      for (int k : model_.columns_) {
-        const Eigen::Vector3d turned = jacobian->col(k).tail<3>();
-        jacobian->col(k).head<3>() += turned.cross(lever);
-      }
-    frame.translation += lever;
+    predicted.lever = frame.rotation * place;
+    frame.translation += predicted.lever;
   }
   predicted.position = frame.translation - model_.common_from_own_.translation;
   const Campaign& campaign = model_.campaign_;
@@ -215,7 +216,7 @@ void ObservationModel::At::set_instrument_column(int row, int parameter,
 
 void ObservationModel::At::residuals(int first, std::span<Eigen::Matrix<double, 6, 1>> out) const {
   for_each_prediction<false>(first, static_cast<int>(out.size()),
-                             [&](int row, const Prediction& predicted, const PoseJacobian*) {
+                             [&](int row, const Prediction& predicted) {
                                out[static_cast<size_t>(row - first)] = residual(row, predicted);
                              });
 }
@@ -229,24 +230,30 @@ void ObservationModel::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const
 void ObservationModel::At::blocks(int first, int count, Eigen::Ref<Eigen::MatrixXd> out) const {
   const int size = model_.row_size();
   for_each_prediction<true>(
-      first, count, [&](int row, const Prediction& predicted, PoseJacobian* jacobian) {
-        write_block(row, predicted, *jacobian, out.middleRows((row - first) * size, size));
+      first, count, [&](int row, const Prediction& predicted, auto& jacobian) {
+        write_block(row, predicted, jacobian, out.middleRows((row - first) * size, size));
       });
 }
 
 // `jacobian` is changed: only its columns in columns_ are read.
-void ObservationModel::At::write_block(int row, const Prediction& predicted, PoseJacobian& jacobian,
+template <typename Jacobian>
+void ObservationModel::At::write_block(int row, const Prediction& predicted, Jacobian& jacobian,
                                        Eigen::Ref<Eigen::MatrixXd> out) const {
   const Eigen::Matrix<double, 6, 1> r = residual(row, predicted);
   const int size = model_.row_size();
+  if (!model_.targets_.empty())
+    for (int k : model_.columns_) {
+      const Eigen::Vector3d turned = jacobian.col(k).template tail<3>();
+      jacobian.col(k).template head<3>() += turned.cross(predicted.lever);
+    }
   // A turn e of the model turns the residual by -Jr^-1(residual) e; near zero that is -e.
   if (size == 6 && r.tail<3>().squaredNorm() > 1e-6) {
     const Eigen::Matrix3d turn = inverse_right_jacobian(r.tail<3>());
     for (int k : model_.columns_)
-      jacobian.col(k).tail<3>() = (turn * jacobian.col(k).tail<3>()).eval();
+      jacobian.col(k).template tail<3>() = (turn * jacobian.col(k).template tail<3>()).eval();
   }
   if (predicted.scale != 1.0)
-    for (int k : model_.columns_) jacobian.col(k).head<3>() *= predicted.scale;
+    for (int k : model_.columns_) jacobian.col(k).template head<3>() *= predicted.scale;
   const auto has = [&](int parameter) {
     return std::ranges::binary_search(model_.columns_, parameter);
   };
@@ -254,7 +261,7 @@ void ObservationModel::At::write_block(int row, const Prediction& predicted, Pos
   if (has(layout_.tool + 3)) turn_columns(jacobian, layout_.tool + 3, tool_turn_);
   if (model_.campaign_.kind(row) != ReadingKind::point)
     for (int k : model_.columns_)
-      jacobian(0, k) = predicted.direction.dot(jacobian.col(k).head<3>());
+      jacobian(0, k) = predicted.direction.dot(jacobian.col(k).template head<3>());
 
   const ReadingSigma sigma = model_.row_sigma(row);
   Eigen::Matrix<double, 6, 1> weight;

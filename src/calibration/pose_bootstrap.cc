@@ -39,9 +39,8 @@ Eigen::MatrixXd bootstrap_coefficients(const CalibrationResult& fit, const Campa
   for_each_pose<std::vector<Eigen::VectorXd>>(
       models.at(Eigen::VectorXd::Zero(models.unknowns())), fit.weights, root,
       rows_by_pose(campaign.pose_by_id()),
-      [&](std::vector<Eigen::VectorXd>& block, const PoseInfluence& pose, const auto&) {
-        block.push_back(of_coefficients * pose.change);
-      },
+      [&](std::vector<Eigen::VectorXd>& block, const PoseInfluence& pose, const auto&,
+          const auto&) { block.push_back(of_coefficients * pose.change); },
       [&](const std::vector<Eigen::VectorXd>& block) {
         changes.insert(changes.end(), block.begin(), block.end());
       });

@@ -3,6 +3,10 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <numeric>
+#include <span>
+#include <utility>
 
 #include "linear_algebra/decompositions.h"
 
@@ -74,72 +78,86 @@ Eigen::VectorXd leverage_corrected_residual(const Eigen::Ref<const Eigen::Matrix
          directions * given_back.matrix().asDiagonal() * (directions.transpose() * residual);
 }
 
-void InfluenceSums::place(const std::vector<Eigen::Index>& unknowns) {
-  for (const Eigen::Index unknown : unknowns) {
-    if (place_of_[unknown] != kNowhere) continue;
-    place_of_[unknown] = std::ssize(unknown_at_);
-    unknown_at_.push_back(unknown);
+SumOfSquares::SumOfSquares(Eigen::Index count)
+    : coordinate_at_(static_cast<size_t>(count)),
+      place_of_(static_cast<size_t>(count)),
+      squares_(Eigen::MatrixXd::Zero(count, count)) {
+  std::iota(coordinate_at_.begin(), coordinate_at_.end(), 0);
+  std::iota(place_of_.begin(), place_of_.end(), 0);
+}
+
+std::vector<Eigen::Index> SumOfSquares::places_of(const std::vector<Eigen::Index>& coordinates) {
+  std::vector<Eigen::Index> places;
+  places.reserve(coordinates.size());
+  for (const Eigen::Index coordinate : coordinates) {
+    if (coordinate >= std::ssize(place_of_))
+      place_of_.resize(static_cast<size_t>(coordinate) + 1, kNowhere);
+    Eigen::Index& place = place_of_[static_cast<size_t>(coordinate)];
+    if (place == kNowhere) {
+      place = std::ssize(coordinate_at_);
+      coordinate_at_.push_back(coordinate);
+    }
+    places.push_back(place);
   }
-  const Eigen::Index room = squares_.cols(), places = std::ssize(unknown_at_);
-  if (places <= room) return;
-  const Eigen::Index wider = std::clamp(2 * room, places, std::ssize(place_of_));
-  squares_.conservativeResizeLike(Eigen::MatrixXd::Zero(wider, wider));
+  if (const Eigen::Index count = std::ssize(coordinate_at_); count > squares_.cols())
+    squares_.conservativeResizeLike(Eigen::MatrixXd::Zero(count, count));
+  return places;
+}
+
+void SumOfSquares::add(const Eigen::Ref<const Eigen::MatrixXd>& vectors,
+                       const std::vector<Eigen::Index>& coordinates) {
+  const std::vector<Eigen::Index> places = places_of(coordinates);
+  const Eigen::Index count = std::ssize(places);
+  // Coordinates that nothing stands between, as where each vector has all.
+  if (count > 0 && places.back() - places.front() == count - 1 && std::ranges::is_sorted(places))
+    squares_.block(places.front(), places.front(), count, count).noalias() +=
+        vectors * vectors.transpose();
+  else
+    squares_(places, places) += vectors * vectors.transpose();
+}
+
+void SumOfSquares::add(const SumOfSquares& other) {
+  const std::vector<Eigen::Index> places = places_of(other.coordinate_at_);
+  squares_(places, places) += other.squares_;
+}
+
+Eigen::MatrixXd SumOfSquares::dense(Eigen::Index count) const {
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(count, count);
+  sum(coordinate_at_, coordinate_at_) = squares_;
+  return sum;
+}
+
+void InfluenceSums::add(const PoseInfluence& pose, const std::vector<Eigen::Index>& coordinates,
+                        Eigen::Index count) {
+  if (sum_.size() == 0) sum_ = Eigen::VectorXd::Zero(count);
+  ++poses_;
+  sum_(coordinates) += pose.change;
+  squares_.add(pose.change, coordinates);
+  if (pose.alone.cols() > 0) alone_.add(pose.alone, coordinates);
 }
 
 void InfluenceSums::add(const PoseInfluence& pose) {
-  const Eigen::Index p = pose.change.size();
-  if (poses_++ == 0) {
-    sum_ = Eigen::VectorXd::Zero(p);
-    place_of_.assign(static_cast<size_t>(p), kNowhere);
-  }
-  sum_ += pose.change;
-  // A pose of one of many sessions changes few of the unknowns.
-  const auto changed = static_cast<Eigen::Index>((pose.change.array() != 0).count());
-  const bool few = changed * kFewOf < p;
-  std::vector<Eigen::Index> unknowns;
-  for (Eigen::Index k = 0; k < p; ++k)
-    if (!few || pose.change[k] != 0) unknowns.push_back(k);
-  place(unknowns);
-  if (few) {
-    for (const Eigen::Index column : unknowns)
-      for (const Eigen::Index row : unknowns)
-        squares_(place_of_[row], place_of_[column]) += pose.change[row] * pose.change[column];
-  } else {
-    const Eigen::VectorXd change = pose.change(unknown_at_);
-    squares_.topLeftCorner(change.size(), change.size()).noalias() += change * change.transpose();
-  }
-  if (pose.alone.cols() == 0) return;
-  if (alone_.size() == 0) alone_ = Eigen::MatrixXd::Zero(p, p);
-  alone_ += pose.alone * pose.alone.transpose();
+  std::vector<Eigen::Index> all(static_cast<size_t>(pose.change.size()));
+  std::iota(all.begin(), all.end(), 0);
+  add(pose, all, pose.change.size());
 }
 
 void InfluenceSums::add(const InfluenceSums& others) {
   if (others.poses_ == 0) return;
-  if (poses_ == 0) {
-    *this = others;
-    return;
-  }
+  if (sum_.size() == 0) sum_ = Eigen::VectorXd::Zero(others.sum_.size());
   poses_ += others.poses_;
   sum_ += others.sum_;
-  place(others.unknown_at_);
-  std::vector<Eigen::Index> places;
-  for (const Eigen::Index unknown : others.unknown_at_) places.push_back(place_of_[unknown]);
-  const Eigen::Index count = std::ssize(places);
-  squares_(places, places) += others.squares_.topLeftCorner(count, count);
-  if (others.alone_.size() == 0) return;
-  if (alone_.size() == 0) alone_ = Eigen::MatrixXd::Zero(sum_.size(), sum_.size());
-  alone_ += others.alone_;
+  squares_.add(others.squares_);
+  alone_.add(others.alone_);
 }
 
 Eigen::MatrixXd InfluenceSums::covariance(double mean_psi_derivative, double variance) const {
   const double n = poses_;
   const Eigen::Index p = sum_.size();
-  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(p, p);
-  const Eigen::Index places = std::ssize(unknown_at_);
-  covariance(unknown_at_, unknown_at_) = squares_.topLeftCorner(places, places);
+  Eigen::MatrixXd covariance = squares_.dense(p);
   covariance.noalias() -= sum_ * (sum_ / n).transpose();
   covariance *= (n - 1) / (n * mean_psi_derivative * mean_psi_derivative);
-  if (alone_.size() > 0) covariance += variance * alone_;
+  if (!alone_.is_empty()) covariance += variance * alone_.dense(p);
   return covariance;
 }
 
@@ -198,6 +216,75 @@ RowsByPose some_poses(const RowsByPose& all, int count) {
     some.first.push_back(static_cast<int>(some.row.size()));
   }
   return some;
+}
+
+int poses_per_block(int poses) {
+  constexpr int kPosesPerBlock = 32, kMaxBlocks = 256;
+  return std::max(kPosesPerBlock, (poses + kMaxBlocks - 1) / kMaxBlocks);
+}
+
+std::vector<int> poses_by_group(const SessionModels::At& at, const RowsByPose& rows) {
+  std::vector<int> order(static_cast<size_t>(rows.poses()));
+  std::iota(order.begin(), order.end(), 0);
+  std::ranges::stable_sort(order, {}, [&](int pose) {
+    return at.group_of(rows.row[static_cast<size_t>(rows.first[static_cast<size_t>(pose)])]);
+  });
+  return order;
+}
+
+RootsOfGroups::RootsOfGroups(const SessionModels& models, const SparseRows& root) {
+  for (int g = 0; g < models.groups(); ++g) {
+    std::vector<Eigen::Index> unknowns;
+    for (const SessionModels::Run& run : models.runs(g))
+      for (int k = run.first; k < run.first + run.count; ++k) unknowns.push_back(k);
+    RootOfGroup& group = groups_.emplace_back();
+    std::vector<Eigen::Index>& coordinates = group.coordinates;
+    for (const Eigen::Index unknown : unknowns)
+      for (SparseRows::InnerIterator entry(root, unknown); entry; ++entry)
+        coordinates.push_back(entry.col());
+    std::ranges::sort(coordinates);
+    coordinates.erase(std::unique(coordinates.begin(), coordinates.end()), coordinates.end());
+    group.root = Eigen::MatrixXd::Zero(std::ssize(unknowns), std::ssize(coordinates));
+    for (size_t k = 0; k < unknowns.size(); ++k)
+      for (SparseRows::InnerIterator entry(root, unknowns[k]); entry; ++entry)
+        group.root(static_cast<Eigen::Index>(k),
+                   std::ranges::lower_bound(coordinates, entry.col()) - coordinates.begin()) =
+            entry.value();
+  }
+}
+
+PoseRows RootsOfGroups::rows_of(const SessionModels::At& at, const std::vector<double>& weights,
+                                const RowsByPose& rows, int pose) const {
+  const std::span<const int> own = std::span<const int>(rows.row).subspan(
+      static_cast<size_t>(rows.first[pose]),
+      static_cast<size_t>(rows.first[pose + 1] - rows.first[pose]));
+  PoseRows result;
+  for (const int row : own) {
+    const std::vector<Eigen::Index>& more = groups_[at.group_of(row)].coordinates;
+    if (more == result.coordinates) continue;
+    std::vector<Eigen::Index> both;
+    std::ranges::set_union(result.coordinates, more, std::back_inserter(both));
+    result.coordinates = std::move(both);
+  }
+  const Eigen::Index size = at.models().row_size(), numbers = size * std::ssize(own);
+  result.rows = Eigen::MatrixXd::Zero(numbers, std::ssize(result.coordinates));
+  result.residual.resize(numbers);
+  Eigen::Index first = 0;
+  for (const int row : own) {
+    const RootOfGroup& group = groups_[at.group_of(row)];
+    const Eigen::Index unknowns = group.root.rows();
+    Eigen::MatrixXd block(size, unknowns + 1);
+    at.own_block(row, block);
+    if (weights[row] != 1) block *= std::sqrt(weights[row]);
+    const Eigen::MatrixXd shown = block.leftCols(unknowns) * group.root;
+    for (Eigen::Index k = 0; k < shown.cols(); ++k) {
+      const auto place = std::ranges::lower_bound(result.coordinates, group.coordinates[k]);
+      result.rows.col(place - result.coordinates.begin()).segment(first, size) = shown.col(k);
+    }
+    result.residual.segment(first, size) = block.col(unknowns);
+    first += size;
+  }
+  return result;
 }
 
 }  // namespace armtrue

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 #include "armtrue/calibration/calibration.h"
@@ -37,9 +38,41 @@ PoseInfluence influence_of_pose(const Eigen::Ref<const Eigen::MatrixXd>& rows,
 Eigen::VectorXd leverage_corrected_residual(const Eigen::Ref<const Eigen::MatrixXd>& rows,
                                             const Eigen::Ref<const Eigen::VectorXd>& residual);
 
+/// The sum of v v^T of vectors v, of which each has few numbers that are not zero. It takes room
+/// for the coordinates that occur in them.
+class SumOfSquares {
+ public:
+  SumOfSquares() = default;
+  /// With room for all of `count` coordinates.
+  explicit SumOfSquares(Eigen::Index count);
+
+  /// `vectors`: side by side, the numbers of these coordinates.
+  void add(const Eigen::Ref<const Eigen::MatrixXd>& vectors,
+           const std::vector<Eigen::Index>& coordinates);
+  void add(const SumOfSquares& other);
+  bool is_empty() const { return coordinate_at_.empty(); }
+  /// Of `count` coordinates.
+  Eigen::MatrixXd dense(Eigen::Index count) const;
+
+ private:
+  // The places of coordinates, those of new ones behind the others.
+  std::vector<Eigen::Index> places_of(const std::vector<Eigen::Index>& coordinates);
+
+  std::vector<Eigen::Index> coordinate_at_, place_of_;  // kNowhere: of a coordinate without a place
+  Eigen::MatrixXd squares_;                             // places x places
+};
+
 /// Sums over poses, from which the covariance is computed.
 class InfluenceSums {
  public:
+  InfluenceSums() = default;
+  /// For the sums of all poses, with room for all of `count` coordinates.
+  explicit InfluenceSums(Eigen::Index count)
+      : sum_(Eigen::VectorXd::Zero(count)), squares_(count) {}
+
+  /// `coordinates`: those of `pose`, of `count` altogether; the others are zero.
+  void add(const PoseInfluence& pose, const std::vector<Eigen::Index>& coordinates,
+           Eigen::Index count);
   void add(const PoseInfluence& pose);
   void add(const InfluenceSums& others);
   /// Cluster covariance by pose, with u_i the changes, n their number and k the mean psi
@@ -51,16 +84,9 @@ class InfluenceSums {
   Eigen::MatrixXd covariance(double mean_psi_derivative, double variance) const;
 
  private:
-  // Gives a place to each of the unknowns that has none.
-  void place(const std::vector<Eigen::Index>& unknowns);
-
   int poses_ = 0;
   Eigen::VectorXd sum_;
-  // Poses of few of many sessions change few unknowns: the sums of squares are of those alone.
-  std::vector<Eigen::Index> unknown_at_;  // of a place
-  std::vector<Eigen::Index> place_of_;    // of an unknown; kNowhere if no pose has changed it
-  Eigen::MatrixXd squares_;               // places x places, and room for more
-  Eigen::MatrixXd alone_;                 // unknowns x unknowns; empty if zero
+  SumOfSquares squares_, alone_;
 };
 
 /// Correction of the information for Student's t, whose weights w fall as residuals grow: with
@@ -85,17 +111,23 @@ Eigen::MatrixXd product_without_zeros(const Eigen::Ref<const Eigen::MatrixXd>& r
 Eigen::MatrixXd product_without_zeros(const Eigen::Ref<const Eigen::MatrixXd>& rows,
                                       const SparseRows& root);
 
-/// Calls `add(sums, influence, rows)` for each pose, into a Sums for each block of them, and hands
-/// those to `join` in the order of the poses. `root`: inverse_root() of the information, dense or
-/// sparse; `rows` as for influence_of_pose().
-template <typename Sums, typename Root, typename Add, typename Join>
+/// So many poses make a block of for_each_pose().
+int poses_per_block(int poses);
+
+/// Calls `add(sums, influence, rows, coordinates)` for each pose, into a Sums for each block of
+/// them, and hands those to `join` in the order of the poses. `root`: inverse_root() of the
+/// information. `rows` as for influence_of_pose(), of these coordinates, which are all.
+template <typename Sums, typename Add, typename Join>
 void for_each_pose(const SessionModels::At& at, const std::vector<double>& weights,
-                   const Root& root, const RowsByPose& rows, const Add& add, const Join& join) {
-  constexpr int kPosesPerBlock = 32, kMaxBlocks = 256, kRowsAtOnce = 40;
-  const int count = rows.poses(), size = at.models().row_size();
+                   const Eigen::MatrixXd& root, const RowsByPose& rows, const Add& add,
+                   const Join& join) {
+  constexpr int kRowsAtOnce = 40;
+  const int size = at.models().row_size();
   const Eigen::Index p = root.rows();
+  std::vector<Eigen::Index> all(static_cast<size_t>(root.cols()));
+  std::iota(all.begin(), all.end(), 0);
   for_ordered_blocks<Sums>(
-      count, std::max(kPosesPerBlock, (count + kMaxBlocks - 1) / kMaxBlocks),
+      rows.poses(), poses_per_block(rows.poses()),
       [&](int begin, int end) {
         Sums sums;
         for (int first = begin, last = first; first < end; first = last) {
@@ -113,8 +145,57 @@ void for_each_pose(const SessionModels::At& at, const std::vector<double>& weigh
             const int begin_own = (rows.first[pose] - top) * size;
             const int own = (rows.first[pose + 1] - rows.first[pose]) * size;
             const auto of_pose = shown.middleRows(begin_own, own);
-            add(sums, influence_of_pose(of_pose, blocks.col(p).segment(begin_own, own)), of_pose);
+            add(sums, influence_of_pose(of_pose, blocks.col(p).segment(begin_own, own)), of_pose,
+                all);
           }
+        }
+        return sums;
+      },
+      join);
+}
+
+/// The rows of a pose for influence_of_pose(), in the few coordinates in which they are not zero.
+struct PoseRows {
+  std::vector<Eigen::Index> coordinates;  // ascending
+  Eigen::MatrixXd rows;
+  Eigen::VectorXd residual;
+};
+
+/// Where there are several groups: the rows of a root that the unknowns of each of them have,
+/// without the columns that are zero in all of those.
+class RootsOfGroups {
+ public:
+  RootsOfGroups(const SessionModels& models, const SparseRows& root);
+
+  PoseRows rows_of(const SessionModels::At& at, const std::vector<double>& weights,
+                   const RowsByPose& rows, int pose) const;
+
+ private:
+  struct RootOfGroup {
+    std::vector<Eigen::Index> coordinates;
+    Eigen::MatrixXd root;
+  };
+  std::vector<RootOfGroup> groups_;
+};
+
+/// The poses in the order of the groups of their first rows, so that those of a block have many
+/// coordinates in common.
+std::vector<int> poses_by_group(const SessionModels::At& at, const RowsByPose& rows);
+
+/// The same with a sparse root, in the order of poses_by_group().
+template <typename Sums, typename Add, typename Join>
+void for_each_pose(const SessionModels::At& at, const std::vector<double>& weights,
+                   const SparseRows& root, const RowsByPose& rows, const Add& add,
+                   const Join& join) {
+  const RootsOfGroups roots(at.models(), root);
+  const std::vector<int> order = poses_by_group(at, rows);
+  for_ordered_blocks<Sums>(
+      rows.poses(), poses_per_block(rows.poses()),
+      [&](int begin, int end) {
+        Sums sums;
+        for (int k = begin; k < end; ++k) {
+          const PoseRows pose = roots.rows_of(at, weights, rows, order[static_cast<size_t>(k)]);
+          add(sums, influence_of_pose(pose.rows, pose.residual), pose.rows, pose.coordinates);
         }
         return sums;
       },

@@ -7,7 +7,6 @@
 #include <set>
 #include <stdexcept>
 
-#include "armtrue/calibration/evaluation.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/statistics/distributions.h"
 #include "calibration/session_models.h"
@@ -157,23 +156,24 @@ struct Spread {
 // no more poses lie beyond it than chance allows.
 double tail_of(std::vector<double> lengths, double normal, int poses) {
   constexpr double kOutside = 0.05, kSignificance = 0.05;
-  std::ranges::sort(lengths);
   const auto rows = static_cast<double>(lengths.size());
-  const auto beyond =
-      static_cast<double>(lengths.end() - std::ranges::upper_bound(lengths, normal));
+  const auto beyond = static_cast<double>(
+      std::ranges::count_if(lengths, [&](double length) { return length > normal; }));
   // Readings of a pose share their error, so they count as one.
   const int poses_beyond = static_cast<int>(std::floor(beyond / rows * poses));
   if (normal <= 0 || binomial_at_least(poses_beyond, poses, kOutside) >= kSignificance) return 1;
-  const auto inside = static_cast<size_t>(std::ceil((1 - kOutside) * rows));
-  return std::max(1.0, lengths[inside - 1] / normal);
+  const auto inside =
+      lengths.begin() + static_cast<std::ptrdiff_t>(std::ceil((1 - kOutside) * rows));
+  std::nth_element(lengths.begin(), inside - 1, lengths.end());
+  return std::max(1.0, *(inside - 1) / normal);
 }
 
 // Of the residuals of a fit, corrected for the number of unknowns; includes the error that rows of
 // one pose have in common.
-Spread spread_of(const CalibrationResult& fit, const Campaign& campaign) {
+Spread spread_of(const CalibrationResult& fit, const Campaign& campaign,
+                 const Evaluation& evaluation) {
   if (std::ssize(fit.weights) != campaign.rows())
     throw std::logic_error("the campaign is not the one of the fit");
-  const Evaluation evaluation = evaluate(fit.robot, campaign);
   const ReadingSize size = campaign.reading_size();
   double position = 0, orientation = 0, rows = 0;
   for (int row = 0; row < campaign.rows(); ++row) {
@@ -242,6 +242,11 @@ std::vector<int> stated_unknowns(const CalibrationResult& fit) {
 }  // namespace
 
 Uncertainty uncertainty_of(const CalibrationResult& fit, const Campaign& campaign) {
+  return uncertainty_of(fit, campaign, evaluate(fit.robot, campaign));
+}
+
+Uncertainty uncertainty_of(const CalibrationResult& fit, const Campaign& campaign,
+                           const Evaluation& evaluation) {
   Uncertainty uncertainty;
   const std::vector<int> unknowns = stated_unknowns(fit);
   std::vector<int> geometric;
@@ -249,7 +254,7 @@ Uncertainty uncertainty_of(const CalibrationResult& fit, const Campaign& campaig
     if (k < std::ssize(fit.set.kept)) geometric.push_back(fit.set.kept[static_cast<size_t>(k)]);
   for (int k : geometric) uncertainty.parameters.push_back(parameter_name(fit.robot.chain, k));
   uncertainty.root = root_of(fit.covariance(unknowns, unknowns));
-  const Spread spread = spread_of(fit, campaign);
+  const Spread spread = spread_of(fit, campaign, evaluation);
   uncertainty.reading = spread.deviation;
   uncertainty.tail = spread.tail;
   uncertainty.poses = static_cast<int>(campaign.pose_ids.size());

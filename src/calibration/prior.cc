@@ -235,26 +235,29 @@ Priors priors_of(const Robot& robot, const SessionModels& models) {
   return priors;
 }
 
-void add_priors(const std::vector<Prior>& priors, Eigen::MatrixXd& information) {
+Eigen::VectorXd prior_information(const std::vector<Prior>& priors, Eigen::Index unknowns) {
+  Eigen::VectorXd information = Eigen::VectorXd::Zero(unknowns);
   for (const Prior& prior : priors)
-    information(prior.unknown, prior.unknown) += 1.0 / (prior.deviation * prior.deviation);
+    information[prior.unknown] += 1.0 / (prior.deviation * prior.deviation);
+  return information;
 }
 
 namespace {
 
 // Posterior variances of the unknowns that have priors, which are few of those of many sessions:
-// those of the others are not computed.
-Eigen::VectorXd variances(Eigen::MatrixXd information, const Priors& priors) {
-  const Eigen::Index p = information.cols();
-  add_priors(priors.of_unknowns, information);
-  if (is_sparse(information)) {
-    const SparseCholesky sparse(information);
+// those of the others are not computed. `of_readings` counts `factor` times.
+Eigen::VectorXd variances(const Eigen::MatrixXd& of_readings, const Priors& priors, double factor) {
+  const Eigen::Index p = of_readings.cols();
+  const Eigen::VectorXd of_priors = prior_information(priors.of_unknowns, p) / factor;
+  if (is_sparse(of_readings)) {
+    const SparseCholesky sparse(of_readings, of_priors);
     Eigen::VectorXd variances = Eigen::VectorXd::Zero(p);
     for (const Prior& prior : priors.of_unknowns)
-      if (sparse.succeeded())
-        variances[prior.unknown] = sparse.inverse_root().row(prior.unknown).squaredNorm();
+      if (sparse.succeeded()) variances[prior.unknown] = sparse.variance(prior.unknown) / factor;
     if (sparse.succeeded()) return variances;
   }
+  Eigen::MatrixXd information = of_readings;
+  information.diagonal() += of_priors;
   const Eigen::VectorXd unit = information.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd scaled = unit.asDiagonal() * information * unit.asDiagonal();
   std::vector<Eigen::Index> known;
@@ -270,7 +273,7 @@ Eigen::VectorXd variances(Eigen::MatrixXd information, const Priors& priors) {
   } else {
     inverse = Eigen::MatrixXd(scaled.ldlt().solve(identity)).diagonal();
   }
-  return inverse.cwiseProduct(unit.cwiseAbs2());
+  return inverse.cwiseProduct(unit.cwiseAbs2()) / factor;
 }
 
 double share_of_prior(const Prior& prior, const Eigen::VectorXd& variances) {
@@ -299,16 +302,17 @@ void set_widths(const std::map<std::string, double>& widths, Priors& priors) {
 
 double undetermined(const Eigen::MatrixXd& information, const Priors& priors) {
   if (priors.widths.empty()) return 0;
-  const Eigen::VectorXd variance = variances(information, priors);
+  const Eigen::VectorXd variance = variances(information, priors, 1);
   double sum = 0;
   for (const Prior& prior : priors.of_unknowns)
     if (prior.width >= 0) sum += share_of_prior(prior, variance);
   return sum;
 }
 
-bool update_widths(const Eigen::MatrixXd& information, const Eigen::VectorXd& x, Priors& priors) {
+bool update_widths(const Eigen::MatrixXd& information, const Eigen::VectorXd& x, Priors& priors,
+                   double factor) {
   if (priors.widths.empty()) return true;
-  const Eigen::VectorXd variance = variances(information, priors);
+  const Eigen::VectorXd variance = variances(information, priors, factor);
   struct Sum {
     double determined = 0, squares = 0;
     int count = 0;

@@ -59,8 +59,8 @@ struct Priors {
 ///   as it is.
 Priors priors_of(const Robot& robot, const SessionModels& models);
 
-/// Adds the information of the priors, 1 / deviation^2 on the diagonal, to that of the readings.
-void add_priors(const std::vector<Prior>& priors, Eigen::MatrixXd& information);
+/// The information of the priors, 1 / deviation^2 on the diagonal, of `unknowns` unknowns.
+Eigen::VectorXd prior_information(const std::vector<Prior>& priors, Eigen::Index unknowns);
 
 /// Sets each width, but those of curves, to its typical value times `factor`.
 void scale_widths(double factor, Priors& priors);
@@ -78,9 +78,10 @@ double undetermined(const Eigen::MatrixXd& information, const Priors& priors);
 /// values, V_k their posterior variances and tau' the width so far,
 ///     gamma = sum_k (1 - V_k / tau'^2),
 ///     sum_k d_k^2 / tau^2 = gamma + ln(tau / typical) / log_spread^2;
-/// gamma is the number of unknowns that the readings determine. `information`: as above, at x.
-/// Returns whether no width changed by 2 % or more.
-bool update_widths(const Eigen::MatrixXd& information, const Eigen::VectorXd& x, Priors& priors);
+/// gamma is the number of unknowns that the readings determine. `information`: as above, at x,
+/// times `factor`. Returns whether no width changed by 2 % or more.
+bool update_widths(const Eigen::MatrixXd& information, const Eigen::VectorXd& x, Priors& priors,
+                   double factor = 1);
 
 /// Whether a parameter, an index, places a positioner beside the arm, from its first axis to the
 /// foot of the arm: a set-up as base and tool are, of which nothing is known but by readings.

@@ -48,6 +48,11 @@ std::vector<int> unobservable_rotations(const Campaign& readings, const Kinemati
   return {kTurns + along};
 }
 
+bool moves_target(const Effect& effect) {
+  return effect.parameter.starts_with("target ") ||
+         std::ranges::any_of(effect.members, moves_target);
+}
+
 constexpr int kNoTarget = -1;
 
 }  // namespace
@@ -68,7 +73,9 @@ SessionModels::SessionModels(const Campaign& campaign, const Robot& robot,
   if (count > 1) {
     alone.std.clear();
     alone.uncertainty.reset();
+    alone.nominal.reset();
   }
+  if (has_one_target_each_) alone.chain.targets.clear();
   for (int g = 0; g < count; ++g)
     enter_model(g, alone, campaigns_.empty() ? campaign : campaigns_[g], sigma, fitted_effects);
   find_runs();
@@ -82,6 +89,7 @@ void SessionModels::find_groups(Split split) {
       geometric_, [&](int parameter) { return parameter >= first && parameter < end; });
   by_target_ = split == Split::by_target && !campaign_.target.empty() &&
                2 * places > std::ssize(geometric_);
+  has_one_target_each_ = by_target_ && std::ranges::none_of(robot_.effects, moves_target);
   const std::vector<int> matched =
       by_target_ ? match_targets(campaign_, robot_.chain) : std::vector<int>{};
   int session = 0;
@@ -116,6 +124,8 @@ void SessionModels::enter_model(int group, const Robot& alone, const Campaign& r
       own != robot_.sessions.end())
     move_to(own->second, there);
   there.chain.base = robot_.chain.base;
+  if (has_one_target_each_)
+    there.chain.targets = {robot_.chain.targets[static_cast<size_t>(target)]};
   if (rows_.size() > 1) there.std.clear();
   const std::vector<int> own = own_parameters(robot_);
   if (session == static_cast<int>(names_.size())) {
@@ -130,12 +140,17 @@ void SessionModels::enter_model(int group, const Robot& alone, const Campaign& r
   }
   const ParameterLayout layout = layout_of(robot_.chain);
   const int targets_end = first_anchor_parameter(robot_.chain);
+  const auto targets = static_cast<int>(robot_.chain.targets.size());
   std::vector<int> parameters = session == 0 ? std::vector<int>{} : own_[session];
   for (int k : geometric_) {
     if (session > 0 && contains(own, k)) continue;
-    const bool of_another_target = by_target_ && k >= layout.targets && k < targets_end &&
-                                   (k - layout.targets) / 3 != target;
-    if (!of_another_target) parameters.push_back(k);
+    const bool is_of_target = k >= layout.targets && k < targets_end;
+    if (by_target_ && is_of_target && (k - layout.targets) / 3 != target) continue;
+    // With one target the numbers of what stands behind the others are lower.
+    const int left_out = !has_one_target_each_ || k < layout.targets ? 0
+                         : is_of_target                               ? target
+                                                                      : targets - 1;
+    parameters.push_back(k - 3 * left_out);
   }
   models_.emplace_back(readings, there, std::move(parameters), sigma, fitted_effects,
                        common_from_own_[session]);
@@ -209,10 +224,15 @@ Robot SessionModels::robot_at(const Eigen::VectorXd& x) const {
   if (groups() > 1) {
     robot.std = robot_.std;
     robot.uncertainty = robot_.uncertainty;
+    robot.nominal = robot_.nominal;
   }
-  const std::vector<int>& moved = models_.front().geometric();
-  for (int k = 0; by_target_ && k < geometric_count(); ++k)
-    if (!contains(moved, geometric_[k])) move_parameter(robot.chain, geometric_[k], x[k]);
+  if (by_target_) {
+    robot.chain.targets = robot_.chain.targets;
+    const int first = layout_of(robot.chain).targets, end = first_anchor_parameter(robot.chain);
+    for (int k = 0; k < geometric_count(); ++k)
+      if (geometric_[k] >= first && geometric_[k] < end)
+        move_parameter(robot.chain, geometric_[k], x[k]);
+  }
   for (int g = 0; sessions() > 1 && g < groups(); ++g) {
     const int s = session_of_[g];
     if (g > 0 && session_of_[g - 1] == s) continue;
@@ -274,14 +294,13 @@ SessionModels::At::At(const SessionModels& models, const Eigen::VectorXd& x) : m
 
 void SessionModels::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const {
   if (places_.empty()) {
-    groups_.front().block(row, out);
+    own_block(row, out);
     return;
   }
-  const auto [group, own] = places_[row];
-  Eigen::MatrixXd block(out.rows(), models_.model(group).unknowns() + 1);
-  groups_[group].block(own, block);
+  Eigen::MatrixXd block(out.rows(), models_.model(group_of(row)).unknowns() + 1);
+  own_block(row, block);
   out.setZero();
-  models_.scatter(group, block, out);
+  models_.scatter(group_of(row), block, out);
 }
 
 SessionModels::At SessionModels::at(const Eigen::VectorXd& x) const { return At(*this, x); }

@@ -122,6 +122,9 @@ class SessionModels {
   std::vector<Pose> common_from_own_;
   // Of each group.
   bool by_target_ = false;
+  // Whether the robot of a model has its target alone: copies of hundreds of targets for each of
+  // hundreds of groups take a third of the time. Not where an effect moves a target.
+  bool has_one_target_each_ = false;
   std::vector<std::vector<int>> rows_;
   std::vector<int> session_of_, target_of_;
   std::vector<Campaign> campaigns_;  // empty if the one given will do
@@ -135,6 +138,12 @@ class SessionModels {
 class SessionModels::At {
  public:
   const SessionModels& models() const { return models_; }
+  int group_of(int row) const { return places_.empty() ? 0 : places_[row].group; }
+  /// As block(), with the columns of the row's group alone: row_size() x (model(group).unknowns() +
+  /// 1).
+  void own_block(int row, Eigen::Ref<Eigen::MatrixXd> out) const {
+    groups_[group_of(row)].block(places_.empty() ? row : places_[row].row, out);
+  }
   /// Writes the whitened block of one row of the campaign: row_size() x (unknowns() + 1), the
   /// derivatives in the first columns, the residual in the last.
   void block(int row, Eigen::Ref<Eigen::MatrixXd> out) const;

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -17,6 +18,7 @@ namespace {
 constexpr double kIndistinguishable = 6;     // BIC
 constexpr double kBlunderWeight = 0.25;      // some six standard deviations under Student's t
 constexpr double kMaxBlunders = 0.3;         // of the rows
+constexpr double kMostTimesPromised = 4;     // that a loss falls where it falls little
 constexpr double kExchangeTolerance = 1e-6;  // BIC
 constexpr size_t kMaxMoves = 4;              // more at once want a new calibration
 
@@ -26,9 +28,12 @@ std::vector<int> find_blunders(const ChangeProblem& problem) {
   ChangeProblem::Fit best = problem.fit({}, law);
   const auto is_off = [](double weight) { return weight < kBlunderWeight; };
   if (std::ranges::none_of(best.weights, is_off)) return {};
+  const std::vector<double> promised = problem.promised_falls(law, best);
   for (int k = 0; k < problem.hypotheses(); ++k) {
+    const double of_moves = price * problem.moves_in({k});
+    if (kMostTimesPromised * promised[static_cast<size_t>(k)] < of_moves) continue;
     ChangeProblem::Fit other = problem.fit({k}, law);
-    other.loss += price * problem.moves_in({k});
+    other.loss += of_moves;
     if (other.loss < best.loss) best = std::move(other);
   }
   std::vector<int> blunders;
@@ -197,10 +202,14 @@ ChangeResult detect_change(const Robot& calibrated, const ReadingSigma& spread,
   if (campaign.has_orientation())
     need(result.sigma.orientation, "orientations", "orientation_mrad");
 
-  result.blunders = find_blunders(ChangeProblem(calibrated, campaign, result.sigma));
-  const bool all_are_sound = result.blunders.empty();  // a copy of many rows takes its memory
-  const Campaign sound = all_are_sound ? Campaign{} : without(campaign, result.blunders);
-  const ChangeProblem problem(calibrated, all_are_sound ? campaign : sound, result.sigma);
+  std::optional<ChangeProblem> of_rows(std::in_place, calibrated, campaign, result.sigma);
+  result.blunders = find_blunders(*of_rows);
+  Campaign sound;  // if there are blunders
+  if (!result.blunders.empty()) {
+    sound = without(campaign, result.blunders);
+    of_rows.emplace(calibrated, sound, result.sigma);
+  }
+  const ChangeProblem& problem = *of_rows;
   const Explanation nothing = explain(problem, {});
   Explanation found = find_moves(problem);
   // The scatter of the poses is estimated after the possible moves are fitted.

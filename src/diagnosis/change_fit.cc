@@ -29,10 +29,15 @@ struct ChangeProblem::Models {
     }
   }
 
-  // Writes the derivatives of a row of a session, then its residual.
-  void block(int session, int own, Eigen::Ref<Eigen::MatrixXd> out) const {
-    Eigen::MatrixXd of_model(out.rows(), models.model(session).unknowns() + 1);
-    at[session].block(own, of_model);
+  // Writes the derivatives of rows of a session, one after the other, then their residuals.
+  // `of_model`: room for those of its model.
+  void blocks(int session, int first, int count, Eigen::MatrixXd& of_model,
+              Eigen::Ref<Eigen::MatrixXd> out) const {
+    of_model.resize(out.rows(), models.model(session).unknowns() + 1);
+    if (count == 1)
+      at[session].block(first, of_model);
+    else
+      at[session].blocks(first, count, of_model);
     for (size_t i = 0; i < column[session].size(); ++i)
       if (const int from = column[session][i]; from >= 0)
         out.col(static_cast<Eigen::Index>(i)) = of_model.col(from);
@@ -63,18 +68,19 @@ ChangeProblem::Sums ChangeProblem::sums_of(const std::vector<Unknown>& unknowns,
         count, std::max(kRowsPerBlock, (count + kMaxBlocks - 1) / kMaxBlocks),
         [&](int begin, int end) {
           Sums sums{Eigen::MatrixXd::Zero(columns, columns), 0};
-          Eigen::MatrixXd rows(kRowsAtOnce * size, columns);
+          Eigen::MatrixXd rows(kRowsAtOnce * size, columns), of_model;
           for (int first = begin; first < end; first += kRowsAtOnce) {
             const int last = std::min(end, first + kRowsAtOnce);
+            models.blocks(s, first, last - first, of_model, rows.topRows((last - first) * size));
             for (int own = first; own < last; ++own) {
               const int row = rows_of_session[static_cast<size_t>(own)];
               auto block = rows.middleRows((own - first) * size, size);
-              models.block(s, own, block);
               const double squared_norm = block.rightCols<1>().squaredNorm();
               const double weight = weigh ? law.weight(squared_norm, size) : 1;
               if (keeps_weights) fitted.weights[row] = weight;
               sums.loss += shares_[row] * law.loss(squared_norm, size);
-              block *= std::sqrt(shares_[row] * weight);
+              if (const double factor = shares_[row] * weight; factor != 1)
+                block *= std::sqrt(factor);
             }
             sums.products.selfadjointView<Eigen::Upper>().rankUpdate(
                 rows.topRows((last - first) * size).transpose());
@@ -89,14 +95,20 @@ ChangeProblem::Sums ChangeProblem::sums_of(const std::vector<Unknown>& unknowns,
   return total;
 }
 
-ChangeProblem::Sums ChangeProblem::sums_at_start(const std::vector<int>& moved) const {
+ChangeProblem::Sums ChangeProblem::part_of(const Sums& all, const std::vector<int>& moved) const {
   std::vector<Eigen::Index> chosen(errors_.size());
   std::iota(chosen.begin(), chosen.end(), 0);
   for (int k : moved)
     for (size_t i = 0; i < hypotheses_[k].moves.size(); ++i)
-      chosen.push_back(first_at_start_[k] + static_cast<Eigen::Index>(i));
-  chosen.push_back(at_start_.products.cols() - 1);
-  return {at_start_.products(chosen, chosen), at_start_.loss};
+      chosen.push_back(first_of_moves_[k] + static_cast<Eigen::Index>(i));
+  chosen.push_back(all.products.cols() - 1);
+  return {all.products(chosen, chosen), all.loss};
+}
+
+std::vector<ChangeProblem::Unknown> ChangeProblem::all_unknowns() const {
+  std::vector<int> all(hypotheses_.size());
+  std::iota(all.begin(), all.end(), 0);
+  return unknowns_of(all);
 }
 
 // K with K x ~ N(0, I): what is known of the unknowns before the readings.
@@ -131,7 +143,7 @@ void ChangeProblem::complete(const std::vector<int>& moved, Fit& result) const {
       poses(), std::max(kPosesPerBlock, (poses() + kMaxBlocks - 1) / kMaxBlocks),
       [&](int begin, int end) {
         PoseSums sums;
-        Eigen::MatrixXd rows(height + size, count + 1);
+        Eigen::MatrixXd rows(height + size, count + 1), of_model;
         for (int pose = begin; pose < end; ++pose) {
           Eigen::Index filled = 0;
           double equations = 0;
@@ -143,7 +155,7 @@ void ChangeProblem::complete(const std::vector<int>& moved, Fit& result) const {
             }
             const int row = rows_by_pose_.row[k];
             auto block = rows.middleRows(filled, size);
-            models.block(place[row].first, place[row].second, block);
+            models.blocks(place[row].first, place[row].second, 1, of_model, block);
             const double weight = result.weights.empty() ? 1 : result.weights[row];
             block *= std::sqrt(shares_[row] * weight);
             equations += shares_[row] * size;
@@ -165,30 +177,64 @@ void ChangeProblem::complete(const std::vector<int>& moved, Fit& result) const {
       root * (total.influence.covariance(1, 1) + known.transpose() * known) * root.transpose();
 }
 
-ChangeProblem::Fit ChangeProblem::fit(const std::vector<int>& moved, const ReadingLaw& law) const {
-  const std::vector<Unknown> unknowns = unknowns_of(moved);
-  const Eigen::MatrixXd known = known_of(unknowns);
-  const Eigen::Index count = std::ssize(unknowns);
-  Fit result;
-  result.x = Eigen::VectorXd::Zero(count);
-  for (int step = 0;; ++step) {
-    // The first step is one of least squares: where a parameter has moved, the residuals before it
-    // say nothing about blunders.
-    const Sums sums = step == 0 ? sums_at_start(moved) : sums_of(unknowns, law, true, result);
+// The sums of the rows and of what is known of the unknowns before.
+struct ChangeProblem::Equations {
+  Equations(const Sums& sums, const Eigen::MatrixXd& known, const Eigen::VectorXd& x)
+      : loss(sums.loss) {
+    const Eigen::Index count = x.size();
     const Eigen::MatrixXd upper = sums.products.topLeftCorner(count, count);
     Eigen::MatrixXd information = upper.selfadjointView<Eigen::Upper>();
     Eigen::VectorXd gradient = sums.products.col(count).head(count);
-    double loss = sums.loss;
-    const Eigen::VectorXd before = known * result.x;
+    const Eigen::VectorXd before = known * x;
     information += known.transpose() * known;
     gradient -= known.transpose() * before;
     loss += before.squaredNorm();
-    const bool settled = std::abs(loss - result.loss) <= 1e-7 * (1 + loss);
-    result.loss = loss;
-    result.root = inverse_root(information);
-    if ((step > 1 && settled) || step == kMaxSteps) return result;
-    result.x += result.root * (result.root.transpose() * gradient);
+    root = inverse_root(information);
+    step = root.transpose() * gradient;
   }
+  // By which the step lowers the loss, were the model linear and the weights held.
+  double promised() const { return step.squaredNorm(); }
+
+  double loss;
+  Eigen::MatrixXd root;  // of the inverse information
+  Eigen::VectorXd step;  // in the coordinates of the root
+};
+
+ChangeProblem::Fit ChangeProblem::fit(const std::vector<int>& moved, const ReadingLaw& law) const {
+  constexpr double kSettled = 1e-7;  // of the loss
+  const std::vector<Unknown> unknowns = unknowns_of(moved);
+  const Eigen::MatrixXd known = known_of(unknowns);
+  Fit result;
+  result.x = Eigen::VectorXd::Zero(std::ssize(unknowns));
+  for (int step = 0;; ++step) {
+    // The first step is one of least squares: where a parameter has moved, the residuals before it
+    // say nothing about blunders.
+    const Equations equations(
+        step == 0 ? part_of(at_start_, moved) : sums_of(unknowns, law, true, result), known,
+        result.x);
+    result.x += equations.root * equations.step;
+    if (step == 0) continue;
+    // A last step so small that it is as good as linear is not looked at again.
+    result.loss = equations.loss - equations.promised();
+    result.root = equations.root;
+    if (equations.promised() <= kSettled * (1 + equations.loss) || step == kMaxSteps) return result;
+  }
+}
+
+std::vector<double> ChangeProblem::promised_falls(const ReadingLaw& law, const Fit& nothing) const {
+  const std::vector<Unknown> all = all_unknowns();
+  Fit there;
+  there.x = Eigen::VectorXd::Zero(std::ssize(all));
+  there.x.head(nothing.x.size()) = nothing.x;
+  const Sums sums = sums_of(all, law, true, there);
+  std::vector<double> falls;
+  for (int k = 0; k < hypotheses(); ++k) {
+    const std::vector<Unknown> unknowns = unknowns_of({k});
+    falls.push_back(Equations(part_of(sums, {k}), known_of(unknowns),
+                              there.x(Eigen::seqN(0, std::ssize(unknowns))))
+                        .promised());
+  }
+  return falls;
 }
 
 }  // namespace armtrue

@@ -12,6 +12,7 @@
 #include "calibration/registration.h"
 #include "campaign/sessions.h"
 #include "linear_algebra/decompositions.h"
+#include "statistics/ordered_blocks.h"
 
 namespace armtrue {
 namespace {
@@ -103,14 +104,14 @@ ChangeProblem::ChangeProblem(const Robot& previous, const Campaign& campaign,
   enter_errors();
   if (campaign.has_touches()) correlate_errors();
   enter_hypotheses();
-  std::vector<Unknown> all = errors_;
+  Eigen::Index unknowns = std::ssize(errors_);
   for (const Hypothesis& hypothesis : hypotheses_) {
-    first_at_start_.push_back(std::ssize(all));
-    all.insert(all.end(), hypothesis.moves.begin(), hypothesis.moves.end());
+    first_of_moves_.push_back(unknowns);
+    unknowns += std::ssize(hypothesis.moves);
   }
   Fit nothing;
-  nothing.x = Eigen::VectorXd::Zero(std::ssize(all));
-  at_start_ = sums_of(all, {}, false, nothing);
+  nothing.x = Eigen::VectorXd::Zero(unknowns);
+  at_start_ = sums_of(all_unknowns(), {}, false, nothing);
 }
 
 void ChangeProblem::count_replicates() {
@@ -208,12 +209,16 @@ void ChangeProblem::enter_hypotheses() {
   for (int s = 0; s < sessions(); ++s) {
     const ObservationModel& model = models_.model(s);
     const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
-    Eigen::MatrixXd block(model.row_size(), model.unknowns() + 1);
     Eigen::VectorXd squares = Eigen::VectorXd::Zero(model.unknowns());
-    for (int row = 0; row < model.rows(); ++row) {
-      at.block(row, block);
-      squares += block.leftCols(model.unknowns()).colwise().squaredNorm().transpose();
-    }
+    for_ordered_blocks<Eigen::VectorXd>(
+        model.rows(), kRowsPerBlock,
+        [&](int begin, int end) {
+          Eigen::MatrixXd rows((end - begin) * model.row_size(), model.unknowns() + 1);
+          at.blocks(begin, end - begin, rows);
+          return Eigen::VectorXd(
+              rows.leftCols(model.unknowns()).colwise().squaredNorm().transpose());
+        },
+        [&](const Eigen::VectorXd& of_block) { squares += of_block; });
     const ParameterLayout layout = layout_of(start_.chain);
     std::vector<int> tool, links;
     std::vector<std::vector<int>> anchors(count);
@@ -270,9 +275,18 @@ double ChangeProblem::mean_error(const std::vector<int>& moved, const Fit& fitte
     if (unknowns[i].deviation != kNothingKnown) x[i] = 0;
   double sum = 0;
   for (int s = 0; s < sessions(); ++s) {
-    const ObservationModel::At at = models_.model(s).at(unknowns_of(s, unknowns, x));
-    for (int row = 0; row < models_.model(s).rows(); ++row)
-      sum += at.residual(row).head<3>().norm();
+    const ObservationModel& model = models_.model(s);
+    const ObservationModel::At at = model.at(unknowns_of(s, unknowns, x));
+    for_ordered_blocks<double>(
+        model.rows(), kRowsPerBlock,
+        [&](int begin, int end) {
+          std::vector<Eigen::Matrix<double, 6, 1>> residuals(static_cast<size_t>(end - begin));
+          at.residuals(begin, residuals);
+          double of_block = 0;
+          for (const auto& residual : residuals) of_block += residual.head<3>().norm();
+          return of_block;
+        },
+        [&](double of_block) { sum += of_block; });
   }
   return sum / models_.rows();
 }

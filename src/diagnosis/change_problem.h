@@ -50,7 +50,8 @@ class ChangeProblem {
   };
 
   struct Fit {
-    Eigen::VectorXd x;            ///< errors, then moves
+    Eigen::VectorXd x;  ///< errors, then moves
+    // Both from the last look at the rows, which is before the last, very small step.
     Eigen::MatrixXd root;         ///< L with L L^T = information^-1 of x
     std::vector<double> weights;  ///< of the rows; empty if the law is Gaussian: 1
     double loss = 0;              ///< chi-square, or twice the negative log-likelihood
@@ -74,6 +75,10 @@ class ChangeProblem {
   /// with the weights of the rows found anew at every step. Every step adds up the rows in blocks
   /// over the threads of the machine: memory does not grow with their derivatives.
   Fit fit(const std::vector<int>& moved, const ReadingLaw& law) const;
+  /// By how much the loss would fall with each hypothesis, beside the fit without any, in one step
+  /// with the weights of the rows as they are there. It falls by more, because rows that the
+  /// hypothesis explains gain weight.
+  std::vector<double> promised_falls(const ReadingLaw& law, const Fit& nothing) const;
   /// Sets, once, what takes one more pass over the rows: the covariances and the chi-squares.
   void complete(const std::vector<int>& moved, Fit& fitted) const;
 
@@ -125,9 +130,11 @@ class ChangeProblem {
     double loss = 0;
   };
   struct Models;
+  struct Equations;
   Sums sums_of(const std::vector<Unknown>& unknowns, const ReadingLaw& law, bool weigh,
                Fit& fitted) const;
-  Sums sums_at_start(const std::vector<int>& moved) const;
+  // The sums of the errors and of some moves, from those of all_unknowns().
+  Sums part_of(const Sums& all, const std::vector<int>& moved) const;
   Eigen::MatrixXd known_of(const std::vector<Unknown>& unknowns) const;
   void count_replicates();
   void enter_errors();
@@ -136,6 +143,7 @@ class ChangeProblem {
   void enter_hypothesis(const std::string& what, const std::vector<int>& parameters, int first,
                         int last);
   std::vector<Unknown> unknowns_of(const std::vector<int>& moved) const;
+  std::vector<Unknown> all_unknowns() const;  // the moves of every hypothesis
   Eigen::VectorXd unknowns_of(int session, const std::vector<Unknown>& unknowns,
                               const Eigen::VectorXd& x) const;
 
@@ -150,9 +158,8 @@ class ChangeProblem {
   std::vector<Unknown> errors_;
   Eigen::MatrixXd correlated_;  // L^-1, L L^T the covariance of errors_; empty: independent
   std::vector<Hypothesis> hypotheses_;
-  // At x = 0, of the errors and the moves of all hypotheses. All fits begin there.
-  Sums at_start_;
-  std::vector<Eigen::Index> first_at_start_;  // of the moves of each hypothesis
+  std::vector<Eigen::Index> first_of_moves_;  // of each hypothesis, within all_unknowns()
+  Sums at_start_;                             // of all_unknowns() at x = 0, where all fits begin
   double equations_ = 0, degrees_of_freedom_ = 0;
 };
 

@@ -45,7 +45,8 @@ double median_miss(Robot robot, const Campaign& campaign) {
   robot.identify = {"base", "tool"};
   robot.identify_per_session.clear();
   try {
-    return std::min(miss, median(evaluate(calibrate(robot, campaign).robot, campaign).position));
+    robot = calibrate(robot, campaign, {.statistics = FitStatistics::weights}).robot;
+    return std::min(miss, median(evaluate(robot, campaign).position));
   } catch (const std::invalid_argument&) {
     return miss;  // too few readings to show both
   }

@@ -36,7 +36,8 @@ YAML::Node zone_node(const WeightedZone& weighted_zone) {
                    {"readings_inside", std::to_string(inside)}});
 }
 
-YAML::Node calibration_node(const CalibrationResult& result, const Campaign& campaign) {
+YAML::Node calibration_node(const CalibrationResult& result, const Campaign& campaign,
+                            const Evaluation& evaluation) {
   const Robot& robot = result.robot;
   YAML::Node node;
   node["converged"] = result.converged ? "true" : "false";
@@ -58,7 +59,6 @@ YAML::Node calibration_node(const CalibrationResult& result, const Campaign& cam
   node["residual_law"] = result.degrees_of_freedom > 0
                              ? fmt::format("student-t {:g}", result.degrees_of_freedom)
                              : std::string("normal");
-  const Evaluation evaluation = evaluate(robot, campaign);
   node["training"] = evaluation_node(evaluation, campaign);
   YAML::Node identified(YAML::NodeType::Sequence);
   for (int k : result.set.kept) identified.push_back(parameter_name(robot.chain, k));
@@ -103,9 +103,10 @@ void add_findings(YAML::Node node, const Campaign& campaign, const CalibrationFi
 std::string write_calibration(const CalibrationResult& result, const Campaign& campaign,
                               const Provenance& provenance, const CalibrationFindings& findings) {
   Robot robot = result.robot;
-  robot.uncertainty = uncertainty_of(result, campaign);
+  const Evaluation evaluation = evaluate(result.robot, campaign);
+  robot.uncertainty = uncertainty_of(result, campaign, evaluation);
   YAML::Node root = robot_node(robot, provenance);
-  root["calibration"] = calibration_node(result, campaign);
+  root["calibration"] = calibration_node(result, campaign, evaluation);
   add_findings(root["calibration"], campaign, findings);
   return print_document(root);
 }

@@ -29,6 +29,15 @@ Eigen::Matrix3d rotation_exp(const Eigen::Vector3d& w) {
 }
 
 Eigen::Vector3d rotation_log(const Eigen::Matrix3d& rotation) {
+  // Small angles, as those of residuals, by the series of asin(s) / s: its next term is below the
+  // last digit.
+  constexpr double kSmallSquare = 1e-4;
+  const Eigen::Vector3d sine_axis =
+      0.5 * Eigen::Vector3d(rotation(2, 1) - rotation(1, 2), rotation(0, 2) - rotation(2, 0),
+                            rotation(1, 0) - rotation(0, 1));
+  const double s = sine_axis.squaredNorm();
+  if (s < kSmallSquare && rotation.trace() > 1)
+    return (1 + s * (1.0 / 6 + s * (3.0 / 40 + s * (5.0 / 112)))) * sine_axis;
   // The quaternion keeps full precision both at 0 and near pi.
   const Eigen::Quaterniond quaternion(rotation);
   const double sine = quaternion.vec().norm();

@@ -74,13 +74,21 @@ inline void scatter(const LaneVector& vectors, const OfLanes<double>& out) {
   write(3, __builtin_shufflevector(odd, odd, 2, 3));
 }
 
+inline void write_column(const std::array<Lanes, 6>& rows, double* out) {
+  for (const Lanes& row : rows) {
+    std::memcpy(out, &row.values(), sizeof(Values));
+    out += Lanes::kCount;
+  }
+}
+
 }  // namespace
+
+static_assert(LaneJacobians::kCount == Lanes::kCount);
 
 template <bool kWithOffsets, bool kWithJacobian, int kFixedCount>
 void ChainEvaluator::evaluate_lanes(std::span<const JointVector> q,
                                     std::span<const ParameterOffsets> offsets,
-                                    std::span<Pose> a_from_measured,
-                                    std::span<PoseJacobian> jacobians,
+                                    std::span<Pose> a_from_measured, LaneJacobians* jacobians,
                                     const ColumnSet& columns) const {
   const int count = kFixedCount > 0 ? kFixedCount : count_;
   const ParameterLayout layout(count);
@@ -112,17 +120,13 @@ void ChainEvaluator::evaluate_lanes(std::span<const JointVector> q,
   write(turned(tool.z), [](Pose& pose) { return pose.rotation.data() + 6; });
   write(end, [](Pose& pose) { return pose.translation.data(); });
   if constexpr (kWithJacobian) {
-    for (PoseJacobian& jacobian : jacobians) jacobian.resize(Eigen::NoChange, layout.geometric);
-    const OfLanes<PoseJacobian> into = of_lanes(jacobians);
+    jacobians->set_columns(layout.geometric);
     for_each_column(count, base_origin, last, end, axes,
                     [&](int column, const LaneVector& of_point, const LaneVector& of_rotation) {
                       if (!columns[static_cast<size_t>(column)]) return;
-                      OfLanes<double> out;
-                      for (size_t lane = 0; lane < out.size(); ++lane)
-                        out[lane] = into[lane]->data() + PoseJacobian::RowsAtCompileTime * column;
-                      scatter(of_point, out);
-                      for (double*& place : out) place += 3;
-                      scatter(of_rotation, out);
+                      write_column({of_point.x, of_point.y, of_point.z, of_rotation.x,
+                                    of_rotation.y, of_rotation.z},
+                                   jacobians->entries(0, column));
                     });
   }
 }
@@ -135,13 +139,11 @@ void ChainEvaluator::poses(std::span<const JointVector> q,
 
 void ChainEvaluator::poses(std::span<const JointVector> q,
                            std::span<const ParameterOffsets> offsets,
-                           std::span<Pose> a_from_measured, std::span<PoseJacobian> jacobians,
+                           std::span<Pose> a_from_measured, std::span<LaneJacobians> jacobians,
                            const ColumnSet& columns) const {
-  const auto fits = [&](size_t size, bool may_be_empty) {
-    return size == q.size() || (may_be_empty && size == 0);
-  };
-  if (!fits(offsets.size(), true) || !fits(a_from_measured.size(), false) ||
-      !fits(jacobians.size(), true))
+  constexpr size_t kCount = Lanes::kCount;
+  if ((!offsets.empty() && offsets.size() != q.size()) || a_from_measured.size() != q.size() ||
+      (!jacobians.empty() && jacobians.size() != (q.size() + kCount - 1) / kCount))
     throw std::invalid_argument("offsets, poses or Jacobians are not as many as joint vectors");
   const auto evaluate = [&]<int kFixedCount>() {
     if (offsets.empty())
@@ -152,10 +154,11 @@ void ChainEvaluator::poses(std::span<const JointVector> q,
   };
   const auto of_lanes = count_ == kUsualLinks ? evaluate.template operator()<kUsualLinks>()
                                               : evaluate.template operator()<0>();
-  for (size_t first = 0; first < q.size(); first += Lanes::kCount) {
-    const size_t count = std::min<size_t>(Lanes::kCount, q.size() - first);
+  for (size_t first = 0; first < q.size(); first += kCount) {
+    const size_t count = std::min(kCount, q.size() - first);
     const auto part = [&](auto all) { return all.empty() ? all : all.subspan(first, count); };
-    (this->*of_lanes)(part(q), part(offsets), part(a_from_measured), part(jacobians), columns);
+    (this->*of_lanes)(part(q), part(offsets), part(a_from_measured),
+                      jacobians.empty() ? nullptr : &jacobians[first / kCount], columns);
   }
 }
 

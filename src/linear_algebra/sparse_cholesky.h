@@ -17,19 +17,25 @@ bool is_sparse(const Eigen::MatrixXd& symmetric);
 /// minimum degree: Amestoy, Davis, Duff, "An approximate minimum degree ordering algorithm", 1996).
 class SparseCholesky {
  public:
-  explicit SparseCholesky(const Eigen::MatrixXd& symmetric);
+  /// `added`: to the diagonal; empty: nothing.
+  explicit SparseCholesky(const Eigen::MatrixXd& symmetric, const Eigen::VectorXd& added = {});
 
   /// False if the matrix is not positive definite.
   bool succeeded() const { return succeeded_; }
   /// Smallest pivot of the scaled factor: what the columns before leave of a column of length 1.
   double smallest_pivot() const { return smallest_pivot_; }
   /// L with L L^T = inverse of the matrix, by the rows of the unknowns.
-  const SparseRows& inverse_root() const { return inverse_root_; }
+  SparseRows inverse_root() const;
+  /// An element of the diagonal of the inverse.
+  double variance(Eigen::Index unknown) const;
 
  private:
   bool succeeded_ = false;
   double smallest_pivot_ = 0;
-  SparseRows inverse_root_;
+  // The scaled matrix is P^T F F^T P, with column place_[k] of F that of unknown k.
+  Eigen::SparseMatrix<double> factor_;
+  Eigen::VectorXi place_;
+  Eigen::VectorXd unit_;
 };
 
 }  // namespace armtrue

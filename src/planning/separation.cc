@@ -197,7 +197,8 @@ class Separation {
       unknowns += one.effect.coefficients.size();
     }
     if (given.rows() * given.reading_size().all() < 2 * static_cast<int>(unknowns)) return;
-    const ReadingSigma spread = calibrate(robot, given).spread;
+    const ReadingSigma spread =
+        calibrate(robot, given, {.statistics = FitStatistics::weights}).spread;
     const auto set = [](double shown, double stated, double& noise) {
       if (shown > 0) noise = std::max(shown, stated);
     };

@@ -255,7 +255,7 @@ void forward_only_batched(benchmark::State& state) {
 void armtrue_47_batched(benchmark::State& state) {
   const ChainEvaluator evaluator(chain());
   std::vector<Pose> reached(kPosesInCall);
-  std::vector<PoseJacobian> jacobians(kPosesInCall);
+  std::vector<LaneJacobians> jacobians(kPosesInCall / LaneJacobians::kCount);
   size_t k = 0;
   for (auto _ : state) {
     evaluator.poses(std::span(poses()).subspan(k % poses().size(), kPosesInCall), {}, reached,
@@ -414,9 +414,9 @@ void compare_all() {
     compare("ceres_jets_29", selected(own, kCommon), common_jets(q), 1e-9);
     compare("central_differences_47", own, differences(q), 1e-6);
     Pose reached;
-    PoseJacobian batched;
+    LaneJacobians batched;
     evaluator.poses(std::span(&q, 1), {}, std::span(&reached, 1), std::span(&batched, 1));
-    compare("armtrue_47_batched", own, batched, 1e-12);
+    compare("armtrue_47_batched", own, batched[0], 1e-12);
     Columns joints(6, kJoints);
     for (int j = 0; j < kJoints; ++j)
       joints.col(j) = chain().links[j].sign * own.col(link_parameter(j, LinkParameter::theta));

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/QR>
+#include <numeric>
+#include <vector>
 
 namespace armtrue::pose_influence_test {
 namespace {
@@ -46,20 +48,19 @@ TEST(InfluenceSums, OfFewUnknownsAreThoseOfAll) {
   std::srand(6);
   Eigen::MatrixXd changes = Eigen::MatrixXd::Zero(kUnknowns, kPoses);
   Eigen::MatrixXd alone = Eigen::MatrixXd::Zero(kUnknowns, kUnknowns);
-  InfluenceSums sums;
+  InfluenceSums sums(kUnknowns);
   for (int block = 0; block < kBlocks; ++block) {
     InfluenceSums part;
     for (int pose = block * kPoses / kBlocks; pose < (block + 1) * kPoses / kBlocks; ++pose) {
-      PoseInfluence influence{Eigen::VectorXd::Zero(kUnknowns), Eigen::MatrixXd(kUnknowns, 0)};
-      if (pose % 7 == 5) {
-        influence.change.setRandom();
-        influence.alone = Eigen::MatrixXd::Random(kUnknowns, 2);
-      } else {
-        influence.change.segment(29 - pose, 6).setRandom();  // the last unknowns first
-      }
-      changes.col(pose) = influence.change;
-      alone += influence.alone * influence.alone.transpose();
-      part.add(influence);
+      const bool changes_all = pose % 7 == 5;
+      std::vector<Eigen::Index> own(changes_all ? kUnknowns : 6);
+      std::iota(own.begin(), own.end(), changes_all ? 0 : 29 - pose);  // the last unknowns first
+      const Eigen::Index count = std::ssize(own);
+      const PoseInfluence influence{Eigen::VectorXd::Random(count),
+                                    Eigen::MatrixXd::Random(count, pose % 5 == 4 ? 2 : 0)};
+      changes(own, pose) = influence.change;
+      alone(own, own) += influence.alone * influence.alone.transpose();
+      part.add(influence, own, kUnknowns);
     }
     sums.add(part);
   }

@@ -199,10 +199,12 @@ TEST_P(FitOfTargets, IsThatOfDenseMatrices) {
   for (Eigen::Index k = 0; k < p; ++k) {
     const double deviation = std::sqrt(inverse(k, k));
     EXPECT_NEAR(step[k], 0, 1e-4 * deviation) << fit.names[static_cast<size_t>(k)];
-    EXPECT_NEAR(fit.covariance(k, k), covariance(k, k), 1e-6 * covariance(k, k))
-        << fit.names[static_cast<size_t>(k)];
-    for (Eigen::Index i = 0; i < p; ++i)
+    for (Eigen::Index i = 0; i < p; ++i) {
       EXPECT_NEAR(by_root(k, i), inverse(k, i), 1e-6 * deviation * std::sqrt(inverse(i, i)));
+      EXPECT_NEAR(fit.covariance(k, i), covariance(k, i),
+                  1e-6 * std::sqrt(covariance(k, k) * covariance(i, i)))
+          << fit.names[static_cast<size_t>(k)] << ", " << fit.names[static_cast<size_t>(i)];
+    }
   }
   const Eigen::VectorXd singular =
       Eigen::MatrixXd(jacobian).jacobiSvd().singularValues() * fit.sigma.position;
@@ -222,6 +224,46 @@ TEST_P(FitOfTargets, IsThatOfDenseMatrices) {
 
 INSTANTIATE_TEST_SUITE_P(Targets, FitOfTargets,
                          testing::Values(Case{30, 15, 1}, Case{30, 15, 2}, Case{24, 1, 3}));
+
+// Models of one target each against one of all: also of distances, where the places of the anchors
+// stand behind those of the targets, and with an effect that moves a target.
+TEST(ModelsOfOneTarget, EqualThatOfAll) {
+  for (const bool moves : {false, true}) {
+    Robot robot = shipped("kr360-spindle", 12);
+    robot.chain.anchors = {{"1", {2.5, 1.5, 0.1}}, {"2", {2.5, -1.5, 0.3}}};
+    if (moves) {
+      Effect& effect = robot.effects.emplace_back();
+      effect.name = "shift";
+      effect.parameter = "target T7.y";
+      effect.driver.joint = 1;
+      effect.shape.kind = ShapeKind::linear;
+      effect.coefficients = {{"c", 1e-4}};
+    }
+    const Campaign campaign = simulate(robot, robot, {.poses = 9, .noise_position = 1e-4});
+    ASSERT_TRUE(campaign.has_distances());
+    const ParameterLayout layout = layout_of(robot.chain);
+    std::vector<int> order(static_cast<size_t>(parameter_count(robot.chain) - layout.targets));
+    std::iota(order.begin(), order.end(), layout.targets);
+    order.push_back(kBaseParameters);
+    const SessionModels split(campaign, robot, order, {1, 1}, kAllEffects, Split::by_target);
+    const SessionModels whole(campaign, robot, order, {1, 1});
+    ASSERT_TRUE(split.is_split_by_target());
+    EXPECT_LT((split.blocks() - whole.blocks()).cwiseAbs().maxCoeff(), 1e-12);
+    const Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(whole.unknowns(), 1e-3, 2e-3);
+    const Robot moved = split.robot_at(x), expected = whole.robot_at(x);
+    EXPECT_LT((moved.chain.base.translation - expected.chain.base.translation).norm(), 1e-15);
+    ASSERT_EQ(moved.chain.targets.size(), 12U);
+    for (size_t k = 0; k < 12; ++k)
+      EXPECT_EQ(moved.chain.targets[k].position, expected.chain.targets[k].position);
+    for (size_t k = 0; k < 2; ++k) {
+      EXPECT_EQ(moved.chain.anchors[k].position, expected.chain.anchors[k].position);
+      EXPECT_EQ(moved.chain.anchors[k].zero, expected.chain.anchors[k].zero);
+    }
+    for (int row = 0; row < campaign.rows(); row += 5)
+      EXPECT_NEAR(split.squared_norms(x)[static_cast<size_t>(row)][0],
+                  whole.squared_norms(x)[static_cast<size_t>(row)][0], 1e-12);
+  }
+}
 
 // Own unknowns of groups, which meet only the common ones.
 TEST(SparseCholesky, InvertsWhatGroupsHaveOfTheirOwn) {
@@ -246,6 +288,14 @@ TEST(SparseCholesky, InvertsWhatGroupsHaveOfTheirOwn) {
   EXPECT_LT((identity - Eigen::MatrixXd::Identity(kSize, kSize)).cwiseAbs().maxCoeff(), 1e-9);
   EXPECT_LT(sparse.inverse_root().nonZeros(), kSize * (2 * kOwn + kCommon));
   EXPECT_GT(sparse.smallest_pivot(), 0.1);
+  // With more on the diagonal.
+  const Eigen::VectorXd added = Eigen::VectorXd::LinSpaced(kSize, 0, 5);
+  Eigen::MatrixXd more = matrix;
+  more.diagonal() += added;
+  const Eigen::MatrixXd inverse = more.ldlt().solve(Eigen::MatrixXd::Identity(kSize, kSize));
+  const SparseCholesky of_more(matrix, added);
+  for (Eigen::Index k = 0; k < kSize; k += 7)
+    EXPECT_NEAR(of_more.variance(k), inverse(k, k), 1e-9 * inverse(k, k));
   matrix(0, 0) = -1;
   EXPECT_FALSE(SparseCholesky(matrix).succeeded());
   EXPECT_FALSE(is_sparse(Eigen::MatrixXd::Ones(300, 300)));

@@ -197,6 +197,8 @@ TEST_P(AnyChain, InverseKinematicsStaysNearItsStart) {
   }
 }
 
+constexpr size_t kLanes = LaneJacobians::kCount;
+
 // Several at once, in groups that do not fill the lanes: each is the pose of one within rounding, to
 // the bit the same beside any others, with offsets of its own or without.
 TEST_P(AnyChain, ManyPosesEqualThoseOfOne) {
@@ -216,23 +218,25 @@ TEST_P(AnyChain, ManyPosesEqualThoseOfOne) {
     for (const bool moved : {false, true}) {
       const std::span<const ParameterOffsets> own(offsets.data(), moved ? offsets.size() : 0);
       std::vector<Pose> poses(q.size()), without_jacobian(q.size());
-      std::vector<PoseJacobian> jacobians(q.size());
+      std::vector<LaneJacobians> jacobians((q.size() + kLanes - 1) / kLanes);
       evaluator.poses(q, own, poses, jacobians);
       evaluator.poses(q, own, without_jacobian);
       for (size_t k = 0; k < q.size(); ++k) {
-        PoseJacobian expected, alone;
+        PoseJacobian expected;
+        LaneJacobians alone;
+        const LaneJacobians::OfPose jacobian = jacobians[k / kLanes][k % kLanes];
         const Pose pose = moved ? evaluator.pose(q[k], offsets[k], expected)
                                 : evaluator.pose(q[k], expected);
         EXPECT_LT((poses[k].rotation - pose.rotation).cwiseAbs().maxCoeff(), 1e-14);
         EXPECT_LT((poses[k].translation - pose.translation).cwiseAbs().maxCoeff(), 3e-14);
-        ASSERT_EQ(jacobians[k].cols(), parameters);
-        EXPECT_LT((jacobians[k] - expected).cwiseAbs().maxCoeff(), 3e-14) << letters(chain);
+        ASSERT_EQ(jacobian.cols(), parameters);
+        EXPECT_LT((jacobian - expected).cwiseAbs().maxCoeff(), 3e-14) << letters(chain);
         EXPECT_EQ(poses[k].rotation, without_jacobian[k].rotation);
         Pose single;
         evaluator.poses(std::span(q).subspan(k, 1), own.empty() ? own : own.subspan(k, 1),
                         std::span(&single, 1), std::span(&alone, 1));
         EXPECT_EQ(single.translation, poses[k].translation);
-        EXPECT_EQ(alone, jacobians[k]);
+        EXPECT_EQ(alone[0], jacobian);
       }
     }
   }
@@ -244,20 +248,27 @@ TEST(ManyPoses, WriteOnlyTheColumnsThatAreAskedFor) {
   const ChainEvaluator evaluator(chain);
   std::vector<JointVector> q(5, random_values(uniform, chain));
   std::vector<Pose> poses(5);
-  std::vector<PoseJacobian> jacobians(
-      5, PoseJacobian::Constant(6, layout_of(chain).geometric, 1234.0));
+  std::vector<LaneJacobians> jacobians(2);
+  for (LaneJacobians& four : jacobians) {
+    four.set_columns(layout_of(chain).geometric);
+    for (size_t lane = 0; lane < kLanes; ++lane) four[lane].setConstant(1234.0);
+  }
   PoseJacobian expected;
   evaluator.pose(q.front(), expected);
   ColumnSet columns;
   columns.set(7).set(11);
   evaluator.poses(q, {}, poses, jacobians, columns);
-  for (const PoseJacobian& jacobian : jacobians)
+  for (size_t pose = 0; pose < q.size(); ++pose) {
+    const LaneJacobians::OfPose jacobian = jacobians[pose / kLanes][pose % kLanes];
     for (int k = 0; k < jacobian.cols(); ++k)
       if (columns[static_cast<size_t>(k)])
         EXPECT_LT((jacobian.col(k) - expected.col(k)).norm(), 1e-13);
       else
         EXPECT_TRUE((jacobian.col(k).array() == 1234.0).all());
+  }
   EXPECT_THROW(evaluator.poses(q, {}, std::span(poses).first(4)), std::invalid_argument);
+  EXPECT_THROW(evaluator.poses(q, {}, poses, std::span(jacobians).first(1)),
+               std::invalid_argument);
 }
 
 // Against long double: small, near quarter turns, many turns, and beyond what is reduced here.

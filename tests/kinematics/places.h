@@ -29,6 +29,7 @@ inline const Place kPlaces[] = {
     {"near_identity_1e15", Place::Kind::angle, 1e-15},
     {"near_identity_1e8", Place::Kind::angle, 1e-8},
     {"near_identity_1e3", Place::Kind::angle, 1e-3},
+    {"small_9e3", Place::Kind::angle, 9e-3},
     {"near_pi_1e3", Place::Kind::angle, std::numbers::pi - 1e-3},
     {"near_pi_1e8", Place::Kind::angle, std::numbers::pi - 1e-8},
     {"pi", Place::Kind::angle, std::numbers::pi},

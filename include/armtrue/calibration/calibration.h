@@ -24,6 +24,14 @@ struct ResidualLaw {
   std::map<std::string, double> prior_widths{};  ///< as CalibrationResult::prior_widths
 };
 
+/// The statistics of a fit that are computed. The others are empty, and unless it is `all`, no
+/// standard deviation is set.
+enum class FitStatistics {
+  weights,      ///< weights, spread and determined
+  information,  ///< and inverse_root, share_of_readings and the equations of the priors
+  all,          ///< and covariance, rank, condition and observability
+};
+
 struct CalibrationOptions {
   bool robust = true;  ///< false: least squares, even if the residuals have heavy tails
   /// Number of the robot's effects, counted from the first, whose coefficients are fitted. The
@@ -37,6 +45,7 @@ struct CalibrationOptions {
   std::optional<ResidualLaw> start_law{};
   /// How the steps of the solver reduce the rows. The statistics of the result always use QR.
   FoldBy fold_by = FoldBy::qr;
+  FitStatistics statistics = FitStatistics::all;
 
   /// Sets `start_law` to that of `fit`, and `fold_by` to the normal equations. For one step of a
   /// search, which fits nearly the same model to the same campaign.

@@ -47,7 +47,7 @@ std::vector<int> rows_of(const std::vector<GrossPose>& gross);
 /// The campaign without the rows of gross poses.
 Campaign without_gross(const Campaign& campaign, const std::vector<GrossPose>& gross);
 
-/// The nominal robot with only base and tool fitted to the readings.
+/// The nominal robot with only base and tool fitted to the readings; no standard deviations.
 Robot placed_nominal(const Robot& robot, const Campaign& campaign);
 
 /// Throws std::invalid_argument, with remedy, if more readings are left out (gross poses and

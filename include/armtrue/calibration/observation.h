@@ -166,6 +166,7 @@ class ObservationModel::At {
   // The model's prediction of a row.
   struct Prediction {
     Pose frame;                 // R_A from the measured frame, its origin at the target
+    Eigen::Vector3d lever;      // from that of the arm to the target; only where there are targets
     Eigen::Vector3d position;   // what the scale multiplies: of a point its place from the
                                 // instrument; of a length that length, as the first component
     Eigen::Vector3d direction;  // unit; derivative of a length by the point
@@ -175,15 +176,16 @@ class ObservationModel::At {
     // Of a touch: the point in the axes of the contact, and the derivative of the reading by it.
     Eigen::Vector3d in_contact{0, 0, 0}, gradient{0, 0, 0};
   };
+  // `jacobian`: that of the arm, or null.
   Prediction predict(int row, PoseJacobian* jacobian) const;
   // The same where R_A from the measured frame is known; `offset` is empty without effects.
-  Prediction predict(int row, const Pose& a_from_measured, const Eigen::VectorXd& offset,
-                     PoseJacobian* jacobian) const;
-  // Calls take(row, prediction, jacobian) of rows from `first` on; the Jacobian is null unless
-  // kWithJacobian.
+  Prediction predict(int row, const Pose& a_from_measured, const Eigen::VectorXd& offset) const;
+  // Calls take(row, prediction) of rows from `first` on, if kWithJacobian with the Jacobian of the
+  // arm.
   template <bool kWithJacobian, typename Take>
   void for_each_prediction(int first, int count, const Take& take) const;
-  void write_block(int row, const Prediction& predicted, PoseJacobian& jacobian,
+  template <typename Jacobian>
+  void write_block(int row, const Prediction& predicted, Jacobian& jacobian,
                    Eigen::Ref<Eigen::MatrixXd> out) const;
   void predict_touch(int row, const Eigen::VectorXd& offset, Prediction& predicted) const;
   double touch_column(int row, int parameter, const Prediction& predicted) const;

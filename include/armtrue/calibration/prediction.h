@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "armtrue/calibration/calibration.h"
+#include "armtrue/calibration/evaluation.h"
 #include "armtrue/campaign/campaign.h"
 #include "armtrue/effects/robot.h"
 
@@ -39,7 +40,9 @@ MeanSquare mean_square_by_uncertainty(const Robot& robot, const Campaign& campai
 /// The robot must state its uncertainty.
 double p_of_errors(const Robot& robot, const Campaign& campaign);
 
-/// Uncertainty of a fit, for the readings that it was made of.
+/// Uncertainty of a fit, for the readings that it was made of. `evaluation`: of its robot on them.
+Uncertainty uncertainty_of(const CalibrationResult& fit, const Campaign& campaign,
+                           const Evaluation& evaluation);
 Uncertainty uncertainty_of(const CalibrationResult& fit, const Campaign& campaign);
 
 /// The same for a model that lacks nothing: from the information of readings and priors, not from

@@ -17,7 +17,31 @@ namespace armtrue {
 /// [rad per unit of the parameter].
 using PoseJacobian = Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, kMaxGeometricParameters>;
 
-/// Some of its columns.
+/// The Jacobians of up to four poses, as the lanes of the processor's vectors hold them: entry
+/// (row, column) of one pose beside that of the next. To copy each into a matrix of its own takes
+/// as long as to compute it.
+class LaneJacobians {
+ public:
+  static constexpr int kCount = 4;
+  using OfPose = Eigen::Map<Eigen::Matrix<double, 6, Eigen::Dynamic>, Eigen::Unaligned,
+                            Eigen::Stride<6 * kCount, kCount>>;
+
+  /// The Jacobian of one pose, to read and to change.
+  OfPose operator[](size_t lane) { return {entries_.data() + lane, 6, columns_}; }
+  Eigen::Index columns() const { return columns_; }
+  void set_columns(Eigen::Index columns) { columns_ = columns; }
+  /// The entries (row, column) of all poses.
+  double* entries(int row, int column) {
+    return entries_.data() + static_cast<size_t>(kCount * (6 * column + row));
+  }
+
+ private:
+  Eigen::Index columns_ = 0;
+  alignas(kCount * sizeof(double))
+      std::array<double, static_cast<size_t>(kCount * 6 * kMaxGeometricParameters)> entries_;
+};
+
+/// Some columns of a Jacobian.
 using ColumnSet = std::bitset<kMaxGeometricParameters>;
 
 /// Difference of each geometric parameter from its constant value for one reading [m, rad].
@@ -63,9 +87,10 @@ class ChainEvaluator {
   /// sines of their own (src/kinematics/lanes.h), and does not depend on the others.
   void poses(std::span<const JointVector> q, std::span<const ParameterOffsets> offsets,
              std::span<Pose> a_from_measured) const;
-  /// Of each Jacobian only `columns` are written; the others hold anything.
+  /// `jacobians`: one for every four q, the last for those that are left. Only `columns` are
+  /// written; the others hold anything.
   void poses(std::span<const JointVector> q, std::span<const ParameterOffsets> offsets,
-             std::span<Pose> a_from_measured, std::span<PoseJacobian> jacobians,
+             std::span<Pose> a_from_measured, std::span<LaneJacobians> jacobians,
              const ColumnSet& columns = ColumnSet().set()) const;
 
   /// Whether the chain is the usual arm, see chain.h.
@@ -91,7 +116,7 @@ class ChainEvaluator {
   // A pose for each lane.
   template <bool kWithOffsets, bool kWithJacobian, int kFixedCount>
   void evaluate_lanes(std::span<const JointVector> q, std::span<const ParameterOffsets> offsets,
-                      std::span<Pose> a_from_measured, std::span<PoseJacobian> jacobians,
+                      std::span<Pose> a_from_measured, LaneJacobians* jacobians,
                       const ColumnSet& columns) const;
 
   Pose base_, tool_;
