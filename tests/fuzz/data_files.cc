@@ -58,6 +58,7 @@ void read_path_file(const std::string& bytes) {
   const MemoryFile file(bytes);
   const PathFile kept = read_path(file.path(), KeepRows::yes, joints);
   write_path_like(kept, kept.path.position);
+  write_path_like(kept, kept.path.position.array() + 1e-4);
   const std::string written = write_path(read_path(file.path(), KeepRows::no, joints).path, joints);
   const Path again = read_path(MemoryFile(written).path(), KeepRows::no, joints).path;
   require(write_path(again, joints) == written, "a path does not come back");
