@@ -52,12 +52,21 @@ std::vector<const CLI::Option*> all_options(const CLI::App& app) {
   return all;
 }
 
-// CLI11 accepts nan as a number in every range. An empty text comes from an unset variable of a
-// script; it does not stand for standard input.
+// An empty argument comes from an unset variable of a script; it does not stand for standard input.
+// CLI11 would take one behind the last positional for the name of a group of options, and never
+// end.
+void refuse_empty(int argc, char** argv) {
+  for (int k = 1; k < argc; ++k) {
+    if (*argv[k] != '\0') continue;
+    const std::string before = argv[k - 1];
+    throw CLI::ValidationError(before.starts_with('-') ? before : "argument " + std::to_string(k),
+                               "has an empty value; leave it out or fill it");
+  }
+}
+
+// CLI11 accepts nan as a number in every range.
 void check_values(const CLI::App& app) {
   for (const CLI::Option* option : all_options(app)) {
-    if (std::ranges::count(option->results(), "") > 0)
-      throw CLI::ValidationError(option->get_name(), "has an empty value; leave it out or fill it");
     if (!option->get_type_name().starts_with("FLOAT")) continue;
     for (const std::string& text : option->results())
       if (!std::isfinite(std::strtod(text.c_str(), nullptr)))
@@ -302,6 +311,7 @@ int Command::finish_parsing(const CLI::ParseError& error) const {
 
 int Command::parse_and_work(int argc, char** argv, const std::function<int()>& work) {
   try {
+    refuse_empty(argc, argv);
     app_->parse(argc, argv);
     check_values(*app_);
     check_outputs();

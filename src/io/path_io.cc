@@ -114,16 +114,13 @@ class SampleBuffer {
 };
 
 bool is_lost(const CsvTable& table, const std::array<Quantity, 3>& position) {
-  int empty = 0;
-  for (const Quantity& column : position) empty += table.is_empty(column.column);
-  if (empty == 0) return false;
-  if (empty == 3) return true;
-  for (const Quantity& column : position)
-    if (table.is_empty(column.column))
-      table.fail(column.column,
-                 "is empty while the others of the position are not; complete the "
-                 "row, or empty all three for a lost sample");
-  return false;
+  const auto is_empty = [&](const Quantity& column) { return table.is_empty(column.column); };
+  const auto empty = std::ranges::find_if(position, is_empty);
+  if (empty == position.end()) return false;
+  if (std::ranges::all_of(position, is_empty)) return true;
+  table.fail(empty->column,
+             "is empty while the others of the position are not; complete the row, or empty all "
+             "three for a lost sample");
 }
 
 }  // namespace

@@ -1,7 +1,9 @@
-// The command line: one option of every kind, and the readers of lists, boxes and zones.
+// The command line: one option of every kind, files that are read and written, and the readers of
+// lists, boxes and zones. Nothing is written.
 
 #include <cmath>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -12,19 +14,33 @@ namespace armtrue::fuzz {
 namespace {
 
 struct Arguments {
-  std::string text, zone, unit = "mm", number = "1";
+  std::string text, zone, unit = "mm", number = "1", file, report, pictures;
   double value = 1, above = 1, range = 1;
   int count = 1;
   std::optional<double> maybe;
-  std::vector<std::string> texts, each;
+  std::vector<std::string> texts, each, files;
   std::vector<double> box, joints;
-  bool flag = false;
+  bool flag = false, left = false, right = false;
 };
+
+void add_files(app::Command& command, Arguments& arguments) {
+  command.add_input("What is read");
+  command.add_output();
+  command.file("--file", arguments.file, "A file");
+  command.file("--files", arguments.files, "Files")
+      .excludes(command.add_output("--report", arguments.report, "A further product"));
+  command.add_output_folder("--pictures", arguments.pictures, "A folder");
+  app::OptionGroup sides = command.group("Sides");
+  sides.flag("--left", arguments.left, "A flag");
+  sides.flag("--right", arguments.right, "A flag");
+  sides.require_one();
+}
 
 void add_options(app::Command& command, Arguments& arguments) {
   command.add_seed();
   command.add_new_sessions();
-  const app::Option text = command.option("--text", arguments.text, "A text");
+  command.add_columns("Columns: text");
+  const app::Option text = command.option("--text", arguments.text, "A text").default_shown();
   command.option("--value", arguments.value, "A number");
   command.option("--above", arguments.above, "A number").check(app::above_zero());
   command.option("--range", arguments.range, "A number").check(app::in_range(0.0, 1.0));
@@ -38,6 +54,7 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.joints("--joints", arguments.joints, "Angles");
   command.zone(arguments.zone, "A zone");
   command.flag("--flag", arguments.flag, "A flag");
+  add_files(command, arguments);
 }
 
 // Numbers that the checks let through are finite, and what is read of them again is.
@@ -55,17 +72,27 @@ void use(const app::Command& command, const Arguments& arguments) {
   if (const auto box = app::box_from_numbers(arguments.box))
     require(box->low.allFinite() && box->high.allFinite(), "a box is not finite");
   for (double time : command.new_sessions_s) require(std::isfinite(time), "a time is none");
+  require(arguments.left != arguments.right, "one of two is not asked for");
   app::split_list(arguments.text);
+  if (!arguments.file.empty()) command.refuse_named(arguments.file + ".dat");
+}
+
+// Messages of every kind, and an end with each exit code.
+int say(app::Command& command, const Arguments& arguments) {
+  command.progress(arguments.text);
+  command.warn(arguments.text);
+  command.tell(arguments.text);
+  command.report(arguments.text);
+  if (arguments.count == 2) throw app::UsageError(arguments.text);
+  if (arguments.count == 3) throw InputError(arguments.text);
+  return app::kSuccess;
 }
 
 // One argument on each line.
 void parse_arguments(const std::string& bytes) {
-  std::vector<std::string> words{"fuzz", ""};
-  for (char c : bytes.substr(0, bytes.find('\0')))
-    if (c == '\n')
-      words.emplace_back();
-    else
-      words.back() += c;
+  std::vector<std::string> words{"fuzz"};
+  std::istringstream lines(bytes.substr(0, bytes.find('\0')));
+  for (std::string line; std::getline(lines, line);) words.push_back(line);
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   app::Command command("fuzz", "Reads arguments.", "fuzz --value 1");
@@ -73,7 +100,7 @@ void parse_arguments(const std::string& bytes) {
   add_options(command, arguments);
   command.run(static_cast<int>(argv.size()), argv.data(), [&] {
     use(command, arguments);
-    return app::kSuccess;
+    return say(command, arguments);
   });
 }
 

@@ -107,8 +107,17 @@ std::vector<ProgramPointBetween> points_between(const RobotProgram& program,
   return between;
 }
 
+// What file names and options say, here by the first line of a program.
+void read_names(Dialect dialect, const std::string& text) {
+  const std::string line = text.substr(0, text.find('\n'));
+  find_dialect(line);
+  dialect_of_file(line);
+  why_illegal_name(dialect, line);
+}
+
 // As compensate corrects the points of a program.
 void correct(Dialect dialect, std::vector<ProgramText> texts) {
+  read_names(dialect, texts.front().text);
   static const KnownFrames known{{"BASE_DATA[1]", {}}, {"TOOL_DATA[1]", {}}, {"wobj1", {}},
                                  {"tool1", {}},        {"UF[1]", {}},        {"UT[1]", {}}};
   const RobotProgram program = parse_program(dialect, texts, known);

@@ -9,7 +9,7 @@ namespace armtrue::fuzz {
 
 const Target* find_target(const std::string& name) {
   for (const std::span<const Target> targets :
-       {data_file_targets(), robot_program_targets(), argument_targets()})
+       {data_file_targets(), exported_table_targets(), robot_program_targets(), argument_targets()})
     for (const Target& target : targets)
       if (name == target.name) return &target;
   return nullptr;

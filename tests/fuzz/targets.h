@@ -13,8 +13,9 @@ struct Target {
   void (*read)(const std::string& bytes);
 };
 
-/// In data_files.cc, robot_programs.cc and arguments.cc.
+/// In data_files.cc, exported_tables.cc, robot_programs.cc and arguments.cc.
 std::span<const Target> data_file_targets();
+std::span<const Target> exported_table_targets();
 std::span<const Target> robot_program_targets();
 std::span<const Target> argument_targets();
 
