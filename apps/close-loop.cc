@@ -72,7 +72,7 @@ void add_options(app::Command& command, Arguments& arguments) {
 
 // The measured poses: those that the search may use and the held-out ones.
 struct Measured {
-  Campaign all;  // of the file that is searched
+  Campaign all;  // of the file that is searched; empty if nobody asks for it after the split
   Split split;   // of `all`; empty with --test
   Campaign training, held_out;
 };
@@ -106,6 +106,9 @@ Measured read_measured(app::Command& command, const Arguments& arguments, const 
                          : split_by_pose(measured.all, arguments.held_out, command.seed);
     measured.training = measured.all.select(measured.split.training);
     measured.held_out = measured.all.select(measured.split.held_out);
+    const bool is_asked_for =
+        arguments.nested_folds > 0 || !arguments.residuals.empty() || !arguments.next_poses.empty();
+    if (!is_asked_for) measured.all = {};
   } else {
     measured.training = measured.all;
     measured.held_out = command.read_campaign(arguments.test, robot);

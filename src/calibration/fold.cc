@@ -212,16 +212,11 @@ class BlockFolder {
   // A row that few of many unknowns move, as where curves have many knots: only the products of
   // columns that are not zero.
   void add_gathered() {
-    runs_.clear();
-    for (int k = 0; k < static_cast<int>(nonzero_.size()); ++k) {
-      const int column = nonzero_[static_cast<size_t>(k)];
-      if (runs_.empty() || runs_.back().column + runs_.back().count != column)
-        runs_.push_back({column, k, 0});
-      ++runs_.back().count;
-    }
     const Eigen::Index last = gathered_.cols() - 1;
     for (Eigen::Index j = 0; j <= last; ++j) {
-      products_ = gathered_.leftCols(j + 1).transpose().lazyProduct(gathered_.col(j));
+      products_ = gathered_(0, j) * gathered_.row(0).head(j + 1).transpose();
+      for (Eigen::Index axis = 1; axis < gathered_.rows(); ++axis)
+        products_ += gathered_(axis, j) * gathered_.row(axis).head(j + 1).transpose();
       scatter(folded_.products.col(nonzero_[static_cast<size_t>(j)]));
     }
     if (folded_.bend.size() == 0) return;
@@ -235,11 +230,9 @@ class BlockFolder {
 
   // Adds the products to the rows of a column that are not zero.
   void scatter(Eigen::Ref<Eigen::VectorXd> column) const {
-    for (const Run& run : runs_) {
-      const Eigen::Index count = std::min<Eigen::Index>(run.count, products_.size() - run.first);
-      if (count <= 0) return;
-      column.segment(run.column, count) += products_.segment(run.first, count);
-    }
+    double* const out = column.data();
+    for (Eigen::Index k = 0; k < products_.size(); ++k)
+      out[nonzero_[static_cast<size_t>(k)]] += products_[k];
   }
 
   // Takes the rows into the sums.
@@ -255,12 +248,6 @@ class BlockFolder {
     filled_ = 0;
   }
 
-  // Columns side by side: `count` from `column` on, the first of which is number `first` of those
-  // that are not zero.
-  struct Run {
-    int column, first, count;
-  };
-
   const ObservationModel::At& at_;
   const ObservationModel& model_;
   const ReadingLaw& law_;
@@ -273,7 +260,6 @@ class BlockFolder {
   Eigen::MatrixXd slopes_;  // a column for each row, whose products add up to `bend`
   double bending_ = 0;
   std::vector<int> nonzero_;
-  std::vector<Run> runs_;
   RowMajor gathered_;
   Eigen::VectorXd products_;
 };

@@ -29,7 +29,8 @@ class FoldedCost : public ceres::CostFunction {
         priors_(priors) {
     for (const SessionModels::Run& run : models.runs(group))
       mutable_parameter_block_sizes()->push_back(run.count);
-    set_num_residuals(model_.unknowns() + 1 + static_cast<int>(priors.size()));
+    const bool apart = fold_by == FoldBy::qr;  // the priors
+    set_num_residuals(model_.unknowns() + 1 + (apart ? static_cast<int>(priors.size()) : 0));
   }
 
   bool Evaluate(double const* const* parameters, double* residuals,
@@ -44,19 +45,22 @@ class FoldedCost : public ceres::CostFunction {
     const ObservationModel::At at = model_.at(x);
     Eigen::Map<Eigen::VectorXd> r(residuals, num_residuals());
     r.setZero();
+    Eigen::VectorXd of_priors(std::ssize(priors_));
     for (size_t k = 0; k < priors_.size(); ++k)
-      r[p + 1 + static_cast<int>(k)] = priors_[k].residual(x);
+      of_priors[static_cast<Eigen::Index>(k)] = priors_[k].residual(x);
     if (!jacobians) {
-      r[p] = std::sqrt(total_loss(at, model_, law_));
+      const bool apart = fold_by_ == FoldBy::qr;
+      r[p] = std::sqrt(total_loss(at, model_, law_) + (apart ? 0 : of_priors.squaredNorm()));
+      if (apart) r.tail(of_priors.size()) = of_priors;
       return std::isfinite(r[p]);
     }
     last_ = {x, model_.sigma(), law_,
              kept_ ? fold(at, model_, law_, *kept_) : fold(at, model_, law_, fold_by_)};
     Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(num_residuals(), p);
     if (fold_by_ == FoldBy::qr)
-      by_rows(r, jacobian);
+      by_rows(of_priors, r, jacobian);
     else
-      by_second_derivative(r, jacobian);
+      by_second_derivative(of_priors, r, jacobian);
     using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
     int taken = 0;
     for (size_t b = 0; b < parameter_block_sizes().size(); ++b) {
@@ -72,14 +76,16 @@ class FoldedCost : public ceres::CostFunction {
   const GroupFold& last_fold() const { return last_; }
 
  private:
-  // Residuals and Jacobian from the triangle of the rows; `r` holds the residuals of the priors.
-  void by_rows(Eigen::Map<Eigen::VectorXd>& r, Eigen::MatrixXd& jacobian) const {
+  // Residuals and Jacobian from the triangle of the rows.
+  void by_rows(const Eigen::VectorXd& of_priors, Eigen::Map<Eigen::VectorXd>& r,
+               Eigen::MatrixXd& jacobian) const {
     const int p = model_.unknowns();
     const Eigen::MatrixXd triangle = last_.folded.triangle();
     r.head(p) = triangle.col(p).head(p);
     // What the linear part does not explain; no unknown moves it.
     r[p] = std::sqrt(std::max(0.0, last_.folded.loss - r.head(p).squaredNorm()));
     jacobian.topRows(p) = -triangle.topLeftCorner(p, p);
+    r.tail(of_priors.size()) = of_priors;
     for (size_t k = 0; k < priors_.size(); ++k)
       jacobian(p + 1 + static_cast<int>(k), priors_[k].unknown) = 1.0 / priors_[k].deviation;
   }
@@ -88,7 +94,8 @@ class FoldedCost : public ceres::CostFunction {
   // g: residuals C^-T g, whose sum of squares is twice what the step promises. Where that is much,
   // the solution is far, H may mislead, and a part of `bend` is left out (without it the step never
   // overshoots); likewise where H is not positive definite.
-  void by_second_derivative(Eigen::Map<Eigen::VectorXd>& r, Eigen::MatrixXd& jacobian) const {
+  void by_second_derivative(const Eigen::VectorXd& of_priors, Eigen::Map<Eigen::VectorXd>& r,
+                            Eigen::MatrixXd& jacobian) const {
     const int p = model_.unknowns();
     const Fold& folded = last_.folded;
     Eigen::MatrixXd whole = folded.products.topLeftCorner(p, p);
@@ -97,11 +104,9 @@ class FoldedCost : public ceres::CostFunction {
       const int unknown = priors_[k].unknown;
       const double weight = 1.0 / priors_[k].deviation;
       whole(unknown, unknown) += weight * weight;
-      gradient[unknown] -= weight * r[p + 1 + static_cast<int>(k)];
+      gradient[unknown] -= weight * of_priors[static_cast<Eigen::Index>(k)];
     }
-    const auto priors = static_cast<Eigen::Index>(priors_.size());
-    const double loss = folded.loss + r.tail(priors).squaredNorm();
-    r.setZero();
+    const double loss = folded.loss + of_priors.squaredNorm();
     r[p] = std::sqrt(loss);
     struct Part {
       double share, most;  // of `bend`; of the loss that the step may promise
@@ -202,8 +207,8 @@ Solution minimise(const SessionModels& models, const ReadingLaw& law,
   // No group sees another's own unknowns. The normal equations need no more care than they were
   // made with.
   options.linear_solver_type = models.groups() > 1 ? ceres::SPARSE_NORMAL_CHOLESKY
-                               : by == FoldBy::qr    ? ceres::DENSE_QR
-                                                     : ceres::DENSE_NORMAL_CHOLESKY;
+                               : by == FoldBy::qr  ? ceres::DENSE_QR
+                                                   : ceres::DENSE_NORMAL_CHOLESKY;
   options.max_num_iterations = max_iterations;
   options.function_tolerance = tolerance;
   options.gradient_tolerance = 0;

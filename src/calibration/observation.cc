@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "armtrue/statistics/summary.h"
+#include "effects/posture.h"
 
 namespace armtrue {
 namespace {
@@ -10,6 +11,24 @@ namespace {
 // 0 where no row states a standard deviation.
 double stated_median(const std::vector<double>& deviations) {
   return deviations.empty() ? 0.0 : median(deviations);
+}
+
+bool same_posture(const Campaign& campaign, int a, int b) {
+  return campaign.q[a] == campaign.q[b] &&
+         (campaign.payload_kg.empty() || campaign.payload_kg[a] == campaign.payload_kg[b]);
+}
+
+// Writes the values of each effect to place(effect).
+template <typename Place>
+void evaluate(const std::vector<const BoundEffect*>& effects, const ChainEvaluator& chain,
+              const Context& context, const Place& place) {
+  ArmFrames frames;
+  PoseJacobian jacobian;
+  if (std::ranges::any_of(effects, &BoundEffect::needs_frames))
+    frames = chain.link_frames(context.q);
+  if (std::ranges::any_of(effects, &BoundEffect::needs_jacobian)) chain.pose(context.q, jacobian);
+  for (const BoundEffect* effect : effects)
+    effect->values(context, &frames, &jacobian, place(effect));
 }
 
 }  // namespace
@@ -57,10 +76,9 @@ void ObservationModel::choose_columns() {
 }
 
 // The values of the drivers do not depend on the unknowns (see BoundEffect), so each is evaluated
-// once per row.
+// once per row; those that the posture decides are the same at every visit of a pose.
 void ObservationModel::evaluate_effect_values(const Robot& robot) {
   int value_count = 0, coefficient_count = 0;
-  bool needs_frames = false, needs_jacobian = false;
   for (const Effect& effect : robot.effects) {
     require_drivers(campaign_, effect);
     const BoundEffect& bound = effects_.emplace_back(effect, robot, campaign_.temperature_names);
@@ -70,20 +88,29 @@ void ObservationModel::evaluate_effect_values(const Robot& robot) {
     if (static_cast<int>(effects_.size()) == fitted_effects_)
       coefficient_count_ = coefficient_count;
     value_count += bound.value_count();
-    needs_frames |= bound.needs_frames();
-    needs_jacobian |= bound.needs_jacobian();
   }
   if (value_count == 0) return;
   effect_values_.resize(value_count, rows());
+  std::vector<const BoundEffect*> all, of_visit;
+  for (size_t e = 0; e < effects_.size(); ++e) {
+    all.push_back(&effects_[e]);
+    if (!is_of_posture(robot.effects[e])) of_visit.push_back(&effects_[e]);
+  }
   const ChainEvaluator chain(robot.chain);
+  const auto place = [&](const BoundEffect* effect, int row) {
+    return &effect_values_(first_value_[static_cast<size_t>(effect - effects_.data())], row);
+  };
+  constexpr int kNone = -1;
+  std::vector<int> last_of_pose(campaign_.pose_ids.size(), kNone);
   for (int row = 0; row < rows(); ++row) {
-    const Context context = campaign_.context(row);
-    ArmFrames frames;
-    PoseJacobian jacobian;
-    if (needs_frames) frames = chain.link_frames(context.q);
-    if (needs_jacobian) chain.pose(context.q, jacobian);
-    for (size_t e = 0; e < effects_.size(); ++e)
-      effects_[e].values(context, &frames, &jacobian, &effect_values_(first_value_[e], row));
+    int& last = last_of_pose[static_cast<size_t>(campaign_.pose[row])];
+    const bool is_again = last != kNone && same_posture(campaign_, row, last);
+    if (is_again) effect_values_.col(row) = effect_values_.col(last);
+    const std::vector<const BoundEffect*>& own = is_again ? of_visit : all;
+    if (!own.empty())
+      evaluate(own, chain, campaign_.context(row),
+               [&](const BoundEffect* effect) { return place(effect, row); });
+    last = row;
   }
 }
 

@@ -10,23 +10,32 @@
 
 namespace armtrue {
 
-Eigen::MatrixXd drawn_poses(int poses, int draws, std::uint64_t seed) {
+Eigen::MatrixXd drawn_sums(const Eigen::MatrixXd& by_pose, int draws, std::uint64_t seed) {
+  constexpr int kDrawsAtOnce = 64;  // bounds the memory of many poses
   std::mt19937_64 random(seed);
-  Eigen::MatrixXd drawn = Eigen::MatrixXd::Zero(draws, poses);
-  for (int draw = 0; draw < draws; ++draw)
-    for (int k = 0; k < poses; ++k)
-      drawn(draw, static_cast<Eigen::Index>(random() % static_cast<std::uint64_t>(poses))) += 1;
-  return drawn;
+  const auto poses = static_cast<std::uint64_t>(by_pose.rows());
+  Eigen::MatrixXd sums(draws, by_pose.cols());
+  for (int first = 0; first < draws; first += kDrawsAtOnce) {
+    const int count = std::min(kDrawsAtOnce, draws - first);
+    Eigen::MatrixXd times = Eigen::MatrixXd::Zero(count, by_pose.rows());
+    for (int draw = 0; draw < count; ++draw)
+      for (std::uint64_t k = 0; k < poses; ++k)
+        times(draw, static_cast<Eigen::Index>(random() % poses)) += 1;
+    sums.middleRows(first, count) = times * by_pose;
+  }
+  return sums;
 }
 
 std::array<double, 2> percentile_interval(std::vector<double> values, int poses) {
   if (poses < 2 || values.empty()) return {0, 0};
   const double wide = student_t_975(poses - 1) * std::sqrt(poses / (poses - 1.0));
   const double share = normal_below(-wide);
-  std::sort(values.begin(), values.end());
   const double place = share * (static_cast<double>(values.size()) - 1);
-  const auto below = static_cast<size_t>(place + 0.5);
-  return {values[below], values[values.size() - 1 - below]};
+  const auto below = static_cast<std::ptrdiff_t>(place + 0.5);
+  const auto low = values.begin() + below, high = values.end() - 1 - below;
+  std::nth_element(values.begin(), low, values.end());
+  if (high > low) std::nth_element(low + 1, high, values.end());
+  return {*low, *high};
 }
 
 Eigen::MatrixXd bootstrap_coefficients(const CalibrationResult& fit, const Campaign& campaign,
@@ -49,7 +58,7 @@ Eigen::MatrixXd bootstrap_coefficients(const CalibrationResult& fit, const Campa
   for (int pose = 0; pose < poses; ++pose) influence.row(pose) = changes[pose].transpose();
   influence.rowwise() -= influence.colwise().mean().eval();
   const double firm = mean_psi_derivative(fit.weights, fit.degrees_of_freedom, models.row_size());
-  return (poses - 1) / (poses * firm) * drawn_poses(poses, draws, seed) * influence;
+  return (poses - 1) / (poses * firm) * drawn_sums(influence, draws, seed);
 }
 
 std::array<double, 2> interval_about(const Eigen::VectorXd& bootstrap_draws, double deviation,

@@ -63,4 +63,21 @@ std::vector<int> rows_of_some_poses(const Campaign& campaign, long count) {
   return rows;
 }
 
+std::vector<int> rows_of_some_visits(const Campaign& campaign, const std::vector<int>& rows,
+                                     long count) {
+  std::map<std::array<int, 3>, std::vector<int>> replicates;  // by session, pose and channel
+  for (int row : rows)
+    replicates[{campaign.session.empty() ? 0 : campaign.session[row], campaign.pose[row],
+                campaign.channel(row)}]
+        .push_back(row);
+  std::vector<int> chosen;
+  for (const auto& [key, own] : replicates) {
+    const std::vector<int> some =
+        evenly_chosen(own, std::max(1L, std::ssize(own) * count / std::ssize(rows)));
+    chosen.insert(chosen.end(), some.begin(), some.end());
+  }
+  std::sort(chosen.begin(), chosen.end());
+  return chosen;
+}
+
 }  // namespace armtrue

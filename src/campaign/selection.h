@@ -18,4 +18,9 @@ std::vector<int> thinned_rows(const Campaign& campaign, int count);
 /// change the choice.
 std::vector<int> rows_of_some_poses(const Campaign& campaign, long count);
 
+/// About `count` of these rows, in ascending order: of the replicates of each prediction an even
+/// choice, in proportion to their number; at least one of each.
+std::vector<int> rows_of_some_visits(const Campaign& campaign, const std::vector<int>& rows,
+                                     long count);
+
 }  // namespace armtrue

@@ -135,17 +135,34 @@ void list_rivals(EffectModel& model, size_t chosen, const ProjectedCandidates::I
   }
 }
 
+// What a curve without a name must score, its choices not counted, to reject the cause of an
+// effect.
+double score_to_beat(EffectModel& model, size_t chosen) {
+  const Candidate& found = model.chosen()[chosen];
+  if (!found.from_catalogue) return std::numeric_limits<double>::infinity();
+  return model.score_of({static_cast<int>(chosen)}).score + 2 * found.log_choices + kRuledOut;
+}
+
+// All candidates in the place of one of the chosen effects, but those that are neither rivals nor
+// curves that reject its cause.
+ProjectedCandidates::InPlace candidates_in_place_of(EffectModel& model, size_t chosen) {
+  double most_choices = 0;
+  for (const Candidate& candidate : model.scan().candidates())
+    most_choices = std::max(most_choices, candidate.log_choices);
+  return model.view().projected.in_place_of(
+      model.in_fit(chosen), score_to_beat(model, chosen) - 2 * most_choices, kMaxOfIt * kMaxOfIt);
+}
+
 // Whether a curve without a name, of the same parameter, explains the readings so much better that
 // the cause is rejected.
 bool is_beaten(EffectModel& model, size_t chosen, const std::vector<CandidateScore>& scores) {
-  const Candidate& found = model.chosen()[chosen];
-  if (!found.from_catalogue) return false;
-  const double own = model.score_of({static_cast<int>(chosen)}).score + 2 * found.log_choices;
+  const double least = score_to_beat(model, chosen);
   const std::vector<Candidate>& candidates = model.scan().candidates();
   for (size_t k = 0; k < candidates.size(); ++k) {
     const Candidate& other = candidates[k];
-    if (other.from_catalogue || other.effect.parameter != found.effect.parameter) continue;
-    if (scores[k].score + 2 * other.log_choices > own + kRuledOut &&
+    if (other.from_catalogue || other.effect.parameter != model.chosen()[chosen].effect.parameter)
+      continue;
+    if (scores[k].score + 2 * other.log_choices > least &&
         model.scan().is_possible(static_cast<int>(k), scores[k].coefficients))
       return true;
   }
@@ -236,7 +253,7 @@ TraceResult with_evidence(SearchResult search, const Campaign& campaign,
     traced.from_catalogue = chosen[k].from_catalogue;
     traced.separated_by = chosen[k].separated_by;
     traced.in_words = chosen[k].in_words;
-    const auto in_place = model.view().projected.in_place_of(model.in_fit(k));
+    const auto in_place = candidates_in_place_of(model, k);
     if (is_beaten(model, k, in_place.scores)) {
       traced.beaten_cause = traced.effect.name;
       traced.from_catalogue = false;

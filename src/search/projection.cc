@@ -21,7 +21,6 @@ constexpr double kMinUnexplainedShare = 1e-5;
 // fine curve always has weak directions, and their coefficients would take any value.
 constexpr double kMinDirection = 1e-6, kMinDirectionOfFineCurve = 1e-4;
 constexpr double kScoreTolerance = 0.01;  // of EBIC; less is rounding and the end of an iteration
-constexpr int kColumnsPerBlock = 256;     // bounds the memory of one task
 
 }  // namespace
 
@@ -71,37 +70,22 @@ Eigen::VectorXd ProjectedCandidates::squares_by_context(int parameter,
 
 void ProjectedCandidates::project_columns() {
   // Transposed once, so that the numbers of a row lie side by side in memory.
-  Eigen::MatrixXd target(fit_.basis().rows(), fit_.basis().cols() + 1);
-  target << fit_.basis(), fit_.residual();
-  const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> by_row = target;
-  Squares squares(static_cast<size_t>(scan_.parameters()));
-  for_ordered_blocks<int>(
-      scan_.parameters() * CandidateScan::kParts, 1,
-      [&](int task, int) {
-        const int parameter = task / CandidateScan::kParts, part = task % CandidateScan::kParts;
-        const auto [first, last] = scan_.columns_of(parameter, part);
-        if (first == last) return 0;
-        const ValuesAtRows& of_part = parts_[static_cast<size_t>(part)];
-        const Eigen::MatrixXd sums = sums_by_context(parameter, of_part, by_row);
-        const Eigen::Index rank = fit_.basis().cols();
-        for (int begin = first; begin < last; begin += kColumnsPerBlock) {
-          const int count = std::min(kColumnsPerBlock, last - begin);
-          Eigen::MatrixXd values(sums.rows(), count);
-          for (int k = 0; k < count; ++k)
-            values.col(k) = of_part.values().col(scan_.value_of_column_[begin + k]).cast<double>();
-          on_basis_.middleCols(begin, count).noalias() = sums.leftCols(rank).transpose() * values;
-          slopes_.segment(begin, count).noalias() = values.transpose() * sums.col(rank);
-        }
-        for (int k = first; k < last && of_part.differ(); ++k)
-          slopes_[k] += fit_.jacobian().col(parameter).dot(
-              of_part.pulls().col(scan_.value_of_column_[k]).cast<double>());
-        squares[static_cast<size_t>(parameter)][static_cast<size_t>(part)] =
-            squares_by_context(parameter, of_part);
-        return 0;
-      },
-      [](int) {});
+  const Eigen::Index rank = fit_.basis().cols();
+  RowMajor<double> by_row(fit_.basis().rows(), rank + 1);
+  by_row << fit_.basis(), fit_.residual();
+  for_each_product(by_row, [&](const SomeColumns& some, const Eigen::MatrixXd& sums,
+                               const Eigen::MatrixXd& values) {
+    on_basis_.middleCols(some.first, some.count).noalias() = sums.topRows(rank) * values;
+    auto slopes = slopes_.segment(some.first, some.count);
+    slopes.noalias() = values.transpose() * sums.row(rank).transpose();
+    for (int k = 0; k < some.count && some.values.differ(); ++k)
+      slopes[k] +=
+          fit_.jacobian()
+              .col(some.parameter)
+              .dot(some.values.pulls().col(scan_.value_of_column_[some.first + k]).cast<double>());
+  });
   find_spreads();
-  compute_grams(squares);
+  compute_grams();
 }
 
 // Of the pairs of values that have columns in one candidate.
@@ -197,7 +181,11 @@ Eigen::MatrixXd ProjectedCandidates::gram_of(int candidate, const Squares& squar
   return values.transpose() * weighted;
 }
 
-void ProjectedCandidates::compute_grams(const Squares& squares) {
+void ProjectedCandidates::compute_grams() {
+  Squares squares(static_cast<size_t>(scan_.parameters()));
+  for (int parameter = 0; parameter < scan_.parameters(); ++parameter)
+    for (size_t part = 0; part < parts_.size(); ++part)
+      squares[static_cast<size_t>(parameter)][part] = squares_by_context(parameter, parts_[part]);
   for_ordered_blocks<int>(
       static_cast<int>(scan_.candidates_.size()), kCandidatesPerBlock,
       [&](int begin, int end) {
@@ -282,13 +270,19 @@ CandidateScore ProjectedCandidates::score(int candidate, const Solution& solutio
 // Without some effects the columns X2 are longer: to what they have beside the whole model comes
 // what only those effects span. So with the slope s beside the rest, the Gram matrix beside the
 // whole model bounds the gain from above,
-//     s^T (X2^T X2 + Y^T Y)^-1 s <= s^T (X2^T X2)^-1 s,
-// and the charge is at least that of one direction.
+//     s^T (X2^T X2 + Y^T Y)^-1 s <= s^T (X2^T X2)^-1 s.
+double ProjectedCandidates::most_gain(int candidate, const Eigen::VectorXd& slope) const {
+  const Solution& solution = solutions_[candidate];
+  if (solution.degrees_of_freedom < slope.size())  // no bound in what is left out
+    return std::numeric_limits<double>::infinity();
+  return (solution.whitening * slope).squaredNorm();
+}
+
+// The charge is at least that of one direction.
 bool ProjectedCandidates::can_exceed(double least, int candidate, const Eigen::VectorXd& slope,
                                      double norm) const {
-  const Solution& solution = solutions_[candidate];
-  if (solution.degrees_of_freedom < slope.size()) return true;  // no bound in what is left out
-  const double most = (solution.whitening * slope).squaredNorm();
+  const double most = most_gain(candidate, slope);
+  if (most == std::numeric_limits<double>::infinity()) return true;
   const Candidate& of = scan_.candidates_[candidate];
   return ebic_fall(is_shrunken(of.effect), of.log_choices, 1, std::min(most, norm), norm,
                    fit_.residual_freedom()) > least;
@@ -309,8 +303,10 @@ std::vector<ProjectedCandidates::Place> ProjectedCandidates::places_of(
   return places;
 }
 
-ProjectedCandidates::InPlace ProjectedCandidates::in_place(double least, const Place& place,
-                                                           bool with_imitations) const {
+ProjectedCandidates::InPlace ProjectedCandidates::in_place(double least, double least_imitation,
+                                                           const Asked& asked,
+                                                           const Place& place) const {
+  const bool with_imitations = least_imitation < kNoImitation;
   const Linearization::Loss& loss = place.loss;
   const double lost = loss.residual.squaredNorm(), norm = fit_.residual_norm() + lost;
   const Eigen::VectorXd slopes = slopes_ + place.slopes;
@@ -322,7 +318,12 @@ ProjectedCandidates::InPlace ProjectedCandidates::in_place(double least, const P
       [&](int begin, int end) {
         for (int candidate = begin; candidate < end; ++candidate) {
           const Eigen::VectorXd slope = slope_of(candidate, slopes);
-          if (!can_exceed(least, candidate, slope, norm)) {
+          const auto can_imitate = [&] {
+            return with_imitations && most_gain(candidate, slope_of(candidate, place.slopes)) >=
+                                          least_imitation * lost;
+          };
+          if (!(can_exceed(least, candidate, slope, norm) || can_imitate()) ||
+              (asked && !asked(candidate))) {
             result.scores[candidate].score = -std::numeric_limits<double>::infinity();
             continue;
           }
@@ -348,10 +349,11 @@ std::vector<CandidateScore> ProjectedCandidates::scores() const {
   return scores;
 }
 
-ProjectedCandidates::InPlace ProjectedCandidates::in_place_of(int effect) const {
+ProjectedCandidates::InPlace ProjectedCandidates::in_place_of(int effect, double least,
+                                                              double least_imitation) const {
   const Place place = places_of({{effect}}).front();
   const double whole = std::max(1e-300, place.loss.residual.squaredNorm());
-  InPlace result = in_place(-std::numeric_limits<double>::infinity(), place, true);
+  InPlace result = in_place(least, least_imitation, {}, place);
   for (CandidateScore& one : result.imitations) one.gain = std::clamp(one.gain / whole, 0.0, 1.0);
   return result;
 }

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <string>
 #include <vector>
@@ -10,6 +12,7 @@
 #include "search/linearization.h"
 #include "search/scan.h"
 #include "search/values_at_rows.h"
+#include "statistics/ordered_blocks.h"
 
 namespace armtrue {
 
@@ -27,8 +30,8 @@ struct CandidateScore {
   Eigen::VectorXd coefficients;
 };
 
-/// Score of effects of a fit together beside the others, whose loss it is. `shrunken`: as of ebic_fall();
-/// `log_choices` is the sum over the effects.
+/// Score of effects of a fit together beside the others, whose loss it is. `shrunken`: as of
+/// ebic_fall(); `log_choices` is the sum over the effects.
 CandidateScore score_of(const Linearization& fit, const Linearization::Loss& loss, bool shrunken,
                         double log_choices);
 
@@ -76,13 +79,18 @@ class ProjectedCandidates {
   /// Q^T X once.
   std::vector<Place> places_of(const std::vector<std::vector<int>>& effects) const;
 
-  /// The same where only scores above `least` count: candidates that cannot reach it, by an upper
-  /// bound of their gain, are left at -infinity and cost next to nothing.
-  std::vector<CandidateScore> scores_above(double least, const Place& place) const {
-    return in_place(least, place, false).scores;
+  /// Numbers of candidates that are asked for; empty: all.
+  using Asked = std::function<bool(int)>;
+
+  /// The same where only scores above `least` count: candidates that are not asked for or cannot
+  /// reach it, by an upper bound of their gain, are left at -infinity and cost next to nothing.
+  std::vector<CandidateScore> scores_above(double least, const Place& place,
+                                           const Asked& asked = {}) const {
+    return in_place(least, kNoImitation, asked, place).scores;
   }
-  std::vector<CandidateScore> scores_above(double least, const std::vector<int>& effects) const {
-    return scores_above(least, places_of({effects}).front());
+  std::vector<CandidateScore> scores_above(double least, const std::vector<int>& effects,
+                                           const Asked& asked = {}) const {
+    return scores_above(least, places_of({effects}).front(), asked);
   }
 
   /// Each candidate in the place of one effect of the model.
@@ -93,7 +101,10 @@ class ProjectedCandidates {
     /// `coefficients` are those of the closest imitation.
     std::vector<CandidateScore> imitations;
   };
-  InPlace in_place_of(int effect) const;
+  /// Candidates whose score cannot exceed `least`, and of which cos^2 cannot reach
+  /// `least_imitation`, are left at -infinity and no degree of freedom: see scores_above().
+  InPlace in_place_of(int effect, double least = -std::numeric_limits<double>::infinity(),
+                      double least_imitation = 0) const;
 
   /// Null distribution of the family-wise test: the best score of all candidates on residuals with
   /// random signs, one for each draw. All rows of a pose get the same sign, since they may share an
@@ -118,10 +129,13 @@ class ProjectedCandidates {
   Solution solve(int candidate, const Eigen::MatrixXd& gram) const;
   CandidateScore score(int candidate, const Solution& solution, const Eigen::VectorXd& slope,
                        double norm) const;
+  double most_gain(int candidate, const Eigen::VectorXd& slope) const;
   bool can_exceed(double least, int candidate, const Eigen::VectorXd& slope, double norm) const;
-  InPlace in_place(double least, const Place& place, bool with_imitations) const;
+  static constexpr double kNoImitation = std::numeric_limits<double>::infinity();
+  InPlace in_place(double least, double least_imitation, const Asked& asked,
+                   const Place& place) const;
   void project_columns();
-  void compute_grams(const Squares& squares);
+  void compute_grams();
   Eigen::MatrixXd gram_of(int candidate, const Squares& squares) const;
   void find_spreads();
   void add_spreads(int candidate, Eigen::MatrixXd& gram) const;
@@ -131,21 +145,56 @@ class ProjectedCandidates {
   }
   Eigen::VectorXd squares_by_context(int parameter, const ValuesAtRows& values) const;
 
-  // Sums over the rows of each context of d(row)/d(parameter) . columns(row): contexts x columns.
-  template <typename Columns>
-  auto sums_by_context(int parameter, const ValuesAtRows& values, const Columns& columns) const {
-    using Scalar = typename Columns::Scalar;
-    using Matrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
+  template <typename Scalar>
+  using RowMajor = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+  // Sums over the rows of each context of d(row)/d(parameter) . columns(row): columns x contexts.
+  template <typename Scalar>
+  auto sums_by_context(int parameter, const ValuesAtRows& values,
+                       const RowMajor<Scalar>& columns) const {
     const int size = fit_.row_size();
-    Matrix sums = Matrix::Zero(columns.cols(), values.values().rows());
-    const auto derivative = fit_.jacobian().col(parameter);
-    for (int row = 0; row < fit_.rows(); ++row)
-      for (int axis = 0; axis < size; ++axis)
-        if (derivative[row * size + axis] != 0)
-          sums.col(values.context_of_row(row)) +=
-              static_cast<Scalar>(derivative[row * size + axis]) *
-              columns.row(row * size + axis).transpose();
-    return Matrix(sums.transpose());
+    const Eigen::VectorX<Scalar> derivative = fit_.jacobian().col(parameter).cast<Scalar>();
+    Eigen::MatrixX<Scalar> sums =
+        Eigen::MatrixX<Scalar>::Zero(columns.cols(), values.values().rows());
+    for (int row = 0; row < fit_.rows(); ++row) {
+      const auto own = derivative.segment(row * size, size);
+      if ((own.array() == 0).all()) continue;
+      sums.col(values.context_of_row(row)) +=
+          columns.middleRows(row * size, size).transpose().lazyProduct(own);
+    }
+    return sums;
+  }
+
+  // Some columns of one parameter: from the `first` on.
+  struct SomeColumns {
+    int parameter, first, count;
+    const ValuesAtRows& values;
+  };
+  // Calls take(columns, sums, values) for all columns, on the machine's threads: with the sums by
+  // context of `by_row`, and with the values of the columns at the contexts, sums * values are the
+  // products of the columns X with `by_row`, transposed.
+  template <typename Scalar, typename Take>
+  void for_each_product(const RowMajor<Scalar>& by_row, const Take& take) const {
+    constexpr int kColumnsAtOnce = 256;  // bounds the memory of one task
+    for_ordered_blocks<int>(
+        scan_.parameters() * CandidateScan::kParts, 1,
+        [&](int task, int) {
+          const int parameter = task / CandidateScan::kParts, part = task % CandidateScan::kParts;
+          const auto [begin, end] = scan_.columns_of(parameter, part);
+          if (begin == end) return 0;
+          const ValuesAtRows& of_part = parts_[static_cast<size_t>(part)];
+          const Eigen::MatrixX<Scalar> sums = sums_by_context(parameter, of_part, by_row);
+          for (int first = begin; first < end; first += kColumnsAtOnce) {
+            const int count = std::min(kColumnsAtOnce, end - first);
+            Eigen::MatrixX<Scalar> values(sums.cols(), count);
+            for (int k = 0; k < count; ++k)
+              values.col(k) =
+                  of_part.values().col(scan_.value_of_column_[first + k]).template cast<Scalar>();
+            take(SomeColumns{parameter, first, count, of_part}, sums, values);
+          }
+          return 0;
+        },
+        [](int) {});
   }
 
   // Of best_of_flipped(); see sign_flips.cc.
@@ -153,8 +202,7 @@ class ProjectedCandidates {
   Eigen::VectorXd leverage_corrected_residual_by_pose() const;
   Draws draw(int flips, std::uint64_t seed) const;
   void draw_block(const Eigen::MatrixXf& signs, int begin, Draws& draws) const;
-  Eigen::MatrixXf pulls_by_pose(int parameter, const ValuesAtRows& values, int first, int count,
-                                Eigen::Index poses) const;
+  Eigen::MatrixXf pulls_by_pose(const SomeColumns& columns, Eigen::Index poses) const;
   Eigen::VectorXd best_of_block(const Draws& draws, int begin, int end) const;
 
   const CandidateScan& scan_;

@@ -6,6 +6,7 @@
 #include <map>
 #include <string>
 
+#include "effects/posture.h"
 #include "statistics/ordered_blocks.h"
 
 namespace armtrue {
@@ -29,29 +30,6 @@ std::string value_key(const Effect& effect) {
   if (effect.driver.kind == DriverKind::moment || effect.driver.involves(DriverKind::force))
     key += "|" + effect.parameter;
   return key;
-}
-
-// Whether the joint angles and the payload alone decide the values of a driver.
-bool is_of_posture(DriverKind kind) {
-  switch (kind) {
-    case DriverKind::motor_torque:
-    case DriverKind::arrival:
-    case DriverKind::stroke:
-    case DriverKind::time:
-    case DriverKind::temperature:
-    case DriverKind::force:
-      return false;
-    default:
-      return true;
-  }
-}
-
-bool is_of_posture(const Effect& effect) {
-  const Driver& driver = effect.driver;
-  if (!effect.members.empty())
-    return std::ranges::all_of(effect.members,
-                               [](const Effect& member) { return is_of_posture(member); });
-  return is_of_posture(driver.kind) && (!driver.factor || is_of_posture(*driver.factor));
 }
 
 bool same(const Context& a, const Context& b) {

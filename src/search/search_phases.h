@@ -53,8 +53,7 @@ class ModelSearch {
   bool was_taken_back(const Effect& a, const Effect& b) const;
   bool leads_to(const Revision& revision, const std::vector<Candidate>& chosen) const;
   std::optional<Revision> best_revision(KnownCauses known_causes);
-  std::optional<int> better_than(double least, const std::vector<CandidateScore>& scores,
-                                 bool known) const;
+  std::optional<int> better_than(double least, const std::vector<CandidateScore>& scores) const;
   bool merge_into_spline(size_t least);
   bool merge_into_distortion();
   bool is_piece_of_distortion(const Candidate& candidate) const;

@@ -71,9 +71,13 @@ std::optional<ModelSearch::Revision> ModelSearch::best_revision(KnownCauses know
   for (size_t k = 0; k < chosen.size(); ++k) {
     const double own = model_.score_of({static_cast<int>(k)}, places[k].loss).score;
     const double least = std::max(own, 0.0) + kMinFallToExchange;
-    const std::vector<CandidateScore> scores = projected.scores_above(least, places[k]);
     const bool by_known = chosen[k].from_catalogue && known_causes == KnownCauses::stay;
-    const auto better = better_than(least, scores, by_known);
+    const std::vector<CandidateScore> scores =
+        projected.scores_above(least, places[k], [&](int candidate) {
+          const Candidate& other = candidates()[candidate];
+          return (other.from_catalogue || !by_known) && may_enter(other);
+        });
+    const auto better = better_than(least, scores);
     const double fall = better ? scores[*better].score - own : -own;
     if (fall < most || (!better && own > 0)) continue;
     std::optional<Candidate> refined;
@@ -88,15 +92,12 @@ std::optional<ModelSearch::Revision> ModelSearch::best_revision(KnownCauses know
   return best;
 }
 
-// The best candidate (`known`: of the catalogue) of possible size that scores more than `least`.
-std::optional<int> ModelSearch::better_than(double least, const std::vector<CandidateScore>& scores,
-                                            bool known) const {
+// The best candidate of possible size that scores more than `least`.
+std::optional<int> ModelSearch::better_than(double least,
+                                            const std::vector<CandidateScore>& scores) const {
   for (int candidate : best_first(scores)) {
     if (scores[candidate].score <= least) break;
-    const Candidate& other = candidates()[candidate];
-    if ((other.from_catalogue || !known) && may_enter(other) &&
-        model_.scan().is_possible(candidate, scores[candidate].coefficients))
-      return candidate;
+    if (model_.scan().is_possible(candidate, scores[candidate].coefficients)) return candidate;
   }
   return std::nullopt;
 }
@@ -121,12 +122,12 @@ bool ModelSearch::merge_into_spline(size_t least) {
     if (together.size() < least || seen) continue;
     const double own = model_.score_of(together).score;
     const std::vector<CandidateScore> scores =
-        model_.view().projected.scores_above(own + most, effects);
+        model_.view().projected.scores_above(own + most, effects, [&](int candidate) {
+          const Candidate& other = candidates()[candidate];
+          return other.fine && same_place(other.effect, chosen[first].effect);
+        });
     for (size_t c = 0; c < scores.size(); ++c) {
-      const Candidate& candidate = candidates()[c];
-      if (!candidate.fine || !same_place(candidate.effect, chosen[first].effect) ||
-          scores[c].score <= own + most)
-        continue;
+      if (scores[c].score <= own + most) continue;
       most = scores[c].score - own;
       merged = together;
       curve = static_cast<int>(c);
@@ -157,10 +158,12 @@ bool ModelSearch::merge_into_distortion() {
     }
   if (pieces.size() < 2) return false;
   double most = model_.score_of(pieces).score + kMinFallToExchange;
-  const std::vector<CandidateScore> scores = model_.view().projected.scores_without(effects);
+  const std::vector<CandidateScore> scores = model_.view().projected.scores_above(
+      most, effects,
+      [&](int candidate) { return is_polynomial(candidates()[candidate].effect.shape); });
   std::optional<Candidate> distortion;
   for (size_t c = 0; c < scores.size(); ++c)
-    if (is_polynomial(candidates()[c].effect.shape) && scores[c].score > most) {
+    if (scores[c].score > most) {
       most = scores[c].score;
       distortion = candidates()[c];
     }

@@ -14,11 +14,7 @@
 namespace armtrue {
 namespace {
 
-// float is precise enough for a rank among draws, once the projection was done in double.
-using RowMajorXf = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-constexpr int kColumnsAtOnce = 256;  // bounds the memory of one task
-constexpr int kRowsAtOnce = 128, kFlipsAtOnce = 256;  // likewise
+constexpr int kRowsAtOnce = 128, kFlipsAtOnce = 256;  // bound the memory of one task
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // One sign for each pose and draw, the same for all candidates: poses x flips.
@@ -34,10 +30,11 @@ Eigen::MatrixXf random_signs(int poses, int flips, std::uint64_t seed) {
 
 // The residuals e with flipped signs, as the candidates see them, X2^T e = X^T (e - Q Q^T e): they
 // are projected off the model once for all candidates.
+// float is precise enough for a rank among draws, once the projection was done in double.
 struct ProjectedCandidates::Draws {
   Eigen::VectorXd residual;       // e before its signs flip
   Eigen::MatrixXd basis_by_pose;  // of each pose the sum of e_i times row i of Q: poses x rank
-  RowMajorXf slopes;              // X2^T e: columns x flips
+  RowMajor<float> slopes;         // X2^T e: columns x flips
   Eigen::RowVectorXf norms;       // |e - Q Q^T e|^2: flips
 };
 
@@ -67,8 +64,8 @@ ProjectedCandidates::Draws ProjectedCandidates::draw(int flips, std::uint64_t se
   const int poses = 1 + *std::max_element(pose_of_row.begin(), pose_of_row.end());
   const int size = fit_.row_size();
   Draws draws{leverage_corrected_residual_by_pose(),
-              Eigen::MatrixXd::Zero(poses, fit_.basis().cols()), RowMajorXf(slopes_.size(), flips),
-              Eigen::RowVectorXf(flips)};
+              Eigen::MatrixXd::Zero(poses, fit_.basis().cols()),
+              RowMajor<float>(slopes_.size(), flips), Eigen::RowVectorXf(flips)};
   // Rows of a pose flip together, so their products are summed before the draws.
   for (int row = 0; row < fit_.rows(); ++row)
     draws.basis_by_pose.row(pose_of_row[row]) +=
@@ -80,18 +77,18 @@ ProjectedCandidates::Draws ProjectedCandidates::draw(int flips, std::uint64_t se
   return draws;
 }
 
-// The products of the columns from `first` on with the residual that come from their rests, which
-// are beside the model: poses x columns.
-Eigen::MatrixXf ProjectedCandidates::pulls_by_pose(int parameter, const ValuesAtRows& values,
-                                                   int first, int count, Eigen::Index poses) const {
-  Eigen::MatrixXf pulls = Eigen::MatrixXf::Zero(poses, count);
+// The products of some columns with the residual that come from their rests, which are beside the
+// model: poses x columns.
+Eigen::MatrixXf ProjectedCandidates::pulls_by_pose(const SomeColumns& some,
+                                                   Eigen::Index poses) const {
+  Eigen::MatrixXf pulls = Eigen::MatrixXf::Zero(poses, some.count);
   const int size = fit_.row_size();
-  for (int k = 0; k < count; ++k) {
-    const auto own = values.pulls().col(scan_.value_of_column_[first + k]);
+  for (int k = 0; k < some.count; ++k) {
+    const auto own = some.values.pulls().col(scan_.value_of_column_[some.first + k]);
     for (int row = 0; row < fit_.rows(); ++row)
       pulls(fit_.pose()[row], k) +=
           static_cast<float>(fit_.jacobian()
-                                 .col(parameter)
+                                 .col(some.parameter)
                                  .segment(row * size, size)
                                  .dot(own.segment(row * size, size).cast<double>()));
   }
@@ -110,7 +107,7 @@ void ProjectedCandidates::draw_block(const Eigen::MatrixXf& signs, int begin, Dr
        on_basis.colwise().squaredNorm().array())
           .cast<float>();
 
-  RowMajorXf flipped(residual.size(), flips);
+  RowMajor<float> flipped(residual.size(), flips);
   for_ordered_blocks<int>(
       fit_.rows(), kRowsAtOnce,
       [&](int first, int last) {
@@ -124,28 +121,13 @@ void ProjectedCandidates::draw_block(const Eigen::MatrixXf& signs, int begin, Dr
       },
       [](int) {});
 
-  for_ordered_blocks<int>(
-      scan_.parameters() * CandidateScan::kParts, 1,
-      [&](int task, int) {
-        const int parameter = task / CandidateScan::kParts, part = task % CandidateScan::kParts;
-        const auto [first, last] = scan_.columns_of(parameter, part);
-        if (first == last) return 0;
-        const ValuesAtRows& of_part = parts_[static_cast<size_t>(part)];
-        const Eigen::MatrixXf sums = sums_by_context(parameter, of_part, flipped);
-        for (int from = first; from < last; from += kColumnsAtOnce) {
-          const int width = std::min(kColumnsAtOnce, last - from);
-          Eigen::MatrixXf values(sums.rows(), width);
-          for (int k = 0; k < width; ++k)
-            values.col(k) = of_part.values().col(scan_.value_of_column_[from + k]);
-          auto slopes = draws.slopes.block(from, begin, width, flips);
-          slopes.noalias() = values.transpose() * sums;
-          if (of_part.differ())
-            slopes.noalias() +=
-                pulls_by_pose(parameter, of_part, from, width, signs.rows()).transpose() * signs;
-        }
-        return 0;
-      },
-      [](int) {});
+  for_each_product(flipped, [&](const SomeColumns& some, const Eigen::MatrixXf& sums,
+                                const Eigen::MatrixXf& values) {
+    auto slopes = draws.slopes.block(some.first, begin, some.count, flips);
+    slopes.transpose().noalias() = sums * values;
+    if (some.values.differ())
+      slopes.noalias() += pulls_by_pose(some, signs.rows()).transpose() * signs;
+  });
 }
 
 // The best score of some candidates in each draw.
@@ -158,7 +140,7 @@ Eigen::VectorXd ProjectedCandidates::best_of_block(const Draws& draws, int begin
   for (int candidate = begin; candidate < end; ++candidate) {
     const Solution& solution = solutions_[candidate];
     if (solution.degrees_of_freedom == 0) continue;
-    RowMajorXf slope = RowMajorXf::Zero(scan_.coefficient_count_[candidate], flips);
+    RowMajor<float> slope = RowMajor<float>::Zero(scan_.coefficient_count_[candidate], flips);
     for (const auto& term : scan_.terms_[candidate])
       slope.row(term.coefficient) += draws.slopes.row(term.column);
     // Scaled to columns of unit length: their norms differ by orders of magnitude.

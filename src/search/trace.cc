@@ -15,7 +15,9 @@ namespace armtrue {
 namespace {
 
 // More poses would find smaller effects, but the cost grows in proportion; only the fit uses all.
+// So it is with visits: the values of what changes from visit to visit take 3 kB of each.
 constexpr int kMaxPosesOfSearch = 2000;
+constexpr int kMaxReadingsOfSearch = 100'000;
 
 // No law describes an instrument exactly, and lengths and zero offsets would take up what it
 // leaves. So where something was found that is the instrument's, or may be, a distortion of space
@@ -93,22 +95,31 @@ void note_means(const Campaign& campaign, TraceResult& result) {
   }
 }
 
+// The poses and visits that are searched; none if these are all.
+std::optional<Campaign> part_to_search(const Campaign& campaign) {
+  const bool has_many_poses = std::ssize(campaign.pose_ids) > kMaxPosesOfSearch;
+  if (!has_many_poses && campaign.rows() <= kMaxReadingsOfSearch) return std::nullopt;
+  std::vector<int> rows = rows_of_some_poses(campaign, kMaxPosesOfSearch);
+  if (std::ssize(rows) > kMaxReadingsOfSearch)
+    rows = rows_of_some_visits(campaign, rows, kMaxReadingsOfSearch);
+  return campaign.select(rows);
+}
+
 }  // namespace
 
 TraceResult trace(const Robot& robot, const Campaign& campaign, const Catalogue& catalogue,
                   const TraceOptions& options) {
-  const bool is_large = static_cast<int>(campaign.pose_ids.size()) > kMaxPosesOfSearch;
-  const Campaign& searched =
-      is_large ? campaign.select(rows_of_some_poses(campaign, kMaxPosesOfSearch)) : campaign;
+  const std::optional<Campaign> part = part_to_search(campaign);
+  const Campaign& searched = part ? *part : campaign;
   SearchResult search = search_effects(robot, searched, catalogue, options);
   const std::optional<Candidate> distortion = search.model.finest_distortion();
   TraceResult result = with_evidence(std::move(search), searched, options);
   const bool has_rest = add_rest_of_instrument(distortion, campaign, result);
-  if (is_large) {
+  if (part) {
     if (options.progress) options.progress("fitting what was found to all poses");
     result.stages.front() = calibrate(robot, campaign, result.fit.set);
   }
-  if (is_large || has_rest) refit_to_all(campaign, options, result);
+  if (part || has_rest) refit_to_all(campaign, options, result);
   mark_held(robot.effects.size(), result);
   note_means(campaign, result);
   return result;

@@ -17,9 +17,11 @@ Training trace_sound(const Robot& robot, const Campaign& given, const Catalogue&
                      const TraceOptions& options) {
   Training training;
   const auto trace_without = [&](std::vector<GrossPose> gross) {
-    training.sound = without_gross(given, gross);
+    training.without_gross =
+        gross.empty() ? nullptr : std::make_unique<const Campaign>(without_gross(given, gross));
+    training.sound = gross.empty() ? &given : training.without_gross.get();
     training.gross_poses = std::move(gross);
-    training.trace = trace(robot, training.sound, catalogue, options);
+    training.trace = trace(robot, *training.sound, catalogue, options);
   };
   trace_without(find_gross_poses(robot, given));
   if (training.trace.effects.empty()) return training;
@@ -52,7 +54,7 @@ Robot without_effect(const CalibrationResult& fit, const Campaign& campaign, siz
 Training search_training(const Robot& robot, const Campaign& given, Then then,
                          const Catalogue& catalogue, const TraceOptions& options) {
   Training training = trace_sound(robot, given, catalogue, options);
-  const Campaign& sound = training.sound;
+  const Campaign& sound = *training.sound;
   const CalibrationResult& fit = training.trace.fit;
   training.nominal = placed_nominal(robot, sound);
   training.errors.push_back(errors_of(training.nominal, sound));

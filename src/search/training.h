@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -10,14 +11,15 @@
 namespace armtrue {
 
 /// Results of the training poses: the search without gross poses, and all figures of its models
-/// that need these readings.
+/// that need these readings, to which it refers.
 struct Training {
   TraceResult trace;
-  std::vector<GrossPose> gross_poses;  ///< of the campaign as it was given
-  Campaign sound;                      ///< without them: the readings of `trace`
-  Robot nominal;                       ///< with base and tool placed
-  std::vector<PoseErrors> errors;      ///< of `nominal`, then of each of `trace.stages`
-  FitQuality quality;                  ///< of the last model
+  std::vector<GrossPose> gross_poses;             ///< of the campaign as it was given
+  std::unique_ptr<const Campaign> without_gross;  ///< null if there are none
+  const Campaign* sound = nullptr;  ///< the readings of `trace`: all that were given, or these
+  Robot nominal;                    ///< with base and tool placed
+  std::vector<PoseErrors> errors;   ///< of `nominal`, then of each of `trace.stages`
+  FitQuality quality;               ///< of the last model
   /// For each found effect, the last model without it, with all else fitted again; see Then.
   std::vector<Robot> without_effect;
   std::optional<Uncertainty> if_complete;  ///< of the last model, if it lacks nothing; see Then

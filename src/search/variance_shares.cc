@@ -35,16 +35,9 @@ std::vector<std::vector<int>> orders_of_entry(size_t groups, std::uint64_t seed)
 // Readings from which groups of columns are projected off one after the other.
 class Entry {
  public:
-  explicit Entry(const BesideTheRest& beside)
-      : beside_(beside),
-        basis_(beside.readings.size(), 0),
-        left_(beside.readings),
-        by_pose_(squares_by_pose()) {}
+  explicit Entry(const BesideTheRest& beside) : basis_(beside.readings.size(), 0) {}
 
-  // Fall of the sum of squares of each pose by the group. Their derivatives with respect to the
-  // weight of a pose are the squares at that pose: the fit, being the best, moves them in second
-  // order only.
-  Eigen::VectorXd enter(const Eigen::MatrixXd& columns) {
+  void enter(const Eigen::MatrixXd& columns, Eigen::Ref<Eigen::VectorXd> left) {
     Eigen::MatrixXd added = columns;
     for (int twice = 0; twice < 2; ++twice) added -= basis_ * (basis_.transpose() * added);
     for (Eigen::Index k = 0; k < added.cols(); ++k)
@@ -54,27 +47,44 @@ class Entry {
     const Eigen::Index rank = qr.rank(), known = basis_.cols();
     basis_.conservativeResize(Eigen::NoChange, known + rank);
     basis_.rightCols(rank) = qr.householderQ() * Eigen::MatrixXd::Identity(added.rows(), rank);
-    left_ -= basis_.rightCols(rank) * (basis_.rightCols(rank).transpose() * left_);
-    const Eigen::VectorXd before = by_pose_;
-    by_pose_ = squares_by_pose();
-    return before - by_pose_;
+    left -= basis_.rightCols(rank) * (basis_.rightCols(rank).transpose() * left);
   }
 
  private:
-  Eigen::VectorXd squares_by_pose() const {
-    const Eigen::VectorXd rows = beside_.span * left_ + beside_.residual;
-    Eigen::VectorXd squares = Eigen::VectorXd::Zero(beside_.poses());
-    for (size_t row = 0; row < beside_.pose.size(); ++row)
-      squares[beside_.pose[row]] +=
-          rows.segment(static_cast<Eigen::Index>(row) * beside_.row_size, beside_.row_size)
-              .squaredNorm();
-    return squares;
-  }
-
-  const BesideTheRest& beside_;
   Eigen::MatrixXd basis_;
-  Eigen::VectorXd left_, by_pose_;
 };
+
+// Squares of what is left of the readings (columns of `left`), by pose: poses x columns.
+Eigen::MatrixXd squares_by_pose(const BesideTheRest& beside, const Eigen::MatrixXd& left) {
+  const Eigen::MatrixXd rows = (beside.span * left).colwise() + beside.residual;
+  Eigen::MatrixXd squares = Eigen::MatrixXd::Zero(beside.poses(), left.cols());
+  for (size_t row = 0; row < beside.pose.size(); ++row)
+    squares.row(beside.pose[row]) +=
+        rows.middleRows(static_cast<Eigen::Index>(row) * beside.row_size, beside.row_size)
+            .colwise()
+            .squaredNorm();
+  return squares;
+}
+
+// Fall of the sum of squares of each pose by each group, where they enter in this order: poses x
+// groups. Their derivatives with respect to the weight of a pose are the squares at that pose: the
+// fit, being the best, moves them in second order only.
+Eigen::MatrixXd explained_in(const BesideTheRest& beside, const std::vector<int>& order) {
+  const auto groups = std::ssize(order);
+  Eigen::MatrixXd left(beside.readings.size(), groups + 1);
+  left.col(0) = beside.readings;
+  Entry entry(beside);
+  for (Eigen::Index k = 0; k < groups; ++k) {
+    left.col(k + 1) = left.col(k);
+    entry.enter(beside.columns[static_cast<size_t>(order[static_cast<size_t>(k)])],
+                left.col(k + 1));
+  }
+  const Eigen::MatrixXd squares = squares_by_pose(beside, left);
+  Eigen::MatrixXd explained(squares.rows(), groups);
+  for (Eigen::Index k = 0; k < groups; ++k)
+    explained.col(order[static_cast<size_t>(k)]) = squares.col(k) - squares.col(k + 1);
+  return explained;
+}
 
 }  // namespace
 
@@ -87,10 +97,7 @@ VarianceShares variance_shares(const BesideTheRest& beside, std::uint64_t seed) 
   const std::vector<std::vector<int>> orders = orders_of_entry(beside.columns.size(), seed);
   const auto groups = static_cast<Eigen::Index>(beside.columns.size());
   Eigen::MatrixXd explained = Eigen::MatrixXd::Zero(beside.poses(), groups);
-  for (const std::vector<int>& order : orders) {
-    Entry entry(beside);
-    for (int group : order) explained.col(group) += entry.enter(beside.columns[group]);
-  }
+  for (const std::vector<int>& order : orders) explained += explained_in(beside, order);
   const Eigen::RowVectorXd of_group = explained.colwise().sum().cwiseMax(0);
   const double total = of_group.sum();
   VarianceShares shares{std::vector<double>(groups), Eigen::MatrixXd::Zero(beside.poses(), groups)};

@@ -29,14 +29,14 @@ std::array<double, 2> paired_bootstrap(const std::vector<double>& a, const std::
   Eigen::MatrixXd by_pose = Eigen::MatrixXd::Zero(poses, 2);  // sum of differences, rows
   for (size_t row = 0; row < a.size(); ++row)
     by_pose.row(pose[row]) += Eigen::RowVector2d(a[row] - b[row], 1);
-  const Eigen::MatrixXd sums = drawn_poses(poses, options.bootstrap, options.seed) * by_pose;
+  const Eigen::MatrixXd sums = drawn_sums(by_pose, options.bootstrap, options.seed);
   const Eigen::VectorXd means = sums.col(0).cwiseQuotient(sums.col(1));
   return percentile_interval({means.begin(), means.end()}, poses);
 }
 
 void set_excluded_rows(const Training& training, const Campaign& given, LoopResult& result) {
   for (int row : training.quality.blunders)
-    result.excluded_rows.push_back(training.sound.line[row]);
+    result.excluded_rows.push_back(training.sound->line[row]);
   for (int row : rows_of(result.gross_poses)) result.excluded_rows.push_back(given.line[row]);
   std::ranges::sort(result.excluded_rows);
 }
@@ -156,7 +156,7 @@ void set_floor(const Training& training, LoopResult& result) {
   result.noise = training.quality.noise;
   result.lack_of_fit = training.quality.lack_of_fit;
   result.floor = mean_error_of_noise(result.noise.position, result.noise.axes);
-  if (const std::vector<double>& own = training.sound.sigma_position;
+  if (const std::vector<double>& own = training.sound->sigma_position;
       !own.empty())  // it is of the median
     result.floor *= std::accumulate(own.begin(), own.end(), 0.0) /
                     (static_cast<double>(own.size()) * median(own));
@@ -190,8 +190,8 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
   const std::vector<Effect>& effects = result.trace.fit.robot.effects;
   const size_t declared = effects.size() - result.trace.effects.size();
   for (size_t k = 0; k < result.trace.effects.size(); ++k)
-    result.curves.push_back(
-        effect_curve(result.trace.fit, training.sound, declared + k, result.trace.bootstrap_draws));
+    result.curves.push_back(effect_curve(result.trace.fit, *training.sound, declared + k,
+                                         result.trace.bootstrap_draws));
   result.held.assign(effects.begin() + static_cast<std::ptrdiff_t>(robot.effects.size()),
                      effects.begin() + static_cast<std::ptrdiff_t>(declared));
   if (!result.trace.ranking.empty()) result.pattern = describe(result.trace.ranking.front().effect);

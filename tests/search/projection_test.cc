@@ -148,6 +148,40 @@ TEST(Projection, BoundLeavesOutOnlyWhatCannotScoreMore) {
   EXPECT_GE(left_out, 6);  // the bound is worth something
 }
 
+TEST(Projection, OnlyCandidatesThatAreAskedForAreScored) {
+  const Problem problem;
+  const Linearization fit(problem.linear);
+  const CandidateScan scan(problem.candidates, robot_by_hand(), problem.campaign);
+  const ProjectedCandidates projected(scan, fit);
+  const std::vector<CandidateScore> all = projected.scores_without({0});
+  constexpr double kNone = -std::numeric_limits<double>::infinity();
+  const std::vector<CandidateScore> one =
+      projected.scores_above(kNone, {0}, [](int candidate) { return candidate == 1; });
+  for (size_t k = 0; k < all.size(); ++k) EXPECT_EQ(one[k].score, k == 1 ? all[k].score : kNone);
+}
+
+// In the place of an effect nothing is left out that imitates it or scores more than the least.
+TEST(Projection, InPlaceOfAnEffectOnlyWhatIsNeitherRivalNorBetterIsLeftOut) {
+  const Problem problem;
+  const Linearization fit(problem.linear);
+  const CandidateScan scan(problem.candidates, robot_by_hand(), problem.campaign);
+  const ProjectedCandidates projected(scan, fit);
+  const ProjectedCandidates::InPlace all = projected.in_place_of(0);
+  int left_out = 0;
+  for (const double least : {0.0, all.scores[0].score + 30})
+    for (const double imitation : {1e-3, 0.5}) {
+      const ProjectedCandidates::InPlace some = projected.in_place_of(0, least, imitation);
+      for (size_t k = 0; k < all.scores.size(); ++k) {
+        if (all.scores[k].score > least || all.imitations[k].gain >= imitation) {
+          EXPECT_EQ(some.scores[k].score, all.scores[k].score) << k;
+          EXPECT_EQ(some.imitations[k].gain, all.imitations[k].gain) << k;
+        }
+        left_out += some.scores[k].degrees_of_freedom == 0;
+      }
+    }
+  EXPECT_GE(left_out, 3);  // the bounds are worth something
+}
+
 // Nearly dependent columns, some of them too near for a Gram matrix: the basis is orthonormal, and
 // the residual that of Householder's reflections.
 TEST(Projection, BasisIsOrthonormalHoweverNearTheColumnsAre) {

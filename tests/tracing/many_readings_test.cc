@@ -3,13 +3,16 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
+#include <numeric>
 
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/io/catalogue_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/search/trace.h"
+#include "campaign/selection.h"
 #include "search/linearization.h"
 
 namespace armtrue::many_readings_test {
@@ -114,6 +117,25 @@ TEST(ManyReadings, AreApartWhereTheModelTellsThemApart) {
   const int by_direction = rows_with(DriverKind::arrival, ShapeKind::sign, 0);
   EXPECT_GT(by_direction, kPoses);
   EXPECT_LE(by_direction, 3 * kPoses);
+}
+
+// A search of a part has readings of every pose, as many of each where there are as many.
+TEST(ManyReadings, ArePartlyChosenFromTheVisitsOfEveryPose) {
+  const Campaign all = readings();
+  std::vector<int> rows(all.q.size());
+  std::iota(rows.begin(), rows.end(), 0);
+  for (const int each : {1, 5, kRepeats}) {
+    const std::vector<int> some = rows_of_some_visits(all, rows, kPoses * each);
+    EXPECT_TRUE(std::ranges::is_sorted(some));
+    std::map<int, int> readings_of_pose;
+    for (int row : some) ++readings_of_pose[all.pose[row]];
+    ASSERT_EQ(readings_of_pose.size(), kPoses);
+    for (const auto& [pose, count] : readings_of_pose) EXPECT_EQ(count, each) << pose;
+  }
+  EXPECT_EQ(rows_of_some_visits(all, rows, 3).size(), kPoses);  // fewer would leave poses out
+  // Of those that are given alone.
+  const std::vector<int> last = {all.rows() - 2, all.rows() - 1};
+  EXPECT_EQ(rows_of_some_visits(all, last, 2), last);
 }
 
 }  // namespace

@@ -43,7 +43,7 @@ TEST(PercentileInterval, OfAMeanIsAsWideAsStudents) {
     values.array() -= values.mean();
     const double deviation = std::sqrt(values.squaredNorm() / (poses - 1));
     const double half_width = quantile * deviation / std::sqrt(poses);
-    const Eigen::VectorXd means = drawn_poses(poses, 20000, 1) * values / poses;
+    const Eigen::VectorXd means = drawn_sums(values, 20000, 1) / poses;
     const auto [low, high] = percentile_interval({means.begin(), means.end()}, poses);
     // The law of so few values has lighter tails than the normal law.
     EXPECT_NEAR(0.5 * (high - low), half_width, 0.06 * half_width) << poses;
@@ -51,11 +51,14 @@ TEST(PercentileInterval, OfAMeanIsAsWideAsStudents) {
   EXPECT_EQ(percentile_interval({1, 2, 3}, 1), (std::array<double, 2>{0, 0}));
 }
 
-TEST(DrawnPoses, AreAsManyAsThereAre) {
-  const Eigen::MatrixXd drawn = drawn_poses(7, 20, 1);
-  EXPECT_EQ(drawn.rowwise().sum(), Eigen::VectorXd::Constant(20, 7));
-  EXPECT_EQ(drawn, drawn_poses(7, 20, 1));
-  EXPECT_NE(drawn, drawn_poses(7, 20, 2));
+TEST(DrawnSums, AreOfAsManyPosesAsThereAre) {
+  const Eigen::MatrixXd each = Eigen::MatrixXd::Identity(7, 7);
+  const Eigen::MatrixXd drawn = drawn_sums(each, 200, 1);
+  EXPECT_EQ(drawn.rowwise().sum(), Eigen::VectorXd::Constant(200, 7));
+  EXPECT_EQ(drawn, drawn_sums(each, 200, 1));
+  EXPECT_NE(drawn, drawn_sums(each, 200, 2));
+  const Eigen::VectorXd values = Eigen::VectorXd::LinSpaced(7, 1, 7);
+  EXPECT_EQ(drawn_sums(values, 200, 1), drawn * values);
 }
 
 // Against the jackknife proper: a whole fit without each of the poses.

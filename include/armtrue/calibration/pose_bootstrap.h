@@ -8,8 +8,9 @@
 
 namespace armtrue {
 
-/// How often each pose is drawn, with replacement, in each bootstrap draw: draws x poses.
-Eigen::MatrixXd drawn_poses(int poses, int draws, std::uint64_t seed);
+/// In each bootstrap draw, as many poses as there are are drawn with replacement. Sums over the
+/// poses of a draw, draws x columns, from the values of each pose, poses x columns.
+Eigen::MatrixXd drawn_sums(const Eigen::MatrixXd& by_pose, int draws, std::uint64_t seed);
 
 /// 95 % percentile interval from bootstrap draws of a value, expanded for few poses: the
 /// percentiles are Phi(-+ t sqrt(n / (n - 1))), with n the number of poses and t the 0.975 quantile

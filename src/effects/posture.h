@@ -1,0 +1,34 @@
+#pragma once
+
+#include <algorithm>
+
+#include "armtrue/effects/effect.h"
+
+namespace armtrue {
+
+/// Whether the joint angles and the payload alone decide the values of a driver. The others differ
+/// from visit to visit of a pose.
+inline bool is_of_posture(DriverKind kind) {
+  switch (kind) {
+    case DriverKind::motor_torque:
+    case DriverKind::arrival:
+    case DriverKind::stroke:
+    case DriverKind::time:
+    case DriverKind::temperature:
+    case DriverKind::force:
+      return false;
+    default:
+      return true;
+  }
+}
+
+/// The same of an effect; of a family it holds for all members.
+inline bool is_of_posture(const Effect& effect) {
+  const Driver& driver = effect.driver;
+  if (!effect.members.empty())
+    return std::ranges::all_of(effect.members,
+                               [](const Effect& member) { return is_of_posture(member); });
+  return is_of_posture(driver.kind) && (!driver.factor || is_of_posture(*driver.factor));
+}
+
+}  // namespace armtrue
