@@ -23,7 +23,6 @@ double median(std::vector<double> values) {
 ErrorSummary summarize(std::vector<double> errors) {
   ErrorSummary summary;
   if (errors.empty()) return summary;
-  std::sort(errors.begin(), errors.end());
   double sum = 0, sum_of_squares = 0;
   for (double error : errors) {
     sum += error;
@@ -35,10 +34,11 @@ ErrorSummary summarize(std::vector<double> errors) {
   // Linear between order statistics.
   const double place = 0.95 * (count - 1);
   const auto below = static_cast<size_t>(place);
-  const auto above = std::min(below + 1, errors.size() - 1);
-  summary.p95 =
-      errors[below] + (place - static_cast<double>(below)) * (errors[above] - errors[below]);
-  summary.max = errors.back();
+  const auto at = errors.begin() + static_cast<std::ptrdiff_t>(below);
+  std::nth_element(errors.begin(), at, errors.end());
+  const double above = at + 1 < errors.end() ? *std::min_element(at + 1, errors.end()) : *at;
+  summary.p95 = *at + (place - static_cast<double>(below)) * (above - *at);
+  summary.max = *std::max_element(at, errors.end());
   return summary;
 }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <stdexcept>
@@ -15,6 +16,23 @@ TEST(Statistics, SummaryOfAKnownSample) {
   EXPECT_DOUBLE_EQ(summary.rms, std::sqrt(7.5));
   EXPECT_DOUBLE_EQ(summary.p95, 3.85);
   EXPECT_DOUBLE_EQ(summary.max, 4);
+}
+
+TEST(Statistics, SummaryIsThatOfSortedErrors) {
+  std::mt19937_64 random(6);
+  std::exponential_distribution<double> exponential;
+  for (size_t count : {1, 2, 21, 1000}) {
+    std::vector<double> errors(count);
+    for (double& error : errors) error = exponential(random);
+    const ErrorSummary summary = summarize(errors);
+    std::ranges::sort(errors);
+    const double place = 0.95 * static_cast<double>(count - 1);
+    const auto below = static_cast<size_t>(place);
+    const double above = errors[std::min(below + 1, count - 1)];
+    const double share = place - static_cast<double>(below);
+    EXPECT_DOUBLE_EQ(summary.p95, errors[below] + share * (above - errors[below])) << count;
+    EXPECT_EQ(summary.max, errors.back()) << count;
+  }
 }
 
 TEST(Statistics, MedianOfNothingIsAnError) {
