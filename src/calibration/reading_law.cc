@@ -1,5 +1,7 @@
 #include "calibration/reading_law.h"
 
+#include <math.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -14,6 +16,12 @@ constexpr int kMaxRoundsOfLaw = 8;  // of variances and sigma in turn; they sett
 double whitened(const Eigen::Vector2d& s, const ReadingSigma& sigma, const ReadingSize& size) {
   return s[0] / (sigma.position * sigma.position) +
          (size.orientation > 0 ? s[1] / (sigma.orientation * sigma.orientation) : 0.0);
+}
+
+// std::lgamma writes its sign into a variable that all threads share.
+double log_gamma(double x) {
+  int sign = 0;
+  return lgamma_r(x, &sign);
 }
 
 // Up to a constant: the sum over the rows of
@@ -31,8 +39,7 @@ double log_likelihood(const std::vector<Eigen::Vector2d>& norms, const ReadingSi
     if (dof > 0) value -= 0.5 * d * std::log(variance);
   }
   if (dof > 0)
-    value +=
-        n * (std::lgamma(0.5 * (dof + d)) - std::lgamma(0.5 * dof) - 0.5 * d * std::log(dof / 2));
+    value += n * (log_gamma(0.5 * (dof + d)) - log_gamma(0.5 * dof) - 0.5 * d * std::log(dof / 2));
   return value;
 }
 

@@ -1,6 +1,7 @@
 #include "io/yaml/contact_io.h"
 
 #include <algorithm>
+#include <array>
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
@@ -30,8 +31,8 @@ bool has_rotation(ContactKind kind) {
 
 ContactKind read_kind(YamlMap& map) {
   const std::string word = map.text("kind");
-  for (ContactKind kind : {ContactKind::point, ContactKind::artefact, ContactKind::plane,
-                           ContactKind::sphere})
+  for (ContactKind kind :
+       {ContactKind::point, ContactKind::artefact, ContactKind::plane, ContactKind::sphere})
     if (word == kind_word(kind)) return kind;
   map.fail("kind", "'" + word + "' is none of point, artefact, plane and sphere");
 }
@@ -48,12 +49,17 @@ void read_place(YamlMap& map, Contact& contact) {
   contact.is_placed =
       std::ranges::any_of(keys, [&](const std::string& key) { return map.has(key); });
   if (!contact.is_placed) return;
-  contact.place.translation =
-      Eigen::Vector3d(map.number("x_mm"), map.number("y_mm"), map.number("z_mm")) * kMillimetre;
-  if (has_rotation(contact.kind))
-    contact.place.rotation =
-        rotation_from_abc(map.number("a_deg") * kDegree, map.number("b_deg") * kDegree,
-                          map.number("c_deg") * kDegree);
+  // One after the other: a compiler may read arguments in any order, and a message names the first.
+  const auto three = [&](const std::array<const char*, 3>& names) {
+    Eigen::Vector3d numbers;
+    for (int k = 0; k < 3; ++k) numbers[k] = map.number(names[static_cast<size_t>(k)]);
+    return numbers;
+  };
+  contact.place.translation = three({"x_mm", "y_mm", "z_mm"}) * kMillimetre;
+  if (has_rotation(contact.kind)) {
+    const Eigen::Vector3d abc = three({"a_deg", "b_deg", "c_deg"}) * kDegree;
+    contact.place.rotation = rotation_from_abc(abc[0], abc[1], abc[2]);
+  }
   if (contact.kind != ContactKind::sphere) return;
   contact.radius = map.number("radius_mm") * kMillimetre;
   if (contact.radius < 0) map.fail("radius_mm", "must not be negative");
