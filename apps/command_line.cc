@@ -54,12 +54,15 @@ std::vector<const CLI::Option*> all_options(const CLI::App& app) {
 
 // An empty argument comes from an unset variable of a script; it does not stand for standard input.
 // CLI11 would take one behind the last positional for the name of a group of options, and never
-// end.
+// end, and for the value of `--robot=` the next argument.
 void refuse_empty(int argc, char** argv) {
   for (int k = 1; k < argc; ++k) {
-    if (*argv[k] != '\0') continue;
-    const std::string before = argv[k - 1];
-    throw CLI::ValidationError(before.starts_with('-') ? before : "argument " + std::to_string(k),
+    const std::string argument = argv[k], before = argv[k - 1];
+    const bool is_unset = argument.starts_with("--") && argument.find('=') + 1 == argument.size();
+    if (!argument.empty() && !is_unset) continue;
+    throw CLI::ValidationError(is_unset                  ? argument.substr(0, argument.size() - 1)
+                               : before.starts_with('-') ? before
+                                                         : "argument " + std::to_string(k),
                                "has an empty value; leave it out or fill it");
   }
 }

@@ -19,8 +19,10 @@ LineOfSight::LineOfSight(const Vector3d& instrument, const Vector3d& up, const V
 }
 
 double LineOfSight::azimuth() const {
-  Eigen::Index axis = 0;
-  up_.cwiseAbs().minCoeff(&axis);
+  // Not the axis nearest to the horizontal: where R_A stands upright, x and y are both, and a fit
+  // that tilts the base a little would turn the circle by 90 deg.
+  constexpr double kUpright = 0.8;  // cosine of 37 deg
+  const Eigen::Index axis = std::abs(up_.x()) < kUpright ? 0 : 1;
   const Vector3d zero = Vector3d::Unit(axis) - up_ * up_[axis];
   return std::atan2(up_.cross(zero).dot(ray_), zero.dot(ray_));
 }

@@ -17,9 +17,20 @@ inline bool is_of_posture(DriverKind kind) {
     case DriverKind::temperature:
     case DriverKind::force:
       return false;
-    default:
-      return true;
+    case DriverKind::joint_angle:
+    case DriverKind::gravity_torque:
+    case DriverKind::payload:
+    case DriverKind::moment:
+    case DriverKind::position:
+    case DriverKind::tool_weight:
+    case DriverKind::range:
+    case DriverKind::azimuth:
+    case DriverKind::elevation:
+    case DriverKind::incidence:
+    case DriverKind::place:
+      break;
   }
+  return true;
 }
 
 /// The same of an effect; of a family it holds for all members.

@@ -102,6 +102,26 @@ TEST(Instrument, DerivativesOfWiresAreDifferences) {
   expect_differences(robot, campaign);
 }
 
+// R_A stands upright but for what the base tilts, and the fit tilts it otherwise than the file: the
+// circle keeps its zero.
+TEST(Instrument, CircleIsFittedHoweverTheBaseTilts) {
+  constexpr double kTilt = 0.005;
+  const auto tilted = [&](const Eigen::Vector3d& axis) {
+    Robot robot = shipped();
+    robot.chain.base.rotation *= Eigen::AngleAxisd(kTilt, axis).toRotationMatrix();
+    robot.effects = {effect("instrument.azimuth", driver(DriverKind::azimuth), ShapeKind::harmonic,
+                            {1e-3, 5e-4})};
+    return robot;
+  };
+  const Robot truth = tilted(Eigen::Vector3d::UnitX());
+  SimulationOptions options;
+  options.poses = 40;
+  options.noise_position = 0.05e-3;
+  const Campaign campaign = simulate(truth, truth, options);
+  const CalibrationResult fit = calibrate(tilted(Eigen::Vector3d::UnitY()), campaign);
+  EXPECT_LT(summarize(evaluate(fit.robot, campaign).position).mean, 0.1e-3);
+}
+
 // The instrument of a session stands where that session's R_A puts it.
 TEST(Instrument, GoesWithTheSession) {
   Robot robot = shipped();

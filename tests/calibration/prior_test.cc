@@ -32,6 +32,24 @@ Campaign measured(const Robot& truth, int poses, unsigned seed,
   return simulate(shipped("kr360-spindle"), truth, options);
 }
 
+// The robot that a calibration on these poses gives, with its uncertainty.
+Robot calibrated_on(const Campaign& training) {
+  const CalibrationResult fit = calibrate(shipped("kr360-spindle"), training);
+  Robot robot = fit.robot;
+  robot.uncertainty = uncertainty_of(fit, training);
+  return robot;
+}
+
+// Number of readings within their 95 % bounds.
+int count_inside(const Robot& robot, const Campaign& there) {
+  const std::vector<Prediction> predictions = predict(robot, there);
+  const Evaluation evaluation = evaluate(robot, there);
+  int inside = 0;
+  for (size_t row = 0; row < predictions.size(); ++row)
+    inside += evaluation.position[row] <= predictions[row].bound_95;
+  return inside;
+}
+
 const Box kBox{{1.6, -0.3, 0.9}, {2.2, 0.3, 1.5}};
 
 // One unknown, seen with information 4 and found 3e-4 away, under a width of 2e-4:
@@ -161,19 +179,16 @@ TEST(Priors, StayAboutTheNominalValues) {
 // Of 30 poses in a box, judged all over the travel: intervals of 95 % hold 93 to 97 % of the
 // readings, and poses there are said to be outside what was measured.
 TEST(Predictions, CoverOtherRegions) {
-  const Robot robot = shipped("kr360-spindle"), truth = shipped("kr360-table4");
+  const Robot truth = shipped("kr360-table4");
   int inside = 0, readings = 0, outside_measured = 0;
   double squares = 0, predicted = 0;
   for (unsigned seed = 1; seed <= 40; ++seed) {
-    const Campaign training = measured(truth, 30, seed, kBox);
-    const CalibrationResult fit = calibrate(robot, training);
-    Robot calibrated = fit.robot;
-    calibrated.uncertainty = uncertainty_of(fit, training);
+    const Robot calibrated = calibrated_on(measured(truth, 30, seed, kBox));
     const Campaign there = measured(truth, 40, 1000 + seed);
     const std::vector<Prediction> predictions = predict(calibrated, there);
     const Evaluation evaluation = evaluate(calibrated, there);
+    inside += count_inside(calibrated, there);
     for (size_t row = 0; row < predictions.size(); ++row) {
-      inside += evaluation.position[row] <= predictions[row].bound_95;
       outside_measured += predictions[row].leverage > 1;
       squares += evaluation.position[row] * evaluation.position[row];
       predicted += predictions[row].deviation * predictions[row].deviation;
@@ -204,20 +219,13 @@ Campaign with_heavy_rest(Campaign campaign, unsigned seed) {
 }
 
 TEST(Predictions, CoverARestThatIsNotNormal) {
-  const Robot robot = shipped("kr360-spindle"), truth = shipped("kr360-table4");
+  const Robot truth = shipped("kr360-table4");
   int inside = 0, readings = 0, seen = 0;
   for (unsigned seed = 1; seed <= 8; ++seed) {
-    const Campaign training = with_heavy_rest(measured(truth, 500, seed), seed);
-    const CalibrationResult fit = calibrate(robot, training);
-    Robot calibrated = fit.robot;
-    calibrated.uncertainty = uncertainty_of(fit, training);
+    const Robot calibrated = calibrated_on(with_heavy_rest(measured(truth, 500, seed), seed));
     seen += calibrated.uncertainty->tail > 1.05;
     const Campaign there = with_heavy_rest(measured(truth, 500, 1000 + seed), 1000 + seed);
-    const std::vector<Prediction> predictions =
-        predict(parse_robot(write_robot(calibrated), "calibrated.yaml"), there);
-    const Evaluation evaluation = evaluate(calibrated, there);
-    for (size_t row = 0; row < predictions.size(); ++row)
-      inside += evaluation.position[row] <= predictions[row].bound_95;
+    inside += count_inside(parse_robot(write_robot(calibrated), "calibrated.yaml"), there);
     readings += there.rows();
   }
   const double share = static_cast<double>(inside) / readings;
@@ -229,22 +237,15 @@ TEST(Predictions, CoverARestThatIsNotNormal) {
 
 // Base and tool fitted again somewhere else take up part of what the links are off.
 TEST(Predictions, CoverAnotherSetUp) {
-  const Robot robot = shipped("kr360-spindle");
   int inside = 0, readings = 0;
   for (unsigned seed = 1; seed <= 30; ++seed) {
     Robot truth = shipped("kr360-table4");
-    const Campaign training = measured(truth, 40, seed);
-    const CalibrationResult fit = calibrate(robot, training);
-    Robot calibrated = fit.robot;
-    calibrated.uncertainty = uncertainty_of(fit, training);
+    const Robot calibrated = calibrated_on(measured(truth, 40, seed));
     truth.chain.base.translation += Eigen::Vector3d(0.1, 0.2, -0.05);
     const Robot moved = refit_set_up(calibrated, measured(truth, 20, 500 + seed), {"base"});
     ASSERT_TRUE(moved.uncertainty);
     const Campaign there = measured(truth, 30, 1000 + seed);
-    const std::vector<Prediction> predictions = predict(moved, there);
-    const Evaluation evaluation = evaluate(moved, there);
-    for (size_t row = 0; row < predictions.size(); ++row)
-      inside += evaluation.position[row] <= predictions[row].bound_95;
+    inside += count_inside(moved, there);
     readings += there.rows();
   }
   const double share = static_cast<double>(inside) / readings;
@@ -254,11 +255,8 @@ TEST(Predictions, CoverAnotherSetUp) {
 }
 
 TEST(Predictions, UncertaintyComesBackFromItsFile) {
-  const Robot robot = shipped("kr360-spindle");
   const Campaign campaign = measured(shipped("kr360-table4"), 20, 9);
-  const CalibrationResult fit = calibrate(robot, campaign);
-  Robot calibrated = fit.robot;
-  calibrated.uncertainty = uncertainty_of(fit, campaign);
+  const Robot calibrated = calibrated_on(campaign);
   const Robot read = parse_robot(write_robot(calibrated), "calibrated.yaml");
   ASSERT_TRUE(read.uncertainty);
   EXPECT_EQ(read.uncertainty->parameters, calibrated.uncertainty->parameters);

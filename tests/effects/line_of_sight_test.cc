@@ -32,6 +32,16 @@ TEST(LineOfSight, MeasuresSphericalCoordinates) {
   }
 }
 
+TEST(LineOfSight, ZeroOfTheAzimuthStaysWhereTheVerticalTiltsALittle) {
+  constexpr double kTilt = 1e-3;
+  for (const Vector3d& tilt :
+       {Vector3d(kTilt, 0, 0), {-kTilt, 0, 0}, {0, kTilt, 0}, {0, -kTilt, 0}}) {
+    const Vector3d up = (Vector3d::UnitZ() + tilt).normalized();
+    const LineOfSight sight(kInstrument, up, at_angles(4.2, 0.3, 0.2));
+    EXPECT_NEAR(sight.azimuth(), 0.3, 2 * kTilt);
+  }
+}
+
 TEST(LineOfSight, DerivativesAreThoseOfTheCoordinates) {
   constexpr double kStep = 1e-6;
   for (const auto& [azimuth, elevation] : {std::pair{0.3, 0.2}, {-2.9, -1.1}, {3.0, 1.5}}) {

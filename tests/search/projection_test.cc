@@ -76,16 +76,21 @@ struct Problem {
   }
 };
 
+// The candidates projected off the fit.
+struct ProjectedProblem : Problem {
+  const Linearization fit{linear};
+  const CandidateScan scan{candidates, robot_by_hand(), campaign};
+  const ProjectedCandidates projected{scan, fit};
+};
+
 TEST(Projection, GainIsTheFallOfTheSumOfSquaresOfAWholeFit) {
-  const Problem problem;
-  const Linearization fit(problem.linear);
-  const CandidateScan scan(problem.candidates, robot_by_hand(), problem.campaign);
-  const ProjectedCandidates projected(scan, fit);
+  const ProjectedProblem problem;
+  const ProjectedCandidates& projected = problem.projected;
   const std::vector<CandidateScore> scores = projected.scores();
   const Eigen::MatrixXd& model = problem.linear.fitted;
   const Eigen::VectorXd& readings = problem.linear.readings;
   const double before = squares_left(model, readings);
-  EXPECT_NEAR(fit.residual_norm(), before, 1e-10 * before);
+  EXPECT_NEAR(problem.fit.residual_norm(), before, 1e-10 * before);
   ASSERT_EQ(scores.size(), 4u);
   for (int k = 0; k < 4; ++k) {
     const Eigen::MatrixXd own = problem.columns(k);
@@ -110,10 +115,8 @@ TEST(Projection, GainIsTheFallOfTheSumOfSquaresOfAWholeFit) {
 }
 
 TEST(Projection, InThePlaceOfAnEffectIsAFitWithoutIt) {
-  const Problem problem;
-  const Linearization fit(problem.linear);
-  const CandidateScan scan(problem.candidates, robot_by_hand(), problem.campaign);
-  const ProjectedCandidates projected(scan, fit);
+  const ProjectedProblem problem;
+  const ProjectedCandidates& projected = problem.projected;
   const std::vector<CandidateScore> scores = projected.scores_without({0});
   const Eigen::MatrixXd rest = problem.linear.fitted.leftCols<5>();
   const Eigen::VectorXd readings =
@@ -123,7 +126,7 @@ TEST(Projection, InThePlaceOfAnEffectIsAFitWithoutIt) {
     const double gain = before - squares_left(beside(rest, problem.columns(k)), readings);
     EXPECT_NEAR(scores[k].gain, gain, kFloat * before) << k;
   }
-  const CandidateScore own = score_of(fit, fit.without({0}), false, 1.25);
+  const CandidateScore own = score_of(problem.fit, problem.fit.without({0}), false, 1.25);
   const double gain = before - squares_left(problem.linear.fitted, readings);
   EXPECT_NEAR(own.gain, gain, 1e-9 * gain);
   EXPECT_EQ(own.degrees_of_freedom, 1);
@@ -132,10 +135,8 @@ TEST(Projection, InThePlaceOfAnEffectIsAFitWithoutIt) {
 
 // A candidate that cannot score more than the least is left out, any other is scored as before.
 TEST(Projection, BoundLeavesOutOnlyWhatCannotScoreMore) {
-  const Problem problem;
-  const Linearization fit(problem.linear);
-  const CandidateScan scan(problem.candidates, robot_by_hand(), problem.campaign);
-  const ProjectedCandidates projected(scan, fit);
+  const ProjectedProblem problem;
+  const ProjectedCandidates& projected = problem.projected;
   const std::vector<CandidateScore> all = projected.scores_without({0});
   int left_out = 0;
   for (const double least : {-40.0, 0.0, 5.0, all[0].score - 1, all[0].score + 30}) {
@@ -149,10 +150,8 @@ TEST(Projection, BoundLeavesOutOnlyWhatCannotScoreMore) {
 }
 
 TEST(Projection, OnlyCandidatesThatAreAskedForAreScored) {
-  const Problem problem;
-  const Linearization fit(problem.linear);
-  const CandidateScan scan(problem.candidates, robot_by_hand(), problem.campaign);
-  const ProjectedCandidates projected(scan, fit);
+  const ProjectedProblem problem;
+  const ProjectedCandidates& projected = problem.projected;
   const std::vector<CandidateScore> all = projected.scores_without({0});
   constexpr double kNone = -std::numeric_limits<double>::infinity();
   const std::vector<CandidateScore> one =
@@ -162,10 +161,8 @@ TEST(Projection, OnlyCandidatesThatAreAskedForAreScored) {
 
 // In the place of an effect nothing is left out that imitates it or scores more than the least.
 TEST(Projection, InPlaceOfAnEffectOnlyWhatIsNeitherRivalNorBetterIsLeftOut) {
-  const Problem problem;
-  const Linearization fit(problem.linear);
-  const CandidateScan scan(problem.candidates, robot_by_hand(), problem.campaign);
-  const ProjectedCandidates projected(scan, fit);
+  const ProjectedProblem problem;
+  const ProjectedCandidates& projected = problem.projected;
   const ProjectedCandidates::InPlace all = projected.in_place_of(0);
   int left_out = 0;
   for (const double least : {0.0, all.scores[0].score + 30})
@@ -242,7 +239,8 @@ TEST(Projection, CorrelationOfAnImitationIsTheCosineOfThePrincipalAngle) {
   const Problem problem;
   const Linearization fit(problem.linear);
   const CandidateScan scan(problem.candidates, robot_by_hand(), problem.campaign);
-  const std::vector<CandidateScore> imitations = ProjectedCandidates(scan, fit).in_place_of(0).imitations;
+  const std::vector<CandidateScore> imitations =
+      ProjectedCandidates(scan, fit).in_place_of(0).imitations;
   const Eigen::MatrixXd rest = problem.linear.fitted.leftCols<5>();
   const auto off_the_rest = [&](const Eigen::MatrixXd& columns) -> Eigen::MatrixXd {
     return columns - rest * rest.householderQr().solve(columns);

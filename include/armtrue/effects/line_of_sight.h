@@ -15,7 +15,8 @@ class LineOfSight {
               const Eigen::Vector3d& point);
 
   double range() const { return range_; }  ///< [m]
-  /// Angle about `up`, from the axis of R_A that is nearest to the horizontal plane [rad].
+  /// Angle about `up`, from the x axis of R_A, or from its y axis if x is within 37 deg of the
+  /// vertical [rad].
   double azimuth() const;
   double elevation() const;  ///< [rad]
   /// Angle between the direction from the point to the instrument and `axis`, a unit vector [rad].
