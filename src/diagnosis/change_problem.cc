@@ -126,14 +126,16 @@ void ChangeProblem::count_replicates() {
     return keys;
   };
   const auto count_different = [](std::vector<Key> keys) {
-    const auto rest = std::ranges::unique(keys);
-    return static_cast<double>(keys.size() - rest.size());
+    return static_cast<double>(std::unique(keys.begin(), keys.end()) - keys.begin());
   };
   std::vector<int> all(static_cast<size_t>(campaign.rows()));
   std::iota(all.begin(), all.end(), 0);
   const std::vector<Key> keys = sorted_keys(all);
-  for (int row : all)
-    shares_.push_back(1.0 / static_cast<double>(std::ranges::equal_range(keys, key(row)).size()));
+  // Not std::ranges: clang 14, which builds the fuzzers, cannot compile its subranges.
+  for (int row : all) {
+    const auto [first, last] = std::equal_range(keys.begin(), keys.end(), key(row));
+    shares_.push_back(1.0 / static_cast<double>(last - first));
+  }
   equations_ = count_different(keys) * models_.row_size();
   degrees_of_freedom_ = equations_;
   for (int s = 0; s < sessions(); ++s) {
