@@ -67,9 +67,13 @@ void refuse_empty(int argc, char** argv) {
   }
 }
 
-// CLI11 accepts nan as a number in every range.
+// CLI11 accepts nan as a number in every range, and --flag=off, which counts as given.
 void check_values(const CLI::App& app) {
   for (const CLI::Option* option : all_options(app)) {
+    const bool is_flag = option->get_items_expected_max() == 0;
+    if (is_flag && option->results() != std::vector<std::string>(option->count(), "true"))
+      throw CLI::ValidationError(option->get_name(),
+                                 "takes no value; leave the flag out to turn it off");
     if (!option->get_type_name().starts_with("FLOAT")) continue;
     for (const std::string& text : option->results())
       if (!std::isfinite(std::strtod(text.c_str(), nullptr)))

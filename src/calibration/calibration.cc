@@ -206,20 +206,19 @@ void require_enough_readings(const SessionModels& model, const std::vector<Prior
         " unknowns; measure more poses, or identify fewer parameters (--identify)");
 }
 
-// Without masses an effect of gravity has as many coefficients as this geometry shows first
-// moments, and those of an earlier geometry may be more or fewer.
+// Gives effects that are declared without coefficients theirs, zeros. Without masses an effect of
+// gravity has as many as this geometry shows first moments, and those of an earlier geometry may be
+// more or fewer.
 void match_coefficients(Robot& robot, const Campaign& campaign) {
-  if (!robot.bodies.empty() && !robot.ground_link) return;
+  const bool knows_moments = !robot.bodies.empty() && !robot.ground_link;
   const auto match = [&](Effect& effect) {
+    const bool by_gravity = effect.driver.kind == DriverKind::gravity_torque ||
+                            effect.driver.kind == DriverKind::moment;
+    if (!effect.coefficients.empty() && (knows_moments || !by_gravity)) return;
     const BoundEffect bound(effect, robot, campaign.temperature_names);
     effect.coefficients.resize(static_cast<size_t>(bound.coefficient_count()));
   };
-  const auto by_gravity = [](const Effect& effect) {
-    return effect.driver.kind == DriverKind::gravity_torque ||
-           effect.driver.kind == DriverKind::moment;
-  };
   for (Effect& effect : robot.effects) {
-    if (!by_gravity(effect)) continue;
     for (Effect& member : effect.members) match(member);
     match(effect);
   }

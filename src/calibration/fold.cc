@@ -95,21 +95,26 @@ void find_nonzero(const Eigen::Ref<const Eigen::MatrixXd>& row, std::vector<int>
     if ((row.col(k).array() != 0).any()) nonzero.push_back(k);
 }
 
+enum class What { all, slopes };  // slopes: `products` is a column, what the last one is of all
+
 // Folds some rows of a campaign.
 class BlockFolder {
  public:
-  // `kept`: null to take the derivatives at `at`.
+  // `kept`: null to take the derivatives at `at`. Slopes alone need them.
   BlockFolder(const ObservationModel::At& at, const ObservationModel& model, const ReadingLaw& law,
-              FoldBy by, const KeptDerivatives* kept)
+              FoldBy by, const KeptDerivatives* kept, What what = What::all)
       : at_(at),
         model_(model),
         law_(law),
         kept_(kept),
-        is_sparse_(by == FoldBy::normal_equations && model.unknowns() > kManyUnknowns),
-        rows_((is_sparse_ ? kRowsAtOnce : kRowsPerFactor) * model.row_size() + kPadding,
+        what_(what),
+        by_row_(what == What::slopes ||
+                (by == FoldBy::normal_equations && model.unknowns() > kManyUnknowns)),
+        rows_((by_row_ ? kRowsAtOnce : kRowsPerFactor) * model.row_size() + kPadding,
               model.unknowns() + 1),
-        folded_(zero_fold(model, law, by)),
-        slopes_(folded_.bend.rows(), is_sparse_ ? 0 : kRowsPerFactor) {}
+        folded_(what == What::slopes ? Fold{.products = Eigen::VectorXd::Zero(rows_.cols())}
+                                     : zero_fold(model, law, by)),
+        slopes_(folded_.bend.rows(), by_row_ ? 0 : kRowsPerFactor) {}
 
   static Fold zero_fold(const ObservationModel& model, const ReadingLaw& law, FoldBy by) {
     const int p = model.unknowns();
@@ -123,7 +128,7 @@ class BlockFolder {
   Fold of(int begin, int end) {
     for (int first = begin; first < end; first += kRowsAtOnce) {
       const int count = std::min(kRowsAtOnce, end - first);
-      const int place = is_sparse_ ? 0 : filled_;  // in `rows_`
+      const int place = by_row_ ? 0 : filled_;  // in `rows_`
       if (kept_)
         at_.residuals(first, std::span(residuals_).first(static_cast<size_t>(count)));
       else
@@ -144,10 +149,13 @@ class BlockFolder {
 
   void add(int row, int place) {
     auto out = own_rows(place, 1);
-    if (is_sparse_) {
+    if (by_row_) {
       gather(row, place);
       weigh(row, gathered_);
-      add_gathered();
+      if (what_ == What::all)
+        add_gathered();
+      else
+        add_products(gathered_.cols() - 1, folded_.products.col(0));
       return;
     }
     if (kept_) {
@@ -213,12 +221,8 @@ class BlockFolder {
   // columns that are not zero.
   void add_gathered() {
     const Eigen::Index last = gathered_.cols() - 1;
-    for (Eigen::Index j = 0; j <= last; ++j) {
-      products_ = gathered_(0, j) * gathered_.row(0).head(j + 1).transpose();
-      for (Eigen::Index axis = 1; axis < gathered_.rows(); ++axis)
-        products_ += gathered_(axis, j) * gathered_.row(axis).head(j + 1).transpose();
-      scatter(folded_.products.col(nonzero_[static_cast<size_t>(j)]));
-    }
+    for (Eigen::Index j = 0; j <= last; ++j)
+      add_products(j, folded_.products.col(nonzero_[static_cast<size_t>(j)]));
     if (folded_.bend.size() == 0) return;
     // The products with the residual are the slopes.
     const Eigen::VectorXd slope = bending_ * products_.head(last);
@@ -226,6 +230,14 @@ class BlockFolder {
       products_ = slope[k] * slope.head(k + 1);
       scatter(folded_.bend.col(nonzero_[static_cast<size_t>(k)]));
     }
+  }
+
+  // Adds the products of the j-th gathered column with those up to it.
+  void add_products(Eigen::Index j, Eigen::Ref<Eigen::VectorXd> column) {
+    products_ = gathered_(0, j) * gathered_.row(0).head(j + 1).transpose();
+    for (Eigen::Index axis = 1; axis < gathered_.rows(); ++axis)
+      products_ += gathered_(axis, j) * gathered_.row(axis).head(j + 1).transpose();
+    scatter(column);
   }
 
   // Adds the products to the rows of a column that are not zero.
@@ -237,7 +249,7 @@ class BlockFolder {
 
   // Takes the rows into the sums.
   void empty() {
-    if (is_sparse_) return;
+    if (by_row_) return;
     const auto rows = rows_.topRows(filled_ * model_.row_size());
     if (folded_.factor.size() > 0)
       fold_into(folded_.factor, rows);
@@ -252,8 +264,9 @@ class BlockFolder {
   const ObservationModel& model_;
   const ReadingLaw& law_;
   const KeptDerivatives* kept_;
-  bool is_sparse_;
-  Eigen::MatrixXd rows_;  // weighted, but those that are sparse
+  const What what_;
+  const bool by_row_;     // each row by itself, without its zeros
+  Eigen::MatrixXd rows_;  // weighted, but where each is taken by itself
   std::array<Residual, kRowsAtOnce> residuals_;
   int filled_ = 0;
   Fold folded_;
@@ -292,6 +305,24 @@ Fold fold(const ObservationModel::At& at, const ObservationModel& model, const R
 Fold fold(const ObservationModel::At& at, const ObservationModel& model, const ReadingLaw& law,
           const KeptDerivatives& kept) {
   return folded(at, model, law, FoldBy::normal_equations, &kept);
+}
+
+Fold fold(const ObservationModel::At& at, const ObservationModel& model, const ReadingLaw& law,
+          const KeptDerivatives& kept, const Fold& beside) {
+  Fold total = beside;
+  total.loss = 0;
+  total.products.rightCols<1>().setZero();
+  for_ordered_blocks<Fold>(
+      model.rows(), rows_per_block(model.rows()),
+      [&](int begin, int end) {
+        return BlockFolder(at, model, law, FoldBy::normal_equations, &kept, What::slopes)
+            .of(begin, end);
+      },
+      [&](const Fold& block) {
+        total.loss += block.loss;
+        total.products.rightCols<1>() += block.products;
+      });
+  return total;
 }
 
 KeptDerivatives keep_derivatives(const ObservationModel::At& at, const ObservationModel& model) {

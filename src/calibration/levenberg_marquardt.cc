@@ -54,8 +54,13 @@ class FoldedCost : public ceres::CostFunction {
       if (apart) r.tail(of_priors.size()) = of_priors;
       return std::isfinite(r[p]);
     }
+    // Where derivatives are kept, the steps of one solution are short: with the second derivatives
+    // of the first they end at the same minimum.
+    const bool is_first = last_.folded.products.size() == 0;
     last_ = {x, model_.sigma(), law_,
-             kept_ ? fold(at, model_, law_, *kept_) : fold(at, model_, law_, fold_by_)};
+             !kept_     ? fold(at, model_, law_, fold_by_)
+             : is_first ? fold(at, model_, law_, *kept_)
+                        : fold(at, model_, law_, *kept_, last_.folded)};
     Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(num_residuals(), p);
     if (fold_by_ == FoldBy::qr)
       by_rows(of_priors, r, jacobian);

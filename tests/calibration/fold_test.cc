@@ -81,7 +81,8 @@ TEST(Fold, KnowsTheSecondDerivativeOfTheLoss) {
 }
 
 // With few unknowns and with many, most of them knots of curves that a row does not reach: the sums
-// against all rows written out, and the same from derivatives that were kept at another sigma.
+// against all rows written out, and the same from derivatives that were kept at another sigma; and
+// the slopes alone, beside another x.
 TEST(Fold, OfKeptDerivativesIsThatOfTheRows) {
   for (const int knots : {4, 60}) {
     Setting setting(300);
@@ -124,6 +125,14 @@ TEST(Fold, OfKeptDerivativesIsThatOfTheRows) {
       EXPECT_NEAR(folded.loss, loss, 1e-12 * loss) << knots;
     }
     EXPECT_LT((fold(at, model, law).information() - whole).norm(), 1e-10 * whole.norm()) << knots;
+
+    const Fold beside = fold(model.at(Eigen::VectorXd::Constant(p, 1e-4)), model, law, kept);
+    const Fold slopes = fold(at, model, law, kept, beside);
+    EXPECT_LT((slopes.products.col(p) - gram.col(p)).norm(), 1e-12 * gram.col(p).norm()) << knots;
+    EXPECT_NEAR(slopes.loss, loss, 1e-12 * loss) << knots;
+    EXPECT_TRUE(slopes.products.leftCols(p) == beside.products.leftCols(p)) << knots;
+    EXPECT_TRUE(slopes.bend == beside.bend) << knots;
+    EXPECT_GT((beside.products.col(p) - gram.col(p)).norm(), 1e-3 * gram.col(p).norm()) << knots;
   }
 }
 

@@ -148,8 +148,6 @@ TEST(Priors, ErrorsOfTheInstrumentShareTheirSize) {
   EXPECT_EQ(priors.of_unknowns.back().width, -1);  // what happens at a time may be of any size
 }
 
-// A calibrated robot that is calibrated again is drawn to the values of its file, not to those of
-// the fit before.
 // No reading carries a force, so nothing is said of what a force does.
 TEST(Priors, CoefficientThatNothingDrivesStaysAsItIs) {
   const Robot robot = shipped("kr360-roughing");
@@ -164,6 +162,30 @@ TEST(Priors, CoefficientThatNothingDrivesStaysAsItIs) {
   }
 }
 
+// An effect may be declared with zeros or without coefficients: both say that it is to be fitted.
+TEST(Priors, AreThoseOfEffectsThatAreDeclaredWithoutCoefficients) {
+  Robot with_zeros = shipped("kr360-spindle");
+  Effect sag{"sag", "A3.theta", {DriverKind::gravity_torque, 2, -1, ""}, {}, {}};
+  Effect curve{"curve", "A1.theta", {DriverKind::joint_angle, 0, -1, ""}, {}, {}};
+  curve.shape.kind = ShapeKind::series;
+  curve.shape.basis = SeriesBasis::spline;
+  curve.shape.count = 12;
+  curve.shape.low[0] = -3;
+  curve.shape.high[0] = 3;
+  with_zeros.effects = {sag, curve};
+  Robot without = with_zeros;
+  with_zeros.effects[0].coefficients.resize(1);
+  with_zeros.effects[1].coefficients.resize(12);
+  without.effects[1].coefficients.resize(12);
+  const Campaign campaign = measured(shipped("kr360-table4"), 12, 8);
+  const CalibrationResult expected = calibrate(with_zeros, campaign);
+  EXPECT_TRUE(calibrate(without, campaign).change == expected.change);
+  without.effects[1].coefficients.clear();
+  EXPECT_TRUE(calibrate(without, campaign).change == expected.change);
+}
+
+// A calibrated robot that is calibrated again is drawn to the values of its file, not to those of
+// the fit before.
 TEST(Priors, StayAboutTheNominalValues) {
   const Robot robot = shipped("kr360-spindle");
   const Campaign campaign = measured(shipped("kr360-table4"), 12, 4);

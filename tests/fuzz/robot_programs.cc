@@ -74,6 +74,15 @@ Path path_of(const RobotProgram& program) {
   return result;
 }
 
+// A point that is written into another move stands on one line there.
+auto lines_within_points(const RobotProgram& program) {
+  auto sum = lines("");
+  for (const ProgramPoint& point : program.points)
+    sum += lines(program.texts[static_cast<size_t>(point.text)].text.substr(
+        point.begin, point.end - point.begin));
+  return sum;
+}
+
 // As mirror-correct displaces a program along a path.
 void displace(const RobotProgram& program, const Path& programmed) {
   const DisplacedProgram same = displace_program(program, programmed, programmed.position);
@@ -84,7 +93,8 @@ void displace(const RobotProgram& program, const Path& programmed) {
     corrected(i % 3, i) += 1e-4 * std::sin(static_cast<double>(i));
   const DisplacedProgram moved = displace_program(program, programmed, corrected);
   require(program.dialect == Dialect::rapid ||
-              lines(moved.text.texts[0]) >= lines(program.texts[0].text) + moved.text.inserted,
+              lines(moved.text.texts[0]) + lines_within_points(program) >=
+                  lines(program.texts[0].text) + moved.text.inserted,
           "lines are lost");
 }
 
@@ -146,7 +156,8 @@ void correct(Dialect dialect, std::vector<ProgramText> texts) {
   const RewrittenProgram divided = rewrite(program, commands, between);
   require(divided.inserted <= moves_of(between), "moves appear");
   require(dialect == Dialect::rapid ||
-              lines(divided.texts[0]) >= lines(texts[0].text) + divided.inserted,
+              lines(divided.texts[0]) + lines_within_points(program) >=
+                  lines(texts[0].text) + divided.inserted,
           "lines are lost");
   const bool has_poses = std::ranges::any_of(program.targets, [](const ProgramTarget& target) {
     return target.kind == TargetKind::cartesian;
