@@ -112,10 +112,8 @@ void read_targets_and_anchors(YamlMap& document, KinematicChain& chain) {
     check_count(document, "anchors", anchors.keys().size());
     for (const std::string& name : anchors.keys()) {
       YamlMap entry = anchors.map(name);
-      const Eigen::Vector3d position(entry.number("x_mm"), entry.number("y_mm"),
-                                     entry.number("z_mm"));
-      chain.anchors.push_back(
-          {name, position * kMillimetre, entry.number("zero_mm", 0) * kMillimetre});
+      const Eigen::Vector3d position = read_position(entry);
+      chain.anchors.push_back({name, position, entry.number("zero_mm", 0) * kMillimetre});
       entry.finish();
     }
   }

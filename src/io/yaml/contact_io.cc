@@ -1,10 +1,10 @@
 #include "io/yaml/contact_io.h"
 
 #include <algorithm>
-#include <array>
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
+#include "io/yaml/link_io.h"
 #include "io/yaml/yaml_text.h"
 
 namespace armtrue {
@@ -49,17 +49,8 @@ void read_place(YamlMap& map, Contact& contact) {
   contact.is_placed =
       std::ranges::any_of(keys, [&](const std::string& key) { return map.has(key); });
   if (!contact.is_placed) return;
-  // One after the other: a compiler may read arguments in any order, and a message names the first.
-  const auto three = [&](const std::array<const char*, 3>& names) {
-    Eigen::Vector3d numbers;
-    for (int k = 0; k < 3; ++k) numbers[k] = map.number(names[static_cast<size_t>(k)]);
-    return numbers;
-  };
-  contact.place.translation = three({"x_mm", "y_mm", "z_mm"}) * kMillimetre;
-  if (has_rotation(contact.kind)) {
-    const Eigen::Vector3d abc = three({"a_deg", "b_deg", "c_deg"}) * kDegree;
-    contact.place.rotation = rotation_from_abc(abc[0], abc[1], abc[2]);
-  }
+  contact.place.translation = read_position(map);
+  if (has_rotation(contact.kind)) contact.place.rotation = read_rotation(map);
   if (contact.kind != ContactKind::sphere) return;
   contact.radius = map.number("radius_mm") * kMillimetre;
   if (contact.radius < 0) map.fail("radius_mm", "must not be negative");
@@ -89,11 +80,11 @@ YAML::Node contact_node(const Contact& contact) {
   std::vector<std::pair<std::string, std::string>> entries{{"kind", kind_word(contact.kind)}};
   if (contact.is_placed) {
     const Eigen::Vector3d& at = contact.place.translation;
-    const Eigen::Vector3d abc = abc_from_rotation(contact.place.rotation);
     std::vector<std::string> values;
     for (double length : at) values.push_back(number_text(length, kMillimetre));
     if (has_rotation(contact.kind))
-      for (double angle : abc) values.push_back(number_text(angle, kDegree));
+      for (const std::string& angle : rotation_texts(contact.place.rotation))
+        values.push_back(angle);
     if (contact.kind == ContactKind::sphere)
       values.push_back(number_text(contact.radius, kMillimetre));
     const std::vector<std::string> keys = place_keys(contact.kind);

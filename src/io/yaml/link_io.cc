@@ -45,30 +45,43 @@ void read_travel(YamlMap& map, Link& link) {
 
 }  // namespace
 
+// In braces the numbers are read in their order, so that a message names the first that is wrong.
+Eigen::Vector3d read_position(YamlMap& map) {
+  return kMillimetre *
+         Eigen::Vector3d{map.number("x_mm"), map.number("y_mm"), map.number("z_mm")};
+}
+
+Eigen::Matrix3d read_rotation(YamlMap& map) {
+  const Eigen::Vector3d abc =
+      kDegree * Eigen::Vector3d{map.number("a_deg"), map.number("b_deg"), map.number("c_deg")};
+  return rotation_from_abc(abc[0], abc[1], abc[2]);
+}
+
+// A rotation holds its angles to 1e-15 rad; digits below 1e-12 deg are rounding errors.
+std::array<std::string, 3> rotation_texts(const Eigen::Matrix3d& rotation) {
+  std::array<std::string, 3> texts;
+  const Eigen::Vector3d abc = abc_from_rotation(rotation) / kDegree;
+  for (int k = 0; k < 3; ++k)
+    texts[static_cast<size_t>(k)] = number_text(std::stod(fmt::format("{:.12f}", abc[k])) + 0.0);
+  return texts;
+}
+
 Pose read_pose(YamlMap map) {
   Pose pose;
-  pose.translation =
-      Eigen::Vector3d(map.number("x_mm"), map.number("y_mm"), map.number("z_mm")) * kMillimetre;
-  pose.rotation = rotation_from_abc(map.number("a_deg") * kDegree, map.number("b_deg") * kDegree,
-                                    map.number("c_deg") * kDegree);
+  pose.translation = read_position(map);
+  pose.rotation = read_rotation(map);
   map.finish();
   return pose;
 }
 
 YAML::Node pose_node(const Pose& pose) {
-  const Eigen::Vector3d abc = abc_from_rotation(pose.rotation);
-  // A rotation holds its angles to 1e-15 rad; digits below that are rounding errors.
-  const auto angle = [](double radians) {
-    const double degrees = radians / kDegree;
-    return number_text(std::abs(degrees) < 1e-13 ? 0.0
-                                                 : std::stod(fmt::format("{:.14g}", degrees)));
-  };
+  const auto [a, b, c] = rotation_texts(pose.rotation);
   return flow_map({{"x_mm", number_text(pose.translation.x(), kMillimetre)},
                    {"y_mm", number_text(pose.translation.y(), kMillimetre)},
                    {"z_mm", number_text(pose.translation.z(), kMillimetre)},
-                   {"a_deg", angle(abc[0])},
-                   {"b_deg", angle(abc[1])},
-                   {"c_deg", angle(abc[2])}});
+                   {"a_deg", a},
+                   {"b_deg", b},
+                   {"c_deg", c}});
 }
 
 Link read_link(YamlMap map) {
