@@ -121,11 +121,11 @@ Solution fit(SessionModels& model, ReadingLaw& law, Priors& priors,
     // Near the solution x and law approach theirs together, a step at a time. The first round moves
     // x most, and the last one is to end at the solution.
     if (by_steps && (round <= 1 || last_round)) kept = kept_at(model, x);
-    solution =
-        minimise(model, law, priors.of_unknowns,
-                 by_steps && !last_round ? std::min(left, kStepsOfRound) : left,
-                 last_round ? options.tolerance : std::max(options.tolerance, kRoughTolerance),
-                 options.fold_by, x, kept);
+    solution = minimise(
+        model, law, priors.of_unknowns,
+        by_steps && !last_round ? std::min(left, kStepsOfRound) : left,
+        last_round ? options.tolerance : std::max(options.tolerance, kRoughTolerance),
+        options.fold_by, x, kept, last_round ? Curvature::of_each_step : Curvature::of_first_step);
     iterations += solution.iterations;
     if (last_round || iterations >= options.max_iterations) break;
     const Eigen::MatrixXd information = joint_information(model, solution.folds);
@@ -239,7 +239,8 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
   Eigen::VectorXd x = Eigen::VectorXd::Zero(model.unknowns());
   ReadingLaw law;
   int iterations = 0;
-  if (model.rows() > 2 * kRowsForStart) {
+  // The solution of a part is farther off than a start near the solution of all rows.
+  if (model.rows() > 2 * kRowsForStart && !options.start_law) {
     const Campaign part = campaign.select(thinned_rows(campaign, kRowsForStart));
     SessionModels part_model(part, start, set.kept, {1.0, 1.0}, options.fitted_effects, kSplit);
     iterations = fit(part_model, law, priors, options, x).iterations;

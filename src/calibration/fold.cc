@@ -151,6 +151,7 @@ class BlockFolder {
     auto out = own_rows(place, 1);
     if (by_row_) {
       gather(row, place);
+      find_runs();
       weigh(row, gathered_);
       if (what_ == What::all)
         add_gathered();
@@ -240,11 +241,31 @@ class BlockFolder {
     scatter(column);
   }
 
+  // Columns that are not zero and stand side by side, as the knots of a curve do: from `column` on,
+  // in `gathered_` from `place` on.
+  struct Run {
+    Eigen::Index place, count;
+    int column;
+  };
+
+  void find_runs() {
+    runs_.clear();
+    for (size_t k = 0; k < nonzero_.size(); ++k)
+      if (k > 0 && nonzero_[k] == nonzero_[k - 1] + 1)
+        ++runs_.back().count;
+      else
+        runs_.push_back({static_cast<Eigen::Index>(k), 1, nonzero_[k]});
+  }
+
   // Adds the products to the rows of a column that are not zero.
   void scatter(Eigen::Ref<Eigen::VectorXd> column) const {
-    double* const out = column.data();
-    for (Eigen::Index k = 0; k < products_.size(); ++k)
-      out[nonzero_[static_cast<size_t>(k)]] += products_[k];
+    for (const Run& run : runs_) {
+      const Eigen::Index count = std::min(run.count, products_.size() - run.place);
+      if (count <= 0) return;
+      double* const out = column.data() + run.column;
+      const double* const in = products_.data() + run.place;
+      for (Eigen::Index k = 0; k < count; ++k) out[k] += in[k];
+    }
   }
 
   // Takes the rows into the sums.
@@ -273,6 +294,7 @@ class BlockFolder {
   Eigen::MatrixXd slopes_;  // a column for each row, whose products add up to `bend`
   double bending_ = 0;
   std::vector<int> nonzero_;
+  std::vector<Run> runs_;
   RowMajor gathered_;
   Eigen::VectorXd products_;
 };

@@ -21,10 +21,12 @@ namespace {
 class FoldedCost : public ceres::CostFunction {
  public:
   FoldedCost(const SessionModels& models, int group, const ReadingLaw& law,
-             const std::vector<Prior>& priors, FoldBy fold_by, const KeptDerivatives* kept)
+             const std::vector<Prior>& priors, FoldBy fold_by, const KeptDerivatives* kept,
+             Curvature curvature)
       : model_(models.model(group)),
         fold_by_(fold_by),
         kept_(kept),
+        curvature_(curvature),
         law_(models.law_of(group, law)),
         priors_(priors) {
     for (const SessionModels::Run& run : models.runs(group))
@@ -54,12 +56,11 @@ class FoldedCost : public ceres::CostFunction {
       if (apart) r.tail(of_priors.size()) = of_priors;
       return std::isfinite(r[p]);
     }
-    // Where derivatives are kept, the steps of one solution are short: with the second derivatives
-    // of the first they end at the same minimum.
-    const bool is_first = last_.folded.products.size() == 0;
+    const bool is_whole =
+        curvature_ == Curvature::of_each_step || last_.folded.products.size() == 0;
     last_ = {x, model_.sigma(), law_,
              !kept_     ? fold(at, model_, law_, fold_by_)
-             : is_first ? fold(at, model_, law_, *kept_)
+             : is_whole ? fold(at, model_, law_, *kept_)
                         : fold(at, model_, law_, *kept_, last_.folded)};
     Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(num_residuals(), p);
     if (fold_by_ == FoldBy::qr)
@@ -156,6 +157,7 @@ class FoldedCost : public ceres::CostFunction {
   const ObservationModel& model_;
   const FoldBy fold_by_;
   const KeptDerivatives* kept_;  // or null
+  const Curvature curvature_;
   const ReadingLaw law_;
   const std::vector<Prior> priors_;
   // The last fold that a Jacobian was made of. Evaluate() is const for Ceres; this one is called by
@@ -192,7 +194,8 @@ std::vector<std::vector<Prior>> priors_by_group(const SessionModels& models,
 
 Solution minimise(const SessionModels& models, const ReadingLaw& law,
                   const std::vector<Prior>& priors, int max_iterations, double tolerance, FoldBy by,
-                  Eigen::VectorXd& x, const std::vector<KeptDerivatives>& kept) {
+                  Eigen::VectorXd& x, const std::vector<KeptDerivatives>& kept,
+                  Curvature curvature) {
   if (x.size() == 0)
     return {true, 0, "nothing to identify", std::vector<GroupFold>(models.groups())};
   std::vector<std::unique_ptr<FoldedCost>> costs;
@@ -203,9 +206,9 @@ Solution minimise(const SessionModels& models, const ReadingLaw& law,
   for (int g = 0; g < models.groups(); ++g) {
     std::vector<double*> blocks;
     for (const SessionModels::Run& run : models.runs(g)) blocks.push_back(x.data() + run.first);
-    costs.push_back(
-        std::make_unique<FoldedCost>(models, g, law, own_priors[static_cast<size_t>(g)], by,
-                                     kept.empty() ? nullptr : &kept[static_cast<size_t>(g)]));
+    costs.push_back(std::make_unique<FoldedCost>(
+        models, g, law, own_priors[static_cast<size_t>(g)], by,
+        kept.empty() ? nullptr : &kept[static_cast<size_t>(g)], curvature));
     problem.AddResidualBlock(costs.back().get(), nullptr, blocks);
   }
   ceres::Solver::Options options;

@@ -28,9 +28,13 @@ struct GroupFold {
 struct Solution {
   bool converged = false;
   int iterations = 0;
-  std::string termination;         ///< the solver's own words
+  std::string termination;       ///< the solver's own words
   std::vector<GroupFold> folds;  ///< the last of each group
 };
+
+/// Whose second derivatives a step takes where first derivatives are kept. Those of the first step
+/// cost the later ones nothing; a few short steps end at the same minimum with them.
+enum class Curvature { of_each_step, of_first_step };
 
 /// Minimises over x, by Levenberg-Marquardt (Ceres), with sigma and law held fixed,
 ///     sum over the rows of ReadingLaw::loss + sum over the priors of ((start + x) / deviation)^2.
@@ -38,6 +42,7 @@ struct Solution {
 /// the derivatives are those at each step.
 Solution minimise(const SessionModels& models, const ReadingLaw& law,
                   const std::vector<Prior>& priors, int max_iterations, double tolerance, FoldBy by,
-                  Eigen::VectorXd& x, const std::vector<KeptDerivatives>& kept = {});
+                  Eigen::VectorXd& x, const std::vector<KeptDerivatives>& kept = {},
+                  Curvature curvature = Curvature::of_each_step);
 
 }  // namespace armtrue

@@ -24,6 +24,10 @@ ObservationModel::At::At(const ObservationModel& model, const Eigen::VectorXd& x
       robot_(model.robot_at(x)),
       layout_(layout_of(robot_.chain)),
       chain_(robot_.chain) {
+  for (size_t e = 0; e < model.effects_.size(); ++e)
+    for (const BoundEffect::Term& term : model.effects_[e].terms())
+      terms_.push_back({robot_.effects[e].coefficients[term.coefficient].value, term.parameter,
+                        model.first_value_[e] + term.value});
   // exp(x + dx) = exp(Jl(x) dx) exp(x), and Jl(x) = Jr(-x).
   base_turn_ = inverse_right_jacobian(-model.turn_of(x, kBaseParameters)).inverse();
   tool_turn_ = inverse_right_jacobian(-model.turn_of(x, layout_.tool)).inverse();
@@ -36,10 +40,16 @@ ObservationModel::At::At(const ObservationModel& model, const Eigen::VectorXd& x
 
 Eigen::VectorXd ObservationModel::At::offsets(int row) const {
   Eigen::VectorXd offsets = Eigen::VectorXd::Zero(parameter_count(robot_.chain));
-  for (size_t e = 0; e < model_.effects_.size(); ++e)
-    for (const BoundEffect::Term& term : model_.effects_[e].terms())
-      offsets[term.parameter] += robot_.effects[e].coefficients[term.coefficient].value *
-                                 model_.effect_values_(model_.first_value_[e] + term.value, row);
+  if (terms_.empty()) return offsets;
+  const double* const values = model_.effect_values_.col(row).data();
+  for (auto term = terms_.begin(); term != terms_.end();) {
+    // A curve has many terms of one parameter: their sum stays in a register.
+    const int parameter = term->parameter;
+    double sum = offsets[parameter];
+    for (; term != terms_.end() && term->parameter == parameter; ++term)
+      sum += term->coefficient * values[term->value];
+    offsets[parameter] = sum;
+  }
   return offsets;
 }
 

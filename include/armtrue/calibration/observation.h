@@ -161,6 +161,7 @@ class ObservationModel::At {
  private:
   friend class ObservationModel;
   At(const ObservationModel& model, const Eigen::VectorXd& x);
+  // What the effects add to the parameters at a row.
   Eigen::VectorXd offsets(int row) const;
   LineOfSight line_of_sight(const Pose& frame) const;
   // The model's prediction of a row.
@@ -198,6 +199,12 @@ class ObservationModel::At {
   Robot robot_;
   ParameterLayout layout_;
   ChainEvaluator chain_;
+  // offset[parameter] += coefficient * effect_values_(value, row)
+  struct Term {
+    double coefficient;
+    int parameter, value;
+  };
+  std::vector<Term> terms_;  // of all effects
   Eigen::Matrix3d base_turn_, tool_turn_;  // d(turn in R_A)/d(unknown turn)
   // d(turn in the axes of the contact)/d(unknown turn)
   std::vector<Eigen::Matrix3d> contact_turns_;
