@@ -156,7 +156,7 @@ class BlockFolder {
       if (what_ == What::all)
         add_gathered();
       else
-        add_products(gathered_.cols() - 1, folded_.products.col(0));
+        add_products(gathered_, gathered_.cols() - 1, folded_.products.col(0));
       return;
     }
     if (kept_) {
@@ -223,22 +223,11 @@ class BlockFolder {
   void add_gathered() {
     const Eigen::Index last = gathered_.cols() - 1;
     for (Eigen::Index j = 0; j <= last; ++j)
-      add_products(j, folded_.products.col(nonzero_[static_cast<size_t>(j)]));
+      add_products(gathered_, j, folded_.products.col(nonzero_[static_cast<size_t>(j)]));
     if (folded_.bend.size() == 0) return;
-    // The products with the residual are the slopes.
-    const Eigen::VectorXd slope = bending_ * products_.head(last);
-    for (Eigen::Index k = 0; k < last; ++k) {
-      products_ = slope[k] * slope.head(k + 1);
-      scatter(folded_.bend.col(nonzero_[static_cast<size_t>(k)]));
-    }
-  }
-
-  // Adds the products of the j-th gathered column with those up to it.
-  void add_products(Eigen::Index j, Eigen::Ref<Eigen::VectorXd> column) {
-    products_ = gathered_(0, j) * gathered_.row(0).head(j + 1).transpose();
-    for (Eigen::Index axis = 1; axis < gathered_.rows(); ++axis)
-      products_ += gathered_(axis, j) * gathered_.row(axis).head(j + 1).transpose();
-    scatter(column);
+    slope_.noalias() = bending_ * (gathered_.col(last).transpose() * gathered_);
+    for (Eigen::Index j = 0; j < last; ++j)
+      add_products(slope_, j, folded_.bend.col(nonzero_[static_cast<size_t>(j)]));
   }
 
   // Columns that are not zero and stand side by side, as the knots of a curve do: from `column` on,
@@ -257,14 +246,36 @@ class BlockFolder {
         runs_.push_back({static_cast<Eigen::Index>(k), 1, nonzero_[k]});
   }
 
-  // Adds the products to the rows of a column that are not zero.
-  void scatter(Eigen::Ref<Eigen::VectorXd> column) const {
+  // Adds the products of the j-th column of a row with those up to it.
+  void add_products(const RowMajor& row, Eigen::Index j, Eigen::Ref<Eigen::VectorXd> out) const {
+    switch (row.rows()) {
+      case 1:
+        return add_products_of<1>(row, j, out.data());
+      case 3:
+        return add_products_of<3>(row, j, out.data());
+      case 6:
+        return add_products_of<6>(row, j, out.data());
+      default:
+        return add_products_of<Eigen::Dynamic>(row, j, out.data());
+    }
+  }
+
+  // The compiler knows the number of rows, and that nothing of `row` changes: it takes four columns
+  // at once.
+  template <int kRows>
+  void add_products_of(const RowMajor& row, Eigen::Index j, double* __restrict out) const {
+    const Eigen::Index rows = kRows == Eigen::Dynamic ? row.rows() : kRows, stride = row.cols();
+    const Eigen::Matrix<double, kRows, 1> own = row.col(j);
     for (const Run& run : runs_) {
-      const Eigen::Index count = std::min(run.count, products_.size() - run.place);
-      if (count <= 0) return;
-      double* const out = column.data() + run.column;
-      const double* const in = products_.data() + run.place;
-      for (Eigen::Index k = 0; k < count; ++k) out[k] += in[k];
+      const Eigen::Index count = std::min(run.count, j + 1 - run.place);
+      const double* __restrict const others = row.data() + run.place;
+      double* __restrict const sums = out + run.column;
+      for (Eigen::Index k = 0; k < count; ++k) {
+        double sum = own[0] * others[k];
+        for (Eigen::Index axis = 1; axis < rows; ++axis)
+          sum += own[axis] * others[axis * stride + k];
+        sums[k] += sum;
+      }
     }
   }
 
@@ -295,8 +306,7 @@ class BlockFolder {
   double bending_ = 0;
   std::vector<int> nonzero_;
   std::vector<Run> runs_;
-  RowMajor gathered_;
-  Eigen::VectorXd products_;
+  RowMajor gathered_, slope_;
 };
 
 Fold folded(const ObservationModel::At& at, const ObservationModel& model, const ReadingLaw& law,
