@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "armtrue/campaign/simulation.h"
 #include "armtrue/diagnosis/diagnosis.h"
 #include "armtrue/diagnosis/log_check.h"
 #include "armtrue/diagnosis/suspicions.h"
@@ -190,6 +191,25 @@ TEST(SilentNumbers, EachMistakeIsNamed) {
 TEST(SilentNumbers, LengthsOffByLittleAreNoMistake) {
   EXPECT_THAT(find_suspicions(spindle(), with_poses_changed(1, scaled(1.0001))).warnings,
               IsEmpty());
+}
+
+// Least squares can follow two such poses to an arm whose wrist is turned over.
+TEST(SilentNumbers, ExchangedJointAnglesOfTwoPosesAreNoImpossibleArm) {
+  const Robot truth = read_robot(ARMTRUE_CONFIG "/robots/kr360-table4.yaml").robot;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    SimulationOptions options{.poses = 50, .repeats = 2, .noise_position = 1e-4, .seed = seed};
+    options.orientation = false;
+    Campaign campaign = simulate(spindle(), truth, options);
+    JointVector first, second;
+    for (int row = 0; row < campaign.rows(); ++row)
+      (campaign.pose[row] == 0 ? first : second) = campaign.q[row];
+    const int last = campaign.pose.back();
+    for (int row = 0; row < campaign.rows(); ++row) {
+      if (campaign.pose[row] == 0) campaign.q[row] = second;
+      if (campaign.pose[row] == last) campaign.q[row] = first;
+    }
+    EXPECT_THAT(find_suspicions(spindle(), campaign).errors, IsEmpty()) << seed;
+  }
 }
 
 // Gross poses are left out one by one: two alike are no mistake of the file.
