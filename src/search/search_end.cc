@@ -125,7 +125,7 @@ void ModelSearch::hold_family_of_most_arms() {
                 [&](const Effect& member) { return model_.contains(member); });
   if (family.effect.members.empty()) return;
   const Eigen::VectorXd without = errors_left_out(model_.fit().robot);
-  model_.add(family, 1);
+  if (!add_beside_found(family)) return;
   if (errors_left_out(model_.fit().robot).mean() > without.mean()) {
     model_.drop({static_cast<int>(model_.chosen().size()) - 1});
     return;
@@ -138,6 +138,31 @@ void ModelSearch::hold_family_of_most_arms() {
   result_.stages.back() = model_.fit();
 }
 
+// Adds a family without the members that would take directions from the effects that were found, as
+// the compliance of an upright axis takes sine and cosine of its angle. False if no member is left.
+bool ModelSearch::add_beside_found(Candidate family) {
+  const auto found = static_cast<int>(model_.chosen().size());
+  const auto directions = [&] {
+    std::vector<int> count;
+    for (int k = 0; k < found; ++k) count.push_back(model_.score_of({k}).degrees_of_freedom);
+    return count;
+  };
+  const std::vector<int> alone = directions();
+  std::vector<Effect>& members = family.effect.members;
+  while (!members.empty()) {
+    model_.add(family, 1);
+    const std::vector<int> beside = directions();
+    const auto k = std::ranges::mismatch(alone, beside).in1 - alone.begin();
+    if (k == found) return true;
+    const std::string& taken = model_.chosen()[static_cast<size_t>(k)].effect.parameter;
+    if (std::erase_if(members, [&](const Effect& member) { return member.parameter == taken; }) ==
+        0)
+      members.clear();
+    model_.drop({found});
+  }
+  return false;
+}
+
 // Mean error of the position of each pose by a fit of the robot that has not seen it [m].
 Eigen::VectorXd ModelSearch::errors_left_out(const Robot& robot) const {
   constexpr int kFolds = 10;
@@ -148,8 +173,7 @@ Eigen::VectorXd ModelSearch::errors_left_out(const Robot& robot) const {
     std::vector<int> inside, outside;
     for (int row = 0; row < campaign_.rows(); ++row)
       (pose[row] % kFolds == fold ? outside : inside).push_back(row);
-    const CalibrationResult part =
-        refit(robot, campaign_.select(inside), fit, kSearchTolerance);
+    const CalibrationResult part = refit(robot, campaign_.select(inside), fit, kSearchTolerance);
     const Evaluation evaluation = evaluate(part.robot, campaign_.select(outside));
     for (size_t k = 0; k < outside.size(); ++k) {
       const double weight = fit.weights[outside[k]];

@@ -64,6 +64,7 @@ class ModelSearch {
   void prefer_distortion();
   void split_families();
   void hold_family_of_most_arms();
+  bool add_beside_found(Candidate family);
   Eigen::VectorXd errors_left_out(const Robot& robot) const;
 
   const TraceOptions& options_;

@@ -46,6 +46,28 @@ LoopResult carried(const Robot& truth, unsigned seed) {
                     read_catalogue(kCatalogue));
 }
 
+// Without masses the compliance of an axis takes sine and cosine of its angle too: it is not held
+// beside an eccentricity that was found, which would have no direction of its own left.
+TEST(Families, NoMemberTakesTheDirectionsOfWhatWasFound) {
+  const Robot nominal = read_robot(ARMTRUE_CONFIG "/robots/irb120.yaml").robot;
+  Robot truth = nominal;
+  const std::string parameter = nominal.chain.links[1].name + ".theta";
+  Effect& eccentricity = truth.effects.emplace_back();
+  eccentricity = {"eccentricity", parameter, {DriverKind::joint_angle, 1, -1, ""}, {}, {}};
+  eccentricity.shape.kind = ShapeKind::harmonic;
+  eccentricity.shape.harmonic = 1;
+  eccentricity.coefficients = {{"sin", 5e-4}, {"cos", -4e-4}};
+  SimulationOptions options{
+      .poses = 25, .repeats = 2, .noise_position = 1e-4, .noise_orientation = 1.5e-4};
+  for (options.seed = 1; options.seed <= 6; ++options.seed) {
+    const TraceResult found =
+        trace(nominal, simulate(nominal, truth, options), read_catalogue(kCatalogue), {});
+    ASSERT_FALSE(found.effects.empty()) << options.seed;
+    for (const TracedEffect& traced : found.effects)
+      EXPECT_GT(traced.evidence.delta_ebic, 0) << options.seed << ": " << describe(traced.effect);
+  }
+}
+
 TEST(Families, ArmThatBendsIsFoundInABoxAndCarriedOut) {
   Robot truth = read_robot(kTruth).robot;
   truth.effects = {sag(2, 6e-8), sag(3, 1.4e-7), sag(5, 8e-7)};
