@@ -139,7 +139,8 @@ void ModelSearch::hold_family_of_most_arms() {
 }
 
 // Adds a family without the members that would take directions from the effects that were found, as
-// the compliance of an upright axis takes sine and cosine of its angle. False if no member is left.
+// the compliance of an axis does that of an eccentricity: where masses are not known its torque is
+// sine and cosine of the angle. False if no member is left.
 bool ModelSearch::add_beside_found(Candidate family) {
   const auto found = static_cast<int>(model_.chosen().size());
   const auto directions = [&] {
