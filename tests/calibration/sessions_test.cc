@@ -259,7 +259,7 @@ IdentifiableSet choose_plainly(const Robot& robot, const Campaign& campaign) {
       kept.push_back(order[c]);
       continue;
     }
-    AbsorbedParameter& absorbed = set.absorbed.emplace_back(order[c]);
+    AbsorbedParameter& absorbed = set.absorbed.emplace_back(AbsorbedParameter{order[c]});
     for (size_t k = 0; moves_readings && k < kept.size(); ++k)
       if (const double share = shares[further + static_cast<int>(k)]; std::abs(share) > 1e-4)
         absorbed.absorbed_by.emplace_back(kept[k], share);

@@ -82,7 +82,7 @@ IdentifiableSet by_least_squares(const SessionModels& models, const std::vector<
       parameters.push_back(order[k]);
       continue;
     }
-    AbsorbedParameter& absorbed = set.absorbed.emplace_back(order[k]);
+    AbsorbedParameter& absorbed = set.absorbed.emplace_back(AbsorbedParameter{order[k]});
     for (size_t i = 0; i < parameters.size() && column.norm() > 1e-12; ++i)
       if (const double share = solution[own + static_cast<Eigen::Index>(i)];
           std::abs(share) > 1e-4)

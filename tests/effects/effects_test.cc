@@ -16,6 +16,8 @@ namespace {
 
 const std::string kRobotFile = ARMTRUE_CONFIG "/robots/kr360-spindle.yaml";
 
+JointVector pose_of_test() { return (JointVector(6) << 0.1, -1.2, 0.7, 0.9, 0.4, -0.3).finished(); }
+
 double load(const Robot& robot, int parameter, const JointVector& q) {
   const GravityLoad gravity(robot, parameter);
   Context context;
@@ -145,7 +147,7 @@ TEST(RobotModel, AnEffectMovesItsParameter) {
   Robot with = robot;
   with.effects.push_back(coupling);
   Context context;
-  context.q << 0.1, -1.2, 0.7, 0.9, 0.4, -0.3;
+  context.q = pose_of_test();
   move_parameter(robot.chain, link_parameter(4, LinkParameter::theta), 0.01 * 0.9);
   const Pose expected = RobotModel(robot).pose(context), got = RobotModel(with).pose(context);
   EXPECT_LT((expected.translation - got.translation).norm(), 1e-14);
@@ -160,7 +162,7 @@ TEST(RobotModel, AGroupFollowsTheForceOnEachOfItsMembers) {
   const std::array<double, 6> q{0.1, -1.2, 0.7, 0.9, 0.4, -0.3};
   const KDL::Vector force(300, -200, 500);
   Context context;
-  context.q << 0.1, -1.2, 0.7, 0.9, 0.4, -0.3;
+  context.q = pose_of_test();
   context.force_n = {300, -200, 500};
   const BoundEffect bound({"gives way", "base", *parse_driver("force"), *parse_shape("linear"), {}},
                           robot);
@@ -188,7 +190,7 @@ TEST(RobotModel, AGroupSharesTheTorqueThatAForceMultiplies) {
   const Robot robot = massless;
   massless.bodies.clear();
   Context context;
-  context.q << 0.1, -1.2, 0.7, 0.9, 0.4, -0.3;
+  context.q = pose_of_test();
   context.force_n = {300, -200, 500};
   for (const Robot& arm : {robot, massless}) {
     const ArmFrames frames = ChainEvaluator(arm.chain).link_frames(context.q);
@@ -235,7 +237,7 @@ TEST(RobotModel, AFactorMultipliesTheShape) {
                           *parse_shape("harmonic 1.5"),
                           {{"sin", 1e-5, 0, {0, 0}}, {"cos", 2e-5, 0, {0, 0}}}});
   Context context;
-  context.q << 0.1, -1.2, 0.7, 0.9, 0.4, -0.3;
+  context.q = pose_of_test();
   context.temperature_c[0] = 27;
   move_parameter(robot.chain, link_parameter(2, LinkParameter::theta),
                  7 * (1e-5 * std::sin(-1.8) + 2e-5 * std::cos(-1.8)));
@@ -249,7 +251,7 @@ TEST(RobotModel, InstrumentScaleStretchesEveryReading) {
   Robot robot = read_robot(kRobotFile).robot;
   robot.chain.targets.push_back({"1", {0.1, 0.2, 0.3}});
   Context context;
-  context.q << 0.1, -1.2, 0.7, 0.9, 0.4, -0.3;
+  context.q = pose_of_test();
   const Eigen::Vector3d before = RobotModel(robot).point(context, 0);
   robot.effects.push_back({"scale",
                            "instrument.scale",
