@@ -7,6 +7,7 @@
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/gross_poses.h"
+#include "armtrue/calibration/worthwhile.h"
 #include "armtrue/io/calibration_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/residuals_io.h"

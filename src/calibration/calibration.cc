@@ -72,9 +72,11 @@ ResidualDescription half_way(const ReadingSigma& sigma, const ReadingLaw& law,
                              ResidualDescription next) {
   next.sigma = {std::sqrt(sigma.position * next.sigma.position),
                 std::sqrt(sigma.orientation * next.sigma.orientation)};
-  if (law.variance.size() == next.law.variance.size())
+  if (law.variance.size() == next.law.variance.size()) {
     for (size_t row = 0; row < law.variance.size(); ++row)
       next.law.variance[row] = std::sqrt(law.variance[row] * next.law.variance[row]);
+    next.law = bounded_law(next.law.degrees_of_freedom, std::move(next.law.variance));
+  }
   return next;
 }
 
@@ -86,8 +88,8 @@ void set_start(const CalibrationOptions& options, const ReadingSigma& noise,
   const std::vector<Eigen::Vector2d> at_start = raw_norms(model, x);
   if (options.start_law) {
     model.set_sigma(options.start_law->sigma);
-    law = {options.start_law->degrees_of_freedom,
-           pose_variances(at_start, model.campaign(), options.start_law->sigma)};
+    law = bounded_law(options.start_law->degrees_of_freedom,
+                      pose_variances(at_start, model.campaign(), options.start_law->sigma));
   } else {
     model.set_sigma(median_sigma(at_start, model.campaign().reading_size()));
     if (options.robust) law = {kStartDegreesOfFreedom};
@@ -246,7 +248,8 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
     iterations = fit(part_model, law, priors, options, x).iterations;
     model.set_sigma(part_model.sigma());
     if (law.degrees_of_freedom > 0)
-      law.variance = pose_variances(raw_norms(model, x), campaign, model.sigma());
+      law = bounded_law(law.degrees_of_freedom,
+                        pose_variances(raw_norms(model, x), campaign, model.sigma()));
   }
   Solution solution;
   if (iterations > 0) {

@@ -21,7 +21,7 @@ constexpr double kBlunderWeight = 0.05;  // under Student's t some 14 standard d
 
 // Rows of one session, pose and channel, and their mean residual.
 struct Replicates {
-  std::span<const int> rows;            // within Grouped::order
+  std::span<const int> rows;         // within Grouped::order
   Eigen::Matrix<double, 6, 1> mean;  // of residuals as at_median() gives them
 };
 
@@ -85,9 +85,8 @@ Grouped replicates_of(const Campaign& campaign,
     end = end_of(begin, [&](int a, int b) {
       return campaign.pose[static_cast<size_t>(a)] == campaign.pose[static_cast<size_t>(b)];
     });
-    if (end - begin > 1) std::stable_sort(at(begin), at(end), [&](int a, int b) {
-        return key(a) < key(b);
-      });
+    if (end - begin > 1)
+      std::stable_sort(at(begin), at(end), [&](int a, int b) { return key(a) < key(b); });
   }
   for (size_t begin = 0, end = 0; begin < order.size(); begin = end) {
     end = end_of(begin, [&](int a, int b) { return key(a) == key(b); });
@@ -222,7 +221,8 @@ FitQuality assess(const CalibrationResult& fit, const Campaign& campaign) {
   FitQuality quality;
   std::vector<int> sound;
   for (int row = 0; row < campaign.rows(); ++row)
-    (fit.degrees_of_freedom > 0 && fit.weights[row] < kBlunderWeight ? quality.blunders : sound)
+    (fit.degrees_of_freedom > 0 && fit.weights_in_pose[row] < kBlunderWeight ? quality.blunders
+                                                                             : sound)
         .push_back(row);
   std::optional<Campaign> part;
   if (!quality.blunders.empty()) part = campaign.select(sound);

@@ -84,14 +84,13 @@ Eigen::MatrixXd joint_factor(const SessionModels& models, const std::vector<Grou
 
 // The folds of all groups at x; one that was made elsewhere is made anew.
 std::vector<GroupFold> folds_at(const SessionModels& model, const ReadingLaw& law,
-                                  const Eigen::VectorXd& x, std::vector<GroupFold> folds) {
+                                const Eigen::VectorXd& x, std::vector<GroupFold> folds) {
   folds.resize(model.groups());
   for (int g = 0; g < model.groups(); ++g) {
     const ObservationModel& group = model.model(g);
     const Eigen::VectorXd own = model.unknowns_of(g, x);
     const ReadingLaw own_law = model.law_of(g, law);
-    if (!folds[g].is_at(own, group, own_law))
-      folds[g].folded = fold(group.at(own), group, own_law);
+    if (!folds[g].is_at(own, group, own_law)) folds[g].folded = fold(group.at(own), group, own_law);
   }
   return folds;
 }
@@ -102,16 +101,19 @@ double set_weights(const SessionModels& model, const ReadingLaw& law, const Eige
                    CalibrationResult& result) {
   const std::vector<Eigen::Vector2d> norms = model.squared_norms(x);
   result.weights.resize(norms.size());
-  Eigen::Array2d weighted = Eigen::Array2d::Zero(), within_poses = weighted;
+  result.weights_in_pose.resize(norms.size());
+  Eigen::Array2d weighted = Eigen::Array2d::Zero(), all = weighted, within_poses = weighted;
   for (size_t i = 0; i < norms.size(); ++i) {
     const double variance = law.variance_of(static_cast<int>(i));
     result.weights[i] = law.weight(norms[i].sum(), model.row_size(), variance);
+    result.weights_in_pose[i] = result.weights[i] * variance / law.counted(variance);
     weighted += result.weights[i] * norms[i].array();
-    within_poses += result.weights[i] / variance * norms[i].array();
+    all += result.weights_in_pose[i] * norms[i].array();
+    within_poses += result.weights_in_pose[i] / variance * norms[i].array();
   }
   // Sigma is that of the readings without gross poses.
   const Eigen::Array2d widening =
-      (within_poses > 0).select((weighted / within_poses.max(1e-300)).sqrt(), 1.0);
+      (within_poses > 0).select((all / within_poses.max(1e-300)).sqrt(), 1.0);
   result.spread = {result.sigma.position * widening[0], result.sigma.orientation * widening[1]};
   return std::max(1.0, weighted.sum() / static_cast<double>(model.rows() * model.row_size()));
 }

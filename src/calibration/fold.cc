@@ -181,8 +181,8 @@ class BlockFolder {
     const double variance = law_.variance_of(row), dof = law_.degrees_of_freedom;
     folded_.loss += law_.loss(squared_norm, size, variance);
     if (dof > 0) of_row *= std::sqrt(law_.weight(squared_norm, size, variance));
-    // w' = -w^2 / ((nu + d) v), and the rows hold sqrt(w) J and sqrt(w) r.
-    bending_ = dof > 0 ? std::sqrt(2 / ((dof + size) * variance)) : 0;
+    // w' = -w^2 / ((nu + d) u), and the rows hold sqrt(w) J and sqrt(w) r.
+    bending_ = dof > 0 ? std::sqrt(2 / ((dof + size) * law_.counted(variance))) : 0;
     return bending_;
   }
 

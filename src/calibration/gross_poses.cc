@@ -1,7 +1,5 @@
 #include "armtrue/calibration/gross_poses.h"
 
-#include <fmt/format.h>
-
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
@@ -9,13 +7,12 @@
 #include <cmath>
 #include <map>
 #include <numeric>
-#include <set>
 #include <stdexcept>
 #include <utility>
 
+#include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/kinematics/parameters.h"
-#include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/summary.h"
 #include "calibration/likely_mistake.h"
@@ -252,10 +249,13 @@ class Search {
   }
 
   // Whether for some joint two of the four nearest poses are off too. The limit for `off` is the p
-  // at which this has a small probability over all joints: joints * 6 p^2.
+  // at which this has a small probability over all joints: joints * 6 p^2. They are off together
+  // only if the others are off by a share of its error: an effect that moves this pose by forty
+  // standard deviations does not move both neighbours by two.
   bool has_company(size_t pose, double s2) const {
     constexpr size_t kNearest = 4, kCompany = 2;
-    constexpr double kPairs = 6;
+    constexpr double kPairs = 6, kShare = 0.2;
+    const double least = kShare * kShare * judged_[pose].ratio;
     const double off_too = std::sqrt(kImprobable / (kPairs * joint_count(robot_.chain)));
     for (int joint = 0; joint < joint_count(robot_.chain); ++joint) {
       std::vector<std::pair<double, size_t>> others;
@@ -264,7 +264,9 @@ class Search {
       std::ranges::sort(others);
       size_t company = 0;
       for (size_t k = 0; k < std::min(kNearest, others.size()); ++k)
-        company += p_value(others[k].second, s2) < off_too ? 1 : 0;
+        company +=
+            judged_[others[k].second].ratio > least && p_value(others[k].second, s2) < off_too ? 1
+                                                                                               : 0;
       if (company >= kCompany) return true;
     }
     return false;
@@ -354,59 +356,6 @@ Campaign without_gross(const Campaign& campaign, const std::vector<GrossPose>& g
   for (int row = 0; row < campaign.rows(); ++row)
     if (!std::ranges::binary_search(off, row)) rows.push_back(row);
   return campaign.select(rows);
-}
-
-Robot placed_nominal(const Robot& robot, const Campaign& campaign) {
-  Robot placed = robot;
-  placed.identify = {"base", "tool"};
-  placed.identify_per_session.clear();
-  return calibrate(placed, campaign, {.statistics = FitStatistics::weights}).robot;
-}
-
-std::optional<Robot> require_worthwhile(const Robot& nominal, const CalibrationResult& fit,
-                                        const Campaign& sound, const std::vector<int>& blunders,
-                                        int gross_rows) {
-  const std::string remedy =
-      "; a target, a reflector or the joint angles of several poses may be wrong: look at the "
-      "residuals, then correct or leave out those rows, or measure them anew";
-  const int all = sound.rows() + gross_rows;
-  const int left_out = static_cast<int>(blunders.size()) + gross_rows;
-  if (2 * left_out > all)
-    throw std::invalid_argument(
-        fmt::format("{}: {} of {} readings look like blunders, more than are kept{}", sound.source,
-                    left_out, all, remedy));
-  const auto identifies = [&](int parameter) {
-    return std::ranges::find(fit.set.kept, parameter) != fit.set.kept.end();
-  };
-  const bool finds_place = identifies(kBaseParameters) || sound.has_touches_only();
-  if (!finds_place || !identifies(layout_of(nominal.chain).tool)) return std::nullopt;
-  std::optional<Campaign> part;
-  if (!blunders.empty()) {
-    std::vector<int> rows;
-    for (int row = 0; row < sound.rows(); ++row)
-      if (!std::ranges::binary_search(blunders, row)) rows.push_back(row);
-    part = sound.select(rows);
-  }
-  const Campaign& kept = part ? *part : sound;
-  const auto mean = [&](const Robot& robot) {
-    return summarize(evaluate(robot, kept).position).mean;
-  };
-  constexpr double kWorse = 1.02, kExact = 1e-6;  // a robust fit need not have the least mean
-  const double fitted = mean(fit.robot);
-  constexpr double kImplausibleMean = 0.02;  // m: more than any arm's errors
-  if (fitted > kImplausibleMean)
-    throw std::invalid_argument(
-        fmt::format("{}: the calibrated robot misses its readings by {:.4g} mm (mean), more than "
-                    "any error of an arm{}",
-                    sound.source, fitted / kMillimetre, remedy));
-  Robot placed_robot = placed_nominal(nominal, kept);
-  const double placed = mean(placed_robot);
-  if (fitted > kWorse * placed + kExact)
-    throw std::invalid_argument(
-        fmt::format("{}: the calibrated robot misses its readings by {:.4g} mm (mean), the nominal "
-                    "robot with base and tool placed by {:.4g} mm{}",
-                    sound.source, fitted / kMillimetre, placed / kMillimetre, remedy));
-  return placed_robot;
 }
 
 }  // namespace armtrue

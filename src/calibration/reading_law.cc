@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "armtrue/statistics/summary.h"
 
@@ -67,12 +68,13 @@ ReadingSigma most_likely_sigma(const std::vector<Eigen::Vector2d>& norms, Readin
 
 double ReadingLaw::weight(double squared_norm, int dimension, double row_variance) const {
   if (degrees_of_freedom <= 0) return 1.0;
-  return (degrees_of_freedom + dimension) / (degrees_of_freedom + squared_norm / row_variance);
+  return counted(row_variance) / row_variance * (degrees_of_freedom + dimension) /
+         (degrees_of_freedom + squared_norm / row_variance);
 }
 
 double ReadingLaw::loss(double squared_norm, int dimension, double row_variance) const {
   if (degrees_of_freedom <= 0) return squared_norm;
-  return row_variance * (degrees_of_freedom + dimension) *
+  return counted(row_variance) * (degrees_of_freedom + dimension) *
          std::log1p(squared_norm / (row_variance * degrees_of_freedom));
 }
 
@@ -109,6 +111,18 @@ std::vector<double> pose_variances(const std::vector<Eigen::Vector2d>& norms,
   return pose_variances(campaign, whole, size.all());
 }
 
+ReadingLaw bounded_law(double degrees_of_freedom, std::vector<double> variance) {
+  ReadingLaw law{degrees_of_freedom, std::move(variance)};
+  constexpr double kTimes = 3, kUsual = 0.9;
+  if (law.variance.empty()) return law;
+  std::vector<double> sorted = law.variance;
+  const auto usual =
+      sorted.begin() + static_cast<std::ptrdiff_t>(kUsual * (std::ssize(sorted) - 1));
+  std::ranges::nth_element(sorted, usual);
+  law.most_counted = kTimes * kTimes * *usual;
+  return law;
+}
+
 bool is_close(const ReadingSigma& a, const ReadingSigma& b) {
   const auto same = [](double u, double v) { return std::abs(u - v) <= 1e-2 * std::max(u, v); };
   return same(a.position, b.position) && same(a.orientation, b.orientation);
@@ -140,6 +154,7 @@ ResidualDescription describe_residuals(const std::vector<Eigen::Vector2d>& norms
     best.sigma = most_likely_sigma(norms, before, best.law, size, correction);
     if (is_close(best.sigma, before)) break;
   }
+  best.law = bounded_law(best.law.degrees_of_freedom, std::move(best.law.variance));
   return best;
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <limits>
 #include <vector>
 
 #include "armtrue/calibration/observation.h"
@@ -25,13 +27,17 @@ inline constexpr double kMinSigma = 1e-9;  // m, rad: noise-free simulations mus
 ///
 /// A blunder is an error of one reading; an error of the model is in every reading of a pose. So if
 /// all readings of a pose are off, each is compared with the others: v is then above 1 (see
-/// pose_variances).
+/// pose_variances). The pose as a whole has a bounded influence, however often it was read: with
+/// u = v, or a bound b where v is larger,
+///     loss(s) = u (nu + d) log(1 + s / (v nu)),   weight(s) = u / v (nu + d) / (nu + s / v).
 struct ReadingLaw {
-  double degrees_of_freedom = 0;   ///< nu; 0: Gaussian
-  std::vector<double> variance{};  ///< v of each row; empty: 1
+  double degrees_of_freedom = 0;                                  ///< nu; 0: Gaussian
+  std::vector<double> variance{};                                 ///< v of each row; empty: 1
+  double most_counted = std::numeric_limits<double>::infinity();  ///< b
 
   bool operator==(const ReadingLaw&) const = default;
   double variance_of(int row) const { return variance.empty() ? 1.0 : variance[row]; }
+  double counted(double row_variance) const { return std::min(row_variance, most_counted); }  ///< u
   double weight(double squared_norm, int dimension, double row_variance = 1.0) const;
   double loss(double squared_norm, int dimension, double row_variance = 1.0) const;
 };
@@ -42,6 +48,10 @@ struct ReadingLaw {
 /// smallest of the others, the target that a missing effect moves most would look like a blunder.
 std::vector<double> pose_variances(const Campaign& campaign, const std::vector<double>& norms,
                                    int dimension);
+
+/// The law with these variances, whose bound is 9 times their 0.9 quantile: a pose counts in full up
+/// to three times the deviation of nine poses of ten. If more are off, the model lacks something.
+ReadingLaw bounded_law(double degrees_of_freedom, std::vector<double> variance);
 
 /// Sigma and distribution of the residuals of a fit.
 struct ResidualDescription {

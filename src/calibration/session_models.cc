@@ -257,7 +257,7 @@ void SessionModels::set_sigma(const ReadingSigma& sigma) {
 
 ReadingLaw SessionModels::law_of(int group, const ReadingLaw& law) const {
   if (groups() == 1 || law.variance.empty()) return law;
-  ReadingLaw own{law.degrees_of_freedom};
+  ReadingLaw own{law.degrees_of_freedom, {}, law.most_counted};
   for (int row : rows_[group]) own.variance.push_back(law.variance[row]);
   return own;
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "armtrue/calibration/worthwhile.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
 #include "armtrue/tracing/description.h"

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "armtrue/calibration/prediction.h"
+#include "armtrue/calibration/worthwhile.h"
 #include "calibration/refit.h"
 #include "search/evidence.h"
 

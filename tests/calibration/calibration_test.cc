@@ -124,7 +124,7 @@ TEST(Calibration, BlundersDoNotMoveTheResultAndAreSeen) {
 
 // What the model lacks moves all readings of a pose, if not equally; a reading that is off alone is
 // a blunder, and two of three in a pose do not hide each other.
-TEST(Calibration, PosesThatAreOffAsAWholeKeepTheirWeight) {
+TEST(Calibration, PosesThatAreOffAsAWholeHaveNoBlunders) {
   SimulationOptions options;
   options.poses = 60;
   options.repeats = 3;
@@ -148,9 +148,9 @@ TEST(Calibration, PosesThatAreOffAsAWholeKeepTheirWeight) {
   ASSERT_EQ(blunders.size(), 3U);
   for (int row = 0; row < campaign.rows(); ++row) {
     if (std::ranges::find(blunders, row) != blunders.end())
-      EXPECT_LT(result.weights[row], 0.1) << "row " << row;
+      EXPECT_LT(result.weights_in_pose[row], 0.1) << "row " << row;
     else
-      EXPECT_GT(result.weights[row], 0.2) << "row " << row;
+      EXPECT_GT(result.weights_in_pose[row], 0.2) << "row " << row;
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <thread>
 
 #include "armtrue/campaign/simulation.h"
@@ -32,20 +33,27 @@ struct Setting {
   }
 };
 
+// Student's t with poses that are off as a whole, some beyond what counts.
+ReadingLaw law_of_poses(int rows) {
+  ReadingLaw law{4, {}, 16};
+  for (int row = 0; row < rows; ++row) law.variance.push_back(row % 3 == 0 ? 1 : row % 3 * 40 - 35);
+  return law;  // 1, 5 and 45
+}
+
 // The triangle of the fold against the stacked rows it stands for.
 TEST(Fold, KeepsTheNormalEquationsOfAllRows) {
   const Setting setting(300);
   const ObservationModel model(setting.campaign, setting.robot, setting.parameters, {1e-4, 2e-4});
   const auto at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
-  for (const ReadingLaw& law : {ReadingLaw{0, {}}, ReadingLaw{4, {}}}) {
+  for (const ReadingLaw& law : {ReadingLaw{0, {}}, ReadingLaw{4, {}}, law_of_poses(300)}) {
     Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(model.unknowns() + 1, model.unknowns() + 1);
     double loss = 0;
     Eigen::MatrixXd block(6, model.unknowns() + 1);
     for (int row = 0; row < model.rows(); ++row) {
       at.block(row, block);
       const double squared = block.rightCols<1>().squaredNorm();
-      loss += law.loss(squared, 6);
-      gram += law.weight(squared, 6) * block.transpose() * block;
+      loss += law.loss(squared, 6, law.variance_of(row));
+      gram += law.weight(squared, 6, law.variance_of(row)) * block.transpose() * block;
     }
     for (FoldBy by : {FoldBy::qr, FoldBy::normal_equations}) {
       const Fold folded = fold(at, model, law, by);
@@ -64,7 +72,7 @@ TEST(Fold, KnowsTheSecondDerivativeOfTheLoss) {
   const ObservationModel model(setting.campaign, setting.robot, setting.parameters, {1e-4, 2e-4});
   const int p = model.unknowns();
   const auto at = model.at(Eigen::VectorXd::Zero(p));
-  const ReadingLaw law{4, {}};
+  const ReadingLaw law = law_of_poses(model.rows());
   const Eigen::VectorXd step = 1e-7 * Eigen::VectorXd::Ones(p);
   Eigen::VectorXd change = Eigen::VectorXd::Zero(p);
   Eigen::MatrixXd block(6, p + 1);
@@ -73,7 +81,8 @@ TEST(Fold, KnowsTheSecondDerivativeOfTheLoss) {
     const auto jacobian = block.leftCols(p);
     const auto gradient = [&](double sign) {
       const Eigen::VectorXd r = block.col(p) - sign * jacobian * step;
-      return Eigen::VectorXd(-law.weight(r.squaredNorm(), 6) * (jacobian.transpose() * r));
+      return Eigen::VectorXd(-law.weight(r.squaredNorm(), 6, law.variance_of(row)) *
+                             (jacobian.transpose() * r));
     };
     change += (gradient(1) - gradient(-1)) / 2;
   }
@@ -110,18 +119,19 @@ void expect_kept_fold(int numbers) {
     const auto at = model.at(Eigen::VectorXd::Zero(p));
     const KeptDerivatives kept = keep_derivatives(at, model);
     model.set_sigma({1e-4, 2e-4});
-    const ReadingLaw law{4, {}};
+    const ReadingLaw law = law_of_poses(model.rows());
     Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(p + 1, p + 1), bend = Eigen::MatrixXd::Zero(p, p);
     Eigen::MatrixXd block(numbers, p + 1);
     double loss = 0;
     for (int row = 0; row < model.rows(); ++row) {
       at.block(row, block);
-      const double squared = block.rightCols<1>().squaredNorm(),
-                   weight = law.weight(squared, numbers);
-      loss += law.loss(squared, numbers);
+      const double squared = block.rightCols<1>().squaredNorm(), variance = law.variance_of(row),
+                   weight = law.weight(squared, numbers, variance);
+      loss += law.loss(squared, numbers, variance);
       gram += weight * block.transpose() * block;
       const Eigen::VectorXd slope = block.leftCols(p).transpose() * block.col(p);
-      bend += 2 * weight * weight / (4 + numbers) * slope * slope.transpose();
+      bend += 2 * weight * weight / ((4 + numbers) * std::min(variance, 16.0)) * slope *
+              slope.transpose();
     }
     const Eigen::MatrixXd whole = gram.topLeftCorner(p, p);
     for (const Fold& folded :
@@ -167,11 +177,13 @@ TEST(Fold, GivesTheSameBytesEveryTime) {
 }
 
 TEST(Fold, WeightIsTheDerivativeOfTheLoss) {
-  const ReadingLaw law{5, {}};
-  for (double s : {0.1, 1.0, 6.0, 400.0}) {
-    const double h = 1e-6 * s;
-    EXPECT_NEAR((law.loss(s + h, 6) - law.loss(s - h, 6)) / (2 * h), law.weight(s, 6), 1e-6);
-  }
+  const ReadingLaw law{5, {}, 16};
+  for (double variance : {1.0, 5.0, 45.0})
+    for (double s : {0.1, 1.0, 6.0, 400.0}) {
+      const double h = 1e-6 * s;
+      EXPECT_NEAR((law.loss(s + h, 6, variance) - law.loss(s - h, 6, variance)) / (2 * h),
+                  law.weight(s, 6, variance), 1e-6);
+    }
 }
 
 }  // namespace

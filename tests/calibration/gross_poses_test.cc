@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <numeric>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "armtrue/calibration/evaluation.h"
@@ -115,6 +117,55 @@ TEST(GrossPoses, OnePoseThatIsOffIsNamed) {
     EXPECT_GE(100 * named, 96 * static_cast<int>(campaigns)) << off;
     EXPECT_EQ(extra, 0) << off;
     EXPECT_LE(worse, 1) << off;
+  }
+}
+
+// Even in the fit that knows nothing of gross poses: two visits do not confirm each other.
+TEST(GrossPoses, APoseThatIsNotNamedHardlyMovesTheArm) {
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    Plan plan = plan_of(seed);
+    plan.poses = 60;
+    plan.visits = 2;
+    const Measured given = measured(plan);
+    const double clean = error_of(calibrate(given.robot, given.campaign).robot, given, seed);
+    for (double off : {5e-3, 20e-3}) {
+      Campaign campaign = given.campaign;
+      for (int row = 0; row < campaign.rows(); ++row)
+        if (campaign.pose[row] == static_cast<int>(seed)) campaign.position[row].x() += off;
+      EXPECT_LT(error_of(calibrate(given.robot, campaign).robot, given, seed), 1.3 * clean)
+          << seed << ", " << off;
+    }
+  }
+}
+
+// A pose that is far off and chance beside it, against an effect that moves its neighbours with it.
+TEST(GrossPoses, NeighboursMakeAnEffectOfItOnlyIfTheyAreOffWithIt) {
+  for (const auto& [beside, gross] : {std::pair{0.35e-3, true}, {2.5e-3, false}}) {
+    int named = 0;
+    const unsigned campaigns = 10;
+    for (unsigned seed = 1; seed <= campaigns; ++seed) {
+      Plan plan = plan_of(seed);
+      plan.poses = 60;
+      plan.visits = 2;
+      plan.orientation = false;
+      Measured given = measured(plan);
+      Campaign& campaign = given.campaign;
+      std::vector<int> order(campaign.pose_ids.size());  // of the poses, by joint 3
+      std::vector<double> angle(order.size());
+      for (int row = 0; row < campaign.rows(); ++row)
+        angle[static_cast<size_t>(campaign.pose[row])] = campaign.q[row][2];
+      std::iota(order.begin(), order.end(), 0);
+      std::ranges::sort(order, {}, [&](int pose) { return angle[static_cast<size_t>(pose)]; });
+      for (int row = 0; row < campaign.rows(); ++row) {
+        if (campaign.pose[row] == order[30]) campaign.position[row].z() += 4.8e-3;
+        if (campaign.pose[row] == order[29] || campaign.pose[row] == order[31])
+          campaign.position[row].z() += beside;
+      }
+      for (const GrossPose& found : find_gross_poses(given.robot, campaign))
+        named += found.id == campaign.pose_ids[static_cast<size_t>(order[30])] ? 1 : 0;
+    }
+    EXPECT_TRUE(gross ? named == static_cast<int>(campaigns) : named <= 1)
+        << beside << ": " << named;
   }
 }
 

@@ -1,10 +1,8 @@
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "armtrue/calibration/calibration.h"
 #include "armtrue/campaign/campaign.h"
 #include "armtrue/effects/robot.h"
 
@@ -34,7 +32,8 @@ struct GrossPose {
 ///   - u is 1.5 times that of the first pose that is not gross (a tail of ordinary lack of fit has
 ///     no gap), 2.5 times where sigma is above 1.25 times the noise of replicates, and
 ///   - their neighbours are not off too: if for some joint two of the four nearest poses are off,
-///     with a probability below 0.001 over all joints, the error is structure of the model.
+///     with a probability below 0.001 over all joints and by a fifth of its u, the error is
+///     structure of the model.
 /// The fit is repeated without the gross poses, from a start under Student's t, until the set
 /// stays. If more than 10 % of the poses are off, this is taken as structure of the model, unless
 /// one mistake explains most of them. Empty if there are too few readings to decide, and beyond
@@ -46,17 +45,5 @@ std::vector<int> rows_of(const std::vector<GrossPose>& gross);
 
 /// The campaign without the rows of gross poses.
 Campaign without_gross(const Campaign& campaign, const std::vector<GrossPose>& gross);
-
-/// The nominal robot with only base and tool fitted to the readings; no standard deviations.
-Robot placed_nominal(const Robot& robot, const Campaign& campaign);
-
-/// Throws std::invalid_argument, with remedy, if more readings are left out (gross poses and
-/// blunders) than kept, or if the mean error of the fit on the kept ones exceeds that of
-/// placed_nominal(); the latter only if base and tool are identified. `sound`: the campaign of the
-/// fit; `blunders`: its rows that count as blunders. Returns placed_nominal(), or nothing if base
-/// and tool are not both identified.
-std::optional<Robot> require_worthwhile(const Robot& nominal, const CalibrationResult& fit,
-                                        const Campaign& sound, const std::vector<int>& blunders,
-                                        int gross_rows);
 
 }  // namespace armtrue

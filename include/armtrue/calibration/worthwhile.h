@@ -1,0 +1,24 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "armtrue/calibration/calibration.h"
+#include "armtrue/campaign/campaign.h"
+#include "armtrue/effects/robot.h"
+
+namespace armtrue {
+
+/// The nominal robot with only base and tool fitted to the readings; no standard deviations.
+Robot placed_nominal(const Robot& robot, const Campaign& campaign);
+
+/// Throws std::invalid_argument, with remedy, if more readings are left out (gross poses and
+/// blunders) than kept, or if the mean error of the fit on the kept ones exceeds that of
+/// placed_nominal(); the latter only if base and tool are identified. `sound`: the campaign of the
+/// fit; `blunders`: its rows that count as blunders. Returns placed_nominal(), or nothing if base
+/// and tool are not both identified.
+std::optional<Robot> require_worthwhile(const Robot& nominal, const CalibrationResult& fit,
+                                        const Campaign& sound, const std::vector<int>& blunders,
+                                        int gross_rows);
+
+}  // namespace armtrue
