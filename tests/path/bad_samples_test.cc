@@ -155,6 +155,26 @@ TEST(BadSamples, AreFoundWhateverTheirSize) {
   }
 }
 
+// A step of 10 mm is just possible in the direction of the feed, and not against it: what lies
+// between two such runs is good.
+TEST(BadSamples, BetweenStepsThatAreJustPossibleAllIsGood) {
+  const Path programmed = path_of(plant::program(plant::Shape::arc));
+  const Path clean = pass_of(plant::Shape::arc, cell(1));
+  for (const Index length : {1, 2, 3})
+    for (const double first : {-10.4e-3, 10.4e-3})
+      for (const double second : {-10.4e-3, 10.4e-3}) {
+        Path pass = clean;
+        std::vector<Index> bad;
+        for (Index k = 0; k < length; ++k) bad.push_back(160 + k);
+        for (Index k = 0; k < length; ++k) bad.push_back(260 + k);
+        for (const Index i : bad)
+          pass.position.col(i) +=
+              (i < 200 ? first : second) *
+              (clean.position.col(i + 1) - clean.position.col(i - 1)).normalized();
+        EXPECT_EQ(bad_in(programmed, pass), bad) << length << ' ' << first << ' ' << second;
+      }
+}
+
 // The tracker loses the reflector for a while, shows zeros or another reflector, and finds it.
 TEST(BadSamples, ALostLockMayLast) {
   const Path programmed = path_of(plant::program(plant::Shape::spiral));

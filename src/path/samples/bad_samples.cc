@@ -51,23 +51,41 @@ class JumpFilter {
   Index length(size_t k) const { return pieces_[k].last - pieces_[k].first + 1; }
   // Instruments write zeros while they have lost the target.
   bool is_zero(size_t k) const { return path_.position.col(sample(pieces_[k].first)).isZero(0); }
+  double jump(Index a, Index b) const {
+    return (path_.position.col(sample(b)) - path_.position.col(sample(a))).norm();
+  }
   bool reaches(Index a, Index b) const {
     const double duration = std::abs(path_.time[sample(b)] - path_.time[sample(a)]);
-    return (path_.position.col(sample(b)) - path_.position.col(sample(a))).norm() <=
-           kMaxDeviation + speed_ * duration;
+    return jump(a, b) <= kMaxDeviation + speed_ * duration;
+  }
+
+  // The end of a piece without a run of bad samples there, to which the step was just possible.
+  Index sound_end(size_t k, int direction) const {
+    const auto [first, last] = pieces_[k];
+    const Index end = direction > 0 ? last : first, other = direction > 0 ? first : last;
+    for (Index i = end; i != other && std::abs(end - i) < kMaxRun; i -= direction)
+      if (jump(i - direction, i) > 0.5 * kMaxDeviation) return i - direction;
+    return end;
+  }
+
+  // Whether the tool can go on from a good piece to another one.
+  bool goes_on(size_t good, size_t piece, int direction) const {
+    const auto end = [&](size_t k, int side) {
+      return side > 0 ? pieces_[k].last : pieces_[k].first;
+    };
+    return reaches(end(good, direction), end(piece, -direction)) ||
+           reaches(sound_end(good, direction), sound_end(piece, -direction));
   }
 
   // Goes from a good piece to those that the tool can have reached from there. After the last of
   // them the record never returns: such a step may be real, and longer pieces are kept.
   void follow(size_t from, int direction) {
     const auto end = static_cast<std::ptrdiff_t>(direction > 0 ? pieces_.size() : size_t(-1));
-    const auto near = [&](size_t k) { return direction > 0 ? pieces_[k].first : pieces_[k].last; };
-    const auto far = [&](size_t k) { return direction > 0 ? pieces_[k].last : pieces_[k].first; };
     size_t good = from;
     for (std::ptrdiff_t k = static_cast<std::ptrdiff_t>(from) + direction; k != end;
          k += direction) {
       const auto piece = static_cast<size_t>(k);
-      if (is_zero(piece) || !reaches(far(good), near(piece))) continue;
+      if (is_zero(piece) || !goes_on(good, piece, direction)) continue;
       kept_[piece] = true;
       good = piece;
     }
