@@ -138,7 +138,7 @@ MirrorOptions mirror_options(const Arguments& arguments) {
 
 // The correction that the passes ran. It must have the samples of the program.
 Eigen::Matrix3Xd previous_correction(const PathFile& previous, const PathFile& programmed) {
-  if (previous.path.time != programmed.path.time)
+  if (!previous.path.has_times_of(programmed.path))
     throw InputError(previous.source + ": its times are not those of " + programmed.source +
                      "; --previous takes what mirror-correct wrote for the same program");
   return previous.path.position;

@@ -125,8 +125,7 @@ bool gives_way(const Robot& robot) {
 Path read_part(app::Command& command, const std::string& path, const PathFile& programmed,
                const Robot& robot) {
   const PathFile part = command.read_path(path, KeepRows::yes, robot);
-  if (part.path.time.size() != programmed.path.time.size() ||
-      part.path.time != programmed.path.time)
+  if (!part.path.has_times_of(programmed.path))
     throw InputError(part.source + ": its times are not those of " + programmed.source +
                      "; --part takes the program that this path corrects");
   return part.path;

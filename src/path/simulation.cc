@@ -159,7 +159,7 @@ Path simulate_pass(const Path& programmed, const Robot& robot, const Robot& trut
   const Angles followed =
       lagging(programmed.time, joint_path(programmed, robot.chain, options.joints), options.lag);
   const Path& part = options.part ? *options.part : programmed;
-  if (part.time.size() != programmed.time.size() || part.time != programmed.time)
+  if (!part.has_times_of(programmed))
     throw std::invalid_argument("the path of the part has other times than the path that runs");
   return record(programmed.time, followed, cutting_force(part, options.cut), RobotModel(truth),
                 options.recorder);

@@ -22,6 +22,9 @@ struct Path {
   bool has_orientation() const { return orientation.cols() > 0; }
   bool has_joints() const { return q.cols() > 0; }
   bool has_force() const { return force.cols() > 0; }
+  bool has_times_of(const Path& other) const {
+    return samples() == other.samples() && time == other.time;
+  }
 };
 
 /// Median of the time between samples [s]: the sample period, even if samples are lost.
