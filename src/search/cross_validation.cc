@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <numeric>
 #include <vector>
 
 #include "calibration/pose_influence.h"
@@ -19,92 +19,12 @@ constexpr int kFolds = 10;
 // pose near it cannot be predicted from the others, and that pose alone would decide.
 constexpr double kShownByOthers = 0.01;
 
-}  // namespace
-
-namespace {
-
-// Equations of a fit, of basis, of columns that are added and of the residual, one after the other.
-struct Equations {
-  std::vector<int> pose;
-  Eigen::MatrixXd basis, added;
-  Eigen::VectorXd residual;
-};
-
-// Those of the rows, and for each pose what the rests of its replicates amount to: a rotation of
-// the equations of the rests leaves of them the triangle of the columns added and the residual.
-Equations with_rests(const Linearization& fit, const Eigen::MatrixXd& basis,
-                     const Directions& added, const Eigen::VectorXd& residual) {
-  const Replicates& replicates = fit.replicates();
-  const int size = fit.row_size();
-  const Eigen::Index columns = added.at_rows.cols();
-  const RowsByPose rows = rows_by_pose(fit.pose());
-  const Eigen::Index own = basis.rows(), all = own + rows.poses() * (columns + 1);
-  Equations equations{{},
-                      Eigen::MatrixXd::Zero(all, basis.cols()),
-                      Eigen::MatrixXd::Zero(all, columns),
-                      Eigen::VectorXd::Zero(all)};
-  equations.basis.topRows(own) = basis;
-  equations.added.topRows(own) = added.at_rows;
-  equations.residual.head(own) = residual;
-  for (int pose : fit.pose()) equations.pose.insert(equations.pose.end(), size, pose);
-  for (int pose = 0; pose < rows.poses(); ++pose) {
-    std::vector<Eigen::Index> rests;
-    for (int k = rows.first[pose]; k < rows.first[pose + 1]; ++k)
-      for (int i = replicates.first[rows.row[k]]; i < replicates.first[rows.row[k] + 1]; ++i)
-        for (int axis = 0; axis < size; ++axis) rests.push_back(i * size + axis);
-    Eigen::MatrixXd whole =
-        Eigen::MatrixXd::Zero(std::max(std::ssize(rests), columns + 1), columns + 1);
-    const auto count = std::ssize(rests);
-    if (added.rests.rows() > 0)
-      whole.topLeftCorner(count, columns) = added.rests(rests, Eigen::all);
-    whole.col(columns).head(count) = replicates.rest.reshaped()(rests);
-    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(whole);
-    const Eigen::MatrixXd triangle =
-        qr.matrixQR().topRows(columns + 1).triangularView<Eigen::Upper>();
-    const Eigen::Index top = own + pose * (columns + 1);
-    equations.added.middleRows(top, columns + 1) = triangle.leftCols(columns);
-    equations.residual.segment(top, columns + 1) = triangle.col(columns);
-    equations.pose.insert(equations.pose.end(), static_cast<size_t>(columns + 1),
-                          fit.pose()[static_cast<size_t>(rows.row[rows.first[pose]])]);
-  }
-  return equations;
-}
-
-CrossValidation of_rows(const Linearization& fit, const Eigen::MatrixXd& basis,
-                        const Directions& added, const Eigen::VectorXd& residual,
-                        std::uint64_t seed) {
-  if (!fit.replicates().any())
-    return CrossValidation::of(fit.pose(), fit.row_size(), basis, added.at_rows, residual, seed);
-  const Equations all = with_rests(fit, basis, added, residual);
-  return CrossValidation::of(all.pose, 1, all.basis, all.added, all.residual, seed);
-}
-
-}  // namespace
-
-CrossValidation CrossValidation::of(const Linearization& fit, const Directions& added,
-                                    std::uint64_t seed) {
-  return of_rows(fit, fit.basis(), added, fit.residual(), seed);
-}
-
-CrossValidation CrossValidation::of_effect(const Linearization& fit, int effect,
-                                           std::uint64_t seed) {
-  const Linearization::Loss loss = fit.without({effect});
-  const Eigen::Index rank = loss.span.rows(), own = loss.span.cols();
-  const Eigen::MatrixXd turn = Eigen::HouseholderQR<Eigen::MatrixXd>(loss.span).householderQ() *
-                               Eigen::MatrixXd::Identity(rank, rank);
-  const Directions added{fit.basis() * loss.span, {}};
-  return of_rows(fit, fit.basis() * turn.rightCols(rank - own), added,
-                 fit.residual() + added.at_rows * loss.residual, seed);
-}
-
-namespace {
-
 // Loss of a pose that was left out, and how much less it is with the columns added.
 struct OfPose {
-  double before, gain;
+  double before = 0, gain = 0;
 };
 
-CrossValidation mean_gain(const std::vector<OfPose>& losses) {
+GainLeftOut mean_gain(const std::vector<OfPose>& losses) {
   const double n = static_cast<double>(losses.size());
   double per_pose = 0, mean = 0, squares = 0;
   for (const OfPose& one : losses) {
@@ -118,65 +38,129 @@ CrossValidation mean_gain(const std::vector<OfPose>& losses) {
 
 }  // namespace
 
-CrossValidation CrossValidation::of(const std::vector<int>& pose, int row_size,
-                                    const Eigen::MatrixXd& basis, const Eigen::MatrixXd& added,
-                                    const Eigen::VectorXd& whole_residual, std::uint64_t seed) {
-  const int rank = static_cast<int>(basis.cols());
-  Eigen::MatrixXd predictors(basis.rows(), rank + added.cols());
-  predictors << basis, added;
-
-  std::map<int, std::vector<int>> rows_of_pose;
-  for (size_t row = 0; row < pose.size(); ++row)
-    rows_of_pose[pose[row]].push_back(static_cast<int>(row));
-  std::vector<int> poses;
-  for (const auto& [id, rows] : rows_of_pose) poses.push_back(id);
+CrossValidation::CrossValidation(const Linearization& fit, std::uint64_t seed) : fit_(fit) {
+  const RowsByPose rows = rows_by_pose(fit.pose());
+  std::vector<int> poses(static_cast<size_t>(rows.poses()));
+  std::iota(poses.begin(), poses.end(), 0);
   shuffle(poses, seed);
+  folds_.resize(std::min<size_t>(kFolds, poses.size()));
+  for_ordered_blocks<int>(
+      static_cast<int>(folds_.size()), 1,
+      [&](int number, int) {
+        const auto f = static_cast<size_t>(number);
+        std::vector<int> own;
+        for (size_t i = f; i < poses.size(); i += folds_.size()) own.push_back(poses[i]);
+        folds_[f] = fold_of(own, rows);
+        return 0;
+      },
+      [](int) {});
+}
 
-  // The predictors are orthonormal, and the residual is orthogonal to the basis.
-  Eigen::VectorXd whole_slope = Eigen::VectorXd::Zero(predictors.cols());
-  whole_slope.tail(added.cols()) = added.transpose() * whole_residual;
-  const int folds = std::min<int>(kFolds, static_cast<int>(poses.size()));
+CrossValidation::Fold CrossValidation::fold_of(const std::vector<int>& poses,
+                                               const RowsByPose& rows) const {
+  const Replicates& replicates = fit_.replicates();
+  const int size = fit_.row_size();
+  Fold fold;
+  fold.poses = static_cast<int>(poses.size());
+  for (int p = 0; p < fold.poses; ++p)
+    for (int k = rows.first[poses[p]]; k < rows.first[poses[p] + 1]; ++k) {
+      const int row = rows.row[k];
+      for (int axis = 0; axis < size; ++axis) fold.equations.push_back(row * size + axis);
+      fold.pose_of_equation.insert(fold.pose_of_equation.end(), size, p);
+      if (!replicates.any()) continue;
+      for (int i = replicates.first[row] * size; i < replicates.first[row + 1] * size; ++i)
+        fold.rests.push_back(i);
+      fold.pose_of_rest.resize(fold.rests.size(), p);
+    }
+  fold.basis = fit_.basis()(fold.equations, Eigen::all);
+  // All readings, of which the basis is orthonormal, less the ones left out.
+  Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(fold.basis.cols(), fold.basis.cols());
+  gram.selfadjointView<Eigen::Lower>().rankUpdate(fold.basis.transpose(), -1.0);
+  gram.diagonal().array() += 1 + kShownByOthers;
+  fold.others.compute(gram);
+  return fold;
+}
+
+template <typename ErrorsOf>
+GainLeftOut CrossValidation::gain_by(const ErrorsOf& errors_of) const {
   std::vector<OfPose> losses;
   for_ordered_blocks<std::vector<OfPose>>(
-      folds, 1,
+      static_cast<int>(folds_.size()), 1,
       [&](int f, int) {
-        std::vector<int> indices;
-        std::vector<std::pair<int, int>> extents;  // of each pose left out, within indices
-        for (size_t i = static_cast<size_t>(f); i < poses.size(); i += static_cast<size_t>(folds)) {
-          const int begin = static_cast<int>(indices.size());
-          for (int row : rows_of_pose.at(poses[i]))
-            for (int k = 0; k < row_size; ++k) indices.push_back(row * row_size + k);
-          extents.emplace_back(begin, static_cast<int>(indices.size()) - begin);
-        }
-        const Eigen::MatrixXd left_out = predictors(indices, Eigen::all);
-        const Eigen::VectorXd residual = whole_residual(indices);
-        // All readings less the ones left out.
-        Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(left_out.cols(), left_out.cols());
-        gram.selfadjointView<Eigen::Lower>().rankUpdate(left_out.transpose(), -1.0);
-        gram.diagonal().array() += 1 + kShownByOthers;
-        const Eigen::VectorXd slope = whole_slope - left_out.transpose() * residual;
-        // Its factor has that without the columns added as its corner.
-        const Eigen::MatrixXd factor = Eigen::LLT<Eigen::MatrixXd>(gram).matrixL();
-        const auto left = [&](Eigen::Index unknowns) -> Eigen::VectorXd {
-          const auto corner =
-              factor.topLeftCorner(unknowns, unknowns).triangularView<Eigen::Lower>();
-          Eigen::VectorXd solution = slope.head(unknowns);
-          corner.solveInPlace(solution);
-          corner.transpose().solveInPlace(solution);
-          return residual - left_out.leftCols(unknowns) * solution;
+        const Fold& fold = folds_[static_cast<size_t>(f)];
+        const Errors errors = errors_of(fold);
+        std::vector<OfPose> of_fold(static_cast<size_t>(fold.poses));
+        const auto add = [&](int pose, double without, double with) {
+          OfPose& loss = of_fold[static_cast<size_t>(pose)];
+          loss.before += without * without;
+          loss.gain += without * without - with * with;
         };
-        const Eigen::VectorXd without = left(rank), with = left(slope.size());
-        std::vector<OfPose> left_out_poses;
-        for (const auto& [begin, count] : extents) {
-          const double before = without.segment(begin, count).squaredNorm();
-          left_out_poses.push_back({before, before - with.segment(begin, count).squaredNorm()});
-        }
-        return left_out_poses;
+        for (size_t k = 0; k < fold.equations.size(); ++k)
+          add(fold.pose_of_equation[k], errors.without[k], errors.with[k]);
+        for (size_t k = 0; k < fold.rests.size(); ++k)
+          add(fold.pose_of_rest[k], errors.rests_without[k], errors.rests_with[k]);
+        return of_fold;
       },
       [&](const std::vector<OfPose>& fold) {
         losses.insert(losses.end(), fold.begin(), fold.end());
       });
   return mean_gain(losses);
+}
+
+// The unknowns x of the basis B and y of the columns A that the other poses give, with the Gram
+// matrices of both at the others, G = L L^T of B, C = B^T A, D of A:
+//     (D - C^T G^-1 C) y = a - C^T G^-1 b,  x = G^-1 (b - C y).
+GainLeftOut CrossValidation::of(const Directions& added) const {
+  const Eigen::VectorXd& whole = fit_.residual();
+  const Eigen::VectorXd whole_rests = fit_.replicates().rest.reshaped();
+  // The residual is orthogonal to the basis.
+  Eigen::VectorXd slope = added.at_rows.transpose() * whole;
+  const bool has_rests = added.rests.rows() > 0;
+  if (has_rests) slope += added.rests.transpose() * whole_rests;
+  return gain_by([&](const Fold& fold) {
+    const Eigen::MatrixXd columns = added.at_rows(fold.equations, Eigen::all);
+    const Eigen::VectorXd residual = whole(fold.equations);
+    Errors errors{residual, {}, whole_rests(fold.rests), {}};
+    const Eigen::MatrixXd of_basis = -fold.others.solve(fold.basis.transpose() * columns);
+    const Eigen::VectorXd before = -fold.others.solve(fold.basis.transpose() * residual);
+    errors.without -= fold.basis * before;
+    // What the basis leaves of the columns.
+    const Eigen::MatrixXd beside = columns - fold.basis * of_basis;
+    Eigen::MatrixXd gram = -(columns.transpose() * beside);
+    gram.diagonal().array() += 1 + kShownByOthers;
+    Eigen::VectorXd own = slope - columns.transpose() * errors.without;
+    Eigen::MatrixXd rests(0, columns.cols());
+    if (has_rests) {
+      rests = added.rests(fold.rests, Eigen::all);
+      gram.noalias() -= rests.transpose() * rests;
+      own.noalias() -= rests.transpose() * errors.rests_without;
+    }
+    const Eigen::VectorXd value = gram.llt().solve(own);
+    errors.with = errors.without - beside * value;
+    errors.rests_with = errors.rests_without;
+    if (has_rests) errors.rests_with -= rests * value;
+    return errors;
+  });
+}
+
+// The other poses give x = G^-1 b with the effect. Without it x has no share in the span S of what
+// only the effect explains:
+//     x - G^-1 S (S^T G^-1 S)^-1 S^T x.
+GainLeftOut CrossValidation::of_effect(int effect) const {
+  const Linearization::Loss loss = fit_.without({effect});
+  const Eigen::VectorXd lost = loss.span * loss.residual;
+  const Eigen::VectorXd whole = fit_.residual() + fit_.basis() * lost;
+  const Eigen::VectorXd whole_rests = fit_.replicates().rest.reshaped();
+  return gain_by([&](const Fold& fold) {
+    const Eigen::VectorXd residual = whole(fold.equations), rests = whole_rests(fold.rests);
+    const Eigen::VectorXd with = fold.others.solve(lost - fold.basis.transpose() * residual);
+    Errors errors{residual - fold.basis * with, residual - fold.basis * with, rests, rests};
+    if (loss.span.cols() == 0) return errors;
+    const Eigen::MatrixXd of_span = fold.others.solve(loss.span);
+    const Eigen::MatrixXd shown = loss.span.transpose() * of_span;
+    errors.without += fold.basis * (of_span * shown.llt().solve(loss.span.transpose() * with));
+    return errors;
+  });
 }
 
 bool is_clearly_better(const Eigen::VectorXd& differences) {

@@ -243,6 +243,7 @@ TraceResult with_evidence(SearchResult search, const Campaign& campaign,
       bootstrap_coefficients(result.fit, campaign, options.bootstrap, options.seed);
   set_intervals(result.bootstrap_draws, poses, result.fit.robot);
   const std::vector<Candidate>& chosen = model.chosen();
+  const CrossValidation left_out(model.linear(), options.seed);
   for (size_t k = 0; k < chosen.size(); ++k) {
     TracedEffect& traced = result.effects.emplace_back();
     Effect& fitted = result.fit.robot.effects[model.in_fit(k)];
@@ -264,8 +265,7 @@ TraceResult with_evidence(SearchResult search, const Campaign& campaign,
                           return same_place(other.effect, chosen[k].effect);
                         }) > 1;
     const double score = model.score_of({static_cast<int>(k)}).score;
-    const CrossValidation cv =
-        CrossValidation::of_effect(model.linear(), model.in_fit(k), options.seed);
+    const GainLeftOut cv = left_out.of_effect(model.in_fit(k));
     std::optional<double> p = model.p_at_gate(k);
     if (!p) {
       const EffectModel::Chance chance = model.chance_of(score);

@@ -9,6 +9,7 @@
 
 #include "calibration/pose_influence.h"
 #include "calibration/session_models.h"
+#include "statistics/ordered_blocks.h"
 
 namespace armtrue {
 namespace {
@@ -83,8 +84,8 @@ bool are_clearly_independent(const Eigen::LLT<Eigen::MatrixXd>& llt) {
          (llt.cols() == 0 || llt.matrixLLT().diagonal().minCoeff() >= kMinClearPivot);
 }
 
-// Numbers of columns of unit length: those that are clearly independent of each other, by the pivots
-// of their Gram matrix, and the others.
+// Numbers of columns of unit length: those that are clearly independent of each other, by the
+// pivots of their Gram matrix, and the others.
 struct Columns {
   std::vector<Eigen::Index> clear, others;
 };
@@ -105,10 +106,32 @@ Columns sorted_out(const Eigen::MatrixXd& gram) {
   return columns;
 }
 
+constexpr int kEquationsPerBlock = 2048;  // of a task; a product of fewer is as fast by itself
+
 Eigen::MatrixXd gram_of(const Eigen::MatrixXd& columns) {
   Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(columns.cols(), columns.cols());
-  gram.selfadjointView<Eigen::Lower>().rankUpdate(columns.transpose());
+  for_ordered_blocks<Eigen::MatrixXd>(
+      static_cast<int>(columns.rows()), kEquationsPerBlock,
+      [&](int begin, int end) {
+        Eigen::MatrixXd own = Eigen::MatrixXd::Zero(columns.cols(), columns.cols());
+        own.selfadjointView<Eigen::Lower>().rankUpdate(
+            columns.middleRows(begin, end - begin).transpose());
+        return own;
+      },
+      [&](const Eigen::MatrixXd& own) { gram += own; });
   return gram.selfadjointView<Eigen::Lower>();
+}
+
+// columns U^-1.
+void divide_by(const Eigen::LLT<Eigen::MatrixXd>& llt, Eigen::MatrixXd& columns) {
+  for_ordered_blocks<int>(
+      static_cast<int>(columns.rows()), kEquationsPerBlock,
+      [&](int begin, int end) {
+        auto own = columns.middleRows(begin, end - begin);
+        llt.matrixU().solveInPlace<Eigen::OnTheRight>(own);
+        return 0;
+      },
+      [](int) {});
 }
 
 // What columns have beside an orthonormal basis, as a basis of its own.
@@ -137,7 +160,7 @@ std::optional<Basis> basis_by_gram(const Eigen::MatrixXd& columns) {
     if (pass > 0) gram = gram_of(of_clear.vectors);
     const Eigen::LLT<Eigen::MatrixXd> llt(gram);
     if (!are_clearly_independent(llt)) return std::nullopt;
-    llt.matrixU().solveInPlace<Eigen::OnTheRight>(of_clear.vectors);
+    divide_by(llt, of_clear.vectors);
     of_clear.columns = llt.matrixU() * of_clear.columns;
   }
   if (others.empty()) return of_clear;
@@ -250,9 +273,15 @@ Linearization::Linearization(const CalibrationResult& fit, const Campaign& campa
       estimate_design_effect(residual_, replicates_, campaign, static_cast<double>(fitted_.cols()));
 }
 
-// With the decomposition fitted^T = turn * triangle the duals are triangle^-1 turn^T.
+// With the decomposition fitted^T = turn * triangle the duals are triangle^-1 turn^T. Where no
+// column depends on the others, Cholesky's factor is a triangle already.
 void Linearization::set_duals() {
   const Eigen::Index rank = fitted_.rows(), count = fitted_.cols();
+  if (rank == count && fitted_.isUpperTriangular(0)) {
+    duals_ = Eigen::MatrixXd::Identity(rank, rank);
+    fitted_.transpose().triangularView<Eigen::Lower>().solveInPlace(duals_);
+    return;
+  }
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(fitted_.transpose());
   duals_ = (qr.householderQ() * Eigen::MatrixXd::Identity(count, rank)).transpose();
   if (rank < count) turn_ = duals_;

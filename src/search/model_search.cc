@@ -1,6 +1,7 @@
 #include "search/model_search.h"
 
 #include <algorithm>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -72,13 +73,14 @@ bool ModelSearch::step() {
   result_.best_score = scores[order.front()].score;
   failed_at_gate_ = false;
   int trials = 0;
+  std::optional<CrossValidation> left_out;
   for (int candidate : order) {
     if (scores[candidate].score <= 0 || trials == kMaxTrials) break;
     if (!may_enter(candidates()[candidate])) continue;
     ++trials;
     if (!model_.scan().is_possible(candidate, scores[candidate].coefficients)) continue;
-    const CrossValidation cv =
-        CrossValidation::of(fit, projected.directions(candidate), options_.seed);
+    if (!left_out) left_out.emplace(fit, options_.seed);
+    const GainLeftOut cv = left_out->of(projected.directions(candidate));
     if (cv.gain <= cv.error) continue;
     const double p = p_of(scores[candidate].score);
     if (p >= model_.significance() ||

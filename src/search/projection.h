@@ -148,20 +148,23 @@ class ProjectedCandidates {
   template <typename Scalar>
   using RowMajor = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-  // Sums over the rows of each context of d(row)/d(parameter) . columns(row): columns x contexts.
+  // Sums over the rows of each context of d(row)/d(parameter) . columns(row), of each of some
+  // parameters: columns x contexts.
   template <typename Scalar>
-  auto sums_by_context(int parameter, const ValuesAtRows& values,
+  auto sums_by_context(const std::vector<int>& parameters, const ValuesAtRows& values,
                        const RowMajor<Scalar>& columns) const {
     const int size = fit_.row_size();
-    const Eigen::VectorX<Scalar> derivative = fit_.jacobian().col(parameter).cast<Scalar>();
-    Eigen::MatrixX<Scalar> sums =
-        Eigen::MatrixX<Scalar>::Zero(columns.cols(), values.values().rows());
-    for (int row = 0; row < fit_.rows(); ++row) {
-      const auto own = derivative.segment(row * size, size);
-      if ((own.array() == 0).all()) continue;
-      sums.col(values.context_of_row(row)) +=
-          columns.middleRows(row * size, size).transpose().lazyProduct(own);
-    }
+    const Eigen::MatrixX<Scalar> derivatives =
+        fit_.jacobian()(Eigen::all, parameters).template cast<Scalar>();
+    std::vector<Eigen::MatrixX<Scalar>> sums(
+        parameters.size(), Eigen::MatrixX<Scalar>::Zero(columns.cols(), values.values().rows()));
+    for (int row = 0; row < fit_.rows(); ++row)
+      for (size_t k = 0; k < sums.size(); ++k) {
+        const auto own = derivatives.col(static_cast<Eigen::Index>(k)).segment(row * size, size);
+        if ((own.array() == 0).all()) continue;
+        sums[k].col(values.context_of_row(row)) +=
+            columns.middleRows(row * size, size).transpose().lazyProduct(own);
+      }
     return sums;
   }
 
@@ -175,26 +178,54 @@ class ProjectedCandidates {
   // products of the columns X with `by_row`, transposed.
   template <typename Scalar, typename Take>
   void for_each_product(const RowMajor<Scalar>& by_row, const Take& take) const {
-    constexpr int kColumnsAtOnce = 256;  // bounds the memory of one task
+    constexpr int kParametersAtOnce = 4;  // while a row of `by_row` is in the cache
+    struct Task {
+      std::vector<int> parts, parameters;
+    };
+    std::vector<Task> tasks;
+    const auto add_tasks = [&](const std::vector<int>& parts) {
+      for (int parameter = 0, last = 0; parameter < scan_.parameters(); ++parameter) {
+        if (std::ranges::none_of(parts, [&](int part) {
+              const auto [begin, end] = scan_.columns_of(parameter, part);
+              return begin < end;
+            }))
+          continue;
+        if (last++ % kParametersAtOnce == 0) tasks.push_back({parts, {}});
+        tasks.back().parameters.push_back(parameter);
+      }
+    };
+    if (parts_[0].has_contexts_of(parts_[1]))
+      add_tasks({0, 1});
+    else
+      for (int part = 0; part < CandidateScan::kParts; ++part) add_tasks({part});
     for_ordered_blocks<int>(
-        scan_.parameters() * CandidateScan::kParts, 1,
-        [&](int task, int) {
-          const int parameter = task / CandidateScan::kParts, part = task % CandidateScan::kParts;
-          const auto [begin, end] = scan_.columns_of(parameter, part);
-          if (begin == end) return 0;
-          const ValuesAtRows& of_part = parts_[static_cast<size_t>(part)];
-          const Eigen::MatrixX<Scalar> sums = sums_by_context(parameter, of_part, by_row);
-          for (int first = begin; first < end; first += kColumnsAtOnce) {
-            const int count = std::min(kColumnsAtOnce, end - first);
-            Eigen::MatrixX<Scalar> values(sums.cols(), count);
-            for (int k = 0; k < count; ++k)
-              values.col(k) =
-                  of_part.values().col(scan_.value_of_column_[first + k]).template cast<Scalar>();
-            take(SomeColumns{parameter, first, count, of_part}, sums, values);
-          }
+        static_cast<int>(tasks.size()), 1,
+        [&](int number, int) {
+          const auto& [parts, parameters] = tasks[static_cast<size_t>(number)];
+          const auto sums =
+              sums_by_context(parameters, parts_[static_cast<size_t>(parts.front())], by_row);
+          for (int part : parts)
+            for (size_t p = 0; p < parameters.size(); ++p)
+              take_columns(parameters[p], part, sums[p], take);
           return 0;
         },
         [](int) {});
+  }
+
+  template <typename Scalar, typename Take>
+  void take_columns(int parameter, int part, const Eigen::MatrixX<Scalar>& sums,
+                    const Take& take) const {
+    constexpr int kColumnsAtOnce = 256;  // bounds the memory of one task
+    const ValuesAtRows& of_part = parts_[static_cast<size_t>(part)];
+    const auto [begin, end] = scan_.columns_of(parameter, part);
+    for (int first = begin; first < end; first += kColumnsAtOnce) {
+      const int count = std::min(kColumnsAtOnce, end - first);
+      Eigen::MatrixX<Scalar> values(sums.cols(), count);
+      for (int k = 0; k < count; ++k)
+        values.col(k) =
+            of_part.values().col(scan_.value_of_column_[first + k]).template cast<Scalar>();
+      take(SomeColumns{parameter, first, count, of_part}, sums, values);
+    }
   }
 
   // Of best_of_flipped(); see sign_flips.cc.

@@ -18,6 +18,13 @@ ValuesAtRows::ValuesAtRows(const ScanValues& scan, const Replicates& replicates)
   if (differ_) set_means();
 }
 
+bool ValuesAtRows::has_contexts_of(const ValuesAtRows& other) const {
+  if (values().rows() != other.values().rows()) return false;
+  for (int row = 0; row < replicates_.rows(); ++row)
+    if (context_of_row(row) != other.context_of_row(row)) return false;
+  return true;
+}
+
 void ValuesAtRows::set_means() {
   const Eigen::Index size = replicates_.rest.rows(), count = scan_.values.cols();
   means_.resize(replicates_.rows(), count);

@@ -26,6 +26,8 @@ class ValuesAtRows {
   int context_of_row(int row) const {
     return differ_ ? row : scan_.context_of_reading[replicates_.reading[replicates_.first[row]]];
   }
+  /// Whether both have the same contexts, and each row the same in both.
+  bool has_contexts_of(const ValuesAtRows& other) const;
   /// Whether the readings of a row have different values.
   bool differ() const { return differ_; }
   /// v_i - m of the k-th of the replicates, which is of `row`.

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "linear_algebra/decompositions.h"
+#include "statistics/ordered_blocks.h"
 #include "statistics/shuffle.h"
 
 namespace armtrue {
@@ -97,7 +98,16 @@ VarianceShares variance_shares(const BesideTheRest& beside, std::uint64_t seed) 
   const std::vector<std::vector<int>> orders = orders_of_entry(beside.columns.size(), seed);
   const auto groups = static_cast<Eigen::Index>(beside.columns.size());
   Eigen::MatrixXd explained = Eigen::MatrixXd::Zero(beside.poses(), groups);
-  for (const std::vector<int>& order : orders) explained += explained_in(beside, order);
+  constexpr int kOrdersPerBlock = 8;  // their sums wait for each other in memory
+  for_ordered_blocks<Eigen::MatrixXd>(
+      static_cast<int>(orders.size()), kOrdersPerBlock,
+      [&](int begin, int end) {
+        Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(beside.poses(), groups);
+        for (int k = begin; k < end; ++k)
+          sum += explained_in(beside, orders[static_cast<size_t>(k)]);
+        return sum;
+      },
+      [&](const Eigen::MatrixXd& sum) { explained += sum; });
   const Eigen::RowVectorXd of_group = explained.colwise().sum().cwiseMax(0);
   const double total = of_group.sum();
   VarianceShares shares{std::vector<double>(groups), Eigen::MatrixXd::Zero(beside.poses(), groups)};

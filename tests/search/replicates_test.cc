@@ -164,15 +164,14 @@ TEST_F(ReplicatesTest, AreSufficientForTheSignFlips) {
 }
 
 TEST_F(ReplicatesTest, AreSufficientForTheCrossValidation) {
+  const CrossValidation of_merged(merged_, 5), of_apart(apart_, 5);
   for (int candidate = 0; candidate < 6; ++candidate) {
-    const CrossValidation merged =
-        CrossValidation::of(merged_, of_merged_.directions(candidate), 5);
-    const CrossValidation apart = CrossValidation::of(apart_, of_apart_.directions(candidate), 5);
+    const GainLeftOut merged = of_merged.of(of_merged_.directions(candidate));
+    const GainLeftOut apart = of_apart.of(of_apart_.directions(candidate));
     EXPECT_NEAR(merged.gain, apart.gain, 1e-6) << candidate;
     EXPECT_NEAR(merged.error, apart.error, 1e-6) << candidate;
   }
-  const CrossValidation merged = CrossValidation::of_effect(merged_, 0, 5);
-  const CrossValidation apart = CrossValidation::of_effect(apart_, 0, 5);
+  const GainLeftOut merged = of_merged.of_effect(0), apart = of_apart.of_effect(0);
   EXPECT_NEAR(merged.gain, apart.gain, 1e-9);
   EXPECT_NEAR(merged.error, apart.error, 1e-9);
 }
