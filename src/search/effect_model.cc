@@ -334,10 +334,18 @@ std::vector<CandidateScore> EffectModel::scores_of(const std::vector<Candidate>&
   return effect < 0 ? projected.scores() : projected.scores_without({effect});
 }
 
-Candidate EffectModel::refined(const Candidate& found, int effect) {
+std::optional<EffectModel::Refined> EffectModel::with_best_inner_values(const Candidate& found,
+                                                                        int effect) {
   const std::vector<Candidate> finer = refined_candidates(found, campaign_);
-  if (finer.empty()) return found;
-  return finer[best_first(scores_of(finer, effect)).front()];
+  if (finer.empty()) return std::nullopt;
+  const std::vector<CandidateScore> scores = scores_of(finer, effect);
+  const int best = best_first(scores).front();
+  return Refined{finer[best], scores[best].score};
+}
+
+Candidate EffectModel::refined(const Candidate& found, int effect) {
+  const std::optional<Refined> best = with_best_inner_values(found, effect);
+  return best ? best->candidate : found;
 }
 
 double EffectModel::significance() {

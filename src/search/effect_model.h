@@ -93,7 +93,14 @@ class EffectModel {
   /// Scores of candidates outside the scan, all on one parameter: beside the model or, if `effect`
   /// is not negative, in the place of that effect.
   std::vector<CandidateScore> scores_of(const std::vector<Candidate>& candidates, int effect);
-  /// The candidate with the best inner values (t*, tau, frequency); `effect` as for scores_of().
+  struct Refined {
+    Candidate candidate;
+    double score;
+  };
+  /// The candidate with the best inner values (t*, tau, frequency) and its score; none if its shape
+  /// has no inner value. `effect` as for scores_of().
+  std::optional<Refined> with_best_inner_values(const Candidate& found, int effect);
+  /// The same candidate, or itself if its shape has no inner value.
   Candidate refined(const Candidate& found, int effect);
 
   /// Level below which a family-wise p allows an addition.

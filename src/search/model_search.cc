@@ -36,7 +36,9 @@ void ModelSearch::run() {
   bool may_revise = true;
   for (;;) {
     while (step()) {
-      if (may_revise && model_.chosen().size() > 1) revise(KnownCauses::stay);
+      settle_inner_values(Settled::in_shared_places);
+      if (may_revise && model_.chosen().size() > 1 && revise(KnownCauses::stay))
+        settle_inner_values(Settled::in_shared_places);
       merge_into_spline(kMinPiecesOfCurve);
       merge_into_distortion();
       may_revise &= is_new_model();
@@ -53,7 +55,7 @@ void ModelSearch::run() {
     may_revise &= is_new_model();
     result_.stages.back() = model_.fit();
   }
-  settle_inner_values();
+  settle_inner_values(Settled::all);
   drop_idle();
   prefer_distortion();
   split_families();

@@ -173,18 +173,13 @@ class OpenSearch {
       add(parameter, times(DriverKind::gravity_torque, joint), Shape{});
   }
 
-  // From the end of the cosines of the open series, and at least one whole cycle over the travel,
-  // to the highest motor order.
+  // From one whole cycle over the travel to the highest motor order.
   void add_periodogram(const std::string& parameter, const Driver& driver) {
     const auto [low, high] = travel_covered(driver.joint);
     const double covered = (high - low) / (2 * std::numbers::pi);
     if (covered * most_cycles(robot_, driver.joint) < 1) return;  // not one cycle of any
-    const Shape whole = series_on_joint(robot_, driver.joint, SeriesBasis::cosine, kSeriesCosines);
     const double step = 1 / (kFrequencySteps * covered);
-    const double first =
-        std::max(1 / covered, kSeriesCosines * std::numbers::pi / (whole.high[0] - whole.low[0]));
-    for (double n = std::ceil(first / step) * step; n <= most_cycles(robot_, driver.joint);
-         n += step) {
+    for (double n = 1 / covered; n <= most_cycles(robot_, driver.joint); n += step) {
       add(parameter, driver, harmonic(readable(n)));
       candidates_.back().frequency_resolution = 1 / covered;
     }

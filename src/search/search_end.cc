@@ -18,19 +18,30 @@ constexpr int kMaxSettlings = 2;
 }  // namespace
 
 // Refines inner values (t*, tau, frequency) beside all effects; until now each was chosen beside
-// the effects before it only.
-void ModelSearch::settle_inner_values() {
+// the effects before it only. Between the steps of a search only where effects share their place:
+// what one of them explains too little a further one would make up for, so that two cycles of a
+// gear train a hundredth off are seen as three.
+void ModelSearch::settle_inner_values(Settled which) {
   for (int round = 0; round < kMaxSettlings; ++round) {
     const std::vector<Candidate>& chosen = model_.chosen();
-    std::vector<Candidate> settled;
-    for (size_t k = 0; k < chosen.size(); ++k)
-      settled.push_back(model_.refined(chosen[k], model_.in_fit(k)));
-    if (std::equal(
-            settled.begin(), settled.end(), chosen.begin(),
-            [](const Candidate& a, const Candidate& b) { return same_form(a.effect, b.effect); }))
-      return;
+    std::vector<Candidate> settled = chosen;
+    bool changed = false;
+    for (size_t k = 0; k < chosen.size(); ++k) {
+      const auto shares_place = [&](const Candidate& other) {
+        return &other != &chosen[k] && same_place(other.effect, chosen[k].effect);
+      };
+      if (which == Settled::in_shared_places && std::ranges::none_of(chosen, shares_place))
+        continue;
+      const auto best = model_.with_best_inner_values(chosen[k], model_.in_fit(k));
+      if (!best || same_form(best->candidate.effect, chosen[k].effect)) continue;
+      if (which == Settled::in_shared_places &&
+          best->score < model_.score_of({static_cast<int>(k)}).score + kMinFallToExchange)
+        continue;
+      settled[k] = best->candidate;
+      changed = true;
+    }
+    if (!changed) return;
     model_.settle(settled);
-    result_.stages.back() = model_.fit();
   }
 }
 
@@ -50,7 +61,6 @@ void ModelSearch::drop_idle() {
     }
     if (idle < 0) return;
     model_.drop({idle});
-    result_.stages.back() = model_.fit();
   }
 }
 
@@ -84,7 +94,6 @@ void ModelSearch::prefer_distortion() {
   model_.merge(pieces, *distortion);
   const auto last = static_cast<int>(model_.chosen().size()) - 1;
   if (model_.score_of({last}).score <= 0) model_.hold({last});
-  result_.stages.back() = model_.fit();
 }
 
 // Members of a family that the readings speak for become findings. The others stay in the model,
@@ -110,7 +119,6 @@ void ModelSearch::split_families() {
       for (Effect& single : single_effects(effect)) singles.push_back(std::move(single));
     stage.robot.effects = std::move(singles);
   }
-  result_.stages.back() = model_.fit();
 }
 
 // A family that most arms have needs no evidence to stay in the model, only none against it: its
@@ -135,7 +143,6 @@ void ModelSearch::hold_family_of_most_arms() {
   std::iota(singles.begin(), singles.end(),
             static_cast<int>(model_.chosen().size() - singles.size()));
   model_.hold(singles);
-  result_.stages.back() = model_.fit();
 }
 
 // Adds a family without the members that would take directions from the effects that were found, as

@@ -53,13 +53,16 @@ class ModelSearch {
   bool was_taken_back(const Effect& a, const Effect& b) const;
   bool leads_to(const Revision& revision, const std::vector<Candidate>& chosen) const;
   std::optional<Revision> best_revision(KnownCauses known_causes);
+  std::optional<EffectModel::Refined> cycle_in_place_of(size_t curve,
+                                                        const ProjectedCandidates::Place& place);
   std::optional<int> better_than(double least, const std::vector<CandidateScore>& scores) const;
   bool merge_into_spline(size_t least);
   bool merge_into_distortion();
   bool is_piece_of_distortion(const Candidate& candidate) const;
 
   // At the end (search_end.cc).
-  void settle_inner_values();
+  enum class Settled { in_shared_places, all };
+  void settle_inner_values(Settled which);
   void drop_idle();
   void prefer_distortion();
   void split_families();

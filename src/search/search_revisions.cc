@@ -78,10 +78,15 @@ std::optional<ModelSearch::Revision> ModelSearch::best_revision(KnownCauses know
           return (other.from_catalogue || !by_known) && may_enter(other);
         });
     const auto better = better_than(least, scores);
-    const double fall = better ? scores[*better].score - own : -own;
-    if (fall < most || (!better && own > 0)) continue;
+    double fall = better ? scores[*better].score - own : -own;
     std::optional<Candidate> refined;
-    if (better) refined = model_.refined(candidates()[*better], model_.in_fit(k));
+    const std::optional<EffectModel::Refined> cycle = cycle_in_place_of(k, places[k]);
+    if (cycle && cycle->score > std::max(least, own + fall)) {
+      fall = cycle->score - own;
+      refined = cycle->candidate;
+    }
+    if (fall < most || (!better && !refined && own > 0)) continue;
+    if (better && !refined) refined = model_.refined(candidates()[*better], model_.in_fit(k));
     if (refined && same_form(refined->effect, chosen[k].effect)) continue;
     if (refined && known_causes == KnownCauses::stay &&
         was_taken_back(chosen[k].effect, refined->effect))
@@ -90,6 +95,25 @@ std::optional<ModelSearch::Revision> ModelSearch::best_revision(KnownCauses know
     best = {static_cast<int>(k), refined};
   }
   return best;
+}
+
+// The best cycle in the place of a curve of the same parameter and driver. Between two steps of the
+// periodogram a clear cycle loses more than the coefficients of a curve cost, so the two are
+// compared at the best frequency.
+std::optional<EffectModel::Refined> ModelSearch::cycle_in_place_of(
+    size_t curve, const ProjectedCandidates::Place& place) {
+  const Candidate& chosen = model_.chosen()[curve];
+  if (chosen.from_catalogue || chosen.frequency_resolution > 0) return std::nullopt;
+  const auto is_cycle = [&](int candidate) {
+    const Candidate& other = candidates()[candidate];
+    return other.frequency_resolution > 0 && same_place(other.effect, chosen.effect) &&
+           may_enter(other);
+  };
+  const std::vector<CandidateScore> scores =
+      model_.view().projected.scores_above(0, place, is_cycle);
+  const int best = best_first(scores).front();
+  if (!is_cycle(best) || scores[best].score <= 0) return std::nullopt;
+  return model_.with_best_inner_values(candidates()[best], model_.in_fit(curve));
 }
 
 // The best candidate of possible size that scores more than `least`.

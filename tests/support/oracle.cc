@@ -249,9 +249,9 @@ OracleArm true_arm(const OracleArm& nominal, Dice& dice) {
   arm.base = KDL::addDelta(arm.base, twist());
   arm.tool = KDL::addDelta(arm.tool, twist());
   for (OracleMass& mass : arm.masses) {
-    mass.kg *= 1 + (dice.below(2) ? 1 : -1) * dice.uniform(0.1, 0.3);
-    mass.centre = mass.centre + KDL::Vector(dice.uniform(-0.03, 0.03), dice.uniform(-0.03, 0.03),
-                                            dice.uniform(-0.03, 0.03));
+    const int sign = dice.below(2) ? 1 : -1;
+    mass.kg *= 1 + sign * dice.uniform(0.1, 0.3);
+    for (int axis : {2, 1, 0}) mass.centre[axis] += dice.uniform(-0.03, 0.03);
   }
   return arm;
 }
@@ -401,8 +401,10 @@ std::optional<Hidden> by_angle(const std::string& family, Dice& dice) {
   if (family == "x-sum-of-2" || family == "x-sum-of-12") {
     const int j = dice.below(3), terms = family == "x-sum-of-2" ? 2 : 12;
     std::vector<std::pair<double, double>> sines;  // per turn, phase
-    for (int k = 0; k < terms; ++k)
-      sines.emplace_back(3 + 12.0 * (k + dice.uniform(0.2, 0.8)) / terms, dice.uniform(0, 2 * kPi));
+    for (int k = 0; k < terms; ++k) {
+      const double phase = dice.uniform(0, 2 * kPi);
+      sines.emplace_back(3 + 12.0 * (k + dice.uniform(0.2, 0.8)) / terms, phase);
+    }
     return on_theta(family, j, angle(j), [=](const Moment& m) {
       double sum = 0;
       for (const auto& [n, phase] : sines) sum += std::sin(n * m.q[static_cast<size_t>(j)] + phase);

@@ -86,8 +86,8 @@ std::vector<TouchedPose> touch(const OracleArm& arm, const std::vector<Fixture>&
   std::vector<TouchedPose> all;
   while (static_cast<int>(all.size()) < poses) {
     const size_t fixture = all.size() % fixtures.size();
-    const Eigen::Vector3d off =
-        noise * Eigen::Vector3d(dice.normal(), dice.normal(), dice.normal());
+    Eigen::Vector3d off;
+    for (int axis : {2, 1, 0}) off[axis] = noise * dice.normal();
     for (bool there = false; !there;)
       if (const auto q = approach(arm, fixtures[fixture], off, dice)) {
         all.push_back({*q, fixture});

