@@ -122,8 +122,8 @@ GainLeftOut CrossValidation::of(const Directions& added) const {
     const Eigen::VectorXd residual = whole(fold.equations);
     Errors errors{residual, {}, whole_rests(fold.rests), {}};
     const Eigen::MatrixXd of_basis = -fold.others.solve(fold.basis.transpose() * columns);
-    const Eigen::VectorXd before = -fold.others.solve(fold.basis.transpose() * residual);
-    errors.without -= fold.basis * before;
+    const Eigen::VectorXd alone = -fold.others.solve(fold.basis.transpose() * residual);  // x
+    errors.without -= fold.basis * alone;
     // What the basis leaves of the columns.
     const Eigen::MatrixXd beside = columns - fold.basis * of_basis;
     Eigen::MatrixXd gram = -(columns.transpose() * beside);
@@ -154,7 +154,8 @@ GainLeftOut CrossValidation::of_effect(int effect) const {
   return gain_by([&](const Fold& fold) {
     const Eigen::VectorXd residual = whole(fold.equations), rests = whole_rests(fold.rests);
     const Eigen::VectorXd with = fold.others.solve(lost - fold.basis.transpose() * residual);
-    Errors errors{residual - fold.basis * with, residual - fold.basis * with, rests, rests};
+    const Eigen::VectorXd errors_with = residual - fold.basis * with;
+    Errors errors{errors_with, errors_with, rests, rests};
     if (loss.span.cols() == 0) return errors;
     const Eigen::MatrixXd of_span = fold.others.solve(loss.span);
     const Eigen::MatrixXd shown = loss.span.transpose() * of_span;
