@@ -5,118 +5,40 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <span>
 #include <stdexcept>
+#include <utility>
 
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/statistics/distributions.h"
-#include "calibration/session_models.h"
+#include "calibration/moved_positions.h"
+#include "calibration/pose_after_pose.h"
 #include "linear_algebra/decompositions.h"
-#include "statistics/ordered_blocks.h"
 
 namespace armtrue {
 namespace {
 
-// The rows of a root that belong to the unknowns of a group.
-Eigen::MatrixXd root_of_group(const SessionModels& models, int group, const Eigen::MatrixXd& root) {
-  const Eigen::Index count = std::min<Eigen::Index>(models.model(group).unknowns(), root.rows());
-  if (!models.is_split_by_target()) return root.topRows(count);
-  std::vector<Eigen::Index> unknowns;
-  for (const SessionModels::Run& run : models.runs(group))
-    for (Eigen::Index k = run.first; k < run.first + run.count; ++k)
-      if (k < root.rows()) unknowns.push_back(k);
-  return root(unknowns, Eigen::all);
-}
-
-// The campaign without covariances of readings: the positions themselves are asked for.
-Campaign by_axis(Campaign campaign) {
-  campaign.whitening.clear();
-  return campaign;
-}
-
-// Calls `take(row, moved, residual)` for each row: what a root moves its position, 3 x columns, or
-// 1 x columns of a length, and the residual.
-template <typename Take>
-void for_each_position(const Robot& robot, const Campaign& campaign,
-                       const std::vector<int>& geometric, const Eigen::MatrixXd& root,
-                       const Take& take) {
-  if (!campaign.whitening.empty())
-    return for_each_position(robot, by_axis(campaign), geometric, root, take);
-  const SessionModels models(campaign, robot, geometric, {1.0, 1.0}, kAllEffects,
-                             SessionModels::Split::by_target);
-  const int axes = campaign.reading_size().position;
-  for (int g = 0; g < models.groups(); ++g) {
-    const ObservationModel& model = models.model(g);
-    const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
-    const Eigen::MatrixXd own_root = root_of_group(models, g, root);
-    const Eigen::Index count = own_root.rows();
-    Eigen::MatrixXd block(model.row_size(), model.unknowns() + 1);
-    for (int row = 0; row < model.rows(); ++row) {
-      at.block(row, block);
-      const double sigma = model.row_sigma(row).position;
-      const Eigen::MatrixXd moved = sigma * block.topLeftCorner(axes, count) * own_root;
-      take(static_cast<size_t>(models.rows_of(g)[row]), moved,
-           sigma * block.rightCols<1>().head(axes));
-    }
-  }
-}
-
 // Covariances of the positions of all rows that a root gives, 3 x 3, or 1 x 1 of lengths.
-std::vector<Eigen::MatrixXd> position_covariances(const Robot& robot, const Campaign& campaign,
-                                                  const std::vector<int>& geometric,
-                                                  const Eigen::MatrixXd& root) {
-  std::vector<Eigen::MatrixXd> covariances(static_cast<size_t>(campaign.rows()));
-  for_each_position(robot, campaign, geometric, root,
-                    [&](size_t row, const Eigen::MatrixXd& moved, const auto&) {
-                      covariances[row] = moved * moved.transpose();
-                    });
+std::vector<Eigen::MatrixXd> position_covariances(const MovedPositions& positions, int rows) {
+  std::vector<Eigen::MatrixXd> covariances(static_cast<size_t>(rows));
+  positions.for_each_row([&](size_t row, const auto& moved, const auto&) {
+    covariances[row] = moved * moved.transpose();
+  });
   return covariances;
 }
 
 // The largest variance of a row's position, summed over its axes, that a root gives.
-double largest_variance(const Robot& robot, const Campaign& campaign,
-                        const std::vector<int>& geometric, const Eigen::MatrixXd& root) {
-  constexpr int kRowsOfProduct = 64;  // a product of matrices takes them together
-  if (!campaign.whitening.empty())
-    return largest_variance(robot, by_axis(campaign), geometric, root);
-  const SessionModels models(campaign, robot, geometric, {1.0, 1.0}, kAllEffects,
-                             SessionModels::Split::by_target);
-  const int axes = campaign.reading_size().position;
+double largest_variance(const MovedPositions& positions) {
   double largest = 0;
-  for (int g = 0; g < models.groups(); ++g) {
-    const ObservationModel& model = models.model(g);
-    const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
-    const Eigen::MatrixXd used = root_of_group(models, g, root);
-    const Eigen::Index count = used.rows();
-    const int size = model.row_size();
-    for_ordered_blocks<double>(
-        model.rows(), kRowsPerBlock,
-        [&](int begin, int end) {
-          double most = 0;
-          Eigen::MatrixXd blocks(kRowsOfProduct * size, model.unknowns() + 1);
-          Eigen::MatrixXd positions(kRowsOfProduct * axes, count), moved;
-          for (int first = begin; first < end; first += kRowsOfProduct) {
-            const int rows = std::min(kRowsOfProduct, end - first);
-            at.blocks(first, rows, blocks);
-            for (int k = 0; k < rows; ++k)
-              positions.middleRows(k * axes, axes) =
-                  model.row_sigma(first + k).position * blocks.block(k * size, 0, axes, count);
-            moved.noalias() = positions.topRows(rows * axes) * used;
-            for (int k = 0; k < rows; ++k)
-              most = std::max(most, moved.middleRows(k * axes, axes).squaredNorm());
-          }
-          return most;
-        },
-        [&](double most) { largest = std::max(largest, most); });
-  }
+  positions.add_up<double>(
+      [](double& most, std::span<const int> rows, const auto& moved, const auto&) {
+        const auto axes = moved.rows() / std::ssize(rows);
+        for (Eigen::Index first = 0; first < moved.rows(); first += axes)
+          most = std::max(most, moved.middleRows(first, axes).squaredNorm());
+      },
+      [&](double most) { largest = std::max(largest, most); });
   return largest;
 }
-
-// Sums over the readings of a pose.
-struct PoseError {
-  Eigen::MatrixXd moved;
-  Eigen::VectorXd residual;
-  int readings = 0;
-};
 
 // Lower triangular G with G G^T = covariance.
 Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance) {
@@ -207,15 +129,21 @@ Spread spread_of(const CalibrationResult& fit, const Campaign& campaign,
 
 MeanSquare mean_square_by_uncertainty(const Robot& robot, const Campaign& campaign) {
   const Uncertainty& known = robot.uncertainty.value();
-  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(known.root.cols(), known.root.cols());
-  for_each_position(robot, campaign, indices_of(robot, known.parameters), known.root,
-                    [&](size_t, const Eigen::MatrixXd& moved, const auto&) {
-                      sum.noalias() += moved.transpose() * moved;
-                    });
+  const Eigen::Index columns = known.root.cols();
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(columns, columns);  // its lower triangle
+  const std::vector<int> geometric = indices_of(robot, known.parameters);
+  MovedPositions(robot, campaign, geometric, known.root)
+      .add_up<Eigen::MatrixXd>(
+          [&](Eigen::MatrixXd& of_block, std::span<const int>, const auto& moved, const auto&) {
+            if (of_block.size() == 0) of_block = Eigen::MatrixXd::Zero(columns, columns);
+            of_block.selfadjointView<Eigen::Lower>().rankUpdate(moved.transpose());
+          },
+          [&](const Eigen::MatrixXd& of_block) { sum += of_block; });
   sum /= campaign.rows();
   const double expected = sum.trace();
   if (expected <= 0) return {};
-  return {expected, expected * expected / sum.squaredNorm()};
+  const double squares = 2 * sum.squaredNorm() - sum.diagonal().squaredNorm();
+  return {expected, expected * expected / squares};
 }
 
 namespace {
@@ -258,7 +186,8 @@ Uncertainty uncertainty_of(const CalibrationResult& fit, const Campaign& campaig
   uncertainty.reading = spread.deviation;
   uncertainty.tail = spread.tail;
   uncertainty.poses = static_cast<int>(campaign.pose_ids.size());
-  uncertainty.largest_variance = largest_variance(fit.robot, campaign, geometric, uncertainty.root);
+  uncertainty.largest_variance =
+      largest_variance(MovedPositions(fit.robot, campaign, geometric, uncertainty.root));
   return uncertainty;
 }
 
@@ -314,9 +243,10 @@ std::vector<Prediction> predict(const Robot& robot, const Campaign& campaign) {
   if (!robot.uncertainty)
     throw std::invalid_argument("the robot does not state its uncertainty; calibrate writes it");
   const Uncertainty& known = *robot.uncertainty;
+  const std::vector<int> geometric = indices_of(robot, known.parameters);
+  const MovedPositions positions(robot, campaign, geometric, known.root);
   std::vector<Prediction> predictions;
-  for (Eigen::MatrixXd& covariance :
-       position_covariances(robot, campaign, indices_of(robot, known.parameters), known.root)) {
+  for (Eigen::MatrixXd& covariance : position_covariances(positions, campaign.rows())) {
     Prediction& prediction = predictions.emplace_back();
     if (known.largest_variance > 0)
       prediction.leverage = covariance.trace() / known.largest_variance;
@@ -340,35 +270,30 @@ double p_of_errors(const Robot& robot, const Campaign& campaign) {
   const Uncertainty& known = robot.uncertainty.value();
   const Eigen::Index columns = known.root.cols();
   const int axes = campaign.reading_size().position;
+  const std::vector<int> geometric = indices_of(robot, known.parameters);
   std::map<int, PoseError> poses;
-  for_each_position(robot, campaign, indices_of(robot, known.parameters), known.root,
-                    [&](size_t row, const Eigen::MatrixXd& moved, const Eigen::VectorXd& residual) {
-                      PoseError& pose = poses[campaign.pose[row]];
-                      if (pose.readings++ == 0) {
-                        pose.moved = Eigen::MatrixXd::Zero(axes, columns);
-                        pose.residual = Eigen::VectorXd::Zero(axes);
-                      }
-                      pose.moved += moved;
-                      pose.residual += residual;
-                    });
+  MovedPositions(robot, campaign, geometric, known.root)
+      .for_each_row([&](size_t row, const auto& moved, const auto& residual) {
+        PoseError& pose = poses[campaign.pose[row]];
+        if (pose.readings++ == 0) {
+          pose.moved = Eigen::MatrixXd::Zero(axes, columns);
+          pose.residual = Eigen::VectorXd::Zero(axes);
+        }
+        pose.moved += moved;
+        pose.residual += residual;
+      });
   const double known_with = axes * std::max(1, known.poses - 1);
   const double bound_95 = axes * fisher_f_quantile(0.95, axes, known_with);
   const double gross = axes * fisher_f_quantile(0.999, axes, known_with);
-  const Eigen::MatrixXd noise =
-      known.reading.position * known.reading.position * Eigen::MatrixXd::Identity(axes, axes);
-  Eigen::VectorXd mean = Eigen::VectorXd::Zero(columns);
-  Eigen::MatrixXd covariance = Eigen::MatrixXd::Identity(columns, columns);
+  constexpr size_t kPosesAtOnce = 32;
+  PoseAfterPose judged(columns, std::max(1e-9, known.reading.position));
   int outside = 0;
-  for (auto& [id, pose] : poses) {
-    pose.moved /= pose.readings;
-    const Eigen::VectorXd error = pose.residual / pose.readings - pose.moved * mean;
-    const Eigen::MatrixXd gain = covariance * pose.moved.transpose();
-    const Eigen::LDLT<Eigen::MatrixXd> variance(pose.moved * gain + noise);
-    const double squares = error.dot(variance.solve(error));
-    outside += squares > bound_95;
-    if (squares > gross) continue;  // a blunder says nothing of the others
-    mean += gain * variance.solve(error);
-    covariance -= gain * variance.solve(gain.transpose());
+  const auto end = poses.end();
+  for (auto first = poses.begin(); first != end;) {
+    std::vector<PoseError> some;
+    for (; first != end && some.size() < kPosesAtOnce; ++first)
+      some.push_back(std::move(first->second));
+    for (double squares : judged.squares_of(some, gross)) outside += squares > bound_95;
   }
   return binomial_at_least(outside, static_cast<int>(poses.size()), 0.05);
 }

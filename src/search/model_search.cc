@@ -36,9 +36,7 @@ void ModelSearch::run() {
   bool may_revise = true;
   for (;;) {
     while (step()) {
-      settle_inner_values(Settled::in_shared_places);
-      if (may_revise && model_.chosen().size() > 1 && revise(KnownCauses::stay))
-        settle_inner_values(Settled::in_shared_places);
+      if (may_revise && model_.chosen().size() > 1) revise(KnownCauses::stay);
       merge_into_spline(kMinPiecesOfCurve);
       merge_into_distortion();
       may_revise &= is_new_model();
@@ -55,7 +53,7 @@ void ModelSearch::run() {
     may_revise &= is_new_model();
     result_.stages.back() = model_.fit();
   }
-  settle_inner_values(Settled::all);
+  settle_inner_values();
   drop_idle();
   prefer_distortion();
   split_families();
@@ -92,6 +90,7 @@ bool ModelSearch::step() {
       return false;
     }
     model_.add(model_.refined(candidates()[candidate], -1), p);
+    settle_place_of(model_.chosen().size() - 1);
     return true;
   }
   return false;

@@ -18,25 +18,33 @@ constexpr int kMaxSettlings = 2;
 }  // namespace
 
 // Refines inner values (t*, tau, frequency) beside all effects; until now each was chosen beside
-// the effects before it only. Between the steps of a search only where effects share their place:
-// what one of them explains too little a further one would make up for, so that two cycles of a
-// gear train a hundredth off are seen as three.
-void ModelSearch::settle_inner_values(Settled which) {
+// the effects before it only.
+void ModelSearch::settle_inner_values() {
+  settle_inner_values([](const Candidate&) { return true; }, 0);
+}
+
+// The same between the steps of a search, where effects share the place of one. What one of them
+// explains too little a further one would make up for, so that two cycles of a gear train a
+// hundredth off are seen as three.
+void ModelSearch::settle_place_of(size_t chosen) {
+  const Effect effect = model_.chosen()[chosen].effect;
+  const auto is_there = [&](const Candidate& other) { return same_place(other.effect, effect); };
+  if (std::ranges::count_if(model_.chosen(), is_there) > 1)
+    settle_inner_values(is_there, kMinFallToExchange);
+}
+
+// Of effects that are asked for; `least`: fall of EBIC for which they are changed.
+void ModelSearch::settle_inner_values(const std::function<bool(const Candidate&)>& asked,
+                                      double least) {
   for (int round = 0; round < kMaxSettlings; ++round) {
     const std::vector<Candidate>& chosen = model_.chosen();
     std::vector<Candidate> settled = chosen;
     bool changed = false;
     for (size_t k = 0; k < chosen.size(); ++k) {
-      const auto shares_place = [&](const Candidate& other) {
-        return &other != &chosen[k] && same_place(other.effect, chosen[k].effect);
-      };
-      if (which == Settled::in_shared_places && std::ranges::none_of(chosen, shares_place))
-        continue;
+      if (!asked(chosen[k])) continue;
       const auto best = model_.with_best_inner_values(chosen[k], model_.in_fit(k));
       if (!best || same_form(best->candidate.effect, chosen[k].effect)) continue;
-      if (which == Settled::in_shared_places &&
-          best->score < model_.score_of({static_cast<int>(k)}).score + kMinFallToExchange)
-        continue;
+      if (least > 0 && best->score < model_.score_of({static_cast<int>(k)}).score + least) continue;
       settled[k] = best->candidate;
       changed = true;
     }

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <functional>
 #include <optional>
 #include <set>
 #include <string>
@@ -53,7 +54,7 @@ class ModelSearch {
   bool was_taken_back(const Effect& a, const Effect& b) const;
   bool leads_to(const Revision& revision, const std::vector<Candidate>& chosen) const;
   std::optional<Revision> best_revision(KnownCauses known_causes);
-  std::optional<EffectModel::Refined> cycle_in_place_of(size_t curve,
+  std::optional<EffectModel::Refined> cycle_in_place_of(size_t curve, double least,
                                                         const ProjectedCandidates::Place& place);
   std::optional<int> better_than(double least, const std::vector<CandidateScore>& scores) const;
   bool merge_into_spline(size_t least);
@@ -61,8 +62,9 @@ class ModelSearch {
   bool is_piece_of_distortion(const Candidate& candidate) const;
 
   // At the end (search_end.cc).
-  enum class Settled { in_shared_places, all };
-  void settle_inner_values(Settled which);
+  void settle_inner_values();
+  void settle_place_of(size_t chosen);
+  void settle_inner_values(const std::function<bool(const Candidate&)>& asked, double least);
   void drop_idle();
   void prefer_distortion();
   void split_families();

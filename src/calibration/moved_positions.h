@@ -1,0 +1,99 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "calibration/session_models.h"
+#include "statistics/ordered_blocks.h"
+
+namespace armtrue {
+
+/// How the positions of all rows follow the unknowns of a root.
+class MovedPositions {
+ public:
+  /// `geometric`: as for ObservationModel. `root`: unknowns of the first session x columns. Keeps
+  /// references to `campaign` and `root`, which must outlive it.
+  MovedPositions(const Robot& robot, const Campaign& campaign, const std::vector<int>& geometric,
+                 const Eigen::MatrixXd& root);
+
+  /// Calls add(result, rows, moved, residuals) for some rows after others and joins the results of
+  /// blocks in their order, on the machine's threads. `moved`: what the root moves the positions of
+  /// these rows, one below the other, 3 x columns each, or 1 x columns of lengths.
+  template <typename Result, typename Add, typename Join>
+  void add_up(const Add& add, const Join& join) const {
+    for_each_group([&](int g, const ObservationModel::At& at, const Eigen::MatrixXd& root) {
+      for_ordered_blocks<Result>(
+          models_.model(g).rows(), kRowsPerBlock,
+          [&](int begin, int end) {
+            Result result{};
+            for_rows(g, at, root, begin, end, [&](auto&&... rows) { add(result, rows...); });
+            return result;
+          },
+          join);
+    });
+  }
+
+  /// Calls take(row, moved, residual) for each row, one after the other.
+  template <typename Take>
+  void for_each_row(const Take& take) const {
+    for_each_group([&](int g, const ObservationModel::At& at, const Eigen::MatrixXd& root) {
+      for_rows(g, at, root, 0, models_.model(g).rows(),
+               [&](std::span<const int> rows, const auto& moved, const auto& residuals) {
+                 for (size_t k = 0; k < rows.size(); ++k) {
+                   const auto first = static_cast<Eigen::Index>(k) * axes_;
+                   take(static_cast<size_t>(rows[k]), moved.middleRows(first, axes_),
+                        residuals.segment(first, axes_));
+                 }
+               });
+    });
+  }
+
+ private:
+  // The rows of the root that belong to the unknowns of a group.
+  Eigen::MatrixXd root_of(int group) const;
+
+  template <typename Take>
+  void for_each_group(const Take& take) const {
+    for (int g = 0; g < models_.groups(); ++g) {
+      const ObservationModel& model = models_.model(g);
+      take(g, model.at(Eigen::VectorXd::Zero(model.unknowns())), root_of(g));
+    }
+  }
+
+  // As many rows at once as a product of matrices takes together.
+  template <typename Take>
+  void for_rows(int group, const ObservationModel::At& at, const Eigen::MatrixXd& root, int begin,
+                int end, const Take& take) const {
+    constexpr int kRowsOfProduct = 64;
+    const ObservationModel& model = models_.model(group);
+    const int size = model.row_size();
+    Eigen::MatrixXd blocks(kRowsOfProduct * size, model.unknowns() + 1);
+    Eigen::MatrixXd positions(kRowsOfProduct * axes_, root.rows()), moved;
+    Eigen::VectorXd residuals(kRowsOfProduct * axes_);
+    for (int first = begin; first < end; first += kRowsOfProduct) {
+      const int rows = std::min(kRowsOfProduct, end - first);
+      at.blocks(first, rows, blocks);
+      for (int k = 0; k < rows; ++k) {
+        const double sigma = model.row_sigma(first + k).position;
+        positions.middleRows(k * axes_, axes_) =
+            sigma * blocks.block(k * size, 0, axes_, root.rows());
+        residuals.segment(k * axes_, axes_) =
+            sigma * blocks.col(model.unknowns()).segment(k * size, axes_);
+      }
+      moved.noalias() = positions.topRows(rows * axes_) * root;
+      take(std::span(models_.rows_of(group)).subspan(first, rows), std::as_const(moved),
+           residuals.head(rows * axes_));
+    }
+  }
+
+  std::optional<Campaign> by_axis_;  // without covariances: the positions themselves are asked for
+  SessionModels models_;
+  const Eigen::MatrixXd& root_;
+  int axes_;
+};
+
+}  // namespace armtrue
