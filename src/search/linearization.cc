@@ -134,16 +134,27 @@ void divide_by(const Eigen::LLT<Eigen::MatrixXd>& llt, Eigen::MatrixXd& columns)
       [](int) {});
 }
 
+// By reflections. Leaves out columns that depend on the others.
+Basis basis_by_reflections(const Eigen::MatrixXd& columns) {
+  // A blocked QR first reduces the tall columns to a triangle, which is several times faster.
+  const Eigen::HouseholderQR<Eigen::MatrixXd> tall(columns);
+  const Eigen::Index p = std::min(columns.rows(), columns.cols());
+  const Eigen::MatrixXd triangle = tall.matrixQR().topRows(p).triangularView<Eigen::Upper>();
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> small(triangle);
+  const auto rank = (small.matrixQR().diagonal().array().abs() > kMinPivot).count();
+  Eigen::MatrixXd chosen = Eigen::MatrixXd::Zero(columns.rows(), rank);
+  if (rank == 0) return {chosen, Eigen::MatrixXd(0, columns.cols())};
+  chosen.topRows(p) = small.householderQ() * Eigen::MatrixXd::Identity(p, rank);
+  return {tall.householderQ() * chosen, chosen.topRows(p).transpose() * triangle};
+}
+
 // What columns have beside an orthonormal basis, as a basis of its own.
 Eigen::MatrixXd basis_beside(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& columns) {
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(columns -
-                                                       basis * (basis.transpose() * columns));
-  const auto rank = (qr.matrixQR().diagonal().array().abs() > kMinPivot).count();
-  if (rank == 0) return Eigen::MatrixXd(columns.rows(), 0);
-  Eigen::MatrixXd own = qr.householderQ() * Eigen::MatrixXd::Identity(columns.rows(), rank);
+  Eigen::MatrixXd own =
+      basis_by_reflections(columns - basis * (basis.transpose() * columns)).vectors;
   own -= basis * (basis.transpose() * own);  // the first difference was small, and has lost digits
-  return Eigen::HouseholderQR<Eigen::MatrixXd>(own).householderQ() *
-         Eigen::MatrixXd::Identity(columns.rows(), rank);
+  divide_by(Eigen::LLT<Eigen::MatrixXd>(gram_of(own)), own);
+  return own;
 }
 
 // By Cholesky's factor of the Gram matrix, twice: the second time takes off what the squared
@@ -177,15 +188,7 @@ std::optional<Basis> basis_by_gram(const Eigen::MatrixXd& columns) {
 // Leaves out columns that depend on the others.
 Basis orthonormal_basis(const Eigen::MatrixXd& columns) {
   if (auto basis = basis_by_gram(columns)) return std::move(*basis);
-  // A blocked QR first reduces the tall columns to a triangle, which is several times faster.
-  Eigen::HouseholderQR<Eigen::MatrixXd> tall(columns);
-  const Eigen::Index p = std::min(columns.rows(), columns.cols());
-  const Eigen::MatrixXd triangle = tall.matrixQR().topRows(p).triangularView<Eigen::Upper>();
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> small(triangle);
-  small.setThreshold(kMinPivot);
-  Eigen::MatrixXd chosen = Eigen::MatrixXd::Zero(columns.rows(), small.rank());
-  chosen.topRows(p) = small.householderQ() * Eigen::MatrixXd::Identity(p, small.rank());
-  return {tall.householderQ() * chosen, chosen.topRows(p).transpose() * triangle};
+  return basis_by_reflections(columns);
 }
 
 // Whitens and weights the derivatives and the readings of a fit.
