@@ -3,10 +3,12 @@
 #include <math.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
 #include "armtrue/statistics/summary.h"
+#include "statistics/ordered_blocks.h"
 
 namespace armtrue {
 namespace {
@@ -25,41 +27,83 @@ double log_gamma(double x) {
   return lgamma_r(x, &sign);
 }
 
+// Squared norms of the residuals of all rows [m^2, rad^2] and their variances as ReadingLaw has
+// them, as arrays: a processor takes several numbers of an array at once.
+struct Rows {
+  Eigen::ArrayXd position, orientation, variance;
+  ReadingSize size;
+
+  Rows(const std::vector<Eigen::Vector2d>& norms, const std::vector<double>& variances,
+       const ReadingSize& reading_size)
+      : position(std::ssize(norms)),
+        orientation(std::ssize(norms)),
+        variance(Eigen::ArrayXd::Ones(std::ssize(norms))),
+        size(reading_size) {
+    for (size_t row = 0; row < norms.size(); ++row) {
+      const auto k = static_cast<Eigen::Index>(row);
+      position[k] = norms[row][0];
+      orientation[k] = size.orientation > 0 ? norms[row][1] : 0.0;
+      if (!variances.empty()) variance[k] = variances[row];
+    }
+  }
+};
+
+// Calls take(first, count, whitened) for some rows after others, with s of ReadingLaw.
+template <typename Take>
+void for_each_whitened(const Rows& rows, const ReadingSigma& sigma, const Take& take) {
+  constexpr Eigen::Index kRowsAtOnce = 1024;  // stay in the cache
+  const double by_position = 1 / (sigma.position * sigma.position);
+  const double by_orientation =
+      rows.size.orientation > 0 ? 1 / (sigma.orientation * sigma.orientation) : 0.0;
+  Eigen::ArrayXd whitened;
+  for (Eigen::Index first = 0; first < rows.position.size(); first += kRowsAtOnce) {
+    const Eigen::Index count = std::min(kRowsAtOnce, rows.position.size() - first);
+    whitened = by_position * rows.position.segment(first, count) +
+               by_orientation * rows.orientation.segment(first, count);
+    take(first, count, whitened);
+  }
+}
+
 // Up to a constant: the sum over the rows of
 //     -m log sigma - (d / 2) log v - loss(s) / (2 v)
 //     + log Gamma((nu + d) / 2) - log Gamma(nu / 2) - (d / 2) log(nu / 2).
-double log_likelihood(const std::vector<Eigen::Vector2d>& norms, const ReadingSigma& sigma,
-                      const ReadingLaw& law, const ReadingSize& size) {
-  const int d = size.all();
-  const double n = static_cast<double>(norms.size()), dof = law.degrees_of_freedom;
-  double value = -size.position * n * std::log(sigma.position);
-  if (size.orientation > 0) value -= size.orientation * n * std::log(sigma.orientation);
-  for (size_t row = 0; row < norms.size(); ++row) {
-    const double variance = law.variance_of(static_cast<int>(row));
-    value -= 0.5 * law.loss(whitened(norms[row], sigma, size), d, variance) / variance;
-    if (dof > 0) value -= 0.5 * d * std::log(variance);
-  }
+double log_likelihood(const Rows& rows, const ReadingSigma& sigma, double dof) {
+  const int d = rows.size.all();
+  const auto n = static_cast<double>(rows.position.size());
+  double value = -rows.size.position * n * std::log(sigma.position);
+  if (rows.size.orientation > 0) value -= rows.size.orientation * n * std::log(sigma.orientation);
+  for_each_whitened(rows, sigma, [&](Eigen::Index first, Eigen::Index count, const auto& s) {
+    const auto v = rows.variance.segment(first, count);
+    value -= dof > 0 ? 0.5 * (dof + d) * (s / (dof * v)).log1p().sum() + 0.5 * d * v.log().sum()
+                     : 0.5 * (s / v).sum();
+  });
   if (dof > 0)
     value += n * (log_gamma(0.5 * (dof + d)) - log_gamma(0.5 * dof) - 0.5 * d * std::log(dof / 2));
   return value;
 }
 
 // Expectation-maximisation of sigma under a law; see describe_residuals().
-ReadingSigma most_likely_sigma(const std::vector<Eigen::Vector2d>& norms, ReadingSigma sigma,
-                               const ReadingLaw& law, const ReadingSize& size,
+ReadingSigma most_likely_sigma(const Rows& rows, ReadingSigma sigma, double dof,
                                const Eigen::Array2d& correction) {
-  const int d = size.all();
-  const double n = static_cast<double>(norms.size());
-  for (int round = 0; round < (law.degrees_of_freedom > 0 ? 30 : 1); ++round) {
-    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-    for (size_t row = 0; row < norms.size(); ++row) {
-      const double variance = law.variance_of(static_cast<int>(row));
-      sum += law.weight(whitened(norms[row], sigma, size), d, variance) / variance * norms[row];
-    }
-    sigma.position = std::max(kMinSigma, std::sqrt(correction[0] * sum[0] / (size.position * n)));
-    if (size.orientation > 0)
+  const int d = rows.size.all();
+  const auto n = static_cast<double>(rows.position.size());
+  for (int round = 0; round < (dof > 0 ? 30 : 1); ++round) {
+    Eigen::Array2d sum = Eigen::Array2d::Zero();
+    Eigen::ArrayXd weight;  // over v
+    for_each_whitened(rows, sigma, [&](Eigen::Index first, Eigen::Index count, const auto& s) {
+      const auto v = rows.variance.segment(first, count);
+      if (dof > 0)
+        weight = (dof + d) / (dof * v + s);
+      else
+        weight = v.inverse();
+      sum[0] += (weight * rows.position.segment(first, count)).sum();
+      sum[1] += (weight * rows.orientation.segment(first, count)).sum();
+    });
+    sigma.position =
+        std::max(kMinSigma, std::sqrt(correction[0] * sum[0] / (rows.size.position * n)));
+    if (rows.size.orientation > 0)
       sigma.orientation =
-          std::max(kMinSigma, std::sqrt(correction[1] * sum[1] / (size.orientation * n)));
+          std::max(kMinSigma, std::sqrt(correction[1] * sum[1] / (rows.size.orientation * n)));
   }
   return sigma;
 }
@@ -132,26 +176,37 @@ ResidualDescription describe_residuals(const std::vector<Eigen::Vector2d>& norms
                                        const Campaign& campaign, const ReadingSigma& start,
                                        const Eigen::Array2d& correction, bool robust) {
   const ReadingSize size = campaign.reading_size();
-  ResidualDescription best{most_likely_sigma(norms, start, {0}, size, correction), {0}};
+  const Rows alike(norms, {}, size);
+  ResidualDescription best{most_likely_sigma(alike, start, 0, correction), {0}};
   if (!robust) return best;
   const std::vector<double> variance = pose_variances(norms, campaign, start);
-  double best_value = log_likelihood(norms, best.sigma, best.law, size) +
-                      0.5 * std::log(static_cast<double>(norms.size()));
-  for (double dof : {2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 14.0, 20.0, 30.0}) {
-    const ReadingLaw law{dof, variance};
-    const ReadingSigma sigma = most_likely_sigma(norms, start, law, size, correction);
-    const double value = log_likelihood(norms, sigma, law, size);
-    if (value > best_value) {
-      best_value = value;
-      best = {sigma, law};
-    }
-  }
+  const Rows rows(norms, variance, size);
+  double best_value =
+      log_likelihood(alike, best.sigma, 0) + 0.5 * std::log(static_cast<double>(norms.size()));
+  constexpr std::array kFreedom{2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 14.0, 20.0, 30.0};
+  struct Tried {
+    double value, dof;
+    ReadingSigma sigma;
+  };
+  for_ordered_blocks<Tried>(
+      static_cast<int>(kFreedom.size()), 1,
+      [&](int k, int) {
+        const double dof = kFreedom[static_cast<size_t>(k)];
+        const ReadingSigma sigma = most_likely_sigma(rows, start, dof, correction);
+        return Tried{log_likelihood(rows, sigma, dof), dof, sigma};
+      },
+      [&](const Tried& tried) {
+        if (tried.value <= best_value) return;
+        best_value = tried.value;
+        best = {tried.sigma, {tried.dof, variance}};
+      });
   // The variances of the poses are in units of sigma, and sigma depends on them: both are repeated
   // until sigma settles.
   for (int round = 0; round < kMaxRoundsOfLaw && best.law.degrees_of_freedom > 0; ++round) {
     best.law.variance = pose_variances(norms, campaign, best.sigma);
     const ReadingSigma before = best.sigma;
-    best.sigma = most_likely_sigma(norms, before, best.law, size, correction);
+    best.sigma = most_likely_sigma(Rows(norms, best.law.variance, size), before,
+                                   best.law.degrees_of_freedom, correction);
     if (is_close(best.sigma, before)) break;
   }
   best.law = bounded_law(best.law.degrees_of_freedom, std::move(best.law.variance));
