@@ -4,6 +4,7 @@
 
 #include "armtrue/statistics/summary.h"
 #include "effects/posture.h"
+#include "statistics/ordered_blocks.h"
 
 namespace armtrue {
 namespace {
@@ -16,6 +17,20 @@ double stated_median(const std::vector<double>& deviations) {
 bool same_posture(const Campaign& campaign, int a, int b) {
   return campaign.q[a] == campaign.q[b] &&
          (campaign.payload_kg.empty() || campaign.payload_kg[a] == campaign.payload_kg[b]);
+}
+
+// Of each row the first of those visits of its pose, one after another, that have its posture.
+std::vector<int> first_rows_of_posture(const Campaign& campaign) {
+  constexpr int kNone = -1;
+  std::vector<int> last_of_pose(campaign.pose_ids.size(), kNone);
+  std::vector<int> first(static_cast<size_t>(campaign.rows()));
+  for (int row = 0; row < campaign.rows(); ++row) {
+    int& last = last_of_pose[static_cast<size_t>(campaign.pose[row])];
+    const bool is_again = last != kNone && same_posture(campaign, row, last);
+    first[static_cast<size_t>(row)] = is_again ? first[static_cast<size_t>(last)] : row;
+    last = row;
+  }
+  return first;
 }
 
 // Writes the values of each effect to place(effect).
@@ -100,18 +115,30 @@ void ObservationModel::evaluate_effect_values(const Robot& robot) {
   const auto place = [&](const BoundEffect* effect, int row) {
     return &effect_values_(first_value_[static_cast<size_t>(effect - effects_.data())], row);
   };
-  constexpr int kNone = -1;
-  std::vector<int> last_of_pose(campaign_.pose_ids.size(), kNone);
-  for (int row = 0; row < rows(); ++row) {
-    int& last = last_of_pose[static_cast<size_t>(campaign_.pose[row])];
-    const bool is_again = last != kNone && same_posture(campaign_, row, last);
-    if (is_again) effect_values_.col(row) = effect_values_.col(last);
-    const std::vector<const BoundEffect*>& own = is_again ? of_visit : all;
+  const auto evaluate_at = [&](const std::vector<const BoundEffect*>& own, int row) {
     if (!own.empty())
       evaluate(own, chain, campaign_.context(row),
                [&](const BoundEffect* effect) { return place(effect, row); });
-    last = row;
-  }
+  };
+  const std::vector<int> first = first_rows_of_posture(campaign_);
+  const auto for_rows = [&](const auto& take) {
+    for_ordered_blocks<int>(
+        rows(), kRowsPerBlock,
+        [&](int begin, int end) {
+          for (int row = begin; row < end; ++row) take(row);
+          return 0;
+        },
+        [](int) {});
+  };
+  for_rows([&](int row) {
+    if (first[static_cast<size_t>(row)] == row) evaluate_at(all, row);
+  });
+  for_rows([&](int row) {
+    const int before = first[static_cast<size_t>(row)];
+    if (before == row) return;
+    effect_values_.col(row) = effect_values_.col(before);
+    evaluate_at(of_visit, row);
+  });
 }
 
 std::vector<std::string> ObservationModel::unknown_names() const {
