@@ -59,7 +59,18 @@ void ModelSearch::run() {
   split_families();
   hold_family_of_most_arms();
   model_.complete();
-  result_.stages.back() = model_.fit();
+  end_last_stage();
+}
+
+// The geometry alone stays the first stage, also where the end of the search only holds effects by
+// their prior.
+void ModelSearch::end_last_stage() {
+  std::vector<CalibrationResult>& stages = result_.stages;
+  const bool holds_more = model_.fit().robot.effects.size() > stages.front().robot.effects.size();
+  if (stages.size() == 1 && holds_more)
+    stages.push_back(model_.fit());
+  else
+    stages.back() = model_.fit();
 }
 
 // One forward step; false if nothing more is to be added.

@@ -36,6 +36,8 @@ class ModelSearch {
  private:
   enum class KnownCauses { stay, give_way };  // to what no catalogue names
 
+  void end_last_stage();
+
   // Forward (model_search.cc).
   bool step();
   void rank(const std::vector<CandidateScore>& scores, const std::vector<int>& order);
