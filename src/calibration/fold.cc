@@ -359,6 +359,13 @@ Fold fold(const ObservationModel::At& at, const ObservationModel& model, const R
 
 KeptDerivatives keep_derivatives(const ObservationModel::At& at, const ObservationModel& model) {
   const int size = model.row_size(), unknowns = model.unknowns();
+  // Rows move about as many unknowns as the first.
+  const auto reserve = [&](int rows, size_t of_row, KeptDerivatives& kept) {
+    const auto count = static_cast<size_t>(rows) * of_row;
+    kept.first.reserve(static_cast<size_t>(rows) + 1);
+    kept.column.reserve(count);
+    kept.value.reserve(count * static_cast<size_t>(size));
+  };
   KeptDerivatives all;
   all.sigma = model.sigma();
   all.first.push_back(0);
@@ -373,6 +380,7 @@ KeptDerivatives keep_derivatives(const ObservationModel::At& at, const Observati
           if (place == 0) at.blocks(k, std::min(kRowsAtOnce, end - k), rows);
           const auto row = rows.middleRows(place * size, size);
           find_nonzero(row.leftCols(unknowns), nonzero);
+          if (k == begin) reserve(end - begin, nonzero.size(), block);
           for (int column : nonzero)
             block.value.insert(block.value.end(), row.col(column).begin(), row.col(column).end());
           block.column.insert(block.column.end(), nonzero.begin(), nonzero.end());
@@ -381,6 +389,8 @@ KeptDerivatives keep_derivatives(const ObservationModel::At& at, const Observati
         return block;
       },
       [&](const KeptDerivatives& block) {
+        if (all.column.empty())
+          reserve(model.rows(), block.column.size() / block.first.size(), all);
         for (size_t end : block.first) all.first.push_back(all.column.size() + end);
         all.column.insert(all.column.end(), block.column.begin(), block.column.end());
         all.value.insert(all.value.end(), block.value.begin(), block.value.end());
