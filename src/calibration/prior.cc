@@ -252,8 +252,9 @@ void set_diagonal_of_inverse(const Eigen::LLT<Eigen::MatrixXd>& llt,
   constexpr int kColumnsPerBlock = 128;  // fewer are faster than a thread
   std::vector<Eigen::Index> asked;
   for (const Prior& prior : priors) asked.push_back(prior.unknown);
-  std::ranges::sort(asked);
-  asked.erase(std::ranges::unique(asked).begin(), asked.end());
+  std::sort(asked.begin(), asked.end());
+  // No range: clang 14 does not compile that of libstdc++ 12.
+  asked.erase(std::unique(asked.begin(), asked.end()), asked.end());
   for_ordered_blocks<int>(
       static_cast<int>(asked.size()), kColumnsPerBlock,
       [&](int begin, int end) {
