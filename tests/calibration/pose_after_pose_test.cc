@@ -55,11 +55,11 @@ std::vector<double> squares_by_definition(const std::vector<PoseError>& poses) {
   for (Eigen::Index own = 0; own < moved.rows(); own += axes) {
     std::vector<Eigen::Index> rows;
     for (Eigen::Index axis = 0; axis < axes; ++axis) rows.push_back(own + axis);
-    const Eigen::MatrixXd with = covariance(rows, before);
-    const Eigen::FullPivLU<Eigen::MatrixXd> known(covariance(before, before));
     Eigen::VectorXd error = errors(rows);
     Eigen::MatrixXd variance = covariance(rows, rows);
     if (!before.empty()) {
+      const Eigen::MatrixXd with = covariance(rows, before);
+      const Eigen::FullPivLU<Eigen::MatrixXd> known(covariance(before, before));
       error -= with * known.solve(Eigen::VectorXd(errors(before)));
       variance -= with * known.solve(Eigen::MatrixXd(with.transpose()));
     }
