@@ -28,7 +28,7 @@ std::vector<double> PoseAfterPose::squares_of(const std::vector<PoseError>& pose
     const Eigen::LLT<Eigen::MatrixXd> l(s.block(own, own, axes, axes));
     const Eigen::VectorXd own_e = l.matrixL().solve(e.segment(own, axes));
     squares.push_back(own_e.squaredNorm());
-    if (squares.back() > gross) {
+    if (!(squares.back() <= gross)) {  // no number is gross too
       e.segment(own, axes).setZero();
       w.middleRows(own, axes).setZero();
       continue;

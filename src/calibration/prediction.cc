@@ -293,7 +293,7 @@ double p_of_errors(const Robot& robot, const Campaign& campaign) {
     std::vector<PoseError> some;
     for (; first != end && some.size() < kPosesAtOnce; ++first)
       some.push_back(std::move(first->second));
-    for (double squares : judged.squares_of(some, gross)) outside += squares > bound_95;
+    for (double squares : judged.squares_of(some, gross)) outside += !(squares <= bound_95);
   }
   return binomial_at_least(outside, static_cast<int>(poses.size()), 0.05);
 }
