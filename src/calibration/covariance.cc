@@ -78,13 +78,13 @@ Eigen::MatrixXd by_pose(const SessionModels& models, const std::vector<Prior>& p
                         double degrees_of_freedom, const Root& root, double variance,
                         const std::optional<SingleNumbers>& single) {
   if (root.cols() == 0) return Eigen::MatrixXd::Zero(root.rows(), root.rows());
-  const RowsByPose all = rows_by_pose(models.campaign().pose);
-  const RowsByPose some = some_poses(all, kPosesForCovariance);
+  const GroupedRows all = grouped_rows(models.campaign().pose);
+  const GroupedRows some = some_poses(all, kPosesForCovariance);
   struct Sums {
     InfluenceSums influence;
     SumOfSquares information;
   } sums{InfluenceSums(root.cols()), {}};
-  const bool is_part = some.poses() < all.poses();
+  const bool is_part = some.groups() < all.groups();
   for_each_pose<Sums>(
       models.at(x), weights, root, some,
       [&](Sums& block, const PoseInfluence& pose, const auto& rows, const auto& coordinates) {
@@ -109,7 +109,7 @@ Eigen::MatrixXd by_pose(const SessionModels& models, const std::vector<Prior>& p
 std::optional<SingleNumbers> single_numbers(const SessionModels& models, const Priors& priors,
                                             const Eigen::VectorXd& share_of_readings,
                                             double freedom) {
-  const int poses = rows_by_pose(models.campaign().pose).poses();
+  const int poses = grouped_rows(models.campaign().pose).groups();
   if (models.row_size() > 1 || poses != models.rows() || poses < 2) return std::nullopt;
   // The deviations of poses about their mean count with poses - 1.
   SingleNumbers single{widening(freedom, poses) * poses / (poses - 1.0), {}};

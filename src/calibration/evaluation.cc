@@ -4,11 +4,11 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 #include <optional>
 #include <span>
 #include <utility>
 
+#include "armtrue/campaign/grouped_rows.h"
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/summary.h"
 #include "calibration/session_models.h"
@@ -53,23 +53,10 @@ std::vector<Eigen::Matrix<double, 6, 1>> at_median(const Campaign& campaign,
   return residuals;
 }
 
-// The rows in the order of their poses, those of each in the order of the file; a count of the rows
-// of each pose puts them into their places.
-std::vector<int> rows_by_pose(const Campaign& campaign) {
-  std::vector<int> next(campaign.pose_ids.size() + 1, 0);
-  for (int pose : campaign.pose) ++next[static_cast<size_t>(pose) + 1];
-  std::partial_sum(next.begin(), next.end(), next.begin());
-  std::vector<int> order(campaign.pose.size());
-  for (size_t row = 0; row < order.size(); ++row)
-    order[static_cast<size_t>(next[static_cast<size_t>(campaign.pose[row])]++)] =
-        static_cast<int>(row);
-  return order;
-}
-
 // By pose, channel and session.
 Grouped replicates_of(const Campaign& campaign,
                       const std::vector<Eigen::Matrix<double, 6, 1>>& residuals) {
-  Grouped grouped{rows_by_pose(campaign), {}};
+  Grouped grouped{grouped_rows(campaign.pose).row, {}};
   const auto key = [&](int row) {
     return std::array{campaign.pose[static_cast<size_t>(row)], campaign.channel(row),
                       campaign.session.empty() ? 0 : campaign.session[static_cast<size_t>(row)]};

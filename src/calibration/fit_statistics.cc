@@ -78,7 +78,7 @@ namespace {
 // The triangle of all rows, from the folds of the groups.
 Eigen::MatrixXd joint_factor(const SessionModels& models, const std::vector<GroupFold>& folds) {
   std::vector<Eigen::MatrixXd> factors;
-  for (const GroupFold& group : folds) factors.push_back(group.folded.triangle());
+  for (const GroupFold& group : folds) factors.push_back(group.folded.factor);
   return models.join(factors);
 }
 

@@ -19,6 +19,7 @@ constexpr int kRowsAtOnce = 32;      // evaluated at once, a divisor of the form
 static_assert(kRowsPerFactor % kRowsAtOnce == 0);
 
 using Residual = Eigen::Matrix<double, 6, 1>;
+using SmallMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
 
 // Calls take(row, residual).
 template <typename Take>
@@ -35,18 +36,10 @@ void for_each_residual(const ObservationModel::At& at, int begin, int end, const
 // 256 blocks, whose results wait for each other in memory.
 int rows_per_block(int rows) { return std::max(kRowsPerBlock, (rows + 255) / 256); }
 
-// The triangle whose products are these (upper half); directions that are rounding alone are left
-// out.
-Eigen::MatrixXd triangle_of(const Eigen::MatrixXd& upper) {
-  const Eigen::MatrixXd products = upper.selfadjointView<Eigen::Upper>();
-  const Eigen::VectorXd unit = products.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigen::LDLT<Eigen::MatrixXd> ldlt(unit.asDiagonal() * products * unit.asDiagonal());
-  const Eigen::MatrixXd pivoted =
-      ldlt.transpositionsP() * Eigen::MatrixXd(unit.cwiseInverse().asDiagonal());
-  const Eigen::MatrixXd root = ldlt.vectorD().cwiseMax(0.0).cwiseSqrt().asDiagonal() *
-                               Eigen::MatrixXd(ldlt.matrixU() * pivoted);
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(root);
-  return qr.matrixQR().triangularView<Eigen::Upper>();
+// Blocks of about as many rows.
+int predictions_per_block(const ObservationModel& model) {
+  const long rows = std::max(1, model.rows()), predictions = model.rows_by_prediction().groups();
+  return static_cast<int>((rows_per_block(model.rows()) * predictions + rows - 1) / rows);
 }
 
 // Folds `rows` (m x n) into the triangle `factor` (n x n) above it.
@@ -58,23 +51,17 @@ void fold_into(Eigen::MatrixXd& factor, const Eigen::Ref<const Eigen::MatrixXd>&
   factor = stacked.topRows(n).triangularView<Eigen::Upper>();
 }
 
-Eigen::Vector2d row_norms(const ObservationModel& model, int row, Residual r) {
-  const ReadingSigma sigma = model.row_sigma(row);
+Eigen::Vector2d row_norms(const ObservationModel& model, int row, const Residual& r) {
   if (!model.campaign().whitening.empty()) {
-    r.head<3>() /= sigma.position;
-    r.tail<3>() /= sigma.orientation;
-    model.whiten(row, r.head(model.row_size()));
-    return {r.head<3>().squaredNorm(), r.tail<3>().squaredNorm()};
+    const NumbersOfRow white = model.whitened(row, r);
+    return {white.head<3>().squaredNorm(), white.tail(white.size() - 3).squaredNorm()};
   }
+  const ReadingSigma sigma = model.row_sigma(row);
   return {r.head<3>().squaredNorm() / (sigma.position * sigma.position),
           r.tail<3>().squaredNorm() / (sigma.orientation * sigma.orientation)};
 }
 
 }  // namespace
-
-Eigen::MatrixXd Fold::triangle() const {
-  return factor.size() > 0 ? factor : triangle_of(products);
-}
 
 Eigen::MatrixXd Fold::information() const {
   const Eigen::Index p = std::max<Eigen::Index>({1, factor.cols(), products.cols()}) - 1;
@@ -97,7 +84,7 @@ void find_nonzero(const Eigen::Ref<const Eigen::MatrixXd>& row, std::vector<int>
 
 enum class What { all, slopes };  // slopes: `products` is a column, what the last one is of all
 
-// Folds some rows of a campaign.
+// Folds the rows of some predictions.
 class BlockFolder {
  public:
   // `kept`: null to take the derivatives at `at`. Slopes alone need them.
@@ -129,13 +116,14 @@ class BlockFolder {
     for (int first = begin; first < end; first += kRowsAtOnce) {
       const int count = std::min(kRowsAtOnce, end - first);
       const int place = by_row_ ? 0 : filled_;  // in `rows_`
-      if (kept_)
+      if (!kept_)
+        at_.blocks_of_predictions(first, count, own_rows(place, count));
+      else if (!model_.has_replicates())
         at_.residuals(first, std::span(residuals_).first(static_cast<size_t>(count)));
-      else
-        at_.blocks(first, count, own_rows(place, count));
       for (int k = 0; k < count; ++k) add(first + k, place + k);
       if (filled_ == kRowsPerFactor || first + count == end) empty();
     }
+    take_rest();
     return std::move(folded_);
   }
 
@@ -147,12 +135,12 @@ class BlockFolder {
     return rows_.middleRows(place * model_.row_size(), count * model_.row_size());
   }
 
-  void add(int row, int place) {
+  void add(int prediction, int place) {
     auto out = own_rows(place, 1);
     if (by_row_) {
-      gather(row, place);
+      gather(prediction, place);
       find_runs();
-      weigh(row, gathered_);
+      weigh(prediction, gathered_);
       if (what_ == What::all)
         add_gathered();
       else
@@ -160,22 +148,32 @@ class BlockFolder {
       return;
     }
     if (kept_) {
-      gather(row, place);
+      gather(prediction, place);
       out.setZero();
       for (size_t k = 0; k < nonzero_.size(); ++k)
         out.col(nonzero_[k]) = gathered_.col(static_cast<Eigen::Index>(k));
     }
-    const double bending = weigh(row, out);
-    if (folded_.bend.size() > 0)
-      slopes_.col(filled_) =
-          bending * (out.leftCols(out.cols() - 1).transpose() * out.rightCols<1>());
+    weigh(prediction, out);
     ++filled_;
+    if (folded_.bend.size() == 0) return;
+    const Eigen::Index count = bent_.cols();
+    if (filled_slopes_ + count > slopes_.cols()) empty_slopes();
+    slopes_.middleCols(filled_slopes_, count) =
+        bending_ * (out.leftCols(out.cols() - 1).transpose() * bent_);
+    filled_slopes_ += count;
   }
 
-  // Multiplies a row, its residual last, by the root of its weight, and adds its loss. Returns the
-  // factor of its slopes in `bend`.
+  bool has_several_rows(int prediction) const {
+    return model_.rows_by_prediction().rows(prediction).size() > 1;
+  }
+
+  // Multiplies the derivatives and the residual of a row by the root of its weight, and adds its
+  // loss. Sets `bent_` and `bending_`: with J the weighted derivatives, bending J^T bent are the
+  // slopes whose products add up to `bend`.
   template <typename Row>
-  double weigh(int row, Row&& of_row) {
+  void weigh(int prediction, Row&& of_row) {
+    if (has_several_rows(prediction)) return weigh_replicates(prediction, of_row);
+    const int row = model_.rows_by_prediction().rows(prediction).front();
     const int size = model_.row_size();
     const double squared_norm = of_row.template rightCols<1>().squaredNorm();
     const double variance = law_.variance_of(row), dof = law_.degrees_of_freedom;
@@ -183,11 +181,46 @@ class BlockFolder {
     if (dof > 0) of_row *= std::sqrt(law_.weight(squared_norm, size, variance));
     // w' = -w^2 / ((nu + d) u), and the rows hold sqrt(w) J and sqrt(w) r.
     bending_ = dof > 0 ? std::sqrt(2 / ((dof + size) * law_.counted(variance))) : 0;
-    return bending_;
+    bent_ = of_row.template rightCols<1>();
   }
 
-  // Sets `gathered_` to the columns of a row that are not zero and its residual, the last of them.
-  void gather(int row, int place) {
+  // The same of replicates, as one row. They have one J, so with weights w, W = sum w and
+  // m = sum w r / W
+  //     sum w [J r]^T [J r] = W [J m]^T [J m] + rest,
+  // where the rest is the squares of the readings alone, and with c = 2 w^2 / ((nu + d) u)
+  //     sum c (J^T r) (J^T r)^T = J^T (sum c r r^T) J.
+  template <typename Row>
+  void weigh_replicates(int prediction, Row&& of_row) {
+    const int size = model_.row_size();
+    const double dof = law_.degrees_of_freedom;
+    NumbersOfRow sum = NumbersOfRow::Zero(size);
+    SmallMatrix bend = SmallMatrix::Zero(size, size);
+    double weights = 0, squares = 0;
+    for (int row : model_.rows_by_prediction().rows(prediction)) {
+      const NumbersOfRow r = model_.whitened(row, at_.residual(row));
+      const double squared_norm = r.squaredNorm(), variance = law_.variance_of(row);
+      const double weight = dof > 0 ? law_.weight(squared_norm, size, variance) : 1;
+      folded_.loss += law_.loss(squared_norm, size, variance);
+      weights += weight;
+      sum += weight * r;
+      squares += weight * squared_norm;
+      if (folded_.bend.size() > 0)
+        bend += 2 * weight * weight / ((dof + size) * law_.counted(variance)) * (r * r.transpose());
+    }
+    of_row.template rightCols<1>() = sum / weights;
+    of_row *= std::sqrt(weights);
+    rest_ += std::max(0.0, squares - sum.squaredNorm() / weights);
+    if (folded_.bend.size() == 0) return;
+    const Eigen::LDLT<Eigen::MatrixXd> ldlt(bend);
+    const Eigen::MatrixXd root = Eigen::MatrixXd(ldlt.matrixL()) *
+                                 ldlt.vectorD().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+    bent_ = ldlt.transpositionsP().transpose() * root;
+    bending_ = 1 / std::sqrt(weights);
+  }
+
+  // Sets `gathered_` to the columns of a prediction that are not zero and, the last of them, the
+  // residual of a single row.
+  void gather(int prediction, int place) {
     const int size = model_.row_size(), last = model_.unknowns();
     if (!kept_) {
       const auto block = own_rows(place, 1);
@@ -196,8 +229,8 @@ class BlockFolder {
       gathered_ = block(Eigen::all, nonzero_);
       return;
     }
-    const size_t begin = kept_->first[static_cast<size_t>(row)];
-    const size_t count = kept_->first[static_cast<size_t>(row) + 1] - begin;
+    const size_t begin = kept_->first[static_cast<size_t>(prediction)];
+    const size_t count = kept_->first[static_cast<size_t>(prediction) + 1] - begin;
     nonzero_.assign(kept_->column.begin() + static_cast<std::ptrdiff_t>(begin),
                     kept_->column.begin() + static_cast<std::ptrdiff_t>(begin + count));
     nonzero_.push_back(last);
@@ -206,16 +239,15 @@ class BlockFolder {
     gathered_.resize(at_size, columns + 1);
     gathered_.leftCols(columns) = Eigen::Map<const Eigen::MatrixXd>(
         kept_->value.data() + begin * static_cast<size_t>(size), at_size, columns);
-    const ReadingSigma sigma = model_.sigma(), own = model_.row_sigma(row);
+    const ReadingSigma sigma = model_.sigma();
     const int position = model_.campaign().reading_size().position;
     gathered_.topRows(position) *= kept_->sigma.position / sigma.position;
     gathered_.bottomRows(size - position) *= kept_->sigma.orientation / sigma.orientation;
-    Residual residual = residuals_[static_cast<size_t>(place % kRowsAtOnce)];
-    residual.head<3>() /= own.position;
-    residual.tail<3>() /= own.orientation;
-    model_.whiten(row, residual.head(size));
-    gathered_.col(columns).head(position) = residual.head(position);
-    gathered_.col(columns).tail(size - position) = residual.segment(3, size - position);
+    if (has_several_rows(prediction)) return;
+    const int row = model_.rows_by_prediction().rows(prediction).front();
+    gathered_.col(columns) = model_.whitened(
+        row, model_.has_replicates() ? at_.residual(row)
+                                     : residuals_[static_cast<size_t>(place % kRowsAtOnce)]);
   }
 
   // A row that few of many unknowns move, as where curves have many knots: only the products of
@@ -225,7 +257,7 @@ class BlockFolder {
     for (Eigen::Index j = 0; j <= last; ++j)
       add_products(gathered_, j, folded_.products.col(nonzero_[static_cast<size_t>(j)]));
     if (folded_.bend.size() == 0) return;
-    slope_.noalias() = bending_ * (gathered_.col(last).transpose() * gathered_);
+    slope_.noalias() = bending_ * (bent_.transpose() * gathered_);
     for (Eigen::Index j = 0; j < last; ++j)
       add_products(slope_, j, folded_.bend.col(nonzero_[static_cast<size_t>(j)]));
   }
@@ -287,9 +319,26 @@ class BlockFolder {
       fold_into(folded_.factor, rows);
     else
       folded_.products.selfadjointView<Eigen::Upper>().rankUpdate(rows.transpose());
-    if (folded_.bend.size() > 0)
-      folded_.bend.selfadjointView<Eigen::Upper>().rankUpdate(slopes_.leftCols(filled_));
+    empty_slopes();
     filled_ = 0;
+  }
+
+  void empty_slopes() {
+    if (folded_.bend.size() > 0)
+      folded_.bend.selfadjointView<Eigen::Upper>().rankUpdate(slopes_.leftCols(filled_slopes_));
+    filled_slopes_ = 0;
+  }
+
+  // What replicates have beside their means stands in the corner of the products, and moves no
+  // other number of a triangle.
+  void take_rest() {
+    if (rest_ == 0) return;
+    if (folded_.factor.size() == 0) {
+      folded_.products(folded_.products.rows() - 1, folded_.products.cols() - 1) += rest_;
+      return;
+    }
+    double& corner = folded_.factor(folded_.factor.rows() - 1, folded_.factor.cols() - 1);
+    corner = std::hypot(corner, std::sqrt(rest_));
   }
 
   const ObservationModel::At& at_;
@@ -302,7 +351,10 @@ class BlockFolder {
   std::array<Residual, kRowsAtOnce> residuals_;
   int filled_ = 0;
   Fold folded_;
-  Eigen::MatrixXd slopes_;  // a column for each row, whose products add up to `bend`
+  double rest_ = 0;         // see weigh_replicates()
+  Eigen::MatrixXd slopes_;  // side by side; their products add up to `bend`
+  Eigen::Index filled_slopes_ = 0;
+  SmallMatrix bent_;  // see weigh()
   double bending_ = 0;
   std::vector<int> nonzero_;
   std::vector<Run> runs_;
@@ -313,7 +365,7 @@ Fold folded(const ObservationModel::At& at, const ObservationModel& model, const
             FoldBy by, const KeptDerivatives* kept) {
   Fold total = BlockFolder::zero_fold(model, law, by);
   for_ordered_blocks<Fold>(
-      model.rows(), rows_per_block(model.rows()),
+      model.rows_by_prediction().groups(), predictions_per_block(model),
       [&](int begin, int end) { return BlockFolder(at, model, law, by, kept).of(begin, end); },
       [&](const Fold& block) {
         total.loss += block.loss;
@@ -345,7 +397,7 @@ Fold fold(const ObservationModel::At& at, const ObservationModel& model, const R
   total.loss = 0;
   total.products.rightCols<1>().setZero();
   for_ordered_blocks<Fold>(
-      model.rows(), rows_per_block(model.rows()),
+      model.rows_by_prediction().groups(), predictions_per_block(model),
       [&](int begin, int end) {
         return BlockFolder(at, model, law, FoldBy::normal_equations, &kept, What::slopes)
             .of(begin, end);
@@ -359,6 +411,7 @@ Fold fold(const ObservationModel::At& at, const ObservationModel& model, const R
 
 KeptDerivatives keep_derivatives(const ObservationModel::At& at, const ObservationModel& model) {
   const int size = model.row_size(), unknowns = model.unknowns();
+  const int predictions = model.rows_by_prediction().groups();
   // Rows move about as many unknowns as the first.
   const auto reserve = [&](int rows, size_t of_row, KeptDerivatives& kept) {
     const auto count = static_cast<size_t>(rows) * of_row;
@@ -370,14 +423,14 @@ KeptDerivatives keep_derivatives(const ObservationModel::At& at, const Observati
   all.sigma = model.sigma();
   all.first.push_back(0);
   for_ordered_blocks<KeptDerivatives>(
-      model.rows(), rows_per_block(model.rows()),
+      predictions, predictions_per_block(model),
       [&](int begin, int end) {
         KeptDerivatives block;
         Eigen::MatrixXd rows(kRowsAtOnce * size, unknowns + 1);
         std::vector<int> nonzero;
         for (int k = begin; k < end; ++k) {
           const int place = (k - begin) % kRowsAtOnce;
-          if (place == 0) at.blocks(k, std::min(kRowsAtOnce, end - k), rows);
+          if (place == 0) at.blocks_of_predictions(k, std::min(kRowsAtOnce, end - k), rows);
           const auto row = rows.middleRows(place * size, size);
           find_nonzero(row.leftCols(unknowns), nonzero);
           if (k == begin) reserve(end - begin, nonzero.size(), block);
@@ -390,7 +443,7 @@ KeptDerivatives keep_derivatives(const ObservationModel::At& at, const Observati
       },
       [&](const KeptDerivatives& block) {
         if (all.column.empty())
-          reserve(model.rows(), block.column.size() / block.first.size(), all);
+          reserve(predictions, block.column.size() / block.first.size(), all);
         for (size_t end : block.first) all.first.push_back(all.column.size() + end);
         all.column.insert(all.column.end(), block.column.begin(), block.column.end());
         all.value.insert(all.value.end(), block.value.begin(), block.value.end());

@@ -86,7 +86,7 @@ class FoldedCost : public ceres::CostFunction {
   void by_rows(const Eigen::VectorXd& of_priors, Eigen::Map<Eigen::VectorXd>& r,
                Eigen::MatrixXd& jacobian) const {
     const int p = model_.unknowns();
-    const Eigen::MatrixXd triangle = last_.folded.triangle();
+    const Eigen::MatrixXd& triangle = last_.folded.factor;
     r.head(p) = triangle.col(p).head(p);
     // What the linear part does not explain; no unknown moves it.
     r[p] = std::sqrt(std::max(0.0, last_.folded.loss - r.head(p).squaredNorm()));

@@ -1,6 +1,9 @@
 #include "armtrue/calibration/observation.h"
 
 #include <algorithm>
+#include <boost/container_hash/hash.hpp>
+#include <unordered_map>
+#include <utility>
 
 #include "armtrue/statistics/summary.h"
 #include "effects/posture.h"
@@ -66,6 +69,7 @@ ObservationModel::ObservationModel(const Campaign& campaign, const Robot& robot,
     if (touch.contact >= 0) require_bound(touch);
   evaluate_effect_values(robot);
   choose_columns();
+  find_replicates();
 }
 
 // Those that the unknowns need. Of base and tool a rotation comes with the other two: the blocks
@@ -151,19 +155,45 @@ std::vector<std::string> ObservationModel::unknown_names() const {
   return names;
 }
 
-std::vector<double> ObservationModel::prediction_key(int row) const {
-  const JointVector& q = campaign_.q[row];
-  std::vector<double> key(q.begin(), q.end());
-  key.push_back(campaign_.channel(row));
-  if (!campaign_.sigma_position.empty()) key.push_back(campaign_.sigma_position[row]);
-  if (!campaign_.sigma_orientation.empty()) key.push_back(campaign_.sigma_orientation[row]);
-  if (!campaign_.whitening.empty()) {
-    const Eigen::Matrix<double, 6, 6>& w = campaign_.whitening[row];
-    key.insert(key.end(), w.data(), w.data() + w.size());
-  }
+bool ObservationModel::same_prediction(int row, int other) const {
+  const auto same = [&](const auto& of_rows) {
+    return of_rows.empty() ||
+           of_rows[static_cast<size_t>(row)] == of_rows[static_cast<size_t>(other)];
+  };
+  return same(campaign_.pose) && same(campaign_.q) &&
+         campaign_.channel(row) == campaign_.channel(other) && same(campaign_.sigma_position) &&
+         same(campaign_.sigma_orientation) && same(campaign_.whitening) &&
+         (effect_values_.rows() == 0 || effect_values_.col(row) == effect_values_.col(other));
+}
+
+size_t ObservationModel::hash_of_prediction(int row) const {
+  size_t hash = 0;
+  const auto add = [&](double number) { boost::hash_combine(hash, number); };
+  add(campaign_.pose[static_cast<size_t>(row)]);
+  add(campaign_.channel(row));
+  for (double angle : campaign_.q[static_cast<size_t>(row)]) add(angle);
   for (Eigen::Index value = 0; value < effect_values_.rows(); ++value)
-    key.push_back(effect_values_(value, row));
-  return key;
+    add(effect_values_(value, row));
+  return hash;
+}
+
+void ObservationModel::find_replicates() {
+  std::vector<int> visits(campaign_.pose_ids.size());
+  for (int pose : campaign_.pose) ++visits[static_cast<size_t>(pose)];
+  const auto hash = [&](int row) { return hash_of_prediction(row); };
+  const auto same = [&](int row, int other) { return same_prediction(row, other); };
+  std::unordered_map<int, int, decltype(hash), decltype(same)> number_of(0, hash, same);
+  std::vector<int> number;
+  number.reserve(static_cast<size_t>(rows()));
+  int count = 0;
+  for (int row = 0; row < rows(); ++row) {
+    const int pose = campaign_.pose[static_cast<size_t>(row)];
+    const bool is_alone = visits[static_cast<size_t>(pose)] == 1;
+    number.push_back(is_alone ? count : number_of.try_emplace(row, count).first->second);
+    count = std::max(count, number.back() + 1);
+  }
+  rows_by_prediction_ = grouped_rows(number);
+  if (has_replicates()) prediction_ = std::move(number);
 }
 
 double ObservationModel::mean_square_value(int coefficient) const {
@@ -228,6 +258,17 @@ void ObservationModel::whiten(int row, Eigen::Ref<Eigen::MatrixXd> of_row) const
                                  .eval();
   }
   of_row.topRows<3>() = (w.topLeftCorner<3, 3>() * of_row.topRows<3>()).eval();
+}
+
+NumbersOfRow ObservationModel::whitened(int row, Eigen::Matrix<double, 6, 1> residual) const {
+  const ReadingSigma sigma = row_sigma(row);
+  residual.head<3>() /= sigma.position;
+  residual.tail<3>() /= sigma.orientation;
+  const ReadingSize size = campaign_.reading_size();
+  whiten(row, residual.head(size.all()));
+  NumbersOfRow white(size.all());
+  white << residual.head(size.position), residual.segment(3, size.orientation);
+  return white;
 }
 
 Eigen::Vector3d ObservationModel::turn_of(const Eigen::VectorXd& x, int first_parameter) const {

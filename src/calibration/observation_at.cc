@@ -36,6 +36,12 @@ ObservationModel::At::At(const ObservationModel& model, const Eigen::VectorXd& x
   for (int c = 0; c < static_cast<int>(robot_.chain.contacts.size()); ++c)
     contact_turns_.emplace_back(
         inverse_right_jacobian(model.turn_of(x, first + kParametersOfContact * c)).inverse());
+  if (!model.has_replicates()) return;
+  const GroupedRows& rows = model.rows_by_prediction_;
+  predictions_.reserve(static_cast<size_t>(rows.groups()));
+  for_each_prediction<false>(
+      rows.groups(), [&](int k) { return rows.rows(k).front(); },
+      [&](int, int, const Prediction& predicted) { predictions_.push_back(predicted); });
 }
 
 Eigen::VectorXd ObservationModel::At::offsets(int row) const {
@@ -68,8 +74,10 @@ ObservationModel::At::Prediction ObservationModel::At::predict(int row,
                  offset);
 }
 
-template <bool kWithJacobian, typename Take>
-void ObservationModel::At::for_each_prediction(int first, int count, const Take& take) const {
+template <bool kWithJacobian, typename RowOf, typename Take>
+void ObservationModel::At::for_each_prediction(int count, const RowOf& row_of,
+                                               const Take& take) const {
+  std::array<JointVector, kPosesAtOnce> q;
   std::array<Pose, kPosesAtOnce> frames;
   constexpr size_t kLanes = LaneJacobians::kCount;
   std::array<LaneJacobians, kWithJacobian ? kPosesAtOnce / kLanes : 0> jacobians;
@@ -77,15 +85,17 @@ void ObservationModel::At::for_each_prediction(int first, int count, const Take&
   std::vector<ParameterOffsets> of_chain(all.size());
   ColumnSet columns;
   for (int k : model_.columns_) columns.set(static_cast<size_t>(k));
-  const std::span<const JointVector> q(model_.campaign_.q);
   const Eigen::VectorXd none;
-  for (int begin = first; begin < first + count; begin += kPosesAtOnce) {
-    const auto rows = static_cast<size_t>(std::min(kPosesAtOnce, first + count - begin));
-    for (size_t k = 0; k < std::min(rows, all.size()); ++k) {
-      all[k] = offsets(begin + static_cast<int>(k));
+  for (int begin = 0; begin < count; begin += kPosesAtOnce) {
+    const auto rows = static_cast<size_t>(std::min(kPosesAtOnce, count - begin));
+    for (size_t k = 0; k < rows; ++k) {
+      const int row = row_of(begin + static_cast<int>(k));
+      q[k] = model_.campaign_.q[static_cast<size_t>(row)];
+      if (all.empty()) continue;
+      all[k] = offsets(row);
       of_chain[k] = all[k].head(layout_.geometric);
     }
-    const auto of_rows = q.subspan(static_cast<size_t>(begin), rows);
+    const auto of_rows = std::span<const JointVector>(q).first(rows);
     const auto moved = std::span<const ParameterOffsets>(of_chain).first(all.empty() ? 0 : rows);
     if constexpr (kWithJacobian)
       chain_.poses(of_rows, moved, std::span(frames).first(rows),
@@ -93,13 +103,13 @@ void ObservationModel::At::for_each_prediction(int first, int count, const Take&
     else
       chain_.poses(of_rows, moved, std::span(frames).first(rows));
     for (size_t k = 0; k < rows; ++k) {
-      const int row = begin + static_cast<int>(k);
+      const int number = begin + static_cast<int>(k), row = row_of(number);
       const Prediction predicted = predict(row, frames[k], all.empty() ? none : all[k]);
       if constexpr (kWithJacobian) {
         auto jacobian = jacobians[k / kLanes][k % kLanes];
-        take(row, predicted, jacobian);
+        take(number, row, predicted, jacobian);
       } else {
-        take(row, predicted);
+        take(number, row, predicted);
       }
     }
   }
@@ -178,7 +188,8 @@ Eigen::Matrix<double, 6, 1> ObservationModel::At::residual(int row,
 }
 
 Eigen::Matrix<double, 6, 1> ObservationModel::At::residual(int row) const {
-  return residual(row, predict(row, nullptr));
+  return predictions_.empty() ? residual(row, predict(row, nullptr))
+                              : residual(row, predictions_[model_.prediction_of(row)]);
 }
 
 void ObservationModel::At::set_instrument_column(int row, int parameter,
@@ -225,30 +236,48 @@ void ObservationModel::At::set_instrument_column(int row, int parameter,
 }
 
 void ObservationModel::At::residuals(int first, std::span<Eigen::Matrix<double, 6, 1>> out) const {
-  for_each_prediction<false>(first, static_cast<int>(out.size()),
-                             [&](int row, const Prediction& predicted) {
-                               out[static_cast<size_t>(row - first)] = residual(row, predicted);
-                             });
+  if (!predictions_.empty()) {
+    for (size_t k = 0; k < out.size(); ++k) out[k] = residual(first + static_cast<int>(k));
+    return;
+  }
+  for_each_prediction<false>(
+      static_cast<int>(out.size()), [&](int k) { return first + k; },
+      [&](int k, int row, const Prediction& predicted) {
+        out[static_cast<size_t>(k)] = residual(row, predicted);
+      });
 }
 
 void ObservationModel::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const {
   PoseJacobian jacobian;
   const Prediction predicted = predict(row, &jacobian);
-  write_block(row, predicted, jacobian, out);
+  write_block(row, predicted, Turn::by_residual, jacobian, out);
 }
 
 void ObservationModel::At::blocks(int first, int count, Eigen::Ref<Eigen::MatrixXd> out) const {
   const int size = model_.row_size();
   for_each_prediction<true>(
-      first, count, [&](int row, const Prediction& predicted, auto& jacobian) {
-        write_block(row, predicted, jacobian, out.middleRows((row - first) * size, size));
+      count, [&](int k) { return first + k; },
+      [&](int k, int row, const Prediction& predicted, auto& jacobian) {
+        write_block(row, predicted, Turn::by_residual, jacobian, out.middleRows(k * size, size));
+      });
+}
+
+void ObservationModel::At::blocks_of_predictions(int first, int count,
+                                                 Eigen::Ref<Eigen::MatrixXd> out) const {
+  const int size = model_.row_size();
+  const GroupedRows& rows = model_.rows_by_prediction_;
+  for_each_prediction<true>(
+      count, [&](int k) { return rows.rows(first + k).front(); },
+      [&](int k, int row, const Prediction& predicted, auto& jacobian) {
+        const Turn turn = rows.rows(first + k).size() > 1 ? Turn::none : Turn::by_residual;
+        write_block(row, predicted, turn, jacobian, out.middleRows(k * size, size));
       });
 }
 
 // `jacobian` is changed: only its columns in columns_ are read.
 template <typename Jacobian>
-void ObservationModel::At::write_block(int row, const Prediction& predicted, Jacobian& jacobian,
-                                       Eigen::Ref<Eigen::MatrixXd> out) const {
+void ObservationModel::At::write_block(int row, const Prediction& predicted, Turn kind,
+                                       Jacobian& jacobian, Eigen::Ref<Eigen::MatrixXd> out) const {
   const Eigen::Matrix<double, 6, 1> r = residual(row, predicted);
   const int size = model_.row_size();
   if (!model_.targets_.empty())
@@ -257,7 +286,7 @@ void ObservationModel::At::write_block(int row, const Prediction& predicted, Jac
       jacobian.col(k).template head<3>() += turned.cross(predicted.lever);
     }
   // A turn e of the model turns the residual by -Jr^-1(residual) e; near zero that is -e.
-  if (size == 6 && r.tail<3>().squaredNorm() > 1e-6) {
+  if (kind == Turn::by_residual && size == 6 && r.tail<3>().squaredNorm() > 1e-6) {
     const Eigen::Matrix3d turn = inverse_right_jacobian(r.tail<3>());
     for (int k : model_.columns_)
       jacobian.col(k).template tail<3>() = (turn * jacobian.col(k).template tail<3>()).eval();

@@ -47,7 +47,7 @@ Eigen::MatrixXd bootstrap_coefficients(const CalibrationResult& fit, const Campa
   std::vector<Eigen::VectorXd> changes;
   for_each_pose<std::vector<Eigen::VectorXd>>(
       models.at(Eigen::VectorXd::Zero(models.unknowns())), fit.weights, root,
-      rows_by_pose(campaign.pose_by_id()),
+      grouped_rows(campaign.pose_by_id()),
       [&](std::vector<Eigen::VectorXd>& block, const PoseInfluence& pose, const auto&,
           const auto&) { block.push_back(of_coefficients * pose.change); },
       [&](const std::vector<Eigen::VectorXd>& block) {

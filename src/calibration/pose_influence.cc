@@ -20,6 +20,31 @@ constexpr double kSmallLeverage = 0.03;  // two terms of the series are exact to
 
 }  // namespace
 
+Eigen::MatrixXd weighted_rows(const SessionModels::At& at, const std::vector<double>& weights,
+                              std::span<const int> rows) {
+  const int size = at.models().row_size(), p = at.models().unknowns();
+  const std::vector<std::vector<int>> replicates = at.replicates_among(rows);
+  Eigen::MatrixXd all(std::ssize(replicates) * size, p + 1);
+  Eigen::Index top = 0;
+  for (const std::vector<int>& own : replicates) {
+    auto block = all.middleRows(top, size);
+    top += size;
+    at.block(own.front(), block);
+    double weight = weights[static_cast<size_t>(own.front())];
+    if (own.size() > 1) {
+      Eigen::VectorXd sum = Eigen::VectorXd::Zero(size);
+      weight = 0;
+      for (int row : own) {
+        weight += weights[static_cast<size_t>(row)];
+        sum += weights[static_cast<size_t>(row)] * at.residual(row);
+      }
+      block.col(p) = sum / weight;
+    }
+    if (weight != 1) block *= std::sqrt(weight);
+  }
+  return all;
+}
+
 Eigen::MatrixXd inverse_root(const Eigen::MatrixXd& information) {
   constexpr double kSmallest = 1e-14;
   // Columns of unit norm before inverting: m and rad differ by orders of magnitude.
@@ -194,23 +219,11 @@ Eigen::MatrixXd product_without_zeros(const Eigen::Ref<const Eigen::MatrixXd>& r
   return product;
 }
 
-RowsByPose rows_by_pose(const std::vector<int>& pose) {
-  const int numbers = pose.empty() ? 0 : 1 + *std::max_element(pose.begin(), pose.end());
-  RowsByPose rows{std::vector<int>(numbers + 1, 0), std::vector<int>(pose.size())};
-  for (int k : pose) ++rows.first[k + 1];
-  for (int k = 0; k < numbers; ++k) rows.first[k + 1] += rows.first[k];
-  std::vector<int> next = rows.first;
-  for (size_t row = 0; row < pose.size(); ++row)
-    rows.row[next[pose[row]]++] = static_cast<int>(row);
-  rows.first.erase(std::unique(rows.first.begin(), rows.first.end()), rows.first.end());
-  return rows;
-}
-
-RowsByPose some_poses(const RowsByPose& all, int count) {
-  if (all.poses() <= count) return all;
-  RowsByPose some{{0}, {}};
+GroupedRows some_poses(const GroupedRows& all, int count) {
+  if (all.groups() <= count) return all;
+  GroupedRows some{{0}, {}};
   for (int k = 0; k < count; ++k) {
-    const auto pose = static_cast<size_t>(static_cast<long>(k) * all.poses() / count);
+    const auto pose = static_cast<size_t>(static_cast<long>(k) * all.groups() / count);
     some.row.insert(some.row.end(), all.row.begin() + all.first[pose],
                     all.row.begin() + all.first[pose + 1]);
     some.first.push_back(static_cast<int>(some.row.size()));
@@ -223,8 +236,8 @@ int poses_per_block(int poses) {
   return std::max(kPosesPerBlock, (poses + kMaxBlocks - 1) / kMaxBlocks);
 }
 
-std::vector<int> poses_by_group(const SessionModels::At& at, const RowsByPose& rows) {
-  std::vector<int> order(static_cast<size_t>(rows.poses()));
+std::vector<int> poses_by_group(const SessionModels::At& at, const GroupedRows& rows) {
+  std::vector<int> order(static_cast<size_t>(rows.groups()));
   std::iota(order.begin(), order.end(), 0);
   std::ranges::stable_sort(order, {}, [&](int pose) {
     return at.group_of(rows.row[static_cast<size_t>(rows.first[static_cast<size_t>(pose)])]);
@@ -254,10 +267,8 @@ RootsOfGroups::RootsOfGroups(const SessionModels& models, const SparseRows& root
 }
 
 PoseRows RootsOfGroups::rows_of(const SessionModels::At& at, const std::vector<double>& weights,
-                                const RowsByPose& rows, int pose) const {
-  const std::span<const int> own = std::span<const int>(rows.row).subspan(
-      static_cast<size_t>(rows.first[pose]),
-      static_cast<size_t>(rows.first[pose + 1] - rows.first[pose]));
+                                const GroupedRows& rows, int pose) const {
+  const std::span<const int> own = rows.rows(pose);
   PoseRows result;
   for (const int row : own) {
     const std::vector<Eigen::Index>& more = groups_[at.group_of(row)].coordinates;

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <span>
 #include <vector>
 
 #include "armtrue/calibration/calibration.h"
+#include "armtrue/campaign/grouped_rows.h"
 #include "calibration/session_models.h"
 #include "linear_algebra/sparse_cholesky.h"
 #include "statistics/ordered_blocks.h"
@@ -95,21 +97,20 @@ class InfluenceSums {
 double mean_psi_derivative(const std::vector<double>& weights, double degrees_of_freedom,
                            int dimension);
 
-/// Rows in the order of their poses; those of pose k are row[first[k]] to row[first[k + 1] - 1].
-struct RowsByPose {
-  std::vector<int> first, row;
-  int poses() const { return static_cast<int>(first.size()) - 1; }
-};
-/// `pose`: its number, of each row; numbers without rows are left out.
-RowsByPose rows_by_pose(const std::vector<int>& pose);
 /// The rows of `count` of the poses, evenly drawn; all if there are no more.
-RowsByPose some_poses(const RowsByPose& all, int count);
+GroupedRows some_poses(const GroupedRows& all, int count);
 
 /// rows * root, where most columns of `rows` may be zero.
 Eigen::MatrixXd product_without_zeros(const Eigen::Ref<const Eigen::MatrixXd>& rows,
                                       const Eigen::MatrixXd& root);
 Eigen::MatrixXd product_without_zeros(const Eigen::Ref<const Eigen::MatrixXd>& rows,
                                       const SparseRows& root);
+
+/// The whitened and weighted rows of a pose, residuals last: unknowns + 1 columns. With weights w
+/// the equations J x = r of replicates, which have the same J, are as good as one of weight
+/// W = sum w and residual sum w r / W; others without derivatives are left out.
+Eigen::MatrixXd weighted_rows(const SessionModels::At& at, const std::vector<double>& weights,
+                              std::span<const int> rows);
 
 /// So many poses make a block of for_each_pose().
 int poses_per_block(int poses);
@@ -119,7 +120,7 @@ int poses_per_block(int poses);
 /// information. `rows` as for influence_of_pose(), of these coordinates, which are all.
 template <typename Sums, typename Add, typename Join>
 void for_each_pose(const SessionModels::At& at, const std::vector<double>& weights,
-                   const Eigen::MatrixXd& root, const RowsByPose& rows, const Add& add,
+                   const Eigen::MatrixXd& root, const GroupedRows& rows, const Add& add,
                    const Join& join) {
   constexpr int kRowsAtOnce = 40;
   const int size = at.models().row_size();
@@ -127,26 +128,28 @@ void for_each_pose(const SessionModels::At& at, const std::vector<double>& weigh
   std::vector<Eigen::Index> all(static_cast<size_t>(root.cols()));
   std::iota(all.begin(), all.end(), 0);
   for_ordered_blocks<Sums>(
-      rows.poses(), poses_per_block(rows.poses()),
+      rows.groups(), poses_per_block(rows.groups()),
       [&](int begin, int end) {
         Sums sums;
+        std::vector<Eigen::MatrixXd> of_poses;
         for (int first = begin, last = first; first < end; first = last) {
           // As many poses at once as stay in cache.
-          const int top = rows.first[first];
-          while (last < end && (last == first || rows.first[last] - top < kRowsAtOnce)) ++last;
-          Eigen::MatrixXd blocks((rows.first[last] - top) * size, p + 1);
-          for (int k = top; k < rows.first[last]; ++k) {
-            auto block = blocks.middleRows((k - top) * size, size);
-            at.block(rows.row[k], block);
-            if (const double weight = weights[rows.row[k]]; weight != 1) block *= std::sqrt(weight);
+          of_poses.clear();
+          Eigen::Index equations = 0;
+          for (; last < end && (last == first || equations < kRowsAtOnce * size); ++last) {
+            of_poses.push_back(weighted_rows(at, weights, rows.rows(last)));
+            equations += of_poses.back().rows();
+          }
+          Eigen::MatrixXd blocks(equations, p + 1);
+          for (Eigen::Index top = 0; const Eigen::MatrixXd& own : of_poses) {
+            blocks.middleRows(top, own.rows()) = own;
+            top += own.rows();
           }
           const Eigen::MatrixXd shown = product_without_zeros(blocks.leftCols(p), root);
-          for (int pose = first; pose < last; ++pose) {
-            const int begin_own = (rows.first[pose] - top) * size;
-            const int own = (rows.first[pose + 1] - rows.first[pose]) * size;
-            const auto of_pose = shown.middleRows(begin_own, own);
-            add(sums, influence_of_pose(of_pose, blocks.col(p).segment(begin_own, own)), of_pose,
-                all);
+          for (Eigen::Index top = 0; const Eigen::MatrixXd& own : of_poses) {
+            const auto of_pose = shown.middleRows(top, own.rows());
+            add(sums, influence_of_pose(of_pose, own.col(p)), of_pose, all);
+            top += own.rows();
           }
         }
         return sums;
@@ -168,7 +171,7 @@ class RootsOfGroups {
   RootsOfGroups(const SessionModels& models, const SparseRows& root);
 
   PoseRows rows_of(const SessionModels::At& at, const std::vector<double>& weights,
-                   const RowsByPose& rows, int pose) const;
+                   const GroupedRows& rows, int pose) const;
 
  private:
   struct RootOfGroup {
@@ -180,17 +183,17 @@ class RootsOfGroups {
 
 /// The poses in the order of the groups of their first rows, so that those of a block have many
 /// coordinates in common.
-std::vector<int> poses_by_group(const SessionModels::At& at, const RowsByPose& rows);
+std::vector<int> poses_by_group(const SessionModels::At& at, const GroupedRows& rows);
 
 /// The same with a sparse root, in the order of poses_by_group().
 template <typename Sums, typename Add, typename Join>
 void for_each_pose(const SessionModels::At& at, const std::vector<double>& weights,
-                   const SparseRows& root, const RowsByPose& rows, const Add& add,
+                   const SparseRows& root, const GroupedRows& rows, const Add& add,
                    const Join& join) {
   const RootsOfGroups roots(at.models(), root);
   const std::vector<int> order = poses_by_group(at, rows);
   for_ordered_blocks<Sums>(
-      rows.poses(), poses_per_block(rows.poses()),
+      rows.groups(), poses_per_block(rows.groups()),
       [&](int begin, int end) {
         Sums sums;
         for (int k = begin; k < end; ++k) {

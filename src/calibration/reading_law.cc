@@ -13,6 +13,8 @@
 namespace armtrue {
 namespace {
 
+constexpr int kMaxRoundsOfSigma = 30;       // under one law
+constexpr double kSigmaTolerance = 1e-9;    // relative change that ends them
 constexpr int kMaxRoundsOfLaw = 8;  // of variances and sigma in turn; they settle in three or four
 
 // Squared norm of the whitened residual from those of position and orientation [m^2, rad^2].
@@ -74,7 +76,7 @@ double log_likelihood(const Rows& rows, const ReadingSigma& sigma, double dof) {
   if (rows.size.orientation > 0) value -= rows.size.orientation * n * std::log(sigma.orientation);
   for_each_whitened(rows, sigma, [&](Eigen::Index first, Eigen::Index count, const auto& s) {
     const auto v = rows.variance.segment(first, count);
-    value -= dof > 0 ? 0.5 * (dof + d) * (s / (dof * v)).log1p().sum() + 0.5 * d * v.log().sum()
+    value -= dof > 0 ? 0.5 * (dof + d) * (1 + s / (dof * v)).log().sum() + 0.5 * d * v.log().sum()
                      : 0.5 * (s / v).sum();
   });
   if (dof > 0)
@@ -87,7 +89,8 @@ ReadingSigma most_likely_sigma(const Rows& rows, ReadingSigma sigma, double dof,
                                const Eigen::Array2d& correction) {
   const int d = rows.size.all();
   const auto n = static_cast<double>(rows.position.size());
-  for (int round = 0; round < (dof > 0 ? 30 : 1); ++round) {
+  for (int round = 0; round < (dof > 0 ? kMaxRoundsOfSigma : 1); ++round) {
+    const ReadingSigma before = sigma;
     Eigen::Array2d sum = Eigen::Array2d::Zero();
     Eigen::ArrayXd weight;  // over v
     for_each_whitened(rows, sigma, [&](Eigen::Index first, Eigen::Index count, const auto& s) {
@@ -104,6 +107,9 @@ ReadingSigma most_likely_sigma(const Rows& rows, ReadingSigma sigma, double dof,
     if (rows.size.orientation > 0)
       sigma.orientation =
           std::max(kMinSigma, std::sqrt(correction[1] * sum[1] / (rows.size.orientation * n)));
+    if (std::abs(sigma.position - before.position) < kSigmaTolerance * before.position &&
+        std::abs(sigma.orientation - before.orientation) < kSigmaTolerance * before.orientation)
+      break;
   }
   return sigma;
 }

@@ -303,6 +303,25 @@ void SessionModels::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const {
   models_.scatter(group_of(row), block, out);
 }
 
+std::vector<std::vector<int>> SessionModels::At::replicates_among(
+    std::span<const int> rows) const {
+  std::vector<std::vector<int>> replicates;
+  std::map<std::pair<int, int>, size_t> known;  // by group and prediction
+  for (int row : rows) {
+    const int group = group_of(row);
+    const ObservationModel& model = models_.model(group);
+    bool is_new = true;
+    if (model.has_replicates()) {
+      const int prediction = model.prediction_of(places_.empty() ? row : places_[row].row);
+      const auto [place, entered] = known.try_emplace({group, prediction}, replicates.size());
+      is_new = entered;
+      if (!is_new) replicates[place->second].push_back(row);
+    }
+    if (is_new) replicates.push_back({row});
+  }
+  return replicates;
+}
+
 SessionModels::At SessionModels::at(const Eigen::VectorXd& x) const { return At(*this, x); }
 
 Eigen::MatrixXd SessionModels::blocks() const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -147,6 +148,14 @@ class SessionModels::At {
   /// Writes the whitened block of one row of the campaign: row_size() x (unknowns() + 1), the
   /// derivatives in the first columns, the residual in the last.
   void block(int row, Eigen::Ref<Eigen::MatrixXd> out) const;
+  /// Some rows of the campaign, those of one prediction together (ObservationModel::
+  /// rows_by_prediction), in the order of the first of each.
+  std::vector<std::vector<int>> replicates_among(std::span<const int> rows) const;
+  /// The whitened residual of one row of the campaign.
+  NumbersOfRow residual(int row) const {
+    const int group = group_of(row), own = places_.empty() ? row : places_[row].row;
+    return models_.model(group).whitened(own, groups_[group].residual(own));
+  }
 
  private:
   friend class SessionModels;

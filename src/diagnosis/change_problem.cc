@@ -94,7 +94,7 @@ ChangeProblem::ChangeProblem(const Robot& previous, const Campaign& campaign,
       start_(start_of(previous, campaign)),
       own_(own_parameters(start_)),
       models_(campaign, start_, parameters_of(start_, campaign), sigma, 0),
-      rows_by_pose_(rows_by_pose(campaign.pose)) {
+      rows_by_pose_(grouped_rows(campaign.pose)) {
   for (int s = 0; s < sessions(); ++s) {
     std::vector<int>& column = columns_.emplace_back(parameter_count(start_.chain), -1);
     for (int k = 0; k < models_.model(s).unknowns(); ++k)

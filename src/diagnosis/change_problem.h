@@ -100,7 +100,7 @@ class ChangeProblem {
   /// Mean ratio of the variances of one of the moves, clustered by pose, to those of independent
   /// readings; at least 1.
   double widening(const std::vector<int>& moved, size_t which, const Fit& fitted) const;
-  int poses() const { return rows_by_pose_.poses(); }
+  int poses() const { return rows_by_pose_.groups(); }
   /// Number of unknowns of the moves.
   int moves_in(const std::vector<int>& moved) const {
     return static_cast<int>(unknowns_of(moved).size() - errors_.size());
@@ -154,7 +154,7 @@ class ChangeProblem {
   std::vector<std::vector<int>> columns_;  // of each session's model, by parameter; -1: none
   std::vector<double> shares_;             // of each row in its pose and channel
   std::vector<double> session_shares_;     // of each session in its poses; 1: they are its alone
-  const RowsByPose rows_by_pose_;
+  const GroupedRows rows_by_pose_;
   std::vector<Unknown> errors_;
   Eigen::MatrixXd correlated_;  // L^-1, L L^T the covariance of errors_; empty: independent
   std::vector<Hypothesis> hypotheses_;

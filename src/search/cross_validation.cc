@@ -39,8 +39,8 @@ GainLeftOut mean_gain(const std::vector<OfPose>& losses) {
 }  // namespace
 
 CrossValidation::CrossValidation(const Linearization& fit, std::uint64_t seed) : fit_(fit) {
-  const RowsByPose rows = rows_by_pose(fit.pose());
-  std::vector<int> poses(static_cast<size_t>(rows.poses()));
+  const GroupedRows rows = grouped_rows(fit.pose());
+  std::vector<int> poses(static_cast<size_t>(rows.groups()));
   std::iota(poses.begin(), poses.end(), 0);
   shuffle(poses, seed);
   folds_.resize(std::min<size_t>(kFolds, poses.size()));
@@ -57,7 +57,7 @@ CrossValidation::CrossValidation(const Linearization& fit, std::uint64_t seed) :
 }
 
 CrossValidation::Fold CrossValidation::fold_of(const std::vector<int>& poses,
-                                               const RowsByPose& rows) const {
+                                               const GroupedRows& rows) const {
   const Replicates& replicates = fit_.replicates();
   const int size = fit_.row_size();
   Fold fold;

@@ -44,7 +44,7 @@ class CrossValidation {
   struct Errors {
     Eigen::VectorXd without, with, rests_without, rests_with;
   };
-  Fold fold_of(const std::vector<int>& poses, const RowsByPose& rows) const;
+  Fold fold_of(const std::vector<int>& poses, const GroupedRows& rows) const;
   template <typename ErrorsOf>
   GainLeftOut gain_by(const ErrorsOf& errors_of) const;
 

@@ -310,10 +310,10 @@ Eigen::ColPivHouseholderQR<Eigen::MatrixXd> Linearization::all_but(
 double Linearization::standard_deviation(const Eigen::VectorXd& column) const {
   const Eigen::VectorXd beside = column - basis_ * (basis_.transpose() * column);
   const double length = std::max(beside.norm(), kMinPivot * column.norm());
-  const RowsByPose rows = rows_by_pose(pose_);
+  const GroupedRows rows = grouped_rows(pose_);
   const Eigen::Index rank = basis_.cols();
   InfluenceSums sums;
-  for (int pose = 0; pose < rows.poses(); ++pose) {
+  for (int pose = 0; pose < rows.groups(); ++pose) {
     const int first = rows.first[pose], count = rows.first[pose + 1] - first;
     Eigen::MatrixXd shown(count * row_size_, rank + 1);
     Eigen::VectorXd residual(count * row_size_);

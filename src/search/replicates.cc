@@ -1,8 +1,8 @@
 #include "search/replicates.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numeric>
 
 #include "statistics/ordered_blocks.h"
@@ -12,27 +12,17 @@ namespace {
 
 constexpr int kRowsOfTask = 64;
 
-// Readings with the same prediction, pose by pose, in the order of the first of each.
+// Readings with the same prediction, in the order of the first of each.
 Replicates alike_readings(const SessionModels& models) {
-  const Campaign& campaign = models.campaign();
-  struct Place {
-    int group, row;
-  };
-  std::vector<Place> places(static_cast<size_t>(models.rows()));
-  for (int g = 0; g < models.groups(); ++g)
-    for (int row = 0; row < models.model(g).rows(); ++row)
-      places[static_cast<size_t>(models.rows_of(g)[row])] = {g, row};
-  std::vector<std::map<std::vector<double>, size_t>> known(campaign.pose_ids.size());
   std::vector<std::vector<int>> rows;
-  for (int reading = 0; reading < models.rows(); ++reading) {
-    auto& of_pose = known[static_cast<size_t>(campaign.pose[reading])];
-    const auto [group, own] = places[static_cast<size_t>(reading)];
-    std::vector<double> key = models.model(group).prediction_key(own);
-    key.push_back(group);
-    const auto [row, is_new] = of_pose.try_emplace(std::move(key), rows.size());
-    if (is_new) rows.emplace_back();
-    rows[row->second].push_back(reading);
+  for (int g = 0; g < models.groups(); ++g) {
+    const GroupedRows& own = models.model(g).rows_by_prediction();
+    for (int k = 0; k < own.groups(); ++k) {
+      std::vector<int>& readings = rows.emplace_back();
+      for (int row : own.rows(k)) readings.push_back(models.rows_of(g)[row]);
+    }
   }
+  std::ranges::sort(rows, {}, [](const std::vector<int>& readings) { return readings.front(); });
   Replicates replicates{{0}, {}, {}, {}};
   for (const std::vector<int>& own : rows) {
     replicates.reading.insert(replicates.reading.end(), own.begin(), own.end());
@@ -66,21 +56,20 @@ RowsOfReplicates rows_of_replicates(const SessionModels& models,
   for_ordered_blocks<int>(
       rows, kRowsOfTask,
       [&](int begin, int end) {
-        Eigen::MatrixXd block(size, p + 1);
         for (int row = begin; row < end; ++row) {
           const int from = replicates.first[row], to = replicates.first[row + 1];
           auto own = all.blocks.middleRows(row * size, size);
           double least = std::numeric_limits<double>::infinity(), squares = 0;
           for (int k = from; k < to; ++k) {
             const int reading = replicates.reading[k];
-            at.block(reading, block);
-            replicates.rest.col(k) = block.col(p);
+            replicates.rest.col(k) = at.residual(reading);
             squares += weights[reading];
-            if (!(block.col(p).squaredNorm() < least) && k > from) continue;
-            least = block.col(p).squaredNorm();
+            const double norm = replicates.rest.col(k).squaredNorm();
+            if (!(norm < least) && k > from) continue;
+            least = norm;
             all.nearest[row] = reading;
-            own = block;
           }
+          at.block(all.nearest[row], own);
           const double length = all.length[row] = std::sqrt(squares);
           own *= length;
           own.col(p).setZero();

@@ -41,9 +41,9 @@ struct ProjectedCandidates::Draws {
 Eigen::VectorXd ProjectedCandidates::leverage_corrected_residual_by_pose() const {
   Eigen::VectorXd residual = fit_.residual();
   const int size = fit_.row_size();
-  const RowsByPose rows = rows_by_pose(fit_.pose());
+  const GroupedRows rows = grouped_rows(fit_.pose());
   for_ordered_blocks<int>(
-      rows.poses(), 32,
+      rows.groups(), 32,
       [&](int begin, int end) {
         for (int pose = begin; pose < end; ++pose) {
           std::vector<Eigen::Index> own;

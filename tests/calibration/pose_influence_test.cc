@@ -3,8 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/QR>
+#include <cmath>
 #include <numeric>
 #include <vector>
+
+#include "armtrue/campaign/simulation.h"
+#include "armtrue/io/robot_io.h"
 
 namespace armtrue::pose_influence_test {
 namespace {
@@ -39,6 +43,40 @@ TEST(Unfitted, WhatOnlyOnePoseShowsStaysZero) {
   rows(1, 1) = 0.6;
   const Eigen::Vector3d given = leverage_corrected_residual(rows, Eigen::Vector3d(0, 0.8, 2));
   EXPECT_LT((given - Eigen::Vector3d(0, 1, 2)).norm(), 1e-12) << given.transpose();
+}
+
+// Replicates as one row move the fit as all of them do.
+TEST(PoseInfluence, OfReplicatesIsThatOfTheirReadings) {
+  const Robot robot = read_robot(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml").robot;
+  SimulationOptions options{.poses = 12, .repeats = 6, .noise_position = 1e-4,
+                            .noise_orientation = 2e-4};
+  Campaign campaign = simulate(robot, robot, options);
+  for (const int row : {0, 12, 25}) campaign.q[static_cast<size_t>(row)][1] += 0.01;
+  const SessionModels models(campaign, robot, {6, 7, 9, 13, 15, 19, 21}, {1e-4, 2e-4});
+  const SessionModels::At at = models.at(Eigen::VectorXd::Zero(models.unknowns()));
+  const int p = models.unknowns(), size = models.row_size();
+  std::vector<double> weights;
+  Eigen::MatrixXd all = models.blocks();
+  for (int row = 0; row < models.rows(); ++row) {
+    weights.push_back(row % 5 == 0 ? 0.2 : 1 + 0.01 * row);
+    all.middleRows(row * size, size) *= std::sqrt(weights.back());
+  }
+  const Eigen::MatrixXd root = inverse_root(all.leftCols(p).transpose() * all.leftCols(p));
+  const GroupedRows rows = grouped_rows(campaign.pose);
+  for (int pose = 0; pose < rows.groups(); ++pose) {
+    Eigen::MatrixXd apart(std::ssize(rows.rows(pose)) * size, p + 1);
+    Eigen::Index top = 0;
+    for (int row : rows.rows(pose)) {
+      apart.middleRows(top, size) = all.middleRows(row * size, size);
+      top += size;
+    }
+    const Eigen::MatrixXd merged = weighted_rows(at, weights, rows.rows(pose));
+    EXPECT_LT(merged.rows(), apart.rows());
+    const Eigen::VectorXd of_apart = influence_of_pose(apart.leftCols(p) * root, apart.col(p)).change;
+    const Eigen::VectorXd of_merged =
+        influence_of_pose(merged.leftCols(p) * root, merged.col(p)).change;
+    EXPECT_LT((of_merged - of_apart).norm(), 1e-9 * of_apart.norm()) << pose;
+  }
 }
 
 // Poses of many sessions change few unknowns each, some change all; the sums of several blocks,

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "armtrue/campaign/campaign.h"
+#include "armtrue/campaign/grouped_rows.h"
 #include "armtrue/effects/line_of_sight.h"
 #include "armtrue/effects/robot_model.h"
 
@@ -17,6 +18,9 @@ struct ReadingSigma {
   double position = 1;     ///< [m]
   double orientation = 1;  ///< [rad]
 };
+
+/// The numbers of one reading: 1 or 3 of position, and 3 or none of orientation.
+using NumbersOfRow = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 6, 1>;
 
 /// Value of `fitted_effects` that fits every effect of the robot.
 inline constexpr int kAllEffects = std::numeric_limits<int>::max();
@@ -88,10 +92,13 @@ class ObservationModel {
   /// Robot and campaign names for each unknown: `A2.d`, `joint compliance A2.theta c`.
   std::vector<std::string> unknown_names() const;
 
-  /// The numbers on which the prediction of a row depends: joint angles, channel, stated noise,
-  /// values of the effects. Rows with equal keys are replicates of one prediction. They have the
-  /// same derivatives; those of an orientation depend on its residual in second order.
-  std::vector<double> prediction_key(int row) const;
+  /// The rows of each prediction, in the order of their first rows. Replicates are the rows of one
+  /// pose whose joint angles, channel, stated noise and values of the effects are equal. They have
+  /// the same derivatives; those of an orientation depend on its residual in second order.
+  const GroupedRows& rows_by_prediction() const { return rows_by_prediction_; }
+  bool has_replicates() const { return rows_by_prediction_.groups() < rows(); }
+  /// The number of a row's prediction.
+  int prediction_of(int row) const { return prediction_.empty() ? row : prediction_[row]; }
 
   /// Mean square over the rows of the value by which a coefficient of the effects is multiplied.
   double mean_square_value(int coefficient) const;
@@ -112,11 +119,16 @@ class ObservationModel {
   /// and k_o the factors from stated standard deviations to sigma(), the covariance of a row is
   /// L diag(k_p^2, k_o^2) L^T, where L L^T is the one that it states.
   void whiten(int row, Eigen::Ref<Eigen::MatrixXd> of_row) const;
+  /// The residual of a row, see At::residual(), divided by row_sigma() and white.
+  NumbersOfRow whitened(int row, Eigen::Matrix<double, 6, 1> residual) const;
 
  private:
   friend class At;
   void evaluate_effect_values(const Robot& robot);
   void choose_columns();
+  bool same_prediction(int row, int other) const;
+  size_t hash_of_prediction(int row) const;
+  void find_replicates();
   void require_bound(const Touch& touch) const;
   Eigen::Vector3d turn_of(const Eigen::VectorXd& x, int first_parameter) const;
   int anchor_of(int row) const {
@@ -135,6 +147,8 @@ class ObservationModel {
   int coefficient_count_ = 0;      // of those that are fitted
   std::vector<int> columns_;       // of the Jacobian, those that the blocks need
   Eigen::MatrixXd effect_values_;  // values x rows
+  GroupedRows rows_by_prediction_;
+  std::vector<int> prediction_;  // number of each row's; empty without replicates
   ReadingSigma sigma_;
   int fitted_effects_;
   Pose common_from_own_;
@@ -157,6 +171,12 @@ class ObservationModel::At {
   /// see ChainEvaluator::poses(): they equal residual() and block() but for rounding.
   void residuals(int first, std::span<Eigen::Matrix<double, 6, 1>> out) const;
   void blocks(int first, int count, Eigen::Ref<Eigen::MatrixXd> out) const;
+
+  /// The blocks of predictions, from number `first` on, see rows_by_prediction(): the residual is
+  /// that of the first row. The derivatives J of replicates are those at no residual of orientation,
+  /// by which J^T r is the gradient of each reading: with those at its residual r it is J^T Jr^-T r,
+  /// and Jr^-T r = r.
+  void blocks_of_predictions(int first, int count, Eigen::Ref<Eigen::MatrixXd> out) const;
 
  private:
   friend class ObservationModel;
@@ -181,12 +201,13 @@ class ObservationModel::At {
   Prediction predict(int row, PoseJacobian* jacobian) const;
   // The same where R_A from the measured frame is known; `offset` is empty without effects.
   Prediction predict(int row, const Pose& a_from_measured, const Eigen::VectorXd& offset) const;
-  // Calls take(row, prediction) of rows from `first` on, if kWithJacobian with the Jacobian of the
-  // arm.
-  template <bool kWithJacobian, typename Take>
-  void for_each_prediction(int first, int count, const Take& take) const;
+  // Calls take(k, row, prediction) of the rows row_of(k) of all k < count, if kWithJacobian with the
+  // Jacobian of the arm.
+  template <bool kWithJacobian, typename RowOf, typename Take>
+  void for_each_prediction(int count, const RowOf& row_of, const Take& take) const;
+  enum class Turn { by_residual, none };  // of the derivatives of an orientation
   template <typename Jacobian>
-  void write_block(int row, const Prediction& predicted, Jacobian& jacobian,
+  void write_block(int row, const Prediction& predicted, Turn kind, Jacobian& jacobian,
                    Eigen::Ref<Eigen::MatrixXd> out) const;
   void predict_touch(int row, const Eigen::VectorXd& offset, Prediction& predicted) const;
   double touch_column(int row, int parameter, const Prediction& predicted) const;
@@ -204,7 +225,8 @@ class ObservationModel::At {
     double coefficient;
     int parameter, value;
   };
-  std::vector<Term> terms_;  // of all effects
+  std::vector<Term> terms_;               // of all effects
+  std::vector<Prediction> predictions_;  // of all rows where some are replicates; else empty
   Eigen::Matrix3d base_turn_, tool_turn_;  // d(turn in R_A)/d(unknown turn)
   // d(turn in the axes of the contact)/d(unknown turn)
   std::vector<Eigen::Matrix3d> contact_turns_;

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace armtrue {
+
+/// Rows in the order of the groups that they belong to; those of group k are row[first[k]] to
+/// row[first[k + 1] - 1], in ascending order.
+struct GroupedRows {
+  std::vector<int> first{0}, row;
+
+  int groups() const { return static_cast<int>(first.size()) - 1; }
+  std::span<const int> rows(int group) const {
+    return std::span<const int>(row).subspan(
+        static_cast<size_t>(first[group]), static_cast<size_t>(first[group + 1] - first[group]));
+  }
+};
+
+/// `number`: that of the group of each row, from 0. Numbers without rows are left out.
+GroupedRows grouped_rows(const std::vector<int>& number);
+
+}  // namespace armtrue

@@ -1,0 +1,20 @@
+#include "armtrue/campaign/grouped_rows.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace armtrue {
+
+GroupedRows grouped_rows(const std::vector<int>& number) {
+  const int numbers = number.empty() ? 0 : 1 + *std::max_element(number.begin(), number.end());
+  GroupedRows rows{std::vector<int>(numbers + 1, 0), std::vector<int>(number.size())};
+  for (int k : number) ++rows.first[k + 1];
+  std::partial_sum(rows.first.begin(), rows.first.end(), rows.first.begin());
+  std::vector<int> next = rows.first;
+  for (size_t row = 0; row < number.size(); ++row)
+    rows.row[next[number[row]]++] = static_cast<int>(row);
+  rows.first.erase(std::unique(rows.first.begin(), rows.first.end()), rows.first.end());
+  return rows;
+}
+
+}  // namespace armtrue
