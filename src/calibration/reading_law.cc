@@ -13,8 +13,8 @@
 namespace armtrue {
 namespace {
 
-constexpr int kMaxRoundsOfSigma = 30;       // under one law
-constexpr double kSigmaTolerance = 1e-9;    // relative change that ends them
+constexpr int kMaxRoundsOfSigma = 30;     // under one law
+constexpr double kSigmaTolerance = 1e-9;  // relative change that ends them
 constexpr int kMaxRoundsOfLaw = 8;  // of variances and sigma in turn; they settle in three or four
 
 // Squared norm of the whitened residual from those of position and orientation [m^2, rad^2].

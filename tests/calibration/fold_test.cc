@@ -17,8 +17,8 @@ struct Setting {
   Campaign campaign;
   std::vector<int> parameters;
 
-  // `numbers` of each reading: 1, the distance from an anchor; 3, a point; 6, a pose. Replicates are
-  // near the model, where their derivatives are one: see ObservationModel::At.
+  // `numbers` of each reading: 1, the distance from an anchor; 3, a point; 6, a pose. Replicates
+  // are near the model, where their derivatives are one: see ObservationModel::At.
   explicit Setting(int poses, int numbers = 6, int repeats = 1) {
     SimulationOptions options;
     options.orientation = numbers == 6;
@@ -77,7 +77,8 @@ TEST(Fold, KeepsTheNormalEquationsOfAllRows) {
   }
 }
 
-// Readings of one pose that are not replicates: other joint angles, and a time that moves the model.
+// Readings of one pose that are not replicates: other joint angles, and a time that moves the
+// model.
 TEST(Fold, KeepsRowsApartThatThePredictionTellsApart) {
   Setting setting(30, 6, 4);
   setting.campaign.q[7][2] += 1e-3;

@@ -48,8 +48,8 @@ TEST(Unfitted, WhatOnlyOnePoseShowsStaysZero) {
 // Replicates as one row move the fit as all of them do.
 TEST(PoseInfluence, OfReplicatesIsThatOfTheirReadings) {
   const Robot robot = read_robot(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml").robot;
-  SimulationOptions options{.poses = 12, .repeats = 6, .noise_position = 1e-4,
-                            .noise_orientation = 2e-4};
+  SimulationOptions options{
+      .poses = 12, .repeats = 6, .noise_position = 1e-4, .noise_orientation = 2e-4};
   Campaign campaign = simulate(robot, robot, options);
   for (const int row : {0, 12, 25}) campaign.q[static_cast<size_t>(row)][1] += 0.01;
   const SessionModels models(campaign, robot, {6, 7, 9, 13, 15, 19, 21}, {1e-4, 2e-4});
@@ -72,7 +72,8 @@ TEST(PoseInfluence, OfReplicatesIsThatOfTheirReadings) {
     }
     const Eigen::MatrixXd merged = weighted_rows(at, weights, rows.rows(pose));
     EXPECT_LT(merged.rows(), apart.rows());
-    const Eigen::VectorXd of_apart = influence_of_pose(apart.leftCols(p) * root, apart.col(p)).change;
+    const Eigen::VectorXd of_apart =
+        influence_of_pose(apart.leftCols(p) * root, apart.col(p)).change;
     const Eigen::VectorXd of_merged =
         influence_of_pose(merged.leftCols(p) * root, merged.col(p)).change;
     EXPECT_LT((of_merged - of_apart).norm(), 1e-9 * of_apart.norm()) << pose;
