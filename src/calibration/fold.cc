@@ -32,7 +32,8 @@ int rows_per_block(int rows) { return std::max(kRowsPerBlock, (rows + 255) / 256
 // Blocks of about as many rows.
 int predictions_per_block(const ObservationModel& model) {
   const long rows = std::max(1, model.rows()), predictions = model.rows_by_prediction().groups();
-  return static_cast<int>((rows_per_block(model.rows()) * predictions + rows - 1) / rows);
+  return std::max(1,
+                  static_cast<int>((rows_per_block(model.rows()) * predictions + rows - 1) / rows));
 }
 
 Eigen::Vector2d row_norms(const ObservationModel& model, int row, const Residual& r) {
