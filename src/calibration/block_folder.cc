@@ -82,20 +82,31 @@ void BlockFolder::add(int prediction, int place) {
       add_products(gathered_, gathered_.cols() - 1, folded_.products.col(0));
     return;
   }
-  if (kept_) {
-    gather(prediction, place);
-    out.setZero();
-    for (size_t k = 0; k < nonzero_.size(); ++k)
-      out.col(nonzero_[k]) = gathered_.col(static_cast<Eigen::Index>(k));
-  }
-  weigh(prediction, out);
   ++filled_;
+  if (!kept_) {
+    weigh(prediction, out);
+    if (folded_.bend.size() > 0)
+      room_for_slopes() = bending_ * (out.leftCols(out.cols() - 1).transpose() * bent_);
+    return;
+  }
+  gather(prediction, place);
+  weigh(prediction, gathered_);
+  out.setZero();
+  for (size_t k = 0; k < nonzero_.size(); ++k)
+    out.col(nonzero_[k]) = gathered_.col(static_cast<Eigen::Index>(k));
   if (folded_.bend.size() == 0) return;
+  slope_.noalias() = bending_ * (bent_.transpose() * gathered_);
+  auto slopes = room_for_slopes();
+  slopes.setZero();
+  for (size_t k = 0; k + 1 < nonzero_.size(); ++k)
+    slopes.row(nonzero_[k]) = slope_.col(static_cast<Eigen::Index>(k)).transpose();
+}
+
+Eigen::Block<Eigen::MatrixXd> BlockFolder::room_for_slopes() {
   const Eigen::Index count = bent_.cols();
   if (filled_slopes_ + count > slopes_.cols()) empty_slopes();
-  slopes_.middleCols(filled_slopes_, count) =
-      bending_ * (out.leftCols(out.cols() - 1).transpose() * bent_);
   filled_slopes_ += count;
+  return slopes_.block(0, filled_slopes_ - count, slopes_.rows(), count);
 }
 
 template <typename Row>

@@ -92,6 +92,9 @@ class BlockFolder {
 
   void empty_slopes();
 
+  // The columns of the next slopes.
+  Eigen::Block<Eigen::MatrixXd> room_for_slopes();
+
   // What replicates have beside their means stands in the corner of the products, and moves no
   // other number of a triangle.
   void take_rest();
