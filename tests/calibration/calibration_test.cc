@@ -210,6 +210,15 @@ TEST(Calibration, StepOfASearchEndsAtTheSolution) {
   EXPECT_LT(angle, 0.5e-6);
 }
 
+// A fit of many rows from afar starts with a part of them. A step of a search is nearer to the
+// solution than that of a part: at the solution nothing is left to do.
+TEST(Calibration, StepOfASearchBeginsOnAllRows) {
+  const Robot robot = shipped("kr360-spindle");
+  const Campaign campaign = measured(shipped("kr360-table4"), 9000, 8, 0.095, 0.15);
+  const CalibrationResult fit = calibrate(robot, campaign);
+  EXPECT_LE(refit(fit.robot, campaign, fit, 1e-6).iterations, 1);
+}
+
 // A direction that nothing shows is seen among the coefficients, too.
 TEST(Calibration, RankIsThatOfAllUnknowns) {
   const Robot truth = shipped("kr360-undeclared");
