@@ -182,7 +182,8 @@ size_t ObservationModel::hash_of_prediction(int row) const {
 }
 
 void ObservationModel::find_replicates() {
-  std::vector<int> visits(campaign_.pose_ids.size());
+  constexpr int kNone = -1;
+  std::vector<int> visits(campaign_.pose_ids.size()), last_of_pose(visits.size(), kNone);
   for (int pose : campaign_.pose) ++visits[static_cast<size_t>(pose)];
   const auto hash = [&](int row) { return hash_of_prediction(row); };
   const auto same = [&](int row, int other) { return same_prediction(row, other); };
@@ -191,9 +192,14 @@ void ObservationModel::find_replicates() {
   number.reserve(static_cast<size_t>(rows()));
   int count = 0;
   for (int row = 0; row < rows(); ++row) {
-    const int pose = campaign_.pose[static_cast<size_t>(row)];
-    const bool is_alone = visits[static_cast<size_t>(pose)] == 1;
-    number.push_back(is_alone ? count : number_of.try_emplace(row, count).first->second);
+    const auto pose = static_cast<size_t>(campaign_.pose[static_cast<size_t>(row)]);
+    const int last = std::exchange(last_of_pose[pose], row);
+    if (visits[pose] == 1)
+      number.push_back(count);
+    else if (last != kNone && same(row, last))  // most often; the map takes more time
+      number.push_back(number[static_cast<size_t>(last)]);
+    else
+      number.push_back(number_of.try_emplace(row, count).first->second);
     count = std::max(count, number.back() + 1);
   }
   rows_by_prediction_ = grouped_rows(number);
