@@ -28,13 +28,13 @@ struct Fold {
 };
 
 /// Folds the rows in blocks over the threads of the machine, so that memory does not grow with the
-/// number of rows. Replicates of a prediction have one row of derivatives. Blocks are fixed and joined in order: the result does not depend on the number
-/// of threads.
+/// number of rows. Replicates of a prediction have one row of derivatives. Blocks are fixed and
+/// joined in order: the result does not depend on the number of threads.
 Fold fold(const ObservationModel::At& at, const ObservationModel& model, const ReadingLaw& law,
           FoldBy by = FoldBy::qr);
 
-/// The whitened derivatives of all predictions at one x, without their zeros. Near that x the model is
-/// linear: a fold takes the derivatives from here and computes only the residuals again.
+/// The whitened derivatives of all predictions at one x, without their zeros. Near that x the model
+/// is linear: a fold takes the derivatives from here and computes only the residuals again.
 struct KeptDerivatives {
   ReadingSigma sigma;         ///< used to whiten them
   std::vector<size_t> first;  ///< of each, the place of its first column; and one past the last

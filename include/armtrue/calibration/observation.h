@@ -225,8 +225,8 @@ class ObservationModel::At {
     double coefficient;
     int parameter, value;
   };
-  std::vector<Term> terms_;               // of all effects
-  std::vector<Prediction> predictions_;  // of all rows where some are replicates; else empty
+  std::vector<Term> terms_;              // of all effects
+  std::vector<Prediction> predictions_;  // all, where some rows are replicates; else empty
   Eigen::Matrix3d base_turn_, tool_turn_;  // d(turn in R_A)/d(unknown turn)
   // d(turn in the axes of the contact)/d(unknown turn)
   std::vector<Eigen::Matrix3d> contact_turns_;
