@@ -84,14 +84,19 @@ double log_likelihood(const Rows& rows, const ReadingSigma& sigma, double dof) {
   return value;
 }
 
-// Expectation-maximisation of sigma under a law; see describe_residuals().
+// Expectation-maximisation of sigma under a law; see describe_residuals(). Where sigma is most likely
+// the sum of the weights is known, and may stand for the number of rows: a third of the rounds
+// (Kent, Tyler, Vardi, "A curious likelihood identity for the multivariate t-distribution", 1994).
 ReadingSigma most_likely_sigma(const Rows& rows, ReadingSigma sigma, double dof,
                                const Eigen::Array2d& correction) {
   const int d = rows.size.all();
   const auto n = static_cast<double>(rows.position.size());
+  double explained = rows.size.position / correction[0];  // s of a row, weighted, in the mean
+  if (rows.size.orientation > 0) explained += rows.size.orientation / correction[1];
   for (int round = 0; round < (dof > 0 ? kMaxRoundsOfSigma : 1); ++round) {
     const ReadingSigma before = sigma;
     Eigen::Array2d sum = Eigen::Array2d::Zero();
+    double counted = 0;
     Eigen::ArrayXd weight;  // over v
     for_each_whitened(rows, sigma, [&](Eigen::Index first, Eigen::Index count, const auto& s) {
       const auto v = rows.variance.segment(first, count);
@@ -101,12 +106,14 @@ ReadingSigma most_likely_sigma(const Rows& rows, ReadingSigma sigma, double dof,
         weight = v.inverse();
       sum[0] += (weight * rows.position.segment(first, count)).sum();
       sum[1] += (weight * rows.orientation.segment(first, count)).sum();
+      counted += (weight * v).sum();
     });
+    if (dof > 0) counted *= dof / (dof + d - explained);
     sigma.position =
-        std::max(kMinSigma, std::sqrt(correction[0] * sum[0] / (rows.size.position * n)));
+        std::max(kMinSigma, std::sqrt(correction[0] * sum[0] / (rows.size.position * counted)));
     if (rows.size.orientation > 0)
-      sigma.orientation =
-          std::max(kMinSigma, std::sqrt(correction[1] * sum[1] / (rows.size.orientation * n)));
+      sigma.orientation = std::max(
+          kMinSigma, std::sqrt(correction[1] * sum[1] / (rows.size.orientation * counted)));
     if (std::abs(sigma.position - before.position) < kSigmaTolerance * before.position &&
         std::abs(sigma.orientation - before.orientation) < kSigmaTolerance * before.orientation)
       break;
