@@ -20,14 +20,17 @@ MovedPositions::MovedPositions(const Robot& robot, const Campaign& campaign,
       root_(root),
       axes_(campaign.reading_size().position) {}
 
-Eigen::MatrixXd MovedPositions::root_of(int group) const {
-  const Eigen::Index count = std::min<Eigen::Index>(models_.model(group).unknowns(), root_.rows());
-  if (!models_.is_split_by_target()) return root_.topRows(count);
-  std::vector<Eigen::Index> unknowns;
-  for (const SessionModels::Run& run : models_.runs(group))
-    for (Eigen::Index k = run.first; k < run.first + run.count; ++k)
-      if (k < root_.rows()) unknowns.push_back(k);
-  return root_(unknowns, Eigen::all);
+MovedPositions::OwnRoot MovedPositions::root_of(int group) const {
+  OwnRoot own;
+  std::vector<Eigen::Index> rows;
+  const std::vector<int> in_root = models_.in_first_session(group);
+  for (size_t k = 0; k < in_root.size(); ++k) {
+    if (in_root[k] < 0 || in_root[k] >= root_.rows()) continue;
+    own.unknowns.push_back(static_cast<Eigen::Index>(k));
+    rows.push_back(in_root[k]);
+  }
+  own.rows = root_(rows, Eigen::all);
+  return own;
 }
 
 }  // namespace armtrue

@@ -12,7 +12,8 @@
 
 namespace armtrue {
 
-/// How the positions of all rows follow the unknowns of a root.
+/// How the positions of all rows follow the unknowns of a root. The own parameters of a further
+/// session count as those of the first: a root knows no others.
 class MovedPositions {
  public:
   /// `geometric`: as for ObservationModel. `root`: unknowns of the first session x columns. Keeps
@@ -25,7 +26,7 @@ class MovedPositions {
   /// these rows, one below the other, 3 x columns each, or 1 x columns of lengths.
   template <typename Result, typename Add, typename Join>
   void add_up(const Add& add, const Join& join) const {
-    for_each_group([&](int g, const ObservationModel::At& at, const Eigen::MatrixXd& root) {
+    for_each_group([&](int g, const ObservationModel::At& at, const OwnRoot& root) {
       for_ordered_blocks<Result>(
           models_.model(g).rows(), kRowsPerBlock,
           [&](int begin, int end) {
@@ -40,7 +41,7 @@ class MovedPositions {
   /// Calls take(row, moved, residual) for each row, one after the other.
   template <typename Take>
   void for_each_row(const Take& take) const {
-    for_each_group([&](int g, const ObservationModel::At& at, const Eigen::MatrixXd& root) {
+    for_each_group([&](int g, const ObservationModel::At& at, const OwnRoot& root) {
       for_rows(g, at, root, 0, models_.model(g).rows(),
                [&](std::span<const int> rows, const auto& moved, const auto& residuals) {
                  for (size_t k = 0; k < rows.size(); ++k) {
@@ -53,8 +54,12 @@ class MovedPositions {
   }
 
  private:
-  // The rows of the root that belong to the unknowns of a group.
-  Eigen::MatrixXd root_of(int group) const;
+  // The unknowns of a group that the root knows, and its rows of them.
+  struct OwnRoot {
+    std::vector<Eigen::Index> unknowns;
+    Eigen::MatrixXd rows;
+  };
+  OwnRoot root_of(int group) const;
 
   template <typename Take>
   void for_each_group(const Take& take) const {
@@ -66,13 +71,13 @@ class MovedPositions {
 
   // As many rows at once as a product of matrices takes together.
   template <typename Take>
-  void for_rows(int group, const ObservationModel::At& at, const Eigen::MatrixXd& root, int begin,
-                int end, const Take& take) const {
+  void for_rows(int group, const ObservationModel::At& at, const OwnRoot& root, int begin, int end,
+                const Take& take) const {
     constexpr int kRowsOfProduct = 64;
     const ObservationModel& model = models_.model(group);
     const int size = model.row_size();
     Eigen::MatrixXd blocks(kRowsOfProduct * size, model.unknowns() + 1);
-    Eigen::MatrixXd positions(kRowsOfProduct * axes_, root.rows()), moved;
+    Eigen::MatrixXd positions(kRowsOfProduct * axes_, std::ssize(root.unknowns)), moved;
     Eigen::VectorXd residuals(kRowsOfProduct * axes_);
     for (int first = begin; first < end; first += kRowsOfProduct) {
       const int rows = std::min(kRowsOfProduct, end - first);
@@ -80,11 +85,11 @@ class MovedPositions {
       for (int k = 0; k < rows; ++k) {
         const double sigma = model.row_sigma(first + k).position;
         positions.middleRows(k * axes_, axes_) =
-            sigma * blocks.block(k * size, 0, axes_, root.rows());
+            sigma * blocks.middleRows(k * size, axes_)(Eigen::all, root.unknowns);
         residuals.segment(k * axes_, axes_) =
             sigma * blocks.col(model.unknowns()).segment(k * size, axes_);
       }
-      moved.noalias() = positions.topRows(rows * axes_) * root;
+      moved.noalias() = positions.topRows(rows * axes_) * root.rows;
       take(std::span(models_.rows_of(group)).subspan(first, rows), std::as_const(moved),
            residuals.head(rows * axes_));
     }

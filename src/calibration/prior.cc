@@ -85,8 +85,8 @@ void add_geometry(const Robot& robot, const SessionModels& models, Priors& prior
       if (!layout.is_of_links(parameter)) continue;
       double value = link_value(robot.chain, parameter);
       if (const auto known = robot.sessions.find(models.name(s)); known != robot.sessions.end())
-        if (const auto own = known->second.theta.find(link_of_parameter(parameter));
-            own != known->second.theta.end())
+        if (const auto own = known->second.zero.find(link_of_parameter(parameter));
+            own != known->second.zero.end())
           value = own->second;
       add(models.first_own(s) + static_cast<int>(k), parameter, value);
     }

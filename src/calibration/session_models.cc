@@ -63,7 +63,7 @@ SessionModels::SessionModels(const Campaign& campaign, const Robot& robot,
     : campaign_(campaign), robot_(robot), geometric_(geometric) {
   find_groups(split);
   const auto count = static_cast<int>(rows_.size());
-  if (count > 1 || robot.sessions.contains(session_name(campaign, 0))) {
+  if (by_target_ || count > 1 || robot.sessions.contains(session_name(campaign, 0))) {
     campaigns_.reserve(rows_.size());
     for (int g = 0; g < count; ++g) campaigns_.push_back(readings_of(g));
   }
@@ -194,6 +194,22 @@ Eigen::VectorXd SessionModels::unknowns_of(int group, const Eigen::VectorXd& x) 
   return own;
 }
 
+std::vector<int> SessionModels::in_first_session(int group) const {
+  const int session = session_of_[group];
+  std::vector<int> unknowns;
+  for (const Run& run : runs_[group])
+    for (int k = run.first; k < run.first + run.count; ++k) {
+      if (k < first_own(1)) {
+        unknowns.push_back(k);
+        continue;
+      }
+      const auto same = std::ranges::find(geometric_, own_[session][k - first_own(session)]);
+      unknowns.push_back(same == geometric_.end() ? -1
+                                                  : static_cast<int>(same - geometric_.begin()));
+    }
+  return unknowns;
+}
+
 std::vector<int> SessionModels::geometric_unknowns() const {
   std::vector<int> indices(geometric_count());
   std::iota(indices.begin(), indices.end(), 0);
@@ -242,8 +258,8 @@ Robot SessionModels::robot_at(const Eigen::VectorXd& x) const {
     if (known != robot_.sessions.end()) session = known->second;
     session.base = inverse(common_from_own_[s]) * chain.base;
     for (int k : own_[s])
-      if (is_zero_offset(chain, k)) session.theta.try_emplace(link_of_parameter(k));
-    for (auto& [link, theta] : session.theta) theta = zero_of(chain.links[link]);
+      if (is_zero_offset(chain, k)) session.zero.try_emplace(link_of_parameter(k));
+    for (auto& [link, zero] : session.zero) zero = zero_of(chain.links[link]);
   }
   return robot;
 }

@@ -76,7 +76,7 @@ Robot robot_at_row(const Robot& robot, const Campaign& campaign, int row) {
 
 void move_to(const Session& session, Robot& robot) {
   robot.chain.base = session.base;
-  for (const auto& [link, theta] : session.theta) zero_of(robot.chain.links[link]) = theta;
+  for (const auto& [link, zero] : session.zero) zero_of(robot.chain.links[link]) = zero;
   for (const auto& [name, deviation] : session.std) robot.std[name] = deviation;
 }
 

@@ -49,7 +49,7 @@ Session read_session(YamlMap map, const KinematicChain& chain) {
     for (const std::string& name : zeros.keys()) {
       if (!is_zero_offset(chain, name + parameter))
         zeros.fail(name, "the robot has no driven link '" + name + "' with this zero offset");
-      session.theta[link_of_parameter(*find_parameter(chain, name + parameter))] =
+      session.zero[link_of_parameter(*find_parameter(chain, name + parameter))] =
           zeros.number(name) * unit;
     }
   }
@@ -75,7 +75,7 @@ void read_masses(YamlMap& document, Robot& robot) {
 YAML::Node session_node(const Session& session, const KinematicChain& chain) {
   YAML::Node node = pose_node(session.base);
   std::vector<std::pair<std::string, std::string>> angles, lengths;
-  for (const auto& [link, zero] : session.theta) {
+  for (const auto& [link, zero] : session.zero) {
     const bool slides = is_prismatic(chain.links[link]);
     (slides ? lengths : angles)
         .emplace_back(chain.links[link].name, number_text(zero, slides ? kMillimetre : kDegree));

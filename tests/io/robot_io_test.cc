@@ -54,7 +54,7 @@ TEST(RobotIo, SessionsReadBack) {
   const Robot robot = parse_robot(replaced(text_of("kr360"), "links:", sessions), "r.yaml");
   ASSERT_EQ(robot.sessions.size(), 2u);
   EXPECT_DOUBLE_EQ(robot.sessions.at("day 2").base.translation.x(), 3);
-  EXPECT_DOUBLE_EQ(robot.sessions.at("day 2").theta.at(4), -std::numbers::pi / 180);
+  EXPECT_DOUBLE_EQ(robot.sessions.at("day 2").zero.at(4), -std::numbers::pi / 180);
   EXPECT_DOUBLE_EQ(robot.sessions.at("day 2").std.at("base.x"), 2e-5);
   EXPECT_EQ(robot.identify_per_session, (std::vector<std::string>{"A2.theta", "A5.theta"}));
   const std::string once = write_robot(robot);

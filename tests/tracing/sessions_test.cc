@@ -171,7 +171,7 @@ TEST(Sessions, ARemasteredJointHasItsOwnZeroOffset) {
   EXPECT_LT(result.after, 1.06 * campaign.written.floor_mean_mm * kMillimetre);
   const auto& sessions = result.trace.fit.robot.sessions;
   const int link = (*find_parameter(robot.chain, parameter) - kLinkParameters) / 5;
-  const double change = sessions.at("2").theta.at(link) - sessions.at("1").theta.at(link);
+  const double change = sessions.at("2").zero.at(link) - sessions.at("1").zero.at(link);
   EXPECT_NEAR(
       change, campaign.written.amplitude,
       3 * std::hypot(sessions.at("2").std.at(parameter), result.trace.fit.robot.std.at(parameter)));
