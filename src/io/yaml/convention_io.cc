@@ -85,6 +85,27 @@ std::vector<Link> read_links(YamlMap& map) {
   return links;
 }
 
+namespace {
+
+// Alpha and d of the last row lie behind its joint, but before the flange: a fixed link.
+void keep_flange(YamlMap& document, const KinematicChain& rows, Robot& robot) {
+  const Link& last = rows.links.back();
+  if (last.alpha == 0 && last.d == 0) return;
+  if (rows.links.size() == kMaxLinks)
+    document.fail("links", fmt::format("has {} rows, and alpha_deg and d_mm of the last need one "
+                                       "link more than a chain has; write them into 'tool'",
+                                       rows.links.size()));
+  Link flange;
+  flange.name = last.name + "_flange";
+  flange.joint = JointKind::fixed;
+  flange.alpha = last.alpha;
+  flange.d = last.d;
+  robot.chain.links.push_back(flange);
+  robot.chain.tool = rows.tool;
+}
+
+}  // namespace
+
 void use_convention(YamlMap& document, Robot& robot) {
   const std::string convention = document.text("convention", "modified");
   if (convention == "modified") return;
@@ -94,11 +115,13 @@ void use_convention(YamlMap& document, Robot& robot) {
   for (Body& body : robot.bodies)
     body.centre =
         modified_from_standard(robot.chain.links[static_cast<size_t>(body.link)]) * body.centre;
+  const KinematicChain rows = robot.chain;
   try {
-    robot.chain = from_standard(robot.chain);
+    robot.chain = from_standard(rows);
   } catch (const std::invalid_argument& error) {
     document.fail("convention", error.what());
   }
+  keep_flange(document, rows, robot);
 }
 
 void use_positioner(YamlMap& document, Robot& robot) {
