@@ -40,6 +40,18 @@ double largest_variance(const MovedPositions& positions) {
   return largest;
 }
 
+// The measured points of a campaign that reads lengths, without values.
+Campaign as_points(Campaign campaign) {
+  campaign.distance.clear();
+  campaign.coordinate.clear();
+  campaign.touch.clear();
+  campaign.anchor.clear();
+  campaign.anchor_names.clear();
+  campaign.contact_names.clear();
+  campaign.position.assign(campaign.q.size(), Eigen::Vector3d::Zero());
+  return campaign;
+}
+
 // Lower triangular G with G G^T = covariance.
 Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance) {
   const Eigen::VectorXd unit = covariance.diagonal().cwiseMax(0).cwiseSqrt();
@@ -188,6 +200,11 @@ Uncertainty uncertainty_of(const CalibrationResult& fit, const Campaign& campaig
   uncertainty.poses = static_cast<int>(campaign.pose_ids.size());
   uncertainty.largest_variance =
       largest_variance(MovedPositions(fit.robot, campaign, geometric, uncertainty.root));
+  if (campaign.has_distances()) {
+    const Campaign points = as_points(campaign);
+    uncertainty.largest_variance_of_point =
+        largest_variance(MovedPositions(fit.robot, points, geometric, uncertainty.root));
+  }
   return uncertainty;
 }
 

@@ -75,7 +75,9 @@ Coverage coverage(const Robot& identified, const CompensationOptions& options,
   const Campaign readings = readings_at(visits, identified.chain.base);
   const bool measured = options.tool_is_measured;
   // With base and tool of the calibration, to which the largest variance belongs.
-  const double largest = identified.uncertainty->largest_variance;
+  const Uncertainty& known = *identified.uncertainty;
+  const double largest = known.largest_variance_of_point > 0 ? known.largest_variance_of_point
+                                                             : known.largest_variance;
   for (double variance : position_variances(
            part_of(identified, measured, [](const std::string&) { return true; }), readings))
     result.leverage.push_back(largest > 0 ? variance / largest : 0);

@@ -29,7 +29,7 @@ struct Session {
   Pose base;  ///< R_A from R_0
   /// Its own zero offsets, by 0-based link: theta [rad] of a revolute joint, r [m] of a prismatic
   /// one. The others are those of the chain.
-  std::map<int, double> theta;
+  std::map<int, double> zero;
   std::map<std::string, double> std;  ///< as Robot::std, which holds those of the first session
 };
 
@@ -46,9 +46,11 @@ struct Uncertainty {
   /// 95 % quantile of the lengths of the position residuals, over that of a normal law; above 1
   /// only where more poses of the calibration lie beyond the latter than chance allows (p < 0.05).
   double tail = 1;
-  /// Largest variance of the position by `root`, summed over its axes, among the poses of the
+  /// Largest variance of a position reading by `root`, summed over its axes, among the poses of the
   /// calibration [m^2].
   double largest_variance = 0;
+  /// The same of the measured point where the readings are lengths; 0 where they are points.
+  double largest_variance_of_point = 0;
   int poses = 0;  ///< of the calibration
 };
 

@@ -35,10 +35,14 @@ Uncertainty read_uncertainty(YamlMap map, const KinematicChain& chain) {
   result.reading.orientation = map.number("reading_mrad", 0) * kMilliradian;
   result.tail = map.number("reading_tail", 1);
   result.largest_variance = map.number("largest_variance_mm2") * kMillimetre * kMillimetre;
+  result.largest_variance_of_point =
+      map.number("largest_variance_of_point_mm2", 0) * kMillimetre * kMillimetre;
   const double poses = map.number("poses");
   if (result.reading.position < 0) map.fail("reading_mm", "must not be negative");
   if (result.tail < 1) map.fail("reading_tail", "must be 1 or more");
   if (result.largest_variance < 0) map.fail("largest_variance_mm2", "must not be negative");
+  if (result.largest_variance_of_point < 0)
+    map.fail("largest_variance_of_point_mm2", "must not be negative");
   if (poses < 1 || poses > 1e9) map.fail("poses", "must be from 1 to 1e9");
   result.poses = static_cast<int>(poses);
   map.finish();
@@ -61,6 +65,9 @@ YAML::Node uncertainty_node(const Uncertainty& uncertainty) {
   if (uncertainty.tail > 1) node["reading_tail"] = rounded(uncertainty.tail);
   node["largest_variance_mm2"] =
       rounded(uncertainty.largest_variance / (kMillimetre * kMillimetre));
+  if (uncertainty.largest_variance_of_point > 0)
+    node["largest_variance_of_point_mm2"] =
+        rounded(uncertainty.largest_variance_of_point / (kMillimetre * kMillimetre));
   node["poses"] = std::to_string(uncertainty.poses);
   return node;
 }
