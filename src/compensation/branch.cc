@@ -15,10 +15,6 @@ int sign_of(double value) {
 
 }  // namespace
 
-Branch branch_of(const ChainEvaluator& arm, const JointVector& q) {
-  return arm.is_six_axis_arm() ? branch_of(arm, q, 0) : Branch{};
-}
-
 Branch branch_of(const ChainEvaluator& arm, const JointVector& q, int first) {
   const LinkFrames frames = arm.link_frames(q);
   const auto at = [first](size_t j) { return static_cast<size_t>(first) + j; };
@@ -42,10 +38,12 @@ bool stays(const Branch& before, const Branch& now) {
          same(before.wrist, now.wrist);
 }
 
-double wrist_sine(const ChainEvaluator& arm, const JointVector& q) {
-  if (!arm.is_six_axis_arm()) return 1;
+double wrist_sine(const ChainEvaluator& arm, const JointVector& q, int first) {
   const LinkFrames frames = arm.link_frames(q);
-  return frames[3].rotation.col(2).cross(frames[5].rotation.col(2)).norm();
+  const auto axis = [&](size_t j) -> Eigen::Vector3d {
+    return frames[static_cast<size_t>(first) + j].rotation.col(2);
+  };
+  return axis(3).cross(axis(5)).norm();
 }
 
 }  // namespace armtrue

@@ -13,8 +13,7 @@ struct Branch {
   int wrist = 0;     ///< axes 4 and 6: bent to one side or the other
 };
 
-Branch branch_of(const ChainEvaluator& arm, const JointVector& q);
-/// The same of six revolute links from `first` on, whatever stands before them.
+/// Of six revolute links from `first` on, whatever stands before them.
 Branch branch_of(const ChainEvaluator& arm, const JointVector& q, int first);
 
 /// Whether no sign differs; 0 fits both.
@@ -23,8 +22,7 @@ bool is_same(const Branch& a, const Branch& b);
 /// Whether a posture stays on its previous branch. A sign that was 0 may become either.
 bool stays(const Branch& before, const Branch& now);
 
-/// Sine of the angle between axes 4 and 6: 0 if the wrist is stretched and singular. 1 for an arm
-/// that does not have six revolute joints.
-double wrist_sine(const ChainEvaluator& arm, const JointVector& q);
+/// Sine of the angle between axes 4 and 6 of these links: 0 if the wrist is stretched and singular.
+double wrist_sine(const ChainEvaluator& arm, const JointVector& q, int first);
 
 }  // namespace armtrue

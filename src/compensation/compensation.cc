@@ -122,11 +122,11 @@ class Compensation {
     here.q = target.programmed;
     target.before = difference(intended, arm().pose(here));
     const JointCorrection correction =
-        correct_joints(arm(), context, intended, target.programmed, controller().chain());
+        correct_joints(arm(), context, intended, target.programmed, controller());
     const KinematicChain& travel = controller().robot().chain;
     // The controller's own inverse kinematics is singular there too.
-    const double bend = std::min(wrist_sine(arm().chain(), target.programmed),
-                                 wrist_sine(controller().chain(), target.programmed));
+    const double bend = std::min(arm().wrist_sine_at(target.programmed),
+                                 controller().wrist_sine_at(target.programmed));
     if (correction.is_damped || bend < std::sin(kStretchedWrist))
       target.notes.push_back(CommandNote::singular);
     if (!correction.is_reached) {
@@ -293,7 +293,7 @@ Robot in_session(Robot robot, const std::string& session) {
   bool differ = false;
   for (const auto& [name, of] : robot.sessions) {
     names += (names.empty() ? "" : ", ") + name;
-    differ |= !of.theta.empty();
+    differ |= !of.zero.empty();
   }
   if (session.empty()) {
     if (differ)
@@ -306,8 +306,8 @@ Robot in_session(Robot robot, const std::string& session) {
   if (found == robot.sessions.end())
     throw std::invalid_argument("has no session '" + session + "'" +
                                 (names.empty() ? "" : "; it has " + names));
-  for (const auto& [link, theta] : found->second.theta)
-    robot.chain.links[static_cast<size_t>(link)].theta = theta;
+  for (const auto& [link, zero] : found->second.zero)
+    zero_of(robot.chain.links[static_cast<size_t>(link)]) = zero;
   return robot;
 }
 

@@ -108,7 +108,7 @@ class ErrorMapper {
     for (const ProgramArm& single : single_) *parts++ = between(bare_arm, single.pose(context));
     if (controller_has_effects_) *parts++ = between(controller, bare_controller);
     const double bend =
-        std::min(wrist_sine(arm_.chain(), context.q), wrist_sine(controller_.chain(), context.q));
+        std::min(arm_.wrist_sine_at(context.q), controller_.wrist_sine_at(context.q));
     if (bend < std::sin(kSingularWrist)) point.notes.push_back(CommandNote::singular);
   }
 

@@ -122,7 +122,7 @@ class Minimum {
       const JointVector change = step(damping);
       if (change.cwiseAbs().maxCoeff() < 1e-13) break;
       const double next = cost_at(q_ + change);
-      if (next >= cost) {
+      if (!(next < cost)) {
         damping *= 10;
         continue;
       }
@@ -168,7 +168,7 @@ double largest_change(const ProgramArm& arm, Context context, const JointVector&
   arm.pose(context, jacobian);
   jacobian.bottomRows<3>() *= kLength;
   const double least = least_singular_value(jacobian);
-  const double near = std::min(wrist_sine(arm.chain(), q) / std::sin(kNearWrist), least / kNearAny);
+  const double near = std::min(arm.wrist_sine_at(q) / std::sin(kNearWrist), least / kNearAny);
   return near < 1 ? kMaxSingularChange / (1 - near * near)
                   : std::numeric_limits<double>::infinity();
 }
@@ -182,12 +182,12 @@ JointCorrection joints_of_pose(const ProgramArm& arm, const Context& context, co
 }
 
 JointCorrection correct_joints(const ProgramArm& arm, const Context& context, const Pose& wanted,
-                               const JointVector& programmed, const ChainEvaluator& controller) {
-  const Branch branch = branch_of(controller, programmed);
+                               const JointVector& programmed, const ProgramArm& controller) {
+  const Branch branch = controller.branch_at(programmed);
   const double most = largest_change(arm, context, programmed);
   const auto is_good = [&](const JointVector& q) {
     return (q - programmed).cwiseAbs().maxCoeff() <= most &&
-           stays(branch, branch_of(controller, q));
+           stays(branch, controller.branch_at(q));
   };
   const Minimum exact(arm, context, wanted, programmed, 0, kNoJoint);
   const bool is_reached = exact.is_reached(kGoodEnough);

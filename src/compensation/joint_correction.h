@@ -34,6 +34,6 @@ JointCorrection joints_of_pose(const ProgramArm& arm, const Context& context, co
 /// nearer, as when the exact correction would bend the wrist to the other side. `controller`
 /// defines the branch.
 JointCorrection correct_joints(const ProgramArm& arm, const Context& context, const Pose& wanted,
-                               const JointVector& programmed, const ChainEvaluator& controller);
+                               const JointVector& programmed, const ProgramArm& controller);
 
 }  // namespace armtrue

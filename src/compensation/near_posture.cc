@@ -16,7 +16,7 @@ NearPosture::NearPosture(const ProgramArm& arm, const JointVector& like, Turns t
     : arm_(arm),
       like_(like),
       turns_(turns),
-      branch_(branch_of(arm.chain(), like)),
+      branch_(arm.branch_at(like)),
       rolls_(arm.chain().is_six_axis_arm() &&
              std::abs(std::sin(arm.robot().chain.links[kForearm].alpha)) > 0.5) {}
 
@@ -44,7 +44,7 @@ JointVector NearPosture::nearer(const Context& context, const Pose& wanted,
 }
 
 bool NearPosture::is_on_branch(const JointVector& q) const {
-  Branch branch = branch_of(arm_.chain(), q);
+  Branch branch = arm_.branch_at(q);
   if (rolls_) branch.wrist = branch_.wrist;  // nearer() chooses
   return is_same(branch_, branch);
 }

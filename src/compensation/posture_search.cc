@@ -34,8 +34,7 @@ PostureSearch::PostureSearch(const ProgramArm& arm, const Context& context, cons
       wanted_(wanted),
       stated_(stated),
       before_(before),
-      reference_(
-          branch_of(arm.chain(), joints_.whole(stated.reference, context.q), joints_.first_link)) {
+      reference_(arm.branch_at(joints_.whole(stated.reference, context.q))) {
   if (before) try_from(joints_.whole(joints_.arm_of(*before), context.q));
   if (!found_) try_from(joints_.whole(stated.reference, context.q));
   const KinematicChain& chain = arm.robot().chain;
@@ -82,7 +81,7 @@ std::optional<JointVector> PostureSearch::in_ranges(JointVector q, bool in_trave
 }
 
 bool PostureSearch::has_sides(const JointVector& q) const {
-  const Branch branch = branch_of(arm_.chain(), q, joints_.first_link);
+  const Branch branch = arm_.branch_at(q);
   const auto is_on = [](int side, int reference, int now) { return side * reference * now >= 0; };
   return is_on(stated_.sides[0], reference_.shoulder, branch.shoulder) &&
          is_on(stated_.sides[1], reference_.elbow, branch.elbow) &&

@@ -56,7 +56,7 @@ bool is_of_the_arm(DriverKind kind) {
 bool moves_program(const Effect& effect, bool tool_is_measured) {
   if (effect.may_be_instrument) return false;
   const std::string& parameter = effect.parameter;
-  for (const char* of_station : {"instrument.", "target ", "anchor "})
+  for (const char* of_station : {"instrument.", "target ", "anchor ", "contact "})
     if (parameter.starts_with(of_station)) return false;
   if (parameter == "tool" || parameter.starts_with("tool.")) return tool_is_measured;
   if (parameter != "base" && !parameter.starts_with("base.")) return true;
@@ -90,6 +90,10 @@ const ProgramJoints& ProgramArm::program_joints() const {
 
 Branch ProgramArm::branch_at(const JointVector& q) const {
   return program_joints_ ? branch_of(chain(), q, program_joints_->first_link) : Branch{};
+}
+
+double ProgramArm::wrist_sine_at(const JointVector& q) const {
+  return program_joints_ ? wrist_sine(chain(), q, program_joints_->first_link) : 1.0;
 }
 
 Context ProgramArm::in_station(Context context) const {

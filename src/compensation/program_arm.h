@@ -43,6 +43,8 @@ class ProgramArm {
   const ProgramJoints& program_joints() const;
   /// Of an arm with six axes beside external ones; of any other, without sides.
   Branch branch_at(const JointVector& q) const;
+  /// wrist_sine() of such an arm; 1 of any other.
+  double wrist_sine_at(const JointVector& q) const;
 
  private:
   Context in_station(Context context) const;

@@ -98,7 +98,7 @@ void ProgrammedJoints::check_turn(int row, const JointVector& q) const {
       throw UnreachableTarget(
           row, fmt::format("its turn t = {} says that {} stands {} zero, and it stands at {:.6g} "
                            "deg; correct t, or rename the column if it is another",
-                           turn, controller_.robot().chain.links[static_cast<size_t>(j)].name,
+                           turn, joint_link(controller_.robot().chain, j).name,
                            below ? "below" : "above", q[j] / kDegree));
   }
 }
@@ -111,7 +111,7 @@ JointVector ProgrammedJoints::in_turn(int row, JointVector q) const {
     const bool below = (program_.turns[static_cast<size_t>(row)] >> j) & 1;
     if ((q[j] < 0) == below) continue;
     q[j] += below ? -kTurn : kTurn;
-    const Link& link = chain.links[static_cast<size_t>(j)];
+    const Link& link = joint_link(chain, j);
     if (q[j] < link.min || q[j] > link.max || (q[j] < 0) != below)
       throw UnreachableTarget(
           row, fmt::format("its turn says that {} stands {} zero, where it cannot; correct t",

@@ -442,9 +442,14 @@ TEST(Compensation, SessionsWithZerosOfTheirOwnMustBeNamed) {
   EXPECT_THROW(in_session(robot, "day 1"), std::invalid_argument);
   robot.sessions["day 1"];
   EXPECT_EQ(in_session(robot, "").chain.links[1].theta, robot.chain.links[1].theta);
-  robot.sessions["day 2"].theta[1] = 3.1;
+  robot.sessions["day 2"].zero[1] = 3.1;
   EXPECT_THROW(in_session(robot, ""), std::invalid_argument);
   EXPECT_EQ(in_session(robot, "day 2").chain.links[1].theta, 3.1);
+
+  Robot rail = read_robot(ARMTRUE_CONFIG "/robots/kr360-rail.yaml").robot;
+  rail.sessions["day 2"].zero[0] = 0.5;
+  EXPECT_EQ(in_session(rail, "day 2").chain.links[0].r, 0.5);
+  EXPECT_EQ(in_session(rail, "day 2").chain.links[0].theta, rail.chain.links[0].theta);
 }
 
 }  // namespace

@@ -116,7 +116,7 @@ inline Program joint_program(const std::vector<JointVector>& targets) {
   program.visits.source = "targets.csv";
   for (const JointVector& q : targets) {
     program.visits.pose.push_back(program.visits.rows());
-    program.visits.pose_ids.push_back("P" + std::to_string(program.visits.rows() + 1));
+    program.visits.pose_ids.emplace_back("P").append(std::to_string(program.visits.rows() + 1));
     program.visits.line.push_back(program.visits.rows() + 2);
     program.visits.q.push_back(q);
   }
