@@ -58,8 +58,15 @@ std::vector<int> parameters_of(const Robot& previous, const Campaign& campaign) 
   return parameters;
 }
 
+// Whether each session has a base of its own: if there are several, or one that the previous robot
+// does not know. Readings without sessions are from the known place.
+bool has_own_bases(const Robot& previous, const Campaign& campaign) {
+  return rows_by_session(campaign).size() > 1 ||
+         (!campaign.session.empty() && !previous.sessions.contains(session_name(campaign, 0)));
+}
+
 Robot start_of(const Robot& previous, const Campaign& campaign) {
-  if (rows_by_session(campaign).size() == 1) return robot_at_row(previous, campaign, 0);
+  if (!has_own_bases(previous, campaign)) return robot_at_row(previous, campaign, 0);
   IdentifiableSet bases;
   for (int k = 0; k < kLinkParameters; ++k) bases.kept.push_back(k);
   return starting_robot(previous, campaign, bases);
@@ -91,6 +98,7 @@ double freedom_of_spread(const Robot& previous, double numbers_of_touches) {
 ChangeProblem::ChangeProblem(const Robot& previous, const Campaign& campaign,
                              const ReadingSigma& sigma)
     : previous_(previous),
+      own_bases_(has_own_bases(previous, campaign)),
       start_(start_of(previous, campaign)),
       own_(own_parameters(start_)),
       models_(campaign, start_, parameters_of(start_, campaign), sigma, 0),
@@ -158,7 +166,7 @@ void ChangeProblem::enter_errors() {
     const double deviation = deviation_of(k);
     if (!is_own(k) && deviation > 0) errors_.push_back({k, 0, sessions() - 1, deviation});
   }
-  for (int s = 0; is_several() && s < sessions(); ++s) {
+  for (int s = 0; own_bases_ && s < sessions(); ++s) {
     std::vector<int> free;
     for (int k : models_.own(s)) {
       const double deviation = deviation_of(k, s);
@@ -234,7 +242,7 @@ void ChangeProblem::enter_hypotheses() {
         anchors[(k - first_anchor) / 4].push_back(k);
     }
     const int last = sessions() - 1;
-    if (!is_several()) {
+    if (!own_bases_) {
       std::vector<int> base(kLinkParameters);
       std::iota(base.begin(), base.end(), kBaseParameters);
       enter_hypothesis("base", shown(start_, base, model.campaign()), s, last);
@@ -311,7 +319,7 @@ Move ChangeProblem::described(const std::vector<int>& moved, size_t which,
 // The covariance of the difference from the known base is the sum of the covariances of both.
 std::vector<Move> ChangeProblem::stations(const Fit& fitted) const {
   std::vector<Move> moves;
-  for (int s = 0; is_several() && s < sessions(); ++s) {
+  for (int s = 0; own_bases_ && s < sessions(); ++s) {
     const auto known = previous_.sessions.find(models_.name(s));
     if (known == previous_.sessions.end()) continue;
     Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();

@@ -114,11 +114,8 @@ class ChangeProblem {
   // Index of the first unknown of one of the moves.
   Eigen::Index first_of(const std::vector<int>& moved, size_t which) const;
   int sessions() const { return models_.sessions(); }
-  bool is_several() const { return sessions() > 1; }
-  // Whether each of several sessions has its own value.
-  bool is_own(int parameter) const {
-    return is_several() && std::ranges::count(own_, parameter) > 0;
-  }
+  // Whether each session has its own value.
+  bool is_own(int parameter) const { return own_bases_ && std::ranges::count(own_, parameter) > 0; }
   double deviation_of(int parameter) const {
     const auto found = start_.std.find(parameter_name(start_.chain, parameter));
     return found == start_.std.end() ? 0 : found->second;
@@ -148,6 +145,7 @@ class ChangeProblem {
                               const Eigen::VectorXd& x) const;
 
   const Robot& previous_;
+  const bool own_bases_;  // and other own parameters
   const Robot start_;
   const std::vector<int> own_;  // of a session
   const SessionModels models_;
