@@ -15,8 +15,11 @@ constexpr int kFinerSteps = 100;    // within a step of a periodogram
 
 std::vector<Candidate> steps_anywhere(const Candidate& step, const Campaign& campaign) {
   const Span span = span_of(step.effect.driver, campaign);
+  const std::vector<double> scanned = step_places(span, kStepGrid);
   std::vector<Candidate> steps;
+  if (scanned.empty()) return steps;
   for (double at : step_places(span, static_cast<int>(std::min(span.values.size(), kMaxSteps)))) {
+    if (at < scanned.front() || at > scanned.back()) continue;
     steps.push_back(step);
     steps.back().effect.shape.at = at;
     for (Effect& member : steps.back().effect.members) member.shape.at = at;

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "armtrue/calibration/evaluation.h"
-#include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/gross_poses.h"
 #include "armtrue/search/trace.h"
 
