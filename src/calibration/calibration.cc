@@ -226,12 +226,29 @@ void match_coefficients(Robot& robot, const Campaign& campaign) {
   }
 }
 
+void forget_measured(Robot& robot, int fitted_effects) {
+  for (int e = 0; e < std::min<int>(fitted_effects, std::ssize(robot.effects)); ++e)
+    robot.effects[static_cast<size_t>(e)].measured.reset();
+}
+
+// A curve that this campaign has fitted ends where its readings do.
+void set_measured(const Campaign& campaign, int fitted_effects, Robot& robot) {
+  for (int e = 0; e < fitted_effects; ++e) {
+    Effect& effect = robot.effects[static_cast<size_t>(e)];
+    if (!is_curve_of_angle(effect)) continue;
+    const auto [low, high] = std::ranges::minmax(
+        campaign.q, {}, [&](const JointVector& q) { return q[effect.driver.joint]; });
+    effect.measured = {low[effect.driver.joint], high[effect.driver.joint]};
+  }
+}
+
 }  // namespace
 
 CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
                             const IdentifiableSet& set, const CalibrationOptions& options) {
   Robot start = starting_robot(robot, campaign, set);
   if (!start.nominal) start.nominal = robot.chain;
+  forget_measured(start, options.fitted_effects);
   match_coefficients(start, campaign);
   constexpr auto kSplit = SessionModels::Split::by_target;
   SessionModels model(campaign, start, set.kept, {1.0, 1.0}, options.fitted_effects, kSplit);
@@ -276,6 +293,7 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
   for (const PriorWidth& width : priors.widths)
     if (!width.name.empty()) result.prior_widths[width.name] = width.deviation;
   set_robot(model, x, result);
+  set_measured(campaign, model.fitted_effects(), result.robot);
   return result;
 }
 

@@ -50,6 +50,7 @@ BoundEffect::BoundEffect(const Effect& effect, const Robot& robot,
                          const std::vector<std::string>& temperature_names)
     : driver_(effect.driver),
       shape_(effect.shape),
+      measured_(effect.measured),
       base_(robot.chain.base),
       tool_(robot.chain.tool),
       instrument_(instrument_place(robot)),
@@ -168,7 +169,8 @@ double BoundEffect::driver_value(DriverKind kind, int joint, size_t member, cons
                                  const ArmFrames* frames, const PoseJacobian* jacobian) const {
   switch (kind) {
     case DriverKind::joint_angle:
-      return context.q[joint];
+      return measured_ ? std::clamp(context.q[joint], (*measured_)[0], (*measured_)[1])
+                       : context.q[joint];
     case DriverKind::motor_torque:
       return context.motor_torque_nm[joint];
     case DriverKind::arrival:

@@ -55,6 +55,7 @@ class BoundEffect {
 
   Driver driver_;
   Shape shape_;
+  std::optional<std::array<double, 2>> measured_;  // see Effect
   Pose base_, tool_;
   Eigen::Vector3d instrument_, up_;
   int temperature_ = -1;

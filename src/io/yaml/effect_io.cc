@@ -107,6 +107,12 @@ Effect read_effect(YamlMap map, const KinematicChain& chain) {
     if (!effect.may_be_instrument) map.fail("mean", "is of an effect with may_be_instrument: true");
     effect.mean = map.number("mean") * display_unit(unit_of_parameter(chain, effect.parameter)).si;
   }
+  if (map.has("measured")) {
+    const std::vector<double> angles = map.numbers("measured", 2);
+    if (!is_curve_of_angle(effect) || angles[0] > angles[1])
+      map.fail("measured", "is the lowest and highest joint angle of a series cosine or spline");
+    effect.measured = {angles[0], angles[1]};
+  }
   for (YamlMap& entry : map.maps("coefficients")) {
     Coefficient& c = effect.coefficients.emplace_back();
     c.name = entry.text("name", "c");
