@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "armtrue/calibration/calibration.h"
+#include "armtrue/calibration/doubts.h"
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/gross_poses.h"
 #include "armtrue/calibration/worthwhile.h"
@@ -119,6 +120,19 @@ void warn_of_gross_poses(app::Command& command, const std::vector<GrossPose>& gr
                     pose.id, pose.off / kMillimetre, pose.likely));
 }
 
+void warn_of_doubts(app::Command& command, const Robot& robot, const Campaign& all,
+                    const Campaign& campaign, const CalibrationResult& result,
+                    const CalibrationFindings& findings) {
+  std::vector<int> lines;
+  for (int row : findings.quality->blunders) lines.push_back(campaign.line[row]);
+  for (int row : rows_of(findings.gross)) lines.push_back(all.line[row]);
+  std::ranges::sort(lines);
+  for (const std::string& doubt :
+       {left_out_together(all, lines),
+        contradiction_of_noise(robot, campaign, findings.quality->noise, result.sigma.position)})
+    if (!doubt.empty()) command.warn(doubt);
+}
+
 void report_fit(const app::Command& command, const CalibrationResult& result,
                 const Campaign& campaign, const Evaluation& evaluation) {
   const ErrorSummary left = summarize(evaluation.position);
@@ -166,6 +180,7 @@ int run(app::Command& command, const Arguments& arguments) {
   findings.nominal = require_worthwhile(robot, result, campaign, findings.quality->blunders,
                                         static_cast<int>(rows_of(gross).size()));
   if (!findings.nominal) findings.nominal = placed_on_targets(robot, result, campaign);
+  warn_of_doubts(command, robot, all, campaign, result, findings);
   const Evaluation evaluation = evaluate(result.robot, campaign);
   const auto missed = missed_criterion(result, robot, campaign, evaluation, arguments.max_error_mm);
   if (missed) command.warn(*missed);

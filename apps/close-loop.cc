@@ -2,6 +2,7 @@
 
 #include <set>
 
+#include "armtrue/calibration/doubts.h"
 #include "armtrue/campaign/split.h"
 #include "armtrue/io/calibration_io.h"
 #include "armtrue/io/loop_io.h"
@@ -214,6 +215,11 @@ int run(app::Command& command, const Arguments& arguments) {
   const std::string missed = why_not_reached(robot, result);
   if (!missed.empty()) command.warn(missed);
   warn_of_unknown_floor(command, result);
+  for (const std::string& doubt :
+       {result.left_out_together,
+        contradiction_of_noise(robot, measured.training, result.noise,
+                               result.trace.fit.sigma.position)})
+    if (!doubt.empty()) command.warn(doubt);
   const Provenance provenance = command.provenance();
   if (result.predictor)
     write_output(arguments.predictor_out, write_robot(result.predictor->robot, provenance));

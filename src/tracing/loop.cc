@@ -6,6 +6,7 @@
 #include <set>
 #include <utility>
 
+#include "armtrue/calibration/doubts.h"
 #include "armtrue/calibration/pose_bootstrap.h"
 #include "armtrue/calibration/prediction.h"
 #include "armtrue/statistics/distributions.h"
@@ -39,6 +40,7 @@ void set_excluded_rows(const Training& training, const Campaign& given, LoopResu
     result.excluded_rows.push_back(training.sound->line[row]);
   for (int row : rows_of(result.gross_poses)) result.excluded_rows.push_back(given.line[row]);
   std::ranges::sort(result.excluded_rows);
+  result.left_out_together = left_out_together(given, result.excluded_rows);
 }
 
 // A cycle with a refined frequency counts as the same effect.
@@ -125,8 +127,6 @@ void set_held_out(const Training& training, const Campaign& held_out, const Trac
   if (reducible > 0)
     result.reducible_removed = std::clamp(
         (result.before * result.before - result.after * result.after) / reducible, 0.0, 1.0);
-  const std::vector<double> nominal = evaluate(training.nominal, held_out).position;
-  result.against_nominal_ci95 = paired_bootstrap(result.errors_after, nominal, poses, options);
   result.gain_ci95 = paired_bootstrap(result.errors_before, result.errors_after, poses, options);
   for (const Robot& robot : training.without_effect) {
     const Evaluation without = evaluate(robot, held_out);
@@ -145,9 +145,11 @@ void set_verdict(const Training& training, const Campaign& held_out, LoopResult&
   const double complete_high = raised * of_noise * result.floor;
   const double floor_high =
       std::min(complete_high, result.floor * std::max(of_noise, kMostOfUnknowns));
-  result.worse_than_nominal = result.after > complete_high && result.against_nominal_ci95[0] > 0;
+  result.worse_than_nominal = held_out.rows() > 0 && result.after > floor_high &&
+                              result.after > result.stages.front().held_out.position.mean;
   result.verdict = conclude({result.trace.effects, result.lack_of_fit, result.after, result.floor,
-                             floor_high, complete_high, result.outside_p});
+                             floor_high, complete_high, result.outside_p,
+                             !result.left_out_together.empty()});
   if (result.verdict == Verdict::too_few_poses)
     result.more_poses = poses_to_the_floor(result, floor_high);
 }

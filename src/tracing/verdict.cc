@@ -36,13 +36,13 @@ std::string to_string(Verdict verdict) {
 Verdict conclude(const Grounds& grounds) {
   if (grounds.lack_of_fit && *grounds.lack_of_fit < kSignificance) return Verdict::unexplained;
   if (grounds.outside_p < kSignificance) return Verdict::unexplained;
+  if (grounds.left_out_together) return Verdict::unexplained;
   const bool beyond_floor = grounds.floor > 0 && grounds.after > grounds.floor_high;
-  if (grounds.effects.empty()) {
-    // Held-out poses may show an error that too few training poses cannot show.
-    const double most = std::max(grounds.complete_high, kMaxTimesFloor * grounds.floor);
-    if (beyond_floor && grounds.after > most) return Verdict::unexplained;
+  // Held-out poses may show an error that too few training poses cannot show.
+  const double most = std::max(grounds.complete_high, kMaxTimesFloor * grounds.floor);
+  if (beyond_floor && grounds.after > most) return Verdict::unexplained;
+  if (grounds.effects.empty())
     return beyond_floor ? Verdict::too_few_poses : Verdict::nothing_to_explain;
-  }
   if (std::ranges::any_of(grounds.effects, has_other_cause)) return Verdict::not_separable;
   return beyond_floor ? Verdict::too_few_poses : Verdict::closed;
 }

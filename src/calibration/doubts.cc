@@ -1,0 +1,118 @@
+#include "armtrue/calibration/doubts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "armtrue/kinematics/units.h"
+#include "armtrue/statistics/distributions.h"
+
+namespace armtrue {
+namespace {
+
+constexpr double kNoChance = 1e-3;
+constexpr int kFewest = 3;  // visits or readings
+
+// Readings of one pose, one after the other.
+struct Visit {
+  int first_row, last_row;
+  bool is_left_out;
+};
+
+std::vector<Visit> visits_of(const Campaign& campaign, const std::vector<bool>& left_out) {
+  std::vector<int> order(static_cast<size_t>(campaign.rows()));
+  std::iota(order.begin(), order.end(), 0);
+  if (!campaign.time_s.empty())
+    std::ranges::stable_sort(order, {}, [&](int row) { return campaign.time_s[row]; });
+  std::vector<Visit> visits;
+  for (int row : order) {
+    if (visits.empty() || campaign.pose[visits.back().last_row] != campaign.pose[row])
+      visits.push_back({row, row, false});
+    visits.back().last_row = row;
+    if (left_out[row]) visits.back().is_left_out = true;
+  }
+  return visits;
+}
+
+std::string in_a_row(const Campaign& campaign, const std::vector<bool>& left_out) {
+  const std::vector<Visit> visits = visits_of(campaign, left_out);
+  const auto all = static_cast<double>(visits.size());
+  const auto left = static_cast<double>(std::ranges::count_if(visits, &Visit::is_left_out));
+  size_t longest = 0, end = 0;
+  for (size_t k = 0, run = 0; k < visits.size(); ++k) {
+    run = visits[k].is_left_out ? run + 1 : 0;
+    if (run > longest) {
+      longest = run;
+      end = k;
+    }
+  }
+  if (longest < kFewest || all * std::pow(left / all, longest) >= kNoChance) return "";
+  const int first = visits[end + 1 - longest].first_row, last = visits[end].last_row;
+  const auto place = [&](int row) {
+    return campaign.time_s.empty() ? fmt::format("line {}", campaign.line[row])
+                                   : fmt::format("t_s = {:.10g}", campaign.time_s[row]);
+  };
+  return fmt::format(
+      "the readings of {} visits in a row are left out, from {} to {}: no blunders, but something "
+      "that was off for a while (a brake, a loose tool, somebody at the instrument); find out what "
+      "it was, or measure these poses again",
+      longest, place(first), place(last));
+}
+
+std::string on_one_target(const Campaign& campaign, const std::vector<bool>& left_out) {
+  const auto targets = static_cast<int>(campaign.target_names.size());
+  if (targets < 2 || campaign.target.empty()) return "";
+  std::vector<int> readings(targets, 0), left(targets, 0);
+  for (int row = 0; row < campaign.rows(); ++row) {
+    ++readings[campaign.target[row]];
+    left[campaign.target[row]] += left_out[row];
+  }
+  const double share = static_cast<double>(std::ranges::count(left_out, true)) / campaign.rows();
+  for (int target = 0; target < targets; ++target)
+    if (left[target] >= kFewest &&
+        targets * binomial_at_least(left[target], readings[target], share) < kNoChance)
+      return fmt::format(
+          "{} of the {} readings of target '{}' are left out, more than of the others: look "
+          "whether "
+          "it is damaged, dirty or loose, or leave its readings out",
+          left[target], readings[target], campaign.target_names[target]);
+  return "";
+}
+
+}  // namespace
+
+std::string left_out_together(const Campaign& campaign, const std::vector<int>& lines) {
+  if (lines.empty()) return "";
+  std::vector<bool> left_out(static_cast<size_t>(campaign.rows()));
+  for (int row = 0; row < campaign.rows(); ++row)
+    left_out[row] = std::ranges::binary_search(lines, campaign.line[row]);
+  const std::string on_target = on_one_target(campaign, left_out);
+  return on_target.empty() ? in_a_row(campaign, left_out) : on_target;
+}
+
+std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
+                                   const NoiseFloor& noise, double sigma) {
+  constexpr double kMuchMore = 1.25, kMuchLess = 0.5;  // of the stated one
+  const double stated = robot.noise.position;
+  if (stated <= 0 || !campaign.sigma_position.empty()) return "";
+  const double freedom = noise.degrees_of_freedom, ratio = noise.position / stated;
+  if (noise.source == NoiseFloor::Source::replicates && ratio > kMuchMore &&
+      chi_squared_above(freedom * ratio * ratio, freedom) < kNoChance)
+    return fmt::format(
+        "replicates scatter {:.3g} times as much as the noise that the robot file states, {:.4g} "
+        "mm "
+        "per axis: the instrument is noisier, or something changes from visit to visit, which all "
+        "figures here take for noise",
+        ratio, stated / kMillimetre);
+  if (sigma < kMuchLess * stated)
+    return fmt::format(
+        "the robot file states a noise of {:.4g} mm per axis, and the readings scatter by {:.4g} "
+        "mm "
+        "about the model: correct noise: position_mm, beside which hardly anything can be found",
+        stated / kMillimetre, sigma / kMillimetre);
+  return "";
+}
+
+}  // namespace armtrue

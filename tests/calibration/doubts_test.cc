@@ -1,0 +1,79 @@
+#include "armtrue/calibration/doubts.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace armtrue::doubts_test {
+namespace {
+
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+// 60 poses read one after the other, on two targets each.
+Campaign sixty_poses() {
+  Campaign campaign;
+  campaign.target_names = {"left", "right"};
+  for (int row = 0; row < 120; ++row) {
+    campaign.q.emplace_back();
+    campaign.pose.push_back(row / 2);
+    campaign.line.push_back(row + 2);
+    campaign.time_s.push_back(10.0 * row);
+    campaign.target.push_back(row % 2);
+  }
+  return campaign;
+}
+
+TEST(LeftOutTogether, BlundersAtRandomAreNoFault) {
+  const Campaign campaign = sixty_poses();
+  std::mt19937 random(1);
+  int named = 0;
+  for (int draw = 0; draw < 200; ++draw) {
+    std::vector<int> lines = campaign.line;
+    std::ranges::shuffle(lines, random);
+    lines.resize(12);
+    std::ranges::sort(lines);
+    named += !left_out_together(campaign, lines).empty();
+  }
+  EXPECT_LE(named, 2);  // at 1 in 1000
+  EXPECT_THAT(left_out_together(campaign, {}), IsEmpty());
+}
+
+TEST(LeftOutTogether, VisitsInARowAreNamed) {
+  const Campaign campaign = sixty_poses();
+  // Poses 20 to 24, one target or both, and a blunder elsewhere.
+  EXPECT_THAT(left_out_together(campaign, {6, 42, 43, 44, 47, 48, 51}),
+              HasSubstr("5 visits in a row are left out, from t_s = 400 to t_s = 490"));
+  // Two neighbours may be chance.
+  EXPECT_THAT(left_out_together(campaign, {6, 42, 44}), IsEmpty());
+}
+
+TEST(LeftOutTogether, ABadReflectorIsNamed) {
+  const Campaign campaign = sixty_poses();
+  EXPECT_THAT(left_out_together(campaign, {3, 11, 19, 31, 45, 51, 67, 75, 83, 91, 99, 111}),
+              HasSubstr("12 of the 60 readings of target 'right'"));
+}
+
+TEST(ContradictionOfNoise, NamesReadingsThatScatterMoreOrMuchLess) {
+  Robot robot;
+  const Campaign campaign = sixty_poses();
+  robot.noise.position = 1e-4;
+  const auto said = [&](double of_replicates, double sigma) {
+    NoiseFloor floor{NoiseFloor::Source::replicates};
+    floor.position = of_replicates;
+    floor.degrees_of_freedom = 180;
+    return contradiction_of_noise(robot, campaign, floor, sigma);
+  };
+  EXPECT_THAT(said(1e-4, 1e-4), IsEmpty());
+  EXPECT_THAT(said(1.2e-4, 2e-4), IsEmpty());
+  EXPECT_THAT(said(3e-4, 3e-4), HasSubstr("3 times as much"));
+  EXPECT_THAT(said(1e-5, 1e-5), HasSubstr("scatter by 0.01 mm"));
+  robot.noise.position = 0;
+  EXPECT_THAT(said(3e-4, 3e-4), IsEmpty());
+}
+
+}  // namespace
+}  // namespace armtrue::doubts_test
