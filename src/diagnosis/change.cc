@@ -111,7 +111,7 @@ void exchange(const ChangeProblem& problem, Explanation& current) {
        k = (k + 1) % current.moved.size()) {
     Explanation other = each_beside(problem, all_but(current.moved, k)).front();
     ++kept;
-    if (other.bic >= current.bic - kExchangeTolerance) continue;
+    if (!(other.bic < current.bic - kExchangeTolerance)) continue;
     current = std::move(other);
     kept = 0;
   }
@@ -132,7 +132,7 @@ Explanation find_moves(const ChangeProblem& problem) {
   const double independent = 1;  // the scatter of the poses is known once what moved is taken out
   while (current.moved.size() < kMaxMoves) {
     Explanation more = each_beside(problem, current.moved).front();
-    if (more.bic >= current.bic) break;
+    if (!(more.bic < current.bic)) break;
     if (problem.p_value(current.moved, current.fit, independent) >= kChangeSignificance &&
         p_value(problem, current, more, current.moved.size()) >= kChangeSignificance)
       break;

@@ -39,11 +39,13 @@ FrameChange best_place(const FitEquations& equations, const std::vector<int>& or
   const auto rows = static_cast<int>(order.size());
   const int size = equations.row_size;
   const double whole = equations.residual.squaredNorm();
-  const double freedom = poses * size;
+  // What the residual is worth: of few poses the fit uses most equations, and another base the rest.
+  const double freedom = poses * size - static_cast<double>(equations.basis.cols());
   Eigen::MatrixXd on_basis = Eigen::MatrixXd::Zero(equations.basis.cols(), kBase);
   BaseMatrix gram = BaseMatrix::Zero();
   BaseVector slope = BaseVector::Zero();
   FrameChange best;
+  if (freedom <= kBase) return best;
   for (int k = rows - 1; k > 0; --k) {
     const int first = order[static_cast<size_t>(k)] * size;
     const auto base = equations.columns.middleRows(first, size);

@@ -64,7 +64,8 @@ JointVector step_towards(const JointColumns<kJoints>& columns, const Vector6& tw
 }
 
 double middle(const Link& link) {
-  return std::isfinite(link.min) && std::isfinite(link.max) ? 0.5 * (link.min + link.max) : 0.0;
+  const auto [min, max] = travel(link);
+  return 0.5 * (min + max);
 }
 
 template <int kJoints>
@@ -83,7 +84,7 @@ InverseResult solve_from(const KinematicChain& chain, const Pose& a_from_measure
     if (largest > kMaxStep) change *= kMaxStep / largest;
     const JointVector q = result.q + change;
     const Vector6 left = miss(a_from_measured, evaluator.pose(q, jacobian));
-    if (left.squaredNorm() >= twist.squaredNorm()) {
+    if (!(left.squaredNorm() < twist.squaredNorm())) {
       damping *= 10;
       continue;
     }

@@ -29,10 +29,11 @@ int written_decimals(std::string_view number) {
 
 std::string rounded_text(double value, int at_least, int decimals) {
   std::string text = fmt::format("{:.{}f}", value, std::max(at_least, decimals));
-  const size_t point = text.find('.');
-  while (text.size() - point - 1 > static_cast<size_t>(at_least) && text.back() == '0')
-    text.pop_back();
-  if (text.back() == '.') text.pop_back();
+  if (const size_t point = text.find('.'); point != std::string::npos) {
+    while (text.size() - point - 1 > static_cast<size_t>(at_least) && text.back() == '0')
+      text.pop_back();
+    if (text.back() == '.') text.pop_back();
+  }
   if (text.find_first_not_of("-0.") == std::string::npos && text[0] == '-') text.erase(0, 1);
   return text;
 }

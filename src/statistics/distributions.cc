@@ -7,12 +7,15 @@
 #include <boost/math/distributions/non_central_chi_squared.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
+#include <cmath>
 
 namespace armtrue {
 
 namespace math = boost::math;
 
 double chi_squared_above(double value, double dof) {
+  if (value <= 0) return 1;  // rounding of a difference; Boost throws, also at infinity
+  if (std::isinf(value)) return 0;
   return math::cdf(math::complement(math::chi_squared(dof), value));
 }
 
@@ -25,6 +28,8 @@ double non_central_chi_squared_above(double value, double dof, double non_centra
 }
 
 double fisher_f_above(double value, double dof, double dof_of_denominator) {
+  if (value <= 0) return 1;
+  if (std::isinf(value)) return 0;
   return math::cdf(math::complement(math::fisher_f(dof, dof_of_denominator), value));
 }
 

@@ -12,6 +12,15 @@ namespace armtrue {
 /// Smallest unit of work of a thread whose blocks are rows of a campaign.
 inline constexpr int kRowsPerBlock = 1024;
 
+/// Whether this thread computes a block, of whatever call.
+inline thread_local bool is_block_worker = false;
+
+/// Asked for once: the answer comes from a file of the system.
+inline int machine_threads() {
+  static const int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  return threads;
+}
+
 /// Cuts [0, count) into blocks of `size`, computes `work(begin, end)` of each on the machine's
 /// threads and hands the results to `join` in the order of the blocks. The cut is fixed, so the
 /// joined result is the same on any number of threads, and so is the exception that is passed on:
@@ -19,15 +28,12 @@ inline constexpr int kRowsPerBlock = 1024;
 /// after another: its threads are busy.
 template <typename Result, typename Work, typename Join>
 void for_ordered_blocks(int count, int size, const Work& work, const Join& join) {
-  static thread_local bool is_worker = false;
   const int blocks = (count + size - 1) / size;
   const auto run = [&](int block) {
     return work(block * size, std::min(count, (block + 1) * size));
   };
-  // Asked for once: the answer comes from a file of the system.
-  static const int machine = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  const int threads = std::min(blocks, machine);
-  if (threads <= 1 || is_worker) {
+  const int threads = std::min(blocks, machine_threads());
+  if (threads <= 1 || is_block_worker) {
     for (int block = 0; block < blocks; ++block) join(run(block));
     return;
   }
@@ -40,7 +46,7 @@ void for_ordered_blocks(int count, int size, const Work& work, const Join& join)
     std::vector<std::jthread> workers;
     for (int t = 0; t < threads; ++t)
       workers.emplace_back([&] {
-        is_worker = true;
+        is_block_worker = true;
         for (int block = next++; block < blocks; block = next++) try {
             results[block] = run(block);
           } catch (...) {
