@@ -4,6 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "armtrue/kinematics/units.h"
+
 namespace armtrue {
 namespace {
 
@@ -14,18 +16,34 @@ struct Plane {
   double time;
 };
 
+struct Intersection {
+  Eigen::Vector3d point;
+  double time;
+};
+
 // Intersection of the plane with segment s of the pass, from sample s to s + 1.
-std::optional<Eigen::Vector3d> meet(const Plane& plane, const Path& pass, Eigen::Index s) {
+std::optional<Intersection> meet(const Plane& plane, const Path& pass, Eigen::Index s) {
   const Eigen::Vector3d from = pass.position.col(s), to = pass.position.col(s + 1);
   const double a = plane.normal.dot(from - plane.point), b = plane.normal.dot(to - plane.point);
   if ((a > 0 && b > 0) || (a < 0 && b < 0) || a == b) return std::nullopt;
-  return from + (to - from) * (a / (a - b));
+  const double share = a / (a - b);
+  return Intersection{from + (to - from) * share,
+                      pass.time[s] + (pass.time[s + 1] - pass.time[s]) * share};
+}
+
+// Beside a corner a plane may miss its own leg and meet the next one. Such a point is nearer to
+// where the command is at the time of the point than to the sample of the plane. On one leg the
+// sample of the plane is the nearest, but for the angle between the sides of a polygon.
+bool is_of_another_leg(const Intersection& met, const Plane& plane, const Path& command) {
+  static const double kShorter = std::cos(15 * kDegree);  // no curve turns more at one sample
+  const Eigen::Vector3d then = position_at(command, Eigen::VectorXd::Constant(1, met.time));
+  return (met.point - then).norm() < kShorter * (met.point - plane.point).norm();
 }
 
 // The intersection nearest in time: searches outwards from segment `start`, which holds the time of
 // the plane.
-std::optional<Eigen::Vector3d> meet_nearest(const Plane& plane, const Path& pass,
-                                            Eigen::Index start) {
+std::optional<Eigen::Vector3d> meet_nearest(const Plane& plane, const Path& command,
+                                            const Path& pass, Eigen::Index start) {
   Eigen::Index below = start, above = start + 1;
   const Eigen::Index segments = pass.samples() - 1;
   const auto time_apart = [&](Eigen::Index s) {
@@ -36,7 +54,8 @@ std::optional<Eigen::Vector3d> meet_nearest(const Plane& plane, const Path& pass
     const double ahead = above < segments ? time_apart(above) : 2 * kMaxTimeApart;
     if (std::min(back, ahead) > kMaxTimeApart) return std::nullopt;
     const Eigen::Index s = back <= ahead ? below-- : above++;
-    if (const auto point = meet(plane, pass, s)) return point;
+    const auto met = meet(plane, pass, s);
+    if (met && !is_of_another_leg(*met, plane, command)) return met->point;
   }
 }
 
@@ -55,7 +74,7 @@ PlaneCrossings cross_normal_planes(const Path& command, const Path& measured) {
     if (stands || tangent.col(i).isZero()) continue;
     const Plane plane{command.position.col(i), tangent.col(i), command.time[i]};
     while (segment + 2 < measured.samples() && measured.time[segment + 1] < plane.time) ++segment;
-    const auto point = meet_nearest(plane, measured, segment);
+    const auto point = meet_nearest(plane, command, measured, segment);
     if (!point) continue;
     crossings.deviation.col(static_cast<Eigen::Index>(crossings.sample.size())) =
         *point - plane.point;

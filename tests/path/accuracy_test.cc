@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <stdexcept>
@@ -63,6 +64,39 @@ TEST(PlaneCrossings, TheReturnLegIsNotMistakenForTheOutward) {
     if (i > 190 && i < 210) continue;
     EXPECT_EQ(crossings.deviation(1, static_cast<Eigen::Index>(k)), i < 200 ? 1e-3 : -2e-3) << i;
   }
+}
+
+// 200 mm along x in 4 s, then 100 mm along y; slow at both ends of a leg, at rest between them.
+Path corner() {
+  Path path;
+  path.time = Eigen::VectorXd::LinSpaced(501, 0, 10);
+  path.position = Eigen::Matrix3Xd::Zero(3, 501);
+  const auto way = [](double since) {
+    return 0.5 - 0.5 * std::cos(M_PI * std::clamp(since, 0., 1.));
+  };
+  for (Eigen::Index i = 0; i < 501; ++i) {
+    path.position(0, i) = 0.2 * way((path.time[i] - 1) / 4);
+    path.position(1, i) = 0.1 * way((path.time[i] - 5) / 4);
+  }
+  return path;
+}
+
+// Passes that stand back from the corner miss the last planes of the leg before it. The next leg
+// meets these planes a millimetre or more from the corner, which is no deviation.
+TEST(PlaneCrossings, ThePlanesBesideACornerDoNotMeetTheNextLeg) {
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> normal(0, 0.03e-3);
+  std::vector<PlaneCrossings> passes;
+  for (int k = 0; k < 3; ++k) {
+    Path pass = moved(corner(), 0.3e-3, 0.2e-3, 0);
+    for (double& part : pass.position.reshaped()) part += normal(random);
+    passes.push_back(cross_normal_planes(corner(), pass));
+  }
+  const PathAccuracy accuracy = path_accuracy(passes);
+  EXPECT_LT(accuracy.at, std::hypot(0.3e-3, 0.2e-3) + 0.05e-3);
+  EXPECT_GT(accuracy.at, 0.3e-3);  // of the leg along y
+  EXPECT_LT(*accuracy.rt, 0.2e-3);
+  EXPECT_GT(accuracy.planes, 380);
 }
 
 TEST(PlaneCrossings, StandstillHasNoPlaneAndAMissingStretchIsMissed) {

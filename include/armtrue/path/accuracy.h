@@ -21,8 +21,10 @@ struct PlaneCrossings {
 
 /// Intersects a measured pass, a polygon in the clock of `command`, with the plane through each
 /// sample of `command` normal to its tangent. Among several intersections the nearest in time
-/// counts, within 0.5 s. A sample at standstill has no plane; at a corner the tangent is the mean
-/// of both sides. Throws std::invalid_argument if either path has fewer than two samples.
+/// counts, within 0.5 s. An intersection that is nearer to `command` at its own time than to the
+/// sample is of another leg and does not count; so |deviation| is at most 1.04 of the distance at
+/// equal times. A sample at standstill has no plane; at a corner the tangent is the mean of both
+/// sides. Throws std::invalid_argument if either path has fewer than two samples.
 PlaneCrossings cross_normal_planes(const Path& command, const Path& measured);
 
 /// Path accuracy and repeatability, ISO 9283:1998, 8.2 and 8.3, position. In plane i let p_ij be
