@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/path/registration/unit_check.h"
@@ -181,6 +183,26 @@ TEST(Clock, RefusesARecordThatFitsAnywhere) {
 }
 
 // A part of the pass, or one that waits for long, is no other unit.
+// A tool that lies off along a straight path at rest and in motion shows the clock by both.
+TEST(Clock, AConstantDeviationAlongThePathIsNoBlunder) {
+  Path programmed;
+  programmed.time = Eigen::VectorXd::LinSpaced(601, -2, 10);
+  programmed.position = Eigen::Matrix3Xd::Zero(3, 601);
+  for (Eigen::Index i = 0; i < 601; ++i)
+    programmed.position(0, i) =
+        0.15 - 0.15 * std::cos(M_PI * std::clamp(programmed.time[i] / 6.5, 0., 1.));
+  for (const double along : {0.1e-3, 0.3e-3, -0.5e-3, 1e-3}) {
+    std::mt19937_64 random(1);
+    std::normal_distribution<double> normal(0, 0.03e-3);
+    Path measured = programmed;
+    for (double& part : measured.position.reshaped()) part += normal(random);
+    measured.position.colwise() += Eigen::Vector3d(along, 0.2e-3, 0);
+    const ClockFit fit = fit_clock(programmed, measured);
+    EXPECT_LT(fit.offset_deviation(), 1e-3) << along;
+    EXPECT_LT(std::abs(fit.offset), 3 * fit.offset_deviation()) << along;
+  }
+}
+
 TEST(Clock, NamesTimesInAnotherUnit) {
   const plant::Program program = plant::program(plant::Shape::arc);
   const Path programmed = path_of(program);

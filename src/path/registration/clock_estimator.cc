@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "linear_algebra/decompositions.h"
@@ -90,8 +91,11 @@ class ClockEstimator {
     for (int round = 0; round < kRounds; ++round) {
       linearize(fit);
       if (round == 2 || round == 4)
-        for (size_t axis = 0; axis < 3; ++axis)
-          processes_[axis] = fit_ornstein_uhlenbeck(samples_[axis]);
+        for (size_t axis = 0; axis < 3; ++axis) {
+          FittedProcess fitted = fit_ornstein_uhlenbeck(samples_[axis]);
+          processes_[axis] = fitted.process;
+          samples_[axis].explained = std::move(fitted.explained);
+        }
       if (round > 4 && std::abs(step(fit)) < 1e-6) break;
       if (round <= 4) step(fit);
     }
@@ -189,7 +193,7 @@ class ClockEstimator {
 
   // One step: the mean over the sizes of jumps along the three axes, weighted by the likelihood
   // exp(-cost) of each combination. Returns the change of the offset [s].
-  double step(ClockFit& fit) const {
+  double step(ClockFit& fit) {
     constexpr std::array kJumps{0.0, 0.05e-3, 0.1e-3, 0.2e-3, 0.4e-3};  // [m]
     std::array<std::array<Evidence, kJumps.size()>, 3> evidence;
     for (size_t axis = 0; axis < 3; ++axis)
@@ -222,8 +226,11 @@ class ClockEstimator {
     return change[0];
   }
 
-  void apply(const Eigen::VectorXd& change, const Eigen::MatrixXd& covariance,
-             ClockFit& fit) const {
+  void apply(const Eigen::VectorXd& change, const Eigen::MatrixXd& covariance, ClockFit& fit) {
+    // The next deviations are without the change of clock and frame, but not without drag.
+    for (AxisSamples& samples : samples_)
+      for (int k = 0; samples.explained.size() > 0 && k < shared_; ++k)
+        if (k != 2 && k != 3) samples.explained[k] += change[k];
     fit.covariance = covariance.topLeftCorner<2, 2>();
     fit.offset += change[0] + (fit.offset - middle_) * change[1];
     fit.rate += change[1];

@@ -40,6 +40,15 @@ ScaledCost cost_at_best_scale(const OrnsteinUhlenbeck& process, const AxisSample
           std::sqrt(square)};
 }
 
+// Coefficients of least squares. A process is meant that is scaled to all of the deviation: by one
+// that is scaled to the rest, much of what the regressors explain would be a blunder.
+Eigen::VectorXd least_squares(const OrnsteinUhlenbeck& process, const AxisSamples& samples) {
+  const Whitened white = whiten(process, samples);
+  return white.columns.rightCols(white.columns.cols() - 1)
+      .colPivHouseholderQr()
+      .solve(white.columns.col(0));
+}
+
 }  // namespace
 
 Whitened whiten(const OrnsteinUhlenbeck& process, const AxisSamples& samples) {
@@ -50,6 +59,8 @@ Whitened whiten(const OrnsteinUhlenbeck& process, const AxisSamples& samples) {
   double variance = power;
   Eigen::RowVectorXd mean = Eigen::RowVectorXd::Zero(white.columns.cols());
   Eigen::RowVectorXd innovation(white.columns.cols());
+  Eigen::VectorXd unexplained = Eigen::VectorXd::Unit(white.columns.cols(), 0);
+  unexplained.segment(1, samples.explained.size()) = -samples.explained;
   for (Eigen::Index i = 0; i < samples.time.size(); ++i) {
     if (i > 0) {
       const double kept =
@@ -59,7 +70,7 @@ Whitened whiten(const OrnsteinUhlenbeck& process, const AxisSamples& samples) {
     }
     const double weight = 1 / std::sqrt(variance + noise);
     innovation = white.columns.row(i) - mean;
-    if (std::abs(innovation[0]) * weight > kBlunderThreshold) {
+    if (std::abs(innovation.dot(unexplained)) * weight > kBlunderThreshold) {
       white.columns.row(i).setZero();
       white.log_determinant += 0.5 * kBlunderThreshold * kBlunderThreshold - std::log(weight);
       ++white.blunders;
@@ -73,31 +84,33 @@ Whitened whiten(const OrnsteinUhlenbeck& process, const AxisSamples& samples) {
   return white;
 }
 
-OrnsteinUhlenbeck fit_ornstein_uhlenbeck(const AxisSamples& samples) {
+FittedProcess fit_ornstein_uhlenbeck(const AxisSamples& samples) {
   // A few hundred samples determine the process; more would only take time.
   const Eigen::Index count = std::min(samples.time.size(), kMaxSamplesOfFit);
   const Eigen::Index begin = (samples.time.size() - count) / 2;
   const AxisSamples some{samples.time.segment(begin, count),
                          samples.jump_share.segment(begin, count),
-                         samples.columns.middleRows(begin, count)};
+                         samples.columns.middleRows(begin, count), samples.explained};
   const double duration = some.time[count - 1] - some.time[0];
   // [m]: no instrument reads more finely. A simulated record has no noise at all.
   constexpr double kMinNoise = 1e-7;
   const double typical = std::max(
       kMinNoise, std::sqrt(some.columns.col(0).squaredNorm() / static_cast<double>(count)));
-  OrnsteinUhlenbeck best;
+  OrnsteinUhlenbeck best, unscaled;
   double least = std::numeric_limits<double>::infinity();
   // A grid over correlation time and deviation : noise; the overall scale follows in closed form.
   for (double time = 4 * duration / static_cast<double>(count); time < 2 * duration; time *= 1.6) {
     for (double ratio = 0.05; ratio < 60; ratio *= 1.6) {
       const double noise = typical / std::sqrt(1 + ratio * ratio);
-      const auto [cost, scale] = cost_at_best_scale({ratio * noise, time, noise}, some);
+      const OrnsteinUhlenbeck process{ratio * noise, time, noise};
+      const auto [cost, scale] = cost_at_best_scale(process, some);
       if (cost >= least) continue;
       least = cost;
+      unscaled = process;
       best = {scale * ratio * noise, time, std::max(scale * noise, kMinNoise)};
     }
   }
-  return best;
+  return {best, least_squares(unscaled, samples)};
 }
 
 }  // namespace armtrue

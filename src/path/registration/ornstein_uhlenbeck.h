@@ -21,12 +21,14 @@ struct AxisSamples {
   Eigen::VectorXd time;        ///< [s]
   Eigen::VectorXd jump_share;  ///< share of a jump's variance that falls just before each sample
   Eigen::MatrixXd columns;
+  /// Coefficients of the regressors in the data, as far as they are known; empty for zero.
+  Eigen::VectorXd explained;
 };
 
 /// The innovations of the Kalman filter of the process, each divided by its standard deviation s_i:
 /// independent numbers of unit variance. Regressors are filtered like the data. A sample is a
-/// blunder if its data lies more than 5 s_i off the prediction: its row is zero, and it costs what
-/// one at 5 s_i costs.
+/// blunder if its data, without what the regressors explain, lies more than 5 s_i off the
+/// prediction: its row is zero, and it costs what one at 5 s_i costs.
 struct Whitened {
   Eigen::MatrixXd columns;
   /// Sum of log s_i, half the log determinant of the covariance, plus 5^2 / 2 for each blunder.
@@ -36,7 +38,12 @@ struct Whitened {
 Whitened whiten(const OrnsteinUhlenbeck& process, const AxisSamples& samples);
 
 /// The process without jumps under which the data have the greatest restricted likelihood (REML,
-/// Patterson and Thompson 1971): that of the data free of what the regressors explain.
-OrnsteinUhlenbeck fit_ornstein_uhlenbeck(const AxisSamples& samples);
+/// Patterson and Thompson 1971): that of the data free of what the regressors explain. The
+/// coefficients are those of least squares.
+struct FittedProcess {
+  OrnsteinUhlenbeck process;
+  Eigen::VectorXd explained;
+};
+FittedProcess fit_ornstein_uhlenbeck(const AxisSamples& samples);
 
 }  // namespace armtrue
