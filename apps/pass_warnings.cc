@@ -67,20 +67,41 @@ void warn_of_unlike(Command& command, const PathFile& programmed,
       passes[unlike->pass].source, unlike->apart / kMillimetre, unlike->mean / kMillimetre));
 }
 
-// A mirrored axis turns the frame of a straight path by half a turn, and fits.
-void warn_of_frame(Command& command, const PathFile& programmed,
-                   const std::vector<PathFile>& passes, const MirrorResult& result) {
+// A mirrored axis turns the frame of a straight path by half a turn, and that of a flat path over,
+// and fits.
+void check_frame(Command& command, const PathFile& programmed, const std::vector<PathFile>& passes,
+                 const MirrorResult& result) {
   constexpr double kMuchTurned = 5 * kDegree;
-  if (!is_straight(programmed.path)) return;
-  for (size_t p = 0; p < passes.size(); ++p)
-    if (const double turned =
-            rotation_log(result.passes[p].clock.program_from_instrument.rotation).norm();
-        turned > kMuchTurned)
-      command.warn(fmt::format(
-          "{}: the fitted frame is turned by {:.3g} deg, and a straight path does not show how it "
-          "is turned about the path, nor whether an axis has the wrong sign: the correction may "
-          "point to any side; fit the frame on a path with corners, or measure it",
-          passes[p].source, turned / kDegree));
+  const double off = result.before.rms;
+  const bool straight = is_straight(programmed.path, off);
+  const auto normal = normal_of_flat(programmed.path, off);
+  if (!normal) return;  // a straight path is flat, too
+  for (size_t p = 0; p < passes.size(); ++p) {
+    const Eigen::Matrix3d& frame = result.passes[p].clock.program_from_instrument.rotation;
+    const double turned = rotation_log(frame).norm();
+    if (turned <= kMuchTurned) continue;
+    const std::string found = fmt::format("{}: the fitted frame is turned by {:.3g} deg",
+                                          passes[p].source, turned / kDegree);
+    if (straight)
+      command.warn(
+          found +
+          ", and a straight path does not show how it is turned about the path, nor whether an "
+          "axis has the wrong sign: the correction may point to any side; fit the frame on a path "
+          "with corners, or measure it");
+    else if (normal->dot(frame * *normal) < 0)
+      throw InputError(
+          found +
+          " and turns the path over: either an axis of the record has the wrong sign, or the "
+          "instrument hangs upside down. A flat path does not show which, and the correction "
+          "would double the deviation across its plane; correct the sign, or turn the record "
+          "by half a turn first");
+    else
+      command.warn(
+          found +
+          ", and a flat path does not show whether an axis has the wrong sign: the correction "
+          "across its plane may point to the wrong side; fit the frame on a path that leaves its "
+          "plane, or measure it");
+  }
 }
 
 }  // namespace
@@ -112,7 +133,7 @@ void warn_of_doubts(Command& command, const PathFile& programmed,
   for (size_t p = 0; p < passes.size(); ++p)
     warn_of_record(command, programmed, passes[p], result.passes[p]);
   warn_of_unlike(command, programmed, passes, result);
-  if (options.clock.fit_frame) warn_of_frame(command, programmed, passes, result);
+  if (options.clock.fit_frame) check_frame(command, programmed, passes, result);
   if (deviates_against_force(programmed.path, result, options))
     command.warn(
         passes.front().source +

@@ -16,7 +16,7 @@ using Eigen::Index;
 constexpr double kUnlike = 0.5;      // of the mean deviation
 constexpr double kTimesNoise = 6;    // of a sample
 constexpr double kClearly = 3;       // standard deviations
-constexpr double kOnALine = 1e-12;  // of the squared extents: rounding of the file
+constexpr double kRounding = 1e-12;  // of the file, of the squared extents
 
 // RMS length of the means of blocks of some columns.
 double rms_of_blocks(const Eigen::Matrix3Xd& columns, Index length) {
@@ -26,6 +26,22 @@ double rms_of_blocks(const Eigen::Matrix3Xd& columns, Index length) {
     square += columns.middleCols(first, length).rowwise().mean().squaredNorm();
   return blocks > 0 ? std::sqrt(square / static_cast<double>(blocks)) : 0;
 }
+
+// The principal axes of the positions about their mean.
+struct Extents {
+  Extents(const Path& path, double off) {
+    const Eigen::MatrixXd about_mean = path.position.colwise() - path.position.rowwise().mean();
+    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(about_mean * about_mean.transpose(),
+                                                Eigen::ComputeFullU);
+    squared = svd.singularValues();
+    axes = svd.matrixU();
+    least = std::max(kRounding * squared[0], off * off * static_cast<double>(path.samples()));
+  }
+
+  Eigen::Vector3d squared;  // sums along the axes, the largest first [m^2]
+  Eigen::Matrix3d axes;
+  double least;  // what stays within `off` (rms)
+};
 
 }  // namespace
 
@@ -72,12 +88,15 @@ bool hardly_deviates(const MirrorResult& result) {
   return result.before.rms <= result.deviation.noise;
 }
 
-bool is_straight(const Path& path) {
-  const Eigen::MatrixXd off = path.position.colwise() - path.position.rowwise().mean();
-  const Eigen::VectorXd extents =
-      Eigen::JacobiSVD<Eigen::MatrixXd>(off * off.transpose(), Eigen::ComputeFullU)
-          .singularValues();
-  return extents[1] <= kOnALine * extents[0];
+bool is_straight(const Path& path, double off) {
+  const Extents extents(path, off);
+  return extents.squared[1] <= extents.least;
+}
+
+std::optional<Eigen::Vector3d> normal_of_flat(const Path& path, double off) {
+  const Extents extents(path, off);
+  if (extents.squared[2] > extents.least) return std::nullopt;
+  return extents.axes.col(2);
 }
 
 }  // namespace armtrue

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 #include <vector>
 
@@ -34,8 +35,12 @@ bool deviates_against_force(const Path& programmed, const MirrorResult& result,
 /// correct, for example because the pass already ran a correction.
 bool hardly_deviates(const MirrorResult& result);
 
-/// Whether all samples lie on a straight line. Such a path does not show a rotation of the frame
-/// about it.
-bool is_straight(const Path& path);
+/// Whether a path leaves a straight line by no more than `off` (rms) [m]. Where it deviates by as
+/// much, it does not show a rotation of the frame about it.
+bool is_straight(const Path& path, double off);
+
+/// The normal of the plane that a path leaves by no more than `off` (rms) [m]. Where it deviates by
+/// as much, it does not show whether it was turned over or an axis of the record is mirrored.
+std::optional<Eigen::Vector3d> normal_of_flat(const Path& path, double off);
 
 }  // namespace armtrue
