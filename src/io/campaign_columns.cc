@@ -79,7 +79,7 @@ class ColumnFinder {
     const std::vector<std::string> torques = numbered_columns("tau", joints_, "_nm");
     columns_.arrival = group("directions of arrival", plain(directions), directions);
     columns_.stroke = group("ways since the last reversal", find_strokes(table_, joints_),
-                             stroke_columns(joints_));
+                            stroke_columns(joints_));
     columns_.motor_torque = group("a set of motor torques", plain(torques), torques);
   }
 
@@ -92,13 +92,8 @@ class ColumnFinder {
       for (int k = std::max(i, column); k < column + 3; ++k) {
         names.push_back(covariance_column(i, k));
         places.push_back(place_of_covariance(i, k));
-        const auto in_units = table_.find(names.back());
-        const auto in_metres = table_.find(covariance_column(i, k, true));
-        if (in_units && in_metres)
-          table_.fail(*in_metres, "stands beside '" + names.back() + "'; keep one of them");
-        found.emplace_back();
-        if (in_units) found.back() = {*in_units, covariance_unit(i, k)};
-        if (in_metres) found.back() = {*in_metres, 1.0};
+        found.push_back(
+            table_.find_either(names.back(), covariance_unit(i, k), covariance_column(i, k, true)));
       }
     found = group(what, found, names);
     for (size_t k = 0; k < found.size(); ++k) columns_.covariance[places[k]] = found[k];

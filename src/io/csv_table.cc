@@ -110,14 +110,19 @@ std::optional<int> CsvTable::find(std::string_view column) const {
 }
 
 std::optional<CsvTable::Quantity> CsvTable::find_length(std::string_view name) const {
-  if (const auto column = find(std::string(name) + "_mm")) return Quantity{*column, kMillimetre};
-  if (const auto column = find(std::string(name) + "_m")) return Quantity{*column, 1.0};
-  return std::nullopt;
+  return find_either(std::string(name) + "_mm", kMillimetre, std::string(name) + "_m");
 }
 
 std::optional<CsvTable::Quantity> CsvTable::find_angle(std::string_view name) const {
-  if (const auto column = find(std::string(name) + "_deg")) return Quantity{*column, kDegree};
-  if (const auto column = find(std::string(name) + "_rad")) return Quantity{*column, 1.0};
+  return find_either(std::string(name) + "_deg", kDegree, std::string(name) + "_rad");
+}
+
+std::optional<CsvTable::Quantity> CsvTable::find_either(const std::string& in_unit, double unit,
+                                                        const std::string& in_si) const {
+  const std::optional<int> column = find(in_unit), other = find(in_si);
+  if (column && other) fail(*other, "stands beside '" + in_unit + "'; keep one of them");
+  if (column) return Quantity{*column, unit};
+  if (other) return Quantity{*other, 1.0};
   return std::nullopt;
 }
 

@@ -132,6 +132,7 @@ PathFile read_path(const std::string& file, KeepRows keep, const std::vector<Joi
   PathFile result;
   result.source = source.name();
   result.columns = table.columns();
+  result.position = columns.position;
   const std::vector<int> used = columns.used();
   for (int c = 0; c < static_cast<int>(result.columns.size()); ++c)
     if (std::find(used.begin(), used.end(), c) == used.end())
@@ -201,18 +202,6 @@ std::string write_path(const Path& path, const std::vector<JointName>& joints) {
 }
 
 std::string write_path_like(const PathFile& file, const Eigen::Matrix3Xd& position) {
-  std::array<size_t, 3> place{};
-  std::array<double, 3> unit{};
-  std::array<int, 3> decimals{};  // a nanometre
-  for (int axis = 0; axis < 3; ++axis) {
-    const std::string name(1, "xyz"[axis]);
-    for (size_t c = 0; c < file.columns.size(); ++c) {
-      if (file.columns[c] != name + "_mm" && file.columns[c] != name + "_m") continue;
-      place[axis] = c;
-      unit[axis] = file.columns[c] == name + "_mm" ? kMillimetre : 1;
-      decimals[axis] = file.columns[c] == name + "_mm" ? 6 : 9;
-    }
-  }
   std::string text;
   text.reserve(file.rows.size() * 5 / 4);
   for (size_t c = 0; c < file.columns.size(); ++c) text += (c ? "," : "") + file.columns[c];
@@ -221,13 +210,17 @@ std::string write_path_like(const PathFile& file, const Eigen::Matrix3Xd& positi
   for (Eigen::Index i = 0; i < position.cols(); ++i) {
     for (size_t c = 0; c < file.columns.size(); ++c) {
       const size_t end = file.rows.find_first_of(",\n", begin);
-      int axis = -1;
-      for (int k = 0; k < 3; ++k)
-        if (place[k] == c && position(k, i) != file.path.position(k, i)) axis = k;
-      if (axis < 0)
+      const auto moved = [&](int axis) {
+        return file.position[axis].column == static_cast<int>(c) &&
+               position(axis, i) != file.path.position(axis, i);
+      };
+      const int axis = moved(0) ? 0 : moved(1) ? 1 : moved(2) ? 2 : -1;
+      if (axis < 0) {
         text.append(file.rows, begin, end - begin);
-      else
-        text += decimal_text(position(axis, i) / unit[axis], decimals[axis]);
+      } else {
+        const double unit = file.position[axis].unit;
+        text += decimal_text(position(axis, i) / unit, unit == kMillimetre ? 6 : 9);  // nanometre
+      }
       text += c + 1 < file.columns.size() ? ',' : '\n';
       begin = end + 1;
     }

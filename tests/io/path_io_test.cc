@@ -4,8 +4,8 @@
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
-#include "support/temporary_file.h"
 #include "kinematics/six_axes.h"
+#include "support/temporary_file.h"
 
 namespace armtrue::path_io_test {
 namespace {
@@ -56,6 +56,14 @@ TEST(PathIo, RefusesTimeThatDoesNotIncrease) {
 TEST(PathIo, NamesMissingColumns) {
   expect_error("t,x_mm,y_mm,z_mm\n0,1,2,3\n", "missing column 't_s'");
   expect_error("t_s,x_mm,y_mm,z_mm,q1_deg\n0,1,2,3,4\n", "'q2_deg', 'q3_deg'");
+}
+
+// A correction of a column that does not hold the position is none.
+TEST(PathIo, RefusesAQuantityInTwoUnits) {
+  expect_error("t_s,x_mm,y_mm,z_mm,y_m\n0,1,2,3,0.002\n0.1,1,2,3,0.002\n",
+               ":1: column 'y_m': stands beside 'y_mm'; keep one of them");
+  expect_error("t_s,x_mm,y_mm,z_mm,a_deg,b_deg,c_deg,c_rad\n0,1,2,3,0,0,0,0\n",
+               ":1: column 'c_rad': stands beside 'c_deg'; keep one of them");
 }
 
 TEST(PathIo, OnlyMovedPositionsAreWrittenAnew) {

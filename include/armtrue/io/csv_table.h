@@ -31,8 +31,12 @@ class CsvTable {
     int column;
     double unit;
   };
-  std::optional<Quantity> find_length(std::string_view name) const;  ///< _mm or _m
-  std::optional<Quantity> find_angle(std::string_view name) const;   ///< _deg or _rad
+  std::optional<Quantity> find_length(std::string_view name) const;  ///< _mm or _m, not both
+  std::optional<Quantity> find_angle(std::string_view name) const;   ///< _deg or _rad, not both
+  /// The column `in_unit`, of this unit in SI, or the column `in_si`. Throws InputError if both
+  /// stand.
+  std::optional<Quantity> find_either(const std::string& in_unit, double unit,
+                                      const std::string& in_si) const;
 
   /// Reads the next row of data; false at the end.
   bool next_row();
