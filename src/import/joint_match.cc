@@ -15,6 +15,7 @@ namespace armtrue {
 namespace {
 
 constexpr double kStandsStill = 0.01 * kDegree;  // between two samples
+constexpr double kRounding = 1e-6;               // [s] of a difference of times, even of UNIX times
 
 std::set<std::string> ids_of(const TableReader& reader) {
   std::set<std::string> ids;
@@ -152,9 +153,9 @@ class TimeJoin {
           "{}; they are left out",
           points_.table().file, moving, options_.max_gap_s, first_moving));
     matches.stops_are_poses = true;
-    matches.how = fmt::format("by time, {} of {} points, clock offset {:.9g} s",
-                              matches.rows.size(), points_.rows(),
-                              options_.clock_offset_s.value_or(0));
+    matches.how =
+        fmt::format("by time, {} of {} points, clock offset {:.9g} s", matches.rows.size(),
+                    points_.rows(), options_.clock_offset_s.value_or(0));
     return matches;
   }
 
@@ -177,7 +178,7 @@ class TimeJoin {
 
   bool near(int a, int b) const {
     const auto i = static_cast<size_t>(a), k = static_cast<size_t>(b);
-    return joint_s_[k] - joint_s_[i] <= options_.max_gap_s &&
+    return joint_s_[k] - joint_s_[i] <= options_.max_gap_s + kRounding &&
            (q_[k] - q_[i]).cwiseAbs().maxCoeff() <= kStandsStill;
   }
 
