@@ -12,7 +12,7 @@
 namespace armtrue {
 namespace {
 
-constexpr double kMinReversal = 0.01 * kDegree;  // travel back
+constexpr double kMinReversal = 0.01 * kDegree;  // travel that shows a direction
 constexpr Eigen::Index kMinPiece = 4;            // samples
 constexpr double kMinNoise = 1e-7;               // [m]: no instrument reads more finely
 constexpr double kJumpWindow = 0.32;  // [s], ten samples of 32 ms: noise falls to a third
@@ -25,15 +25,14 @@ void add_reversals(const Path& path, std::vector<double>& times) {
     int direction = 0;
     for (Eigen::Index i = 1; i < path.samples(); ++i) {
       const double moved = path.q(joint, i) - extreme;
-      if (direction * moved >= 0 && (direction != 0 || std::abs(moved) < kMinReversal)) {
-        if (moved != 0) at = i;
-        extreme = path.q(joint, i);
-      } else if (std::abs(moved) > kMinReversal) {
+      const bool goes_on = direction * moved > 0;
+      if (!goes_on && std::abs(moved) < kMinReversal) continue;
+      if (!goes_on) {
         if (direction != 0) times.push_back(path.time[at]);
         direction = moved > 0 ? 1 : -1;
-        extreme = path.q(joint, i);
-        at = i;
       }
+      extreme = path.q(joint, i);
+      at = i;
     }
   }
 }
