@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <stdexcept>
 
 #include "armtrue/calibration/prediction.h"
@@ -15,19 +16,24 @@ namespace {
 
 constexpr double kCoverage = 2;  // k of a difference
 
+// Whether a name of figures is that of the pose. Reflector and session stand behind the pose.
+bool is_of(const std::string& name, const std::string& pose) {
+  return name == pose || name.starts_with(pose + ", ");
+}
+
 // The figures of the named poses; empty if one of them is not there and `is_asked` is not set.
 std::vector<PoseFigures> named(const CampaignFigures& found, const std::vector<std::string>& names,
                                bool is_asked) {
   std::vector<PoseFigures> list;
   for (const std::string& name : names) {
-    const auto pose = std::ranges::find(found.poses, name, &PoseFigures::pose);
-    if (pose != found.poses.end()) {
-      list.push_back(*pose);
-      continue;
-    }
+    const size_t before = list.size();
+    std::ranges::copy_if(found.poses, std::back_inserter(list),
+                         [&](const PoseFigures& figures) { return is_of(figures.pose, name); });
+    if (list.size() > before) continue;
     if (!is_asked) return {};
     throw std::invalid_argument(
-        std::ranges::count(found.single, name) > 0
+        std::ranges::any_of(found.single,
+                            [&](const std::string& single) { return is_of(single, name); })
             ? fmt::format("pose '{}' of the cube has one visit; return to it at least once", name)
             : fmt::format("pose '{}' of the cube is not among the measured poses; correct --cube",
                           name));

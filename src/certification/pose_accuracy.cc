@@ -163,16 +163,21 @@ CampaignFigures figures_of(const Campaign& campaign, const Evaluation& evaluatio
   std::map<Place, std::vector<Visit>> visits;
   std::map<Place, std::string> names;
   std::map<Place, bool> left;
-  Place previous{-1, -1, -1};
   for (int row = 0; row < campaign.rows(); ++row) {
+  // A stay: rows without another pose between them, whatever their reflector.
+  int stay = 0;
+  std::map<Place, int> last_stay;
     const Place place{order[static_cast<size_t>(row)],
                       campaign.target.empty() ? 0 : campaign.target[row],
                       campaign.session.empty() ? 0 : campaign.session[row]};
     visits[place].push_back(visit_of(campaign, evaluation, row));
     names.emplace(place, label(campaign, row));
     left.emplace(place, true);
-    if (place == previous) left[place] = false;
-    previous = place;
+    if (const auto [last, is_first] = last_stay.emplace(place, stay); !is_first) {
+      if (last->second == stay) left[place] = false;
+      last->second = stay;
+    }
+    if (row > 0 && campaign.pose[row] != campaign.pose[row - 1]) ++stay;
   }
   CampaignFigures result;
   for (const auto& [place, list] : visits) {

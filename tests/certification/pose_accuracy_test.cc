@@ -207,6 +207,19 @@ TEST(PoseAccuracy, SessionsAndReflectorsAreKeptApart) {
   EXPECT_EQ(figures.poses[0].pose, "B, session day 1");
   EXPECT_THAT(figures.single,
               ElementsAre("A, session day 1", "A, session day 2", "C, session day 2"));
+// The robot stands in a pose while two reflectors are measured in turn, twice; then it comes back.
+TEST(PoseAccuracy, ReflectorsAreMeasuredInTurnWithoutLeavingThePose) {
+  ThreePoses readings;
+  Campaign& campaign = readings.campaign;
+  campaign.target_names = {"T1", "T2"};
+  campaign.target = {0, 1, 0, 1, 0};
+  campaign.pose = {0, 0, 0, 0, 1};
+  EXPECT_THAT(figures_of(campaign, readings.evaluation).not_left, ElementsAre("A, T1", "A, T2"));
+  campaign.pose = {0, 0, 1, 0, 0};
+  campaign.target = {0, 1, 0, 0, 1};
+  EXPECT_THAT(figures_of(campaign, readings.evaluation).not_left, ElementsAre());
+}
+
 }
 
 }  // namespace
