@@ -62,6 +62,9 @@ void add_notes_on_visits(const CampaignFigures& found, Certificate& certificate)
     notes.push_back(
         fmt::format("ISO 9283 asks for {} cycles; the pose with the fewest visits has {}.",
                     kStandardCycles, certificate.all.fewest_visits));
+  if (!certificate.all.rp_std)
+    notes.emplace_back(
+        "The pose with the largest RP has two visits, which do not show how uncertain RP is.");
   if (!found.single.empty())
     notes.push_back(fmt::format("Poses with one visit are not judged: {} ({}).",
                                 found.single.size(), first_of(found.single)));
@@ -87,6 +90,7 @@ void add_notes_on_path(const PathFigures& path, Certificate& certificate) {
                                 path.passes == 1 ? "is one, which shows no repeatability, and the "
                                                    "uncertainty of AT has none"
                                                  : fmt::format("are {}", path.passes)));
+  if (path.rt && !path.rt_std) notes.emplace_back("Two passes do not show how uncertain RT is.");
   if (path.frame_is_fitted)
     notes.emplace_back(
         "The frame of the instrument was fitted to each pass of the path; AT contains no error of "
@@ -131,16 +135,19 @@ std::vector<Difference> differences(const std::vector<CertifiedValue>& before,
   for (const CertifiedValue& value : now) {
     const auto old = std::ranges::find(before, value.name, &CertifiedValue::name);
     if (old == before.end()) continue;
-    list.push_back({value.name, old->value, value.value, value.value - old->value,
-                    std::hypot(old->expanded, value.expanded), false});
+    Difference difference{value.name, old->value, value.value, value.value - old->value, {}};
+    if (old->expanded && value.expanded)
+      difference.expanded = std::hypot(*old->expanded, *value.expanded);
+    list.push_back(difference);
   }
   return list;
 }
 
 void judge(std::vector<Difference>& differences, double factor) {
   for (Difference& difference : differences) {
-    difference.expanded *= factor;
-    difference.significant = std::abs(difference.difference) > difference.expanded;
+    if (!difference.expanded) continue;
+    *difference.expanded *= factor;
+    difference.significant = std::abs(difference.difference) > *difference.expanded;
   }
 }
 

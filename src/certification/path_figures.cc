@@ -10,14 +10,14 @@ PathFigures path_figures(const Path& commanded, const std::vector<Path>& passes,
   for (const Path& pass : passes)
     registered_passes.push_back(registered(pass, fit_clock(commanded, pass, clock)));
   const PathAccuracy found = pass_accuracy(commanded, registered_passes).path;
-  const auto n = static_cast<double>(passes.size());
-  PathFigures figures{static_cast<int>(passes.size()), found.planes, found.at, found.rt};
+  const auto n = static_cast<int>(passes.size());
+  PathFigures figures{n, found.planes, found.at, found.rt};
   figures.frame_is_fitted = clock.fit_frame;
-  if (passes.size() < 2) return figures;
+  if (n < 2) return figures;
   const double size = commanded.position.cwiseAbs().maxCoeff();
   figures.rt = resolved(*found.rt, size);
   figures.rt_std = repeatability_std(resolved(found.rt_deviation, size), n);
-  figures.scatter = {resolved(found.scatter, size), 2 * (n - 1)};
+  figures.scatter = {resolved(found.scatter, size), 2.0 * (n - 1)};
   return figures;
 }
 

@@ -13,7 +13,9 @@ namespace armtrue {
 namespace {
 
 struct Repeatability {
-  double rp = 0, std = 0, squares = 0;
+  double rp = 0;
+  std::optional<double> std;
+  double squares = 0;
 };
 
 // Of rotation vectors, from rotation matrices with components up to 1.
@@ -28,14 +30,14 @@ Eigen::Vector3d mean_of(const std::vector<Visit>& visits, Eigen::Vector3d Visit:
 }
 
 Repeatability repeatability(const std::vector<Visit>& visits) {
-  const auto n = static_cast<double>(visits.size());
+  const auto n = static_cast<int>(visits.size());
   const Eigen::Vector3d mean = mean_of(visits, &Visit::attained);
-  Eigen::VectorXd l(static_cast<Eigen::Index>(visits.size()));
+  Eigen::VectorXd l(n);
   for (Eigen::Index j = 0; j < l.size(); ++j)
     l[j] = (visits[static_cast<size_t>(j)].attained - mean).norm();
   const double s = std::sqrt((l.array() - l.mean()).square().sum() / (n - 1));
   const double rp = resolved(l.mean() + 3 * s, mean.norm());
-  if (rp == 0) return {};
+  if (rp == 0) return {0, repeatability_std(0, n)};
   return {rp, repeatability_std(s, n), l.squaredNorm()};
 }
 
@@ -132,8 +134,9 @@ double resolved(double spread, double size) {
   return spread > kRounding * size ? spread : 0;
 }
 
-double repeatability_std(double deviation, double n) {
-  return deviation * std::sqrt(1 / n + 9 / (2 * (n - 1)));
+std::optional<double> repeatability_std(double deviation, int n) {
+  if (n < 3) return std::nullopt;
+  return deviation * std::sqrt(1.0 / n + 9 / (2.0 * (n - 1)));
 }
 
 PoseFigures pose_figures(const std::string& pose, const std::vector<Visit>& visits) {
@@ -162,22 +165,22 @@ CampaignFigures figures_of(const Campaign& campaign, const Evaluation& evaluatio
   const std::vector<int> order = campaign.pose_by_id();
   std::map<Place, std::vector<Visit>> visits;
   std::map<Place, std::string> names;
-  std::map<Place, bool> left;
-  for (int row = 0; row < campaign.rows(); ++row) {
   // A stay: rows without another pose between them, whatever their reflector.
   int stay = 0;
   std::map<Place, int> last_stay;
+  std::map<Place, bool> left;
+  for (int row = 0; row < campaign.rows(); ++row) {
     const Place place{order[static_cast<size_t>(row)],
                       campaign.target.empty() ? 0 : campaign.target[row],
                       campaign.session.empty() ? 0 : campaign.session[row]};
     visits[place].push_back(visit_of(campaign, evaluation, row));
     names.emplace(place, label(campaign, row));
+    if (row > 0 && campaign.pose[row] != campaign.pose[row - 1]) ++stay;
     left.emplace(place, true);
     if (const auto [last, is_first] = last_stay.emplace(place, stay); !is_first) {
       if (last->second == stay) left[place] = false;
       last->second = stay;
     }
-    if (row > 0 && campaign.pose[row] != campaign.pose[row - 1]) ++stay;
   }
   CampaignFigures result;
   for (const auto& [place, list] : visits) {

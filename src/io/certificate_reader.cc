@@ -95,8 +95,9 @@ About parse_about(const std::string& text, const std::string& file) {
 }
 
 CertifiedValue certified_value(YamlMap map, const std::string& name) {
-  return {name, not_negative(map, "value") * kMillimetre,
-          not_negative(map, "expanded") * kMillimetre};
+  CertifiedValue value{name, not_negative(map, "value") * kMillimetre, {}};
+  if (map.has("expanded")) value.expanded = not_negative(map, "expanded") * kMillimetre;
+  return value;
 }
 
 void read_set(YamlMap map, const std::string& prefix, std::vector<CertifiedValue>& values) {

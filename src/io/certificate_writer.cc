@@ -23,9 +23,10 @@ YAML::Node largest_node(const Largest& largest, double unit) {
   return flow_map({{"value", rounded(largest.value / unit)}, {"pose", largest.pose}});
 }
 
-YAML::Node largest_node(const Largest& largest, double unit, double expanded) {
+YAML::Node largest_node(const Largest& largest, double unit,
+                        const std::optional<double>& expanded) {
   YAML::Node node = largest_node(largest, unit);
-  node["expanded"] = rounded(expanded / unit);
+  if (expanded) node["expanded"] = rounded(*expanded / unit);
   return node;
 }
 
@@ -69,7 +70,8 @@ YAML::Node path_node(const PathFigures& path, const Budget& budget) {
   node["at_mm"] = rounded(path.at / kMillimetre);
   if (path.rt) {
     node["rt_mm"] = rounded(*path.rt / kMillimetre);
-    node["rt_expanded_mm"] = rounded(path.rt_expanded() / kMillimetre);
+    if (const auto expanded = path.rt_expanded())
+      node["rt_expanded_mm"] = rounded(*expanded / kMillimetre);
   }
   node["budget"] = budget_node(budget);
   return node;
@@ -105,13 +107,15 @@ YAML::Node pose_node(const PoseFigures& figures) {
 
 YAML::Node differences_node(const std::vector<Difference>& differences, const char* name) {
   std::vector<YAML::Node> items;
-  for (const Difference& difference : differences)
-    items.push_back(flow_map({{name, difference.name},
-                              {"before_mm", rounded(difference.before / kMillimetre)},
-                              {"now_mm", rounded(difference.now / kMillimetre)},
-                              {"difference_mm", rounded(difference.difference / kMillimetre)},
-                              {"expanded_mm", rounded(difference.expanded / kMillimetre)},
-                              {"significant", difference.significant ? "true" : "false"}}));
+  for (const Difference& difference : differences) {
+    YAML::Node item = flow_map({{name, difference.name},
+                                {"before_mm", rounded(difference.before / kMillimetre)},
+                                {"now_mm", rounded(difference.now / kMillimetre)},
+                                {"difference_mm", rounded(difference.difference / kMillimetre)}});
+    if (difference.expanded) item["expanded_mm"] = rounded(*difference.expanded / kMillimetre);
+    item["significant"] = difference.significant ? "true" : "false";
+    items.push_back(item);
+  }
   return list_node(items);
 }
 

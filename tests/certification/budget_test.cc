@@ -155,13 +155,24 @@ TEST(Comparison, IsSignificantBeyondBothUncertainties) {
   now.poses.push_back({"P2", 1e-3, 0.04e-3});  // not in the older one
   const Comparison comparison = compare(values(0.5e-3, 0.4e-3), now);
   ASSERT_EQ(comparison.figures.size(), 2u);
-  EXPECT_NEAR(comparison.figures[0].expanded, 0.05e-3, 1e-12);
+  EXPECT_NEAR(*comparison.figures[0].expanded, 0.05e-3, 1e-12);
   EXPECT_NEAR(comparison.figures[0].difference, 0.06e-3, 1e-12);
   EXPECT_TRUE(comparison.figures[0].significant);
   EXPECT_FALSE(comparison.figures[1].significant);
   ASSERT_EQ(comparison.poses.size(), 1u);
-  EXPECT_NEAR(comparison.poses[0].expanded, 0.05e-3, 1e-9);
+  EXPECT_NEAR(*comparison.poses[0].expanded, 0.05e-3, 1e-9);
   EXPECT_FALSE(comparison.poses[0].significant);
+}
+
+// A repeatability of two visits has no uncertainty; a difference of it is not judged.
+TEST(Comparison, OfAValueWithoutUncertaintyIsNotSignificant) {
+  CertifiedValues before = values(0.5e-3, 0.4e-3), now = before;
+  before.figures[1].expanded.reset();
+  now.figures[1].value = 5e-3;
+  const Comparison comparison = compare(before, now);
+  EXPECT_NEAR(comparison.figures[1].difference, 4.9e-3, 1e-12);
+  EXPECT_FALSE(comparison.figures[1].expanded);
+  EXPECT_FALSE(comparison.figures[1].significant);
 }
 
 // Of 40 poses that share 4.55 %: 0.1138 % each, 3.25 standard uncertainties instead of 2.
@@ -170,7 +181,7 @@ TEST(Comparison, OfManyPosesIsWidened) {
   for (int pose = 2; pose <= 40; ++pose)
     before.poses.push_back({std::to_string(pose), 0.4e-3, 0.03e-3});
   const Comparison comparison = compare(before, before);
-  EXPECT_NEAR(comparison.poses[0].expanded, std::sqrt(2) * 0.03e-3 * 3.254 / 2, 1e-8);
+  EXPECT_NEAR(*comparison.poses[0].expanded, std::sqrt(2) * 0.03e-3 * 3.254 / 2, 1e-8);
 }
 
 TEST(Comparison, OfAnotherRobotIsRefused) {

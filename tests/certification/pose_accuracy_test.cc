@@ -40,8 +40,18 @@ TEST(PoseAccuracy, OfFourVisitsIsThatOfTheStandardsFormulas) {
   EXPECT_NEAR(figures.ap_axes.y(), 4e-3, kTolerance);
   EXPECT_NEAR(figures.ap_axes.z(), 0, kTolerance);
   EXPECT_NEAR(figures.rp, 3.232050807568877e-3, kTolerance);
-  EXPECT_NEAR(figures.rp_std, 0.7637626158259734e-3, kTolerance);
+  EXPECT_NEAR(*figures.rp_std, 0.7637626158259734e-3, kTolerance);
   EXPECT_FALSE(figures.vap || figures.drift_ap || figures.ap_turn);
+}
+
+// l = 1, 1 however the visits scatter: S is 0, and shows nothing.
+TEST(PoseAccuracy, TwoVisitsDoNotShowHowUncertainTheirRepeatabilityIs) {
+  std::vector<Visit> visits = four_visits();
+  visits.resize(2);
+  const PoseFigures figures = pose_figures("P1", visits);
+  EXPECT_NEAR(figures.rp, 1e-3, kTolerance);
+  EXPECT_FALSE(figures.rp_std);
+  EXPECT_FALSE(largest_of({figures}).rp_expanded());
 }
 
 // The error of the prediction may differ between visits; the attained poses repeat exactly.
@@ -197,16 +207,6 @@ TEST(PoseAccuracy, OfACampaignIsByPose) {
   EXPECT_EQ(scatter.freedom, 6);
 }
 
-// Two stations see a pose in frames of their own: two entries.
-TEST(PoseAccuracy, SessionsAndReflectorsAreKeptApart) {
-  ThreePoses readings;
-  readings.campaign.session_names = {"day 1", "day 2"};
-  readings.campaign.session = {0, 0, 0, 1, 1};
-  const CampaignFigures figures = figures_of(readings.campaign, readings.evaluation);
-  ASSERT_EQ(figures.poses.size(), 1u);
-  EXPECT_EQ(figures.poses[0].pose, "B, session day 1");
-  EXPECT_THAT(figures.single,
-              ElementsAre("A, session day 1", "A, session day 2", "C, session day 2"));
 // The robot stands in a pose while two reflectors are measured in turn, twice; then it comes back.
 TEST(PoseAccuracy, ReflectorsAreMeasuredInTurnWithoutLeavingThePose) {
   ThreePoses readings;
@@ -220,6 +220,16 @@ TEST(PoseAccuracy, ReflectorsAreMeasuredInTurnWithoutLeavingThePose) {
   EXPECT_THAT(figures_of(campaign, readings.evaluation).not_left, ElementsAre());
 }
 
+// Two stations see a pose in frames of their own: two entries.
+TEST(PoseAccuracy, SessionsAndReflectorsAreKeptApart) {
+  ThreePoses readings;
+  readings.campaign.session_names = {"day 1", "day 2"};
+  readings.campaign.session = {0, 0, 0, 1, 1};
+  const CampaignFigures figures = figures_of(readings.campaign, readings.evaluation);
+  ASSERT_EQ(figures.poses.size(), 1u);
+  EXPECT_EQ(figures.poses[0].pose, "B, session day 1");
+  EXPECT_THAT(figures.single,
+              ElementsAre("A, session day 1", "A, session day 2", "C, session day 2"));
 }
 
 }  // namespace

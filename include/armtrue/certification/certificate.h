@@ -52,7 +52,8 @@ Certificate certify(const Robot& robot, const Campaign& campaign, const Evaluati
 /// A value of a certificate with its expanded uncertainty [m].
 struct CertifiedValue {
   std::string name;  ///< `ap`, `rp`, `cube ap`, `cube rp`, or the name of a pose
-  double value = 0, expanded = 0;
+  double value = 0;
+  std::optional<double> expanded;  ///< empty if the visits do not show it
 };
 
 /// The values of a certificate that a comparison uses: ap and rp of all poses and of the cube, and
@@ -67,8 +68,9 @@ CertifiedValues values_of(const Certificate& certificate);
 /// count twice, so the interval is too wide rather than too narrow.
 struct Difference {
   std::string name;
-  double before = 0, now = 0, difference = 0, expanded = 0;
-  bool significant = false;  ///< |difference| > expanded
+  double before = 0, now = 0, difference = 0;
+  std::optional<double> expanded;  ///< empty if one of the values has none
+  bool significant = false;        ///< |difference| > expanded; not without it
 };
 
 /// Differences of the values that both certificates have. The expanded uncertainty of the m poses

@@ -19,12 +19,12 @@ struct PathFigures {
   double at = 0;             ///< [m]
   std::optional<double> rt;  ///< [m]; empty for one pass
   /// Standard uncertainty of RT by the number of passes, as PoseFigures::rp_std [m].
-  double rt_std = 0;
+  std::optional<double> rt_std;
   /// Of a pass, per axis [m]. Neighbouring planes share their errors, so its degrees of freedom are
   /// those of one plane, 2 (n - 1).
   Scatter scatter;
   bool frame_is_fitted = false;
-  double rt_expanded() const { return 2 * rt_std; }  ///< k = 2 [m]
+  std::optional<double> rt_expanded() const { return repeatability_expanded(rt_std); }  ///< [m]
 };
 
 /// `passes`: as the instrument recorded them. The clock of each is fitted, and the frame of the

@@ -31,9 +31,9 @@ struct PoseFigures {
   Eigen::Vector3d ap_axes = Eigen::Vector3d::Zero();  ///< x - c, along the axes of R_A [m]
   double ap = 0;                                      ///< [m]
   double rp = 0;  ///< [m]; a spread that rounding makes is 0, here and of all figures below
-  /// Standard uncertainty of RP by the number of visits, l normal: S sqrt(1/n + 9 / (2 (n - 1)))
-  /// [m].
-  double rp_std = 0;
+  /// Standard uncertainty of RP by the number of visits, see repeatability_std() [m]; empty for
+  /// two.
+  std::optional<double> rp_std;
   /// Of the rotation vector, about the axes of R_A [rad]: AP is the mean error, RP is 3 S (the
   /// standard's +-3 S). Empty without orientations.
   std::optional<Eigen::Vector3d> ap_turn, rp_turn;
@@ -54,8 +54,16 @@ struct PoseFigures {
 /// A spread of coordinates of a size; 0 if their rounding may have made it.
 double resolved(double spread, double size);
 
-/// S sqrt(1/n + 9 / (2 (n - 1))): standard uncertainty of mean(l) + 3 S of n normal l, n > 1.
-double repeatability_std(double deviation, double n);
+/// S sqrt(1/n + 9 / (2 (n - 1))): standard uncertainty of mean(l) + 3 S of n normal l (the standard
+/// deviation of S is that of JCGM 100:2008, E.4.3). Empty below three: two visits have equal
+/// distances to their mean, so S is 0 however much they scatter.
+std::optional<double> repeatability_std(double deviation, int n);
+
+/// U = k u of a repeatability, k = 2.
+inline std::optional<double> repeatability_expanded(const std::optional<double>& std) {
+  if (!std) return std::nullopt;
+  return 2 * *std;
+}
 
 /// Throws std::invalid_argument below two visits.
 PoseFigures pose_figures(const std::string& pose, const std::vector<Visit>& visits);
@@ -81,12 +89,12 @@ struct SetFigures {
   int poses = 0;
   int fewest_visits = 0;
   Largest ap, rp;
-  double rp_std = 0;                               ///< of the pose with the largest RP [m]
+  std::optional<double> rp_std;                    ///< of the pose with the largest RP [m]
   std::optional<Largest> ap_turn, rp_turn;         ///< of any axis, absolute [rad]
   std::optional<Largest> vap, drift_ap, drift_rp;  ///< [m]
   /// Of any axis [rad].
   std::optional<Largest> vap_turn, drift_ap_turn, drift_rp_turn;
-  double rp_expanded() const { return 2 * rp_std; }  ///< k = 2 [m]
+  std::optional<double> rp_expanded() const { return repeatability_expanded(rp_std); }  ///< [m]
 };
 
 /// Throws std::invalid_argument if there are no poses.
