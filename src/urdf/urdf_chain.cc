@@ -25,8 +25,8 @@
 namespace armtrue {
 namespace {
 
-constexpr size_t kMostLinksNamed = 12;     // in a message
-constexpr double kLargest = 1e6;           // of lengths, angles and parts of axes
+constexpr size_t kMostLinksNamed = 12;  // in a message
+constexpr double kLargest = 1e6;        // of lengths, angles and parts of axes
 // Limits of a revolute joint [rad]: further ones are deg, or stand for no limit.
 constexpr double kMostTurned = 10 * 2 * std::numbers::pi, kNoLimit = 1000;
 constexpr size_t kMaxJointsOfFile = 2000;  // a whole cell; the way through is searched recursively
@@ -364,23 +364,39 @@ ChainJoint joint_of(const KDL::Segment& segment, const urdf::ModelInterface& mod
   return result;
 }
 
-// Links that stand fixed beside the way and before its first driven joint, but not where the base
-// does.
-std::vector<std::string> fixed_beside(const urdf::ModelInterface& model, const UrdfChain& chain) {
-  std::vector<std::string> names;
+bool stand_together(const Pose& a, const Pose& b) {
+  constexpr double kRounding = 1e-5;  // of angles that are written as 3.14159; [rad], [m]
+  return a.rotation.isApprox(b.rotation, kRounding) &&
+         (a.translation - b.translation).isZero(kRounding);
+}
+
+// Links that stand fixed beside the way or on it, before its first driven joint, but not where the
+// base does. Of links that stand together the first counts, and one beside the way before one on
+// it: a controller's frame stands beside.
+std::vector<std::string> fixed_elsewhere(const urdf::ModelInterface& model,
+                                         const UrdfChain& chain) {
+  std::vector<std::pair<std::string, Pose>> beside, on_the_way;
   std::string link = chain.base;
   Pose frame;
   for (const ChainJoint& next : chain.joints) {
-    for (const auto& joint : model.getLink(link)->child_joints) {
-      const Pose at = frame * from_kdl(kdl_frame(joint->parent_to_joint_origin_transform));
-      const bool is_moved = !at.rotation.isIdentity(1e-9) || !at.translation.isZero(1e-9);
-      if (is_moved && joint->name != next.name && !moves(*joint, model))
-        names.push_back(joint->child_link_name);
-    }
+    for (const auto& joint : model.getLink(link)->child_joints)
+      if (joint->name != next.name && !moves(*joint, model))
+        beside.emplace_back(joint->child_link_name,
+                            frame * from_kdl(kdl_frame(joint->parent_to_joint_origin_transform)));
     if (next.is_driven() || next.backwards) break;
     frame = frame * next.origin;
     link = next.link;
+    on_the_way.emplace_back(link, frame);
   }
+  std::vector<Pose> known{Pose{}};
+  std::vector<std::string> names;
+  for (const auto& links : {beside, on_the_way})
+    for (const auto& [name, at] : links) {
+      if (std::ranges::any_of(known, [&](const Pose& one) { return stand_together(one, at); }))
+        continue;
+      known.push_back(at);
+      names.push_back(name);
+    }
   return names;
 }
 
@@ -411,7 +427,7 @@ UrdfChain read_urdf_chain(const std::string& text, const std::string& file, cons
     throw InputError(file + ": there is no way from '" + result.base + "' to '" + tip + "'");
   for (const KDL::Segment& segment : way.segments)
     result.joints.push_back(joint_of(segment, *model, robot, file));
-  result.beside_base = fixed_beside(*model, result);
+  result.beside_base = fixed_elsewhere(*model, result);
   return result;
 }
 

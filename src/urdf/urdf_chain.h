@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/urdf/urdf_io.h"
 #include "armtrue/kinematics/pose.h"
+#include "armtrue/urdf/urdf_io.h"
 
 namespace armtrue {
 
@@ -33,8 +33,8 @@ struct UrdfChain {
   std::string robot;  ///< its name
   std::string base;   ///< link
   std::vector<ChainJoint> joints;
-  /// Links that stand fixed to the base beside the way, turned or moved, as the frame of a
-  /// controller often does.
+  /// Links that stand fixed to the base, beside the way or on it, turned or moved, as the frame of
+  /// a controller often does. Links that stand together count once.
   std::vector<std::string> beside_base;
 };
 

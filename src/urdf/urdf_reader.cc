@@ -220,7 +220,9 @@ Robot parse_urdf(const std::string& text, const std::string& file, const UrdfEnd
 
 std::vector<std::string> frames_beside_base(const std::string& text, const std::string& file,
                                             const UrdfEnds& ends) {
-  return read_urdf_chain(text, file, ends).beside_base;
+  const UrdfChain chain = read_urdf_chain(text, file, ends);
+  if (as_written(chain.joints, text)) return {};
+  return chain.beside_base;
 }
 
 std::map<std::string, std::string> urdf_joint_of_link(const std::string& text,

@@ -158,6 +158,19 @@ TEST(Urdf, BranchesWithoutDrivenJointsAreIgnored) {
   EXPECT_EQ(frames_beside_base(kBranched, "r.urdf", kToTool), std::vector<std::string>{"base"});
 }
 
+TEST(Urdf, LinksThatStandElsewhereThanTheBaseAreNamed) {
+  const UrdfEnds from_world{"world", "tool0"};
+  EXPECT_EQ(frames_beside_base(kBranched, "r.urdf", from_world),
+            (std::vector<std::string>{"base", "base_link"}));
+  std::string text = kBranched;
+  text.replace(text.find("0 0 0.7"), 7, "0 0 0.0");
+  EXPECT_EQ(frames_beside_base(text, "r.urdf", from_world), std::vector<std::string>{"base"});
+  text.erase(text.find("  <joint name=\"controller\""),
+             text.find("  <joint name=\"to_flange\"") - text.find("  <joint name=\"controller\""));
+  text.erase(text.find("<link name=\"base\"/>"), 19);
+  EXPECT_EQ(frames_beside_base(text, "r.urdf", from_world), std::vector<std::string>{"foot"});
+}
+
 // The common normal of axes that are parallel within a milliradian lies hundreds of metres away.
 TEST(Urdf, NearlyParallelAxesGetHayatisBeta) {
   const Robot robot = parse_urdf(kBranched, "r.urdf", kToTool);

@@ -31,8 +31,9 @@ struct UrdfEnds {
 /// joints.
 Robot parse_urdf(const std::string& text, const std::string& file, const UrdfEnds& ends = {});
 
-/// Links that are fixed to the base with a rotation or translation. One of them may be the base
-/// frame of the controller.
+/// Links that are fixed to the base with a rotation or translation, on the way to the arm or beside
+/// it. One of them may be the base frame of the controller. None in a document of write_urdf(),
+/// whose base_link is R_0.
 std::vector<std::string> frames_beside_base(const std::string& text, const std::string& file,
                                             const UrdfEnds& ends);
 
