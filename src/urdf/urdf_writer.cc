@@ -3,9 +3,9 @@
 
 #include <cmath>
 
-#include "armtrue/urdf/urdf_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
+#include "armtrue/urdf/urdf_io.h"
 #include "urdf/link_frames.h"
 
 namespace armtrue {
@@ -121,6 +121,12 @@ std::vector<std::string> lost_in_urdf(const Robot& robot) {
   if (!robot.priors.empty()) lost.emplace_back("priors");
   if (!robot.std.empty()) lost.emplace_back("std");
   if (!robot.effects.empty()) lost.emplace_back("effects");
+  if (robot.instrument) lost.emplace_back("instrument_mm");
+  if (robot.uncertainty) lost.emplace_back("uncertainty");
+  // A revolute joint of a URDF has both limits, a continuous one has none.
+  for (const Link& link : robot.chain.links)
+    if (std::isfinite(link.min) != std::isfinite(link.max))
+      lost.emplace_back((std::isfinite(link.min) ? "min_deg of " : "max_deg of ") + link.name);
   return lost;
 }
 

@@ -171,6 +171,20 @@ TEST(Urdf, LinksThatStandElsewhereThanTheBaseAreNamed) {
   EXPECT_EQ(frames_beside_base(text, "r.urdf", from_world), std::vector<std::string>{"foot"});
 }
 
+TEST(Urdf, WhatItCannotHoldIsNamed) {
+  Robot robot = read_robot(ARMTRUE_CONFIG "/robots/kr360.yaml").robot;
+  const std::vector<std::string> without = lost_in_urdf(robot);
+  robot.instrument = Eigen::Vector3d(4, 0, 1);
+  robot.uncertainty.emplace();
+  robot.chain.links[0].max = std::numeric_limits<double>::infinity();
+  robot.chain.links[1].min = -std::numeric_limits<double>::infinity();
+  std::vector<std::string> expected = without;
+  for (const std::string& name : {"instrument_mm", "uncertainty"}) expected.emplace_back(name);
+  expected.push_back("min_deg of " + robot.chain.links[0].name);
+  expected.push_back("max_deg of " + robot.chain.links[1].name);
+  EXPECT_EQ(lost_in_urdf(robot), expected);
+}
+
 // The common normal of axes that are parallel within a milliradian lies hundreds of metres away.
 TEST(Urdf, NearlyParallelAxesGetHayatisBeta) {
   const Robot robot = parse_urdf(kBranched, "r.urdf", kToTool);
