@@ -8,6 +8,7 @@
 
 #include "armtrue/kinematics/chain.h"
 #include "armtrue/text/input_error.h"
+#include "import/column_units.h"
 #include "import/covariance_columns.h"
 #include "import/orientation_columns.h"
 #include "import/plain_cell.h"
@@ -26,27 +27,6 @@ bool is_number(const std::string& quantity) {
   return !kTexts.contains(quantity);
 }
 
-UnitKind kind_of(const std::string& quantity) {
-  const auto known = stated_quantity(quantity);
-  return known ? known->kind : UnitKind::none;
-}
-
-const char* example_unit(UnitKind kind) {
-  switch (kind) {
-    case UnitKind::length:
-    case UnitKind::encoder:
-      return "mm";
-    case UnitKind::angle:
-      return "deg";
-    case UnitKind::time:
-      return "s";
-    case UnitKind::mass:
-      return "kg";
-    default:
-      return "C";
-  }
-}
-
 constexpr int kUsualJoints = 6;
 
 class Mapper {
@@ -59,9 +39,10 @@ class Mapper {
     for (int k = 0; k < static_cast<int>(table_.columns.size()); ++k) map_column(k);
     refuse_target_without_pose();
     if (role_ != TableRole::points) find_joints();
-    require_columns();
-    for (auto& [quantity, column] : mapping_.columns) find_unit_of(quantity, column);
-    refuse_without_units();
+    ColumnUnits units(table_, names_, options_, mapping_.joints);
+    require_columns(units);
+    for (auto& [quantity, column] : mapping_.columns) units.find(quantity, column);
+    units.refuse_missing();
     require_whole_covariance(table_, mapping_);
     for (JointName& joint : mapping_.joints)
       if (!options_.robot) joint.is_length = is_length(*mapping_.find(joint.column));
@@ -141,9 +122,10 @@ class Mapper {
       mapping_.joints.push_back({fmt::format("q{}", j), std::to_string(j), false});
     mapping_.joints.insert(mapping_.joints.end(), external.begin(), external.end());
     if (mapping_.joints.size() > static_cast<size_t>(kMaxJoints))
-      table_.fail_header(fmt::format("has {} joints, and a robot at most {}; leave some out: "
-                                     "--ignore NAME",
-                                     mapping_.joints.size(), kMaxJoints));
+      table_.fail_header(
+          fmt::format("has {} joints, and a robot at most {}; leave some out: "
+                      "--ignore NAME",
+                      mapping_.joints.size(), kMaxJoints));
   }
 
   static bool is_length(const MappedColumn& column) {
@@ -181,113 +163,7 @@ class Mapper {
                        "' or --column target='" + name + "'");
   }
 
-  // Times in words state their unit themselves.
-  bool is_clock_time(int k) const {
-    const auto column = static_cast<size_t>(k);
-    const auto first = std::ranges::find_if(
-        table_.rows, [&](const PlainRow& row) { return !row.cells[column].empty(); });
-    if (first == table_.rows.end() || plain_time(first->cells[column]) ||
-        plain_date(first->cells[column]))
-      return true;
-    if (decimal_evidence(first->cells[column]) == DecimalEvidence::no_number &&
-        !plain_count(first->cells[column]))
-      table_.fail(*first, k,
-                  "is neither a number nor a time such as 12:33:01.5 or 2024-05-03T12:33:01.5; "
-                  "write the times so, or leave them out with --ignore");
-    return false;
-  }
-
-  void find_unit_of(const std::string& quantity, MappedColumn& column) {
-    const UnitKind kind = kind_of(quantity);
-    if (kind == UnitKind::none || (quantity == "t" && is_clock_time(column.column))) return;
-    const std::string& name = header(column.column);
-    const std::string* const stated = names_.unit_of(name);
-    std::string found;
-    const bool is_doubted = names_.doubts_unit_of(name);
-    const std::string& unit_row = table_.columns[static_cast<size_t>(column.column)].unit_row;
-    for (const std::string& text :
-         {is_doubted ? std::string() : column_name(name).unit,
-          is_doubted ? std::string() : unit_row, stated ? *stated : std::string()}) {
-      if (text.empty() || text == "-") continue;
-      const auto unit = find_unit(text);
-      if (!unit || !fits_kind(kind, unit->kind) || !fits_robot(quantity, unit->kind))
-        table_.fail_header(fmt::format(
-            "the column '{}' has the unit '{}', which is none of {}; correct the header, or say "
-            "--ignore '{}'",
-            name, text, wanted_column(quantity), name));
-      if (!found.empty() && find_unit(found)->factor != unit->factor)
-        table_.fail_header(fmt::format(
-            "the column '{}' has two units, '{}' and '{}'; correct the one that is wrong", name,
-            found, text));
-      found = text;
-    }
-    if (found.empty()) found = unit_for_all(kind_for_all(quantity, kind));
-    if (found.empty() && is_doubted) refuse_doubted_unit(name);
-    if (found.empty()) {
-      std::string& columns = without_unit_[kind_for_all(quantity, kind)];
-      columns += (columns.empty() ? "'" : ", '") + name + "'";
-      return;
-    }
-    column.unit = found;
-    column.factor = find_unit(found)->factor;
-  }
-
-  [[noreturn]] void refuse_doubted_unit(const std::string& name) const {
-    table_.fail_header("the unit of the column '" + name +
-                       "' is not certain, whatever its header states: some converters write rad "
-                       "under the name of deg; compare a row with the pendant, then say "
-                       "--angle-unit rad or --angle-unit deg");
-  }
-
-  // Our column, as the robot or --column says whether the joint turns or slides.
-  std::string wanted_column(const std::string& quantity) const {
-    for (const JointName& joint : mapping_.joints)
-      if (options_.robot && joint.column == quantity) return joint.encoder();
-    const std::string stated = names_.stated_unit(quantity);
-    return stated.empty() ? our_column(quantity) : quantity + "_" + stated;
-  }
-
-  bool fits_robot(const std::string& quantity, UnitKind kind) const {
-    if (joint_number(quantity) == 0) return true;
-    if (!options_.robot && names_.stated_unit(quantity).empty()) return true;
-    return wanted_column(quantity).ends_with("_mm") == (kind == UnitKind::length);
-  }
-
-  // An option for all angles holds for the joints of an arm; an external axis may be either.
-  UnitKind kind_for_all(const std::string& quantity, UnitKind kind) const {
-    if (kind != UnitKind::encoder) return kind;
-    const bool is_told = options_.robot || !names_.stated_unit(quantity).empty();
-    if (!is_told && quantity.front() == 'e') return UnitKind::encoder;
-    return wanted_column(quantity).ends_with("_mm") ? UnitKind::length : UnitKind::angle;
-  }
-
-  std::string unit_for_all(UnitKind kind) const {
-    if (kind == UnitKind::length) return options_.length_unit;
-    if (kind == UnitKind::angle) return options_.angle_unit;
-    if (kind == UnitKind::time) return options_.time_unit;
-    return "";
-  }
-
-  void refuse_without_units() const {
-    if (without_unit_.empty()) return;
-    std::string names, remedies;
-    for (const auto& [kind, columns] : without_unit_) {
-      names += (names.empty() ? "" : ", ") + columns;
-      const char* const option = kind == UnitKind::length  ? ", or --length-unit mm"
-                                 : kind == UnitKind::angle ? ", or --angle-unit deg"
-                                 : kind == UnitKind::time  ? ", or --time-unit s"
-                                                           : "";
-      const std::string first = columns.substr(0, columns.find("', '"));
-      remedies += (remedies.empty() ? " --unit " : "; --unit ") + first +
-                  (first.size() == columns.size() ? "" : "'");
-      remedies.insert(remedies.size() - 1, std::string("=") + example_unit(kind));
-      remedies += option;
-    }
-    table_.fail_header("no unit is stated for the columns " + names +
-                       "; write it into the header, or say which:" + remedies);
-  }
-
-  void require_columns() const {
+  void require_columns(const ColumnUnits& units) const {
     std::vector<std::string> needed;
     if (role_ != TableRole::joints) needed = {"x", "y", "z"};
     for (const JointName& joint : mapping_.joints) needed.push_back(joint.column);
@@ -295,18 +171,16 @@ class Mapper {
     bool is_joint = false;
     for (const std::string& quantity : needed) {
       if (mapping_.has(quantity)) continue;
-      missing += (missing.empty() ? "" : ", ") + wanted_column(quantity);
+      missing += (missing.empty() ? "" : ", ") + units.wanted_column(quantity);
       is_joint = is_joint || joint_number(quantity) > 0;
     }
     if (missing.empty()) return;
     for (const PlainColumn& column : table_.columns)
       there += (there.empty() ? "" : ", ") + ("'" + column.name + "'");
-    table_.fail_header("no column is known for " + missing + "; the columns are " + there +
-                       "; say which it is, such as --column " +
-                       missing.substr(0, missing.find(',')) + "=NAME" +
-                       (is_joint && !options_.robot
-                            ? ", or give --robot if the arm has not six joints"
-                            : ""));
+    table_.fail_header(
+        "no column is known for " + missing + "; the columns are " + there +
+        "; say which it is, such as --column " + missing.substr(0, missing.find(',')) + "=NAME" +
+        (is_joint && !options_.robot ? ", or give --robot if the arm has not six joints" : ""));
   }
 
   // One decimal sign holds for a table: the only one under which all cells are numbers.
@@ -354,7 +228,6 @@ class Mapper {
   const ImportNames& names_;
   const ImportOptions& options_;
   ColumnMapping mapping_;
-  std::map<UnitKind, std::string> without_unit_;  // their names in quotes
 };
 
 }  // namespace
