@@ -51,7 +51,11 @@ const Maker kMakers[] = {
     {"urdf/makers/kuka_kr10_r1100.urdf", {"base_link", "tool0"}, {}, {}, true},
     {"urdf/makers/kuka_kr210_r2700.urdf", {"base_link", "tool0"}, {}, {}},
     {"urdf/makers/staubli_tx2_90.urdf", {"base_link", "tool0"}, {}, {"base"}, true},
-    {"urdf/makers/ufactory_xarm6_on_rail.urdf", {"world", "link_eef"}, {}, {"camera", "table"}, true},
+    {"urdf/makers/ufactory_xarm6_on_rail.urdf",
+     {"world", "link_eef"},
+     {},
+     {"camera", "table"},
+     true},
     {"urdf/makers/yaskawa_gp25.urdf", {"base", "tool0"}, {}, {}},
     {"cli/convert-robot/into-urdf/cobot.urdf", {"world", "tool0"}, {}, {"base"}, true},
 };
