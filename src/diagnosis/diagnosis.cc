@@ -67,6 +67,21 @@ double median_turn(Robot robot, const Campaign& campaign) {
   return common_turn(turns).second;
 }
 
+// The robot whose geometry is that of the points, where they show one. The turns of the tool then
+// do not hold what base and tool cannot take up, such as a positioner that stands elsewhere.
+Robot calibrated_to_points(const Robot& given, Campaign campaign) {
+  Robot robot = given;
+  robot.effects.clear();
+  robot.identify = {"auto"};
+  robot.identify_per_session.clear();
+  campaign.orientation.clear();
+  try {
+    return calibrate(robot, campaign, {.statistics = FitStatistics::weights}).robot;
+  } catch (const std::invalid_argument&) {
+    return given;  // too few readings
+  }
+}
+
 struct Hypothesis {
   std::string remedy;
   std::function<void(Robot&, Campaign&)> change;
@@ -233,10 +248,12 @@ std::vector<std::string> diagnose(const Robot& given, const Campaign& all) {
     if (const auto mixed = find_mixed_rows(robot, campaign, kImplausibleMiss, kImplausibleTurn))
       findings.push_back(*mixed);
   if (findings.empty() && miss > kImplausibleMiss) try_calibration(robot, campaign, findings);
-  if (findings.empty() && campaign.has_orientation()) {
-    const double turn = median_turn(robot, campaign);
+  if (findings.empty() && campaign.has_orientation() &&
+      median_turn(robot, campaign) > kImplausibleTurn) {
+    const Robot calibrated = calibrated_to_points(robot, campaign);
+    const double turn = median_turn(calibrated, campaign);
     if (turn > kImplausibleTurn)
-      try_hypotheses(robot, campaign, orientation_hypotheses(), turn, median_turn, findings);
+      try_hypotheses(calibrated, campaign, orientation_hypotheses(), turn, median_turn, findings);
     if (findings.empty() && turn > kImplausibleTurn)
       findings.push_back(fmt::format(
           "the orientations turn otherwise than this robot's tool, by {:.3g} deg from pose to pose "
