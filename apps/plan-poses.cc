@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <set>
 
 #include "armtrue/io/joint_target_io.h"
@@ -25,7 +26,7 @@ struct Arguments {
   std::string robot, given, separate, zone;
   int count = 0;
   std::vector<double> box_mm;
-  double floor_mm = 0;
+  std::optional<double> floor_mm;
   bool points = false, touches = false;
 };
 
@@ -48,10 +49,10 @@ void add_options(app::Command& command, Arguments& arguments) {
       "Sphere x,y,z,radius in R_A in which the arm must be accurate; everywhere if absent");
   command.numbers("--box-mm", arguments.box_mm, 6, "x0,x1,y0,y1,z0,z1 in mm",
                   "Working box in R_A of the poses");
-  command
-      .option("--floor-mm", arguments.floor_mm,
-              "Height in R_0 below which neither links nor tool may go")
-      .default_shown();
+  command.option(
+      "--floor-mm", arguments.floor_mm,
+      "Height in R_0 below which neither links nor tool may go; that of the robot file if "
+      "absent");
   command.flag("--points", arguments.points,
                "Positions only; with --given, what is read there is read again");
   command.flag("--touches", arguments.touches,
@@ -69,7 +70,7 @@ PlanOptions plan_options(const app::Command& command, const Arguments& arguments
   PlanOptions options;
   options.orientation = !arguments.points;
   options.touches = arguments.touches;
-  options.floor = arguments.floor_mm * kMillimetre;
+  if (arguments.floor_mm) options.floor = *arguments.floor_mm * kMillimetre;
   options.seed = command.seed;
   options.box = app::box_from_numbers(box);
   if (!arguments.zone.empty()) options.zone = app::zone_from_text(arguments.zone);

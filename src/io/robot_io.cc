@@ -229,6 +229,7 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
   use_convention(document, robot);
   use_positioner(document, robot);
   read_gravity(document, robot);
+  robot.floor = document.number("floor_mm", 0) * kMillimetre;
   read_instrument(document, robot);
   read_identify(document, robot);
   if (document.has("noise")) read_noise(document.map("noise"), robot.noise);
@@ -307,6 +308,7 @@ YAML::Node robot_node(const Robot& robot, const Provenance& provenance) {
   }
   if (robot.instrument) root["instrument_mm"] = point_node(*robot.instrument);
   root["gravity_m_s2"] = flow_list({robot.gravity.x(), robot.gravity.y(), robot.gravity.z()});
+  if (robot.floor != 0) root["floor_mm"] = number_text(robot.floor, kMillimetre);
   if (robot.identify.size() == 1 &&
       (robot.identify.front() == "auto" || robot.identify.front() == "paper-25")) {
     root["identify"] = robot.identify.front();

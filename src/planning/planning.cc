@@ -97,7 +97,7 @@ std::vector<JointVector> PosePlanner::zone_configurations() const {
       random_configurations(robot, kDrawsForZone, std::nullopt, cloud_.options.seed);
   std::erase_if(drawn, [&](const JointVector& q) {
     return (evaluator.pose(q).translation - zone_->centre).norm() > zone_->radius ||
-           !is_above(cloud_.options.floor, robot, q);
+           !is_above_floor(cloud_, q);
   });
   if (drawn.empty())
     throw std::invalid_argument(

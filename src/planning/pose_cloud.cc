@@ -1,11 +1,16 @@
 #include "armtrue/planning/pose_cloud.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <string>
 
 #include "armtrue/calibration/identifiability.h"
+#include "armtrue/kinematics/units.h"
+#include "armtrue/statistics/summary.h"
 #include "calibration/contacts.h"
 #include "calibration/fold.h"
 #include "calibration/session_models.h"
@@ -21,22 +26,39 @@ constexpr double kUsualOrientationNoise = 1e-4;  // rad
 constexpr double kOnTheFloor = 1e-9;             // m; a frame in the plane of the base is above it
 constexpr int kDrawsPerConfiguration = 64;
 
-}  // namespace
-
-bool is_above(double floor, const Robot& robot, const JointVector& q) {
+// Height in R_0 of the lowest origin of a link of the arm, point of the tool or target [m].
+double lowest_height(const Robot& robot, const JointVector& q) {
   const KinematicChain& chain = robot.chain;
   const LinkFrames frames = ChainEvaluator(chain).link_frames(q);
   const int ground = robot.ground_link.value_or(-1);  // what a positioner moves stands before it
   const Pose floor_from_foot = ground < 0 ? Pose{} : inverse(frames[static_cast<size_t>(ground)]);
-  const auto above = [&](const Eigen::Vector3d& point) {
-    return (floor_from_foot * point).z() >= floor - kOnTheFloor;
-  };
+  const auto height = [&](const Eigen::Vector3d& point) { return (floor_from_foot * point).z(); };
   const Pose tool = frames.back() * chain.tool;
-  return std::all_of(frames.begin() + ground + 1, frames.end(),
-                     [&](const Pose& frame) { return above(frame.translation); }) &&
-         above(tool.translation) &&
-         std::all_of(chain.targets.begin(), chain.targets.end(),
-                     [&](const Target& target) { return above(tool * target.position); });
+  double lowest = height(tool.translation);
+  for (const Target& target : chain.targets)
+    lowest = std::min(lowest, height(tool * target.position));
+  for (size_t link = static_cast<size_t>(ground + 1); link < frames.size(); ++link)
+    if (!is_prismatic(chain.links[link]))
+      lowest = std::min(lowest, height(frames[link].translation));
+  return lowest;
+}
+
+// The floor that half of the configurations keep above, in whole mm.
+[[noreturn]] void fail_below_floor(const Robot& robot, const std::vector<JointVector>& drawn) {
+  std::vector<double> heights;
+  for (const JointVector& q : drawn) heights.push_back(lowest_height(robot, q));
+  throw std::invalid_argument(fmt::format(
+      "hardly any configuration keeps links and tool above the floor; move the box up or lower the "
+      "floor, whose height in R_0 'floor_mm' of the robot file or --floor-mm states: a gantry, or "
+      "an arm on a wall, works below its foot; with --floor-mm {:.0f} half of them are above it",
+      std::floor(median(heights) / kMillimetre)));
+}
+
+}  // namespace
+
+bool is_above_floor(const PoseCloud& cloud, const JointVector& q) {
+  return lowest_height(cloud.robot, q) >=
+         cloud.options.floor.value_or(cloud.robot.floor) - kOnTheFloor;
 }
 
 PoseCloud pose_cloud(const Robot& robot, const CloudOptions& options, const Campaign& given) {
@@ -101,21 +123,18 @@ std::vector<PlannedPose> random_poses(const PoseCloud& cloud, int count, std::ui
     if (static_cast<int>(poses.size()) == count) return poses;
     throw std::invalid_argument(
         "hardly any configuration touches a contact with links and tool within their travel and "
-        "above the floor; check the places of the contacts, or lower the floor");
+        "above the floor; check the places of the contacts, or lower the floor (--floor-mm)");
   }
+  std::vector<JointVector> all;
   for (int draws = 2; draws <= kDrawsPerConfiguration; draws *= 2) {
-    std::vector<JointVector> drawn =
-        random_configurations(cloud.robot, draws * count, options.box, seed);
-    std::erase_if(drawn,
-                  [&](const JointVector& q) { return !is_above(options.floor, cloud.robot, q); });
-    if (static_cast<int>(drawn.size()) < count) continue;
-    drawn.resize(count);
-    return planned_poses(drawn);
+    all = random_configurations(cloud.robot, draws * count, options.box, seed);
+    std::vector<JointVector> above = all;
+    std::erase_if(above, [&](const JointVector& q) { return !is_above_floor(cloud, q); });
+    if (static_cast<int>(above.size()) < count) continue;
+    above.resize(count);
+    return planned_poses(above);
   }
-  throw std::invalid_argument(
-      "hardly any configuration keeps links and tool above the floor; lower it (--floor-mm, z in "
-      "R_0: "
-      "a gantry, or an arm on a wall, works below its foot) or move the box up");
+  fail_below_floor(cloud.robot, all);
 }
 
 std::vector<PlannedPose> with_given(const PoseCloud& cloud) {

@@ -109,7 +109,8 @@ TEST(Planning, CampaignsKeepWhatThePlanPromises) {
 
   const std::vector<JointVector> plan = configurations(planner.plan(40));
   std::vector<std::vector<JointVector>> random;
-  for (int seed = 100; seed < 100 + kCampaigns; ++seed) random.push_back(configurations(planner.random(58, seed)));
+  for (int seed = 100; seed < 100 + kCampaigns; ++seed)
+    random.push_back(configurations(planner.random(58, seed)));
   const double planned_error = true_error({kCampaigns, plan}, held_out);
   const double random_error = true_error(random, held_out);
   const double promised = planner.quality(planned_poses(plan)).zone_deviation;
@@ -218,6 +219,16 @@ TEST(Planning, StaysAboveTheFloor) {
   PlanOptions free;
   free.floor = -10;
   EXPECT_LT(lowest_point(robot, PosePlanner(robot, free).plan(60)), -0.5);
+}
+
+TEST(Planning, TheFloorIsThatOfTheRobotFile) {
+  Robot robot = shipped("r2000ic-165f");  // R_0 is 670 mm above the foot
+  const double lowest = lowest_point(robot, PosePlanner(robot, {}).plan(60));
+  EXPECT_GE(lowest, -0.67 - 1e-8);
+  EXPECT_LT(lowest, -0.3);
+  PlanOptions higher;
+  higher.floor = 0;
+  EXPECT_GE(lowest_point(robot, PosePlanner(robot, higher).plan(60)), -1e-8);
 }
 
 TEST(Planning, FewPosesPromiseNothingButAreChosen) {
@@ -336,7 +347,7 @@ TEST(Planning, SaysWhatCannotBePlanned) {
   EXPECT_THAT(refusal(options), testing::HasSubstr("enlarge or move the zone"));
   options = {};
   options.floor = 5;
-  EXPECT_THAT(refusal(options), testing::HasSubstr("above the floor; lower it"));
+  EXPECT_THAT(refusal(options), testing::HasSubstr("above the floor; move the box up or lower"));
   EXPECT_THROW(PosePlanner(shipped("kr360-spindle"), {}).plan(2001), std::invalid_argument);
 }
 

@@ -72,6 +72,8 @@ struct Robot {
   std::vector<Body> bodies;
   /// In R_0, or in the frame of `ground_link` [m/s^2].
   Eigen::Vector3d gravity{0, 0, -9.81};
+  /// Height of the floor in the same frame [m].
+  double floor = 0;
   /// Where the instrument stands in R_A, for effects of its line of sight [m]; if the file does not
   /// say it, at the origin.
   std::optional<Eigen::Vector3d> instrument;

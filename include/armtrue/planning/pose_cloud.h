@@ -18,8 +18,10 @@ struct CloudOptions {
   bool orientation = true;  ///< is read; false: positions only. Given poses decide for themselves,
                             ///< targets and anchors come without
   std::optional<Box> box;   ///< of the measured point; absent: the whole travel of the joints
-  /// Height in R_0 that no link origin of the arm and no point of the tool passes [m].
-  double floor = 0;
+  /// Height in R_0 that no link origin of the arm and no point of the tool passes [m]; absent: that
+  /// of the robot. The origin of a slider's frame does not count: a slider has a direction, and no
+  /// place.
+  std::optional<double> floor;
   /// Whether the poses touch the contacts of the robot. Given poses decide for themselves.
   bool touches = false;
   std::uint64_t seed = 1;
@@ -52,7 +54,7 @@ struct PoseCloud {
   ReadingSigma noise;  ///< the robot's; 0.1 mm and 0.1 mrad where it states none
   std::vector<PlannedPose> poses;
   std::vector<PlannedPose> touches;  ///< what can be touched, without configurations
-  std::vector<int> unknowns;  ///< choose_identifiable() of the cloud and the given poses
+  std::vector<int> unknowns;         ///< choose_identifiable() of the cloud and the given poses
 };
 
 inline constexpr int kCloudSize = 2000;
@@ -85,7 +87,7 @@ Eigen::MatrixXd equal_blocks(const Campaign& readings, const Eigen::MatrixXd& ro
 /// last.
 Eigen::MatrixXd given_derivatives(const PoseCloud& cloud, const Robot& robot);
 
-/// Returns whether no link origin, point of the tool or target is below the height `floor` [m].
-bool is_above(double floor, const Robot& robot, const JointVector& q);
+/// Returns whether no link origin, point of the tool or target is below the floor of the cloud.
+bool is_above_floor(const PoseCloud& cloud, const JointVector& q);
 
 }  // namespace armtrue
