@@ -22,7 +22,8 @@ class ColumnFinder {
     find_needed();
     find_others();
     find_covariances();
-    find_temperatures();
+    columns_.context.emplace(table_, joints_);
+    used_.insert(columns_.context->used().begin(), columns_.context->used().end());
     for (size_t c = 0; c < table_.columns().size(); ++c)
       if (!used_.contains(static_cast<int>(c))) columns_.unknown.push_back(table_.columns()[c]);
     return std::move(columns_);
@@ -45,16 +46,14 @@ class ColumnFinder {
                           columns_.position[1] || columns_.position[2];
     for (int i = 0; columns_.has_points && i < 3; ++i)
       need(columns_.position[i], std::string(1, "xyz"[i]) + "_mm");
-    if (!missing.empty()) table_.fail_missing(missing);
+    if (!missing.empty()) table_.fail_missing(missing, used_);
   }
 
   void find_others() {
     columns_.repeat = use(table_.find("repeat"));
-    columns_.time = use(table_.find("t_s"));
     columns_.target = use(table_.find("target"));
     if (columns_.distance) columns_.anchor = use(table_.find("anchor"));
     columns_.session = use(table_.find("session"));
-    columns_.payload = use(table_.find("payload_kg"));
     columns_.sigma_position = use(table_.find_length("sigma"));
     columns_.sigma_orientation = use(table_.find_angle("sigma"));
     columns_.abc =
@@ -67,20 +66,6 @@ class ColumnFinder {
         {"qw", "qx", "qy", "qz"});
     if (columns_.abc[0] && columns_.quaternion[0])
       throw InputError(source_ + ": has both a_deg,b_deg,c_deg and qw,qx,qy,qz; keep one of them");
-    columns_.force =
-        group("a force", std::array{table_.find("fx_n"), table_.find("fy_n"), table_.find("fz_n")},
-              {"fx_n", "fy_n", "fz_n"});
-    const auto plain = [&](const std::vector<std::string>& names) {
-      std::vector<std::optional<int>> found;
-      for (const std::string& name : names) found.push_back(table_.find(name));
-      return found;
-    };
-    const std::vector<std::string> directions = numbered_columns("dir", joints_);
-    const std::vector<std::string> torques = numbered_columns("tau", joints_, "_nm");
-    columns_.arrival = group("directions of arrival", plain(directions), directions);
-    columns_.stroke = group("ways since the last reversal", find_strokes(table_, joints_),
-                            stroke_columns(joints_));
-    columns_.motor_torque = group("a set of motor torques", plain(torques), torques);
   }
 
   // One block of the covariance, rows from `row` and columns from `column` on.
@@ -121,18 +106,6 @@ class ColumnFinder {
            "in a file of their own");
   }
 
-  void find_temperatures() {
-    for (size_t c = 0; c < table_.columns().size(); ++c) {
-      const std::string& name = table_.columns()[c];
-      if (!name.starts_with("temp_") || !name.ends_with("_c") || name.size() < 8) continue;
-      if (columns_.temperatures.size() == kMaxTemperatures)
-        table_.fail(static_cast<int>(c), "more than 8 temperatures; remove the least useful");
-      columns_.temperatures.push_back(static_cast<int>(c));
-      used_.insert(static_cast<int>(c));
-      columns_.temperature_names.push_back(name.substr(5, name.size() - 7));
-    }
-  }
-
   template <typename Found>
   Found use(Found found) {
     if (found) {
@@ -148,12 +121,7 @@ class ColumnFinder {
   template <typename Columns>
   Columns group(const std::string& what, const Columns& columns,
                 const std::vector<std::string>& names) {
-    std::vector<std::string> missing;
-    for (size_t i = 0; i < columns.size(); ++i)
-      if (!columns[i]) missing.push_back(names[i]);
-    if (missing.size() == columns.size()) return columns;
-    if (!missing.empty())
-      throw InputError(source_ + ": " + what + " also needs the column '" + missing.front() + "'");
+    if (!has_all(table_, columns, names, what)) return columns;
     for (const auto& column : columns) use(column);
     return columns;
   }

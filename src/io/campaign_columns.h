@@ -7,27 +7,25 @@
 
 #include "armtrue/io/csv_table.h"
 #include "armtrue/kinematics/joint_names.h"
+#include "io/context_columns.h"
 
 namespace armtrue {
 
 /// Where the columns of a file of measured poses stand (armtrue-formats(5)). Of one quantity all
 /// columns are there, or none.
 struct CampaignColumns {
-  std::optional<int> pose, repeat, time, target, anchor, contact, session, payload;
+  std::optional<int> pose, repeat, target, anchor, contact, session;
   std::optional<CsvTable::Quantity> distance;
   bool has_points = true;
-  std::vector<std::optional<CsvTable::Quantity>> q, stroke;  ///< one for each joint
+  std::vector<std::optional<CsvTable::Quantity>> q;  ///< one for each joint
   std::array<std::optional<CsvTable::Quantity>, 3> position, abc;
   std::array<std::optional<int>, 4> quaternion;
-  std::array<std::optional<int>, 3> force;
-  std::vector<std::optional<int>> arrival, motor_torque;  ///< one for each joint
   std::optional<CsvTable::Quantity> sigma_position, sigma_orientation;
   /// Covariances of x, y, z, rx, ry, rz, the upper triangle row by row: each of the blocks of the
   /// position, of the rotation, and between both is there or not.
   std::array<std::optional<CsvTable::Quantity>, 21> covariance;
-  std::vector<int> temperatures;
-  std::vector<std::string> temperature_names;
-  std::vector<std::string> unknown;  ///< not used
+  std::optional<ContextColumns> context;  ///< of every file
+  std::vector<std::string> unknown;       ///< not used
 };
 
 /// Where an entry stands in CampaignColumns::covariance, row <= column.

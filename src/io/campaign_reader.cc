@@ -21,7 +21,6 @@ namespace armtrue {
 namespace {
 
 constexpr double kUnitQuaternion = 1e-3;
-constexpr double kAbsoluteZero = -273.15;  // deg C
 constexpr const char* kDeviation = "a standard deviation";
 constexpr const char* kNoId = "is empty; every row needs the id of its pose";
 
@@ -82,44 +81,14 @@ class RowReader {
     else
       read_point();
     if (columns_.repeat) c.repeat.push_back(table_.integer(*columns_.repeat));
-    if (columns_.time) c.time_s.push_back(table_.number(*columns_.time));
     if (columns_.target) c.target.push_back(indices_.targets.of(table_.text(*columns_.target)));
     if (columns_.session) c.session.push_back(indices_.sessions.of(table_.text(*columns_.session)));
-    if (columns_.payload) c.payload_kg.push_back(payload());
     if (columns_.sigma_position)
       c.sigma_position.push_back(positive(*columns_.sigma_position, kDeviation));
     if (columns_.sigma_orientation)
       c.sigma_orientation.push_back(positive(*columns_.sigma_orientation, kDeviation));
     read_covariance();
-    if (columns_.force[0])
-      c.force_n.emplace_back(table_.number(*columns_.force[0]), table_.number(*columns_.force[1]),
-                             table_.number(*columns_.force[2]));
-    if (columns_.arrival[0]) {
-      Direction directions{};
-      for (size_t j = 0; j < columns_.arrival.size(); ++j) {
-        const int direction = table_.integer(*columns_.arrival[j]);
-        if (direction < -1 || direction > 1)
-          table_.fail(*columns_.arrival[j],
-                      "'" + std::to_string(direction) + "' is not -1, 0 or 1");
-        directions[j] = static_cast<std::int8_t>(direction);
-      }
-      c.arrival.push_back(directions);
-    }
-    if (columns_.stroke[0]) c.stroke.push_back(numbers(columns_.stroke));
-    if (columns_.motor_torque[0]) {
-      auto& torques = c.motor_torque_nm.emplace_back();
-      for (size_t j = 0; j < columns_.motor_torque.size(); ++j)
-        torques[j] = table_.number(*columns_.motor_torque[j]);
-    }
-    if (!columns_.temperatures.empty()) {
-      auto& temperatures = c.temperature_c.emplace_back();
-      for (size_t i = 0; i < columns_.temperatures.size(); ++i) {
-        temperatures[i] = table_.number(columns_.temperatures[i]);
-        if (temperatures[i] < kAbsoluteZero)
-          table_.fail(columns_.temperatures[i], table_.quoted(columns_.temperatures[i]) +
-                                                    " lies below absolute zero; correct it");
-      }
-    }
+    columns_.context->read(table_, c);
   }
 
   // What a row states of its noise, as standard deviations and what makes its components white.
@@ -220,14 +189,6 @@ class RowReader {
     return value;
   }
 
-  double payload() const {
-    const double value = table_.number(*columns_.payload);
-    if (value < 0)
-      table_.fail(*columns_.payload,
-                  table_.quoted(*columns_.payload) + " is below zero; a payload is a mass");
-    return value;
-  }
-
   Eigen::Quaterniond quaternion() const {
     const auto& columns = columns_.quaternion;
     const Eigen::Quaterniond q(table_.number(*columns[0]), table_.number(*columns[1]),
@@ -255,7 +216,7 @@ class CampaignReader {
         campaign_(campaign),
         columns_(find_campaign_columns(table, joints, campaign.source)),
         joined_(table, joints, columns_, campaign) {
-    campaign.temperature_names = columns_.temperature_names;
+    campaign.temperature_names = columns_.context->temperature_names();
   }
 
   void read() {
@@ -313,9 +274,9 @@ class CampaignReader {
       c.anchor_names.clear();
       c.touch.clear();
     } else {
-      const std::string both = c.source + (c.contact_names.empty()
-                                               ? ": points and distances in one file "
-                                               : ": points and contacts in one file ");
+      const std::string both =
+          c.source + (c.contact_names.empty() ? ": points and distances in one file "
+                                              : ": points and contacts in one file ");
       if (c.has_orientation())
         throw InputError(both + "are read without orientations; leave out " +
                          (columns_.abc[0] ? "a_deg,b_deg,c_deg" : "qw,qx,qy,qz"));
@@ -330,9 +291,10 @@ class CampaignReader {
   void check_weights() const {
     const Campaign& c = campaign_;
     if (!c.has_touches() || c.has_touches_only() || columns_.sigma_position) return;
-    throw InputError(c.source + ": distances and contacts in one file also need the column "
-                                "'sigma_mm', the standard deviation of each row, by which they "
-                                "weigh against each other");
+    throw InputError(c.source +
+                     ": distances and contacts in one file also need the column "
+                     "'sigma_mm', the standard deviation of each row, by which they "
+                     "weigh against each other");
   }
 
   void check_repeats() const {

@@ -61,6 +61,12 @@ bool may_be_a_slip(const std::string& a, const std::string& b) {
   return distance_without_unit(a, b) <= std::min(2, longest - 1);
 }
 
+// q1_deg, e2_mm
+bool names_an_axis(const std::string& name) {
+  return name.size() > 1 && (name[0] == 'q' || name[0] == 'e') &&
+         std::isdigit(static_cast<unsigned char>(name[1]));
+}
+
 }  // namespace
 
 CsvTable::CsvTable(Source& source, std::string_view header) : source_(source) {
@@ -174,20 +180,33 @@ void CsvTable::fail_blank(int line) const {
                    ": blank line between rows; blank lines may only end a file");
 }
 
-void CsvTable::fail_missing(const std::vector<std::string>& missing) const {
-  std::string message = source_.name() + ": missing column" + (missing.size() > 1 ? "s" : "");
+void CsvTable::fail_missing(const std::vector<std::string>& missing, const std::set<int>& taken,
+                            const std::string& what) const {
+  std::string message = source_.name() + ": " +
+                        (what.empty() ? "missing" : what + " also needs the") + " column" +
+                        (missing.size() > 1 ? "s" : "");
   for (size_t i = 0; i < missing.size(); ++i)
     message += (i ? ", " : " ") + ("'" + missing[i] + "'");
-  std::string remedy = "; name the columns so, or add them.";
+  const bool one = missing.size() == 1;
+  std::string remedy =
+      one ? "; name the column so, or add it." : "; name the columns so, or add them.";
+  if (std::ranges::all_of(missing, names_an_axis))
+    remedy =
+        one ? "; the robot has this axis: name the column so, add it, or give the robot of this "
+              "table."
+            : "; the robot has these axes: name the columns so, add them, or give the robot of "
+              "this table.";
   if (columns_.size() == 1 && columns_.front().find('\t') != std::string::npos)
     remedy = "; separate them by commas or semicolons, not by tabs.";
+  std::vector<std::string> candidates;
+  for (size_t c = 0; c < columns_.size(); ++c)
+    if (!taken.contains(static_cast<int>(c))) candidates.push_back(columns_[c]);
   for (const std::string& name : missing) {
-    const auto nearest = std::min_element(
-        columns_.begin(), columns_.end(), [&](const std::string& a, const std::string& b) {
-          return std::pair(distance_without_unit(a, name), edit_distance(a, name)) <
-                 std::pair(distance_without_unit(b, name), edit_distance(b, name));
+    const auto nearest =
+        std::ranges::min_element(candidates, {}, [&](const std::string& candidate) {
+          return std::pair(distance_without_unit(candidate, name), edit_distance(candidate, name));
         });
-    if (nearest != columns_.end() && may_be_a_slip(*nearest, name)) {
+    if (nearest != candidates.end() && may_be_a_slip(*nearest, name)) {
       remedy = "; is '" + *nearest + "' meant to be '" + name + "'?";
       break;
     }

@@ -14,13 +14,11 @@ std::vector<JointTarget> read_joint_targets(const std::string& path,
                                             const std::vector<JointName>& joints) {
   Source source(path);
   CsvTable table(source, example_header("pose,", joints));
-  std::vector<std::string> missing;
+  const std::vector<std::string> names = encoder_names(joints);
   const auto pose = table.find("pose");
-  if (!pose) missing.emplace_back("pose");
   const auto q = find_encoders(table, joints);
-  for (size_t j = 0; j < joints.size(); ++j)
-    if (!q[j]) missing.push_back(joints[j].encoder());
-  if (!missing.empty()) table.fail_missing(missing);
+  if (!pose) table.fail_missing({"pose"});
+  if (!has_all(table, q, names)) table.fail_missing(names, {*pose});
   std::vector<JointTarget> targets;
   std::map<std::string, int, std::less<>> lines;  // of each id
   while (table.next_row()) {

@@ -28,11 +28,7 @@ template <size_t N>
 std::optional<std::array<Quantity, N>> group(const CsvTable& table,
                                              const std::array<std::optional<Quantity>, N>& found,
                                              const std::array<std::string, N>& names) {
-  std::vector<std::string> missing;
-  for (size_t i = 0; i < N; ++i)
-    if (!found[i]) missing.push_back(names[i]);
-  if (missing.size() == N) return std::nullopt;
-  if (!missing.empty()) table.fail_missing(missing);
+  if (!has_all(table, found, names)) return std::nullopt;
   std::array<Quantity, N> columns;
   for (size_t i = 0; i < N; ++i) columns[i] = *found[i];
   return columns;
@@ -65,15 +61,9 @@ std::array<std::optional<Quantity>, 3> find_position(const CsvTable& table) {
 std::optional<std::vector<Quantity>> find_joints(const CsvTable& table,
                                                  const std::vector<JointName>& joints) {
   const auto found = find_encoders(table, joints);
-  std::vector<std::string> missing;
+  if (!has_all(table, found, encoder_names(joints))) return std::nullopt;
   std::vector<Quantity> columns;
-  for (size_t j = 0; j < joints.size(); ++j)
-    if (found[j])
-      columns.push_back(*found[j]);
-    else
-      missing.push_back(joints[j].encoder());
-  if (columns.empty()) return std::nullopt;
-  if (!missing.empty()) table.fail_missing(missing);
+  for (const auto& column : found) columns.push_back(*column);
   return columns;
 }
 

@@ -11,6 +11,7 @@
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
 #include "io/compensation_columns.h"
+#include "io/context_columns.h"
 #include "io/joint_columns.h"
 
 namespace armtrue {
@@ -18,17 +19,6 @@ namespace {
 
 using Quantity = CsvTable::Quantity;
 using Place = ProgramFile::Place;
-
-// Columns of one quantity by their names in files: all of them, or none.
-bool has_all(const CsvTable& table, std::span<const std::optional<Quantity>> found,
-             std::span<const std::string> names) {
-  std::vector<std::string> missing;
-  for (size_t i = 0; i < names.size(); ++i)
-    if (!found[i]) missing.push_back(names[i]);
-  if (missing.size() == names.size()) return false;
-  if (!missing.empty()) table.fail_missing(missing);
-  return true;
-}
 
 Place place_of(const Quantity& quantity) { return {quantity.column, quantity.unit}; }
 
@@ -40,7 +30,8 @@ class ProgramReader {
     file.columns = table.columns();
     file.separator = table.separator();
     find_targets();
-    find_context();
+    context_.emplace(table, file.joints);
+    file.program.visits.temperature_names = context_->temperature_names();
   }
 
   void read() {
@@ -56,11 +47,6 @@ class ProgramReader {
                          "', which compensate writes; its targets are corrected already, and would "
                          "be corrected twice: give the original targets, or rename the column if "
                          "it is another");
-  }
-
-  std::optional<Quantity> plain(const std::string& name) const {
-    if (const auto column = table_.find(name)) return Quantity{*column, 1};
-    return std::nullopt;
   }
 
   void find_targets() {
@@ -88,36 +74,6 @@ class ProgramReader {
     if (turn) file_.turn.column = *turn;
   }
 
-  void find_context() {
-    time_ = table_.find("t_s");
-    payload_ = table_.find("payload_kg");
-    const std::array force{plain("fx_n"), plain("fy_n"), plain("fz_n")};
-    has_force_ = has_all(table_, force, std::array<std::string, 3>{"fx_n", "fy_n", "fz_n"});
-    for (size_t i = 0; has_force_ && i < 3; ++i) force_[i] = force[i]->column;
-    const std::vector<std::string> directions = numbered_columns("dir", file_.joints);
-    std::vector<std::optional<Quantity>> arrival;
-    for (const std::string& name : directions) arrival.push_back(plain(name));
-    has_arrival_ = has_all(table_, arrival, directions);
-    for (size_t j = 0; has_arrival_ && j < arrival.size(); ++j)
-      arrival_.push_back(arrival[j]->column);
-    const std::vector<std::optional<Quantity>> stroke = find_strokes(table_, file_.joints);
-    has_stroke_ = has_all(table_, stroke, stroke_columns(file_.joints));
-    for (size_t j = 0; has_stroke_ && j < stroke.size(); ++j)
-      stroke_.push_back(place_of(*stroke[j]));
-    find_temperatures();
-  }
-
-  void find_temperatures() {
-    for (size_t c = 0; c < table_.columns().size(); ++c) {
-      const std::string& name = table_.columns()[c];
-      if (!name.starts_with("temp_") || !name.ends_with("_c") || name.size() < 8) continue;
-      if (temperatures_.size() == kMaxTemperatures)
-        table_.fail(static_cast<int>(c), "more than 8 temperatures; remove the least useful");
-      temperatures_.push_back(static_cast<int>(c));
-      file_.program.visits.temperature_names.push_back(name.substr(5, name.size() - 7));
-    }
-  }
-
   void read_row() {
     std::vector<std::string>& cells = file_.cells.emplace_back();
     for (int c = 0; c < static_cast<int>(file_.columns.size()); ++c) {
@@ -132,7 +88,7 @@ class ProgramReader {
     visits.pose_ids.emplace_back(table_.original(name_));
     visits.line.push_back(table_.line_number());
     read_target();
-    read_context();
+    context_->read(table_, visits);
   }
 
   void read_target() {
@@ -160,47 +116,13 @@ class ProgramReader {
     program.turns.push_back(turn);
   }
 
-  void read_context() {
-    Campaign& visits = file_.program.visits;
-    if (time_) visits.time_s.push_back(table_.number(*time_));
-    if (payload_) {
-      visits.payload_kg.push_back(table_.number(*payload_));
-      if (visits.payload_kg.back() < 0)
-        table_.fail(*payload_, table_.quoted(*payload_) + " is below zero; a payload is a mass");
-    }
-    if (has_force_)
-      visits.force_n.emplace_back(table_.number(force_[0]), table_.number(force_[1]),
-                                  table_.number(force_[2]));
-    if (has_arrival_) {
-      Direction& directions = visits.arrival.emplace_back();
-      for (size_t j = 0; j < arrival_.size(); ++j) {
-        const int direction = table_.integer(arrival_[j]);
-        if (direction < -1 || direction > 1)
-          table_.fail(arrival_[j], table_.quoted(arrival_[j]) + " is not -1, 0 or 1");
-        directions[j] = static_cast<std::int8_t>(direction);
-      }
-    }
-    if (has_stroke_) {
-      JointVector& strokes = visits.stroke.emplace_back(JointVector(std::ssize(stroke_)));
-      for (size_t j = 0; j < stroke_.size(); ++j) strokes[static_cast<int>(j)] = number(stroke_[j]);
-    }
-    if (temperatures_.empty()) return;
-    auto& temperatures = visits.temperature_c.emplace_back();
-    for (size_t i = 0; i < temperatures_.size(); ++i)
-      temperatures[i] = table_.number(temperatures_[i]);
-  }
-
   double number(const Place& place) const { return place.unit * table_.number(place.column); }
 
   CsvTable& table_;
   ProgramFile& file_;
-  bool is_cartesian_ = false, has_joints_ = false, has_force_ = false, has_arrival_ = false,
-       has_stroke_ = false;
+  std::optional<ContextColumns> context_;
+  bool is_cartesian_ = false, has_joints_ = false;
   int name_ = 0;
-  std::optional<int> time_, payload_;
-  std::array<int, 3> force_{};
-  std::vector<Place> stroke_;
-  std::vector<int> arrival_, temperatures_;
 };
 
 }  // namespace

@@ -83,7 +83,7 @@ TEST(CampaignIo, ErrorsNameLineColumnAndContent) {
   expect_error(header + ",0,0,0,0,0,0,1,1,1\n", ":2: column 'pose': is empty");
   expect_error(header + row + "1,5,0,0,0,0,0,1,1,1\n", "replicates of one configuration");
   expect_error(std::string(kHeader) + ",a_deg\n1,0,0,0,0,0,0,1,1,1,0\n",
-               "also needs the column 'b_deg'");
+               "an orientation by angles also needs the columns 'b_deg', 'c_deg'");
   expect_error(std::string(kHeader) + ",qw,qx,qy,qz\n1,0,0,0,0,0,0,1,1,1,1,1,0,0\n",
                "has norm 1.414");
   expect_error(

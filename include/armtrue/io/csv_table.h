@@ -2,6 +2,8 @@
 
 #include <functional>
 #include <optional>
+#include <set>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -59,8 +61,11 @@ class CsvTable {
   /// file:line: column 'name': what
   [[noreturn]] void fail(int column, const std::string& what) const;
   [[noreturn]] void fail_in_line(int line, int column, const std::string& what) const;
-  /// Throws the error of a missing column, with the most similar name of the file.
-  [[noreturn]] void fail_missing(const std::vector<std::string>& missing) const;
+  /// Throws the error of missing columns, with the most similar name of the file. `taken`: columns
+  /// that hold something else that is needed; `what` needs the missing ones, for the message.
+  [[noreturn]] void fail_missing(const std::vector<std::string>& missing,
+                                 const std::set<int>& taken = {},
+                                 const std::string& what = "") const;
 
  private:
   void split(std::string_view line, std::vector<std::string_view>& fields) const;
@@ -73,5 +78,25 @@ class CsvTable {
   std::vector<std::string> columns_;
   std::vector<std::string_view> fields_;
 };
+
+inline int column_of(int column) { return column; }
+inline int column_of(const CsvTable::Quantity& quantity) { return quantity.column; }
+
+/// The columns of one quantity: true if all of them are there, false if none is. Throws
+/// fail_missing() if some are.
+template <typename Columns>
+bool has_all(const CsvTable& table, const Columns& found, std::span<const std::string> names,
+             const std::string& what = "") {
+  std::vector<std::string> missing;
+  std::set<int> taken;
+  for (size_t i = 0; i < names.size(); ++i)
+    if (found[i])
+      taken.insert(column_of(*found[i]));
+    else
+      missing.push_back(names[i]);
+  if (taken.empty()) return false;
+  if (!missing.empty()) table.fail_missing(missing, taken, what);
+  return true;
+}
 
 }  // namespace armtrue
