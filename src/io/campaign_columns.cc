@@ -8,9 +8,28 @@
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
 #include "io/joint_columns.h"
+#include "io/mistaken_columns.h"
 
 namespace armtrue {
 namespace {
+
+// All that a file of measured poses may have, but temperatures, whose names are the user's.
+std::vector<std::string> columns_of_a_campaign(const std::vector<JointName>& joints) {
+  std::vector<std::string> known{"pose",    "repeat",     "t_s",  "target", "anchor", "contact",
+                                 "session", "payload_kg", "fx_n", "fy_n",   "fz_n"};
+  for (const char* component : {"qw", "qx", "qy", "qz"}) known.emplace_back(component);
+  for (const char* length : {"x", "y", "z", "l", "sigma"})
+    for (const char* unit : {"_mm", "_m"}) known.push_back(std::string(length) + unit);
+  for (const char* angle : {"a", "b", "c", "sigma"})
+    for (const char* unit : {"_deg", "_rad"}) known.push_back(std::string(angle) + unit);
+  for (const auto& of_joints :
+       {encoder_names(joints), stroke_columns(joints), numbered_columns("dir", joints),
+        numbered_columns("tau", joints, "_nm")})
+    known.insert(known.end(), of_joints.begin(), of_joints.end());
+  for (int row = 0; row < 6; ++row)
+    for (int column = row; column < 6; ++column) known.push_back(covariance_column(row, column));
+  return known;
+}
 
 class ColumnFinder {
  public:
@@ -26,6 +45,11 @@ class ColumnFinder {
     used_.insert(columns_.context->used().begin(), columns_.context->used().end());
     for (size_t c = 0; c < table_.columns().size(); ++c)
       if (!used_.contains(static_cast<int>(c))) columns_.unknown.push_back(table_.columns()[c]);
+    refuse_mistaken_columns(
+        table_, columns_.unknown, columns_of_a_campaign(joints_),
+        {.orientation = columns_.has_points && !columns_.abc[0] && !columns_.quaternion[0],
+         .time = !table_.find("t_s"),
+         .repeat = !columns_.repeat});
     return std::move(columns_);
   }
 

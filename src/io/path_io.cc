@@ -11,6 +11,7 @@
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
 #include "io/joint_columns.h"
+#include "io/mistaken_columns.h"
 
 namespace armtrue {
 namespace {
@@ -52,6 +53,14 @@ struct PathColumns {
   std::optional<std::array<Quantity, 3>> orientation, force;
   std::optional<std::vector<Quantity>> q;
 };
+
+std::vector<std::string> columns_of_a_path(const std::vector<JointName>& joints) {
+  std::vector<std::string> known{"t_s",   "x_mm",  "y_mm", "z_mm", "a_deg",
+                                 "b_deg", "c_deg", "fx_n", "fy_n", "fz_n"};
+  const std::vector<std::string> encoders = encoder_names(joints);
+  known.insert(known.end(), encoders.begin(), encoders.end());
+  return known;
+}
 
 std::array<std::optional<Quantity>, 3> find_position(const CsvTable& table) {
   return {table.find_length("x"), table.find_length("y"), table.find_length("z")};
@@ -127,6 +136,9 @@ PathFile read_path(const std::string& file, KeepRows keep, const std::vector<Joi
   for (int c = 0; c < static_cast<int>(result.columns.size()); ++c)
     if (std::find(used.begin(), used.end(), c) == used.end())
       result.unknown_columns.push_back(result.columns[c]);
+  if (keep == KeepRows::no)  // else they stay in the product
+    refuse_mistaken_columns(table, result.unknown_columns, columns_of_a_path(joints),
+                            {.orientation = !columns.orientation});
   SampleBuffer position, orientation, force, q;
   std::vector<double> time;
   while (table.next_row()) {

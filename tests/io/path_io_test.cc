@@ -66,6 +66,13 @@ TEST(PathIo, RefusesAQuantityInTwoUnits) {
                ":1: column 'c_rad': stands beside 'c_deg'; keep one of them");
 }
 
+TEST(PathIo, RefusesAnOrientationUnderAnotherName) {
+  const std::string rows = "0,1,2,3,4,5,6\n1,1,2,3,4,5,6\n";
+  expect_error("t_s,x_mm,y_mm,z_mm,A_deg,B_deg,C_deg\n" + rows, "is 'A_deg' meant to be 'a_deg'?");
+  expect_error("t_s,x_mm,y_mm,z_mm,roll,pitch,yaw\n" + rows, "'roll' looks like an orientation");
+  read("t_s,x_mm,y_mm,z_mm,roll,pitch,yaw\n" + rows, KeepRows::yes);  // stays in the product
+}
+
 TEST(PathIo, OnlyMovedPositionsAreWrittenAnew) {
   const PathFile file =
       read("note,t_s,x_mm,y_mm,z_mm,speed\nab,0.000,1.50,2.0,3,7.0\n,0.016,1.50,2.0,3,8.10\n",
