@@ -54,21 +54,18 @@ Robot set_up(app::Command& command, const Arguments& arguments, const Robot& rob
   return refit_set_up(robot, campaign, app::split_list(arguments.refit));
 }
 
-// Reports which criteria the errors of `given`, fitted as `robot`, fail; false if the result must
-// not be used. The error of a nominal robot is a result and no failure: a new arm can have an error
-// of several millimetres.
+// Reports what is wrong with the errors of `given`, fitted as `robot`; false if a criterion fails
+// and the result must not be used. A nominal robot as its file has it fails none: its base may be
+// that of another cell.
 bool meets_criteria(app::Command& command, const Arguments& arguments, const Robot& given,
                     const Robot& robot, const Campaign& campaign, const Evaluation& evaluation) {
-  bool meets = true;
-  const std::string beyond =
-      states_calibration(given) ? app::beyond_any_arm(robot, campaign, evaluation) : "";
-  if (!beyond.empty()) {
-    command.warn(beyond + (arguments.refit.empty()
-                               ? "; or base and tool are those of another set-up: then give "
-                                 "--refit base,tool"
-                               : ""));
-    meets = false;
-  }
+  const bool is_refitted = !arguments.refit.empty();
+  const std::string beyond = app::beyond_any_arm(robot, campaign, evaluation);
+  if (!beyond.empty())
+    command.warn(beyond + (is_refitted ? ""
+                                       : "; or base and tool are those of another set-up: then "
+                                         "give --refit base,tool"));
+  const bool meets = beyond.empty() || !(is_refitted || states_calibration(given));
   const double mean = summarize(evaluation.position).mean / kMillimetre;
   if (arguments.max_error_mm == 0 || mean <= arguments.max_error_mm) return meets;
   command.warn(
