@@ -221,6 +221,12 @@ Zone zone_from_text(const std::string& text) {
 std::optional<Box> box_from_numbers(const std::vector<double>& numbers_mm) {
   if (numbers_mm.empty()) return std::nullopt;
   const std::vector<double>& n = numbers_mm;
+  for (size_t axis = 0; axis < 3; ++axis)
+    if (n[2 * axis] > n[2 * axis + 1])
+      throw std::invalid_argument(fmt::format(
+          "--box-mm: {} ends at {:g}, before it begins, at {:g}; give x0,x1,y0,y1,z0,z1 "
+          "in mm, the smaller of each pair first",
+          "xyz"[axis], n[2 * axis + 1], n[2 * axis]));
   return Box{Eigen::Vector3d(n[0], n[2], n[4]) * kMillimetre,
              Eigen::Vector3d(n[1], n[3], n[5]) * kMillimetre};
 }

@@ -244,7 +244,8 @@ std::vector<double> numbers_from_text(const std::string& text, size_t count,
 /// x,y,z,radius [mm]. Throws std::invalid_argument.
 Zone zone_from_text(const std::string& text);
 
-/// x0,x1,y0,y1,z0,z1 [mm]; no box for no numbers.
+/// x0,x1,y0,y1,z0,z1 [mm] of --box-mm; no box for no numbers. Throws std::invalid_argument if an
+/// end lies before its beginning.
 std::optional<Box> box_from_numbers(const std::vector<double>& numbers_mm);
 
 /// The encoder values of an option [rad or m] from numbers in deg and mm. Throws UsageError if the

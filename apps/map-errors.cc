@@ -116,10 +116,6 @@ Grid grid_of(const Arguments& arguments) {
   const Box box = *app::box_from_numbers(arguments.box_mm);
   Grid grid{box.low, box.high};
   const Eigen::Vector3d side = grid.high - grid.low;
-  if (side.minCoeff() < 0)
-    throw std::invalid_argument(
-        "--box-mm: an end lies before its beginning; give x0,x1,y0,y1,z0,z1 in mm, the smaller of "
-        "each pair first");
   if (arguments.start.empty())
     throw std::invalid_argument(
         "--box-mm needs joint angles that show the branch; give --start q1,...,q6 in deg, such as "

@@ -62,17 +62,12 @@ void add_options(app::Command& command, Arguments& arguments) {
 }
 
 PlanOptions plan_options(const app::Command& command, const Arguments& arguments) {
-  const std::vector<double>& box = arguments.box_mm;
-  for (size_t k = 0; k < box.size(); k += 2)
-    if (!(box[k] < box[k + 1]))
-      throw std::invalid_argument(
-          fmt::format("--box-mm: {:g} must be below {:g}", box[k], box[k + 1]));
   PlanOptions options;
   options.orientation = !arguments.points;
   options.touches = arguments.touches;
   if (arguments.floor_mm) options.floor = *arguments.floor_mm * kMillimetre;
   options.seed = command.seed;
-  options.box = app::box_from_numbers(box);
+  options.box = app::box_from_numbers(arguments.box_mm);
   if (!arguments.zone.empty()) options.zone = app::zone_from_text(arguments.zone);
   return options;
 }

@@ -31,8 +31,8 @@ void add_options(app::Command& command, Arguments& arguments) {
   app::OptionGroup poses = command.group("Poses");
   poses.option("--count", arguments.count, "Number of random poses")
       .check(app::in_range(1, 10000000));
-  poses.file("--targets", arguments.targets,
-             "The poses, as plan-poses writes them; - is standard input");
+  const app::Option targets = poses.file(
+      "--targets", arguments.targets, "The poses, as plan-poses writes them; - is standard input");
   poses.require_one();
   command.option("--repeats", arguments.repeats, "Visits of each pose")
       .check(app::in_range(1, 1000));
@@ -48,7 +48,10 @@ void add_options(app::Command& command, Arguments& arguments) {
               "Order of the visits: random, or sorted by the first joint")
       .check(app::one_of({"random", "sorted"}))
       .default_shown();
-  command.numbers("--box-mm", arguments.box_mm, 6, "x0,x1,y0,y1,z0,z1 in mm", "Working box in R_A");
+  command
+      .numbers("--box-mm", arguments.box_mm, 6, "x0,x1,y0,y1,z0,z1 in mm",
+               "Working box in R_A of random poses")
+      .excludes(targets);
   command.add_columns(app::kJointTargetColumns);
 }
 
