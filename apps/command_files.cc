@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <unordered_set>
 
 #include "armtrue/calibration/observation.h"
@@ -195,9 +194,9 @@ std::vector<double> numbers_from_text(const std::string& text, size_t count,
   if (static_cast<size_t>(std::ranges::count(text, ',')) + 1 != items.size())
     throw std::invalid_argument("'" + text + "' has an empty place; give " + form);
   for (const std::string& item : items) {
-    char* end = nullptr;
-    numbers.push_back(std::strtod(item.c_str(), &end));
-    if (*end != '\0' || !std::isfinite(numbers.back()))
+    const std::optional<double> number = read_number(item);
+    numbers.push_back(number.value_or(0));
+    if (!number || !std::isfinite(*number))
       throw std::invalid_argument("'" + item + "' is not a number; give " + form);
     if (std::abs(numbers.back()) > kMaxNumber)
       throw std::invalid_argument("'" + item + "' is larger than anything real; give " + form);

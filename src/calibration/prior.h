@@ -31,7 +31,7 @@ struct PriorWidth {
   /// "lengths", "angles", "zero offsets", "errors of the instrument", "rest of the instrument"; the
   /// family; empty: of a curve
   std::string name;
-  double typical;    ///< [SI]; of a family a factor of typical sizes
+  double typical;  ///< [SI]; of a family a factor of typical sizes
   double log_spread;
   double deviation;  ///< tau, in units of `typical`
 };
@@ -79,7 +79,7 @@ double undetermined(const Eigen::MatrixXd& information, const Priors& priors);
 ///     gamma = sum_k (1 - V_k / tau'^2),
 ///     sum_k d_k^2 / tau^2 = gamma + ln(tau / typical) / log_spread^2;
 /// gamma is the number of unknowns that the readings determine. `information`: as above, at x,
-/// times `factor`. Returns whether no width changed by 2 % or more.
+/// times `factor`. Returns whether no width changed by 1 % or more.
 bool update_widths(const Eigen::MatrixXd& information, const Eigen::VectorXd& x, Priors& priors,
                    double factor = 1);
 
