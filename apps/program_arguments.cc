@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <set>
 
 #include "armtrue/kinematics/units.h"
@@ -120,6 +121,31 @@ Robot robot_of_session(const Robot& robot, const ProgramArguments& arguments) {
   }
 }
 
+namespace {
+
+// The file that a calibrated robot was made from. Its path is one from the folder in which it was
+// made; here, the file may stand beside it.
+RobotFile nominal_of(const RobotFile& calibrated, const std::string& robot) {
+  const auto& [stated, sha256] = *calibrated.nominal;
+  const std::filesystem::path given(stated), folder = std::filesystem::path(robot).parent_path();
+  std::string changed;
+  for (const std::filesystem::path& path : {given, folder / given, folder / given.filename()}) {
+    if (std::error_code error; !std::filesystem::exists(path, error)) continue;
+    RobotFile nominal = armtrue::read_robot(path.string());
+    if (nominal.sha256 == sha256) return nominal;
+    changed = path.string();
+  }
+  if (!changed.empty())
+    throw InputError(changed + ": has changed since " + robot +
+                     " was made from it; name the model that the controller runs as --controller");
+  throw InputError(fmt::format(
+      "--controller nominal: {} says that it was made from {}, which is not there, nor beside it; "
+      "name that file as --controller",
+      robot, stated));
+}
+
+}  // namespace
+
 Models read_models(Command& command, ProgramArguments& arguments) {
   const RobotFile file = command.read_robot(arguments.robot);
   if (arguments.controller != "nominal")
@@ -129,12 +155,9 @@ Models read_models(Command& command, ProgramArguments& arguments) {
     throw InputError(arguments.robot +
                      ": does not say which nominal robot it was made from; name the file as "
                      "--controller");
-  const auto& [path, sha256] = *file.nominal;
-  const RobotFile nominal = command.read_robot(path);
-  if (nominal.sha256 != sha256)
-    throw InputError(path + ": has changed since " + arguments.robot +
-                     " was made from it; name the model that the controller runs as --controller");
-  arguments.controller = path;
+  const RobotFile nominal = nominal_of(file, arguments.robot);
+  command.add_robot_to_inputs(nominal);
+  arguments.controller = nominal.name;
   return {robot_of_session(file.robot, arguments), nominal.robot};
 }
 

@@ -28,7 +28,8 @@ struct ProgramArguments {
 /// --robot and --controller.
 void add_models(Command& command, ProgramArguments& arguments);
 /// The robot of --robot in its session, and the model of --controller. `nominal` there becomes the
-/// file that --robot was made from. Throws InputError if that is not known, or has changed since.
+/// file that --robot was made from, by the path that it states or beside it. Throws InputError if
+/// that is not known, not found, or has changed since.
 struct Models {
   Robot robot, controller;
 };
