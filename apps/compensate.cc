@@ -253,6 +253,9 @@ int run(app::Command& command, Arguments& arguments) {
     file = command.read_program(command.input, controller);
   }
   app::fill_conditions(file.program.visits, arguments, {&robot, &controller});
+  for (const Robot* of : {&robot, &controller})
+    app::require_conditions(file.program.visits, *of, arguments,
+                            program ? app::HasColumns::no : app::HasColumns::yes);
   DividedProgram divided = compensate_file(robot, controller, file, program, arguments);
   std::vector<CorrectedTarget>& targets = divided.targets;
   const auto nearest = std::ranges::min_element(

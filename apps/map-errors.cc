@@ -227,20 +227,6 @@ Campaign conditions_of(const Arguments& arguments, const std::vector<const Robot
   return one;
 }
 
-// Boxes and paths have no columns for the values that the command line states.
-void require_conditions(const Campaign& visits, const Robot& robot, const Arguments& arguments) {
-  for (const Effect& effect : robot.effects) {
-    if (!moves_program(effect, arguments.tool_is_measured)) continue;
-    for (const auto& [kind, option] :
-         {std::pair(DriverKind::time, "--t-s"), std::pair(DriverKind::temperature, "--temp-c")})
-      if (effect.driver.involves(kind) &&
-          !missing_column(visits, kind, effect.driver.where).empty())
-        throw std::invalid_argument(fmt::format("the effect '{}' makes {} follow {}; give {}",
-                                                effect.name, effect.parameter,
-                                                to_string(effect.driver), option));
-  }
-}
-
 // What is mapped, and what its rows say.
 struct Mapped {
   ErrorMap map;
@@ -255,7 +241,8 @@ Mapped map_all(app::Command& command, const Robot& robot, const Robot& controlle
     Grid grid = grid_of(arguments);
     grid.orientation = *orientation_of(controller, options, arguments);
     Mapped mapped{{}, conditions_of(arguments, {&robot, &controller})};
-    for (const Robot* of : {&robot, &controller}) require_conditions(mapped.visits, *of, arguments);
+    for (const Robot* of : {&robot, &controller})
+      app::require_conditions(mapped.visits, *of, arguments, app::HasColumns::no);
     command.progress("mapping");
     mapped.map = map_errors(robot, controller, grid, mapped.visits, options);
     return mapped;
@@ -271,7 +258,8 @@ Mapped map_all(app::Command& command, const Robot& robot, const Robot& controlle
   }
   app::fill_conditions(program.visits, arguments, {&robot, &controller});
   for (const Robot* of : {&robot, &controller})
-    if (!arguments.path.empty()) require_conditions(program.visits, *of, arguments);
+    app::require_conditions(program.visits, *of, arguments,
+                            arguments.path.empty() ? app::HasColumns::yes : app::HasColumns::no);
   command.progress("mapping");
   Mapped mapped{map_program(robot, controller, program, options,
                             arguments.path.empty() ? Following::branch : Following::continuous),

@@ -113,6 +113,31 @@ void fill_conditions(Campaign& visits, const ProgramArguments& arguments,
   visits.temperature_names.resize(std::min<size_t>(names.size(), kMaxTemperatures));
 }
 
+namespace {
+
+void require_conditions_of(const Effect& effect, const Campaign& visits, HasColumns has_columns) {
+  for (const Effect& member : effect.members) require_conditions_of(member, visits, has_columns);
+  for (const auto& [kind, option] :
+       {std::pair(DriverKind::time, "--t-s"), std::pair(DriverKind::temperature, "--temp-c")}) {
+    if (!effect.driver.involves(kind)) continue;
+    const std::string column = missing_column(visits, kind, effect.driver.where);
+    if (column.empty()) continue;
+    throw InputError(fmt::format(
+        "{}: the effect '{}' makes {} follow {}; give {}{}, or take the effect out of its file",
+        visits.source, effect.name, effect.parameter, to_string(effect.driver), option,
+        has_columns == HasColumns::yes ? ", add the column " + column : ""));
+  }
+}
+
+}  // namespace
+
+void require_conditions(const Campaign& visits, const Robot& robot,
+                        const ProgramArguments& arguments, HasColumns has_columns) {
+  for (const Effect& effect : robot.effects)
+    if (moves_program(effect, arguments.tool_is_measured))
+      require_conditions_of(effect, visits, has_columns);
+}
+
 Robot robot_of_session(const Robot& robot, const ProgramArguments& arguments) {
   try {
     return in_session(robot, arguments.session);

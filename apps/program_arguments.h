@@ -46,6 +46,14 @@ CompensationOptions program_options(const ProgramArguments& arguments, const Rob
 void fill_conditions(Campaign& visits, const ProgramArguments& arguments,
                      const std::vector<const Robot*>& robots);
 
+/// Whether the rows are those of a table, which may have columns for the conditions.
+enum class HasColumns { no, yes };
+
+/// Throws InputError if an effect of the robot that moves the program follows time or a
+/// temperature, and neither a column nor the command line states it.
+void require_conditions(const Campaign& visits, const Robot& robot,
+                        const ProgramArguments& arguments, HasColumns has_columns);
+
 /// The robot of --session.
 Robot robot_of_session(const Robot& robot, const ProgramArguments& arguments);
 
