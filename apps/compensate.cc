@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "armtrue/compensation/compensation.h"
 #include "armtrue/compensation/move_division.h"
@@ -104,21 +105,31 @@ std::vector<std::string> doubts(const Robot& robot, const Robot& controller,
   return found;
 }
 
-std::vector<std::string> assumptions(const Arguments& arguments) {
-  std::vector<std::string> list;
-  list.push_back(fmt::format(
-      "The controller runs {} and nothing else. If a calibrated model is active in it (KUKA "
-      "absolute accuracy, ABB AbsAcc, UR calibration.conf), that is --controller; otherwise the "
-      "program is corrected twice.",
-      arguments.controller));
-  const auto place = [](const std::vector<double>& numbers, const std::string& none) {
-    return numbers.empty() ? none : fmt::format("{:g}", fmt::join(numbers, ", "));
-  };
-  list.push_back("The tool is " +
-                 (arguments.tool_is_measured ? "that of " + arguments.robot
-                                             : place(arguments.tool, "R_7, the flange")) +
-                 "; the program's frame is " + place(arguments.base, "R_0, the robot foot") + ".");
-  return list;
+// The tools or frames that the program names.
+app::StatedFrames stated_frames(const std::optional<RobotProgram>& program,
+                                int ProgramTarget::*frame) {
+  app::StatedFrames stated;
+  if (!program) return stated;
+  std::set<std::string> names;
+  for (const ProgramTarget& target : program->targets)
+    if (target.*frame >= 0) names.insert(program->frames[static_cast<size_t>(target.*frame)].name);
+  stated.names.assign(names.begin(), names.end());
+  stated.everywhere = std::ranges::none_of(
+      program->targets, [&](const ProgramTarget& target) { return target.*frame < 0; });
+  return stated;
+}
+
+std::vector<std::string> assumptions(const Robot& controller,
+                                     const std::optional<RobotProgram>& program,
+                                     const Arguments& arguments) {
+  return {
+      fmt::format(
+          "The controller runs {} and nothing else. If a calibrated model is active in it (KUKA "
+          "absolute accuracy, ABB AbsAcc, UR calibration.conf), that is --controller; otherwise "
+          "the program is corrected twice.",
+          arguments.controller),
+      app::assumed_frames(controller, arguments, stated_frames(program, &ProgramTarget::tool),
+                          stated_frames(program, &ProgramTarget::base))};
 }
 
 void warn_of_notes(app::Command& command, const std::vector<CorrectedTarget>& targets,
@@ -264,7 +275,7 @@ int run(app::Command& command, Arguments& arguments) {
 
   CompensationStory story{robot.name,
                           controller.name,
-                          assumptions(arguments),
+                          assumptions(controller, program, arguments),
                           app::station_effects(robot, arguments.tool_is_measured),
                           {}};
   if (arguments.spacing_mm) story.between = divided.between;

@@ -294,17 +294,6 @@ std::vector<std::string> doubts_of_map(const Robot& robot, const Robot& controll
   return found;
 }
 
-std::vector<std::string> assumptions(const Arguments& arguments) {
-  const auto place = [](const std::vector<double>& numbers, const std::string& none) {
-    return numbers.empty() ? none : fmt::format("{:g}", fmt::join(numbers, ", "));
-  };
-  return {fmt::format("The controller runs {} and nothing else.", arguments.controller),
-          "The tool is " +
-              (arguments.tool_is_measured ? "that of " + arguments.robot
-                                          : place(arguments.tool, "R_7, the flange")) +
-              "; the program's frame is " + place(arguments.base, "R_0, the robot foot") + "."};
-}
-
 void warn_of_notes(app::Command& command, const ErrorMap& map) {
   for (CommandNote note : map_notes()) {
     const int count = count_of(map, note);
@@ -337,8 +326,12 @@ int run(app::Command& command, Arguments& arguments) {
   const ErrorMapSummary summary = summarize(map, part);
   app::refuse_other_arm(map.points[static_cast<size_t>(summary.best)].error.norm(), arguments);
 
-  ErrorMapStory story{robot.name, controller.name, assumptions(arguments),
-                      app::station_effects(robot, arguments.tool_is_measured)};
+  ErrorMapStory story{
+      robot.name,
+      controller.name,
+      {fmt::format("The controller runs {} and nothing else.", arguments.controller),
+       app::assumed_frames(controller, arguments)},
+      app::station_effects(robot, arguments.tool_is_measured)};
   for (const std::string& doubt : doubts_of_map(robot, controller, mapped, summary, arguments)) {
     command.warn(doubt);
     story.assumed.push_back(doubt + ".");

@@ -65,8 +65,9 @@ void add_models(Command& command, ProgramArguments& arguments) {
 
 void add_frames(Command& command, ProgramArguments& arguments) {
   Option tool = command.numbers("--tool", arguments.tool, 6, kPoseForm,
-                                "The program's tool: the TCP in R_7 (KUKA $TOOL), as "
-                                "x,y,z,a,b,c in mm and deg; R_7 itself if absent");
+                                "The program's tool: the TCP in the frame of the last link, R_7 "
+                                "of six axes (KUKA $TOOL), as x,y,z,a,b,c in mm and deg; that "
+                                "frame itself if absent");
   command
       .flag("--tool-is-measured", arguments.tool_is_measured,
             "The TCP is the frame that was measured: use tool and its effects from --robot")
@@ -203,8 +204,30 @@ void refuse_other_arm(double nearest, const ProgramArguments& arguments) {
   throw InputError(
       fmt::format("{} and {} are different arms: their flanges stand {:.4g} mm apart "
                   "or more at every target; give two models of one arm, with the same "
-                  "R_0, R_7 and zeros of the joints",
+                  "first and last frame and zeros of the joints",
                   arguments.robot, arguments.controller, nearest / kMillimetre));
+}
+
+std::string assumed_frames(const Robot& controller, const ProgramArguments& arguments,
+                           const StatedFrames& tools, const StatedFrames& frames) {
+  const auto otherwise = [](const std::vector<double>& numbers, const std::string& none) {
+    return numbers.empty() ? none : fmt::format("{:g}", fmt::join(numbers, ", "));
+  };
+  const auto place = [](const StatedFrames& stated, const std::string& other) {
+    if (stated.names.empty()) return other;
+    return fmt::format("{}, as the program states{}", fmt::join(stated.names, ", "),
+                       stated.everywhere ? "" : ", elsewhere " + other);
+  };
+  const std::string last = fmt::format("R_{}, the flange", link_count(controller.chain));
+  const bool has_external = std::ranges::any_of(
+      joint_names(controller.chain), [](const JointName& name) { return name.column[0] == 'e'; });
+  const std::string first = controller.ground_link ? "R_0, the table of the positioner"
+                            : has_external         ? "R_0, before the external axis"
+                                                   : "R_0, the robot foot";
+  return "The tool is " +
+         place(tools, arguments.tool_is_measured ? "that of " + arguments.robot
+                                                 : otherwise(arguments.tool, last)) +
+         "; the program's frame is " + place(frames, otherwise(arguments.base, first)) + ".";
 }
 
 std::vector<std::string> station_effects(const Robot& robot, bool tool_is_measured) {

@@ -64,6 +64,16 @@ void refuse_other_files(const Robot& robot, const Robot& controller,
 /// The same if they are different arms; `nearest`: least distance between their flanges [m].
 void refuse_other_arm(double nearest, const ProgramArguments& arguments);
 
+/// Tools or frames that a robot program names itself.
+struct StatedFrames {
+  std::vector<std::string> names;
+  bool everywhere = false;  ///< every target has one
+};
+
+/// In which tool and frame the targets are taken to be, as a sentence.
+std::string assumed_frames(const Robot& controller, const ProgramArguments& arguments,
+                           const StatedFrames& tools = {}, const StatedFrames& frames = {});
+
 /// Effects of the robot that belong to the station and move no program.
 std::vector<std::string> station_effects(const Robot& robot, bool tool_is_measured);
 
