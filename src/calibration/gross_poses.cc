@@ -313,8 +313,8 @@ class Search {
                                           kTimesMiss * typical_miss_);
       explained += mistake ? 1 : 0;
       list[k].likely = mistake.value_or(
-          "the readings fit no other pose or target: a reflector that was bumped, or a target "
-          "that moved");
+          "the readings fit no other pose or target: a reflector that was bumped, a target that "
+          "moved, or joint angles that are not those of this pose");
     }
     const double most = std::max(1.0, kCommonShare * poses());
     if (static_cast<double>(list.size()) > most && 2 * explained < std::ssize(list)) return {};
