@@ -88,6 +88,11 @@ int line_at(std::string_view text, size_t at) {
   return 1 + static_cast<int>(std::count(text.begin(), text.begin() + static_cast<long>(at), '\n'));
 }
 
+int line_at(std::string_view original, const Statement& statement, size_t at) {
+  return statement.line +
+         line_at(original.substr(statement.begin, at - statement.begin), at - statement.begin) - 1;
+}
+
 size_t line_begin(std::string_view text, size_t at) {
   const size_t newline = at == 0 ? std::string_view::npos : text.rfind('\n', at - 1);
   return newline == std::string_view::npos ? 0 : newline + 1;

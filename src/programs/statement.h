@@ -25,6 +25,21 @@ std::string masked(std::string_view text, char comment, std::string_view quotes)
 /// within them become blanks of `text`. With '\n' as the separator brackets join lines.
 std::vector<Statement> split_statements(std::string& text, char separator);
 
+/// Calls with(word, at, cursor) for each word of a statement, in capitals; `cursor` stands behind
+/// it and may be moved.
+template <class With>
+void each_word(std::string_view text, const Statement& statement, With with) {
+  TextCursor cursor(text, statement.begin, statement.end);
+  while (!cursor.done()) {
+    const size_t at = cursor.at();
+    const std::string word = cursor.take_name();
+    if (word.empty())
+      cursor.step();
+    else
+      with(word, at, cursor);
+  }
+}
+
 /// Parts of `text` from `begin` to `end` between separators outside of brackets, without blanks
 /// around them.
 std::vector<Statement> split_arguments(std::string_view text, size_t begin, size_t end,
@@ -32,6 +47,8 @@ std::vector<Statement> split_arguments(std::string_view text, size_t begin, size
 
 /// The number of the line that a place stands in, from 1.
 int line_at(std::string_view text, size_t at);
+/// The same of a place in a statement; `original`: the text with its line ends.
+int line_at(std::string_view original, const Statement& statement, size_t at);
 /// Where the line begins that a place stands in.
 size_t line_begin(std::string_view text, size_t at);
 /// The end of the line that a place stands in, or of the line before it: "\n" or "\r\n".
