@@ -315,7 +315,7 @@ class FanucReader {
 
 }  // namespace
 
-void parse_fanuc_program(RobotProgram& program, const KnownFrames& known) {
+void parse_fanuc_program(RobotProgram& program, const KnownFrames& known, TargetParts) {
   FanucReader(program, known).read();
 }
 

@@ -1,14 +1,11 @@
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <cmath>
-#include <map>
 #include <optional>
 
 #include "programs/dialects.h"
-#include "programs/frame_list.h"
 #include "programs/program_values.h"
 #include "programs/program_warnings.h"
+#include "programs/rapid_data.h"
+#include "programs/rapid_flow.h"
 #include "programs/rapid_insertion.h"
 #include "programs/rapid_values.h"
 #include "programs/rapid_words.h"
@@ -21,35 +18,28 @@
 namespace armtrue {
 namespace {
 
-struct RapidValue {
-  ListItem list;
-  int values = 0;  // how often the name is given one
-  int line = 0;
-  std::string type;
-  int point = -1;
-};
-
 class RapidReader {
  public:
-  RapidReader(RobotProgram& program, const KnownFrames& known)
+  RapidReader(RobotProgram& program, const KnownFrames& known, TargetParts parts)
       : program_(program),
-        known_(known),
         text_(masked(program.texts[0].text, '!', "\"")),
-        warnings_(program.texts[0].name) {}
+        warnings_(program.texts[0].name),
+        data_(program, text_, known, parts) {}
 
   void read() {
     const std::vector<Statement> statements = split_statements(text_, ';');
-    for (const Statement& statement : statements) read_words(statement, true);
+    data_.read(statements);
+    flow_ = follow_rapid(text_, statements);
     for (const Statement& statement : statements) {
       is_move_ = false;
-      read_words(statement, false);
+      each_rapid_word(text_, statement,
+                      [&](const std::string& word, size_t at, const TextCursor& cursor) {
+                        return read_instruction(word, at, cursor, statement);
+                      });
       if (!is_move_) follows_ = follows_ && stays(statement);
     }
-    for (const auto& [name, line] : uses_)
-      if (values_[name].point >= 0)
-        warnings_.add(line, "uses " + name + ", which is corrected, beside the moves to it");
-      else
-        leave(line, "uses the point " + name + " in a way that is not followed");
+    for (const auto& [line, name] : data_.finish())
+      leave(line, "uses the point " + name + " in a way that is not followed");
     program_.warnings = warnings_.list();
   }
 
@@ -72,125 +62,22 @@ class RapidReader {
     return found;
   }
 
-  int line_of(size_t at) {
-    for (; counted_ < at; ++counted_) line_ += program_.texts[0].text[counted_] == '\n';
-    if (counted_ > at) {
-      counted_ = 0;
-      line_ = 1;
-      return line_of(at);
-    }
-    return line_;
-  }
-
-  // Goes through the words of a statement: what ends without a semicolon (PROC, IF .. THEN) stands
-  // before it.
-  void read_words(const Statement& statement, bool declarations) {
-    TextCursor cursor(text_, statement.begin, statement.end);
-    char before = ' ';
-    while (!cursor.done()) {
-      const size_t at = cursor.at();
-      const std::string word = cursor.take_name();
-      if (word.empty()) {
-        before = cursor.next();
-        cursor.step();
-        continue;
-      }
-      if (word == "CONST" || word == "PERS" || word == "VAR") {
-        if (is_parameter(cursor)) continue;
-        if (declarations) read_declaration(cursor);
-        return;
-      }
-      if (before != '\\' && before != '.' && !declarations &&
-          read_instruction(word, at, cursor, statement))
-        return;
-      if (declarations && before != '\\' && before != '.') note_assignment(word, cursor);
-      if (!declarations && cursor.next() != ':' && cursor.next() != '.') note_use(word, at);
-      before = ' ';
-    }
-  }
-
-  // PROC name(PERS robtarget point)
-  static bool is_parameter(TextCursor cursor) {
-    cursor.take_name();
-    cursor.take_name();
-    return cursor.next() == ')' || cursor.next() == ',';
-  }
-
-  void note_use(const std::string& word, size_t at) {
-    if (const auto found = values_.find(word); found != values_.end() && is_point(found->second))
-      uses_.try_emplace(word, line_of(at));
-  }
-
-  static bool is_point(const RapidValue& value) {
-    return value.type == "ROBTARGET" || value.type == "JOINTTARGET";
-  }
-
-  // NAME := .., NAME.trans.x := .., NAME{2} := ..
-  void note_assignment(const std::string& word, TextCursor cursor) {
-    while (true) {
-      if (cursor.take('.'))
-        cursor.take_name();
-      else if (cursor.take('{'))
-        cursor.skip_to("}"), cursor.take('}');
-      else
-        break;
-    }
-    if (cursor.take(':') && cursor.take('=')) ++values_[word].values;
-  }
-
-  // type NAME := [..]  or  type NAME{3} := [[..],[..],[..]]
-  void read_declaration(TextCursor& cursor) {
-    const std::string type = cursor.take_name(), name = cursor.take_name();
-    if (name.empty()) return;
-    const bool is_array = cursor.take('{');
-    if (is_array) {
-      cursor.skip_to("}");
-      cursor.take('}');
-    }
-    const int line = line_of(cursor.at());
-    if (!cursor.take(':') || !cursor.take('=')) {
-      values_[name].type = type;
-      return;
-    }
-    const ListItem list = take_item(cursor);
-    if (list.kind != ListItem::Kind::list || !cursor.done()) {
-      values_[name].type = type;
-      ++values_[name].values;
-      return;
-    }
-    const auto define = [&](const std::string& full, const ListItem& value) {
-      RapidValue& known = values_[full];
-      known.list = value;
-      known.type = type;
-      known.line = line;
-      ++known.values;
-    };
-    define(name, list);
-    for (size_t i = 0; is_array && i < list.items.size(); ++i)
-      define(fmt::format("{}{{{}}}", name, i + 1), list.items[i]);
-  }
-
-  bool read_instruction(const std::string& word, size_t at, TextCursor& cursor,
+  // Returns whether the word begins an instruction that takes what follows.
+  bool read_instruction(const std::string& word, size_t at, TextCursor cursor,
                         const Statement& statement) {
-    if (word == "PDISPON" || word == "PDISPSET" || word == "PDISPOFF") {
-      is_displaced_ = word != "PDISPOFF";
-      return true;
-    }
-    if (word == "CIRPATHMODE") turning_ = rapid_turning(cursor);
-    if (const RapidMove* const move = find_rapid_move(word)) {
-      if (cursor.next() == '(' || cursor.next() == ':') return false;
-      is_move_ = true;
-      move_ = {move, at, statement.end, statement.begin == at, {}, {}};
-      const int left_alone = program_.left_alone;
-      read_move(*move, line_of(at), cursor.at(), statement.end);
-      follows_ = program_.left_alone == left_alone && !is_conditional(statement.begin, at);
-      return true;
-    }
-    if (!is_other_rapid_move(word) || cursor.done() || cursor.next() == '(' || cursor.next() == ':')
-      return false;
-    leave(line_of(at), "this instruction is not followed: " + word);
+    const RapidMove* const move = find_rapid_move(word);
+    if (!move && !is_other_rapid_move(word)) return false;
+    if (cursor.next() == '(' || cursor.next() == ':' || (!move && cursor.done())) return false;
+    const int line = line_at(program_.texts[0].text, statement, at);
+    const int left_alone = program_.left_alone;
     is_move_ = true;
-    follows_ = false;
+    if (move) {
+      move_ = {move, at, statement.end, statement.begin == at, {}, {}};
+      read_move(*move, line, cursor.at(), statement.end);
+    } else {
+      leave(line, "this instruction is not followed: " + word);
+    }
+    follows_ = program_.left_alone == left_alone && !is_conditional(statement.begin, at);
     return true;
   }
 
@@ -200,10 +87,49 @@ class RapidReader {
   }
 
   void read_move(const RapidMove& move, int line, size_t begin, size_t end) {
+    std::string why_not;
+    ProgramTarget target;
+    target.line = line;
+    target.kind = move.is_joint_target ? TargetKind::joints : TargetKind::cartesian;
+    const std::vector<Statement> arguments = read_arguments(target.kind, begin, end, why_not);
+    if (arguments.size() <= static_cast<size_t>(move.tool))
+      return leave(line, "its arguments are not those of the instruction");
+    if (why_not.empty()) set_frames(arguments[static_cast<size_t>(move.tool)], target, why_not);
+    std::vector<int> points;
+    for (int i = 0; i < move.points && why_not.empty(); ++i)
+      points.push_back(
+          data_.point_at(arguments[static_cast<size_t>(i)], target.kind, line, why_not));
+    if (!why_not.empty()) {
+      for (int i = 0; i < move.points; ++i) data_.leave(arguments[static_cast<size_t>(i)]);
+      return leave(line, why_not);
+    }
+    const char kind = move_.kind();
+    const auto zone = static_cast<size_t>(move.tool - 1);
+    target.blend = radius_of_zone(upper(part_of(arguments[zone].begin, arguments[zone].end)));
+    const int turning = flow_.turning.at(move_.begin);
+    const bool is_certain = kind != 'C' || turning != ProgramFlow::kUncertain;
+    target.turning = is_certain ? static_cast<ArcTurning>(turning) : ArcTurning::with_path;
+    for (size_t i = 0; i < points.size(); ++i) {
+      const bool is_auxiliary = i + 1 < points.size();
+      target.motion = kind == 'L'    ? MotionKind::line
+                      : kind != 'C'  ? MotionKind::joint
+                      : is_auxiliary ? MotionKind::via
+                                     : MotionKind::arc;
+      target.follows_target = is_certain && (i > 0 || (follows_ && move_.is_first));
+      target.begin = arguments[i].begin;
+      target.end = arguments[i].end;
+      if (kind == 'L' || target.motion == MotionKind::arc)
+        prepare_rapid_insertion(program_, text_, move_, data_.external(), points, arguments,
+                                target);
+      add_target(target, points[i], is_auxiliary);
+    }
+  }
+
+  // The arguments without options; those with their options go into the move.
+  std::vector<Statement> read_arguments(TargetKind kind, size_t begin, size_t end,
+                                        std::string& why_not) {
     std::vector<Statement> arguments;
-    std::string work_object = "WOBJ0";
-    move_.parts.clear();
-    move_.options.clear();
+    work_object_.reset();
     for (const Statement& part : split_arguments(text_, begin, end, ",")) {
       const std::vector<Statement> pieces = split_arguments(text_, part.begin, part.end, "\\");
       for (size_t i = 0; i < pieces.size(); ++i) {
@@ -215,45 +141,24 @@ class RapidReader {
         if (!is_option) continue;
         TextCursor cursor(text_, pieces[i].begin, pieces[i].end);
         move_.options.push_back(cursor.take_name());
-        if (move_.options.back() == "WOBJ" && cursor.take(':') && cursor.take('=')) {
-          cursor.next();
-          work_object = upper(part_of(cursor.at(), pieces[i].end));
-        }
+        if (move_.options.back() != "WOBJ") continue;
+        if (!cursor.take(':') || !cursor.take('='))
+          why_not = data_.why_not_of_routine(kind);  // \WObj?WObj
+        cursor.next();
+        work_object_ = Statement{0, cursor.at(), pieces[i].end};
       }
     }
-    if (arguments.size() <= static_cast<size_t>(move.tool))
-      return leave(line, "its arguments are not those of the instruction");
-    if (is_displaced_) return leave(line, "a program displacement (PDispOn, PDispSet) is active");
-    const Statement& tool = arguments[static_cast<size_t>(move.tool)];
-    ProgramTarget target;
-    target.line = line;
-    target.kind = move.is_joint_target ? TargetKind::joints : TargetKind::cartesian;
-    std::string why_not;
-    target.base = work_object_frame(work_object, why_not);
-    target.tool = tool_frame(upper(part_of(tool.begin, tool.end)), why_not);
-    if (!why_not.empty()) return leave(line, why_not);
-    std::vector<int> points;
-    for (int i = 0; i < move.points; ++i) {
-      points.push_back(point_at(arguments[static_cast<size_t>(i)], target.kind, line));
-      if (points.back() < 0) return;
-    }
-    const char kind = move_.kind();
-    const auto zone = static_cast<size_t>(move.tool - 1);
-    target.blend = radius_of_zone(upper(part_of(arguments[zone].begin, arguments[zone].end)));
-    for (size_t i = 0; i < points.size(); ++i) {
-      const bool is_auxiliary = i + 1 < points.size();
-      target.motion = kind == 'L'    ? MotionKind::line
-                      : kind != 'C'  ? MotionKind::joint
-                      : is_auxiliary ? MotionKind::via
-                                     : MotionKind::arc;
-      target.follows_target = i > 0 || (follows_ && move_.is_first);
-      target.turning = turning_;
-      target.begin = arguments[i].begin;
-      target.end = arguments[i].end;
-      if (kind == 'L' || target.motion == MotionKind::arc)
-        prepare_rapid_insertion(program_, text_, move_, external_, points, arguments, target);
-      add_target(target, points[i], is_auxiliary);
-    }
+    return arguments;
+  }
+
+  void set_frames(const Statement& tool, ProgramTarget& target, std::string& why_not) {
+    if (const int displacement = flow_.displacement.at(move_.begin); displacement != 0)
+      why_not = displacement == 1 ? "a program displacement (PDispOn, PDispSet) is active"
+                                  : "a program displacement (PDispOn, PDispSet) may be active";
+    else
+      target.base = work_object_ ? data_.work_object_at(*work_object_, target.kind, why_not)
+                                 : data_.room_frame();
+    if (why_not.empty()) target.tool = data_.tool_at(tool, target.kind, why_not);
   }
 
   void add_target(ProgramTarget target, int index, bool is_auxiliary) {
@@ -273,123 +178,21 @@ class RapidReader {
 
   std::string part_of(size_t begin, size_t end) const { return text_.substr(begin, end - begin); }
 
-  // The point of an argument; -1 and a warning if it cannot be followed.
-  int point_at(const Statement& argument, TargetKind kind, int line) {
-    const auto refuse = [&](const std::string& reason) {
-      leave(line, reason);
-      return -1;
-    };
-    if (const auto list = list_in(text_, argument.begin, argument.end)) {
-      const int point = add_point(*list, kind, fmt::format("the point of line {}", line), line);
-      return point < 0 ? refuse("its point has no plain numbers") : point;
-    }
-    std::string name;
-    for (char c : part_of(argument.begin, argument.end))
-      if (!is_blank(c)) name += c;
-    const std::string key = upper(name), array = key.substr(0, key.find('{'));
-    TextCursor cursor(key, 0, key.size());
-    cursor.take_name();
-    if (!cursor.done() && cursor.next() != '{')
-      return refuse("its target is an expression; it starts from corrected points");
-    const auto found = values_.find(key);
-    if (found == values_.end())
-      return refuse("its point is not declared here; give it plain numbers in this module");
-    const auto whole = values_.find(array);
-    if (found->second.values != 1 || (whole != values_.end() && whole->second.values != 1))
-      return refuse("its point is given several values, or changed at run time");
-    RapidValue& value = found->second;
-    if (value.type != (kind == TargetKind::joints ? "JOINTTARGET" : "ROBTARGET"))
-      return refuse("its point is of another type");
-    if (value.point < 0) value.point = add_point(value.list, kind, name, value.line);
-    return value.point < 0 ? refuse("its point has no plain numbers") : value.point;
-  }
-
-  int add_point(const ListItem& list, TargetKind kind, const std::string& name, int line) {
-    ProgramPoint point;
-    point.name = name;
-    point.line = line;
-    point.begin = list.begin;
-    point.end = list.end;
-    point.kind = kind;
-    const auto add = [](std::vector<ProgramNumber>& numbers, const ListItem& from) {
-      for (const ListItem& item : from.items)
-        numbers.push_back({0, item.begin, item.end, item.value, ""});
-    };
-    const std::vector<ListItem>& parts = list.items;
-    if (kind == TargetKind::joints) {
-      if (parts.size() != 2 || !parts[0].numbers(6)) return -1;
-      add(point.numbers, parts[0]);
-      constexpr double kNoAxis = 1e8;  // 9E9
-      for (const ProgramNumber& number : point.numbers)
-        if (!(std::abs(number.value) < kNoAxis)) return -1;
-    } else {
-      if (parts.size() != 4 || !parts[0].numbers(3) || !parts[2].numbers(4)) return -1;
-      if (!is_rapid_quaternion(parts[1])) return -1;
-      add(point.numbers, parts[0]);
-      add(point.numbers, parts[1]);
-      add(point.configuration, parts[2]);
-    }
-    program_.points.push_back(point);
-    const int index = static_cast<int>(program_.points.size()) - 1;
-    if (const auto values = parts.back().numbers(6)) external_[index] = *values;
-    return index;
-  }
-
-  const RapidValue* value_of(const std::string& name, const char* type) const {
-    const auto found = values_.find(name);
-    if (found == values_.end() || found->second.values != 1) return nullptr;
-    const RapidValue& value = found->second;
-    return value.type == type && value.list.kind == ListItem::Kind::list ? &value : nullptr;
-  }
-
-  std::string word_of(const ListItem& item) const { return upper(part_of(item.begin, item.end)); }
-  // [robhold, ufprog, "ufmec", uframe, oframe]
-  int work_object_frame(const std::string& name, std::string& why_not) {
-    std::optional<Pose> pose;
-    if (name == "WOBJ0") pose = Pose{};
-    if (const RapidValue* value = value_of(name, "WOBJDATA");
-        value && value->list.items.size() == 5) {
-      const std::vector<ListItem>& parts = value->list.items;
-      const auto user = rapid_pose(parts[3]), object = rapid_pose(parts[4]);
-      if (user && object) pose = *user * *object;
-      if (word_of(parts[0]) == "TRUE") why_not = "the robot holds the work object";
-      if (word_of(parts[1]) == "FALSE") why_not = "a mechanical unit moves the work object";
-    }
-    return add_frame(program_.frames, known_, name, pose);
-  }
-
-  // [robhold, tframe, tload]
-  int tool_frame(const std::string& name, std::string& why_not) {
-    std::optional<Pose> pose;
-    if (name == "TOOL0") pose = Pose{};
-    if (const RapidValue* value = value_of(name, "TOOLDATA");
-        value && value->list.items.size() == 3) {
-      pose = rapid_pose(value->list.items[1]);
-      if (word_of(value->list.items[0]) == "FALSE") why_not = "its tool stands in the room";
-    }
-    return add_frame(program_.frames, known_, name, pose);
-  }
-
   RobotProgram& program_;
-  const KnownFrames& known_;
   std::string text_;
   ProgramWarnings warnings_;
-  RapidMoveText move_;    // that is read
-  bool is_move_ = false;  // the statement moves the arm
-  bool follows_ = false;  // the arm stands at the last target
-  RapidExternalAxes external_;
-  std::map<std::string, RapidValue> values_;
-  std::map<std::string, int> uses_;  // of points outside of moves: the first line
-  bool is_displaced_ = false;
-  ArcTurning turning_ = ArcTurning::with_path;
-  size_t counted_ = 0;
-  int line_ = 1;
+  RapidData data_;
+  RapidFlow flow_;
+  RapidMoveText move_;                    // that is read
+  std::optional<Statement> work_object_;  // of this move; nothing: wobj0
+  bool is_move_ = false;                  // the statement moves the arm
+  bool follows_ = false;                  // the arm stands at the last target
 };
 
 }  // namespace
 
-void parse_rapid_program(RobotProgram& program, const KnownFrames& known) {
-  RapidReader(program, known).read();
+void parse_rapid_program(RobotProgram& program, const KnownFrames& known, TargetParts parts) {
+  RapidReader(program, known, parts).read();
 }
 
 }  // namespace armtrue

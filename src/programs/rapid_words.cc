@@ -48,6 +48,14 @@ bool stands_between_rapid_moves(const std::string& word) {
   return kWords.contains(word);
 }
 
+bool begins_rapid_routine(const std::string& word) {
+  return word == "PROC" || word == "FUNC" || word == "TRAP";
+}
+
+bool ends_rapid_routine(const std::string& word) {
+  return word == "ENDPROC" || word == "ENDFUNC" || word == "ENDTRAP";
+}
+
 ArcTurning rapid_turning(TextCursor cursor) {
   if (!cursor.take('\\')) return ArcTurning::with_path;
   const std::string mode = cursor.take_name();

@@ -3,6 +3,7 @@
 #include <string>
 
 #include "armtrue/programs/robot_program.h"
+#include "programs/statement.h"
 #include "programs/text_cursor.h"
 
 namespace armtrue {
@@ -24,6 +25,36 @@ bool is_other_rapid_move(const std::string& word);
 
 /// Whether an instruction leaves the arm where it is and does not branch.
 bool stands_between_rapid_moves(const std::string& word);
+
+/// PROC, FUNC or TRAP.
+bool begins_rapid_routine(const std::string& word);
+/// Their ends.
+bool ends_rapid_routine(const std::string& word);
+
+/// Calls with(word, at, cursor) for each word of a statement, in capitals, until it returns true.
+/// Options (\WObj), components (.trans) and the heads of routines are passed over, but for the word
+/// that a head begins with. `cursor` stands behind the word and may be moved.
+template <class With>
+void each_rapid_word(std::string_view text, const Statement& statement, With with) {
+  TextCursor cursor(text, statement.begin, statement.end);
+  char before = ' ';
+  while (!cursor.done()) {
+    const size_t at = cursor.at();
+    const std::string word = cursor.take_name();
+    if (word.empty()) {
+      before = cursor.next();
+      cursor.step();
+      continue;
+    }
+    const bool is_part = before == '\\' || before == '.';
+    before = ' ';
+    if (is_part) continue;
+    if (with(word, at, cursor)) return;
+    if (!begins_rapid_routine(word)) continue;
+    while (!cursor.take_name().empty()) continue;
+    if (cursor.take('(')) cursor.skip_to(")");
+  }
+}
 
 /// What CirPathMode sets; `cursor`: behind its name. Without options, as from the start, the tool
 /// turns with the path (RAPID reference manual, CirPathMode, MoveC).

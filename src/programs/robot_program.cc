@@ -77,13 +77,13 @@ RobotProgram parse_program(Dialect dialect, std::vector<ProgramText> texts,
       parse_krl_program(program, known, parts);
       break;
     case Dialect::rapid:
-      parse_rapid_program(program, known);
+      parse_rapid_program(program, known, parts);
       break;
     case Dialect::fanuc:
-      parse_fanuc_program(program, known);
+      parse_fanuc_program(program, known, parts);
       break;
     case Dialect::urscript:
-      parse_urscript_program(program, known);
+      parse_urscript_program(program, known, parts);
       break;
   }
   refuse_huge_numbers(program);

@@ -256,7 +256,7 @@ class UrReader {
 
 }  // namespace
 
-void parse_urscript_program(RobotProgram& program, const KnownFrames& known) {
+void parse_urscript_program(RobotProgram& program, const KnownFrames& known, TargetParts) {
   UrReader(program, known).read();
 }
 

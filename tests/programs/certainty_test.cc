@@ -1,9 +1,171 @@
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "armtrue/programs/robot_program.h"
+#include "armtrue/text/input_error.h"
 #include "programs/program_flow.h"
+
+// Moves whose point, frame or tool the text of a program does not show for certain, and points that
+// other statements than moves use.
 
 namespace armtrue::certainty_test {
 namespace {
+
+using testing::AllOf;
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+RobotProgram parsed(const std::string& name, const std::string& text) {
+  return parse_program(*dialect_of_file(name), {{name, text}}, {});
+}
+
+// Lines of the moves that are followed.
+std::vector<int> lines_of(const RobotProgram& program) {
+  std::vector<int> lines;
+  for (const ProgramTarget& target : program.targets) lines.push_back(target.line);
+  return lines;
+}
+
+// Each target 1 mm higher; joints by 1 mrad.
+std::string raised(const RobotProgram& program) {
+  std::vector<ProgramCommand> commands;
+  for (const ProgramTarget& target : program.targets) {
+    ProgramCommand command{true, target.q, target.q, target.pose};
+    command.pose.translation.z() += 1e-3;
+    command.q[0] += 1e-3;
+    commands.push_back(command);
+  }
+  return rewrite(program, commands).texts[0];
+}
+
+std::string tool_of(const RobotProgram& program, size_t target) {
+  const int tool = program.targets[target].tool;
+  return tool < 0 ? "" : program.frames[static_cast<size_t>(tool)].name;
+}
+
+const std::string kTail = ",[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]";  // of a robtarget
+std::string robtarget(const std::string& name, const std::string& kind = "CONST") {
+  return kind + " robtarget " + name + ":=[[1,2,3]" + kTail + ";\n";
+}
+
+TEST(Certainty, ARapidRoutineMayGiveANameAnotherPoint) {
+  const RobotProgram program =
+      parsed("p.mod", robtarget("p1") + "PROC main()\nMoveL p1,v1,fine,tool0;\nENDPROC\n" +
+                          "PROC go(robtarget p1)\nMoveL p1,v1,fine,tool0;\nENDPROC\n" +
+                          "PROC fetch()\nVAR robtarget p1;\nGetPoint p1;\n"
+                          "MoveL p1,v1,fine,tool0;\nENDPROC\n" +
+                          "PROC own()\nCONST robtarget p1:=[[7,8,9]" + kTail +
+                          ";\nMoveL p1,v1,fine,tool0;\nENDPROC\n" +
+                          "PROC other(VAR num p1)\nMoveL p2,v1,fine,tool0;\nENDPROC\n" +
+                          "PROC two()\n" + robtarget("p2") + "ENDPROC\n");
+  EXPECT_THAT(lines_of(program), ElementsAre(3, 15));
+  EXPECT_NEAR(program.targets[1].pose.translation.x(), 7e-3, 1e-12);
+  EXPECT_THAT(program.warnings,
+              ElementsAre("p.mod:6: left alone: its point is a parameter of the routine",
+                          "p.mod:11: left alone: its point is given several values, or changed at "
+                          "run time",
+                          "p.mod:18: left alone: its point is not declared here; give it plain "
+                          "numbers in this module"));
+  EXPECT_THAT(raised(program), AllOf(HasSubstr("p1:=[[1,2,4]"), HasSubstr("p1:=[[7,8,10]"),
+                                     Not(HasSubstr("MoveL ["))));
+}
+
+TEST(Certainty, ARapidRoutineMayBeCalledWithSeveralTools) {
+  const std::string tool =
+      " tooldata t1:=[TRUE,[[0,0,1],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];\n";
+  const RobotProgram program = parsed(
+      "p.mod", "PERS" + tool + robtarget("p1") +
+                   "PROC main()\nMoveL p1,v1,fine,t1;\nENDPROC\n"
+                   "PROC go(PERS tooldata t1\\PERS wobjdata WObj)\nMoveL p1,v1,fine,t1;\n"
+                   "MoveL p1,v1,fine,tool0\\WObj?WObj;\nMoveL p1,v1,fine,tool0\\WObj:=WObj;\n"
+                   "MoveL p1,v1,fine,tool0;\nENDPROC\nPROC own()\nVAR" +
+                   tool +
+                   "MoveL p1,v1,fine,t1;\nENDPROC\nPROC home(PERS tooldata t1)\n"
+                   "MoveAbsJ [[1,2,3,4,5,6],[9E9,9E9,9E9,9E9,9E9,9E9]],v1,fine,t1;\nENDPROC\n");
+  EXPECT_THAT(lines_of(program), ElementsAre(4, 10, 17));  // joint angles need no tool
+  EXPECT_THAT(program.warnings,
+              ElementsAre("p.mod:7: left alone: its tool or work object is given by its routine; "
+                          "also lines 8, 9, 14"));
+  // A move that is left alone keeps its point.
+  EXPECT_THAT(raised(program), AllOf(HasSubstr("p1:=[[1,2,3]"), HasSubstr("MoveL [[1,2,4]")));
+}
+
+TEST(Certainty, ARapidPointThatOtherStatementsUseStaysWhereItIsDeclared) {
+  const std::string move = "MoveL p1,v1,fine,tool0;\n";
+  for (const char* const use :
+       {"Glue p1;\n", "x:=p1.trans.x;\n", "x:=Offs(p1,0,0,1);\n", "IF p1.trans.x>1 Stop;\n",
+        "Glue\\At:=p1;\n", "IF a THEN Glue 1,p1; ENDIF\n"}) {
+    const RobotProgram program = parsed("p.mod", robtarget("p1") + move + use);
+    EXPECT_EQ(program.left_alone, 0) << use;
+    EXPECT_THAT(program.warnings, IsEmpty()) << use;
+    EXPECT_EQ(raised(program),
+              robtarget("p1") + "MoveL [[1,2,4]" + kTail + ",v1,fine,tool0;\n" + use);
+  }
+  // An offset in a move follows the point.
+  const std::string offset = "MoveL Offs(p1,0,0,1),v1,fine,tool0;\n";
+  EXPECT_THAT(raised(parsed("p.mod", robtarget("p1") + move + offset)), HasSubstr("p1:=[[1,2,4]"));
+  // What is no constant may be changed where it is handed to a routine.
+  for (const char* const use : {"GetPoint p1;\n", "SearchL di1,p1,p2,v1,tool0;\n"})
+    EXPECT_THAT(lines_of(parsed("p.mod", robtarget("p1", "VAR") + move + "MoveL [[1,2,3]" + kTail +
+                                             ",v1,fine,tool0;\n" + use)),
+                ElementsAre(3))
+        << use;
+}
+
+TEST(Certainty, ARapidArrayThatIsUsedByIndexStaysAsItIsDeclared) {
+  const std::string declared =
+      "CONST robtarget p{2}:=[[[1,2,3]" + kTail + ",[[4,5,6]" + kTail + "];\n";
+  const RobotProgram program =
+      parsed("p.mod", declared +
+                          "MoveL p{1},v1,fine,tool0;\nFOR i FROM 1 TO 2 DO\n"
+                          "MoveL p{i},v1,fine,tool0;\nENDFOR\n");
+  EXPECT_THAT(
+      program.warnings,
+      ElementsAre("p.mod:4: left alone: its point is an element of an array, whose index is "
+                  "no plain number"));
+  EXPECT_THAT(raised(program), AllOf(HasSubstr(declared), HasSubstr("\nMoveL [[1,2,4]")));
+}
+
+// Lines with a move, in a module whose data take the first line.
+std::vector<int> displaced(const std::string& routines) {
+  const std::string move = "MoveL p1,v1,fine,tool0;";
+  std::string text = robtarget("p1") + routines;
+  for (size_t at = text.find("MOVE;"); at != std::string::npos; at = text.find("MOVE;"))
+    text.replace(at, 5, move);
+  return lines_of(parsed("p.mod", text));
+}
+
+TEST(Certainty, ARapidRoutineThatMayBeCalledDisplacedIsLeftAlone) {
+  const std::string part = "PROC part()\nMOVE;\nENDPROC\n", on = "PDispSet d;\n",
+                    off = "PDispOff;\n";
+  EXPECT_THAT(displaced("PROC main()\nMOVE;\n" + on + "part;\n" + off + "MOVE;\nENDPROC\n" + part),
+              ElementsAre(3, 7));
+  EXPECT_THAT(displaced(part + "PROC main()\n" + on + off + "part;\nMOVE;\nENDPROC\n"),
+              ElementsAre(3, 9));
+  // Called with and without; under a name that is not known.
+  EXPECT_THAT(displaced("PROC main()\npart;\n" + on + "part;\n" + off + "MOVE;\nENDPROC\n" + part),
+              ElementsAre(7));
+  EXPECT_THAT(displaced("PROC main()\n" + on + "%\"part\"%;\n" + off + "MOVE;\nENDPROC\n" + part),
+              ElementsAre(6));
+  // A routine may leave it on; a branch or an end of a loop, too.
+  EXPECT_THAT(
+      displaced("PROC main()\nMOVE;\nset;\nMOVE;\nENDPROC\nPROC set()\n" + on + "ENDPROC\n"),
+      Not(Contains(5)));
+  EXPECT_THAT(
+      displaced("PROC main()\nIF a THEN\n" + on + "ENDIF\nMOVE;\n" + off + "MOVE;\nENDPROC\n"),
+      ElementsAre(8));
+  EXPECT_THAT(displaced("PROC main()\nIF a " + on + "MOVE;\n" + off + "MOVE;\nENDPROC\n"),
+              ElementsAre(6));
+  EXPECT_THAT(displaced("PROC main()\nMOVE;\nWHILE a DO\nMOVE;\n" + on + "ENDWHILE\n" + off +
+                        "MOVE;\nENDPROC\n"),
+              ElementsAre(3, 9));
+  EXPECT_THAT(displaced("PROC main()\nMOVE;\nagain:\nMOVE;\n" + on + "IF a GOTO again;\n" + off +
+                        "MOVE;\nENDPROC\n"),
+              ElementsAre(3, 9));
+}
 
 TEST(Certainty, AFlowEndsWhereNothingChanges) {
   using Step = ProgramFlow::Step;

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "armtrue/programs/robot_program.h"
+#include "programs/program_flow.h"
+#include "programs/statement.h"
+
+namespace armtrue {
+
+/// What a RAPID program has set at each place.
+struct RapidFlow {
+  /// 1: a program displacement (PDispOn, PDispSet) is active; 0: none is.
+  ProgramFlow::Values displacement;
+  /// ArcTurning (CirPathMode).
+  ProgramFlow::Values turning;
+};
+
+/// `text`: by masked(); `statements`: its statements.
+RapidFlow follow_rapid(std::string_view text, const std::vector<Statement>& statements);
+
+}  // namespace armtrue
