@@ -12,6 +12,7 @@
 #include "programs/program_values.h"
 #include "programs/program_warnings.h"
 #include "programs/statement.h"
+#include "programs/urscript_structure.h"
 #include "programs/urscript_values.h"
 
 // Programs of Universal Robots: the URScript programming language, module motion: movej, movel,
@@ -50,21 +51,25 @@ bool stands_between_ur_moves(const std::string& word) {
 
 class UrReader {
  public:
-  UrReader(RobotProgram& program, const KnownFrames& known)
+  UrReader(RobotProgram& program, const KnownFrames& known, TargetParts parts)
       : program_(program),
         known_(known),
+        parts_(parts),
         text_(masked(program.texts[0].text, '#', "\"'")),
         warnings_(program.texts[0].name),
         values_(text_, program.frames, known) {}
 
   void read() {
     const std::vector<Statement> statements = split_statements(text_, '\n');
-    for (const Statement& statement : statements) values_.read_assignment(statement);
+    const UrStructure structure = structure_of_urscript(text_, statements);
+    values_.read(statements, structure);
+    find_tools(statements, structure.flow);
     for (const Statement& statement : statements) {
       is_move_ = false;
       read_calls(statement);
       if (!is_move_) follows_ = follows_ && stays(statement);
     }
+    values_.finish(statements, program_.points);
     program_.warnings = warnings_.list();
   }
 
@@ -95,14 +100,14 @@ class UrReader {
       if (!is_call) continue;
       const size_t open = cursor.at();
       const size_t close = values_.closing(open, statement.end);
-      if (word == "SET_TCP") read_tool(statement.line, open, close);
       if (word == "MOVEJ" || word == "MOVEL" || word == "MOVEP" || word == "MOVEC") {
         const int left_alone = program_.left_alone;
         const bool is_first = begin == statement.begin;
         follows_ = follows_ && is_first;
         is_move_ = true;
         read_move(word, statement, open, close);
-        follows_ = is_first && ends_at_target_ && program_.left_alone == left_alone;
+        follows_ = is_first && ends_at_target_ && program_.left_alone == left_alone &&
+                   ends_at(close, statement.end);
       }
       if (is_other_motion(word)) {
         leave(statement.line, "this function is not followed: " + word);
@@ -117,14 +122,32 @@ class UrReader {
     ++program_.left_alone;
   }
 
-  void read_tool(int line, size_t open, size_t close) {
-    const std::vector<Statement> arguments = values_.arguments_in(line, open, close);
+  // Whether nothing stands behind the bracket that closes a call.
+  bool ends_at(size_t close, size_t end) const {
+    TextCursor behind(text_, std::min(close + 1, end), end);
+    behind.take(';');
+    return behind.done();
+  }
+
+  void find_tools(const std::vector<Statement>& statements, const ProgramFlow& flow) {
+    std::vector<ProgramFlow::Setting> tools;
+    for (const Statement& statement : statements)
+      each_word(text_, statement, [&](const std::string& word, size_t at, TextCursor cursor) {
+        if (word != "SET_TCP" || cursor.next() != '(') return;
+        const size_t open = cursor.at(), close = values_.closing(open, statement.end);
+        tools.push_back({at, tool_of(values_.arguments_in(statement.line, open, close)[0])});
+      });
+    tools_ = flow.follow(tools, -1);
+  }
+
+  // In the frames.
+  int tool_of(const Statement& argument) {
+    if (values_.is_local(argument)) return ProgramFlow::kUncertain;
     std::optional<Pose> pose;
-    std::string name = values_.part_of(arguments[0]);
-    if (const auto value = values_.value_of(arguments[0]);
+    if (const auto value = values_.value_of(argument);
         value && value->kind == TargetKind::cartesian)
       pose = pose_of_numbers(Dialect::urscript, *value->list.numbers(6));
-    tool_ = add_frame(program_.frames, known_, name, pose);
+    return add_frame(program_.frames, known_, values_.part_of(argument), pose);
   }
 
   void read_move(const std::string& word, const Statement& statement, size_t open, size_t close) {
@@ -135,12 +158,24 @@ class UrReader {
     if (arguments.size() < points)
       return leave(line, "its arguments are not those of the function");
     std::vector<UrValue> values;
-    for (size_t i = 0; i < points; ++i) {
+    std::string why_not;
+    const int tool = tools_.at(open);
+    const bool is_certain = tool != ProgramFlow::kUncertain;
+    tool_ = is_certain ? tool : -1;
+    for (size_t i = 0; i < points && why_not.empty(); ++i) {
       const auto value = values_.value_of(arguments[i]);
-      if (!value) return leave(line, values_.why_not(arguments[i]));
-      values.push_back(*value);
-      values.back().open = open;
+      if (!value)
+        why_not = values_.why_not(arguments[i]);
+      else if (!is_certain && value->kind == TargetKind::cartesian && parts_ == TargetParts::pose)
+        why_not = "its tool is not certain: set_tcp depends on calls or branches before it";
+      else
+        values.push_back(*value);
     }
+    if (!why_not.empty()) {
+      for (size_t i = 0; i < points; ++i) values_.leave(arguments[i]);
+      return leave(line, why_not);
+    }
+    for (UrValue& value : values) value.open = open;
     const Options options = options_of(arguments, points, word);
     ends_at_target_ = !options.has_mode;
     follows_ = follows_ && ends_at_target_;
@@ -200,14 +235,12 @@ class UrReader {
                          const Options& options, const Statement& statement, size_t close) const {
     const std::string& original = program_.texts[0].text;
     const size_t line = line_begin(original, statement.begin);
-    TextCursor behind(text_, std::min(close + 1, statement.end), statement.end);
-    behind.take(';');
     for (const UrValue& value : values)
       if (value.kind == TargetKind::joints) target.obstacle = "its point is joint angles";
     if (options.has_mode) target.obstacle = "its tool turns with the arc (mode)";
     if (options.has_time) target.obstacle = "its speed is a time (t)";
     if (!options.radius) target.obstacle = "its radius is no plain number";
-    if (!behind.done() || !TextCursor(text_, line, statement.begin).done())
+    if (!ends_at(close, statement.end) || !TextCursor(text_, line, statement.begin).done())
       target.obstacle = "it does not stand alone on its line";
     if (!target.obstacle.empty()) return;
     // A point may stand in pose_trans() or get_inverse_kin(): up to the end of the argument.
@@ -245,10 +278,12 @@ class UrReader {
 
   RobotProgram& program_;
   const KnownFrames& known_;
+  const TargetParts parts_;
   std::string text_;
   ProgramWarnings warnings_;
   UrValues values_;
-  int tool_ = -1;
+  ProgramFlow::Values tools_;   // in the frames
+  int tool_ = -1;               // of the move that is read
   bool is_move_ = false;        // the statement moves the arm
   bool follows_ = false;        // the arm stands at the last target
   bool ends_at_target_ = true;  // the last move does, in its orientation too
@@ -256,8 +291,8 @@ class UrReader {
 
 }  // namespace
 
-void parse_urscript_program(RobotProgram& program, const KnownFrames& known, TargetParts) {
-  UrReader(program, known).read();
+void parse_urscript_program(RobotProgram& program, const KnownFrames& known, TargetParts parts) {
+  UrReader(program, known, parts).read();
 }
 
 }  // namespace armtrue

@@ -11,18 +11,49 @@
 
 namespace armtrue {
 
+void UrValues::read(const std::vector<Statement>& statements, const UrStructure& structure) {
+  scopes_ = structure.scopes;
+  for (const auto& [name, scope] : structure.parameters)
+    variables_.declare(name, scope).is_parameter = true;
+  for (const Statement& statement : statements) read_assignment(statement);
+}
+
+// Names of the outermost functions are global. In the others, what is neither a parameter nor
+// `local` is global, too, if that name is (URScript manual, scoping rules).
 void UrValues::read_assignment(const Statement& statement) {
   TextCursor cursor(text_, statement.begin, statement.end);
   std::string name = cursor.take_name();
-  if (name == "GLOBAL" || name == "LOCAL") name = cursor.take_name();
+  const bool is_local = name == "LOCAL";
+  if (name == "GLOBAL" || is_local) name = cursor.take_name();
   const bool is_element = cursor.take('[');
   if (is_element) cursor.skip_to("="), cursor.next();
   if (name.empty() || !cursor.take('=') || cursor.next() == '=') return;
-  Variable& variable = variables_[name];
+  const int scope = scopes_.at(statement.begin);
+  int declared = 0;
+  variables_.find(scopes_, name, scope, &declared);
+  if (is_local && scope > 0 && scopes_.parent(scope) > 0) declared = scope;
+  if (declared != scope) declared = 0;
+  Variable& variable = variables_.declare(name, declared);
   variable.values += is_element ? 2 : 1;
+  variable.scope = scope;
   cursor.next();
   variable.literal = literal_in({statement.line, cursor.at(), statement.end});
-  if (variable.literal) variable.literal->name = name;
+  if (variable.literal) variable.literal->name = variable.literal->variable = name;
+}
+
+UrValues::Variable* UrValues::find(const std::string& name, size_t at) {
+  const int scope = scopes_.at(at);
+  int declared = 0;
+  Variable* const variable = variables_.find(scopes_, name, scope, &declared);
+  const bool is_here = declared == 0 || declared == scope;
+  return variable && is_here && scopes_.contains(variable->scope, scope) ? variable : nullptr;
+}
+
+bool UrValues::is_local(const Statement& argument) {
+  TextCursor cursor(text_, argument.begin, argument.end);
+  int declared = 0;
+  variables_.find(scopes_, cursor.take_name(), scopes_.at(argument.begin), &declared);
+  return declared > 0 && cursor.done();
 }
 
 // p[..] or [..]
@@ -62,13 +93,15 @@ size_t UrValues::closing(size_t open, size_t end) const {
   return end;
 }
 
-std::string UrValues::why_not(const Statement& argument) const {
+std::string UrValues::why_not(const Statement& argument) {
   TextCursor cursor(text_, argument.begin, argument.end);
-  const auto found = variables_.find(cursor.take_name());
-  if (found == variables_.end() || !cursor.done())
-    return "its target is an expression or has no plain numbers";
-  return found->second.values > 1 ? "its point is given several values"
-                                  : "its point is calculated at run time";
+  const std::string name = cursor.take_name();
+  const Variable* const variable = variables_.find(scopes_, name, scopes_.at(argument.begin));
+  if (!variable || !cursor.done()) return "its target is an expression or has no plain numbers";
+  if (variable->is_parameter) return "its point is a parameter of the function";
+  if (variable->values > 1) return "its point is given several values";
+  if (!find(name, argument.begin)) return "its point is given its value in another function";
+  return "its point is calculated at run time";
 }
 
 // A literal, a name, get_inverse_kin(pose, qnear) or pose_trans(frame, pose).
@@ -80,9 +113,9 @@ std::optional<UrValue> UrValues::value_of(const Statement& argument, int depth) 
   TextCursor cursor(text_, argument.begin, argument.end);
   const std::string name = cursor.take_name();
   if (cursor.done()) {
-    const auto found = variables_.find(name);
-    if (found == variables_.end() || found->second.values != 1) return std::nullopt;
-    std::optional<UrValue> value = found->second.literal;
+    const Variable* const variable = find(name, argument.begin);
+    if (!variable || variable->values != 1) return std::nullopt;
+    std::optional<UrValue> value = variable->literal;
     if (value) std::tie(value->begin, value->end) = std::pair(argument.begin, argument.end);
     return value;
   }
@@ -95,6 +128,7 @@ std::optional<UrValue> UrValues::value_of(const Statement& argument, int depth) 
   if (name != "POSE_TRANS" || arguments.size() != 2) return std::nullopt;
   auto value = value_of(arguments[1], depth + 1);
   if (!value || value->kind != TargetKind::cartesian || value->base >= 0) return std::nullopt;
+  if (is_local(arguments[0])) return std::nullopt;
   std::optional<Pose> pose;
   if (const auto frame = value_of(arguments[0], depth + 1);
       frame && frame->kind == TargetKind::cartesian && frame->base < 0)
@@ -127,8 +161,9 @@ std::optional<UrValue> UrValues::inverse_of(const std::vector<Statement>& argume
 }
 
 int UrValues::point_of(const UrValue& value, std::vector<ProgramPoint>& points) {
-  const auto variable = variables_.find(value.name);
-  if (variable != variables_.end() && variable->second.point >= 0) return variable->second.point;
+  Variable* const variable = value.variable.empty() ? nullptr : find(value.variable, value.begin);
+  if (variable) moves_.insert(value.begin);
+  if (variable && variable->point >= 0) return variable->point;
   ProgramPoint point;
   point.name = value.name;
   point.line = value.line;
@@ -139,8 +174,27 @@ int UrValues::point_of(const UrValue& value, std::vector<ProgramPoint>& points) 
     point.numbers.push_back({0, item.begin, item.end, item.value, ""});
   points.push_back(point);
   const int index = static_cast<int>(points.size()) - 1;
-  if (variable != variables_.end()) variable->second.point = index;
+  if (variable) variable->point = index;
   return index;
+}
+
+void UrValues::leave(const Statement& argument) {
+  TextCursor cursor(text_, argument.begin, argument.end);
+  cursor.take_name();
+  if (!cursor.done()) offsets_[argument.begin] = argument.end;
+}
+
+void UrValues::finish(const std::vector<Statement>& statements, std::vector<ProgramPoint>& points) {
+  for (const Statement& statement : statements)
+    each_word(text_, statement, [&](const std::string& word, size_t at, TextCursor cursor) {
+      const bool is_named = cursor.take('=') && cursor.next() != '=';  // NAME=..
+      const auto behind = offsets_.upper_bound(at);
+      const bool is_offset = behind != offsets_.begin() && at < std::prev(behind)->second;
+      if (is_named || is_offset || moves_.contains(at)) return;
+      const Variable* const variable = variables_.find(scopes_, word, scopes_.at(at));
+      if (variable && variable->point >= 0)
+        points[static_cast<size_t>(variable->point)].is_shared = true;
+    });
 }
 
 }  // namespace armtrue

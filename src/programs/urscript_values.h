@@ -2,18 +2,21 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "armtrue/programs/robot_program.h"
 #include "programs/statement.h"
+#include "programs/urscript_structure.h"
 
 namespace armtrue {
 
 /// What an argument of a URScript move stands for: a literal, or a name that is given one.
 struct UrValue {
   TargetKind kind = TargetKind::cartesian;
-  std::string name;
+  std::string name;      ///< for messages
+  std::string variable;  ///< that is given it; empty: none
   ListItem list;
   int line = 0;
   int base = -1;              ///< of pose_trans, in the frames
@@ -31,14 +34,21 @@ class UrValues {
   UrValues(const std::string& text, std::vector<ProgramFrame>& frames, const KnownFrames& known)
       : text_(text), frames_(frames), known_(known) {}
 
-  /// [global|local] NAME = VALUE; does nothing if the statement is anything else.
-  void read_assignment(const Statement& statement);
+  /// Reads the assignments, [global|local] NAME = VALUE. `structure`: of these statements.
+  void read(const std::vector<Statement>& statements, const UrStructure& structure);
   /// Nothing if it is no value of this kind.
   std::optional<UrValue> value_of(const Statement& argument) { return value_of(argument, 0); }
   /// Why it is none.
-  std::string why_not(const Statement& argument) const;
+  std::string why_not(const Statement& argument);
+  /// Whether it is a name that a function gives a value of its own: a parameter or a local name.
+  bool is_local(const Statement& argument);
   /// The point of a value among `points`, where it is added by its first use.
   int point_of(const UrValue& value, std::vector<ProgramPoint>& points);
+  /// A move to the point is left alone. A declaration that it names must stay; an expression starts
+  /// from the declared points, and follows them.
+  void leave(const Statement& argument);
+  /// Once all moves are read: marks the points that other statements use, too.
+  void finish(const std::vector<Statement>& statements, std::vector<ProgramPoint>& points);
 
   /// The arguments between the brackets of a call.
   std::vector<Statement> arguments_in(int line, size_t open, size_t close) const;
@@ -52,9 +62,14 @@ class UrValues {
   struct Variable {
     std::optional<UrValue> literal;
     int values = 0;
+    int scope = 0;  // where it is given its value
     int point = -1;
+    bool is_parameter = false;
   };
 
+  void read_assignment(const Statement& statement);
+  // The variable of a name at a place; null if its value there is not certain.
+  Variable* find(const std::string& name, size_t at);
   std::optional<UrValue> literal_in(const Statement& part) const;
   std::optional<UrValue> value_of(const Statement& argument, int depth);
   std::optional<UrValue> inverse_of(const std::vector<Statement>& arguments, int depth);
@@ -62,7 +77,10 @@ class UrValues {
   const std::string& text_;
   std::vector<ProgramFrame>& frames_;
   const KnownFrames& known_;
-  std::map<std::string, Variable> variables_;
+  Scopes scopes_;
+  ScopedNames<Variable> variables_;
+  std::set<size_t> moves_;            // where a move names its point
+  std::map<size_t, size_t> offsets_;  // expressions of moves that are left alone: begin and end
 };
 
 }  // namespace armtrue

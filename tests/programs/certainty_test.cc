@@ -167,6 +167,81 @@ TEST(Certainty, ARapidRoutineThatMayBeCalledDisplacedIsLeftAlone) {
               ElementsAre(3, 9));
 }
 
+const std::string kJoints = "movej([0,-1,1,0,1,0])\n";
+
+TEST(Certainty, AUrFunctionMayGiveANameAnotherPoint) {
+  const std::string head = "def prog():\nglobal a = p[1,2,3,0,0,0]\n" + kJoints + "movel(a)\n";
+  const RobotProgram program =
+      parsed("p.script", head +
+                             "def go(a):\nmovel(a)\nend\ndef own():\nlocal a = p[1,2,5,0,0,0]\n"
+                             "movel(a)\nend\ndef other():\nb = p[1,2,6,0,0,0]\nend\n"
+                             "movel(b)\ngo(b)\nend\n");
+  EXPECT_THAT(lines_of(program), ElementsAre(3, 4, 10));
+  EXPECT_NEAR(program.targets[2].pose.translation.z(), 5, 1e-12);
+  EXPECT_THAT(
+      program.warnings,
+      ElementsAre("p.script:6: left alone: its point is a parameter of the function",
+                  "p.script:15: left alone: its point is given its value in another function"));
+  EXPECT_THAT(raised(program),
+              AllOf(HasSubstr("global a = p[1,2,3.001,"), HasSubstr("movel(a)\ndef"),
+                    HasSubstr("local a = p[1,2,5.001,")));
+  // Without `local` it is the global one.
+  EXPECT_THAT(lines_of(parsed("p.script", head + "def go():\na = p[1,2,4,0,0,0]\nend\nend\n")),
+              ElementsAre(3));
+}
+
+TEST(Certainty, AUrPointThatOtherStatementsUseStaysWhereItIsDeclared) {
+  const std::string declared = "a = p[1,2,3,0,0,0]\n";
+  for (const char* const use :
+       {"if get_actual_tcp_pose()[2] < a[2]:\nend\n", "force_mode(a, [0,0,1,0,0,0])\n", "go(a)\n",
+        "x = a\n", "movel(pose_trans(a, p[0,0,1,0,0,0]))\n"}) {
+    const std::string text = raised(parsed("p.script", declared + kJoints + "movel(a)\n" + use));
+    EXPECT_THAT(text, AllOf(HasSubstr(declared), HasSubstr("\nmovel(p[1,2,3.001,"))) << use;
+  }
+  // Arguments by name, and offsets of moves that are left alone.
+  for (const char* const use :
+       {"movej([0,-1,1,0,1,0], a=1.2)\n", "movel(pose_add(a, p[0,0,1,0,0,0]))\n"})
+    EXPECT_THAT(raised(parsed("p.script", declared + kJoints + "movel(a)\n" + use)),
+                HasSubstr("a = p[1,2,3.001,"))
+        << use;
+}
+
+TEST(Certainty, AUrFunctionHasTheToolOfItsCalls) {
+  const std::string go = "def go():\nmovel(p[1,2,3,0,0,0])\nend\n";
+  const std::string t1 = "set_tcp(p[0,0,0.1,0,0,0])\n", t2 = "set_tcp(p[0,0,0.2,0,0,0])\n";
+  const RobotProgram known =
+      parsed("p.script", go + "def prog():\n" + t1 + kJoints + "go()\nend\nprog()\n");
+  EXPECT_THAT(lines_of(known), ElementsAre(2, 6));
+  EXPECT_EQ(tool_of(known, 0), "p[0,0,0.1,0,0,0]");
+  const RobotProgram several = parsed(
+      "p.script", go + "def prog():\n" + t1 + kJoints + "go()\n" + t2 + "go()\nend\nprog()\n");
+  EXPECT_THAT(lines_of(several), ElementsAre(6));
+  EXPECT_THAT(several.warnings,
+              ElementsAre("p.script:2: left alone: its tool is not certain: set_tcp depends on "
+                          "calls or branches before it"));
+  // A function that sets the tool; one that nothing here calls.
+  const RobotProgram after =
+      parsed("p.script", "def prog():\n" + t1 + "def grip():\n" + t2 +
+                             "end\nmovel(p[1,2,3,0,0,0])\ngrip()\nmovel(p[1,2,4,0,0,0])\nend\n");
+  EXPECT_EQ(tool_of(after, 0), "p[0,0,0.1,0,0,0]");
+  EXPECT_EQ(tool_of(after, 1), "p[0,0,0.2,0,0,0]");
+  EXPECT_THAT(lines_of(parsed("p.script", go + "def prog():\n" + t1 + kJoints + "end\n")),
+              ElementsAre(6));
+  // A branch, a loop, a parameter.
+  const std::string move = "movel(p[1,2,3,0,0,0])\n";
+  EXPECT_THAT(
+      lines_of(parsed("p.script", "def prog():\n" + t1 + kJoints + "if x:\n" + t2 + "elif y:\n" +
+                                      move + "end\n" + move + t1 + move + "while z:\n" + move +
+                                      "if x:\nbreak\nend\nend\nend\n")),
+      ElementsAre(3, 7, 11, 13));
+  EXPECT_THAT(lines_of(parsed("p.script",
+                              "def prog():\n" + kJoints + "while x:\n" + move + t1 + "end\nend\n")),
+              ElementsAre(2));
+  EXPECT_THAT(lines_of(parsed("p.script", "def prog():\n" + kJoints + "def use(t):\nset_tcp(t)\n" +
+                                              "end\nuse(p[0,0,1,0,0,0])\n" + move + "end\n")),
+              ElementsAre(2));
+}
+
 TEST(Certainty, AFlowEndsWhereNothingChanges) {
   using Step = ProgramFlow::Step;
   ProgramFlow flow;  // two routines that call each other, and a thread

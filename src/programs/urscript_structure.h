@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "programs/program_flow.h"
+#include "programs/scoped_names.h"
+#include "programs/statement.h"
+
+namespace armtrue {
+
+/// The functions and threads of a URScript program, and how it runs through them.
+struct UrStructure {
+  Scopes scopes;
+  ProgramFlow flow;
+  std::vector<std::pair<std::string, int>> parameters;  ///< and the scopes of their functions
+};
+
+/// `text`: by masked(); `statements`: its statements.
+UrStructure structure_of_urscript(std::string_view text, const std::vector<Statement>& statements);
+
+}  // namespace armtrue
