@@ -82,8 +82,11 @@ class FanucPositionReader {
       position.declaration.configuration_end = cursor.at();
       position.configuration = original_.substr(begin, cursor.at() - begin);
     } else if (name == "UF" || name == "UT") {
+      const bool is_frame = name == "UF";
       if (const auto value = cursor.take_number(); value && std::abs(*value) < 1000)
-        (name == "UF" ? position.frame : position.tool) = static_cast<int>(*value);
+        (is_frame ? position.frame : position.tool) = static_cast<int>(*value);
+      else if (cursor.take_name() == "F")
+        (is_frame ? position.is_in_active_frame : position.has_active_tool) = true;
     }
   }
 

@@ -14,9 +14,11 @@ struct FanucPosition {
   std::map<std::string, ProgramNumber> numbers;  ///< X .. R, J1 .. J6, of group 1
   std::map<std::string, double> others;          ///< of other groups and external axes
   std::optional<int> frame, tool;
-  std::string configuration;  ///< N U T, 0, 0, 0
-  bool is_changed = false;    ///< given twice, or P[1]=LPOS
-  size_t begin = 0, end = 0;  ///< from `P` to behind `}`
+  bool is_in_active_frame = false, has_active_tool = false;  ///< UF : F, UT : F
+  std::string configuration;                                 ///< N U T, 0, 0, 0
+  bool is_changed = false;                                   ///< given twice, or P[1]=LPOS
+  bool is_shared = false;                                    ///< other statements than moves use it
+  size_t begin = 0, end = 0;                                 ///< from `P` to behind `}`
   FanucDeclaration declaration;
   int line = 0;
   int point = -1;  ///< in RobotProgram::points, once a move uses it

@@ -10,6 +10,7 @@
 
 #include "armtrue/kinematics/units.h"
 #include "programs/dialects.h"
+#include "programs/fanuc_frames.h"
 #include "programs/fanuc_positions.h"
 #include "programs/frame_list.h"
 #include "programs/program_values.h"
@@ -45,9 +46,10 @@ constexpr const char* kFanucJoints[] = {"J1", "J2", "J3", "J4", "J5", "J6"};
 
 class FanucReader {
  public:
-  FanucReader(RobotProgram& program, const KnownFrames& known)
+  FanucReader(RobotProgram& program, const KnownFrames& known, TargetParts parts)
       : program_(program),
         known_(known),
+        parts_(parts),
         original_(program.texts[0].text),
         text_(masked(original_, '\0', "\"'")),
         warnings_(program.texts[0].name) {}
@@ -77,9 +79,21 @@ class FanucReader {
   void read_moves(size_t begin, size_t end) {
     std::string part = text_.substr(0, std::min(end, text_.size()));
     part.replace(0, begin, begin, ' ');
-    const std::vector<Statement> statements = lines_of(part, begin);
-    for (const Statement& statement : statements) read_statement(part, statement, true);
-    for (const Statement& statement : statements) read_statement(part, statement, false);
+    std::vector<Statement> lines = lines_of(part, begin), statements;
+    for (const Statement& line : lines) {
+      TextCursor cursor(part, line.begin, line.end);
+      cursor.take_number();
+      cursor.take(':');
+      // A comment begins with ! or //.
+      if (cursor.next() != '!' && cursor.next() != '/')
+        statements.push_back({line.line, cursor.at(), line.end});
+    }
+    frames_.emplace(part, statements);
+    for (const Statement& statement : statements) read_uses(part, statement);
+    for (const Statement& statement : statements) read_statement(part, statement);
+    for (const auto& [id, position] : positions_)
+      if (position.point >= 0)
+        program_.points[static_cast<size_t>(position.point)].is_shared = position.is_shared;
   }
 
   // One for each line; a line that begins with a colon continues the one before. A comment may hold
@@ -102,30 +116,46 @@ class FanucReader {
     return lines;
   }
 
-  // `12:L P[3] 250mm/sec FINE`; a comment begins with ! or //.
-  void read_statement(const std::string& part, const Statement& statement, bool assignments) {
-    TextCursor cursor(part, statement.begin, statement.end);
-    cursor.take_number();
-    cursor.take(':');
-    if (cursor.next() == '!' || cursor.next() == '/') return;  // neither moves nor branches
-    const size_t begin = cursor.at();
-    const std::string word = cursor.take_name();
-    if (assignments) {
+  static bool is_move(const std::string& word) {
+    return word == "J" || word == "L" || word == "C" || word == "A" || word == "S";
+  }
+
+  // Positions in other statements than moves: P[1]=LPOS, PR[5]=P[1], P[R[1]]=PR[2].
+  void read_uses(const std::string& part, const Statement& statement) {
+    if (is_move(TextCursor(part, statement.begin, statement.end).take_name())) return;
+    each_word(part, statement, [&](const std::string& word, size_t, TextCursor cursor) {
       if (word != "P" || !cursor.take('[')) return;
       const auto number = cursor.take_number();
       cursor.skip_to("=");
-      if (cursor.take('=') && number) positions_[*number].is_changed = true;
-      return;
-    }
-    const bool is_move = word == "J" || word == "L" || word == "C" || word == "A" || word == "S";
-    if (!is_move || cursor.done()) {
+      const bool is_assigned = cursor.next() == '=';
+      each_position(number, [&](FanucPosition& position) {
+        (is_assigned ? position.is_changed : position.is_shared) = true;
+      });
+    });
+  }
+
+  // The position with a number, or all: P[R[1]] may be any.
+  template <class With>
+  void each_position(std::optional<double> number, With with) {
+    if (number) return with(positions_[*number]);
+    for (auto& [id, position] : positions_) with(position);
+  }
+
+  // `L P[3] 250mm/sec FINE`
+  void read_statement(const std::string& part, const Statement& statement) {
+    TextCursor cursor(part, statement.begin, statement.end);
+    const std::string word = cursor.take_name();
+    if (!is_move(word) || cursor.done()) {
       follows_ = follows_ && stands_between_fanuc_moves(word);
       return;
     }
     const int left_alone = program_.left_alone;
-    line_begin_ = statement.begin;
-    read_move(part, {statement.line, begin, statement.end}, word);
-    follows_ = program_.left_alone == left_alone;
+    const size_t targets = program_.targets.size();
+    line_begin_ = line_begin(part, statement.begin);
+    ends_at_target_ = true;
+    read_move(part, statement, word);
+    follows_ =
+        ends_at_target_ && program_.left_alone == left_alone && program_.targets.size() > targets;
   }
 
   void leave(int line, const std::string& reason) {
@@ -142,33 +172,37 @@ class FanucReader {
   void read_move(const std::string& part, const Statement& statement, const std::string& kind) {
     std::vector<PointOfMove> points;
     std::string other;
-    TextCursor cursor(part, statement.begin, statement.end);
-    while (!cursor.done()) {
-      const size_t begin = cursor.at();
-      const std::string word = cursor.take_name();
-      if (word.empty()) {
-        cursor.step();
-        continue;
-      }
-      if (word == "INC") other = "a relative move (INC)";
-      if (word == "OFFSET" || word == "TOOL_OFFSET" || word == "VOFFSET" || word == "COORD")
-        other = "the move is displaced (" + word + ")";
-      if ((word == "P" || word == "PR") && cursor.take('[')) {
-        const auto id = cursor.take_number();
-        cursor.skip_to("]");
-        cursor.take(']');
-        if (word == "P" && id)
-          points.push_back({*id, begin, cursor.at()});
-        else if (points.size() < 2)
-          other = word == "PR" ? "its point is a register" : "its point has no plain number";
-      }
-    }
+    bool follows_point = false, is_any = false;
+    const auto is_because = [&](const std::string& reason) {
+      if (other.empty()) other = reason;
+    };
+    const size_t wanted = kind == "C" ? 2 : 1;
+    each_word(part, statement, [&](const std::string& word, size_t at, TextCursor& cursor) {
+      if (word == "INC") is_because("a relative move (INC)");
+      if (word == "RTCP") is_because("its tool stands in the room (RTCP)");
+      if (word == "SKIP") ends_at_target_ = false;
+      const bool is_offset = word == "OFFSET" || word == "TOOL_OFFSET" || word == "VOFFSET";
+      follows_point |= is_offset && other.empty();
+      if (is_offset || word == "COORD") is_because("the move is displaced (" + word + ")");
+      if ((word != "P" && word != "PR") || !cursor.take('[')) return;
+      const auto id = cursor.take_number();
+      cursor.skip_to("]");
+      cursor.take(']');
+      if (points.size() >= wanted) return;
+      if (word == "P" && id) return points.push_back({*id, at, cursor.at()});
+      is_any |= word == "P";
+      is_because(word == "PR" ? "its point is a register" : "its point has no plain number");
+    });
     if (points.empty() && other.empty()) return;  // no move: a word of the same letter
-    if (!other.empty()) return leave(statement.line, other);
-    if (points.size() != (kind == "C" ? 2u : 1u))
-      return leave(statement.line, "it does not have the points of its kind");
+    if (other.empty() && points.size() != wanted) other = "it does not have the points of its kind";
     for (const PointOfMove& point : points)
-      if (!is_usable(point.id, statement.line)) return;
+      if (other.empty()) other = why_not_usable(point);
+    if (!other.empty()) {
+      if (is_any) each_position({}, [](FanucPosition& position) { position.is_shared = true; });
+      for (const PointOfMove& point : points)
+        if (!follows_point) positions_[point.id].is_shared = true;
+      return leave(statement.line, other);
+    }
     for (size_t i = 0; i < points.size(); ++i) {
       const bool is_auxiliary = i + 1 < points.size();
       add_target(points[i], statement.line, is_auxiliary);
@@ -240,20 +274,34 @@ class FanucReader {
     return "external axes or another group move";
   }
 
-  bool is_usable(double id, int line) {
-    const auto found = positions_.find(id);
-    if (found == positions_.end() || (found->second.numbers.empty() && !found->second.is_changed)) {
-      leave(line, "its point has no numbers in /POS");
-      return false;
+  // Why a move to a point cannot be followed; empty if it can.
+  std::string why_not_usable(const PointOfMove& of_move) {
+    FanucPosition& position = positions_[of_move.id];
+    if (position.is_changed) return "its point is given several values, or changed at run time";
+    if (position.numbers.empty()) return "its point has no numbers in /POS";
+    if (position.point < 0) add_point(of_move.id, position);
+    if (position.point < 0) return "its point has no plain numbers";
+    const bool is_joints = position.numbers.contains("J1");
+    if (is_joints || parts_ != TargetParts::pose) return "";
+    for (const bool is_tool : {false, true}) {
+      const char* const name = is_tool ? "UTOOL" : "UFRAME";
+      const bool is_active = is_tool ? position.has_active_tool : position.is_in_active_frame;
+      const auto number = frame_number(position, is_tool, of_move.begin);
+      if (is_active && !number)
+        return fmt::format(
+            "its point is in the active {} (F), and which it is, {}_NUM does not say "
+            "for certain",
+            is_tool ? "tool" : "frame", name);
+      if (number && frames_->is_changed(is_tool, *number, of_move.begin))
+        return fmt::format("{}[{}] is set at run time", name, *number);
     }
-    FanucPosition& position = found->second;
-    if (position.is_changed) {
-      leave(line, "its point is given several values, or changed at run time");
-      return false;
-    }
-    if (position.point < 0) add_point(id, position);
-    if (position.point < 0) leave(line, "its point has no plain numbers");
-    return position.point >= 0;
+    return "";
+  }
+
+  std::optional<int> frame_number(const FanucPosition& position, bool is_tool, size_t at) const {
+    const bool is_active = is_tool ? position.has_active_tool : position.is_in_active_frame;
+    if (is_active) return frames_->active(is_tool, at);
+    return is_tool ? position.tool : position.frame;
   }
 
   void add_point(double id, FanucPosition& position) {
@@ -290,8 +338,10 @@ class FanucReader {
       return add_frame(program_.frames, known_, fmt::format("{}[{}]", name, number),
                        number == 0 ? std::optional(Pose{}) : std::nullopt);
     };
-    if (position.frame) target.base = frame("UF", *position.frame);
-    if (position.tool) target.tool = frame("UT", *position.tool);
+    if (const auto number = frame_number(position, false, of_move.begin))
+      target.base = frame("UF", *number);
+    if (const auto number = frame_number(position, true, of_move.begin))
+      target.tool = frame("UT", *number);
     if (point.kind == TargetKind::joints) {
       target.q = joints_of_numbers(Dialect::fanuc, numbers);
     } else {
@@ -304,19 +354,22 @@ class FanucReader {
 
   RobotProgram& program_;
   const KnownFrames& known_;
+  const TargetParts parts_;
   const std::string original_;
   std::string text_;
   ProgramWarnings warnings_;
   std::map<double, FanucPosition> positions_;
   std::vector<double> ids_of_points_;
-  size_t line_begin_ = 0;  // of the move that is read
-  bool follows_ = false;   // the arm stands at the last target
+  std::optional<FanucFrames> frames_;
+  size_t line_begin_ = 0;       // of the move that is read
+  bool ends_at_target_ = true;  // the move that is read
+  bool follows_ = false;        // the arm stands at the last target
 };
 
 }  // namespace
 
-void parse_fanuc_program(RobotProgram& program, const KnownFrames& known, TargetParts) {
-  FanucReader(program, known).read();
+void parse_fanuc_program(RobotProgram& program, const KnownFrames& known, TargetParts parts) {
+  FanucReader(program, known, parts).read();
 }
 
 }  // namespace armtrue

@@ -242,6 +242,104 @@ TEST(Certainty, AUrFunctionHasTheToolOfItsCalls) {
               ElementsAre(2));
 }
 
+std::string fanuc_position(int number, const std::string& frames = "UF : 1, UT : 1") {
+  return "P[" + std::to_string(number) + "]{\n GP1:\n " + frames +
+         ", CONFIG : 'N U T, 0, 0, 0',\n X = 1.000 mm, Y = 2.000 mm, Z = 3.000 mm,\n"
+         " W = 0.0 deg, P = 0.0 deg, R = 0.0 deg\n};\n";
+}
+
+RobotProgram fanuc(const std::string& moves, const std::string& positions) {
+  return parsed("p.ls", "/PROG P\n/MN\n" + moves + "/POS\n" + positions + "/END\n");
+}
+
+TEST(Certainty, AFanucToolInTheRoomAndADisplacedMoveAreNamed) {
+  const RobotProgram program = fanuc(
+      "1:L P[1] 9mm/sec FINE ;\n2:L P[1] 9mm/sec FINE RTCP ;\n"
+      "3:L P[1] 9mm/sec FINE Offset,PR[1] ;\n4:L P[2:Offset INC] 9mm/sec FINE ;\n"
+      "5:L PR[1] 9mm/sec FINE Offset,PR[1] ;\n6:L P[2] 9mm/sec FINE Skip,LBL[1],PR[5]=LPOS ;\n",
+      fanuc_position(1) + fanuc_position(2));
+  EXPECT_THAT(lines_of(program), ElementsAre(3, 6, 8));
+  EXPECT_THAT(program.warnings,
+              ElementsAre("p.ls:4: left alone: its tool stands in the room (RTCP)",
+                          "p.ls:5: left alone: the move is displaced (OFFSET)",
+                          "p.ls:7: left alone: its point is a register"));
+}
+
+TEST(Certainty, AFanucPointThatOtherStatementsUseStaysAndItsMovesGetANewOne) {
+  const std::string move = "1:L P[1] 9mm/sec FINE ;\n", number = fanuc_position(1);
+  for (const char* const use :
+       {"2:  PR[5]=P[1] ;\n", "2:L P[R[1]] 9mm/sec FINE ;\n", "2:  PR[5]=P[R[1]] ;\n",
+        "2:L P[1] 9mm/sec FINE INC ;\n", "2:L P[1] 9mm/sec FINE COORD ;\n",
+        "2:L P[1] 9mm/sec FINE RTCP ;\n"})
+    EXPECT_THAT(raised(fanuc(move + use, number)),
+                AllOf(HasSubstr("1:L P[2] 9mm/sec FINE ;\n" + std::string(use)),
+                      HasSubstr(number + "P[2]{"), HasSubstr("Z = 4.000 mm")))
+        << use;
+  // An offset follows the point.
+  EXPECT_THAT(raised(fanuc(move + "2:L P[1] 9mm/sec FINE Offset,PR[1] ;\n", number)),
+              HasSubstr("1:L P[1] 9mm/sec FINE ;"));
+  EXPECT_THROW(fanuc("1:  P[R[1]]=LPOS ;\n2:L P[1] 9mm/sec FINE ;\n", number), InputError);
+}
+
+TEST(Certainty, AFanucPointInTheActiveFrameNeedsItsNumber) {
+  const std::string at = "P[1]", move = "L P[1] 9mm/sec FINE ;\n";
+  const auto lines = [&](const std::string& moves) {
+    return lines_of(fanuc("1:J P[2] 9% FINE ;\n" + moves,
+                          fanuc_position(1, "UF : F, UT : F") + fanuc_position(2)));
+  };
+  const std::string numbers = "2:  UFRAME_NUM=2 ;\n3:  UTOOL_NUM=3 ;\n";
+  EXPECT_THAT(lines("2:" + move), ElementsAre(3));
+  EXPECT_THAT(lines(numbers + "4:" + move), ElementsAre(3, 6));
+  EXPECT_THAT(lines("2:  UFRAME_NUM=2 ;\n3:" + move), ElementsAre(3));
+  EXPECT_THAT(lines(numbers + "4:  CALL A ;\n5:" + move), ElementsAre(3));
+  EXPECT_THAT(lines(numbers + "4:  UTOOL_NUM=R[1] ;\n5:" + move), ElementsAre(3));
+  EXPECT_THAT(lines(numbers + "4:  IF (R[1]=1),UTOOL_NUM=2 ;\n5:" + move), ElementsAre(3));
+  EXPECT_THAT(lines(numbers + "4:  IF R[1]=1 THEN ;\n5:  UTOOL_NUM=3 ;\n6:  ENDIF ;\n7:" + move),
+              ElementsAre(3, 9));
+  EXPECT_THAT(lines(numbers + "4:  LBL[1] ;\n5:" + move + "6:  UTOOL_NUM=4 ;\n7:  JMP LBL[1] ;\n"),
+              ElementsAre(3));
+  const RobotProgram program = fanuc(numbers + "4:" + move, fanuc_position(1, "UF : F, UT : F"));
+  EXPECT_EQ(tool_of(program, 0), "UT[3]");
+}
+
+TEST(Certainty, AFanucFrameThatTheProgramSetsIsNotKnownFromThereOn) {
+  const std::string move = "L P[1] 9mm/sec FINE ;\n";
+  const auto lines = [&](const std::string& moves) {
+    return lines_of(fanuc(moves + "9:L P[2] 9mm/sec FINE ;\n",
+                          fanuc_position(1) + fanuc_position(2, "UF : 2, UT : 2")));
+  };
+  EXPECT_THAT(lines("1:" + move + "2:  UFRAME[1]=PR[2] ;\n3:" + move), ElementsAre(3, 6));
+  EXPECT_THAT(lines("1:" + move + "2:  UTOOL[1]=PR[2] ;\n3:" + move), ElementsAre(3, 6));
+  EXPECT_THAT(lines("1:  FOR R[1]=1 TO 4 ;\n2:" + move + "3:  UFRAME[1]=PR[2] ;\n4:  ENDFOR ;\n"),
+              ElementsAre(7));
+  EXPECT_THAT(lines("1:" + move + "2:  UFRAME[R[1]]=PR[2] ;\n3:" + move), ElementsAre(3));
+}
+
+// Where another statement stands on the line of a move, or the move may end elsewhere.
+TEST(Certainty, NoMoveFollowsOneThatEndsElsewhere) {
+  const RobotProgram skipped = fanuc(
+      "1:L P[1] 9mm/sec FINE Skip,LBL[1] ;\n2:L P[1] 9mm/sec FINE ;\n"
+      "3:L P[1] 9mm/sec FINE ;\n",
+      fanuc_position(1));
+  EXPECT_FALSE(skipped.targets[1].follows_target);
+  EXPECT_TRUE(skipped.targets[2].follows_target);
+  const RobotProgram called =
+      parsed("p.script", kJoints +
+                             "movel(p[1,2,3,0,0,0]); go()\nmovel(p[1,2,3,0,0,0])\n"
+                             "movel(p[1,2,3,0,0,0]);\nmovel(p[1,2,3,0,0,0])\n");
+  EXPECT_FALSE(called.targets[2].follows_target);
+  EXPECT_TRUE(called.targets[3].follows_target);
+  EXPECT_TRUE(called.targets[4].follows_target);
+  // Arcs of RAPID whose CirPathMode depends on the caller.
+  const std::string move = "MoveC p1,p1,v1,fine,tool0;\n";
+  const RobotProgram arcs =
+      parsed("p.mod", robtarget("p1") + "PROC main()\nMoveL p1,v1,fine,tool0;\n" + move +
+                          "part;\n" + "CirPathMode\\ObjectFrame;\npart;\nENDPROC\nPROC part()\n" +
+                          "Set do1;\n" + move + "ENDPROC\n");
+  EXPECT_TRUE(arcs.targets[2].follows_target);
+  EXPECT_FALSE(arcs.targets[4].follows_target);
+}
+
 TEST(Certainty, AFlowEndsWhereNothingChanges) {
   using Step = ProgramFlow::Step;
   ProgramFlow flow;  // two routines that call each other, and a thread

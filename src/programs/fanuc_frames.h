@@ -1,0 +1,43 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "programs/program_flow.h"
+#include "programs/statement.h"
+
+namespace armtrue {
+
+/// What a program of a FANUC controller says about its frames as it runs: which user frame and tool
+/// are active (UFRAME_NUM, UTOOL_NUM), and which it changes (UFRAME[..]=, UTOOL[..]=).
+class FanucFrames {
+ public:
+  /// `text`: by masked(), with the moves; `statements`: its lines behind their numbers.
+  FanucFrames(std::string_view text, const std::vector<Statement>& statements);
+
+  /// The number of the active frame or tool at a place; nothing if it is not certain.
+  std::optional<int> active(bool is_tool, size_t at) const;
+  /// Whether the program may have changed a frame or tool at a place.
+  bool is_changed(bool is_tool, int number, size_t at) const;
+
+ private:
+  // Of user frames or of tools.
+  struct Kind {
+    std::vector<ProgramFlow::Setting> numbers;
+    std::map<int, std::vector<ProgramFlow::Setting>> changes;  // by number; -1: of any
+    ProgramFlow::Values active;
+    std::map<int, ProgramFlow::Values> changed;
+  };
+
+  void read_statement(std::string_view text, const Statement& statement);
+  void read_steps(std::string_view text, const Statement& statement);
+  void read_setting(Kind& kind, bool is_number, size_t at, bool is_first, TextCursor cursor);
+  const Kind& kind(bool is_tool) const { return is_tool ? tools_ : frames_; }
+
+  ProgramFlow flow_;
+  Kind frames_, tools_;
+};
+
+}  // namespace armtrue
