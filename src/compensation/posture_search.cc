@@ -14,11 +14,10 @@ constexpr int kStarts = 240;
 // The multiple of a turn that brings an angle into [low, high], next to `near`; nothing if none
 // does.
 std::optional<double> turned_into(double angle, double low, double high, double near) {
-  constexpr double kSlack = 0.02 * kDegree;
   std::optional<double> best;
   for (int k = -3; k <= 3; ++k) {
     const double turned = angle + k * kTurn;
-    if (turned < low - kSlack || turned > high + kSlack) continue;
+    if (turned < low - kRangeSlack || turned > high + kRangeSlack) continue;
     if (!best || std::abs(turned - near) < std::abs(*best - near)) best = turned;
   }
   return best;

@@ -28,7 +28,7 @@ Pose frame_of(const RobotProgram& program, const ProgramTarget& target, bool is_
 bool states_turn(const RobotProgram& program, size_t row) {
   const ProgramTarget& target = program.targets[row];
   return program.dialect == Dialect::krl && target.kind == TargetKind::cartesian &&
-         !program.points[static_cast<size_t>(target.point)].configuration.empty();
+         states_turn(program.points[static_cast<size_t>(target.point)]);
 }
 
 // The external axes of a target, in a vector of all joints.

@@ -53,7 +53,7 @@ void take_bits(TextCursor cursor, bool is_turn, KrlFrame& frame) {
   const KrlFrame::Number place = place_from(frame, begin, cursor);
   if (!value || !is_at_end_of_entry(cursor)) return;
   (is_turn ? frame.turn : frame.status) = value;
-  if (is_turn) frame.turn_number = place;
+  (is_turn ? frame.turn_number : frame.status_number) = place;
 }
 
 void take_axis(TextCursor cursor, size_t axis, KrlFrame& frame) {

@@ -29,7 +29,7 @@ struct KrlFrame {
   /// A1 to A6 of joint angles [deg]; NaN: not given, or no plain number.
   std::array<Number, 6> axis_numbers;
   std::array<double, 6> axes = unknown_krl_axes();
-  Number turn_number;  ///< T, if it is a plain number
+  Number turn_number, status_number;  ///< T and S, if they are plain numbers
   std::optional<int> status, turn;
 };
 

@@ -306,7 +306,9 @@ class KrlReader {
       // The orientation of an auxiliary point counts for nothing.
       if (!is_auxiliary || i < 3) number.prefix = fmt::format(",{} ", kPoseNames[i]);
     }
-    if (frame.turn) point.configuration.emplace_back(place(frame.turn_number)).value = *frame.turn;
+    point.configuration = {place(frame.turn_number), place(frame.status_number)};
+    point.configuration[0].value = frame.turn.value_or(0);
+    point.configuration[1].value = frame.status.value_or(0);
     return keep(point, target.frame);
   }
 

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <optional>
 #include <utility>
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/programs/robot_program.h"
+#include "programs/configuration_text.h"
 #include "programs/insertion.h"
 #include "programs/program_values.h"
 #include "programs/program_warnings.h"
@@ -82,7 +82,8 @@ class Rewriter {
         Wanted wanted = wanted_between(between);
         hold(between.target, between.motion == MotionKind::via, wanted);
         changes_between_[next] = edits_of(point_of(between.target), wanted);
-        for (TextEdit& edit : configuration_between(between))
+        if (!between.q) continue;
+        for (TextEdit& edit : configuration_edits(program_, point_of(between.target), *between.q))
           changes_between_[next].push_back(std::move(edit));
       }
       hold(k, is_via, wanted_.emplace_back(wanted_by(k)));
@@ -219,7 +220,7 @@ class Rewriter {
     if (!command.external.empty()) wanted.external_values = command.external;
     wanted.numbers = numbers_of(target, wanted.numbers);
     round(point, wanted);
-    wanted.configuration = configuration_of(point, command);
+    wanted.configuration = configuration_texts(program_.dialect, point, command);
     return wanted;
   }
 
@@ -255,42 +256,6 @@ class Rewriter {
     return rounded_text(value, written, kept);
   }
 
-  // What a point between two targets states about its branch: by its joints, or else as the end.
-  std::vector<TextEdit> configuration_between(const ProgramPointBetween& between) const {
-    const ProgramPoint& point = point_of(between.target);
-    std::vector<TextEdit> edits;
-    if (!between.q) return edits;
-    const JointVector& q = *between.q;
-    const auto change = [&](const ProgramNumber& number, int value) {
-      edits.push_back({number.text, number.begin, number.end, fmt::format("{}", value)});
-    };
-    if (program_.dialect == Dialect::krl && !point.configuration.empty()) {
-      const int written = static_cast<int>(point.configuration[0].value);
-      if (const int turn = (written & ~kTurnBits) | turn_bits(q); turn != written)
-        change(point.configuration[0], turn);
-    }
-    if (program_.dialect == Dialect::rapid)
-      for (size_t i = 0; i < 3; ++i)
-        change(point.configuration[i], quadrant(q[i == 0 ? 0 : i == 1 ? 3 : 5]));
-    if (program_.dialect == Dialect::fanuc && point.declaration.configuration_begin > 0)
-      edits.push_back(fanuc_turns(point.declaration, q));
-    return edits;
-  }
-
-  // N U T, 0, 0, 0: the letters stay, the turns are those of the joints.
-  TextEdit fanuc_turns(const FanucDeclaration& whole, const JointVector& q) const {
-    const std::string text = program_.texts[0].text.substr(
-        whole.configuration_begin, whole.configuration_end - whole.configuration_begin);
-    const auto turn = [&](int joint) {
-      return static_cast<int>(std::lround(q[joint] / (2 * std::numbers::pi)));
-    };
-    const size_t comma = text.find(',');
-    return {0, whole.configuration_begin, whole.configuration_end,
-            comma == std::string::npos
-                ? text
-                : fmt::format("{}, {}, {}, {}", text.substr(0, comma), turn(3), turn(4), turn(5))};
-  }
-
   // The numbers of a command. A part that is the target's keeps the written numbers, also where a
   // quaternion is not unit, or angles are not unique.
   std::vector<double> numbers_of(size_t index, const std::vector<double>& written) const {
@@ -311,36 +276,7 @@ class Rewriter {
     return numbers;
   }
 
-  // Changed where the corrected joints have another turn or quadrant than the programmed ones;
-  // bits and numbers that say something else stay.
-  std::vector<std::string> configuration_of(const ProgramPoint& point,
-                                            const ProgramCommand& command) const {
-    std::vector<std::string> texts(point.configuration.size());
-    const auto change = [&](size_t i, int before, int now) {
-      constexpr double kMost = 1e6;  // 9E9 states nothing
-      const double written = point.configuration[i].value;
-      if (before != now && std::abs(written) < kMost)
-        texts[i] = fmt::format("{}", static_cast<int>(written) + now - before);
-    };
-    if (program_.dialect == Dialect::krl && !texts.empty())
-      change(0, turn_bits(command.programmed), turn_bits(command.q));
-    if (program_.dialect == Dialect::rapid && texts.size() == 4)
-      for (size_t i = 0; i < 3; ++i) {
-        const int joint = i == 0 ? 0 : i == 1 ? 3 : 5;
-        change(i, quadrant(command.programmed[joint]), quadrant(command.q[joint]));
-      }
-    return texts;
-  }
-
-  static int turn_bits(const JointVector& q) {
-    int bits = 0;
-    for (int j = 0; j < kProgramAxes; ++j)
-      if (q[j] < 0) bits |= 1 << j;
-    return bits;
-  }
-
-  static constexpr int kExternal = 4;     // decimals of KUKA
-  static constexpr int kTurnBits = 0x3f;  // of T, of the joints
+  static constexpr int kExternal = 4;  // decimals of KUKA
 
   const RobotProgram& program_;
   const std::vector<ProgramCommand>& commands_;

@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 
-#include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
 #include "programs/dialects.h"
 #include "programs/text_cursor.h"
@@ -42,9 +41,8 @@ void refuse_huge_numbers(const RobotProgram& program) {
 }  // namespace
 
 bool is_in_ranges(const Configuration& configuration, const JointVector& q) {
-  constexpr double kSlack = 0.02 * kDegree;
-  return (q.array() >= configuration.low.array() - kSlack).all() &&
-         (q.array() <= configuration.high.array() + kSlack).all();
+  return (q.array() >= configuration.low.array() - kRangeSlack).all() &&
+         (q.array() <= configuration.high.array() + kRangeSlack).all();
 }
 
 std::string to_string(Dialect dialect) {

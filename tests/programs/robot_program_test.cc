@@ -312,15 +312,59 @@ TEST(RobotProgramTest, KukaTurnFollowsTheJointsAndStatusIsKept) {
   EXPECT_EQ(rewrite(program, {command}).texts[0], "PTP {X 801,Y 0,Z 900,A 0,B 80,C 0,S 18,T 67}\n");
 }
 
+// The solver finds a joint that is programmed at zero on either side of it.
+TEST(RobotProgramTest, KukaTurnAndStatusOfAJointAtZeroAreThoseOfTheCommand) {
+  const auto rewritten = [](const std::string& stated, double before, double now, int joint) {
+    const RobotProgram program =
+        parsed("p.src", "PTP {X 800,Y 0,Z 900,A 0,B 80,C 0," + stated + "}\n");
+    ProgramCommand command = command_for(program.targets[0]);
+    command.programmed << 1, -1, 1, 1, 1, 1;
+    command.q = command.programmed;
+    command.programmed[joint] = before * kDegree;
+    command.q[joint] = now * kDegree;
+    command.pose.translation.x() += 1e-3;
+    const std::string text = rewrite(program, {command}).texts[0];
+    const size_t at = text.find("C 0,") + 4;
+    return text.substr(at, text.find('}') - at);
+  };
+  for (const double before : {-3e-5, 0.0, 3e-5}) {
+    EXPECT_EQ(rewritten("S 2,T 2", before, 0.05, 3), "S 2,T 2");
+    EXPECT_EQ(rewritten("S 2,T 2", before, -0.05, 3), "S 2,T 10");
+    EXPECT_EQ(rewritten("S 2,T 10", before, 0.05, 3), "S 2,T 2");
+    EXPECT_EQ(rewritten("S 2,T 10", before, -0.05, 3), "S 2,T 10");
+    EXPECT_EQ(rewritten("S 2,T 2", before, -3e-5, 3), "S 2,T 2");  // less than is written
+    EXPECT_EQ(rewritten("S 2,T 2", before, -0.05, 4), "S 6,T 18");
+    EXPECT_EQ(rewritten("S 6", before, 0.05, 4), "S 2");
+  }
+  // A bit that contradicts the joint stays.
+  EXPECT_EQ(rewritten("S 2,T 10", 0.1, 0.2, 3), "S 2,T 10");
+  EXPECT_EQ(rewritten("S 2,T 10", 0.1, -0.1, 3), "S 2,T 10");
+}
+
 TEST(RobotProgramTest, AbbQuadrantsFollowTheJoints) {
-  const RobotProgram program = parsed(
-      "p.mod", "MoveJ [[600,0,800],[1,0,0,0],[0,-1,1,4],[9E9,9E9,9E9,9E9,9E9,9E9]],v1,z1,tool0;");
-  ProgramCommand command = command_for(program.targets[0]);
-  command.programmed << 1e-5, -1, 1, -1e-5, 1, 89.999 * kDegree;
-  command.q << -1e-5, -1, 1, 1e-5, 1, 90.001 * kDegree;
-  command.pose.translation.x() += 1e-3;
-  EXPECT_EQ(rewrite(program, {command}).texts[0],
-            "MoveJ [[601,0,800],[1,0,0,0],[-1,0,2,4],[9E9,9E9,9E9,9E9,9E9,9E9]],v1,z1,tool0;");
+  const auto rewritten = [](const std::string& stated, const Eigen::Vector3d& before,
+                            const Eigen::Vector3d& now) {
+    const RobotProgram program = parsed("p.mod", "MoveJ [[600,0,800],[1,0,0,0]," + stated +
+                                                     ",[9E9,9E9,9E9,9E9,9E9,9E9]],v1,z1,tool0;");
+    ProgramCommand command = command_for(program.targets[0]);
+    command.programmed << before[0], -1, 1, before[1], 1, before[2];
+    command.q << now[0], -1, 1, now[1], 1, now[2];
+    command.programmed *= kDegree;
+    command.q *= kDegree;
+    command.pose.translation.x() += 1e-3;
+    const std::string text = rewrite(program, {command}).texts[0];
+    const size_t at = text.find("0],[", text.find("0],[") + 1) + 3;
+    return text.substr(at, text.find(']', at) + 1 - at);
+  };
+  EXPECT_EQ(rewritten("[0,-1,0,4]", {1e-3, -1e-3, 89.999}, {-1e-3, 1e-3, 90.001}), "[-1,0,1,4]");
+  // On a boundary the solver finds either quadrant.
+  for (const double noise : {-1e-5, 0.0, 1e-5}) {
+    EXPECT_EQ(rewritten("[0,0,0,0]", {noise, noise, 90 + noise}, {1, 0.1, 89}), "[0,0,0,0]");
+    EXPECT_EQ(rewritten("[0,0,1,0]", {noise, noise, 90 + noise}, {-1, -0.1, 89}), "[-1,-1,0,0]");
+    EXPECT_EQ(rewritten("[-1,0,1,0]", {noise, noise, 90 + noise}, {1, noise, 91}), "[0,0,1,0]");
+  }
+  // What contradicts the joints stays.
+  EXPECT_EQ(rewritten("[1,9E9,0,0]", {10, 10, 10}, {-1, -1, 10}), "[1,9E9,0,0]");
 }
 
 TEST(RobotProgramTest, FanucJointThreeIsRelativeToTheHorizontal) {

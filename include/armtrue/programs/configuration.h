@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "armtrue/kinematics/chain.h"
+#include "armtrue/kinematics/units.h"
 
 namespace armtrue {
 
@@ -31,7 +32,10 @@ struct Configuration {
   }
 };
 
-/// Whether a posture lies in the ranges of the configuration, to 0.02 deg.
+/// The pose of a target is rounded: a joint may lie beside its range by so much.
+inline constexpr double kRangeSlack = 0.02 * kDegree;
+
+/// Whether a posture lies in the ranges of the configuration, to kRangeSlack.
 bool is_in_ranges(const Configuration& configuration, const JointVector& q);
 
 }  // namespace armtrue

@@ -50,11 +50,16 @@ struct ProgramPoint {
   /// In the order of the dialect: KUKA X Y Z A B C; ABB x y z q1 q2 q3 q4; FANUC X Y Z W P R; UR
   /// x y z rx ry rz; or the six joints.
   std::vector<ProgramNumber> numbers;
-  /// KUKA: T. ABB: cf1 cf4 cf6 cfx. Empty if not written.
+  /// KUKA: T and S, of a Cartesian point. ABB: cf1 cf4 cf6 cfx. Empty if not written.
   std::vector<ProgramNumber> configuration;
   std::vector<ProgramNumber> external;  ///< KUKA: E1 to E6
   FanucDeclaration declaration;
 };
+
+/// Whether a point of KUKA states T.
+inline bool states_turn(const ProgramPoint& point) {
+  return !point.configuration.empty() && point.configuration[0].is_written();
+}
 
 /// A coordinate system that a program names.
 struct ProgramFrame {
