@@ -154,21 +154,22 @@ class Compensation {
     if (program_.is_cartesian(r) && !program_.configurations.empty() && !program_.hinted[r])
       if (const Configuration& stated = program_.configurations[r];
           stated.is_stated() && !(stated.continues && previous))
-        return stated_at(row, context, stated, previous);
+        if (const auto q = stated_at(row, context, stated, previous)) return *q;
     const JointVector hint = arms_now_->programmed.hint(row, previous);
     motion_.arrive(context, hint);
     return arms_now_->programmed.at(row, context, hint);
   }
 
-  // The posture that the target states.
-  JointVector stated_at(int row, Context context, const Configuration& stated,
-                        const std::optional<JointVector>& previous) const {
+  // The posture that the target states; nothing if it need not have it and has not.
+  std::optional<JointVector> stated_at(int row, Context context, const Configuration& stated,
+                                       const std::optional<JointVector>& previous) const {
     const std::optional<JointVector> before = previous ? previous : options_.start;
     motion_.arrive(
         context, before.value_or(controller().program_joints().whole(stated.reference, context.q)));
     const Pose wanted = wanted_at(row);
     const PostureSearch search(controller(), context, wanted, stated, before);
-    if (const auto q = search.find()) return *q;
+    if (const auto q = search.find()) return q;
+    if (search.is_reached() && stated.is_weak && previous) return std::nullopt;
     throw UnreachableTarget(
         row, search.is_reached()
                  ? "the controller's model reaches it, but not in the configuration that the "

@@ -48,7 +48,7 @@ PostureSearch::PostureSearch(const ProgramArm& arm, const Context& context, cons
     try_from(joints_.whole(start, context.q));
   }
   if (!found_ && stated.sides_are_weak) found_ = in_ranges_only_;
-  if (!found_) found_ = beyond_travel_;
+  if (!found_ && !stated.is_weak) found_ = beyond_travel_;
 }
 
 void PostureSearch::try_from(const JointVector& start) {

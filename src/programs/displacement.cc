@@ -140,23 +140,30 @@ class Displacement {
   // A point off the path keeps its text: what it leaves out follows the point before.
   void find_commands() {
     commands_.resize(program_.targets.size());
-    std::optional<Vector3d> before;  // commanded
     for (size_t k = 0; k < program_.targets.size(); ++k) {
       const ProgramTarget& here = target(k);
-      if (here.kind == TargetKind::joints) {
-        before.reset();
-        continue;
-      }
+      if (here.kind == TargetKind::joints) continue;
       Pose pose = here.pose;
       const std::vector<ProgramNumber>& numbers =
           program_.points[static_cast<size_t>(here.point)].numbers;
       for (int i = 0; i < 3; ++i)
-        if (!is_found(k) && before && !numbers[static_cast<size_t>(i)].is_written())
-          pose.translation[i] = (*before)[i];
+        if (!is_found(k) && !numbers[static_cast<size_t>(i)].is_written())
+          pose.translation[i] = commanded_before(k, i).value_or(pose.translation[i]);
       pose.translation += displacement_of(k);
       commands_[k] = {true, here.q, here.q, pose};
-      if (here.motion != MotionKind::via) before = pose.translation;
     }
+  }
+
+  // A coordinate where the move to a target starts, if all its starts have the same.
+  std::optional<double> commanded_before(size_t k, int coordinate) const {
+    std::optional<double> common;
+    for (size_t start : target(k).starts) {
+      if (start >= k) return {};  // the turn before of a loop
+      const double here = commands_[start].pose.translation[coordinate];
+      if (common.value_or(here) != here) return {};
+      common = here;
+    }
+    return common;
   }
 
   Vector3d displacement_of(size_t k) const {

@@ -9,6 +9,7 @@
 #include "armtrue/kinematics/units.h"
 #include "programs/dialects.h"
 #include "programs/krl_set_up.h"
+#include "programs/krl_starts.h"
 #include "programs/krl_syntax.h"
 #include "programs/krl_words.h"
 #include "programs/program_values.h"
@@ -24,30 +25,13 @@ namespace {
 
 constexpr const char* kPoseNames[] = {"X", "Y", "Z", "A", "B", "C"};
 
-const char* reason_of(KrlTargetKind kind) {
-  switch (kind) {
-    case KrlTargetKind::undeclared:
-      return "its point is declared neither here nor in the .dat of the program; give that .dat, "
-             "or "
-             "correct the point where it is declared";
-    case KrlTargetKind::reassigned:
-      return "its point is given several values, or changed at run time";
-    case KrlTargetKind::frame:
-    case KrlTargetKind::axes:
-    case KrlTargetKind::expression:
-      break;
-  }
-  return "its target is an expression or has no plain numbers";
-}
-
 // S and T. Bit 0 of S: the wrist lies behind axis 1; bit 1: the forearm is bent to the side of
 // A3 = 90 deg; bit 2: A5 is below zero. T says the last one too, and more surely. Bits of T: joints
 // below zero.
-Configuration configuration_of(const KrlFrame& frame, bool is_straight) {
+Configuration configuration_of(const KrlFrame& frame) {
   Configuration result;
   result.reference << 0, -90, 90, 0, 45, 0;
   result.reference *= kDegree;
-  result.continues = is_straight;
   if (frame.turn)
     for (int j = 0; j < kProgramAxes; ++j)
       ((*frame.turn >> j) & 1 ? result.high : result.low)[j] = 0;
@@ -68,15 +52,19 @@ class KrlReader {
         parts_(parts),
         warnings_(program.texts[0].name),
         unused_(program.texts[0].name),
-        set_ups_(program.texts[0].text, syntax, known, program.frames,
-                 parts == TargetParts::pose ? warnings_ : unused_),
+        set_ups_(KrlSetUps(program.texts[0].text, syntax, known, program.frames,
+                           parts == TargetParts::pose ? warnings_ : unused_)
+                     .read()),
+        starts_(syntax, set_ups_, parts),
+        end_of_move_(syntax.moves.size(), -1),
         point_of_frame_(syntax.frames.size(), -1),
         point_of_axes_(syntax.axes.size(), -1),
         is_left_alone_(syntax.frames.size(), false) {}
 
   void read() {
     program_.absolute_accuracy_line = syntax_.absolute_accuracy_line;
-    for (const KrlMove& move : syntax_.moves) read_move(move);
+    for (size_t i = 0; i < syntax_.moves.size(); ++i) read_move(i);
+    find_starts();
     for (size_t i = 0; i < program_.points.size(); ++i)
       if (frame_of_point_[i] >= 0 && is_left_alone_[static_cast<size_t>(frame_of_point_[i])])
         program_.points[i].is_shared = true;
@@ -88,50 +76,45 @@ class KrlReader {
   void leave(const KrlMove& move, const std::string& reason) {
     warnings_.add(move.line, "left alone: " + reason);
     ++program_.left_alone;
-    before_ = unknown_krl_values();
-    is_posture_known_ = is_target_known_ = false;
     for (const KrlTarget* target : {&move.auxiliary, &move.target})
       if (target->frame >= 0) is_left_alone_[static_cast<size_t>(target->frame)] = true;
   }
 
-  void read_move(const KrlMove& move) {
-    const KrlSetUps::SetUp set_up = set_ups_.at(move);
-    if (move.start_unknown) before_.head<6>() = unknown_krl_values().head<6>();
-    if (move.relative)
-      return leave(move, "a relative move; it starts from the corrected point before it");
-    if (set_up.is_external_tcp && parts_ == TargetParts::pose)
-      return leave(move, "its tool stands in the room (#TCP), and the robot holds the part");
-    const bool is_circle = move.motion == KrlMotion::circle;
-    for (const KrlTarget* target : {&move.auxiliary, &move.target}) {
-      if (target == &move.auxiliary && !is_circle) continue;
-      if (target->kind != KrlTargetKind::frame && target->kind != KrlTargetKind::axes)
-        return leave(move, reason_of(target->kind));
-    }
+  void read_move(size_t index) {
+    const KrlMove& move = syntax_.moves[index];
+    if (const std::string reason = starts_.why_left_alone(index); !reason.empty())
+      return leave(move, reason);
     if (move.circle_angle)
       warnings_.add(move.line,
                     "a circle with an angle does not end at its target: only its points are "
                     "corrected");
-    if (is_circle && !read_target(move, move.auxiliary, set_up, true)) return;
-    if (!read_target(move, move.target, set_up, false)) {
-      if (is_circle) program_.targets.pop_back();
-      return;
-    }
-    is_target_known_ = !move.circle_angle;
-    if (move.circle_angle) before_ = unknown_krl_values();
+    if (move.motion == KrlMotion::circle) read_target(index, true);
+    read_target(index, false);
+    end_of_move_[index] = static_cast<int>(program_.targets.size()) - 1;
+    move_of_target_.resize(program_.targets.size(), index);
+  }
+
+  // Of each target the targets at which its move may start.
+  void find_starts() {
+    for (size_t k = 0; k < program_.targets.size(); ++k)
+      for (int move : starts_.moves_before(move_of_target_[k]))
+        program_.targets[k].starts.push_back(
+            static_cast<size_t>(end_of_move_[static_cast<size_t>(move)]));
   }
 
   // Fills what stands beside the point of an inserted move. `given`: what the end states itself.
-  void prepare_insertion(ProgramTarget& target, const KrlMove& move, const KrlValues& given) const {
+  void prepare_insertion(ProgramTarget& target, const KrlMove& move, const KrlValues& before,
+                         const KrlValues& given) const {
     if (syntax_.circles_turn_with_path && target.motion == MotionKind::arc)
       target.obstacle = "$CIRC_TYPE is #PATH in this program";
     if (move.circle_angle) target.obstacle = "its angle says where it ends";
-    if (move.in_spline_block) target.obstacle = "it stands in a spline block";
+    if (move.spline_block) target.obstacle = "it stands in a spline block";
     if (move.after_trigger) target.obstacle = "a TRIGGER refers to it";
     if (target.kind == TargetKind::joints ||
         (target.motion == MotionKind::arc && move.auxiliary.kind == KrlTargetKind::axes))
       target.obstacle = "its point is joint angles";
     for (int k = 6; k < kKrlComponents; ++k)
-      if (std::isfinite(given[k]) && !std::isfinite(before_[k]))
+      if (std::isfinite(given[k]) && !std::isfinite(before[k]))
         target.obstacle = "an external axis before it is not known";
     if (!target.obstacle.empty()) return;
     const std::string& src = program_.texts[0].text;
@@ -163,11 +146,15 @@ class KrlReader {
     return MotionKind::joint;
   }
 
-  bool read_target(const KrlMove& move, const KrlTarget& target, const KrlSetUps::SetUp& set_up,
-                   bool is_auxiliary) {
+  void read_target(size_t index, bool is_auxiliary) {
+    const KrlMove& move = syntax_.moves[index];
+    const KrlTarget& target = is_auxiliary ? move.auxiliary : move.target;
+    const KrlSetUps::SetUp& set_up = set_ups_.of_moves[index];
     const bool is_axes = target.kind == KrlTargetKind::axes;
     const KrlFrame& frame = is_axes ? syntax_.axes[static_cast<size_t>(target.axes)]
                                     : syntax_.frames[static_cast<size_t>(target.frame)];
+    const KrlValues before = is_auxiliary ? starts_.before(index) : starts_.before_end(index);
+    const KrlValues values = inherit(before, frame.values);
     ProgramTarget result;
     result.line = move.line;
     result.begin = target.begin;
@@ -184,49 +171,27 @@ class KrlReader {
     result.motion = motion_of(move, is_auxiliary);
     result.follows_target = result.motion == MotionKind::arc
                                 ? !move.circle_angle && !syntax_.circles_turn_with_path
-                                : move.follows_move && is_target_known_;
-    const KrlValues values = inherit(before_, frame.values);
-    if (!is_known(move, frame, is_axes, values)) return false;
+                                : starts_.follows(index) && !syntax_.moves[index - 1].circle_angle;
     result.point = point_for(target, frame, values, is_auxiliary);
     if (result.motion == MotionKind::line || result.motion == MotionKind::arc)
-      prepare_insertion(result, move, frame.values);
+      prepare_insertion(result, move, before, frame.values);
     const std::vector<double> numbers = values_of(result.point);
     result.external = {values.begin() + 6, values.end()};
     if (is_axes) {
       result.q = joints_of_numbers(Dialect::krl, numbers);
-      before_ = unknown_krl_values();
-      before_.tail<6>() = values.tail<6>();
     } else {
       result.has_orientation = values.segment<3>(3).array().isFinite().all();
       if (result.has_orientation)
         result.pose = pose_of_numbers(Dialect::krl, numbers);
       else
         result.pose.translation = position(values);
-      const bool is_straight = is_auxiliary || move.motion != KrlMotion::point_to_point;
-      result.configuration = configuration_of(frame, is_straight && is_posture_known_);
-      if (!is_auxiliary)
-        before_ = values;
-      else  // whether the end takes a coordinate that it leaves out from here or from the start
-        before_.head<3>() = common(before_, values).head<3>();
+      result.configuration = configuration_of(frame);
+      const bool is_straight = move.motion != KrlMotion::point_to_point;
+      const bool is_on_branch = result.motion == MotionKind::arc || starts_.follows(index);
+      result.configuration.continues = is_straight && is_on_branch;
+      result.configuration.is_weak = is_straight && !is_on_branch;
     }
     program_.targets.push_back(result);
-    is_posture_known_ = true;
-    return true;
-  }
-
-  // Whether all numbers of a point are known; else its move is left alone.
-  bool is_known(const KrlMove& move, const KrlFrame& frame, bool is_axes, const KrlValues& values) {
-    const bool is_whole = parts_ == TargetParts::pose;
-    if (is_axes) {
-      if (std::ranges::all_of(frame.axes, [](double angle) { return std::isfinite(angle); }))
-        return true;
-      leave(move, "joint angles that are not six plain numbers");
-      return false;
-    }
-    if (values.head(is_whole ? 6 : 3).array().isFinite().all()) return true;
-    leave(move, std::string("X, Y, Z") + (is_whole ? ", A, B, C" : "") +
-                    " are not all stated, and the move before does not state them");
-    return false;
   }
 
   // With other values for what it leaves out, a declaration is another point.
@@ -372,13 +337,13 @@ class KrlReader {
   const TargetParts parts_;
   ProgramWarnings warnings_;
   ProgramWarnings unused_;  // of frames, where positions count as they stand
-  KrlSetUps set_ups_;
+  const KrlSetUps::List set_ups_;
+  const KrlStarts starts_;
+  std::vector<int> end_of_move_;  // its target; -1: left alone
+  std::vector<size_t> move_of_target_;
   std::vector<int> point_of_frame_, point_of_axes_;
-  std::vector<int> frame_of_point_;          // -1: joint angles
-  std::vector<char> is_left_alone_;          // of each frame: a move to it is
-  KrlValues before_ = unknown_krl_values();  // the end of the move before, as programmed
-  bool is_posture_known_ = true;             // no move was left alone since the last target
-  bool is_target_known_ = false;             // the move before ends at a target
+  std::vector<int> frame_of_point_;  // -1: joint angles
+  std::vector<char> is_left_alone_;  // of each frame: a move to it is
   std::array<std::pair<size_t, int>, 2> counted_{{{0, 1}, {0, 1}}};  // of each text: place, line
 };
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <initializer_list>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -17,10 +16,6 @@
 
 namespace armtrue {
 namespace {
-
-bool contains(std::initializer_list<std::string_view> names, std::string_view name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
-}
 
 struct KrlStatement {
   int line;
@@ -46,6 +41,7 @@ class KrlParser {
     resolve();
     syntax_.circles_turn_with_path = std::ranges::any_of(
         texts_, [](const ProgramText& text) { return krl_circles_turn_with_path(text.text); });
+    syntax_.nodes = flow_.take_nodes();
     return std::move(syntax_);
   }
 
@@ -96,49 +92,25 @@ class KrlParser {
     if (in_dat_) return;
     if (const KrlKeyword* keyword = find_krl_motion(word))
       return read_move(statement, *keyword, cursor);
-    follows_move_ =
-        follows_move_ && stands_between_krl_moves(text_, statement.begin, statement.end, word);
-    follow_structure(word);
-    if (word == "$BASE" || word == "BAS") read_base(statement, word);
-    in_set_up_ =
-        contains({"DEF", "DEFFCT", "$BASE", "$TOOL", "$IPO_MODE", "BAS", "FDAT_ACT"}, word);
-    if (in_set_up_)
-      syntax_.set_ups.push_back(
-          {statement.line, statement.begin, statement.end, word, conditions_ > 0});
-    note_names(statement.begin, statement.end, false);
-    in_set_up_ = false;
-  }
-
-  void follow_structure(std::string_view word) {
-    if (contains({"DEF", "DEFFCT"}, word)) {
-      start_unknown_ = true;
-      loops_ = conditions_ = 0;
-    } else if (contains({"IF", "SWITCH"}, word)) {
-      ++conditions_;
-    } else if (contains({"ENDIF", "ENDSWITCH"}, word)) {
-      conditions_ = std::max(0, conditions_ - 1);
-    } else if (contains({"LOOP", "FOR", "WHILE", "REPEAT"}, word)) {
-      ++loops_;
-    } else if (contains({"ENDLOOP", "ENDFOR", "ENDWHILE", "UNTIL"}, word)) {
-      loops_ = std::max(0, loops_ - 1);
-    } else if (contains({"SPLINE", "PTP_SPLINE"}, word)) {
-      spline_block_ = true;
+    const bool stays =
+        leaves_krl_arm(text_.substr(statement.begin, statement.end - statement.begin), word);
+    const bool is_conditional = flow_.is_conditional();
+    flow_.pass(word, stays, syntax_.set_ups.size());
+    if (contains({"SPLINE", "PTP_SPLINE"}, word)) {
+      spline_block_ = Statement{statement.line, statement.begin, statement.end};
     } else if (word == "ENDSPLINE") {
-      spline_block_ = false;
+      spline_block_.reset();
     } else if (word == "TRIGGER") {
       trigger_ = true;
     }
-  }
-
-  // Notes an assignment $BASE=.. or BAS(#BASE,..).
-  void read_base(const KrlStatement& statement, std::string_view word) {
-    std::string spelled;
-    for (size_t i = statement.begin; i < statement.end; ++i)
-      if (!is_blank(text_[i])) spelled += text_[i];
-    spelled = upper(spelled);
-    if (word == "BAS" && spelled.rfind("BAS(#BASE", 0) != 0) return;
-    start_unknown_ |= spelled != base_;
-    base_ = spelled;
+    in_set_up_ =
+        contains({"DEF", "DEFFCT", "$BASE", "$TOOL", "$IPO_MODE", "BAS", "FDAT_ACT"}, word);
+    if (in_set_up_ || begins_krl_loop(word) || ends_krl_loop(word) ||
+        (!word.empty() && !stays && cursor.next() == '('))
+      syntax_.set_ups.push_back(
+          {statement.line, statement.begin, statement.end, word, is_conditional});
+    note_names(statement.begin, statement.end, false);
+    in_set_up_ = false;
   }
 
   // Takes the name of a variable, NAME, or of an element of an array, NAME[3]. Returns nothing if
@@ -211,15 +183,13 @@ class KrlParser {
     move.motion = keyword.motion;
     move.spline = keyword.spline;
     move.relative = keyword.relative;
-    move.in_spline_block = spline_block_;
-    move.in_loop = loops_ > 0;
+    move.spline_block = spline_block_;
+    move.in_loop = flow_.is_in_loop();
     move.in_inline_form = inline_forms_ > 0;
     move.after_trigger = trigger_;
-    move.follows_move = follows_move_;
-    move.start_unknown = start_unknown_;
+    flow_.add_move(static_cast<int>(syntax_.moves.size()));
     move.set_ups = syntax_.set_ups.size();
-    trigger_ = start_unknown_ = false;
-    follows_move_ = true;
+    trigger_ = false;
     if (keyword.relative) {
       note_names(move.keyword_end, move.end, true);
     } else {
@@ -361,11 +331,9 @@ class KrlParser {
   bool in_dat_ = false;
   std::vector<bool> folds_;  // open ones; true: an inline form of the pendant
   int inline_forms_ = 0;     // of these
-  int loops_ = 0, conditions_ = 0;
-  bool in_set_up_ = false;
-  bool spline_block_ = false, trigger_ = false, start_unknown_ = true;
-  bool follows_move_ = false;
-  std::string base_;  // the assignment to $BASE that holds, without blanks
+  KrlFlow flow_;
+  bool in_set_up_ = false, trigger_ = false;
+  std::optional<Statement> spline_block_;  // that is open: its first line
   std::unordered_map<std::string, Declaration> declarations_;
   std::vector<NamedTarget> named_;
   std::vector<NamedUse> uses_;

@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "armtrue/programs/program_text.h"
+#include "programs/krl_flow.h"
 #include "programs/krl_frame.h"
+#include "programs/statement.h"
 
 // What a KRL program says about its moves, and where in the text it says so.
 
@@ -39,25 +41,24 @@ struct KrlMove {
   size_t begin = 0, end = 0;  ///< of the statement, without its comment
   size_t keyword_end = 0;
   KrlMotion motion = KrlMotion::line;
-  bool spline = false;        ///< SPTP, SLIN, SCIRC
-  bool relative = false;      ///< LIN_REL and its like; then the targets are not read
-  bool circle_angle = false;  ///< CIRC with an angle: it does not end at its target
-  bool in_spline_block = false;
+  bool spline = false;                    ///< SPTP, SLIN, SCIRC
+  bool relative = false;                  ///< LIN_REL and its like; then the targets are not read
+  bool circle_angle = false;              ///< CIRC with an angle: it does not end at its target
+  std::optional<Statement> spline_block;  ///< it stands in: the line SPLINE or PTP_SPLINE
   bool in_loop = false;
   bool in_inline_form = false;
   bool after_trigger = false;  ///< a TRIGGER refers to this move
-  bool follows_move = false;   ///< the arm comes from the move before in any case
-  bool start_unknown = false;  ///< the first move of a DEF, or after $BASE has changed
   KrlTarget target;
   KrlTarget auxiliary;  ///< the point on the way of a circular move
   size_t set_ups = 0;   ///< statements in KrlSyntax::set_ups before this move
 };
 
-/// A statement of the .src that begins a DEF or may set $BASE, $TOOL or $IPO_MODE.
+/// A statement of the .src that may set $BASE, $TOOL or $IPO_MODE, begins a DEF, begins or ends a
+/// loop, or calls a subprogram.
 struct KrlSetUp {
   int line = 0;
   size_t begin = 0, end = 0;  ///< in the .src, without its comment
-  std::string word;           ///< DEF, $BASE, $TOOL, $IPO_MODE, BAS or FDAT_ACT
+  std::string word;  ///< that it begins with: $BASE, BAS, FDAT_ACT, DEF, LOOP, the name it calls
   bool is_conditional = false;
 };
 
@@ -71,6 +72,7 @@ struct KrlSyntax {
   std::vector<KrlFrame> frames;
   std::vector<KrlFrame> axes;  ///< joint angles
   std::vector<KrlMove> moves;
+  std::vector<KrlNode> nodes;  ///< in the order of the text; a move once
   std::vector<KrlSetUp> set_ups;
   std::unordered_map<std::string, KrlFdat> fdats;
   std::unordered_map<std::string, int> frame_names;  ///< with one value, that nothing may change

@@ -2,10 +2,31 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
+#include <string>
 
 #include "programs/statement.h"
 
 namespace armtrue {
+namespace {
+
+// Pluses in place of operators and functions of KRL: a name before a bracket is called then.
+std::string without_functions(std::string_view statement) {
+  std::string text = masked(statement, ';', "\"");
+  for (size_t i = 0; i < text.size(); ++i) {
+    if (!is_letter(text[i])) continue;
+    const size_t begin = i;
+    while (i < text.size() && (is_letter(text[i]) || is_digit(text[i]))) ++i;
+    if (contains({"NOT", "AND",  "OR",    "EXOR",    "B_NOT",   "B_AND",   "B_OR", "B_EXOR",
+                  "DIV", "MOD",  "TO",    "STEP",    "ABS",     "SQRT",    "SIN",  "COS",
+                  "TAN", "ACOS", "ATAN2", "INVERSE", "FORWARD", "VARSTATE"},
+                 upper(std::string_view(text).substr(begin, i - begin))))
+      text.replace(begin, i - begin, i - begin, '+');
+  }
+  return text;
+}
+
+}  // namespace
 
 const KrlKeyword* find_krl_motion(std::string_view name) {
   using enum KrlMotion;
@@ -37,12 +58,33 @@ std::string krl_blending(std::string_view rest, const KrlMove& move) {
   return move.spline ? " C_SPL" : " C_DIS";
 }
 
-bool stands_between_krl_moves(std::string_view text, size_t begin, size_t end,
-                              std::string_view word) {
-  static constexpr std::string_view kWords[] = {"WAIT",  "BAS",     "CONTINUE", "HALT",     "PULSE",
-                                                "ANOUT", "TRIGGER", "SPLINE",   "ENDSPLINE"};
-  return std::ranges::find(kWords, word) != std::end(kWords) ||
-         is_plain_assignment(text, begin, end);
+bool contains(std::initializer_list<std::string_view> names, std::string_view name) {
+  return std::ranges::find(names, name) != names.end();
+}
+
+bool begins_krl_loop(std::string_view word) {
+  return contains({"LOOP", "FOR", "WHILE", "REPEAT"}, word);
+}
+
+bool ends_krl_loop(std::string_view word) {
+  return contains({"ENDLOOP", "ENDFOR", "ENDWHILE", "UNTIL"}, word);
+}
+
+bool leaves_krl_arm(std::string_view statement, std::string_view word) {
+  if (contains(
+          {"WAIT",       "BAS",    "CONTINUE",  "HALT",       "PULSE",     "ANIN",    "ANOUT",
+           "DIGIN",      "SPLINE", "ENDSPLINE", "PTP_SPLINE", "CONST_VEL", "TRIGGER", "STOP",
+           "TIME_BLOCK", "COPEN",  "CCLOSE",    "CREAD",      "CWRITE",    "SREAD",   "SWRITE"},
+          word))
+    return true;
+  const std::string text = without_functions(statement);
+  const bool is_branch = begins_krl_loop(word) || ends_krl_loop(word) ||
+                         contains({"IF", "ELSE", "ENDIF", "SWITCH", "CASE", "DEFAULT", "ENDSWITCH",
+                                   "EXIT", "END", "ENDFCT", "GOTO", "RETURN"},
+                                  word);
+  if (!is_branch) return is_plain_assignment(text, 0, text.size());
+  const std::string rest = "X=" + text.substr(word.size());
+  return is_plain_assignment(rest, 0, rest.size());
 }
 
 bool krl_circles_turn_with_path(std::string_view text) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <initializer_list>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -30,9 +31,14 @@ void take_krl_fdat(TextCursor& cursor, std::unordered_map<std::string, KrlFdat>&
 /// does not stop there: C_DIS or C_SPL, or nothing if it does not stop.
 std::string krl_blending(std::string_view rest, const KrlMove& move);
 
+bool contains(std::initializer_list<std::string_view> names, std::string_view name);
+
+/// Whether a word in capitals begins or ends a loop.
+bool begins_krl_loop(std::string_view word);
+bool ends_krl_loop(std::string_view word);
+
 /// Whether a statement that begins with a word in capitals, and is no move, leaves the arm where it
-/// is and does not branch.
-bool stands_between_krl_moves(std::string_view text, size_t begin, size_t end,
-                              std::string_view word);
+/// is: it waits, assigns, branches or repeats, and calls nothing but functions of KRL itself.
+bool leaves_krl_arm(std::string_view statement, std::string_view word);
 
 }  // namespace armtrue

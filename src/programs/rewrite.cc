@@ -73,9 +73,11 @@ class Rewriter {
 
   // What each target and each point between them wants, in the order in which the arm passes them.
   void find_wanted() {
+    for (size_t k = 0; k < program_.targets.size(); ++k) wanted_.push_back(wanted_by(k));
     size_t next = 0;  // point between
     for (size_t k = 0; k < program_.targets.size(); ++k) {
       const bool is_via = program_.targets[k].motion == MotionKind::via;
+      if (program_.targets[k].motion != MotionKind::arc) start_move(k);
       for (; next < between_.size() && between_[next].target <= (is_via ? k + 1 : k); ++next) {
         const ProgramPointBetween& between = between_[next];
         if (between.is_left_out) continue;
@@ -86,8 +88,28 @@ class Rewriter {
         for (TextEdit& edit : configuration_edits(program_, point_of(between.target), *between.q))
           changes_between_[next].push_back(std::move(edit));
       }
-      hold(k, is_via, wanted_.emplace_back(wanted_by(k)));
+      hold(k, is_via, wanted_[k]);
     }
+  }
+
+  // Behind a branch or in a loop the controller has the numbers of one of several points: those in
+  // which they differ are not held.
+  void start_move(size_t target) {
+    const std::vector<size_t>& starts = program_.targets[target].starts;
+    if (starts.size() == 1 && starts[0] + 1 == target) return;
+    held_.clear();
+    held_external_.clear();
+    for (size_t start : starts) {
+      keep_common(wanted_[start].numbers, start == starts[0], held_);
+      keep_common(wanted_[start].external_values, start == starts[0], held_external_);
+    }
+  }
+  static void keep_common(const std::vector<double>& values, bool is_first,
+                          std::vector<double>& held) {
+    if (is_first) held = values;
+    for (size_t i = 0; i < std::min(held.size(), values.size()); ++i)
+      if (!(std::abs(values[i] - held[i]) <= half_step(kExternal)))
+        held[i] = std::numeric_limits<double>::quiet_NaN();
   }
 
   // Adds the numbers that a point leaves out, if the controller would have others from the points
@@ -124,7 +146,7 @@ class Rewriter {
       const ProgramNumber& number = point.external[i];
       if (number.is_written())
         wanted.external[i] = text_of_number(number, here, kExternal);
-      else if (!is_via && std::abs(here - held_external_[i]) > half_step(kExternal))
+      else if (!is_via && !(std::abs(here - held_external_[i]) <= half_step(kExternal)))
         wanted.external[i] = rounded_text(here, 0, kExternal);
       if (!is_via && (number.is_written() || !wanted.external[i].empty())) held_external_[i] = here;
     }

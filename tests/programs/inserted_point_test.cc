@@ -311,7 +311,7 @@ TEST(InsertedPointTest, TheArmComesFromTheTargetBeforeUnlessSomethingStandsBetwe
   const std::string f = "{X 1,Y 2,Z 3,A 4,B 5,C 6}";
   EXPECT_EQ(unknown_lines("p.src", "DEF p()\nLIN " + f + "\n$VEL.CP=1\nLIN " + f +
                                        "\nIF a THEN\nLIN " + f + "\nENDIF\nLIN " + f + "\nEND\n"),
-            "268");
+            "28");
   EXPECT_EQ(
       unknown_lines("p.src", "LIN " + f + "\nSUB()\nLIN " + f + "\nLIN_REL {X 1}\nLIN " + f +
                                  "\nWAIT SEC 1\nTRIGGER WHEN DISTANCE=1 DELAY=0 DO a=1\nLIN " + f +

@@ -100,9 +100,11 @@ struct ProgramTarget {
   int line = 0;               ///< of the move, in texts[0]
   size_t begin = 0, end = 0;  ///< in texts[0]: what names or states the point in the move
   MotionKind motion = MotionKind::joint;
-  /// Whether the arm always comes from the target before: between the two moves nothing branches,
-  /// repeats or may move the arm elsewhere.
+  /// Whether the arm always comes from the target before: no branch, repetition or call lets it
+  /// come from elsewhere.
   bool follows_target = false;
+  /// KUKA: the targets at which its move may start; none if one of them is not known.
+  std::vector<size_t> starts;
   bool is_in_loop = false;      ///< KUKA
   bool ends_elsewhere = false;  ///< KUKA: a circle whose angle says where it ends
   bool is_room_tool = false;    ///< KUKA: the tool stands in the room, and the robot holds the part

@@ -1,0 +1,146 @@
+#include "programs/krl_starts.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace armtrue {
+namespace {
+
+const char* reason_of(KrlTargetKind kind) {
+  switch (kind) {
+    case KrlTargetKind::undeclared:
+      return "its point is declared neither here nor in the .dat of the program; give that .dat, "
+             "or correct the point where it is declared";
+    case KrlTargetKind::reassigned:
+      return "its point is given several values, or changed at run time";
+    case KrlTargetKind::frame:
+    case KrlTargetKind::axes:
+      return "";
+    case KrlTargetKind::expression:
+      break;
+  }
+  return "its target is an expression or has no plain numbers";
+}
+
+bool is_same(const KrlValues& a, const KrlValues& b) {
+  return (a.array() == b.array() || (a.array().isNaN() && b.array().isNaN())).all();
+}
+
+}  // namespace
+
+// The first round takes a loop as if it had one turn, and each other one drops what the turns
+// before do not confirm.
+KrlStarts::KrlStarts(const KrlSyntax& syntax, const KrlSetUps::List& set_ups, TargetParts parts)
+    : syntax_(syntax),
+      set_ups_(set_ups),
+      parts_(parts),
+      starts_(syntax.moves.size()),
+      ends_(syntax.nodes.size()) {
+  ends_[KrlFlow::kElsewhere].is_reached = true;
+  while (follow_ways()) {
+  }
+}
+
+// Returns whether anything has changed.
+bool KrlStarts::follow_ways() {
+  bool is_changed = false;
+  for (size_t i = KrlFlow::kElsewhere + 1; i < ends_.size(); ++i) {
+    const KrlNode& node = syntax_.nodes[i];
+    Start here;
+    for (int from : node.from) meet(ends_[static_cast<size_t>(from)], here);
+    const KrlSetUps::SetUp& set_up = node.move >= 0
+                                         ? set_ups_.of_moves[static_cast<size_t>(node.move)]
+                                         : set_ups_.behind[node.set_ups];
+    if (!(here.set_up == set_up)) here.values.head<6>() = unknown_krl_values().head<6>();
+    here.set_up = set_up;
+    if (node.move >= 0) {
+      starts_[static_cast<size_t>(node.move)] = here;
+      here = end_of(static_cast<size_t>(node.move));
+    }
+    Start& end = ends_[i];
+    is_changed |= here.is_reached != end.is_reached || here.moves != end.moves ||
+                  !(here.set_up == end.set_up) || !is_same(here.values, end.values);
+    end = here;
+  }
+  return is_changed;
+}
+
+KrlStarts::Start KrlStarts::end_of(size_t move) const {
+  Start end{true, unknown_krl_values(), starts_[move].set_up, {}};
+  if (!why_left_alone(move).empty()) return end;
+  end.moves = {static_cast<int>(move)};
+  if (syntax_.moves[move].circle_angle) return end;
+  const KrlTarget& target = syntax_.moves[move].target;
+  end.values = inherit(before_end(move), frame_of(target).values);
+  if (target.kind == KrlTargetKind::axes) end.values.head<6>() = unknown_krl_values().head<6>();
+  return end;
+}
+
+// Joins a way to those that meet here.
+void KrlStarts::meet(const Start& way, Start& here) {
+  if (!way.is_reached) return;
+  if (!here.is_reached) {
+    here = way;
+    return;
+  }
+  here.values = common(here.values, way.values);
+  if (!(here.set_up == way.set_up)) here.values.head<6>() = unknown_krl_values().head<6>();
+  constexpr size_t kMost = 32;  // more ways, of no real program, would take long
+  std::vector<int> moves;
+  std::ranges::set_union(here.moves, way.moves, std::back_inserter(moves));
+  if (here.moves.empty() || way.moves.empty() || moves.size() > kMost) {
+    moves.clear();
+    here.values = unknown_krl_values();
+  }
+  here.moves = moves;
+}
+
+bool KrlStarts::follows(size_t move) const {
+  const std::vector<int>& moves = starts_[move].moves;
+  return moves.size() == 1 && moves[0] + 1 == static_cast<int>(move);
+}
+
+KrlValues KrlStarts::before_end(size_t move, const KrlValues& before) const {
+  KrlValues result = before;
+  if (syntax_.moves[move].motion != KrlMotion::circle) return result;
+  // Whether the end takes a coordinate that it leaves out from the auxiliary point or the start.
+  const KrlFrame& auxiliary = frame_of(syntax_.moves[move].auxiliary);
+  result.head<3>() = common(before, inherit(before, auxiliary.values)).head<3>();
+  return result;
+}
+
+std::string KrlStarts::why_left_alone(size_t index, const KrlValues& before) const {
+  const KrlMove& move = syntax_.moves[index];
+  if (move.relative) return "a relative move; it starts from the corrected point before it";
+  if (set_ups_.of_moves[index].is_external_tcp && parts_ == TargetParts::pose)
+    return "its tool stands in the room (#TCP), and the robot holds the part";
+  const bool is_circle = move.motion == KrlMotion::circle;
+  for (const KrlTarget* target : {&move.auxiliary, &move.target})
+    if (target == &move.target || is_circle)
+      if (const std::string reason = reason_of(target->kind); !reason.empty()) return reason;
+  if (is_circle)
+    if (const std::string reason = why_left_alone(move.auxiliary, before); !reason.empty())
+      return reason;
+  return why_left_alone(move.target, before_end(index, before));
+}
+
+// All numbers of a point must be known.
+std::string KrlStarts::why_left_alone(const KrlTarget& target, const KrlValues& before) const {
+  const bool is_whole = parts_ == TargetParts::pose;
+  const KrlFrame& frame = frame_of(target);
+  if (target.kind == KrlTargetKind::axes) {
+    const bool is_plain =
+        std::ranges::all_of(frame.axes, [](double angle) { return std::isfinite(angle); });
+    return is_plain ? "" : "joint angles that are not six plain numbers";
+  }
+  if (inherit(before, frame.values).head(is_whole ? 6 : 3).array().isFinite().all()) return "";
+  return std::string("X, Y, Z") + (is_whole ? ", A, B, C" : "") +
+         " are not all stated, and the move before does not state them";
+}
+
+const KrlFrame& KrlStarts::frame_of(const KrlTarget& target) const {
+  return target.kind == KrlTargetKind::axes ? syntax_.axes[static_cast<size_t>(target.axes)]
+                                            : syntax_.frames[static_cast<size_t>(target.frame)];
+}
+
+}  // namespace armtrue

@@ -1,0 +1,256 @@
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "armtrue/kinematics/units.h"
+#include "armtrue/programs/robot_program.h"
+
+namespace armtrue::krl_flow_test {
+namespace {
+
+using testing::AllOf;
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+
+const std::string kHead = "DEF p()\n$BASE=$NULLFRAME\n$TOOL=$NULLFRAME\n";
+const std::string kWhole = "LIN {X 1,Y 2,Z 3,A 0,B 90,C 0}\n";
+
+RobotProgram parsed(const std::string& text) {
+  return parse_program(Dialect::krl, {{"p.src", text}}, {});
+}
+
+// Behind the first, in line 4: the targets that are not left alone, as line: X Y Z in mm; `>`: the
+// arm always comes from the target before.
+std::vector<std::string> targets(const std::string& moves) {
+  std::vector<std::string> result;
+  const RobotProgram program = parsed(kHead + kWhole + moves);
+  for (const ProgramTarget& target : program.targets) {
+    const Eigen::Vector3d mm = target.pose.translation / kMillimetre;
+    if (target.line > 4)
+      result.push_back(fmt::format("{}{}: {:g} {:g} {:g}", target.follows_target ? "> " : "",
+                                   target.line, mm[0], mm[1], mm[2]));
+  }
+  EXPECT_EQ(program.left_alone > 0, !program.warnings.empty());
+  return result;
+}
+
+TEST(KrlFlowTest, WhatWaitsAndAssignsLeavesTheArmWhereItIs) {
+  EXPECT_THAT(targets("WAIT SEC 1\nWAIT FOR $IN[1]\n$OUT[2]=TRUE\nx=SQRT(2)*(a+b)\nb=c AND (d)\n"
+                      "MSG[]=\"to (5)\"\nBAS(#VEL_CP,1)\nIF (x>1) AND NOT(b) THEN\n$OUT[3]=TRUE\n"
+                      "ENDIF\nFOR i=1 TO 3\nx=i\nENDFOR\nLIN {Z 5}\n"),
+              ElementsAre("> 18: 1 2 5"));
+}
+
+TEST(KrlFlowTest, BehindWhatMayMoveTheArmLeftOutCoordinatesAreUnknown) {
+  for (const std::string statement :
+       {"sub()", "other.sub (1)", "x=function(1)", "IF function(1) THEN\nENDIF",
+        "again:", "INTERRUPT ON 3", "RESUME", "$TOOL={X 0,Y 0,Z 300,A 0,B 0,C 0}", "$BASE.X=3",
+        "$IPO_MODE=#TCP\n$IPO_MODE=#BASE\n$BASE={X 1,Y 0,Z 0,A 0,B 0,C 0}", "END\nDEF q()"})
+    EXPECT_THAT(targets(statement + "\nLIN {Z 5}\n"), IsEmpty()) << statement;
+  // A whole point is certain again, and so is what follows it.
+  EXPECT_THAT(targets("sub()\n" + kWhole + "LIN {Z 5}\n"), ElementsAre("6: 1 2 3", "> 7: 1 2 5"));
+  // The tool as it was.
+  EXPECT_THAT(targets("$TOOL = $nullframe\nLIN {Z 5}\n"), ElementsAre("> 6: 1 2 5"));
+}
+
+TEST(KrlFlowTest, ABranchBeginsWhereTheBranchingDoes) {
+  EXPECT_THAT(targets("IF a THEN\nLIN {X 10}\nELSE\nLIN {Y 20}\nENDIF\n"),
+              ElementsAre("> 6: 10 2 3", "8: 1 20 3"));
+  EXPECT_THAT(targets("SWITCH a\nCASE 1\nLIN {X 10}\nCASE 2\nLIN {Y 20}\nDEFAULT\nLIN {Z 30}\n"
+                      "ENDSWITCH\n"),
+              ElementsAre("> 7: 10 2 3", "9: 1 20 3", "11: 1 2 30"));
+}
+
+TEST(KrlFlowTest, BehindABranchOnlyWhatAllWaysHaveIsKnown) {
+  const std::string z = "LIN {Z 10}\n", x = "LIN {X 10}\n", last = "LIN {Z 5}\n";
+  EXPECT_THAT(targets("IF a THEN\n" + z + "ENDIF\n" + last), Contains("8: 1 2 5"));
+  EXPECT_THAT(targets("IF a THEN\n" + z + "ELSE\n" + z + "ENDIF\n" + last), Contains("10: 1 2 5"));
+  EXPECT_THAT(targets("IF a THEN\n" + x + "ELSE\n" + x + "ENDIF\n" + last), Contains("10: 10 2 5"));
+  EXPECT_THAT(targets("IF a THEN\n" + x + "ENDIF\n" + last), Not(Contains(HasSubstr("8:"))));
+  EXPECT_THAT(targets("IF a THEN\n" + x + "ELSE\nsub()\nENDIF\n" + last),
+              Not(Contains(HasSubstr("10:"))));
+  EXPECT_THAT(targets("SWITCH a\nCASE 1\n" + x + "ENDSWITCH\n" + last),
+              Not(Contains(HasSubstr("9:"))));
+  EXPECT_THAT(targets("SWITCH a\nCASE 1\n" + x + "DEFAULT\n" + x + "ENDSWITCH\n" + last),
+              Contains("11: 10 2 5"));
+  // One way ends there.
+  for (const std::string leaves : {"RETURN", "GOTO far", "RESUME"})
+    EXPECT_THAT(targets("IF a THEN\n" + x + leaves + "\nENDIF\n" + last), Contains("9: 1 2 5"));
+}
+
+TEST(KrlFlowTest, ATurnOfALoopBeginsWhereTheTurnBeforeEnds) {
+  for (const auto& [begin, end] :
+       std::vector<std::pair<std::string, std::string>>{{"LOOP", "ENDLOOP"},
+                                                        {"FOR i=1 TO 3", "ENDFOR"},
+                                                        {"WHILE a", "ENDWHILE"},
+                                                        {"REPEAT", "UNTIL a"}}) {
+    const auto loop = [&](const std::string& moves) { return begin + "\n" + moves + end + "\n"; };
+    EXPECT_THAT(targets(loop("LIN {Z 5}\nLIN {X 6}\n")), IsEmpty()) << begin;
+    EXPECT_THAT(targets(loop("LIN {X 5}\nLIN {X 6}\n")), ElementsAre("6: 5 2 3", "> 7: 6 2 3"))
+        << begin;
+    EXPECT_THAT(targets(loop("LIN {Z 5}\n" + kWhole)), ElementsAre("6: 1 2 5", "> 7: 1 2 3"))
+        << begin;
+    EXPECT_THAT(targets(loop("LIN {X 5}\nsub()\n")), IsEmpty()) << begin;
+    EXPECT_THAT(targets(loop("LIN {X 5}\n$BASE={X 1,Y 0,Z 0,A 0,B 0,C 0}\n")), IsEmpty()) << begin;
+    // Loops in one another.
+    EXPECT_THAT(targets(loop("LOOP\nLIN {Z 5}\nIF a THEN\nEXIT\nENDIF\nENDLOOP\nLIN {X 7}\n")),
+                IsEmpty())
+        << begin;
+  }
+}
+
+TEST(KrlFlowTest, ALoopEndsWhereItIsLeft) {
+  const std::string last = "LIN {Z 5}\n";
+  EXPECT_THAT(targets("LOOP\nLIN {X 5}\nIF a THEN\nEXIT\nENDIF\nLIN {X 6}\nENDLOOP\n" + last),
+              Contains("12: 5 2 5"));
+  EXPECT_THAT(targets("FOR i=1 TO 3\nLIN {X 5}\nENDFOR\n" + last),
+              Not(Contains(HasSubstr("8:"))));  // perhaps without a turn
+  EXPECT_THAT(targets("REPEAT\nLIN {X 5}\nUNTIL a\n" + last), Contains("> 8: 5 2 5"));
+}
+
+// Blocks that close otherwise than they open are no KRL.
+TEST(KrlFlowTest, InBlocksThatAreNotUnderstoodNothingIsKnown) {
+  EXPECT_THAT(targets("LOOP\nLIN {X 5}\nENDIF\nLIN {X 6}\n"), IsEmpty());
+  EXPECT_THAT(targets("ENDLOOP\nLIN {X 6}\n"), IsEmpty());
+  EXPECT_THAT(targets("IF a THEN\nLIN {X 5}\nENDFOR\nLIN {X 6}\n"), ElementsAre("> 6: 5 2 3"));
+}
+
+// From an unknown place the branch of the move before is no longer certain.
+TEST(KrlFlowTest, BehindABranchAStraightMoveTakesItsOwnStatus) {
+  const std::string move = "LIN {X 1,Y 2,Z 3,A 0,B 80,C 0,S 2,T 10}\n";
+  const RobotProgram program = parsed(kHead + move + move + "IF a THEN\n" + move + "ELSE\n" + move +
+                                      "ENDIF\nsub()\n" + move);
+  std::vector<bool> continues, is_weak;
+  for (const ProgramTarget& target : program.targets) {
+    continues.push_back(target.configuration.continues);
+    is_weak.push_back(target.configuration.is_weak);
+  }
+  EXPECT_THAT(continues, ElementsAre(false, true, true, false, false));
+  EXPECT_THAT(is_weak, ElementsAre(true, false, false, true, true));
+}
+
+std::vector<ProgramCommand> commands_for(const RobotProgram& program) {
+  std::vector<ProgramCommand> commands;
+  for (const ProgramTarget& target : program.targets)
+    commands.push_back({true, target.q, target.q, target.pose});
+  return commands;
+}
+
+TEST(KrlFlowTest, WhatAPointLeavesOutIsAddedIfOneOfTheWaysToItGivesAnother) {
+  const std::string text = kHead + kWhole +
+                           "LOOP\nLIN {X 5}\nIF a THEN\nLIN {X 6}\nELSE\nLIN {X 7}\n"
+                           "ENDIF\nENDLOOP\n";
+  const RobotProgram program = parsed(text);
+  ASSERT_EQ(program.targets.size(), 4u);
+  EXPECT_EQ(rewrite(program, commands_for(program)).texts[0], text);
+  const auto with_y = [&](size_t moved) {
+    std::vector<ProgramCommand> commands = commands_for(program);
+    commands[moved].pose.translation.y() += 1e-3;
+    const std::string after = rewrite(program, commands).texts[0];
+    return after.substr(after.find("LOOP"));
+  };
+  EXPECT_EQ(with_y(1),
+            "LOOP\nLIN {X 5,Y 3}\nIF a THEN\nLIN {X 6,Y 2}\nELSE\nLIN {X 7,Y 2}\nENDIF\nENDLOOP\n");
+  EXPECT_EQ(with_y(3),
+            "LOOP\nLIN {X 5,Y 2}\nIF a THEN\nLIN {X 6}\nELSE\nLIN {X 7,Y 3}\nENDIF\nENDLOOP\n");
+}
+
+TEST(KrlFlowTest, AnExternalAxisIsAddedIfOneOfTheWaysToAPointGivesAnother) {
+  const RobotProgram program =
+      parsed(kHead +
+             "LIN {X 1,Y 2,Z 3,A 0,B 90,C 0,E1 100}\nIF a THEN\nLIN {X 5,E1 100}\nENDIF\n"
+             "LIN {X 9}\n");
+  std::vector<ProgramCommand> commands = commands_for(program);
+  for (size_t k = 0; k < commands.size(); ++k) commands[k].external = program.targets[k].external;
+  EXPECT_EQ(rewrite(program, commands).texts[0], program.texts[0].text);
+  commands[1].external[0] = 100.5;
+  EXPECT_THAT(rewrite(program, commands).texts[0],
+              HasSubstr("LIN {X 5,E1 100.5}\nENDIF\nLIN {X 9,E1 100}\n"));
+}
+
+std::string frames_of(const RobotProgram& program, size_t target) {
+  const auto name = [&](int index) {
+    return index < 0 ? "none" : program.frames[static_cast<size_t>(index)].name;
+  };
+  return name(program.targets[target].base) + " " + name(program.targets[target].tool);
+}
+
+TEST(KrlFlowTest, AFrameThatALoopSetsBehindItsMovesIsNamed) {
+  const auto warnings = [](const std::string& text) {
+    return parsed(kHead + "LOOP\n" + text + "ENDLOOP\n").warnings;
+  };
+  const std::string other = "{X 9,Y 0,Z 0,A 0,B 0,C 0}\n";
+  EXPECT_THAT(
+      warnings(kWhole + "$BASE=" + other),
+      ElementsAre("p.src:5: its loop sets $BASE behind it; that of the first turn is taken"));
+  EXPECT_THAT(
+      warnings("FOR i=1 TO 3\n" + kWhole + "ENDFOR\n$TOOL=" + other),
+      ElementsAre("p.src:6: its loop sets $TOOL behind it; that of the first turn is taken"));
+  // Set before the first move of each turn, or to what it is.
+  EXPECT_THAT(warnings("$BASE=$NULLFRAME\n" + kWhole + "$BASE=" + other + kWhole), IsEmpty());
+  EXPECT_THAT(warnings(kWhole + "$BASE=$NULLFRAME\n$IPO_MODE=#BASE\n"), IsEmpty());
+  EXPECT_THAT(warnings("S" + kWhole.substr(0, kWhole.size() - 1) +
+                       " WITH $BASE=$NULLFRAME\n$BASE=" + other),
+              IsEmpty());
+}
+
+TEST(KrlFlowTest, AFrameThatACalledSubprogramSetsIsNamedAndTaken) {
+  const std::string sub =
+      "END\nGLOBAL DEF sub()\nlow()\nEND\nDEF low()\nsub()\nIF a THEN\n"
+      "$BASE={X 9,Y 0,Z 0,A 0,B 0,C 0}\nENDIF\nEND\n";
+  const RobotProgram program = parsed(kHead + kWhole + "sub()\n" + kWhole + sub);
+  EXPECT_EQ(frames_of(program, 0), "$NULLFRAME $NULLFRAME");
+  EXPECT_EQ(frames_of(program, 1), "{X9,Y0,Z0,A0,B0,C0} $NULLFRAME");
+  EXPECT_THAT(
+      program.warnings,
+      Contains("p.src:5: a frame is set in the subprogram that it calls, and taken as set"));
+  EXPECT_THAT(parsed(kHead + kWhole + "sub()\n" + kWhole +
+                     "END\nDEF sub()\n$BASE=$NULLFRAME\nEND\nDEF other()\n$TOOL=x\nEND\n")
+                  .warnings,
+              IsEmpty());
+}
+
+TEST(KrlFlowTest, TheFramesOfASplineBlockAreThoseOfItsFirstLine) {
+  const std::string frame = "{X 5,Y 0,Z 0,A 0,B 0,C 0}";
+  const RobotProgram program =
+      parsed(kHead + "spline with $VEL={CP 1,ORI1 2}, $BASE = " + frame + ", $TOOL=" + frame +
+             "\nS" + kWhole + "SPL {Z 4} WITH $TOOL=$NULLFRAME\nSPL {Z 5}\nENDSPLINE\n" + kWhole);
+  EXPECT_EQ(program.left_alone, 2);  // the second has another tool, and leaves X out
+  ASSERT_EQ(program.targets.size(), 2u);
+  EXPECT_EQ(frames_of(program, 0), "{X5,Y0,Z0,A0,B0,C0} {X5,Y0,Z0,A0,B0,C0}");
+  EXPECT_EQ(frames_of(program, 1), "$NULLFRAME $NULLFRAME");
+}
+
+TEST(KrlFlowTest, MovesOfAToolInTheRoomAreLeftAloneWhereverThatIsStated) {
+  const std::string point = kWhole.substr(4, kWhole.size() - 5);
+  const std::string fdat =
+      "DECL FDAT FP1={TOOL_NO 1,BASE_NO 2,IPO_FRAME #TCP,POINT2[] \" \"}\n"
+      "DECL FDAT FP2={TOOL_NO 1,BASE_NO 2,IPO_FRAME #BASE,POINT2[] \" \"}\n";
+  const auto form = [&](const std::string& name) {
+    return " WITH $VEL= SVEL_CP(0.2, , LCPDAT1), $TOOL= STOOL2(" + name + "), $BASE= SBASE(" +
+           name + "), $IPO_MODE= SIPOMODE(" + name + ".IPO_FRAME), $LOAD= SLOAD(" + name +
+           ".TOOL_NO)\n";
+  };
+  const auto left_alone = [&](const std::string& moves) {
+    const RobotProgram program = parsed(fdat + kHead + kWhole + moves);
+    EXPECT_EQ(
+        program.left_alone > 0,
+        !program.warnings.empty() &&
+            program.warnings[0].find("its tool stands in the room (#TCP)") != std::string::npos)
+        << moves;
+    return program.left_alone;
+  };
+  EXPECT_EQ(left_alone("SLIN " + point + form("FP1")), 1);
+  EXPECT_EQ(left_alone("SLIN " + point + form("FP2")), 0);
+  EXPECT_EQ(left_alone("SLIN " + point + " WITH $TOOL=STOOL2(FP1)\n"), 1);
+  EXPECT_EQ(left_alone("LIN " + point + " WITH $IPO_MODE=#TCP\n"), 1);
+  EXPECT_EQ(left_alone("SLIN " + point + " WITH $VEL.CP=0.1, $IPO_MODE = #tcp\n"), 1);
+  EXPECT_EQ(left_alone("SPLINE WITH $IPO_MODE=#TCP\nSPL " + point + "\nENDSPLINE\n" + kWhole), 1);
+  EXPECT_EQ(left_alone("$IPO_MODE=#TCP\nSLIN " + point + " WITH $IPO_MODE=#BASE\n"), 0);
+}
+
+}  // namespace
+}  // namespace armtrue::krl_flow_test
