@@ -20,7 +20,7 @@ std::string lower_case(std::string_view text) {
 
 // `Time [s]`, `time_s` and `TIME` are one name.
 std::string plain_name(std::string_view header) {
-  static const Names kUnits{"deg", "rad", "mrad", "s", "ms", "sec", "min", "h"};
+  static const Names kUnits{"s", "ms", "sec", "min", "h", "deg", "rad", "mrad"};
   std::string name = lower_case(header.substr(0, header.find_first_of("[(")));
   while (name.ends_with(' ') || name.ends_with('_')) name.pop_back();
   if (const size_t sign = name.find_last_of("_ ");
