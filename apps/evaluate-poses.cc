@@ -3,6 +3,7 @@
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/compensation/compensation.h"
+#include "armtrue/diagnosis/diagnosis.h"
 #include "armtrue/io/evaluation_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/residuals_io.h"
@@ -54,13 +55,26 @@ Robot set_up(app::Command& command, const Arguments& arguments, const Robot& rob
   return refit_set_up(robot, campaign, app::split_list(arguments.refit));
 }
 
+// What tells of a mistake and is no error of an arm. That of a nominal robot is a result: it may be
+// many times that of a calibrated one.
+std::string beyond_arm(const Robot& given, const Robot& robot, const Campaign& campaign,
+                       const Evaluation& evaluation) {
+  if (states_calibration(given)) return app::beyond_any_arm(robot, campaign, evaluation);
+  const double mean = summarize(evaluation.position).mean;
+  if (mean <= kImplausibleMiss) return "";
+  return fmt::format(
+      "the mean error, {:.4g} mm, is more than a nominal model of an arm can have ({:g} mm): look "
+      "for a mistake in the readings or the robot file",
+      mean / kMillimetre, kImplausibleMiss / kMillimetre);
+}
+
 // Reports what is wrong with the errors of `given`, fitted as `robot`; false if a criterion fails
 // and the result must not be used. A nominal robot as its file has it fails none: its base may be
 // that of another cell.
 bool meets_criteria(app::Command& command, const Arguments& arguments, const Robot& given,
                     const Robot& robot, const Campaign& campaign, const Evaluation& evaluation) {
   const bool is_refitted = !arguments.refit.empty();
-  const std::string beyond = app::beyond_any_arm(robot, campaign, evaluation);
+  const std::string beyond = beyond_arm(given, robot, campaign, evaluation);
   if (!beyond.empty())
     command.warn(beyond + (is_refitted ? ""
                                        : "; or base and tool are those of another set-up: then "

@@ -26,8 +26,6 @@
 namespace armtrue {
 namespace {
 
-constexpr double kImplausibleMiss =
-    0.02;  // m, median with base and tool fitted: no calibration error
 constexpr double kImplausibleTurn = 0.1;  // rad
 constexpr double kMuchBetter = 0.1;
 constexpr int kRowsLookedAt = 500;
