@@ -8,8 +8,8 @@
 
 namespace armtrue {
 
-/// Error of a nominal model, base and tool fitted, above which the cause is a mistake [m]: a new arm
-/// may have zeros some tenths of a degree off.
+/// Error of a nominal model, base and tool fitted, above which the cause is a mistake [m]: a new
+/// arm may have zeros some tenths of a degree off.
 inline constexpr double kImplausibleMiss = 0.02;
 
 /// Finds mistakes in a file from its numbers: wrong units, exchanged columns, a left-handed frame,
