@@ -115,6 +115,7 @@ std::vector<std::string> lost_in_urdf(const Robot& robot) {
   if (!robot.chain.anchors.empty()) lost.emplace_back("anchors");
   if (!robot.chain.contacts.empty()) lost.emplace_back("contacts");
   if (robot.gravity != Vector3d(0, 0, -9.81)) lost.emplace_back("gravity_m_s2");
+  if (robot.floor != 0) lost.emplace_back("floor_mm");
   if (robot.identify != std::vector<std::string>{"auto"}) lost.emplace_back("identify");
   if (!robot.identify_per_session.empty()) lost.emplace_back("identify_per_session");
   if (robot.noise.position > 0 || robot.noise.orientation > 0) lost.emplace_back("noise");
