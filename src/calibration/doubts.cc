@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
 #include "armtrue/kinematics/units.h"
@@ -36,29 +35,39 @@ std::vector<Visit> visits_of(const Campaign& campaign, const std::vector<bool>& 
   return visits;
 }
 
-std::string in_a_row(const Campaign& campaign, const std::vector<bool>& left_out) {
+// The stretch of visits, from one that is left out to another, that has the most surprising number
+// of them: p by the hypergeometric law, times the number of stretches.
+std::string in_a_stretch(const Campaign& campaign, const std::vector<bool>& left_out) {
   const std::vector<Visit> visits = visits_of(campaign, left_out);
-  const auto all = static_cast<double>(visits.size());
-  const auto left = static_cast<double>(std::ranges::count_if(visits, &Visit::is_left_out));
-  size_t longest = 0, end = 0;
-  for (size_t k = 0, run = 0; k < visits.size(); ++k) {
-    run = visits[k].is_left_out ? run + 1 : 0;
-    if (run > longest) {
-      longest = run;
-      end = k;
+  const auto all = static_cast<int>(visits.size());
+  std::vector<int> left;  // visits that are left out
+  for (int k = 0; k < all; ++k)
+    if (visits[k].is_left_out) left.push_back(k);
+  const auto count = static_cast<int>(left.size());
+  double least = kNoChance / (0.5 * all * (all + 1.0));
+  int first = -1, last = -1;
+  for (int from = 0; from < count; ++from)
+    for (int within = kFewest; from + within <= count; within += 1 + within / 2) {
+      const int to = from + within - 1, length = left[to] - left[from] + 1;
+      if (static_cast<double>(within) * all <= static_cast<double>(count) * length) continue;
+      const double p = hypergeometric_at_least(within, length, count, all);
+      if (p >= least) continue;
+      least = p;
+      first = from;
+      last = to;
     }
-  }
-  if (longest < kFewest || all * std::pow(left / all, longest) >= kNoChance) return "";
-  const int first = visits[end + 1 - longest].first_row, last = visits[end].last_row;
+  if (first < 0) return "";
   const auto place = [&](int row) {
     return campaign.time_s.empty() ? fmt::format("line {}", campaign.line[row])
                                    : fmt::format("t_s = {:.10g}", campaign.time_s[row]);
   };
   return fmt::format(
-      "the readings of {} visits in a row are left out, from {} to {}: no blunders, but something "
-      "that was off for a while (a brake, a loose tool, somebody at the instrument); find out what "
-      "it was, or measure these poses again",
-      longest, place(first), place(last));
+      "readings are left out in {} of {} visits from {} to {}: no blunders, but something that was "
+      "off for a while (a brake, a loose tool, somebody at the instrument); find out what it was, "
+      "or "
+      "measure these poses again",
+      last - first + 1, left[last] - left[first] + 1, place(visits[left[first]].first_row),
+      place(visits[left[last]].last_row));
 }
 
 std::string on_one_target(const Campaign& campaign, const std::vector<bool>& left_out) {
@@ -89,7 +98,7 @@ std::string left_out_together(const Campaign& campaign, const std::vector<int>& 
   for (int row = 0; row < campaign.rows(); ++row)
     left_out[row] = std::ranges::binary_search(lines, campaign.line[row]);
   const std::string on_target = on_one_target(campaign, left_out);
-  return on_target.empty() ? in_a_row(campaign, left_out) : on_target;
+  return on_target.empty() ? in_a_stretch(campaign, left_out) : on_target;
 }
 
 std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
@@ -106,7 +115,7 @@ std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
         "per axis: the instrument is noisier, or something changes from visit to visit, which all "
         "figures here take for noise",
         ratio, stated / kMillimetre);
-  if (sigma < kMuchLess * stated)
+  if (noise.source == NoiseFloor::Source::instrument && sigma < kMuchLess * stated)
     return fmt::format(
         "the robot file states a noise of {:.4g} mm per axis, and the readings scatter by {:.4g} "
         "mm "

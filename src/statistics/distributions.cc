@@ -4,6 +4,7 @@
 #include <boost/math/distributions/binomial.hpp>
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
+#include <boost/math/distributions/hypergeometric.hpp>
 #include <boost/math/distributions/non_central_chi_squared.hpp>
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
@@ -50,6 +51,13 @@ double normal_below(double value) { return math::cdf(math::normal(), value); }
 double binomial_at_least(int count, int trials, double probability) {
   if (count <= 0) return 1;
   return math::cdf(math::complement(math::binomial(trials, probability), count - 1));
+}
+
+double hypergeometric_at_least(int count, int drawn, int marked, int all) {
+  if (count <= std::max(0, drawn + marked - all)) return 1;
+  const math::hypergeometric law(static_cast<unsigned>(marked), static_cast<unsigned>(drawn),
+                                 static_cast<unsigned>(all));
+  return math::cdf(math::complement(law, static_cast<unsigned>(count - 1)));
 }
 
 double student_t_975(int dof) { return student_t_quantile(0.975, std::max(1, dof)); }

@@ -10,15 +10,15 @@
 namespace armtrue {
 
 /// Where the readings that a fit leaves out stand together, as a sentence; empty if they lie as
-/// blunders do, at random. A fault that lasts for a while, or one bad reflector, puts them in a row
-/// of visits or on one target (p < 0.001). `lines`: of the file, those of gross poses included;
+/// blunders do, at random. A fault that lasts for a while puts them close together in time, a bad
+/// reflector on one target (p < 0.001). `lines`: of the file, those of gross poses included;
 /// ascending.
 std::string left_out_together(const Campaign& campaign, const std::vector<int>& lines);
 
 /// Why the readings contradict the noise that the robot file states, as a sentence; empty if they
 /// do not. Replicates that scatter more show that figures take for noise what changes from visit to
-/// visit; readings that scatter much less about the model show a wrong figure, beside which nothing
-/// can be found. `sigma`: of the readings about the model, per axis [m].
+/// visit; single readings that scatter much less about the model show a wrong figure, beside which
+/// nothing can be found. `sigma`: of the readings about the model, per axis [m].
 std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
                                    const NoiseFloor& noise, double sigma);
 

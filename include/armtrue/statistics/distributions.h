@@ -17,6 +17,8 @@ double student_t_quantile(double probability, double dof);  ///< x with P(X <= x
 double normal_below(double value);
 /// P(X >= count) of a binomial X.
 double binomial_at_least(int count, int trials, double probability);
+/// P(X >= count) of the number of marked ones among `drawn` of `all`, of which some are marked.
+double hypergeometric_at_least(int count, int drawn, int marked, int all);
 
 /// Half width of a 95 % interval in standard deviations: the 0.975 quantile of Student's t. Fewer
 /// than one degree of freedom count as one.
