@@ -129,7 +129,7 @@ void warn_of_doubts(app::Command& command, const Robot& robot, const Campaign& a
   std::ranges::sort(lines);
   for (const std::string& doubt :
        {left_out_together(all, lines),
-        contradiction_of_noise(robot, campaign, findings.quality->noise, result.sigma.position)})
+        contradiction_of_noise(robot, campaign, result, findings.quality->noise)})
     if (!doubt.empty()) command.warn(doubt);
 }
 

@@ -217,8 +217,7 @@ int run(app::Command& command, const Arguments& arguments) {
   warn_of_unknown_floor(command, result);
   for (const std::string& doubt :
        {result.left_out_together,
-        contradiction_of_noise(robot, measured.training, result.noise,
-                               result.trace.fit.sigma.position)})
+        contradiction_of_noise(robot, measured.training, result.trace.fit, result.noise)})
     if (!doubt.empty()) command.warn(doubt);
   const Provenance provenance = command.provenance();
   if (result.predictor)

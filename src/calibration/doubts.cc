@@ -47,7 +47,7 @@ std::string in_a_stretch(const Campaign& campaign, const std::vector<bool>& left
   double least = kNoChance / (0.5 * all * (all + 1.0));
   int first = -1, last = -1;
   for (int from = 0; from < count; ++from)
-    for (int within = kFewest; from + within <= count; within += 1 + within / 2) {
+    for (int within = kFewest; from + within <= count; within += 1 + within / 8) {
       const int to = from + within - 1, length = left[to] - left[from] + 1;
       if (static_cast<double>(within) * all <= static_cast<double>(count) * length) continue;
       const double p = hypergeometric_at_least(within, length, count, all);
@@ -78,10 +78,11 @@ std::string on_one_target(const Campaign& campaign, const std::vector<bool>& lef
     ++readings[campaign.target[row]];
     left[campaign.target[row]] += left_out[row];
   }
-  const double share = static_cast<double>(std::ranges::count(left_out, true)) / campaign.rows();
+  const auto all = static_cast<int>(std::ranges::count(left_out, true));
   for (int target = 0; target < targets; ++target)
     if (left[target] >= kFewest &&
-        targets * binomial_at_least(left[target], readings[target], share) < kNoChance)
+        targets * hypergeometric_at_least(left[target], readings[target], all, campaign.rows()) <
+            kNoChance)
       return fmt::format(
           "{} of the {} readings of target '{}' are left out, more than of the others: look "
           "whether "
@@ -102,8 +103,9 @@ std::string left_out_together(const Campaign& campaign, const std::vector<int>& 
 }
 
 std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
-                                   const NoiseFloor& noise, double sigma) {
+                                   const CalibrationResult& fit, const NoiseFloor& noise) {
   constexpr double kMuchMore = 1.25, kMuchLess = 0.5;  // of the stated one
+  constexpr double kResolution = 1e-6;                 // m: less is a simulation without noise
   const double stated = robot.noise.position;
   if (stated <= 0 || !campaign.sigma_position.empty()) return "";
   const double freedom = noise.degrees_of_freedom, ratio = noise.position / stated;
@@ -115,7 +117,11 @@ std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
         "per axis: the instrument is noisier, or something changes from visit to visit, which all "
         "figures here take for noise",
         ratio, stated / kMillimetre);
-  if (noise.source == NoiseFloor::Source::instrument && sigma < kMuchLess * stated)
+  const double sigma = fit.sigma.position, left = sigma / stated;
+  const double left_freedom = noise.axes * campaign.rows() - fit.determined[0];
+  if (noise.source == NoiseFloor::Source::instrument && sigma > kResolution && left < kMuchLess &&
+      left_freedom > 1 &&
+      1 - chi_squared_above(left_freedom * left * left, left_freedom) < kNoChance)
     return fmt::format(
         "the robot file states a noise of {:.4g} mm per axis, and the readings scatter by {:.4g} "
         "mm "

@@ -63,22 +63,24 @@ TEST(LeftOutTogether, ABadReflectorIsNamed) {
 TEST(ContradictionOfNoise, NamesReadingsThatScatterMoreOrMuchLess) {
   Robot robot;
   const Campaign campaign = sixty_poses();
-  robot.noise.position = 1e-4;
-  const auto said = [&](double of_replicates, double sigma) {
-    NoiseFloor floor{NoiseFloor::Source::replicates};
-    floor.position = of_replicates;
-    floor.degrees_of_freedom = 180;
-    return contradiction_of_noise(robot, campaign, floor, sigma);
+  const auto said = [&](NoiseFloor::Source source, double floor, double sigma, double determined) {
+    CalibrationResult fit;
+    fit.sigma.position = sigma;
+    fit.determined[0] = determined;
+    return contradiction_of_noise(robot, campaign, fit, {source, 3, floor, 0, 180});
   };
-  EXPECT_THAT(said(1e-4, 1e-4), IsEmpty());
-  EXPECT_THAT(said(1.2e-4, 2e-4), IsEmpty());
-  EXPECT_THAT(said(3e-4, 3e-4), HasSubstr("3 times as much"));
-  EXPECT_THAT(said(1e-5, 1e-5), IsEmpty());  // the figure is not used
-  EXPECT_THAT(
-      contradiction_of_noise(robot, campaign, {NoiseFloor::Source::instrument, 3, 1e-4}, 1e-5),
-      HasSubstr("scatter by 0.01 mm"));
+  constexpr auto kReplicates = NoiseFloor::Source::replicates;
+  constexpr auto kInstrument = NoiseFloor::Source::instrument;
+  robot.noise.position = 1e-4;
+  EXPECT_THAT(said(kReplicates, 1e-4, 1e-4, 30), IsEmpty());
+  EXPECT_THAT(said(kReplicates, 1.2e-4, 2e-4, 30), IsEmpty());
+  EXPECT_THAT(said(kReplicates, 3e-4, 3e-4, 30), HasSubstr("3 times as much"));
+  EXPECT_THAT(said(kReplicates, 1e-5, 1e-5, 30), IsEmpty());  // the figure is not used
+  EXPECT_THAT(said(kInstrument, 1e-4, 1e-5, 30), HasSubstr("scatter by 0.01 mm"));
+  EXPECT_THAT(said(kInstrument, 1e-4, 1e-5, 358), IsEmpty());  // nearly all is fitted
+  EXPECT_THAT(said(kInstrument, 1e-4, 1e-9, 30), IsEmpty());   // a simulation without noise
   robot.noise.position = 0;
-  EXPECT_THAT(said(3e-4, 3e-4), IsEmpty());
+  EXPECT_THAT(said(kReplicates, 3e-4, 3e-4, 30), IsEmpty());
 }
 
 }  // namespace

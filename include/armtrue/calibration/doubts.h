@@ -18,8 +18,8 @@ std::string left_out_together(const Campaign& campaign, const std::vector<int>& 
 /// Why the readings contradict the noise that the robot file states, as a sentence; empty if they
 /// do not. Replicates that scatter more show that figures take for noise what changes from visit to
 /// visit; single readings that scatter much less about the model show a wrong figure, beside which
-/// nothing can be found. `sigma`: of the readings about the model, per axis [m].
+/// nothing can be found (p < 0.001).
 std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
-                                   const NoiseFloor& noise, double sigma);
+                                   const CalibrationResult& fit, const NoiseFloor& noise);
 
 }  // namespace armtrue
