@@ -179,8 +179,8 @@ bool write_next_poses(app::Command& command, const std::string& path, const Trac
 // Why the result must not be used; empty if it may be.
 std::string why_not_reached(const Robot& robot, const LoopResult& result) {
   if (!result.trace.fit.converged) return app::not_converged(result.trace.fit);
-  if (!result.worse_than_nominal)
-    return app::beyond_any_arm(robot, result.after, result.noise.position);
+  const std::string beyond = app::beyond_any_arm(robot, result.after, result.noise.position);
+  if (!beyond.empty() || !result.worse_than_nominal) return beyond;
   const double nominal = result.stages.front().held_out.position.mean;
   return fmt::format(
       "on the held-out poses the result is worse than the nominal robot with base and tool placed: "

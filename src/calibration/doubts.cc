@@ -104,8 +104,8 @@ std::string left_out_together(const Campaign& campaign, const std::vector<int>& 
 
 std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
                                    const CalibrationResult& fit, const NoiseFloor& noise) {
-  constexpr double kMuchMore = 1.25, kMuchLess = 0.5;  // of the stated one
-  constexpr double kResolution = 1e-6;                 // m: less is a simulation without noise
+  constexpr double kMuchMore = 1.25, kMuchLess = 0.33;  // of the stated one
+  constexpr double kResolution = 1e-6;                  // m: less is a simulation without noise
   const double stated = robot.noise.position;
   if (stated <= 0 || !campaign.sigma_position.empty()) return "";
   const double freedom = noise.degrees_of_freedom, ratio = noise.position / stated;

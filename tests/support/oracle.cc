@@ -544,6 +544,15 @@ std::optional<Hidden> in_time(const std::string& family, Dice& dice, double dura
                     arm.links[3].r += 1 - std::exp(-m.time_s / tau);
                   }};
   }
+  if (family == "scale-drift")
+    return Hidden{family, "instrument.scale", "time",
+                  [duration_s](const Moment& m, OracleArm& arm) {
+                    arm.scale += 1e-5 * m.time_s / duration_s;
+                  }};
+  if (family == "warm-scale")
+    return under_changing_conditions(
+        {family, "instrument.scale", "temperature arm",
+         [](const Moment& m, OracleArm& arm) { arm.scale += 1e-6 * m.temperature_c; }});
   if (family == "warm-up")
     return under_changing_conditions(
         {family, "A3.d", "temperature arm",
@@ -688,6 +697,8 @@ std::vector<std::string> families() {
           "cutting",
           "reseated",
           "scale",
+          "scale-drift",
+          "warm-scale",
           "x-product",
           "x-bump",
           "x-payload",

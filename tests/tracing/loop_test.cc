@@ -63,6 +63,7 @@ const std::map<std::string, std::vector<std::string>> kFamiliesOfEntry{
     {"cutting force", {"cutting"}},
     {"re-seated target", {"reseated"}},
     {"instrument scale", {"scale"}},
+    {"instrument scale drifts", {"scale-drift", "warm-scale"}},
     {"friction hysteresis", {"friction"}},
     {"play under gravity", {"play"}},
     {"another load", {"other-load"}},
