@@ -1,6 +1,9 @@
 #include <fmt/format.h>
 
+#include <functional>
 #include <set>
+#include <string_view>
+#include <unordered_map>
 
 #include "armtrue/calibration/doubts.h"
 #include "armtrue/campaign/split.h"
@@ -43,10 +46,13 @@ void add_options(app::Command& command, Arguments& arguments) {
                                         "Share of the poses that is held out: no fit uses them")
                                 .check(app::in_range(0.0, 0.9))
                                 .default_shown();
-  command.flag("--held-out-region", arguments.held_out_region,
-               "Hold out one end of the measured region and not random poses, to see how well the "
-               "result holds elsewhere; --seed 1 to 6 chooses the end, the farthest first");
-  command.file("--test", arguments.test, "Held-out poses from a separate file").excludes(share);
+  const app::Option region = command.flag(
+      "--held-out-region", arguments.held_out_region,
+      "Hold out one end of the measured region and not random poses, to see how well the "
+      "result holds elsewhere; --seed 1 to 6 chooses the end, the farthest first");
+  command.file("--test", arguments.test, "Held-out poses from a separate file")
+      .excludes(share)
+      .excludes(region);
   command
       .option("--nested", arguments.nested_folds,
               "Number of folds of a nested cross-validation, beside the held-out error: repeat the "
@@ -78,7 +84,7 @@ struct Measured {
   Campaign training, held_out;
 };
 
-// A reading in both files would test a model that was fitted to it.
+// A reading in both parts would test a model that was fitted to it.
 void check_apart(const Campaign& training, const Campaign& test) {
   const auto reading = [](const Campaign& campaign, int row) {
     std::vector<double> numbers(campaign.q[row].begin(), campaign.q[row].end());
@@ -86,15 +92,22 @@ void check_apart(const Campaign& training, const Campaign& test) {
       numbers.insert(numbers.end(), campaign.position[row].begin(), campaign.position[row].end());
     if (!campaign.distance.empty()) numbers.push_back(campaign.length(row));
     if (campaign.has_touches()) numbers.push_back(campaign.quantity(row));
-    return numbers;
+    const std::string_view bytes(reinterpret_cast<const char*>(numbers.data()),
+                                 numbers.size() * sizeof(double));
+    return std::hash<std::string_view>()(bytes);  // of 64 bits: two readings never share one
   };
-  std::set<std::vector<double>> known;
-  for (int row = 0; row < training.rows(); ++row) known.insert(reading(training, row));
+  std::unordered_map<size_t, int> line_of;
+  for (int row = 0; row < training.rows(); ++row)
+    line_of.emplace(reading(training, row), training.line[row]);
+  const bool is_one_file = training.source == test.source;
   for (int row = 0; row < test.rows(); ++row)
-    if (known.contains(reading(test, row)))
-      throw InputError(
-          fmt::format("{}:{}: this reading stands in {} too; --test needs poses that no fit uses",
-                      test.source, test.line[row], training.source));
+    if (const auto same = line_of.find(reading(test, row)); same != line_of.end())
+      throw InputError(fmt::format(
+          "{}:{}: this reading stands in {} too{}", test.source, test.line[row],
+          is_one_file ? fmt::format("line {}", same->second) : training.source,
+          is_one_file ? ", as another pose; a copy shows nothing new: remove it, or give both the "
+                        "same pose"
+                      : "; --test needs poses that no fit uses"));
 }
 
 Measured read_measured(app::Command& command, const Arguments& arguments, const Robot& robot) {
@@ -107,6 +120,7 @@ Measured read_measured(app::Command& command, const Arguments& arguments, const 
                          : split_by_pose(measured.all, arguments.held_out, command.seed);
     measured.training = measured.all.select(measured.split.training);
     measured.held_out = measured.all.select(measured.split.held_out);
+    check_apart(measured.training, measured.held_out);
     const bool is_asked_for =
         arguments.nested_folds > 0 || !arguments.residuals.empty() || !arguments.next_poses.empty();
     if (!is_asked_for) measured.all = {};

@@ -74,16 +74,37 @@ PlanOptions plan_options(const app::Command& command, const Arguments& arguments
 
 bool determines(const PlanQuality& quality) { return std::isfinite(quality.cloud_deviation); }
 
-// With too few poses the expected error has no bound. Whether a number of poses is enough does not
-// depend on which they are, so random poses show the smallest number that is.
+// Whether a number of poses is enough does not depend on which they are, so random poses show the
+// smallest number that is. Nothing if not even the largest is.
+std::optional<int> fewest_that_determine(const PosePlanner& planner, int too_few,
+                                         std::uint64_t seed) {
+  const auto is_enough = [&](int count) {
+    return determines(planner.quality(planner.random(count, seed)));
+  };
+  int enough = std::min(2 * too_few, kCloudSize);
+  while (!is_enough(enough)) {
+    if (enough == kCloudSize) return std::nullopt;
+    too_few = enough;
+    enough = std::min(2 * enough, kCloudSize);
+  }
+  while (enough - too_few > 1) {
+    const int middle = (enough + too_few) / 2;
+    (is_enough(middle) ? enough : too_few) = middle;
+  }
+  return enough;
+}
+
+// With too few poses the expected error has no bound.
 void warn_of_too_few(app::Command& command, const PosePlanner& planner, int count) {
-  int enough = count + 1;
-  while (enough < kCloudSize && !determines(planner.quality(planner.random(enough, command.seed))))
-    ++enough;
+  const std::optional<int> enough = fewest_that_determine(planner, count, command.seed);
+  if (!enough)
+    return command.warn(
+        "no number of such poses determines all unknowns, so the expected error has no bound; add "
+        "contacts, anchors or targets, or identify fewer parameters");
   command.warn(fmt::format(
       "{} pose{} not determine all unknowns, so the expected error has no bound; {} are "
       "the fewest that can, more make it small (--count)",
-      count, count == 1 ? " does" : "s do", enough));
+      count, count == 1 ? " does" : "s do", *enough));
 }
 
 std::string quoted(const Effect& effect) { return "'" + describe(effect) + "'"; }

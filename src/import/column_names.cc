@@ -73,6 +73,7 @@ const std::map<std::string, ColumnUnit, std::less<>>& units() {
       {"min", {UnitKind::time, 60}},
       {"h", {UnitKind::time, 3600}},
       {"kg", {UnitKind::mass, 1}},
+      {"g", {UnitKind::mass, 1e-3}},
       {"c", {UnitKind::temperature, 1}},
       {"\xC2\xB0"
        "c",

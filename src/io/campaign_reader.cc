@@ -183,9 +183,13 @@ class RowReader {
 
   double positive(const Quantity& quantity, const std::string& what) const {
     const double value = table_.number(quantity);
+    constexpr double kSmallest = 1e-12;  // m or rad
     if (value <= 0)
       table_.fail(quantity.column,
                   table_.quoted(quantity.column) + ": " + what + " must be above zero");
+    if (value < kSmallest)
+      table_.fail(quantity.column,
+                  table_.quoted(quantity.column) + ": " + what + " is less than anything real");
     return value;
   }
 

@@ -8,6 +8,8 @@ namespace armtrue {
 namespace {
 
 constexpr double kAbsoluteZero = -273.15;  // deg C
+constexpr double kHottest = 1000;          // deg C: more is the code of a sensor that is not there
+constexpr double kHeaviest = 1e4;          // kg: no arm carries more
 
 }  // namespace
 
@@ -46,6 +48,9 @@ void ContextColumns::read(const CsvTable& table, Campaign& campaign) const {
     campaign.payload_kg.push_back(table.number(*payload_));
     if (campaign.payload_kg.back() < 0)
       table.fail(*payload_, table.quoted(*payload_) + " is below zero; a payload is a mass");
+    if (campaign.payload_kg.back() > kHeaviest)
+      table.fail(*payload_,
+                 table.quoted(*payload_) + " is more than any arm carries; give it in kg");
   }
   if (!force_.empty())
     campaign.force_n.emplace_back(table.number(*force_[0]), table.number(*force_[1]),
@@ -75,6 +80,10 @@ void ContextColumns::read(const CsvTable& table, Campaign& campaign) const {
     if (temperatures[i] < kAbsoluteZero)
       table.fail(temperatures_[i],
                  table.quoted(temperatures_[i]) + " lies below absolute zero; correct it");
+    if (temperatures[i] > kHottest)
+      table.fail(temperatures_[i], table.quoted(temperatures_[i]) +
+                                       " is no temperature of an arm; correct it, or leave out the "
+                                       "row or the column");
   }
 }
 

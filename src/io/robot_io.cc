@@ -23,7 +23,9 @@
 namespace armtrue {
 namespace {
 
-constexpr double kMaxGravity = 20;  // m/s2
+constexpr double kMaxGravity = 20;   // m/s2
+constexpr double kHeaviest = 2e4;    // kg: of a link
+constexpr double kSmallest = 1e-12;  // m or rad: of a deviation
 // Each target, anchor or session adds parameters, whose number squared the fit takes time and
 // memory.
 constexpr size_t kMaxOfAKind = 1000;
@@ -66,6 +68,8 @@ void read_masses(YamlMap& document, Robot& robot) {
     body.link = link_index(entry, robot.chain, entry.text("link"));
     body.mass_kg = entry.number("mass_kg");
     if (body.mass_kg <= 0) entry.fail("mass_kg", "must be above zero");
+    if (body.mass_kg > kHeaviest)
+      entry.fail("mass_kg", "is more than any link of an arm has; give it in kg");
     const std::vector<double> centre = entry.numbers("com_mm", 3);
     body.centre = Eigen::Vector3d(centre[0], centre[1], centre[2]) * kMillimetre;
     entry.finish();
@@ -166,8 +170,12 @@ void read_identify(YamlMap& document, Robot& robot) {
 void read_noise(YamlMap noise, InstrumentNoise& result) {
   result.position = noise.number("position_mm", 0) * kMillimetre;
   result.orientation = noise.number("orientation_mrad", 0) * kMilliradian;
-  if (result.position < 0) noise.fail("position_mm", "must not be negative");
-  if (result.orientation < 0) noise.fail("orientation_mrad", "must not be negative");
+  const auto check = [&](const char* key, double value) {
+    if (value < 0) noise.fail(key, "must not be negative");
+    if (value > 0 && value < kSmallest) noise.fail(key, "is less than any instrument has");
+  };
+  check("position_mm", result.position);
+  check("orientation_mrad", result.orientation);
   noise.finish();
 }
 
@@ -234,6 +242,10 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
   read_identify(document, robot);
   if (document.has("noise")) read_noise(document.map("noise"), robot.noise);
   if (document.has("priors")) robot.priors = read_deviations(document.map("priors"), robot.chain);
+  for (const auto& [name, deviation] : robot.priors)
+    if (deviation < kSmallest)
+      document.fail("priors", "'" + name + "' is less than anything is known to; leave the "
+                              "parameter out of 'identify' to keep it as it is");
   if (document.has("std")) robot.std = read_deviations(document.map("std"), robot.chain);
   for (const YamlMap& entry : document.maps("effects"))
     robot.effects.push_back(read_effect(entry, robot.chain));

@@ -100,6 +100,17 @@ def later_copies(table):
     return table + [dict(row, t_s=repr(float(row["t_s"]) + 1e5)) for row in table]
 
 
+def copies_of_poses(table):
+    return table + [dict(row, pose=row["pose"] + "b", t_s=repr(float(row["t_s"]) + 1e5)) for row in table]
+
+
+def while_off(table):
+    """Some millimetres off in every reading for a sixth of the time."""
+    table.sort(key=lambda row: float(row["t_s"]))
+    for row in table[60:90]:
+        row["z_mm"] = repr(float(row["z_mm"]) + 3)
+
+
 def clock_reset(table):
     table.sort(key=lambda row: float(row["t_s"]))
     for number, row in enumerate(table):
@@ -241,6 +252,19 @@ TABLE = {
         "more than an arm of this size"),
     "no floor": (campaign(each(lambda r: None), NO_NOISE, "close-loop", "once.csv", ("--only-catalogue",)), 0,
                  "takes it as zero"),
+    "all poses twice under other names": (campaign(copies_of_poses, command="close-loop",
+                                                   more=("--only-catalogue",)), 1, "as another pose"),
+    "payload in g": (campaign(each(lambda r: r.update(payload_kg="120000"))), 1, "more than any arm carries"),
+    "a code of a sensor as temperature": (
+        campaign(each(lambda r: r.update(temp_arm_c="3276.7" if r["pose"] == "7" else "21.5"))), 1,
+        "no temperature of an arm"),
+    "masses in g": (campaign(each(lambda r: None), lambda: robot_with(r"mass_kg: (\d+)", r"mass_kg: \g<1>000")), 1,
+                    "more than any link of an arm has"),
+    "noise of 1e-300 mm": (campaign(each(lambda r: None), lambda: robot_with(r"position_mm: 0.095", "position_mm: 1e-300")),
+                           1, "less than any instrument has"),
+    "noise in um": (campaign(each(lambda r: None), lambda: robot_with(r"position_mm: 0.095", "position_mm: 95"),
+                             source="once.csv"), 0, "readings scatter by"),
+    "something off for a while": (campaign(while_off), 0, "off for a while"),
     # records of paths
     "program and record exchanged": (mirror(lambda: [LINE], "pass.csv"), 1, "they look exchanged"),
     "program as record": (mirror(lambda: [LINE]), 0, "holds the same as"),
