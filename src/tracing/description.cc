@@ -206,7 +206,7 @@ std::string for_the_cell(const TracedEffect& traced, const HeldOutGain* gain, co
   }
   std::vector<std::string> others;
   for (const Rival& rival : traced.indistinguishable)
-    if (rival.from_catalogue && others.size() < 2 &&
+    if (is_other_cause(traced.effect, rival) && others.size() < 2 &&
         std::ranges::count(others, rival.effect.name) == 0)
       others.push_back("'" + rival.effect.name + "' of " + rival.effect.parameter);
   if (!others.empty()) text += "; or " + listed(others) + ": these poses cannot tell which";

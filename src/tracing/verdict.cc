@@ -12,7 +12,7 @@ constexpr double kMaxTimesFloor = 2.0;  // held-out errors of few poses scatter 
 
 bool has_other_cause(const TracedEffect& traced) {
   return std::any_of(traced.indistinguishable.begin(), traced.indistinguishable.end(),
-                     [](const Rival& rival) { return rival.from_catalogue; });
+                     [&](const Rival& rival) { return is_other_cause(traced.effect, rival); });
 }
 
 }  // namespace

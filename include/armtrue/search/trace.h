@@ -25,6 +25,13 @@ struct Rival {
   bool from_catalogue = false;
 };
 
+/// Whether a rival of the catalogue is another cause. The compliance of a joint, by its torque or by
+/// the weight of the tool, is one.
+inline bool is_other_cause(const Effect& effect, const Rival& rival) {
+  return rival.from_catalogue &&
+         (rival.effect.name != effect.name || rival.effect.parameter != effect.parameter);
+}
+
 /// The figures by which an effect was added.
 struct Evidence {
   /// Fall of EBIC (gamma 1) when the effect is added to all the others; positive is better. See
