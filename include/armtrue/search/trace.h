@@ -25,8 +25,8 @@ struct Rival {
   bool from_catalogue = false;
 };
 
-/// Whether a rival of the catalogue is another cause. The compliance of a joint, by its torque or by
-/// the weight of the tool, is one.
+/// Whether a rival of the catalogue is another cause. The compliance of a joint, by its torque or
+/// by the weight of the tool, is one.
 inline bool is_other_cause(const Effect& effect, const Rival& rival) {
   return rival.from_catalogue &&
          (rival.effect.name != effect.name || rival.effect.parameter != effect.parameter);
