@@ -279,5 +279,32 @@ TEST(RobotModel, WhatItLacksIsNamed) {
   EXPECT_THROW(RobotModel{robot}, std::invalid_argument);
 }
 
+TEST(CurveOfAnAngle, KeepsItsEndsBeyondItsCalibration) {
+  Robot robot = read_robot(kRobotFile).robot;
+  Shape curve;
+  curve.kind = ShapeKind::series;
+  curve.basis = SeriesBasis::cosine;
+  curve.count = 3;
+  curve.low[0] = -2;
+  curve.high[0] = 2;
+  robot.effects = {{"unexplained",
+                    "A2.theta",
+                    *parse_driver("joint-angle 1"),
+                    curve,
+                    {{"c1", 1e-3}, {"c2", 2e-3}, {"c3", -1e-3}}}};
+  const auto moved = [&](double angle) {
+    Context context;
+    context.q = pose_of_test();
+    context.q[0] = angle;
+    return RobotModel(robot).offsets(context)[link_parameter(1, LinkParameter::theta)];
+  };
+  const double inside = moved(0.3), end = moved(0.8), beyond = moved(1.5);
+  robot.effects[0].measured = {-0.5, 0.8};
+  EXPECT_EQ(moved(0.3), inside);
+  EXPECT_EQ(moved(1.5), end);
+  EXPECT_EQ(moved(-1.9), moved(-0.5));
+  EXPECT_NE(end, beyond);
+}
+
 }  // namespace
 }  // namespace armtrue::effects_test

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "armtrue/io/robot_io.h"
+#include "armtrue/tracing/verdict.h"
 
 namespace armtrue::description_test {
 namespace {
@@ -104,6 +105,27 @@ TEST(Description, SaysWhereTheInstrumentMayErr) {
   Effect offset{"radial offset", "instrument.range", {DriverKind::position, -1, -1, ""}, {}, {}};
   traced.indistinguishable.push_back({.effect = offset, .from_catalogue = true});
   EXPECT_TRUE(said("A2.theta", angle));
+}
+
+// Errors in floors: a perfect model has 1.
+Verdict concluded(const std::vector<TracedEffect>& effects, double after, bool together = false) {
+  return conclude({effects, 0.5, after, 1, 1.3, 1.5, 1, together});
+}
+
+TEST(Verdict, OfARivalDependsOnWhetherItIsAnotherCause) {
+  std::vector<TracedEffect> effects = found(true, {}).trace.effects;
+  Effect& rival = effects[0].indistinguishable[0].effect;
+  rival.driver = *parse_driver("tool-weight 2");
+  EXPECT_EQ(concluded(effects, 1), Verdict::closed);  // the same name and parameter
+  rival.parameter = "A3.theta";
+  EXPECT_EQ(concluded(effects, 1), Verdict::not_separable);
+  EXPECT_EQ(concluded(effects, 2.1), Verdict::unexplained);
+}
+
+TEST(Verdict, ReadingsLeftOutTogetherAreUnexplained) {
+  EXPECT_EQ(concluded({}, 1), Verdict::nothing_to_explain);
+  EXPECT_EQ(concluded({}, 1, true), Verdict::unexplained);
+  EXPECT_EQ(concluded({}, 1.4), Verdict::too_few_poses);
 }
 
 }  // namespace
