@@ -20,49 +20,48 @@ namespace {
 
 constexpr double kFewestInPart = 0.1;  // of the rows, on either side
 constexpr double kShareThatMatters = 0.25;
-constexpr double kNearer = 0.8;       // the median residual, by the change
-constexpr double kClearFall = 20;     // BIC
-constexpr int kBase = 6;              // parameters of a base
-
-using BaseMatrix = Eigen::Matrix<double, kBase, kBase>;
-using BaseVector = Eigen::Matrix<double, kBase, 1>;
+constexpr double kNearer = 0.8;    // the median residual, by the change
+constexpr double kClearFall = 20;  // BIC
 
 struct FrameChange {
-  double score = 0;    // fall of BIC
-  int first_row = -1;  // of the later part, in the order
-  BaseVector moved;    // of its base
+  double score = 0;       // fall of BIC
+  int first_row = -1;     // of the later part, in the order
+  Eigen::VectorXd moved;  // its base or tool: x y z, of poses also rx ry rz
 };
 
-// The place in an order of the rows after which another base explains most.
+// The place in an order of the rows after which another base, or another tool, explains most.
 FrameChange best_place(const FitEquations& equations, const std::vector<int>& order, double poses,
                        double choices) {
   const auto rows = static_cast<int>(order.size());
   const int size = equations.row_size;
   const double whole = equations.residual.squaredNorm();
-  // What the residual is worth: of few poses the fit uses most equations, and another base the rest.
+  // What the residual is worth: of few poses the fit uses most equations, and another base the
+  // rest.
   const double freedom = poses * size - static_cast<double>(equations.basis.cols());
-  Eigen::MatrixXd on_basis = Eigen::MatrixXd::Zero(equations.basis.cols(), kBase);
-  BaseMatrix gram = BaseMatrix::Zero();
-  BaseVector slope = BaseVector::Zero();
+  const Eigen::Index unknowns = equations.columns.cols();
+  Eigen::MatrixXd on_basis = Eigen::MatrixXd::Zero(equations.basis.cols(), unknowns);
+  Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(unknowns, unknowns);
+  Eigen::VectorXd slope = Eigen::VectorXd::Zero(unknowns);
   FrameChange best;
-  if (freedom <= kBase) return best;
+  if (freedom <= static_cast<double>(unknowns)) return best;
   for (int k = rows - 1; k > 0; --k) {
     const int first = order[static_cast<size_t>(k)] * size;
-    const auto base = equations.columns.middleRows(first, size);
-    on_basis.noalias() += equations.basis.middleRows(first, size).transpose() * base;
-    gram.noalias() += base.transpose() * base;
-    slope.noalias() += base.transpose() * equations.residual.segment(first, size);
+    const auto columns = equations.columns.middleRows(first, size);
+    on_basis.noalias() += equations.basis.middleRows(first, size).transpose() * columns;
+    gram.noalias() += columns.transpose() * columns;
+    slope.noalias() += columns.transpose() * equations.residual.segment(first, size);
     if (std::min(k, rows - k) < kFewestInPart * rows) continue;
-    BaseMatrix beside = gram - on_basis.transpose() * on_basis;
-    const BaseVector unit = gram.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
+    Eigen::MatrixXd beside = gram - on_basis.transpose() * on_basis;
+    const Eigen::VectorXd unit = gram.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
     beside = unit.asDiagonal() * beside * unit.asDiagonal();
     beside.diagonal().array() += 1e-9;  // what the others show as well takes no part
-    const BaseVector scaled = unit.asDiagonal() * slope;
-    const BaseVector moved = Eigen::LDLT<Eigen::MatrixXd>(beside).solve(scaled);
+    const Eigen::VectorXd scaled = unit.asDiagonal() * slope;
+    const Eigen::VectorXd moved = Eigen::LDLT<Eigen::MatrixXd>(beside).solve(scaled);
     const double share = std::min(1 - 1e-12, moved.dot(scaled) / std::max(1e-300, whole));
     if (share < kShareThatMatters) continue;
-    const double score =
-        -freedom * std::log(1 - share) - kBase * std::log(freedom) - 2 * std::log(choices * rows);
+    const double score = -freedom * std::log(1 - share) -
+                         static_cast<double>(unknowns) * std::log(freedom) -
+                         2 * std::log(choices * rows);
     if (score > best.score) best = {score, k, unit.asDiagonal() * moved};
   }
   return best;
@@ -121,49 +120,78 @@ std::vector<Order> orders_of(const Campaign& campaign) {
   return orders;
 }
 
-std::string description(const FrameChange& change, const Order& order, const Robot& robot,
-                        const Campaign& campaign) {
+std::string place_of(const FrameChange& change, const Order& order, const Campaign& campaign) {
+  const auto row = static_cast<size_t>(order.rows[static_cast<size_t>(change.first_row)]);
+  if (order.of == "time") return fmt::format("t_s = {:.10g}", campaign.time_s[row]);
+  if (order.of == "pose")
+    return "pose " + campaign.pose_ids[static_cast<size_t>(campaign.pose[row])];
+  return fmt::format("line {}", campaign.line[row]);
+}
+
+std::string describe_base(const FrameChange& change, const Order& order, const Robot& robot,
+                          const Campaign& campaign) {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& point : campaign.position) middle += point / campaign.rows();
   const Eigen::Vector3d turned = change.moved.tail<3>();
   const Eigen::Vector3d moved =
       change.moved.head<3>() + turned.cross(middle - robot.chain.base.translation);
-  const auto row = static_cast<size_t>(order.rows[static_cast<size_t>(change.first_row)]);
-  std::string place = fmt::format("line {}", campaign.line[row]);
   std::string by_time;
   if (order.of == "time") {
-    place = fmt::format("t_s = {:.10g}", campaign.time_s[row]);
+    const auto row = static_cast<size_t>(order.rows[static_cast<size_t>(change.first_row)]);
     by_time = fmt::format("--new-session-at-s {:.10g} or ", campaign.time_s[row]);
   }
-  if (order.of == "pose")
-    place = "pose " + campaign.pose_ids[static_cast<size_t>(campaign.pose[row])];
   return fmt::format(
       "from {} on, in the order of the {}s, the readings lie in another frame, {:.3g} mm and "
       "{:.3g} mrad away: was the instrument moved? Then give {}a column 'session'",
-      place, order.of, moved.norm() / kMillimetre, turned.norm() / kMilliradian, by_time);
+      place_of(change, order, campaign), order.of, moved.norm() / kMillimetre,
+      turned.norm() / kMilliradian, by_time);
+}
+
+std::string describe_tool(const FrameChange& change, const Order& order, const Campaign& campaign) {
+  std::string turned;
+  if (change.moved.size() > 3)
+    turned = fmt::format(" and {:.3g} mrad", change.moved.tail<3>().norm() / kMilliradian);
+  return fmt::format(
+      "from {} on, in the order of the {}s, the reflector is elsewhere on the tool, {:.3g} mm{} "
+      "away: was the tool changed or the reflector seated anew? Then give a column 'target' with "
+      "another name from there on, or calibrate the parts by themselves",
+      place_of(change, order, campaign), order.of, change.moved.head<3>().norm() / kMillimetre,
+      turned);
 }
 
 }  // namespace
 
 std::optional<std::string> find_frame_change(const PlainFit& fit) {
   const Campaign& sample = fit.readings;
-  std::vector<int> base(kBase);
-  std::iota(base.begin(), base.end(), kBaseParameters);
-  const FitEquations equations = fit_equations(fit, base);
+  const Robot& robot = fit.result.robot;
+  struct Place {
+    int first, count;  // parameters
+  };
+  constexpr int kPose = 6, kPoint = 3;
+  std::vector<Place> places{{kBaseParameters, kPose}};
+  if (sample.target_names.size() < 2)
+    places.push_back({layout_of(robot.chain).tool, sample.has_orientation() ? kPose : kPoint});
   const std::vector<Order> orders = orders_of(sample);
+  const auto choices = static_cast<double>(orders.size() * places.size());
   const double poses =
       static_cast<double>(std::set<int>(sample.pose.begin(), sample.pose.end()).size());
   const Order* found = nullptr;
+  bool of_tool = false;
   FrameChange best{.score = kClearFall};
-  for (const Order& order : orders) {
-    const FrameChange change =
-        best_place(equations, order.rows, poses, static_cast<double>(orders.size()));
-    if (change.score <= best.score || !is_of_most(change, equations, order.rows)) continue;
-    best = change;
-    found = &order;
+  for (const Place& place : places) {
+    std::vector<int> parameters(static_cast<size_t>(place.count));
+    std::iota(parameters.begin(), parameters.end(), place.first);
+    const FitEquations equations = fit_equations(fit, parameters);
+    for (const Order& order : orders) {
+      const FrameChange change = best_place(equations, order.rows, poses, choices);
+      if (change.score <= best.score || !is_of_most(change, equations, order.rows)) continue;
+      best = change;
+      found = &order;
+      of_tool = place.first != kBaseParameters;
+    }
   }
   if (!found) return std::nullopt;
-  return description(best, *found, fit.result.robot, sample);
+  return of_tool ? describe_tool(best, *found, sample) : describe_base(best, *found, robot, sample);
 }
 
 }  // namespace armtrue

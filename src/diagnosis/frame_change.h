@@ -7,11 +7,12 @@
 
 namespace armtrue {
 
-/// Names the place in a campaign of points after which the readings are in another frame: the
-/// instrument was moved or set up again, and no session says so. Nothing if there is none.
+/// Names the place in a campaign after which the readings are in another frame, because the
+/// instrument was moved, and no session says so; or after which the tool is another, and no target
+/// does. Nothing if there is none.
 ///
 /// In the order of the rows, of the time and of the numbers of the poses, the rows from each place
-/// on get a base of their own (6 unknowns D, beside all others of the fit):
+/// on get a base or a tool of their own (unknowns D, beside all others of the fit):
 ///     gain = |P_D r|^2, r the whitened residual.
 /// A place counts if gain is at least a quarter of |r|^2, the median residual falls by a fifth, and
 /// BIC (with the poses as readings, and a charge for the choice of the place) falls by more than

@@ -117,6 +117,16 @@ Campaign in_two_frames(const std::function<bool(const Campaign&, int row)>& late
   return campaign;
 }
 
+// After half of the time the reflector sits elsewhere on the tool.
+Campaign with_two_tools(bool orientation) {
+  Campaign campaign = tutorial();
+  for (int row = 0; row < campaign.rows(); ++row)
+    if (campaign.time_s[row] > 2000)
+      campaign.position[row] += campaign.orientation[row] * Eigen::Vector3d(1e-3, 0, 2e-3);
+  if (!orientation) campaign.orientation.clear();
+  return campaign;
+}
+
 struct Mistake {
   std::string name;
   Campaign campaign;
@@ -162,6 +172,10 @@ std::vector<Mistake> mistakes() {
       {"the last lines in another frame",
        in_two_frames([](const Campaign& c, int row) { return 3 * row > 2 * c.rows(); }),
        "the readings lie in another frame"},
+      {"another tool from a time on", with_two_tools(true),
+       "in the order of the times, the reflector is elsewhere on the tool, 2.2"},
+      {"another tool from a time on, points", with_two_tools(false),
+       "in the order of the times, the reflector is elsewhere on the tool, 2.2"},
       {"the higher poses in another frame", in_two_frames([](const Campaign& c, int row) {
          return std::stoi(c.pose_ids[c.pose[row]]) > 30;
        }),
