@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
 #include "armtrue/calibration/prediction.h"
+#include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/distributions.h"
 #include "calibration/fit_statistics.h"
 #include "calibration/levenberg_marquardt.h"
@@ -231,14 +233,33 @@ void forget_measured(Robot& robot, int fitted_effects) {
     robot.effects[static_cast<size_t>(e)].measured.reset();
 }
 
-// A curve that this campaign has fitted ends where its readings do.
+// Whether a function of one joint angle says nothing of angles beyond those covered: a slope, a
+// curve, or less than one cycle, which readings of many causes resemble. Several cycles go on.
+bool ends_at_readings(const Shape& shape, double covered) {
+  switch (shape.kind) {
+    case ShapeKind::linear:
+    case ShapeKind::kink:
+    case ShapeKind::series:
+      return true;
+    case ShapeKind::harmonic:
+      return shape.harmonic * covered < kTurn;
+    default:
+      return false;
+  }
+}
+
+// What this campaign has fitted ends where its readings do, with all that moves the same parameter
+// by the same angle: readings determine their sum, in which large parts may cancel.
 void set_measured(const Campaign& campaign, int fitted_effects, Robot& robot) {
-  for (int e = 0; e < fitted_effects; ++e) {
-    Effect& effect = robot.effects[static_cast<size_t>(e)];
-    if (!is_curve_of_angle(effect)) continue;
-    const auto [low, high] = std::ranges::minmax(
-        campaign.q, {}, [&](const JointVector& q) { return q[effect.driver.joint]; });
-    effect.measured = {low[effect.driver.joint], high[effect.driver.joint]};
+  const std::span fitted(robot.effects.begin(), static_cast<size_t>(fitted_effects));
+  for (const Effect& ending : fitted) {
+    if (!is_of_one_angle(ending)) continue;
+    const int joint = ending.driver.joint;
+    const auto [low, high] =
+        std::ranges::minmax(campaign.q, {}, [&](const JointVector& q) { return q[joint]; });
+    if (!ends_at_readings(ending.shape, high[joint] - low[joint])) continue;
+    for (Effect& effect : fitted)
+      if (same_place(effect, ending)) effect.measured = {low[joint], high[joint]};
   }
 }
 

@@ -13,9 +13,11 @@
 namespace armtrue {
 namespace {
 
-constexpr double kMaxCycles = 300;       // per turn: motor order behind a reducer
-constexpr double kFinestPitch = 5e-3;    // m: of a rack or a screw
-constexpr int kSeriesCosines = 6;        // a curve that a campaign of some tens of poses can carry
+constexpr double kMaxCycles = 300;     // per turn: motor order behind a reducer
+constexpr double kFinestPitch = 5e-3;  // m: of a rack or a screw
+// Curves that a campaign of some tens of poses can carry.
+constexpr int kCurveCosines = 6, kCurveSplines = 8;
+constexpr double kMarginOfCurve = 0.25;  // of the angles covered, at each end
 constexpr int kPosesForCoefficient = 4;  // of a fine curve; fewer would leave it to its prior
 
 bool slides(const Robot& robot, int joint) { return is_prismatic(joint_link(robot.chain, joint)); }
@@ -29,14 +31,11 @@ double most_cycles(const Robot& robot, int joint) {
   return slides(robot, joint) ? kTurn / kFinestPitch : kMaxCycles;
 }
 
-// Ranges come from the travel limits, never from the data: a range that follows the data makes
-// predictions elsewhere worse.
-Shape series_on_joint(const Robot& robot, int joint, SeriesBasis basis, int count) {
+Shape series(SeriesBasis basis, int count, double low, double high) {
   Shape shape;
   shape.kind = ShapeKind::series;
   shape.basis = basis;
   shape.count = count;
-  const auto [low, high] = travel(joint_link(robot.chain, joint));
   shape.low[0] = low;
   shape.high[0] = high;
   return shape;
@@ -101,11 +100,8 @@ class OpenSearch {
       const std::string parameter = name(zero_offset(robot_.chain, j));
       for (int a = 0; a < joints_; ++a)
         for (int b = a + 1; b < joints_; ++b) {
-          Shape shape;
-          shape.kind = ShapeKind::series;
-          shape.basis = SeriesBasis::fourier;
-          shape.count = 1;
-          add(parameter, {DriverKind::joint_angle, a, b, ""}, shape);
+          add(parameter, {DriverKind::joint_angle, a, b, ""},
+              series(SeriesBasis::fourier, 1, 0, 0));
         }
       add_growth(parameter, j, {DriverKind::time, -1, -1, ""});
       add_growth(parameter, j, {DriverKind::payload, -1, -1, ""});
@@ -156,8 +152,22 @@ class OpenSearch {
       for (int n : {1, 2, 3}) add(parameter, driver, harmonic(n));
     if (is_zero_offset(robot_.chain, *find_parameter(robot_.chain, parameter)))
       add_bumps(parameter, driver);
-    add(parameter, driver, series_on_joint(robot_, joint, SeriesBasis::cosine, kSeriesCosines));
-    add(parameter, driver, series_on_joint(robot_, joint, SeriesBasis::spline, 8));
+    add_curves(parameter, driver);
+  }
+
+  // Over the angles of the readings and a margin, as the cosines are level at the ends of their
+  // range; outside the readings a curve keeps its value (Effect::measured). On a part of their
+  // range cosines are nearly alike: those of the whole travel would swing between few readings by
+  // many times what these ask for.
+  void add_curves(const std::string& parameter, const Driver& driver) {
+    auto [low, high] = travel_covered(driver.joint);
+    if (!(low < high)) return;
+    const auto [lowest, highest] = travel(joint_link(robot_.chain, driver.joint));
+    const double margin = kMarginOfCurve * (high - low);
+    low = std::min(low, std::max(low - margin, lowest));
+    high = std::max(high, std::min(high + margin, highest));
+    add(parameter, driver, series(SeriesBasis::cosine, kCurveCosines, low, high));
+    add(parameter, driver, series(SeriesBasis::spline, kCurveSplines, low, high));
   }
 
   void add_growth(const std::string& parameter, int joint, const Driver& with) {
@@ -194,10 +204,7 @@ class OpenSearch {
       const int count = static_cast<int>(last - first) + 2;
       if (count < 3 || count * kPosesForCoefficient > static_cast<int>(campaign_.pose_ids.size()))
         continue;
-      Shape shape = series_on_joint(robot_, driver.joint, SeriesBasis::spline, count);
-      shape.low[0] = first * knot;
-      shape.high[0] = last * knot;
-      add(parameter, driver, shape);
+      add(parameter, driver, series(SeriesBasis::spline, count, first * knot, last * knot));
       candidates_.back().fine = candidates_.back().detail = true;
     }
   }
@@ -220,10 +227,8 @@ class OpenSearch {
       const bool narrow = width < 40 * degree;
       if (!own && narrow) continue;
       for (double k = std::floor(low / width); k <= std::ceil(high / width); ++k) {
-        Shape shape = series_on_joint(robot_, driver.joint, SeriesBasis::bump, 1);
-        shape.low[0] = (k - 0.5) * width;
-        shape.high[0] = (k + 0.5) * width;
-        add(parameter, driver, shape, narrow);
+        add(parameter, driver, series(SeriesBasis::bump, 1, (k - 0.5) * width, (k + 0.5) * width),
+            narrow);
       }
     }
   }
@@ -252,12 +257,7 @@ class OpenSearch {
   }
 
   Shape time_series() const {
-    Shape series;
-    series.kind = ShapeKind::series;
-    series.count = 4;
-    series.low[0] = span_.values.front();
-    series.high[0] = span_.values.back();
-    return series;
+    return series(SeriesBasis::cosine, 4, span_.values.front(), span_.values.back());
   }
 
   void add_conditions(const std::string& parameter) {
@@ -282,22 +282,11 @@ class OpenSearch {
     }
     if (high - low < 1.0) return;  // N m: gravity does not turn this joint
     const Driver driver{DriverKind::gravity_torque, joint, -1, ""};
-    Shape series;
-    series.kind = ShapeKind::series;
-    series.basis = SeriesBasis::spline;
-    series.count = 4;
-    series.low[0] = low;
-    series.high[0] = high;
-    add(parameter, driver, series);
+    add(parameter, driver, series(SeriesBasis::spline, 4, low, high));
     add(parameter, driver, sign());
     for (double share : {0.4, 0.2, 0.1, 0.05}) {
-      Shape saturating;
-      saturating.kind = ShapeKind::series;
-      saturating.basis = SeriesBasis::saturating;
-      saturating.count = 1;
-      saturating.high[0] = share * std::max(std::abs(low), std::abs(high));
-      saturating.low[0] = -saturating.high[0];
-      add(parameter, driver, saturating);
+      const double most = share * std::max(std::abs(low), std::abs(high));
+      add(parameter, driver, series(SeriesBasis::saturating, 1, -most, most));
     }
   }
 

@@ -154,6 +154,37 @@ TEST(Calibration, PosesThatAreOffAsAWholeHaveNoBlunders) {
   }
 }
 
+// Readings say nothing of a slope, a curve or a part of one cycle beyond their angles, and of a sum
+// only what it is there. Several cycles go on, and so does what another angle drives.
+TEST(Calibration, EffectsOfAnAngleEndWhereItsReadingsDo) {
+  Robot robot = shipped("kr360-spindle");
+  const auto effect = [](const std::string& parameter, int joint, const std::string& shape) {
+    Effect made{"e", parameter, {DriverKind::joint_angle, joint, -1, ""}, *parse_shape(shape), {}};
+    return made;
+  };
+  Campaign campaign = measured(shipped("kr360-table4"), 200, 3, 0.095, 0.15);
+  std::vector<int> rows;
+  for (int row = 0; row < campaign.rows(); ++row)
+    if (std::abs(campaign.q[row][0]) < 0.5) rows.push_back(row);
+  campaign = campaign.select(rows);
+  const auto [low, high] =
+      std::ranges::minmax(campaign.q, {}, [](const JointVector& q) { return q[0]; });
+  const std::array<double, 2> ends{low[0], high[0]};
+  robot.effects = {effect("A1.theta", 0, "harmonic 20")};
+  EXPECT_FALSE(calibrate(robot, campaign).robot.effects[0].measured);
+  robot.effects = {effect("A1.theta", 0, "linear")};
+  EXPECT_EQ(calibrate(robot, campaign).robot.effects[0].measured, ends);
+  robot.effects = {effect("A1.theta", 0, "harmonic 3")};
+  EXPECT_EQ(calibrate(robot, campaign).robot.effects[0].measured, ends);
+  robot.effects = {effect("A1.theta", 0, "harmonic 20"), effect("A1.theta", 0, "harmonic 3"),
+                   effect("A2.theta", 0, "harmonic 20"), effect("A1.theta", 3, "harmonic 20")};
+  const Robot found = calibrate(robot, campaign).robot;
+  EXPECT_EQ(found.effects[0].measured, ends);
+  EXPECT_EQ(found.effects[1].measured, ends);
+  EXPECT_FALSE(found.effects[2].measured);
+  EXPECT_FALSE(found.effects[3].measured);
+}
+
 TEST(Calibration, FindsABaseThatNobodyKnew) {
   const Robot robot = shipped("kr360-spindle");
   Robot truth = shipped("kr360-table4");
@@ -185,8 +216,8 @@ TEST(Calibration, CoefficientsOfDeclaredEffectsAreIdentified) {
   EXPECT_LT(found.std, 0.05 * found.value);
 }
 
-// A search goes on from a fit without an effect; with it, the solution is the same as from afar. One
-// pose in twelve is off, so that the weights of the readings change on the way.
+// A search goes on from a fit without an effect; with it, the solution is the same as from afar.
+// One pose in twelve is off, so that the weights of the readings change on the way.
 TEST(Calibration, StepOfASearchEndsAtTheSolution) {
   const Robot truth = shipped("kr360-undeclared");
   Robot robot = shipped("kr360-spindle");

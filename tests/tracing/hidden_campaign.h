@@ -36,15 +36,11 @@ class HiddenCampaign {
   Campaign training, held_out;
 };
 
-/// Poses of the whole travel, each visited once, by the true arm of a seed with the effect as it
-/// is.
+/// These poses, each visited once, by the true arm of a seed with the effect as it is.
 inline Campaign visits(const std::string& nominal, const armtrue_oracle::HiddenEffect& effect,
-                       int poses, unsigned seed) {
+                       const std::vector<std::array<double, 6>>& commanded, unsigned seed) {
   armtrue_oracle::CampaignPlan plan;
   plan.seed = seed;
-  std::vector<std::array<double, 6>> commanded;
-  for (const JointVector& q : random_configurations(read_robot(nominal).robot, poses, {}, seed))
-    commanded.push_back({q[0], q[1], q[2], q[3], q[4], q[5]});
   std::string folder = std::filesystem::temp_directory_path() / "armtrue-visits-XXXXXX";
   if (!mkdtemp(folder.data())) throw std::runtime_error("cannot create " + folder);
   armtrue_oracle::write_visits(armtrue_oracle::read_arm(nominal), effect, commanded, plan,
@@ -52,6 +48,15 @@ inline Campaign visits(const std::string& nominal, const armtrue_oracle::HiddenE
   Campaign campaign = read_campaign(folder + "/m.csv").campaign;
   std::filesystem::remove_all(folder);
   return campaign;
+}
+
+/// The same of poses of the whole travel.
+inline Campaign visits(const std::string& nominal, const armtrue_oracle::HiddenEffect& effect,
+                       int poses, unsigned seed) {
+  std::vector<std::array<double, 6>> commanded;
+  for (const JointVector& q : random_configurations(read_robot(nominal).robot, poses, {}, seed))
+    commanded.push_back({q[0], q[1], q[2], q[3], q[4], q[5]});
+  return visits(nominal, effect, commanded, seed);
 }
 
 inline bool names(const armtrue_oracle::Hidden& truth, const Effect& effect) {

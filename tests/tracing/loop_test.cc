@@ -361,32 +361,6 @@ TEST(Classes, ARivalThatTheReadingsSpeakAgainstIsRuledOut) {
   EXPECT_GT(found.ruled_out.front().delta_ebic, 2 * std::log(1000.0));
 }
 
-// Carried to another set-up of the same arm: base and tool are fitted anew, links and effects kept.
-TEST(Carried, TheClosedRobotBeatsGeometryAlone) {
-  armtrue_oracle::CampaignPlan plan;
-  plan.seed = 61;
-  const HiddenCampaign campaign(kNominal, "compliance", 0.12, plan);
-  const LoopResult result = closed(campaign);
-  const KinematicChain& chain = result.trace.fit.robot.chain;
-  const Pose moved{rotation_exp({0.3, -0.2, 1.1}), {0.8, -2.0, 0.4}};
-  Campaign elsewhere = campaign.held_out;
-  for (int row = 0; row < elsewhere.rows(); ++row) {
-    elsewhere.position[row] = moved * elsewhere.position[row];
-    elsewhere.orientation[row] = Eigen::Quaterniond(moved.rotation) * elsewhere.orientation[row];
-  }
-  ASSERT_GT((chain.base.translation - moved.translation).norm(), 1);  // the old base is of no use
-  const auto carried = [&](const Robot& robot) {
-    return summarize(evaluate(refit_set_up(robot, elsewhere, {"base", "tool"}), elsewhere).position)
-        .mean;
-  };
-  const double nominal = carried(read_robot(kNominal).robot);
-  const double geometric = carried(result.trace.stages.front().robot);
-  const double with_effect = carried(result.trace.fit.robot);
-  EXPECT_LT(geometric, 0.6 * nominal);
-  EXPECT_LT(with_effect, 0.9 * geometric);
-  EXPECT_LT(with_effect, 1.05 * campaign.written.floor_mean_mm * kMillimetre);
-}
-
 TEST(Nothing, IsSaidWhenNothingIsHidden) {
   for (unsigned seed : {51u, 52u, 53u}) {
     armtrue_oracle::CampaignPlan plan;

@@ -52,8 +52,8 @@ struct Effect {
   /// If it may be the instrument's: mean of the effect over the poses of its calibration. Only
   /// constant + mean is the parameter of the arm then [SI].
   double mean = 0;
-  /// Of a curve over a joint angle: the lowest and highest angle of its calibration [rad or m]. Beyond
-  /// them it keeps the value that it has there; its coefficients would give any.
+  /// Of a function of one joint angle: the lowest and highest angle of its calibration [rad or m].
+  /// Beyond them it keeps the value that it has there; its coefficients would give any.
   std::optional<std::array<double, 2>> measured{};
   /// Not empty if this is a whole family: its effects. `coefficients` then holds theirs, one after
   /// the other, and `parameter` is the name of the family. Occurs only during a search.
@@ -70,11 +70,9 @@ inline bool same_form(const Effect& a, const Effect& b) {
   return same_place(a, b) && a.shape == b.shape;
 }
 
-/// Whether the effect is a curve over one joint angle that only readings beside it determine.
-inline bool is_curve_of_angle(const Effect& effect) {
-  return effect.shape.kind == ShapeKind::series && !effect.driver.is_pair() &&
-         effect.driver.kind == DriverKind::joint_angle &&
-         (effect.shape.basis == SeriesBasis::cosine || effect.shape.basis == SeriesBasis::spline);
+/// Whether the effect is a function of one joint angle alone.
+inline bool is_of_one_angle(const Effect& effect) {
+  return effect.driver.kind == DriverKind::joint_angle && effect.driver.second_joint < 0;
 }
 
 inline constexpr const char* kPointOfInstrument = "instrument.point";

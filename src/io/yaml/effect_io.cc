@@ -109,8 +109,8 @@ Effect read_effect(YamlMap map, const KinematicChain& chain) {
   }
   if (map.has("measured")) {
     const std::vector<double> angles = map.numbers("measured", 2);
-    if (!is_curve_of_angle(effect) || angles[0] > angles[1])
-      map.fail("measured", "is the lowest and highest joint angle of a series cosine or spline");
+    if (!is_of_one_angle(effect) || angles[0] > angles[1])
+      map.fail("measured", "is the lowest and highest angle of an effect of one joint angle");
     effect.measured = {angles[0], angles[1]};
   }
   for (YamlMap& entry : map.maps("coefficients")) {
