@@ -16,6 +16,7 @@
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/summary.h"
 #include "calibration/likely_mistake.h"
+#include "calibration/pose_influence.h"
 #include "calibration/session_models.h"
 
 namespace armtrue {
@@ -28,6 +29,8 @@ constexpr double kTimesMiss = 4, kGap = 1.5;
 constexpr double kLacking = 1.25, kGapOfLacking = 2.5;
 constexpr double kMedianOfNormal3 = 1.538, kMedianOfNormal1 = 0.6745;  // of the norm
 constexpr double kWholePose = 0.5;  // share of the pose's error that each of its readings has
+// Of these few rows most unknowns are none where a campaign has many sessions or targets.
+constexpr Eigen::Index kRowsAtOnce = 96;
 constexpr double kCommonShare = 0.1, kLargestShare = 0.25;  // of the poses
 
 // One reading for each session, pose and channel.
@@ -159,7 +162,12 @@ class Search {
     const Eigen::MatrixXd blocks = models.blocks();
     const int size = models.row_size();
     const Eigen::Index p = blocks.cols() - 1;
-    const Eigen::MatrixXd shown = blocks.leftCols(p) * fit_.inverse_root;
+    Eigen::MatrixXd shown(blocks.rows(), fit_.inverse_root.cols());
+    for (Eigen::Index first = 0; first < blocks.rows(); first += kRowsAtOnce) {
+      const Eigen::Index rows = std::min(kRowsAtOnce, blocks.rows() - first);
+      shown.middleRows(first, rows) =
+          product_without_zeros(blocks.middleRows(first, rows).leftCols(p), fit_.inverse_root);
+    }
     judged_.assign(static_cast<size_t>(poses()), {});
     size_t next_kept = 0;
     std::vector<Eigen::VectorXd> errors(all_.rows.size());

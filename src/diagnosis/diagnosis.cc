@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <set>
 #include <stdexcept>
 
 #include "armtrue/calibration/calibration.h"
@@ -29,6 +30,9 @@ namespace {
 constexpr double kImplausibleTurn = 0.1;  // rad
 constexpr double kMuchBetter = 0.1;
 constexpr int kRowsLookedAt = 500;
+// Points of five poses are 15 equations for the 9 unknowns of base and tool: a wrong sign may fit
+// them ten times better by chance.
+constexpr size_t kFewestPoses = 6;
 
 // Median position error with base and tool fitted completely; with the base alone if there are too
 // few readings for both, or if they are distances and the fit fails.
@@ -237,7 +241,8 @@ std::vector<std::string> diagnose(const Robot& given, const Campaign& all) {
   const Campaign campaign = all.select(evenly_chosen(own, kRowsLookedAt));
   const Robot robot = robot_at_row(given, campaign, 0);
   std::vector<std::string> findings;
-  if (campaign.rows() < 4) return findings;  // a base fits any three points
+  if (std::set<int>(campaign.pose.begin(), campaign.pose.end()).size() < kFewestPoses)
+    return findings;
   const double miss = median_miss(robot, campaign);
   if (miss > kImplausibleMiss)
     try_hypotheses(robot, campaign, position_hypotheses(robot.chain, campaign.has_distances()),

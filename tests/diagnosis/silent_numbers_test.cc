@@ -234,6 +234,24 @@ TEST(SilentNumbers, TwoPosesAreNoMistakeOfTheFile) {
   EXPECT_THAT(diagnose(spindle(), campaign), IsEmpty());
 }
 
+// With a tool that is far from the file's, a few right readings fit a wrong arm nearly as well.
+TEST(SilentNumbers, FewPosesAreNoMistakeOfTheFile) {
+  Robot given = spindle();
+  given.chain.tool.translation = {0.2, -0.15, 0.1};
+  const Robot truth = read_robot(ARMTRUE_CONFIG "/robots/kr360-table4.yaml").robot;
+  for (const int poses : {4, 5, 6, 8})
+    for (unsigned seed = 1; seed <= 12; ++seed)
+      for (const bool orientation : {false, true}) {
+        SimulationOptions options;
+        options.poses = poses;
+        options.seed = seed;
+        options.noise_position = options.noise_orientation = 1e-4;
+        Campaign campaign = simulate(spindle(), truth, options);
+        if (!orientation) campaign.orientation.clear();
+        EXPECT_THAT(diagnose(given, campaign), IsEmpty()) << poses << " poses, seed " << seed;
+      }
+}
+
 // Rows sorted by pose, each with the times of its visits: the clock was not reset.
 TEST(SilentNumbers, RowsInAnotherOrderThanTheVisitsAreNoMistake) {
   const Campaign campaign = tutorial();
