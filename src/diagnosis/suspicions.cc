@@ -6,6 +6,7 @@
 #include "diagnosis/frame_change.h"
 #include "diagnosis/impossible_change.h"
 #include "diagnosis/plain_fit.h"
+#include "diagnosis/rounding_check.h"
 #include "diagnosis/scale_check.h"
 
 namespace armtrue {
@@ -31,6 +32,7 @@ LogFindings find_suspicions(const Robot& robot, const Campaign& campaign) {
   }
   auto suspicion = campaign.has_distances() ? find_scale_of_anchor(*fit) : find_frame_change(*fit);
   if (!suspicion) suspicion = find_scale_of_links(*fit, robot);
+  if (!suspicion) suspicion = find_rounded_angles(*fit);
   if (suspicion) found.warnings.push_back(*suspicion);
   return found;
 }
