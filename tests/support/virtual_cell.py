@@ -315,11 +315,12 @@ class Effect:
     joints: turns {joint 0 to 5: rad}; links: shifts {joint: vector in R_0 at encoder zero}; base: (turn, shift) in R_A;
     instrument: what the tracker adds to a point. `right` are the patterns of (parameter, driver) that describe the same
     physics, `stories` the names of the catalogue that tell it. `near` patterns have joint or time right, no more.
+    law: the effect as a robot file declares it, where armtrue knows a law for it.
     """
 
     def __init__(self, family, text, right=(), stories=(), near=(), joints=None, links=None, base=None,
-                 instrument=None):
-        self.family, self.text = family, text
+                 instrument=None, law=None):
+        self.family, self.text, self.law = family, text, law
         self.right, self.stories, self.near = list(right), list(stories), list(near)
         self.joints = joints or (lambda state: {})
         self.links = links or (lambda state: {})
@@ -350,7 +351,8 @@ def radial_offset(rng, cell):
         v, r = from_station(cell, point)
         return scaled(v, 1 / r)
     return Effect("instrument", "the tracker adds a constant to each range", INSTRUMENT,
-                  ["radial offset", "distorted space"], instrument=shift)
+                  ["radial offset", "distorted space"], instrument=shift,
+                  law="{name: told, parameter: instrument.range, driver: position, shape: linear}")
 
 
 def range_scale(rng, cell):
@@ -365,13 +367,15 @@ def range_reset(rng, cell):
         v, r = from_station(cell, point)
         return scaled(v, (state.t >= when) / r)
     return Effect("instrument", f"the range of the tracker is zeroed anew at {when:.0f} s",
-                  INSTRUMENT + [("base*", "time")], MOVED + ["instrument re-zeroed"], ANY_TIME, instrument=shift)
+                  INSTRUMENT + [("base*", "time")], MOVED + ["instrument re-zeroed"], ANY_TIME, instrument=shift,
+                  law=f"{{name: told, parameter: instrument.range, driver: time, shape: step, at_s: {when}}}")
 
 
 def refraction(rng, cell):
     return Effect("instrument", "the beam bends: points sag with the square of the distance", INSTRUMENT,
                   ["refraction", "index error", "distorted space"],
-                  instrument=lambda point, state: (0.0, 0.0, -(from_station(cell, point)[1] / 1000) ** 2))
+                  instrument=lambda point, state: (0.0, 0.0, -(from_station(cell, point)[1] / 1000) ** 2),
+                  law="{name: told, parameter: instrument.elevation, driver: range, shape: linear}")
 
 
 def circle(rng, cell):
@@ -387,7 +391,8 @@ def circle(rng, cell):
         return (-v[1] * turn, v[0] * turn, 0.0)
     name = "elevation" if vertical else "azimuth"
     return Effect("instrument", f"the {name} circle of the tracker has {cycles} cycles per turn", INSTRUMENT,
-                  ["eccentric circle", "distorted space"], instrument=shift)
+                  ["eccentric circle", "distorted space"], instrument=shift,
+                  law=f"{{name: told, parameter: instrument.{name}, driver: {name}, shape: harmonic {cycles}}}")
 
 
 def station_turns(rng, cell):
@@ -396,7 +401,8 @@ def station_turns(rng, cell):
     def shift(point, state):
         return scaled(cross(axis, from_station(cell, point)[0]), 1e-3 * state.t / cell["duration"])
     return Effect("instrument", "the station turns slowly", INSTRUMENT + BASE_TIME, MOVED + ["station turns"],
-                  ANY_TIME, instrument=shift)
+                  ANY_TIME, instrument=shift,
+                  law="{name: told, parameter: instrument.azimuth, driver: time, shape: linear}")
 
 
 def incidence(rng, cell):
@@ -845,7 +851,7 @@ def write(cell, folder):
                 rows(cell, random.Random(f"noise {cell['seed']}"), keep, noise, instrument))
     effect = cell["effect"]
     answer = {"seed": cell["seed"], "effect": cell["name"], "family": effect.family, "description": effect.text,
-              "right": effect.right, "stories": effect.stories, "near": effect.near, "robot": cell["robot"],
+              "law": effect.law, "right": effect.right, "stories": effect.stories, "near": effect.near, "robot": cell["robot"],
               "poses": cell["train"], "visits": cell["repeats"], "points_only": cell["points_only"],
               "noise_mm": cell["noise_mm"],
               "floor_mean_mm": cell["noise_mm"] * math.sqrt(8 / math.pi), "size": cell["size"],
