@@ -160,7 +160,8 @@ std::vector<std::string> fixed_elsewhere(const urdf::ModelInterface& model,
   std::vector<Pose> known{Pose{}};
   std::vector<std::string> names;
   for (const auto& links : {beside, on_the_way})
-    for (const auto& [name, at] : links) {
+    for (const auto& [name, place] : links) {
+      const Pose& at = place;  // clang 14 lets no lambda capture a structured binding
       if (std::ranges::any_of(known, [&](const Pose& one) { return stand_together(one, at); }))
         continue;
       known.push_back(at);
