@@ -82,12 +82,17 @@ TEST(KrlFlowTest, BehindABranchOnlyWhatAllWaysHaveIsKnown) {
 }
 
 TEST(KrlFlowTest, ATurnOfALoopBeginsWhereTheTurnBeforeEnds) {
-  for (const auto& [begin, end] :
-       std::vector<std::pair<std::string, std::string>>{{"LOOP", "ENDLOOP"},
-                                                        {"FOR i=1 TO 3", "ENDFOR"},
-                                                        {"WHILE a", "ENDWHILE"},
-                                                        {"REPEAT", "UNTIL a"}}) {
-    const auto loop = [&](const std::string& moves) { return begin + "\n" + moves + end + "\n"; };
+  struct Loop {
+    std::string begin, end;
+  };
+  for (const Loop& kind : {Loop{"LOOP", "ENDLOOP"},
+                           {"FOR i=1 TO 3", "ENDFOR"},
+                           {"WHILE a", "ENDWHILE"},
+                           {"REPEAT", "UNTIL a"}}) {
+    const std::string& begin = kind.begin;
+    const auto loop = [&](const std::string& moves) {
+      return begin + "\n" + moves + kind.end + "\n";
+    };
     EXPECT_THAT(targets(loop("LIN {Z 5}\nLIN {X 6}\n")), IsEmpty()) << begin;
     EXPECT_THAT(targets(loop("LIN {X 5}\nLIN {X 6}\n")), ElementsAre("6: 5 2 3", "> 7: 6 2 3"))
         << begin;
