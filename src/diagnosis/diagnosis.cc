@@ -30,9 +30,10 @@ namespace {
 constexpr double kImplausibleTurn = 0.1;  // rad
 constexpr double kMuchBetter = 0.1;
 constexpr int kRowsLookedAt = 500;
-// Points of five poses are 15 equations for the 9 unknowns of base and tool: a wrong sign may fit
-// them ten times better by chance.
+// Fewer poses determine the base, but not the tool beside it. Where the tool is elsewhere than in
+// the file, a wrong sign may fit them ten times better by chance, not a hundred times.
 constexpr size_t kFewestPoses = 6;
+constexpr double kBeyondChance = 0.01;
 
 // Median position error with base and tool fitted completely; with the base alone if there are too
 // few readings for both, or if they are distances and the fit fails.
@@ -194,9 +195,9 @@ std::vector<Hypothesis> orientation_hypotheses() {
 }
 
 void try_hypotheses(const Robot& robot, const Campaign& campaign,
-                    const std::vector<Hypothesis>& hypotheses, double as_it_stands,
+                    const std::vector<Hypothesis>& hypotheses, double limit,
                     double (*measure)(Robot, const Campaign&), std::vector<std::string>& findings) {
-  double best = kMuchBetter * as_it_stands;
+  double best = limit;
   std::string remedy;
   for (const Hypothesis& hypothesis : hypotheses) {
     Robot changed_robot = robot;
@@ -241,12 +242,14 @@ std::vector<std::string> diagnose(const Robot& given, const Campaign& all) {
   const Campaign campaign = all.select(evenly_chosen(own, kRowsLookedAt));
   const Robot robot = robot_at_row(given, campaign, 0);
   std::vector<std::string> findings;
-  if (std::set<int>(campaign.pose.begin(), campaign.pose.end()).size() < kFewestPoses)
-    return findings;
+  const size_t poses = std::set<int>(campaign.pose.begin(), campaign.pose.end()).size();
+  if (poses < 4) return findings;  // a base fits any three points
+  const bool few = poses < kFewestPoses;
   const double miss = median_miss(robot, campaign);
   if (miss > kImplausibleMiss)
     try_hypotheses(robot, campaign, position_hypotheses(robot.chain, campaign.has_distances()),
-                   miss, median_miss, findings);
+                   (few ? kBeyondChance : kMuchBetter) * miss, median_miss, findings);
+  if (few) return findings;
   if (findings.empty())
     if (const auto mixed = find_mixed_rows(robot, campaign, kImplausibleMiss, kImplausibleTurn))
       findings.push_back(*mixed);
@@ -256,7 +259,8 @@ std::vector<std::string> diagnose(const Robot& given, const Campaign& all) {
     const Robot calibrated = calibrated_to_points(robot, campaign);
     const double turn = median_turn(calibrated, campaign);
     if (turn > kImplausibleTurn)
-      try_hypotheses(calibrated, campaign, orientation_hypotheses(), turn, median_turn, findings);
+      try_hypotheses(calibrated, campaign, orientation_hypotheses(), kMuchBetter * turn,
+                     median_turn, findings);
     if (findings.empty() && turn > kImplausibleTurn)
       findings.push_back(fmt::format(
           "the orientations turn otherwise than this robot's tool, by {:.3g} deg from pose to pose "

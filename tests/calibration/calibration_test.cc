@@ -183,6 +183,11 @@ TEST(Calibration, EffectsOfAnAngleEndWhereItsReadingsDo) {
   EXPECT_EQ(found.effects[1].measured, ends);
   EXPECT_FALSE(found.effects[2].measured);
   EXPECT_FALSE(found.effects[3].measured);
+  Effect growing = effect("A1.theta", 0, "linear");
+  growing.driver.factor = DriverKind::payload;
+  robot.effects = {growing};
+  for (int row = 0; row < campaign.rows(); ++row) campaign.payload_kg.push_back(row % 2 * 50.0);
+  EXPECT_FALSE(calibrate(robot, campaign).robot.effects[0].measured);
 }
 
 TEST(Calibration, FindsABaseThatNobodyKnew) {

@@ -851,7 +851,8 @@ def write(cell, folder):
                 rows(cell, random.Random(f"noise {cell['seed']}"), keep, noise, instrument))
     effect = cell["effect"]
     answer = {"seed": cell["seed"], "effect": cell["name"], "family": effect.family, "description": effect.text,
-              "law": effect.law, "right": effect.right, "stories": effect.stories, "near": effect.near, "robot": cell["robot"],
+              "law": effect.law, "right": effect.right, "stories": effect.stories, "near": effect.near,
+              "robot": cell["robot"],
               "poses": cell["train"], "visits": cell["repeats"], "points_only": cell["points_only"],
               "noise_mm": cell["noise_mm"],
               "floor_mean_mm": cell["noise_mm"] * math.sqrt(8 / math.pi), "size": cell["size"],

@@ -10,7 +10,8 @@ namespace armtrue {
 /// changes by more than the error of any real arm, however small the residuals are and whether or
 /// not gross poses are left out. Warnings: after some row the readings are in another frame, or the
 /// tool is another; the distances from one anchor have another scale than the others; all links
-/// become longer or shorter by one factor; the joint angles are rounded. Empty if the campaign or the robot has several sessions.
+/// become longer or shorter by one factor; the joint angles are rounded. Empty if the campaign or
+/// the robot has several sessions.
 LogFindings find_suspicions(const Robot& robot, const Campaign& campaign);
 
 }  // namespace armtrue

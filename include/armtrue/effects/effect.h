@@ -72,7 +72,8 @@ inline bool same_form(const Effect& a, const Effect& b) {
 
 /// Whether the effect is a function of one joint angle alone.
 inline bool is_of_one_angle(const Effect& effect) {
-  return effect.driver.kind == DriverKind::joint_angle && effect.driver.second_joint < 0;
+  const Driver& driver = effect.driver;
+  return driver.kind == DriverKind::joint_angle && !driver.is_pair() && !driver.factor;
 }
 
 inline constexpr const char* kPointOfInstrument = "instrument.point";
