@@ -31,9 +31,8 @@ constexpr double kImplausibleTurn = 0.1;  // rad
 constexpr double kMuchBetter = 0.1;
 constexpr int kRowsLookedAt = 500;
 // Fewer poses determine the base, but not the tool beside it. Where the tool is elsewhere than in
-// the file, a wrong sign may fit them ten times better by chance, not a hundred times.
+// the file, a wrong sign may fit them much better by chance; a wrong unit does not.
 constexpr size_t kFewestPoses = 6;
-constexpr double kBeyondChance = 0.01;
 
 // Median position error with base and tool fitted completely; with the base alone if there are too
 // few readings for both, or if they are distances and the fit fails.
@@ -97,9 +96,8 @@ void scale_lengths(Campaign& campaign, double factor) {
     if (c) c->value *= factor;
 }
 
-std::vector<Hypothesis> position_hypotheses(const KinematicChain& chain, bool of_distances) {
+std::vector<Hypothesis> unit_hypotheses(const std::vector<JointName>& names, bool of_distances) {
   std::vector<Hypothesis> hypotheses;
-  const std::vector<JointName> names = joint_names(chain);
   const auto revolute =
       std::ranges::count_if(names, [](const JointName& name) { return !name.is_length; });
   hypotheses.push_back(
@@ -121,6 +119,15 @@ std::vector<Hypothesis> position_hypotheses(const KinematicChain& chain, bool of
                     : "the positions look like millimetres under a _m name; name the columns "
                       "x_mm,y_mm,z_mm",
        [](Robot&, Campaign& c) { scale_lengths(c, 1e-3); }});
+  return hypotheses;
+}
+
+// Units, and signs and orders if `with_conventions`.
+std::vector<Hypothesis> position_hypotheses(const KinematicChain& chain, bool of_distances,
+                                            bool with_conventions) {
+  const std::vector<JointName> names = joint_names(chain);
+  std::vector<Hypothesis> hypotheses = unit_hypotheses(names, of_distances);
+  if (!with_conventions) return hypotheses;
   for (int j = 0; j < static_cast<int>(names.size()); ++j)
     hypotheses.push_back(
         {"joint " + names[j].axis +
@@ -195,9 +202,9 @@ std::vector<Hypothesis> orientation_hypotheses() {
 }
 
 void try_hypotheses(const Robot& robot, const Campaign& campaign,
-                    const std::vector<Hypothesis>& hypotheses, double limit,
+                    const std::vector<Hypothesis>& hypotheses, double as_it_stands,
                     double (*measure)(Robot, const Campaign&), std::vector<std::string>& findings) {
-  double best = limit;
+  double best = kMuchBetter * as_it_stands;
   std::string remedy;
   for (const Hypothesis& hypothesis : hypotheses) {
     Robot changed_robot = robot;
@@ -247,8 +254,9 @@ std::vector<std::string> diagnose(const Robot& given, const Campaign& all) {
   const bool few = poses < kFewestPoses;
   const double miss = median_miss(robot, campaign);
   if (miss > kImplausibleMiss)
-    try_hypotheses(robot, campaign, position_hypotheses(robot.chain, campaign.has_distances()),
-                   (few ? kBeyondChance : kMuchBetter) * miss, median_miss, findings);
+    try_hypotheses(robot, campaign,
+                   position_hypotheses(robot.chain, campaign.has_distances(), !few), miss,
+                   median_miss, findings);
   if (few) return findings;
   if (findings.empty())
     if (const auto mixed = find_mixed_rows(robot, campaign, kImplausibleMiss, kImplausibleTurn))
@@ -259,8 +267,7 @@ std::vector<std::string> diagnose(const Robot& given, const Campaign& all) {
     const Robot calibrated = calibrated_to_points(robot, campaign);
     const double turn = median_turn(calibrated, campaign);
     if (turn > kImplausibleTurn)
-      try_hypotheses(calibrated, campaign, orientation_hypotheses(), kMuchBetter * turn,
-                     median_turn, findings);
+      try_hypotheses(calibrated, campaign, orientation_hypotheses(), turn, median_turn, findings);
     if (findings.empty() && turn > kImplausibleTurn)
       findings.push_back(fmt::format(
           "the orientations turn otherwise than this robot's tool, by {:.3g} deg from pose to pose "
