@@ -53,22 +53,6 @@ std::vector<KeptDerivatives> kept_at(const SessionModels& models, const Eigen::V
   return kept;
 }
 
-// Sigma if there are hardly more readings than unknowns. Prior: ln sigma ~ N(ln expected, 2^2).
-// With S the sum of squares (estimate sigma^2 f with f degrees of freedom),
-//     S / sigma^2 = f + ln(sigma / expected) / 4.
-// With many degrees of freedom it changes nothing.
-double sigma_by_prior_too(double sigma, double freedom, double expected) {
-  const double squares = sigma * sigma * freedom;
-  double low = std::log(kMinSigma), high = std::log(std::max(sigma, expected)) + 1;
-  while (high - low > 1e-9) {
-    const double middle = 0.5 * (low + high);
-    const double excess =
-        squares * std::exp(-2 * middle) - freedom - 0.25 * (middle - std::log(expected));
-    (excess > 0 ? low : high) = middle;
-  }
-  return std::exp(0.5 * (low + high));
-}
-
 // Geometric mean of two descriptions of the residuals.
 ResidualDescription half_way(const ReadingSigma& sigma, const ReadingLaw& law,
                              ResidualDescription next) {
@@ -138,10 +122,7 @@ Solution fit(SessionModels& model, ReadingLaw& law, Priors& priors,
     ResidualDescription next =
         describe_residuals(raw_norms(model, x), model.campaign(), model.sigma(),
                            equations / freedom.max(1.0), options.robust);
-    next.sigma.position = sigma_by_prior_too(next.sigma.position, freedom[0], noise.position);
-    if (model.campaign().has_orientation())
-      next.sigma.orientation =
-          sigma_by_prior_too(next.sigma.orientation, freedom[1], noise.orientation);
+    next.sigma = sigma_by_prior_too(next.sigma, freedom, noise, model.campaign().has_orientation());
     // The information at the new sigma, and the priors at theirs.
     const double rescaled = model.sigma().position / next.sigma.position;
     if (round == 0 && !near) scale_widths(1, priors);

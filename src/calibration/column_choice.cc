@@ -353,8 +353,8 @@ void ColumnChoice::choose_targets() {
   const Eigen::MatrixXd none = Eigen::MatrixXd::Zero(head.cols(), head.cols());
   std::vector<Eigen::MatrixXd> later{none};  // of the last target first
   for (auto target = targets_.rbegin(); target != targets_.rend(); ++target)
-    later.push_back(folded(later.back(),
-                           head.middleRows(target->second.first_row, target->second.rows)));
+    later.push_back(
+        folded(later.back(), head.middleRows(target->second.first_row, target->second.rows)));
   Eigen::MatrixXd before = none;
   for (const auto& [number, target] : targets_) {
     later.pop_back();

@@ -282,7 +282,8 @@ namespace {
 // So many rows, of which each quantity has as many.
 std::vector<int> every_touch(const Campaign& campaign, int count) {
   std::map<int, int> first_rows;
-  for (int row = 0; row < campaign.rows(); ++row) first_rows.try_emplace(campaign.quantity(row), row);
+  for (int row = 0; row < campaign.rows(); ++row)
+    first_rows.try_emplace(campaign.quantity(row), row);
   std::vector<int> rows;
   while (std::ssize(rows) < count)
     for (const auto& [quantity, row] : first_rows) rows.push_back(row);
@@ -295,8 +296,8 @@ std::vector<int> every_touch(const Campaign& campaign, int count) {
 std::vector<int> lost_to_poses(const Robot& robot, const Campaign& campaign,
                                const IdentifiableSet& set) {
   constexpr int kPoses = 200;
-  Campaign everywhere = campaign.select(
-      campaign.has_touches() ? every_touch(campaign, kPoses) : std::vector<int>(kPoses, 0));
+  Campaign everywhere = campaign.select(campaign.has_touches() ? every_touch(campaign, kPoses)
+                                                               : std::vector<int>(kPoses, 0));
   everywhere.q = sample_joint_space(robot.chain, kPoses);
   const int targets = std::max(1, static_cast<int>(campaign.target_names.size()));
   for (int row = 0; row < kPoses && !campaign.target.empty(); ++row)

@@ -13,7 +13,7 @@
 namespace armtrue {
 namespace {
 
-constexpr Eigen::Index kFewOf = 4;       // fewer than a quarter are few
+constexpr Eigen::Index kFewOf = 4;  // fewer than a quarter are few
 constexpr Eigen::Index kNowhere = -1;
 constexpr double kOnlyThere = 1e-6;      // share of a direction that other poses show too
 constexpr double kSmallLeverage = 0.03;  // two terms of the series are exact to its square

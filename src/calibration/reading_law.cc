@@ -84,9 +84,10 @@ double log_likelihood(const Rows& rows, const ReadingSigma& sigma, double dof) {
   return value;
 }
 
-// Expectation-maximisation of sigma under a law; see describe_residuals(). Where sigma is most likely
-// the sum of the weights is known, and may stand for the number of rows: a third of the rounds
-// (Kent, Tyler, Vardi, "A curious likelihood identity for the multivariate t-distribution", 1994).
+// Expectation-maximisation of sigma under a law; see describe_residuals(). Where sigma is most
+// likely the sum of the weights is known, and may stand for the number of rows: a third of the
+// rounds (Kent, Tyler, Vardi, "A curious likelihood identity for the multivariate t-distribution",
+// 1994).
 ReadingSigma most_likely_sigma(const Rows& rows, ReadingSigma sigma, double dof,
                                const Eigen::Array2d& correction) {
   const int d = rows.size.all();
@@ -224,6 +225,38 @@ ResidualDescription describe_residuals(const std::vector<Eigen::Vector2d>& norms
   }
   best.law = bounded_law(best.law.degrees_of_freedom, std::move(best.law.variance));
   return best;
+}
+
+ReadingSigma sigma_by_prior_too(const ReadingSigma& sigma, const Eigen::Array2d& freedom,
+                                const ReadingSigma& expected, bool has_orientation) {
+  constexpr double kDeviation = 2, kCorrelation = 0.875;  // their ratio: deviation 1
+  constexpr int kMaxSweeps = 200;                         // of both in turn; each takes rho^2 away
+  constexpr double kTolerance = 1e-9;
+  const double rho = has_orientation ? kCorrelation : 0;
+  const double variance = kDeviation * kDeviation * (1 - rho * rho);
+  const std::array of_sigma{sigma.position, sigma.orientation};
+  const std::array of_expected{expected.position, expected.orientation};
+  std::array u{0.0, 0.0};
+  double change = 1;
+  for (int sweep = 0; sweep < kMaxSweeps && change > kTolerance; ++sweep) {
+    change = 0;
+    for (size_t k = 0; k < (has_orientation ? 2u : 1u); ++k) {
+      const double ratio = of_sigma[k] / of_expected[k], mean = rho * u[1 - k];
+      const auto f = freedom[static_cast<Eigen::Index>(k)];
+      double low = std::log(kMinSigma / of_expected[k]);
+      double high = std::max(mean, std::log(ratio)) + 1;
+      while (high - low > 0.1 * kTolerance) {
+        const double middle = 0.5 * (low + high);
+        const double excess =
+            f * (ratio * ratio * std::exp(-2 * middle) - 1) - (middle - mean) / variance;
+        (excess > 0 ? low : high) = middle;
+      }
+      change = std::max(change, std::abs(0.5 * (low + high) - u[k]));
+      u[k] = 0.5 * (low + high);
+    }
+  }
+  return {of_expected[0] * std::exp(u[0]),
+          has_orientation ? of_expected[1] * std::exp(u[1]) : sigma.orientation};
 }
 
 ReadingSigma median_sigma(const std::vector<Eigen::Vector2d>& norms, const ReadingSize& size) {

@@ -49,8 +49,9 @@ struct ReadingLaw {
 std::vector<double> pose_variances(const Campaign& campaign, const std::vector<double>& norms,
                                    int dimension);
 
-/// The law with these variances, whose bound is 9 times their 0.9 quantile: a pose counts in full up
-/// to three times the deviation of nine poses of ten. If more are off, the model lacks something.
+/// The law with these variances, whose bound is 9 times their 0.9 quantile: a pose counts in full
+/// up to three times the deviation of nine poses of ten. If more are off, the model lacks
+/// something.
 ReadingLaw bounded_law(double degrees_of_freedom, std::vector<double> variance);
 
 /// Sigma and distribution of the residuals of a fit.
@@ -70,6 +71,15 @@ struct ResidualDescription {
 ResidualDescription describe_residuals(const std::vector<Eigen::Vector2d>& norms,
                                        const Campaign& campaign, const ReadingSigma& start,
                                        const Eigen::Array2d& correction, bool robust);
+
+/// Sigma if there are hardly more readings than unknowns. Prior: u = ln(sigma / expected) is normal
+/// with deviation 2, and that of orientation goes with that of position (correlation rho), because
+/// what a model lacks moves both. Apart, one could go to zero while the other takes all the misfit.
+/// With S the sum of squares (estimate sigma^2 f with f degrees of freedom),
+///     S / sigma^2 = f + (u - rho u of the other) / (4 (1 - rho^2)).
+/// With many degrees of freedom it changes nothing.
+ReadingSigma sigma_by_prior_too(const ReadingSigma& sigma, const Eigen::Array2d& freedom,
+                                const ReadingSigma& expected, bool has_orientation);
 
 /// Sigma from the medians of the squared norms [m^2, rad^2], consistent for a Gaussian law. Throws
 /// std::invalid_argument if there are none.

@@ -87,8 +87,8 @@ void SessionModels::find_groups(Split split) {
   const int first = layout_of(robot_.chain).targets, end = first_anchor_parameter(robot_.chain);
   const auto places = std::ranges::count_if(
       geometric_, [&](int parameter) { return parameter >= first && parameter < end; });
-  by_target_ = split == Split::by_target && !campaign_.target.empty() &&
-               2 * places > std::ssize(geometric_);
+  by_target_ =
+      split == Split::by_target && !campaign_.target.empty() && 2 * places > std::ssize(geometric_);
   has_one_target_each_ = by_target_ && std::ranges::none_of(robot_.effects, moves_target);
   const std::vector<int> matched =
       by_target_ ? match_targets(campaign_, robot_.chain) : std::vector<int>{};
@@ -132,8 +132,8 @@ void SessionModels::enter_model(int group, const Robot& alone, const Campaign& r
     names_.push_back(session_name(readings, 0));
     common_from_own_.push_back(common_from_session(robot_, names_.back()));
     std::vector<int>& shown = own_.emplace_back(own);
-    const Campaign of_session = by_target_ ? campaign_.select(rows_by_session(campaign_)[session])
-                                           : Campaign{};
+    const Campaign of_session =
+        by_target_ ? campaign_.select(rows_by_session(campaign_)[session]) : Campaign{};
     for (int turn : unobservable_rotations(by_target_ ? of_session : readings, there.chain,
                                            common_from_own_.back()))
       std::erase(shown, turn);
@@ -148,8 +148,8 @@ void SessionModels::enter_model(int group, const Robot& alone, const Campaign& r
     if (by_target_ && is_of_target && (k - layout.targets) / 3 != target) continue;
     // With one target the numbers of what stands behind the others are lower.
     const int left_out = !has_one_target_each_ || k < layout.targets ? 0
-                         : is_of_target                               ? target
-                                                                      : targets - 1;
+                         : is_of_target                              ? target
+                                                                     : targets - 1;
     parameters.push_back(k - 3 * left_out);
   }
   models_.emplace_back(readings, there, std::move(parameters), sigma, fitted_effects,
@@ -319,8 +319,7 @@ void SessionModels::At::block(int row, Eigen::Ref<Eigen::MatrixXd> out) const {
   models_.scatter(group_of(row), block, out);
 }
 
-std::vector<std::vector<int>> SessionModels::At::replicates_among(
-    std::span<const int> rows) const {
+std::vector<std::vector<int>> SessionModels::At::replicates_among(std::span<const int> rows) const {
   std::vector<std::vector<int>> replicates;
   std::map<std::pair<int, int>, size_t> known;  // by group and prediction
   for (int row : rows) {

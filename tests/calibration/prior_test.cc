@@ -12,6 +12,7 @@
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/parameters.h"
+#include "armtrue/statistics/summary.h"
 #include "kinematics/six_axes.h"
 
 namespace armtrue::prior_test {
@@ -182,6 +183,22 @@ TEST(Priors, AreThoseOfEffectsThatAreDeclaredWithoutCoefficients) {
   EXPECT_TRUE(calibrate(without, campaign).change == expected.change);
   without.effects[1].coefficients.clear();
   EXPECT_TRUE(calibrate(without, campaign).change == expected.change);
+}
+
+// Four poses: the deviation of one quantity could go to zero and that of the other take all of the
+// misfit, so that the arm left its points to follow its orientations.
+TEST(Priors, KeepPositionAndOrientationTogether) {
+  int worse_than_placed = 0;
+  for (unsigned seed = 1; seed <= 200; ++seed) {
+    const Campaign campaign = measured(shipped("kr360-table4"), 4, seed);
+    Robot placed = shipped("kr360-spindle");
+    placed.identify = {"base", "tool"};
+    const auto error = [&](const Robot& robot) {
+      return summarize(evaluate(calibrate(robot, campaign).robot, campaign).position).mean;
+    };
+    worse_than_placed += error(shipped("kr360-spindle")) > error(placed);
+  }
+  EXPECT_EQ(worse_than_placed, 0);
 }
 
 // A calibrated robot that is calibrated again is drawn to the values of its file, not to those of
