@@ -16,6 +16,7 @@
 #include "armtrue/report/calibration_page.h"
 #include "columns.h"
 #include "command_line.h"
+#include "option_text.h"
 #include "report_arguments.h"
 
 using namespace armtrue;

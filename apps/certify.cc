@@ -11,6 +11,7 @@
 #include "armtrue/text/input_error.h"
 #include "columns.h"
 #include "command_line.h"
+#include "option_text.h"
 
 using namespace armtrue;
 

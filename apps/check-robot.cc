@@ -9,6 +9,7 @@
 #include "armtrue/io/output.h"
 #include "armtrue/kinematics/units.h"
 #include "command_line.h"
+#include "option_text.h"
 
 using namespace armtrue;
 

@@ -12,6 +12,7 @@
 #include "armtrue/report/error_map_page.h"
 #include "columns.h"
 #include "command_line.h"
+#include "option_text.h"
 #include "program_arguments.h"
 #include "report_arguments.h"
 

@@ -17,6 +17,7 @@
 #include "armtrue/tracing/loop.h"
 #include "columns.h"
 #include "command_line.h"
+#include "option_text.h"
 
 using namespace armtrue;
 

@@ -10,6 +10,7 @@
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
+#include "option_text.h"
 
 namespace armtrue::app {
 namespace {

@@ -8,6 +8,7 @@
 
 #include "armtrue/io/output.h"
 #include "armtrue/io/program_io.h"
+#include "option_text.h"
 #include "program_arguments.h"
 
 namespace armtrue::app {

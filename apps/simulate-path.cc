@@ -8,6 +8,7 @@
 #include "armtrue/path/simulation.h"
 #include "columns.h"
 #include "command_line.h"
+#include "option_text.h"
 
 using namespace armtrue;
 

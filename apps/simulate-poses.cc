@@ -9,6 +9,7 @@
 #include "armtrue/kinematics/units.h"
 #include "columns.h"
 #include "command_line.h"
+#include "option_text.h"
 
 using namespace armtrue;
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "../../apps/command_line.h"
+#include "../../apps/option_text.h"
 #include "fuzz/targets.h"
 
 namespace armtrue::fuzz {
