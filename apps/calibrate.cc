@@ -114,13 +114,6 @@ void report_near_nominal(const app::Command& command, const CalibrationResult& r
       "\n");
 }
 
-void warn_of_gross_poses(app::Command& command, const std::vector<GrossPose>& gross) {
-  for (const GrossPose& pose : gross)
-    command.warn(
-        fmt::format("all readings of pose {} share an error of {:.4g} mm; it is left out: {}",
-                    pose.id, pose.off / kMillimetre, pose.likely));
-}
-
 void warn_of_doubts(app::Command& command, const Robot& robot, const Campaign& all,
                     const Campaign& campaign, const CalibrationResult& result,
                     const CalibrationFindings& findings) {
@@ -170,7 +163,7 @@ int run(app::Command& command, const Arguments& arguments) {
   Campaign changed;  // a copy of many rows takes its memory
   if (!all_as_read) changed = without_gross(all, gross);
   const Campaign& campaign = all_as_read ? all : changed;
-  warn_of_gross_poses(command, gross);
+  app::warn_of_gross_poses(command, gross);
   std::optional<WeightedZone> zone;
   if (!arguments.zone.empty())
     zone = weight_readings_by_zone(command, changed, robot, app::zone_from_text(arguments.zone));

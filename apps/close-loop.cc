@@ -148,10 +148,7 @@ LoopResult search(app::Command& command, const Arguments& arguments, const Robot
                   const Measured& measured, const TraceOptions& options) {
   const Catalogue catalogue = app::catalogue(arguments.catalogue);
   LoopResult result = close_loop(robot, measured.training, measured.held_out, catalogue, options);
-  for (const GrossPose& pose : result.gross_poses)
-    command.warn(
-        fmt::format("all readings of pose {} share an error of {:.4g} mm; it is left out: {}",
-                    pose.id, pose.off / kMillimetre, pose.likely));
+  app::warn_of_gross_poses(command, result.gross_poses);
   if (arguments.nested_folds > 0) {
     command.progress("repeating the search in " + std::to_string(arguments.nested_folds) +
                      " folds");

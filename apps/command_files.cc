@@ -144,6 +144,13 @@ void warn_of_touches(Command& command, const Robot& robot, const Campaign& campa
       parameter_name(robot.chain, *scale), length, 100 / length));
 }
 
+void warn_of_gross_poses(Command& command, const std::vector<GrossPose>& gross) {
+  for (const GrossPose& pose : gross)
+    command.warn(
+        fmt::format("all readings of pose {} share an error of {:.4g} mm; it is left out: {}",
+                    pose.id, pose.off / kMillimetre, pose.likely));
+}
+
 std::string beyond_any_arm(const Robot& robot, double error, double noise) {
   const double most = largest_credible_error(robot.chain, noise);
   if (error <= most) return "";

@@ -10,6 +10,7 @@
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/calibration/gross_poses.h"
 #include "armtrue/effects/catalogue.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/certificate_io.h"
@@ -162,6 +163,9 @@ std::vector<JointTarget> numbered(const std::vector<PlannedPose>& poses,
 /// encoder of lengths shows it. `robot`: the one for which the set was chosen.
 void warn_of_touches(Command& command, const Robot& robot, const Campaign& campaign,
                      const IdentifiableSet& set);
+
+/// Warns of each pose that is left out because all its readings share a large error.
+void warn_of_gross_poses(Command& command, const std::vector<GrossPose>& gross);
 
 /// The warning for a fit that did not converge.
 std::string not_converged(const CalibrationResult& fit);
