@@ -13,6 +13,7 @@
 #include "armtrue/kinematics/pose.h"
 #include "armtrue/statistics/summary.h"
 #include "calibration/registration.h"
+#include "kinematics/joint_iterations.h"
 #include "linear_algebra/decompositions.h"
 
 namespace armtrue {
@@ -157,22 +158,14 @@ class Approach {
   std::optional<JointVector> configuration(int row) const {
     constexpr int kMaxSteps = 100;
     constexpr double kTouches = 1e-12;  // m, far below what a rank could notice
-    constexpr double kMaxStep = 0.3;    // rad or m
-    JointVector q = campaign_.q[static_cast<size_t>(row)];
-    for (int step = 0; step < kMaxSteps; ++step) {
+    const auto step_at = [&](const JointVector& q) -> std::optional<JointVector> {
       Eigen::MatrixXd jacobian;
       const Eigen::VectorXd miss = this->miss(row, q, jacobian);
-      if (miss.norm() < kTouches) return q;
-      const Eigen::MatrixXd gram = jacobian * jacobian.transpose();
-      const double damping = std::max(1e-30, 1e-12 * gram.trace());
-      const Eigen::MatrixXd damped =
-          gram + damping * Eigen::MatrixXd::Identity(gram.rows(), gram.cols());
-      JointVector change = -jacobian.transpose() * damped.ldlt().solve(miss);
-      if (const double largest = change.cwiseAbs().maxCoeff(); largest > kMaxStep)
-        change *= kMaxStep / largest;
-      q += change;
-    }
-    return std::nullopt;
+      if (miss.norm() < kTouches) return std::nullopt;
+      const double damping = std::max(1e-30, 1e-12 * jacobian.squaredNorm());
+      return smallest_step(jacobian, -miss, damping);
+    };
+    return newton(campaign_.q[static_cast<size_t>(row)], kMaxSteps, step_at);
   }
 
  private:

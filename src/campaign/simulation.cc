@@ -3,16 +3,21 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <optional>
 #include <stdexcept>
 
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/statistics/random.h"
+#include "kinematics/joint_iterations.h"
 #include "linear_algebra/decompositions.h"
 #include "statistics/shuffle.h"
 
 namespace armtrue {
 namespace {
+
+constexpr int kMaxSteps = 60;
+constexpr double kDamping = 1e-3;  // [m^2]: near a singular posture the joints move little
+constexpr double kReached = 1e-6;  // [m]
 
 bool within_travel(const KinematicChain& chain, const JointVector& q) {
   for (int j = 0; j < joint_count(chain); ++j)
@@ -34,26 +39,22 @@ JointVector step_to(const KinematicChain& chain, const PoseJacobian& jacobian,
   Eigen::Matrix<double, 3, kJoints, 0, 3, kMost> joints(3, joint_count(chain));
   for (int j = 0; j < static_cast<int>(joints.cols()); ++j)
     joints.col(j) = joint_column(chain, jacobian, j).head<3>();
-  const Eigen::Matrix3d gram = joints * joints.transpose() + 1e-3 * Eigen::Matrix3d::Identity();
-  const Eigen::Matrix<double, kJoints, 1, 0, kMost, 1> change =
-      joints.transpose() * gram.ldlt().solve(miss);
-  return change;
+  return smallest_step(joints, miss, kDamping);
 }
 
-// Moves a configuration by damped least-squares steps until its point is the wanted one.
-bool reach(const ChainEvaluator& evaluator, const KinematicChain& chain,
-           const Eigen::Vector3d& wanted, JointVector& q) {
-  for (int step = 0; step < 60; ++step) {
+// The configuration, moved until its point is the wanted one; nothing if that is not reached within
+// the travel.
+std::optional<JointVector> moved_to(const ChainEvaluator& evaluator, const KinematicChain& chain,
+                                    const Eigen::Vector3d& wanted, const JointVector& start) {
+  const auto step_at = [&](const JointVector& q) -> std::optional<JointVector> {
     PoseJacobian jacobian;
     const Eigen::Vector3d miss = wanted - evaluator.pose(q, jacobian).translation;
-    if (miss.norm() < 1e-6) return within_travel(chain, q);
-    JointVector change = joint_count(chain) == 6 ? step_to<6>(chain, jacobian, miss)
-                                                 : step_to<Eigen::Dynamic>(chain, jacobian, miss);
-    const double largest = change.cwiseAbs().maxCoeff();
-    if (largest > 0.3) change *= 0.3 / largest;
-    q += change;
-  }
-  return false;
+    if (miss.norm() < kReached) return std::nullopt;
+    return joint_count(chain) == 6 ? step_to<6>(chain, jacobian, miss)
+                                   : step_to<Eigen::Dynamic>(chain, jacobian, miss);
+  };
+  const std::optional<JointVector> reached = newton(start, kMaxSteps, step_at);
+  return reached && within_travel(chain, *reached) ? reached : std::nullopt;
 }
 
 }  // namespace
@@ -77,7 +78,9 @@ std::vector<JointVector> random_configurations(const Robot& robot, int count,
     if (box) {
       Eigen::Vector3d wanted;
       for (int i = 0; i < 3; ++i) wanted[i] = random.uniform(box->low[i], box->high[i]);
-      if (!reach(evaluator, robot.chain, wanted, q)) continue;
+      const std::optional<JointVector> reached = moved_to(evaluator, robot.chain, wanted, q);
+      if (!reached) continue;
+      q = *reached;
       if (!inside(*box, evaluator.pose(q).translation)) continue;
     }
     configurations.push_back(q);

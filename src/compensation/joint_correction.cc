@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "compensation/branch.h"
+#include "kinematics/joint_iterations.h"
 
 namespace armtrue {
 namespace {
@@ -17,7 +18,6 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 constexpr double kLength = 0.1;       // [m]: a mrad counts as 0.1 mm
 constexpr double kReached = 1e-10;    // [m], [rad]
 constexpr double kGoodEnough = 1e-9;  // [m], [rad]: 1e-6 mm
-constexpr double kLargestStep = 0.3;  // [rad], [m]: limit of the linear model
 constexpr int kNoJoint = -1, kWristJoint = 4;
 // With a wrist bent by less, or another singular value as small, a posture is near a singular one.
 constexpr double kNearWrist = 3 * kDegree;
@@ -50,35 +50,62 @@ JointVector solve_six(const Eigen::Matrix<double, 6, 6>& jacobian, double weight
   return change;
 }
 
-// The same for any number, none of them held. With more than six joints and hardly any weight the
-// dual form, J^T (J J^T + weight I)^-1 e, leaves the null space alone.
+// The same for any number, none of them held.
 JointVector solve_any(const JointJacobian& jacobian, double weight, const JointVector& right) {
   const Eigen::MatrixXd normal =
       jacobian.transpose() * jacobian +
       weight * Eigen::MatrixXd::Identity(jacobian.cols(), jacobian.cols());
   return normal.ldlt().solve(right);
 }
-JointVector solve_dual(const JointJacobian& jacobian, double weight, const Vector6& error) {
-  const Matrix6 normal = jacobian * jacobian.transpose() + weight * Matrix6::Identity();
-  return jacobian.transpose() * normal.ldlt().solve(error);
-}
 
 double squared_norm(const JointVector& q) {
   return q.size() == 6 ? Vector6(q).squaredNorm() : q.squaredNorm();
 }
 
-// One minimisation, with one lambda; `held` is a joint that does not move, or kNoJoint.
+// One minimisation by levenberg(), with one lambda; `held` is a joint that does not move, or
+// kNoJoint.
 class Minimum {
  public:
   Minimum(const ProgramArm& arm, const Context& context, const Pose& wanted,
           const JointVector& start, double lambda, int held)
       : arm_(arm), context_(context), wanted_(wanted), start_(start), lambda_(lambda), held_(held) {
-    find();
+    take(start_);
+    levenberg(*this,
+              {.max_steps = 200, .first_damping = 1e-12, .max_damping = 1e3, .least_step = 1e-13});
   }
 
   const JointVector& q() const { return q_; }
   bool is_reached(double tolerance) const { return is_within(error_, tolerance); }
   double error() const { return error_.norm(); }  // weighted [m]
+
+  double cost() const {
+    return error_.squaredNorm() + lambda_ * lambda_ * squared_norm(q_ - start_);
+  }
+
+  bool is_solved() const { return lambda_ == 0 && is_within(error_, kReached); }
+
+  // With more than six joints and no lambda, one that leaves the null space alone.
+  JointVector step(double damping) const {
+    const double weight = lambda_ * lambda_ + damping;
+    if (q_.size() == 6) {
+      const Eigen::Matrix<double, 6, 6> jacobian = jacobian_;
+      const Vector6 right =
+          jacobian.transpose() * error_ - lambda_ * lambda_ * Vector6(q_ - start_);
+      return solve_six(jacobian, weight, right, held_);
+    }
+    if (q_.size() > 6 && lambda_ == 0) return smallest_step(jacobian_, error_, weight);
+    return solve_any(jacobian_, weight,
+                     jacobian_.transpose() * error_ - lambda_ * lambda_ * (q_ - start_));
+  }
+
+  double try_step(const JointVector& step) const {
+    Context context = context_;
+    context.q = q_ + step;
+    return weighted_error(wanted_, arm_.pose(context)).squaredNorm() +
+           lambda_ * lambda_ * squared_norm(context.q - start_);
+  }
+
+  void accept(const JointVector& step) { take(q_ + step); }
 
  private:
   void take(const JointVector& q) {
@@ -86,50 +113,6 @@ class Minimum {
     context_.q = q;
     error_ = weighted_error(wanted_, arm_.pose(context_, jacobian_));
     jacobian_.bottomRows<3>() *= kLength;
-  }
-
-  double cost_at(const JointVector& q) const {
-    Context context = context_;
-    context.q = q;
-    return weighted_error(wanted_, arm_.pose(context)).squaredNorm() +
-           lambda_ * lambda_ * squared_norm(q - start_);
-  }
-
-  JointVector step(double damping) const {
-    JointVector change = undamped_step(lambda_ * lambda_ + damping);
-    const double largest = change.cwiseAbs().maxCoeff();
-    if (largest > kLargestStep) change *= kLargestStep / largest;
-    return change;
-  }
-
-  JointVector undamped_step(double weight) const {
-    if (q_.size() == 6) {
-      const Eigen::Matrix<double, 6, 6> jacobian = jacobian_;
-      const Vector6 right =
-          jacobian.transpose() * error_ - lambda_ * lambda_ * Vector6(q_ - start_);
-      return solve_six(jacobian, weight, right, held_);
-    }
-    if (q_.size() > 6 && lambda_ == 0) return solve_dual(jacobian_, weight, error_);
-    return solve_any(jacobian_, weight,
-                     jacobian_.transpose() * error_ - lambda_ * lambda_ * (q_ - start_));
-  }
-
-  void find() {
-    take(start_);
-    double cost = error_.squaredNorm(), damping = 1e-12;
-    for (int k = 0; k < 200 && damping < 1e3; ++k) {
-      if (lambda_ == 0 && is_within(error_, kReached)) break;
-      const JointVector change = step(damping);
-      if (change.cwiseAbs().maxCoeff() < 1e-13) break;
-      const double next = cost_at(q_ + change);
-      if (!(next < cost)) {
-        damping *= 10;
-        continue;
-      }
-      take(q_ + change);
-      cost = next;
-      damping = std::max(0.1 * damping, 1e-15);
-    }
   }
 
   const ProgramArm& arm_;
@@ -186,8 +169,7 @@ JointCorrection correct_joints(const ProgramArm& arm, const Context& context, co
   const Branch branch = controller.branch_at(programmed);
   const double most = largest_change(arm, context, programmed);
   const auto is_good = [&](const JointVector& q) {
-    return (q - programmed).cwiseAbs().maxCoeff() <= most &&
-           stays(branch, controller.branch_at(q));
+    return (q - programmed).cwiseAbs().maxCoeff() <= most && stays(branch, controller.branch_at(q));
   };
   const Minimum exact(arm, context, wanted, programmed, 0, kNoJoint);
   const bool is_reached = exact.is_reached(kGoodEnough);

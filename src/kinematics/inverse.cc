@@ -6,15 +6,14 @@
 #include <numbers>
 
 #include "armtrue/kinematics/evaluator.h"
+#include "kinematics/joint_iterations.h"
 
 namespace armtrue {
 namespace {
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 constexpr double kTolerance = 1e-10;  // [m], [rad]
-constexpr double kMaxStep = 0.3;      // [rad], [m]: limit of the linear model
 
 Vector6 miss(const Pose& wanted, const Pose& reached) {
   Vector6 twist;
@@ -49,10 +48,7 @@ JointColumns<kJoints> joint_columns(const KinematicChain& chain, const PoseJacob
 template <int kJoints>
 JointVector step_towards(const JointColumns<kJoints>& columns, const Vector6& twist,
                          double damping) {
-  if (columns.cols() > columns.rows()) {
-    const Matrix6 normal = columns * columns.transpose() + damping * Matrix6::Identity();
-    return columns.transpose() * normal.ldlt().solve(twist);
-  }
+  if (columns.cols() > columns.rows()) return smallest_step(columns, twist, damping);
   const auto joints = columns.cols();
   using Normal =
       Eigen::Matrix<double, kJoints, kJoints, 0, JointColumns<kJoints>::MaxColsAtCompileTime,
@@ -68,35 +64,53 @@ double middle(const Link& link) {
   return 0.5 * (min + max);
 }
 
+// The squared norm of the pose error [m, rad], for levenberg().
+template <int kJoints>
+class PoseError {
+ public:
+  PoseError(const KinematicChain& chain, const Pose& wanted, const JointVector& start)
+      : chain_(chain), wanted_(wanted), evaluator_(chain), q_(start) {
+    twist_ = miss(wanted_, evaluator_.pose(q_, jacobian_));
+    columns_ = joint_columns<kJoints>(chain_, jacobian_);
+  }
+
+  double cost() const { return twist_.squaredNorm(); }
+  bool is_solved() const { return is_small(twist_); }
+  JointVector step(double damping) const {
+    return step_towards<kJoints>(columns_, twist_, damping);
+  }
+
+  double try_step(const JointVector& step) {
+    tried_twist_ = miss(wanted_, evaluator_.pose(q_ + step, jacobian_));
+    return tried_twist_.squaredNorm();
+  }
+
+  void accept(const JointVector& step) {
+    q_ += step;
+    twist_ = tried_twist_;
+    columns_ = joint_columns<kJoints>(chain_, jacobian_);
+  }
+
+  InverseResult result() const {
+    return {q_, twist_.head<3>().norm(), twist_.tail<3>().norm(), is_solved()};
+  }
+
+ private:
+  const KinematicChain& chain_;
+  const Pose& wanted_;
+  ChainEvaluator evaluator_;
+  JointVector q_;
+  Vector6 twist_, tried_twist_;
+  PoseJacobian jacobian_;  // where a step was tried last
+  JointColumns<kJoints> columns_;
+};
+
 template <int kJoints>
 InverseResult solve_from(const KinematicChain& chain, const Pose& a_from_measured,
                          const JointVector& start) {
-  const ChainEvaluator evaluator(chain);
-  InverseResult result;
-  result.q = start;
-  PoseJacobian jacobian;
-  Vector6 twist = miss(a_from_measured, evaluator.pose(start, jacobian));
-  JointColumns<kJoints> columns = joint_columns<kJoints>(chain, jacobian);
-  double damping = 1e-6;
-  for (int step = 0; step < 100 && !is_small(twist) && damping < 1e6; ++step) {
-    JointVector change = step_towards<kJoints>(columns, twist, damping);
-    const double largest = change.cwiseAbs().maxCoeff();
-    if (largest > kMaxStep) change *= kMaxStep / largest;
-    const JointVector q = result.q + change;
-    const Vector6 left = miss(a_from_measured, evaluator.pose(q, jacobian));
-    if (!(left.squaredNorm() < twist.squaredNorm())) {
-      damping *= 10;
-      continue;
-    }
-    result.q = q;
-    twist = left;
-    columns = joint_columns<kJoints>(chain, jacobian);
-    damping = std::max(0.1 * damping, 1e-15);
-  }
-  result.position_error = twist.head<3>().norm();
-  result.orientation_error = twist.tail<3>().norm();
-  result.reached = is_small(twist);
-  return result;
+  PoseError<kJoints> error(chain, a_from_measured, start);
+  levenberg(error, {.max_steps = 100, .first_damping = 1e-6, .max_damping = 1e6});
+  return error.result();
 }
 
 }  // namespace
