@@ -237,12 +237,12 @@ void refuse_two_tools(const RobotProgram& program, const Arguments& arguments) {
 
 // Warns of what is in doubt and of effects that are not applied.
 void tell(app::Command& command, const std::vector<std::string>& in_doubt,
-          CompensationStory& story) {
+          PredictionConditions& conditions) {
   for (const std::string& doubt : in_doubt) {
     command.warn(doubt);
-    story.assumed.push_back(doubt + ".");
+    conditions.assumed.push_back(doubt + ".");
   }
-  for (const std::string& effect : story.not_applied)
+  for (const std::string& effect : conditions.not_applied)
     command.warn("not applied, because it belongs to the station, or may: " + effect);
 }
 
@@ -273,15 +273,14 @@ int run(app::Command& command, Arguments& arguments) {
       targets, {}, [](const CorrectedTarget& target) { return target.before.position; });
   app::refuse_other_arm(nearest->before.position, arguments);
 
-  CompensationStory story{robot.name,
-                          controller.name,
-                          assumptions(controller, program, arguments),
-                          app::station_effects(robot, arguments.tool_is_measured),
-                          {}};
-  if (arguments.spacing_mm) story.between = divided.between;
+  PredictionConditions conditions{robot.name, controller.name,
+                                  assumptions(controller, program, arguments),
+                                  app::station_effects(robot, arguments.tool_is_measured)};
+  std::optional<BetweenPoints> between;
+  if (arguments.spacing_mm) between = divided.between;
   const std::vector<std::string> in_doubt =
       doubts(robot, controller, targets, file.program.visits, arguments);
-  tell(command, in_doubt, story);
+  tell(command, in_doubt, conditions);
   bool is_followed = true;
   if (program)
     is_followed =
@@ -293,15 +292,13 @@ int run(app::Command& command, Arguments& arguments) {
   warn_of_notes(command, targets, file);
   is_followed &= warn_of_moves(command, divided, file);
   if (!arguments.summary.empty())
-    write_output(arguments.summary,
-                 write_compensation(targets, file.program, story, command.provenance()));
+    write_output(arguments.summary, write_compensation(targets, file.program, between, conditions,
+                                                       command.provenance()));
   command.report(compensation_table(targets, file.program));
   if (arguments.page.is_wanted())
-    app::write_report(
-        command, arguments.page,
-        compensation_page(targets, file.program, story.between,
-                          {story.robot, story.controller, story.assumed, story.not_applied},
-                          app::page_head(command, about)));
+    app::write_report(command, arguments.page,
+                      compensation_page(targets, file.program, between, conditions,
+                                        app::page_head(command, about)));
   const bool is_noted = std::ranges::any_of(
       targets, [](const CorrectedTarget& target) { return !target.notes.empty(); });
   return arguments.strict && (is_noted || !is_followed || !in_doubt.empty()) ? app::kNotReached

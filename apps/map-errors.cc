@@ -327,7 +327,7 @@ int run(app::Command& command, Arguments& arguments) {
   const ErrorMapSummary summary = summarize(map, part);
   app::refuse_other_arm(map.points[static_cast<size_t>(summary.best)].error.norm(), arguments);
 
-  ErrorMapStory story{
+  PredictionConditions conditions{
       robot.name,
       controller.name,
       {fmt::format("The controller runs {} and nothing else.", arguments.controller),
@@ -335,23 +335,20 @@ int run(app::Command& command, Arguments& arguments) {
       app::station_effects(robot, arguments.tool_is_measured)};
   for (const std::string& doubt : doubts_of_map(robot, controller, mapped, summary, arguments)) {
     command.warn(doubt);
-    story.assumed.push_back(doubt + ".");
+    conditions.assumed.push_back(doubt + ".");
   }
-  for (const std::string& effect : story.not_applied)
+  for (const std::string& effect : conditions.not_applied)
     command.warn("not applied, because it belongs to the station: " + effect);
   warn_of_notes(command, map);
   if (!arguments.plot.empty()) write_output(arguments.plot, error_map_plot(map));
   if (!arguments.summary.empty())
     write_output(arguments.summary,
-                 write_error_map_summary(map, summary, story, command.provenance()));
+                 write_error_map_summary(map, summary, conditions, command.provenance()));
   write_output(command.output, write_error_map(map, joint_names(robot.chain)));
   command.report(error_map_table(map, summary));
   if (arguments.page.is_wanted())
-    app::write_report(
-        command, arguments.page,
-        error_map_page(map, summary,
-                       {story.robot, story.controller, story.assumed, story.not_applied},
-                       app::page_head(command, about)));
+    app::write_report(command, arguments.page,
+                      error_map_page(map, summary, conditions, app::page_head(command, about)));
   return app::kSuccess;
 }
 

@@ -145,9 +145,7 @@ std::string write_certificate(const Certificate& certificate,
   if (certificate.path) root["path"] = path_node(*certificate.path, *certificate.path_budget);
   root["budget"] = budget_node(certificate.budget);
   for (const PoseFigures& figures : certificate.poses) root["poses"].push_back(pose_node(figures));
-  std::vector<YAML::Node> notes;
-  for (const std::string& note : certificate.notes) notes.emplace_back(note);
-  root["notes"] = list_node(notes);
+  root["notes"] = texts_node(certificate.notes);
   if (comparison) root["comparison"] = comparison_node(*comparison);
   return print_document(root);
 }

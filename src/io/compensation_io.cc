@@ -169,12 +169,6 @@ YAML::Node between_node(const BetweenPoints& between, const Program& program) {
   return node;
 }
 
-YAML::Node texts_node(const std::vector<std::string>& texts) {
-  std::vector<YAML::Node> items;
-  for (const std::string& text : texts) items.emplace_back(text);
-  return list_node(items);
-}
-
 }  // namespace
 
 std::string write_commands(const ProgramFile& file, const std::vector<CorrectedTarget>& targets,
@@ -186,12 +180,14 @@ std::string write_commands(const ProgramFile& file, const std::vector<CorrectedT
 }
 
 std::string write_compensation(const std::vector<CorrectedTarget>& targets, const Program& program,
-                               const CompensationStory& story, const Provenance& provenance) {
+                               const std::optional<BetweenPoints>& between,
+                               const PredictionConditions& conditions,
+                               const Provenance& provenance) {
   YAML::Node root;
   root["format"] = "armtrue-compensation/1";
   root["provenance"] = provenance_node(provenance);
-  root["robot"] = story.robot;
-  root["controller"] = story.controller;
+  root["robot"] = conditions.robot;
+  root["controller"] = conditions.controller;
   root["sentence"] = compensation_sentence(targets);
   root["targets"] = std::to_string(targets.size());
   root["corrected"] =
@@ -213,10 +209,10 @@ std::string write_compensation(const std::vector<CorrectedTarget>& targets, cons
   for (CommandNote note : command_notes())
     notes[to_string(note)] = std::to_string(count_of(targets, note));
   root["notes"] = flow(notes);
-  if (story.between) root["between_points"] = between_node(*story.between, program);
+  if (between) root["between_points"] = between_node(*between, program);
   root["worst"] = worst_node(targets, program);
-  root["assumed"] = texts_node(story.assumed);
-  root["not_applied"] = texts_node(story.not_applied);
+  root["assumed"] = texts_node(conditions.assumed);
+  root["not_applied"] = texts_node(conditions.not_applied);
   return print_document(root);
 }
 

@@ -121,12 +121,6 @@ YAML::Node causes_node(const ErrorMap& map, const ErrorMapSummary& summary) {
   return list;
 }
 
-YAML::Node map_texts_node(const std::vector<std::string>& texts) {
-  std::vector<YAML::Node> items;
-  for (const std::string& text : texts) items.emplace_back(text);
-  return list_node(items);
-}
-
 YAML::Node grid_node(const Grid& grid) {
   YAML::Node node;
   node["box_mm"] = flow_list(box_of(grid.low, grid.high));
@@ -167,12 +161,13 @@ std::string write_error_map(const ErrorMap& map, const std::vector<JointName>& j
 }
 
 std::string write_error_map_summary(const ErrorMap& map, const ErrorMapSummary& summary,
-                                    const ErrorMapStory& story, const Provenance& provenance) {
+                                    const PredictionConditions& conditions,
+                                    const Provenance& provenance) {
   YAML::Node root;
   root["format"] = "armtrue-error-map/1";
   root["provenance"] = provenance_node(provenance);
-  root["robot"] = story.robot;
-  root["controller"] = story.controller;
+  root["robot"] = conditions.robot;
+  root["controller"] = conditions.controller;
   root["sentence"] = error_map_sentence(map, summary);
   root["points"] = std::to_string(map.points.size());
   root["predicted"] = std::to_string(summary.predicted);
@@ -194,8 +189,8 @@ std::string write_error_map_summary(const ErrorMap& map, const ErrorMapSummary& 
   YAML::Node notes(YAML::NodeType::Map);
   for (CommandNote note : map_notes()) notes[to_string(note)] = std::to_string(count_of(map, note));
   root["notes"] = flow(notes);
-  root["assumed"] = map_texts_node(story.assumed);
-  root["not_applied"] = map_texts_node(story.not_applied);
+  root["assumed"] = texts_node(conditions.assumed);
+  root["not_applied"] = texts_node(conditions.not_applied);
   return print_document(root);
 }
 

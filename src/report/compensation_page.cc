@@ -7,7 +7,7 @@
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/summary.h"
-#include "report/model_story.h"
+#include "report/prediction_parts.h"
 #include "report/residual_pictures.h"
 
 namespace armtrue {
@@ -180,9 +180,9 @@ std::string compensation_numbers(const std::vector<CorrectedTarget>& targets) {
 }  // namespace
 
 Report compensation_page(const std::vector<CorrectedTarget>& targets, const Program& program,
-                         const std::optional<BetweenPoints>& between, const ModelStory& story,
-                         const PageHead& head) {
-  Page page(head, story.robot, "Compensation");
+                         const std::optional<BetweenPoints>& between,
+                         const PredictionConditions& conditions, const PageHead& head) {
+  Page page(head, conditions.robot, "Compensation");
   add_compensation_verdict(page, targets);
   page.section("Errors along the program");
   page.pictures({targets_picture(targets)});
@@ -196,7 +196,7 @@ Report compensation_page(const std::vector<CorrectedTarget>& targets, const Prog
                keyed(std::to_string(far), "notes/" + to_string(CommandNote::outside_readings)) +
                " targets that lie outside what was measured"});
   }
-  add_story(page, story);
+  add_conditions(page, conditions);
   page.folded_section("Details");
   page.add(folded("Errors in numbers", compensation_numbers(targets)));
   return page.finish();

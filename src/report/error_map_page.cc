@@ -7,7 +7,7 @@
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
 #include "report/error_map_pictures.h"
-#include "report/model_story.h"
+#include "report/prediction_parts.h"
 
 namespace armtrue {
 namespace {
@@ -102,9 +102,9 @@ void add_map_next(Page& page, const ErrorMap& map) {
 
 std::string error_map_plot(const ErrorMap& map) { return stand_alone(error_map_pictures(map)); }
 
-Report error_map_page(const ErrorMap& map, const ErrorMapSummary& summary, const ModelStory& story,
-                      const PageHead& head) {
-  Page page(head, story.robot, "Map of errors");
+Report error_map_page(const ErrorMap& map, const ErrorMapSummary& summary,
+                      const PredictionConditions& conditions, const PageHead& head) {
+  Page page(head, conditions.robot, "Map of errors");
   add_map_verdict(page, map, summary);
   add_causes(page, summary);
   page.section("The map");
@@ -116,7 +116,7 @@ Report error_map_page(const ErrorMap& map, const ErrorMapSummary& summary, const
       keyed_share(summary.axis_share, "direction/share") + " of the squared error."));
   add_placements(page, summary);
   add_map_next(page, map);
-  add_story(page, story);
+  add_conditions(page, conditions);
   page.folded_section("Details");
   page.add(folded("Errors in numbers", map_errors_table(summary)));
   return page.finish();

@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "armtrue/kinematics/units.h"
-#include "report/model_story.h"
+#include "report/prediction_parts.h"
 #include "report/residual_pictures.h"
 
 namespace armtrue {

@@ -8,6 +8,7 @@
 
 #include "armtrue/compensation/compensation.h"
 #include "armtrue/compensation/move_division.h"
+#include "armtrue/compensation/prediction_conditions.h"
 #include "armtrue/io/provenance.h"
 #include "armtrue/kinematics/joint_names.h"
 
@@ -50,18 +51,12 @@ enum class CommandKind { joints, cartesian };
 std::string write_commands(const ProgramFile& file, const std::vector<CorrectedTarget>& targets,
                            CommandKind kind);
 
-/// What the summary states beside the targets.
-struct CompensationStory {
-  std::string robot, controller;     ///< names
-  std::vector<std::string> assumed;  ///< conditions for which the commands are valid, in sentences
-  std::vector<std::string> not_applied;  ///< effects of the station
-  /// Of a robot program whose moves were to be divided.
-  std::optional<BetweenPoints> between;
-};
-
-/// An armtrue-compensation/1 document.
+/// An armtrue-compensation/1 document. `between`: of a robot program whose moves were to be
+/// divided.
 std::string write_compensation(const std::vector<CorrectedTarget>& targets, const Program& program,
-                               const CompensationStory& story, const Provenance& provenance);
+                               const std::optional<BetweenPoints>& between,
+                               const PredictionConditions& conditions,
+                               const Provenance& provenance);
 
 /// The summary for a terminal: the sentence and the worst three targets.
 std::string compensation_table(const std::vector<CorrectedTarget>& targets, const Program& program);

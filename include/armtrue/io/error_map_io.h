@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "armtrue/compensation/error_map.h"
+#include "armtrue/compensation/prediction_conditions.h"
 #include "armtrue/io/provenance.h"
 #include "armtrue/kinematics/joint_names.h"
 
@@ -14,16 +15,10 @@ namespace armtrue {
 std::string write_error_map(const ErrorMap& map,
                             const std::vector<JointName>& joints = six_axis_names());
 
-/// What the summary states beside the map.
-struct ErrorMapStory {
-  std::string robot, controller;     ///< names
-  std::vector<std::string> assumed;  ///< conditions for which the errors are valid, in sentences
-  std::vector<std::string> not_applied;  ///< effects of the station
-};
-
 /// An armtrue-error-map/1 document.
 std::string write_error_map_summary(const ErrorMap& map, const ErrorMapSummary& summary,
-                                    const ErrorMapStory& story, const Provenance& provenance);
+                                    const PredictionConditions& conditions,
+                                    const Provenance& provenance);
 
 /// The summary for a terminal: a sentence, errors by cause, the main direction, the best and worst
 /// place of a part.

@@ -5,6 +5,7 @@
 
 #include "armtrue/compensation/compensation.h"
 #include "armtrue/compensation/move_division.h"
+#include "armtrue/compensation/prediction_conditions.h"
 #include "armtrue/report/report.h"
 
 namespace armtrue {
@@ -14,7 +15,7 @@ namespace armtrue {
 /// the error between their points, and the corrections of the inserted ones. The keys are those of
 /// armtrue-compensation/1.
 Report compensation_page(const std::vector<CorrectedTarget>& targets, const Program& program,
-                         const std::optional<BetweenPoints>& between, const ModelStory& story,
-                         const PageHead& head);
+                         const std::optional<BetweenPoints>& between,
+                         const PredictionConditions& conditions, const PageHead& head);
 
 }  // namespace armtrue

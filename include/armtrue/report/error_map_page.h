@@ -3,6 +3,7 @@
 #include <string>
 
 #include "armtrue/compensation/error_map.h"
+#include "armtrue/compensation/prediction_conditions.h"
 #include "armtrue/report/report.h"
 
 namespace armtrue {
@@ -15,7 +16,7 @@ std::string error_map_plot(const ErrorMap& map);
 /// The page of a map: its sentence, the error before and after, causes by share, the map, where a
 /// part should stand, and the conditions for which the errors are valid. The keys are those of
 /// armtrue-error-map/1.
-Report error_map_page(const ErrorMap& map, const ErrorMapSummary& summary, const ModelStory& story,
-                      const PageHead& head);
+Report error_map_page(const ErrorMap& map, const ErrorMapSummary& summary,
+                      const PredictionConditions& conditions, const PageHead& head);
 
 }  // namespace armtrue

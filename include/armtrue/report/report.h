@@ -18,13 +18,6 @@ struct PageHead {
   std::optional<About> about;  ///< who measured what, when and with what, if stated
 };
 
-/// The conditions for which a prediction of an arm is valid, as its product states them.
-struct ModelStory {
-  std::string robot, controller;         ///< names
-  std::vector<std::string> assumed;      ///< in sentences
-  std::vector<std::string> not_applied;  ///< effects of the station
-};
-
 /// A picture as a file of its own.
 struct PictureFile {
   std::string name;  ///< with .svg

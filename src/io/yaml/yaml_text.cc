@@ -138,6 +138,12 @@ YAML::Node list_node(const std::vector<YAML::Node>& items) {
   return items.empty() ? flow(list) : list;
 }
 
+YAML::Node texts_node(const std::vector<std::string>& texts) {
+  std::vector<YAML::Node> items;
+  for (const std::string& text : texts) items.emplace_back(text);
+  return list_node(items);
+}
+
 YAML::Node effect_form_node(const Effect& effect, const KinematicChain& chain) {
   YAML::Node node;
   node["name"] = effect.name;
@@ -165,8 +171,7 @@ YAML::Node effect_form_node(const Effect& effect, const KinematicChain& chain) {
 
 YAML::Node effect_node(const Effect& effect, const KinematicChain& chain) {
   YAML::Node node = effect_form_node(effect, chain);
-  if (effect.measured)
-    node["measured"] = flow_list({(*effect.measured)[0], (*effect.measured)[1]});
+  if (effect.measured) node["measured"] = flow_list({(*effect.measured)[0], (*effect.measured)[1]});
   for (size_t k = 0; k < effect.coefficients.size(); ++k) {
     const Coefficient& c = effect.coefficients[k];
     YAML::Node coefficient;

@@ -45,6 +45,7 @@ YAML::Node noise_node(const NoiseFloor& noise);
 YAML::Node text_or_null(const std::string& text);
 /// A list; an empty one stands on the line of its key.
 YAML::Node list_node(const std::vector<YAML::Node>& items);
+YAML::Node texts_node(const std::vector<std::string>& texts);
 
 /// Name, parameter, driver and shape with its inner values.
 YAML::Node effect_form_node(const Effect& effect, const KinematicChain& chain);

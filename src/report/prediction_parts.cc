@@ -1,4 +1,4 @@
-#include "report/model_story.h"
+#include "report/prediction_parts.h"
 
 #include <fmt/format.h>
 
@@ -6,14 +6,14 @@
 
 namespace armtrue {
 
-void add_story(Page& page, const ModelStory& story) {
+void add_conditions(Page& page, const PredictionConditions& conditions) {
   page.section("What this holds for");
   std::vector<std::string> items;
-  for (size_t k = 0; k < story.assumed.size(); ++k)
-    items.push_back(keyed(story.assumed[k], fmt::format("assumed/{}", k)));
-  for (size_t k = 0; k < story.not_applied.size(); ++k)
+  for (size_t k = 0; k < conditions.assumed.size(); ++k)
+    items.push_back(keyed(conditions.assumed[k], fmt::format("assumed/{}", k)));
+  for (size_t k = 0; k < conditions.not_applied.size(); ++k)
     items.push_back("Not applied, because it belongs to the station, or may: " +
-                    keyed(story.not_applied[k], fmt::format("not_applied/{}", k)));
+                    keyed(conditions.not_applied[k], fmt::format("not_applied/{}", k)));
   page.list(items);
 }
 

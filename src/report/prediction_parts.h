@@ -1,12 +1,16 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <string>
+
+#include "armtrue/compensation/prediction_conditions.h"
 #include "report/page.h"
 
 namespace armtrue {
 
 /// The conditions for which a prediction is valid, and the effects that it leaves out. Keys:
 /// assumed, not_applied.
-void add_story(Page& page, const ModelStory& story);
+void add_conditions(Page& page, const PredictionConditions& conditions);
 
 struct RowsText {
   std::string file = "rows", title = "Predicted error along the rows";

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace armtrue {
+
+/// Under which conditions the predictions for an arm are valid: those of a compensation or of a map
+/// of errors.
+struct PredictionConditions {
+  std::string robot, controller;         ///< names
+  std::vector<std::string> assumed;      ///< in sentences
+  std::vector<std::string> not_applied;  ///< effects of the station
+};
+
+}  // namespace armtrue
