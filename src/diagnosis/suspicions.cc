@@ -3,11 +3,11 @@
 #include <algorithm>
 
 #include "armtrue/calibration/gross_poses.h"
-#include "diagnosis/frame_change.h"
 #include "diagnosis/impossible_change.h"
 #include "diagnosis/plain_fit.h"
 #include "diagnosis/rounding_check.h"
 #include "diagnosis/scale_check.h"
+#include "diagnosis/set_up_change.h"
 
 namespace armtrue {
 
@@ -30,7 +30,7 @@ LogFindings find_suspicions(const Robot& robot, const Campaign& campaign) {
     found.errors.push_back(*change);
     return found;
   }
-  auto suspicion = campaign.has_distances() ? find_scale_of_anchor(*fit) : find_frame_change(*fit);
+  auto suspicion = campaign.has_distances() ? find_scale_of_anchor(*fit) : find_set_up_change(*fit);
   if (!suspicion) suspicion = find_scale_of_links(*fit, robot);
   if (!suspicion) suspicion = find_rounded_angles(*fit);
   if (suspicion) found.warnings.push_back(*suspicion);

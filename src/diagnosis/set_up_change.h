@@ -7,9 +7,9 @@
 
 namespace armtrue {
 
-/// Names the place in a campaign after which the readings are in another frame, because the
-/// instrument was moved, and no session says so; or after which the tool is another, and no target
-/// does. Nothing if there is none.
+/// Names the place in a campaign after which the set-up is another: the instrument was moved, and
+/// no session says so, or the tool or reflector was changed, and no target does. Nothing if there
+/// is none.
 ///
 /// In the order of the rows, of the time and of the numbers of the poses, the rows from each place
 /// on get a base or a tool of their own (unknowns D, beside all others of the fit):
@@ -18,6 +18,6 @@ namespace armtrue {
 /// BIC (with the poses as readings, and a charge for the choice of the place) falls by more than
 /// 20. An error of the arm does not depend on the order of the readings, unless they are sorted by
 /// posture; so the result is a suspicion only.
-std::optional<std::string> find_frame_change(const PlainFit& fit);
+std::optional<std::string> find_set_up_change(const PlainFit& fit);
 
 }  // namespace armtrue

@@ -1,4 +1,4 @@
-#include "diagnosis/frame_change.h"
+#include "diagnosis/set_up_change.h"
 
 #include <fmt/format.h>
 
@@ -23,14 +23,14 @@ constexpr double kShareThatMatters = 0.25;
 constexpr double kNearer = 0.8;    // the median residual, by the change
 constexpr double kClearFall = 20;  // BIC
 
-struct FrameChange {
+struct SetUpChange {
   double score = 0;       // fall of BIC
   int first_row = -1;     // of the later part, in the order
   Eigen::VectorXd moved;  // its base or tool: x y z, of poses also rx ry rz
 };
 
 // The place in an order of the rows after which another base, or another tool, explains most.
-FrameChange best_place(const FitEquations& equations, const std::vector<int>& order, double poses,
+SetUpChange best_place(const FitEquations& equations, const std::vector<int>& order, double poses,
                        double choices) {
   const auto rows = static_cast<int>(order.size());
   const int size = equations.row_size;
@@ -42,7 +42,7 @@ FrameChange best_place(const FitEquations& equations, const std::vector<int>& or
   Eigen::MatrixXd on_basis = Eigen::MatrixXd::Zero(equations.basis.cols(), unknowns);
   Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(unknowns, unknowns);
   Eigen::VectorXd slope = Eigen::VectorXd::Zero(unknowns);
-  FrameChange best;
+  SetUpChange best;
   if (freedom <= static_cast<double>(unknowns)) return best;
   for (int k = rows - 1; k > 0; --k) {
     const int first = order[static_cast<size_t>(k)] * size;
@@ -75,7 +75,7 @@ double median_norm(const Eigen::VectorXd& residual, int row_size) {
 }
 
 // Whether the errors of most readings fall, not only those of a few blunders.
-bool is_of_most(const FrameChange& change, const FitEquations& equations,
+bool is_of_most(const SetUpChange& change, const FitEquations& equations,
                 const std::vector<int>& order) {
   const int size = equations.row_size;
   Eigen::VectorXd later = Eigen::VectorXd::Zero(equations.residual.size());
@@ -120,7 +120,7 @@ std::vector<Order> orders_of(const Campaign& campaign) {
   return orders;
 }
 
-std::string place_of(const FrameChange& change, const Order& order, const Campaign& campaign) {
+std::string place_of(const SetUpChange& change, const Order& order, const Campaign& campaign) {
   const auto row = static_cast<size_t>(order.rows[static_cast<size_t>(change.first_row)]);
   if (order.of == "time") return fmt::format("t_s = {:.10g}", campaign.time_s[row]);
   if (order.of == "pose")
@@ -128,7 +128,7 @@ std::string place_of(const FrameChange& change, const Order& order, const Campai
   return fmt::format("line {}", campaign.line[row]);
 }
 
-std::string describe_base(const FrameChange& change, const Order& order, const Robot& robot,
+std::string describe_base(const SetUpChange& change, const Order& order, const Robot& robot,
                           const Campaign& campaign) {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& point : campaign.position) middle += point / campaign.rows();
@@ -147,7 +147,7 @@ std::string describe_base(const FrameChange& change, const Order& order, const R
       turned.norm() / kMilliradian, by_time);
 }
 
-std::string describe_tool(const FrameChange& change, const Order& order, const Campaign& campaign) {
+std::string describe_tool(const SetUpChange& change, const Order& order, const Campaign& campaign) {
   std::string turned;
   if (change.moved.size() > 3)
     turned = fmt::format(" and {:.3g} mrad", change.moved.tail<3>().norm() / kMilliradian);
@@ -161,7 +161,7 @@ std::string describe_tool(const FrameChange& change, const Order& order, const C
 
 }  // namespace
 
-std::optional<std::string> find_frame_change(const PlainFit& fit) {
+std::optional<std::string> find_set_up_change(const PlainFit& fit) {
   const Campaign& sample = fit.readings;
   const Robot& robot = fit.result.robot;
   struct Place {
@@ -177,13 +177,13 @@ std::optional<std::string> find_frame_change(const PlainFit& fit) {
       static_cast<double>(std::set<int>(sample.pose.begin(), sample.pose.end()).size());
   const Order* found = nullptr;
   bool of_tool = false;
-  FrameChange best{.score = kClearFall};
+  SetUpChange best{.score = kClearFall};
   for (const Place& place : places) {
     std::vector<int> parameters(static_cast<size_t>(place.count));
     std::iota(parameters.begin(), parameters.end(), place.first);
     const FitEquations equations = fit_equations(fit, parameters);
     for (const Order& order : orders) {
-      const FrameChange change = best_place(equations, order.rows, poses, choices);
+      const SetUpChange change = best_place(equations, order.rows, poses, choices);
       if (change.score <= best.score || !is_of_most(change, equations, order.rows)) continue;
       best = change;
       found = &order;
