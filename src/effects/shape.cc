@@ -83,6 +83,29 @@ constexpr ShapeWord kShapeWords[] = {
 
 }  // namespace
 
+Shape harmonic_shape(double cycles_per_turn) {
+  return {.kind = ShapeKind::harmonic, .harmonic = cycles_per_turn};
+}
+
+Shape sign_shape() { return {.kind = ShapeKind::sign}; }
+
+Shape step_shape(double at) { return {.kind = ShapeKind::step, .at = at}; }
+
+Shape kink_shape(double at) { return {.kind = ShapeKind::kink, .at = at}; }
+
+Shape exponential_shape(double tau) { return {.kind = ShapeKind::exponential, .tau = tau}; }
+
+Shape pre_sliding_shape(double tau) { return {.kind = ShapeKind::pre_sliding, .tau = tau}; }
+
+Shape series_shape(SeriesBasis basis, int count, double low, double high) {
+  return series_shape(basis, count, std::array{low, 0.0, 0.0}, std::array{high, 0.0, 0.0});
+}
+
+Shape series_shape(SeriesBasis basis, int count, const std::array<double, 3>& low,
+                   const std::array<double, 3>& high) {
+  return {.kind = ShapeKind::series, .basis = basis, .count = count, .low = low, .high = high};
+}
+
 std::string to_string(const Shape& shape) {
   std::string text;
   for (const ShapeWord& word : kShapeWords)

@@ -31,23 +31,6 @@ double most_cycles(const Robot& robot, int joint) {
   return slides(robot, joint) ? kTurn / kFinestPitch : kMaxCycles;
 }
 
-Shape series(SeriesBasis basis, int count, double low, double high) {
-  Shape shape;
-  shape.kind = ShapeKind::series;
-  shape.basis = basis;
-  shape.count = count;
-  shape.low[0] = low;
-  shape.high[0] = high;
-  return shape;
-}
-
-Shape harmonic(double n) {
-  Shape shape;
-  shape.kind = ShapeKind::harmonic;
-  shape.harmonic = n;
-  return shape;
-}
-
 class OpenSearch {
  public:
   OpenSearch(const Robot& robot, const Campaign& campaign)
@@ -62,7 +45,8 @@ class OpenSearch {
     for (int j = 0; j < joints_; ++j) {
       const std::string parameter = name(zero_offset(robot_.chain, j));
       for (int d = 0; d < joints_; ++d) add_angle_shapes(parameter, d);
-      for (int d = 0; d < joints_; ++d) add(parameter, {DriverKind::arrival, d, -1, ""}, sign());
+      for (int d = 0; d < joints_; ++d)
+        add(parameter, {DriverKind::arrival, d, -1, ""}, sign_shape());
       add_places(parameter, {DriverKind::joint_angle, j, -1, ""});
       add_torque_series(parameter, j);
       add_time_shapes(parameter);
@@ -76,7 +60,8 @@ class OpenSearch {
     for (int k = 0; k < layout_.geometric; ++k) {
       if (is_zero_offset(robot_.chain, k)) continue;
       for (int d = 0; d < joints_; ++d) add_angle_shapes(name(k), d);
-      for (int d = 0; d < joints_; ++d) add(name(k), {DriverKind::arrival, d, -1, ""}, sign());
+      for (int d = 0; d < joints_; ++d)
+        add(name(k), {DriverKind::arrival, d, -1, ""}, sign_shape());
       add_time_shapes(name(k));
       add_conditions(name(k));
       if (k < layout_.tool && parameter_unit(robot_.chain, k) == ParameterUnit::radian)
@@ -101,7 +86,7 @@ class OpenSearch {
       for (int a = 0; a < joints_; ++a)
         for (int b = a + 1; b < joints_; ++b) {
           add(parameter, {DriverKind::joint_angle, a, b, ""},
-              series(SeriesBasis::fourier, 1, 0, 0));
+              series_shape(SeriesBasis::fourier, 1));
         }
       add_growth(parameter, j, {DriverKind::time, -1, -1, ""});
       add_growth(parameter, j, {DriverKind::payload, -1, -1, ""});
@@ -129,11 +114,6 @@ class OpenSearch {
 
  private:
   std::string name(int parameter) const { return parameter_name(robot_.chain, parameter); }
-  static Shape sign() {
-    Shape shape;
-    shape.kind = ShapeKind::sign;
-    return shape;
-  }
 
   void add(const std::string& parameter, const Driver& driver, const Shape& shape,
            bool detail = false) {
@@ -149,7 +129,7 @@ class OpenSearch {
     const Driver driver{DriverKind::joint_angle, joint, -1, ""};
     add(parameter, driver, Shape{});
     if (!slides(robot_, joint))
-      for (int n : {1, 2, 3}) add(parameter, driver, harmonic(n));
+      for (int n : {1, 2, 3}) add(parameter, driver, harmonic_shape(n));
     if (is_zero_offset(robot_.chain, *find_parameter(robot_.chain, parameter)))
       add_bumps(parameter, driver);
     add_curves(parameter, driver);
@@ -166,8 +146,8 @@ class OpenSearch {
     const double margin = kMarginOfCurve * (high - low);
     low = std::min(low, std::max(low - margin, lowest));
     high = std::max(high, std::min(high + margin, highest));
-    add(parameter, driver, series(SeriesBasis::cosine, kCurveCosines, low, high));
-    add(parameter, driver, series(SeriesBasis::spline, kCurveSplines, low, high));
+    add(parameter, driver, series_shape(SeriesBasis::cosine, kCurveCosines, low, high));
+    add(parameter, driver, series_shape(SeriesBasis::spline, kCurveSplines, low, high));
   }
 
   void add_growth(const std::string& parameter, int joint, const Driver& with) {
@@ -175,7 +155,7 @@ class OpenSearch {
       return Driver{kind, of, with.joint, with.where, with.kind};
     };
     for (int d = 0; d < joints_; ++d)
-      for (const Shape& shape : {Shape{}, harmonic(1)})
+      for (const Shape& shape : {Shape{}, harmonic_shape(1)})
         if (shape.kind == ShapeKind::linear || !slides(robot_, d))
           add(parameter, times(DriverKind::joint_angle, d), shape);
     // Effects of arrival and force on a joint do not depend on its load.
@@ -190,7 +170,7 @@ class OpenSearch {
     if (covered * most_cycles(robot_, driver.joint) < 1) return;  // not one cycle of any
     const double step = 1 / (kFrequencySteps * covered);
     for (double n = 1 / covered; n <= most_cycles(robot_, driver.joint); n += step) {
-      add(parameter, driver, harmonic(readable(n)));
+      add(parameter, driver, harmonic_shape(readable(n)));
       candidates_.back().frequency_resolution = 1 / covered;
     }
   }
@@ -204,7 +184,7 @@ class OpenSearch {
       const int count = static_cast<int>(last - first) + 2;
       if (count < 3 || count * kPosesForCoefficient > static_cast<int>(campaign_.pose_ids.size()))
         continue;
-      add(parameter, driver, series(SeriesBasis::spline, count, first * knot, last * knot));
+      add(parameter, driver, series_shape(SeriesBasis::spline, count, first * knot, last * knot));
       candidates_.back().fine = candidates_.back().detail = true;
     }
   }
@@ -227,37 +207,31 @@ class OpenSearch {
       const bool narrow = width < 40 * degree;
       if (!own && narrow) continue;
       for (double k = std::floor(low / width); k <= std::ceil(high / width); ++k) {
-        add(parameter, driver, series(SeriesBasis::bump, 1, (k - 0.5) * width, (k + 0.5) * width),
-            narrow);
+        add(parameter, driver,
+            series_shape(SeriesBasis::bump, 1, (k - 0.5) * width, (k + 0.5) * width), narrow);
       }
     }
   }
 
   // An error that begins at an angle: a stop, a cable that tightens, a worn segment.
   void add_places(const std::string& parameter, const Driver& driver) {
-    for (ShapeKind kind : {ShapeKind::step, ShapeKind::kink}) {
-      Shape shape;
-      shape.kind = kind;
-      for (const Shape& inner : with_inner_values(shape, span_of(driver, campaign_), kDegree))
+    for (ShapeKind kind : {ShapeKind::step, ShapeKind::kink})
+      for (const Shape& inner : with_inner_values(Shape{kind}, span_of(driver, campaign_), kDegree))
         add(parameter, driver, inner, true);
-    }
   }
 
   void add_time_shapes(const std::string& parameter) {
     const Driver driver{DriverKind::time, -1, -1, ""};
     if (!has_time(span_)) return;
     add(parameter, driver, Shape{});
-    for (ShapeKind kind : {ShapeKind::step, ShapeKind::exponential}) {
-      Shape shape;
-      shape.kind = kind;
-      for (const Shape& inner : with_inner_values(shape, span_, kDegree))
+    for (ShapeKind kind : {ShapeKind::step, ShapeKind::exponential})
+      for (const Shape& inner : with_inner_values(Shape{kind}, span_, kDegree))
         add(parameter, driver, inner);
-    }
     add(parameter, driver, time_series());
   }
 
   Shape time_series() const {
-    return series(SeriesBasis::cosine, 4, span_.values.front(), span_.values.back());
+    return series_shape(SeriesBasis::cosine, 4, span_.values.front(), span_.values.back());
   }
 
   void add_conditions(const std::string& parameter) {
@@ -282,11 +256,11 @@ class OpenSearch {
     }
     if (high - low < 1.0) return;  // N m: gravity does not turn this joint
     const Driver driver{DriverKind::gravity_torque, joint, -1, ""};
-    add(parameter, driver, series(SeriesBasis::spline, 4, low, high));
-    add(parameter, driver, sign());
+    add(parameter, driver, series_shape(SeriesBasis::spline, 4, low, high));
+    add(parameter, driver, sign_shape());
     for (double share : {0.4, 0.2, 0.1, 0.05}) {
       const double most = share * std::max(std::abs(low), std::abs(high));
-      add(parameter, driver, series(SeriesBasis::saturating, 1, -most, most));
+      add(parameter, driver, series_shape(SeriesBasis::saturating, 1, -most, most));
     }
   }
 

@@ -121,9 +121,7 @@ Coverage cover(const std::string& family, const armtrue_oracle::CampaignPlan& pl
   const HiddenCampaign campaign(kNominal, family, 0.06, plan);
   const armtrue_oracle::Hidden& truth = campaign.written.truth;
   const OneNumber number = *truth_in_one_number(campaign.written);
-  Effect effect{family, truth.parameter, *parse_driver(truth.driver), {}, {}};
-  effect.shape.kind = number.shape;
-  effect.coefficients.resize(1);
+  Effect effect{family, truth.parameter, *parse_driver(truth.driver), Shape{number.shape}, {{}}};
   robot.effects = {effect};
   CalibrationResult fit = calibrate(robot, campaign.training);
   const auto holds = [&](const std::array<double, 2>& interval) {

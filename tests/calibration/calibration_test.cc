@@ -354,12 +354,13 @@ TEST(Calibration, SomeOfManyPosesTellTheStandardDeviations) {
   Robot truth = shipped("kr360-table4");
   Campaign campaign = measured(truth, 40000, 3, 0.095, 0.15);
   Robot robot = shipped("kr360-spindle");
-  Effect remastered{"re-mastered joint", "A2.theta", {DriverKind::time, -1, -1, ""}, {}, {{}}};
-  remastered.shape.kind = ShapeKind::step;
   std::vector<double> times = campaign.time_s;
   std::sort(times.begin(), times.end());
-  remastered.shape.at = (times[times.size() - 4] + times[times.size() - 3]) / 2;
-  robot.effects = {remastered};
+  robot.effects = {{"re-mastered joint",
+                    "A2.theta",
+                    {DriverKind::time, -1, -1, ""},
+                    step_shape((times[times.size() - 4] + times[times.size() - 3]) / 2),
+                    {{}}}};
   const CalibrationResult fit = calibrate(robot, campaign);
   for (Eigen::Index k = 0; k < fit.change.size(); ++k) {
     const double ratio = std::sqrt(fit.covariance(k, k)) / fit.inverse_root.row(k).norm();

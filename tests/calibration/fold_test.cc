@@ -133,13 +133,8 @@ void expect_kept_fold(int numbers, int repeats) {
       curve = {"curve",
                "A" + std::to_string(joint + 1) + ".theta",
                {DriverKind::joint_angle, joint, -1, ""},
-               {},
+               series_shape(SeriesBasis::spline, knots, -2, 2),
                {}};
-      curve.shape.kind = ShapeKind::series;
-      curve.shape.basis = SeriesBasis::spline;
-      curve.shape.count = knots;
-      curve.shape.low[0] = -2;
-      curve.shape.high[0] = 2;
       curve.coefficients.resize(static_cast<size_t>(knots));
     }
     ObservationModel model(setting.campaign, setting.robot, setting.parameters, {3e-4, 1e-4});

@@ -97,14 +97,11 @@ TEST(Priors, AreInvisibleWithManyPoses) {
 }
 
 Effect distortion() {
-  Effect made{"distorted space", "instrument.point", {DriverKind::place, -1, -1, ""}, {}, {}};
-  made.shape.kind = ShapeKind::series;
-  made.shape.basis = SeriesBasis::polynomial;
-  made.shape.count = 3;
-  for (int axis = 0; axis < 3; ++axis) {
-    made.shape.low[axis] = -3;
-    made.shape.high[axis] = 3;
-  }
+  Effect made{"distorted space",
+              "instrument.point",
+              {DriverKind::place, -1, -1, ""},
+              series_shape(SeriesBasis::polynomial, 3, {-3, -3, -3}, {3, 3, 3}),
+              {}};
   made.coefficients.resize(48);
   return made;
 }
@@ -167,12 +164,11 @@ TEST(Priors, CoefficientThatNothingDrivesStaysAsItIs) {
 TEST(Priors, AreThoseOfEffectsThatAreDeclaredWithoutCoefficients) {
   Robot with_zeros = shipped("kr360-spindle");
   Effect sag{"sag", "A3.theta", {DriverKind::gravity_torque, 2, -1, ""}, {}, {}};
-  Effect curve{"curve", "A1.theta", {DriverKind::joint_angle, 0, -1, ""}, {}, {}};
-  curve.shape.kind = ShapeKind::series;
-  curve.shape.basis = SeriesBasis::spline;
-  curve.shape.count = 12;
-  curve.shape.low[0] = -3;
-  curve.shape.high[0] = 3;
+  Effect curve{"curve",
+               "A1.theta",
+               {DriverKind::joint_angle, 0, -1, ""},
+               series_shape(SeriesBasis::spline, 12, -3, 3),
+               {}};
   with_zeros.effects = {sag, curve};
   Robot without = with_zeros;
   with_zeros.effects[0].coefficients.resize(1);

@@ -281,12 +281,7 @@ TEST(RobotModel, WhatItLacksIsNamed) {
 
 TEST(CurveOfAnAngle, KeepsItsEndsBeyondItsCalibration) {
   Robot robot = read_robot(kRobotFile).robot;
-  Shape curve;
-  curve.kind = ShapeKind::series;
-  curve.basis = SeriesBasis::cosine;
-  curve.count = 3;
-  curve.low[0] = -2;
-  curve.high[0] = 2;
+  const Shape curve = series_shape(SeriesBasis::cosine, 3, -2, 2);
   robot.effects = {{"unexplained",
                     "A2.theta",
                     *parse_driver("joint-angle 1"),

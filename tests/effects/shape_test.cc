@@ -57,26 +57,18 @@ TEST(Driver, NamesReadBack) {
 }
 
 TEST(Shape, StepAndExponentialFollowTheirInnerValues) {
-  Shape step;
-  step.kind = ShapeKind::step;
-  step.at = 5;
+  const Shape step = step_shape(5);
   EXPECT_EQ(values(step, 4.999)[0], 0);
   EXPECT_EQ(values(step, 5)[0], 1);
-  Shape growth;
-  growth.kind = ShapeKind::exponential;
-  growth.tau = 2;
+  const Shape growth = exponential_shape(2);
   EXPECT_DOUBLE_EQ(values(growth, 2)[0], 1 - std::exp(-1));
 }
 
 TEST(Shape, KinkBeginsAndPreSlidingTurnsRound) {
-  Shape kink;
-  kink.kind = ShapeKind::kink;
-  kink.at = 0.5;
+  const Shape kink = kink_shape(0.5);
   EXPECT_EQ(values(kink, 0.4)[0], 0);
   EXPECT_DOUBLE_EQ(values(kink, 0.75)[0], 0.25);
-  Shape sliding;
-  sliding.kind = ShapeKind::pre_sliding;
-  sliding.tau = 0.1;
+  const Shape sliding = pre_sliding_shape(0.1);
   EXPECT_EQ(values(sliding, 0)[0], 0);
   EXPECT_NEAR(values(sliding, 1e-12)[0], -1, 1e-10);  // still where the last way has left it
   EXPECT_NEAR(values(sliding, 0.1 * std::log(2))[0], 0, 1e-15);
@@ -87,12 +79,7 @@ TEST(Shape, KinkBeginsAndPreSlidingTurnsRound) {
 // Together with the one left out, splines sum to 1 and are never negative: check by the clamped
 // end, where only the missing one is left.
 TEST(Shape, SplinesAreAClampedBasis) {
-  Shape spline;
-  spline.kind = ShapeKind::series;
-  spline.basis = SeriesBasis::spline;
-  spline.count = 8;
-  spline.low[0] = -2;
-  spline.high[0] = 3;
+  const Shape spline = series_shape(SeriesBasis::spline, 8, -2, 3);
   EXPECT_DOUBLE_EQ(values(spline, -2)[0], 1);
   double at_end = 0;
   for (double v : values(spline, 3)) at_end += std::abs(v);
@@ -112,10 +99,7 @@ TEST(Shape, SplinesAreAClampedBasis) {
 }
 
 TEST(Shape, ProductSeriesHoldsEveryProduct) {
-  Shape shape;
-  shape.kind = ShapeKind::series;
-  shape.basis = SeriesBasis::fourier;
-  shape.count = 1;
+  const Shape shape = series_shape(SeriesBasis::fourier, 1);
   double out[4];
   ASSERT_EQ(value_count(shape, true), 4);
   evaluate_product(shape, 0.3, 1.1, out);
@@ -127,12 +111,7 @@ TEST(Shape, ProductSeriesHoldsEveryProduct) {
 
 // Degree 2 and 3 in full, nothing of degree 0 and 1, and the last value beyond the range.
 TEST(Shape, PolynomialHoldsEveryProductOfItsDegrees) {
-  Shape shape;
-  shape.kind = ShapeKind::series;
-  shape.basis = SeriesBasis::polynomial;
-  shape.count = 3;
-  shape.low = {1, -2, 0};
-  shape.high = {3, 2, 1};
+  const Shape shape = series_shape(SeriesBasis::polynomial, 3, {1, -2, 0}, {3, 2, 1});
   ASSERT_EQ(value_count(shape), 16);
   double out[16];
   evaluate_polynomial(shape, {2.5, 1, 0.75}, out);  // u = 0.5 on all axes

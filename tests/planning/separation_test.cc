@@ -39,12 +39,6 @@ struct Class {
   int next_poses;
 };
 
-Shape harmonic() {
-  Shape shape;
-  shape.kind = ShapeKind::harmonic;
-  return shape;
-}
-
 Driver driver(const std::string& text) { return *parse_driver(text); }
 
 TracedEffect found(const Effect& effect, const Effect& rival) {
@@ -78,7 +72,7 @@ auto compliance(size_t joint) {
 Class compliance_or_eccentricity() {
   return {"compliance or eccentricity of A2",
           found({"joint compliance", "A2.theta", driver("gravity-torque 2"), {}, {{"c", 2e-8}}},
-                {"eccentricity", "A2.theta", driver("joint-angle 2"), harmonic(), {}}),
+                {"eccentricity", "A2.theta", driver("joint-angle 2"), harmonic_shape(1), {}}),
           compliance(1),
           [](const std::vector<Coefficient>& c) -> armtrue_oracle::HiddenEffect {
             return [=](const Moment& m, OracleArm& arm) {
@@ -104,7 +98,7 @@ Class floor_or_compliance() {
 Class coupling_or_wobble() {
   return {"coupling of A5 or wobble of its axis",
           found({"wrist coupling", "A5.theta", driver("joint-angle 4"), {}, {{"c", 2.2e-4}}},
-                {"axis wobble", "A5.beta", driver("joint-angle 4"), harmonic(), {}}),
+                {"axis wobble", "A5.beta", driver("joint-angle 4"), harmonic_shape(1), {}}),
           [](const std::vector<Coefficient>& c) -> armtrue_oracle::HiddenEffect {
             return
                 [=](const Moment& m, OracleArm& arm) { arm.links[4].theta += c[0].value * m.q[3]; };
@@ -292,8 +286,7 @@ TEST(SeparationPlan, SaysWhatNoPosesTell) {
 TEST(SeparationPlan, SeveralClassesAndMembers) {
   TracedEffect wrist = coupling_or_wobble().found, arm = compliance_or_eccentricity().found, alone;
   wrist.indistinguishable.push_back(the_same_twice());
-  alone.effect = {"backlash", "A1.theta", driver("arrival 1"), {}, {{"c", 1e-4}}};
-  alone.effect.shape.kind = ShapeKind::sign;
+  alone.effect = {"backlash", "A1.theta", driver("arrival 1"), sign_shape(), {{"c", 1e-4}}};
   const Robot robot = read_robot(kNominal).robot;
   const SeparationPlan plan =
       plan_separation(robot, {wrist, alone, arm}, 8, {}, simulate(over_a_bench(), robot, {}));

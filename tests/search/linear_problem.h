@@ -36,8 +36,8 @@ inline int parameter_by_hand(const std::string& name) {
 inline Candidate candidate_of(const std::string& parameter, int joint,
                               ShapeKind kind = ShapeKind::linear) {
   Candidate candidate;
-  candidate.effect = {"by hand", parameter, {DriverKind::joint_angle, joint, -1, ""}, {}, {}};
-  candidate.effect.shape.kind = kind;
+  candidate.effect = {
+      "by hand", parameter, {DriverKind::joint_angle, joint, -1, ""}, Shape{kind}, {}};
   return candidate;
 }
 

@@ -53,10 +53,11 @@ TEST(Families, NoMemberTakesTheDirectionsOfWhatWasFound) {
   Robot truth = nominal;
   const std::string parameter = nominal.chain.links[1].name + ".theta";
   Effect& eccentricity = truth.effects.emplace_back();
-  eccentricity = {"eccentricity", parameter, {DriverKind::joint_angle, 1, -1, ""}, {}, {}};
-  eccentricity.shape.kind = ShapeKind::harmonic;
-  eccentricity.shape.harmonic = 1;
-  eccentricity.coefficients = {{"sin", 5e-4}, {"cos", -4e-4}};
+  eccentricity = {"eccentricity",
+                  parameter,
+                  {DriverKind::joint_angle, 1, -1, ""},
+                  harmonic_shape(1),
+                  {{"sin", 5e-4}, {"cos", -4e-4}}};
   SimulationOptions options{
       .poses = 25, .repeats = 2, .noise_position = 1e-4, .noise_orientation = 1.5e-4};
   for (options.seed = 1; options.seed <= 6; ++options.seed) {

@@ -505,10 +505,11 @@ TEST(Targets, OneThatMovedIsNamedAndTheArmStaysAsItIs) {
     robot.chain.targets.push_back({name, {x, y, z}});
   Robot truth = robot;
   truth.chain.links[1].d += 4e-4;
-  Effect slip{"slip", "target b", {DriverKind::time, -1, -1, ""}, {}, {}};
-  slip.shape.kind = ShapeKind::step;
-  slip.shape.at = 1210;
-  slip.coefficients = {{"x", 3e-4}, {"y", -2e-4}, {"z", 1e-4}};
+  const Effect slip{"slip",
+                    "target b",
+                    {DriverKind::time, -1, -1, ""},
+                    step_shape(1210),
+                    {{"x", 3e-4}, {"y", -2e-4}, {"z", 1e-4}}};
   truth.effects.push_back(slip);
   SimulationOptions options;
   options.repeats = 2;

@@ -108,8 +108,7 @@ TEST(ManyReadings, AreApartWhereTheModelTellsThemApart) {
   const Campaign all = readings();
   Robot robot = nominal();
   const auto rows_with = [&](DriverKind kind, ShapeKind shape, int joint) {
-    robot.effects = {{"by hand", "A1.theta", {kind, joint, -1, ""}, {}, {}}};
-    robot.effects[0].shape.kind = shape;
+    robot.effects = {{"by hand", "A1.theta", {kind, joint, -1, ""}, Shape{shape}, {}}};
     return Linearization(calibrate(robot, all), all).rows();
   };
   EXPECT_EQ(rows_with(DriverKind::joint_angle, ShapeKind::linear, 0), kPoses);

@@ -240,9 +240,8 @@ TEST(Start, OfNothingIsDropped) {
 
 TEST(Start, MustBeACandidate) {
   TraceOptions options;
-  options.start.push_back({"nonsense", "A1.theta", {DriverKind::joint_angle, 0, -1, ""}, {}, {}});
-  options.start.front().shape.kind = ShapeKind::harmonic;
-  options.start.front().shape.harmonic = 999;
+  options.start.push_back(
+      {"nonsense", "A1.theta", {DriverKind::joint_angle, 0, -1, ""}, harmonic_shape(999), {}});
   EXPECT_THROW(trace(read_robot(kNominal).robot, triple(0), read_catalogue(kCatalogue), options),
                std::invalid_argument);
 }

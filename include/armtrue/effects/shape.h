@@ -47,6 +47,18 @@ struct Shape {
   bool operator==(const Shape&) const = default;
 };
 
+Shape harmonic_shape(double cycles_per_turn);
+Shape sign_shape();
+Shape step_shape(double at);
+Shape kink_shape(double at);
+Shape exponential_shape(double tau);
+Shape pre_sliding_shape(double tau);
+/// Over one driver, or over two angles for products of `fourier`, which has no range.
+Shape series_shape(SeriesBasis basis, int count, double low = 0, double high = 0);
+/// Over a place, or over two drivers: the range of each.
+Shape series_shape(SeriesBasis basis, int count, const std::array<double, 3>& low,
+                   const std::array<double, 3>& high);
+
 /// Whether a shape of this kind has the inner value `at`, or `tau`.
 constexpr bool has_at(ShapeKind kind) { return kind == ShapeKind::step || kind == ShapeKind::kink; }
 constexpr bool has_tau(ShapeKind kind) {
@@ -66,8 +78,8 @@ int value_count(const Shape& shape, bool two_drivers = false);
 /// products of the values at x with those at x2, the first running slowest.
 void evaluate(const Shape& shape, double x, double* out);
 void evaluate_product(const Shape& shape, double x, double x2, double* out);
-/// The same of a polynomial at a place. Terms of degree 0 and 1 are left out: nearly all of them are
-/// a motion or the scale of the whole.
+/// The same of a polynomial at a place. Terms of degree 0 and 1 are left out: nearly all of them
+/// are a motion or the scale of the whole.
 void evaluate_polynomial(const Shape& shape, const Eigen::Vector3d& place, double* out);
 
 inline bool is_polynomial(const Shape& shape) {
