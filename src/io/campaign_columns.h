@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/io/csv_table.h"
 #include "armtrue/kinematics/joint_names.h"
 #include "io/context_columns.h"
+#include "io/csv_table.h"
 
 namespace armtrue {
 

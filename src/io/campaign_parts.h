@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "armtrue/campaign/campaign.h"
-#include "armtrue/io/csv_table.h"
 #include "armtrue/kinematics/joint_names.h"
 #include "io/campaign_columns.h"
+#include "io/csv_table.h"
 #include "io/text_index.h"
 
 namespace armtrue {

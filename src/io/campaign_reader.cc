@@ -9,11 +9,11 @@
 
 #include "armtrue/campaign/stated_covariance.h"
 #include "armtrue/io/campaign_io.h"
-#include "armtrue/io/csv_table.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
 #include "io/campaign_columns.h"
 #include "io/campaign_parts.h"
+#include "io/csv_table.h"
 #include "io/joint_columns.h"
 #include "statistics/ordered_blocks.h"
 

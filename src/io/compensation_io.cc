@@ -119,7 +119,7 @@ class CommandWriter {
 
   const ProgramFile& file_;
   CommandKind kind_;
-  std::vector<ProgramFile::Place> places_;  // of the command
+  std::vector<QuantityColumn> places_;  // of the command
   bool appended_ = false;
 };
 

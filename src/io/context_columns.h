@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "armtrue/campaign/campaign.h"
-#include "armtrue/io/csv_table.h"
 #include "armtrue/kinematics/joint_names.h"
+#include "io/csv_table.h"
 
 namespace armtrue {
 

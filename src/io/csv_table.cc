@@ -1,4 +1,4 @@
-#include "armtrue/io/csv_table.h"
+#include "io/csv_table.h"
 
 #include <algorithm>
 #include <cctype>

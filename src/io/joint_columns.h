@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/io/csv_table.h"
 #include "armtrue/kinematics/joint_names.h"
+#include "io/csv_table.h"
 
 namespace armtrue {
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <map>
 
-#include "armtrue/io/csv_table.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
+#include "io/csv_table.h"
 #include "io/joint_columns.h"
 
 namespace armtrue {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/io/csv_table.h"
+#include "io/csv_table.h"
 
 namespace armtrue {
 

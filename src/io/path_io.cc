@@ -6,10 +6,10 @@
 #include <optional>
 #include <span>
 
-#include "armtrue/io/csv_table.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
+#include "io/csv_table.h"
 #include "io/joint_columns.h"
 #include "io/mistaken_columns.h"
 

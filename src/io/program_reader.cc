@@ -6,21 +6,18 @@
 #include <span>
 
 #include "armtrue/io/compensation_io.h"
-#include "armtrue/io/csv_table.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
 #include "io/compensation_columns.h"
 #include "io/context_columns.h"
+#include "io/csv_table.h"
 #include "io/joint_columns.h"
 
 namespace armtrue {
 namespace {
 
 using Quantity = CsvTable::Quantity;
-using Place = ProgramFile::Place;
-
-Place place_of(const Quantity& quantity) { return {quantity.column, quantity.unit}; }
 
 // Reads the rows of one program.
 class ProgramReader {
@@ -63,9 +60,9 @@ class ProgramReader {
       missing.insert(missing.end(), q_names.begin(), q_names.end());
     if (!missing.empty()) table_.fail_missing(missing);
     name_ = *table_.find("pose");
-    for (size_t i = 0; is_cartesian_ && i < pose.size(); ++i) file_.pose[i] = place_of(*pose[i]);
+    for (size_t i = 0; is_cartesian_ && i < pose.size(); ++i) file_.pose[i] = *pose[i];
     file_.q.resize(file_.joints.size());
-    for (size_t j = 0; has_joints_ && j < q.size(); ++j) file_.q[j] = place_of(*q[j]);
+    for (size_t j = 0; has_joints_ && j < q.size(); ++j) file_.q[j] = *q[j];
     const auto turn = table_.find("t");
     if (turn && file_.joints.size() != kProgramAxes)
       table_.fail(*turn, "the turn t is that of six axes, and the robot has " +
@@ -97,13 +94,14 @@ class ProgramReader {
     JointVector q = JointVector::Zero(joints);
     int empty = 0;
     if (has_joints_)
-      for (const Place& place : file_.q) empty += table_.is_empty(place.column);
+      for (const Quantity& column : file_.q) empty += table_.is_empty(column.column);
     const bool hinted = has_joints_ && !(is_cartesian_ && empty == joints);
-    for (int j = 0; hinted && j < joints; ++j) q[j] = number(file_.q[static_cast<size_t>(j)]);
+    for (int j = 0; hinted && j < joints; ++j)
+      q[j] = table_.number(file_.q[static_cast<size_t>(j)]);
     program.visits.q.push_back(q);
     if (is_cartesian_) {
       std::array<double, 6> value{};
-      for (size_t i = 0; i < value.size(); ++i) value[i] = number(file_.pose[i]);
+      for (size_t i = 0; i < value.size(); ++i) value[i] = table_.number(file_.pose[i]);
       program.poses.push_back({rotation_from_abc(value[3], value[4], value[5]),
                                Eigen::Vector3d(value[0], value[1], value[2])});
       program.hinted.push_back(hinted);
@@ -115,8 +113,6 @@ class ProgramReader {
                   table_.quoted(file_.turn.column) + " is no turn, a whole number from 0 to 65535");
     program.turns.push_back(turn);
   }
-
-  double number(const Place& place) const { return place.unit * table_.number(place.column); }
 
   CsvTable& table_;
   ProgramFile& file_;

@@ -9,10 +9,10 @@
 #include <utility>
 
 #include "armtrue/kinematics/units.h"
-#include "armtrue/programs/matching.h"
-#include "armtrue/programs/way.h"
 #include "armtrue/text/input_error.h"
+#include "programs/matching.h"
 #include "programs/program_warnings.h"
+#include "programs/way.h"
 
 namespace armtrue {
 namespace {

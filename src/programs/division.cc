@@ -1,4 +1,4 @@
-#include "armtrue/programs/division.h"
+#include "programs/division.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "armtrue/programs/matching.h"
+#include "programs/matching.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

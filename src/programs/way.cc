@@ -1,4 +1,4 @@
-#include "armtrue/programs/way.h"
+#include "programs/way.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

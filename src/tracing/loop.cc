@@ -11,9 +11,9 @@
 #include "armtrue/calibration/prediction.h"
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/summary.h"
-#include "armtrue/tracing/predictor.h"
 #include "campaign/sessions.h"
 #include "search/training.h"
+#include "tracing/predictor.h"
 
 namespace armtrue {
 namespace {

@@ -1,4 +1,4 @@
-#include "armtrue/tracing/predictor.h"
+#include "tracing/predictor.h"
 
 #include <Eigen/Core>
 #include <algorithm>

@@ -13,8 +13,8 @@
 #include <unsupported/Eigen/FFT>
 
 #include "armtrue/path/low_pass.h"
-#include "armtrue/programs/matching.h"
 #include "bench/times.h"
+#include "programs/matching.h"
 
 namespace {
 

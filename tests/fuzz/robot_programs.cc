@@ -9,9 +9,9 @@
 
 #include "armtrue/kinematics/pose.h"
 #include "armtrue/programs/displacement.h"
-#include "armtrue/programs/division.h"
 #include "armtrue/programs/robot_program.h"
 #include "fuzz/targets.h"
+#include "programs/division.h"
 
 namespace armtrue::fuzz {
 namespace {
@@ -155,9 +155,8 @@ void correct(Dialect dialect, std::vector<ProgramText> texts) {
   const std::vector<ProgramPointBetween> between = points_between(program, commands);
   const RewrittenProgram divided = rewrite(program, commands, between);
   require(divided.inserted <= moves_of(between), "moves appear");
-  require(dialect == Dialect::rapid ||
-              lines(divided.texts[0]) + lines_within_points(program) >=
-                  lines(texts[0].text) + divided.inserted,
+  require(dialect == Dialect::rapid || lines(divided.texts[0]) + lines_within_points(program) >=
+                                           lines(texts[0].text) + divided.inserted,
           "lines are lost");
   const bool has_poses = std::ranges::any_of(program.targets, [](const ProgramTarget& target) {
     return target.kind == TargetKind::cartesian;

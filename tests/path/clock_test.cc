@@ -9,7 +9,7 @@
 #include <random>
 
 #include "armtrue/kinematics/units.h"
-#include "armtrue/path/registration/unit_check.h"
+#include "path/registration/unit_check.h"
 #include "plant_pass.h"
 
 namespace armtrue::clock_test {

@@ -1,4 +1,4 @@
-#include "armtrue/programs/division.h"
+#include "programs/division.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

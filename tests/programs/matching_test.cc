@@ -1,4 +1,4 @@
-#include "armtrue/programs/matching.h"
+#include "programs/matching.h"
 
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>

@@ -1,6 +1,6 @@
 // What many small effects predict together though none of them can be named.
 
-#include "armtrue/tracing/predictor.h"
+#include "tracing/predictor.h"
 
 #include <gtest/gtest.h>
 

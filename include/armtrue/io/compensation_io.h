@@ -10,6 +10,7 @@
 #include "armtrue/compensation/move_division.h"
 #include "armtrue/compensation/prediction_conditions.h"
 #include "armtrue/io/provenance.h"
+#include "armtrue/io/quantity_column.h"
 #include "armtrue/kinematics/joint_names.h"
 
 namespace armtrue {
@@ -24,15 +25,10 @@ struct ProgramFile {
   std::vector<std::string> columns;
   std::vector<std::vector<std::string>> cells;  ///< of each row, as they stand in the file
 
-  /// The place of a column and the factor from its unit to SI.
-  struct Place {
-    int column = -1;  ///< -1: not in the file
-    double unit = 1;
-  };
-  std::vector<JointName> joints;  ///< of the robot
-  std::vector<Place> q;           ///< of each joint
-  std::array<Place, 6> pose;      ///< x y z a b c
-  Place turn;
+  std::vector<JointName> joints;       ///< of the robot
+  std::vector<QuantityColumn> q;       ///< of each joint
+  std::array<QuantityColumn, 6> pose;  ///< x y z a b c
+  QuantityColumn turn;
 };
 
 /// Reads `pose` with `q1_deg..q6_deg`, or with `x_mm,y_mm,z_mm,a_deg,b_deg,c_deg` and, as a hint of

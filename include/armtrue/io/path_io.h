@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "armtrue/io/csv_table.h"
+#include "armtrue/io/quantity_column.h"
 #include "armtrue/kinematics/joint_names.h"
 #include "armtrue/path/path.h"
 
@@ -16,8 +16,8 @@ struct PathFile {
   std::vector<int> line;  ///< of each sample
   int lost = 0;           ///< rows whose position is empty; they are no samples
   std::string sha256;
-  std::vector<std::string> unknown_columns;      ///< not used; the command warns of them
-  std::array<CsvTable::Quantity, 3> position{};  ///< columns of x, y and z
+  std::vector<std::string> unknown_columns;  ///< not used; the command warns of them
+  std::array<QuantityColumn, 3> position{};  ///< columns of x, y and z
   /// The file as it was read, for write_path_like(): column names, and the rows, comma-separated.
   std::vector<std::string> columns;
   std::string rows;

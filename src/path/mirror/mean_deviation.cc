@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include "armtrue/path/registration/unit_check.h"
 #include "path/mirror/corners.h"
+#include "path/registration/unit_check.h"
 
 namespace armtrue {
 namespace {

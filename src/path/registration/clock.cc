@@ -10,11 +10,11 @@
 #include <string>
 
 #include "armtrue/kinematics/units.h"
-#include "armtrue/path/registration/unit_check.h"
 #include "linear_algebra/decompositions.h"
 #include "path/registration/clock_estimator.h"
 #include "path/registration/first_offset.h"
 #include "path/registration/formatted.h"
+#include "path/registration/unit_check.h"
 
 namespace armtrue {
 namespace {

@@ -1,4 +1,4 @@
-#include "armtrue/path/registration/unit_check.h"
+#include "path/registration/unit_check.h"
 
 #include <algorithm>
 #include <array>

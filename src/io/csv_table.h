@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "armtrue/io/quantity_column.h"
 #include "armtrue/io/source.h"
 
 namespace armtrue {
@@ -28,11 +29,8 @@ class CsvTable {
   std::string source_name() const { return source_.name(); }
   std::optional<int> find(std::string_view column) const;
 
-  /// Column of a quantity and the factor from its unit to SI: ("x") finds `x_mm` or `x_m`.
-  struct Quantity {
-    int column;
-    double unit;
-  };
+  using Quantity = QuantityColumn;
+  /// The column of a quantity: ("x") finds `x_mm` or `x_m`.
   std::optional<Quantity> find_length(std::string_view name) const;  ///< _mm or _m, not both
   std::optional<Quantity> find_angle(std::string_view name) const;   ///< _deg or _rad, not both
   /// The column `in_unit`, of this unit in SI, or the column `in_si`. Throws InputError if both

@@ -5,8 +5,8 @@
 
 #include "armtrue/kinematics/pose.h"
 #include "armtrue/kinematics/units.h"
-#include "armtrue/programs/division.h"
 #include "armtrue/programs/robot_program.h"
+#include "programs/division.h"
 
 namespace armtrue {
 
