@@ -142,7 +142,7 @@ void report_fit(const app::Command& command, const CalibrationResult& result,
 std::optional<Robot> placed_on_targets(const Robot& nominal, const CalibrationResult& result,
                                        const Campaign& campaign) {
   if (campaign.target_names.empty() ||
-      std::ranges::find(result.set.kept, kBaseParameters) == result.set.kept.end())
+      std::ranges::find(result.set.kept, kFirstBaseParameter) == result.set.kept.end())
     return std::nullopt;
   return placed_nominal(nominal, campaign);
 }

@@ -157,8 +157,9 @@ void set_robot(const SessionModels& model, const Eigen::VectorXd& x, Calibration
         result.covariance.block(model.first_own(s), model.first_own(s), count, count);
     // The base's, turned into the axes of the session's own R_A.
     Eigen::MatrixXd turn = Eigen::MatrixXd::Identity(all, all);
-    turn.block<3, 3>(kBaseParameters, kBaseParameters) = turn.block<3, 3>(
-        kBaseParameters + 3, kBaseParameters + 3) = model.common_from_own(s).rotation.transpose();
+    turn.block<3, 3>(kFirstBaseParameter, kFirstBaseParameter) =
+        turn.block<3, 3>(kFirstBaseParameter + 3, kFirstBaseParameter + 3) =
+            model.common_from_own(s).rotation.transpose();
     covariance = (turn * covariance * turn.transpose()).eval();
     Session& session = result.robot.sessions.at(model.name(s));
     session.std.clear();

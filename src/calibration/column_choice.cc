@@ -31,7 +31,7 @@ bool is_independent(double norm, double left) {
   const int parameter = models.own(session)[static_cast<size_t>(place)];
   const std::string readings = models.campaign().source + ": the readings of session '" +
                                models.name(session) + "' do not show ";
-  if (parameter < kLinkParameters)
+  if (parameter < kFirstLinkParameter)
     throw std::invalid_argument(readings +
                                 "where its instrument stood; measure more poses in it, or leave it "
                                 "out");

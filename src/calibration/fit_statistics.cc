@@ -54,10 +54,10 @@ struct InverseRoot {
 
 Eigen::Array2d determined_by(const SessionModels& model, const Eigen::MatrixXd& information,
                              const Priors& priors, const Eigen::VectorXd& x) {
-  constexpr double kMany = 4;  // equations per unknown
+  constexpr double kManyPerUnknown = 4;  // equations
   const ReadingSize size = model.campaign().reading_size();
   const int p = model.unknowns();
-  if (model.rows() * size.all() > kMany * p || size.orientation == 0)
+  if (model.rows() * size.all() > kManyPerUnknown * p || size.orientation == 0)
     return (p - undetermined(information, priors)) *
            Eigen::Array2d(size.share_of_position(), 1 - size.share_of_position());
   const InverseRoot root(information, priors.of_unknowns, model.groups());

@@ -44,7 +44,7 @@ std::vector<int> preference_order(const Robot& robot) {
   for (int c = 0; c < static_cast<int>(chain.contacts.size()); ++c)
     for (int k : of_contact(chain.contacts[c].kind))
       order.push_back(contacts + kParametersOfContact * c + k);
-  for (int k = 0; k < 6; ++k) order.push_back(kBaseParameters + k);
+  for (int k = 0; k < 6; ++k) order.push_back(kFirstBaseParameter + k);
   for (int k = anchors; k < contacts; ++k)
     if ((k - anchors) % 4 < 3) order.push_back(k);
   const ParameterLayout layout = layout_of(chain);
@@ -137,7 +137,7 @@ std::vector<int> allowed_parameters(const Robot& robot, const Campaign& campaign
     } else if (name == "paper-25") {
       for (int k : paper_25(robot.chain)) allowed.push_back(k);
     } else if (name == "base" || name == "tool") {
-      const int first = name == "base" ? kBaseParameters : layout.tool;
+      const int first = name == "base" ? kFirstBaseParameter : layout.tool;
       for (int k = 0; k < 6; ++k) allowed.push_back(first + k);
       if (name == "tool") add_read(layout.targets, targets_end);
       if (name == "base") add_read(targets_end, parameter_count(robot.chain));
@@ -193,7 +193,7 @@ bool scale_is_free(const KinematicChain& chain, const Campaign& campaign) {
 // that is absorbed stands for those that imitate it: with l the lengths and s the shares,
 //     l_kept + sum over the absorbed of s l_absorbed = 0   for each length that is kept.
 bool lengths_cancel(const KinematicChain& chain, const IdentifiableSet& set) {
-  constexpr double kSame = 1e-3;  // of the longest
+  constexpr double kCancelledShare = 1e-3;  // of the longest length
   std::map<int, double> sums;
   double longest = 0;
   const auto length = [&](int parameter) {
@@ -207,7 +207,7 @@ bool lengths_cancel(const KinematicChain& chain, const IdentifiableSet& set) {
     for (const auto& [kept, share] : absorbed.absorbed_by) sums[kept] += share * own;
   }
   return std::ranges::all_of(sums, [&](const auto& entry) {
-    return length_of(chain, entry.first) == 0 || std::abs(entry.second) < kSame * longest;
+    return length_of(chain, entry.first) == 0 || std::abs(entry.second) < kCancelledShare * longest;
   });
 }
 

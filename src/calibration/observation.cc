@@ -80,10 +80,10 @@ void ObservationModel::choose_columns() {
   ColumnSet needed;
   const auto need = [&](int parameter) {
     if (parameter >= layout.geometric) return;
-    const bool turns = parameter >= layout.tool + 3 ||
-                       (parameter >= kBaseParameters + 3 && parameter < kBaseParameters + 6);
+    const bool turns = parameter >= layout.tool + 3 || (parameter >= kFirstBaseParameter + 3 &&
+                                                        parameter < kFirstBaseParameter + 6);
     const int first = !turns                    ? parameter
-                      : parameter < layout.tool ? kBaseParameters + 3
+                      : parameter < layout.tool ? kFirstBaseParameter + 3
                                                 : layout.tool + 3;
     for (int k = first; k < first + (turns ? 3 : 1); ++k) needed.set(static_cast<size_t>(k));
   };
@@ -225,11 +225,11 @@ Robot ObservationModel::robot_at(const Eigen::VectorXd& x) const {
     return index >= first_contact && is_turn((index - first_contact) % kParametersOfContact, 0);
   };
   for (int k = 0; k < geometric_count(); ++k)
-    if (!is_turn(geometric_[k], kBaseParameters) && !is_turn(geometric_[k], tool) &&
+    if (!is_turn(geometric_[k], kFirstBaseParameter) && !is_turn(geometric_[k], tool) &&
         !turns_contact(geometric_[k]))
       move_parameter(robot.chain, geometric_[k], x[k]);
   robot.chain.base.rotation =
-      rotation_exp(turn_of(x, kBaseParameters)) * robot_.chain.base.rotation;
+      rotation_exp(turn_of(x, kFirstBaseParameter)) * robot_.chain.base.rotation;
   robot.chain.tool.rotation = rotation_exp(turn_of(x, tool)) * robot_.chain.tool.rotation;
   for (size_t c = 0; c < robot.chain.contacts.size(); ++c)
     robot.chain.contacts[c].place.rotation =

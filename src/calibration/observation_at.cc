@@ -29,7 +29,7 @@ ObservationModel::At::At(const ObservationModel& model, const Eigen::VectorXd& x
       terms_.push_back({robot_.effects[e].coefficients[term.coefficient].value, term.parameter,
                         model.first_value_[e] + term.value});
   // exp(x + dx) = exp(Jl(x) dx) exp(x), and Jl(x) = Jr(-x).
-  base_turn_ = inverse_right_jacobian(-model.turn_of(x, kBaseParameters)).inverse();
+  base_turn_ = inverse_right_jacobian(-model.turn_of(x, kFirstBaseParameter)).inverse();
   tool_turn_ = inverse_right_jacobian(-model.turn_of(x, layout_.tool)).inverse();
   // exp(x + dx) = exp(x) exp(Jr(x) dx).
   const int first = first_contact_parameter(robot_.chain);
@@ -296,7 +296,7 @@ void ObservationModel::At::write_block(int row, const Prediction& predicted, Tur
   const auto has = [&](int parameter) {
     return std::ranges::binary_search(model_.columns_, parameter);
   };
-  if (has(kBaseParameters + 3)) turn_columns(jacobian, kBaseParameters + 3, base_turn_);
+  if (has(kFirstBaseParameter + 3)) turn_columns(jacobian, kFirstBaseParameter + 3, base_turn_);
   if (has(layout_.tool + 3)) turn_columns(jacobian, layout_.tool + 3, tool_turn_);
   if (model_.campaign_.kind(row) != ReadingKind::point)
     for (int k : model_.columns_)

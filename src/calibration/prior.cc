@@ -208,7 +208,7 @@ double most_likely(const PriorWidth& width, double squares, double determined) {
 }  // namespace
 
 bool places_positioner(const Robot& robot, int parameter) {
-  if (parameter < kLinkParameters || !is_of_positioner(robot, parameter)) return false;
+  if (parameter < kFirstLinkParameter || !is_of_positioner(robot, parameter)) return false;
   int axis = *robot.ground_link;
   while (axis > 0 && joint_of_link(robot.chain, axis) < 0) --axis;
   const LinkParameter kind = kind_of_parameter(parameter);

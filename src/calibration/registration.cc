@@ -227,7 +227,7 @@ Robot starting_robot(const Robot& robot, const Campaign& campaign, const Identif
   bool finds_first_base = true;
   for (int k = 0; k < (shows_turn ? 6 : 3); ++k)
     finds_first_base &=
-        std::find(set.kept.begin(), set.kept.end(), kBaseParameters + k) != set.kept.end();
+        std::find(set.kept.begin(), set.kept.end(), kFirstBaseParameter + k) != set.kept.end();
   const bool finds_tool =
       finds_first_base &&
       std::ranges::find(set.kept, layout_of(robot.chain).tool) != set.kept.end();

@@ -38,7 +38,7 @@ std::vector<int> unobservable_rotations(const Campaign& readings, const Kinemati
     if (readings.kind(row) == ReadingKind::coordinate) return {};
     seen.insert(matched[readings.anchor.empty() ? 0 : readings.anchor[row]]);
   }
-  constexpr int kTurns = kBaseParameters + 3;
+  constexpr int kTurns = kFirstBaseParameter + 3;
   if (seen.size() == 1) return {kTurns, kTurns + 1, kTurns + 2};
   if (seen.size() > 2) return {};
   const Eigen::Vector3d line = common_from_own.rotation * (chain.anchors[*seen.rbegin()].position -

@@ -35,7 +35,7 @@ std::optional<Robot> require_worthwhile(const Robot& nominal, const CalibrationR
   const auto identifies = [&](int parameter) {
     return std::ranges::find(fit.set.kept, parameter) != fit.set.kept.end();
   };
-  const bool finds_place = identifies(kBaseParameters) || sound.has_touches_only();
+  const bool finds_place = identifies(kFirstBaseParameter) || sound.has_touches_only();
   if (!finds_place || !identifies(layout_of(nominal.chain).tool)) return std::nullopt;
   std::optional<Campaign> part;
   if (!blunders.empty()) {

@@ -101,8 +101,8 @@ Campaign in_common_frame(Campaign campaign, const Robot& robot) {
 }
 
 std::vector<int> own_parameters(const Robot& robot) {
-  std::vector<int> own(kLinkParameters);
-  std::iota(own.begin(), own.end(), kBaseParameters);
+  std::vector<int> own(kParametersPerPose);
+  std::iota(own.begin(), own.end(), kFirstBaseParameter);
   for (const std::string& name : robot.identify_per_session) {
     if (name == "base") continue;  // always
     const auto parameter = find_parameter(robot.chain, name);

@@ -31,10 +31,10 @@ Budget budget_of(const StatedUncertainty& stated, const Scatter& scatter, int vi
   budget.combined = std::sqrt(squares);
   budget.freedom = repeats > 0 ? scatter.freedom * squares * squares / std::pow(repeats, 4)
                                : std::numeric_limits<double>::infinity();
-  constexpr double kMostFreedom = 1e6;  // the law is normal there
+  constexpr double kFreedomOfNormal = 1e6;  // the law of t is normal there
   // 95.45 % between -k and k: P(X <= k) = 0.97725.
   budget.k =
-      budget.freedom < kMostFreedom ? student_t_quantile(normal_below(2), budget.freedom) : 2.0;
+      budget.freedom < kFreedomOfNormal ? student_t_quantile(normal_below(2), budget.freedom) : 2.0;
   budget.expanded = budget.k * budget.combined;
   return budget;
 }

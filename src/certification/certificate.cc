@@ -215,8 +215,8 @@ Comparison compare(const CertifiedValues& before, const CertifiedValues& now) {
   if (comparison.poses.empty()) return comparison;
   // P(|N(0, 1)| > 2) = 4.55 %, shared by the poses.
   const double tail = (1 - normal_below(kCoverage)) / static_cast<double>(comparison.poses.size());
-  constexpr double kNormal = 1e6;  // degrees of freedom
-  judge(comparison.poses, student_t_quantile(1 - tail, kNormal) / kCoverage);
+  constexpr double kFreedomOfNormal = 1e6;  // the law of t is normal there
+  judge(comparison.poses, student_t_quantile(1 - tail, kFreedomOfNormal) / kCoverage);
   return comparison;
 }
 

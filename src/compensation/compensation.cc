@@ -272,13 +272,13 @@ std::vector<std::string> parameters_of_station(const Robot& robot) {
     return false;
   };
   const ParameterLayout layout = layout_of(robot.chain);
-  const bool lacks_base = lacks(kBaseParameters), lacks_tool = lacks(layout.tool);
+  const bool lacks_base = lacks(kFirstBaseParameter), lacks_tool = lacks(layout.tool);
   const int first = link_of_joint(robot.chain, 0);
   const int last = link_of_joint(robot.chain, joint_count(robot.chain) - 1);
   std::vector<std::string> names;
   for (int k : identified) {
-    const bool follows_base =
-        k >= kLinkParameters && k < link_parameter(first + 1, LinkParameter::alpha) && lacks_base;
+    const bool follows_base = k >= kFirstLinkParameter &&
+                              k < link_parameter(first + 1, LinkParameter::alpha) && lacks_base;
     const bool follows_tool =
         (k == link_parameter(last, LinkParameter::theta) ||
          k == link_parameter(last, LinkParameter::r) ||

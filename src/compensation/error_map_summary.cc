@@ -10,7 +10,7 @@
 namespace armtrue {
 namespace {
 
-constexpr double kHalfBox = 0.5;       // size of a part, if nobody says it
+constexpr double kDefaultPartShare = 0.5;  // of the box: size of a part, if nobody says it
 constexpr double kOnAPoint = 1e-9;     // of a step: the part ends on a point
 constexpr double kErrorsAlike = 0.01;  // of the mean: no place is better than another
 
@@ -193,7 +193,7 @@ ErrorMapSummary summarize(const ErrorMap& map, const std::optional<Eigen::Vector
   add_causes(map, summary);
   add_direction(map, summary);
   if (!map.grid) return summary;
-  summary.part = part.value_or(kHalfBox * (map.grid->high - map.grid->low));
+  summary.part = part.value_or(kDefaultPartShare * (map.grid->high - map.grid->low));
   add_placements(map, summary);
   return summary;
 }

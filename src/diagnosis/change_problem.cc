@@ -24,7 +24,7 @@ bool is_place_of_anchor(const KinematicChain& chain, int parameter) {
   return k >= 0 && parameter < first_contact_parameter(chain) && k % 4 < 3;
 }
 
-bool is_of_base(int parameter) { return parameter < kLinkParameters; }
+bool is_of_base(int parameter) { return parameter < kFirstLinkParameter; }
 
 // The parameters of a contact, as indices; none unless it is touched.
 std::vector<int> of_touched_contact(const KinematicChain& chain, const Campaign& campaign,
@@ -68,7 +68,7 @@ bool has_own_bases(const Robot& previous, const Campaign& campaign) {
 Robot start_of(const Robot& previous, const Campaign& campaign) {
   if (!has_own_bases(previous, campaign)) return robot_at_row(previous, campaign, 0);
   IdentifiableSet bases;
-  for (int k = 0; k < kLinkParameters; ++k) bases.kept.push_back(k);
+  for (int k = 0; k < kFirstLinkParameter; ++k) bases.kept.push_back(k);
   return starting_robot(previous, campaign, bases);
 }
 
@@ -243,8 +243,8 @@ void ChangeProblem::enter_hypotheses() {
     }
     const int last = sessions() - 1;
     if (!own_bases_) {
-      std::vector<int> base(kLinkParameters);
-      std::iota(base.begin(), base.end(), kBaseParameters);
+      std::vector<int> base(kParametersPerPose);
+      std::iota(base.begin(), base.end(), kFirstBaseParameter);
       enter_hypothesis("base", shown(start_, base, model.campaign()), s, last);
     }
     enter_hypothesis("tool", tool, s, last);

@@ -155,8 +155,8 @@ void check_directions(const Campaign& campaign, LogFindings& findings) {
       same += product > 0;
       opposite += product < 0;
     }
-  constexpr int kCompared = 60, kOppositeToSame = 19;  // 95 %
-  if (same + opposite < kCompared || opposite < kOppositeToSame * same) return;
+  constexpr int kMinCompared = 60, kOppositeToSame = 19;  // 95 %
+  if (same + opposite < kMinCompared || opposite < kOppositeToSame * same) return;
   findings.warnings.push_back(fmt::format(
       "dir1 to dir{} contradict {} of {} moves from row to row: is their sign wrong, or are the "
       "rows in the reverse order? The sign is that of the last motion of the joint",

@@ -20,7 +20,7 @@ using Eigen::AngleAxisd;
 using Eigen::Vector3d;
 
 constexpr double kRight = std::numbers::pi / 2;
-constexpr double kSame = 1e6;  // of two sums of shares of the limits: apart by less is alike
+constexpr double kPartsPerLimit = 1e6;  // distances apart by less than a part are alike
 
 // All conventions that may have been misread.
 struct Reading {
@@ -205,7 +205,7 @@ std::vector<Agreement> find_agreements(const Robot& robot, const JointVector& q,
         compare(reading, {mistakes[a].words, mistakes[b].words}, distance, angle, found);
       }
   std::ranges::stable_sort(found, {}, [&](const Agreement& a) {
-    return std::round(kSame * (a.distance / distance + a.angle / angle));
+    return std::round(kPartsPerLimit * (a.distance / distance + a.angle / angle));
   });
   return found;
 }

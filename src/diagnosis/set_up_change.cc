@@ -168,7 +168,7 @@ std::optional<std::string> find_set_up_change(const PlainFit& fit) {
     int first, count;  // parameters
   };
   constexpr int kPose = 6, kPoint = 3;
-  std::vector<Place> places{{kBaseParameters, kPose}};
+  std::vector<Place> places{{kFirstBaseParameter, kPose}};
   if (sample.target_names.size() < 2)
     places.push_back({layout_of(robot.chain).tool, sample.has_orientation() ? kPose : kPoint});
   const std::vector<Order> orders = orders_of(sample);
@@ -187,7 +187,7 @@ std::optional<std::string> find_set_up_change(const PlainFit& fit) {
       if (change.score <= best.score || !is_of_most(change, equations, order.rows)) continue;
       best = change;
       found = &order;
-      of_tool = place.first != kBaseParameters;
+      of_tool = place.first != kFirstBaseParameter;
     }
   }
   if (!found) return std::nullopt;

@@ -10,7 +10,7 @@ int group_size(const std::string& parameter) {
 
 std::optional<int> first_parameter(const KinematicChain& chain, const std::string& parameter) {
   // A shift of all measured points is the same as a shift of the base.
-  if (parameter == kPointOfInstrument) return kBaseParameters;
+  if (parameter == kPointOfInstrument) return kFirstBaseParameter;
   return find_parameter(chain, is_group(parameter) ? parameter + ".x" : parameter);
 }
 

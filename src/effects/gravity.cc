@@ -41,7 +41,7 @@ GravityLoad::GravityLoad(const Robot& robot, int parameter)
       by_masses_(!robot.bodies.empty() && !of_positioner_),
       payload_point_(robot.chain.tool.translation),
       bodies_(robot.bodies) {
-  if (parameter < kLinkParameters)
+  if (parameter < kFirstLinkParameter)
     link_ = 0;
   else if (parameter < ParameterLayout(links_).tool)
     link_ = link_of_parameter(parameter);
@@ -60,7 +60,7 @@ Vector3d GravityLoad::gravity_in_foot(const ArmFrames& frames) const {
 }
 
 GravityLoad::Motion GravityLoad::motion(const ArmFrames& frames) const {
-  if (parameter_ < kLinkParameters) {
+  if (parameter_ < kFirstLinkParameter) {
     const Vector3d axis = base_rotation_.transpose() * Vector3d::Unit(parameter_ % 3);
     return {axis, Vector3d::Zero(), parameter_ >= 3};
   }
@@ -124,7 +124,7 @@ std::vector<int> GravityLoad::carrying_links(const KinematicChain& chain) const 
 // The frames that a joint of a positioner carries: all before it. -1 is R_0.
 std::vector<int> GravityLoad::carried_links() const {
   std::vector<int> links;
-  for (int j = link_ - 1; parameter_ >= kLinkParameters && j >= -1; --j) links.push_back(j);
+  for (int j = link_ - 1; parameter_ >= kFirstLinkParameter && j >= -1; --j) links.push_back(j);
   return links;
 }
 
@@ -133,7 +133,8 @@ void GravityLoad::choose_basis(const Robot& robot, const ChainEvaluator& evaluat
   for (int link : of_positioner_ ? carried_links() : carrying_links(robot.chain)) {
     for (int axis = 0; axis < 3; ++axis) moments.push_back({link, axis});
     // Of the base all components have one basis, whichever way a rail leads.
-    if (!of_positioner_ && is_prismatic(robot.chain.links[link]) && parameter_ >= kLinkParameters)
+    if (!of_positioner_ && is_prismatic(robot.chain.links[link]) &&
+        parameter_ >= kFirstLinkParameter)
       moments.push_back({link, 2, true});
   }
   // Keep values that are independent of the constant and of those kept already.

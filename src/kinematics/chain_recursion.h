@@ -139,8 +139,8 @@ inline void for_each_column(int count, const VectorOf<Number>& base_origin,
   const VectorOf<Number>* const of_tool[] = {&last.x, &last.y, &last.z};
   const VectorOf<Number> from_base = end - base_origin;
   for (int i = 0; i < 3; ++i) {
-    translation(kBaseParameters + i, unit[i]);
-    rotation(kBaseParameters + 3 + i, unit[i], from_base);
+    translation(kFirstBaseParameter + i, unit[i]);
+    rotation(kFirstBaseParameter + 3 + i, unit[i], from_base);
     translation(layout.tool + i, *of_tool[i]);
     rotation(layout.tool + 3 + i, *of_tool[i], zero);
   }

@@ -70,7 +70,7 @@ Pose ChainEvaluator::evaluate(const JointVector& q, const ParameterOffsets* offs
   const ParameterLayout layout(count);
   Pose base = base_, tool = tool_;
   if constexpr (kWithOffsets) {
-    base = moved_by(base_, offsets->segment<6>(kBaseParameters));
+    base = moved_by(base_, offsets->segment<6>(kFirstBaseParameter));
     tool = moved_by(tool_, offsets->segment<6>(layout.tool));
   }
   MovingFrame<double> frame = moving(base);

@@ -57,15 +57,15 @@ inline Turn<double> turn_by(double angle) { return {std::cos(angle), std::sin(an
 /// minimax ones of degree 13 and 14 that fdlibm (Sun, 1993) publishes.
 inline Turn<Lanes> turn_by(const Lanes& angle) {
   using Values = Lanes::Values;
-  constexpr double kMagic = 0x1.8p52;  // adding it rounds to an integer, in the lowest bits
+  constexpr double kRoundsToInteger = 0x1.8p52;  // when added; it stands in the lowest bits
   constexpr double kQuarterTurns = 0x1.45f306dc9c883p-1;
   constexpr double kFirst = 0x1.921fb544p0, kSecond = 0x1.0b4611a6p-34,
                    kThird = 0x1.3198a2e037073p-69;
   constexpr double kMostQuarterTurns = 1 << 19;
 
   const Values& x = angle.values();
-  const Values shifted = x * kQuarterTurns + kMagic;
-  const Values k = shifted - kMagic;
+  const Values shifted = x * kQuarterTurns + kRoundsToInteger;
+  const Values k = shifted - kRoundsToInteger;
   const Values first = x - k * kFirst;
   const Values second = k * kSecond;
   const Values rough = first - second;

@@ -70,7 +70,7 @@ ParameterUnit parameter_unit(const KinematicChain& chain, int index) {
   }
   if (index >= layout.targets || index == layout.instrument_range) return ParameterUnit::metre;
   if (layout.is_of_instrument(index)) return ParameterUnit::radian;
-  if (index < kLinkParameters) return index < 3 ? ParameterUnit::metre : ParameterUnit::radian;
+  if (index < kFirstLinkParameter) return index < 3 ? ParameterUnit::metre : ParameterUnit::radian;
   if (index >= layout.tool)
     return index - layout.tool < 3 ? ParameterUnit::metre : ParameterUnit::radian;
   const LinkParameter which = kind_of_parameter(index);
@@ -92,7 +92,7 @@ DisplayUnit display_unit(ParameterUnit unit) {
 
 std::string parameter_name(const KinematicChain& chain, int index) {
   if (index < 0 || index >= parameter_count(chain)) throw std::out_of_range("no such parameter");
-  if (index < kLinkParameters) return std::string("base.") + kTwistNames[index];
+  if (index < kFirstLinkParameter) return std::string("base.") + kTwistNames[index];
   const ParameterLayout layout = layout_of(chain);
   if (index < layout.tool)
     return chain.links[static_cast<size_t>(link_of_parameter(index))].name + "." +
@@ -118,7 +118,7 @@ std::optional<int> find_parameter(const KinematicChain& chain, std::string_view 
 
 void move_parameter(KinematicChain& chain, int index, double delta) {
   if (index < 0 || index >= parameter_count(chain)) throw std::out_of_range("no such parameter");
-  if (index < kLinkParameters) return move_pose(chain.base, index, delta);
+  if (index < kFirstLinkParameter) return move_pose(chain.base, index, delta);
   const ParameterLayout layout = layout_of(chain);
   if (index < layout.tool) {
     Link& link = chain.links[static_cast<size_t>(link_of_parameter(index))];

@@ -95,7 +95,7 @@ void ChainEvaluator::evaluate_lanes(std::span<const JointVector> q,
   const OfLanes<const JointVector> encoders = of_lanes(q);
   const OfLanes<const ParameterOffsets> moved = of_lanes(offsets);
   const OfLanes<Pose> poses = of_lanes(a_from_measured);
-  MovingFrame<Lanes> last = end_frames<kWithOffsets>(base_, moved, kBaseParameters);
+  MovingFrame<Lanes> last = end_frames<kWithOffsets>(base_, moved, kFirstBaseParameter);
   const LaneVector base_origin = last.origin;
   std::array<LinkAxes<Lanes>, (kFixedCount > 0 ? kFixedCount : kMaxLinks)> axes;
   pass_along<kWithOffsets, kWithJacobian>(

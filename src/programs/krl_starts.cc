@@ -85,10 +85,10 @@ void KrlStarts::meet(const Start& way, Start& here) {
   }
   here.values = common(here.values, way.values);
   if (!(here.set_up == way.set_up)) here.values.head<6>() = unknown_krl_values().head<6>();
-  constexpr size_t kMost = 32;  // more ways, of no real program, would take long
+  constexpr size_t kMaxWays = 32;  // more ways, of no real program, would take long
   std::vector<int> moves;
   std::ranges::set_union(here.moves, way.moves, std::back_inserter(moves));
-  if (here.moves.empty() || way.moves.empty() || moves.size() > kMost) {
+  if (here.moves.empty() || way.moves.empty() || moves.size() > kMaxWays) {
     moves.clear();
     here.values = unknown_krl_values();
   }

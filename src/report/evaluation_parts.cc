@@ -39,9 +39,9 @@ void add_error_pictures(Page& page, const std::vector<Judged>& models, const Cam
 }
 
 bool is_at_floor(double mean, const NoiseFloor& noise) {
-  constexpr double kMost = 1.3;  // times the floor: few readings scatter
+  constexpr double kMaxTimesFloor = 1.3;  // few readings scatter
   return noise.source != NoiseFloor::Source::none &&
-         mean <= kMost * mean_error_of_noise(noise.position, noise.axes);
+         mean <= kMaxTimesFloor * mean_error_of_noise(noise.position, noise.axes);
 }
 
 Page::Tile floor_tile(const NoiseFloor& noise, const std::string& key) {

@@ -67,9 +67,9 @@ PlacedResiduals by_pose(const std::vector<Judged>& models, const Campaign& campa
 }  // namespace
 
 double round_magnification(double longest, double extent) {
-  constexpr double kShare = 0.2;  // of the extent
+  constexpr double kShareOfExtent = 0.2;
   if (!(longest > 0) || !(extent > 0)) return 1;
-  const double wanted = kShare * extent / longest;
+  const double wanted = kShareOfExtent * extent / longest;
   const double decade = std::pow(10.0, std::floor(std::log10(wanted)));
   const double digit = wanted / decade;
   return std::max(1.0, decade * (digit >= 5 ? 5 : digit >= 2 ? 2 : 1));

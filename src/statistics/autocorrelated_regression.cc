@@ -13,7 +13,7 @@ namespace armtrue {
 namespace {
 
 constexpr Eigen::Index kMaxBins = 4096;  // more samples are summed in as many bins first
-constexpr double kWindow = 5;            // correlation times summed over
+constexpr double kTimesSummed = 5;       // correlation times
 constexpr double kSamplesPerCosine = 4;  // effective ones
 constexpr double kDependent = 1e-12;     // eigenvalue of a normal matrix of unit diagonal: rounding
 constexpr double kMinShare = 1e-6;       // of degrees of freedom, squared: below, they are many
@@ -55,7 +55,7 @@ double correlation_time(const WeightedSums& sums) {
   if (power == 0) return sums.samples_per_bin;
   double time = 1;
   Eigen::Index lag = 1;
-  for (; lag < bins && static_cast<double>(lag) < kWindow * time; ++lag)
+  for (; lag < bins && static_cast<double>(lag) < kTimesSummed * time; ++lag)
     time += 2 * sums.residual.head(bins - lag).dot(sums.residual.tail(bins - lag)) / power;
   // Each fitted column lowers each of the 2 lag + 1 correlations by time / bins.
   const auto fitted_lags = static_cast<double>(sums.columns.cols() * (2 * lag + 1));

@@ -16,7 +16,7 @@
 namespace armtrue {
 namespace {
 
-constexpr double kLargest = 1e6;  // of lengths, angles and parts of axes
+constexpr double kMaxMagnitude = 1e6;  // of lengths, angles and parts of axes
 // Limits of a revolute joint [rad]: further ones are deg, or stand for no limit.
 constexpr double kMostTurned = 10 * 2 * std::numbers::pi, kNoLimit = 1000;
 
@@ -58,7 +58,7 @@ Pose from_kdl(const KDL::Frame& frame) {
 
 // A number that lost its point or its blank is no length of an arm.
 void check_size(double number, const urdf::Joint& joint, const std::string& file) {
-  if (!(std::abs(number) <= kLargest))
+  if (!(std::abs(number) <= kMaxMagnitude))
     throw InputError(
         fmt::format("{}: the joint '{}' has a number of {:.4g} (m or rad), which is "
                     "larger than anything real; correct it",

@@ -67,7 +67,7 @@ constexpr std::array<int, kCommonParameters> common_parameters() {
   int size = 0;
   for (int j = 0; j < kLinks; ++j)
     for (int k = 0; k < 5; ++k)
-      if (k < 4 || j == 2) common[size++] = kLinkParameters + 5 * j + k;
+      if (k < 4 || j == 2) common[size++] = kFirstLinkParameter + 5 * j + k;
   return common;
 }
 
@@ -274,7 +274,7 @@ const Robot& controller() {
 const Robot& identified() {
   static const Robot robot = [] {
     Robot moved = controller();
-    for (int k = kLinkParameters; k < kToolParameters; ++k)
+    for (int k = kFirstLinkParameter; k < kFirstToolParameter; ++k)
       if (kind_of_parameter(k) != LinkParameter::beta)
         move_parameter(moved.chain, k, 5e-4 * std::sin(3.0 * k));
     return moved;
@@ -422,7 +422,7 @@ void compare_all() {
       joints.col(j) = chain().links[j].sign * own.col(link_parameter(j, LinkParameter::theta));
     compare("kdl_joints_6", joints, kdl(q), 1e-9);
 #ifdef ARMTRUE_HAS_PINOCCHIO
-    compare("pinocchio_placements_36", own.middleCols<5 * kJoints>(kLinkParameters),
+    compare("pinocchio_placements_36", own.middleCols<5 * kJoints>(kFirstLinkParameter),
             of_link_parameters(pinocchio(q)), 1e-9);
 #endif
   }

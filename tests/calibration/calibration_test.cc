@@ -39,11 +39,11 @@ std::pair<double, double> worst(const Robot& found, const Robot& truth,
                                 const IdentifiableSet& set) {
   double length = 0, angle = 0;
   for (int k : set.kept) {
-    const Link& a = found.chain.links[(k - kLinkParameters) / 5];
-    const Link& b = truth.chain.links[(k - kLinkParameters) / 5];
+    const Link& a = found.chain.links[(k - kFirstLinkParameter) / 5];
+    const Link& b = truth.chain.links[(k - kFirstLinkParameter) / 5];
     const double differences[] = {a.alpha - b.alpha, a.d - b.d, a.theta - b.theta, a.r - b.r,
                                   a.beta - b.beta};
-    const double difference = std::abs(differences[(k - kLinkParameters) % 5]);
+    const double difference = std::abs(differences[(k - kFirstLinkParameter) % 5]);
     double& largest = parameter_unit(found.chain, k) == ParameterUnit::metre ? length : angle;
     largest = std::max(largest, difference);
   }
@@ -84,11 +84,11 @@ TEST(Calibration, StatedDeviationsCoverTheTruth) {
   for (unsigned seed = 1; seed <= 500; ++seed) {
     const CalibrationResult result = calibrate(robot, measured(truth, 60, seed, 0.095, 0.15));
     for (int k : result.set.kept) {
-      const Link& a = result.robot.chain.links[(k - kLinkParameters) / 5];
-      const Link& b = truth.chain.links[(k - kLinkParameters) / 5];
+      const Link& a = result.robot.chain.links[(k - kFirstLinkParameter) / 5];
+      const Link& b = truth.chain.links[(k - kFirstLinkParameter) / 5];
       const double differences[] = {a.alpha - b.alpha, a.d - b.d, a.theta - b.theta, a.r - b.r,
                                     a.beta - b.beta};
-      const double score = differences[(k - kLinkParameters) % 5] /
+      const double score = differences[(k - kFirstLinkParameter) % 5] /
                            result.robot.std.at(parameter_name(robot.chain, k));
       squares += score * score;
       inside += std::abs(score) <= 1.959964;

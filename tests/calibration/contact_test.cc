@@ -178,7 +178,7 @@ TEST(Contact, NamesTheLengthThatSetsTheScale) {
   ASSERT_TRUE(scale);
   EXPECT_EQ(parameter_name(robot.chain, *scale), "A3.d");
   for (int k = 0; k < 6; ++k)
-    EXPECT_THAT(set.kept, testing::Not(testing::Contains(kBaseParameters + k)));
+    EXPECT_THAT(set.kept, testing::Not(testing::Contains(kFirstBaseParameter + k)));
 }
 
 // Points of an artefact, and what a tracker reads beside, show the scale: nothing is left but the

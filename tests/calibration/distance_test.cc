@@ -55,16 +55,16 @@ double worst(const Robot& robot, const Campaign& campaign) {
 }
 
 double link_value(const Robot& robot, int parameter) {
-  const Link& link = robot.chain.links[(parameter - kLinkParameters) / 5];
+  const Link& link = robot.chain.links[(parameter - kFirstLinkParameter) / 5];
   const double values[] = {link.alpha, link.d, link.theta, link.r, link.beta};
-  return values[(parameter - kLinkParameters) % 5];
+  return values[(parameter - kFirstLinkParameter) % 5];
 }
 
 // Of the identified link parameters: how many of the 95 % intervals hold the exact value.
 void count_links(const CalibrationResult& exact, const CalibrationResult& noisy, int& inside,
                  int& all) {
   for (int k : exact.set.kept) {
-    if (k < kLinkParameters || k >= kToolParameters) continue;
+    if (k < kFirstLinkParameter || k >= kFirstToolParameter) continue;
     inside += std::abs(link_value(noisy.robot, k) - link_value(exact.robot, k)) <=
               1.959964 * noisy.robot.std.at(parameter_name(exact.robot.chain, k));
     ++all;

@@ -90,11 +90,11 @@ Campaign moved_back(const Campaign& campaign, const Robot& truth) {
 }
 
 double link_difference(const Robot& a, const Robot& b, int parameter) {
-  const Link& u = a.chain.links[(parameter - kLinkParameters) / 5];
-  const Link& v = b.chain.links[(parameter - kLinkParameters) / 5];
+  const Link& u = a.chain.links[(parameter - kFirstLinkParameter) / 5];
+  const Link& v = b.chain.links[(parameter - kFirstLinkParameter) / 5];
   const double differences[] = {u.alpha - v.alpha, u.d - v.d, u.theta - v.theta, u.r - v.r,
                                 u.beta - v.beta};
-  return differences[(parameter - kLinkParameters) % 5];
+  return differences[(parameter - kFirstLinkParameter) % 5];
 }
 
 // Errors in units of the stated deviations: links, then the bases of further sessions.
@@ -159,7 +159,7 @@ TEST(Sessions, EqualOneCampaignWithThePointsMovedBack) {
     double worst =
         (joint.robot.chain.base.translation - single.robot.chain.base.translation).norm();
     for (int k : joint.set.kept)
-      if (k >= kLinkParameters && k < kToolParameters)
+      if (k >= kFirstLinkParameter && k < kFirstToolParameter)
         worst = std::max(worst, std::abs(link_difference(joint.robot, single.robot, k)));
     worst = std::max(
         worst, (joint.robot.chain.tool.translation - single.robot.chain.tool.translation).norm());

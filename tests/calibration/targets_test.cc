@@ -57,10 +57,10 @@ Campaign measured(int poses, int targets, int sessions, int repeats = 1) {
 std::vector<int> in_order(const Robot& robot) {
   const ParameterLayout layout = layout_of(robot.chain);
   std::vector<int> order;
-  for (int k = 0; k < kLinkParameters; ++k) order.push_back(k);
+  for (int k = 0; k < kFirstLinkParameter; ++k) order.push_back(k);
   for (int k = layout.targets; k < first_anchor_parameter(robot.chain); ++k) order.push_back(k);
   for (int k = layout.tool; k < layout.geometric; ++k) order.push_back(k);
-  for (int k = kLinkParameters; k < layout.tool; ++k) order.push_back(k);
+  for (int k = kFirstLinkParameter; k < layout.tool; ++k) order.push_back(k);
   return order;
 }
 
@@ -244,7 +244,7 @@ TEST(ModelsOfOneTarget, EqualThatOfAll) {
     const ParameterLayout layout = layout_of(robot.chain);
     std::vector<int> order(static_cast<size_t>(parameter_count(robot.chain) - layout.targets));
     std::iota(order.begin(), order.end(), layout.targets);
-    order.push_back(kBaseParameters);
+    order.push_back(kFirstBaseParameter);
     const SessionModels split(campaign, robot, order, {1, 1}, kAllEffects, Split::by_target);
     const SessionModels whole(campaign, robot, order, {1, 1});
     ASSERT_TRUE(split.is_split_by_target());

@@ -37,7 +37,7 @@ TEST(Gravity, TorquesEqualTheOracles) {
       EXPECT_NEAR(load(robot, link_parameter(j, LinkParameter::theta), q),
                   moment.torque[static_cast<size_t>(j)], 1e-8);
     for (int i = 0; i < 3; ++i)
-      EXPECT_NEAR(load(robot, kBaseParameters + 3 + i, q), moment.overturning[i], 1e-8);
+      EXPECT_NEAR(load(robot, kFirstBaseParameter + 3 + i, q), moment.overturning[i], 1e-8);
   }
 }
 
@@ -103,7 +103,7 @@ TEST(Gravity, LoadIsTheGradientOfPotentialEnergy) {
     return sum;
   };
   const JointVector q = sample_joint_space(robot.chain, 5).back();
-  for (int k = kLinkParameters; k < kToolParameters; ++k) {
+  for (int k = kFirstLinkParameter; k < kFirstToolParameter; ++k) {
     constexpr double kStep = 1e-6;
     KinematicChain up = robot.chain, down = robot.chain;
     move_parameter(up, k, kStep);
@@ -200,7 +200,7 @@ TEST(RobotModel, AGroupSharesTheTorqueThatAForceMultiplies) {
     std::vector<double> torque(static_cast<size_t>(gravity.value_count()));
     gravity.values(context, frames, torque.data());
     for (const auto& [group, first] :
-         {std::pair{"base", kBaseParameters}, std::pair{"tool", kToolParameters}}) {
+         {std::pair{"base", kFirstBaseParameter}, std::pair{"tool", kFirstToolParameter}}) {
       const BoundEffect bound(
           {"gives way", group, *parse_driver("gravity-torque 2 * force"), Shape{}, {}}, arm);
       ASSERT_EQ(bound.coefficient_count(), 6 * gravity.value_count());

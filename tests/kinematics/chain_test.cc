@@ -149,7 +149,8 @@ TEST(Jacobian, OffsetsEqualAChainWithMovedParameters) {
     KinematicChain moved = chain;
     for (int k = 0; k < kGeometricParameters; ++k) {
       // One turn each of base and tool: rotation vectors do not add component by component.
-      const bool turn = k == 4 || k == 5 || k == kToolParameters + 3 || k == kToolParameters + 4;
+      const bool turn =
+          k == 4 || k == 5 || k == kFirstToolParameter + 3 || k == kFirstToolParameter + 4;
       if (turn) continue;
       offsets[k] = uniform(-0.01, 0.01);
       move_parameter(moved, k, offsets[k]);
@@ -236,8 +237,8 @@ TEST_P(ChainLaws, EveryColumnIsWhatAPerturbationDoes) {
 TEST_P(ChainLaws, OffsetsTurnBaseAndToolOnTheLeft) {
   for (const auto& [chain, q, base_turn, tool_turn] : samples()) {
     ParameterOffsets offsets = ParameterOffsets::Zero(kGeometricParameters);
-    offsets.segment<3>(kBaseParameters + 3) = base_turn;
-    offsets.segment<3>(kToolParameters + 3) = tool_turn;
+    offsets.segment<3>(kFirstBaseParameter + 3) = base_turn;
+    offsets.segment<3>(kFirstToolParameter + 3) = tool_turn;
     KinematicChain moved = chain;
     moved.base.rotation = rotation_exp(base_turn) * chain.base.rotation;
     moved.tool.rotation = rotation_exp(tool_turn) * chain.tool.rotation;

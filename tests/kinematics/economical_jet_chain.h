@@ -34,17 +34,17 @@ class EconomicalJetChain {
       start_.x[i] = Jet(chain.base.rotation(i, 0));
       start_.y[i] = Jet(chain.base.rotation(i, 1));
       start_.z[i] = Jet(chain.base.rotation(i, 2));
-      start_.origin[i] = variable(chain.base.translation[i], kBaseParameters + i);
-      tool_translation_[i] = variable(chain.tool.translation[i], kToolParameters + i);
-      tool_turn_[i] = variable(0, kToolParameters + 3 + i);
+      start_.origin[i] = variable(chain.base.translation[i], kFirstBaseParameter + i);
+      tool_translation_[i] = variable(chain.tool.translation[i], kFirstToolParameter + i);
+      tool_turn_[i] = variable(0, kFirstToolParameter + 3 + i);
     }
     tool_rotation_ = chain.tool.rotation;
-    base_is_free_ = column[kBaseParameters] >= 0;
-    tool_is_free_ = column[kToolParameters] >= 0;
+    base_is_free_ = column[kFirstBaseParameter] >= 0;
+    tool_is_free_ = column[kFirstToolParameter] >= 0;
     if (base_is_free_) {
       // R <- R + [w]x R, exact in the first derivative at w = 0.
-      const Vector w{variable(0, kBaseParameters + 3), variable(0, kBaseParameters + 4),
-                     variable(0, kBaseParameters + 5)};
+      const Vector w{variable(0, kFirstBaseParameter + 3), variable(0, kFirstBaseParameter + 4),
+                     variable(0, kFirstBaseParameter + 5)};
       for (Vector* axis : {&start_.x, &start_.y, &start_.z}) {
         const Vector old = *axis;
         for (int i = 0; i < 3; ++i) {

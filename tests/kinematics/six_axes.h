@@ -9,7 +9,7 @@ namespace armtrue {
 inline constexpr int kJoints = 6;
 inline constexpr int kLinks = kJoints + 1;
 inline constexpr ParameterLayout kSixAxes(kLinks);
-inline constexpr int kToolParameters = kSixAxes.tool;
+inline constexpr int kFirstToolParameter = kSixAxes.tool;
 inline constexpr int kGeometricParameters = kSixAxes.geometric;
 inline constexpr int kInstrumentScale = kSixAxes.instrument_scale;
 inline constexpr int kTargetParameters = kSixAxes.targets;

@@ -146,7 +146,7 @@ TEST(Sessions, AKnockMakesTwo) {
     const double differences[] = {u.alpha - v.alpha, u.d - v.d, u.theta - v.theta, u.r - v.r,
                                   u.beta - v.beta};
     for (int k = 0; k < 5; ++k) {
-      const std::string name = parameter_name(a.chain, kLinkParameters + 5 * j + k);
+      const std::string name = parameter_name(a.chain, kFirstLinkParameter + 5 * j + k);
       if (b.std.contains(name)) EXPECT_LT(std::abs(differences[k]), 0.5 * b.std.at(name)) << name;
     }
   }
@@ -170,7 +170,7 @@ TEST(Sessions, ARemasteredJointHasItsOwnZeroOffset) {
   EXPECT_TRUE(result.trace.effects.empty()) << listed(result);
   EXPECT_LT(result.after, 1.06 * campaign.written.floor_mean_mm * kMillimetre);
   const auto& sessions = result.trace.fit.robot.sessions;
-  const int link = (*find_parameter(robot.chain, parameter) - kLinkParameters) / 5;
+  const int link = (*find_parameter(robot.chain, parameter) - kFirstLinkParameter) / 5;
   const double change = sessions.at("2").zero.at(link) - sessions.at("1").zero.at(link);
   EXPECT_NEAR(
       change, campaign.written.amplitude,

@@ -23,18 +23,20 @@ namespace armtrue {
 /// The parameters of base and tool change the pose in the axes of its parent frame:
 /// t <- t + (x, y, z) and R <- exp([r]x) R with r = (rx, ry, rz), about the pose's own origin.
 /// Those of a contact change its place in its own axes: t <- t + R (x, y, z), R <- R exp([r]x).
-inline constexpr int kBaseParameters = 0;
-inline constexpr int kLinkParameters = 6;
-inline constexpr int kParametersOfLink = 5;
-inline constexpr int kMaxGeometricParameters = 12 + kParametersOfLink * kMaxLinks;
+inline constexpr int kFirstBaseParameter = 0;
+inline constexpr int kParametersPerPose = 6;  ///< of base and tool
+inline constexpr int kFirstLinkParameter = kFirstBaseParameter + kParametersPerPose;
+inline constexpr int kParametersPerLink = 5;
+inline constexpr int kMaxGeometricParameters =
+    2 * kParametersPerPose + kParametersPerLink * kMaxLinks;
 
 /// Index of the first parameter of each kind for a chain of so many links.
 struct ParameterLayout {
   int tool, geometric, instrument_scale, instrument_range, instrument_elevation, targets;
 
   explicit constexpr ParameterLayout(int links)
-      : tool(kLinkParameters + kParametersOfLink * links),
-        geometric(tool + 6),  // number of the columns of the Jacobian
+      : tool(kFirstLinkParameter + kParametersPerLink * links),
+        geometric(tool + kParametersPerPose),  // number of the columns of the Jacobian
         instrument_scale(geometric),
         instrument_range(geometric + 1),
         instrument_elevation(geometric + 3),
@@ -44,7 +46,9 @@ struct ParameterLayout {
   constexpr bool is_of_instrument(int index) const {
     return index >= instrument_scale && index < targets;
   }
-  constexpr bool is_of_links(int index) const { return index >= kLinkParameters && index < tool; }
+  constexpr bool is_of_links(int index) const {
+    return index >= kFirstLinkParameter && index < tool;
+  }
 };
 
 inline ParameterLayout layout_of(const KinematicChain& chain) {
@@ -52,7 +56,9 @@ inline ParameterLayout layout_of(const KinematicChain& chain) {
 }
 
 /// The link that a parameter of the links belongs to.
-constexpr int link_of_parameter(int index) { return (index - kLinkParameters) / kParametersOfLink; }
+constexpr int link_of_parameter(int index) {
+  return (index - kFirstLinkParameter) / kParametersPerLink;
+}
 
 /// Names of the parameters of base and tool in files.
 inline constexpr std::array<const char*, 6> kTwistNames{"x", "y", "z", "rx", "ry", "rz"};
@@ -60,11 +66,11 @@ inline constexpr std::array<const char*, 6> kTwistNames{"x", "y", "z", "rx", "ry
 enum class LinkParameter { alpha, d, theta, r, beta };
 
 constexpr int link_parameter(int link, LinkParameter which) {
-  return kLinkParameters + kParametersOfLink * link + static_cast<int>(which);
+  return kFirstLinkParameter + kParametersPerLink * link + static_cast<int>(which);
 }
 /// The kind of a parameter of the links.
 constexpr LinkParameter kind_of_parameter(int index) {
-  return static_cast<LinkParameter>((index - kLinkParameters) % kParametersOfLink);
+  return static_cast<LinkParameter>((index - kFirstLinkParameter) % kParametersPerLink);
 }
 
 /// The zero offset of a joint, to which the encoder value is added: theta of a revolute joint, r of
