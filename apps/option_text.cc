@@ -26,7 +26,7 @@ std::vector<std::string> split_list(const std::string& text) {
   return items;
 }
 
-std::vector<double> numbers_from_text(const std::string& text, size_t count,
+std::vector<double> numbers_from_text(const std::string& text, std::optional<size_t> count,
                                       const std::string& form) {
   std::vector<double> numbers;
   const std::vector<std::string> items = split_list(text);
@@ -40,9 +40,9 @@ std::vector<double> numbers_from_text(const std::string& text, size_t count,
     if (std::abs(numbers.back()) > kMaxNumber)
       throw std::invalid_argument("'" + item + "' is larger than anything real; give " + form);
   }
-  if (numbers.size() != count)
+  if (count && numbers.size() != *count)
     throw std::invalid_argument(fmt::format("'{}' has {} numbers instead of {}; give {}", text,
-                                            numbers.size(), count, form));
+                                            numbers.size(), *count, form));
   return numbers;
 }
 

@@ -13,9 +13,9 @@ namespace armtrue::app {
 /// Splits `A1.alpha, A2.d` at its commas; spaces around an item are dropped.
 std::vector<std::string> split_list(const std::string& text);
 
-/// `count` finite numbers separated by commas. Throws std::invalid_argument; the message names the
-/// `form`.
-std::vector<double> numbers_from_text(const std::string& text, size_t count,
+/// `count` finite numbers separated by commas, or any number of them. Throws std::invalid_argument;
+/// the message names the `form`.
+std::vector<double> numbers_from_text(const std::string& text, std::optional<size_t> count,
                                       const std::string& form);
 
 /// x,y,z,radius [mm]. Throws std::invalid_argument.

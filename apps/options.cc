@@ -28,6 +28,21 @@ Check number_check(bool (*holds)(double), const std::string& wanted) {
           }};
 }
 
+Option add_numbers(CLI::App& app, const std::string& names, std::vector<double>& values,
+                   std::optional<size_t> count, const std::string& form, const std::string& help) {
+  return Option(app.add_option_function<std::string>(
+                       names,
+                       [&values, names, count, form](const std::string& text) {
+                         try {
+                           values = numbers_from_text(text, count, form);
+                         } catch (const std::invalid_argument& error) {
+                           throw CLI::ValidationError(names, error.what());
+                         }
+                       },
+                       help)
+                    ->type_name(kNumbersType));
+}
+
 Check from_validator(const CLI::Validator& validator) {
   return {validator.get_description(), [validator](const std::string& text) {
             std::string value = text;
@@ -147,34 +162,13 @@ Option OptionGroup::flag(const std::string& names, bool& value, const std::strin
 
 Option OptionGroup::numbers(const std::string& names, std::vector<double>& values, size_t count,
                             const std::string& form, const std::string& help) {
-  return Option(app_->add_option_function<std::string>(
-                        names,
-                        [&values, names, count, form](const std::string& text) {
-                          try {
-                            values = numbers_from_text(text, count, form);
-                          } catch (const std::invalid_argument& error) {
-                            throw CLI::ValidationError(names, error.what());
-                          }
-                        },
-                        help)
-                    ->type_name(kNumbersType));
+  return add_numbers(*app_, names, values, count, form, help);
 }
 
 Option OptionGroup::joints(const std::string& names, std::vector<double>& values,
                            const std::string& help) {
-  return Option(app_->add_option_function<std::string>(
-                        names,
-                        [&values, names](const std::string& text) {
-                          const auto count = static_cast<size_t>(std::ranges::count(text, ',')) + 1;
-                          try {
-                            values = numbers_from_text(text, count,
-                                                       "q1,...,q6 in deg, a number for each joint");
-                          } catch (const std::invalid_argument& error) {
-                            throw CLI::ValidationError(names, error.what());
-                          }
-                        },
-                        help)
-                    ->type_name(kNumbersType));
+  return add_numbers(*app_, names, values, std::nullopt,
+                     "q1,...,q6 in deg, a number for each joint", help);
 }
 
 Option OptionGroup::zone(std::string& zone, const std::string& help) {

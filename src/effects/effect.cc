@@ -20,6 +20,10 @@ ParameterUnit unit_of_parameter(const KinematicChain& chain, const std::string& 
   return index ? parameter_unit(chain, *index) : ParameterUnit::radian;
 }
 
+DisplayUnit display_unit(const KinematicChain& chain, const std::string& parameter) {
+  return display_unit(unit_of_parameter(chain, parameter));
+}
+
 std::string why_invalid(const std::string& parameter, const Driver& driver, const Shape& shape) {
   const bool of_instrument = parameter.starts_with("instrument.");
   const bool moves_reading =

@@ -155,6 +155,21 @@ ViconHeader read_vicon_header(TableLines& lines, std::string_view separators) {
   return header;
 }
 
+void require_cells(const TableLines& lines, const Cells& cells, size_t count, int header_line) {
+  if (cells.size() != count)
+    lines.fail(
+        fmt::format("has {} cells where the header in line {} has {}; complete or remove "
+                    "the row",
+                    cells.size(), header_line, count));
+}
+
+PlainRow row_of(const TableLines& lines, const std::string& time, const Cells& cells,
+                const std::vector<BodyColumn>& columns) {
+  PlainRow row{lines.number(), {time}};
+  for (const BodyColumn& column : columns) row.cells.push_back(cells[column.column]);
+  return row;
+}
+
 }  // namespace
 
 PlainTable read_motive(const std::string& path, const std::string& body) {
@@ -190,13 +205,8 @@ PlainTable read_motive(const std::string& path, const std::string& body) {
   while (lines.next()) {
     if (blank.skips(lines, !table.rows.empty())) continue;
     const Cells cells = lines.cells(',');
-    if (cells.size() != header.axes.size())
-      lines.fail(fmt::format("has {} cells where the header in line {} has {}; complete or remove "
-                             "the row",
-                             cells.size(), table.header_line, header.axes.size()));
-    PlainRow row{lines.number(), {cells[1]}};
-    for (const BodyColumn& column : columns) row.cells.push_back(cells[column.column]);
-    table.rows.push_back(std::move(row));
+    require_cells(lines, cells, header.axes.size(), table.header_line);
+    table.rows.push_back(row_of(lines, cells[1], cells, columns));
   }
   require_rows(table);
   return table;
@@ -227,19 +237,14 @@ PlainTable read_vicon(const std::string& path, const std::string& body) {
     if (has_ended)
       lines.fail("a row follows a blank line; blank lines may only end a table. Remove it, or what "
                  "follows it");
-    if (cells.size() != header.axes.size())
-      lines.fail(fmt::format("has {} cells where the header in line {} has {}; complete or remove "
-                             "the row",
-                             cells.size(), table.header_line, header.axes.size()));
+    require_cells(lines, cells, header.axes.size(), table.header_line);
     const auto frame = plain_number(cells[0], '.');
     if (!frame || cells[0].find_first_of(".,eE") != std::string::npos)
       lines.fail("column 'Frame': '" + cells[0] + "' is no whole number; correct the row");
     if (cells[1] != "0")
       lines.fail("column 'Sub Frame': '" + cells[1] +
                  "' is not 0; export the frames of the cameras alone");
-    PlainRow row{lines.number(), {number_text(frame->value / header.rate)}};
-    for (const BodyColumn& column : columns) row.cells.push_back(cells[column.column]);
-    table.rows.push_back(std::move(row));
+    table.rows.push_back(row_of(lines, number_text(frame->value / header.rate), cells, columns));
   }
   require_rows(table);
   return table;

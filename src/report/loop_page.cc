@@ -89,7 +89,7 @@ void add_tiles(Page& page, const LoopResult& result, const Judging& by) {
 Drawing curve_picture(const TracedEffect& traced, const std::vector<CurvePoint>& curve,
                       const Robot& robot, size_t number) {
   if (curve.empty()) return nullptr;
-  const DisplayUnit unit = display_unit(unit_of_parameter(robot.chain, traced.effect.parameter));
+  const DisplayUnit unit = display_unit(robot.chain, traced.effect.parameter);
   const bool is_angle = traced.effect.driver.kind == DriverKind::joint_angle;
   const bool travels = is_travel(traced.effect.driver, robot.chain);
   const double si_of_driver = travels ? kMillimetre : is_angle ? kDegree : 1.0;

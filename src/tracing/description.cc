@@ -13,13 +13,9 @@
 namespace armtrue {
 namespace {
 
-DisplayUnit shown_in(const Robot& robot, const std::string& parameter) {
-  return display_unit(unit_of_parameter(robot.chain, parameter));
-}
-
 // "0.8 mrad", "0.3 mm", "12 ppm".
 std::string size_text(const Robot& robot, const std::string& parameter, double value) {
-  const DisplayUnit unit = shown_in(robot, parameter);
+  const DisplayUnit unit = display_unit(robot.chain, parameter);
   return fmt::format("{:.3g} {}", value / unit.si, unit.name);
 }
 
@@ -37,7 +33,7 @@ std::string driver_text(const Effect& effect, double value, const Robot& robot) 
 
 // "37.41 +- 0.03 cycles per turn, amplitude 0.21 +- 0.04 mrad, phase 41 deg".
 std::string cycle_text(const Effect& effect, const Cycle& cycle, const Robot& robot) {
-  const double unit = shown_in(robot, effect.parameter).si;
+  const double unit = display_unit(robot.chain, effect.parameter).si;
   const double half_width = 0.5 * (cycle.amplitude_ci95[1] - cycle.amplitude_ci95[0]);
   std::string frequency = fmt::format("{:g}", effect.shape.harmonic);
   if (cycle.frequency_std > 0) {
@@ -199,7 +195,7 @@ std::string for_the_cell(const TracedEffect& traced, const HeldOutGain* gain, co
     replace(text, "{j}", joint_of(traced, robot));
     replace(text, "{k}", axis_name(robot, traced.effect.driver.joint));
     if (traced.cycle) {
-      const double unit = shown_in(robot, traced.effect.parameter).si;
+      const double unit = display_unit(robot.chain, traced.effect.parameter).si;
       text += fmt::format(", {:.3g} {}", traced.cycle->amplitude / unit,
                           amplitude_unit(traced.effect, robot));
     }

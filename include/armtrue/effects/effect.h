@@ -96,6 +96,8 @@ std::vector<Effect> single_effects(const Effect& effect);
 /// Unit of the parameter of an effect. Of a pose it is radian, which is right if the driver
 /// `moment` turns it; other effects on a pose move it in m and rad.
 ParameterUnit unit_of_parameter(const KinematicChain& chain, const std::string& parameter);
+/// The unit in which products show it.
+DisplayUnit display_unit(const KinematicChain& chain, const std::string& parameter);
 
 /// If the parameter cannot follow the driver in this shape: the reason and the remedy. Otherwise
 /// empty.

@@ -105,7 +105,7 @@ Effect read_effect(YamlMap map, const KinematicChain& chain) {
   effect.may_be_instrument = of_instrument == "true";
   if (map.has("mean")) {
     if (!effect.may_be_instrument) map.fail("mean", "is of an effect with may_be_instrument: true");
-    effect.mean = map.number("mean") * display_unit(unit_of_parameter(chain, effect.parameter)).si;
+    effect.mean = map.number("mean") * display_unit(chain, effect.parameter).si;
   }
   if (map.has("measured")) {
     const std::vector<double> angles = map.numbers("measured", 2);

@@ -12,10 +12,6 @@
 namespace armtrue {
 namespace {
 
-DisplayUnit shown_in(const Robot& robot, const std::string& parameter) {
-  return display_unit(unit_of_parameter(robot.chain, parameter));
-}
-
 YAML::Node rivals_node(const std::vector<Rival>& rivals, const KinematicChain& chain) {
   YAML::Node list(YAML::NodeType::Sequence);
   for (const Rival& rival : rivals) {
@@ -32,7 +28,7 @@ YAML::Node rivals_node(const std::vector<Rival>& rivals, const KinematicChain& c
 
 YAML::Node curve_node(const Effect& effect, const std::vector<CurvePoint>& curve,
                       const Robot& robot) {
-  const DisplayUnit unit = shown_in(robot, effect.parameter);
+  const DisplayUnit unit = display_unit(robot.chain, effect.parameter);
   const bool is_angle = effect.driver.kind == DriverKind::joint_angle;
   const bool travels = is_travel(effect.driver, robot.chain);
   const double driver_unit = travels ? kMillimetre : is_angle ? kDegree : 1.0;
@@ -72,7 +68,7 @@ YAML::Node estimate_node(double value, double std, const std::array<double, 2>& 
 }
 
 YAML::Node cycle_node(const TracedEffect& traced, const Robot& robot) {
-  const double unit = shown_in(robot, traced.effect.parameter).si;
+  const double unit = display_unit(robot.chain, traced.effect.parameter).si;
   const Cycle& cycle = *traced.cycle;
   YAML::Node node;
   if (is_travel(traced.effect.driver, robot.chain))

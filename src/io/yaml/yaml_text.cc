@@ -193,8 +193,7 @@ YAML::Node effect_node(const Effect& effect, const KinematicChain& chain) {
   if (effect.may_be_instrument) {
     node["may_be_instrument"] = "true";
     if (effect.mean != 0)
-      node["mean"] =
-          number_text(effect.mean / display_unit(unit_of_parameter(chain, effect.parameter)).si);
+      node["mean"] = number_text(effect.mean / display_unit(chain, effect.parameter).si);
   }
   return node;
 }
