@@ -90,13 +90,8 @@ CompensationOptions compensation_options(const Arguments& arguments, const Robot
 std::vector<std::string> doubts(const Robot& robot, const Robot& controller,
                                 const std::vector<CorrectedTarget>& targets, const Campaign& visits,
                                 const Arguments& arguments) {
-  std::vector<std::string> found;
-  if (states_calibration(controller))
-    found.push_back(arguments.controller +
-                    " is itself calibrated: the commands hold only if the controller runs it; if "
-                    "it runs a nominal model, give that as --controller");
-  for (const std::string& doubt : app::doubts_of_robot(robot, visits, arguments))
-    found.push_back(doubt);
+  std::vector<std::string> found =
+      app::doubts_of_models(robot, controller, visits, arguments, "the commands");
   const bool is_nothing = std::ranges::all_of(
       targets, [](const CorrectedTarget& t) { return t.before.position < kNothing; });
   if (is_nothing)
@@ -235,17 +230,6 @@ void refuse_two_tools(const RobotProgram& program, const Arguments& arguments) {
           program.frames[static_cast<size_t>(target.tool)].name));
 }
 
-// Warns of what is in doubt and of effects that are not applied.
-void tell(app::Command& command, const std::vector<std::string>& in_doubt,
-          PredictionConditions& conditions) {
-  for (const std::string& doubt : in_doubt) {
-    command.warn(doubt);
-    conditions.assumed.push_back(doubt + ".");
-  }
-  for (const std::string& effect : conditions.not_applied)
-    command.warn("not applied, because it belongs to the station, or may: " + effect);
-}
-
 int run(app::Command& command, Arguments& arguments) {
   const auto [robot, controller] = app::read_models(command, arguments);
   const std::optional<About> about = app::read_about(command, arguments.page);
@@ -280,7 +264,9 @@ int run(app::Command& command, Arguments& arguments) {
   if (arguments.spacing_mm) between = divided.between;
   const std::vector<std::string> in_doubt =
       doubts(robot, controller, targets, file.program.visits, arguments);
-  tell(command, in_doubt, conditions);
+  app::warn_of_doubts(command, in_doubt, conditions);
+  for (const std::string& effect : conditions.not_applied)
+    command.warn("not applied, because it belongs to the station, or may: " + effect);
   bool is_followed = true;
   if (program)
     is_followed =

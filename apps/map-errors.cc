@@ -273,13 +273,8 @@ Mapped map_all(app::Command& command, const Robot& robot, const Robot& controlle
 std::vector<std::string> doubts_of_map(const Robot& robot, const Robot& controller,
                                        const Mapped& mapped, const ErrorMapSummary& summary,
                                        const Arguments& arguments) {
-  std::vector<std::string> found;
-  if (states_calibration(controller))
-    found.push_back(arguments.controller +
-                    " is itself calibrated: the errors hold only if the controller runs it; if it "
-                    "runs a nominal model, give that as --controller");
-  for (const std::string& doubt : app::doubts_of_robot(robot, mapped.visits, arguments))
-    found.push_back(doubt);
+  std::vector<std::string> found =
+      app::doubts_of_models(robot, controller, mapped.visits, arguments, "the errors");
   std::vector<std::string> moving;
   for (const Effect& effect : robot.effects)
     if (effect.driver.involves(DriverKind::arrival) || effect.driver.involves(DriverKind::stroke))
@@ -333,10 +328,8 @@ int run(app::Command& command, Arguments& arguments) {
       {fmt::format("The controller runs {} and nothing else.", arguments.controller),
        app::assumed_frames(controller, arguments)},
       app::station_effects(robot, arguments.tool_is_measured)};
-  for (const std::string& doubt : doubts_of_map(robot, controller, mapped, summary, arguments)) {
-    command.warn(doubt);
-    conditions.assumed.push_back(doubt + ".");
-  }
+  app::warn_of_doubts(command, doubts_of_map(robot, controller, mapped, summary, arguments),
+                      conditions);
   for (const std::string& effect : conditions.not_applied)
     command.warn("not applied, because it belongs to the station: " + effect);
   warn_of_notes(command, map);

@@ -9,6 +9,7 @@
 #include "armtrue/kinematics/units.h"
 #include "armtrue/programs/displacement.h"
 #include "armtrue/text/input_error.h"
+#include "robot_program_files.h"
 
 namespace armtrue::app {
 namespace {
@@ -99,11 +100,7 @@ void write_path_program(Command& command, const PathProgramArguments& arguments,
   command.tell(fmt::format("{}: {} points corrected, {} moves inserted, {} moves left alone\n",
                            program.texts[0].name, displaced.corrected, displaced.text.inserted,
                            displaced.left_alone));
-  // The .src is the last, because it refers to the points of the .dat.
-  std::vector<Product> products;
-  if (texts.size() > 1) products.push_back({dat_beside(out, program.texts[1].name), texts[1]});
-  products.push_back({out, texts[0]});
-  write_outputs(products);
+  write_program_texts(program, texts, out);
 }
 
 }  // namespace armtrue::app

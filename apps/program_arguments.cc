@@ -240,9 +240,15 @@ std::vector<std::string> station_effects(const Robot& robot, bool tool_is_measur
   return names;
 }
 
-std::vector<std::string> doubts_of_robot(const Robot& robot, const Campaign& visits,
-                                         const ProgramArguments& arguments) {
+std::vector<std::string> doubts_of_models(const Robot& robot, const Robot& controller,
+                                          const Campaign& visits, const ProgramArguments& arguments,
+                                          const std::string& predicted) {
   std::vector<std::string> found;
+  if (states_calibration(controller))
+    found.push_back(fmt::format(
+        "{} is itself calibrated: {} hold only if the controller runs it; if it runs a nominal "
+        "model, give that as --controller",
+        arguments.controller, predicted));
   if (!robot.uncertainty)
     found.push_back(arguments.robot +
                     " does not state its uncertainty: it is not known which targets its readings "
@@ -258,6 +264,14 @@ std::vector<std::string> doubts_of_robot(const Robot& robot, const Campaign& vis
         arguments.robot, fmt::join(names, ", ")));
   find_idle_loads(robot, visits, found);
   return found;
+}
+
+void warn_of_doubts(Command& command, const std::vector<std::string>& doubts,
+                    PredictionConditions& conditions) {
+  for (const std::string& doubt : doubts) {
+    command.warn(doubt);
+    conditions.assumed.push_back(doubt + ".");
+  }
 }
 
 }  // namespace armtrue::app

@@ -6,6 +6,7 @@
 
 #include "armtrue/campaign/campaign.h"
 #include "armtrue/compensation/compensation.h"
+#include "armtrue/compensation/prediction_conditions.h"
 #include "armtrue/effects/robot.h"
 #include "command_line.h"
 
@@ -77,8 +78,14 @@ std::string assumed_frames(const Robot& controller, const ProgramArguments& argu
 /// Effects of the robot that belong to the station and move no program.
 std::vector<std::string> station_effects(const Robot& robot, bool tool_is_measured);
 
-/// What about the identified arm puts a prediction in doubt, in sentences without a full stop.
-std::vector<std::string> doubts_of_robot(const Robot& robot, const Campaign& visits,
-                                         const ProgramArguments& arguments);
+/// What about the two models puts a prediction in doubt, in sentences without a full stop.
+/// `predicted`: "the commands", "the errors".
+std::vector<std::string> doubts_of_models(const Robot& robot, const Robot& controller,
+                                          const Campaign& visits, const ProgramArguments& arguments,
+                                          const std::string& predicted);
+
+/// Warns of what puts a prediction in doubt, and states it among its conditions.
+void warn_of_doubts(Command& command, const std::vector<std::string>& doubts,
+                    PredictionConditions& conditions);
 
 }  // namespace armtrue::app

@@ -118,6 +118,15 @@ RobotProgram read_robot_program(Command& command, const RobotProgramFiles& files
   return program;
 }
 
+// The .src is the last, because it refers to the points of the .dat.
+void write_program_texts(const RobotProgram& program, const std::vector<std::string>& texts,
+                         const std::string& out) {
+  std::vector<Product> products;
+  if (texts.size() > 1) products.push_back({dat_beside(out, program.texts[1].name), texts[1]});
+  products.push_back({out, texts[0]});
+  write_outputs(products);
+}
+
 bool write_robot_program(Command& command, const RobotProgram& program,
                          const ProgramCommands& commands,
                          const std::vector<ProgramPointBetween>& between,
@@ -142,11 +151,7 @@ bool write_robot_program(Command& command, const RobotProgram& program,
   command.tell(fmt::format("{}: {} points changed, {} inserted, {} moves left alone\n",
                            program.texts[0].name, rewritten.changed, rewritten.inserted,
                            program.left_alone));
-  std::vector<Product> products;
-  if (rewritten.texts.size() > 1)
-    products.push_back({dat_beside(files.out, program.texts[1].name), rewritten.texts[1]});
-  products.push_back({files.out, rewritten.texts[0]});
-  write_outputs(products);
+  write_program_texts(program, rewritten.texts, files.out);
   return is_followed;
 }
 

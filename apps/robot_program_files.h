@@ -22,6 +22,11 @@ Option add_robot_program(Command& command, RobotProgramFiles& files);
 /// Reads the program and checks that it can be written where it shall be. Throws UsageError if not.
 RobotProgram read_robot_program(Command& command, const RobotProgramFiles& files);
 
+/// Writes the texts of a corrected program: the .src, or the only one, to `out`, and a .dat beside
+/// it.
+void write_program_texts(const RobotProgram& program, const std::vector<std::string>& texts,
+                         const std::string& out);
+
 /// Writes the program with the corrections and the points `between` targets, warns of what could
 /// not be followed, and returns whether there was nothing of the kind.
 bool write_robot_program(Command& command, const RobotProgram& program,
