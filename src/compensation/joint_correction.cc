@@ -164,6 +164,10 @@ JointCorrection joints_of_pose(const ProgramArm& arm, const Context& context, co
   return {found.q(), found.is_reached(kGoodEnough), false};
 }
 
+double share_of_start(int k, int joint) {
+  return std::fmod(k * std::sqrt(2.0 + joint) + 0.5 * joint, 1.0);
+}
+
 JointCorrection correct_joints(const ProgramArm& arm, const Context& context, const Pose& wanted,
                                const JointVector& programmed, const ProgramArm& controller) {
   const Branch branch = controller.branch_at(programmed);

@@ -24,6 +24,10 @@ struct JointCorrection {
 JointCorrection joints_of_pose(const ProgramArm& arm, const Context& context, const Pose& wanted,
                                const JointVector& start);
 
+/// Where start k = 1, 2, ... of a search lies in the range of a joint, in [0, 1): the fractional
+/// part of k sqrt(2 + joint) + joint / 2. Any number of starts fills the ranges evenly.
+double share_of_start(int k, int joint);
+
 /// Joint angles at which the arm has the pose R_0 from TCP that the controller commands by
 /// `programmed`. Minimises
 ///     |e_p|^2 + L^2 |e_r|^2 + lambda^2 |q - programmed|^2,    L = 0.1 m,

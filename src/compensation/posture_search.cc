@@ -42,7 +42,7 @@ PostureSearch::PostureSearch(const ProgramArm& arm, const Context& context, cons
     for (int j = 0; j < kProgramAxes; ++j) {
       const auto [min, max] = travel(joint_link(chain, joint(j)));
       const double low = std::max(min, stated.low[j]), high = std::min(max, stated.high[j]);
-      const double share = std::fmod(k * std::sqrt(2.0 + j) + 0.5 * j, 1.0);
+      const double share = share_of_start(k, j);
       start[j] = low < high ? low + share * (high - low) : min + share * (max - min);
     }
     try_from(joints_.whole(start, context.q));

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/units.h"
 #include "compensation/branch.h"
@@ -41,7 +39,7 @@ FoundJoints joints_on_branch(const ProgramArm& arm, const Context& context, cons
   for (int k = 1; k <= more_starts; ++k) {
     JointVector start = hint;
     for (int j = 0; j < static_cast<int>(start.size()); ++j)
-      start[j] += 0.8 * (1 - 2 * std::fmod(k * std::sqrt(2.0 + j) + 0.5 * j, 1.0));
+      start[j] += 0.8 * (1 - 2 * share_of_start(k, j));
     for (int joint : arm.held()) start[joint] = hint[joint];
     found = joints_of_pose(arm, context, wanted, start);
     is_reached |= found.is_reached;
