@@ -27,7 +27,6 @@ class KrlFlow {
   void add_move(int move);
 
   bool is_in_loop() const { return loops_ > 0; }
-  bool is_conditional() const { return static_cast<int>(blocks_.size()) > loops_; }
   std::vector<KrlNode> take_nodes() { return std::move(nodes_); }
 
  private:

@@ -100,6 +100,27 @@ class KrlReader {
       for (int move : starts_.moves_before(move_of_target_[k]))
         program_.targets[k].starts.push_back(
             static_cast<size_t>(end_of_move_[static_cast<size_t>(move)]));
+    if (syntax_.keeps_orientation && parts_ == TargetParts::pose)
+      for (const ProgramTarget& target : program_.targets) warn_of_orientation(target);
+  }
+
+  // With $ORI_TYPE #CONSTANT the orientation of a target is not reached.
+  void warn_of_orientation(const ProgramTarget& target) {
+    if (target.kind != TargetKind::cartesian ||
+        (target.motion != MotionKind::line && target.motion != MotionKind::arc))
+      return;
+    constexpr double kOther = 0.1 * kDegree;
+    const bool is_same = std::ranges::all_of(target.starts, [&](size_t start) {
+      const ProgramTarget& before = program_.targets[start];
+      const Eigen::Matrix3d turn = target.pose.rotation * before.pose.rotation.transpose();
+      return before.kind == TargetKind::cartesian && before.base == target.base &&
+             rotation_log(turn).norm() < kOther;
+    });
+    if (target.starts.empty() || !is_same)
+      warnings_.add(
+          target.line,
+          "$ORI_TYPE is #CONSTANT in this program: if it is for this move, the tool keeps "
+          "the orientation with which it begins, and the correction is for another");
   }
 
   // Fills what stands beside the point of an inserted move. `given`: what the end states itself.

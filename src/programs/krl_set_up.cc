@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <utility>
 
 #include "programs/frame_list.h"
 #include "programs/krl_words.h"
@@ -14,9 +12,6 @@
 
 namespace armtrue {
 namespace {
-
-// In place of the number of a statement.
-constexpr size_t kWith = std::numeric_limits<size_t>::max();
 
 std::string without_blanks(std::string_view text) {
   std::string result;
@@ -51,132 +46,95 @@ bool is_definition(const std::string& word) { return word == "DEF" || word == "D
 
 KrlSetUps::KrlSetUps(const std::string& src, const KrlSyntax& syntax, const KnownFrames& known,
                      std::vector<ProgramFrame>& frames, ProgramWarnings& warnings)
-    : src_(src), syntax_(syntax), known_(known), frames_(frames), warnings_(warnings) {
-  for (size_t i = 0; i < syntax.set_ups.size(); ++i) {
-    const KrlSetUp& statement = syntax.set_ups[i];
-    if (statement.word != "DEF") continue;
-    TextCursor cursor(src, statement.begin, statement.end);
-    while (cursor.take_name() != "DEF") {  // GLOBAL
-    }
-    subprograms_[cursor.take_name()] = i + 1;
-  }
-}
+    : src_(src), syntax_(syntax), known_(known), frames_(frames), warnings_(warnings) {}
 
 KrlSetUps::List KrlSetUps::read() {
-  List list{{}, {set_up(now_)}};
-  const auto apply_until = [&](size_t count) {
-    for (size_t i = list.behind.size() - 1; i < count; ++i) {
-      apply(i);
-      list.behind.push_back(set_up(now_));
-    }
-  };
-  for (const KrlMove& move : syntax_.moves) {
-    apply_until(move.set_ups);
-    list.of_moves.push_back(at(move));
-  }
-  apply_until(syntax_.set_ups.size());
+  follow_statements();
+  List list;
+  list.behind.emplace_back();
+  for (const KrlSetUp& statement : syntax_.set_ups) list.behind.push_back(at(statement.end));
+  for (const KrlMove& move : syntax_.moves) list.of_moves.push_back(at(move.begin, with_of(move)));
+  warn_of_subprograms(list);
   return list;
 }
 
-KrlSetUps::SetUp KrlSetUps::set_up(const Settings& settings) {
-  return {settings[kBase].value, settings[kTool].value, settings[kMode].value == 1};
+void KrlSetUps::follow_statements() {
+  std::array<std::vector<ProgramFlow::Setting>, 3> settings;
+  for (const KrlSetUp& statement : syntax_.set_ups) {
+    const Settings set = is_definition(statement.word) ? begin_of(statement) : set_by(statement);
+    for (size_t part = 0; part < set.size(); ++part)
+      if (set[part]) settings[part].push_back({statement.begin, *set[part]});
+  }
+  for (size_t part = 0; part < settings.size(); ++part)
+    values_[part] = syntax_.steps.flow().follow(settings[part], kStart[part]);
 }
 
-KrlSetUps::SetUp KrlSetUps::at(const KrlMove& move) {
-  if (set_before_ && now_[kBase].value < 0 && now_[kTool].value < 0) {
-    warn(move.line,
-         "this DEF states no $BASE and no $TOOL, and one before it does; --base and --tool are "
-         "taken");
-    set_before_ = false;
+// What a subprogram begins with that nothing here calls, or that an interrupt calls.
+KrlSetUps::Settings KrlSetUps::begin_of(const KrlSetUp& definition) const {
+  TextCursor cursor(src_, definition.begin, definition.end);
+  std::string name = cursor.take_name();
+  while (!is_definition(name)) name = cursor.take_name();  // GLOBAL
+  if (name == "DEFFCT") cursor.take_name();                // its type
+  name = cursor.take_name();
+  if (syntax_.steps.interrupts().contains(name))
+    return {ProgramFlow::kUncertain, ProgramFlow::kUncertain, kStart[kMode]};
+  if (syntax_.steps.called().contains(name)) return {};
+  return {kStart[kBase], kStart[kTool], kStart[kMode]};
+}
+
+// The frames of the text before do not hold in a subprogram that others call.
+void KrlSetUps::warn_of_subprograms(const List& list) {
+  const auto is_stated = [](const SetUp& set_up) { return set_up.base >= 0 || set_up.tool >= 0; };
+  bool is_stated_before = false, is_stated_here = false;
+  size_t next = 0;
+  for (size_t i = 0; i < syntax_.moves.size(); ++i) {
+    for (; next < syntax_.moves[i].set_ups; ++next) {
+      if (is_definition(syntax_.set_ups[next].word)) {
+        is_stated_before |= is_stated_here;
+        is_stated_here = false;
+      }
+      is_stated_here |= is_stated(list.behind[next + 1]);
+    }
+    const SetUp& here = list.of_moves[i];
+    if (!is_stated_before || is_stated_here || is_stated(here) || here.is_uncertain) continue;
+    warnings_.add(syntax_.moves[i].line,
+                  "this DEF states no $BASE and no $TOOL, and one before it does; --base and "
+                  "--tool are taken");
+    is_stated_before = false;
   }
-  Settings settings = now_;
-  by_ = kWith;
+}
+
+KrlSetUps::SetUp KrlSetUps::at(size_t place, const Settings& of_move) const {
+  std::array<int, 3> settings{};
+  for (size_t part = 0; part < settings.size(); ++part)
+    settings[part] = of_move[part].value_or(values_[part].at(place));
+  if (std::ranges::find(settings, ProgramFlow::kUncertain) == settings.end())
+    return {settings[kBase], settings[kTool], settings[kMode] == 1, false};
+  return {-1, -1, settings[kMode] == 1, true};
+}
+
+KrlSetUps::Settings KrlSetUps::with_of(const KrlMove& move) {
+  Settings settings;
   if (const auto& block = move.spline_block)
     read_with(block->begin, block->end, block->line, settings);
   read_with(move.keyword_end, move.end, move.line, settings);
-  note_use(settings, move.line);
-  return set_up(settings);
+  return settings;
 }
 
-// What is set within a loop is set within the loops around it too.
-void KrlSetUps::note_use(const Settings& settings, int line) {
-  for (size_t part = 0; part < settings.size(); ++part) {
-    if (const auto call = lines_of_calls_.extract(settings[part].by); !call.empty())
-      warn(call.mapped(), "a frame is set in the subprogram that it calls, and taken as set");
-    for (auto loop = loops_.rbegin(); loop != loops_.rend(); ++loop) {
-      int& of_loop = loop->line_of_move[part];
-      if (of_loop > 0 || settings[part].by != loop->begin[part].by) break;
-      of_loop = line;
-    }
-  }
-}
-
-void KrlSetUps::end_loop() {
-  if (loops_.empty()) return;
-  const Loop& loop = loops_.back();
-  for (size_t part = 0; part < now_.size(); ++part)
-    if (loop.line_of_move[part] > 0 && now_[part].value != loop.begin[part].value)
-      warn(loop.line_of_move[part],
-           fmt::format("its loop sets {} behind it; that of the first turn is taken",
-                       part == kBase   ? "$BASE"
-                       : part == kTool ? "$TOOL"
-                                       : "$IPO_MODE"));
-  loops_.pop_back();
-}
-
-void KrlSetUps::apply(size_t index) {
-  const KrlSetUp& statement = syntax_.set_ups[index];
+KrlSetUps::Settings KrlSetUps::set_by(const KrlSetUp& statement) {
   const std::string& word = statement.word;
-  if (is_definition(word)) {
-    set_before_ |= now_[kBase].value >= 0 || now_[kTool].value >= 0;
-    now_ = kNothing;
-    return loops_.clear();
-  }
-  if (begins_krl_loop(word)) return loops_.push_back({now_, {}});
-  if (ends_krl_loop(word)) return end_loop();
-  by_ = index + 1;
+  Settings settings;
   if (word == "BAS")
-    read_bas(without_blanks(text(statement.begin, statement.end)));
+    read_bas(without_blanks(text(statement.begin, statement.end)), settings);
   else if (word == "FDAT_ACT")
     set_fdat(without_blanks(behind_equals(text(statement.begin, statement.end))), statement.line,
-             now_);
+             settings);
   else if (word[0] == '$')
-    assign(word, statement.begin, statement.end, statement.line, now_);
-  else
-    return call(statement);
-  const bool is_set = std::ranges::find(now_, by_, &Setting::by) != now_.end();
-  if (is_set && statement.is_conditional)
-    warn(statement.line, "a frame is set under a condition, and taken as set");
+    assign(word, statement.begin, statement.end, statement.line, settings);
+  return settings;
 }
 
-void KrlSetUps::call(const KrlSetUp& statement) {
-  if (!subprograms_.contains(statement.word)) return;
-  const Settings effect = effect_of(statement.word);
-  for (size_t part = 0; part < effect.size(); ++part) {
-    if (effect[part].by == 0) continue;
-    if (effect[part].value != now_[part].value) lines_of_calls_[by_] = statement.line;
-    now_[part] = {effect[part].value, by_};
-  }
-}
-
-KrlSetUps::Settings KrlSetUps::effect_of(const std::string& subprogram) {
-  constexpr int kMostCalls = 100;  // within one another
-  const auto [known, is_new] = effects_.try_emplace(subprogram);
-  if (!is_new || calls_ == kMostCalls) return known->second;
-  const Settings before = std::exchange(now_, kNothing);
-  const std::vector<Loop> loops = std::exchange(loops_, {});
-  const size_t by = by_;
-  ++calls_;
-  for (size_t i = subprograms_[subprogram];
-       i < syntax_.set_ups.size() && !is_definition(syntax_.set_ups[i].word); ++i)
-    apply(i);
-  --calls_;
-  by_ = by;
-  loops_ = loops;
-  return effects_[subprogram] = std::exchange(now_, before);
-}
-
-void KrlSetUps::read_bas(const std::string& spelled) {
+void KrlSetUps::read_bas(const std::string& spelled, Settings& settings) {
   for (const Part part : {kBase, kTool}) {
     const std::string begin = part == kTool ? "BAS(#TOOL," : "BAS(#BASE,";
     if (!spelled.starts_with(begin)) continue;
@@ -184,8 +142,8 @@ void KrlSetUps::read_bas(const std::string& spelled) {
     const auto number = cursor.take_number();
     const char* const list = part == kTool ? "TOOL_DATA" : "BASE_DATA";
     const bool is_plain = number && std::abs(*number) < 1000 && cursor.take(')');
-    set(part, is_plain ? number_of(list, static_cast<int>(*number)) : add(spelled, std::nullopt),
-        now_);
+    settings[part] =
+        is_plain ? number_of(list, static_cast<int>(*number)) : add(spelled, std::nullopt);
   }
 }
 
@@ -193,13 +151,13 @@ void KrlSetUps::set_fdat(const std::string& name, int line, Settings& settings) 
   if (name.empty()) return;
   const auto found = syntax_.fdats.find(name);
   if (found == syntax_.fdats.end() || !found->second.tool || !found->second.base) {
-    warn(line, "the tool and base of '" + name + "' are not declared as FDAT");
-    for (const Part part : {kBase, kTool}) set(part, add(name, std::nullopt), settings);
+    warnings_.add(line, "the tool and base of '" + name + "' are not declared as FDAT");
+    for (const Part part : {kBase, kTool}) settings[part] = add(name, std::nullopt);
     return;
   }
-  set(kTool, number_of("TOOL_DATA", *found->second.tool), settings);
-  set(kBase, number_of("BASE_DATA", *found->second.base), settings);
-  set(kMode, found->second.is_external_tcp, settings);
+  settings[kTool] = number_of("TOOL_DATA", *found->second.tool);
+  settings[kBase] = number_of("BASE_DATA", *found->second.base);
+  settings[kMode] = found->second.is_external_tcp ? 1 : 0;
 }
 
 // WITH $TOOL = STOOL2(FP1), $BASE = SBASE(FP1)
@@ -226,21 +184,20 @@ void KrlSetUps::assign(const std::string& name, size_t begin, size_t end, int li
   if (name == "$IPO_MODE") {
     const auto fdat = syntax_.fdats.find(fdat_of(value));
     const bool is_of_fdat = fdat != syntax_.fdats.end() && fdat->second.is_external_tcp;
-    return set(kMode, value == "#TCP" || is_of_fdat, settings);
+    settings[kMode] = value == "#TCP" || is_of_fdat ? 1 : 0;
+    return;
   }
-  const Part part = name == "$TOOL" ? kTool : kBase;
-  if (!spelled.starts_with(name + "=")) return set(part, add(spelled, std::nullopt), settings);
-  if (const std::string fdat = fdat_of(value); !fdat.empty()) {
-    Settings of_fdat = kNothing;
+  std::optional<int>& setting = settings[name == "$TOOL" ? kTool : kBase];
+  if (!spelled.starts_with(name + "=")) {
+    setting = add(spelled, std::nullopt);
+  } else if (const std::string fdat = fdat_of(value); !fdat.empty()) {
+    Settings of_fdat;
     set_fdat(fdat, line, of_fdat);
-    if (of_fdat[kMode].value == 1) set(kMode, 1, settings);
-    return set(part, of_fdat[part].value, settings);
+    if (of_fdat[kMode] == 1) settings[kMode] = 1;
+    setting = of_fdat[name == "$TOOL" ? kTool : kBase];
+  } else {
+    setting = frame_of(src_.find('=', begin) + 1, end);
   }
-  set(part, frame_of(src_.find('=', begin) + 1, end), settings);
-}
-
-void KrlSetUps::set(Part part, int value, Settings& settings) const {
-  settings[part] = {value, by_};
 }
 
 int KrlSetUps::frame_of(size_t begin, size_t end) {
@@ -255,22 +212,23 @@ int KrlSetUps::frame_of(size_t begin, size_t end) {
   if (spelled == "$NULLFRAME" || spelled == "$WORLD" || spelled == "BASE_DATA[0]" ||
       spelled == "TOOL_DATA[0]")
     return add(spelled, Pose{});
-  if (const auto name = syntax_.frame_names.find(spelled); name != syntax_.frame_names.end())
-    return add(spelled, pose_of(syntax_.frames[static_cast<size_t>(name->second)]));
-  return add(spelled, std::nullopt);
+  return add_name(spelled);
+}
+
+// With the value that this program gives it, if that is only one.
+int KrlSetUps::add_name(const std::string& name) {
+  const auto found = syntax_.frame_names.find(name);
+  if (found == syntax_.frame_names.end()) return add(name, std::nullopt);
+  return add(name, pose_of(syntax_.frames[static_cast<size_t>(found->second)]));
 }
 
 int KrlSetUps::number_of(const char* list, int number) {
   const std::string name = fmt::format("{}[{}]", list, number);
-  return add(name, number == 0 ? std::optional(Pose{}) : std::nullopt);
+  return number == 0 ? add(name, Pose{}) : add_name(name);
 }
 
 int KrlSetUps::add(const std::string& name, const std::optional<Pose>& pose) {
   return add_frame(frames_, known_, name, pose);
-}
-
-void KrlSetUps::warn(int line, const std::string& text) {
-  if (calls_ == 0) warnings_.add(line, text);
 }
 
 std::string_view KrlSetUps::text(size_t begin, size_t end) const {

@@ -5,7 +5,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <unordered_map>
 #include <vector>
 
 #include "armtrue/programs/robot_program.h"
@@ -14,10 +13,10 @@
 
 namespace armtrue {
 
-/// Follows $BASE and $TOOL through a KRL program, in the order of the text: direct assignments,
-/// BAS(#BASE,n) and BAS(#TOOL,n), the FDAT of inline forms, WITH of spline moves and blocks, and
-/// what a subprogram of the text sets that is called (KUKA, KSS 8.x operating and programming
-/// instructions for system integrators).
+/// Follows $BASE and $TOOL through a KRL program, also through its calls, branches, loops and
+/// jumps: direct assignments, BAS(#BASE,n) and BAS(#TOOL,n), the FDAT of inline forms, WITH of
+/// spline moves and blocks (KUKA, KSS 8.x operating and programming instructions for system
+/// integrators). A subprogram that nothing in the text calls begins without base and tool.
 class KrlSetUps {
  public:
   /// `src`: the text of the .src. All must outlive it.
@@ -27,6 +26,7 @@ class KrlSetUps {
   struct SetUp {
     int base = -1, tool = -1;      ///< in the frames; -1: not stated
     bool is_external_tcp = false;  ///< the tool is stationary, the robot holds the part
+    bool is_uncertain = false;     ///< it may be one of several; then nothing is stated
     bool operator==(const SetUp&) const = default;
   };
   struct List {
@@ -39,35 +39,23 @@ class KrlSetUps {
 
  private:
   enum Part : std::uint8_t { kBase, kTool, kMode };  // kMode: 1 if the tool is stationary
-  struct Setting {
-    int value;
-    size_t by;  // which statement, from 1; 0: none in this DEF
-  };
-  using Settings = std::array<Setting, 3>;
-  static constexpr Settings kNothing{{{-1, 0}, {-1, 0}, {0, 0}}};
-  // A loop that is open: what holds where its first turn begins, and for each part the line of the
-  // first move that has it from there.
-  struct Loop {
-    Settings begin;
-    std::array<int, 3> line_of_move{};
-  };
+  static constexpr std::array<int, 3> kStart{-1, -1, 0};
+  using Settings = std::array<std::optional<int>, 3>;  // that a statement sets
 
-  SetUp at(const KrlMove& move);
-  static SetUp set_up(const Settings& settings);
-  void note_use(const Settings& settings, int line);
-  void end_loop();
-  void apply(size_t index);
-  void call(const KrlSetUp& statement);
-  Settings effect_of(const std::string& subprogram);
+  void follow_statements();
+  Settings begin_of(const KrlSetUp& definition) const;
+  void warn_of_subprograms(const List& list);
+  SetUp at(size_t place, const Settings& of_move = {}) const;
+  Settings with_of(const KrlMove& move);
+  Settings set_by(const KrlSetUp& statement);
   void assign(const std::string& name, size_t begin, size_t end, int line, Settings& settings);
-  void read_bas(const std::string& spelled);
+  void read_bas(const std::string& spelled, Settings& settings);
   void read_with(size_t begin, size_t end, int line, Settings& settings);
   void set_fdat(const std::string& name, int line, Settings& settings);
-  void set(Part part, int value, Settings& settings) const;
   int frame_of(size_t begin, size_t end);
   int add(const std::string& name, const std::optional<Pose>& pose);
+  int add_name(const std::string& name);
   int number_of(const char* list, int number);
-  void warn(int line, const std::string& text);
   std::string_view text(size_t begin, size_t end) const;
 
   const std::string& src_;
@@ -75,14 +63,8 @@ class KrlSetUps {
   const KnownFrames& known_;
   std::vector<ProgramFrame>& frames_;
   ProgramWarnings& warnings_;
-  Settings now_ = kNothing;
-  std::vector<Loop> loops_;
-  std::unordered_map<std::string, size_t> subprograms_;  // statement behind DEF, by name
-  std::unordered_map<std::string, Settings> effects_;    // what a subprogram sets
-  std::unordered_map<size_t, int> lines_of_calls_;       // that set a frame, until a move has it
-  int calls_ = 0;            // within one another, of a subprogram that is looked through
-  size_t by_ = 0;            // the number of the statement that is read, from 1
-  bool set_before_ = false;  // in an earlier DEF, and not in this one
+  std::array<ProgramFlow::Values, 3> values_;
+  std::vector<bool> sets_frame_;  // of each statement: base or tool
 };
 
 }  // namespace armtrue

@@ -39,8 +39,12 @@ class KrlParser {
     if (texts_.size() > 1) read(texts_[1].text, true);
     read(texts_[0].text, false);
     resolve();
-    syntax_.circles_turn_with_path = std::ranges::any_of(
-        texts_, [](const ProgramText& text) { return krl_circles_turn_with_path(text.text); });
+    const auto states = [&](const char* name, const char* value) {
+      return std::ranges::any_of(
+          texts_, [&](const ProgramText& text) { return krl_states_mode(text.text, name, value); });
+    };
+    syntax_.circles_turn_with_path = states("CIRC_TYP", "PATH");
+    syntax_.keeps_orientation = states("ORI_TYP", "CONSTANT");
     syntax_.nodes = flow_.take_nodes();
     return std::move(syntax_);
   }
@@ -94,8 +98,8 @@ class KrlParser {
       return read_move(statement, *keyword, cursor);
     const bool stays =
         leaves_krl_arm(text_.substr(statement.begin, statement.end - statement.begin), word);
-    const bool is_conditional = flow_.is_conditional();
     flow_.pass(word, stays, syntax_.set_ups.size());
+    syntax_.steps.pass(word, statement.begin, cursor);
     if (contains({"SPLINE", "PTP_SPLINE"}, word)) {
       spline_block_ = Statement{statement.line, statement.begin, statement.end};
     } else if (word == "ENDSPLINE") {
@@ -107,10 +111,20 @@ class KrlParser {
         contains({"DEF", "DEFFCT", "$BASE", "$TOOL", "$IPO_MODE", "BAS", "FDAT_ACT"}, word);
     if (in_set_up_ || begins_krl_loop(word) || ends_krl_loop(word) ||
         (!word.empty() && !stays && cursor.next() == '('))
-      syntax_.set_ups.push_back(
-          {statement.line, statement.begin, statement.end, word, is_conditional});
-    note_names(statement.begin, statement.end, false);
+      syntax_.set_ups.push_back({statement.line, statement.begin, statement.end, word});
+    const size_t changed = stays ? changed_until(statement, word) : statement.end;
+    note_names(statement.begin, changed, false);
+    note_names(changed, statement.end, true);
     in_set_up_ = false;
+  }
+
+  // Up to where a statement that calls nothing may change what it names: to the `=` of an
+  // assignment. A condition changes nothing.
+  size_t changed_until(const KrlStatement& statement, const std::string& word) const {
+    if (contains({"IF", "ELSE", "SWITCH", "CASE", "WHILE", "UNTIL"}, word)) return statement.begin;
+    const std::string_view text = text_.substr(statement.begin, statement.end - statement.begin);
+    if (in_set_up_ || !is_krl_assignment(text)) return statement.end;
+    return statement.begin + text.find('=');
   }
 
   // Takes the name of a variable, NAME, or of an element of an array, NAME[3]. Returns nothing if
@@ -254,7 +268,7 @@ class KrlParser {
         const std::string_view name = text_.substr(from, i + 1 - from);
         if (is_letter(c) && before != '.' && before != '#') {
           if (c == '$')
-            note_system_variable(name, i + 1, end);
+            note_system_variable(name, i + 1);
           else
             uses_.push_back({name, only_reads, in_set_up_});
         }
@@ -264,9 +278,9 @@ class KrlParser {
   }
 
   // Notes $ABS_ACCUR, unless the statement switches it off.
-  void note_system_variable(std::string_view name, size_t behind, size_t end) {
+  void note_system_variable(std::string_view name, size_t behind) {
     if (name.size() != 10 || upper(name) != "$ABS_ACCUR" || syntax_.absolute_accuracy_line) return;
-    TextCursor cursor(text_, behind, end);
+    TextCursor cursor(text_, behind, std::min(text_.find('\n', behind), text_.size()));
     if (cursor.take('=')) {
       cursor.take('=');
       cursor.take('#');

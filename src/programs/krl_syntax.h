@@ -9,6 +9,7 @@
 #include "armtrue/programs/program_text.h"
 #include "programs/krl_flow.h"
 #include "programs/krl_frame.h"
+#include "programs/krl_steps.h"
 #include "programs/statement.h"
 
 // What a KRL program says about its moves, and where in the text it says so.
@@ -59,7 +60,6 @@ struct KrlSetUp {
   int line = 0;
   size_t begin = 0, end = 0;  ///< in the .src, without its comment
   std::string word;  ///< that it begins with: $BASE, BAS, FDAT_ACT, DEF, LOOP, the name it calls
-  bool is_conditional = false;
 };
 
 /// Tool and base of an inline form: DECL FDAT FP1={TOOL_NO 1,BASE_NO 3,IPO_FRAME #BASE}.
@@ -74,9 +74,11 @@ struct KrlSyntax {
   std::vector<KrlMove> moves;
   std::vector<KrlNode> nodes;  ///< in the order of the text; a move once
   std::vector<KrlSetUp> set_ups;
+  KrlSteps steps;  ///< of the .src
   std::unordered_map<std::string, KrlFdat> fdats;
   std::unordered_map<std::string, int> frame_names;  ///< with one value, that nothing may change
   bool circles_turn_with_path = false;  ///< somewhere $CIRC_TYPE (or CIRC_TYPE of LDAT) is #PATH
+  bool keeps_orientation = false;       ///< somewhere $ORI_TYPE (or ORI_TYP of LDAT) is #CONSTANT
   int absolute_accuracy_line = 0;       ///< the first line that uses $ABS_ACCUR; 0: none does
 };
 

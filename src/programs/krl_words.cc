@@ -70,6 +70,11 @@ bool ends_krl_loop(std::string_view word) {
   return contains({"ENDLOOP", "ENDFOR", "ENDWHILE", "UNTIL"}, word);
 }
 
+bool is_krl_assignment(std::string_view statement) {
+  const std::string text = without_functions(statement);
+  return is_plain_assignment(text, 0, text.size());
+}
+
 bool leaves_krl_arm(std::string_view statement, std::string_view word) {
   if (contains(
           {"WAIT",       "BAS",    "CONTINUE",  "HALT",       "PULSE",     "ANIN",    "ANOUT",
@@ -77,25 +82,21 @@ bool leaves_krl_arm(std::string_view statement, std::string_view word) {
            "TIME_BLOCK", "COPEN",  "CCLOSE",    "CREAD",      "CWRITE",    "SREAD",   "SWRITE"},
           word))
     return true;
-  const std::string text = without_functions(statement);
   const bool is_branch = begins_krl_loop(word) || ends_krl_loop(word) ||
                          contains({"IF", "ELSE", "ENDIF", "SWITCH", "CASE", "DEFAULT", "ENDSWITCH",
                                    "EXIT", "END", "ENDFCT", "GOTO", "RETURN"},
                                   word);
-  if (!is_branch) return is_plain_assignment(text, 0, text.size());
-  const std::string rest = "X=" + text.substr(word.size());
-  return is_plain_assignment(rest, 0, rest.size());
+  if (!is_branch) return is_krl_assignment(statement);
+  return is_krl_assignment("X=" + std::string(statement.substr(word.size())));
 }
 
-bool krl_circles_turn_with_path(std::string_view text) {
+bool krl_states_mode(std::string_view text, std::string_view name, std::string_view value) {
   const std::string capitals = upper(text);
-  constexpr std::string_view kName = "CIRC_TYP";
-  for (size_t at = capitals.find(kName); at != std::string::npos;
-       at = capitals.find(kName, at + 1)) {
-    TextCursor cursor(capitals, at + kName.size(), capitals.size());
+  for (size_t at = capitals.find(name); at != std::string::npos; at = capitals.find(name, at + 1)) {
+    TextCursor cursor(capitals, at + name.size(), capitals.size());
     if (cursor.next() == 'E') cursor.step();
     cursor.take('=');
-    if (cursor.take('#') && cursor.take_name() == "PATH") return true;
+    if (cursor.take('#') && cursor.take_name() == value) return true;
   }
   return false;
 }

@@ -21,8 +21,9 @@ struct KrlKeyword {
 /// The keyword with this name in capitals; null if there is none.
 const KrlKeyword* find_krl_motion(std::string_view name);
 
-/// Whether $CIRC_TYPE=#PATH or, of the data of an inline form, CIRC_TYP #PATH stands in a text.
-bool krl_circles_turn_with_path(std::string_view text);
+/// Whether a mode has this value somewhere in a text: $CIRC_TYPE=#PATH or, of the data of an inline
+/// form, CIRC_TYP #PATH. `name`: CIRC_TYP.
+bool krl_states_mode(std::string_view text, std::string_view name, std::string_view value);
 
 /// Reads FP1={TOOL_NO 1,BASE_NO 3,IPO_FRAME #BASE,..} behind DECL FDAT.
 void take_krl_fdat(TextCursor& cursor, std::unordered_map<std::string, KrlFdat>& fdats);
@@ -36,6 +37,9 @@ bool contains(std::initializer_list<std::string_view> names, std::string_view na
 /// Whether a word in capitals begins or ends a loop.
 bool begins_krl_loop(std::string_view word);
 bool ends_krl_loop(std::string_view word);
+
+/// Whether a statement is an assignment that calls nothing but functions of KRL itself.
+bool is_krl_assignment(std::string_view statement);
 
 /// Whether a statement that begins with a word in capitals, and is no move, leaves the arm where it
 /// is: it waits, assigns, branches or repeats, and calls nothing but functions of KRL itself.

@@ -183,39 +183,102 @@ std::string frames_of(const RobotProgram& program, size_t target) {
   return name(program.targets[target].base) + " " + name(program.targets[target].tool);
 }
 
-TEST(KrlFlowTest, AFrameThatALoopSetsBehindItsMovesIsNamed) {
-  const auto warnings = [](const std::string& text) {
-    return parsed(kHead + "LOOP\n" + text + "ENDLOOP\n").warnings;
-  };
-  const std::string other = "{X 9,Y 0,Z 0,A 0,B 0,C 0}\n";
-  EXPECT_THAT(
-      warnings(kWhole + "$BASE=" + other),
-      ElementsAre("p.src:5: its loop sets $BASE behind it; that of the first turn is taken"));
-  EXPECT_THAT(
-      warnings("FOR i=1 TO 3\n" + kWhole + "ENDFOR\n$TOOL=" + other),
-      ElementsAre("p.src:6: its loop sets $TOOL behind it; that of the first turn is taken"));
-  // Set before the first move of each turn, or to what it is.
-  EXPECT_THAT(warnings("$BASE=$NULLFRAME\n" + kWhole + "$BASE=" + other + kWhole), IsEmpty());
-  EXPECT_THAT(warnings(kWhole + "$BASE=$NULLFRAME\n$IPO_MODE=#BASE\n"), IsEmpty());
-  EXPECT_THAT(warnings("S" + kWhole.substr(0, kWhole.size() - 1) +
-                       " WITH $BASE=$NULLFRAME\n$BASE=" + other),
-              IsEmpty());
+// Lines of the moves behind the first, in line 4, that are left alone because of their frames.
+std::vector<int> uncertain(const std::string& text) {
+  std::vector<int> lines;
+  const RobotProgram program = parsed(kHead + kWhole + text);
+  for (const std::string& warning : program.warnings) {
+    if (warning.find("left alone: it may run with several $BASE, $TOOL or $IPO_MODE") ==
+        std::string::npos)
+      continue;
+    lines.push_back(std::stoi(warning.substr(warning.find(':') + 1)));
+    for (size_t at = warning.find("; also lines "); at != std::string::npos && at < warning.size();)
+      if (std::isdigit(static_cast<unsigned char>(warning[at]))) {
+        size_t length = 0;
+        lines.push_back(std::stoi(warning.substr(at), &length));
+        at += length;
+      } else {
+        ++at;
+      }
+  }
+  return lines;
 }
 
-TEST(KrlFlowTest, AFrameThatACalledSubprogramSetsIsNamedAndTaken) {
-  const std::string sub =
-      "END\nGLOBAL DEF sub()\nlow()\nEND\nDEF low()\nsub()\nIF a THEN\n"
-      "$BASE={X 9,Y 0,Z 0,A 0,B 0,C 0}\nENDIF\nEND\n";
-  const RobotProgram program = parsed(kHead + kWhole + "sub()\n" + kWhole + sub);
-  EXPECT_EQ(frames_of(program, 0), "$NULLFRAME $NULLFRAME");
-  EXPECT_EQ(frames_of(program, 1), "{X9,Y0,Z0,A0,B0,C0} $NULLFRAME");
+TEST(KrlFlowTest, AMoveThatMayRunWithSeveralFramesIsLeftAlone) {
+  const std::string other = "{X 9,Y 0,Z 0,A 0,B 0,C 0}\n", set = "$BASE=" + other;
+  EXPECT_THAT(uncertain("LOOP\n" + kWhole + set + "ENDLOOP\n"), ElementsAre(6));
+  EXPECT_THAT(uncertain("LOOP\nFOR i=1 TO 3\n" + kWhole + "ENDFOR\n$TOOL=" + other + "ENDLOOP\n"),
+              ElementsAre(7));
+  EXPECT_THAT(uncertain("IF a THEN\n" + set + "ENDIF\n" + kWhole + "$BASE=$NULLFRAME\n" + kWhole),
+              ElementsAre(8));
   EXPECT_THAT(
-      program.warnings,
-      Contains("p.src:5: a frame is set in the subprogram that it calls, and taken as set"));
-  EXPECT_THAT(parsed(kHead + kWhole + "sub()\n" + kWhole +
-                     "END\nDEF sub()\n$BASE=$NULLFRAME\nEND\nDEF other()\n$TOOL=x\nEND\n")
-                  .warnings,
+      uncertain("SWITCH n\nCASE 1\n" + kWhole + set + "CASE 2\n" + kWhole + "ENDSWITCH\n" + kWhole),
+      ElementsAre(12));
+  EXPECT_THAT(uncertain("again:\n" + kWhole + set + "GOTO again\n"), ElementsAre(6));
+  EXPECT_THAT(uncertain("IF a THEN\n$IPO_MODE=#TCP\nENDIF\n" + kWhole), ElementsAre(8));
+  // Set before the first move of each turn, or to what it is; or stated by the move itself.
+  EXPECT_THAT(uncertain("LOOP\n$BASE=$NULLFRAME\n" + kWhole + set + kWhole + "ENDLOOP\n"),
               IsEmpty());
+  EXPECT_THAT(uncertain("LOOP\n" + kWhole + "$BASE=$NULLFRAME\n$IPO_MODE=#BASE\nENDLOOP\n"),
+              IsEmpty());
+  EXPECT_THAT(uncertain("LOOP\nS" + kWhole.substr(0, kWhole.size() - 1) +
+                        " WITH $BASE=$NULLFRAME\n" + set + "ENDLOOP\n"),
+              IsEmpty());
+  // Where only the position counts, nothing is left alone.
+  EXPECT_EQ(parse_program(Dialect::krl, {{"p.src", kHead + "LOOP\n" + kWhole + set + "ENDLOOP\n"}},
+                          {}, TargetParts::position)
+                .left_alone,
+            0);
+}
+
+TEST(KrlFlowTest, ABranchHasTheFramesOfItsBegin) {
+  const RobotProgram program =
+      parsed(kHead + kWhole + "IF a THEN\n$BASE={X 9,Y 0,Z 0,A 0,B 0,C 0}\n" + kWhole + "ELSE\n" +
+             kWhole + "ENDIF\n");
+  ASSERT_EQ(program.targets.size(), 3u);
+  EXPECT_EQ(frames_of(program, 1), "{X9,Y0,Z0,A0,B0,C0} $NULLFRAME");
+  EXPECT_EQ(frames_of(program, 2), "$NULLFRAME $NULLFRAME");
+}
+
+TEST(KrlFlowTest, ASubprogramHasTheFramesOfItsCallsAndLeavesItsOwn) {
+  const std::string other = "$BASE={X 9,Y 0,Z 0,A 0,B 0,C 0}\n", sub = "END\nDEF sub()\n";
+  const RobotProgram program =
+      parsed(kHead + kWhole + "sub()\nset()\n" + kWhole + sub + kWhole + "low()\nEND\nDEF low()\n" +
+             kWhole + "END\nGLOBAL DEF set()\n" + other + "END\n");
+  ASSERT_EQ(program.targets.size(), 4u);
+  EXPECT_EQ(frames_of(program, 1), "{X9,Y0,Z0,A0,B0,C0} $NULLFRAME");
+  EXPECT_EQ(frames_of(program, 2), "$NULLFRAME $NULLFRAME");
+  EXPECT_EQ(frames_of(program, 3), "$NULLFRAME $NULLFRAME");
+  EXPECT_THAT(program.warnings, IsEmpty());
+  EXPECT_THAT(uncertain("sub()\n" + other + "sub()\n" + sub + kWhole + "END\n"), ElementsAre(10));
+  // At any time, and by nothing in this text.
+  EXPECT_THAT(uncertain("INTERRUPT DECL 3 WHEN $IN[1] DO sub()\n" + kWhole + sub + kWhole + other +
+                        "$TOOL=$NULLFRAME\n" + kWhole + "END\n"),
+              ElementsAre(9));
+  EXPECT_THAT(parsed(kHead + kWhole + sub + kWhole + "END\n").warnings,
+              ElementsAre("p.src:7: this DEF states no $BASE and no $TOOL, and one before it does; "
+                          "--base and --tool are taken"));
+}
+
+TEST(KrlFlowTest, ANumberedFrameHasTheValueThatTheProgramGivesIt) {
+  const std::string frame = "={X 9,Y 0,Z 0,A 0,B 0,C 0}\n";
+  for (const std::string set : {"BAS(#BASE,3)\n", "$BASE=BASE_DATA[3]\n"}) {
+    const RobotProgram program = parsed(kHead + "BASE_DATA[3]" + frame + set + kWhole);
+    const ProgramFrame& base = program.frames[static_cast<size_t>(program.targets[0].base)];
+    EXPECT_TRUE(base.is_known) << set;
+    EXPECT_DOUBLE_EQ(base.pose.translation.x(), 9e-3) << set;
+  }
+}
+
+TEST(KrlFlowTest, AMoveThatKeepsItsOrientationIsNamed) {
+  const auto warnings = [](const std::string& moves) {
+    return parsed("$ORI_TYPE=#CONSTANT\n" + kHead + "PTP" + kWhole.substr(3) + moves).warnings;
+  };
+  EXPECT_THAT(warnings(kWhole + "PTP {A 5}\n"), IsEmpty());
+  EXPECT_THAT(warnings("LIN {X 5,A 7}\n" + kWhole),
+              ElementsAre(AllOf(HasSubstr("p.src:6: $ORI_TYPE is #CONSTANT in this program"),
+                                HasSubstr("; also lines 7"))));
+  EXPECT_THAT(parsed(kHead + kWhole + "LIN {X 5,A 7}\n").warnings, IsEmpty());
 }
 
 TEST(KrlFlowTest, TheFramesOfASplineBlockAreThoseOfItsFirstLine) {

@@ -405,6 +405,25 @@ TEST(Krl, APointOfAMoveThatIsLeftAloneKeepsItsValueThere) {
 }
 
 // The path shows that the arm comes from the point before, whatever stands between.
+TEST(Krl, APointThatOthersOnlyReadStaysWhereItIsDeclaredAndItsMovesAreCorrected) {
+  const Path path = path_through({{0, 0, 0}, {100, 0, 0}});
+  const auto by = [](const Vector3d&) { return Vector3d(0, 0.1, 0); };
+  for (const std::string use : {"XH=XA\n", "XH.X=XA.X+SQRT(2)*5\n", "IF XA.X>5 THEN\nENDIF\n"}) {
+    const Corrected read =
+        correct_krl(program("LIN XA\n" + use, "DECL POS XA={X 0,Y 0,Z 0}\nDECL POS XH\n"), path,
+                    displaced(path, by));
+    EXPECT_EQ(read.src, "LIN {X 0,Y 0.1,Z 0}\n" + use);
+  }
+  for (const std::string use : {"XA=XH\n", "XA.X=XH.X\n", "XH=f(XA)\n", "sub(XA)\n",
+                                "TRIGGER WHEN DISTANCE=0 DELAY=0 DO XA=XH\n"}) {
+    const std::string src = "LIN {X 0,Y 0,Z 0}\nLIN XA\n" + use;
+    const Corrected changed = correct_krl(
+        program(src, "DECL POS XA={X 100,Y 0,Z 0}\nDECL POS XH\n"), path, displaced(path, by));
+    EXPECT_THAT(changed.src, HasSubstr("\nLIN XA\n")) << use;
+    EXPECT_EQ(changed.left_alone, 1) << use;
+  }
+}
+
 TEST(Krl, BehindABranchAMoveIsDividedWhereThePathGoesStraight) {
   const auto by = [](const Vector3d& p) { return Vector3d(0, 0, p.x() < 50 ? 0 : p.x() / 500); };
   const Texts branch = program("LIN {X 0,Y 0,Z 0}\nIF a THEN\nLIN {X 100,Y 0,Z 0}\nENDIF\n");
@@ -510,8 +529,9 @@ TEST(Krl, SaysWhatTheControllerOrTheProgramAddsToIt) {
   ASSERT_EQ(result.warnings.size(), 3u);
   EXPECT_THAT(result.warnings[0], HasSubstr("p.src:1: $ABS_ACCUR"));
   EXPECT_THAT(result.warnings[1], HasSubstr("p.src:6: stands in a loop"));
-  EXPECT_THAT(result.warnings[2], HasSubstr("p.src:9: $BASE is another one than of the first corrected "
-                                            "move (line 3)"));
+  EXPECT_THAT(result.warnings[2],
+              HasSubstr("p.src:9: $BASE is another one than of the first corrected "
+                        "move (line 3)"));
   EXPECT_THAT(correct_krl(program("$ABS_ACCUR=FALSE\n; $ABS_ACCUR\nLIN {X 0,Y 0,Z 0}\n"), path,
                           path.position)
                   .warnings,

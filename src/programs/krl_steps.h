@@ -1,0 +1,29 @@
+#pragma once
+
+#include <set>
+#include <string>
+
+#include "programs/program_flow.h"
+#include "programs/text_cursor.h"
+
+namespace armtrue {
+
+/// Collects the order in which the statements of a KRL program run, for ProgramFlow (KUKA, KSS 8.x
+/// operating and programming instructions, program execution control).
+class KrlSteps {
+ public:
+  /// A statement that begins at `at` with `word` in capitals; `rest` stands behind the word.
+  void pass(const std::string& word, size_t at, TextCursor rest);
+
+  /// The names that the text calls, in capitals.
+  const std::set<std::string>& called() const { return called_; }
+  /// Those that INTERRUPT DECL or TRIGGER calls, at any time.
+  const std::set<std::string>& interrupts() const { return interrupts_; }
+  const ProgramFlow& flow() const { return flow_; }
+
+ private:
+  ProgramFlow flow_;
+  std::set<std::string> called_, interrupts_;
+};
+
+}  // namespace armtrue
