@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "programs/frame_list.h"
 #include "programs/program_values.h"
@@ -13,6 +14,7 @@ namespace armtrue {
 namespace {
 
 bool is_point_type(const std::string& type) { return type == "ROBTARGET" || type == "JOINTTARGET"; }
+bool is_frame_type(const std::string& type) { return type == "WOBJDATA" || type == "TOOLDATA"; }
 
 // Behind the indices of an array, {2} or {3,2}.
 void skip_indices(TextCursor& cursor) {
@@ -40,6 +42,7 @@ void RapidData::read(const std::vector<Statement>& statements) {
       return false;
     });
   for (const Statement& statement : statements) read_uses(statement);
+  forget_changed_frames(statements);
 }
 
 // type NAME := [..]  or  type NAME{3} := [[..],[..],[..]]
@@ -60,7 +63,9 @@ void RapidData::declare(const std::string& kind, const Statement& statement, Tex
 
 // NAME(num n, PERS robtarget point \switch fast | wobjdata WObj, VAR num list{*})
 void RapidData::declare_parameters(TextCursor cursor, int scope) {
-  while (!cursor.take_name().empty()) continue;
+  std::string routine;
+  for (std::string word = cursor.take_name(); !word.empty(); word = cursor.take_name())
+    routine = word;
   if (!cursor.take('(')) return;
   const size_t begin = cursor.at();
   cursor.skip_to(")");
@@ -73,6 +78,25 @@ void RapidData::declare_parameters(TextCursor cursor, int scope) {
     Datum& datum = names_.declare(name, scope);
     datum.type = type;
     datum.is_parameter = true;
+    datum.routine = routine;
+  }
+}
+
+// Tools and work objects that are handed to a routine that gives its parameter a value.
+void RapidData::forget_changed_frames(const std::vector<Statement>& statements) {
+  std::set<std::string> changing;
+  names_.each([&](const Datum& datum) {
+    if (datum.is_parameter && datum.values > 0 && is_frame_type(datum.type))
+      changing.insert(datum.routine);
+  });
+  for (const Statement& statement : statements) {
+    bool is_called = false;
+    each_rapid_word(text_, statement, [&](const std::string& word, size_t at, const TextCursor&) {
+      if (Datum* const datum = find(word, at); is_called && datum && is_frame_type(datum->type))
+        datum->values += 2;
+      is_called |= changing.contains(word);
+      return false;
+    });
   }
 }
 

@@ -55,6 +55,7 @@ class RapidData {
     int values = 0;  // how often it is given one
     int line = 0;
     std::string type;
+    std::string routine;  // of a parameter
     bool is_constant = false, is_parameter = false;
     bool is_shared = false;        // other statements than moves use it
     std::map<size_t, int> points;  // by the index of the element, 0 of the whole
@@ -68,6 +69,7 @@ class RapidData {
   void declare(const std::string& kind, const Statement& statement, TextCursor cursor, int scope);
   void declare_parameters(TextCursor cursor, int scope);
   void read_uses(const Statement& statement);
+  void forget_changed_frames(const std::vector<Statement>& statements);
   bool note_assignment(const std::string& word, size_t at, TextCursor cursor);
   Datum* find(const std::string& name, size_t at) {
     return names_.find(scopes_, name, scopes_.at(at));

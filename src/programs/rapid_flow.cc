@@ -23,7 +23,8 @@ class RapidFlowReader {
       });
     for (const Statement& statement : statements) read_statement(statement);
     return {flow_.follow(displacements_, 0),
-            flow_.follow(turnings_, static_cast<int>(ArcTurning::with_path))};
+            flow_.follow(turnings_, static_cast<int>(ArcTurning::with_path)),
+            flow_.follow(confj_, 1), flow_.follow(confl_, 1)};
   }
 
  private:
@@ -56,6 +57,8 @@ class RapidFlowReader {
         flow_.add(Step::call, at, word == "CALLBYVAR" ? "" : word);
       } else if (word == "CIRPATHMODE") {
         turnings_.push_back({at, static_cast<int>(rapid_turning(cursor))});
+      } else if (word == "CONFJ" || word == "CONFL") {
+        (word == "CONFJ" ? confj_ : confl_).push_back({at, states_off(cursor) ? 0 : 1});
       } else if (word == "PDISPON" || word == "PDISPSET" || word == "PDISPOFF") {
         displacements_.push_back({at, word == "PDISPOFF" ? 0 : 1});
       } else if (cursor.next() == ':') {
@@ -70,6 +73,10 @@ class RapidFlowReader {
     if (const size_t late = whole.find("%\""); late != std::string_view::npos)
       flow_.add(Step::call, statement.begin + late);
     if (is_compact) flow_.add(Step::end_block, statement.end);
+  }
+
+  static bool states_off(TextCursor cursor) {
+    return cursor.take('\\') && cursor.take_name() == "OFF";
   }
 
   static std::optional<Step> block_step(const std::string& word) {
@@ -87,7 +94,7 @@ class RapidFlowReader {
   std::string_view text_;
   std::set<std::string> routines_;
   ProgramFlow flow_;
-  std::vector<ProgramFlow::Setting> displacements_, turnings_;
+  std::vector<ProgramFlow::Setting> displacements_, turnings_, confj_, confl_;
 };
 
 }  // namespace

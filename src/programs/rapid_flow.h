@@ -16,6 +16,9 @@ struct RapidFlow {
   ProgramFlow::Values displacement;
   /// ArcTurning (CirPathMode).
   ProgramFlow::Values turning;
+  /// Whether the confdata of joint moves (ConfJ), and of straight and circular ones (ConfL), count:
+  /// 1, or 0 behind \Off, where the arm moves to the nearest posture.
+  ProgramFlow::Values confj, confl;
 };
 
 /// `text`: by masked(); `statements`: its statements.

@@ -170,10 +170,21 @@ class RapidReader {
       target.q = joints_of_numbers(Dialect::rapid, numbers);
     } else {
       target.pose = pose_of_numbers(Dialect::rapid, numbers);
-      target.configuration = rapid_configuration(point);
+      target.configuration = configuration_of(point);
       target.configuration.continues = is_auxiliary;
     }
     program_.targets.push_back(target);
+  }
+
+  // Without ConfJ or ConfL the controller does not read confdata. Where that is not certain, they
+  // count if the arm reaches the point so.
+  Configuration configuration_of(const ProgramPoint& point) const {
+    const ProgramFlow::Values& values = move_.kind() == 'J' ? flow_.confj : flow_.confl;
+    const int counts = values.at(move_.begin);
+    if (counts == 0) return {};
+    Configuration result = rapid_configuration(point);
+    result.is_weak = counts == ProgramFlow::kUncertain;
+    return result;
   }
 
   std::string part_of(size_t begin, size_t end) const { return text_.substr(begin, end - begin); }

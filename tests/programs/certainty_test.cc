@@ -167,6 +167,44 @@ TEST(Certainty, ARapidRoutineThatMayBeCalledDisplacedIsLeftAlone) {
               ElementsAre(3, 9));
 }
 
+TEST(Certainty, BehindConfOffTheControllerReadsNoConfdata) {
+  const std::string move =
+      "[[1,2,3],[1,0,0,0],[1,0,1,0],[9E9,9E9,9E9,9E9,9E9,9E9]],v1,fine,tool0;\n";
+  const auto stated = [&](const std::string& text) {
+    std::string result;
+    const RobotProgram program = parsed("p.mod", "PROC main()\n" + text + "ENDPROC\n");
+    for (const ProgramTarget& target : program.targets) {
+      const Configuration& configuration = target.configuration;
+      result += !configuration.is_stated() ? '0' : configuration.is_weak ? '?' : '1';
+    }
+    return result;
+  };
+  const std::string joint = "MoveJ " + move, line = "MoveL " + move;
+  EXPECT_EQ(stated("ConfL\\Off;\n" + joint + line + "ConfL \\On;\n" + line + "ConfL;\n" + line),
+            "1011");
+  EXPECT_EQ(stated("ConfJ \\Off;\n" + joint + line + "TriggJ " + move.substr(0, move.find(",v1")) +
+                   ",v1,t,fine,tool0;\n"),
+            "010");
+  EXPECT_EQ(stated("IF a ConfL\\Off;\n" + line + "ConfL\\Off;\n" + line), "?0");
+}
+
+TEST(Certainty, ARapidFrameThatARoutineChangesIsNotKnown) {
+  const std::string declared =
+      "PERS wobjdata w1:=[FALSE,TRUE,\"\",[[1,2,3],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];\n" +
+      robtarget("p1");
+  const auto is_known = [&](const std::string& routine) {
+    const RobotProgram program =
+        parsed("p.mod", declared +
+                            "PROC main()\nset w1;\nMoveL p1,v1,fine,tool0\\WObj:=w1;\n"
+                            "ENDPROC\nPROC set(PERS wobjdata w)\n" +
+                            routine + "ENDPROC\n");
+    return program.frames[static_cast<size_t>(program.targets[0].base)].is_known;
+  };
+  EXPECT_TRUE(is_known("TPWrite \"w.oframe:=\";\n"));
+  EXPECT_FALSE(is_known("w.oframe.trans.x:=5;\n"));
+  EXPECT_FALSE(is_known("w:=other;\n"));
+}
+
 const std::string kJoints = "movej([0,-1,1,0,1,0])\n";
 
 TEST(Certainty, AUrFunctionMayGiveANameAnotherPoint) {
