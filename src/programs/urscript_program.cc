@@ -147,7 +147,9 @@ class UrReader {
     if (const auto value = values_.value_of(argument);
         value && value->kind == TargetKind::cartesian)
       pose = pose_of_numbers(Dialect::urscript, *value->list.numbers(6));
-    return add_frame(program_.frames, known_, values_.part_of(argument), pose);
+    const int tool = add_frame(program_.frames, known_, values_.part_of(argument), pose);
+    const bool is_known = program_.frames[static_cast<size_t>(tool)].is_known;
+    return !is_known && values_.has_several_values(argument) ? ProgramFlow::kUncertain : tool;
   }
 
   void read_move(const std::string& word, const Statement& statement, size_t open, size_t close) {
@@ -166,6 +168,10 @@ class UrReader {
       const auto value = values_.value_of(arguments[i]);
       if (!value)
         why_not = values_.why_not(arguments[i]);
+      else if (value->is_in_calculated_frame && parts_ == TargetParts::pose)
+        why_not =
+            "its frame is calculated at run time; if it is always the same, give it with "
+            "--frame";
       else if (!is_certain && value->kind == TargetKind::cartesian && parts_ == TargetParts::pose)
         why_not = "its tool is not certain: set_tcp depends on calls or branches before it";
       else

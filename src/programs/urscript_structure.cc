@@ -65,9 +65,9 @@ class UrStructureReader {
     const size_t begin = cursor.at();
     cursor.skip_to(")");
     for (const Statement& part : split_arguments(text_, begin, cursor.at(), ","))
-      if (const std::string name = TextCursor(text_, part.begin, part.end).take_name();
-          !name.empty())
-        result_.parameters.emplace_back(name, scope);
+      if (const size_t length = TextCursor(text_, part.begin, part.end).take_name().size();
+          length > 0)
+        result_.parameters.emplace_back(text_.substr(part.begin, length), scope);
   }
 
   std::string_view text_;

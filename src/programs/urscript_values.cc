@@ -22,9 +22,9 @@ void UrValues::read(const std::vector<Statement>& statements, const UrStructure&
 // `local` is global, too, if that name is (URScript manual, scoping rules).
 void UrValues::read_assignment(const Statement& statement) {
   TextCursor cursor(text_, statement.begin, statement.end);
-  std::string name = cursor.take_name();
-  const bool is_local = name == "LOCAL";
-  if (name == "GLOBAL" || is_local) name = cursor.take_name();
+  std::string name = take_spelled(cursor);
+  const bool is_local = upper(name) == "LOCAL";
+  if (upper(name) == "GLOBAL" || is_local) name = take_spelled(cursor);
   const bool is_element = cursor.take('[');
   if (is_element) cursor.skip_to("="), cursor.next();
   if (name.empty() || !cursor.take('=') || cursor.next() == '=') return;
@@ -37,6 +37,8 @@ void UrValues::read_assignment(const Statement& statement) {
   variable.values += is_element ? 2 : 1;
   variable.scope = scope;
   cursor.next();
+  variable.is_calculated =
+      text_.substr(cursor.at(), statement.end - cursor.at()).find('(') != std::string::npos;
   variable.literal = literal_in({statement.line, cursor.at(), statement.end});
   if (variable.literal) variable.literal->name = variable.literal->variable = name;
 }
@@ -52,8 +54,24 @@ UrValues::Variable* UrValues::find(const std::string& name, size_t at) {
 bool UrValues::is_local(const Statement& argument) {
   TextCursor cursor(text_, argument.begin, argument.end);
   int declared = 0;
-  variables_.find(scopes_, cursor.take_name(), scopes_.at(argument.begin), &declared);
+  variables_.find(scopes_, take_spelled(cursor), scopes_.at(argument.begin), &declared);
   return declared > 0 && cursor.done();
+}
+
+bool UrValues::has_several_values(const Statement& argument) {
+  TextCursor cursor(text_, argument.begin, argument.end);
+  const Variable* const variable =
+      variables_.find(scopes_, take_spelled(cursor), scopes_.at(argument.begin));
+  return cursor.done() && variable && variable->values > 1;
+}
+
+// Of a frame whose pose is not known: an expression, or a name that does not stand for one value.
+// What this program does not give a value at all, the installation may hold.
+bool UrValues::is_calculated(const Statement& frame) {
+  TextCursor cursor(text_, frame.begin, frame.end);
+  const Variable* const variable =
+      variables_.find(scopes_, take_spelled(cursor), scopes_.at(frame.begin));
+  return !cursor.done() || (variable && (variable->values > 1 || variable->is_calculated));
 }
 
 // p[..] or [..]
@@ -95,7 +113,7 @@ size_t UrValues::closing(size_t open, size_t end) const {
 
 std::string UrValues::why_not(const Statement& argument) {
   TextCursor cursor(text_, argument.begin, argument.end);
-  const std::string name = cursor.take_name();
+  const std::string name = take_spelled(cursor);
   const Variable* const variable = variables_.find(scopes_, name, scopes_.at(argument.begin));
   if (!variable || !cursor.done()) return "its target is an expression or has no plain numbers";
   if (variable->is_parameter) return "its point is a parameter of the function";
@@ -113,7 +131,7 @@ std::optional<UrValue> UrValues::value_of(const Statement& argument, int depth) 
   TextCursor cursor(text_, argument.begin, argument.end);
   const std::string name = cursor.take_name();
   if (cursor.done()) {
-    const Variable* const variable = find(name, argument.begin);
+    const Variable* const variable = find(spelled(name, cursor.at()), argument.begin);
     if (!variable || variable->values != 1) return std::nullopt;
     std::optional<UrValue> value = variable->literal;
     if (value) std::tie(value->begin, value->end) = std::pair(argument.begin, argument.end);
@@ -134,6 +152,8 @@ std::optional<UrValue> UrValues::value_of(const Statement& argument, int depth) 
       frame && frame->kind == TargetKind::cartesian && frame->base < 0)
     pose = pose_of_numbers(Dialect::urscript, *frame->list.numbers(6));
   value->base = add_frame(frames_, known_, part_of(arguments[0]), pose);
+  value->is_in_calculated_frame =
+      !frames_[static_cast<size_t>(value->base)].is_known && is_calculated(arguments[0]);
   return value;
 }
 
@@ -151,6 +171,8 @@ std::optional<UrValue> UrValues::inverse_of(const std::vector<Statement>& argume
       cursor.next();
       near.begin = cursor.at();
     } else if (i > 1) {
+      constexpr size_t kTcp = 4;  // behind qnear and the largest errors
+      if (i == kTcp) return std::nullopt;
       continue;
     }
     const auto joints = value_of(near, depth + 1);
@@ -191,7 +213,8 @@ void UrValues::finish(const std::vector<Statement>& statements, std::vector<Prog
       const auto behind = offsets_.upper_bound(at);
       const bool is_offset = behind != offsets_.begin() && at < std::prev(behind)->second;
       if (is_named || is_offset || moves_.contains(at)) return;
-      const Variable* const variable = variables_.find(scopes_, word, scopes_.at(at));
+      const Variable* const variable =
+          variables_.find(scopes_, text_.substr(at, word.size()), scopes_.at(at));
       if (variable && variable->point >= 0)
         points[static_cast<size_t>(variable->point)].is_shared = true;
     });

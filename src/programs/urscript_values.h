@@ -19,7 +19,9 @@ struct UrValue {
   std::string variable;  ///< that is given it; empty: none
   ListItem list;
   int line = 0;
-  int base = -1;              ///< of pose_trans, in the frames
+  int base = -1;  ///< of pose_trans, in the frames
+  /// Whether that frame is calculated at run time, and --frame does not give it.
+  bool is_in_calculated_frame = false;
   size_t begin = 0, end = 0;  ///< where the literal or the name stands in the call
   size_t literal = 0;         ///< where p[..] or [..] begins
   size_t open = 0;            ///< the bracket of the call
@@ -40,6 +42,8 @@ class UrValues {
   std::optional<UrValue> value_of(const Statement& argument) { return value_of(argument, 0); }
   /// Why it is none.
   std::string why_not(const Statement& argument);
+  /// Whether an argument is a name that is given several values.
+  bool has_several_values(const Statement& argument);
   /// Whether it is a name that a function gives a value of its own: a parameter or a local name.
   bool is_local(const Statement& argument);
   /// The point of a value among `points`, where it is added by its first use.
@@ -62,7 +66,8 @@ class UrValues {
   struct Variable {
     std::optional<UrValue> literal;
     int values = 0;
-    int scope = 0;  // where it is given its value
+    bool is_calculated = false;  // its value is that of a call
+    int scope = 0;               // where it is given its value
     int point = -1;
     bool is_parameter = false;
   };
@@ -70,6 +75,15 @@ class UrValues {
   void read_assignment(const Statement& statement);
   // The variable of a name at a place; null if its value there is not certain.
   Variable* find(const std::string& name, size_t at);
+  // A name that ends at `end`, as it is spelled: URScript tells capitals from small letters.
+  std::string spelled(const std::string& name, size_t end) const {
+    return text_.substr(end - name.size(), name.size());
+  }
+  std::string take_spelled(TextCursor& cursor) const {
+    const std::string name = cursor.take_name();
+    return spelled(name, cursor.at());
+  }
+  bool is_calculated(const Statement& frame);
   std::optional<UrValue> literal_in(const Statement& part) const;
   std::optional<UrValue> value_of(const Statement& argument, int depth);
   std::optional<UrValue> inverse_of(const std::vector<Statement>& arguments, int depth);

@@ -280,6 +280,40 @@ TEST(Certainty, AUrFunctionHasTheToolOfItsCalls) {
               ElementsAre(2));
 }
 
+TEST(Certainty, AUrFrameThatIsCalculatedIsNoPlace) {
+  const std::string head = "def prog():\n" + kJoints, move = "p[1,2,3,0,0,0]))\n";
+  for (const std::string frame : {"movel(pose_trans(get_actual_tcp_pose(), ",
+                                  "here = get_actual_tcp_pose()\nmovel(pose_trans(here, ",
+                                  "f = p[1,0,0,0,0,0]\nf = p[2,0,0,0,0,0]\nmovel(pose_trans(f, "}) {
+    const RobotProgram program = parsed("p.script", head + frame + move + "end\n");
+    EXPECT_THAT(program.warnings, ElementsAre(HasSubstr("its frame is calculated at run time")))
+        << frame;
+    EXPECT_EQ(program.targets.size(), 1u);
+  }
+  const std::string text = head + "f = g()\nmovel(pose_trans(f, " + move + "end\n";
+  EXPECT_EQ(parse_program(Dialect::urscript, {{"p.script", text}}, {{"f", Pose{}}}).left_alone, 0);
+  // One that the installation holds.
+  EXPECT_EQ(parsed("p.script", head + "movel(pose_trans(f, " + move + "end\n").left_alone, 0);
+  // A tool with several values; one that only this solution has.
+  EXPECT_THAT(parsed("p.script", head + "t = p[0,0,1,0,0,0]\nset_tcp(t)\nmovel(p[1,2,3,0,0,0])\n"
+                                        "t = p[0,0,2,0,0,0]\nset_tcp(t)\nend\n")
+                  .warnings,
+              ElementsAre(HasSubstr("its tool is not certain")));
+  const std::string inverse = "movej(get_inverse_kin(p[1,2,3,0,0,0], [0,-1,1,0,1,0], 1e-10, 1e-10";
+  EXPECT_EQ(parsed("p.script", head + inverse + "))\nend\n").left_alone, 0);
+  EXPECT_EQ(parsed("p.script", head + inverse + ", p[0,0,1,0,0,0]))\nend\n").left_alone, 1);
+}
+
+TEST(Certainty, AUrNameIsThatOfItsCapitals) {
+  const RobotProgram program =
+      parsed("p.script", "def prog():\na = p[1,2,3,0,0,0]\nA = p[1,2,4,0,0,0]\n" + kJoints +
+                             "movel(a)\nmovel(A)\nmovel(b)\nend\ndef go(B):\nmovel(b)\nend\n");
+  ASSERT_EQ(program.targets.size(), 3u);
+  EXPECT_NEAR(program.targets[1].pose.translation.z(), 3, 1e-12);
+  EXPECT_NEAR(program.targets[2].pose.translation.z(), 4, 1e-12);
+  EXPECT_EQ(program.left_alone, 2);
+}
+
 std::string fanuc_position(int number, const std::string& frames = "UF : 1, UT : 1") {
   return "P[" + std::to_string(number) + "]{\n GP1:\n " + frames +
          ", CONFIG : 'N U T, 0, 0, 0',\n X = 1.000 mm, Y = 2.000 mm, Z = 3.000 mm,\n"
