@@ -13,6 +13,7 @@ constexpr double kMost = 1000;
 
 FanucFrames::FanucFrames(std::string_view text, const std::vector<Statement>& statements) {
   for (const Statement& statement : statements) read_statement(text, statement);
+  displaced_ = flow_.follow(displacements_, 0);
   for (Kind* kind : {&frames_, &tools_}) {
     kind->active = flow_.follow(kind->numbers, ProgramFlow::kUncertain);
     const std::vector<ProgramFlow::Setting> of_any = kind->changes[kAny];
@@ -26,6 +27,10 @@ FanucFrames::FanucFrames(std::string_view text, const std::vector<Statement>& st
 // What a program that is called selects stays active.
 void FanucFrames::read_statement(std::string_view text, const Statement& statement) {
   read_steps(text, statement);
+  // Touch Offset PR[32], Touch Offset End
+  TextCursor words(text, statement.begin, statement.end);
+  if (words.take_name() == "TOUCH" && words.take_name() == "OFFSET")
+    displacements_.push_back({statement.begin, words.take_name() == "END" ? 0 : 1});
   each_word(text, statement, [&](const std::string& word, size_t at, TextCursor cursor) {
     const bool is_first = at == statement.begin;
     for (const bool is_tool : {false, true}) {

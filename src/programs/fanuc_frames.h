@@ -11,7 +11,8 @@
 namespace armtrue {
 
 /// What a program of a FANUC controller says about its frames as it runs: which user frame and tool
-/// are active (UFRAME_NUM, UTOOL_NUM), and which it changes (UFRAME[..]=, UTOOL[..]=).
+/// are active (UFRAME_NUM, UTOOL_NUM), which it changes (UFRAME[..]=, UTOOL[..]=), and where moves
+/// are displaced (Touch Offset).
 class FanucFrames {
  public:
   /// `text`: by masked(), with the moves; `statements`: its lines behind their numbers.
@@ -21,6 +22,8 @@ class FanucFrames {
   std::optional<int> active(bool is_tool, size_t at) const;
   /// Whether the program may have changed a frame or tool at a place.
   bool is_changed(bool is_tool, int number, size_t at) const;
+  /// Whether moves at a place are, or may be, displaced by what the arm has touched.
+  bool is_displaced(size_t at) const { return displaced_.at(at) != 0; }
 
  private:
   // Of user frames or of tools.
@@ -38,6 +41,8 @@ class FanucFrames {
 
   ProgramFlow flow_;
   Kind frames_, tools_;
+  std::vector<ProgramFlow::Setting> displacements_;
+  ProgramFlow::Values displaced_;
 };
 
 }  // namespace armtrue

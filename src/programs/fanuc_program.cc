@@ -84,8 +84,8 @@ class FanucReader {
       TextCursor cursor(part, line.begin, line.end);
       cursor.take_number();
       cursor.take(':');
-      // A comment begins with ! or //.
-      if (cursor.next() != '!' && cursor.next() != '/')
+      // A comment begins with !, //, or as --eg: does.
+      if (cursor.next() != '!' && cursor.next() != '/' && cursor.next() != '-')
         statements.push_back({line.line, cursor.at(), line.end});
     }
     frames_.emplace(part, statements);
@@ -177,6 +177,7 @@ class FanucReader {
       if (other.empty()) other = reason;
     };
     const size_t wanted = kind == "C" ? 2 : 1;
+    if (frames_->is_displaced(statement.begin)) is_because("the move is displaced (Touch Offset)");
     each_word(part, statement, [&](const std::string& word, size_t at, TextCursor& cursor) {
       if (word == "INC") is_because("a relative move (INC)");
       if (word == "RTCP") is_because("its tool stands in the room (RTCP)");

@@ -337,6 +337,18 @@ TEST(Certainty, AFanucToolInTheRoomAndADisplacedMoveAreNamed) {
                           "p.ls:7: left alone: its point is a register"));
 }
 
+TEST(Certainty, AFanucMoveBehindATouchOffsetIsDisplaced) {
+  const std::string move = "L P[1] 9mm/sec FINE ;\n";
+  const RobotProgram program =
+      fanuc("1:" + move + "2:  --eg:L P[1] PR[5]=P[1] ;\n3:  Touch Offset PR[32] ;\n4:" + move +
+                "5:  Touch Offset End ;\n6:" + move,
+            fanuc_position(1));
+  EXPECT_THAT(lines_of(program), ElementsAre(3, 8));
+  EXPECT_THAT(program.warnings,
+              ElementsAre("p.ls:6: left alone: the move is displaced (Touch Offset)"));
+  EXPECT_THAT(raised(program), HasSubstr("3:  Touch Offset PR[32] ;\n4:L P[1] 9mm"));
+}
+
 TEST(Certainty, AFanucPointThatOtherStatementsUseStaysAndItsMovesGetANewOne) {
   const std::string move = "1:L P[1] 9mm/sec FINE ;\n", number = fanuc_position(1);
   for (const char* const use :
