@@ -230,6 +230,18 @@ void refuse_two_tools(const RobotProgram& program, const Arguments& arguments) {
           program.frames[static_cast<size_t>(target.tool)].name));
 }
 
+// What the parser warned of may be why a target is not reached.
+template <class Work>
+auto with_warnings(app::Command& command, const std::optional<RobotProgram>& program, Work work) {
+  try {
+    return work();
+  } catch (const InputError&) {
+    if (program)
+      for (const std::string& warning : program->warnings) command.warn(warning);
+    throw;
+  }
+}
+
 int run(app::Command& command, Arguments& arguments) {
   const auto [robot, controller] = app::read_models(command, arguments);
   const std::optional<About> about = app::read_about(command, arguments.page);
@@ -243,7 +255,9 @@ int run(app::Command& command, Arguments& arguments) {
     refuse_two_tools(*program, arguments);
     file.source = program->texts[0].name;
     joints = joints_of_program(controller, *program, arguments);
-    file.program = program_targets(*program, compensation_options(arguments, controller), joints);
+    file.program = with_warnings(command, program, [&] {
+      return program_targets(*program, compensation_options(arguments, controller), joints);
+    });
   } else {
     file = command.read_program(command.input, controller);
   }
@@ -251,7 +265,9 @@ int run(app::Command& command, Arguments& arguments) {
   for (const Robot* of : {&robot, &controller})
     app::require_conditions(file.program.visits, *of, arguments,
                             program ? app::HasColumns::no : app::HasColumns::yes);
-  DividedProgram divided = compensate_file(robot, controller, file, program, arguments);
+  DividedProgram divided = with_warnings(command, program, [&] {
+    return compensate_file(robot, controller, file, program, arguments);
+  });
   std::vector<CorrectedTarget>& targets = divided.targets;
   const auto nearest = std::ranges::min_element(
       targets, {}, [](const CorrectedTarget& target) { return target.before.position; });
