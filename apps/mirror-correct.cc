@@ -251,7 +251,7 @@ Inputs read_inputs(app::Command& command, const Arguments& arguments) {
 // What only a measured pass gives.
 void write_findings(app::Command& command, const Arguments& arguments, const Inputs& inputs,
                     MirrorFindings& findings) {
-  app::warn_of_gaps(command, findings.result);
+  app::warn_of_gaps(command, inputs.programmed, findings.result);
   if (command.verbose || !arguments.summary.empty() || arguments.page.is_wanted()) {
     command.progress("describing");
     const std::vector<Path> earlier = without_bad(command, inputs.programmed.path, inputs.earlier);

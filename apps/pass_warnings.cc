@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "armtrue/kinematics/pose.h"
 #include "armtrue/kinematics/units.h"
@@ -25,10 +26,32 @@ std::string describe_bad(const PathFile& pass, const std::vector<BadSample>& bad
   return text + (bad.size() > kNamed ? ", ..." : "");
 }
 
+// A correction that belongs elsewhere on the path is wrong at corners by as much as it is off.
+void check_time(const PathFile& programmed, const PathFile& record, const TimeLag& lag,
+                const ClockOptions& options) {
+  constexpr double kLeastTime = 0.02;  // [s]: less, an arm may lag more or less in fast motion
+  const double spread = lag.latest - lag.earliest;
+  if (lag.spread() > kMostTimeSpread && spread > kLeastTime)
+    throw InputError(fmt::format(
+        "{}: does not keep the time of {}: along the path it is {:.3g} s later in one quarter of "
+        "the pass than in another, {:.3g} mm at its speed. Was the override not 100 %, did the "
+        "pass pause, or are the times of the program not those of the controller? Record the pass "
+        "at the programmed speed, or give the program with the times at which it ran",
+        record.source, programmed.source, spread, lag.spread() / kMillimetre));
+  const double late = std::abs(lag.median);
+  if (options.offset && late * lag.speed > kMostTimeSpread && late > kLeastTime)
+    throw InputError(fmt::format(
+        "{}: with --offset-s {:.6g} the pass is {:.3g} s {} the program, {:.3g} mm along the path; "
+        "correct it, or leave it out: then it is fitted",
+        record.source, *options.offset, late, lag.median > 0 ? "behind" : "ahead of",
+        late * lag.speed / kMillimetre));
+}
+
 // None is certain: an arm may have the same error all along a path.
 void warn_of_record(Command& command, const PathFile& programmed, const PathFile& record,
-                    const Pass& pass) {
+                    const Pass& pass, const ClockOptions& options) {
   const RecordDoubts doubts = record_doubts(programmed.path, record.path, pass.clock, pass.bad);
+  if (doubts.lag) check_time(programmed, record, *doubts.lag, options);
   if (doubts.step)
     command.warn(fmt::format(
         "{}:{}: from here on the record lies {:.3g} mm off the samples before: was the instrument "
@@ -131,7 +154,7 @@ void warn_of_doubts(Command& command, const PathFile& programmed,
                     const std::vector<PathFile>& passes, const MirrorResult& result,
                     const MirrorOptions& options) {
   for (size_t p = 0; p < passes.size(); ++p)
-    warn_of_record(command, programmed, passes[p], result.passes[p]);
+    warn_of_record(command, programmed, passes[p], result.passes[p], options.clock);
   warn_of_unlike(command, programmed, passes, result);
   if (options.clock.fit_frame) check_frame(command, programmed, passes, result);
   if (deviates_against_force(programmed.path, result, options))
@@ -139,6 +162,12 @@ void warn_of_doubts(Command& command, const PathFile& programmed,
         passes.front().source +
         ": the tool deviates against the force on it, as no arm does: has an axis of the record or "
         "of the force the wrong sign? The correction would double the deviation");
+  if (options.executed && deviates_as_before(programmed.path, result, *options.executed))
+    command.warn(
+        passes.front().source +
+        ": deviates as the path did before the correction of --previous: did this pass run "
+        "that path? If it ran the program, leave --previous out, or the correction counts "
+        "twice");
   if (!options.executed && hardly_deviates(result))
     command.warn(fmt::format(
         "{}: deviates by {:.3g} mm (rms), no more than the noise of a sample, {:.3g} mm: there is "
@@ -148,14 +177,20 @@ void warn_of_doubts(Command& command, const PathFile& programmed,
         result.deviation.noise / kMillimetre));
 }
 
-void warn_of_gaps(Command& command, const MirrorResult& result) {
+void warn_of_gaps(Command& command, const PathFile& programmed, const MirrorResult& result) {
+  const double most = 0.5 / result.cutoff;
+  if (const double step = longest_step_in_motion(programmed.path); step > most)
+    command.warn(fmt::format(
+        "{}: moves for {:.3g} s between two of its samples. Between them the correction is "
+        "straight, and the forecast does not hold there; give a sample at least every {:.2g} s",
+        programmed.source, step, most));
   if (result.unrecorded > 0)
     command.warn(fmt::format(
         "{} samples in motion lie before or after the record and are not corrected; record from "
         "before the tool moves until it stands again",
         result.unrecorded));
   for (const Pass& pass : result.passes)
-    if (pass.longest_gap > 0.5 / result.cutoff)
+    if (pass.longest_gap > most)
       command.warn(fmt::format(
           "the record has a gap of {:.2f} s, longer than the correction can follow: there it is "
           "only interpolated",

@@ -24,7 +24,8 @@ void warn_of_doubts(Command& command, const PathFile& programmed,
                     const std::vector<PathFile>& passes, const MirrorResult& result,
                     const MirrorOptions& options);
 
-/// A stretch that no sample covers is not corrected; a gap inside a record is interpolated.
-void warn_of_gaps(Command& command, const MirrorResult& result);
+/// A stretch that no sample covers is not corrected; a gap inside a record is interpolated. Between
+/// samples of the program the correction is straight.
+void warn_of_gaps(Command& command, const PathFile& programmed, const MirrorResult& result);
 
 }  // namespace armtrue::app

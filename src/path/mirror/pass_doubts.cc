@@ -88,6 +88,29 @@ bool hardly_deviates(const MirrorResult& result) {
   return result.before.rms <= result.deviation.noise;
 }
 
+bool deviates_as_before(const Path& programmed, const MirrorResult& result,
+                        const Eigen::Matrix3Xd& executed) {
+  constexpr double kLeast = 0.7, kMost = 1.3, kLeft = 0.25;
+  Path run = programmed;
+  run.position = executed;
+  const Eigen::VectorXd& time = result.deviation.time;
+  const Eigen::Matrix3Xd correction = position_at(run, time) - position_at(programmed, time);
+  const Eigen::Matrix3Xd& trend = result.deviation.trend;
+  const double square = correction.squaredNorm();
+  if (square == 0) return false;
+  const double share = -trend.cwiseProduct(correction).sum() / square;
+  return share >= kLeast && share <= kMost &&
+         (trend + share * correction).squaredNorm() < kLeft * trend.squaredNorm();
+}
+
+double longest_step_in_motion(const Path& path) {
+  double longest = 0;
+  for (Index i = 1; i < path.samples(); ++i)
+    if (path.position.col(i) != path.position.col(i - 1))
+      longest = std::max(longest, path.time[i] - path.time[i - 1]);
+  return longest;
+}
+
 bool is_straight(const Path& path, double off) {
   const Extents extents(path, off);
   return extents.squared[1] <= extents.least;

@@ -129,6 +129,32 @@ std::optional<UnfollowedShape> find_unfollowed(const Eigen::Matrix3Xd& measured,
   return found;
 }
 
+std::optional<TimeLag> find_lag(const Eigen::Matrix3Xd& deviation,
+                                const Eigen::Matrix3Xd& velocity) {
+  constexpr size_t kQuarters = 4;
+  constexpr double kMoves = 0.5;  // of the median speed; slower samples show the noise
+  std::vector<double> speeds;
+  for (const auto& v : velocity.colwise())
+    if (v.norm() > 0) speeds.push_back(v.norm());
+  if (speeds.empty()) return std::nullopt;
+  TimeLag lag{0, 0, 0, median(speeds)};
+  std::vector<double> later;
+  for (Index k = 0; k < velocity.cols(); ++k)
+    if (velocity.col(k).norm() > kMoves * lag.speed)
+      later.push_back(-velocity.col(k).dot(deviation.col(k)) / velocity.col(k).squaredNorm());
+  const size_t length = later.size() / kQuarters;
+  if (length < static_cast<size_t>(kFewestOfShape)) return std::nullopt;
+  std::vector<double> quarters;
+  for (size_t i = 0; i < kQuarters; ++i) {
+    const auto begin = later.begin() + static_cast<std::ptrdiff_t>(i * length);
+    quarters.push_back(median({begin, begin + static_cast<std::ptrdiff_t>(length)}));
+  }
+  lag.median = median(later);
+  lag.earliest = std::ranges::min(quarters);
+  lag.latest = std::ranges::max(quarters);
+  return lag;
+}
+
 }  // namespace
 
 RecordDoubts record_doubts(const Path& programmed, const Path& measured, const ClockFit& clock,
@@ -146,7 +172,8 @@ RecordDoubts record_doubts(const Path& programmed, const Path& measured, const C
   const Eigen::Matrix3Xd wanted = position_at(programmed, joined.time(good));
   const auto step = find_step(position - wanted, straight_on(programmed, joined.time(good)), good);
   return {step, step ? std::nullopt : find_rigid(position, wanted),
-          find_unfollowed(position, wanted, joined.time(good), good)};
+          find_unfollowed(position, wanted, joined.time(good), good),
+          find_lag(position - wanted, velocity_at(programmed, joined.time(good)))};
 }
 
 }  // namespace armtrue

@@ -119,9 +119,12 @@ ClockFit fit_clock(const Path& programmed, const Path& measured, const ClockOpti
   if (options.fit_frame) check_joined(programmed, measured, fit);
   if (!(fit.offset_deviation() < kMaxOffsetSigma))
     throw std::invalid_argument(
-        "the record does not show how the clocks lie to each other (offset " +
-        formatted("%.4g", fit.offset) + " +- " + formatted("%.2g", fit.offset_deviation()) +
-        " s): record from before the tool moves until it stands again, or give --offset-s");
+        "the record does not show how the clocks lie to each other" +
+        (std::isfinite(fit.offset_deviation())
+             ? " (offset " + formatted("%.4g", fit.offset) + " +- " +
+                   formatted("%.2g", fit.offset_deviation()) + " s)"
+             : "") +
+        ": record from before the tool moves until it stands again, or give --offset-s");
   return fit;
 }
 

@@ -35,6 +35,16 @@ bool deviates_against_force(const Path& programmed, const MirrorResult& result,
 /// correct, for example because the pass already ran a correction.
 bool hardly_deviates(const MirrorResult& result);
 
+/// Whether the passes deviate as if the correction `executed` had not been run: the deviation c
+/// that it was made against, d = -c times 0.7 to 1.3, with less than a quarter of |d|^2 left. A
+/// pass that ran it shows what it left over.
+bool deviates_as_before(const Path& programmed, const MirrorResult& result,
+                        const Eigen::Matrix3Xd& executed);
+
+/// The longest time between two samples of a path between which the tool moves [s]. A correction
+/// of these samples is straight between them.
+double longest_step_in_motion(const Path& path);
+
 /// Whether a path leaves a straight line by no more than `off` (rms) [m]. Where it deviates by as
 /// much, it does not show a rotation of the frame about it.
 bool is_straight(const Path& path, double off);

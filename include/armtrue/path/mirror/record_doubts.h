@@ -28,6 +28,17 @@ struct UnfollowedShape {
   double followed;           ///< share of that shape that the record has
 };
 
+/// How much later than by its clock a record passes the places of the program.
+struct TimeLag {
+  double median;    ///< of the samples in motion [s]
+  double earliest;  ///< median of the quarter of these samples that is earliest [s]
+  double latest;    ///< of the one that is latest [s]
+  double speed;     ///< median [m/s]
+
+  /// From the earliest to the latest quarter, along the path [m].
+  double spread() const { return (latest - earliest) * speed; }
+};
+
 /// Deviations that are more likely errors of the instrument, or of another program, than of the
 /// arm. A correction would copy them into the part.
 struct RecordDoubts {
@@ -42,7 +53,14 @@ struct RecordDoubts {
   /// of the record from their best straight motion with constant velocity. Present if p is above 2
   /// mm (rms) and <m, p> / <p, p> < 0.5. The servos of an arm cut corners by less.
   std::optional<UnfollowedShape> unfollowed;
+  /// Empty if too few samples are in motion. A clock cannot explain a spread above kMostTimeSpread:
+  /// the pass ran at another speed than the program, or paused.
+  std::optional<TimeLag> lag;
 };
+
+/// More along the path than a machine that repeats [m].
+inline constexpr double kMostTimeSpread = 2e-3;
+
 RecordDoubts record_doubts(const Path& programmed, const Path& measured, const ClockFit& clock,
                            const std::vector<BadSample>& bad);
 
