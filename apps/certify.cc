@@ -12,6 +12,7 @@
 #include "columns.h"
 #include "command_line.h"
 #include "option_text.h"
+#include "pass_warnings.h"
 
 using namespace armtrue;
 
@@ -92,11 +93,25 @@ auto about_file(const std::string& file, const Work& work) {
 std::optional<PathFigures> path_figures_of(app::Command& command, const Arguments& arguments) {
   if (arguments.path.empty()) return std::nullopt;
   const PathFile commanded = command.read_path(arguments.path);
-  std::vector<Path> passes;
-  for (const std::string& file : arguments.passes) passes.push_back(command.read_path(file).path);
+  std::vector<PathFile> passes;
+  for (const std::string& file : arguments.passes) passes.push_back(command.read_path(file));
+  std::vector<const PathFile*> all{&commanded};
+  for (const PathFile& pass : passes) all.push_back(&pass);
+  app::warn_of_the_same(command, all);
+  const std::vector<Path> good = app::without_bad(command, commanded.path, passes);
   ClockOptions clock;
   clock.fit_frame = arguments.fit_frame;
-  return about_file(commanded.source, [&] { return path_figures(commanded.path, passes, clock); });
+  PathFigures figures =
+      about_file(commanded.source, [&] { return path_figures(commanded.path, good, clock); });
+  for (size_t p = 0; p < passes.size(); ++p)
+    figures.left_out += static_cast<int>(passes[p].path.samples() - good[p].samples());
+  if (!figures.is_whole())
+    command.warn(
+        fmt::format("{}: all passes meet {} of its {} planes; AT and RT do not hold for the rest. "
+                    "Record passes "
+                    "of the whole path at the programmed speed",
+                    commanded.source, figures.planes, figures.of_path));
+  return figures;
 }
 
 int conclude(app::Command& command, const Certificate& certificate) {

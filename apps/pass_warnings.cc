@@ -150,6 +150,18 @@ void warn_of_bad(Command& command, const PathFile& pass, const std::vector<BadSa
                    "sight, or empty the position of the rows without one");
 }
 
+std::vector<Path> without_bad(Command& command, const Path& programmed,
+                              const std::vector<PathFile>& passes) {
+  std::vector<Path> good;
+  for (const PathFile& pass : passes) {
+    const std::vector<BadSample> bad = find_bad_samples(programmed, pass.path);
+    if (too_many(bad, pass.path)) refuse(pass, bad);
+    warn_of_bad(command, pass, bad);
+    good.push_back(without(pass.path, bad));
+  }
+  return good;
+}
+
 void warn_of_doubts(Command& command, const PathFile& programmed,
                     const std::vector<PathFile>& passes, const MirrorResult& result,
                     const MirrorOptions& options) {

@@ -19,6 +19,11 @@ void warn_of_bad(Command& command, const PathFile& pass, const std::vector<BadSa
 /// Throws InputError: too many samples are bad.
 [[noreturn]] void refuse(const PathFile& pass, const std::vector<BadSample>& bad);
 
+/// Paths of passes that are only compared with the program, without their bad samples, with a
+/// warning. Throws InputError if too many are bad.
+std::vector<Path> without_bad(Command& command, const Path& programmed,
+                              const std::vector<PathFile>& passes);
+
 /// Of a corrected path, what the records of its passes leave in doubt.
 void warn_of_doubts(Command& command, const PathFile& programmed,
                     const std::vector<PathFile>& passes, const MirrorResult& result,

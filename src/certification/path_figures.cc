@@ -11,7 +11,11 @@ PathFigures path_figures(const Path& commanded, const std::vector<Path>& passes,
     registered_passes.push_back(registered(pass, fit_clock(commanded, pass, clock)));
   const PathAccuracy found = pass_accuracy(commanded, registered_passes).path;
   const auto n = static_cast<int>(passes.size());
-  PathFigures figures{n, found.planes, found.at, found.rt};
+  PathFigures figures{n, found.planes};
+  figures.of_path =
+      static_cast<Eigen::Index>(cross_normal_planes(commanded, commanded).sample.size());
+  figures.at = found.at;
+  figures.rt = found.rt;
   figures.frame_is_fitted = clock.fit_frame;
   if (n < 2) return figures;
   const double size = commanded.position.cwiseAbs().maxCoeff();

@@ -67,6 +67,7 @@ YAML::Node path_node(const PathFigures& path, const Budget& budget) {
   YAML::Node node;
   node["passes"] = std::to_string(path.passes);
   node["planes"] = std::to_string(path.planes);
+  node["planes_of_path"] = std::to_string(path.of_path);
   node["at_mm"] = rounded(path.at / kMillimetre);
   if (path.rt) {
     node["rt_mm"] = rounded(*path.rt / kMillimetre);

@@ -42,6 +42,21 @@ TEST(PathFigures, OfThreePassesAreThoseOfTheStandardsFormulas) {
   EXPECT_NEAR(path_figures(line(), {moved(line(), 0.3, 0.4)}, clock).at, 0.5e-3, 1e-12);
 }
 
+TEST(PathFigures, PassesOverAPartOfThePathAreNotWhole) {
+  ClockOptions clock;
+  clock.offset = 0;
+  Path half = line();
+  half.time = half.time.head(76).eval();
+  half.position = half.position.leftCols(76).eval();
+  const PathFigures whole = path_figures(line(), {line(), line()}, clock);
+  EXPECT_EQ(whole.of_path, 151);
+  EXPECT_TRUE(whole.is_whole());
+  const PathFigures part = path_figures(line(), {line(), half}, clock);
+  EXPECT_EQ(part.planes, 76);
+  EXPECT_EQ(part.of_path, 151);
+  EXPECT_FALSE(part.is_whole());
+}
+
 // By hand, um: in each plane sum l^2 = 2 x 141.421^2 = 40000, s = sqrt(40000 / (2 x 2)) = 100.
 // S of RT is 81.6497, and sqrt(1/3 + 9/4) S = 131.233.
 // Budget of AT with 2.5 m range, MPE 15 + 6 x 2.5 = 30: 300; 2 K x 11.7 x 2.5 m = 58.5: 1140.75;

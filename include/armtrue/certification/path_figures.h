@@ -16,6 +16,8 @@ inline constexpr int kStandardPathCycles = 10;
 struct PathFigures {
   int passes = 0;
   Eigen::Index planes = 0;   ///< normal to the path, met by all passes
+  Eigen::Index of_path = 0;  ///< those of the whole path
+  int left_out = 0;          ///< samples that were no readings of the tool
   double at = 0;             ///< [m]
   std::optional<double> rt;  ///< [m]; empty for one pass
   /// Standard uncertainty of RT by the number of passes, as PoseFigures::rp_std [m].
@@ -24,6 +26,8 @@ struct PathFigures {
   /// those of one plane, 2 (n - 1).
   Scatter scatter;
   bool frame_is_fitted = false;
+  /// Whether all passes meet 99 % of the planes; at the ends of the path a pass may miss some.
+  bool is_whole() const { return 100 * (of_path - planes) <= of_path; }
   std::optional<double> rt_expanded() const { return repeatability_expanded(rt_std); }  ///< [m]
 };
 
