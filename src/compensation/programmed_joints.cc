@@ -54,10 +54,11 @@ JointVector ProgrammedJoints::hint(int row, const std::optional<JointVector>& pr
   if (!program_.is_cartesian(r) || program_.hinted[r]) return program_.visits.q[r];
   if (previous) return with_external(row, *previous);
   if (!options_.start)
-    throw UnreachableTarget(row,
-                            "nothing says on which branch the first target lies; add columns " +
-                                encoder_columns(controller_.robot().chain) +
-                                " with joint angles near it, or --start");
+    throw UnreachableTarget(
+        row, "nothing says on which branch the first target lies; " +
+                 (is_text() ? std::string("give --start, joint angles near it")
+                            : "add columns " + encoder_columns(controller_.robot().chain) +
+                                  " with joint angles near it, or --start"));
   return with_external(row, *options_.start);
 }
 
@@ -76,10 +77,12 @@ JointVector ProgrammedJoints::at(int row, const Context& context, const JointVec
   const Pose wanted = options_.base * program_.poses[static_cast<size_t>(row)];
   const FoundJoints found = joints_on_branch(controller_, context, wanted, hint, more_starts);
   if (found.reach == Reach::on_another_branch)
-    throw OutOfReach(row,
-                     "the controller's model reaches it only on another branch than that of its "
-                     "hint; correct " +
-                         encoder_columns(controller_.robot().chain) + ", or add them");
+    throw OutOfReach(
+        row, "the controller's model reaches it only on another branch than that of " +
+                 (is_text() ? std::string("the target before it, or of its qnear; check "
+                                          "the frames and the tool")
+                            : "its hint; correct " + encoder_columns(controller_.robot().chain) +
+                                  ", or add them"));
   if (found.reach == Reach::unreachable)
     throw OutOfReach(row,
                      "the controller's model does not reach it; check its unit and frame, --base "

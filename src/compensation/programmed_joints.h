@@ -66,6 +66,8 @@ class ProgrammedJoints {
                  int more_starts = kAllStarts) const;
 
  private:
+  // Of a robot program, which has no columns; a table states no configurations.
+  bool is_text() const { return !program_.configurations.empty(); }
   // The joints with the external axes of the row, if the program states them.
   JointVector with_external(int row, JointVector q) const;
   void check_turn(int row, const JointVector& q) const;

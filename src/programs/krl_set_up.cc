@@ -203,6 +203,8 @@ void KrlSetUps::assign(const std::string& name, size_t begin, size_t end, int li
 int KrlSetUps::frame_of(size_t begin, size_t end) {
   TextCursor cursor(src_, begin, end);
   const std::string spelled = without_blanks(text(begin, end));
+  const std::vector<Statement> factors = split_arguments(src_, begin, end, ":");
+  if (factors.size() > 1) return product_of(factors, spelled);
   if (cursor.next() == '{') {
     const KrlAggregate aggregate = take_krl_aggregate(cursor);
     if (aggregate.kind == KrlAggregateKind::frame && cursor.done())
@@ -213,6 +215,19 @@ int KrlSetUps::frame_of(size_t begin, size_t end) {
       spelled == "TOOL_DATA[0]")
     return add(spelled, Pose{});
   return add_name(spelled);
+}
+
+// BASE_DATA[1]:{X 0,Y 0,Z 10,A 0,B 0,C 0}. If a factor is not known, that one.
+int KrlSetUps::product_of(const std::vector<Statement>& factors, const std::string& spelled) {
+  const auto is_given = [&](const auto& frame) { return upper(frame.first) == spelled; };
+  if (std::ranges::any_of(known_, is_given)) return add(spelled, std::nullopt);
+  Pose product;
+  for (const Statement& factor : factors) {
+    const int index = frame_of(factor.begin, factor.end);
+    if (!frames_[static_cast<size_t>(index)].is_known) return index;
+    product = product * frames_[static_cast<size_t>(index)].pose;
+  }
+  return add(spelled, product);
 }
 
 // With the value that this program gives it, if that is only one.

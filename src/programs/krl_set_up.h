@@ -53,6 +53,7 @@ class KrlSetUps {
   void read_with(size_t begin, size_t end, int line, Settings& settings);
   void set_fdat(const std::string& name, int line, Settings& settings);
   int frame_of(size_t begin, size_t end);
+  int product_of(const std::vector<Statement>& factors, const std::string& spelled);
   int add(const std::string& name, const std::optional<Pose>& pose);
   int add_name(const std::string& name);
   int number_of(const char* list, int number);

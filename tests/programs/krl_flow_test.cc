@@ -270,6 +270,27 @@ TEST(KrlFlowTest, ANumberedFrameHasTheValueThatTheProgramGivesIt) {
   }
 }
 
+TEST(KrlFlowTest, AFrameMayBeAProduct) {
+  const std::string set = "$BASE = BASE_DATA[3] : {X 0,Y 5,Z 0,A 0,B 0,C 0}\n",
+                    text = kHead + set + kWhole;
+  const auto base = [](const RobotProgram& program) {
+    return program.frames[static_cast<size_t>(program.targets[0].base)];
+  };
+  // Y of a frame that is turned by 90 deg about z is -X.
+  const std::string value = "BASE_DATA[3]={X 9,Y 0,Z 0,A 90,B 0,C 0}\n";
+  const ProgramFrame product = base(parsed(kHead + value + set + kWhole));
+  EXPECT_TRUE(product.is_known);
+  EXPECT_TRUE(product.pose.translation.isApprox(Eigen::Vector3d(4e-3, 0, 0)));
+  EXPECT_EQ(base(parsed(text)).name, "BASE_DATA[3]");
+  EXPECT_FALSE(base(parsed(text)).is_known);
+  const Pose given{Eigen::Matrix3d::Identity(), {1, 0, 0}};
+  EXPECT_TRUE(base(parse_program(Dialect::krl, {{"p.src", text}}, {{"base_data[3]", given}}))
+                  .pose.translation.isApprox(Eigen::Vector3d(1, 5e-3, 0)));
+  const std::string whole = "base_data[3]:{X0,Y5,Z0,A0,B0,C0}";
+  EXPECT_TRUE(base(parse_program(Dialect::krl, {{"p.src", text}}, {{whole, given}}))
+                  .pose.translation.isApprox(Eigen::Vector3d(1, 0, 0)));
+}
+
 TEST(KrlFlowTest, AMoveThatKeepsItsOrientationIsNamed) {
   const auto warnings = [](const std::string& moves) {
     return parsed("$ORI_TYPE=#CONSTANT\n" + kHead + "PTP" + kWhole.substr(3) + moves).warnings;
