@@ -243,7 +243,8 @@ auto with_warnings(app::Command& command, const std::optional<RobotProgram>& pro
 }
 
 int run(app::Command& command, Arguments& arguments) {
-  const auto [robot, controller] = app::read_models(command, arguments);
+  const app::Models models = app::read_models(command, arguments);
+  const Robot &robot = models.robot, &controller = models.controller;
   const std::optional<About> about = app::read_about(command, arguments.page);
   app::refuse_other_files(robot, controller, arguments);
   std::optional<RobotProgram> program;

@@ -11,7 +11,9 @@ PathFigures path_figures(const Path& commanded, const std::vector<Path>& passes,
     registered_passes.push_back(registered(pass, fit_clock(commanded, pass, clock)));
   const PathAccuracy found = pass_accuracy(commanded, registered_passes).path;
   const auto n = static_cast<int>(passes.size());
-  PathFigures figures{n, found.planes};
+  PathFigures figures;
+  figures.passes = n;
+  figures.planes = found.planes;
   figures.of_path =
       static_cast<Eigen::Index>(cross_normal_planes(commanded, commanded).sample.size());
   figures.at = found.at;
