@@ -110,6 +110,20 @@ void warn_of_travel(app::Command& command, const Robot& robot, const JointVector
   }
 }
 
+// A joint at 0 agrees whichever way it counts.
+void warn_of_unseen_signs(app::Command& command, const Robot& robot, const JointVector& q,
+                          const Arguments& arguments) {
+  if (arguments.pose.empty()) return;
+  PendantPose pose;
+  std::ranges::copy(arguments.pose, pose.begin());
+  const std::vector<std::string> unseen = find_unseen_signs(
+      robot, q, pose, arguments.within_mm * kMillimetre, arguments.within_deg * kDegree);
+  if (unseen.empty()) return;
+  command.warn(fmt::format(
+      "this posture does not show the sign of {}: compare another, with all joints bent",
+      fmt::join(unseen, ", ")));
+}
+
 int run(app::Command& command, const Arguments& arguments) {
   const Robot robot = command.read_robot(command.input).robot;
   const JointVector q = app::joints_of(arguments.at, robot, "--at");
@@ -125,6 +139,7 @@ int run(app::Command& command, const Arguments& arguments) {
                                  arguments.within_deg * kDegree);
     text += agreements_text(agreements, arguments);
   }
+  warn_of_unseen_signs(command, robot, q, arguments);
   write_output(command.output, text);
   const bool agrees = !agreements.empty() && agreements.front().changes.empty();
   return arguments.pose.empty() || agrees ? app::kSuccess : app::kNotReached;

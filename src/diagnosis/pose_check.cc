@@ -110,12 +110,12 @@ void add_other_mistakes(const Robot& robot, std::vector<PossibleMistake>& mistak
                         r.rotation = by_abc({r.angles[2], r.angles[1], r.angles[0]});
                       },
                       kMaxJoints + 3});
-  mistakes.push_back({"the angles of the pose turn about z, y, z (Doosan's A, B, C)",
-                      [](Reading& r) {
-                        r.rotation = by_abc({r.angles[0], r.angles[1], 0}) *
-                                     by_abc({r.angles[2], 0, 0});
-                      },
-                      kMaxJoints + 3});
+  mistakes.push_back(
+      {"the angles of the pose turn about z, y, z (Doosan's A, B, C)",
+       [](Reading& r) {
+         r.rotation = by_abc({r.angles[0], r.angles[1], 0}) * by_abc({r.angles[2], 0, 0});
+       },
+       kMaxJoints + 3});
   mistakes.push_back({"the angles of the pose turn about x, y, z (Staubli's RX, RY, RZ)",
                       [](Reading& r) {
                         r.rotation = by_abc({0, 0, r.angles[0]}) * by_abc({0, r.angles[1], 0}) *
@@ -134,6 +134,11 @@ void add_other_mistakes(const Robot& robot, std::vector<PossibleMistake>& mistak
        kMaxJoints + 3});
   mistakes.push_back(
       {"the place of the pose is in m", [](Reading& r) { r.place *= 1000; }, kMaxJoints + 4});
+}
+
+Reading reading_of(const Robot& robot, const JointVector& q, const PendantPose& pose) {
+  const std::array<double, 3> angles{pose[3], pose[4], pose[5]};
+  return {robot, q, kMillimetre * Vector3d(pose[0], pose[1], pose[2]), angles, by_abc(angles)};
 }
 
 // Adds the agreements of one reading.
@@ -155,8 +160,7 @@ std::vector<ShownFrame> shown_frames(const Robot& robot, const JointVector& q) {
   Pose station_from_foot = chain.base;
   if (robot.ground_link)
     station_from_foot =
-        chain.base *
-        ChainEvaluator(chain).link_frames(q)[static_cast<size_t>(*robot.ground_link)];
+        chain.base * ChainEvaluator(chain).link_frames(q)[static_cast<size_t>(*robot.ground_link)];
   const Pose tool_in_foot = inverse(station_from_foot) * tool_in_station;
   const std::string foot = robot.ground_link ? "the foot of the arm" : "R_0";
   std::vector<ShownFrame> frames{
@@ -181,9 +185,7 @@ std::vector<ShownFrame> shown_frames(const Robot& robot, const JointVector& q) {
 
 std::vector<Agreement> find_agreements(const Robot& robot, const JointVector& q,
                                        const PendantPose& pose, double distance, double angle) {
-  const std::array<double, 3> angles{pose[3], pose[4], pose[5]};
-  const Reading typed{robot, q, kMillimetre * Vector3d(pose[0], pose[1], pose[2]), angles,
-                      by_abc(angles)};
+  const Reading typed = reading_of(robot, q, pose);
   std::vector<PossibleMistake> mistakes;
   add_joint_mistakes(robot, mistakes);
   add_other_mistakes(robot, mistakes);
@@ -208,6 +210,23 @@ std::vector<Agreement> find_agreements(const Robot& robot, const JointVector& q,
     return std::round(kPartsPerLimit * (a.distance / distance + a.angle / angle));
   });
   return found;
+}
+
+std::vector<std::string> find_unseen_signs(const Robot& robot, const JointVector& q,
+                                           const PendantPose& pose, double distance, double angle) {
+  const Reading typed = reading_of(robot, q, pose);
+  std::vector<Agreement> found;
+  compare(typed, {}, distance, angle, found);
+  std::vector<std::string> unseen;
+  if (found.empty()) return unseen;
+  for (int joint = 0; joint < joint_count(robot.chain); ++joint) {
+    Reading turned = typed;
+    turned.q[joint] = -turned.q[joint];
+    found.clear();
+    compare(turned, {}, distance, angle, found);
+    if (!found.empty()) unseen.push_back(joint_link(robot.chain, joint).name);
+  }
+  return unseen;
 }
 
 }  // namespace armtrue

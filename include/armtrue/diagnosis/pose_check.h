@@ -39,4 +39,10 @@ struct Agreement {
 std::vector<Agreement> find_agreements(const Robot& robot, const JointVector& q,
                                        const PendantPose& pose, double distance, double angle);
 
+/// Joints, as `A1`, whose sign this pose does not show: it agrees with the robot file, and would
+/// with the joint turned the other way as well, because the joint stands at 0 there or moves
+/// nothing that the pose shows. Empty if the pose does not agree.
+std::vector<std::string> find_unseen_signs(const Robot& robot, const JointVector& q,
+                                           const PendantPose& pose, double distance, double angle);
+
 }  // namespace armtrue
