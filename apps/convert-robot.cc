@@ -1,11 +1,13 @@
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "armtrue/io/output.h"
 #include "armtrue/io/source.h"
-#include "armtrue/urdf/ur_calibration_io.h"
-#include "armtrue/urdf/urdf_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
+#include "armtrue/urdf/ur_calibration_io.h"
+#include "armtrue/urdf/urdf_io.h"
 #include "command_line.h"
 
 using namespace armtrue;
@@ -55,6 +57,16 @@ void explain_base(app::Command& command, const std::string& text, const std::str
                  "', give --base " + link);
 }
 
+void warn_of_travel(app::Command& command, const Robot& robot, const std::string& file) {
+  std::string names;
+  for (int joint = 0; joint < joint_count(robot.chain); ++joint)
+    if (const Link& link = joint_link(robot.chain, joint); !std::isfinite(link.max - link.min))
+      names += (names.empty() ? "" : ", ") + link.name;
+  if (names.empty()) return;
+  command.warn(file + ": states no travel of " + names +
+               ": add min_deg and max_deg, or poses are planned over whole turns");
+}
+
 void warn_of_shift(app::Command& command, const char* what, const char* where,
                    const FrameShift& shift) {
   if (shift.distance < kLargeShift && shift.angle < kLargeTurn) return;
@@ -86,7 +98,10 @@ int run(app::Command& command, const Arguments& arguments) {
   const Robot robot = is_urdf                   ? parse_urdf(text, source.name(), arguments.ends)
                       : is_ur_calibration(text) ? parse_ur_calibration(text, source.name())
                                                 : parse_robot(text, source.name());
-  if (is_urdf) explain_base(command, text, source.name(), arguments.ends);
+  if (is_urdf) {
+    explain_base(command, text, source.name(), arguments.ends);
+    warn_of_travel(command, robot, source.name());
+  }
   if (arguments.to == "yaml") {
     write_output(command.output, write_robot(robot));
     return app::kSuccess;

@@ -16,6 +16,7 @@
 namespace armtrue {
 namespace {
 
+constexpr double kMaxOffset = 100;     // m, of two joints
 constexpr double kMaxMagnitude = 1e6;  // of lengths, angles and parts of axes
 // Limits of a revolute joint [rad]: further ones are deg, or stand for no limit.
 constexpr double kMostTurned = 10 * 2 * std::numbers::pi, kNoLimit = 1000;
@@ -83,6 +84,10 @@ void set_limits(const urdf::Joint& joint, const std::string& file, ChainJoint& r
   check_size(result.min, joint, file);
   check_size(result.max, joint, file);
   const bool turns = joint.type == urdf::Joint::REVOLUTE;
+  if (turns && result.min == 0 && result.max == 0) {
+    result.limited = false;  // exporters of CAD write it where nobody has entered the travel
+    return;
+  }
   if (result.min >= result.max)
     throw InputError(
         fmt::format("{}: the joint '{}' has limits from {} to {} {}; upper must be above lower",
@@ -105,6 +110,11 @@ ChainJoint joint_of(const KDL::Segment& segment, const UrdfDocument& document) {
   result.name = joint.name;
   result.link = link.name;
   result.origin = from_kdl(segment.pose(0));
+  if (const double away = result.origin.translation.norm(); away > kMaxOffset)
+    throw InputError(fmt::format(
+        "{}: the joint '{}' stands {:.4g} m from the one before it; a URDF counts in m: divide "
+        "lengths in mm by 1000",
+        file, joint.name, away));
   result.backwards = joint.child_link_name != link.name;
   if (joint.type == urdf::Joint::REVOLUTE || joint.type == urdf::Joint::CONTINUOUS)
     result.kind = ChainJoint::Kind::revolute;

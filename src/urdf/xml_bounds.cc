@@ -1,9 +1,13 @@
 #include "urdf/xml_bounds.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
 #include <string_view>
 
 #include "armtrue/text/input_error.h"
+#include "armtrue/text/number_text.h"
 #include "urdf/xml_tags.h"
 
 namespace armtrue {
@@ -96,7 +100,9 @@ class XmlScanner {
   void blanks() { at_ = std::min(text_.find_first_not_of(kXmlBlanks, at_), text_.size()); }
 
   void attribute() {
+    const size_t begin = at_;
     name();
+    const std::string_view attribute_name = text_.substr(begin, at_ - begin);
     blanks();
     if (!starts_with("=")) fail("an attribute has no value; write name=\"value\"");
     ++at_;
@@ -105,7 +111,20 @@ class XmlScanner {
       fail("the value of an attribute stands without quotes; write name=\"value\"");
     const size_t end = text_.find(text_[at_], at_ + 1);
     if (end == std::string_view::npos) fail("a quote is not closed");
+    if (attribute_name == "rpy") check_angles(text_.substr(at_ + 1, end - at_ - 1));
     at_ = end + 1;
+  }
+
+  // No origin is turned by two turns; by 45 or 90 is one in degrees.
+  void check_angles(std::string_view rpy) const {
+    constexpr double kMostTurned = 4 * std::numbers::pi;
+    for (size_t begin = 0; begin < rpy.size();) {
+      const size_t end = std::min(rpy.find_first_of(kXmlBlanks, begin), rpy.size());
+      const std::optional<double> angle = read_number(rpy.substr(begin, end - begin));
+      if (angle && std::abs(*angle) > kMostTurned)
+        fail("rpy=\"" + std::string(rpy) + "\" are more than two turns; write rad, not deg");
+      begin = end + 1;
+    }
   }
 
   std::string_view text_;
