@@ -116,6 +116,14 @@ void Command::warn_if_calibrated(const Robot& robot, const std::string& path) {
        "errors of those stay: give the nominal robot, if you have it");
 }
 
+void Command::warn_of_own_readings(const RobotFile& robot) {
+  for (const auto& [file, sha256] : inputs_)
+    if (std::ranges::find(robot.made_of, sha256) != robot.made_of.end())
+      warn(file + ": " + robot.name +
+           " was calibrated with these readings, which cannot show what has changed since; give "
+           "new ones");
+}
+
 void refuse_mistakes(Command& command, const Robot& robot, const Campaign& campaign) {
   if (const LogFindings findings = check_travel(robot, campaign); !findings.errors.empty())
     throw InputError(campaign.source + ": " + findings.errors.front());

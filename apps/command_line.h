@@ -86,6 +86,9 @@ class Command : public OptionGroup {
   Campaign read_campaign(const std::string& path, const Robot& robot);
   /// Warns if a robot that should be nominal is the result of a calibration.
   void warn_if_calibrated(const Robot& robot, const std::string& path);
+  /// Warns if a file that was read here made the robot: readings agree with what was fitted to
+  /// them.
+  void warn_of_own_readings(const RobotFile& robot);
   /// Unknown columns are named, unless the rows are kept for the output.
   /// Joint columns are those of the robot, without one those of six axes.
   PathFile read_path(const std::string& path, KeepRows keep = KeepRows::no,

@@ -5,8 +5,8 @@
 #include "armtrue/io/change_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/ranking_io.h"
-#include "armtrue/text/input_error.h"
 #include "armtrue/search/trace.h"
+#include "armtrue/text/input_error.h"
 #include "columns.h"
 #include "command_line.h"
 
@@ -74,6 +74,7 @@ std::string explanation(const ChangeResult& result) {
 int report_change(app::Command& command, const std::string& path) {
   const RobotFile previous = command.read_robot(path);
   const Campaign campaign = command.read_campaign(command.input, previous.robot);
+  command.warn_of_own_readings(previous);
   app::refuse_mistakes(command, previous.robot, campaign);
   const ChangeResult result =
       detect_change(previous.robot, residual_spread(previous, command), campaign);

@@ -205,14 +205,18 @@ void check_complete(YamlMap& document, const std::string& file) {
                                  file, missing.size(), fmt::join(missing, ", ")));
 }
 
-// What calibrate and close-loop read first. Not everybody's provenance is of this form.
-std::optional<std::pair<std::string, std::string>> read_nominal(YamlMap& document) {
+// What calibrate and close-loop read, the nominal robot first. Not everybody's provenance is of
+// this form.
+void read_inputs(YamlMap& document, RobotFile& result) {
   try {
     std::vector<YamlMap> inputs = document.map("provenance").maps("inputs");
-    if (inputs.empty()) return std::nullopt;
-    return std::pair{inputs.front().text("file"), inputs.front().text("sha256")};
+    for (YamlMap& input : inputs) {
+      std::pair of_file{input.text("file"), input.text("sha256")};
+      result.made_of.push_back(of_file.second);
+      if (!result.nominal) result.nominal = std::move(of_file);
+    }
   } catch (const InputError&) {
-    return std::nullopt;
+    return;
   }
 }
 
@@ -244,8 +248,9 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
   if (document.has("priors")) robot.priors = read_deviations(document.map("priors"), robot.chain);
   for (const auto& [name, deviation] : robot.priors)
     if (deviation < kSmallest)
-      document.fail("priors", "'" + name + "' is less than anything is known to; leave the "
-                              "parameter out of 'identify' to keep it as it is");
+      document.fail("priors", "'" + name +
+                                  "' is less than anything is known to; leave the "
+                                  "parameter out of 'identify' to keep it as it is");
   if (document.has("std")) robot.std = read_deviations(document.map("std"), robot.chain);
   for (const YamlMap& entry : document.maps("effects"))
     robot.effects.push_back(read_effect(entry, robot.chain));
@@ -253,7 +258,7 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
     robot.uncertainty = read_uncertainty(document.map("uncertainty"), robot.chain);
   if (document.has("calibration"))
     result.residual_spread = read_residual_spread(document.map("calibration"));
-  if (document.has("provenance") && !robot.std.empty()) result.nominal = read_nominal(document);
+  if (document.has("provenance") && !robot.std.empty()) read_inputs(document, result);
   document.ignore("provenance");
   document.finish();
   return result;

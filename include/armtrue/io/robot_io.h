@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "armtrue/calibration/observation.h"
 #include "armtrue/effects/robot.h"
@@ -19,6 +20,8 @@ struct RobotFile {
   std::string sha256;
   /// Of a calibrated robot: file and SHA-256 of the nominal robot, from its provenance.
   std::optional<std::pair<std::string, std::string>> nominal;
+  /// SHA-256 of all files that made it, from its provenance.
+  std::vector<std::string> made_of;
 };
 
 /// Reads an armtrue-robot/1 document. Throws InputError with file, line and key.
