@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <functional>
+#include <map>
 #include <set>
 #include <string_view>
 #include <unordered_map>
@@ -110,6 +111,35 @@ void check_apart(const Campaign& training, const Campaign& test) {
                       : "; --test needs poses that no fit uses"));
 }
 
+// Poses of other names at the same joint angles are repeats: their readings share the errors of the
+// arm there, and those of the held-out ones are no errors at unseen poses.
+void warn_of_repeats(app::Command& command, const Campaign& training, const Campaign& test) {
+  constexpr double kSameConfiguration = 0.1 * kDegree;  // as replicates; of a travel [m]
+  const auto first_rows = [](const Campaign& campaign) {
+    std::map<int, int> first;
+    for (int row = 0; row < campaign.rows(); ++row) first.try_emplace(campaign.pose[row], row);
+    return first;
+  };
+  const auto of_training = first_rows(training), of_test = first_rows(test);
+  int repeated = 0;
+  std::string example;
+  for (const auto& [pose, row] : of_test)
+    for (const auto& [other, other_row] : of_training) {
+      const JointVector apart = test.q[row] - training.q[other_row];
+      if (apart.cwiseAbs().maxCoeff() > kSameConfiguration) continue;
+      if (repeated++ == 0)
+        example = test.pose_ids[pose] + " at those of " + training.pose_ids[other];
+      break;
+    }
+  if (repeated == 0) return;
+  command.warn(fmt::format(
+      "{}: {} of {} held-out poses stand at the joint angles of training poses (pose {}): they are "
+      "repeats, and their error says nothing of other poses; {}",
+      test.source, repeated, of_test.size(), example,
+      training.source == test.source ? "give the repeats of a pose one name"
+                                     : "give --test other poses"));
+}
+
 Measured read_measured(app::Command& command, const Arguments& arguments, const Robot& robot) {
   Measured measured;
   measured.all = command.read_campaign(command.input, robot);
@@ -121,6 +151,7 @@ Measured read_measured(app::Command& command, const Arguments& arguments, const 
     measured.training = measured.all.select(measured.split.training);
     measured.held_out = measured.all.select(measured.split.held_out);
     check_apart(measured.training, measured.held_out);
+    warn_of_repeats(command, measured.training, measured.held_out);
     const bool is_asked_for =
         arguments.nested_folds > 0 || !arguments.residuals.empty() || !arguments.next_poses.empty();
     if (!is_asked_for) measured.all = {};
@@ -129,6 +160,7 @@ Measured read_measured(app::Command& command, const Arguments& arguments, const 
     measured.held_out = command.read_campaign(arguments.test, robot);
     app::refuse_mistakes(command, robot, measured.held_out);
     check_apart(measured.training, measured.held_out);
+    warn_of_repeats(command, measured.training, measured.held_out);
   }
   return measured;
 }
