@@ -30,10 +30,9 @@ bool is_of_base(int parameter) { return parameter < kFirstLinkParameter; }
 std::vector<int> of_touched_contact(const KinematicChain& chain, const Campaign& campaign,
                                     int contact) {
   const std::vector<ContactPoint> matched = match_contacts(campaign, chain);
-  const bool is_touched =
-      std::ranges::any_of(campaign.touch, [&](const Touch& touch) {
-        return touch.contact >= 0 && matched[static_cast<size_t>(touch.contact)].contact == contact;
-      });
+  const bool is_touched = std::ranges::any_of(campaign.touch, [&](const Touch& touch) {
+    return touch.contact >= 0 && matched[static_cast<size_t>(touch.contact)].contact == contact;
+  });
   if (!is_touched) return {};
   std::vector<int> parameters = of_contact(chain.contacts[static_cast<size_t>(contact)].kind);
   for (int& k : parameters) k += first_contact_parameter(chain) + kParametersOfContact * contact;
@@ -87,7 +86,7 @@ double freedom_of_spread(const Robot& previous, double numbers_of_touches) {
   constexpr double kSpreadIsExact = 1e9;
   if (!previous.uncertainty) return kSpreadIsExact;
   const Uncertainty& known = *previous.uncertainty;
-  const double axes = numbers_of_touches > 0             ? numbers_of_touches
+  const double axes = numbers_of_touches > 0          ? numbers_of_touches
                       : known.reading.orientation > 0 ? 6
                                                       : 3;
   return std::max(1.0, axes * known.poses - static_cast<double>(known.parameters.size()));

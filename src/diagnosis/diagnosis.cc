@@ -119,6 +119,13 @@ std::vector<Hypothesis> unit_hypotheses(const std::vector<JointName>& names, boo
                     : "the positions look like millimetres under a _m name; name the columns "
                       "x_mm,y_mm,z_mm",
        [](Robot&, Campaign& c) { scale_lengths(c, 1e-3); }});
+  for (int j = 0; j < static_cast<int>(names.size()); ++j)
+    if (names[j].is_length)
+      hypotheses.push_back({fmt::format("{} looks like metres under a _mm name; name the column {}",
+                                        names[j].encoder(), names[j].column + "_m"),
+                            [j](Robot&, Campaign& c) {
+                              for (JointVector& q : c.q) q[j] *= 1000;
+                            }});
   return hypotheses;
 }
 
@@ -139,13 +146,14 @@ std::vector<Hypothesis> position_hypotheses(const KinematicChain& chain, bool of
         {"the links look like a table of standard Denavit-Hartenberg parameters; write "
          "'convention: standard' into the robot file",
          [](Robot& r, Campaign&) { r.chain = from_standard(r.chain); }});
-  for (int j = 0; j + 1 < static_cast<int>(names.size()); ++j)
-    if (names[j].is_length == names[j + 1].is_length)
-      hypotheses.push_back({fmt::format("the columns {} and {} look exchanged", names[j].encoder(),
-                                        names[j + 1].encoder()),
-                            [j](Robot&, Campaign& c) {
-                              for (JointVector& q : c.q) std::swap(q[j], q[j + 1]);
-                            }});
+  for (int j = 0; j < static_cast<int>(names.size()); ++j)
+    for (int k = j + 1; k < static_cast<int>(names.size()); ++k)
+      if (names[j].is_length == names[k].is_length)
+        hypotheses.push_back({fmt::format("the columns {} and {} look exchanged",
+                                          names[j].encoder(), names[k].encoder()),
+                              [j, k](Robot&, Campaign& c) {
+                                for (JointVector& q : c.q) std::swap(q[j], q[k]);
+                              }});
   for (double sign : {1.0, -1.0})
     if (is_six_axis_arm(chain))
       hypotheses.push_back(
@@ -240,28 +248,33 @@ void try_calibration(const Robot& robot, const Campaign& campaign,
 
 }  // namespace
 
-std::vector<std::string> diagnose(const Robot& given, const Campaign& all) {
-  // One base must fit the rows that are tested: those of the session with most rows.
-  const std::vector<std::vector<int>> sessions = rows_by_session(all);
-  const std::vector<int>& own =
-      *std::max_element(sessions.begin(), sessions.end(),
-                        [](const auto& a, const auto& b) { return a.size() < b.size(); });
-  const Campaign campaign = all.select(evenly_chosen(own, kRowsLookedAt));
+namespace {
+
+struct SessionFindings {
+  std::vector<std::string> findings;
+  bool fits = true;  // the robot file, with base and tool placed
+};
+
+// What is wrong with the readings of one session.
+SessionFindings diagnose_session(const Robot& given, const Campaign& all,
+                                 const std::vector<int>& rows) {
+  const Campaign campaign = all.select(evenly_chosen(rows, kRowsLookedAt));
   const Robot robot = robot_at_row(given, campaign, 0);
   std::vector<std::string> findings;
   const size_t poses = std::set<int>(campaign.pose.begin(), campaign.pose.end()).size();
-  if (poses < 4) return findings;  // a base fits any three points
+  if (poses < 4) return {};  // a base fits any three points
   const bool few = poses < kFewestPoses;
   const double miss = median_miss(robot, campaign);
-  if (miss > kImplausibleMiss)
+  const bool fits = miss <= kImplausibleMiss;
+  if (!fits)
     try_hypotheses(robot, campaign,
                    position_hypotheses(robot.chain, campaign.has_distances(), !few), miss,
                    median_miss, findings);
-  if (few) return findings;
+  if (few) return {findings, fits};
   if (findings.empty())
     if (const auto mixed = find_mixed_rows(robot, campaign, kImplausibleMiss, kImplausibleTurn))
       findings.push_back(*mixed);
-  if (findings.empty() && miss > kImplausibleMiss) try_calibration(robot, campaign, findings);
+  if (findings.empty() && !fits) try_calibration(robot, campaign, findings);
   if (findings.empty() && campaign.has_orientation() &&
       median_turn(robot, campaign) > kImplausibleTurn) {
     const Robot calibrated = calibrated_to_points(robot, campaign);
@@ -274,7 +287,28 @@ std::vector<std::string> diagnose(const Robot& given, const Campaign& all) {
           "(median); the contract is R = Rz(a) Ry(b) Rx(c) or qx,qy,qz,qw, from tool to R_A",
           turn / kDegree));
   }
-  return findings;
+  return {findings, fits};
+}
+
+}  // namespace
+
+std::vector<std::string> diagnose(const Robot& given, const Campaign& all) {
+  // One base must fit the rows that are tested, so each session is tested alone, the largest first.
+  std::vector<std::vector<int>> sessions = rows_by_session(all);
+  std::ranges::stable_sort(sessions, [](const std::vector<int>& a, const std::vector<int>& b) {
+    return a.size() > b.size();
+  });
+  for (const std::vector<int>& rows : sessions) {
+    SessionFindings found = diagnose_session(given, all, rows);
+    // Where the robot file is what does not fit, smaller sessions show it less well.
+    if (found.findings.empty() && found.fits) continue;
+    const bool is_of_one = &rows != &sessions.front();
+    if (!found.findings.empty() && is_of_one)
+      found.findings.front() =
+          fmt::format("session '{}': {}", session_name(all, rows.front()), found.findings.front());
+    return found.findings;
+  }
+  return {};
 }
 
 double largest_credible_error(const KinematicChain& chain, double noise) {

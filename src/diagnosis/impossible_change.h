@@ -17,4 +17,9 @@ inline constexpr const char* kCheckColumnsAndJoints =
 std::optional<std::string> find_impossible_change(const Robot& nominal,
                                                   const CalibrationResult& result);
 
+/// The same from 20 mm or 0.1 rad on, which a calibration can follow: the result predicts well, but
+/// what it corrects, the controller's own model, may not be the robot file's.
+std::optional<std::string> find_unlikely_change(const Robot& nominal,
+                                                const CalibrationResult& result);
+
 }  // namespace armtrue

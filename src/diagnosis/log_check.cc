@@ -78,6 +78,35 @@ void check_doubled(const Campaign& campaign, LogFindings& findings) {
                                 "that agree, and the noise would look too small");
 }
 
+// The same readings in two sessions: two instruments, or two visits, never read alike.
+void check_copied_sessions(const Campaign& campaign, LogFindings& findings) {
+  if (campaign.session_names.size() < 2) return;
+  Campaign in_one = campaign;
+  in_one.session.clear();
+  const Copies copies = find_copies(in_one, Time::is_left_out);
+  if (4 * copies.count < campaign.rows() ||
+      campaign.session[copies.first] == campaign.session[copies.second])
+    return;
+  findings.warnings.push_back(fmt::format(
+      "{} of {} rows hold the same as another in another session: line {} as line {}; if they are "
+      "copies, remove them: a reading counts once",
+      copies.count, campaign.rows(), campaign.line[copies.second], campaign.line[copies.first]));
+}
+
+// 273 K is the melting point of ice, and no arm is as hot as that in deg C.
+void check_unit_of_temperature(const Campaign& campaign, LogFindings& findings) {
+  constexpr double kColdest = 233, kHottest = 373;  // K
+  if (campaign.temperature_c.empty()) return;
+  for (size_t sensor = 0; sensor < campaign.temperature_names.size(); ++sensor) {
+    const auto [least, largest] = std::ranges::minmax(campaign.temperature_c, {},
+                                                      [&](const auto& row) { return row[sensor]; });
+    if (least[sensor] < kColdest || largest[sensor] > kHottest) continue;
+    findings.warnings.push_back(fmt::format(
+        "temp_{}_c is {:g} to {:g} deg C in all rows: are these kelvin? Take 273.15 off",
+        campaign.temperature_names[sensor], least[sensor], largest[sensor]));
+  }
+}
+
 // A few steps back in time, in rows that are otherwise in the order of time.
 void check_steps_back(const Campaign& campaign, LogFindings& findings) {
   std::map<std::pair<int, int>, int> last;  // row of each session and channel
@@ -168,6 +197,8 @@ void check_directions(const Campaign& campaign, LogFindings& findings) {
 LogFindings check_log(const Campaign& campaign) {
   LogFindings findings;
   check_doubled(campaign, findings);
+  check_copied_sessions(campaign, findings);
+  check_unit_of_temperature(campaign, findings);
   check_clock(campaign, findings);
   if (!campaign.arrival.empty()) check_directions(campaign, findings);
   return findings;

@@ -1,17 +1,20 @@
 #include "diagnosis/plain_fit.h"
 
+#include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <stdexcept>
 
 #include "armtrue/calibration/observation.h"
+#include "armtrue/statistics/summary.h"
 #include "campaign/selection.h"
+#include "campaign/sessions.h"
 #include "linear_algebra/decompositions.h"
 
 namespace armtrue {
 
 std::optional<PlainFit> fit_plainly(const Robot& given, const Campaign& campaign) {
   constexpr int kMostRows = 500;
-  constexpr double kResolution = 1e-7;  // m: what is left below it is rounding of the file
   std::vector<int> rows(campaign.pose.size());
   std::iota(rows.begin(), rows.end(), 0);
   Campaign readings = campaign.select(evenly_chosen(rows, kMostRows));
@@ -20,34 +23,115 @@ std::optional<PlainFit> fit_plainly(const Robot& given, const Campaign& campaign
   robot.identify = {"auto"};
   try {
     CalibrationResult result = calibrate(robot, readings, {.robust = false});
-    if (result.spread.position < kResolution) return std::nullopt;
     return PlainFit{std::move(readings), std::move(result)};
   } catch (const std::invalid_argument&) {
     return std::nullopt;  // too few readings
   }
 }
 
+namespace {
+
+// Parameters by their columns: what all sessions share, what each has of its own, the further ones.
+struct Columns {
+  std::vector<int> shared, own, further;
+};
+
+Columns columns_of(const PlainFit& fit, const std::vector<int>& further, bool has_sessions) {
+  Columns columns{.further = further};
+  if (has_sessions) columns.own = own_parameters(fit.result.robot);
+  for (const int parameter : fit.result.set.kept)
+    if (std::ranges::find(columns.own, parameter) == columns.own.end())
+      columns.shared.push_back(parameter);
+  return columns;
+}
+
+std::vector<int> joined(const Columns& columns) {
+  std::vector<int> all = columns.shared;
+  all.insert(all.end(), columns.own.begin(), columns.own.end());
+  all.insert(all.end(), columns.further.begin(), columns.further.end());
+  return all;
+}
+
+}  // namespace
+
 FitEquations fit_equations(const PlainFit& fit, const std::vector<int>& further_parameters) {
-  std::vector<int> parameters = fit.result.set.kept;
-  const auto kept = static_cast<Eigen::Index>(parameters.size());
-  parameters.insert(parameters.end(), further_parameters.begin(), further_parameters.end());
-  const ObservationModel model(fit.readings, fit.result.robot, parameters, fit.result.sigma, 0);
-  const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
-  const int size = model.row_size();
-  Eigen::MatrixXd blocks(model.rows() * size, model.unknowns() + 1);
-  Eigen::MatrixXd block(size, model.unknowns() + 1);
-  for (int row = 0; row < model.rows(); ++row) {
-    at.block(row, block);
-    blocks.middleRows(row * size, size) = block;
+  const std::vector<std::vector<int>> sessions = rows_by_session(fit.readings);
+  const Columns columns = columns_of(fit, further_parameters, sessions.size() > 1);
+  const std::vector<int> parameters = joined(columns);
+  const auto shared = std::ssize(columns.shared), own = std::ssize(columns.own),
+             further = std::ssize(columns.further);
+  const int size = fit.readings.reading_size().all();
+  const Eigen::Index equations = fit.readings.rows() * size;
+  Eigen::MatrixXd fitted = Eigen::MatrixXd::Zero(equations, shared + own * std::ssize(sessions));
+  Eigen::MatrixXd beside(equations, further);
+  Eigen::VectorXd residual(equations);
+  for (size_t session = 0; session < sessions.size(); ++session) {
+    const Campaign readings = fit.readings.select(sessions[session]);
+    const ObservationModel model(readings, robot_at_row(fit.result.robot, readings, 0), parameters,
+                                 fit.result.sigma, 0);
+    const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
+    Eigen::MatrixXd block(size, model.unknowns() + 1);
+    for (int row = 0; row < model.rows(); ++row) {
+      at.block(row, block);
+      const int first = sessions[session][static_cast<size_t>(row)] * size;
+      fitted.block(first, 0, size, shared) = block.leftCols(shared);
+      fitted.block(first, shared + own * static_cast<Eigen::Index>(session), size, own) =
+          block.middleCols(shared, own);
+      beside.middleRows(first, size) = block.middleCols(shared + own, further);
+      residual.segment(first, size) = block.rightCols<1>();
+    }
   }
-  Eigen::MatrixXd fitted = blocks.leftCols(kept);
-  for (Eigen::Index k = 0; k < kept; ++k) fitted.col(k).normalize();
+  for (Eigen::Index k = 0; k < fitted.cols(); ++k) fitted.col(k).normalize();
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(fitted);
-  Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(blocks.rows(), qr.rank());
+  Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(equations, qr.rank());
   basis = qr.householderQ() * basis;
-  Eigen::VectorXd residual = blocks.rightCols<1>();
   residual -= basis * (basis.transpose() * residual);
-  return {size, basis, blocks.middleCols(kept, std::ssize(further_parameters)), residual};
+  return {size, basis, beside, residual};
+}
+
+JointFit fit_beside(const Eigen::MatrixXd& gram, const Eigen::MatrixXd& on_basis,
+                    const Eigen::VectorXd& slope, const FitEquations& equations) {
+  Eigen::MatrixXd beside = gram - on_basis.transpose() * on_basis;
+  const Eigen::VectorXd unit = gram.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
+  beside = unit.asDiagonal() * beside * unit.asDiagonal();
+  beside.diagonal().array() += 1e-9;  // what the others show as well takes no part
+  const Eigen::VectorXd scaled = unit.asDiagonal() * slope;
+  const Eigen::VectorXd value = Eigen::LDLT<Eigen::MatrixXd>(beside).solve(scaled);
+  const double whole = std::max(1e-300, equations.residual.squaredNorm());
+  return {std::min(1 - 1e-12, value.dot(scaled) / whole), unit.asDiagonal() * value};
+}
+
+JointFit fit_beside(const Eigen::MatrixXd& columns, const FitEquations& equations) {
+  return fit_beside(columns.transpose() * columns, equations.basis.transpose() * columns,
+                    columns.transpose() * equations.residual, equations);
+}
+
+double fall_of_bic(const JointFit& joint, const FitEquations& equations, double poses,
+                   double choices) {
+  const double freedom = poses * equations.row_size - static_cast<double>(equations.basis.cols());
+  const auto unknowns = static_cast<double>(joint.value.size());
+  if (freedom <= unknowns) return 0;
+  return -(freedom - unknowns) * std::log(1 - joint.share) - unknowns * std::log(freedom) -
+         2 * std::log(choices);
+}
+
+namespace {
+
+double median_norm(const Eigen::VectorXd& residual, int row_size) {
+  std::vector<double> norms;
+  for (Eigen::Index first = 0; first < residual.size(); first += row_size)
+    norms.push_back(residual.segment(first, row_size).norm());
+  return median(norms);
+}
+
+}  // namespace
+
+bool is_of_most(const Eigen::VectorXd& explained, const FitEquations& equations) {
+  constexpr double kNearer = 0.8;  // the median residual
+  const Eigen::VectorXd left =
+      equations.residual - explained + equations.basis * (equations.basis.transpose() * explained);
+  return median_norm(left, equations.row_size) <
+         kNearer * median_norm(equations.residual, equations.row_size);
 }
 
 }  // namespace armtrue

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "armtrue/calibration/calibration.h"
@@ -17,10 +18,11 @@ struct PlainFit {
   CalibrationResult result;
 };
 
-/// Nothing if the readings are too few, or leave no more than the rounding of the file.
+/// Nothing if the readings are too few.
 std::optional<PlainFit> fit_plainly(const Robot& robot, const Campaign& campaign);
 
-/// Whitened equations of a fit, and of further unknowns that were not fitted.
+/// Whitened equations of a fit, and of further unknowns that were not fitted. Each session has a
+/// base of its own among the fitted columns.
 struct FitEquations {
   int row_size;              ///< equations of a reading
   Eigen::MatrixXd basis;     ///< orthonormal, of all fitted columns
@@ -29,5 +31,36 @@ struct FitEquations {
 };
 
 FitEquations fit_equations(const PlainFit& fit, const std::vector<int>& further_parameters);
+
+/// Further unknowns that are fitted beside the others.
+struct JointFit {
+  double share = 0;       ///< of the squared residual that they explain
+  Eigen::VectorXd value;  ///< of the unknowns
+};
+
+/// `columns`: of the further unknowns, such as some of FitEquations::columns in some of the rows.
+JointFit fit_beside(const Eigen::MatrixXd& columns, const FitEquations& equations);
+/// The same with the sums over the columns C known: C^T C, B^T C of the basis B, C^T residual.
+JointFit fit_beside(const Eigen::MatrixXd& gram, const Eigen::MatrixXd& on_basis,
+                    const Eigen::VectorXd& slope, const FitEquations& equations);
+
+/// Fall of BIC by these unknowns, the best of so many `choices`; 0 where the readings of so many
+/// poses leave no freedom for them. Of few readings chance explains nearly all by as many unknowns
+/// as they have freedom: what is left of it counts.
+double fall_of_bic(const JointFit& joint, const FitEquations& equations, double poses,
+                   double choices);
+
+/// A fall of BIC that is not chance.
+inline constexpr double kClearFall = 20;
+
+/// Whether the errors of most readings fall by what further unknowns explain (columns times value),
+/// not only those of a few blunders.
+bool is_of_most(const Eigen::VectorXd& explained, const FitEquations& equations);
+
+/// What a mistake of the readings may be, in words, and the fall of BIC without it.
+struct Suspicion {
+  double score = 0;
+  std::string words;
+};
 
 }  // namespace armtrue

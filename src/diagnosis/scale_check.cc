@@ -6,11 +6,12 @@
 #include <set>
 
 #include "armtrue/kinematics/parameters.h"
+#include "armtrue/statistics/distributions.h"
 
 namespace armtrue {
 
 std::optional<std::string> find_scale_of_anchor(const PlainFit& fit) {
-  constexpr double kShareThatMatters = 0.25, kClearFall = 20, kLeastScale = 1e-3;
+  constexpr double kShareThatMatters = 0.25, kLeastScale = 1e-3;
   const Campaign& readings = fit.readings;
   if (!readings.has_distances() || readings.anchor_names.size() < 2) return std::nullopt;
   const KinematicChain& chain = fit.result.robot.chain;
@@ -43,30 +44,32 @@ std::optional<std::string> find_scale_of_anchor(const PlainFit& fit) {
 }
 
 std::optional<std::string> find_scale_of_links(const PlainFit& fit, const Robot& nominal) {
-  constexpr double kLeastScale = 2e-3, kMostLeft = 0.1;
+  constexpr double kLeastScale = 1e-3, kChance = 1e-4, kClearly = 5;  // standard deviations
   constexpr int kFewestLengths = 3;
   const std::vector<int>& kept = fit.result.set.kept;
-  double product = 0, square = 0, changed = 0;
-  int lengths = 0;
+  Eigen::VectorXd lengths = Eigen::VectorXd::Zero(fit.result.change.size());
+  Eigen::VectorXd changes = lengths;
+  int changed = 0;
   for (size_t i = 0; i < kept.size(); ++i) {
     const int parameter = kept[i];
     if (!layout_of(nominal.chain).is_of_links(parameter) ||
         parameter_unit(nominal.chain, parameter) != ParameterUnit::metre)
       continue;
-    const int link = link_of_parameter(parameter);
-    const Link& of = nominal.chain.links[static_cast<size_t>(link)];
-    const double length =
-        parameter == link_parameter(link, LinkParameter::d) ? of.d : of.r;
-    const double change = fit.result.change[static_cast<Eigen::Index>(i)];
-    product += length * change;
-    square += length * length;
-    changed += change * change;
-    lengths += length != 0;
+    const Link& of = nominal.chain.links[static_cast<size_t>(link_of_parameter(parameter))];
+    const auto k = static_cast<Eigen::Index>(i);
+    lengths[k] = kind_of_parameter(parameter) == LinkParameter::d ? of.d : of.r;
+    changes[k] = fit.result.change[k];
+    ++changed;
   }
-  if (lengths < kFewestLengths) return std::nullopt;
-  const double scale = product / square;
-  const double left = changed - scale * product;
-  if (std::abs(scale) < kLeastScale || left > kMostLeft * changed) return std::nullopt;
+  if ((lengths.array() != 0).count() < kFewestLengths) return std::nullopt;
+  const double square = lengths.squaredNorm(), scale = lengths.dot(changes) / square;
+  const double by_readings =
+      std::sqrt(std::max(0.0, lengths.dot(fit.result.covariance * lengths))) / square;
+  const double by_lengths =
+      std::sqrt((changes - scale * lengths).squaredNorm() / (changed - 1) / square);
+  if (std::abs(scale) < std::max(kLeastScale, kClearly * by_readings)) return std::nullopt;
+  if (student_t_above(std::abs(scale) / std::max(1e-300, by_lengths), changed - 1) > kChance)
+    return std::nullopt;
   return fmt::format(
       "the links come out {} by {:.2g} % alike, as no arm is made: check the scale and the unit of "
       "the instrument, or the lengths of the robot file",

@@ -1,23 +1,22 @@
 #pragma once
 
 #include <optional>
-#include <string>
 
 #include "diagnosis/plain_fit.h"
 
 namespace armtrue {
 
-/// Names the place in a campaign after which the set-up is another: the instrument was moved, and
-/// no session says so, or the tool or reflector was changed, and no target does. Nothing if there
-/// is none.
+/// Names the place in a campaign after which something is another one, and no column says so: the
+/// frame, because the instrument was moved; the tool; the zero of a joint; the scale of the
+/// instrument or the constant of its range. Nothing if there is none.
 ///
 /// In the order of the rows, of the time and of the numbers of the poses, the rows from each place
-/// on get a base or a tool of their own (unknowns D, beside all others of the fit):
+/// on get a value of their own (unknowns D, beside all others of the fit):
 ///     gain = |P_D r|^2, r the whitened residual.
 /// A place counts if gain is at least a quarter of |r|^2, the median residual falls by a fifth, and
 /// BIC (with the poses as readings, and a charge for the choice of the place) falls by more than
-/// 20. An error of the arm does not depend on the order of the readings, unless they are sorted by
-/// posture; so the result is a suspicion only.
-std::optional<std::string> find_set_up_change(const PlainFit& fit);
+/// 20, see fall_of_bic(). An error of the arm does not depend on the order of the readings, unless
+/// they are sorted by posture; so the result is a suspicion only.
+std::optional<Suspicion> find_set_up_change(const PlainFit& fit);
 
 }  // namespace armtrue

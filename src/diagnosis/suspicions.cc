@@ -3,21 +3,41 @@
 #include <algorithm>
 
 #include "armtrue/calibration/gross_poses.h"
+#include "campaign/sessions.h"
+#include "diagnosis/computed_points.h"
 #include "diagnosis/impossible_change.h"
 #include "diagnosis/plain_fit.h"
 #include "diagnosis/rounding_check.h"
 #include "diagnosis/scale_check.h"
 #include "diagnosis/set_up_change.h"
+#include "diagnosis/station_check.h"
 
 namespace armtrue {
+namespace {
+
+// What explains the residual best of what is found in the order of the readings or of the sessions.
+std::optional<std::string> find_change(const PlainFit& fit) {
+  if (const auto constant = find_constant_of_range(fit)) return constant->words;
+  const auto by_place = find_set_up_change(fit), by_session = find_change_of_session(fit);
+  if (by_session && (!by_place || by_session->score > by_place->score)) return by_session->words;
+  if (by_place) return by_place->words;
+  return std::nullopt;
+}
+
+}  // namespace
 
 LogFindings find_suspicions(const Robot& robot, const Campaign& campaign) {
+  constexpr double kResolution = 1e-7;  // m: what is left below it is rounding of the file
+  constexpr size_t kMostSessions = 16;  // of the rows of a plain fit each has some
   LogFindings found;
-  if (!robot.sessions.empty() ||
-      (!campaign.session.empty() && std::ranges::max(campaign.session) > 0))
-    return found;
+  if (rows_by_session(campaign).size() > kMostSessions) return found;
   auto fit = fit_plainly(robot, campaign);
   if (!fit) return found;
+  if (const auto computed = find_computed_points(robot, *fit)) {
+    found.warnings.push_back(*computed);
+    return found;
+  }
+  if (fit->result.spread.position < kResolution) return found;
   auto change = find_impossible_change(robot, fit->result);
   if (change)
     // Least squares follow a gross pose as far: they say something of the others only.
@@ -30,10 +50,13 @@ LogFindings find_suspicions(const Robot& robot, const Campaign& campaign) {
     found.errors.push_back(*change);
     return found;
   }
-  auto suspicion = campaign.has_distances() ? find_scale_of_anchor(*fit) : find_set_up_change(*fit);
+  auto suspicion = campaign.has_distances() ? find_scale_of_anchor(*fit) : find_change(*fit);
   if (!suspicion) suspicion = find_scale_of_links(*fit, robot);
   if (!suspicion) suspicion = find_rounded_angles(*fit);
   if (suspicion) found.warnings.push_back(*suspicion);
+  if (!suspicion)
+    if (const auto unlikely = find_unlikely_change(robot, fit->result))
+      found.warnings.push_back(*unlikely);
   return found;
 }
 

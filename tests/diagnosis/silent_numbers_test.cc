@@ -135,6 +135,21 @@ Campaign with_two_tools(bool orientation) {
   return campaign;
 }
 
+Campaign with_a_session_copied() {
+  Campaign campaign = doubled_later();
+  campaign.session_names = {"monday", "tuesday"};
+  for (int row = 0; row < campaign.rows(); ++row) campaign.session.push_back(row % 2);
+  return campaign;
+}
+
+Campaign with_temperatures(double first) {
+  Campaign campaign = tutorial();
+  campaign.temperature_names = {"arm"};
+  for (int row = 0; row < campaign.rows(); ++row)
+    campaign.temperature_c.push_back({first + 0.05 * row});
+  return campaign;
+}
+
 struct Mistake {
   std::string name;
   Campaign campaign;
@@ -192,6 +207,10 @@ std::vector<Mistake> mistakes() {
       {"rows doubled", doubled(true), "hold the same as another, time included"},
       {"rows without time doubled", doubled(false), "if they are copies, remove them"},
       {"rows doubled at a later time", doubled_later(), "but for the time"},
+      {"a session copied", with_a_session_copied(), "hold the same as another in another session"},
+      {"temperatures in kelvin", with_temperatures(291.15), "are these kelvin?"},
+      {"all lengths 0.3 % long", with_poses_changed(1, scaled(1.003)),
+       "the links come out longer by 0.32 % alike"},
       {"all lengths 1 % long", with_poses_changed(1, scaled(1.01)),
        "the links come out longer by 1 % alike"},
       {"all lengths 2 % short", with_poses_changed(1, scaled(0.98)),
@@ -201,6 +220,10 @@ std::vector<Mistake> mistakes() {
 
 TEST(SilentNumbers, RightReadingsHaveNoFindings) {
   EXPECT_THAT(all_findings(spindle(), tutorial()), IsEmpty());
+}
+
+TEST(SilentNumbers, TemperaturesOfAnArmAreNoMistake) {
+  EXPECT_THAT(check_log(with_temperatures(18)).warnings, IsEmpty());
 }
 
 TEST(SilentNumbers, EachMistakeIsNamed) {

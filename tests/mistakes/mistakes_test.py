@@ -198,7 +198,7 @@ TABLE = {
     # joint columns
     "joint columns of a tenth exchanged": (campaign(MIXED), 1, "q4 and q6 look exchanged"),
     "joint columns exchanged": (campaign(in_turn(NO_ORIENTATION, exchange("q4_deg", "q6_deg"))), 1,
-                                "no readings of this robot"),
+                                "q4_deg and q6_deg look exchanged"),
     "a joint column written twice": (campaign(in_turn(NO_ORIENTATION, each(lambda r: r.update(q6_deg=r["q4_deg"])))), 3,
                                      "more than an arm of this size"),
     "joint angles 10 turns beyond": (campaign(add("q6_deg", 3600)), 1, "count no turns"),

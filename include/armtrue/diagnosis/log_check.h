@@ -16,7 +16,8 @@ struct LogFindings {
 
 /// Errors: a reading that stands twice, time included. Warnings:
 /// - readings that stand twice, without a time or at another, if a quarter of the rows are such
-///   copies;
+///   copies; the same of readings that stand in two sessions;
+/// - temperatures that are those of an arm in kelvin;
 /// - a clock that stands still, or that runs back a few times in rows that are otherwise in its
 ///   order,
 ///   that seems to count milliseconds (median gap above 2 h), or minutes or hours (the joints would

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "diagnosis/plain_fit.h"
+
+namespace armtrue {
+
+/// What may be another one in a part of the readings: consecutive parameters, tried together.
+struct Cause {
+  enum class Kind { base, tool, zero, scale, range } kind;
+  int first_column;  ///< of FitEquations::columns
+  int count;
+  int parameter;  ///< of the first column
+};
+
+struct Causes {
+  std::vector<Cause> all;
+  std::vector<int> parameters;  ///< of the columns
+
+  void add(Cause::Kind kind, int parameter, int count);
+};
+
+/// The causes that a plain fit can tell: the base, if `with_base`; the tool, unless there are
+/// several targets; the zero of each joint, unless each session has its own; the scale of the
+/// instrument and, of points, the constant of its range.
+Causes possible_causes(const PlainFit& fit, bool with_base);
+
+/// The readings in which something is another one.
+struct ChangedPart {
+  std::string words;    ///< "in session 'monday'"
+  std::string session;  ///< what makes a session of them: "a column 'session'"; empty: they are one
+};
+
+/// A change in words.
+std::string describe_change(const Cause& cause, const Eigen::VectorXd& value, const PlainFit& fit,
+                            const ChangedPart& part);
+
+}  // namespace armtrue
