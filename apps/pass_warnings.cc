@@ -26,12 +26,20 @@ std::string describe_bad(const PathFile& pass, const std::vector<BadSample>& bad
   return text + (bad.size() > kNamed ? ", ..." : "");
 }
 
-// A correction that belongs elsewhere on the path is wrong at corners by as much as it is off.
+// A correction that belongs elsewhere on the path is wrong at corners by as much as it is off. An
+// arm that errs along the path errs across it too, unless the path is straight.
 void check_time(const PathFile& programmed, const PathFile& record, const TimeLag& lag,
                 const ClockOptions& options) {
-  constexpr double kLeastTime = 0.02;  // [s]: less, an arm may lag more or less in fast motion
+  constexpr double kMaxByArm = 0.02;  // [s], by which it lags more or less in fast motion
+  constexpr double kMaxAlong = 2e-3;  // [m]
+  constexpr double kMaxTimesAcross = 4;
+  const auto is_of_time = [&](double late) {
+    const double along = late * lag.speed;
+    return late > kMaxByArm && along > kMaxAlong && along > kMaxTimesAcross * lag.across &&
+           !is_straight(programmed.path, along);
+  };
   const double spread = lag.latest - lag.earliest;
-  if (lag.spread() > kMostTimeSpread && spread > kLeastTime)
+  if (is_of_time(spread))
     throw InputError(fmt::format(
         "{}: does not keep the time of {}: along the path it is {:.3g} s later in one quarter of "
         "the pass than in another, {:.3g} mm at its speed. Was the override not 100 %, did the "
@@ -39,7 +47,7 @@ void check_time(const PathFile& programmed, const PathFile& record, const TimeLa
         "at the programmed speed, or give the program with the times at which it ran",
         record.source, programmed.source, spread, lag.spread() / kMillimetre));
   const double late = std::abs(lag.median);
-  if (options.offset && late * lag.speed > kMostTimeSpread && late > kLeastTime)
+  if (options.offset && is_of_time(late))
     throw InputError(fmt::format(
         "{}: with --offset-s {:.6g} the pass is {:.3g} s {} the program, {:.3g} mm along the path; "
         "correct it, or leave it out: then it is fitted",

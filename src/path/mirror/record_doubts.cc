@@ -137,11 +137,13 @@ std::optional<TimeLag> find_lag(const Eigen::Matrix3Xd& deviation,
   for (const auto& v : velocity.colwise())
     if (v.norm() > 0) speeds.push_back(v.norm());
   if (speeds.empty()) return std::nullopt;
-  TimeLag lag{0, 0, 0, median(speeds)};
-  std::vector<double> later;
-  for (Index k = 0; k < velocity.cols(); ++k)
-    if (velocity.col(k).norm() > kMoves * lag.speed)
-      later.push_back(-velocity.col(k).dot(deviation.col(k)) / velocity.col(k).squaredNorm());
+  TimeLag lag{0, 0, 0, median(speeds), 0};
+  std::vector<double> later, across;
+  for (Index k = 0; k < velocity.cols(); ++k) {
+    if (velocity.col(k).norm() <= kMoves * lag.speed) continue;
+    later.push_back(-velocity.col(k).dot(deviation.col(k)) / velocity.col(k).squaredNorm());
+    across.push_back((deviation.col(k) + later.back() * velocity.col(k)).norm());
+  }
   const size_t length = later.size() / kQuarters;
   if (length < static_cast<size_t>(kFewestOfShape)) return std::nullopt;
   std::vector<double> quarters;
@@ -150,6 +152,9 @@ std::optional<TimeLag> find_lag(const Eigen::Matrix3Xd& deviation,
     quarters.push_back(median({begin, begin + static_cast<std::ptrdiff_t>(length)}));
   }
   lag.median = median(later);
+  const auto upper = across.begin() + std::ssize(across) * 3 / 4;
+  std::ranges::nth_element(across, upper);
+  lag.across = *upper;
   lag.earliest = std::ranges::min(quarters);
   lag.latest = std::ranges::max(quarters);
   return lag;

@@ -34,6 +34,7 @@ struct TimeLag {
   double earliest;  ///< median of the quarter of these samples that is earliest [s]
   double latest;    ///< of the one that is latest [s]
   double speed;     ///< median [m/s]
+  double across;    ///< three quarters of the samples deviate across the path by less [m]
 
   /// From the earliest to the latest quarter, along the path [m].
   double spread() const { return (latest - earliest) * speed; }
@@ -53,13 +54,9 @@ struct RecordDoubts {
   /// of the record from their best straight motion with constant velocity. Present if p is above 2
   /// mm (rms) and <m, p> / <p, p> < 0.5. The servos of an arm cut corners by less.
   std::optional<UnfollowedShape> unfollowed;
-  /// Empty if too few samples are in motion. A clock cannot explain a spread above kMostTimeSpread:
-  /// the pass ran at another speed than the program, or paused.
+  /// Empty if too few samples are in motion.
   std::optional<TimeLag> lag;
 };
-
-/// More along the path than a machine that repeats [m].
-inline constexpr double kMostTimeSpread = 2e-3;
 
 RecordDoubts record_doubts(const Path& programmed, const Path& measured, const ClockFit& clock,
                            const std::vector<BadSample>& bad);
