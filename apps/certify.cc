@@ -98,18 +98,18 @@ std::optional<PathFigures> path_figures_of(app::Command& command, const Argument
   std::vector<const PathFile*> all{&commanded};
   for (const PathFile& pass : passes) all.push_back(&pass);
   app::warn_of_the_same(command, all);
-  const std::vector<Path> good = app::without_bad(command, commanded.path, passes);
+  std::vector<Path> paths;
+  for (const PathFile& pass : passes) paths.push_back(pass.path);
   ClockOptions clock;
   clock.fit_frame = arguments.fit_frame;
-  PathFigures figures =
-      about_file(commanded.source, [&] { return path_figures(commanded.path, good, clock); });
-  for (size_t p = 0; p < passes.size(); ++p)
-    figures.left_out += static_cast<int>(passes[p].path.samples() - good[p].samples());
+  const PathFigures figures =
+      about_file(commanded.source, [&] { return path_figures(commanded.path, paths, clock); });
+  for (const PathFile& pass : passes)
+    app::warn_of_bad_kept(command, pass, find_bad_samples(commanded.path, pass.path));
   if (!figures.is_whole())
     command.warn(
         fmt::format("{}: all passes meet {} of its {} planes; AT and RT do not hold for the rest. "
-                    "Record passes "
-                    "of the whole path at the programmed speed",
+                    "Record passes of the whole path at the programmed speed",
                     commanded.source, figures.planes, figures.of_path));
   return figures;
 }

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+
 #include "armtrue/io/deviation_io.h"
 #include "armtrue/io/mirror_io.h"
 #include "armtrue/io/output.h"
@@ -170,6 +171,19 @@ MirrorResult correct(app::Command& command, const PathFile& programmed,
   }
 }
 
+// Paths of the earlier passes, which are only compared with, without their bad samples.
+std::vector<Path> without_bad(app::Command& command, const Path& programmed,
+                              const std::vector<PathFile>& passes) {
+  std::vector<Path> good;
+  for (const PathFile& pass : passes) {
+    const std::vector<BadSample> bad = find_bad_samples(programmed, pass.path);
+    if (too_many(bad, pass.path)) app::refuse(pass, bad);
+    app::warn_of_bad(command, pass, bad);
+    good.push_back(without(pass.path, bad));
+  }
+  return good;
+}
+
 Eigen::Matrix3Xd corrected_from_force(const PathFile& programmed, const Robot& robot,
                                       const MirrorOptions& options) {
   if (!programmed.path.has_force())
@@ -240,8 +254,7 @@ void write_findings(app::Command& command, const Arguments& arguments, const Inp
   app::warn_of_gaps(command, inputs.programmed, findings.result);
   if (command.verbose || !arguments.summary.empty() || arguments.page.is_wanted()) {
     command.progress("describing");
-    const std::vector<Path> earlier =
-        app::without_bad(command, inputs.programmed.path, inputs.earlier);
+    const std::vector<Path> earlier = without_bad(command, inputs.programmed.path, inputs.earlier);
     app::on_samples_of(inputs.programmed, [&] {
       describe_passes(findings, inputs.programmed.path, paths(inputs.passes), earlier,
                       inputs.robot);

@@ -152,22 +152,16 @@ void warn_of_bad(Command& command, const PathFile& pass, const std::vector<BadSa
     command.warn(describe_bad(pass, bad) + "; left out; check the line of sight of the instrument");
 }
 
+void warn_of_bad_kept(Command& command, const PathFile& pass, const std::vector<BadSample>& bad) {
+  if (!bad.empty())
+    command.warn(describe_bad(pass, bad) +
+                 "; they count; if the instrument did not see the tool, empty their position");
+}
+
 [[noreturn]] void refuse(const PathFile& pass, const std::vector<BadSample>& bad) {
   throw InputError(describe_bad(pass, bad) +
                    "; that is more than a tenth: measure the pass again with a clear line of "
                    "sight, or empty the position of the rows without one");
-}
-
-std::vector<Path> without_bad(Command& command, const Path& programmed,
-                              const std::vector<PathFile>& passes) {
-  std::vector<Path> good;
-  for (const PathFile& pass : passes) {
-    const std::vector<BadSample> bad = find_bad_samples(programmed, pass.path);
-    if (too_many(bad, pass.path)) refuse(pass, bad);
-    warn_of_bad(command, pass, bad);
-    good.push_back(without(pass.path, bad));
-  }
-  return good;
 }
 
 void warn_of_doubts(Command& command, const PathFile& programmed,

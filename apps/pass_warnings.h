@@ -19,10 +19,8 @@ void warn_of_bad(Command& command, const PathFile& pass, const std::vector<BadSa
 /// Throws InputError: too many samples are bad.
 [[noreturn]] void refuse(const PathFile& pass, const std::vector<BadSample>& bad);
 
-/// Paths of passes that are only compared with the program, without their bad samples, with a
-/// warning. Throws InputError if too many are bad.
-std::vector<Path> without_bad(Command& command, const Path& programmed,
-                              const std::vector<PathFile>& passes);
+/// The same of samples that are kept, because they count.
+void warn_of_bad_kept(Command& command, const PathFile& pass, const std::vector<BadSample>& bad);
 
 /// Of a corrected path, what the records of its passes leave in doubt.
 void warn_of_doubts(Command& command, const PathFile& programmed,

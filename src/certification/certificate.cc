@@ -94,10 +94,6 @@ void add_notes_on_path(const PathFigures& path, Certificate& certificate) {
     notes.push_back(fmt::format(
         "All passes meet {} of the {} planes of the path; AT and RT do not hold for the rest.",
         path.planes, path.of_path));
-  if (path.left_out > 0)
-    notes.push_back(fmt::format(
-        "Samples of the passes that are no readings of the tool, and were left out: {}.",
-        path.left_out));
   if (path.rt && !path.rt_std) notes.emplace_back("Two passes do not show how uncertain RT is.");
   if (path.frame_is_fitted)
     notes.emplace_back(

@@ -17,7 +17,6 @@ struct PathFigures {
   int passes = 0;
   Eigen::Index planes = 0;   ///< normal to the path, met by all passes
   Eigen::Index of_path = 0;  ///< those of the whole path
-  int left_out = 0;          ///< samples that were no readings of the tool
   double at = 0;             ///< [m]
   std::optional<double> rt;  ///< [m]; empty for one pass
   /// Standard uncertainty of RT by the number of passes, as PoseFigures::rp_std [m].
