@@ -54,7 +54,7 @@ KrlSetUps::List KrlSetUps::read() {
   list.behind.emplace_back();
   for (const KrlSetUp& statement : syntax_.set_ups) list.behind.push_back(at(statement.end));
   for (const KrlMove& move : syntax_.moves) list.of_moves.push_back(at(move.begin, with_of(move)));
-  warn_of_subprograms(list);
+  leave_subprograms(list);
   return list;
 }
 
@@ -82,8 +82,9 @@ KrlSetUps::Settings KrlSetUps::begin_of(const KrlSetUp& definition) const {
   return {kStart[kBase], kStart[kTool], kStart[kMode]};
 }
 
-// The frames of the text before do not hold in a subprogram that others call.
-void KrlSetUps::warn_of_subprograms(const List& list) {
+// A subprogram that nothing here calls, and that states no frames, has those of a caller elsewhere;
+// if the text states frames before it, they are hardly those of --base and --tool.
+void KrlSetUps::leave_subprograms(List& list) const {
   const auto is_stated = [](const SetUp& set_up) { return set_up.base >= 0 || set_up.tool >= 0; };
   bool is_stated_before = false, is_stated_here = false;
   size_t next = 0;
@@ -95,12 +96,8 @@ void KrlSetUps::warn_of_subprograms(const List& list) {
       }
       is_stated_here |= is_stated(list.behind[next + 1]);
     }
-    const SetUp& here = list.of_moves[i];
-    if (!is_stated_before || is_stated_here || is_stated(here) || here.is_uncertain) continue;
-    warnings_.add(syntax_.moves[i].line,
-                  "this DEF states no $BASE and no $TOOL, and one before it does; --base and "
-                  "--tool are taken");
-    is_stated_before = false;
+    SetUp& here = list.of_moves[i];
+    here.is_uncertain |= is_stated_before && !is_stated_here && !is_stated(here);
   }
 }
 

@@ -44,7 +44,7 @@ class KrlSetUps {
 
   void follow_statements();
   Settings begin_of(const KrlSetUp& definition) const;
-  void warn_of_subprograms(const List& list);
+  void leave_subprograms(List& list) const;
   SetUp at(size_t place, const Settings& of_move = {}) const;
   Settings with_of(const KrlMove& move);
   Settings set_by(const KrlSetUp& statement);

@@ -116,7 +116,7 @@ std::string KrlStarts::why_left_alone(size_t index, const KrlValues& before) con
     return "its tool stands in the room (#TCP), and the robot holds the part";
   if (set_ups_.of_moves[index].is_uncertain && parts_ == TargetParts::pose)
     return "it may run with several $BASE, $TOOL or $IPO_MODE: they depend on calls, branches or "
-           "loops before it; state them before the move";
+           "loops; state them before the move";
   const bool is_circle = move.motion == KrlMotion::circle;
   for (const KrlTarget* target : {&move.auxiliary, &move.target})
     if (target == &move.target || is_circle)

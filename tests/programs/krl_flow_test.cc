@@ -255,9 +255,9 @@ TEST(KrlFlowTest, ASubprogramHasTheFramesOfItsCallsAndLeavesItsOwn) {
   EXPECT_THAT(uncertain("INTERRUPT DECL 3 WHEN $IN[1] DO sub()\n" + kWhole + sub + kWhole + other +
                         "$TOOL=$NULLFRAME\n" + kWhole + "END\n"),
               ElementsAre(9));
-  EXPECT_THAT(parsed(kHead + kWhole + sub + kWhole + "END\n").warnings,
-              ElementsAre("p.src:7: this DEF states no $BASE and no $TOOL, and one before it does; "
-                          "--base and --tool are taken"));
+  EXPECT_THAT(uncertain(sub + kWhole + "$BASE=$NULLFRAME\n" + kWhole + "END\n"), ElementsAre(7));
+  // A text that states none anywhere is that of --base and --tool.
+  EXPECT_EQ(parsed("DEF p()\n" + kWhole + sub + kWhole + "END\n").left_alone, 0);
 }
 
 TEST(KrlFlowTest, ANumberedFrameHasTheValueThatTheProgramGivesIt) {
