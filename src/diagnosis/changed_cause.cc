@@ -64,10 +64,10 @@ Causes possible_causes(const PlainFit& fit, bool with_base) {
   if (with_base) causes.add(Cause::Kind::base, kBaseParameters, kPose);
   if (fit.readings.target_names.size() < 2)
     causes.add(Cause::Kind::tool, layout.tool, fit.readings.has_orientation() ? kPose : kPoint);
-  for (int joint = 0; joint < joint_count(robot.chain); ++joint) {
-    const int zero = zero_offset(robot.chain, joint);
-    if (std::ranges::find(own, zero) == own.end()) causes.add(Cause::Kind::zero, zero, 1);
-  }
+  // A zero that is not identified is one of base or tool: the likelier cause.
+  for (const int parameter : fit.result.set.kept)
+    if (is_zero_offset(robot.chain, parameter) && std::ranges::find(own, parameter) == own.end())
+      causes.add(Cause::Kind::zero, parameter, 1);
   causes.add(Cause::Kind::scale, layout.instrument_scale, 1);
   if (!fit.readings.has_distances()) causes.add(Cause::Kind::range, layout.instrument_range, 1);
   return causes;

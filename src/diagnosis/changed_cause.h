@@ -24,8 +24,8 @@ struct Causes {
 };
 
 /// The causes that a plain fit can tell: the base, if `with_base`; the tool, unless there are
-/// several targets; the zero of each joint, unless each session has its own; the scale of the
-/// instrument and, of points, the constant of its range.
+/// several targets; the zero of each joint that the fit identifies, unless each session has its
+/// own; the scale of the instrument and, of points, the constant of its range.
 Causes possible_causes(const PlainFit& fit, bool with_base);
 
 /// The readings in which something is another one.

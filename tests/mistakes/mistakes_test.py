@@ -126,6 +126,15 @@ def turned(a, b, degrees, where=lambda row: True):
     return each(turn, where)
 
 
+def longer_rays(length):
+    """Every point farther from the origin, as by a wrong constant of the reflector."""
+    def change(row):
+        point = [float(row[c]) for c in POINT]
+        for column, x in zip(POINT, point):
+            row[column] = repr(x * (1 + length / math.hypot(*point)))
+    return each(change)
+
+
 def cut_from(line, column, value):
     def all_rows(table):
         for row in table[line:]:
@@ -220,6 +229,7 @@ TABLE = {
     "mirrored axis, points": (campaign(in_turn(NO_ORIENTATION, scale(("y_mm",), -1))), 1, "left-handed"),
     "mirrored axis of a third": (campaign(scale(("y_mm",), -1, every(3))), 1, "y seems to have the wrong sign"),
     "instrument's scale 1 % off": (campaign(scale(POINT, 1.01)), 0, "the links come out longer"),
+    "constant of the reflector 10 mm off": (campaign(longer_rays(10)), 0, "check the constant of its reflector"),
     "one wire 1 % long": (campaign(scale(("l_mm",), 1.01, lambda r: r["anchor"] == "1"), "wires.yaml",
                                    source="wires.csv"), 1, "the distances from anchor 1 are too long by"),
     "all wires 1 % long": (campaign(scale(("l_mm",), 1.01), "wires.yaml", source="wires.csv"), 0,
@@ -236,6 +246,8 @@ TABLE = {
                           "which is no error of an arm"),
     "length 120 mm off": (campaign(each(lambda r: None), lambda: robot_with(r"(name: A5,.* d_mm: )0", r"\g<1>120")), 1,
                           "which is no error of an arm"),
+    "length 60 mm off": (campaign(each(lambda r: None), lambda: robot_with(r"(name: A5,.* d_mm: )0", r"\g<1>60")), 0,
+                         "is the robot file that of this model?"),
     "length 150 mm off, where poses hardly tell": (
         campaign(each(lambda r: None), lambda: robot_with(r"(name: A2,.* d_mm: )500", r"\g<1>650"), source="near.csv"), 1,
         "which is no error of an arm"),
