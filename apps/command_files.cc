@@ -116,6 +116,12 @@ void Command::warn_if_calibrated(const Robot& robot, const std::string& path) {
        "errors of those stay: give the nominal robot, if you have it");
 }
 
+void Command::warn_if_computed(const Robot& robot, const Campaign& campaign) {
+  if (!robot.std.empty() || robot.uncertainty) return;
+  if (const auto computed = find_computed_points(robot, campaign))
+    warn(campaign.source + ": " + *computed);
+}
+
 void Command::warn_of_own_readings(const RobotFile& robot) {
   for (const auto& [file, sha256] : inputs_)
     if (std::ranges::find(robot.made_of, sha256) != robot.made_of.end())

@@ -86,6 +86,8 @@ class Command : public OptionGroup {
   Campaign read_campaign(const std::string& path, const Robot& robot);
   /// Warns if a robot that should be nominal is the result of a calibration.
   void warn_if_calibrated(const Robot& robot, const std::string& path);
+  /// Warns if the nominal robot predicts the points as only computed ones.
+  void warn_if_computed(const Robot& robot, const Campaign& campaign);
   /// Warns if a file that was read here made the robot: readings agree with what was fitted to
   /// them.
   void warn_of_own_readings(const RobotFile& robot);

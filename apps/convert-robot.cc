@@ -1,6 +1,5 @@
 #include <fmt/format.h>
-
-#include <cmath>
+#include <fmt/ranges.h>
 
 #include "armtrue/io/output.h"
 #include "armtrue/io/source.h"
@@ -57,14 +56,15 @@ void explain_base(app::Command& command, const std::string& text, const std::str
                  "', give --base " + link);
 }
 
-void warn_of_travel(app::Command& command, const Robot& robot, const std::string& file) {
-  std::string names;
-  for (int joint = 0; joint < joint_count(robot.chain); ++joint)
-    if (const Link& link = joint_link(robot.chain, joint); !std::isfinite(link.max - link.min))
-      names += (names.empty() ? "" : ", ") + link.name;
-  if (names.empty()) return;
-  command.warn(file + ": states no travel of " + names +
-               ": add min_deg and max_deg, or poses are planned over whole turns");
+void warn_of_travel(app::Command& command, const std::string& text, const std::string& file,
+                    const UrdfEnds& ends) {
+  const std::vector<std::string> links = links_without_travel(text, file, ends);
+  if (links.empty()) return;
+  command.warn(
+      fmt::format("{}: states no travel of {} (limits of 0): add min_deg and max_deg, or poses are "
+                  "planned over "
+                  "whole turns",
+                  file, fmt::join(links, ", ")));
 }
 
 void warn_of_shift(app::Command& command, const char* what, const char* where,
@@ -100,7 +100,7 @@ int run(app::Command& command, const Arguments& arguments) {
                                                 : parse_robot(text, source.name());
   if (is_urdf) {
     explain_base(command, text, source.name(), arguments.ends);
-    warn_of_travel(command, robot, source.name());
+    warn_of_travel(command, text, source.name(), arguments.ends);
   }
   if (arguments.to == "yaml") {
     write_output(command.output, write_robot(robot));

@@ -94,6 +94,7 @@ int rank_candidates(app::Command& command, const Arguments& arguments) {
   const Robot robot = command.read_robot(arguments.robot).robot;
   const Campaign campaign = command.read_campaign(command.input, robot);
   app::refuse_mistakes(command, robot, campaign);
+  command.warn_if_computed(robot, campaign);
   TraceOptions options;
   options.seed = command.seed;
   options.beyond_catalogue = !arguments.only_catalogue;

@@ -4,7 +4,6 @@
 
 #include "armtrue/calibration/gross_poses.h"
 #include "campaign/sessions.h"
-#include "diagnosis/computed_points.h"
 #include "diagnosis/impossible_change.h"
 #include "diagnosis/plain_fit.h"
 #include "diagnosis/rounding_check.h"
@@ -33,10 +32,6 @@ LogFindings find_suspicions(const Robot& robot, const Campaign& campaign) {
   if (rows_by_session(campaign).size() > kMostSessions) return found;
   auto fit = fit_plainly(robot, campaign);
   if (!fit) return found;
-  if (const auto computed = find_computed_points(robot, *fit)) {
-    found.warnings.push_back(*computed);
-    return found;
-  }
   if (fit->result.spread.position < kResolution) return found;
   auto change = find_impossible_change(robot, fit->result);
   if (change)

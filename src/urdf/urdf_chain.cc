@@ -86,6 +86,7 @@ void set_limits(const urdf::Joint& joint, const std::string& file, ChainJoint& r
   const bool turns = joint.type == urdf::Joint::REVOLUTE;
   if (turns && result.min == 0 && result.max == 0) {
     result.limited = false;  // exporters of CAD write it where nobody has entered the travel
+    result.lacks_travel = true;
     return;
   }
   if (result.min >= result.max)
@@ -110,11 +111,6 @@ ChainJoint joint_of(const KDL::Segment& segment, const UrdfDocument& document) {
   result.name = joint.name;
   result.link = link.name;
   result.origin = from_kdl(segment.pose(0));
-  if (const double away = result.origin.translation.norm(); away > kMaxOffset)
-    throw InputError(fmt::format(
-        "{}: the joint '{}' stands {:.4g} m from the one before it; a URDF counts in m: divide "
-        "lengths in mm by 1000",
-        file, joint.name, away));
   result.backwards = joint.child_link_name != link.name;
   if (joint.type == urdf::Joint::REVOLUTE || joint.type == urdf::Joint::CONTINUOUS)
     result.kind = ChainJoint::Kind::revolute;
@@ -135,6 +131,11 @@ ChainJoint joint_of(const KDL::Segment& segment, const UrdfDocument& document) {
     set_limits(joint, file, result);
   }
   check_size(result.origin.translation.norm(), joint, file);
+  if (const double away = result.origin.translation.norm(); result.is_driven() && away > kMaxOffset)
+    throw InputError(fmt::format(
+        "{}: the joint '{}' stands {:.4g} m from the one before it; a URDF counts in m: divide "
+        "lengths in mm by 1000",
+        file, joint.name, away));
   if (link.inertial && !result.backwards) {
     result.mass_kg = link.inertial->mass;
     const urdf::Vector3& c = link.inertial->origin.position;

@@ -8,9 +8,9 @@
 #include <map>
 #include <optional>
 
-#include "armtrue/urdf/urdf_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
+#include "armtrue/urdf/urdf_io.h"
 #include "io/link_names.h"
 #include "urdf/link_frames.h"
 #include "urdf/urdf_chain.h"
@@ -223,6 +223,14 @@ std::vector<std::string> frames_beside_base(const std::string& text, const std::
   const UrdfChain chain = read_urdf_chain(text, file, ends);
   if (as_written(chain.joints, text)) return {};
   return chain.beside_base;
+}
+
+std::vector<std::string> links_without_travel(const std::string& text, const std::string& file,
+                                              const UrdfEnds& ends) {
+  std::vector<std::string> links;
+  for (const ChainJoint& joint : read_urdf_chain(text, file, ends).joints)
+    if (joint.lacks_travel) links.push_back(joint.link);
+  return links;
 }
 
 std::map<std::string, std::string> urdf_joint_of_link(const std::string& text,

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <optional>
+#include <string>
+
 #include "armtrue/campaign/campaign.h"
 #include "armtrue/diagnosis/log_check.h"
 #include "armtrue/effects/robot.h"
@@ -15,5 +18,11 @@ namespace armtrue {
 /// by one factor; the joint angles are rounded; a link changes by more than arms are made to. Empty
 /// if the readings are too few for a calibration, or of more than 16 sessions.
 LogFindings find_suspicions(const Robot& robot, const Campaign& campaign);
+
+/// Says that the points are not measured but computed: a nominal robot file, with base and tool
+/// placed, predicts them to 0.01 mm (median), as no arm is made. So does an export of the positions
+/// that the controller shows in place of those of the instrument. Nothing for fewer than ten poses,
+/// for distances and for touches.
+std::optional<std::string> find_computed_points(const Robot& nominal, const Campaign& campaign);
 
 }  // namespace armtrue

@@ -37,6 +37,11 @@ Robot parse_urdf(const std::string& text, const std::string& file, const UrdfEnd
 std::vector<std::string> frames_beside_base(const std::string& text, const std::string& file,
                                             const UrdfEnds& ends);
 
+/// Links whose joint has limits of 0 and 0: nobody has entered its travel, which is read as
+/// unlimited.
+std::vector<std::string> links_without_travel(const std::string& text, const std::string& file,
+                                              const UrdfEnds& ends);
+
 /// The parent joint of each link, by name of the link. Robots of parse_urdf() have the names of the
 /// links; joint states under ROS have those of the joints. Throws InputError for invalid XML.
 std::map<std::string, std::string> urdf_joint_of_link(const std::string& text,
