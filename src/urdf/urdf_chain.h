@@ -24,8 +24,8 @@ struct ChainJoint {
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< of a driven joint in its frame, unit
   bool limited = false;
   bool lacks_travel = false;  ///< it is limited, but the document does not say how
-  double min = 0, max = 0;  ///< [rad or m]
-  double mass_kg = 0;       ///< of `link`; 0: none stated
+  double min = 0, max = 0;    ///< [rad or m]
+  double mass_kg = 0;         ///< of `link`; 0: none stated
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
 };
 
