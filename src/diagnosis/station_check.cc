@@ -21,8 +21,8 @@ struct Part {
 
 // Rows of the equations that a part of the readings has.
 std::vector<char> rows_of(const Part& part, const Campaign& readings) {
-  std::vector<char> in_part(readings.pose.size(), part.sessions.empty());
-  for (size_t row = 0; row < in_part.size() && !part.sessions.empty(); ++row)
+  std::vector<char> in_part(readings.session.size());
+  for (size_t row = 0; row < in_part.size(); ++row)
     in_part[row] = std::ranges::find(part.sessions, readings.session[row]) != part.sessions.end();
   return in_part;
 }
