@@ -11,8 +11,8 @@ namespace armtrue {
 namespace {
 
 constexpr double kDefaultPartShare = 0.5;  // of the box: size of a part, if nobody says it
-constexpr double kOnAPoint = 1e-9;     // of a step: the part ends on a point
-constexpr double kErrorsAlike = 0.01;  // of the mean: no place is better than another
+constexpr double kOnAPoint = 1e-9;         // of a step: the part ends on a point
+constexpr double kErrorsAlike = 0.01;      // of the mean: no place is better than another
 
 // Sums over boxes of a grid, each in eight steps (summed-area table, Crow 1984).
 class BoxSums {

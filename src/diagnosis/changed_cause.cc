@@ -56,14 +56,15 @@ void Causes::add(Cause::Kind kind, int parameter, int count) {
 }
 
 Causes possible_causes(const PlainFit& fit, bool with_base) {
-  constexpr int kPose = 6, kPoint = 3;
+  constexpr int kPoint = 3;
   const Robot& robot = fit.result.robot;
   const ParameterLayout layout = layout_of(robot.chain);
   const std::vector<int> own = own_parameters(robot);
   Causes causes;
-  if (with_base) causes.add(Cause::Kind::base, kBaseParameters, kPose);
+  if (with_base) causes.add(Cause::Kind::base, kFirstBaseParameter, kParametersPerPose);
   if (fit.readings.target_names.size() < 2)
-    causes.add(Cause::Kind::tool, layout.tool, fit.readings.has_orientation() ? kPose : kPoint);
+    causes.add(Cause::Kind::tool, layout.tool,
+               fit.readings.has_orientation() ? kParametersPerPose : kPoint);
   // A zero that is not identified is one of base or tool: the likelier cause.
   for (const int parameter : fit.result.set.kept)
     if (is_zero_offset(robot.chain, parameter) && std::ranges::find(own, parameter) == own.end())
