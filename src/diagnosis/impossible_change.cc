@@ -4,9 +4,13 @@
 
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 
+#include "armtrue/calibration/evaluation.h"
+#include "armtrue/calibration/worthwhile.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/statistics/summary.h"
 #include "calibration/prior.h"
 
 namespace armtrue {
@@ -54,12 +58,21 @@ std::optional<std::string> find_impossible_change(const Robot& nominal,
   return in_words(nominal, *change) + ", which is no error of an arm" + kCheckColumnsAndJoints;
 }
 
-std::optional<std::string> find_unlikely_change(const Robot& nominal,
-                                                const CalibrationResult& result) {
+std::optional<std::string> find_unlikely_change(const Robot& nominal, const PlainFit& fit) {
   // What diagnose() takes for a mistake of a nominal robot; a calibration can follow it.
   constexpr double kUnlikelyLength = 0.02, kUnlikelyAngle = 0.1;  // m, rad
-  const auto change = find_large_change(nominal, result, kUnlikelyLength, kUnlikelyAngle);
+  const auto change = find_large_change(nominal, fit.result, kUnlikelyLength, kUnlikelyAngle);
   if (!change) return std::nullopt;
+  // Where readings say little of a link, as those along a path, what the model lacks moves it far.
+  // A wrong link is seen in the errors of the robot file as well.
+  constexpr double kShareSeen = 0.05;  // of a length, or of an angle by 1 m
+  try {
+    const Robot placed = placed_nominal(nominal, fit.readings);
+    const double error = summarize(evaluate(placed, fit.readings).position).mean;
+    if (error < kShareSeen * change->size) return std::nullopt;
+  } catch (const std::invalid_argument&) {
+    return std::nullopt;  // base and tool are not shown
+  }
   const std::string_view remedy =
       is_zero_offset(nominal.chain, change->parameter)
           ? ", more than a mastered arm has: is the zero of this joint in the robot file that of "

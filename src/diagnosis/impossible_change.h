@@ -5,6 +5,7 @@
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/effects/robot.h"
+#include "diagnosis/plain_fit.h"
 
 namespace armtrue {
 
@@ -18,8 +19,8 @@ std::optional<std::string> find_impossible_change(const Robot& nominal,
                                                   const CalibrationResult& result);
 
 /// The same from 20 mm or 0.1 rad on, which a calibration can follow: the result predicts well, but
-/// what it corrects, the controller's own model, may not be the robot file's.
-std::optional<std::string> find_unlikely_change(const Robot& nominal,
-                                                const CalibrationResult& result);
+/// what it corrects, the controller's own model, may not be the robot file's. Nothing if the robot
+/// file, with base and tool placed, errs by less than a twentieth of that (an angle by 1 m).
+std::optional<std::string> find_unlikely_change(const Robot& nominal, const PlainFit& fit);
 
 }  // namespace armtrue

@@ -50,7 +50,7 @@ LogFindings find_suspicions(const Robot& robot, const Campaign& campaign) {
   if (!suspicion) suspicion = find_rounded_angles(*fit);
   if (suspicion) found.warnings.push_back(*suspicion);
   if (!suspicion)
-    if (const auto unlikely = find_unlikely_change(robot, fit->result))
+    if (const auto unlikely = find_unlikely_change(robot, *fit))
       found.warnings.push_back(*unlikely);
   return found;
 }
