@@ -11,12 +11,12 @@ namespace armtrue {
 
 /// Mistakes in the readings that a calibration of the geometry shows. Errors: a link changes by
 /// more than the error of any real arm, however small the residuals are and whether or not gross
-/// poses are left out. Warnings, the likeliest one: the robot file predicts the points as only
-/// computed ones; after some row, or in a session, the frame, the tool, the zero of a joint or a
-/// constant of the instrument is another; the instrument adds a length to all distances; the
-/// distances from one anchor have another scale than the others; all links become longer or shorter
-/// by one factor; the joint angles are rounded; a link changes by more than arms are made to. Empty
-/// if the readings are too few for a calibration, or of more than 16 sessions.
+/// poses are left out. Warnings, the likeliest one: after some row, or in a session, the frame, the
+/// tool, the zero of a joint or a constant of the instrument is another; the instrument adds a
+/// length to all distances; the distances from one anchor have another scale than the others; all
+/// links become longer or shorter by one factor; the joint angles are rounded; a link changes by
+/// more than arms are made to. Empty if the readings are too few for a calibration, or of more than
+/// 16 sessions.
 LogFindings find_suspicions(const Robot& robot, const Campaign& campaign);
 
 /// Says that the points are not measured but computed: a nominal robot file, with base and tool
