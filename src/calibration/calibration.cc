@@ -25,7 +25,6 @@ namespace armtrue {
 namespace {
 
 constexpr int kRowsForStart = 4096;  // a larger campaign starts from an even choice of its rows
-constexpr int kMaxRounds = 8;     // of sigma and law of the residuals; they settle in three or four
 constexpr int kStepsOfRound = 2;  // of the solver, near the solution
 // Relative tolerances of the cost. Rough: while sigma and law still change. End: for all rows,
 // after a fit to a part of them has brought the unknowns within their standard deviations.
@@ -103,12 +102,12 @@ Solution fit(SessionModels& model, ReadingLaw& law, Priors& priors,
   double last_change = 0;  // of ln sigma
   const bool by_steps = options.fold_by == FoldBy::normal_equations;
   std::vector<KeptDerivatives> kept;
-  for (int round = 0; round < kMaxRounds; ++round) {
-    const bool last_round = settled || round + 1 == kMaxRounds;
+  for (int round = 0; round < options.max_rounds; ++round) {
+    const bool last_round = settled || round + 1 == options.max_rounds;
     const int left = options.max_iterations - iterations;
-    // Near the solution x and law approach theirs together, a step at a time. The first round moves
-    // x most, and the last one is to end at the solution.
-    if (by_steps && (round <= 1 || last_round)) kept = kept_at(model, x);
+    // Near the solution x and law approach theirs together, a step at a time, by the derivatives of
+    // the start. The last round is to end at the solution.
+    if (by_steps && (round == 0 || last_round)) kept = kept_at(model, x);
     solution = minimise(
         model, law, priors.of_unknowns,
         by_steps && !last_round ? std::min(left, kStepsOfRound) : left,
@@ -316,10 +315,11 @@ CalibrationResult calibrate(const Robot& robot, const Campaign& campaign,
 }
 
 CalibrationResult refit(const Robot& robot, const Campaign& campaign, const CalibrationResult& near,
-                        double tolerance) {
+                        double tolerance, int max_rounds) {
   CalibrationOptions options;
   options.start_near(near);
   options.tolerance = tolerance;
+  options.max_rounds = max_rounds;
   options.statistics = FitStatistics::weights;
   return calibrate(robot, campaign, near.set, options);
 }

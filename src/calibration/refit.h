@@ -8,6 +8,7 @@ namespace armtrue {
 /// (CalibrationOptions::start_near), with FitStatistics::weights: without figures that only a
 /// report needs.
 CalibrationResult refit(const Robot& robot, const Campaign& campaign, const CalibrationResult& near,
-                        double tolerance);
+                        double tolerance,
+                        int max_rounds = CalibrationOptions{}.max_rounds);
 
 }  // namespace armtrue

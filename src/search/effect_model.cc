@@ -5,6 +5,7 @@
 #include <functional>
 #include <stdexcept>
 #include <tuple>
+#include <utility>
 
 #include "armtrue/calibration/evaluation.h"
 #include "calibration/refit.h"
@@ -59,6 +60,18 @@ std::vector<Candidate> all_candidates(const Robot& robot, const Campaign& campai
   }
   std::sort(candidates.begin(), candidates.end(), is_preferred);
   return candidates;
+}
+
+// Before all draws of a null run a few are made.
+constexpr int kFewFlips = 20;
+
+// Whether a score is so far above a few draws that many more would not reach it either. Sums with
+// random signs fall off at least as those of a normal law, so the best scores of the draws fall off
+// exponentially: by 1 / e for each third of the range of twenty, or for each 2 of EBIC.
+bool is_far_beyond(double score, const std::vector<double>& draws) {
+  constexpr double kRanges = 5, kScaleOfChance = 2;
+  const auto [least, most] = std::ranges::minmax(draws);
+  return score > most + kRanges * std::max(kScaleOfChance, most - least);
 }
 
 }  // namespace
@@ -224,8 +237,8 @@ void EffectModel::settle(const std::vector<Candidate>& candidates) {
   refit({});
 }
 
-bool EffectModel::put_in_order(const std::vector<size_t>& order) {
-  if (std::is_sorted(order.begin(), order.end())) return false;
+void EffectModel::complete_in_order(const std::vector<size_t>& order) {
+  if (std::ranges::is_sorted(order)) return complete();
   const std::vector<Candidate> chosen = chosen_;
   const auto p_at_gate = p_at_gate_;
   std::vector<Effect> in_order = fit_.robot.effects;
@@ -234,9 +247,8 @@ bool EffectModel::put_in_order(const std::vector<size_t>& order) {
     p_at_gate_[k] = p_at_gate[order[k]];
     in_order[in_fit(k)] = fit_.robot.effects[in_fit(order[k])];
   }
-  refit(in_order);
+  start_from(in_order);
   complete();
-  return true;
 }
 
 void EffectModel::remove(const std::vector<int>& ascending, std::vector<Effect>& coefficients) {
@@ -247,9 +259,15 @@ void EffectModel::remove(const std::vector<int>& ascending, std::vector<Effect>&
   }
 }
 
-// Refits the geometry and all effects from the coefficients of `start`, or of the present fit if it
-// is empty; coefficients of new effects start at zero.
+// Refits the geometry and all effects, see start_from().
 void EffectModel::refit(const std::vector<Effect>& start) {
+  start_from(start);
+  fit_ = armtrue::refit(start_, campaign_, near_, kSearchTolerance);
+}
+
+// Lets the next fit start from the coefficients of `start`, or of the present fit if it is empty;
+// coefficients of new effects start at zero.
+void EffectModel::start_from(const std::vector<Effect>& start) {
   Robot robot = fit_.robot;
   robot.effects.resize(declared_);
   for (size_t k = 0; k < chosen_.size(); ++k) {
@@ -264,9 +282,8 @@ void EffectModel::refit(const std::vector<Effect>& start) {
     effect.coefficients.resize(count);
     robot.effects.push_back(effect);
   }
-  near_ = std::move(fit_);
+  near_ = std::exchange(fit_, {});
   start_ = std::move(robot);
-  fit_ = armtrue::refit(start_, campaign_, near_, kSearchTolerance);
   forget_view();
 }
 
@@ -355,23 +372,38 @@ double EffectModel::significance() {
   return *significance_;
 }
 
-EffectModel::Chance EffectModel::chance_of(double score) {
+double EffectModel::chance_of(double score) {
   const double level = significance();
+  const auto p_of = [](auto as_high, auto draws) {
+    return (1.0 + static_cast<double>(as_high)) / (1.0 + static_cast<double>(draws));
+  };
+  const int many = 10 * options_.flips;
+  draw_null_scores(std::min(kFewFlips, options_.flips));
+  if (is_far_beyond(score, null_scores_)) {
+    const double p = p_of(0, options_.flips);
+    return p < level ? p : p_of(0, many);
+  }
   double p = 1;
-  for (int flips : {options_.flips, 10 * options_.flips}) {
-    if (static_cast<int>(null_scores_.size()) < flips)
-      null_scores_ = view().projected.best_of_flipped(flips, options_.seed);
-    const auto as_high = std::count_if(null_scores_.begin(), null_scores_.end(),
-                                       [&](double by_chance) { return by_chance >= score; });
-    p = (1.0 + static_cast<double>(as_high)) / (1.0 + static_cast<double>(null_scores_.size()));
+  for (int flips : {options_.flips, many}) {
+    draw_null_scores(flips);
+    p = p_of(std::ranges::count_if(null_scores_,
+                                   [&](double by_chance) { return by_chance >= score; }),
+             null_scores_.size());
     // More draws matter only between the two levels.
     if (p >= options_.significance || p < level) break;
   }
-  return {p, null_run(level)};
+  return p;
+}
+
+void EffectModel::draw_null_scores(int flips) {
+  if (static_cast<int>(null_scores_.size()) < flips)
+    null_scores_ = view().projected.best_of_flipped(flips, options_.seed);
 }
 
 // A draw adds an effect if its best candidate passes the criteria of EBIC and of p.
-NullRun EffectModel::null_run(double level) const {
+NullRun EffectModel::null_run() {
+  const double level = significance();
+  draw_null_scores(options_.flips);
   std::vector<double> scores = null_scores_;
   std::sort(scores.begin(), scores.end(), std::greater<>());
   const auto count = static_cast<double>(scores.size());

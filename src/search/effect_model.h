@@ -57,8 +57,8 @@ class EffectModel {
   void settle(const std::vector<Candidate>& candidates);
   /// Completes the fit with what refits during a search omit (see refit.h).
   void complete();
-  /// Puts the chosen candidates into another order; false if it is the present one.
-  bool put_in_order(const std::vector<size_t>& order);
+  /// The same with the chosen candidates in another order.
+  void complete_in_order(const std::vector<size_t>& order);
 
   /// The fit as a linear problem. Valid until the next change, as view() is.
   const Linearization& linear();
@@ -105,19 +105,19 @@ class EffectModel {
 
   /// Level below which a family-wise p allows an addition.
   double significance();
-  struct Chance {
-    double p = 1;  ///< share of the draws whose best candidate scores as high
-    NullRun run;
-  };
-  Chance chance_of(double score);
+  /// The share of the draws of the null run whose best candidate scores as high: family-wise p.
+  double chance_of(double score);
+  /// The null run of the present model.
+  NullRun null_run();
 
  private:
   void drop_impossible_members(size_t k);
   double standard_deviation(int effect, Eigen::Index coefficient) const;
   void refit(const std::vector<Effect>& start);
+  void start_from(const std::vector<Effect>& start);
   void forget_view();
   void remove(const std::vector<int>& ascending, std::vector<Effect>& coefficients);
-  NullRun null_run(double level) const;
+  void draw_null_scores(int flips);
 
   const Campaign& campaign_;
   const TraceOptions& options_;

@@ -170,7 +170,7 @@ bool is_beaten(EffectModel& model, size_t chosen, const std::vector<CandidateSco
 }
 
 // Sorts the effects by what they explain, not by the order of discovery. Effects of one parameter
-// and driver count together and stay together. Returns the shares in that order.
+// and driver count together and stay together. Completes the fit; returns the shares in that order.
 std::vector<VarianceShare> order_by_share(SearchResult& search, int poses, std::uint64_t seed) {
   EffectModel& model = search.model;
   const std::vector<Candidate>& chosen = model.chosen();
@@ -197,7 +197,8 @@ std::vector<VarianceShare> order_by_share(SearchResult& search, int poses, std::
                       {std::max(0.0, share[own] - half), std::min(1.0, share[own] + half)},
                       behind.dot(share) <= wide * found.standard_deviation(behind)});
   }
-  if (model.put_in_order(order)) search.stages.back() = model.fit();
+  model.complete_in_order(order);
+  search.stages.back() = model.fit();
   return shares;
 }
 
@@ -266,13 +267,9 @@ TraceResult with_evidence(SearchResult search, const Campaign& campaign,
                         }) > 1;
     const double score = model.score_of({static_cast<int>(k)}).score;
     const GainLeftOut cv = left_out.of_effect(model.in_fit(k));
-    std::optional<double> p = model.p_at_gate(k);
-    if (!p) {
-      const EffectModel::Chance chance = model.chance_of(score);
-      result.null_run = chance.run;
-      p = chance.p;
-    }
-    traced.evidence = {score, *p, cv.gain, cv.error};
+    const std::optional<double> at_gate = model.p_at_gate(k);
+    const double p = at_gate ? *at_gate : model.chance_of(score);
+    traced.evidence = {score, p, cv.gain, cv.error};
     list_rivals(model, k, in_place, traced);
     traced.effect.may_be_instrument = fitted.may_be_instrument =
         may_be_instrument(traced, result.fit.robot);

@@ -44,7 +44,8 @@ void ModelSearch::run() {
     }
     if (!(may_revise && revise(KnownCauses::give_way)) && !merge_into_spline(2)) {
       if (details_) {
-        if (!failed_at_gate_) result_.remaining_p = p_of(result_.best_score);
+        if (!failed_at_gate_) result_.remaining_p = model_.chance_of(result_.best_score);
+        result_.null_run = model_.null_run();
         break;
       }
       details_ = true;
@@ -58,7 +59,6 @@ void ModelSearch::run() {
   prefer_distortion();
   split_families();
   hold_family_of_most_arms();
-  model_.complete();
   end_last_stage();
 }
 
@@ -93,7 +93,7 @@ bool ModelSearch::step() {
     if (!left_out) left_out.emplace(fit, options_.seed);
     const GainLeftOut cv = left_out->of(projected.directions(candidate));
     if (cv.gain <= cv.error) continue;
-    const double p = p_of(scores[candidate].score);
+    const double p = model_.chance_of(scores[candidate].score);
     if (p >= model_.significance() ||
         static_cast<int>(model_.chosen().size()) == options_.max_effects) {
       result_.remaining_p = p;
@@ -105,12 +105,6 @@ bool ModelSearch::step() {
     return true;
   }
   return false;
-}
-
-double ModelSearch::p_of(double score) {
-  const EffectModel::Chance chance = model_.chance_of(score);
-  result_.null_run = chance.run;
-  return chance.p;
 }
 
 void ModelSearch::rank(const std::vector<CandidateScore>& scores, const std::vector<int>& order) {
@@ -143,7 +137,7 @@ void ModelSearch::begin_with(const Effect& effect) {
                                 " is no candidate of the search that is to begin with it");
   const CandidateScore score = model_.view().projected.scores()[found - candidates().begin()];
   if (score.degrees_of_freedom == 0) return;
-  const double p = p_of(score.score);
+  const double p = model_.chance_of(score.score);
   model_.add(model_.refined(*found, -1), p);
 }
 

@@ -245,11 +245,20 @@ ProjectedCandidates::Solution ProjectedCandidates::solve(int candidate,
                 eigen.eigenvectors().rightCols(rank).transpose() * unit.asDiagonal(),
             static_cast<int>(rank), largest_share};
   };
+  const auto solution = [&]<typename Matrix>(const Matrix& scaled) -> Solution {
+    // Cholesky's factor L whitens too, for less, where no direction is to be left out: the least
+    // eigenvalue is at least 1 / |L^-1|^2, the largest at most the trace.
+    if (const Eigen::LLT<Matrix> llt(scaled); llt.info() == Eigen::Success) {
+      Matrix inverse = Matrix::Identity(k, k);
+      llt.matrixL().solveInPlace(inverse);
+      if (smallest * scaled.trace() * inverse.squaredNorm() < 1)
+        return {inverse * unit.asDiagonal(), static_cast<int>(k), largest_share};
+    }
+    return whitened(Eigen::SelfAdjointEigenSolver<Matrix>(scaled));
+  };
   if (k == 2)  // most candidates: cycles
-    return whitened(Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(
-        Eigen::Matrix2d(unit.asDiagonal() * gram * unit.asDiagonal())));
-  return whitened(
-      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(unit.asDiagonal() * gram * unit.asDiagonal()));
+    return solution(Eigen::Matrix2d(unit.asDiagonal() * gram * unit.asDiagonal()));
+  return solution(Eigen::MatrixXd(unit.asDiagonal() * gram * unit.asDiagonal()));
 }
 
 // `norm`: |r|^2 before the candidate enters.

@@ -182,6 +182,7 @@ bool ModelSearch::add_beside_found(Candidate family) {
 // Mean error of the position of each pose by a fit of the robot that has not seen it [m].
 Eigen::VectorXd ModelSearch::errors_left_out(const Robot& robot) const {
   constexpr int kFolds = 10;
+  constexpr int kKeepLaw = 1;  // a part of the readings has the law of all
   const CalibrationResult& fit = model_.fit();
   const std::vector<int> pose = campaign_.pose_by_id();
   Eigen::VectorXd sums = Eigen::VectorXd::Zero(std::ssize(campaign_.pose_ids)), weights = sums;
@@ -189,7 +190,8 @@ Eigen::VectorXd ModelSearch::errors_left_out(const Robot& robot) const {
     std::vector<int> inside, outside;
     for (int row = 0; row < campaign_.rows(); ++row)
       (pose[row] % kFolds == fold ? outside : inside).push_back(row);
-    const CalibrationResult part = refit(robot, campaign_.select(inside), fit, kSearchTolerance);
+    const CalibrationResult part =
+        refit(robot, campaign_.select(inside), fit, kSearchTolerance, kKeepLaw);
     const Evaluation evaluation = evaluate(part.robot, campaign_.select(outside));
     for (size_t k = 0; k < outside.size(); ++k) {
       const double weight = fit.weights[outside[k]];

@@ -42,7 +42,6 @@ class ModelSearch {
   bool step();
   void rank(const std::vector<CandidateScore>& scores, const std::vector<int>& order);
   void begin_with(const Effect& effect);
-  double p_of(double score);
   bool is_new_model();
   bool may_enter(const Candidate& candidate) const;
   const std::vector<Candidate>& candidates() const { return model_.scan().candidates(); }

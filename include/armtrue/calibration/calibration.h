@@ -43,6 +43,9 @@ struct CalibrationOptions {
   /// empty: sigma from the median of the residuals, Student's t with 4 degrees of freedom if
   /// `robust`.
   std::optional<ResidualLaw> start_law{};
+  /// Rounds in which that law and the unknowns are estimated in turn, at most; they settle in three
+  /// or four. 1: `start_law` is kept.
+  int max_rounds = 8;
   /// How the steps of the solver reduce the rows. The statistics of the result always use QR.
   FoldBy fold_by = FoldBy::qr;
   FitStatistics statistics = FitStatistics::all;
