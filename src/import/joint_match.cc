@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <map>
 #include <set>
 #include <tuple>
@@ -24,6 +25,43 @@ std::set<std::string> ids_of(const TableReader& reader) {
   return ids;
 }
 
+// A name in small letters, without blanks, `_`, `-` and leading zeros: P01 and p1 are alike.
+std::string bare_name(const std::string& name) {
+  std::string bare;
+  for (const char c : name) {
+    if (c == ' ' || c == '_' || c == '-') continue;
+    const bool is_digit = c >= '0' && c <= '9';
+    if (is_digit && !bare.empty() && bare.back() == '0' &&
+        (bare.size() == 1 || !std::isdigit(static_cast<unsigned char>(bare[bare.size() - 2]))))
+      bare.pop_back();
+    bare += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  }
+  return bare;
+}
+
+std::vector<std::string> bare_names(const TableReader& reader) {
+  std::vector<std::string> names;
+  for (int r = 0; r < reader.rows(); ++r) names.push_back(bare_name(reader.cell(r, "pose")));
+  return names;
+}
+
+// Names that differ only as bare_name() removes it are those of the same poses. In another order
+// the rows must not be joined by it.
+void refuse_names_in_another_order(const TableReader& points, const TableReader& joints) {
+  std::vector<std::string> left = bare_names(points), right = bare_names(joints);
+  if (left == right) return;
+  const std::string first = left.front();
+  const auto same = std::ranges::find(right, first);
+  const auto row = static_cast<int>(same - right.begin());
+  std::ranges::sort(left);
+  std::ranges::sort(right);
+  if (left != right) return;
+  throw InputError(fmt::format(
+      "{}: its poses are those of {} in another order, only their names are written otherwise, "
+      "such as '{}' and '{}'; write them alike, or give --join order",
+      points.table().file, joints.table().file, points.cell(0, "pose"), joints.cell(row, "pose")));
+}
+
 std::string join_by(const TableReader& points, const TableReader& joints) {
   const std::string& a = points.table().file;
   const std::string& b = joints.table().file;
@@ -36,6 +74,7 @@ std::string join_by(const TableReader& points, const TableReader& joints) {
             "{}: the poses of this table and of {} are the same in part only; give --join id to "
             "take those that both have, or --join order",
             a, b));
+    refuse_names_in_another_order(points, joints);
   }
   if (points.rows() == joints.rows()) return "order";
   throw InputError(fmt::format(

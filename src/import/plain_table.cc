@@ -109,8 +109,7 @@ bool has_numbers(std::string_view line) {
   return numbers >= 3;
 }
 
-void read_header(Source& source, const TableStyle& style, HeaderSearch& search,
-                 PlainTable& table) {
+void read_header(Source& source, const TableStyle& style, HeaderSearch& search, PlainTable& table) {
   std::string_view line;
   std::string first;
   while (source.next_line(line)) {
@@ -213,6 +212,9 @@ PlainTable read_plain_table(const std::string& path, const TableStyle& style,
                        "what follows it");
     if (table.separator == ' ') line = trim_blanks(line);
     PlainRow row{number, split_cells(line, table.separator, at_line(table.file, number))};
+    // Some programs end the rows with a separator, but not the header.
+    while (row.cells.size() > table.columns.size() && row.cells.back().empty())
+      row.cells.pop_back();
     if (row.cells.size() != table.columns.size()) refuse_row(table, number, row.cells.size(), line);
     if (first && is_unit_row(row.cells)) {
       for (size_t k = 0; k < row.cells.size(); ++k)

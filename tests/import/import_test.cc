@@ -4,8 +4,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "armtrue/io/campaign_io.h"
 #include "armtrue/import/import_io.h"
+#include "armtrue/io/campaign_io.h"
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
@@ -174,16 +174,16 @@ TEST(ImportReadings, AnArmMayHaveAsManyJointsAsItsTableOrItsRobot) {
   EXPECT_NEAR(on_rail.campaign.q[0][0], 1.25, 1e-15);
   EXPECT_NEAR(on_rail.campaign.q[0][1], 10 * kDegree, 1e-15);
   EXPECT_THAT(on_rail.mapping, HasSubstr("no axis of the robot, and it stands still"));
-  EXPECT_THAT(error_of_text("X,Y,Z," + kJoints +
-                                ",E1,E2\n1,2,3,1,0,0,0,0,0,5,0\n1,2,3,2,0,0,0,0,0,5,1\n",
-                            rail),
-              HasSubstr(":3: column 'E2': '1' moves an axis that the robot does not have"));
+  EXPECT_THAT(
+      error_of_text("X,Y,Z," + kJoints + ",E1,E2\n1,2,3,1,0,0,0,0,0,5,0\n1,2,3,2,0,0,0,0,0,5,1\n",
+                    rail),
+      HasSubstr(":3: column 'E2': '1' moves an axis that the robot does not have"));
   EXPECT_THAT(error_of_text("X,Y,Z," + kJoints + ",E1 [deg]\n1,2,3,1,0,0,0,0,0,5\n", rail),
               HasSubstr("which is none of e1_mm"));
   rail.columns = {"e1_mm=Rail"};
-  EXPECT_NEAR(import_text("X,Y,Z," + kJoints + ",Rail\n1,2,3,10,0,0,0,0,0,1250\n", rail)
-                  .campaign.q[0][0],
-              1.25, 1e-15);
+  EXPECT_NEAR(
+      import_text("X,Y,Z," + kJoints + ",Rail\n1,2,3,10,0,0,0,0,0,1250\n", rail).campaign.q[0][0],
+      1.25, 1e-15);
 }
 
 TEST(ImportReadings, NamesAboveTheHeaderAreNoHeader) {
@@ -249,6 +249,15 @@ TEST(ImportReadings, DegreesMayBeLatin1) {
       "e\n1,2,3,90,0,0,0,0,0,x\n",
       kMmDeg);
   EXPECT_NEAR(readings.campaign.q[0][0], std::acos(0.0), 1e-15);
+}
+
+TEST(ImportReadings, RowsMayEndWithASeparatorThatTheHeaderLacks) {
+  const std::string header = "Point;X;Y;Z;A1;A2;A3;A4;A5;A6\n";
+  const Campaign campaign =
+      import_text(header + "a;1;2;3;10;0;0;0;0;0;\nb;1;2;3;20;0;0;0;0;0;;\n", kMmDeg).campaign;
+  EXPECT_EQ(campaign.pose_ids, (std::vector<std::string>{"a", "b"}));
+  EXPECT_THAT(error_of_text(header + "a;1;2;3;10;0;0;0;0;0;7\n", kMmDeg),
+              HasSubstr("has 11 cells where the header in line 1 has 10"));
 }
 
 TEST(ImportReadings, AConventionOfAnglesMustBeStated) {
@@ -333,14 +342,14 @@ TEST(ImportJoin, RowsJoinByIdWhicheverTheirOrder) {
 TEST(ImportJoin, AnOptionMayNameTheColumnOfOneTable) {
   ImportOptions options = kMmDeg;
   options.columns = {"pose=Group", "pose=Label"};
-  const Campaign campaign =
-      import_two("Group,Point,X,Y,Z\nb,1,1,1,1\na,2,2,2,2\n",
-                 "Label," + kJoints + "\na,10,0,0,0,0,0\nb,20,0,0,0,0,0\n", [&] {
-                   ImportOptions ignoring = options;
-                   ignoring.ignored = {"Point"};
-                   return ignoring;
-                 }())
-          .campaign;
+  const Campaign campaign = import_two("Group,Point,X,Y,Z\nb,1,1,1,1\na,2,2,2,2\n",
+                                       "Label," + kJoints + "\na,10,0,0,0,0,0\nb,20,0,0,0,0,0\n",
+                                       [&] {
+                                         ImportOptions ignoring = options;
+                                         ignoring.ignored = {"Point"};
+                                         return ignoring;
+                                       }())
+                                .campaign;
   EXPECT_EQ(campaign.pose_ids, (std::vector<std::string>{"b", "a"}));
   EXPECT_NEAR(campaign.q[0][0], 20 * kDegree, 1e-15);
 }
@@ -354,6 +363,21 @@ TEST(ImportJoin, WhatDoesNotBelongTogetherIsRefused) {
   EXPECT_THAT(error(kJoints + "\n1,0,0,0,0,0\n"), HasSubstr("--join time"));
   EXPECT_THAT(error("pose," + kJoints + "\na,1,0,0,0,0,0\nb,2,0,0,0,0,0\nb,2,0,0,0,0,0\n"),
               HasSubstr("cannot be told apart"));
+}
+
+// Names that differ in writing only are those of the same poses.
+TEST(ImportJoin, NamesInAnotherWritingAreNotJoinedInAnotherOrder) {
+  const std::string points = "Point,X,Y,Z\nP01,1,1,1\nP10,2,2,2\n";
+  const auto joints = [](const std::string& first, const std::string& second) {
+    return "pose," + kJoints + "\n" + first + ",10,0,0,0,0,0\n" + second + ",20,0,0,0,0,0\n";
+  };
+  const ImportedReadings in_order = import_two(points, joints("p1", "p 10"), kMmDeg);
+  EXPECT_NEAR(in_order.campaign.q[0][0], 10 * kDegree, 1e-15);
+  EXPECT_THAT(
+      error_of([&] { import_two(points, joints("p10", "p1"), kMmDeg); }),
+      HasSubstr("in another order, only their names are written otherwise, such as 'P01' and "
+                "'p1'"));
+  EXPECT_NO_THROW(import_two(points, joints("a", "b"), kMmDeg));
 }
 
 // Stops of 2 s at q1 = 0, 10, 20, ... with a second of motion between, sampled each 50 ms.
