@@ -94,6 +94,12 @@ void set_limits(const urdf::Joint& joint, const std::string& file, ChainJoint& r
         fmt::format("{}: the joint '{}' has limits from {} to {} {}; upper must be above lower",
                     file, joint.name, result.min, result.max, turns ? "rad" : "m"));
   const double furthest = std::max(std::abs(result.min), std::abs(result.max));
+  constexpr double kLongestRail = 100, kNoRail = 1e5;  // m; more is no limit at all
+  if (!turns && furthest > kLongestRail && furthest <= kNoRail)
+    throw InputError(fmt::format(
+        "{}: the joint '{}' has limits from {} to {} m, which is longer than any rail; write them "
+        "in m, not in mm",
+        file, joint.name, result.min, result.max));
   if (!turns || furthest <= kMostTurned) return;
   if (furthest < kNoLimit)
     throw InputError(fmt::format(
