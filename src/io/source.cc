@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "armtrue/text/input_error.h"
+#include "armtrue/text/utf8.h"
 
 namespace armtrue {
 namespace {
@@ -113,6 +114,8 @@ bool Source::next_line(std::string_view& line) {
   if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
   check_text(line, name_, line_number_ + 1);
   if (++line_number_ == 1 && line.substr(0, 3) == "\xEF\xBB\xBF") line.remove_prefix(3);
+  const bool is_ascii = std::ranges::none_of(line, [](char c) { return (c & 0x80) != 0; });
+  if (!is_ascii && !is_utf8(line)) line = converted_ = as_utf8(line);
   return true;
 }
 

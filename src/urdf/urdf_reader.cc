@@ -10,6 +10,7 @@
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
+#include "armtrue/text/utf8.h"
 #include "armtrue/urdf/urdf_io.h"
 #include "io/link_names.h"
 #include "urdf/link_frames.h"
@@ -215,7 +216,8 @@ Robot with_frames_of_axes(const Robot& robot) {
 }
 
 Robot parse_urdf(const std::string& text, const std::string& file, const UrdfEnds& ends) {
-  return robot_of(read_urdf_chain(text, file, ends), text, file);
+  const std::string utf8 = as_utf8(text);
+  return robot_of(read_urdf_chain(utf8, file, ends), utf8, file);
 }
 
 std::vector<std::string> frames_beside_base(const std::string& text, const std::string& file,

@@ -22,8 +22,8 @@ class Source {
   /// For messages: the path, or "<stdin>".
   const std::string& name() const { return name_; }
 
-  /// The next line without its end (LF or CRLF); false at the end of the file. Valid until the next
-  /// call.
+  /// The next line without its end (LF or CRLF), in UTF-8, see as_utf8(); false at the end of the
+  /// file. Valid until the next call.
   bool next_line(std::string_view& line);
   int line_number() const { return line_number_; }
 
@@ -44,6 +44,7 @@ class Source {
   struct Digest;
   std::unique_ptr<Digest> digest_;
   std::vector<char> buffer_;
+  std::string converted_;  // the last line that was not in UTF-8
   size_t begin_ = 0, end_ = 0;
   bool at_end_ = false;
   int line_number_ = 0;

@@ -6,6 +6,7 @@
 #include "armtrue/io/source.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
+#include "armtrue/text/utf8.h"
 #include "io/yaml/yaml_bounds.h"
 
 namespace armtrue {
@@ -132,12 +133,13 @@ void YamlMap::finish() const {
   }
 }
 
-YamlMap read_document(const std::string& text, const std::string& file,
+YamlMap read_document(const std::string& bytes, const std::string& file,
                       const std::vector<std::string>& formats) {
   std::string expected = "expected 'format: " + formats.front();
   for (size_t k = 1; k < formats.size(); ++k) expected += " or " + formats[k];
   expected += "'";
-  check_text(text, file);
+  check_text(bytes, file);
+  const std::string text = as_utf8(bytes);
   const size_t first = text.find_first_not_of(" \t\r\n");
   if (first != std::string::npos && text[first] == '<')
     throw InputError(file + ":1: is XML, and a YAML document should stand here; " + expected +
@@ -150,9 +152,15 @@ YamlMap read_document(const std::string& text, const std::string& file,
       throw InputError(file + ":" + std::to_string(documents[k].Mark().line + 1) +
                        ": a second document stands here, after '---'; give it a file of its own");
   if (!root || root.IsNull()) throw InputError(file + ": is empty; " + expected);
+  if (root.IsScalar() || root.IsSequence())
+    throw InputError(file + ":1: is no YAML document but a table or other text; " + expected);
   YamlMap document(root, file, "the document");
-  if (std::find(formats.begin(), formats.end(), document.text("format", "")) == formats.end())
-    document.fail("format", expected);
+  const std::string format = document.text("format", "");
+  if (std::find(formats.begin(), formats.end(), format) == formats.end()) {
+    const bool lacks_robot = format == "armtrue-loop/1" && formats.front() == "armtrue-robot/1";
+    document.fail("format", expected + (format.empty() ? "" : "; it is '" + format + "'") +
+                                (lacks_robot ? ". close-loop --robot-out writes the robot" : ""));
+  }
   return document;
 }
 
