@@ -35,15 +35,6 @@ Robot with_unit_weight(Robot robot) {
   return robot;
 }
 
-// Names of the values of a shape: those of the coefficients in files.
-std::vector<std::string> value_names(const Shape& shape, int count) {
-  if (shape.kind == ShapeKind::harmonic) return {"sin", "cos"};
-  if (count == 1) return {"c"};
-  std::vector<std::string> names;
-  for (int k = 1; k <= count; ++k) names.push_back("c" + std::to_string(k));
-  return names;
-}
-
 }  // namespace
 
 BoundEffect::BoundEffect(const Effect& effect, const Robot& robot,

@@ -148,6 +148,14 @@ int value_count(const Shape& shape, bool two_drivers) {
   }
 }
 
+std::vector<std::string> value_names(const Shape& shape, int count) {
+  if (shape.kind == ShapeKind::harmonic) return {"sin", "cos"};
+  if (count == 1) return {"c"};
+  std::vector<std::string> names;
+  for (int k = 1; k <= count; ++k) names.push_back("c" + std::to_string(k));
+  return names;
+}
+
 void evaluate(const Shape& shape, double x, double* out) {
   switch (shape.kind) {
     case ShapeKind::linear:

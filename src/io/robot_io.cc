@@ -24,6 +24,7 @@ namespace armtrue {
 namespace {
 
 constexpr double kMaxGravity = 20;   // m/s2
+constexpr double kMinGravity = 9;    // m/s2, unless it is zero
 constexpr double kHeaviest = 2e4;    // kg: of a link
 constexpr double kSmallest = 1e-12;  // m or rad: of a deviation
 // Each target, anchor or session adds parameters, whose number squared the fit takes time and
@@ -140,10 +141,11 @@ void read_gravity(YamlMap& document, Robot& robot) {
   if (!document.has("gravity_m_s2")) return;
   const std::vector<double> g = document.numbers("gravity_m_s2", 3);
   robot.gravity = {g[0], g[1], g[2]};
-  if (robot.gravity.norm() > kMaxGravity)
+  const double length = robot.gravity.norm();
+  if (length > kMaxGravity || (length > 0 && length < kMinGravity))
     document.fail("gravity_m_s2", fmt::format("is {:.4g} m/s2 long, but that of the earth is "
                                               "9.81; give it in m/s2",
-                                              robot.gravity.norm()));
+                                              length));
 }
 
 void read_instrument(YamlMap& document, Robot& robot) {

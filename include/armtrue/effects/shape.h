@@ -74,6 +74,10 @@ std::optional<Shape> parse_shape(std::string_view text);
 /// Number of values that a shape makes of one driver value; of two, for a series of products.
 int value_count(const Shape& shape, bool two_drivers = false);
 
+/// Their names, which are those of the coefficients in files. `count` is above value_count() for a
+/// load whose basis has several values.
+std::vector<std::string> value_names(const Shape& shape, int count);
+
 /// Writes those values to `out`. `x2` is the second driver of a product series: all
 /// products of the values at x with those at x2, the first running slowest.
 void evaluate(const Shape& shape, double x, double* out);

@@ -6,8 +6,11 @@
 
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
+#include "io/yaml/yaml_text.h"
 
 namespace armtrue {
+
+constexpr const char* kUnnamed = "c";  // also the name of an only coefficient
 
 std::pair<std::string, double> inner_unit(const Driver& driver, const KinematicChain& chain) {
   if (is_travel(driver, chain)) return {"_mm", kMillimetre};
@@ -39,8 +42,8 @@ void read_series(YamlMap series, bool two_drivers, Shape& shape) {
   else if (basis == "polynomial")
     shape.basis = SeriesBasis::polynomial;
   else
-    series.fail("basis", "'" + basis +
-                             "' is none of cosine, spline, fourier, saturating, bump, polynomial");
+    series.fail("basis",
+                "'" + basis + "' is none of cosine, spline, fourier, saturating, bump, polynomial");
   const double count = series.number("count");
   const bool polynomial = shape.basis == SeriesBasis::polynomial;
   const int least = polynomial ? 2 : shape.basis == SeriesBasis::spline ? 3 : 1;
@@ -92,6 +95,48 @@ Effect read_effect_form(YamlMap& map, const KinematicChain& chain) {
   return effect;
 }
 
+namespace {
+
+// Names of the coefficients by their places, as the writer gives them; empty if so many cannot be.
+std::vector<std::string> names_by_place(const Effect& effect) {
+  const size_t members = effect.driver.kind == DriverKind::moment
+                             ? 1
+                             : static_cast<size_t>(group_size(effect.parameter));
+  const size_t count = effect.coefficients.size();
+  if (count % members != 0) return {};
+  const std::vector<std::string> values =
+      value_names(effect.shape, static_cast<int>(count / members));
+  if (values.size() * members != count) return {};
+  if (members == 1) return values;
+  std::vector<std::string> names;
+  for (size_t i = 0; i < members; ++i)
+    for (const std::string& value : values)
+      names.push_back(values.size() == 1 ? kTwistNames[i] : kTwistNames[i] + (" " + value));
+  return names;
+}
+
+// Values are read by their places: names in another order would exchange them.
+void check_coefficients(const YamlMap& map, const Effect& effect, const KinematicChain& chain,
+                        const std::vector<std::string>& units) {
+  for (size_t k = 0; k < units.size(); ++k) {
+    const std::string of_parameter = si_unit_moved(effect, k, chain);
+    if ((units[k] == "m" || units[k] == "rad") && units[k] != of_parameter)
+      map.fail("coefficients", "the unit '" + units[k] + "' is not that of " + effect.parameter +
+                                   ", which this coefficient moves in " + of_parameter);
+  }
+  const std::vector<std::string> names = names_by_place(effect);
+  const auto is_named = [](const Coefficient& c) { return c.name != kUnnamed; };
+  if (names.size() < 2 || std::ranges::none_of(effect.coefficients, is_named)) return;
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+  for (size_t k = 0; k < names.size(); ++k)
+    if (effect.coefficients[k].name != names[k])
+      map.fail("coefficients", "'" + effect.coefficients[k].name + "' stands in the place of '" +
+                                   names[k] + "'; write in this order: " + list);
+}
+
+}  // namespace
+
 Effect read_effect(YamlMap map, const KinematicChain& chain) {
   Effect effect = read_effect_form(map, chain);
   effect.name = map.text("name");
@@ -113,9 +158,10 @@ Effect read_effect(YamlMap map, const KinematicChain& chain) {
       map.fail("measured", "is the lowest and highest angle of an effect of one joint angle");
     effect.measured = {angles[0], angles[1]};
   }
+  std::vector<std::string> units;
   for (YamlMap& entry : map.maps("coefficients")) {
     Coefficient& c = effect.coefficients.emplace_back();
-    c.name = entry.text("name", "c");
+    c.name = entry.text("name", kUnnamed);
     c.value = entry.number("value");
     c.std = entry.number("std", 0);
     if (entry.has("ci95")) {
@@ -125,8 +171,10 @@ Effect read_effect(YamlMap map, const KinematicChain& chain) {
     const std::string unit = entry.text("unit", ""), moved = unit.substr(0, unit.find('/'));
     if (!std::ranges::count(std::array{"", "m", "rad", "m or rad", "1"}, moved))
       entry.fail("unit", "'" + unit + "' is not read: values are in SI units, here in m or rad");
+    units.push_back(moved);
     entry.finish();
   }
+  check_coefficients(map, effect, chain, units);
   // Statements of close-loop about an effect; the prediction does not depend on them.
   for (const char* key :
        {"evidence", "indistinguishable", "ruled_out", "cause", "description", "curve", "cycle",

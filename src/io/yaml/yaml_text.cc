@@ -67,6 +67,10 @@ std::string coefficient_unit(const Effect& effect, ParameterUnit moved,
 
 }  // namespace
 
+std::string si_unit_moved(const Effect& effect, size_t coefficient, const KinematicChain& chain) {
+  return si_name(unit_moved(effect, coefficient, chain));
+}
+
 YAML::Node flow_map(const std::vector<std::pair<std::string, std::string>>& entries) {
   YAML::Node node(YAML::NodeType::Map);
   for (const auto& [key, value] : entries)

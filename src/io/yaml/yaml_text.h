@@ -50,6 +50,8 @@ YAML::Node texts_node(const std::vector<std::string>& texts);
 /// Name, parameter, driver and shape with its inner values.
 YAML::Node effect_form_node(const Effect& effect, const KinematicChain& chain);
 YAML::Node effect_node(const Effect& effect, const KinematicChain& chain);
+/// SI unit of the parameter that a coefficient moves: m, rad or 1.
+std::string si_unit_moved(const Effect& effect, size_t coefficient, const KinematicChain& chain);
 /// The base and the zero offsets of each session of a robot.
 YAML::Node sessions_node(const Robot& robot);
 YAML::Node robot_node(const Robot& robot, const Provenance& provenance);
