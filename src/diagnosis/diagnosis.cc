@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <set>
 #include <stdexcept>
+#include <utility>
 
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
@@ -212,18 +214,23 @@ std::vector<Hypothesis> orientation_hypotheses() {
 void try_hypotheses(const Robot& robot, const Campaign& campaign,
                     const std::vector<Hypothesis>& hypotheses, double as_it_stands,
                     double (*measure)(Robot, const Campaign&), std::vector<std::string>& findings) {
-  double best = kMuchBetter * as_it_stands;
-  std::string remedy;
+  constexpr double kSame = 1.01;
+  double best = std::numeric_limits<double>::infinity();
+  std::vector<std::pair<double, std::string>> better;
   for (const Hypothesis& hypothesis : hypotheses) {
     Robot changed_robot = robot;
     Campaign changed = campaign;
     hypothesis.change(changed_robot, changed);
     const double miss = measure(changed_robot, changed);
-    if (miss >= best) continue;
-    best = miss;
-    remedy = hypothesis.remedy;
+    if (miss >= kMuchBetter * as_it_stands || miss > kSame * best) continue;
+    best = std::min(best, miss);
+    better.emplace_back(miss, hypothesis.remedy);
   }
-  if (!remedy.empty()) findings.push_back(remedy);
+  // Those that fit as well: a SCARA whose third joint counts the other way is a mirrored one.
+  std::string remedies;
+  for (const auto& [miss, remedy] : better)
+    if (miss <= kSame * best) remedies += (remedies.empty() ? "" : "; or ") + remedy;
+  if (!remedies.empty()) findings.push_back(remedies);
 }
 
 // Names what remains after a calibration, if it is larger than any error of an arm.

@@ -74,17 +74,47 @@ std::vector<RowMistake> row_mistakes(const KinematicChain& chain) {
 }
 
 std::vector<RowMistake> orientation_mistakes() {
-  const auto of_angles = [](const char* what, double factor) {
-    return RowMistake{what, "convert them", [factor](Campaign& c) {
-                        for (Eigen::Quaterniond& q : c.orientation) {
-                          const Eigen::Vector3d abc =
-                              factor * abc_from_rotation(q.toRotationMatrix());
-                          q = rotation_from_abc(abc[0], abc[1], abc[2]);
-                        }
+  using Eigen::Quaterniond;
+  const auto of_each = [](const char* what, const char* remedy, const auto& corrected) {
+    return RowMistake{what, remedy, [corrected](Campaign& c) {
+                        for (Quaterniond& q : c.orientation) q = corrected(q);
                       }};
   };
-  return {of_angles("their angles a, b, c look like radians among degrees", 1 / kDegree),
-          of_angles("their angles a, b, c look like degrees among radians", kDegree)};
+  const auto of_angles = [&](const char* what, const char* remedy, const auto& rotation) {
+    return of_each(what, remedy, [rotation](const Quaterniond& q) {
+      return Quaterniond(rotation(abc_from_rotation(q.toRotationMatrix())));
+    });
+  };
+  const auto scaled = [](double factor) {
+    return [factor](const Eigen::Vector3d& abc) {
+      return rotation_from_abc(factor * abc[0], factor * abc[1], factor * abc[2]);
+    };
+  };
+  const auto about = [](const Eigen::Vector3d& axis, double angle) {
+    return Eigen::AngleAxisd(angle, axis).toRotationMatrix();
+  };
+  return {of_angles("their angles a, b, c look like radians among degrees", "convert them",
+                    scaled(1 / kDegree)),
+          of_angles("their angles a, b, c look like degrees among radians", "convert them",
+                    scaled(kDegree)),
+          of_angles(
+              "their angles a and c look exchanged; the contract is R = Rz(a) Ry(b) Rx(c)",
+              "exchange them",
+              [](const Eigen::Vector3d& abc) { return rotation_from_abc(abc[2], abc[1], abc[0]); }),
+          of_angles("their angles look like those of R = Rx(c) Ry(b) Rz(a); the contract is "
+                    "R = Rz(a) Ry(b) Rx(c)",
+                    "convert them",
+                    [about](const Eigen::Vector3d& abc) -> Eigen::Matrix3d {
+                      return about(Eigen::Vector3d::UnitX(), abc[2]) *
+                             about(Eigen::Vector3d::UnitY(), abc[1]) *
+                             about(Eigen::Vector3d::UnitZ(), abc[0]);
+                    }),
+          of_each("their orientations look turned the other way (tool from instrument)",
+                  "invert them", [](const Quaterniond& q) { return q.conjugate(); }),
+          of_each("their quaternions look like x, y, z, w in place of w, x, y, z", "reorder them",
+                  [](const Quaterniond& q) { return Quaterniond(q.z(), q.w(), q.x(), q.y()); }),
+          of_each("their quaternions look like w, x, y, z in place of x, y, z, w", "reorder them",
+                  [](const Quaterniond& q) { return Quaterniond(q.x(), q.y(), q.z(), q.w()); })};
 }
 
 using Errors = std::vector<double> Evaluation::*;
@@ -111,7 +141,8 @@ std::optional<std::string> shared_mistake(const Robot& placed, const Campaign& c
         found.push_back(off[k]);
         poses.insert(campaign.pose[off[k]]);
       }
-    if (poses.size() <= most_poses) continue;
+    // What most rows share is the mistake of a column, not of some rows.
+    if (poses.size() <= most_poses || 2 * std::ssize(found) > campaign.rows()) continue;
     most_poses = poses.size();
     finding = fmt::format(
         "{} rows of {} poses, the first in line {}, do not fit the others: {}; {}", found.size(),
