@@ -7,6 +7,7 @@
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/distributions.h"
+#include "armtrue/statistics/summary.h"
 
 namespace armtrue {
 namespace {
@@ -106,10 +107,12 @@ std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
                                    const CalibrationResult& fit, const NoiseFloor& noise) {
   constexpr double kMuchMore = 1.25, kMuchLess = 0.33;  // of the stated one
   constexpr double kResolution = 1e-6;                  // m: less is a simulation without noise
-  const double stated = robot.noise.position;
-  if (stated <= 0 || !campaign.sigma_position.empty()) return "";
+  const bool of_rows = !campaign.sigma_position.empty();
+  const double stated = of_rows ? median(campaign.sigma_position) : robot.noise.position;
+  if (stated <= 0) return "";
   const double freedom = noise.degrees_of_freedom, ratio = noise.position / stated;
-  if (noise.source == NoiseFloor::Source::replicates && ratio > kMuchMore &&
+  // Of replicates the sigma of the rows only weighs them.
+  if (noise.source == NoiseFloor::Source::replicates && !of_rows && ratio > kMuchMore &&
       chi_squared_above(freedom * ratio * ratio, freedom) < kNoChance)
     return fmt::format(
         "replicates scatter {:.3g} times as much as the noise that the robot file states, {:.4g} "
@@ -123,10 +126,10 @@ std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
       left_freedom > 1 &&
       1 - chi_squared_above(left_freedom * left * left, left_freedom) < kNoChance)
     return fmt::format(
-        "the robot file states a noise of {:.4g} mm per axis, and the readings scatter by {:.4g} "
-        "mm "
-        "about the model: correct noise: position_mm, beside which hardly anything can be found",
-        stated / kMillimetre, sigma / kMillimetre);
+        "{} a noise of {:.4g} mm per axis, and the readings scatter by {:.4g} mm about the model: "
+        "correct {}, beside which hardly anything can be found",
+        of_rows ? "the rows state" : "the robot file states", stated / kMillimetre,
+        sigma / kMillimetre, of_rows ? "sigma_mm" : "noise: position_mm");
   return "";
 }
 

@@ -93,6 +93,47 @@ void check_copied_sessions(const Campaign& campaign, LogFindings& findings) {
       copies.count, campaign.rows(), campaign.line[copies.second], campaign.line[copies.first]));
 }
 
+// One number in place of a point, in rows of several poses: an instrument that lost its target
+// writes 0 or -9999. A single row may be the origin of R_A.
+void check_lost_readings(const Campaign& campaign, LogFindings& findings) {
+  if (campaign.rows() < kFewestRows || campaign.position.empty()) return;
+  std::map<double, std::vector<int>> rows_of;
+  for (int row = 0; row < campaign.rows(); ++row)
+    if (const Eigen::Vector3d& point = campaign.position[row];
+        point.x() == point.y() && point.y() == point.z())
+      rows_of[point.x()].push_back(row);
+  for (const auto& [number, rows] : rows_of) {
+    const bool is_one_pose = std::ranges::all_of(
+        rows, [&](int row) { return campaign.pose[row] == campaign.pose[rows.front()]; });
+    if (is_one_pose || 2 * std::ssize(rows) > campaign.rows()) continue;
+    findings.errors.push_back(fmt::format(
+        "{} rows have {:g} mm in x, y and z, such as lines {} and {}: a mark of lost readings? "
+        "Empty these cells, or remove the rows",
+        rows.size(), number / kMillimetre, campaign.line[rows.front()],
+        campaign.line[rows.back()]));
+    return;
+  }
+}
+
+// Rows that state a standard deviation in another unit than the others. Those of covariances may
+// state axes that nobody knows.
+void check_unit_of_sigma(const Campaign& campaign, LogFindings& findings) {
+  constexpr double kMostTimes = 200;  // um among mm are a thousand
+  if (!campaign.whitening.empty()) return;
+  for (const auto& [column, sigma, unit] :
+       {std::tuple("sigma_mm", &campaign.sigma_position, kMillimetre),
+        std::tuple("sigma_deg", &campaign.sigma_orientation, kDegree)}) {
+    if (sigma->empty()) continue;
+    const auto [least, largest] = std::ranges::minmax_element(*sigma);
+    if (*largest <= kMostTimes * *least) continue;
+    const auto line = [&](auto place) { return campaign.line[place - sigma->begin()]; };
+    findings.warnings.push_back(fmt::format(
+        "{} is {:.4g} in line {} and {:.4g} in line {}: are these one unit? It weighs the rows, "
+        "and makes the noise floor",
+        column, *least / unit, line(least), *largest / unit, line(largest)));
+  }
+}
+
 // 273 K is the melting point of ice, and no arm is as hot as that in deg C.
 void check_unit_of_temperature(const Campaign& campaign, LogFindings& findings) {
   constexpr double kColdest = 233, kHottest = 373;  // K
@@ -198,6 +239,8 @@ LogFindings check_log(const Campaign& campaign) {
   LogFindings findings;
   check_doubled(campaign, findings);
   check_copied_sessions(campaign, findings);
+  check_lost_readings(campaign, findings);
+  check_unit_of_sigma(campaign, findings);
   check_unit_of_temperature(campaign, findings);
   check_clock(campaign, findings);
   if (!campaign.arrival.empty()) check_directions(campaign, findings);

@@ -14,9 +14,11 @@ struct LogFindings {
   std::vector<std::string> warnings;  ///< likely
 };
 
-/// Errors: a reading that stands twice, time included. Warnings:
+/// Errors: a reading that stands twice, time included; one number in place of points of several
+/// poses, as instruments mark lost readings. Warnings:
 /// - readings that stand twice, without a time or at another, if a quarter of the rows are such
 ///   copies; the same of readings that stand in two sessions;
+/// - standard deviations of rows more than 200 times as large as others;
 /// - temperatures that are those of an arm in kelvin;
 /// - a clock that stands still, or that runs back a few times in rows that are otherwise in its
 ///   order,
