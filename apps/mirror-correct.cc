@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-
 #include "armtrue/io/deviation_io.h"
 #include "armtrue/io/mirror_io.h"
 #include "armtrue/io/output.h"
@@ -239,12 +238,18 @@ Inputs read_inputs(app::Command& command, const Arguments& arguments) {
   for (const PathFile& pass : inputs.passes) all.push_back(&pass);
   for (const PathFile& pass : inputs.earlier) all.push_back(&pass);
   app::warn_of_the_same(command, all);
+  app::warn_of_computed(command, inputs.programmed, inputs.passes);
+  app::warn_of_computed(command, inputs.programmed, inputs.earlier);
   if (arguments.previous.empty() && !arguments.before.empty())
     command.warn(
         "--before names passes before a correction, and --previous does not name the correction "
         "that the measured passes ran: the new one replaces it, and what it took off comes back");
-  if (!arguments.previous.empty())
-    inputs.previous = command.read_path(arguments.previous, KeepRows::yes, inputs.robot);
+  if (arguments.previous.empty()) return inputs;
+  inputs.previous = command.read_path(arguments.previous, KeepRows::yes, inputs.robot);
+  if (inputs.previous->sha256 == inputs.programmed.sha256)
+    command.warn(inputs.previous->source +
+                 ": is the program itself and corrects nothing; name the corrected path that the "
+                 "passes ran, or leave --previous out");
   return inputs;
 }
 

@@ -147,6 +147,15 @@ void warn_of_the_same(Command& command, const std::vector<const PathFile*>& file
                      " and is taken for a pass of its own; name the program and each record once");
 }
 
+void warn_of_computed(Command& command, const PathFile& programmed,
+                      const std::vector<PathFile>& records) {
+  for (const PathFile& record : records)
+    if (record.sha256 != programmed.sha256 && looks_computed(programmed.path, record.path))
+      command.warn(record.source + ": has the times of " + programmed.source +
+                   " and no noise, as no instrument records it: is it a corrected path? Give the "
+                   "pass that the instrument recorded");
+}
+
 void warn_of_bad(Command& command, const PathFile& pass, const std::vector<BadSample>& bad) {
   if (!bad.empty())
     command.warn(describe_bad(pass, bad) + "; left out; check the line of sight of the instrument");

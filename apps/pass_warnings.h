@@ -14,6 +14,10 @@ namespace armtrue::app {
 
 void warn_of_the_same(Command& command, const std::vector<const PathFile*>& files);
 
+/// Of records that no instrument made, such as a corrected path.
+void warn_of_computed(Command& command, const PathFile& programmed,
+                      const std::vector<PathFile>& records);
+
 void warn_of_bad(Command& command, const PathFile& pass, const std::vector<BadSample>& bad);
 
 /// Throws InputError: too many samples are bad.

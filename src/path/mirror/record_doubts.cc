@@ -8,6 +8,7 @@
 #include "armtrue/path/mirror/path_deviation.h"
 #include "armtrue/statistics/summary.h"
 #include "linear_algebra/decompositions.h"
+#include "path/registration/unit_check.h"
 
 namespace armtrue {
 namespace {
@@ -161,6 +162,13 @@ std::optional<TimeLag> find_lag(const Eigen::Matrix3Xd& deviation,
 }
 
 }  // namespace
+
+bool looks_computed(const Path& programmed, const Path& record) {
+  constexpr double kNoInstrument = 1e-7;  // [m]
+  if (!record.has_times_of(programmed)) return false;
+  const std::optional<double> noise = noise_of_samples(record);
+  return noise && *noise < kNoInstrument;
+}
 
 RecordDoubts record_doubts(const Path& programmed, const Path& measured, const ClockFit& clock,
                            const std::vector<BadSample>& bad) {

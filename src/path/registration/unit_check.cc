@@ -42,8 +42,9 @@ void check_time_unit(const Path& programmed, const Path& measured) {
   }
 }
 
-// Standard deviation of independent errors per axis [m], from sixth differences, in which a smooth
-// path leaves nothing; they are sqrt(924) as large as the errors. Nothing for irregular times.
+}  // namespace
+
+// The sixth differences of independent errors are sqrt(924) as large as the errors.
 std::optional<double> noise_of_samples(const Path& path) {
   constexpr Eigen::Index kFewestSamples = 50;
   constexpr std::array<double, 7> kBinomials = {1, -6, 15, -20, 15, -6, 1};
@@ -67,6 +68,8 @@ std::optional<double> noise_of_samples(const Path& path) {
   constexpr double kMedianOfThree = 2.366;  // of chi-squared with 3 degrees of freedom
   return std::sqrt(median(squares) / kMedianOfThree);
 }
+
+namespace {
 
 // A program has no noise, a record has.
 void check_not_exchanged(const Path& programmed, const Path& measured) {

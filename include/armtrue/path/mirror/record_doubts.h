@@ -58,6 +58,10 @@ struct RecordDoubts {
   std::optional<TimeLag> lag;
 };
 
+/// Whether a record is no reading of an instrument but a product of mirror-correct, such as the
+/// corrected path: it has the times of the program and less noise than 0.1 um.
+bool looks_computed(const Path& programmed, const Path& record);
+
 RecordDoubts record_doubts(const Path& programmed, const Path& measured, const ClockFit& clock,
                            const std::vector<BadSample>& bad);
 
