@@ -61,6 +61,16 @@ Check not_below_zero() {
   return number_check([](double value) { return value >= 0; }, "0 or above");
 }
 
+Check payload_of_arm() {
+  return number_check([](double value) { return value >= 0 && value <= 1e4; },
+                      "a payload in kg, from 0 to 10000");
+}
+
+Check temperature_of_arm() {
+  return number_check([](double value) { return value >= -100 && value <= 200; },
+                      "a temperature in deg C, from -100 to 200; take 273.15 off of kelvin");
+}
+
 Check above_zero_or_auto() {
   return {"NUMBER or auto", [](const std::string& text) {
             return text == "auto" ? std::string() : above_zero().why_wrong(text);

@@ -33,6 +33,8 @@ struct Check {
 
 Check above_zero();
 Check not_below_zero();
+Check payload_of_arm();
+Check temperature_of_arm();
 Check above_zero_or_auto();
 /// Of a text that above_zero_or_auto() passed. Nothing for "auto", which leaves the choice to the
 /// data.

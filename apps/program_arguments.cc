@@ -82,11 +82,13 @@ void add_conditions(Command& command, ProgramArguments& arguments) {
   command.option("--session", arguments.session,
                  "Session of --robot whose zero offsets apply, if they differ");
   command.option("--payload-kg", arguments.payload_kg, "Payload at the TCP, if there is no column")
-      .check(not_below_zero());
+      .check(payload_of_arm());
   command.option("--t-s", arguments.time_s,
                  "Time since the start of the campaign, if there is no column");
-  command.option("--temp-c", arguments.temperature_c,
-                 "Temperature of all sensors, if there are no columns");
+  command
+      .option("--temp-c", arguments.temperature_c,
+              "Temperature of all sensors, if there are no columns")
+      .check(temperature_of_arm());
 }
 
 CompensationOptions program_options(const ProgramArguments& arguments, const Robot& robot) {
