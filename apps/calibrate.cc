@@ -78,17 +78,24 @@ WeightedZone weight_readings_by_zone(app::Command& command, Campaign& campaign, 
   return {zone, static_cast<int>(std::ranges::count(factors, 1.0))};
 }
 
+// A zone weighs the readings with standard deviations that are not theirs: their noise is that of
+// the readings without them.
+NoiseFloor noise_of(const CalibrationResult& result, const Campaign& as_read,
+                    const std::vector<int>& blunders) {
+  std::vector<int> sound;
+  for (int row = 0; row < as_read.rows(); ++row)
+    if (!std::ranges::binary_search(blunders, row)) sound.push_back(row);
+  const Campaign readings = as_read.select(sound);
+  return noise_floor(result.robot, readings, evaluate(result.robot, readings));
+}
+
 // The warning for a calibration that misses a criterion; nothing if it meets all.
 std::optional<std::string> missed_criterion(const CalibrationResult& result, const Robot& robot,
                                             const Campaign& campaign, const Evaluation& evaluation,
                                             double max_error_mm) {
   if (!result.converged) return app::not_converged(result);
-  if (const auto lost = lost_to_poses(robot, campaign, result.set); !lost.empty()) {
-    std::string names;
-    for (int k : lost) names += (names.empty() ? "" : ", ") + parameter_name(robot.chain, k);
-    return "these poses cannot show " + names +
-           ", which other poses could; measure poses that move every joint over its travel";
-  }
+  if (const std::string lost = app::lost_to_poses(robot, campaign, result.set); !lost.empty())
+    return lost;
   if (const std::string beyond = app::beyond_any_arm(result.robot, campaign, evaluation);
       !beyond.empty())
     return beyond;
@@ -123,7 +130,8 @@ void warn_of_doubts(app::Command& command, const Robot& robot, const Campaign& a
   std::ranges::sort(lines);
   for (const std::string& doubt :
        {left_out_together(all, lines),
-        contradiction_of_noise(robot, campaign, result, findings.quality->noise)})
+        findings.zone ? ""
+                      : contradiction_of_noise(robot, campaign, result, findings.quality->noise)})
     if (!doubt.empty()) command.warn(doubt);
 }
 
@@ -155,6 +163,10 @@ int run(app::Command& command, const Arguments& arguments) {
     robot.identify_per_session = app::split_list(arguments.identify_per_session);
   robot.free_links = arguments.no_priors;
   const Campaign all = command.read_campaign(command.input, robot);
+  if (!arguments.identify_per_session.empty() && all.session_names.size() < 2)
+    command.warn("--identify-per-session " + arguments.identify_per_session +
+                 " changes nothing: " + all.source +
+                 " is one session; name sessions in a column, or give --new-session-at-s");
   const std::optional<About> about = app::read_about(command, arguments.page);
   app::refuse_mistakes(command, robot, all);
   command.warn_if_computed(robot, all);
@@ -166,18 +178,23 @@ int run(app::Command& command, const Arguments& arguments) {
   const Campaign& campaign = all_as_read ? all : changed;
   app::warn_of_gross_poses(command, gross);
   std::optional<WeightedZone> zone;
-  if (!arguments.zone.empty())
+  Campaign unweighted;
+  if (!arguments.zone.empty()) {
+    unweighted = changed;
     zone = weight_readings_by_zone(command, changed, robot, app::zone_from_text(arguments.zone));
+  }
+  const Campaign& as_read = zone ? unweighted : campaign;
 
   const CalibrationResult result = calibrate(robot, campaign);
   app::warn_of_touches(command, robot, campaign, result.set);
   CalibrationFindings findings{zone, gross, {}, assess(result, campaign)};
+  if (zone) findings.quality->noise = noise_of(result, as_read, findings.quality->blunders);
   findings.nominal = require_worthwhile(robot, result, campaign, findings.quality->blunders,
                                         static_cast<int>(rows_of(gross).size()));
   if (!findings.nominal) findings.nominal = placed_on_targets(robot, result, campaign);
-  warn_of_doubts(command, robot, all, campaign, result, findings);
+  warn_of_doubts(command, robot, all, as_read, result, findings);
   const Evaluation evaluation = evaluate(result.robot, campaign);
-  const auto missed = missed_criterion(result, robot, campaign, evaluation, arguments.max_error_mm);
+  const auto missed = missed_criterion(result, robot, as_read, evaluation, arguments.max_error_mm);
   if (missed) command.warn(*missed);
   if (!arguments.residuals.empty()) {
     const std::vector<std::string> split(all.rows(), "training");

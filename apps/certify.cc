@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/certification/certificate.h"
@@ -27,9 +29,26 @@ struct Arguments {
 
 app::Check five_names() {
   return {"", [](const std::string& text) {
-            return app::split_list(text).size() == 5
+            std::vector<std::string> names = app::split_list(text);
+            std::ranges::sort(names);
+            if (names.size() != 5)
+              return "'" + text + "' must be five names of poses, such as P1,P2,P3,P4,P5";
+            return std::ranges::adjacent_find(names) == names.end()
                        ? ""
-                       : "'" + text + "' must be five names of poses, such as P1,P2,P3,P4,P5";
+                       : "'" + text + "' names a pose twice; the cube has five";
+          }};
+}
+
+// What the links are fitted to must not judge them.
+app::Check set_up_only() {
+  return {"", [](const std::string& text) {
+            for (const std::string& name : app::split_list(text))
+              if (const std::string frame = name.substr(0, name.find('.'));
+                  frame != "base" && frame != "tool")
+                return "'" + name +
+                       "' is no part of the set-up: fitted to the readings that judge the arm, it "
+                       "takes up their errors; give base,tool, or one of them";
+            return std::string();
           }};
 }
 
@@ -51,8 +70,10 @@ void add_options(app::Command& command, Arguments& arguments) {
       .option("--cube", arguments.cube,
               "Names of the five poses of the standard's cube [P1,P2,P3,P4,P5, if all are there]")
       .check(five_names());
-  command.option("--refit", arguments.refit,
-                 "Fit these first, such as base,tool for a robot in another set-up");
+  command
+      .option("--refit", arguments.refit,
+              "Fit these first, such as base,tool for a robot in another set-up")
+      .check(set_up_only());
   app::Option path =
       command.file("--path", arguments.path,
                    "Commanded path: path accuracy of its recorded passes is certified too");
@@ -98,6 +119,7 @@ std::optional<PathFigures> path_figures_of(app::Command& command, const Argument
   std::vector<const PathFile*> all{&commanded};
   for (const PathFile& pass : passes) all.push_back(&pass);
   app::warn_of_the_same(command, all);
+  app::warn_of_computed(command, commanded, passes);
   std::vector<Path> paths;
   for (const PathFile& pass : passes) paths.push_back(pass.path);
   ClockOptions clock;
@@ -143,6 +165,7 @@ int run(app::Command& command, const Arguments& arguments) {
   const Campaign campaign = command.read_campaign(command.input, robot);
   app::refuse_mistakes(command, robot, campaign);
   CertificateOptions options;
+  options.points_look_computed = command.warn_if_computed(robot, campaign);
   options.cube = app::split_list(arguments.cube);
   options.refitted = arguments.refit;
   options.robot_knows_readings = knows_readings(arguments.robot, command.provenance());
@@ -154,6 +177,7 @@ int run(app::Command& command, const Arguments& arguments) {
     app::require_sessions(robot, campaign);
   } else {
     command.progress("refitting " + arguments.refit);
+    app::warn_of_few_readings(command, arguments.refit, robot, campaign);
     robot = refit_set_up(robot, campaign, app::split_list(arguments.refit));
   }
   options.path = path_figures_of(command, arguments);

@@ -255,6 +255,10 @@ int run(app::Command& command, const Arguments& arguments) {
   options.progress = [&](const std::string& what) { command.progress(what); };
   const LoopResult result = search(command, arguments, robot, measured, options);
   app::warn_of_touches(command, robot, measured.training, result.trace.fit.set);
+  if (const std::string lost = app::lost_to_poses(robot, measured.training,
+                                                  choose_identifiable(robot, measured.training));
+      !lost.empty())
+    command.warn(lost);
 
   const std::string missed = why_not_reached(robot, result);
   if (!missed.empty()) command.warn(missed);

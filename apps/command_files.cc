@@ -3,8 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
+#include <set>
+#include <tuple>
 #include <unordered_set>
 
+#include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/observation.h"
 #include "armtrue/diagnosis/diagnosis.h"
 #include "armtrue/diagnosis/log_check.h"
@@ -15,6 +19,7 @@
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
 #include "command_line.h"
+#include "option_text.h"
 
 namespace armtrue::app {
 
@@ -72,8 +77,34 @@ PathFile Command::read_path(const std::string& path, KeepRows keep,
   return file;
 }
 
+namespace {
+
+// Whether angles that were read as degrees are those of an arm in radians: it moves by most of its
+// joints, but never leaves the zero pose by more than a turn in radians, 6.28 deg.
+bool look_like_radians(const std::vector<JointVector>& q, const std::vector<JointName>& joints) {
+  constexpr size_t kFewestTargets = 5;
+  constexpr double kTurn = 2 * std::numbers::pi * kDegree, kMoves = 0.5 * kDegree;
+  if (q.size() < kFewestTargets) return false;
+  int angles = 0, moving = 0;
+  for (size_t j = 0; j < joints.size(); ++j) {
+    if (joints[j].is_length) continue;
+    const auto at = [j](const JointVector& joint) { return joint[static_cast<Eigen::Index>(j)]; };
+    const auto [least, largest] = std::ranges::minmax(q, {}, at);
+    if (std::max(-at(least), at(largest)) > kTurn) return false;
+    ++angles;
+    moving += at(largest) - at(least) > kMoves;
+  }
+  return angles > 2 && 2 * moving > angles;
+}
+
+}  // namespace
+
 ProgramFile Command::read_program(const std::string& path, const Robot& robot) {
   ProgramFile file = armtrue::read_program(path, joint_names(robot.chain));
+  if (look_like_radians(file.program.visits.q, file.joints))
+    warn(file.source +
+         ": all joint angles lie within 6.28 deg of zero: are these radians? Then name the columns "
+         "q1_rad and so on");
   inputs_.emplace_back(file.source, file.sha256);
   return file;
 }
@@ -110,16 +141,16 @@ void Command::warn_of_unknown(const std::vector<std::string>& columns) {
 Provenance Command::provenance() const { return {name_, ARMTRUE_VERSION, inputs_, warnings_}; }
 
 void Command::warn_if_calibrated(const Robot& robot, const std::string& path) {
-  if (robot.std.empty() && !robot.uncertainty) return;
+  if (!is_calibrated(robot)) return;
   warn(path +
        ": is calibrated already; what it states as nominal are results of other readings, and "
        "errors of those stay: give the nominal robot, if you have it");
 }
 
-void Command::warn_if_computed(const Robot& robot, const Campaign& campaign) {
-  if (!robot.std.empty() || robot.uncertainty) return;
-  if (const auto computed = find_computed_points(robot, campaign))
-    warn(campaign.source + ": " + *computed);
+bool Command::warn_if_computed(const Robot& robot, const Campaign& campaign) {
+  const auto computed = find_computed_points(robot, campaign);
+  if (computed) warn(campaign.source + ": " + *computed);
+  return computed.has_value();
 }
 
 void Command::warn_of_own_readings(const RobotFile& robot) {
@@ -156,6 +187,38 @@ void warn_of_touches(Command& command, const Robot& robot, const Campaign& campa
       "an error of 1 mm in it is one of {:.3g} % in all lengths, which no standard deviation "
       "counts; touch two points of a known artefact, such as a scale bar",
       parameter_name(robot.chain, *scale), length, 100 / length));
+}
+
+std::string lost_to_poses(const Robot& robot, const Campaign& campaign,
+                          const IdentifiableSet& set) {
+  std::string names;
+  for (int k : armtrue::lost_to_poses(robot, campaign, set))
+    names += (names.empty() ? "" : ", ") + parameter_name(robot.chain, k);
+  if (names.empty()) return "";
+  return "these poses cannot show " + names +
+         ", which other poses could; measure poses that move every joint over its travel";
+}
+
+void warn_of_few_readings(Command& command, const std::string& refit, const Robot& given,
+                          const Campaign& campaign) {
+  if (refit.empty()) return;
+  constexpr double kMostHidden = 0.2;  // of the RMS error
+  Robot fitted = given;
+  fitted.identify = split_list(refit);
+  fitted.identify_per_session.clear();
+  fitted.effects.clear();
+  const auto unknowns = static_cast<double>(choose_identifiable(fitted, campaign).kept.size());
+  std::set<std::tuple<int, int, int>> readings;
+  for (int row = 0; row < campaign.rows(); ++row)
+    readings.emplace(campaign.pose[row], campaign.session.empty() ? 0 : campaign.session[row],
+                     campaign.channel(row));
+  const double numbers = static_cast<double>(readings.size()) * campaign.reading_size().all();
+  const double left = std::sqrt(std::max(0.0, 1 - unknowns / numbers));
+  if (1 - left <= kMostHidden) return;
+  command.warn(fmt::format(
+      "--refit {} fits {} unknowns to the {} numbers of these readings and so hides about {:.0f} % "
+      "of the error; measure more poses",
+      refit, unknowns, numbers, 100 * (1 - left)));
 }
 
 void warn_of_gross_poses(Command& command, const std::vector<GrossPose>& gross) {

@@ -86,8 +86,9 @@ class Command : public OptionGroup {
   Campaign read_campaign(const std::string& path, const Robot& robot);
   /// Warns if a robot that should be nominal is the result of a calibration.
   void warn_if_calibrated(const Robot& robot, const std::string& path);
-  /// Warns if the nominal robot predicts the points as only computed ones.
-  void warn_if_computed(const Robot& robot, const Campaign& campaign);
+  /// Warns, and returns true, if the robot predicts the points as only computed ones. Call it with
+  /// the robot file as it was read.
+  bool warn_if_computed(const Robot& robot, const Campaign& campaign);
   /// Warns if a file that was read here made the robot: readings agree with what was fitted to
   /// them.
   void warn_of_own_readings(const RobotFile& robot);
@@ -168,6 +169,15 @@ std::vector<JointTarget> numbered(const std::vector<PlannedPose>& poses,
 /// encoder of lengths shows it. `robot`: the one for which the set was chosen.
 void warn_of_touches(Command& command, const Robot& robot, const Campaign& campaign,
                      const IdentifiableSet& set);
+
+/// The warning for poses that do not show a parameter that other poses would show; empty if there
+/// is none.
+std::string lost_to_poses(const Robot& robot, const Campaign& campaign, const IdentifiableSet& set);
+
+/// Warns if what --refit fits to few readings takes up much of their errors, which are then those
+/// of no other pose. `given`: the robot before the fit.
+void warn_of_few_readings(Command& command, const std::string& refit, const Robot& given,
+                          const Campaign& campaign);
 
 /// Warns of each pose that is left out because all its readings share a large error.
 void warn_of_gross_poses(Command& command, const std::vector<GrossPose>& gross);

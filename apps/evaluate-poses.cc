@@ -1,10 +1,5 @@
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
-#include <set>
-#include <tuple>
-
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/compensation/compensation.h"
@@ -93,38 +88,18 @@ bool meets_criteria(app::Command& command, const Arguments& arguments, const Rob
   return false;
 }
 
-// What is fitted to few readings takes their errors up, which are then those of no other pose.
-void warn_of_few_readings(app::Command& command, const Arguments& arguments, const Robot& given,
-                          const Campaign& campaign) {
-  if (arguments.refit.empty()) return;
-  constexpr double kMostHidden = 0.2;  // of the RMS error
-  Robot fitted = given;
-  fitted.identify = app::split_list(arguments.refit);
-  fitted.identify_per_session.clear();
-  fitted.effects.clear();
-  const auto unknowns = static_cast<double>(choose_identifiable(fitted, campaign).kept.size());
-  std::set<std::tuple<int, int, int>> readings;
-  for (int row = 0; row < campaign.rows(); ++row)
-    readings.emplace(campaign.pose[row], campaign.session.empty() ? 0 : campaign.session[row],
-                     campaign.channel(row));
-  const double numbers = static_cast<double>(readings.size()) * campaign.reading_size().all();
-  const double left = std::sqrt(std::max(0.0, 1 - unknowns / numbers));
-  if (1 - left <= kMostHidden) return;
-  command.warn(fmt::format(
-      "--refit {} fits {} unknowns to the {} numbers of these readings and so hides about {:.0f} % "
-      "of the error; measure more poses",
-      arguments.refit, unknowns, numbers, 100 * (1 - left)));
-}
-
 int run(app::Command& command, const Arguments& arguments) {
   const Robot given = command.read_robot(arguments.robot).robot;
   std::optional<Robot> against;
-  if (!arguments.against.empty()) against = command.read_robot(arguments.against).robot;
+  if (!arguments.against.empty()) {
+    against = command.read_robot(arguments.against).robot;
+    app::require_same_joints(given, arguments.robot, *against, arguments.against);
+  }
   const Campaign campaign = command.read_campaign(command.input, given);
   const std::optional<About> about = app::read_about(command, arguments.page);
   const Robot robot = set_up(command, arguments, given, campaign);
   if (against) against = set_up(command, arguments, *against, campaign);
-  warn_of_few_readings(command, arguments, given, campaign);
+  app::warn_of_few_readings(command, arguments.refit, given, campaign);
   const Evaluation evaluation = evaluate(robot, campaign);
   const bool is_met = meets_criteria(command, arguments, given, robot, campaign, evaluation);
   std::vector<Prediction> predictions;

@@ -76,6 +76,7 @@ int report_change(app::Command& command, const std::string& path) {
   const Campaign campaign = command.read_campaign(command.input, previous.robot);
   command.warn_of_own_readings(previous);
   app::refuse_mistakes(command, previous.robot, campaign);
+  command.warn_if_computed(previous.robot, campaign);
   const ChangeResult result =
       detect_change(previous.robot, residual_spread(previous, command), campaign);
   for (int row : result.blunders)

@@ -113,6 +113,10 @@ void add_notes(const CertificateOptions& options, const Robot& robot, Certificat
     notes.push_back(
         "The robot file was made from this file of readings: not all poses are held out, and AP is "
         "too small.");
+  if (options.points_look_computed)
+    notes.push_back(
+        "The robot file predicts these points more closely than an instrument reads. If the "
+        "controller computed them, AP and RP say nothing of the arm.");
   if (!robot.uncertainty)
     notes.push_back("The robot file states no uncertainty: the budget has no row of the model.");
   if (certificate.all.ap.value < certificate.budget.expanded)

@@ -16,6 +16,8 @@ import unittest
 
 CONFIG = pathlib.Path(__file__).resolve().parents[2] / "config"
 ROBOT = CONFIG / "robots/kr360-spindle.yaml"
+UNDECLARED = CONFIG / "robots/kr360-undeclared.yaml"
+ABOUT = CONFIG.parent / "tests/cli/certify/about.yaml"
 ROUGHING = CONFIG / "robots/kr360-roughing.yaml"
 CAMPAIGN = CONFIG / "campaigns/tutorial.csv"
 LINE = CONFIG / "paths/line300.csv"
@@ -159,6 +161,47 @@ def campaign(change, robot=ROBOT, command="calibrate", source=CAMPAIGN, more=())
     return lambda: (command, "--robot", robot() if callable(robot) else robot, changed(source, change), *more)
 
 
+def since(source, calibrated="calibrated.yaml"):
+    return lambda: ("trace-residual", "--since", calibrated, source)
+
+
+def certificate(source, robot="calibrated.yaml", more=()):
+    return lambda: ("certify", "--robot", robot, "--about", ABOUT, source, *more)
+
+
+def targets(change, *more):
+    """Targets of a program, with a mistake, for the arm of the tutorial."""
+    return lambda: ("compensate", "--robot", "calibrated.yaml", "--controller", ROBOT, changed("targets.csv", change),
+                    "--summary", "summary.yaml", "-o", "commands.csv", *more)
+
+
+def effect(coefficients):
+    """The robot file with a harmonic effect."""
+    return lambda: robot_with("effects: .*", "effects:\n  - {name: e, parameter: A2.theta, driver: joint-angle 2, shape: "
+                              f"harmonic 1, coefficients: [{coefficients}]}}")
+
+
+def quaternion(row):
+    """w, x, y, z of Rz(a) Ry(b) Rx(c)."""
+    (ca, sa), (cb, sb), (cc, sc) = ((math.cos(half), math.sin(half)) for half in
+                                    (math.radians(float(row[angle])) / 2 for angle in ANGLES))
+    return (ca * cb * cc + sa * sb * sc, ca * cb * sc - sa * sb * cc, ca * sb * cc + sa * cb * sc,
+            sa * cb * cc - ca * sb * sc)
+
+
+def quaternions(order="wxyz", where=lambda row: True, sign=1):
+    """Orientations as quaternions. In some rows the columns hold their parts in another order, or x, y, z negated."""
+    def all_rows(table):
+        for row in table:
+            parts = dict(zip("wxyz", quaternion(row)))
+            wrong = where(row)
+            for column, part in zip("wxyz", order if wrong else "wxyz"):
+                row["q" + column] = repr(parts[part] * (sign if wrong and part != "w" else 1))
+            for angle in ANGLES:
+                del row[angle]
+    return all_rows
+
+
 def mirror(record=None, programmed=LINE, more=()):
     return lambda: ("mirror-correct", "--programmed", programmed() if callable(programmed) else programmed,
                     "--measured", *(record() if callable(record) else [record]), "--summary", "summary.yaml", *more,
@@ -191,9 +234,19 @@ def prepare():
          "1400,2200,-400,400,800,1600", "-o", "near.csv")
     make("simulate-poses", "--robot", ROBOT, "--count", 40, "--points", "-o", "computed.csv")
     make("calibrate", "--robot", ROBOT, CAMPAIGN, "-o", "calibrated.yaml")
+    make("simulate-poses", "--robot", "calibrated.yaml", "--count", 20, "--repeats", 3, "-o", "controller.csv")
+    make("simulate-poses", "--robot", "calibrated.yaml", "--count", 20, "--repeats", 3, "--noise-mm", 0.05, "--noise-mrad",
+         0.1, "-o", "visits.csv")
+    make("simulate-poses", "--robot", ROBOT, "--count", 12, "--repeats", 2, "--points", "-o", "computed-visits.csv")
+    make("plan-poses", "--robot", ROBOT, "--count", 20, "-o", "targets.csv")
+    written("one-joint.csv", [dict(row, **{q: "20" for q in JOINTS if q != "q2_deg"}) for row in rows("targets.csv")])
+    make("simulate-poses", "--robot", ROBOT, "--truth", UNDECLARED, "--targets", "one-joint.csv", "--repeats", 2,
+         "--noise-mm", 0.095, "--noise-mrad", 0.15, "-o", "bowing.csv")
     written("once.csv", [row for row in rows(CAMPAIGN) if row["repeat"] == "1"])
 
 
+with open(CAMPAIGN) as first_rows:
+    FIRST = next(csv.DictReader(first_rows))
 NO_ORIENTATION = without(*ANGLES)
 EVEN_OFF = add("y_mm", 18, every(2))
 MIXED = in_turn(NO_ORIENTATION, exchange("q4_deg", "q6_deg", every(10)))
@@ -205,6 +258,21 @@ TABLE = {
     "a tenth in metres": (campaign(scale(POINT, 1e-3, every(10))), 1, "metres among millimetres"),
     "a third in inches": (campaign(scale(POINT, 1 / 25.4, every(3))), 1, "inches among millimetres"),
     "angles of a tenth in radians": (campaign(scale(JOINTS, math.pi / 180, every(10))), 1, "radians among degrees"),
+    "angles of targets in radians": (targets(scale(JOINTS, math.pi / 180)), 0, "are these radians?"),
+    "sigma in um": (campaign(each(lambda r: r.update(sigma_mm="95")), command="close-loop", source="once.csv",
+                             more=("--only-catalogue",)), 0, "the rows state a noise of 95 mm"),
+    "sigma of some rows in um": (campaign(each(lambda r: r.update(sigma_mm="95" if every(5)(r) else "0.095"))), 0,
+                                 "are these one unit?"),
+    # orientations of some rows
+    "quaternions of a tenth in another order": (campaign(quaternions("xyzw", every(10))), 1,
+                                                "x, y, z, w in place of w, x, y, z"),
+    "orientations of a tenth inverted": (campaign(quaternions(where=every(10), sign=-1)), 1, "turned the other way"),
+    "a and c of a tenth exchanged": (campaign(exchange("a_deg", "c_deg", every(10))), 1, "a and c look exchanged"),
+    # lost readings
+    "lost readings are -9999": (campaign(each(lambda r: r.update({c: "-9999" for c in POINT}), every(15))), 1,
+                                "a mark of lost readings?"),
+    "lost readings are 0": (campaign(each(lambda r: r.update({c: "0" for c in POINT}), every(15)), command="close-loop"), 1,
+                            "a mark of lost readings?"),
     # joint columns
     "joint columns of a tenth exchanged": (campaign(MIXED), 1, "q4 and q6 look exchanged"),
     "joint columns exchanged": (campaign(in_turn(NO_ORIENTATION, exchange("q4_deg", "q6_deg"))), 1,
@@ -232,6 +300,10 @@ TABLE = {
     "instrument's scale 1 % off": (campaign(scale(POINT, 1.01)), 0, "the links come out longer"),
     "constant of the reflector 10 mm off": (campaign(longer_rays(10)), 0, "check the constant of its reflector"),
     "points of the controller": (campaign(lambda table: None, source="computed.csv"), 0, "as no arm is made"),
+    "points of the controller, certificate": (certificate("controller.csv"), 0, "as no instrument reads"),
+    "points of the controller, certificate of the nominal robot": (
+        certificate("computed-visits.csv", ROBOT), 0, "as no arm is made"),
+    "points of the controller, change": (since("controller.csv"), 0, "as no instrument reads"),
     "one wire 1 % long": (campaign(scale(("l_mm",), 1.01, lambda r: r["anchor"] == "1"), "wires.yaml",
                                    source="wires.csv"), 1, "the distances from anchor 1 are too long by"),
     "all wires 1 % long": (campaign(scale(("l_mm",), 1.01), "wires.yaml", source="wires.csv"), 0,
@@ -253,6 +325,19 @@ TABLE = {
     "length 150 mm off, where poses hardly tell": (
         campaign(each(lambda r: None), lambda: robot_with(r"(name: A2,.* d_mm: )500", r"\g<1>650"), source="near.csv"), 1,
         "which is no error of an arm"),
+    "gravity in g": (campaign(each(lambda r: None), lambda: robot_with(r"(gravity_m_s2: ).*", r"\1[0, 0, -1]")), 1,
+                     "is 1 m/s2 long"),
+    "coefficients in another order": (
+        campaign(each(lambda r: None), effect("{name: cos, value: 1e-4}, {name: sin, value: 2e-4}")), 1,
+        "'cos' stands in the place of 'sin'"),
+    "coefficients with other names": (
+        campaign(each(lambda r: None), effect("{name: amplitude, value: 1e-4}, {name: phase, value: 0}")), 1,
+        "'amplitude' stands in the place of 'sin'"),
+    "coefficient of an angle in m": (
+        campaign(each(lambda r: None), effect("{name: sin, value: 1e-4, unit: m}, {name: cos, value: 0, unit: m}")), 1,
+        "which this coefficient moves in rad"),
+    "only one joint moves": (campaign(each(lambda r: None), command="close-loop", source="bowing.csv",
+                                      more=("--only-catalogue",)), 0, "these poses cannot show A2.alpha"),
     # no result beyond what an arm can have leaves with exit 0
     "half the poses 18 mm off, calibrate": (campaign(EVEN_OFF), 3, "more than an arm of this size"),
     "half the poses 18 mm off, close-loop": (campaign(EVEN_OFF, command="close-loop", source="once.csv",
@@ -282,6 +367,10 @@ TABLE = {
     # records of paths
     "program and record exchanged": (mirror(lambda: [LINE], "pass.csv"), 1, "they look exchanged"),
     "program as record": (mirror(lambda: [LINE]), 0, "holds the same as"),
+    "corrected path as record": (mirror(lambda: ["first.csv"]), 0, "is it a corrected path?"),
+    "corrected path as pass of a certificate": (
+        certificate("visits.csv", more=("--path", LINE, "--pass", "first.csv")), 0, "is it a corrected path?"),
+    "program as previous correction": (mirror("pass.csv", more=("--previous", LINE)), 0, "corrects nothing"),
     "half a record in another frame": (mirror(record(cut_from(206, "y_mm", 2))), 0, "was the instrument knocked"),
     "frame turned by 0.2 deg": (mirror(record(turned("y_mm", "z_mm", 0.2))), 0, "is a motion of the whole record"),
     "record mirrored": (mirror(record(scale(("y_mm",), -1))), 1, "in another frame or of another pass"),
@@ -325,6 +414,15 @@ SOUND = {
     "campaign": campaign(each(lambda r: None)),
     "points": campaign(NO_ORIENTATION),
     "distances": campaign(each(lambda r: None), "wires.yaml", source="wires.csv"),
+    "quaternions": campaign(quaternions()),
+    "sigma of two instruments": campaign(each(lambda r: r.update(sigma_mm="0.3" if every(2)(r) else "0.095"))),
+    "sigma of single readings": campaign(each(lambda r: r.update(sigma_mm="0.095")), command="close-loop", source="once.csv",
+                                         more=("--only-catalogue",)),
+    "origin at a pose": campaign(each(lambda r: r.update({c: repr(float(r[c]) - float(FIRST[c])) for c in POINT}))),
+    "effect": campaign(each(lambda r: None), effect("{name: sin, value: 1e-4, unit: rad}, {name: cos, value: 0, unit: rad}")),
+    "effect without names": campaign(each(lambda r: None), effect("{value: 1e-4}, {value: 0}")),
+    "certificate": certificate("visits.csv"),
+    "unchanged": since("visits.csv"),
     "close-loop": campaign(each(lambda r: None), command="close-loop", more=("--only-catalogue",)),
     "pass": mirror("pass.csv"),
     "two cuts": mirror(lambda: ["pass.csv", "again.csv"]),

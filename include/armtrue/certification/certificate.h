@@ -26,6 +26,7 @@ struct CertificateOptions {
   std::vector<std::string> cube;
   std::string refitted;               ///< what was fitted to these readings, such as base,tool
   bool robot_knows_readings = false;  ///< the robot file was made from these readings
+  bool points_look_computed = false;  ///< no instrument seems to have read them
   std::optional<PathFigures> path;    ///< of a recorded path, if there is one
 };
 

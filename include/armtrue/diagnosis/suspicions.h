@@ -19,10 +19,15 @@ namespace armtrue {
 /// 16 sessions.
 LogFindings find_suspicions(const Robot& robot, const Campaign& campaign);
 
+/// Whether a robot file is the result of a calibration: it states standard deviations or an
+/// uncertainty.
+bool is_calibrated(const Robot& robot);
+
 /// Says that the points are not measured but computed: a nominal robot file, with base and tool
-/// placed, predicts them to 0.01 mm (median), as no arm is made. So does an export of the positions
-/// that the controller shows in place of those of the instrument. Nothing for fewer than ten poses,
-/// for distances and for touches.
-std::optional<std::string> find_computed_points(const Robot& nominal, const Campaign& campaign);
+/// placed, predicts them to 0.01 mm (median), as no arm is made, or a calibrated one to a tenth of
+/// the noise that it states (0.01 mm at most, 0.001 mm if it states none), as no instrument reads.
+/// So does an export of the positions that the controller shows in place of those of the
+/// instrument. Nothing for fewer than ten poses, for distances and for touches.
+std::optional<std::string> find_computed_points(const Robot& robot, const Campaign& campaign);
 
 }  // namespace armtrue
