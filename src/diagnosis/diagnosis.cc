@@ -131,6 +131,17 @@ std::vector<Hypothesis> unit_hypotheses(const std::vector<JointName>& names, boo
   return hypotheses;
 }
 
+// Whether a joint turns about an axis parallel to that of the joint before it, so that a controller
+// may count its angle from the ground and not from that joint: axis 3 of many arms, axis 2 of some
+// SCARAs.
+bool is_parallel_to_the_one_before(const KinematicChain& chain, int joint) {
+  constexpr double kParallel = 0.1;  // rad
+  const int link = link_of_joint(chain, joint);
+  const Link &own = chain.links[link], &before = chain.links[link - 1];
+  return own.joint == JointKind::revolute && before.joint == JointKind::revolute &&
+         std::abs(std::sin(own.alpha)) < kParallel && std::abs(std::sin(own.beta)) < kParallel;
+}
+
 // Units, and signs and orders if `with_conventions`.
 std::vector<Hypothesis> position_hypotheses(const KinematicChain& chain, bool of_distances,
                                             bool with_conventions) {
@@ -156,14 +167,16 @@ std::vector<Hypothesis> position_hypotheses(const KinematicChain& chain, bool of
                               [j, k](Robot&, Campaign& c) {
                                 for (JointVector& q : c.q) std::swap(q[j], q[k]);
                               }});
-  for (double sign : {1.0, -1.0})
-    if (is_six_axis_arm(chain))
-      hypotheses.push_back(
-          {fmt::format("q3_deg looks as if q2_deg were {} it; write q3_deg {} q2_deg instead",
-                       sign > 0 ? "taken off" : "added to", sign > 0 ? "+" : "-"),
-           [sign](Robot&, Campaign& c) {
-             for (JointVector& q : c.q) q[2] += sign * q[1];
-           }});
+  for (int j = 1; j < static_cast<int>(names.size()); ++j)
+    for (double sign : {1.0, -1.0})
+      if (is_parallel_to_the_one_before(chain, j))
+        hypotheses.push_back(
+            {fmt::format("{0} looks as if {1} were {2} it; write {0} {3} {1} instead",
+                         names[j].encoder(), names[j - 1].encoder(),
+                         sign > 0 ? "taken off" : "added to", sign > 0 ? "+" : "-"),
+             [j, sign](Robot&, Campaign& c) {
+               for (JointVector& q : c.q) q[j] += sign * q[j - 1];
+             }});
   if (!of_distances)
     hypotheses.push_back(
         {"the positions look left-handed: an axis has the wrong sign, or two "
