@@ -102,14 +102,15 @@ void check_lost_readings(const Campaign& campaign, LogFindings& findings) {
     if (const Eigen::Vector3d& point = campaign.position[row];
         point.x() == point.y() && point.y() == point.z())
       rows_of[point.x()].push_back(row);
-  for (const auto& [number, rows] : rows_of) {
+  for (const auto& number_and_rows : rows_of) {
+    const std::vector<int>& rows = number_and_rows.second;
     const bool is_one_pose = std::ranges::all_of(
         rows, [&](int row) { return campaign.pose[row] == campaign.pose[rows.front()]; });
     if (is_one_pose || 2 * std::ssize(rows) > campaign.rows()) continue;
     findings.errors.push_back(fmt::format(
         "{} rows have {:g} mm in x, y and z, such as lines {} and {}: a mark of lost readings? "
         "Empty these cells, or remove the rows",
-        rows.size(), number / kMillimetre, campaign.line[rows.front()],
+        rows.size(), number_and_rows.first / kMillimetre, campaign.line[rows.front()],
         campaign.line[rows.back()]));
     return;
   }
@@ -126,11 +127,11 @@ void check_unit_of_sigma(const Campaign& campaign, LogFindings& findings) {
     if (sigma->empty()) continue;
     const auto [least, largest] = std::ranges::minmax_element(*sigma);
     if (*largest <= kMostTimes * *least) continue;
-    const auto line = [&](auto place) { return campaign.line[place - sigma->begin()]; };
     findings.warnings.push_back(fmt::format(
         "{} is {:.4g} in line {} and {:.4g} in line {}: are these one unit? It weighs the rows, "
         "and makes the noise floor",
-        column, *least / unit, line(least), *largest / unit, line(largest)));
+        column, *least / unit, campaign.line[least - sigma->begin()], *largest / unit,
+        campaign.line[largest - sigma->begin()]));
   }
 }
 
