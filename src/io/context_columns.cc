@@ -43,7 +43,7 @@ ContextColumns::ContextColumns(const CsvTable& table, const std::vector<JointNam
 }
 
 void ContextColumns::read(const CsvTable& table, Campaign& campaign) const {
-  if (time_) campaign.time_s.push_back(table.number(*time_));
+  if (time_) campaign.time_s.push_back(table.seconds(*time_));
   if (payload_) {
     campaign.payload_kg.push_back(table.number(*payload_));
     if (campaign.payload_kg.back() < 0)

@@ -230,6 +230,14 @@ double CsvTable::number(int column) const {
   return value;
 }
 
+double CsvTable::seconds(int column) const {
+  if (fields_[column].find(':') != std::string_view::npos)
+    fail(column, quoted(column) +
+                     " is a time of day, not a number of seconds; write seconds since the first "
+                     "row (import-readings does so with measured poses)");
+  return number(column);
+}
+
 int CsvTable::integer(int column) const {
   const double value = number(column);
   if (value != std::floor(value) || std::abs(value) > 2e9)

@@ -50,6 +50,8 @@ class CsvTable {
   double number(int column) const;
   double number(const Quantity& quantity) const { return quantity.unit * number(quantity.column); }
   int integer(int column) const;
+  /// A time [s]. A time of day is refused with the remedy.
+  double seconds(int column) const;
 
   /// The field as in the file, without quotes; text() replaces a decimal comma by a point.
   std::string_view original(int column) const;

@@ -148,7 +148,7 @@ PathFile read_path(const std::string& file, KeepRows keep, const std::vector<Joi
       ++result.lost;
       continue;
     }
-    const double t = table.number(columns.time);
+    const double t = table.seconds(columns.time.column);
     if (!time.empty() && t <= time.back())
       table.fail(columns.time.column,
                  table.quoted(columns.time.column) + " is not later than the sample before (" +

@@ -113,6 +113,11 @@ def while_off(table):
         row["z_mm"] = repr(float(row["z_mm"]) + 3)
 
 
+def time_of_day(seconds):
+    minutes, s = divmod(float(seconds), 60)
+    return f"{int(minutes // 60) + 8:02}:{int(minutes % 60):02}:{s:06.3f}"
+
+
 def clock_reset(table):
     table.sort(key=lambda row: float(row["t_s"]))
     for number, row in enumerate(table):
@@ -285,6 +290,9 @@ TABLE = {
     # the clock
     "clock reset": (campaign(clock_reset), 0, "was the clock reset?"),
     "all times equal": (campaign(each(lambda r: r.update(t_s="1000"))), 0, "the clock stands still"),
+    "times of day": (campaign(each(lambda r: r.update(t_s=time_of_day(r["t_s"])))), 1, "(import-readings does so"),
+    "times of day in a record": (mirror(record(each(lambda r: r.update(t_s=time_of_day(r["t_s"]))))), 1,
+                                 "write seconds since the first row"),
     "times in milliseconds": (campaign(scale(("t_s",), 1000)), 0, "does it count milliseconds?"),
     # copies
     "rows doubled": (campaign(in_turn(without("repeat"), twice)), 1, "time included"),
