@@ -118,7 +118,7 @@ const std::map<std::string, KnownQuantity, std::less<>>& known_names() {
     add("repeat", UnitKind::none, {"repeat"});
     add("session", UnitKind::none, {"session"});
     add("target", UnitKind::none, {"target", "reflector"});
-    add("t", UnitKind::time, {"t", "time", "timestamp", "datetime"});
+    add("t", UnitKind::time, {"t", "time", "timestamp", "datetime", "date/time"});
     add("date", UnitKind::none, {"date"});
     add("payload", UnitKind::mass, {"payload"});
     return names;

@@ -46,7 +46,7 @@ Names names_of_orientations() {
 // What a column seems to hold, and the columns that are read as such; empty if it is nothing known.
 std::string mistaken_for(const std::string& header, const AbsentQuantities& absent) {
   static const Names kOrientation = names_of_orientations();
-  static const Names kTime{"t", "time", "timestamp", "datetime"};
+  static const Names kTime{"t", "time", "timestamp", "datetime", "date/time"};
   static const Names kRepeat{"repeat", "rep", "repetition"};
   const std::string name = plain_name(header);
   if (absent.orientation && kOrientation.contains(name))
