@@ -4,10 +4,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <map>
 #include <numbers>
 #include <numeric>
+#include <string>
 #include <tuple>
+#include <vector>
 
 #include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/units.h"
@@ -135,6 +138,32 @@ void check_unit_of_sigma(const Campaign& campaign, LogFindings& findings) {
   }
 }
 
+// `Day 1`, `day1` and `DAY1` are one name.
+std::string without_case_and_blanks(std::string name) {
+  std::erase_if(name, [](unsigned char c) { return std::isspace(c) != 0; });
+  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return name;
+}
+
+// A slip of the pen makes a session, whose own base takes up what the readings show of the arm.
+void check_session_names(const Campaign& campaign, LogFindings& findings) {
+  const std::vector<std::string>& names = campaign.session_names;
+  std::vector<int> lines(names.size());  // of the first reading
+  for (int row = campaign.rows() - 1; !campaign.session.empty() && row >= 0; --row)
+    lines[campaign.session[row]] = campaign.line[row];
+  std::map<std::string, size_t> sessions;
+  for (size_t session = 0; session < names.size(); ++session) {
+    if (lines[session] == 0) continue;
+    const auto [known, is_new] =
+        sessions.try_emplace(without_case_and_blanks(names[session]), session);
+    if (is_new) continue;
+    findings.warnings.push_back(fmt::format(
+        "the sessions '{}' (line {}) and '{}' (line {}) differ in case or blanks alone, and each "
+        "gets a base of its own: if they are one, write one name",
+        names[known->second], lines[known->second], names[session], lines[session]));
+  }
+}
+
 // 273 K is the melting point of ice, and no arm is as hot as that in deg C.
 void check_unit_of_temperature(const Campaign& campaign, LogFindings& findings) {
   constexpr double kColdest = 233, kHottest = 373;  // K
@@ -242,6 +271,7 @@ LogFindings check_log(const Campaign& campaign) {
   check_copied_sessions(campaign, findings);
   check_lost_readings(campaign, findings);
   check_unit_of_sigma(campaign, findings);
+  check_session_names(campaign, findings);
   check_unit_of_temperature(campaign, findings);
   check_clock(campaign, findings);
   if (!campaign.arrival.empty()) check_directions(campaign, findings);

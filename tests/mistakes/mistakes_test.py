@@ -294,6 +294,8 @@ TABLE = {
     "times of day in a record": (mirror(record(each(lambda r: r.update(t_s=time_of_day(r["t_s"]))))), 1,
                                  "write seconds since the first row"),
     "times in milliseconds": (campaign(scale(("t_s",), 1000)), 0, "does it count milliseconds?"),
+    "sessions named in two ways": (campaign(each(
+        lambda r: r.update(session="Day1" if float(r["t_s"]) < 1800 else "day 1"))), 0, "if they are one, write one name"),
     # copies
     "rows doubled": (campaign(in_turn(without("repeat"), twice)), 1, "time included"),
     "rows doubled without time": (campaign(in_turn(without("repeat", "t_s"), twice)), 0, "if they are copies"),
@@ -421,6 +423,7 @@ TABLE = {
 SOUND = {
     "campaign": campaign(each(lambda r: None)),
     "points": campaign(NO_ORIENTATION),
+    "two sessions": campaign(each(lambda r: r.update(session="day 1" if float(r["t_s"]) < 1800 else "day 11"))),
     "distances": campaign(each(lambda r: None), "wires.yaml", source="wires.csv"),
     "quaternions": campaign(quaternions()),
     "sigma of two instruments": campaign(each(lambda r: r.update(sigma_mm="0.3" if every(2)(r) else "0.095"))),

@@ -19,6 +19,7 @@ struct LogFindings {
 /// - readings that stand twice, without a time or at another, if a quarter of the rows are such
 ///   copies; the same of readings that stand in two sessions;
 /// - standard deviations of rows more than 200 times as large as others;
+/// - two sessions whose names differ in case or blanks alone;
 /// - temperatures that are those of an arm in kelvin;
 /// - a clock that stands still, or that runs back a few times in rows that are otherwise in its
 ///   order,
