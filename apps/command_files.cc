@@ -12,6 +12,7 @@
 #include "armtrue/calibration/observation.h"
 #include "armtrue/diagnosis/diagnosis.h"
 #include "armtrue/diagnosis/log_check.h"
+#include "armtrue/diagnosis/other_arm.h"
 #include "armtrue/diagnosis/suspicions.h"
 #include "armtrue/io/catalogue_io.h"
 #include "armtrue/io/program_io.h"
@@ -266,6 +267,16 @@ void require_same_joints(const Robot& robot, const std::string& a, const Robot& 
         fmt::format("{} has the joints {}, and {} the joints {}: give two models of "
                     "one arm",
                     a, own, b, others));
+}
+
+void require_one_arm(Command& command, const Robot& robot, const std::string& a, const Robot& truth,
+                     const std::string& b) {
+  require_same_joints(robot, a, truth, b);
+  if (const double apart = distance_between_arms(robot, truth); apart > kImplausibleMiss)
+    command.warn(fmt::format(
+        "{} and {} are no models of one arm: with base and tool fitted, their points lie {:.4g} mm "
+        "apart (median over the travel); compare lengths, zeros and signs of the joints",
+        a, b, apart / kMillimetre));
 }
 
 std::vector<JointTarget> numbered(const std::vector<PlannedPose>& poses,

@@ -161,6 +161,11 @@ auto on_samples_of(const PathFile& file, const Work& work) {
 void require_same_joints(const Robot& robot, const std::string& a, const Robot& other,
                          const std::string& b);
 
+/// The same of `robot` and of `truth`, which is measured in its place; warns if they are no models
+/// of one arm.
+void require_one_arm(Command& command, const Robot& robot, const std::string& a, const Robot& truth,
+                     const std::string& b);
+
 /// Targets with the ids 1, 2, 3 ..., without the ids in `taken`, so that both fit into one file.
 std::vector<JointTarget> numbered(const std::vector<PlannedPose>& poses,
                                   const std::vector<std::string>& taken);

@@ -137,7 +137,7 @@ int run(app::Command& command, const Arguments& arguments) {
   const Robot robot = command.read_robot(arguments.robot).robot;
   const Robot truth = arguments.truth.empty() ? robot : command.read_robot(arguments.truth).robot;
   if (!arguments.truth.empty())
-    app::require_same_joints(robot, arguments.robot, truth, arguments.truth);
+    app::require_one_arm(command, robot, arguments.robot, truth, arguments.truth);
   if (!arguments.start_deg.empty())
     pass.joints.start = app::joints_of(arguments.start_deg, robot, "--start-deg");
   const PathFile programmed = command.read_path(command.input, KeepRows::yes, robot);

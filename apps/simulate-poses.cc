@@ -105,7 +105,7 @@ int run(app::Command& command, const Arguments& arguments) {
   const Robot robot = command.read_robot(arguments.robot).robot;
   const Robot truth = arguments.truth.empty() ? robot : command.read_robot(arguments.truth).robot;
   if (!arguments.truth.empty())
-    app::require_same_joints(robot, arguments.robot, truth, arguments.truth);
+    app::require_one_arm(command, robot, arguments.robot, truth, arguments.truth);
   command.progress("simulating");
   write_output(command.output, write_campaign(arguments.targets.empty()
                                                   ? simulate(robot, truth, options)
