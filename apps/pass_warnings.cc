@@ -84,6 +84,20 @@ void warn_of_record(Command& command, const PathFile& programmed, const PathFile
         doubts.unfollowed->shape / kMillimetre, 100 * doubts.unfollowed->followed));
 }
 
+// What the digits of a record leave out is no noise, so the forecast does not know it.
+void warn_of_steps(Command& command, const std::vector<PathFile>& passes,
+                   const MirrorResult& result) {
+  const double noise = result.deviation.noise * std::sqrt(static_cast<double>(passes.size()));
+  for (const PathFile& pass : passes) {
+    const auto step = step_that_hides(pass.path, noise);
+    if (!step || *step / 2 <= result.expected_after) continue;
+    command.warn(
+        fmt::format("{}: its coordinates have steps of {:g} mm, which hide up to {:g} mm of the "
+                    "deviation: this is neither corrected nor in the forecast; record more digits",
+                    pass.source, *step / kMillimetre, *step / 2 / kMillimetre));
+  }
+}
+
 // The mean of passes of different kinds corrects neither kind.
 void warn_of_unlike(Command& command, const PathFile& programmed,
                     const std::vector<PathFile>& passes, const MirrorResult& result) {
@@ -178,6 +192,7 @@ void warn_of_doubts(Command& command, const PathFile& programmed,
                     const MirrorOptions& options) {
   for (size_t p = 0; p < passes.size(); ++p)
     warn_of_record(command, programmed, passes[p], result.passes[p], options.clock);
+  warn_of_steps(command, passes, result);
   warn_of_unlike(command, programmed, passes, result);
   if (options.clock.fit_frame) check_frame(command, programmed, passes, result);
   if (deviates_against_force(programmed.path, result, options))

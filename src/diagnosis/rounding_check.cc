@@ -3,27 +3,20 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <set>
 #include <vector>
 
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
+#include "statistics/rounding.h"
 
 namespace armtrue {
 namespace {
 
 // Whether the angles of a joint are multiples of `step` [deg] and end with nearly all digits.
 bool is_rounded(const Campaign& campaign, int joint, double step) {
-  constexpr double kExact = 1e-6;
-  constexpr size_t kFewestDigits = 8;
-  std::set<int> digits;
-  for (const JointVector& q : campaign.q) {
-    const double steps = std::abs(q[joint]) / (step * kDegree);
-    const double whole = std::round(steps);
-    if (std::abs(steps - whole) > kExact) return false;
-    digits.insert(static_cast<int>(std::fmod(whole, 10)));
-  }
-  return digits.size() >= kFewestDigits;
+  std::vector<double> angles;
+  for (const JointVector& q : campaign.q) angles.push_back(q[joint]);
+  return last_digits(angles, step * kDegree).value_or(0) >= kFewestLastDigits;
 }
 
 // Zero offsets of the joints whose angles are rounded so.

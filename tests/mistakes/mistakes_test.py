@@ -149,6 +149,10 @@ def cut_from(line, column, value):
     return all_rows
 
 
+def rounded(step):
+    return each(lambda row: row.update({c: f"{round(float(row[c]) / step) * step:.3f}" for c in POINT}))
+
+
 def wave(table):
     for row in table:
         row["z_mm"] = repr(float(row["z_mm"]) + 4 * math.sin(2 * math.pi * (float(row["x_mm"]) + 100) / 150))
@@ -229,6 +233,7 @@ def prepare():
     for name, seed, more in (("pass", 1, ("--clock-offset-s", 1)), ("air", 2, ("--depth-mm", 0)), ("again", 3, ())):
         make("simulate-path", "--robot", ROUGHING, "--noise-mm", 0.095, "--noise-n", 1, "--seed", seed, *more, LINE, "-o",
              f"{name}.csv")
+    make("simulate-path", "--robot", ROUGHING, "--noise-mm", 0.02, LINE, "-o", "quiet.csv")
     make("mirror-correct", "--programmed", LINE, "--measured", "pass.csv", "-o", "first.csv")
     make("simulate-path", "--robot", ROUGHING, "--noise-mm", 0.095, "--seed", 4, "--part", LINE, "first.csv", "-o",
          "second.csv")
@@ -399,6 +404,9 @@ TABLE = {
                                       "of another pass"),
     "another program, slower": (mirror("pass.csv", lambda: changed(LINE, scale(("t_s",), 1.3), "other.csv")), 1,
                                 "of another pass"),
+    "record in steps of 1 mm": (mirror(record(rounded(1))), 0, "have steps of 1 mm"),
+    "record in steps of 0.1 mm, larger than the noise": (mirror(record(rounded(0.1), "quiet.csv")), 0,
+                                                         "have steps of 0.1 mm"),
     # programs
     "$BASE changes": (program("DEF line( )", "$BASE=BASE_DATA[1]", "LIN {X -100,Y -1650,Z 850,A 0,B 0,C 0}",
                               "$BASE=BASE_DATA[2]", "LIN {X 200,Y -1650,Z 850,A 0,B 0,C 0}", "END"), 0,
@@ -436,6 +444,7 @@ SOUND = {
     "unchanged": since("visits.csv"),
     "close-loop": campaign(each(lambda r: None), command="close-loop", more=("--only-catalogue",)),
     "pass": mirror("pass.csv"),
+    "pass in steps of its noise": mirror(record(rounded(0.1))),
     "two cuts": mirror(lambda: ["pass.csv", "again.csv"]),
     "second pass": mirror("second.csv", more=("--previous", "first.csv", "--before", "pass.csv")),
     "program": program("DEF line( )", "$BASE=BASE_DATA[1]", "BAS(#TOOL,1)", "LIN {X -100,Y -1650,Z 850,A 0,B 0,C 0}",

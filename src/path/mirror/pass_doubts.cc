@@ -7,6 +7,7 @@
 #include "armtrue/path/low_pass.h"
 #include "linear_algebra/decompositions.h"
 #include "path/mirror/mean_deviation.h"
+#include "statistics/rounding.h"
 
 namespace armtrue {
 namespace {
@@ -86,6 +87,23 @@ bool deviates_against_force(const Path& programmed, const MirrorResult& result,
 
 bool hardly_deviates(const MirrorResult& result) {
   return result.before.rms <= result.deviation.noise;
+}
+
+std::optional<double> step_that_hides(const Path& record, double noise) {
+  for (const double step : {1e-3, 1e-4, 1e-5}) {
+    int most = 0;  // a path along an axis shows few digits of the others
+    bool is_rounded = true;
+    for (Index axis = 0; axis < 3 && is_rounded; ++axis) {
+      const auto row = record.position.row(axis);
+      const auto digits = last_digits({row.begin(), row.end()}, step);
+      is_rounded = digits.has_value();
+      most = std::max(most, digits.value_or(0));
+    }
+    if (!is_rounded || most < kFewestLastDigits) continue;
+    if (noise < step / 2) return step;
+    return std::nullopt;
+  }
+  return std::nullopt;
 }
 
 bool deviates_as_before(const Path& programmed, const MirrorResult& result,
