@@ -5,7 +5,6 @@
 #include "armtrue/campaign/simulation.h"
 #include "armtrue/io/joint_target_io.h"
 #include "armtrue/io/output.h"
-#include "armtrue/kinematics/inverse.h"
 #include "armtrue/kinematics/units.h"
 #include "columns.h"
 #include "command_line.h"

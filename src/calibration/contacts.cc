@@ -87,17 +87,12 @@ void place_plane(const Touches& touches, Contact& contact) {
 }
 
 void place_sphere(const Touches& touches, Contact& contact) {
-  const Eigen::Matrix3Xd points = touches.matrix();
-  const Eigen::Vector3d middle = points.rowwise().mean();
-  const Eigen::Matrix3Xd centred = points.colwise() - middle;
-  Eigen::MatrixXd columns(points.cols(), 4);
-  columns << 2 * centred.transpose(), Eigen::VectorXd::Ones(points.cols());
-  const Eigen::VectorXd squares = centred.colwise().squaredNorm().transpose();
+  const SphereEquations sphere = sphere_equations(touches.matrix());
   const Eigen::Vector4d solution =
-      Eigen::MatrixXd(columns).completeOrthogonalDecomposition().solve(squares);
+      sphere.columns.completeOrthogonalDecomposition().solve(sphere.squares);
   const Eigen::Vector3d centre = solution.head<3>();
   const Eigen::Map<const Eigen::VectorXd> gauge(touches.gauge.data(), std::ssize(touches.gauge));
-  contact.place.translation = middle + centre;
+  contact.place.translation = sphere.middle + centre;
   contact.radius = std::sqrt(std::max(0.0, solution[3] + centre.squaredNorm())) - gauge.mean();
 }
 

@@ -27,7 +27,6 @@ constexpr double kImprobable = 1e-3;
 constexpr double kTimesMiss = 4, kGap = 1.5;
 // If poses scatter more than their replicates, the model lacks something, perhaps a steep effect.
 constexpr double kLacking = 1.25, kGapOfLacking = 2.5;
-constexpr double kMedianOfNormal3 = 1.538, kMedianOfNormal1 = 0.6745;  // of the norm
 constexpr double kWholePose = 0.5;  // share of the pose's error that each of its readings has
 // Of these few rows most unknowns are none where a campaign has many sessions or targets.
 constexpr Eigen::Index kRowsAtOnce = 96;
@@ -192,7 +191,7 @@ class Search {
       }
     }
     typical_miss_ =
-        fit_.sigma.position * (readings.has_distances() ? kMedianOfNormal1 : kMedianOfNormal3);
+        fit_.sigma.position * (readings.has_distances() ? kMedianOfNorm1 : kMedianOfNorm3);
     for (size_t pose = 0; pose < judged_.size(); ++pose) set_off(pose, errors);
   }
 

@@ -9,6 +9,7 @@
 
 #include "armtrue/calibration/observation.h"
 #include "armtrue/effects/robot_model.h"
+#include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/summary.h"
 #include "calibration/registration.h"
 
@@ -17,7 +18,6 @@ namespace {
 
 constexpr int kSpareEquations = 9;
 constexpr int kMaxSteps = 60;
-constexpr double kMedianOfNorm = 1.538;  // of three normal numbers, in their standard deviations
 constexpr double kSmallestScale = 1e-9;  // m
 constexpr double kTailFreedom = 4;       // of Student's t
 
@@ -59,7 +59,7 @@ std::vector<double> misses(const Links& links, const State& state) {
 }
 
 double scale_of(const std::vector<double>& miss) {
-  return std::max(kSmallestScale, median(miss) / kMedianOfNorm);
+  return std::max(kSmallestScale, median(miss) / kMedianOfNorm3);
 }
 
 double loss_of(const std::vector<double>& miss, double scale) {

@@ -46,6 +46,14 @@ Pose rigid_fit(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to) {
   return {transform.topLeftCorner<3, 3>(), transform.topRightCorner<3, 1>()};
 }
 
+SphereEquations sphere_equations(const Eigen::Matrix3Xd& points) {
+  SphereEquations sphere{points.rowwise().mean(), Eigen::MatrixXd(points.cols(), 4), {}};
+  const Eigen::Matrix3Xd centred = points.colwise() - sphere.middle;
+  sphere.columns << 2 * centred.transpose(), Eigen::VectorXd::Ones(points.cols());
+  sphere.squares = centred.colwise().squaredNorm().transpose();
+  return sphere;
+}
+
 namespace {
 
 // Fits to all columns, then twice to the half of them with the smaller errors.
@@ -77,21 +85,17 @@ Pose register_points(const Eigen::Matrix3Xd& own, const Eigen::Matrix3Xd& measur
       });
 }
 
-// |p - a|^2 = l^2 is linear in a and |a|^2.
+// Each point lies on a sphere about the anchor whose radius is the distance.
 Eigen::Vector3d trilaterate(const Eigen::Matrix3Xd& points, const Eigen::VectorXd& distances) {
-  const Eigen::Vector3d middle = points.rowwise().mean();
-  const Eigen::Matrix3Xd centred = points.colwise() - middle;
-  Eigen::MatrixXd columns(points.cols(), 4);
-  columns << 2 * centred.transpose(), Eigen::VectorXd::Ones(points.cols());
-  const Eigen::VectorXd squares =
-      centred.colwise().squaredNorm().transpose() - distances.cwiseAbs2();
+  const SphereEquations sphere = sphere_equations(points);
+  const Eigen::VectorXd squares = sphere.squares - distances.cwiseAbs2();
   return fit_nearer_half(
       static_cast<int>(points.cols()),
       [&](const std::vector<int>& chosen) -> Eigen::Vector3d {
-        return middle + Eigen::MatrixXd(columns(chosen, Eigen::all))
-                            .completeOrthogonalDecomposition()
-                            .solve(Eigen::VectorXd(squares(chosen)))
-                            .head<3>();
+        return sphere.middle + Eigen::MatrixXd(sphere.columns(chosen, Eigen::all))
+                                   .completeOrthogonalDecomposition()
+                                   .solve(Eigen::VectorXd(squares(chosen)))
+                                   .head<3>();
       },
       [&](const Eigen::Vector3d& anchor, int k) {
         return std::abs((points.col(k) - anchor).norm() - distances[k]);

@@ -17,6 +17,18 @@ Eigen::Matrix3Xd own_points(Robot robot, const Campaign& campaign);
 /// (Umeyama 1991).
 Pose rigid_fit(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to);
 
+/// Spheres through points p, linear in their centre c: with p and c from the middle of the points,
+///     2 p.c + (l^2 - |c|^2) = |p|^2.
+/// One sphere through all has l^2 - |c|^2 as the fourth unknown. If each point states its l, its
+/// l^2 goes to the right, and -|c|^2 is the fourth.
+struct SphereEquations {
+  Eigen::Vector3d middle;
+  Eigen::MatrixXd columns;  ///< a row [2 p, 1] for each point
+  Eigen::VectorXd squares;  ///< |p|^2
+};
+
+SphereEquations sphere_equations(const Eigen::Matrix3Xd& points);
+
 /// The base pose that best maps the robot's own points, without effects, onto the measured ones;
 /// fitted to all, then twice to the half with the smaller errors. Used where the base in the robot
 /// file is unknown.

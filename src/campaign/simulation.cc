@@ -19,6 +19,8 @@ constexpr int kMaxSteps = 60;
 constexpr double kDamping = 1e-3;  // [m^2]: near a singular posture the joints move little
 constexpr double kReached = 1e-6;  // [m]
 
+// A joint without limits has one turn here, as random configurations have; joint_beyond_travel()
+// lets it turn on.
 bool within_travel(const KinematicChain& chain, const JointVector& q) {
   for (int j = 0; j < joint_count(chain); ++j)
     if (const auto [min, max] = travel(joint_link(chain, j)); q[j] < min || q[j] > max)

@@ -5,7 +5,6 @@
 #include <deque>
 #include <numeric>
 
-#include "armtrue/kinematics/inverse.h"
 #include "compensation/arms.h"
 #include "compensation/branch.h"
 #include "compensation/coverage.h"

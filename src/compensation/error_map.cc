@@ -6,7 +6,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "armtrue/kinematics/inverse.h"
 #include "compensation/branch.h"
 #include "compensation/coverage.h"
 #include "compensation/grid_joints.h"

@@ -29,6 +29,12 @@ int joint_of_link(const KinematicChain& chain, int link) {
       std::count_if(chain.links.begin(), chain.links.begin() + link, is_driven));
 }
 
+int joint_beyond_travel(const KinematicChain& chain, const JointVector& q) {
+  for (int j = 0; j < joint_count(chain); ++j)
+    if (const Link& link = joint_link(chain, j); q[j] < link.min || q[j] > link.max) return j;
+  return -1;
+}
+
 bool is_six_axis_arm(const KinematicChain& chain) {
   if (link_count(chain) != kAxesOfArm + 1) return false;
   return std::all_of(chain.links.begin(), chain.links.end() - 1,

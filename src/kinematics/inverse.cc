@@ -145,10 +145,4 @@ std::optional<JointVector> inverse_kinematics(const KinematicChain& chain,
   return best;
 }
 
-int joint_beyond_travel(const KinematicChain& chain, const JointVector& q) {
-  for (int j = 0; j < joint_count(chain); ++j)
-    if (const Link& link = joint_link(chain, j); q[j] < link.min || q[j] > link.max) return j;
-  return -1;
-}
-
 }  // namespace armtrue

@@ -5,7 +5,6 @@
 #include <stdexcept>
 
 #include "armtrue/kinematics/contact.h"
-#include "armtrue/kinematics/inverse.h"
 #include "calibration/contacts.h"
 
 namespace armtrue {

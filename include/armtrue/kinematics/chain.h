@@ -114,6 +114,9 @@ inline const Link& joint_link(const KinematicChain& chain, int joint) {
 /// The joint (0-based) that drives a link; -1 of a fixed link.
 int joint_of_link(const KinematicChain& chain, int link);
 
+/// The first joint (0-based) outside the travel that its link states; -1 if there is none.
+int joint_beyond_travel(const KinematicChain& chain, const JointVector& q);
+
 /// Whether the chain is the usual arm: six revolute joints, then one fixed link.
 bool is_six_axis_arm(const KinematicChain& chain);
 

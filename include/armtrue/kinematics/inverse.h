@@ -31,7 +31,4 @@ std::optional<JointVector> inverse_kinematics(const KinematicChain& chain,
                                               const Pose& a_from_measured,
                                               const std::vector<JointVector>& starts);
 
-/// Returns the first joint (0-based) outside its travel; -1 if there is none.
-int joint_beyond_travel(const KinematicChain& chain, const JointVector& q);
-
 }  // namespace armtrue

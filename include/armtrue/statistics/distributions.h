@@ -15,6 +15,8 @@ double fisher_f_quantile(double probability, double dof,
 double student_t_above(double value, double dof);
 double student_t_quantile(double probability, double dof);  ///< x with P(X <= x) = probability
 double normal_below(double value);
+/// Median of the norm of one and of three independent N(0, 1) numbers.
+inline constexpr double kMedianOfNorm1 = 0.6745, kMedianOfNorm3 = 1.538;
 /// P(X >= count) of a binomial X.
 double binomial_at_least(int count, int trials, double probability);
 /// P(X >= count) of the number of marked ones among `drawn` of `all`, of which some are marked.
