@@ -125,7 +125,8 @@ Solution fit(SessionModels& model, ReadingLaw& law, Priors& priors,
     // The information at the new sigma, and the priors at theirs.
     const double rescaled = model.sigma().position / next.sigma.position;
     if (round == 0 && !near) scale_widths(1, priors);
-    const bool widths_settled = update_widths(information, x, priors, rescaled * rescaled);
+    const bool widths_settled =
+        update_widths(information, x, priors, rescaled * rescaled, model.unknowns_by_groups());
     settled = is_close(next.sigma, model.sigma()) &&
               next.law.degrees_of_freedom == law.degrees_of_freedom && widths_settled;
     // x depends on the law of the rows, and the law on x: they can alternate without end.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -23,31 +24,34 @@ Eigen::MatrixXd joint_information(const SessionModels& models,
 
 namespace {
 
-constexpr double kMinPivot = 1e-5;  // of columns of unit length; less is hardly determined
+// Of the information of several groups, and of what is `added` to its diagonal. Nothing if a
+// direction is hardly determined that is not that of the same groups alone; nor where a dense
+// decomposition is as fast.
+std::optional<SparseCholesky> factor_of(const SessionModels& models,
+                                        const Eigen::MatrixXd& information,
+                                        const Eigen::VectorXd& added = {}) {
+  if (models.groups() == 1) return std::nullopt;
+  SparseCholesky factor(
+      information, added,
+      is_sparse(information) ? models.unknowns_by_groups() : SparseCholesky::Blocks{});
+  return factor.is_clear() ? std::optional(std::move(factor)) : std::nullopt;
+}
 
-// inverse_root() of the information of readings and priors, sparse where there are several groups
-// and no direction is hardly determined.
+// inverse_root() of the information of readings and priors, sparse where factor_of() is.
 struct InverseRoot {
-  InverseRoot(const Eigen::MatrixXd& of_readings, const std::vector<Prior>& priors, int groups) {
+  InverseRoot(const SessionModels& models, const Eigen::MatrixXd& of_readings,
+              const std::vector<Prior>& priors) {
     const Eigen::VectorXd of_priors = prior_information(priors, of_readings.cols());
-    if (groups > 1)
-      if (const SparseCholesky cholesky(of_readings, of_priors);
-          cholesky.smallest_pivot() >= kMinPivot)
-        sparse = cholesky.inverse_root();
-    if (sparse.size() > 0) {
-      dense = sparse;
-      return;
-    }
+    if (const auto factor = factor_of(models, of_readings, of_priors))
+      sparse = factor->inverse_root();
+    if (sparse.size() > 0) return;
     Eigen::MatrixXd information = of_readings;
     information.diagonal() += of_priors;
     dense = inverse_root(information);
   }
-  Eigen::MatrixXd applied_to(const Eigen::Ref<const Eigen::MatrixXd>& rows) const {
-    return sparse.size() > 0 ? product_without_zeros(rows, sparse) : rows * dense;
-  }
 
-  Eigen::MatrixXd dense;
-  SparseRows sparse;  // empty if the dense one alone will do
+  Eigen::MatrixXd dense;  // empty if the other is there
+  SparseRows sparse;
 };
 
 }  // namespace
@@ -58,17 +62,24 @@ Eigen::Array2d determined_by(const SessionModels& model, const Eigen::MatrixXd& 
   const ReadingSize size = model.campaign().reading_size();
   const int p = model.unknowns();
   if (model.rows() * size.all() > kManyPerUnknown * p || size.orientation == 0)
-    return (p - undetermined(information, priors)) *
+    return (p - undetermined(information, priors, model.unknowns_by_groups())) *
            Eigen::Array2d(size.share_of_position(), 1 - size.share_of_position());
-  const InverseRoot root(information, priors.of_unknowns, model.groups());
+  const InverseRoot root(model, information, priors.of_unknowns);
   const SessionModels::At at = model.at(x);
-  Eigen::MatrixXd block(model.row_size(), p + 1);
   Eigen::Array2d determined = Eigen::Array2d::Zero();
-  for (int row = 0; row < model.rows(); ++row) {
-    at.block(row, block);
-    const Eigen::MatrixXd moved = root.applied_to(block.leftCols(p));
+  const auto add = [&](const Eigen::MatrixXd& moved) {
     determined[0] += moved.topRows(size.position).squaredNorm();
     determined[1] += moved.bottomRows(size.orientation).squaredNorm();
+  };
+  if (root.sparse.size() > 0) {
+    const RootsOfGroups roots(model, root.sparse);
+    for (int row = 0; row < model.rows(); ++row) add(roots.of_row(at, row));
+    return determined;
+  }
+  Eigen::MatrixXd block(model.row_size(), p + 1);
+  for (int row = 0; row < model.rows(); ++row) {
+    at.block(row, block);
+    add(block.leftCols(p) * root.dense);
   }
   return determined;
 }
@@ -156,18 +167,26 @@ std::vector<std::vector<Eigen::Index>> own_places(const SessionModels& model,
 }
 
 // Rank, condition and observability of several groups. They have many unknowns together, and the
-// singular values of a triangle of them all take minutes. Where the columns are clearly
-// independent, the roots of the eigenvalues of the information are the same, which is
-// block-diagonal but for what the groups have in common. False where they are not.
+// singular values of a triangle of them all take minutes. The roots of the eigenvalues of the
+// information are the same, which is block-diagonal but for what the groups have in common. False
+// where they have too few right digits, and the triangle takes no longer.
 bool set_observability_by_group(const SessionModels& model, const Eigen::MatrixXd& information,
                                 CalibrationResult& result) {
-  constexpr double kMinEigenvalue = 1e-10;  // of the largest; a smaller one has few right digits
+  constexpr double kFewDigits = 1e-10, kNoDigits = 1e-14;  // eigenvalue, of the largest
   const std::vector<int> geometric = model.geometric_unknowns();
-  if (geometric.empty() || SparseCholesky(information).smallest_pivot() < kMinPivot) return false;
-  const auto spectrum = bordered_spectrum(information(geometric, geometric),
-                                          own_places(model, geometric), kMinEigenvalue);
-  if (!spectrum) return false;
-  result.rank = model.unknowns();
+  const auto factor = factor_of(model, information);
+  if (geometric.empty() || !factor) return false;
+  const bool is_large = is_sparse(information);
+  const auto spectrum =
+      bordered_spectrum(information(geometric, geometric), own_places(model, geometric),
+                        is_large ? kNoDigits : kFewDigits);
+  if (!spectrum && !is_large) return false;
+  result.rank = static_cast<int>(factor->rank());
+  if (!spectrum) {
+    constexpr double kInfinite = std::numeric_limits<double>::infinity();
+    set_condition({1, 0, 0, kInfinite}, model.rows(), result);
+    return true;
+  }
   const double sigma = model.sigma().position;
   set_condition(
       {sigma * std::sqrt(spectrum->largest), sigma * std::sqrt(spectrum->smallest),
@@ -209,8 +228,9 @@ void set_statistics(const SessionModels& model, const ReadingLaw& law, const Pri
   const Eigen::MatrixXd information = joint_information(model, folds);
   const Eigen::Array2d determined = determined_by(model, information, all_priors, x);
   result.determined = {determined[0], determined[1]};
-  InverseRoot root(information, priors, model.groups());
-  result.inverse_root = std::move(root.dense);
+  InverseRoot root(model, information, priors);
+  result.inverse_root =
+      root.sparse.size() > 0 ? Eigen::MatrixXd(root.sparse) : std::move(root.dense);
   result.prior_weight = result.prior_residual = Eigen::VectorXd::Zero(p);
   result.share_of_readings = Eigen::VectorXd::Ones(p);
   for (const Prior& prior : priors) {

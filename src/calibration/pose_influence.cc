@@ -208,17 +208,6 @@ Eigen::MatrixXd product_without_zeros(const Eigen::Ref<const Eigen::MatrixXd>& r
   return rows(Eigen::all, columns) * root(columns, Eigen::all);
 }
 
-Eigen::MatrixXd product_without_zeros(const Eigen::Ref<const Eigen::MatrixXd>& rows,
-                                      const SparseRows& root) {
-  Eigen::MatrixXd product = Eigen::MatrixXd::Zero(rows.rows(), root.cols());
-  for (Eigen::Index k = 0; k < rows.cols(); ++k) {
-    if ((rows.col(k).array() == 0).all()) continue;
-    for (SparseRows::InnerIterator entry(root, k); entry; ++entry)
-      product.col(entry.col()) += entry.value() * rows.col(k);
-  }
-  return product;
-}
-
 GroupedRows some_poses(const GroupedRows& all, int count) {
   if (all.groups() <= count) return all;
   GroupedRows some{{0}, {}};
@@ -264,6 +253,13 @@ RootsOfGroups::RootsOfGroups(const SessionModels& models, const SparseRows& root
                    std::ranges::lower_bound(coordinates, entry.col()) - coordinates.begin()) =
             entry.value();
   }
+}
+
+Eigen::MatrixXd RootsOfGroups::of_row(const SessionModels::At& at, int row) const {
+  const Eigen::MatrixXd& root = groups_[at.group_of(row)].root;
+  Eigen::MatrixXd block(at.models().row_size(), root.rows() + 1);
+  at.own_block(row, block);
+  return block.leftCols(root.rows()) * root;
 }
 
 PoseRows RootsOfGroups::rows_of(const SessionModels::At& at, const std::vector<double>& weights,

@@ -103,8 +103,6 @@ GroupedRows some_poses(const GroupedRows& all, int count);
 /// rows * root, where most columns of `rows` may be zero.
 Eigen::MatrixXd product_without_zeros(const Eigen::Ref<const Eigen::MatrixXd>& rows,
                                       const Eigen::MatrixXd& root);
-Eigen::MatrixXd product_without_zeros(const Eigen::Ref<const Eigen::MatrixXd>& rows,
-                                      const SparseRows& root);
 
 /// The whitened and weighted rows of a pose, residuals last: unknowns + 1 columns. With weights w
 /// the equations J x = r of replicates, which have the same J, are as good as one of weight
@@ -170,6 +168,8 @@ class RootsOfGroups {
  public:
   RootsOfGroups(const SessionModels& models, const SparseRows& root);
 
+  /// The whitened derivatives of a row times the root, in the coordinates of its group.
+  Eigen::MatrixXd of_row(const SessionModels::At& at, int row) const;
   PoseRows rows_of(const SessionModels::At& at, const std::vector<double>& weights,
                    const GroupedRows& rows, int pose) const;
 

@@ -9,7 +9,6 @@
 
 #include "armtrue/kinematics/parameters.h"
 #include "linear_algebra/decompositions.h"
-#include "linear_algebra/sparse_cholesky.h"
 #include "statistics/ordered_blocks.h"
 
 namespace armtrue {
@@ -276,11 +275,12 @@ void set_diagonal_of_inverse(const Eigen::LLT<Eigen::MatrixXd>& llt,
 
 // Posterior variances of the unknowns that have priors, which are few of those of many sessions:
 // those of the others are not computed. `of_readings` counts `factor` times.
-Eigen::VectorXd variances(const Eigen::MatrixXd& of_readings, const Priors& priors, double factor) {
+Eigen::VectorXd variances(const Eigen::MatrixXd& of_readings, const Priors& priors, double factor,
+                          const SparseCholesky::Blocks& blocks) {
   const Eigen::Index p = of_readings.cols();
   const Eigen::VectorXd of_priors = prior_information(priors.of_unknowns, p) / factor;
   if (is_sparse(of_readings)) {
-    const SparseCholesky sparse(of_readings, of_priors);
+    const SparseCholesky sparse(of_readings, of_priors, blocks);
     Eigen::VectorXd variances = Eigen::VectorXd::Zero(p);
     for (const Prior& prior : priors.of_unknowns)
       if (sparse.succeeded()) variances[prior.unknown] = sparse.variance(prior.unknown) / factor;
@@ -323,9 +323,10 @@ void set_widths(const std::map<std::string, double>& widths, Priors& priors) {
   set_deviations(priors);
 }
 
-double undetermined(const Eigen::MatrixXd& information, const Priors& priors) {
+double undetermined(const Eigen::MatrixXd& information, const Priors& priors,
+                    const SparseCholesky::Blocks& blocks) {
   if (priors.widths.empty()) return 0;
-  const Eigen::VectorXd variance = variances(information, priors, 1);
+  const Eigen::VectorXd variance = variances(information, priors, 1, blocks);
   double sum = 0;
   for (const Prior& prior : priors.of_unknowns)
     if (prior.width >= 0) sum += share_of_prior(prior, variance);
@@ -333,9 +334,9 @@ double undetermined(const Eigen::MatrixXd& information, const Priors& priors) {
 }
 
 bool update_widths(const Eigen::MatrixXd& information, const Eigen::VectorXd& x, Priors& priors,
-                   double factor) {
+                   double factor, const SparseCholesky::Blocks& blocks) {
   if (priors.widths.empty()) return true;
-  const Eigen::VectorXd variance = variances(information, priors, factor);
+  const Eigen::VectorXd variance = variances(information, priors, factor, blocks);
   struct Sum {
     double determined = 0, squares = 0;
     int count = 0;

@@ -7,6 +7,7 @@
 
 #include "armtrue/effects/robot.h"
 #include "calibration/session_models.h"
+#include "linear_algebra/sparse_cholesky.h"
 
 namespace armtrue {
 
@@ -70,8 +71,9 @@ void set_widths(const std::map<std::string, double>& widths, Priors& priors);
 
 /// Number of unknowns that the priors, not the readings, determine: the sum of V_k / tau^2 over
 /// those that share a width, V_k their posterior variances. `information`: that of the readings,
-/// J^T W J.
-double undetermined(const Eigen::MatrixXd& information, const Priors& priors);
+/// J^T W J. `blocks`: see SparseCholesky.
+double undetermined(const Eigen::MatrixXd& information, const Priors& priors,
+                    const SparseCholesky::Blocks& blocks = {});
 
 /// Sets each width tau to the one that maximises the likelihood of the readings (type-II
 /// likelihood; MacKay, "Bayesian interpolation", 1992): with d_k the changes from the expected
@@ -81,7 +83,7 @@ double undetermined(const Eigen::MatrixXd& information, const Priors& priors);
 /// gamma is the number of unknowns that the readings determine. `information`: as above, at x,
 /// times `factor`. Returns whether no width changed by 1 % or more.
 bool update_widths(const Eigen::MatrixXd& information, const Eigen::VectorXd& x, Priors& priors,
-                   double factor = 1);
+                   double factor = 1, const SparseCholesky::Blocks& blocks = {});
 
 /// Whether a parameter, an index, places a positioner beside the arm, from its first axis to the
 /// foot of the arm: a set-up as base and tool are, of which nothing is known but by readings.

@@ -113,6 +113,10 @@ Campaign SessionModels::readings_of(int group) const {
     readings.target_names = {robot_.chain.targets[target_of_[group]].name};
     std::ranges::fill(readings.target, 0);
   }
+  if (!readings.session.empty()) {
+    readings.session_names = {session_name(readings, 0)};
+    std::ranges::fill(readings.session, 0);
+  }
   return readings;
 }
 
@@ -192,6 +196,20 @@ Eigen::VectorXd SessionModels::unknowns_of(int group, const Eigen::VectorXd& x) 
     filled += run.count;
   }
   return own;
+}
+
+std::vector<std::vector<Eigen::Index>> SessionModels::unknowns_by_groups() const {
+  std::vector<std::vector<int>> groups_of(static_cast<size_t>(unknowns()));
+  for (int g = 0; g < groups(); ++g)
+    for (const Run& run : runs_[g])
+      for (int k = run.first; k < run.first + run.count; ++k)
+        groups_of[static_cast<size_t>(k)].push_back(g);
+  std::map<std::vector<int>, std::vector<Eigen::Index>> unknowns_of;
+  for (size_t k = 0; k < groups_of.size(); ++k)
+    unknowns_of[groups_of[k]].push_back(static_cast<Eigen::Index>(k));
+  std::vector<std::vector<Eigen::Index>> all;
+  for (auto& [groups, unknowns] : unknowns_of) all.push_back(std::move(unknowns));
+  return all;
 }
 
 std::vector<int> SessionModels::in_first_session(int group) const {

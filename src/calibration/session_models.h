@@ -60,6 +60,9 @@ class SessionModels {
   /// equal or do not overlap. One run if there is only one group.
   const std::vector<Run>& runs(int group) const { return runs_[group]; }
   Eigen::VectorXd unknowns_of(int group, const Eigen::VectorXd& x) const;
+  /// All unknowns, those that the same groups have together: what a session has of its own, the
+  /// place of a target, what is common to all.
+  std::vector<std::vector<Eigen::Index>> unknowns_by_groups() const;
   /// For each unknown of a group's model that of the first session in its place: itself, or, of the
   /// own parameters of a further session, the same parameter; -1 where the first has none.
   std::vector<int> in_first_session(int group) const;
