@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <numeric>
 #include <set>
 #include <stdexcept>
@@ -12,6 +13,7 @@
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/summary.h"
 #include "campaign/selection.h"
+#include "campaign/sessions.h"
 
 namespace armtrue {
 
@@ -28,19 +30,40 @@ double closer_than_measured(const Robot& robot) {
   return std::min(kAsNoArmIsMade, kOfNoise * robot.noise.position);
 }
 
+// Some rows of some sessions of four poses or more: of fewer a base of its own fits most errors.
+std::vector<int> rows_of_some_sessions(const Campaign& campaign) {
+  constexpr int kMostRows = 500, kMostSessions = 50;
+  constexpr size_t kFewestPoses = 4;
+  std::vector<std::vector<int>> sessions = rows_by_session(campaign);
+  std::erase_if(sessions, [&](const std::vector<int>& own) {
+    std::set<int> poses;
+    for (int row : own) poses.insert(campaign.pose[static_cast<size_t>(row)]);
+    return poses.size() < kFewestPoses;
+  });
+  std::vector<int> numbers(sessions.size());
+  std::iota(numbers.begin(), numbers.end(), 0);
+  numbers = evenly_chosen(numbers, kMostSessions);
+  std::vector<int> rows;
+  for (int session : numbers)
+    std::ranges::copy(evenly_chosen(sessions[static_cast<size_t>(session)],
+                                    kMostRows / static_cast<int>(numbers.size())),
+                      std::back_inserter(rows));
+  std::ranges::sort(rows);
+  return rows;
+}
+
 }  // namespace
 
 bool is_calibrated(const Robot& robot) { return robot.uncertainty || !robot.std.empty(); }
 
 std::optional<std::string> find_computed_points(const Robot& robot, const Campaign& campaign) {
   constexpr size_t kFewestPoses = 10;
-  constexpr int kMostRows = 500;
   if (campaign.has_distances() || campaign.has_touches()) return std::nullopt;
   if (std::set<int>(campaign.pose.begin(), campaign.pose.end()).size() < kFewestPoses)
     return std::nullopt;
-  std::vector<int> rows(campaign.pose.size());
-  std::iota(rows.begin(), rows.end(), 0);
-  const Campaign readings = campaign.select(evenly_chosen(rows, kMostRows));
+  const std::vector<int> rows = rows_of_some_sessions(campaign);
+  if (rows.empty()) return std::nullopt;
+  const Campaign readings = campaign.select(rows);
   Robot alone = robot;
   if (!is_calibrated(robot)) alone.effects.clear();
   try {

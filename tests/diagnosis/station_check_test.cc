@@ -153,6 +153,17 @@ TEST(StationCheck, ComputedPointsAreNoReadings) {
   EXPECT_EQ(find_computed_points(spindle(), campaign), std::nullopt);
 }
 
+// A base of its own fits the pose of a session exactly.
+TEST(StationCheck, SessionsOfOnePoseAreNotCalledComputed) {
+  constexpr int kAlone = 15, kTogether = 4;
+  Campaign campaign =
+      simulate(spindle(), real_arm(),
+               {.poses = kAlone + kTogether, .noise_position = 1e-4, .noise_orientation = 1e-4});
+  for (int row = 0; row < campaign.rows(); ++row) campaign.session.push_back(std::min(row, kAlone));
+  for (int s = 0; s <= kAlone; ++s) campaign.session_names.push_back(std::to_string(s));
+  EXPECT_EQ(find_computed_points(spindle(), campaign), std::nullopt);
+}
+
 // A calibration follows them, but what it is compared with is another model.
 TEST(StationCheck, ARobotFileOfAnotherModelIsNamed) {
   const Campaign campaign = points_of(real_arm());
