@@ -28,8 +28,6 @@ constexpr double kTimesMiss = 4, kGap = 1.5;
 // If poses scatter more than their replicates, the model lacks something, perhaps a steep effect.
 constexpr double kLacking = 1.25, kGapOfLacking = 2.5;
 constexpr double kWholePose = 0.5;  // share of the pose's error that each of its readings has
-// Of these few rows most unknowns are none where a campaign has many sessions or targets.
-constexpr Eigen::Index kRowsAtOnce = 96;
 constexpr double kCommonShare = 0.1, kLargestShare = 0.25;  // of the poses
 
 // One reading for each session, pose and channel.
@@ -149,6 +147,34 @@ class Search {
  private:
   int poses() const { return static_cast<int>(all_.of_pose.size()); }
 
+  // The derivatives of each pose in coordinates in which the information of the fit is the unit
+  // matrix. Sessions and targets have few of the coordinates.
+  std::vector<PoseRows> shown(const SessionModels& models) const {
+    const Eigen::Index p = models.unknowns();
+    std::vector<PoseRows> poses;
+    if (models.groups() > 1) {
+      GroupedRows rows;
+      for (const std::vector<int>& own : all_.of_pose) {
+        rows.row.insert(rows.row.end(), own.begin(), own.end());
+        rows.first.push_back(static_cast<int>(rows.row.size()));
+      }
+      const RootsOfGroups roots(models, fit_.inverse_root.sparseView());
+      const SessionModels::At at = models.at(Eigen::VectorXd::Zero(p));
+      const std::vector<double> weights(rows.row.size(), 1.0);
+      for (int pose = 0; pose < rows.groups(); ++pose)
+        poses.push_back(roots.rows_of(at, weights, rows, pose));
+      return poses;
+    }
+    const Eigen::MatrixXd blocks = models.blocks();
+    const Eigen::MatrixXd turned = blocks.leftCols(p) * fit_.inverse_root;
+    for (const std::vector<int>& own : all_.of_pose) {
+      const auto rows =
+          Eigen::seqN(own.front() * models.row_size(), std::ssize(own) * models.row_size());
+      poses.push_back({{}, turned(rows, Eigen::all), blocks.col(p)(rows)});
+    }
+    return poses;
+  }
+
   void judge() {
     const Campaign kept = kept_of(all_, campaign_, gross_);
     // The effects of a robot that has some are near their values, and with their curves the
@@ -157,29 +183,24 @@ class Search {
     if (!robot_.effects.empty()) options.fold_by = FoldBy::normal_equations;
     fit_ = calibrate(robot_, kept, set_, options);
     const Campaign readings = campaign_.select(all_.rows);
-    const SessionModels models(readings, fit_.robot, set_.kept, fit_.sigma);
-    const Eigen::MatrixXd blocks = models.blocks();
+    const SessionModels models(readings, fit_.robot, set_.kept, fit_.sigma, kAllEffects,
+                               SessionModels::Split::by_target);
+    if (models.unknowns() != fit_.inverse_root.rows())
+      throw std::invalid_argument(campaign_.source + ": all poses of a session are off");
     const int size = models.row_size();
-    const Eigen::Index p = blocks.cols() - 1;
-    Eigen::MatrixXd shown(blocks.rows(), fit_.inverse_root.cols());
-    for (Eigen::Index first = 0; first < blocks.rows(); first += kRowsAtOnce) {
-      const Eigen::Index rows = std::min(kRowsAtOnce, blocks.rows() - first);
-      shown.middleRows(first, rows) =
-          product_without_zeros(blocks.middleRows(first, rows).leftCols(p), fit_.inverse_root);
-    }
+    const std::vector<PoseRows> rows_of_poses = shown(models);
     judged_.assign(static_cast<size_t>(poses()), {});
     size_t next_kept = 0;
     std::vector<Eigen::VectorXd> errors(all_.rows.size());
     for (size_t pose = 0; pose < judged_.size(); ++pose) {
       const std::vector<int>& own = all_.of_pose[pose];
       const auto numbers = static_cast<Eigen::Index>(own.size()) * size;
-      const Eigen::Index first = own.front() * size;
       Eigen::VectorXd weight(numbers);
       for (size_t k = 0; k < own.size(); ++k)
         weight.segment(static_cast<Eigen::Index>(k) * size, size)
             .setConstant(gross_[pose] ? 0.0 : fit_.weights[next_kept++]);
       const Deleted without =
-          deleted(shown.middleRows(first, numbers), blocks.col(p).segment(first, numbers), weight);
+          deleted(rows_of_poses[pose].rows, rows_of_poses[pose].residual, weight);
       judged_[pose].size = static_cast<int>(numbers);
       judged_[pose].ratio = without.square / static_cast<double>(numbers);
       for (size_t k = 0; k < own.size(); ++k) {
@@ -345,7 +366,7 @@ std::vector<GrossPose> find_gross_poses(const Robot& robot, const Campaign& camp
   try {
     return Search(robot, campaign).found();
   } catch (const std::invalid_argument&) {
-    return {};  // too few readings; calibrate() says so
+    return {};  // too few readings, of which calibrate() says so, or a session without a good one
   }
 }
 
