@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "armtrue/statistics/distributions.h"
 #include "calibration/pose_influence.h"
@@ -53,11 +54,12 @@ Eigen::MatrixXd of_unknowns(const Eigen::MatrixXd& covariance, const Eigen::Matr
   return root * covariance * root.transpose();
 }
 
-Eigen::MatrixXd of_unknowns(const Eigen::MatrixXd& covariance, const SparseRows& root) {
-  // Column by column of the dense side: fast with the sparse one on the right.
-  const Eigen::MatrixXd half = covariance * root.transpose();
-  const Eigen::MatrixXd turned = half.transpose();
-  return turned * root.transpose();
+// Column by column of the dense side: fast with the sparse one on the right. Of many unknowns each
+// matrix is large: no more than two at once.
+Eigen::MatrixXd of_unknowns(Eigen::MatrixXd covariance, const SparseRows& root) {
+  covariance = covariance * root.transpose();
+  covariance.transposeInPlace();
+  return covariance * root.transpose();
 }
 
 // CR2 of a pose that gives one number: its residual divided by the root of 1 - h, not by 1 - h.
@@ -98,10 +100,11 @@ Eigen::MatrixXd by_pose(const SessionModels& models, const std::vector<Prior>& p
   Eigen::MatrixXd covariance = sums.influence.covariance(
       mean_psi_derivative(weights, degrees_of_freedom, models.row_size()), variance);
   if (is_part) covariance = of_all_poses(covariance, sums.information.dense(root.cols()), variance);
+  sums = {};
   if (single) covariance *= single->of_readings;
   for (size_t k = 0; k < priors.size(); ++k)
     add_known(priors[k], root, single ? single->of_priors[k] : 1.0, covariance);
-  return of_unknowns(covariance, root);
+  return of_unknowns(std::move(covariance), root);
 }
 
 }  // namespace
