@@ -17,9 +17,22 @@ namespace armtrue {
 
 Eigen::MatrixXd joint_information(const SessionModels& models,
                                   const std::vector<GroupFold>& folds) {
-  std::vector<Eigen::MatrixXd> informations;
-  for (const GroupFold& group : folds) informations.push_back(group.folded.information());
-  return models.sum(informations);
+  if (models.groups() == 1) return folds.front().folded.information();
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(models.unknowns(), models.unknowns());
+  for (int g = 0; g < models.groups(); ++g) {
+    const Eigen::MatrixXd information = folds[static_cast<size_t>(g)].folded.information();
+    int column = 0;
+    for (const SessionModels::Run& right : models.runs(g)) {
+      int row = 0;
+      for (const SessionModels::Run& left : models.runs(g)) {
+        sum.block(left.first, right.first, left.count, right.count) +=
+            information.block(row, column, left.count, right.count);
+        row += left.count;
+      }
+      column += right.count;
+    }
+  }
+  return sum;
 }
 
 namespace {

@@ -387,22 +387,4 @@ Eigen::MatrixXd SessionModels::join(const std::vector<Eigen::MatrixXd>& factors)
   return qr.matrixQR().topRows(columns).triangularView<Eigen::Upper>();
 }
 
-Eigen::MatrixXd SessionModels::sum(const std::vector<Eigen::MatrixXd>& informations) const {
-  if (informations.size() == 1) return informations.front();
-  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(unknowns(), unknowns());
-  for (int g = 0; g < groups(); ++g) {
-    int column = 0;
-    for (const Run& right : runs_[g]) {
-      int row = 0;
-      for (const Run& left : runs_[g]) {
-        sum.block(left.first, right.first, left.count, right.count) +=
-            informations[g].block(row, column, left.count, right.count);
-        row += left.count;
-      }
-      column += right.count;
-    }
-  }
-  return sum;
-}
-
 }  // namespace armtrue

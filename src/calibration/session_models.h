@@ -107,8 +107,6 @@ class SessionModels {
   Eigen::MatrixXd blocks() const;
   /// The factors of all groups' folds joined: (unknowns + 1) x (unknowns + 1).
   Eigen::MatrixXd join(const std::vector<Eigen::MatrixXd>& factors) const;
-  /// Their information J^T W J added up: unknowns x unknowns.
-  Eigen::MatrixXd sum(const std::vector<Eigen::MatrixXd>& informations) const;
 
  private:
   void find_groups(Split split);
