@@ -8,7 +8,8 @@ namespace armtrue::app {
 inline constexpr const char* kMeasuredPoseColumns =
     "Columns of measured poses, one row per reading:\n"
     "  pose, q1_deg..q6_deg; x_mm, y_mm, z_mm or the distance l_mm to the point named in anchor\n"
-    "  instead of them: contact, the name of what the tool touches, and l_mm, a gauge's reading there\n"
+    "  instead of them: contact, the name of what the tool touches, and l_mm, a gauge's reading "
+    "there\n"
     "  optional orientation: a_deg, b_deg, c_deg (R = Rz(a) Ry(b) Rx(c)) or qw, qx, qy, qz\n"
     "  optional: repeat, t_s, session, target, sigma_mm, sigma_deg, or covariances cov_xx_mm2 ...\n"
     "  optional causes of effects: payload_kg, temp_NAME_c, fx_n, fy_n, fz_n, dir1..dir6,\n"

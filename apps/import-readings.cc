@@ -1,5 +1,5 @@
-#include "armtrue/io/campaign_io.h"
 #include "armtrue/import/import_io.h"
+#include "armtrue/io/campaign_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/source.h"
 #include "armtrue/urdf/urdf_io.h"

@@ -25,7 +25,7 @@ namespace armtrue {
 namespace {
 
 constexpr int kRowsForStart = 4096;  // a larger campaign starts from an even choice of its rows
-constexpr int kStepsOfRound = 2;  // of the solver, near the solution
+constexpr int kStepsOfRound = 2;     // of the solver, near the solution
 // Relative tolerances of the cost. Rough: while sigma and law still change. End: for all rows,
 // after a fit to a part of them has brought the unknowns within their standard deviations.
 constexpr double kRoughTolerance = 1e-6, kEndTolerance = 1e-7;

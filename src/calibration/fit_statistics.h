@@ -12,8 +12,7 @@
 namespace armtrue {
 
 /// J^T W J of all rows: unknowns x unknowns.
-Eigen::MatrixXd joint_information(const SessionModels& models,
-                                  const std::vector<GroupFold>& folds);
+Eigen::MatrixXd joint_information(const SessionModels& models, const std::vector<GroupFold>& folds);
 
 /// Number of unknowns that the positions and the orientations determine: tr J (J_all^T J_all +
 /// P)^-1 J^T, with J the rows of that kind and P the information of the priors. With many equations

@@ -8,7 +8,6 @@ namespace armtrue {
 /// (CalibrationOptions::start_near), with FitStatistics::weights: without figures that only a
 /// report needs. `max_rounds` as of CalibrationOptions: 1 keeps the law of `near`.
 CalibrationResult refit(const Robot& robot, const Campaign& campaign, const CalibrationResult& near,
-                        double tolerance,
-                        int max_rounds = CalibrationOptions{}.max_rounds);
+                        double tolerance, int max_rounds = CalibrationOptions{}.max_rounds);
 
 }  // namespace armtrue

@@ -26,9 +26,8 @@ DisplayUnit display_unit(const KinematicChain& chain, const std::string& paramet
 
 std::string why_invalid(const std::string& parameter, const Driver& driver, const Shape& shape) {
   const bool of_instrument = parameter.starts_with("instrument.");
-  const bool moves_reading =
-      of_instrument || parameter.starts_with("target ") || parameter.starts_with("anchor ") ||
-      parameter.starts_with("contact ");
+  const bool moves_reading = of_instrument || parameter.starts_with("target ") ||
+                             parameter.starts_with("anchor ") || parameter.starts_with("contact ");
   if (driver.is_pair() && shape.kind != ShapeKind::series)
     return "two joint angles need the shape 'series'";
   if ((driver.kind == DriverKind::place) != is_polynomial(shape))

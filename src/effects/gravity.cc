@@ -51,9 +51,7 @@ GravityLoad::GravityLoad(const Robot& robot, int parameter)
   if (!by_masses_) choose_basis(robot, ChainEvaluator(robot.chain));
 }
 
-int GravityLoad::value_count() const {
-  return by_masses_ ? 1 : static_cast<int>(basis_.size());
-}
+int GravityLoad::value_count() const { return by_masses_ ? 1 : static_cast<int>(basis_.size()); }
 
 Vector3d GravityLoad::gravity_in_foot(const ArmFrames& frames) const {
   return ground_ < 0 ? gravity_ : Vector3d(frames[ground_].rotation * gravity_);

@@ -229,8 +229,7 @@ bool looks_like_angle(std::string_view header, std::string_view unit) {
     return quantity->kind == UnitKind::angle || quantity->kind == UnitKind::encoder ||
            quantity->name.starts_with('q');
   const std::string plain = plain_stem(column_name(header).stem);
-  static const std::set<std::string, std::less<>> kWhole{"w",  "p",  "r", "o",
-                                                         "q0", "j0", "a0"};
+  static const std::set<std::string, std::less<>> kWhole{"w", "p", "r", "o", "q0", "j0", "a0"};
   static constexpr std::array kParts{
       "angle", "rotat", "orient",  "quat",      "euler",  "roll",  "pitch",  "yaw",   "azimuth",
       "joint", "axis",  "theta",   "elevation", "alpha",  "beta",  "gamma",  "phi",   "omega",

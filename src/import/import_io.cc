@@ -17,7 +17,7 @@ namespace armtrue {
 namespace {
 
 constexpr double kSamePose = 0.1 * kDegree;  // as read_campaign() requires
-constexpr double kFrom1970 = 1e8;         // [s]: further than a clock counts that began at 0
+constexpr double kFrom1970 = 1e8;            // [s]: further than a clock counts that began at 0
 
 // Numbers the texts of a column in the order in which they first stand.
 int index_of(std::vector<std::string>& names, std::map<std::string, int>& places,
@@ -29,8 +29,7 @@ int index_of(std::vector<std::string>& names, std::map<std::string, int>& places
 
 class CampaignBuilder {
  public:
-  CampaignBuilder(const TableReader& points, const TableReader& joints,
-                  const JointMatches& matches)
+  CampaignBuilder(const TableReader& points, const TableReader& joints, const JointMatches& matches)
       : points_(points), joints_(joints), how_(matches) {
     campaign_.source = points.table().file;
   }
@@ -109,8 +108,7 @@ class CampaignBuilder {
 
   int numbered_pose(int row) {
     const auto is_same = [&](int first) { return differs(first, row) <= kSamePose; };
-    const auto known = how_.same_joints_are_one_pose
-                           ? std::ranges::find_if(first_row_, is_same)
+    const auto known = how_.same_joints_are_one_pose ? std::ranges::find_if(first_row_, is_same)
                        : how_.stops_are_poses && row > 0 && is_same(first_row_.back())
                            ? first_row_.end() - 1
                            : first_row_.end();

@@ -158,7 +158,8 @@ void ImportNames::add_joints_by_name(const PlainTable& table, const ImportOption
     }
     if (!unknown.empty() && !is_stated)
       table.fail_header("the joints are " + quoted_names(headers) + ", and the robot's " +
-                        unknown.front() + " is none of them; give --urdf, the file that the robot "
+                        unknown.front() +
+                        " is none of them; give --urdf, the file that the robot "
                         "was made of, or name each: --column q1_deg='" +
                         headers.begin()->second + "'");
     return;
@@ -169,8 +170,8 @@ void ImportNames::add_joints_by_name(const PlainTable& table, const ImportOption
   for (const auto& [name, header] : headers) {
     const size_t digits = name.find_last_not_of("0123456789") + 1;
     const std::string before = name.substr(0, digits);
-    const bool fits = digits < name.size() && name.size() - digits <= 2 &&
-                      (numbered.empty() || before == stem);
+    const bool fits =
+        digits < name.size() && name.size() - digits <= 2 && (numbered.empty() || before == stem);
     if (fits) numbered[std::atoi(name.c_str() + digits)] = header;
     if (!fits) numbered[-1] = header;
     stem = before;

@@ -28,11 +28,11 @@ std::string chosen_body(const PlainTable& table, const std::string& stated,
   if (rigid.size() == 1) return rigid.front();
   if (rigid.empty() && all.size() == 1) return all.front();
   const std::vector<std::string>& names = rigid.empty() ? all : rigid;
-  if (names.empty())
-    table.fail_header("has no body and no marker with positions; export them");
-  table.fail_header(fmt::format("has several bodies or markers, {}; say which is on the robot: "
-                                "--body '{}'",
-                                fmt::join(names, ", "), names.front()));
+  if (names.empty()) table.fail_header("has no body and no marker with positions; export them");
+  table.fail_header(
+      fmt::format("has several bodies or markers, {}; say which is on the robot: "
+                  "--body '{}'",
+                  fmt::join(names, ", "), names.front()));
 }
 
 // Keeps the columns of one body, in the order in which they stand.
@@ -72,17 +72,20 @@ MotiveHeader read_motive_header(TableLines& lines) {
     if (cells.size() < 2 || !cells.front().empty())
       lines.fail("begins with '" + cells.front().substr(0, 40) +
                  "' where the header of a Motive export goes on; export it with its header");
-    if (cells[1] == "Type") header.types = std::move(cells);
-    else if (cells[1] == "Name") header.names = std::move(cells);
-    else if (cells[1].empty()) header.kinds = std::move(cells);
+    if (cells[1] == "Type")
+      header.types = std::move(cells);
+    else if (cells[1] == "Name")
+      header.names = std::move(cells);
+    else if (cells[1].empty())
+      header.kinds = std::move(cells);
   }
   if (header.axes.empty()) lines.fail("the header ends without the line that begins with 'Frame'");
   for (const Cells* row : {&header.types, &header.names, &header.kinds})
     if (row->size() != header.axes.size())
-      lines.fail(fmt::format("the lines Type, Name, Rotation or Position, and Frame need the same "
-                             "number of cells, and have {}, {}, {} and {}; export the file again",
-                             header.types.size(), header.names.size(), header.kinds.size(),
-                             header.axes.size()));
+      lines.fail(fmt::format(
+          "the lines Type, Name, Rotation or Position, and Frame need the same "
+          "number of cells, and have {}, {}, {} and {}; export the file again",
+          header.types.size(), header.names.size(), header.kinds.size(), header.axes.size()));
   return header;
 }
 
@@ -91,8 +94,8 @@ void check_motive_properties(const TableLines& lines, const MotiveHeader& header
   const auto require = [&](const char* key, const char* value, const char* remedy) {
     const auto found = header.properties.find(key);
     if (found == header.properties.end() || found->second == value) return;
-    throw InputError(fmt::format("{}{} is '{}'; {}", at_line(lines.file(), 1), key, found->second,
-                                 remedy));
+    throw InputError(
+        fmt::format("{}{} is '{}'; {}", at_line(lines.file(), 1), key, found->second, remedy));
   };
   if (has_rotation)
     require("Rotation Type", "Quaternion", "export with the rotation type Quaternion");
@@ -149,9 +152,10 @@ ViconHeader read_vicon_header(TableLines& lines, std::string_view separators) {
   if (!lines.next()) lines.fail("the file ends where the units should stand");
   header.units = lines.cells(header.separator);
   if (header.units.size() != header.axes.size())
-    lines.fail(fmt::format("the line of units has {} cells where the header has {}; export the "
-                           "file again",
-                           header.units.size(), header.axes.size()));
+    lines.fail(
+        fmt::format("the line of units has {} cells where the header has {}; export the "
+                    "file again",
+                    header.units.size(), header.axes.size()));
   return header;
 }
 
@@ -235,8 +239,9 @@ PlainTable read_vicon(const std::string& path, const std::string& body) {
     const Cells cells = lines.cells(header.separator);
     if (has_ended && !plain_number(cells[0], '.')) continue;
     if (has_ended)
-      lines.fail("a row follows a blank line; blank lines may only end a table. Remove it, or what "
-                 "follows it");
+      lines.fail(
+          "a row follows a blank line; blank lines may only end a table. Remove it, or what "
+          "follows it");
     require_cells(lines, cells, header.axes.size(), table.header_line);
     const auto frame = plain_number(cells[0], '.');
     if (!frame || cells[0].find_first_of(".,eE") != std::string::npos)

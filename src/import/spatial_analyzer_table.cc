@@ -89,17 +89,19 @@ PlainTable read_spatial_analyzer(const std::string& path) {
       has_time = time_behind_date(cells.back()).has_value();
       const size_t named = cells.size() - (has_time ? 1 : 0);
       if (named < 3 || named > 6)
-        lines.fail(fmt::format("has {} cells: '{}'; expected up to three names, X, Y, Z and, last, "
-                               "date and time, with commas between them: export so",
-                               cells.size(), lines.text().substr(0, 60)));
+        lines.fail(
+            fmt::format("has {} cells: '{}'; expected up to three names, X, Y, Z and, last, "
+                        "date and time, with commas between them: export so",
+                        cells.size(), lines.text().substr(0, 60)));
       const std::array<const char*, 6> names{"Collection", "Group", "Point", "X", "Y", "Z"};
       for (size_t k = 6 - named; k < 6; ++k) table.columns.push_back({names[k], k < 3 ? "" : unit});
       if (has_time) table.columns.push_back({"Time", ""});
     }
     if (cells.size() != cells_of_row)
-      lines.fail(fmt::format("has {} cells where the first row has {}: '{}'; complete or remove "
-                             "the row",
-                             cells.size(), cells_of_row, lines.text().substr(0, 60)));
+      lines.fail(
+          fmt::format("has {} cells where the first row has {}: '{}'; complete or remove "
+                      "the row",
+                      cells.size(), cells_of_row, lines.text().substr(0, 60)));
     if (has_time) {
       const auto time = time_behind_date(cells.back());
       if (!time)

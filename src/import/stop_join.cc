@@ -16,7 +16,7 @@
 namespace armtrue {
 namespace {
 
-constexpr double kStillAngle = 0.03 * kDegree;    // within half a second
+constexpr double kStillAngle = 0.03 * kDegree;  // within half a second
 constexpr double kStillTravel = 0.05 * kMillimetre;
 constexpr double kLargestRest = 10 * kMillimetre;  // of the points of a machine at rest
 constexpr double kThinned = 0.02;                  // [s] between two samples that are looked at
@@ -25,7 +25,7 @@ constexpr double kStreamShare = 0.3;               // of its time that the sampl
 // By which begin and end of a standstill are uncertain, for a record of points and for one of joint
 // angles [s]. A reading taken by hand lies well within.
 constexpr double kPointEdge = 0.15, kJointEdge = 0.05;
-constexpr double kTrimmed = 0.1;      // [s] left out at both ends of a mean, or a tenth
+constexpr double kTrimmed = 0.1;  // [s] left out at both ends of a mean, or a tenth
 constexpr int kFewestStops = 5;
 constexpr double kFewestPaired = 0.6;  // of the readings within the time of the joint angles
 constexpr int kClearlyMore = 3;        // standstills than the next way to join, and a tenth

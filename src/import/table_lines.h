@@ -58,8 +58,7 @@ class BlankLines {
 };
 
 inline void require_rows(const PlainTable& table) {
-  if (table.rows.empty())
-    table.fail_header("no row follows the header; export the readings too");
+  if (table.rows.empty()) table.fail_header("no row follows the header; export the readings too");
 }
 
 }  // namespace armtrue

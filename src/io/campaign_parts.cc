@@ -88,11 +88,12 @@ void JoinedCampaign::check_configuration(int pose, const JointVector& q, int lin
     if (difference > kSameConfiguration)
       table_.fail_in_line(
           line, columns_.q[k]->column,
-          fmt::format("pose '{}' stands {:.4g} {} away from its reading in line {}; rows that share "
-                      "a pose id are replicates of one configuration: give different "
-                      "configurations different ids",
-                      campaign_.pose_ids[static_cast<size_t>(pose)], difference / joints_[k].si(),
-                      joints_[k].unit(), campaign_.line[first]));
+          fmt::format(
+              "pose '{}' stands {:.4g} {} away from its reading in line {}; rows that share "
+              "a pose id are replicates of one configuration: give different "
+              "configurations different ids",
+              campaign_.pose_ids[static_cast<size_t>(pose)], difference / joints_[k].si(),
+              joints_[k].unit(), campaign_.line[first]));
   }
 }
 

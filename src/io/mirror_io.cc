@@ -150,8 +150,7 @@ YAML::Node force_node(const ForceLaw& law) {
 }  // namespace
 
 std::string write_mirror(const MirrorFindings& findings, const Provenance& provenance) {
-  const auto& [result, options, files, lines, accuracy, before, force, robot, goal] =
-      findings;
+  const auto& [result, options, files, lines, accuracy, before, force, robot, goal] = findings;
   YAML::Node root;
   root["format"] = "armtrue-mirror/1";
   root["provenance"] = provenance_node(provenance);

@@ -25,8 +25,7 @@ void append_row(const Residuals& part, int row, const OptionalColumns& columns, 
   const auto& [campaign, residuals, split, predictions] = part;
   const auto& residual = residuals[row];
   text += campaign.pose_ids[campaign.pose[row]] + "," +
-          (campaign.repeat.empty() ? "" : std::to_string(campaign.repeat[row])) + "," +
-          split[row];
+          (campaign.repeat.empty() ? "" : std::to_string(campaign.repeat[row])) + "," + split[row];
   const auto add = [&](double value, double unit) { text += "," + number_text(value / unit); };
   const bool has_point = !campaign.has_distances();
   const int axis = axis_of(campaign, row);

@@ -6,8 +6,8 @@
 
 namespace armtrue {
 
-/// Appends the lines of a table to `text`: `append(row, lines)` adds those of one row. Blocks of rows
-/// are written on all cores, and joined in order.
+/// Appends the lines of a table to `text`: `append(row, lines)` adds those of one row. Blocks of
+/// rows are written on all cores, and joined in order.
 template <typename Append>
 void append_rows(int rows, const Append& append, std::string& text) {
   constexpr int kRowsPerText = 4096;

@@ -36,8 +36,7 @@ struct LaneVector {
 };
 
 template <typename Number>
-using VectorOf =
-    std::conditional_t<std::is_same_v<Number, Lanes>, LaneVector, Eigen::Vector3d>;
+using VectorOf = std::conditional_t<std::is_same_v<Number, Lanes>, LaneVector, Eigen::Vector3d>;
 
 /// Frame that is propagated along the chain. The axes are three vectors because each elementary
 /// rotation changes only two of them.
@@ -131,8 +130,11 @@ inline void for_each_column(int count, const VectorOf<Number>& base_origin,
                             const Axes& axes, const Set& set) {
   const ParameterLayout layout(count);
   const VectorOf<Number> zero{0.0, 0.0, 0.0};
-  const auto translation = [&](int column, const VectorOf<Number>& axis) { set(column, axis, zero); };
-  const auto rotation = [&](int column, const VectorOf<Number>& axis, const VectorOf<Number>& lever) {
+  const auto translation = [&](int column, const VectorOf<Number>& axis) {
+    set(column, axis, zero);
+  };
+  const auto rotation = [&](int column, const VectorOf<Number>& axis,
+                            const VectorOf<Number>& lever) {
     set(column, axis.cross(lever), axis);
   };
   const VectorOf<Number> unit[] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}};

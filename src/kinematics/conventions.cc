@@ -84,8 +84,8 @@ PartToFoot part_to_foot(const KinematicChain& positioner, const Pose& base_of_ar
     alpha = link->alpha;
     d = link->d;
   }
-  const Pose before_first{
-      Eigen::AngleAxisd(-alpha, Eigen::Vector3d::UnitX()).toRotationMatrix(), {-d, 0, 0}};
+  const Pose before_first{Eigen::AngleAxisd(-alpha, Eigen::Vector3d::UnitX()).toRotationMatrix(),
+                          {-d, 0, 0}};
   BehindJoint foot = behind_joint(before_first * inverse(positioner.base) * base_of_arm);
   result.links.back().theta += foot.turn;
   result.links.back().r += foot.shift;

@@ -19,8 +19,8 @@ class Lanes {
   // Every lane is that number: constants of a chain stand beside its moving parts.
   Lanes(double value) : values_{value, value, value, value} {}
   explicit Lanes(const Values& values) : values_(values) {}
-  // Copied as a whole. Copies of bytes are two of 16 for GCC, and a load of all four after them waits
-  // until both have left the processor's store buffer.
+  // Copied as a whole. Copies of bytes are two of 16 for GCC, and a load of all four after them
+  // waits until both have left the processor's store buffer.
   Lanes(const Lanes& other) : values_(other.values_) {}
   Lanes& operator=(const Lanes& other) {
     values_ = other.values_;
@@ -49,12 +49,12 @@ struct Turn {
 
 inline Turn<double> turn_by(double angle) { return {std::cos(angle), std::sin(angle)}; }
 
-/// Within one unit in the last place of the exact values, as those of the C library, and the same on
-/// every processor. Angles beyond 2^19 quarter turns are left to the C library.
+/// Within one unit in the last place of the exact values, as those of the C library, and the same
+/// on every processor. Angles beyond 2^19 quarter turns are left to the C library.
 ///
-/// The angle is reduced to [-pi/4, pi/4] by k quarter turns, pi/2 as a sum of three numbers of which
-/// the products of the first two with k are exact (Cody and Waite 1980), and the polynomials are the
-/// minimax ones of degree 13 and 14 that fdlibm (Sun, 1993) publishes.
+/// The angle is reduced to [-pi/4, pi/4] by k quarter turns, pi/2 as a sum of three numbers of
+/// which the products of the first two with k are exact (Cody and Waite 1980), and the polynomials
+/// are the minimax ones of degree 13 and 14 that fdlibm (Sun, 1993) publishes.
 inline Turn<Lanes> turn_by(const Lanes& angle) {
   using Values = Lanes::Values;
   constexpr double kRoundsToInteger = 0x1.8p52;  // when added; it stands in the lowest bits
@@ -82,12 +82,11 @@ inline Turn<Lanes> turn_by(const Lanes& angle) {
   const Values cube = z * r;
   const Values sine =
       r - ((z * (0.5 * rest - cube * of_sine) - rest) - cube * -1.66666666666666324348e-01);
-  const Values of_cosine =
-      z * (4.16666666666666019037e-02 +
-           z * (-1.38888888888741095749e-03 + z * 2.48015872894767294178e-05)) +
-      z * z * z * z *
-          (-2.75573143513906633035e-07 +
-           z * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11));
+  const Values of_cosine = z * (4.16666666666666019037e-02 + z * (-1.38888888888741095749e-03 +
+                                                                  z * 2.48015872894767294178e-05)) +
+                           z * z * z * z *
+                               (-2.75573143513906633035e-07 +
+                                z * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11));
   const Values half = 0.5 * z;
   const Values near_one = 1.0 - half;
   const Values cosine = near_one + (((1.0 - near_one) - half) + (z * of_cosine - r * rest));

@@ -100,9 +100,7 @@ void ChainEvaluator::evaluate_lanes(std::span<const JointVector> q,
   std::array<LinkAxes<Lanes>, (kFixedCount > 0 ? kFixedCount : kMaxLinks)> axes;
   pass_along<kWithOffsets, kWithJacobian>(
       links_, count,
-      [&](int joint) {
-        return gathered([&](size_t lane) { return (*encoders[lane])[joint]; });
-      },
+      [&](int joint) { return gathered([&](size_t lane) { return (*encoders[lane])[joint]; }); },
       [&](int parameter) {
         return gathered([&](size_t lane) { return (*moved[lane])[parameter]; });
       },

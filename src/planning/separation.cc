@@ -162,8 +162,7 @@ class Separation {
       if (!found[k].indistinguishable.empty())
         contests_.push_back(contest_about(k, with_others, found));
     const double middle = clock_.first_s + 0.5 * count * clock_.seconds_per_visit;
-    for (Contest& contest : contests_)
-      prepare(contest, visits(cloud_, cloud_.poses, middle, 0));
+    for (Contest& contest : contests_) prepare(contest, visits(cloud_, cloud_.poses, middle, 0));
     enter_pairs();
   }
 

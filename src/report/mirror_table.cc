@@ -9,8 +9,7 @@
 namespace armtrue {
 
 std::string mirror_table(const MirrorFindings& findings) {
-  const auto& [result, options, files, lines, accuracy, before, force, robot, goal] =
-      findings;
+  const auto& [result, options, files, lines, accuracy, before, force, robot, goal] = findings;
   std::string table;
   for (size_t p = 0; p < files.size(); ++p) {
     const Pass& pass = result.passes[p];
@@ -33,9 +32,9 @@ std::string mirror_table(const MirrorFindings& findings) {
   if (accuracy.path.rt) row("path repeatability RT, mm", *accuracy.path.rt);
   row("RMS of these passes, mm", accuracy.errors.whole.rms);
   const double form = findings.form_rms(accuracy);
-  table += fmt::format("{:<44}{:>9.3f}  (goal {:.3f}: {})\n",
-                       "RMS without the noise of a sample, mm", form / kMillimetre,
-                       goal / kMillimetre, form <= goal ? "held" : "not held");
+  table +=
+      fmt::format("{:<44}{:>9.3f}  (goal {:.3f}: {})\n", "RMS without the noise of a sample, mm",
+                  form / kMillimetre, goal / kMillimetre, form <= goal ? "held" : "not held");
   if (before) {
     const Reduction gained = reduction(before->errors, accuracy.errors);
     const auto per_cent = [](const std::optional<double>& share) {

@@ -25,8 +25,8 @@ std::vector<Candidate> open_candidates(const Robot& robot, const Campaign& campa
 /// that. The travel of a prismatic joint is no angle: a rail that is not straight shifts the arm.
 bool is_of_no_arm(const Effect& effect, const KinematicChain& chain);
 
-/// A step or kink at every place of its driver (time or a joint angle) between two readings, no nearer
-/// to the ends than the scan looks; with very many readings, at evenly chosen places.
+/// A step or kink at every place of its driver (time or a joint angle) between two readings, no
+/// nearer to the ends than the scan looks; with very many readings, at evenly chosen places.
 std::vector<Candidate> steps_anywhere(const Candidate& step, const Campaign& campaign);
 
 /// The same effect with finer inner values around its own; empty if its shape has no inner value.

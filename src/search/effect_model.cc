@@ -386,9 +386,9 @@ double EffectModel::chance_of(double score) {
   double p = 1;
   for (int flips : {options_.flips, many}) {
     draw_null_scores(flips);
-    p = p_of(std::ranges::count_if(null_scores_,
-                                   [&](double by_chance) { return by_chance >= score; }),
-             null_scores_.size());
+    p = p_of(
+        std::ranges::count_if(null_scores_, [&](double by_chance) { return by_chance >= score; }),
+        null_scores_.size());
     // More draws matter only between the two levels.
     if (p >= options_.significance || p < level) break;
   }

@@ -124,7 +124,7 @@ class EffectModel {
   CalibrationResult fit_;
   CalibrationResult near_;  // the fit before, from which this one started,
   Robot start_;             // and its robot
-  int declared_ = 0;  // effects that the robot came with
+  int declared_ = 0;        // effects that the robot came with
   std::unique_ptr<const CandidateScan> scan_;
   std::vector<Candidate> chosen_;
   std::vector<std::optional<double>> p_at_gate_;

@@ -11,8 +11,8 @@ namespace {
 
 constexpr int kPosesForLoads = 256;
 constexpr long kReadingsForTypical = 4096;  // tell an RMS to two digits
-constexpr double kMinTorque = 1.0;         // N m, RMS: gravity does not turn such a joint
-constexpr double kLeverOfWrist = 1.0 / 3;  // of the longest lever
+constexpr double kMinTorque = 1.0;          // N m, RMS: gravity does not turn such a joint
+constexpr double kLeverOfWrist = 1.0 / 3;   // of the longest lever
 
 std::vector<int> all_rows(const Campaign& campaign) {
   std::vector<int> rows(campaign.q.size());

@@ -98,12 +98,12 @@ class Linearization {
   Replicates replicates_;
   Eigen::MatrixXd jacobian_;
   Eigen::MatrixXd basis_;
-  Eigen::MatrixXd fitted_;     // the fitted columns in coordinates of the basis, of unit length
+  Eigen::MatrixXd fitted_;  // the fitted columns in coordinates of the basis, of unit length
   // The pseudoinverse of their transpose. Of independent columns its column k is orthogonal to all
   // fitted columns but the k-th. Where they depend on each other, `turn_` has an orthonormal basis
   // of their rows as its own rows.
   Eigen::MatrixXd duals_, turn_;
-  Eigen::VectorXd explained_;  // Q^T readings
+  Eigen::VectorXd explained_;                  // Q^T readings
   std::vector<int> first_effect_column_;       // of each effect, and one past the last
   std::vector<Eigen::VectorXd> contribution_;  // of each effect, in coordinates of the basis
   Eigen::VectorXd residual_;

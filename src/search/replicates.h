@@ -10,8 +10,8 @@ namespace armtrue {
 
 /// The readings that each row of a linear problem stands for. The model says the same of the
 /// readings of a row (ObservationModel::rows_by_prediction), so their equations, whitened and times
-/// the roots a_i of their weights, are a_i J x = r_i. With a^2 = sum a_i^2 and the shares s_i = a_i /
-/// a, a rotation of these equations makes of them the one of the row,
+/// the roots a_i of their weights, are a_i J x = r_i. With a^2 = sum a_i^2 and the shares s_i = a_i
+/// / a, a rotation of these equations makes of them the one of the row,
 ///     a J x = r,  r = sum s_i r_i,
 /// and others without derivatives, whose squares sum up to those of the rests r_i - s_i r. So row
 /// and rests are sufficient statistics: all sums over the readings of a pose are as before.

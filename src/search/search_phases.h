@@ -78,7 +78,7 @@ class ModelSearch {
   SearchResult result_;
   EffectModel& model_;
   int merges_ = 0;
-  bool details_ = false;  // whether they may enter: only when nothing simpler is left
+  bool details_ = false;         // whether they may enter: only when nothing simpler is left
   bool failed_at_gate_ = false;  // whether the last step did, and p of its best is known
   std::set<std::multiset<std::string>> seen_;
   // Pairs of forms that changed places and changed back. They may do so again once nothing is to be

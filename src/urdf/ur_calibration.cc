@@ -3,13 +3,13 @@
 #include <array>
 #include <map>
 
-#include "armtrue/urdf/ur_calibration_io.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
+#include "armtrue/urdf/ur_calibration_io.h"
+#include "io/yaml/yaml_map.h"
 #include "urdf/link_frames.h"
 #include "urdf/urdf_chain.h"
 #include "urdf/urdf_patch.h"
-#include "io/yaml/yaml_map.h"
 
 namespace armtrue {
 namespace {

@@ -8,10 +8,10 @@
 #include <map>
 
 #include "armtrue/effects/sampling.h"
-#include "armtrue/urdf/urdf_io.h"
 #include "armtrue/kinematics/evaluator.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
+#include "armtrue/urdf/urdf_io.h"
 #include "urdf/link_frames.h"
 #include "urdf/urdf_chain.h"
 #include "urdf/xml_origins.h"

@@ -72,8 +72,8 @@ void replace_origin(std::string_view text, const XmlTag& origin, const Pose& pos
 // of its own.
 std::string new_origin(std::string_view text, const XmlTag& joint, const Pose& pose) {
   const size_t child = text.find_first_not_of(kXmlBlanks, joint.end);
-  return fmt::format("{}<origin xyz=\"{}\" rpy=\"{}\"/>",
-                     text.substr(joint.end, child - joint.end), xyz_text(pose), rpy_text(pose));
+  return fmt::format("{}<origin xyz=\"{}\" rpy=\"{}\"/>", text.substr(joint.end, child - joint.end),
+                     xyz_text(pose), rpy_text(pose));
 }
 
 // The child <origin> of a joint, up to its end; `at` is moved behind the joint.

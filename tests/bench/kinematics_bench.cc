@@ -310,8 +310,8 @@ class ArmtrueInverse {
   KinematicChain arm_ = identified_links();
 };
 
-// To the same 1e-10 as armtrue's. KDL's other solver, ChainIkSolverPos_LMA of KDL 1.5, writes behind
-// its arrays where a chain ends with a fixed segment.
+// To the same 1e-10 as armtrue's. KDL's other solver, ChainIkSolverPos_LMA of KDL 1.5, writes
+// behind its arrays where a chain ends with a fixed segment.
 class KdlInverse {
  public:
   JointVector operator()(size_t k) {
@@ -360,8 +360,8 @@ void compensate_targets(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(corrected_targets().data());
 }
 
-// Prints on how many postures a solver misses the pose by more than 1 um, and on how many it reaches
-// it with other joint angles than armtrue's.
+// Prints on how many postures a solver misses the pose by more than 1 um, and on how many it
+// reaches it with other joint angles than armtrue's.
 template <typename Inverse>
 void compare_inverse(const char* name, Inverse&& inverse) {
   const ArmtrueInverse armtrue_own;
@@ -469,17 +469,20 @@ int main(int argc, char** argv) {
 
   const double batched = times.nanoseconds("armtrue_47_batched") / kPosesInCall;
   const double batched_only = times.nanoseconds("forward_only_batched") / kPosesInCall;
-  std::printf("\n%zu poses at once: %.0f ns a pose with 47 columns, %.2f of one at a time (pose alone "
-              "%.0f ns, %.2f)\n",
-              kPosesInCall, batched, batched / times.nanoseconds("armtrue_47"), batched_only,
-              batched_only / times.nanoseconds("forward_only"));
+  std::printf(
+      "\n%zu poses at once: %.0f ns a pose with 47 columns, %.2f of one at a time (pose alone "
+      "%.0f ns, %.2f)\n",
+      kPosesInCall, batched, batched / times.nanoseconds("armtrue_47"), batched_only,
+      batched_only / times.nanoseconds("forward_only"));
   const double inverse = times.nanoseconds("armtrue_inverse");
   const double target =
       times.nanoseconds("compensate_targets") / static_cast<double>(poses().size());
-  std::printf("\ninverse kinematics of the identified arm from the nominal angles: %.0f ns; a target "
-              "of compensate %.0f ns\n",
-              inverse, target);
-  std::printf("KDL's Newton-Raphson %.0f ns; armtrue's takes %.2f of it, a target of compensate %.2f\n",
-              times.nanoseconds("kdl_inverse"), inverse / times.nanoseconds("kdl_inverse"),
-              target / times.nanoseconds("kdl_inverse"));
+  std::printf(
+      "\ninverse kinematics of the identified arm from the nominal angles: %.0f ns; a target "
+      "of compensate %.0f ns\n",
+      inverse, target);
+  std::printf(
+      "KDL's Newton-Raphson %.0f ns; armtrue's takes %.2f of it, a target of compensate %.2f\n",
+      times.nanoseconds("kdl_inverse"), inverse / times.nanoseconds("kdl_inverse"),
+      target / times.nanoseconds("kdl_inverse"));
 }

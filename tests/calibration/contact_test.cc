@@ -17,8 +17,8 @@
 #include "armtrue/kinematics/evaluator.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/statistics/distributions.h"
-#include "support/temporary_file.h"
 #include "kinematics/six_axes.h"
+#include "support/temporary_file.h"
 #include "touching.h"
 
 namespace armtrue::contact_test {
@@ -82,9 +82,9 @@ std::vector<Fixture> first(const std::vector<Fixture>& fixtures, size_t count) {
 Campaign nominal_touches(const Robot& robot, const std::vector<Fixture>& fixtures, int poses) {
   Dice dice(7);
   const OracleArm arm = armtrue_oracle::read_arm(kArm);
-  return read(armtrue_oracle::touches_csv(armtrue_oracle::touch(arm, fixtures, poses, 0, dice),
-                                          fixtures),
-              robot);
+  return read(
+      armtrue_oracle::touches_csv(armtrue_oracle::touch(arm, fixtures, poses, 0, dice), fixtures),
+      robot);
 }
 
 size_t rank_with(const std::vector<Fixture>& fixtures, int poses = 80) {
@@ -204,8 +204,8 @@ TEST(Contact, ArtefactsAndPointsShowTheScale) {
   const OracleArm arm = armtrue_oracle::read_arm(kArm);
   const auto poses = armtrue_oracle::touch(arm, first(kSockets, 1), 60, 0, dice);
   const std::string touches = armtrue_oracle::touches_csv(poses, kSockets);
-  const std::string points = armtrue_oracle::points_csv(
-      arm, armtrue_oracle::touch(arm, kSockets, 60, 0, dice), 0, dice);
+  const std::string points =
+      armtrue_oracle::points_csv(arm, armtrue_oracle::touch(arm, kSockets, 60, 0, dice), 0, dice);
   std::string both = points.substr(0, points.find('\n')) + ",contact,sigma_mm\n";
   for (size_t at = points.find('\n') + 1; at < points.size(); at = points.find('\n', at) + 1)
     both += "p" + points.substr(at, points.find('\n', at) - at) + ",,0.05\n";
@@ -241,10 +241,9 @@ Robot with_known_places(Robot robot, const std::vector<Fixture>& fixtures) {
     known.radius = fixtures[k].radius;
     known.place.translation = Eigen::Vector3d(fixtures[k].place.data);
     if (known.kind == ContactKind::plane)
-      known.place.rotation =
-          Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(),
-                                             Eigen::Vector3d(fixtures[k].normal.data))
-              .toRotationMatrix();
+      known.place.rotation = Eigen::Quaterniond::FromTwoVectors(
+                                 Eigen::Vector3d::UnitZ(), Eigen::Vector3d(fixtures[k].normal.data))
+                                 .toRotationMatrix();
   }
   robot.identify.clear();
   for (int k = 0; k < kGeometricParameters; ++k)
@@ -285,8 +284,8 @@ void add_campaign(const std::vector<Fixture>& fixtures, unsigned seed, Study& st
 // Forty poses, a noise of 0.05 mm, links off by 0.3 mm and 0.3 mrad, 120 fresh touches each. Of 200
 // other campaigns planes covered 94.0 % and spheres 95.8 %; with zero offsets of 2 mrad, as their
 // prior expects, 94.2 % (100) and 95.4 % (500). Planes leave 40 numbers for 26 unknowns that they
-// determine: there CR3 makes the variance 2.9 times too large, and covered 97.6 %, whatever the zero
-// offsets were.
+// determine: there CR3 makes the variance 2.9 times too large, and covered 97.6 %, whatever the
+// zero offsets were.
 TEST(Contact, GeometryIsAsGoodAsPointsInWhatIsRead) {
   constexpr int kCampaigns = 60;
   for (const std::vector<Fixture>& fixtures : {kSockets, kPlates, kBalls}) {

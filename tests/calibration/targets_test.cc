@@ -30,8 +30,8 @@ Robot shipped(const std::string& name, int targets) {
   Robot robot = read_robot(ARMTRUE_CONFIG "/robots/" + name + ".yaml").robot;
   for (int k = 0; k < targets; ++k) {
     const double turn = 0.7 * k;
-    robot.chain.targets.push_back({"T" + std::to_string(k),
-                                   {0.15 * std::cos(turn), 0.15 * std::sin(turn), 0.01 * k}});
+    robot.chain.targets.push_back(
+        {"T" + std::to_string(k), {0.15 * std::cos(turn), 0.15 * std::sin(turn), 0.01 * k}});
   }
   return robot;
 }
@@ -42,8 +42,8 @@ Campaign measured(int poses, int targets, int sessions, int repeats = 1) {
   options.poses = poses;
   options.repeats = repeats;
   options.noise_position = 1e-4;
-  Campaign campaign = simulate(shipped("kr360-spindle", targets),
-                               shipped("kr360-table4", targets), options);
+  Campaign campaign =
+      simulate(shipped("kr360-spindle", targets), shipped("kr360-table4", targets), options);
   if (sessions == 1) return campaign;
   for (int s = 0; s < sessions; ++s) campaign.session_names.push_back("day " + std::to_string(s));
   for (int row = 0; row < campaign.rows(); ++row) {
@@ -73,9 +73,9 @@ IdentifiableSet by_least_squares(const SessionModels& models, const std::vector<
   std::vector<int> parameters;
   for (size_t k = 0; k < order.size(); ++k) {
     const Eigen::VectorXd column = blocks.col(static_cast<Eigen::Index>(k));
-    const Eigen::VectorXd solution =
-        kept.cols() > 0 ? Eigen::VectorXd(kept.colPivHouseholderQr().solve(column))
-                        : Eigen::VectorXd(0);
+    const Eigen::VectorXd solution = kept.cols() > 0
+                                         ? Eigen::VectorXd(kept.colPivHouseholderQr().solve(column))
+                                         : Eigen::VectorXd(0);
     if (column.norm() > 1e-12 && (column - kept * solution).norm() > 1e-6 * column.norm()) {
       kept.conservativeResize(column.size(), kept.cols() + 1);
       kept.rightCols<1>() = column;
@@ -84,8 +84,7 @@ IdentifiableSet by_least_squares(const SessionModels& models, const std::vector<
     }
     AbsorbedParameter& absorbed = set.absorbed.emplace_back(AbsorbedParameter{order[k]});
     for (size_t i = 0; i < parameters.size() && column.norm() > 1e-12; ++i)
-      if (const double share = solution[own + static_cast<Eigen::Index>(i)];
-          std::abs(share) > 1e-4)
+      if (const double share = solution[own + static_cast<Eigen::Index>(i)]; std::abs(share) > 1e-4)
         absorbed.absorbed_by.emplace_back(parameters[i], share);
   }
   std::ranges::sort(parameters);
@@ -141,8 +140,7 @@ Eigen::MatrixXd dense_covariance(const SessionModels& models, const CalibrationR
   const Eigen::MatrixXd jacobian = blocks.leftCols(p);
   Eigen::MatrixXd information = jacobian.transpose() * jacobian;
   information.diagonal() += fit.prior_weight.cwiseAbs2();
-  const Eigen::MatrixXd inverse =
-      information.ldlt().solve(Eigen::MatrixXd::Identity(p, p));
+  const Eigen::MatrixXd inverse = information.ldlt().solve(Eigen::MatrixXd::Identity(p, p));
   const std::vector<int>& pose = models.campaign().pose;
   const int poses = 1 + *std::ranges::max_element(pose);
   Eigen::MatrixXd changes(p, poses);
@@ -153,8 +151,8 @@ Eigen::MatrixXd dense_covariance(const SessionModels& models, const CalibrationR
         own.push_back(row * size + i);
     const Eigen::MatrixXd rows = jacobian(own, Eigen::all);
     const Eigen::VectorXd residual = blocks.col(p)(own);
-    const Eigen::MatrixXd left = Eigen::MatrixXd::Identity(rows.rows(), rows.rows()) -
-                                 rows * inverse * rows.transpose();
+    const Eigen::MatrixXd left =
+        Eigen::MatrixXd::Identity(rows.rows(), rows.rows()) - rows * inverse * rows.transpose();
     changes.col(k) = inverse * rows.transpose() * left.ldlt().solve(residual);
   }
   const Eigen::VectorXd mean = changes.rowwise().mean();
@@ -190,8 +188,8 @@ TEST_P(FitOfTargets, IsThatOfDenseMatrices) {
   Eigen::MatrixXd information = jacobian.transpose() * jacobian;
   const Eigen::MatrixXd of_rows = information;
   information.diagonal() += fit.prior_weight.cwiseAbs2();
-  const Eigen::VectorXd gradient = jacobian.transpose() * blocks.col(p) +
-                                   fit.prior_weight.cwiseProduct(fit.prior_residual);
+  const Eigen::VectorXd gradient =
+      jacobian.transpose() * blocks.col(p) + fit.prior_weight.cwiseProduct(fit.prior_residual);
   const Eigen::MatrixXd inverse = information.ldlt().solve(Eigen::MatrixXd::Identity(p, p));
   const Eigen::MatrixXd covariance = dense_covariance(models, fit);
   const Eigen::VectorXd step = inverse * gradient;
@@ -209,16 +207,15 @@ TEST_P(FitOfTargets, IsThatOfDenseMatrices) {
   const Eigen::VectorXd singular =
       Eigen::MatrixXd(jacobian).jacobiSvd().singularValues() * fit.sigma.position;
   EXPECT_NEAR(fit.condition, singular[0] / singular[p - 1], 1e-5 * fit.condition);
-  EXPECT_NEAR(fit.observability[4], 1 / singular.cwiseInverse().sum(),
-              1e-5 * fit.observability[4]);
+  EXPECT_NEAR(fit.observability[4], 1 / singular.cwiseInverse().sum(), 1e-5 * fit.observability[4]);
   if (sessions > 1) return;
   // The largest variance of a reading's position.
   double largest = 0;
   for (Eigen::Index row = 0; row < campaign.rows(); ++row)
-    largest = std::max(largest, (fit.sigma.position * fit.sigma.position *
-                                 jacobian.middleRows(3 * row, 3) * covariance *
-                                 jacobian.middleRows(3 * row, 3).transpose())
-                                    .trace());
+    largest = std::max(largest,
+                       (fit.sigma.position * fit.sigma.position * jacobian.middleRows(3 * row, 3) *
+                        covariance * jacobian.middleRows(3 * row, 3).transpose())
+                           .trace());
   EXPECT_NEAR(uncertainty_of(fit, campaign).largest_variance, largest, 1e-6 * largest);
 }
 

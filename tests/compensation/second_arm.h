@@ -14,11 +14,11 @@
 #include "armtrue/io/robot_io.h"
 #include "armtrue/kinematics/evaluator.h"
 #include "armtrue/kinematics/units.h"
-#include "support/temporary_file.h"
 #include "kinematics/kdl_arm.h"
 #include "kinematics/six_axes.h"
 #include "support/oracle.h"
 #include "support/random_chain.h"
+#include "support/temporary_file.h"
 
 namespace armtrue {
 

@@ -1,5 +1,5 @@
-// Preloaded into a command: it has as many processors as ARMTRUE_TEST_THREADS says. Each time that it asks, a line goes
-// to the file ARMTRUE_TEST_ASKED.
+// Preloaded into a command: it has as many processors as ARMTRUE_TEST_THREADS says. Each time that
+// it asks, a line goes to the file ARMTRUE_TEST_ASKED.
 
 #include <cstdlib>
 #include <fstream>

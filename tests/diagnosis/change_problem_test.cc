@@ -67,16 +67,15 @@ Dense dense_fit(const Robot& previous, const Campaign& campaign, const ReadingSi
     residual.tail(count) = -weight.cwiseProduct(result.x);
     const Eigen::VectorXd unit = rows.colwise().norm().cwiseInverse();
     if (step < 9)
-      result.x += unit.asDiagonal() * Eigen::VectorXd((rows * unit.asDiagonal())
-                                                          .colPivHouseholderQr()
-                                                          .solve(residual));
+      result.x += unit.asDiagonal() *
+                  Eigen::VectorXd((rows * unit.asDiagonal()).colPivHouseholderQr().solve(residual));
   }
   const Eigen::VectorXd unit = rows.colwise().norm().cwiseInverse();
   const Eigen::MatrixXd scaled = rows * unit.asDiagonal();
   result.covariance =
       unit.asDiagonal() *
-      Eigen::MatrixXd((scaled.transpose() * scaled).ldlt().solve(
-          Eigen::MatrixXd::Identity(count, count))) *
+      Eigen::MatrixXd(
+          (scaled.transpose() * scaled).ldlt().solve(Eigen::MatrixXd::Identity(count, count))) *
       unit.asDiagonal();
   const int poses = static_cast<int>(campaign.pose_ids.size());
   Eigen::MatrixXd changes(count, poses);
@@ -88,8 +87,8 @@ Dense dense_fit(const Robot& previous, const Campaign& campaign, const ReadingSi
     const Eigen::MatrixXd a = rows(own, Eigen::all);
     const Eigen::MatrixXd left =
         Eigen::MatrixXd::Identity(a.rows(), a.rows()) - a * result.covariance * a.transpose();
-    changes.col(pose) = result.covariance * a.transpose() *
-                        left.ldlt().solve(Eigen::VectorXd(residual(own)));
+    changes.col(pose) =
+        result.covariance * a.transpose() * left.ldlt().solve(Eigen::VectorXd(residual(own)));
   }
   const Eigen::VectorXd mean = changes.rowwise().mean();
   const Eigen::MatrixXd off = changes.colwise() - mean;
@@ -101,8 +100,7 @@ Dense dense_fit(const Robot& previous, const Campaign& campaign, const ReadingSi
 // `repeats`: so many readings of a pose that they are folded on the way.
 void expect_dense(int poses, int repeats) {
   Robot truth = shipped("kr360-table4");
-  const CalibrationResult previous =
-      calibrate(shipped("kr360-spindle"), measured(truth, 60, 3, 1));
+  const CalibrationResult previous = calibrate(shipped("kr360-spindle"), measured(truth, 60, 3, 1));
   move_parameter(truth.chain, *find_parameter(truth.chain, "A2.theta"), 5e-4);
   const Campaign campaign = measured(truth, poses, repeats, 2);
   const ReadingSigma sigma{0.1e-3, 0.16e-3};
@@ -127,9 +125,9 @@ void expect_dense(int poses, int repeats) {
   parameters.push_back(*find_parameter(truth.chain, "A2.theta"));
   weights.push_back(0);
   ASSERT_EQ(fit->x.size(), std::ssize(parameters));
-  const Dense dense = dense_fit(previous.robot, campaign, sigma, parameters,
-                                Eigen::VectorXd::Map(weights.data(), std::ssize(weights)),
-                                1.0 / repeats);
+  const Dense dense =
+      dense_fit(previous.robot, campaign, sigma, parameters,
+                Eigen::VectorXd::Map(weights.data(), std::ssize(weights)), 1.0 / repeats);
   EXPECT_NEAR(fit->x.tail(1)[0], 5e-4, 1e-4);
   for (Eigen::Index k = 0; k < fit->x.size(); ++k) {
     const double deviation = std::sqrt(dense.covariance(k, k));

@@ -1,8 +1,9 @@
-// inject FOLDER CALL FAULT REPORT COMMAND [ARGUMENT]...: runs a command and makes one of its system calls fail, by
-// ptrace. Counted are the calls that open, read, write, synchronise, close, rename, make or remove something in FOLDER,
-// and those that write to standard output or error. FAULT: the number of an error, such as 28 (ENOSPC), which call
-// CALL returns instead of being made; or 0: the process is killed before it. CALL 0 lets all pass. The names of the
-// calls are written to REPORT, one on each line. Exit code: that of the command, 128 + n if a signal n ended it.
+// inject FOLDER CALL FAULT REPORT COMMAND [ARGUMENT]...: runs a command and makes one of its system
+// calls fail, by ptrace. Counted are the calls that open, read, write, synchronise, close, rename,
+// make or remove something in FOLDER, and those that write to standard output or error. FAULT: the
+// number of an error, such as 28 (ENOSPC), which call CALL returns instead of being made; or 0: the
+// process is killed before it. CALL 0 lets all pass. The names of the calls are written to REPORT,
+// one on each line. Exit code: that of the command, 128 + n if a signal n ended it.
 
 #include <sys/ptrace.h>
 #include <sys/syscall.h>
@@ -23,17 +24,17 @@ using Number = unsigned long long;
 
 struct Call {
   const char* name;
-  int path = -1;        // argument that is a path; -1: none
+  int path = -1;         // argument that is a path; -1: none
   bool of_file = false;  // the first argument is a descriptor
 };
 
 const std::map<Number, Call> kCalls{
-    {SYS_open, {"open", 0}},          {SYS_openat, {"open", 1}},
-    {SYS_rename, {"rename", 0}},      {SYS_renameat, {"rename", 1}},
-    {SYS_renameat2, {"rename", 1}},   {SYS_unlink, {"unlink", 0}},
-    {SYS_unlinkat, {"unlink", 1}},    {SYS_mkdir, {"mkdir", 0}},
-    {SYS_mkdirat, {"mkdir", 1}},      {SYS_rmdir, {"rmdir", 0}},
-    {SYS_read, {"read", -1, true}},   {SYS_write, {"write", -1, true}},
+    {SYS_open, {"open", 0}},           {SYS_openat, {"open", 1}},
+    {SYS_rename, {"rename", 0}},       {SYS_renameat, {"rename", 1}},
+    {SYS_renameat2, {"rename", 1}},    {SYS_unlink, {"unlink", 0}},
+    {SYS_unlinkat, {"unlink", 1}},     {SYS_mkdir, {"mkdir", 0}},
+    {SYS_mkdirat, {"mkdir", 1}},       {SYS_rmdir, {"rmdir", 0}},
+    {SYS_read, {"read", -1, true}},    {SYS_write, {"write", -1, true}},
     {SYS_writev, {"write", -1, true}}, {SYS_fsync, {"fsync", -1, true}},
     {SYS_close, {"close", -1, true}}};
 
@@ -71,7 +72,8 @@ class Tracer {
       const pid_t thread = waitpid(-1, &status, __WALL);
       if (thread < 0) return 99;
       if (WIFEXITED(status) || WIFSIGNALED(status)) {
-        if (thread == child) return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+        if (thread == child)
+          return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
         continue;
       }
       int signal = 0;

@@ -1,7 +1,7 @@
-// mutate TARGET COUNT DICTIONARY SEED...: reads each seed as it is, then COUNT random changes of them,
-// the same in every run. A SEED is a file or a folder of files; of a long file the first 20 kB are
-// changed. An input that takes more than 20 s ends the program by SIGALRM. What the program was reading when it crashed
-// stands in the file TARGET.failed then.
+// mutate TARGET COUNT DICTIONARY SEED...: reads each seed as it is, then COUNT random changes of
+// them, the same in every run. A SEED is a file or a folder of files; of a long file the first 20
+// kB are changed. An input that takes more than 20 s ends the program by SIGALRM. What the program
+// was reading when it crashed stands in the file TARGET.failed then.
 
 #include <fcntl.h>
 #include <unistd.h>

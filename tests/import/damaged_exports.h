@@ -103,9 +103,9 @@ inline std::string fixed(double value, int decimals) {
 inline std::vector<double> random_row(std::mt19937_64& random) {
   std::vector<double> row;
   for (int c = 1; c < kColumns; ++c)
-    row.push_back(static_cast<double>(static_cast<long>(random() % (c <= 3 ? 5000000 : 3600000)) -
-                                      1700000) /
-                  (c <= 3 ? 1000 : 10000));
+    row.push_back(
+        static_cast<double>(static_cast<long>(random() % (c <= 3 ? 5000000 : 3600000)) - 1700000) /
+        (c <= 3 ? 1000 : 10000));
   return row;
 }
 
@@ -201,7 +201,9 @@ class PresetExport {
   }
 
   void vicon() {
-    sheet_.lines = {{"Objects"}, {"100"}, {"", "", "tool", "", "", "", "", "", ""},
+    sheet_.lines = {{"Objects"},
+                    {"100"},
+                    {"", "", "tool", "", "", "", "", "", ""},
                     {"Frame", "Sub Frame", "RX", "RY", "RZ", "RW", "TX", "TY", "TZ"},
                     {"", "", "", "", "", "", "mm", "mm", "mm"}};
     begin_rows();

@@ -139,8 +139,8 @@ TEST(ImportDamage, ADamagedExportOfEachPresetIsReadRightOrRefused) {
       const TemporaryFile file(table.text()), other(table.other_table());
       try {
         const Campaign campaign = import_preset(preset, file.path, other.path).campaign;
-        EXPECT_EQ(wrong_row(campaign, table.truth()), "")
-            << preset.name << " " << seed << "\n" << table.text();
+        EXPECT_EQ(wrong_row(campaign, table.truth()), "") << preset.name << " " << seed << "\n"
+                                                          << table.text();
         ++read;
       } catch (const InputError& error) {
         ++refused;

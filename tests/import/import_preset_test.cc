@@ -130,8 +130,7 @@ TEST(ImportPreset, ARigidBodyOfMotiveHasPositionAndQuaternion) {
   EXPECT_EQ(campaign.time_s[1], 1.02);
   EXPECT_THAT(readings.mapping, HasSubstr("body 'tool'"));
   EXPECT_THAT(readings.mapping, HasSubstr("not used: tool:Marker1"));
-  const Campaign in_mm =
-      import_two(motive("Quaternion", "Millimeters"), joints, options).campaign;
+  const Campaign in_mm = import_two(motive("Quaternion", "Millimeters"), joints, options).campaign;
   EXPECT_NEAR(in_mm.position[1].x(), 0.75e-3, 1e-15);
   options.body = "tool:Marker1";
   const Campaign marker = import_two(motive("Quaternion", "Meters"), joints, options).campaign;
@@ -161,9 +160,10 @@ TEST(ImportPreset, BodiesOfViconHaveTimesByTheRateOfFrames) {
   ImportOptions options = with({"vicon"});
   options.join = "order";
   const Campaign quaternions =
-      import_two("Objects\n100\n,,tool:tool,,,,,,\nFrame,Sub Frame,RX,RY,RZ,RW,TX,TY,TZ\n"
-                 ",,,,,,mm,mm,mm\n250,0,0.5,0.5,-0.5,0.5,1000,200,3\n260,0,0,0,0,1,1001,200,3\n",
-                 kTwoJointRows, options)
+      import_two(
+          "Objects\n100\n,,tool:tool,,,,,,\nFrame,Sub Frame,RX,RY,RZ,RW,TX,TY,TZ\n"
+          ",,,,,,mm,mm,mm\n250,0,0.5,0.5,-0.5,0.5,1000,200,3\n260,0,0,0,0,1,1001,200,3\n",
+          kTwoJointRows, options)
           .campaign;
   EXPECT_EQ(quaternions.time_s, (std::vector<double>{2.5, 2.6}));
   EXPECT_NEAR(quaternions.position[1].x(), 1.001, 1e-15);
@@ -177,8 +177,8 @@ TEST(ImportPreset, BodiesOfViconHaveTimesByTheRateOfFrames) {
   EXPECT_THAT(error_of(segments, kTwoJointRows, options), HasSubstr("--angles rotvec"));
   options.angles = "rotvec";
   const Campaign turned = import_two(segments, kTwoJointRows, options).campaign;
-  EXPECT_NEAR(turned.orientation[0].angularDistance(Eigen::Quaterniond(
-                  Eigen::AngleAxisd(90 * kDegree, Eigen::Vector3d::UnitZ()))),
+  EXPECT_NEAR(turned.orientation[0].angularDistance(
+                  Eigen::Quaterniond(Eigen::AngleAxisd(90 * kDegree, Eigen::Vector3d::UnitZ()))),
               0, 1e-9);
   EXPECT_EQ(turned.position[1].x(), 4e-3);
   const ImportOptions plain = [] {
@@ -187,9 +187,10 @@ TEST(ImportPreset, BodiesOfViconHaveTimesByTheRateOfFrames) {
     return some;
   }();
   const Campaign marker =
-      import_two("Trajectories;;;;\n100;;;;\n;;1 1936;;\nFrame;Sub Frame;X;Y;Z\n;;mm;mm;mm\n"
-                 "1;0;-391.888;-6180.01;1734.43\n2;0;-391.978;-6180.03;1734.43\n",
-                 kTwoJointRows, plain)
+      import_two(
+          "Trajectories;;;;\n100;;;;\n;;1 1936;;\nFrame;Sub Frame;X;Y;Z\n;;mm;mm;mm\n"
+          "1;0;-391.888;-6180.01;1734.43\n2;0;-391.978;-6180.03;1734.43\n",
+          kTwoJointRows, plain)
           .campaign;
   EXPECT_NEAR(marker.position[1].x(), -0.391978, 1e-12);
   EXPECT_FALSE(marker.has_orientation());

@@ -25,9 +25,9 @@ using ::testing::HasSubstr;
 constexpr double kNoiseMm = 0.1;
 
 struct Set {
-  double offset = 0, rate = 0;           // t_instrument = offset + (1 + rate) t_joints
-  std::set<int> hidden, not_logged;      // stops that the instrument or the recorder lost
-  int earlier_stops = 0;                 // that the instrument alone saw, before the recorder began
+  double offset = 0, rate = 0;       // t_instrument = offset + (1 + rate) t_joints
+  std::set<int> hidden, not_logged;  // stops that the instrument or the recorder lost
+  int earlier_stops = 0;             // that the instrument alone saw, before the recorder began
   bool is_list = false, is_regular = false, is_in_whole_seconds = false;
   int stops = 40;
   unsigned seed = 1;
@@ -248,9 +248,9 @@ TEST(StopJoin, WhatTheTimesDoNotTellIsRefused) {
   Campaigns coarse({.is_list = true, .is_in_whole_seconds = true, .stops = 60, .seed = 3});
   EXPECT_THAT(error_of(coarse.points(), coarse.joint_log()), HasSubstr("in several ways"));
   for (unsigned seed = 1; seed <= 10; ++seed)
-    EXPECT_THAT(error_of(Campaigns({.seed = seed}).points(),
-                         Campaigns({.seed = seed + 100}).joint_log()),
-                AnyOf(HasSubstr("same campaign"), HasSubstr("in several ways")));
+    EXPECT_THAT(
+        error_of(Campaigns({.seed = seed}).points(), Campaigns({.seed = seed + 100}).joint_log()),
+        AnyOf(HasSubstr("same campaign"), HasSubstr("in several ways")));
 }
 
 TEST(StopJoin, StopsOfAnotherProgramAreRefused) {

@@ -199,8 +199,8 @@ TEST_P(AnyChain, InverseKinematicsStaysNearItsStart) {
 
 constexpr size_t kLanes = LaneJacobians::kCount;
 
-// Several at once, in groups that do not fill the lanes: each is the pose of one within rounding, to
-// the bit the same beside any others, with offsets of its own or without.
+// Several at once, in groups that do not fill the lanes: each is the pose of one within rounding,
+// to the bit the same beside any others, with offsets of its own or without.
 TEST_P(AnyChain, ManyPosesEqualThoseOfOne) {
   Uniform uniform(700 + GetParam());
   for (int i = 0; i < 5; ++i) {
@@ -225,8 +225,8 @@ TEST_P(AnyChain, ManyPosesEqualThoseOfOne) {
         PoseJacobian expected;
         LaneJacobians alone;
         const LaneJacobians::OfPose jacobian = jacobians[k / kLanes][k % kLanes];
-        const Pose pose = moved ? evaluator.pose(q[k], offsets[k], expected)
-                                : evaluator.pose(q[k], expected);
+        const Pose pose =
+            moved ? evaluator.pose(q[k], offsets[k], expected) : evaluator.pose(q[k], expected);
         EXPECT_LT((poses[k].rotation - pose.rotation).cwiseAbs().maxCoeff(), 1e-14);
         EXPECT_LT((poses[k].translation - pose.translation).cwiseAbs().maxCoeff(), 3e-14);
         ASSERT_EQ(jacobian.cols(), parameters);
@@ -267,8 +267,7 @@ TEST(ManyPoses, WriteOnlyTheColumnsThatAreAskedFor) {
         EXPECT_TRUE((jacobian.col(k).array() == 1234.0).all());
   }
   EXPECT_THROW(evaluator.poses(q, {}, std::span(poses).first(4)), std::invalid_argument);
-  EXPECT_THROW(evaluator.poses(q, {}, poses, std::span(jacobians).first(1)),
-               std::invalid_argument);
+  EXPECT_THROW(evaluator.poses(q, {}, poses, std::span(jacobians).first(1)), std::invalid_argument);
 }
 
 // Against long double: small, near quarter turns, many turns, and beyond what is reduced here.
@@ -285,8 +284,9 @@ TEST(SineOfLanes, IsWithinOneUnitInTheLastPlace) {
       for (int lane = 0; lane < Lanes::kCount; ++lane) {
         angles[lane] = uniform(-range, range);
         if (i % 2 == 1)
-          angles[lane] = std::round(angles[lane] / (std::numbers::pi / 2)) * (std::numbers::pi / 2) +
-                         (i % 4 == 1 ? 0 : 1e-9 * uniform(-1, 1));
+          angles[lane] =
+              std::round(angles[lane] / (std::numbers::pi / 2)) * (std::numbers::pi / 2) +
+              (i % 4 == 1 ? 0 : 1e-9 * uniform(-1, 1));
       }
       const Turn<Lanes> turn = turn_by(angles);
       for (int lane = 0; lane < Lanes::kCount; ++lane) {

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "armtrue/io/robot_io.h"
-#include "armtrue/urdf/urdf_io.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/urdf/urdf_io.h"
 #include "urdf/urdf_distance.h"
 
 namespace armtrue::starters_test {
@@ -131,8 +131,8 @@ TEST_P(MakersStarter, GoesIntoTheMakersDescriptionWhenCalibrated) {
   const UrdfKept kept{false, !has_place_for_tool};
   const PatchedUrdf patched = write_into_urdf(robot, text, starter.file, starter.ends, kept);
   EXPECT_NEAR(patched.base.distance, robot.chain.base.translation.norm(), 0.01);
-  Distance distance = distance_between(
-      UrdfArm(patched.text, starter.ends.base, starter.ends.tip), robot.chain);
+  Distance distance =
+      distance_between(UrdfArm(patched.text, starter.ends.base, starter.ends.tip), robot.chain);
   EXPECT_LT(distance.place, 1e-9);
   EXPECT_LT(distance.attitude, 1e-9);
   // Seen from its own foot it is the arm in the same place.

@@ -44,8 +44,8 @@ inline Distance distance_between(const oracle::UrdfArm& arm, const KinematicChai
     for (int row = 0; row < 3; ++row) {
       result.place = std::max(result.place, std::abs(pose.translation[row] - expected.p(row)));
       for (int column = 0; column < 3; ++column)
-        result.attitude = std::max(
-            result.attitude, std::abs(pose.rotation(row, column) - expected.M(row, column)));
+        result.attitude = std::max(result.attitude,
+                                   std::abs(pose.rotation(row, column) - expected.M(row, column)));
     }
   }
   return result;

@@ -86,8 +86,8 @@ struct CalibrationResult {
   std::vector<double> weights;    ///< of each row
   /// Of each row, without what its pose loses as a whole; far below 1: probably a blunder.
   std::vector<double> weights_in_pose;
-  int rank = 0;                   ///< of the Jacobian of all unknowns
-  double condition = 0;           ///< of the Jacobian of the geometric unknowns in m and rad
+  int rank = 0;          ///< of the Jacobian of all unknowns
+  double condition = 0;  ///< of the Jacobian of the geometric unknowns in m and rad
   std::array<double, 5> observability{};  ///< O1 ... O5
   bool converged = false;
   int iterations = 0;

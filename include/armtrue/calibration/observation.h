@@ -173,9 +173,9 @@ class ObservationModel::At {
   void blocks(int first, int count, Eigen::Ref<Eigen::MatrixXd> out) const;
 
   /// The blocks of predictions, from number `first` on, see rows_by_prediction(): the residual is
-  /// that of the first row. The derivatives J of replicates are those at no residual of orientation,
-  /// by which J^T r is the gradient of each reading: with those at its residual r it is J^T Jr^-T r,
-  /// and Jr^-T r = r.
+  /// that of the first row. The derivatives J of replicates are those at no residual of
+  /// orientation, by which J^T r is the gradient of each reading: with those at its residual r it
+  /// is J^T Jr^-T r, and Jr^-T r = r.
   void blocks_of_predictions(int first, int count, Eigen::Ref<Eigen::MatrixXd> out) const;
 
  private:
@@ -201,8 +201,8 @@ class ObservationModel::At {
   Prediction predict(int row, PoseJacobian* jacobian) const;
   // The same where R_A from the measured frame is known; `offset` is empty without effects.
   Prediction predict(int row, const Pose& a_from_measured, const Eigen::VectorXd& offset) const;
-  // Calls take(k, row, prediction) of the rows row_of(k) of all k < count, if kWithJacobian with the
-  // Jacobian of the arm.
+  // Calls take(k, row, prediction) of the rows row_of(k) of all k < count, if kWithJacobian with
+  // the Jacobian of the arm.
   template <bool kWithJacobian, typename RowOf, typename Take>
   void for_each_prediction(int count, const RowOf& row_of, const Take& take) const;
   enum class Turn { by_residual, none };  // of the derivatives of an orientation
@@ -225,8 +225,8 @@ class ObservationModel::At {
     double coefficient;
     int parameter, value;
   };
-  std::vector<Term> terms_;              // of all effects
-  std::vector<Prediction> predictions_;  // all, where some rows are replicates; else empty
+  std::vector<Term> terms_;                // of all effects
+  std::vector<Prediction> predictions_;    // all, where some rows are replicates; else empty
   Eigen::Matrix3d base_turn_, tool_turn_;  // d(turn in R_A)/d(unknown turn)
   // d(turn in the axes of the contact)/d(unknown turn)
   std::vector<Eigen::Matrix3d> contact_turns_;

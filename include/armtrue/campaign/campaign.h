@@ -74,8 +74,8 @@ struct Campaign {
   std::vector<int> anchor;  ///< of a distance: index into anchor_names; of a coordinate: 0
   std::vector<std::string> anchor_names;
   std::vector<std::string> contact_names;  ///< `table`, or `bar/2`: point 2 of the artefact `bar`
-  std::vector<double> sigma_position;     ///< per axis [m]
-  std::vector<double> sigma_orientation;  ///< per axis [rad]
+  std::vector<double> sigma_position;      ///< per axis [m]
+  std::vector<double> sigma_orientation;   ///< per axis [rad]
   /// Where rows state covariances: W without unit, its upper right block zero, so that W D^-1 r is
   /// white of a residual r = (position, rotation vector) in R_A, D the diagonal of the row's
   /// sigma_position and sigma_orientation, which are then the roots of the mean variances of the

@@ -23,8 +23,8 @@ using ArmFrames = LinkFrames;
 /// torque is small and would add coefficients. The basis of a joint that slides is empty.
 ///
 /// A positioner (Robot::ground_link) carries the part, which no file knows: its loads are always a
-/// basis, the first moments of all frames before the joint in the chain. Gravity keeps its direction
-/// in the frame of that link, and turns in R_0.
+/// basis, the first moments of all frames before the joint in the chain. Gravity keeps its
+/// direction in the frame of that link, and turns in R_0.
 class GravityLoad {
  public:
   GravityLoad(const Robot& robot, int parameter);
@@ -37,7 +37,7 @@ class GravityLoad {
 
  private:
   struct FirstMoment {
-    int link, axis;  // link -1: R_0
+    int link, axis;          // link -1: R_0
     bool by_travel = false;  // times the way of the link along its z axis
   };
   struct Motion;  // motion by the parameter: its axis, a point on it, and whether it is a rotation

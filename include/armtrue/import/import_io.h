@@ -22,9 +22,9 @@ struct ImportOptions {
   std::string decimal;                             ///< point, comma or empty: found from the cells
   /// Names of formats, at most one for the points and one for the joint angles.
   std::vector<std::string> presets;
-  std::string body;           ///< rigid body or marker of a motion capture; may be empty
-  std::string join;           ///< id, order, time, stops or empty
-  double max_gap_s = 0.1;     ///< join by time: largest gap of joint samples around a point
+  std::string body;        ///< rigid body or marker of a motion capture; may be empty
+  std::string join;        ///< id, order, time, stops or empty
+  double max_gap_s = 0.1;  ///< join by time: largest gap of joint samples around a point
   /// Added to the times of the points, join by time or stops. By stops, an empty one is estimated.
   std::optional<double> clock_offset_s;
   /// The robot of the joints in the table. Join by stops: its geometry decides which stops belong
@@ -38,7 +38,7 @@ struct ImportOptions {
 struct ImportedReadings {
   Campaign campaign;
   std::vector<JointName> joints;  ///< of the robot, or those of the table
-  std::string mapping;  ///< table of the used columns, for a terminal
+  std::string mapping;            ///< table of the used columns, for a terminal
   std::vector<std::string> warnings;
 };
 

@@ -60,8 +60,8 @@ struct LoopResult {
   double before = 0, after = 0;  ///< mean held-out position error, geometric and final [m]
   double floor = 0;              ///< mean error of a perfect model [m]
   double reducible_removed = 0;  ///< (before^2 - after^2) / (before^2 - floor^2), in [0, 1]
-  /// The held-out error is above that of the nominal robot with base and tool fitted, and above what
-  /// noise explains.
+  /// The held-out error is above that of the nominal robot with base and tool fitted, and above
+  /// what noise explains.
   bool worse_than_nominal = false;
   std::array<double, 2> gain_ci95{0, 0};   ///< of before - after, paired bootstrap over poses [m]
   std::optional<double> lack_of_fit;       ///< p, of the final model on the training poses

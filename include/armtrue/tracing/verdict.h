@@ -39,9 +39,9 @@ struct Grounds {
 
 /// `unexplained` if the lack of fit is significant (p < 0.01), if too many held-out poses lie
 /// beyond their bounds (p < 0.01), if the held-out error exceeds both twice the floor and
-/// `complete_high`, or if readings are left out together. `not_separable` if an effect has a rival of the catalogue;
-/// a curve without a known cause does not count as another cause. `too_few_poses` if the held-out
-/// error exceeds `floor_high`: then it is not shown that nothing is left.
+/// `complete_high`, or if readings are left out together. `not_separable` if an effect has a rival
+/// of the catalogue; a curve without a known cause does not count as another cause. `too_few_poses`
+/// if the held-out error exceeds `floor_high`: then it is not shown that nothing is left.
 Verdict conclude(const Grounds& grounds);
 
 }  // namespace armtrue

@@ -18,8 +18,9 @@ namespace {
 void refuse_parameters(YamlMap& document, const std::string& why) {
   for (const char* key : {"sessions", "effects", "priors", "std", "uncertainty"})
     if (document.has(key) && !(std::string(key) == "effects" && document.maps(key).empty()))
-      document.fail(key, why + "; write the file in it: convert-robot FILE --to yaml, without this "
-                               "key");
+      document.fail(key, why +
+                             "; write the file in it: convert-robot FILE --to yaml, without this "
+                             "key");
 }
 
 KinematicChain read_chain(YamlMap& map) {
@@ -62,8 +63,9 @@ void check_axes_of_positioner(YamlMap& document, const char* key, const Robot& r
                              "' of a positioner is an external axis: call it E1 to E6");
   for (const Body& body : robot.bodies)
     if (body.link <= *robot.ground_link)
-      document.fail("masses", "the load of a positioner is the part, whatever its mass: leave out "
-                              "the masses of its links");
+      document.fail("masses",
+                    "the load of a positioner is the part, whatever its mass: leave out "
+                    "the masses of its links");
 }
 
 }  // namespace
@@ -71,8 +73,8 @@ void check_axes_of_positioner(YamlMap& document, const char* key, const Robot& r
 std::vector<Link> read_links(YamlMap& map) {
   std::vector<YamlMap> entries = map.maps("links");
   if (entries.empty() || entries.size() > kMaxLinks)
-    map.fail("links", fmt::format("has {} entries; a chain has from 1 to {}", entries.size(),
-                                  kMaxLinks));
+    map.fail("links",
+             fmt::format("has {} entries; a chain has from 1 to {}", entries.size(), kMaxLinks));
   std::vector<Link> links;
   for (YamlMap& entry : entries) {
     const Link link = read_link(entry);

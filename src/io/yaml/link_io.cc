@@ -47,8 +47,7 @@ void read_travel(YamlMap& map, Link& link) {
 
 // In braces the numbers are read in their order, so that a message names the first that is wrong.
 Eigen::Vector3d read_position(YamlMap& map) {
-  return kMillimetre *
-         Eigen::Vector3d{map.number("x_mm"), map.number("y_mm"), map.number("z_mm")};
+  return kMillimetre * Eigen::Vector3d{map.number("x_mm"), map.number("y_mm"), map.number("z_mm")};
 }
 
 Eigen::Matrix3d read_rotation(YamlMap& map) {

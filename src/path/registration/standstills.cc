@@ -154,8 +154,7 @@ std::vector<Standstill> find_standstills(const Eigen::VectorXd& times,
   std::vector<Standstill> found;
   Eigen::Index first = 0, last = -1;  // of the standstill that goes on; none if last < first
   const auto close = [&] {
-    if (last >= first &&
-        (extent(values, first, last).array() <= kCreep * tolerance.array()).all())
+    if (last >= first && (extent(values, first, last).array() <= kCreep * tolerance.array()).all())
       found.push_back({times[first], times[last]});
     last = -1;
     first = 0;

@@ -26,9 +26,9 @@ double rest_tolerance(const Eigen::VectorXd& times, const Eigen::Matrix3Xd& poin
 
 /// One possible assignment of the readings of an instrument to the standstills of a machine.
 struct StandstillMatch {
-  ClockFit clock;              ///< t_instrument = offset + (1 + rate) * t_machine
+  ClockFit clock;               ///< t_instrument = offset + (1 + rate) * t_machine
   std::vector<int> standstill;  ///< of each reading: index of the standstill, or -1
-  int standstills = 0;         ///< number of standstills with a reading
+  int standstills = 0;          ///< number of standstills with a reading
 };
 
 /// The readings that lie within standstills, to `tolerance` [s], if `clock` is the clock.
