@@ -10,7 +10,6 @@
 
 namespace armtrue {
 
-constexpr const char* kUnnamed = "c";  // also the name of an only coefficient
 
 std::pair<std::string, double> inner_unit(const Driver& driver, const KinematicChain& chain) {
   if (is_travel(driver, chain)) return {"_mm", kMillimetre};
@@ -115,7 +114,8 @@ std::vector<std::string> names_by_place(const Effect& effect) {
   return names;
 }
 
-// Values are read by their places: names in another order would exchange them.
+// Values are read by their places. Names of other places, or of an amplitude and a phase, would
+// exchange them without a word; other names are labels.
 void check_coefficients(const YamlMap& map, const Effect& effect, const KinematicChain& chain,
                         const std::vector<std::string>& units) {
   for (size_t k = 0; k < units.size(); ++k) {
@@ -125,14 +125,16 @@ void check_coefficients(const YamlMap& map, const Effect& effect, const Kinemati
                                    ", which this coefficient moves in " + of_parameter);
   }
   const std::vector<std::string> names = names_by_place(effect);
-  const auto is_named = [](const Coefficient& c) { return c.name != kUnnamed; };
-  if (names.size() < 2 || std::ranges::none_of(effect.coefficients, is_named)) return;
+  if (names.size() < 2) return;
   std::string list;
   for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
-  for (size_t k = 0; k < names.size(); ++k)
-    if (effect.coefficients[k].name != names[k])
-      map.fail("coefficients", "'" + effect.coefficients[k].name + "' stands in the place of '" +
-                                   names[k] + "'; write in this order: " + list);
+  for (size_t k = 0; k < names.size(); ++k) {
+    const std::string& name = effect.coefficients[k].name;
+    const bool is_of_other_place = name != names[k] && std::ranges::count(names, name) > 0;
+    if (is_of_other_place || name == "amplitude" || name == "phase")
+      map.fail("coefficients", "'" + name + "' stands in the place of '" + names[k] +
+                                   "'; write in this order: " + list);
+  }
 }
 
 }  // namespace
@@ -161,7 +163,7 @@ Effect read_effect(YamlMap map, const KinematicChain& chain) {
   std::vector<std::string> units;
   for (YamlMap& entry : map.maps("coefficients")) {
     Coefficient& c = effect.coefficients.emplace_back();
-    c.name = entry.text("name", kUnnamed);
+    c.name = entry.text("name", "c");
     c.value = entry.number("value");
     c.std = entry.number("std", 0);
     if (entry.has("ci95")) {
