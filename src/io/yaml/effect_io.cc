@@ -10,7 +10,6 @@
 
 namespace armtrue {
 
-
 std::pair<std::string, double> inner_unit(const Driver& driver, const KinematicChain& chain) {
   if (is_travel(driver, chain)) return {"_mm", kMillimetre};
   return is_angle(driver.kind) ? std::pair{"_deg", kDegree} : std::pair{"_s", 1.0};
