@@ -75,9 +75,10 @@ void ProjectedCandidates::project_columns() {
   by_row << fit_.basis(), fit_.residual();
   for_each_product(by_row, [&](const SomeColumns& some, const Eigen::MatrixXd& sums,
                                const Eigen::MatrixXd& values) {
-    on_basis_.middleCols(some.first, some.count).noalias() = sums.topRows(rank) * values;
+    const Eigen::MatrixXd products = sums * values;  // reads the values once
+    on_basis_.middleCols(some.first, some.count) = products.topRows(rank);
     auto slopes = slopes_.segment(some.first, some.count);
-    slopes.noalias() = values.transpose() * sums.row(rank).transpose();
+    slopes = products.row(rank).transpose();
     for (int k = 0; k < some.count && some.values.differ(); ++k)
       slopes[k] +=
           fit_.jacobian()
@@ -170,15 +171,25 @@ Eigen::MatrixXd ProjectedCandidates::gram_of(int candidate, const Squares& squar
     const Eigen::MatrixXd whole = columns(candidate);
     return whole.transpose() * whole;
   }
-  Eigen::MatrixXd values(of_part.values().rows(), scan_.coefficient_count_[candidate]);
-  for (const auto& term : terms)
-    values.col(term.coefficient) =
-        of_part.values().col(scan_.value_of_column_[term.column]).cast<double>();
-  const auto part = static_cast<size_t>(scan_.part_[candidate]);
-  const Eigen::MatrixXd weighted = squares[terms.front().parameter][part].asDiagonal() * values;
-  constexpr Eigen::Index kFew = 4;  // too few for a blocked product
-  if (values.cols() <= kFew) return values.transpose().lazyProduct(weighted);
-  return values.transpose() * weighted;
+  const Eigen::VectorXd& own =
+      squares[terms.front().parameter][static_cast<size_t>(scan_.part_[candidate])];
+  const auto values_at = [&](const auto& term) {
+    return of_part.values().col(scan_.value_of_column_[term.column]).template cast<double>();
+  };
+  const int count = scan_.coefficient_count_[candidate];
+  constexpr int kFew = 4;  // too few for a blocked product
+  if (count <= kFew) {
+    Eigen::MatrixXd gram(count, count);
+    for (const auto& a : terms)
+      for (const auto& b : terms)
+        if (a.coefficient <= b.coefficient)
+          gram(a.coefficient, b.coefficient) = gram(b.coefficient, a.coefficient) =
+              own.cwiseProduct(values_at(a)).dot(values_at(b));
+    return gram;
+  }
+  Eigen::MatrixXd values(of_part.values().rows(), count);
+  for (const auto& term : terms) values.col(term.coefficient) = values_at(term);
+  return values.transpose() * (own.asDiagonal() * values);
 }
 
 void ProjectedCandidates::compute_grams() {

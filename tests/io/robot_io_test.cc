@@ -129,6 +129,23 @@ TEST(RobotIo, EveryKindOfEffectReadsBack) {
   }
 }
 
+TEST(RobotIo, CoefficientsHaveTheirNamesOrElseTheirPlaces) {
+  const auto read = [](const std::string& coefficients) {
+    const std::string effects =
+        "effects:\n  - {name: a, parameter: A2.theta, driver: joint-angle 2, shape: harmonic 3, "
+        "coefficients: [" +
+        coefficients + "]}\n";
+    return parse_robot(replaced(text_of("kr360"), "effects: []\n", effects), "r.yaml").effects[0];
+  };
+  for (const char* text : {"{name: cos, value: 2}, {name: sin, value: 1}",
+                           "{name: sin, value: 1}, {name: cos, value: 2}", "{value: 1}, {value: 2}",
+                           "{name: a, value: 1}, {name: b, value: 2}"}) {
+    const Effect effect = read(text);
+    EXPECT_EQ(effect.coefficients[0].value, 1) << text;
+    EXPECT_EQ(effect.coefficients[1].value, 2) << text;
+  }
+}
+
 // What a load does on a length is a force, on an angle a torque.
 TEST(RobotIo, CoefficientsHaveTheUnitOfTheirParameterAndDriver) {
   const auto units = [](const std::string& parameter, const std::string& driver, int coefficients) {

@@ -342,8 +342,8 @@ TABLE = {
         "which is no error of an arm"),
     "gravity in g": (campaign(each(lambda r: None), lambda: robot_with(r"(gravity_m_s2: ).*", r"\1[0, 0, -1]")), 1,
                      "is 1 m/s2 long"),
-    "coefficients in another order": (
-        campaign(each(lambda r: None), effect("{name: cos, value: 1e-4}, {name: sin, value: 2e-4}")), 1,
+    "a coefficient twice": (
+        campaign(each(lambda r: None), effect("{name: cos, value: 1e-4}, {name: cos, value: 2e-4}")), 1,
         "'cos' stands in the place of 'sin'"),
     "coefficients with other names": (
         campaign(each(lambda r: None), effect("{name: amplitude, value: 1e-4}, {name: phase, value: 0}")), 1,

@@ -96,11 +96,10 @@ Effect read_effect_form(YamlMap& map, const KinematicChain& chain) {
 namespace {
 
 // Names of the coefficients by their places, as the writer gives them; empty if so many cannot be.
-std::vector<std::string> names_by_place(const Effect& effect) {
+std::vector<std::string> names_by_place(const Effect& effect, size_t count) {
   const size_t members = effect.driver.kind == DriverKind::moment
                              ? 1
                              : static_cast<size_t>(group_size(effect.parameter));
-  const size_t count = effect.coefficients.size();
   if (count % members != 0) return {};
   const std::vector<std::string> values =
       value_names(effect.shape, static_cast<int>(count / members));
@@ -113,26 +112,40 @@ std::vector<std::string> names_by_place(const Effect& effect) {
   return names;
 }
 
-// Values are read by their places. Names of other places, or of an amplitude and a phase, would
-// exchange them without a word; other names are labels.
-void check_coefficients(const YamlMap& map, const Effect& effect, const KinematicChain& chain,
-                        const std::vector<std::string>& units) {
-  for (size_t k = 0; k < units.size(); ++k) {
-    const std::string of_parameter = si_unit_moved(effect, k, chain);
-    if ((units[k] == "m" || units[k] == "rad") && units[k] != of_parameter)
-      map.fail("coefficients", "the unit '" + units[k] + "' is not that of " + effect.parameter +
-                                   ", which this coefficient moves in " + of_parameter);
-  }
-  const std::vector<std::string> names = names_by_place(effect);
+// A coefficient and the unit of the parameter that it moves, as the file states it.
+struct Entry {
+  Coefficient coefficient;
+  std::string unit;
+};
+
+// Puts entries into the order of their names, if these are the names of the places. Other names are
+// labels, and the places count; an amplitude and a phase are no coefficients.
+void put_in_order(const YamlMap& map, const std::vector<std::string>& names,
+                  std::vector<Entry>& entries) {
   if (names.size() < 2) return;
+  std::vector<Entry> in_order;
+  for (const std::string& name : names)
+    for (const Entry& entry : entries)
+      if (entry.coefficient.name == name) in_order.push_back(entry);
+  if (in_order.size() == names.size()) entries = std::move(in_order);
   std::string list;
   for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
   for (size_t k = 0; k < names.size(); ++k) {
-    const std::string& name = effect.coefficients[k].name;
+    const std::string& name = entries[k].coefficient.name;
     const bool is_of_other_place = name != names[k] && std::ranges::count(names, name) > 0;
     if (is_of_other_place || name == "amplitude" || name == "phase")
       map.fail("coefficients", "'" + name + "' stands in the place of '" + names[k] +
                                    "'; write in this order: " + list);
+  }
+}
+
+void check_units(const YamlMap& map, const Effect& effect, const KinematicChain& chain,
+                 const std::vector<Entry>& entries) {
+  for (size_t k = 0; k < entries.size(); ++k) {
+    const std::string &unit = entries[k].unit, of_parameter = si_unit_moved(effect, k, chain);
+    if ((unit == "m" || unit == "rad") && unit != of_parameter)
+      map.fail("coefficients", "the unit '" + unit + "' is not that of " + effect.parameter +
+                                   ", which this coefficient moves in " + of_parameter);
   }
 }
 
@@ -159,9 +172,9 @@ Effect read_effect(YamlMap map, const KinematicChain& chain) {
       map.fail("measured", "is the lowest and highest angle of an effect of one joint angle");
     effect.measured = {angles[0], angles[1]};
   }
-  std::vector<std::string> units;
+  std::vector<Entry> entries;
   for (YamlMap& entry : map.maps("coefficients")) {
-    Coefficient& c = effect.coefficients.emplace_back();
+    Coefficient& c = entries.emplace_back().coefficient;
     c.name = entry.text("name", "c");
     c.value = entry.number("value");
     c.std = entry.number("std", 0);
@@ -172,10 +185,12 @@ Effect read_effect(YamlMap map, const KinematicChain& chain) {
     const std::string unit = entry.text("unit", ""), moved = unit.substr(0, unit.find('/'));
     if (!std::ranges::count(std::array{"", "m", "rad", "m or rad", "1"}, moved))
       entry.fail("unit", "'" + unit + "' is not read: values are in SI units, here in m or rad");
-    units.push_back(moved);
+    entries.back().unit = moved;
     entry.finish();
   }
-  check_coefficients(map, effect, chain, units);
+  put_in_order(map, names_by_place(effect, entries.size()), entries);
+  for (const Entry& entry : entries) effect.coefficients.push_back(entry.coefficient);
+  check_units(map, effect, chain, entries);
   // Statements of close-loop about an effect; the prediction does not depend on them.
   for (const char* key :
        {"evidence", "indistinguishable", "ruled_out", "cause", "description", "curve", "cycle",
