@@ -46,10 +46,8 @@ Robot without_effect(const CalibrationResult& fit, const Campaign& campaign, siz
         std::remove_if(at(held), at(found),
                        [](const Effect& other) { return is_polynomial(other.shape); }),
         at(found));
-  // An error to three digits is all that is asked of it.
-  constexpr double kTolerance = 1e-5;
-  constexpr int kRounds = 3;
-  return refit(reduced, campaign, fit, kTolerance, kRounds).robot;
+  constexpr double kTolerance = 1e-5;  // an error to three digits is all that is asked of it
+  return refit(reduced, campaign, fit, kTolerance).robot;
 }
 
 }  // namespace
