@@ -97,7 +97,7 @@ void check_copied_sessions(const Campaign& campaign, LogFindings& findings) {
 }
 
 // One number in place of a point, in rows of several poses: an instrument that lost its target
-// writes 0 or -9999. A single row may be the origin of R_A.
+// writes 0 or -9999. Zeros may be a reference point that is the origin of R_A.
 void check_lost_readings(const Campaign& campaign, LogFindings& findings) {
   if (campaign.rows() < kFewestRows || campaign.position.empty()) return;
   std::map<double, std::vector<int>> rows_of;
@@ -110,12 +110,12 @@ void check_lost_readings(const Campaign& campaign, LogFindings& findings) {
     const bool is_one_pose = std::ranges::all_of(
         rows, [&](int row) { return campaign.pose[row] == campaign.pose[rows.front()]; });
     if (is_one_pose || 2 * std::ssize(rows) > campaign.rows()) continue;
-    findings.errors.push_back(fmt::format(
-        "{} rows have {:g} mm in x, y and z, such as lines {} and {}: a mark of lost readings? "
-        "Empty these cells, or remove the rows",
-        rows.size(), number_and_rows.first / kMillimetre, campaign.line[rows.front()],
-        campaign.line[rows.back()]));
-    return;
+    const double number = number_and_rows.first / kMillimetre;
+    (number == 0 ? findings.warnings : findings.errors)
+        .push_back(fmt::format(
+            "{} rows have {:g} mm in x, y and z, such as lines {} and {}: a mark of lost readings? "
+            "Empty these cells, or remove the rows",
+            rows.size(), number, campaign.line[rows.front()], campaign.line[rows.back()]));
   }
 }
 

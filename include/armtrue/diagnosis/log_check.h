@@ -14,8 +14,9 @@ struct LogFindings {
   std::vector<std::string> warnings;  ///< likely
 };
 
-/// Errors: a reading that stands twice, time included; one number in place of points of several
-/// poses, as instruments mark lost readings. Warnings:
+/// Errors: a reading that stands twice, time included; one number but 0 in place of points of
+/// several poses, as instruments mark lost readings. Warnings:
+/// - the same with 0, which may be a reference point;
 /// - readings that stand twice, without a time or at another, if a quarter of the rows are such
 ///   copies; the same of readings that stand in two sessions;
 /// - standard deviations of rows more than 200 times as large as others;
