@@ -16,7 +16,8 @@ namespace {
 constexpr double kParallel = 1e-2;
 constexpr int kBasisPoses =
     64;  // of which the most values, ten links of three and a travel, are a fraction
-// Share of the norm of a value. A smaller independent part only comes from the identified geometry.
+// Share of what a moment across gravity makes. A smaller independent part only comes from small
+// angles of the identified geometry, and would change with every fit of them.
 constexpr double kMinNew = 1e-2;
 
 }  // namespace
@@ -80,18 +81,23 @@ GravityLoad::Motion GravityLoad::motion(const ArmFrames& frames) const {
   return {frames[link_].rotation.col(2), frames[link_].translation, false};
 }
 
+// Per kg m, or per kg where it is times the way of its link.
+double GravityLoad::arm_of(const FirstMoment& moment, const ArmFrames& frames) const {
+  if (!moment.by_travel) return 1;
+  const Vector3d foot =
+      moment.link > 0 ? frames[moment.link - 1].translation : Vector3d(Vector3d::Zero());
+  return frames[moment.link].rotation.col(moment.axis).dot(frames[moment.link].translation - foot);
+}
+
 double GravityLoad::first_moment_value(const FirstMoment& moment, const ArmFrames& frames) const {
   const Motion moved = motion(frames);
   if (!moved.turns) return 0.0;
-  const Vector3d arm = moment.link < 0 ? Vector3d(Vector3d::Unit(moment.axis))
-                                       : Vector3d(frames[moment.link].rotation.col(moment.axis));
+  const Vector3d direction = moment.link < 0
+                                 ? Vector3d(Vector3d::Unit(moment.axis))
+                                 : Vector3d(frames[moment.link].rotation.col(moment.axis));
   // What a joint of a positioner carries turns against the ground the other way.
-  const double torque =
-      (of_positioner_ ? -1 : 1) * gravity_in_foot(frames).dot(moved.axis.cross(arm));
-  if (!moment.by_travel) return torque;
-  const Vector3d foot =
-      moment.link > 0 ? frames[moment.link - 1].translation : Vector3d(Vector3d::Zero());
-  return arm.dot(frames[moment.link].translation - foot) * torque;
+  return (of_positioner_ ? -1 : 1) * arm_of(moment, frames) *
+         gravity_in_foot(frames).dot(moved.axis.cross(direction));
 }
 
 // The links that carry weight for the parameter: its own and those whose axes stay parallel. A
@@ -139,12 +145,14 @@ void GravityLoad::choose_basis(const Robot& robot, const ChainEvaluator& evaluat
   const std::vector<JointVector> poses = sample_joint_space(robot.chain, kBasisPoses);
   Eigen::MatrixXd kept = Eigen::VectorXd::Ones(kBasisPoses).normalized();
   for (const FirstMoment& moment : moments) {
-    Eigen::VectorXd column(kBasisPoses);
-    for (int i = 0; i < kBasisPoses; ++i)
-      column[i] = first_moment_value(moment, evaluator.link_frames(poses[i]));
-    const double norm = column.norm();
+    Eigen::VectorXd column(kBasisPoses), arm(kBasisPoses);
+    for (int i = 0; i < kBasisPoses; ++i) {
+      const LinkFrames frames = evaluator.link_frames(poses[i]);
+      column[i] = first_moment_value(moment, frames);
+      arm[i] = arm_of(moment, frames);
+    }
     for (int twice = 0; twice < 2; ++twice) column -= kept * (kept.transpose() * column);
-    if (norm < 1e-9 || column.norm() < kMinNew * norm) continue;
+    if (column.norm() <= kMinNew * gravity_.norm() * arm.norm()) continue;
     kept.conservativeResize(Eigen::NoChange, kept.cols() + 1);
     kept.rightCols<1>() = column.normalized();
     basis_.push_back(moment);

@@ -42,6 +42,7 @@ class GravityLoad {
   };
   struct Motion;  // motion by the parameter: its axis, a point on it, and whether it is a rotation
   Motion motion(const ArmFrames& frames) const;
+  double arm_of(const FirstMoment& moment, const ArmFrames& frames) const;
   double first_moment_value(const FirstMoment& moment, const ArmFrames& frames) const;
   Eigen::Vector3d gravity_in_foot(const ArmFrames& frames) const;
   std::vector<int> carrying_links(const KinematicChain& chain) const;
