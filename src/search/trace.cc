@@ -15,9 +15,10 @@ namespace armtrue {
 namespace {
 
 // More poses would find smaller effects, but the cost grows in proportion; only the fit uses all.
-// So it is with visits: the values of what changes from visit to visit take 3 kB of each.
+// So it is with visits: the values of what changes from visit to visit take 3 kB of each. 50
+// readings of a pose show it to a seventh of the noise of one; a search of few poses has more.
 constexpr int kMaxPosesOfSearch = 2000;
-constexpr int kMaxReadingsOfSearch = 100'000;
+constexpr long kReadingsOfPose = 50, kMinReadingsOfSearch = 5000;
 
 // No law describes an instrument exactly, and lengths and zero offsets would take up what it
 // leaves. So where something was found that is the instrument's, or may be, a distortion of space
@@ -97,11 +98,11 @@ void note_means(const Campaign& campaign, TraceResult& result) {
 
 // The poses and visits that are searched; none if these are all.
 std::optional<Campaign> part_to_search(const Campaign& campaign) {
-  const bool has_many_poses = std::ssize(campaign.pose_ids) > kMaxPosesOfSearch;
-  if (!has_many_poses && campaign.rows() <= kMaxReadingsOfSearch) return std::nullopt;
   std::vector<int> rows = rows_of_some_poses(campaign, kMaxPosesOfSearch);
-  if (std::ssize(rows) > kMaxReadingsOfSearch)
-    rows = rows_of_some_visits(campaign, rows, kMaxReadingsOfSearch);
+  const long poses = std::min<long>(std::ssize(campaign.pose_ids), kMaxPosesOfSearch);
+  const long most = std::max(kMinReadingsOfSearch, kReadingsOfPose * poses);
+  if (std::ssize(rows) > most) rows = rows_of_some_visits(campaign, rows, most);
+  if (std::ssize(rows) == campaign.rows()) return std::nullopt;
   return campaign.select(rows);
 }
 

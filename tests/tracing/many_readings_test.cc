@@ -23,10 +23,10 @@ constexpr double kNoise = 0.095e-3, kNoiseOfTurn = 0.15e-3;
 
 Robot nominal() { return read_robot(ARMTRUE_CONFIG "/robots/kr360-spindle.yaml").robot; }
 
-Campaign readings() {
+Campaign readings(int repeats = kRepeats) {
   SimulationOptions options;
   options.poses = kPoses;
-  options.repeats = kRepeats;
+  options.repeats = repeats;
   options.noise_position = kNoise;
   options.noise_orientation = kNoiseOfTurn;
   options.seed = 4;
@@ -135,6 +135,26 @@ TEST(ManyReadings, ArePartlyChosenFromTheVisitsOfEveryPose) {
   // Of those that are given alone.
   const std::vector<int> last = {all.rows() - 2, all.rows() - 1};
   EXPECT_EQ(rows_of_some_visits(all, last, 2), last);
+}
+
+// More visits than a search looks at: it finds the effect that was hidden, and the fit has all.
+TEST(ManyReadings, AreSearchedInPartAndFittedWhole) {
+  const Campaign all = readings(200);
+  const TraceResult found = traced(all);
+  const Robot truth = read_robot(ARMTRUE_CONFIG "/robots/kr360-undeclared.yaml").robot;
+  ASSERT_FALSE(found.effects.empty());
+  EXPECT_TRUE(same_form(found.effects.front().effect, truth.effects.front()));
+  EXPECT_EQ(std::ssize(found.fit.weights), all.rows());
+  EXPECT_EQ(std::ssize(found.stages.front().weights), all.rows());
+  CalibrationOptions tight;
+  tight.tolerance = 1e-9;
+  const CalibrationResult again = calibrate(found.fit.robot, all, found.fit.set, tight);
+  const Coefficient& of_found = found.effects.front().effect.coefficients.front();
+  EXPECT_NEAR(of_found.value,
+              again.robot.effects[found.fit.robot.effects.size() - found.effects.size()]
+                  .coefficients.front()
+                  .value,
+              0.05 * of_found.std);
 }
 
 }  // namespace

@@ -116,11 +116,11 @@ struct TraceResult {
 /// the significance, the cross-validated gain exceeds its standard error and its size is physically
 /// possible. After each addition everything is refitted jointly, and effects are dropped or
 /// exchanged where that lowers EBIC. The search uses at most 2000 poses, drawn evenly from each
-/// session, and at most 100,000 readings, drawn evenly from the visits of each pose; the final fit
-/// uses all. Evidence and frequencies come from the readings of the search. All sessions share the
-/// effects. The base and the zero offsets of each session are in the model from the start, so that
-/// no effect imitates them. Standard deviations of the coefficients are those of calibrate(); the
-/// cluster bootstrap by pose gives the asymmetry of their intervals.
+/// session, and 50 readings of each, drawn evenly from its visits, or 5000 in all if that is more;
+/// the final fit uses all. Evidence and frequencies come from the readings of the search. All
+/// sessions share the effects. The base and the zero offsets of each session are in the model from
+/// the start, so that no effect imitates them. Standard deviations of the coefficients are those of
+/// calibrate(); the cluster bootstrap by pose gives the asymmetry of their intervals.
 TraceResult trace(const Robot& robot, const Campaign& campaign, const Catalogue& catalogue,
                   const TraceOptions& options = {});
 
