@@ -1,5 +1,6 @@
 #include "search/training.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cstddef>
 #include <utility>
@@ -7,6 +8,8 @@
 #include "armtrue/calibration/prediction.h"
 #include "armtrue/calibration/worthwhile.h"
 #include "calibration/refit.h"
+#include "calibration/session_models.h"
+#include "linear_algebra/decompositions.h"
 #include "search/evidence.h"
 
 namespace armtrue {
@@ -31,23 +34,51 @@ Training trace_sound(const Robot& robot, const Campaign& given, const Catalogue&
   return training;
 }
 
-// The fit without one effect, all else adjusted to that: far from where the fit was linear if the
-// effect is a strong one. An error of the instrument goes with the rest that it leaves, which is
-// among the effects held: those from `held` to `found`.
-Robot without_effect(const CalibrationResult& fit, const Campaign& campaign, size_t held,
+// Without some of its effects, a fit to first order: with the inverse S = L L^T of its information,
+// the least squares under x_k = 0, of the coefficients k of these effects, is
+//     x - S_k S_kk^-1 x_k,    and the loss is higher by x_k^T S_kk^-1 x_k.
+struct WithoutEffects {
+  Robot robot;
+  double rise;  ///< of the loss
+};
+
+WithoutEffects without_effects(const CalibrationResult& fit, const SessionModels& models,
+                               const std::vector<size_t>& descending) {
+  std::vector<Eigen::Index> first{models.geometric_count()};  // coefficient of each effect
+  for (const Effect& effect : fit.robot.effects)
+    first.push_back(first.back() + std::ssize(effect.coefficients));
+  std::vector<Eigen::Index> dropped;
+  for (size_t effect : descending)
+    for (Eigen::Index k = first[effect]; k < first[effect + 1]; ++k) dropped.push_back(k);
+  Eigen::VectorXd value(std::ssize(dropped));
+  for (Eigen::Index k = 0; size_t effect : descending)
+    for (const Coefficient& coefficient : fit.robot.effects[effect].coefficients)
+      value[k++] = coefficient.value;
+  const Eigen::MatrixXd own = fit.inverse_root(dropped, Eigen::all);
+  const Eigen::VectorXd weighed = (own * own.transpose()).ldlt().solve(value);
+  WithoutEffects without{models.robot_at(-fit.inverse_root * (own.transpose() * weighed)),
+                         value.dot(weighed)};
+  for (size_t effect : descending)
+    without.robot.effects.erase(without.robot.effects.begin() +
+                                static_cast<std::ptrdiff_t>(effect));
+  return without;
+}
+
+// The fit without one effect, all else adjusted to that. An error of the instrument goes with the
+// rest that it leaves, which is among the effects held: those from `held` to `found`. Where the
+// readings do not fit much worse, their law stays as it is, and the fit is linear.
+Robot without_effect(const CalibrationResult& fit, const SessionModels& models, size_t held,
                      size_t found, size_t effect) {
-  Robot reduced = fit.robot;
-  const auto first = reduced.effects.begin();
-  const auto at = [&](size_t k) { return first + static_cast<std::ptrdiff_t>(k); };
-  const bool with_rest = is_of_instrument(*at(effect));
-  reduced.effects.erase(at(effect));
-  if (with_rest)
-    reduced.effects.erase(
-        std::remove_if(at(held), at(found),
-                       [](const Effect& other) { return is_polynomial(other.shape); }),
-        at(found));
+  std::vector<size_t> dropped{effect};
+  if (is_of_instrument(fit.robot.effects[effect]))
+    for (size_t k = found; k-- > held;)
+      if (is_polynomial(fit.robot.effects[k].shape)) dropped.push_back(k);
+  const WithoutEffects linear = without_effects(fit, models, dropped);
+  constexpr double kSameLaw = 0.1;  // of the loss: sigma changes by 5 %
+  const double equations = models.rows() * models.row_size();
+  if (linear.rise < kSameLaw * equations) return linear.robot;
   constexpr double kTolerance = 1e-5;  // an error to three digits is all that is asked of it
-  return refit(reduced, campaign, fit, kTolerance).robot;
+  return refit(linear.robot, models.campaign(), fit, kTolerance).robot;
 }
 
 }  // namespace
@@ -66,8 +97,9 @@ Training search_training(const Robot& robot, const Campaign& given, Then then,
   if (then == Then::report) return training;
   const size_t effects = fit.robot.effects.size();
   const size_t found = effects - training.trace.effects.size();
+  const SessionModels models(sound, fit.robot, fit.set.kept, fit.sigma);
   for (size_t k = found; k < effects; ++k)
-    training.without_effect.push_back(without_effect(fit, sound, robot.effects.size(), found, k));
+    training.without_effect.push_back(without_effect(fit, models, robot.effects.size(), found, k));
   training.if_complete = uncertainty_if_complete(fit, sound);
   return training;
 }
