@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <span>
 
 #include "linear_algebra/decompositions.h"
 #include "statistics/ordered_blocks.h"
@@ -55,6 +56,19 @@ class Entry {
   Eigen::MatrixXd basis_;
 };
 
+// What is left of the readings where the groups enter in this order, before the first of them and
+// after each: coordinates x (groups + 1).
+void leave_in_order(const BesideTheRest& beside, const std::vector<int>& order,
+                    Eigen::Ref<Eigen::MatrixXd> left) {
+  left.col(0) = beside.readings;
+  Entry entry(beside);
+  for (Eigen::Index k = 0; k < std::ssize(order); ++k) {
+    left.col(k + 1) = left.col(k);
+    entry.enter(beside.columns[static_cast<size_t>(order[static_cast<size_t>(k)])],
+                left.col(k + 1));
+  }
+}
+
 // Squares of what is left of the readings (columns of `left`), by pose: poses x columns.
 Eigen::MatrixXd squares_by_pose(const BesideTheRest& beside, const Eigen::MatrixXd& left) {
   const Eigen::MatrixXd rows = (beside.span * left).colwise() + beside.residual;
@@ -67,23 +81,25 @@ Eigen::MatrixXd squares_by_pose(const BesideTheRest& beside, const Eigen::Matrix
   return squares;
 }
 
-// Fall of the sum of squares of each pose by each group, where they enter in this order: poses x
-// groups. Their derivatives with respect to the weight of a pose are the squares at that pose: the
-// fit, being the best, moves them in second order only.
-Eigen::MatrixXd explained_in(const BesideTheRest& beside, const std::vector<int>& order) {
-  const auto groups = std::ssize(order);
-  Eigen::MatrixXd left(beside.readings.size(), groups + 1);
-  left.col(0) = beside.readings;
-  Entry entry(beside);
-  for (Eigen::Index k = 0; k < groups; ++k) {
-    left.col(k + 1) = left.col(k);
-    entry.enter(beside.columns[static_cast<size_t>(order[static_cast<size_t>(k)])],
-                left.col(k + 1));
-  }
+// Fall of the sum of squares of each pose by each group, where they enter in these orders: the sum
+// over the orders, poses x groups. The derivatives of a fall with respect to the weight of a pose
+// are the squares at that pose: the fit, being the best, moves them in second order only.
+Eigen::MatrixXd explained_in(const BesideTheRest& beside,
+                             std::span<const std::vector<int>> orders) {
+  const auto groups = std::ssize(orders.front()), columns = groups + 1;
+  Eigen::MatrixXd left(beside.readings.size(), std::ssize(orders) * columns);
+  for (Eigen::Index k = 0; k < std::ssize(orders); ++k)
+    leave_in_order(beside, orders[static_cast<size_t>(k)], left.middleCols(k * columns, columns));
   const Eigen::MatrixXd squares = squares_by_pose(beside, left);
-  Eigen::MatrixXd explained(squares.rows(), groups);
-  for (Eigen::Index k = 0; k < groups; ++k)
-    explained.col(order[static_cast<size_t>(k)]) = squares.col(k) - squares.col(k + 1);
+  Eigen::MatrixXd explained = Eigen::MatrixXd::Zero(squares.rows(), groups);
+  Eigen::Index column = 0;
+  for (const std::vector<int>& order : orders) {
+    for (int group : order) {
+      explained.col(group) += squares.col(column) - squares.col(column + 1);
+      ++column;
+    }
+    ++column;
+  }
   return explained;
 }
 
@@ -102,10 +118,8 @@ VarianceShares variance_shares(const BesideTheRest& beside, std::uint64_t seed) 
   for_ordered_blocks<Eigen::MatrixXd>(
       static_cast<int>(orders.size()), kOrdersPerBlock,
       [&](int begin, int end) {
-        Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(beside.poses(), groups);
-        for (int k = begin; k < end; ++k)
-          sum += explained_in(beside, orders[static_cast<size_t>(k)]);
-        return sum;
+        return explained_in(beside, std::span(orders).subspan(static_cast<size_t>(begin),
+                                                              static_cast<size_t>(end - begin)));
       },
       [&](const Eigen::MatrixXd& sum) { explained += sum; });
   const Eigen::RowVectorXd of_group = explained.colwise().sum().cwiseMax(0);
