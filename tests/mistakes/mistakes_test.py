@@ -353,6 +353,9 @@ TABLE = {
         "which this coefficient moves in rad"),
     "only one joint moves": (campaign(each(lambda r: None), command="close-loop", source="bowing.csv",
                                       more=("--only-catalogue",)), 0, "these poses cannot show A2.alpha"),
+    "only one joint moves, trace-residual": (
+        campaign(each(lambda r: None), command="trace-residual", source="bowing.csv", more=("--only-catalogue",)), 0,
+        "these poses cannot show A2.alpha"),
     # no result beyond what an arm can have leaves with exit 0
     "half the poses 18 mm off, calibrate": (campaign(EVEN_OFF), 3, "more than an arm of this size"),
     "half the poses 18 mm off, close-loop": (campaign(EVEN_OFF, command="close-loop", source="once.csv",
