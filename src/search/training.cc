@@ -34,9 +34,10 @@ Training trace_sound(const Robot& robot, const Campaign& given, const Catalogue&
   return training;
 }
 
-// Without some of its effects, a fit to first order: with the inverse S = L L^T of its information,
-// the least squares under x_k = 0, of the coefficients k of these effects, is
-//     x - S_k S_kk^-1 x_k,    and the loss is higher by x_k^T S_kk^-1 x_k.
+// Without some of its effects, a fit to first order: with the inverse S = L L^T of its information
+// and L_k the rows of the coefficients x_k of these effects, the least squares under x_k = 0 is
+//     x - S_k S_kk^-1 x_k = x - L y,    y = L_k^+ x_k,
+// and the loss is higher by |y|^2.
 struct WithoutEffects {
   Robot robot;
   double rise;  ///< of the loss
@@ -55,9 +56,8 @@ WithoutEffects without_effects(const CalibrationResult& fit, const SessionModels
     for (const Coefficient& coefficient : fit.robot.effects[effect].coefficients)
       value[k++] = coefficient.value;
   const Eigen::MatrixXd own = fit.inverse_root(dropped, Eigen::all);
-  const Eigen::VectorXd weighed = (own * own.transpose()).ldlt().solve(value);
-  WithoutEffects without{models.robot_at(-fit.inverse_root * (own.transpose() * weighed)),
-                         value.dot(weighed)};
+  const Eigen::VectorXd y = own.completeOrthogonalDecomposition().solve(value);
+  WithoutEffects without{models.robot_at(-fit.inverse_root * y), y.squaredNorm()};
   for (size_t effect : descending)
     without.robot.effects.erase(without.robot.effects.begin() +
                                 static_cast<std::ptrdiff_t>(effect));
