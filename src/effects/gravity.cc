@@ -81,7 +81,7 @@ GravityLoad::Motion GravityLoad::motion(const ArmFrames& frames) const {
   return {frames[link_].rotation.col(2), frames[link_].translation, false};
 }
 
-// Per kg m, or per kg where it is times the way of its link.
+// What the torque of a moment across gravity is multiplied with: 1, or the way of its link.
 double GravityLoad::arm_of(const FirstMoment& moment, const ArmFrames& frames) const {
   if (!moment.by_travel) return 1;
   const Vector3d foot =

@@ -20,7 +20,8 @@ struct Training {
   Robot nominal;                    ///< with base and tool placed
   std::vector<PoseErrors> errors;   ///< of `nominal`, then of each of `trace.stages`
   FitQuality quality;               ///< of the last model
-  /// For each found effect, the last model without it, with all else fitted again; see Then.
+  /// For each found effect, the last model without it, with all else fitted again, to first order
+  /// where the readings do not fit much worse; see Then.
   std::vector<Robot> without_effect;
   std::optional<Uncertainty> if_complete;  ///< of the last model, if it lacks nothing; see Then
 };

@@ -65,8 +65,9 @@ Campaign means_of(const Campaign& campaign) {
   return means;
 }
 
-TraceResult traced(const Campaign& campaign) {
-  return trace(nominal(), campaign, read_catalogue(ARMTRUE_CONFIG "/effects/catalogue.yaml"));
+TraceResult traced(const Campaign& campaign, const TraceOptions& options = {}) {
+  return trace(nominal(), campaign, read_catalogue(ARMTRUE_CONFIG "/effects/catalogue.yaml"),
+               options);
 }
 
 TEST(ManyReadings, AreWorthTheirMeans) {
@@ -140,7 +141,13 @@ TEST(ManyReadings, ArePartlyChosenFromTheVisitsOfEveryPose) {
 // More visits than a search looks at: it finds the effect that was hidden, and the fit has all.
 TEST(ManyReadings, AreSearchedInPartAndFittedWhole) {
   const Campaign all = readings(200);
-  const TraceResult found = traced(all);
+  TraceOptions options;
+  bool in_part = false;
+  options.progress = [&](const std::string& what) {
+    in_part = in_part || what == "fitting what was found to all poses";
+  };
+  const TraceResult found = traced(all, options);
+  EXPECT_TRUE(in_part);
   const Robot truth = read_robot(ARMTRUE_CONFIG "/robots/kr360-undeclared.yaml").robot;
   ASSERT_FALSE(found.effects.empty());
   EXPECT_TRUE(same_form(found.effects.front().effect, truth.effects.front()));
