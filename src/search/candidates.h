@@ -29,7 +29,15 @@ bool is_of_no_arm(const Effect& effect, const KinematicChain& chain);
 /// nearer to the ends than the scan looks; with very many readings, at evenly chosen places.
 std::vector<Candidate> steps_anywhere(const Candidate& step, const Campaign& campaign);
 
-/// The same effect with finer inner values around its own; empty if its shape has no inner value.
+/// Steps of a frequency within one step of a periodogram.
+inline constexpr int kFinerSteps = 100;
+
+/// A cycle of a periodogram at the frequencies n + k step, k = first, first + stride, ..., with n
+/// its own and step a hundredth of that of the periodogram.
+std::vector<Candidate> cycles_near(const Candidate& found, int first, int last, int stride);
+
+/// The same effect with finer inner values around its own; empty if its shape has none but the
+/// frequency of a cycle.
 std::vector<Candidate> refined_candidates(const Candidate& candidate, const Campaign& campaign);
 
 }  // namespace armtrue

@@ -337,13 +337,30 @@ std::vector<CandidateScore> EffectModel::scores_of(const std::vector<Candidate>&
   return effect < 0 ? projected.scores() : projected.scores_without({effect});
 }
 
+EffectModel::Refined EffectModel::best_of(const std::vector<Candidate>& candidates, int effect) {
+  const std::vector<CandidateScore> scores = scores_of(candidates, effect);
+  const int best = best_first(scores).front();
+  return {candidates[best], scores[best].score, best};
+}
+
 std::optional<EffectModel::Refined> EffectModel::with_best_inner_values(const Candidate& found,
                                                                         int effect) {
+  if (found.frequency_resolution > 0) return with_best_frequency(found, effect);
   const std::vector<Candidate> finer = refined_candidates(found, campaign_);
   if (finer.empty()) return std::nullopt;
-  const std::vector<CandidateScore> scores = scores_of(finer, effect);
-  const int best = best_first(scores).front();
-  return Refined{finer[best], scores[best].score};
+  return best_of(finer, effect);
+}
+
+// By strides and then by steps: within a stride, a fortieth of the resolution, the score has one
+// maximum.
+EffectModel::Refined EffectModel::with_best_frequency(const Candidate& found, int effect) {
+  constexpr int kStride = 10;
+  const int strides =
+      best_of(cycles_near(found, -kFinerSteps, kFinerSteps, kStride), effect).number;
+  const int middle = kStride * strides - kFinerSteps;
+  const int first = std::max(middle - kStride + 1, -kFinerSteps);
+  const int last = std::min(middle + kStride - 1, kFinerSteps);
+  return best_of(cycles_near(found, first, last, 1), effect);
 }
 
 Candidate EffectModel::refined(const Candidate& found, int effect) {

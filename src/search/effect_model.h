@@ -96,6 +96,7 @@ class EffectModel {
   struct Refined {
     Candidate candidate;
     double score;
+    int number;  ///< of the candidate among those that were tried
   };
   /// The candidate with the best inner values (t*, tau, frequency) and its score; none if its shape
   /// has no inner value. `effect` as for scores_of().
@@ -111,6 +112,8 @@ class EffectModel {
   NullRun null_run();
 
  private:
+  Refined best_of(const std::vector<Candidate>& candidates, int effect);
+  Refined with_best_frequency(const Candidate& found, int effect);
   void drop_impossible_members(size_t k);
   double standard_deviation(int effect, Eigen::Index coefficient) const;
   void refit(const std::vector<Effect>& start);

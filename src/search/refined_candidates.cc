@@ -9,7 +9,6 @@ namespace armtrue {
 namespace {
 
 constexpr size_t kMaxSteps = 2000;  // finer than any campaign tells
-constexpr int kFinerSteps = 100;    // within a step of a periodogram
 
 }  // namespace
 
@@ -27,6 +26,18 @@ std::vector<Candidate> steps_anywhere(const Candidate& step, const Campaign& cam
   return steps;
 }
 
+std::vector<Candidate> cycles_near(const Candidate& found, int first, int last, int stride) {
+  const double step = found.frequency_resolution / kFrequencySteps / kFinerSteps;
+  std::vector<Candidate> cycles;
+  for (int k = first; k <= last; k += stride) {
+    const double n = readable(found.effect.shape.harmonic + k * step);
+    cycles.push_back(found);
+    cycles.back().effect.shape.harmonic = n;
+    for (Effect& member : cycles.back().effect.members) member.shape.harmonic = n;
+  }
+  return cycles;
+}
+
 std::vector<Candidate> refined_candidates(const Candidate& candidate, const Campaign& campaign) {
   const Shape& shape = candidate.effect.shape;
   std::vector<Candidate> refined;
@@ -42,13 +53,6 @@ std::vector<Candidate> refined_candidates(const Candidate& candidate, const Camp
     std::erase_if(refined, [&](const Candidate& step) {
       return std::abs(step.effect.shape.at - shape.at) > reach;
     });
-  } else if (candidate.frequency_resolution > 0) {
-    const double step = candidate.frequency_resolution / kFrequencySteps / kFinerSteps;
-    for (int k = -kFinerSteps; k <= kFinerSteps; ++k) {
-      Shape inner = shape;
-      inner.harmonic = readable(shape.harmonic + k * step);
-      add(inner);
-    }
   } else if (shape.kind == ShapeKind::series && shape.basis == SeriesBasis::bump) {
     const double width = shape.high[0] - shape.low[0];
     const double middle = 0.5 * (shape.low[0] + shape.high[0]);
