@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -84,25 +85,36 @@ bool are_clearly_independent(const Eigen::LLT<Eigen::MatrixXd>& llt) {
          (llt.cols() == 0 || llt.matrixLLT().diagonal().minCoeff() >= kMinClearPivot);
 }
 
-// Numbers of columns of unit length: those that are clearly independent of each other, by the
-// pivots of their Gram matrix, and the others.
+// Numbers of columns of unit length: those that are clearly independent of each other, and the
+// others.
 struct Columns {
   std::vector<Eigen::Index> clear, others;
 };
 
+// By Cholesky's factor L of their Gram matrix. Its next column is that with most left beside those
+// before. (Eigen's LDLT takes them in another order, by what they have on the diagonal at first, so
+// that small pivots come early and spoil what follows.)
 Columns sorted_out(const Eigen::MatrixXd& gram) {
+  const Eigen::Index count = gram.cols();
+  std::vector<Eigen::Index> all(static_cast<size_t>(count));
+  std::iota(all.begin(), all.end(), Eigen::Index{0});
+  if (are_clearly_independent(Eigen::LLT<Eigen::MatrixXd>(gram))) return {all, {}};
   Columns columns;
-  if (are_clearly_independent(Eigen::LLT<Eigen::MatrixXd>(gram))) {
-    columns.clear.resize(static_cast<size_t>(gram.cols()));
-    std::iota(columns.clear.begin(), columns.clear.end(), Eigen::Index{0});
-    return columns;
+  Eigen::MatrixXd l(count, count);
+  Eigen::VectorXd left = gram.diagonal();  // of the squared length of each
+  for (Eigen::Index rank = 0; rank < count; ++rank) {
+    Eigen::Index next = 0;
+    if (left.maxCoeff(&next) < kMinClearPivot * kMinClearPivot) break;
+    auto own = l.col(rank);
+    own = gram.col(next) - l.leftCols(rank) * l.row(next).head(rank).transpose();
+    own /= std::sqrt(left[next]);
+    left -= own.cwiseAbs2();
+    left[next] = 0;
+    columns.clear.push_back(next);
   }
-  const Eigen::LDLT<Eigen::MatrixXd> ldlt(gram);
-  Eigen::VectorXd number = Eigen::VectorXd::LinSpaced(gram.cols(), 0, gram.cols() - 1.0);
-  number = ldlt.transpositionsP() * number;
-  for (Eigen::Index k = 0; k < gram.cols(); ++k)
-    (ldlt.vectorD()[k] >= kMinClearPivot * kMinClearPivot ? columns.clear : columns.others)
-        .push_back(std::lround(number[k]));
+  std::ranges::copy_if(all, std::back_inserter(columns.others), [&](Eigen::Index k) {
+    return std::ranges::find(columns.clear, k) == columns.clear.end();
+  });
   return columns;
 }
 
