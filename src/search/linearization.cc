@@ -162,8 +162,12 @@ Basis basis_by_reflections(const Eigen::MatrixXd& columns) {
 
 // What columns have beside an orthonormal basis, as a basis of its own.
 Eigen::MatrixXd basis_beside(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& columns) {
-  Eigen::MatrixXd own =
-      basis_by_reflections(columns - basis * (basis.transpose() * columns)).vectors;
+  const Eigen::MatrixXd rests = columns - basis * (basis.transpose() * columns);
+  std::vector<Eigen::Index> other;
+  for (Eigen::Index k = 0; k < rests.cols(); ++k)
+    if (rests.col(k).norm() > kMinPivot) other.push_back(k);
+  if (other.empty()) return Eigen::MatrixXd(basis.rows(), 0);
+  Eigen::MatrixXd own = basis_by_reflections(rests(Eigen::all, other)).vectors;
   own -= basis * (basis.transpose() * own);  // the first difference was small, and has lost digits
   divide_by(Eigen::LLT<Eigen::MatrixXd>(gram_of(own)), own);
   return own;

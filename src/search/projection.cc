@@ -73,9 +73,7 @@ void ProjectedCandidates::project_columns() {
   const Eigen::Index rank = fit_.basis().cols();
   RowMajor<double> by_row(fit_.basis().rows(), rank + 1);
   by_row << fit_.basis(), fit_.residual();
-  for_each_product(by_row, [&](const SomeColumns& some, const Eigen::MatrixXd& sums,
-                               const Eigen::MatrixXd& values) {
-    const Eigen::MatrixXd products = sums * values;  // reads the values once
+  for_each_product(by_row, [&](const SomeColumns& some, const auto& products) {
     on_basis_.middleCols(some.first, some.count) = products.topRows(rank);
     auto slopes = slopes_.segment(some.first, some.count);
     slopes = products.row(rank).transpose();

@@ -173,9 +173,9 @@ class ProjectedCandidates {
     int parameter, first, count;
     const ValuesAtRows& values;
   };
-  // Calls take(columns, sums, values) for all columns, on the machine's threads: with the sums by
-  // context of `by_row`, and with the values of the columns at the contexts, sums * values are the
-  // products of the columns X with `by_row`, transposed.
+  // Calls take(columns, products) for all columns X, on the machine's threads. With the sums by
+  // context of `by_row`, and the values of the columns at the contexts, the products
+  // by_row^T X = sums * values.
   template <typename Scalar, typename Take>
   void for_each_product(const RowMajor<Scalar>& by_row, const Take& take) const {
     constexpr int kParametersAtOnce = 4;  // while a row of `by_row` is in the cache
@@ -212,20 +212,45 @@ class ProjectedCandidates {
         [](int) {});
   }
 
+  static constexpr int kColumnsAtOnce = 256;  // bounds the memory of one task
+
   template <typename Scalar, typename Take>
   void take_columns(int parameter, int part, const Eigen::MatrixX<Scalar>& sums,
                     const Take& take) const {
-    constexpr int kColumnsAtOnce = 256;  // bounds the memory of one task
     const ValuesAtRows& of_part = parts_[static_cast<size_t>(part)];
     const auto [begin, end] = scan_.columns_of(parameter, part);
-    for (int first = begin; first < end; first += kColumnsAtOnce) {
-      const int count = std::min(kColumnsAtOnce, end - first);
+    const auto found = scan_.periodograms_.find(parameter);
+    const bool by_nodes =
+        part == CandidateScan::kPosture && found != scan_.periodograms_.end() && !of_part.differ();
+    const int middle = by_nodes ? found->second.first : end;
+    for (int first = begin; first < middle; first += kColumnsAtOnce) {
+      const int count = std::min(kColumnsAtOnce, middle - first);
       Eigen::MatrixX<Scalar> values(sums.cols(), count);
       for (int k = 0; k < count; ++k)
         values.col(k) =
             of_part.values().col(scan_.value_of_column_[first + k]).template cast<Scalar>();
-      take(SomeColumns{parameter, first, count, of_part}, sums, values);
+      take(SomeColumns{parameter, first, count, of_part}, Eigen::MatrixX<Scalar>(sums * values));
     }
+    if (!by_nodes) return;
+    const Eigen::MatrixX<Scalar> of_nodes = products_with_nodes(found->second.nodes, sums);
+    int column = middle;
+    for (const auto& [sine, near] : found->second.near_of_sine) {
+      take(SomeColumns{parameter, column, 2, of_part}, CycleNodes::at(near, of_nodes));
+      column += 2;
+    }
+  }
+
+  template <typename Scalar>
+  static Eigen::MatrixX<Scalar> products_with_nodes(const CycleNodes& nodes,
+                                                    const Eigen::MatrixX<Scalar>& sums) {
+    Eigen::MatrixX<Scalar> products(sums.rows(), 2 * nodes.count());
+    for (int first = 0; first < nodes.count(); first += kColumnsAtOnce / 2) {
+      const int some = std::min(kColumnsAtOnce / 2, nodes.count() - first);
+      const Eigen::MatrixX<Scalar> own = sums * nodes.values(first, some).template cast<Scalar>();
+      products.middleCols(first, some) = own.leftCols(some);
+      products.middleCols(nodes.count() + first, some) = own.rightCols(some);
+    }
+    return products;
   }
 
   // Of best_of_flipped(); see sign_flips.cc.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <ranges>
 #include <string>
 
 #include "effects/posture.h"
@@ -93,11 +94,48 @@ CandidateScan::CandidateScan(const std::vector<Candidate>& candidates, const Rob
     for (const BoundEffect::Term& term : own)
       terms.push_back({term.coefficient, term.parameter, source.first_value + term.value});
   }
+  std::array<std::vector<int>, kParts> readings;  // one of each context
+  for (int part = 0; part < kParts; ++part)
+    readings[part] = contexts_of(campaign, part, parts_[part]);
+  find_periodograms(terms_by_value, campaign, readings[kPosture]);
   share_columns(std::move(terms_by_value), static_cast<size_t>(parameter_count(robot.chain)));
   for (int part = 0; part < kParts; ++part) {
-    const std::vector<int> readings = contexts_of(campaign, part, parts_[part]);
-    parts_[part].values.resize(static_cast<int>(readings.size()), value_count[part]);
-    fill_values(sources, part, robot, campaign, readings);
+    parts_[part].values.resize(std::ssize(readings[part]), value_count[part]);
+    fill_values(sources, part, robot, campaign, readings[part]);
+  }
+}
+
+// The cycles of a parameter with one joint angle, where nodes make products with them cheaper.
+void CandidateScan::find_periodograms(const std::vector<std::vector<Term>>& terms_by_value,
+                                      const Campaign& campaign, const std::vector<int>& readings) {
+  constexpr size_t kMinContexts = 200;  // fewer cost no more than the nodes about a frequency
+  if (readings.size() < kMinContexts) return;
+  struct Cycles {
+    int joint;
+    std::map<int, double> frequency_of_sine;  // by its value
+  };
+  std::map<int, Cycles> of_parameter;
+  for (size_t k = 0; k < candidates_.size(); ++k) {
+    const Effect& effect = candidates_[k].effect;
+    if (candidates_[k].frequency_resolution == 0 || !is_of_one_angle(effect) ||
+        terms_by_value[k].size() != 2)
+      continue;
+    const Term& sine = terms_by_value[k].front();
+    Cycles& cycles = of_parameter.try_emplace(sine.parameter, effect.driver.joint).first->second;
+    if (cycles.joint == effect.driver.joint)
+      cycles.frequency_of_sine[sine.column] = effect.shape.harmonic;
+  }
+  for (const auto& [parameter, cycles] : of_parameter) {
+    Eigen::VectorXd angles(std::ssize(readings));
+    for (Eigen::Index k = 0; k < angles.size(); ++k)
+      angles[k] = campaign.q[static_cast<size_t>(readings[static_cast<size_t>(k)])][cycles.joint];
+    const auto frequencies = cycles.frequency_of_sine | std::views::values;
+    const auto [least, most] = std::ranges::minmax(frequencies);
+    Periodogram periodogram{CycleNodes(angles, least, most), {}};
+    if (2 * periodogram.nodes.count() > std::ssize(cycles.frequency_of_sine)) continue;
+    for (const auto& [sine, n] : cycles.frequency_of_sine)
+      periodogram.near_of_sine[sine] = periodogram.nodes.near(n);
+    periodograms_.emplace(parameter, std::move(periodogram));
   }
 }
 
@@ -108,15 +146,24 @@ void CandidateScan::share_columns(std::vector<std::vector<Term>> terms_by_value,
   for (size_t k = 0; k < terms_by_value.size(); ++k)
     for (const Term& term : terms_by_value[k])
       column_of_value[term.parameter][part_[k]].try_emplace(term.column, 0);
-  for (auto& of_parameter : column_of_value) {
-    first_column_.push_back(static_cast<int>(value_of_column_.size()));
-    for (int part = 0; part < kParts; ++part) {
-      if (part == kVisit) first_visit_column_.push_back(static_cast<int>(value_of_column_.size()));
-      for (auto& [value, column] : of_parameter[part]) {
-        column = static_cast<int>(value_of_column_.size());
+  const auto next = [&] { return static_cast<int>(value_of_column_.size()); };
+  for (size_t parameter = 0; parameter < parameters; ++parameter) {
+    const auto periodogram = periodograms_.find(static_cast<int>(parameter));
+    first_column_.push_back(next());
+    const auto add = [&](int part, bool of_periodogram) {
+      for (auto& [value, column] : column_of_value[parameter][part]) {
+        const bool is_of_it = part == kPosture && periodogram != periodograms_.end() &&
+                              periodogram->second.has(value);
+        if (is_of_it != of_periodogram) continue;
+        column = next();
         value_of_column_.push_back(value);
       }
-    }
+    };
+    add(kPosture, false);
+    if (periodogram != periodograms_.end()) periodogram->second.first = next();
+    add(kPosture, true);
+    first_visit_column_.push_back(next());
+    add(kVisit, false);
   }
   first_column_.push_back(static_cast<int>(value_of_column_.size()));
   terms_ = std::move(terms_by_value);

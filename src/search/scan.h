@@ -2,11 +2,13 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/kinematics/units.h"
+#include "search/cycle_nodes.h"
 #include "search/linearization.h"
 
 namespace armtrue {
@@ -76,7 +78,7 @@ class CandidateScan {
   int parameters() const { return static_cast<int>(first_column_.size()) - 1; }
 
   // column = d(reading)/d(parameter) * value of a shape; the columns of one parameter stand
-  // together, and among them those of one part.
+  // together, and among them those of one part, of which a periodogram's are the last.
   struct Term {
     int coefficient, parameter, column;
   };
@@ -88,12 +90,25 @@ class CandidateScan {
   struct Columns {
     int begin, end;
   };
+  // The columns of a periodogram with clearly more frequencies than nodes, from the `first` on:
+  // sine and cosine of one frequency after the other.
+  struct Periodogram {
+    CycleNodes nodes;
+    std::map<int, CycleNodes::Near> near_of_sine;  // of each frequency, by the value of its sine
+    int first = 0;
+
+    bool has(int value) const {
+      return near_of_sine.contains(value) || near_of_sine.contains(value - 1);
+    }
+  };
   Columns columns_of(int parameter, int part) const {
     const int first = first_column_[parameter], middle = first_visit_column_[parameter];
     return part == kPosture ? Columns{first, middle}
                             : Columns{middle, first_column_[parameter + 1]};
   }
 
+  void find_periodograms(const std::vector<std::vector<Term>>& terms_by_value,
+                         const Campaign& campaign, const std::vector<int>& readings);
   void share_columns(std::vector<std::vector<Term>> terms_by_value, size_t parameters);
   void fill_values(const std::vector<Source>& sources, int part, const Robot& robot,
                    const Campaign& campaign, const std::vector<int>& readings);
@@ -108,6 +123,7 @@ class CandidateScan {
   std::vector<int> value_of_column_;  // its column in the values of its part
   std::vector<int> first_column_;     // per parameter and one past
   std::vector<int> first_visit_column_;
+  std::map<int, Periodogram> periodograms_;  // by parameter
 };
 
 }  // namespace armtrue

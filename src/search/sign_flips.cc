@@ -121,10 +121,9 @@ void ProjectedCandidates::draw_block(const Eigen::MatrixXf& signs, int begin, Dr
       },
       [](int) {});
 
-  for_each_product(flipped, [&](const SomeColumns& some, const Eigen::MatrixXf& sums,
-                                const Eigen::MatrixXf& values) {
+  for_each_product(flipped, [&](const SomeColumns& some, const auto& products) {
     auto slopes = draws.slopes.block(some.first, begin, some.count, flips);
-    slopes.transpose().noalias() = sums * values;
+    slopes = products.transpose();
     if (some.values.differ())
       slopes.noalias() += pulls_by_pose(some, signs.rows()).transpose() * signs;
   });
