@@ -33,6 +33,7 @@ CycleNodes::CycleNodes(const Eigen::VectorXd& x, double least, double most)
   count_ = static_cast<int>(std::floor(most / step_)) + kHalfWidth - first_ + 1;
 }
 
+// e_j of some nodes at every x, x.size() x 2 some: their real parts, then the imaginary ones.
 Eigen::MatrixXd CycleNodes::values(int first, int some) const {
   Eigen::MatrixXd values(u_.size(), 2 * some);
   const Eigen::ArrayXd by = step_ * u_, sine = by.sin(), cosine = by.cos();

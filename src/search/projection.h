@@ -212,11 +212,10 @@ class ProjectedCandidates {
         [](int) {});
   }
 
-  static constexpr int kColumnsAtOnce = 256;  // bounds the memory of one task
-
   template <typename Scalar, typename Take>
   void take_columns(int parameter, int part, const Eigen::MatrixX<Scalar>& sums,
                     const Take& take) const {
+    constexpr int kColumnsAtOnce = 256;  // bounds the memory of one task
     const ValuesAtRows& of_part = parts_[static_cast<size_t>(part)];
     const auto [begin, end] = scan_.columns_of(parameter, part);
     const auto found = scan_.periodograms_.find(parameter);
@@ -232,25 +231,12 @@ class ProjectedCandidates {
       take(SomeColumns{parameter, first, count, of_part}, Eigen::MatrixX<Scalar>(sums * values));
     }
     if (!by_nodes) return;
-    const Eigen::MatrixX<Scalar> of_nodes = products_with_nodes(found->second.nodes, sums);
+    const Eigen::MatrixX<Scalar> of_nodes = found->second.nodes.products(sums);
     int column = middle;
     for (const auto& [sine, near] : found->second.near_of_sine) {
       take(SomeColumns{parameter, column, 2, of_part}, CycleNodes::at(near, of_nodes));
       column += 2;
     }
-  }
-
-  template <typename Scalar>
-  static Eigen::MatrixX<Scalar> products_with_nodes(const CycleNodes& nodes,
-                                                    const Eigen::MatrixX<Scalar>& sums) {
-    Eigen::MatrixX<Scalar> products(sums.rows(), 2 * nodes.count());
-    for (int first = 0; first < nodes.count(); first += kColumnsAtOnce / 2) {
-      const int some = std::min(kColumnsAtOnce / 2, nodes.count() - first);
-      const Eigen::MatrixX<Scalar> own = sums * nodes.values(first, some).template cast<Scalar>();
-      products.middleCols(first, some) = own.leftCols(some);
-      products.middleCols(nodes.count() + first, some) = own.rightCols(some);
-    }
-    return products;
   }
 
   // Of best_of_flipped(); see sign_flips.cc.

@@ -114,6 +114,43 @@ TEST(Projection, GainIsTheFallOfTheSumOfSquaresOfAWholeFit) {
   EXPECT_GT(scores[0].gain, 5 * scores[2].gain);  // the one that is in the readings
 }
 
+// 250 poses, and so many frequencies that products with them come from nodes.
+TEST(Projection, GainOfCyclesIsTheFallOfTheSumOfSquaresOfAWholeFit) {
+  Random random{5};
+  const Campaign campaign = angles_by_hand(random, 250);
+  LinearProblem linear = problem_by_hand(random, campaign, 5);
+  std::vector<Candidate> candidates;
+  constexpr double kStep = 0.5, kFirst = 2.25;
+  for (double n = kFirst; n < 300; n += kStep) {
+    candidates.push_back(candidate_of("A3.theta", 4, ShapeKind::harmonic));
+    candidates.back().effect.shape.harmonic = n;
+    candidates.back().frequency_resolution = 4 * kStep;
+  }
+  candidates.push_back(candidate_of("A3.theta", 4));  // a column of its own before the cycles
+  const auto columns_at = [&](double n) {
+    Eigen::MatrixXd columns = linear.jacobian.col(parameter_by_hand("A3.theta")).replicate(1, 2);
+    for (int row = 0; row < campaign.rows(); ++row) {
+      columns.col(0).segment<3>(3 * row) *= std::sin(n * campaign.q[row][4]);
+      columns.col(1).segment<3>(3 * row) *= std::cos(n * campaign.q[row][4]);
+    }
+    return columns;
+  };
+  linear.readings =
+      normal_matrix(random, 3 * campaign.rows(), 1) + 0.8 * columns_at(kFirst + 200 * kStep).col(1);
+  const double before = squares_left(linear.fitted, linear.readings);
+  const Linearization fit{linear};
+  const CandidateScan scan{candidates, robot_by_hand(), campaign};
+  const std::vector<CandidateScore> scores = ProjectedCandidates{scan, fit}.scores();
+  for (int k = 0; k < std::ssize(candidates) - 1; k += 20) {
+    const Eigen::MatrixXd all = beside(linear.fitted, columns_at(kFirst + k * kStep));
+    const double gain = before - squares_left(all, linear.readings);
+    EXPECT_NEAR(scores[k].gain, gain, kFloat * before) << k;
+    const Eigen::VectorXd coefficients = all.householderQr().solve(linear.readings).tail(2);
+    EXPECT_LT((scores[k].coefficients - coefficients).norm(), 1e-5) << k;
+  }
+  EXPECT_EQ(best_first(scores).front(), 200);
+}
+
 TEST(Projection, InThePlaceOfAnEffectIsAFitWithoutIt) {
   const ProjectedProblem problem;
   const ProjectedCandidates& projected = problem.projected;
