@@ -235,6 +235,27 @@ TEST(Projection, BasisIsOrthonormalHoweverNearTheColumnsAre) {
   }
 }
 
+// Sums of others, and columns that differ from one by less and less, among them.
+TEST(Projection, BasisSpansColumnsThatNearlyDependOnEachOther) {
+  Problem problem;
+  const Eigen::Index rows = problem.linear.fitted.rows();
+  constexpr int kOwn = 20, kNear = 5;
+  Eigen::MatrixXd own = normal_matrix(problem.random, rows, kOwn), columns(rows, 0);
+  for (int k = 0; k < kOwn; ++k) {
+    columns = beside(columns, own.leftCols(k + 1).rowwise().sum());
+    if (k < kNear)
+      columns = beside(columns,
+                       own.col(k) + std::pow(10, -4 - k) * normal_matrix(problem.random, rows, 1));
+    columns = beside(columns, own.col(k));
+  }
+  problem.linear.fitted = columns;
+  problem.linear.coefficients_of_effect.clear();
+  const Eigen::MatrixXd basis = Linearization(problem.linear).basis();
+  ASSERT_EQ(basis.cols(), kOwn + kNear);
+  EXPECT_LT((basis.transpose() * basis - Eigen::MatrixXd::Identity(25, 25)).norm(), 1e-12);
+  EXPECT_LT((columns - basis * (basis.transpose() * columns)).norm(), 1e-12 * columns.norm());
+}
+
 // The same where columns of the model depend on each other, and no dual of them exists.
 TEST(Projection, DependentColumnsOfTheModelChangeNothing) {
   Problem problem;
