@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <ranges>
 #include <string>
 
 #include "effects/posture.h"
@@ -121,7 +120,8 @@ void CandidateScan::find_periodograms(const std::vector<std::vector<Term>>& term
         terms_by_value[k].size() != 2)
       continue;
     const Term& sine = terms_by_value[k].front();
-    Cycles& cycles = of_parameter.try_emplace(sine.parameter, effect.driver.joint).first->second;
+    Cycles& cycles =
+        of_parameter.try_emplace(sine.parameter, Cycles{effect.driver.joint, {}}).first->second;
     if (cycles.joint == effect.driver.joint)
       cycles.frequency_of_sine[sine.column] = effect.shape.harmonic;
   }
@@ -129,9 +129,9 @@ void CandidateScan::find_periodograms(const std::vector<std::vector<Term>>& term
     Eigen::VectorXd angles(std::ssize(readings));
     for (Eigen::Index k = 0; k < angles.size(); ++k)
       angles[k] = campaign.q[static_cast<size_t>(readings[static_cast<size_t>(k)])][cycles.joint];
-    const auto frequencies = cycles.frequency_of_sine | std::views::values;
-    const auto [least, most] = std::ranges::minmax(frequencies);
-    Periodogram periodogram{CycleNodes(angles, least, most), {}};
+    const auto [least, most] = std::ranges::minmax_element(
+        cycles.frequency_of_sine, {}, [](const auto& frequency) { return frequency.second; });
+    Periodogram periodogram{CycleNodes(angles, least->second, most->second), {}};
     if (2 * periodogram.nodes.count() > std::ssize(cycles.frequency_of_sine)) continue;
     for (const auto& [sine, n] : cycles.frequency_of_sine)
       periodogram.near_of_sine[sine] = periodogram.nodes.near(n);
