@@ -100,7 +100,7 @@ std::optional<std::string> missed_criterion(const CalibrationResult& result, con
       !beyond.empty())
     return beyond;
   if (max_error_mm == 0) return std::nullopt;
-  const double worst = summarize(evaluation.position).max / kMillimetre;
+  const double worst = summarize(evaluation.reading_errors()).max / kMillimetre;
   if (worst <= max_error_mm) return std::nullopt;
   return fmt::format("the largest error, {:.4g} mm, is above {:g} mm", worst, max_error_mm);
 }
@@ -131,17 +131,24 @@ void warn_of_doubts(app::Command& command, const Robot& robot, const Campaign& a
   for (const std::string& doubt :
        {left_out_together(all, lines),
         findings.zone ? ""
-                      : contradiction_of_noise(robot, campaign, result, findings.quality->noise)})
+                      : contradiction_of_noise(robot, campaign, result, findings.quality->noise),
+        findings.zone ? "" : far_above_noise(result, findings.quality->noise)})
     if (!doubt.empty()) command.warn(doubt);
+}
+
+void report_not_shown(const app::Command& command, const CalibrationResult& result) {
+  for (const int parameter : set_up_not_shown(result.robot.chain, result.set))
+    command.report(not_shown(result.robot.chain, parameter) + "\n");
 }
 
 void report_fit(const app::Command& command, const CalibrationResult& result,
                 const Campaign& campaign, const Evaluation& evaluation) {
-  const ErrorSummary left = summarize(evaluation.position);
+  const std::vector<double> errors = evaluation.reading_errors();
+  const ErrorSummary left = summarize(errors);
   command.report(fmt::format(
       "{} poses, {} readings: {} unknowns of rank {} after {} iterations; these readings are left "
       "with {:.4g} mm, mean, and {:.4g} mm at most\n",
-      campaign.pose_ids.size(), campaign.rows(), result.names.size(), result.rank,
+      campaign.pose_ids.size(), errors.size(), result.names.size(), result.rank,
       result.iterations, left.mean / kMillimetre, left.max / kMillimetre));
   if (command.output != "-") command.report("wrote " + command.output + "\n");
 }
@@ -185,7 +192,7 @@ int run(app::Command& command, const Arguments& arguments) {
   }
   const Campaign& as_read = zone ? unweighted : campaign;
 
-  const CalibrationResult result = calibrate(robot, campaign);
+  CalibrationResult result = calibrate(robot, campaign);
   app::warn_of_touches(command, robot, campaign, result.set);
   CalibrationFindings findings{zone, gross, {}, assess(result, campaign)};
   if (zone) findings.quality->noise = noise_of(result, as_read, findings.quality->blunders);
@@ -193,6 +200,8 @@ int run(app::Command& command, const Arguments& arguments) {
                                         static_cast<int>(rows_of(gross).size()));
   if (!findings.nominal) findings.nominal = placed_on_targets(robot, result, campaign);
   warn_of_doubts(command, robot, all, as_read, result, findings);
+  // With a zone the readings outside are not meant to fit.
+  if (!zone) widen_deviations(times_of_noise(result, findings.quality->noise), result);
   const Evaluation evaluation = evaluate(result.robot, campaign);
   const auto missed = missed_criterion(result, robot, as_read, evaluation, arguments.max_error_mm);
   if (missed) command.warn(*missed);
@@ -205,11 +214,15 @@ int run(app::Command& command, const Arguments& arguments) {
 
   report_fit(command, result, campaign, evaluation);
   report_near_nominal(command, result, campaign);
+  report_not_shown(command, result);
   if (arguments.page.is_wanted())
     app::write_report(
         command, arguments.page,
-        calibration_page(result, campaign, {gross, findings.nominal, *findings.quality, missed},
-                         app::page_head(command, about)));
+        calibration_page(
+            result, campaign,
+            {gross, findings.nominal, *findings.quality, missed,
+             zone ? "" : far_above_noise(result, findings.quality->noise)},
+            app::page_head(command, about)));
   return missed ? app::kNotReached : app::kSuccess;
 }
 

@@ -17,6 +17,7 @@
 #include "armtrue/report/loop_page.h"
 #include "armtrue/report/loop_table.h"
 #include "armtrue/text/input_error.h"
+#include "armtrue/tracing/description.h"
 #include "armtrue/tracing/loop.h"
 #include "columns.h"
 #include "command_line.h"
@@ -232,17 +233,6 @@ std::string why_not_reached(const Robot& robot, const LoopResult& result) {
       result.after / kMillimetre, nominal / kMillimetre);
 }
 
-// Without a floor it is not shown that only noise is left.
-void warn_of_unknown_floor(app::Command& command, const LoopResult& result) {
-  constexpr double kResolution = 1e-6;  // m: no instrument reads less
-  if (result.noise.source != NoiseFloor::Source::none || result.after < kResolution) return;
-  command.warn(fmt::format(
-      "neither repeats nor 'noise' of the robot file say how large the noise is: the verdict '{}' "
-      "takes it as zero, and {:.4g} mm may be noise or something the model lacks; visit poses "
-      "twice, or state noise: position_mm",
-      to_string(result.verdict), result.after / kMillimetre));
-}
-
 int run(app::Command& command, const Arguments& arguments) {
   Robot robot = command.read_robot(arguments.robot).robot;
   command.warn_if_calibrated(robot, arguments.robot);
@@ -261,9 +251,8 @@ int run(app::Command& command, const Arguments& arguments) {
 
   const std::string missed = why_not_reached(robot, result);
   if (!missed.empty()) command.warn(missed);
-  warn_of_unknown_floor(command, result);
   for (const std::string& doubt :
-       {result.left_out_together,
+       {rejection_in_words(result), unknown_noise_in_words(result), result.left_out_together,
         contradiction_of_noise(robot, measured.training, result.trace.fit, result.noise)})
     if (!doubt.empty()) command.warn(doubt);
   const Provenance provenance = command.provenance();

@@ -196,8 +196,12 @@ std::string lost_to_poses(const Robot& robot, const Campaign& campaign,
   for (int k : armtrue::lost_to_poses(robot, campaign, set))
     names += (names.empty() ? "" : ", ") + parameter_name(robot.chain, k);
   if (names.empty()) return "";
-  return "these poses cannot show " + names +
-         ", which other poses could; measure poses that move every joint over its travel";
+  std::string sentence =
+      "these poses cannot show " + names +
+      ", which other poses could; measure poses that move every joint over its travel";
+  for (const int k : set_up_not_shown(robot.chain, set))
+    sentence += "; " + not_shown(robot.chain, k);
+  return sentence;
 }
 
 void warn_of_few_readings(Command& command, const std::string& refit, const Robot& given,
@@ -240,7 +244,7 @@ std::string beyond_any_arm(const Robot& robot, double error, double noise) {
 
 std::string beyond_any_arm(const Robot& robot, const Campaign& campaign,
                            const Evaluation& evaluation) {
-  return beyond_any_arm(robot, summarize(evaluation.position).mean,
+  return beyond_any_arm(robot, summarize(evaluation.reading_errors()).mean,
                         noise_floor(robot, campaign, evaluation).position);
 }
 

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "armtrue/calibration/calibration.h"
+#include "armtrue/calibration/doubts.h"
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/compensation/compensation.h"
 #include "armtrue/diagnosis/diagnosis.h"
@@ -61,7 +62,7 @@ Robot set_up(app::Command& command, const Arguments& arguments, const Robot& rob
 std::string beyond_arm(const Robot& given, const Robot& robot, const Campaign& campaign,
                        const Evaluation& evaluation) {
   if (states_calibration(given)) return app::beyond_any_arm(robot, campaign, evaluation);
-  const double mean = summarize(evaluation.position).mean;
+  const double mean = summarize(evaluation.reading_errors()).mean;
   if (mean <= kImplausibleMiss) return "";
   return fmt::format(
       "the mean error, {:.4g} mm, is more than a nominal model of an arm can have ({:g} mm): look "
@@ -70,10 +71,11 @@ std::string beyond_arm(const Robot& given, const Robot& robot, const Campaign& c
 }
 
 // Reports what is wrong with the errors of `given`, fitted as `robot`; false if a criterion fails
-// and the result must not be used. A nominal robot as its file has it fails none: its base may be
+// and the result must not be used. Who states a limit wants bounds that hold, too. A nominal robot as its file has it fails none: its base may be
 // that of another cell.
 bool meets_criteria(app::Command& command, const Arguments& arguments, const Robot& given,
-                    const Robot& robot, const Campaign& campaign, const Evaluation& evaluation) {
+                    const Robot& robot, const Campaign& campaign, const Evaluation& evaluation,
+                    const std::string& broken) {
   const bool is_refitted = !arguments.refit.empty();
   const std::string beyond = beyond_arm(given, robot, campaign, evaluation);
   if (!beyond.empty())
@@ -81,8 +83,10 @@ bool meets_criteria(app::Command& command, const Arguments& arguments, const Rob
                                        : "; or base and tool are those of another set-up: then "
                                          "give --refit base,tool"));
   const bool meets = beyond.empty() || !(is_refitted || states_calibration(given));
-  const double mean = summarize(evaluation.position).mean / kMillimetre;
-  if (arguments.max_error_mm == 0 || mean <= arguments.max_error_mm) return meets;
+  if (!broken.empty()) command.warn(broken);
+  if (arguments.max_error_mm == 0) return meets;
+  const double mean = summarize(evaluation.reading_errors()).mean / kMillimetre;
+  if (mean <= arguments.max_error_mm) return meets && broken.empty();
   command.warn(
       fmt::format("the mean error, {:.4g} mm, is above {:g} mm", mean, arguments.max_error_mm));
   return false;
@@ -101,9 +105,10 @@ int run(app::Command& command, const Arguments& arguments) {
   if (against) against = set_up(command, arguments, *against, campaign);
   app::warn_of_few_readings(command, arguments.refit, given, campaign);
   const Evaluation evaluation = evaluate(robot, campaign);
-  const bool is_met = meets_criteria(command, arguments, given, robot, campaign, evaluation);
   std::vector<Prediction> predictions;
   if (robot.uncertainty) predictions = predict(robot, campaign);
+  const std::string broken = broken_bounds(robot, campaign, evaluation, predictions);
+  const bool is_met = meets_criteria(command, arguments, given, robot, campaign, evaluation, broken);
   if (!arguments.residuals.empty()) {
     const std::vector<std::string> split(campaign.rows(), "all");
     write_output(arguments.residuals,
@@ -114,7 +119,7 @@ int run(app::Command& command, const Arguments& arguments) {
   if (arguments.page.is_wanted())
     app::write_report(command, arguments.page,
                       evaluation_page(robot, given, campaign, evaluation, against,
-                                      app::page_head(command, about)));
+                                      app::page_head(command, about), broken));
   return is_met ? app::kSuccess : app::kNotReached;
 }
 

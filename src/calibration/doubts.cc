@@ -133,4 +133,57 @@ std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
   return "";
 }
 
+double times_of_noise(const CalibrationResult& fit, const NoiseFloor& noise) {
+  constexpr double kFarAbove = 5;
+  const auto ratio = [](double left, double of_noise) {
+    return of_noise > 0 ? left / of_noise : 0;
+  };
+  const double times = std::max(ratio(fit.spread.position, noise.position),
+                                ratio(fit.spread.orientation, noise.orientation));
+  return times > kFarAbove ? times : 1;
+}
+
+std::string far_above_noise(const CalibrationResult& fit, const NoiseFloor& noise) {
+  const double times = times_of_noise(fit, noise);
+  if (times == 1) return "";
+  const bool in_position = times * noise.position <= fit.spread.position * (1 + 1e-9);
+  return fmt::format(
+      "the readings scatter about the model by {:.4g} {} per axis, {:.3g} times {}: the model lacks "
+      "something, and standard deviations are {:.3g} times as wide for it; close-loop looks for "
+      "what it is, or compare zeros and lengths of the robot file with the arm",
+      in_position ? fit.spread.position / kMillimetre : fit.spread.orientation / kMilliradian,
+      in_position ? "mm" : "mrad", times,
+      noise.source == NoiseFloor::Source::replicates ? "as much as replicates of a pose"
+                                                     : "the stated noise",
+      times);
+}
+
+void widen_deviations(double factor, CalibrationResult& fit) {
+  for (auto& [name, deviation] : fit.robot.std) deviation *= factor;
+  for (auto& [name, session] : fit.robot.sessions)
+    for (auto& [parameter, deviation] : session.std) deviation *= factor;
+  for (Effect& effect : fit.robot.effects)
+    for (Coefficient& c : effect.coefficients) {
+      c.std *= factor;
+      for (double& bound : c.ci95) bound = c.value + factor * (bound - c.value);
+    }
+}
+
+std::string broken_bounds(const Robot& robot, const Campaign& campaign,
+                          const Evaluation& evaluation,
+                          const std::vector<Prediction>& predictions) {
+  constexpr double kFewInside = 0.8;
+  if (!robot.uncertainty || predictions.empty()) return "";
+  double inside = 0;
+  for (size_t row = 0; row < predictions.size(); ++row)
+    inside += evaluation.position[row] <= predictions[row].bound_95;
+  inside /= static_cast<double>(predictions.size());
+  if (inside >= kFewInside || p_of_errors(robot, campaign) >= kNoChance) return "";
+  return fmt::format(
+      "only {:.0f} % of the readings lie within the 95 % bounds that the robot file promises, at {} "
+      "poses, which is no chance: this is not the arm or the set-up that was calibrated, or the file "
+      "lost a part of its model; refit base and tool if they are others, or calibrate anew",
+      100 * inside, campaign.pose_ids.size());
+}
+
 }  // namespace armtrue

@@ -108,9 +108,25 @@ std::optional<double> lack_of_fit_p(const Evaluation& evaluation, const Campaign
 
 }  // namespace
 
+std::vector<double> Evaluation::reading_errors() const {
+  if (first_rows.empty()) return position;
+  std::vector<double> errors;
+  errors.reserve(first_rows.size());
+  for (size_t k = 0; k < first_rows.size(); ++k) {
+    const size_t end = k + 1 < first_rows.size() ? static_cast<size_t>(first_rows[k + 1])
+                                                 : position.size();
+    double squares = 0;
+    for (auto row = static_cast<size_t>(first_rows[k]); row < end; ++row)
+      squares += position[row] * position[row];
+    errors.push_back(std::sqrt(squares));
+  }
+  return errors;
+}
+
 Evaluation evaluate(const Robot& robot, const Campaign& campaign) {
   const SessionModels models(campaign, robot, {}, {1.0, 1.0});
   Evaluation evaluation;
+  evaluation.first_rows = campaign.first_rows_of_readings();
   evaluation.residuals.resize(campaign.rows());
   for (int s = 0; s < models.sessions(); ++s) {
     const ObservationModel& model = models.model(s);
@@ -161,15 +177,31 @@ std::vector<AxisErrors> axis_errors(const Evaluation& evaluation, const Campaign
 
 PoseErrors errors_of(const Robot& robot, const Campaign& campaign) {
   const Evaluation evaluation = evaluate(robot, campaign);
-  PoseErrors errors{summarize(evaluation.position), std::nullopt,
+  PoseErrors errors{summarize(evaluation.reading_errors()), std::nullopt,
                     axis_errors(evaluation, campaign)};
   if (!evaluation.orientation.empty()) errors.orientation = summarize(evaluation.orientation);
   return errors;
 }
 
+namespace {
+
+// Of the readings, those of which all coordinates are read; single ones do not make a point.
+double share_of_points(const Campaign& campaign, const Evaluation& evaluation) {
+  if (!campaign.has_distances()) return 1;
+  const std::vector<int>& first = evaluation.first_rows;
+  if (first.empty()) return 0;
+  double points = 0;
+  for (size_t k = 0; k < first.size(); ++k)
+    points += (k + 1 < first.size() ? first[k + 1] : campaign.rows()) - first[k] > 1;
+  return points / static_cast<double>(first.size());
+}
+
+}  // namespace
+
 NoiseFloor noise_floor(const Robot& robot, const Campaign& campaign, const Evaluation& evaluation) {
   NoiseFloor floor;
   floor.axes = campaign.reading_size().position;
+  floor.points = share_of_points(campaign, evaluation);
   std::vector<double> position, orientation;
   const std::vector<Eigen::Matrix<double, 6, 1>> residuals = at_median(campaign, evaluation);
   const Grouped grouped = replicates_of(campaign, residuals);
@@ -202,6 +234,11 @@ NoiseFloor noise_floor(const Robot& robot, const Campaign& campaign, const Evalu
 
 double mean_error_of_noise(double deviation_per_axis, int axes) {
   return deviation_per_axis * std::sqrt((axes == 1 ? 2 : 8) / std::numbers::pi);
+}
+
+double NoiseFloor::mean_error() const {
+  return points * mean_error_of_noise(position, 3) +
+         (1 - points) * mean_error_of_noise(position, 1);
 }
 
 FitQuality assess(const CalibrationResult& fit, const Campaign& campaign) {

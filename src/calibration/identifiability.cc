@@ -1,5 +1,7 @@
 #include "armtrue/calibration/identifiability.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -292,6 +294,26 @@ std::vector<int> every_touch(const Campaign& campaign, int count) {
 }
 
 }  // namespace
+
+std::vector<int> set_up_not_shown(const KinematicChain& chain, const IdentifiableSet& set) {
+  const ParameterLayout layout = layout_of(chain);
+  std::vector<int> parameters;
+  for (const AbsorbedParameter& absorbed : set.absorbed)
+    if (absorbed.parameter >= layout.tool && absorbed.parameter < layout.targets &&
+        !absorbed.absorbed_by.empty())
+      parameters.push_back(absorbed.parameter);
+  std::ranges::sort(parameters);
+  return parameters;
+}
+
+std::string not_shown(const KinematicChain& chain, int parameter) {
+  const int axis = parameter - layout_of(chain).tool;
+  const std::string value =
+      axis < 3 ? fmt::format(" at {:.6g} mm", chain.tool.translation[axis] / kMillimetre) : "";
+  return fmt::format(
+      "{} is not shown by these readings and stays{}, as the robot file has it: enter it",
+      parameter_name(chain, parameter), value);
+}
 
 std::vector<int> lost_to_poses(const Robot& robot, const Campaign& campaign,
                                const IdentifiableSet& set) {

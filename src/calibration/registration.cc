@@ -178,8 +178,27 @@ Eigen::Vector2d typical_miss(const Robot& robot, const Campaign& campaign) {
   return {std::sqrt(median(std::move(position))), std::sqrt(median(std::move(orientation)))};
 }
 
-// `tool`: it may be placed too.
-Robot with_base_near(const Robot& robot, const Campaign& campaign, bool tool) {
+// What the readings do not show of a tool that was placed is chance: it gets the value of the file,
+// and the base follows. Without any orientation they do not show how the tool is turned.
+void keep_unseen_tool(const Robot& robot, const Campaign& campaign, const IdentifiableSet& set,
+                      Robot& placed) {
+  constexpr int kAxes = 3;
+  const int first = layout_of(robot.chain).tool;
+  const auto is_shown = [&](int k) { return std::ranges::count(set.kept, first + k) > 0; };
+  bool is_kept = false, shows_turn = false;
+  for (int axis = 0; axis < kAxes; ++axis) {
+    shows_turn |= is_shown(kAxes + axis);
+    if (is_shown(axis)) continue;
+    placed.chain.tool.translation[axis] = robot.chain.tool.translation[axis];
+    is_kept = true;
+  }
+  if (!shows_turn) placed.chain.tool.rotation = robot.chain.tool.rotation;
+  if (is_kept) placed.chain.base = registered_base(placed, campaign);
+}
+
+// `tool`: it may be placed too, in what `set` shows of it.
+Robot with_base_near(const Robot& robot, const Campaign& campaign, const IdentifiableSet& set,
+                     bool tool) {
   const Eigen::Vector2d as_given = typical_miss(robot, campaign);
   const bool turned = tool && as_given[1] > kFarTurn;
   if (as_given[0] < kFarBase && !turned) return robot;
@@ -189,6 +208,7 @@ Robot with_base_near(const Robot& robot, const Campaign& campaign, bool tool) {
   if (tool && (registered[0] > kFarTool || registered[1] > kFarTurn))
     if (const auto placement = place_base_and_tool(robot, campaign, kFarTool)) {
       Robot placed = placed_robot(robot, campaign, *placement);
+      keep_unseen_tool(robot, campaign, set, placed);
       const Eigen::Vector2d after = typical_miss(placed, campaign);
       const bool better_turn = turned && after[1] < kFarTurn && after[0] < kFarBase;
       if (after[0] < std::min(as_given[0], registered[0]) || better_turn) return placed;
@@ -238,14 +258,15 @@ Robot starting_robot(const Robot& robot, const Campaign& campaign, const Identif
   const std::vector<std::vector<int>> sessions = rows_by_session(campaign);
   if (sessions.size() == 1) {
     const Robot there = robot_at_row(robot, campaign, 0);
-    return finds_first_base ? with_base_near(there, campaign, finds_tool) : there;
+    return finds_first_base ? with_base_near(there, campaign, set, finds_tool) : there;
   }
   Robot start = robot;
   start.sessions.clear();
   for (size_t s = 0; s < sessions.size(); ++s) {
     const Campaign readings = campaign.select(sessions[s]);
     Robot there = robot_at_row(robot, readings, 0);
-    if (s > 0 || finds_first_base) there = with_base_near(there, readings, s == 0 && finds_tool);
+    if (s > 0 || finds_first_base)
+      there = with_base_near(there, readings, set, s == 0 && finds_tool);
     if (s == 0) start.chain = there.chain;
     const std::string& name = readings.session_names[readings.session.front()];
     const auto known = robot.sessions.find(name);

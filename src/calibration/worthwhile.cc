@@ -46,7 +46,7 @@ std::optional<Robot> require_worthwhile(const Robot& nominal, const CalibrationR
   }
   const Campaign& kept = part ? *part : sound;
   const auto mean = [&](const Robot& robot) {
-    return summarize(evaluate(robot, kept).position).mean;
+    return summarize(evaluate(robot, kept).reading_errors()).mean;
   };
   constexpr double kWorse = 1.02, kExact = 1e-6;  // a robust fit need not have the least mean
   const double fitted = mean(fit.robot);

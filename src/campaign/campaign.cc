@@ -66,6 +66,43 @@ void Campaign::set_quantity(int row, int quantity) {
   if (!anchor.empty()) anchor[row] = quantity;
 }
 
+namespace {
+
+// The axis of the coordinate that a row reads, of R_A or of a contact; -1 of a whole reading.
+int axis_of(const Campaign& campaign, int row) {
+  switch (campaign.kind(row)) {
+    case ReadingKind::touch:
+      return campaign.touch[row].axis;
+    case ReadingKind::coordinate:
+      return campaign.coordinate[row]->axis;
+    default:
+      return -1;
+  }
+}
+
+// Whether two rows that follow each other read coordinates of one point.
+bool is_continued(const Campaign& campaign, int row) {
+  const int axis = axis_of(campaign, row), next = axis_of(campaign, row + 1);
+  const auto differs = [row](const auto& column) {
+    return !column.empty() && column[row] != column[row + 1];
+  };
+  if (axis < 0 || next <= axis || campaign.kind(row) != campaign.kind(row + 1)) return false;
+  if (campaign.has_touches() && campaign.touch[row].contact != campaign.touch[row + 1].contact)
+    return false;
+  return !differs(campaign.pose) && !differs(campaign.line) && !differs(campaign.session);
+}
+
+}  // namespace
+
+std::vector<int> Campaign::first_rows_of_readings() const {
+  if (!has_distances()) return {};
+  std::vector<int> first;
+  for (int row = 0; row < rows(); ++row)
+    if (row == 0 || !is_continued(*this, row - 1)) first.push_back(row);
+  if (std::ssize(first) == rows()) return {};
+  return first;
+}
+
 int Campaign::channel(int row) const {
   const int targets = std::max(1, static_cast<int>(target_names.size()));
   return quantity(row) * targets + (target.empty() ? 0 : target[row]);

@@ -152,6 +152,17 @@ void ChangeProblem::count_replicates() {
   }
 }
 
+double ChangeProblem::deviation_of(int parameter) const {
+  const std::string name = parameter_name(start_.chain, parameter);
+  if (const auto& known = previous_.uncertainty) {
+    const auto place = std::ranges::find(known->parameters, name);
+    if (place != known->parameters.end())
+      return known->root.row(place - known->parameters.begin()).norm();
+  }
+  const auto found = start_.std.find(name);
+  return found == start_.std.end() ? 0 : found->second;
+}
+
 // 0: no uncertainty; infinite in a session that the previous robot does not know.
 double ChangeProblem::deviation_of(int parameter, int session) const {
   const auto known = previous_.sessions.find(models_.name(session));

@@ -116,10 +116,9 @@ class ChangeProblem {
   int sessions() const { return models_.sessions(); }
   // Whether each session has its own value.
   bool is_own(int parameter) const { return own_bases_ && std::ranges::count(own_, parameter) > 0; }
-  double deviation_of(int parameter) const {
-    const auto found = start_.std.find(parameter_name(start_.chain, parameter));
-    return found == start_.std.end() ? 0 : found->second;
-  }
+  // By the uncertainty where the file states it: it predicts readings, and `std` may be wider, see
+  // widen_deviations().
+  double deviation_of(int parameter) const;
   double deviation_of(int parameter, int session) const;
   // Sums over the rows, see change_fit.cc.
   struct Sums {

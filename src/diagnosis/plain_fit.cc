@@ -13,11 +13,23 @@
 
 namespace armtrue {
 
-std::optional<PlainFit> fit_plainly(const Robot& given, const Campaign& campaign) {
+namespace {
+
+Campaign part_of(const Campaign& campaign) {
   constexpr int kMostRows = 500;
   std::vector<int> rows(campaign.pose.size());
   std::iota(rows.begin(), rows.end(), 0);
-  Campaign readings = campaign.select(evenly_chosen(rows, kMostRows));
+  return campaign.select(evenly_chosen(rows, kMostRows));
+}
+
+}  // namespace
+
+PlainFit beside_fit(const CalibrationResult& fit, const Campaign& campaign) {
+  return {part_of(campaign), fit};
+}
+
+std::optional<PlainFit> fit_plainly(const Robot& given, const Campaign& campaign) {
+  Campaign readings = part_of(campaign);
   Robot robot = given;
   robot.effects.clear();
   robot.identify = {"auto"};

@@ -21,6 +21,9 @@ struct PlainFit {
 /// Nothing if the readings are too few.
 std::optional<PlainFit> fit_plainly(const Robot& robot, const Campaign& campaign);
 
+/// The same with another fit in its place, effects included, which stay as they are.
+PlainFit beside_fit(const CalibrationResult& fit, const Campaign& campaign);
+
 /// Whitened equations of a fit, and of further unknowns that were not fitted. Each session has a
 /// base of its own among the fitted columns.
 struct FitEquations {

@@ -14,6 +14,9 @@
 namespace armtrue {
 namespace {
 
+constexpr double kResolution = 1e-7;  // m: what is left below it is rounding of the file
+constexpr size_t kMostSessions = 16;  // of the rows of a plain fit each has some
+
 // What explains the residual best of what is found in the order of the readings or of the sessions.
 std::optional<std::string> find_change(const PlainFit& fit) {
   if (const auto constant = find_constant_of_range(fit)) return constant->words;
@@ -23,11 +26,13 @@ std::optional<std::string> find_change(const PlainFit& fit) {
   return std::nullopt;
 }
 
+std::optional<std::string> find_change_of_any(const PlainFit& fit) {
+  return fit.readings.has_distances() ? find_scale_of_anchor(fit) : find_change(fit);
+}
+
 }  // namespace
 
 LogFindings find_suspicions(const Robot& robot, const Campaign& campaign) {
-  constexpr double kResolution = 1e-7;  // m: what is left below it is rounding of the file
-  constexpr size_t kMostSessions = 16;  // of the rows of a plain fit each has some
   LogFindings found;
   if (rows_by_session(campaign).size() > kMostSessions) return found;
   auto fit = fit_plainly(robot, campaign);
@@ -45,7 +50,7 @@ LogFindings find_suspicions(const Robot& robot, const Campaign& campaign) {
     found.errors.push_back(*change);
     return found;
   }
-  auto suspicion = campaign.has_distances() ? find_scale_of_anchor(*fit) : find_change(*fit);
+  auto suspicion = find_change_of_any(*fit);
   if (!suspicion) suspicion = find_scale_of_links(*fit, robot);
   if (!suspicion) suspicion = find_rounded_angles(*fit);
   if (suspicion) found.warnings.push_back(*suspicion);
@@ -53,6 +58,13 @@ LogFindings find_suspicions(const Robot& robot, const Campaign& campaign) {
     if (const auto unlikely = find_unlikely_change(robot, *fit))
       found.warnings.push_back(*unlikely);
   return found;
+}
+
+std::optional<std::string> explanation_of_rest(const CalibrationResult& fit,
+                                               const Campaign& campaign) {
+  if (rows_by_session(campaign).size() > kMostSessions) return std::nullopt;
+  if (fit.spread.position < kResolution) return std::nullopt;
+  return find_change_of_any(beside_fit(fit, campaign));
 }
 
 }  // namespace armtrue

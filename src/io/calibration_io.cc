@@ -60,6 +60,8 @@ YAML::Node calibration_node(const CalibrationResult& result, const Campaign& cam
                              ? fmt::format("student-t {:g}", result.degrees_of_freedom)
                              : std::string("normal");
   node["training"] = evaluation_node(evaluation, campaign);
+  if (const auto scale = unseen_scale(robot, campaign))
+    node["unseen_scale"] = unseen_scale_node(*scale);
   YAML::Node identified(YAML::NodeType::Sequence);
   for (int k : result.set.kept) identified.push_back(parameter_name(robot.chain, k));
   node["identified"] = flow(identified);
@@ -76,6 +78,8 @@ YAML::Node calibration_node(const CalibrationResult& result, const Campaign& cam
     node["near_nominal"] = flow(nominal);
     node["more_poses"] = std::to_string(near_nominal(result, campaign).poses);
   }
+  for (const int parameter : set_up_not_shown(robot.chain, result.set))
+    node["not_shown"][parameter_name(robot.chain, parameter)] = not_shown(robot.chain, parameter);
   for (const AbsorbedParameter& absorbed : result.set.absorbed)
     node["absorbed"][parameter_name(robot.chain, absorbed.parameter)] =
         absorbers(robot.chain, absorbed);
@@ -88,7 +92,7 @@ void add_findings(YAML::Node node, const Campaign& campaign, const CalibrationFi
   if (findings.quality) {
     const NoiseFloor& noise = findings.quality->noise;
     node["noise_floor"] = noise_node(noise);
-    node["floor_mm"] = rounded(mean_error_of_noise(noise.position, noise.axes) / kMillimetre);
+    node["floor_mm"] = rounded(noise.mean_error() / kMillimetre);
     YAML::Node excluded(YAML::NodeType::Sequence);
     for (int row : findings.quality->blunders)
       excluded.push_back(std::to_string(campaign.line[static_cast<size_t>(row)]));

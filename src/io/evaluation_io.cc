@@ -46,12 +46,14 @@ std::string write_summary(const Evaluation& evaluation, const Robot& robot,
   root["skipped_rows"] = std::to_string(campaign.skipped_rows);
   const NoiseFloor noise = noise_floor(robot, campaign, evaluation);
   root["noise_floor"] = noise_node(noise);
-  root["floor_mm"] = rounded(mean_error_of_noise(noise.position, noise.axes) / kMillimetre);
-  root["position_mm"] = error_node(summarize(evaluation.position), kMillimetre);
+  root["floor_mm"] = rounded(noise.mean_error() / kMillimetre);
+  root["position_mm"] = error_node(summarize(evaluation.reading_errors()), kMillimetre);
   if (!evaluation.orientation.empty())
     root["orientation_mrad"] = error_node(summarize(evaluation.orientation), kMilliradian);
   if (!predictions.empty()) root["prediction"] = prediction_node(evaluation, campaign, predictions);
   root["axes_mm"] = axes_node(axis_errors(evaluation, campaign));
+  if (const auto scale = unseen_scale(robot, campaign))
+    root["unseen_scale"] = unseen_scale_node(*scale);
   if (against) {
     root["against"] = evaluation_node(evaluate(*against, campaign), campaign);
     root["against"]["robot"] = against->name;

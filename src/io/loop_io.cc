@@ -54,6 +54,16 @@ YAML::Node before_after_node(const LoopResult& result) {
   return flow(before_after);
 }
 
+YAML::Node rejected_node(const RejectedModel& rejected) {
+  YAML::Node node, interval, effects;
+  for (double bound : rejected.gain_ci95) interval.push_back(rounded(bound / kMillimetre));
+  for (const std::string& effect : rejected.effects) effects.push_back(effect);
+  node["after_mm"] = rounded(rejected.after / kMillimetre);
+  node["gain_ci95_mm"] = flow(interval);
+  node["effects"] = effects;
+  return node;
+}
+
 YAML::Node nested_node(const NestedValidation& nested, const std::vector<TracedEffect>& effects) {
   const auto in_mm = [](double value) { return rounded(value / kMillimetre); };
   YAML::Node node = flow_map({{"folds", std::to_string(nested.folds)},
@@ -95,14 +105,17 @@ std::string write_loop(const LoopResult& result, const TraceOptions& options,
   if (result.trace.effects.empty()) root["effects"] = flow(root["effects"]);
   root["before_after"] = before_after_node(result);
   if (held_out) root["before_after"]["outside_p"] = rounded(result.outside_p);
+  if (result.scale) root["unseen_scale"] = unseen_scale_node(*result.scale);
   for (const Effect& effect : result.held)
     root["held_by_priors"].push_back(effect_node(effect, robot.chain));
+  if (result.rejected) root["rejected"] = rejected_node(*result.rejected);
   if (result.predictor) root["predictor"] = stage_node(result.predictor->stage, held_out);
   if (result.nested) root["nested_cv"] = nested_node(*result.nested, result.trace.effects);
   YAML::Node remaining;
   remaining["lack_of_fit_p"] = text_or_null(result.lack_of_fit ? rounded(*result.lack_of_fit) : "");
   remaining["pattern"] = text_or_null(result.pattern);
   remaining["pattern_p"] = rounded(result.trace.remaining_p);
+  if (!result.explanation.empty()) remaining["explanation"] = result.explanation;
   root["remaining"] = flow(remaining);
   const NullRun& null_run = result.trace.null_run;
   root["null_run"] = flow_map({{"flips", std::to_string(null_run.flips)},

@@ -1,6 +1,8 @@
 #include "armtrue/io/residuals_io.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numeric>
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
@@ -16,12 +18,30 @@ int axis_of(const Campaign& campaign, int row) {
   return kind == ReadingKind::coordinate ? campaign.coordinate[row]->axis : -1;
 }
 
+// Of each row the length of the error of its reading: rows that read coordinates of one point share
+// it.
+std::vector<double> errors_of_readings(const Residuals& part) {
+  std::vector<double> errors;
+  errors.reserve(part.of_row.size());
+  for (const auto& residual : part.of_row) errors.push_back(residual.head<3>().norm());
+  std::vector<int> first = part.campaign.first_rows_of_readings();
+  if (first.empty()) return errors;
+  first.push_back(part.campaign.rows());
+  for (size_t k = 0; k + 1 < first.size(); ++k) {
+    const auto begin = errors.begin() + first[k], end = errors.begin() + first[k + 1];
+    const double squares = std::inner_product(begin, end, begin, 0.0);
+    if (end - begin > 1) std::fill(begin, end, std::sqrt(squares));
+  }
+  return errors;
+}
+
 // Which columns the table has beside those that every one has.
 struct OptionalColumns {
   bool of_distances, predicted;
 };
 
-void append_row(const Residuals& part, int row, const OptionalColumns& columns, std::string& text) {
+void append_row(const Residuals& part, int row, double error, const OptionalColumns& columns,
+                std::string& text) {
   const auto& [campaign, residuals, split, predictions] = part;
   const auto& residual = residuals[row];
   text += campaign.pose_ids[campaign.pose[row]] + "," +
@@ -40,7 +60,7 @@ void append_row(const Residuals& part, int row, const OptionalColumns& columns, 
     for (int i = 3; i < 6; ++i) add(residual[i], kMilliradian);
   else
     text += ",,,";
-  add(residual.head<3>().norm(), kMillimetre);
+  add(error, kMillimetre);
   if (campaign.has_orientation())
     add(residual.tail<3>().norm(), kMilliradian);
   else
@@ -73,13 +93,15 @@ std::string write_residuals(const std::vector<Residuals>& campaigns) {
   const bool predicted = std::ranges::any_of(
       campaigns, [](const Residuals& part) { return !part.predictions.empty(); });
   text += predicted ? ",std_mm,bound_95_mm,inside_95,leverage\n" : "\n";
-  for (const Residuals& part : campaigns)
+  for (const Residuals& part : campaigns) {
+    const std::vector<double> errors = errors_of_readings(part);
     append_rows(
         part.campaign.rows(),
         [&](int row, std::string& lines) {
-          append_row(part, row, {of_distances, predicted}, lines);
+          append_row(part, row, errors[static_cast<size_t>(row)], {of_distances, predicted}, lines);
         },
         text);
+  }
   return text;
 }
 

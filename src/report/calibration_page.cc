@@ -13,7 +13,7 @@ namespace armtrue {
 namespace {
 
 std::string mean_mm(const Evaluation& evaluation, const std::string& key) {
-  return keyed_mm(summarize(evaluation.position).mean, key + "position_mm/mean") + " mm";
+  return keyed_mm(summarize(evaluation.reading_errors()).mean, key + "position_mm/mean") + " mm";
 }
 
 // In which files state standard deviations.
@@ -57,9 +57,10 @@ void add_calibration_verdict(Page& page, const CalibrationResult& result, const 
       keyed(std::to_string(result.names.size()), "calibration/unknowns") + " unknowns from " +
       keyed(std::to_string(campaign.pose_ids.size()), "calibration/poses") + " poses.";
   if (story.missed) sentence += " " + escaped(*story.missed) + ".";
+  if (!story.doubt.empty()) sentence += " " + escaped(story.doubt) + ".";
   const NoiseFloor& noise = story.quality.noise;
   const bool is_above = noise.source != NoiseFloor::Source::none &&
-                        !is_at_floor(summarize(models.back().evaluation.position).mean, noise);
+                        !is_at_floor(summarize(models.back().evaluation.reading_errors()).mean, noise);
   page.verdict(story.missed || is_above ? Tone::attention : Tone::good,
                !result.converged ? "did not converge"
                : story.missed    ? "a criterion is missed"
@@ -92,6 +93,17 @@ void add_calibration_next(Page& page, const CalibrationResult& result, const Cam
   page.list(items);
 }
 
+void add_not_shown(Page& page, const CalibrationResult& result) {
+  const KinematicChain& chain = result.robot.chain;
+  std::vector<std::string> items;
+  for (const int parameter : set_up_not_shown(chain, result.set))
+    items.push_back(keyed(not_shown(chain, parameter),
+                          "calibration/not_shown/" + parameter_name(chain, parameter)));
+  if (items.empty()) return;
+  page.section("To enter by hand");
+  page.list(items);
+}
+
 }  // namespace
 
 Report calibration_page(const CalibrationResult& result, const Campaign& campaign,
@@ -112,9 +124,11 @@ Report calibration_page(const CalibrationResult& result, const Campaign& campaig
   }
   Page page(head, result.robot.name, "Calibration");
   add_calibration_verdict(page, result, campaign, story, models);
+  page.add(unseen_scale_text(unseen_scale(result.robot, campaign), "calibration/unseen_scale/"));
   add_error_pictures(page, models, campaign, left_out, "readings of the fit");
   add_calibration_next(page, result, campaign);
   add_readings_left_out(page, story.gross, lines, "calibration/");
+  add_not_shown(page, result);
   page.section("Parameters");
   page.add(
       paragraph("How well each identified parameter is known, and how much of it the readings "
@@ -132,7 +146,7 @@ Report calibration_page(const CalibrationResult& result, const Campaign& campaig
 
 Report evaluation_page(const Robot& robot, const Robot& file, const Campaign& campaign,
                        const Evaluation& evaluation, const std::optional<Robot>& against,
-                       const PageHead& head) {
+                       const PageHead& head, const std::string& doubt) {
   std::vector<Judged> models;
   std::vector<TabledModel> tabled;
   if (against) models.push_back({"compared robot", Look::before, evaluate(*against, campaign)});
@@ -140,23 +154,26 @@ Report evaluation_page(const Robot& robot, const Robot& file, const Campaign& ca
   if (against) tabled.push_back({"compared robot", "against/", &models.front().evaluation});
   tabled.push_back({"this robot", "", &models.back().evaluation});
   const NoiseFloor noise = noise_floor(robot, campaign, evaluation);
-  const ErrorSummary errors = summarize(evaluation.position);
+  const ErrorSummary errors = summarize(evaluation.reading_errors());
   const bool is_known = noise.source != NoiseFloor::Source::none;
-  const bool is_near = is_at_floor(errors.mean, noise);
+  const bool is_near = doubt.empty() && is_at_floor(errors.mean, noise);
   Page page(head, robot.name, "Errors on measured poses");
   page.verdict(is_near ? Tone::good : Tone::attention,
-               is_near    ? "at the floor"
-               : is_known ? "above the floor"
-                          : "no floor is known",
+               is_near          ? "at the floor"
+               : !doubt.empty() ? "beyond the promised bounds"
+               : is_known       ? "above the floor"
+                                : "no floor is known",
                "Mean error " + mean_mm(evaluation, "") + ", 95 % of the readings below " +
                    keyed_mm(errors.p95, "position_mm/p95") + " mm, largest " +
                    keyed_mm(errors.max, "position_mm/max") + " mm, of " +
                    keyed(std::to_string(campaign.rows()), "rows") + " readings at " +
-                   keyed(std::to_string(campaign.pose_ids.size()), "poses") + " poses.");
+                   keyed(std::to_string(campaign.pose_ids.size()), "poses") + " poses." +
+                   (doubt.empty() ? "" : " " + escaped(doubt) + "."));
   page.tiles({{"Before", against ? mean_mm(models.front().evaluation, "against/") : "?",
                against ? keyed(against->name, "against/robot") : "--against names a robot"},
               {"After", mean_mm(evaluation, ""), "this robot"},
               floor_tile(noise, "floor_mm")});
+  page.add(unseen_scale_text(unseen_scale(robot, campaign), "unseen_scale/"));
   add_error_pictures(page, models, campaign, {}, "readings");
   page.section("What to measure next");
   page.list({is_near ? "nothing: the errors are those of the noise"

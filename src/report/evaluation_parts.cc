@@ -12,7 +12,7 @@ std::string errors_table(const std::vector<TabledModel>& models, const Campaign&
       lengths.push_back(
           error_cells(model.name + ", " + name, summarize(errors), unit, model.key + of));
     };
-    row("mm", model.evaluation->position, kMillimetre, "position_mm");
+    row("mm", model.evaluation->reading_errors(), kMillimetre, "position_mm");
     if (!model.evaluation->orientation.empty())
       row("mrad", model.evaluation->orientation, kMilliradian, "orientation_mrad");
     for (const AxisErrors& axis : axis_errors(*model.evaluation, campaign)) {
@@ -41,14 +41,23 @@ void add_error_pictures(Page& page, const std::vector<Judged>& models, const Cam
 bool is_at_floor(double mean, const NoiseFloor& noise) {
   constexpr double kMaxTimesFloor = 1.3;  // few readings scatter
   return noise.source != NoiseFloor::Source::none &&
-         mean <= kMaxTimesFloor * mean_error_of_noise(noise.position, noise.axes);
+         mean <= kMaxTimesFloor * noise.mean_error();
+}
+
+std::string unseen_scale_text(const std::optional<UnseenScale>& scale, const std::string& key) {
+  if (!scale) return "";
+  return paragraph(
+      "Poses do not show an error of the instrument's scale: lengths of the arm take it up. Each 100 "
+      "ppm of it would cost " +
+      keyed_mm(scale->mean_cost(), key + "mean_mm_per_100_ppm") + " mm on average at these poses, " +
+      keyed_mm(scale->max_cost(), key + "max_mm_per_100_ppm") + " mm at most.");
 }
 
 Page::Tile floor_tile(const NoiseFloor& noise, const std::string& key) {
   if (noise.source == NoiseFloor::Source::none)
     return {"Floor", "?", "no repeats, and no noise of the instrument is stated"};
   return {"Floor",
-          keyed(mean_error_of_noise(noise.position, noise.axes) / kMillimetre, key) + " mm",
+          keyed(noise.mean_error() / kMillimetre, key) + " mm",
           noise.source == NoiseFloor::Source::replicates ? "what repeats of a pose differ by"
                                                          : "noise of the instrument, as stated"};
 }

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "armtrue/calibration/unseen_scale.h"
 #include "report/page.h"
 #include "report/residual_pictures.h"
 
@@ -24,6 +26,10 @@ void add_error_pictures(Page& page, const std::vector<Judged>& models, const Cam
 /// Whether a mean error [m] is no larger than that of a complete model; false if the noise is
 /// unknown.
 bool is_at_floor(double mean, const NoiseFloor& noise);
+
+/// What an error of the instrument's scale would cost that no readings show, as a paragraph; empty
+/// without an instrument. `key`: of unseen_scale, with a slash.
+std::string unseen_scale_text(const std::optional<UnseenScale>& scale, const std::string& key);
 
 /// The tile of the floor, from its key; a mark of what is not known without a noise.
 Page::Tile floor_tile(const NoiseFloor& noise, const std::string& key);

@@ -33,6 +33,8 @@ std::string badge_of(Verdict verdict) {
       return "cause not yet decided";
     case Verdict::too_few_poses:
       return "too few poses";
+    case Verdict::unknown_noise:
+      return "the noise is not known";
     case Verdict::unexplained:
       break;
   }
@@ -207,7 +209,9 @@ void add_next(Page& page, const LoopResult& result, const std::string& next_pose
   }
   if (result.verdict == Verdict::too_few_poses)
     items.push_back(fmt::format("some {} more poses like these", result.more_poses));
-  if (result.verdict == Verdict::unexplained) {
+  if (result.verdict == Verdict::unknown_noise)
+    items.push_back("every pose twice or more, driven to anew: repeats show the noise");
+  if (result.verdict == Verdict::unexplained && result.explanation.empty()) {
     items.push_back("the same with time, temperatures and payload logged at each reading");
     items.push_back("repeats after driving to the pose anew, else the floor is too low");
     if (!result.pattern.empty())
@@ -265,7 +269,8 @@ std::string nested_text(const NestedValidation& nested) {
 std::string axes_table(const LoopResult& result, const Judging& by) {
   std::vector<TableRow> rows;
   for (size_t k = 0; k < result.stages.size(); ++k) {
-    const bool is_shown = k < 2 || k + 1 == result.stages.size();
+    const bool is_last = k + 1 == result.stages.size() && !result.rejected;
+    const bool is_shown = k < 2 || is_last;
     const PoseErrors& errors =
         by.set == "held_out" ? result.stages[k].held_out : result.stages[k].training;
     for (const AxisErrors& axis : errors.axes) {
@@ -303,6 +308,7 @@ Report loop_page(const LoopResult& result, const Robot& nominal, const Campaign&
   page.verdict(tone_of(result), badge_of(result.verdict),
                keyed(verdict_in_words(result), "sentence"));
   add_tiles(page, result, by);
+  page.add(unseen_scale_text(result.scale, "unseen_scale/"));
   add_effects(page, result);
   add_next(page, result, next_poses);
   add_error_pictures(page, models, by.campaign, {}, by.words);

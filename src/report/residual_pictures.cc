@@ -19,7 +19,7 @@ double in_mm(double metres) { return metres / kMillimetre; }
 double largest_error(const std::vector<Judged>& models) {
   double largest = 0;
   for (const Judged& model : models)
-    for (double error : model.evaluation.position) largest = std::max(largest, error);
+    for (double error : model.evaluation.reading_errors()) largest = std::max(largest, error);
   return in_mm(largest);
 }
 
@@ -83,7 +83,7 @@ Drawing histogram_picture(const std::vector<Judged>& models, const std::string& 
       "Number of " + readings + " with an error of this size, one row for each model.", x);
   for (const Judged& model : models) {
     std::vector<double> counts(kHistogramBins, 0);
-    for (double error : model.evaluation.position)
+    for (double error : model.evaluation.reading_errors())
       ++counts[static_cast<size_t>(
           std::min<double>(kHistogramBins - 1, std::floor(in_mm(error) / width)))];
     std::vector<std::string> texts;
@@ -92,7 +92,7 @@ Drawing histogram_picture(const std::vector<Judged>& models, const std::string& 
                                   counts[static_cast<size_t>(k)]));
     Panel& panel = picture->panel(count_axis(std::ranges::max(counts), "", 3), 74);
     panel.bars(0, width, counts, texts, model.look, "");
-    panel.rule_x(in_mm(summarize(model.evaluation.position).mean), Look::mark, "mean");
+    panel.rule_x(in_mm(summarize(model.evaluation.reading_errors()).mean), Look::mark, "mean");
     panel.corner(model.name);
   }
   return picture;
@@ -132,8 +132,27 @@ Drawing axes_picture(const std::vector<Judged>& models, const Campaign& campaign
   return picture;
 }
 
-Drawing campaign_picture(const std::vector<Judged>& models, const std::vector<bool>& left_out) {
-  const auto rows = static_cast<Eigen::Index>(models.front().evaluation.position.size());
+namespace {
+
+// Of each reading, whether any of its rows is left out; empty if none is.
+std::vector<bool> of_readings(const std::vector<bool>& left_out, const std::vector<int>& first) {
+  if (left_out.empty() || first.empty()) return left_out;
+  std::vector<bool> readings(first.size());
+  size_t reading = 0;
+  for (size_t row = 0; row < left_out.size(); ++row) {
+    if (reading + 1 < first.size() && static_cast<int>(row) == first[reading + 1]) ++reading;
+    if (left_out[row]) readings[reading] = true;
+  }
+  return readings;
+}
+
+}  // namespace
+
+Drawing campaign_picture(const std::vector<Judged>& models,
+                         const std::vector<bool>& left_out_rows) {
+  const Evaluation& first = models.front().evaluation;
+  const std::vector<bool> left_out = of_readings(left_out_rows, first.first_rows);
+  const auto rows = std::ssize(first.reading_errors());
   const std::vector<Eigen::Index> drawn = evenly(rows, kMostReadings);
   auto picture = std::make_shared<Picture>(
       "campaign", "Errors along the campaign",
@@ -145,10 +164,10 @@ Drawing campaign_picture(const std::vector<Judged>& models, const std::vector<bo
   Points out;
   for (const Judged& model : models) {
     Points points;
+    const std::vector<double> errors = model.evaluation.reading_errors();
     for (Eigen::Index row : drawn) {
       const auto r = static_cast<size_t>(row);
-      const Eigen::Vector2d point(static_cast<double>(row) + 1,
-                                  in_mm(model.evaluation.position[r]));
+      const Eigen::Vector2d point(static_cast<double>(row) + 1, in_mm(errors[r]));
       points.push_back(point);
       if (&model == &models.back() && !left_out.empty() && left_out[r]) out.push_back(point);
     }

@@ -83,6 +83,20 @@ Robot without_effect(const CalibrationResult& fit, const SessionModels& models, 
 
 }  // namespace
 
+void fall_back_to_geometry(Training& training) {
+  TraceResult& trace = training.trace;
+  trace.fit = trace.stages.front();
+  trace.stages.push_back(trace.fit);
+  trace.effects.clear();
+  trace.bootstrap_draws.resize(0, 0);
+  const PoseErrors of_geometry = training.errors[1];  // behind those of `nominal`
+  training.errors.push_back(of_geometry);
+  training.quality = assess(trace.fit, *training.sound);
+  training.without_effect.clear();
+  if (training.if_complete)
+    training.if_complete = uncertainty_if_complete(trace.fit, *training.sound);
+}
+
 Training search_training(const Robot& robot, const Campaign& given, Then then,
                          const Catalogue& catalogue, const TraceOptions& options) {
   Training training = trace_sound(robot, given, catalogue, options);

@@ -30,6 +30,10 @@ struct Training {
 /// the training is reported alone.
 enum class Then { predict, report };
 
+/// Takes the effects that were found, and those held beside them, out of a training: its result is
+/// the geometry, its first stage, which becomes its last stage too.
+void fall_back_to_geometry(Training& training);
+
 /// Searches a campaign for effects. Throws std::invalid_argument as trace() does, and if a fit
 /// fails require_worthwhile().
 Training search_training(const Robot& robot, const Campaign& given, Then then,

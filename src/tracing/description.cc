@@ -219,6 +219,7 @@ std::string verdict_in_words(const LoopResult& result) {
                              100 * (result.after / std::max(result.before, 1e-300) - 1),
                              result.floor / kMillimetre)
                : fmt::format("no poses held out, floor {:.3g} mm", result.floor / kMillimetre);
+  if (result.rejected) text += "; effects predict worse and are left out";
   const bool by_replicates = result.noise.source == NoiseFloor::Source::replicates;
   switch (result.verdict) {
     case Verdict::closed:
@@ -230,15 +231,41 @@ std::string verdict_in_words(const LoopResult& result) {
     case Verdict::too_few_poses:
       return text + fmt::format("; too few poses to explain the rest: measure some {} more",
                                 result.more_poses);
+    case Verdict::unknown_noise:
+      return text + "; neither repeats nor the robot file say how large the noise is, so nothing "
+                    "shows whether more than noise is left";
     case Verdict::unexplained:
       break;
   }
+  if (!result.explanation.empty()) return text + "; what is left has a cause: " + result.explanation;
   if (result.outside_p < 0.01)
     return text +
            "; held-out poses lie beyond their predicted bounds: the model lacks something "
            "that the training poses do not show";
   return text + (by_replicates ? "; a rest remains that no listed cause explains"
                                : "; unexplained, or the instrument is noisier than stated");
+}
+
+std::string rejection_in_words(const LoopResult& result) {
+  if (!result.rejected) return "";
+  const RejectedModel& rejected = *result.rejected;
+  return fmt::format(
+      "with effects ({}{}) held-out poses are predicted worse than by the geometry alone, {:.4g} mm "
+      "against {:.4g} (worse by {:.2g} to {:.2g} mm, 95 %): the result is the geometry, and none of "
+      "them is written",
+      rejected.effects.front(),
+      rejected.effects.size() > 1 ? fmt::format(" and {} more", rejected.effects.size() - 1) : "",
+      rejected.after / kMillimetre, result.before / kMillimetre,
+      -rejected.gain_ci95[1] / kMillimetre, -rejected.gain_ci95[0] / kMillimetre);
+}
+
+std::string unknown_noise_in_words(const LoopResult& result) {
+  constexpr double kResolution = 1e-6;  // m: no instrument reads less
+  if (result.noise.source != NoiseFloor::Source::none || result.after < kResolution) return "";
+  return fmt::format(
+      "neither repeats nor 'noise' of the robot file say how large the noise is: {:.4g} mm may be "
+      "noise or something the model lacks; visit poses twice, or state noise: position_mm",
+      result.after / kMillimetre);
 }
 
 std::vector<std::string> effect_descriptions(const LoopResult& result) {

@@ -9,6 +9,7 @@
 #include "armtrue/calibration/doubts.h"
 #include "armtrue/calibration/pose_bootstrap.h"
 #include "armtrue/calibration/prediction.h"
+#include "armtrue/diagnosis/suspicions.h"
 #include "armtrue/statistics/distributions.h"
 #include "armtrue/statistics/summary.h"
 #include "campaign/sessions.h"
@@ -22,14 +23,23 @@ int count_poses(const Campaign& campaign) {
   return static_cast<int>(std::set<int>(campaign.pose.begin(), campaign.pose.end()).size());
 }
 
+// The pose of each reading of an evaluation.
+std::vector<int> poses_of_readings(const Campaign& campaign) {
+  const std::vector<int> poses = campaign.pose_by_id(), first = campaign.first_rows_of_readings();
+  if (first.empty()) return poses;
+  std::vector<int> of_readings;
+  for (int row : first) of_readings.push_back(poses[static_cast<size_t>(row)]);
+  return of_readings;
+}
+
 // Bootstrap interval of mean(a) - mean(b): poses are drawn with replacement, each with all its
-// rows.
+// readings.
 std::array<double, 2> paired_bootstrap(const std::vector<double>& a, const std::vector<double>& b,
                                        const std::vector<int>& pose, const TraceOptions& options) {
   const int poses = 1 + *std::max_element(pose.begin(), pose.end());
-  Eigen::MatrixXd by_pose = Eigen::MatrixXd::Zero(poses, 2);  // sum of differences, rows
-  for (size_t row = 0; row < a.size(); ++row)
-    by_pose.row(pose[row]) += Eigen::RowVector2d(a[row] - b[row], 1);
+  Eigen::MatrixXd by_pose = Eigen::MatrixXd::Zero(poses, 2);  // sum of differences, readings
+  for (size_t k = 0; k < a.size(); ++k)
+    by_pose.row(pose[k]) += Eigen::RowVector2d(a[k] - b[k], 1);
   const Eigen::MatrixXd sums = drawn_sums(by_pose, options.bootstrap, options.seed);
   const Eigen::VectorXd means = sums.col(0).cwiseQuotient(sums.col(1));
   return percentile_interval({means.begin(), means.end()}, poses);
@@ -81,9 +91,11 @@ Stage stage_of(size_t k, const Training& training, const std::vector<Calibration
 
 // 99 % quantile of the mean error of a perfect model, as a factor of the floor: with n held-out
 // readings and f degrees of freedom of the floor, 1 + 2.33 sqrt(cv^2 / n + 1 / 2f). cv: standard
-// deviation over mean of the length of a normal error in one or three axes.
+// deviation over mean of the length of a normal error: 0.42 in three axes, 0.76 in one.
 double highest_of_floor(const NoiseFloor& noise, int readings) {
-  const double cv = noise.axes == 1 ? 0.756 : 0.422;
+  const double mean_square = 3 * noise.points + 1 - noise.points;  // deviation 1 per axis
+  const NoiseFloor of_one{.points = noise.points, .position = 1};
+  const double cv = std::sqrt(mean_square / (of_one.mean_error() * of_one.mean_error()) - 1);
   const double by_replicates = noise.source == NoiseFloor::Source::replicates
                                    ? 0.5 / std::max(1, noise.degrees_of_freedom)
                                    : 0.0;
@@ -118,9 +130,9 @@ int poses_to_the_floor(const LoopResult& result, double floor_high) {
 // Errors before and after on the held-out poses, and the held-out gain of each effect.
 void set_held_out(const Training& training, const Campaign& held_out, const TraceOptions& options,
                   LoopResult& result) {
-  const std::vector<int> poses = held_out.pose_by_id();
-  result.errors_before = evaluate(result.trace.stages.front().robot, held_out).position;
-  result.errors_after = evaluate(result.trace.fit.robot, held_out).position;
+  const std::vector<int> poses = poses_of_readings(held_out);
+  result.errors_before = evaluate(result.trace.stages.front().robot, held_out).reading_errors();
+  result.errors_after = evaluate(result.trace.fit.robot, held_out).reading_errors();
   result.before = summarize(result.errors_before).mean;
   result.after = summarize(result.errors_after).mean;
   const double reducible = result.before * result.before - result.floor * result.floor;
@@ -129,11 +141,32 @@ void set_held_out(const Training& training, const Campaign& held_out, const Trac
         (result.before * result.before - result.after * result.after) / reducible, 0.0, 1.0);
   result.gain_ci95 = paired_bootstrap(result.errors_before, result.errors_after, poses, options);
   for (const Robot& robot : training.without_effect) {
-    const Evaluation without = evaluate(robot, held_out);
+    const std::vector<double> without = evaluate(robot, held_out).reading_errors();
     HeldOutGain& gain = result.gains.emplace_back();
-    gain.position = summarize(without.position).mean - result.after;
-    gain.ci95 = paired_bootstrap(without.position, result.errors_after, poses, options);
+    gain.position = summarize(without).mean - result.after;
+    gain.ci95 = paired_bootstrap(without, result.errors_after, poses, options);
   }
+}
+
+// The effects that were found, if held-out poses are clearly predicted worse with them.
+std::optional<RejectedModel> rejected_model(const TraceResult& trace, const Campaign& held_out,
+                                            const TraceOptions& options) {
+  const std::vector<Effect>& effects = trace.fit.robot.effects;
+  const size_t declared = trace.stages.front().robot.effects.size();
+  if (effects.size() == declared || held_out.rows() == 0) return std::nullopt;
+  const std::vector<double> before = evaluate(trace.stages.front().robot, held_out).reading_errors();
+  const std::vector<double> after = evaluate(trace.fit.robot, held_out).reading_errors();
+  const auto gain = paired_bootstrap(before, after, poses_of_readings(held_out), options);
+  constexpr double kMatters = 1.05;  // a cause is worth naming that costs less
+  const bool is_worse = gain[1] < 0 && summarize(after).mean > kMatters * summarize(before).mean;
+  if (!is_worse) return std::nullopt;
+  RejectedModel rejected{{}, summarize(after).mean, gain};
+  if (!trace.effects.empty()) rejected.p_value = trace.effects.front().evidence.p_value;
+  for (const TracedEffect& traced : trace.effects)
+    rejected.effects.push_back(describe(traced.effect));
+  for (size_t k = declared; k < effects.size() - trace.effects.size(); ++k)
+    rejected.effects.push_back(describe(effects[k]));
+  return rejected;
 }
 
 void set_verdict(const Training& training, const Campaign& held_out, LoopResult& result) {
@@ -148,16 +181,34 @@ void set_verdict(const Training& training, const Campaign& held_out, LoopResult&
   result.worse_than_nominal = held_out.rows() > 0 && result.after > floor_high &&
                               result.after > result.stages.front().held_out.position.mean;
   result.verdict =
-      conclude({result.trace.effects, result.lack_of_fit, result.after, result.floor, floor_high,
-                complete_high, result.outside_p, !result.left_out_together.empty()});
+      conclude({.effects = result.trace.effects,
+                .lack_of_fit = result.lack_of_fit,
+                .knows_noise = result.noise.source != NoiseFloor::Source::none,
+                .after = result.after,
+                .floor = result.floor,
+                .floor_high = floor_high,
+                .complete_high = complete_high,
+                .outside_p = result.outside_p,
+                .left_out_together = !result.left_out_together.empty(),
+                .is_explained = !result.explanation.empty()});
   if (result.verdict == Verdict::too_few_poses)
     result.more_poses = poses_to_the_floor(result, floor_high);
+}
+
+// The best candidate that is not in the model.
+void set_pattern(LoopResult& result) {
+  if (result.rejected) {
+    result.pattern = result.rejected->effects.front();
+    result.trace.remaining_p = result.rejected->p_value;
+  } else if (!result.trace.ranking.empty()) {
+    result.pattern = describe(result.trace.ranking.front().effect);
+  }
 }
 
 void set_floor(const Training& training, LoopResult& result) {
   result.noise = training.quality.noise;
   result.lack_of_fit = training.quality.lack_of_fit;
-  result.floor = mean_error_of_noise(result.noise.position, result.noise.axes);
+  result.floor = result.noise.mean_error();
   if (const std::vector<double>& own = training.sound->sigma_position;
       !own.empty())  // it is of the median
     result.floor *= std::accumulate(own.begin(), own.end(), 0.0) /
@@ -182,10 +233,13 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
   result.rows = given.rows() + held_out.rows();
   Training training = search_training(
       robot, given, held_out.rows() > 0 ? Then::predict : Then::report, catalogue, options);
+  result.rejected = rejected_model(training.trace, held_out, options);
+  if (result.rejected) fall_back_to_geometry(training);
   result.trace = std::move(training.trace);
   result.gross_poses = std::move(training.gross_poses);
   for (size_t k = 0; k < training.errors.size(); ++k)
     result.stages.push_back(stage_of(k, training, result.trace.stages, held_out));
+  if (result.rejected) result.stages.back().name = "geometric, as the effects predict worse";
   set_excluded_rows(training, given, result);
   set_floor(training, result);
 
@@ -196,7 +250,9 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
                                          result.trace.bootstrap_draws));
   result.held.assign(effects.begin() + static_cast<std::ptrdiff_t>(robot.effects.size()),
                      effects.begin() + static_cast<std::ptrdiff_t>(declared));
-  if (!result.trace.ranking.empty()) result.pattern = describe(result.trace.ranking.front().effect);
+  set_pattern(result);
+  result.scale = unseen_scale(result.trace.fit.robot, *training.sound);
+  result.explanation = explanation_of_rest(result.trace.fit, *training.sound).value_or("");
   if (held_out.rows() > 0) set_held_out(training, held_out, options, result);
   set_verdict(training, held_out, result);
   return result;

@@ -68,7 +68,7 @@ NestedValidation nested_validation(const Robot& robot, const Campaign& campaign,
     std::vector<TracedEffect> effects;
   };
   const auto mean_error = [](const Robot& model, const Campaign& poses) {
-    return summarize(evaluate(model, poses).position).mean;
+    return summarize(evaluate(model, poses).reading_errors()).mean;
   };
   for_ordered_blocks<OuterFold>(
       folds, 1,

@@ -27,6 +27,8 @@ std::string to_string(Verdict verdict) {
       return "not-separable";
     case Verdict::too_few_poses:
       return "too-few-poses";
+    case Verdict::unknown_noise:
+      return "unknown-noise";
     case Verdict::unexplained:
       break;
   }
@@ -36,15 +38,15 @@ std::string to_string(Verdict verdict) {
 Verdict conclude(const Grounds& grounds) {
   if (grounds.lack_of_fit && *grounds.lack_of_fit < kSignificance) return Verdict::unexplained;
   if (grounds.outside_p < kSignificance) return Verdict::unexplained;
-  if (grounds.left_out_together) return Verdict::unexplained;
+  if (grounds.left_out_together || grounds.is_explained) return Verdict::unexplained;
   const bool beyond_floor = grounds.floor > 0 && grounds.after > grounds.floor_high;
   // Held-out poses may show an error that too few training poses cannot show.
   const double most = std::max(grounds.complete_high, kMaxTimesFloor * grounds.floor);
   if (beyond_floor && grounds.after > most) return Verdict::unexplained;
-  if (grounds.effects.empty())
-    return beyond_floor ? Verdict::too_few_poses : Verdict::nothing_to_explain;
   if (std::ranges::any_of(grounds.effects, has_other_cause)) return Verdict::not_separable;
-  return beyond_floor ? Verdict::too_few_poses : Verdict::closed;
+  if (!grounds.knows_noise) return Verdict::unknown_noise;
+  if (beyond_floor) return Verdict::too_few_poses;
+  return grounds.effects.empty() ? Verdict::nothing_to_explain : Verdict::closed;
 }
 
 }  // namespace armtrue

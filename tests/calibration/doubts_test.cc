@@ -67,7 +67,7 @@ TEST(ContradictionOfNoise, NamesReadingsThatScatterMoreOrMuchLess) {
     CalibrationResult fit;
     fit.sigma.position = sigma;
     fit.determined[0] = determined;
-    return contradiction_of_noise(robot, campaign, fit, {source, 3, floor, 0, 180});
+    return contradiction_of_noise(robot, campaign, fit, {source, 3, 1, floor, 0, 180});
   };
   constexpr auto kReplicates = NoiseFloor::Source::replicates;
   constexpr auto kInstrument = NoiseFloor::Source::instrument;
@@ -81,6 +81,48 @@ TEST(ContradictionOfNoise, NamesReadingsThatScatterMoreOrMuchLess) {
   EXPECT_THAT(said(kInstrument, 1e-4, 1e-9, 30), IsEmpty());   // a simulation without noise
   robot.noise.position = 0;
   EXPECT_THAT(said(kReplicates, 3e-4, 3e-4, 30), IsEmpty());
+}
+
+CalibrationResult with_spread(double position, double orientation) {
+  CalibrationResult fit;
+  fit.spread = {position, orientation};
+  fit.robot.std["A2.d"] = 2e-3;
+  fit.robot.sessions["monday"].std["base.x"] = 1e-3;
+  Effect& effect = fit.robot.effects.emplace_back();
+  effect.coefficients.push_back({.name = "c", .value = 5, .std = 1, .ci95 = {3, 8}});
+  return fit;
+}
+
+NoiseFloor stated(double position, double orientation) {
+  NoiseFloor noise;
+  noise.source = NoiseFloor::Source::instrument;
+  noise.position = position;
+  noise.orientation = orientation;
+  return noise;
+}
+
+TEST(FarAboveNoise, NamesWhatIsMoreThanFiveTimesTheNoise) {
+  EXPECT_EQ(times_of_noise(with_spread(0.9e-3, 0), stated(0.2e-3, 0)), 1);
+  EXPECT_THAT(far_above_noise(with_spread(0.9e-3, 0), stated(0.2e-3, 0)), IsEmpty());
+  EXPECT_NEAR(times_of_noise(with_spread(1.9e-3, 0), stated(0.2e-3, 0)), 9.5, 1e-9);
+  EXPECT_THAT(far_above_noise(with_spread(1.9e-3, 0), stated(0.2e-3, 0)),
+              HasSubstr("by 1.9 mm per axis, 9.5 times the stated noise"));
+  EXPECT_THAT(far_above_noise(with_spread(0.2e-3, 3e-3), stated(0.2e-3, 0.5e-3)),
+              HasSubstr("by 3 mrad per axis, 6 times the stated noise"));
+  EXPECT_EQ(times_of_noise(with_spread(1.9e-3, 0), NoiseFloor{}), 1);  // nothing is known
+}
+
+TEST(FarAboveNoise, WidensWhatIsSaidOfParametersAndCoefficients) {
+  CalibrationResult fit = with_spread(1.9e-3, 0);
+  fit.covariance = Eigen::MatrixXd::Identity(2, 2);
+  widen_deviations(10, fit);
+  EXPECT_DOUBLE_EQ(fit.robot.std.at("A2.d"), 2e-2);
+  EXPECT_DOUBLE_EQ(fit.robot.sessions.at("monday").std.at("base.x"), 1e-2);
+  const Coefficient& c = fit.robot.effects[0].coefficients[0];
+  EXPECT_DOUBLE_EQ(c.std, 10);
+  EXPECT_DOUBLE_EQ(c.ci95[0], -15);
+  EXPECT_DOUBLE_EQ(c.ci95[1], 35);
+  EXPECT_EQ(fit.covariance, Eigen::MatrixXd::Identity(2, 2));
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "armtrue/calibration/unseen_scale.h"
 #include "armtrue/io/campaign_io.h"
 #include "armtrue/io/robot_io.h"
 #include "support/oracle.h"
@@ -116,6 +117,68 @@ TEST(LackOfFit, IsUniformWhereTheModelLacksNothing) {
 TEST(LackOfFit, IsClearWhereAnEffectIsHidden) {
   for (unsigned seed = 1; seed <= 5; ++seed)
     EXPECT_LT(lack_of_fit_p("compliance", 0.12, seed), 1e-3) << seed;
+}
+
+// Two touches of a point in three rows each, then one of a plane.
+TEST(Evaluation, TheErrorOfATouchIsADistance) {
+  Campaign campaign;
+  campaign.pose_ids = {"a", "b", "c"};
+  campaign.contact_names = {"spike", "table"};
+  Evaluation evaluation;
+  for (int row = 0; row < 7; ++row) {
+    const bool is_plane = row == 6;
+    campaign.pose.push_back(row / 3);
+    campaign.line.push_back(row / 3 + 2);
+    campaign.q.emplace_back(JointVector::Zero(6));
+    campaign.distance.push_back(0);
+    campaign.touch.push_back({is_plane ? 1 : 0, is_plane ? -1 : row % 3});
+  }
+  evaluation.position = {2e-3, 3e-3, 6e-3, 1e-3, 4e-3, 8e-3, 5e-3};
+  evaluation.residuals.resize(7, Eigen::Matrix<double, 6, 1>::Zero());
+  evaluation.first_rows = campaign.first_rows_of_readings();
+  EXPECT_EQ(evaluation.first_rows, (std::vector<int>{0, 3, 6}));
+  const std::vector<double> errors = evaluation.reading_errors();
+  ASSERT_EQ(errors.size(), 3u);
+  EXPECT_NEAR(errors[0], 7e-3, 1e-12);
+  EXPECT_NEAR(errors[1], 9e-3, 1e-12);
+  EXPECT_NEAR(errors[2], 5e-3, 1e-12);
+  // A perfect model would miss two points and one plane.
+  Robot robot;
+  robot.noise.position = 1e-3;
+  EXPECT_NEAR(noise_floor(robot, campaign, evaluation).mean_error(),
+              (2 * mean_error_of_noise(1e-3, 3) + mean_error_of_noise(1e-3, 1)) / 3, 1e-12);
+  // Without the row of a blunder the others are still one reading; repeats are readings of their own.
+  EXPECT_EQ(campaign.select({0, 2, 3, 4, 5, 6}).first_rows_of_readings(),
+            (std::vector<int>{0, 2, 5}));
+  EXPECT_EQ(campaign.select({0, 3, 6}).first_rows_of_readings(), std::vector<int>());
+}
+
+// By KDL, with the base at the foot: 0.1 mm for each metre and 100 ppm, wherever the instrument is.
+TEST(UnseenScale, CostsInProportionToTheDistanceFromTheFoot) {
+  const std::array<std::array<double, 6>, 2> joints{
+      {{0.3, -1.2, 1.5, 0.2, 0.6, -0.4}, {-1.0, -0.6, 0.9, 0.1, -0.8, 0.5}}};
+  const armtrue_oracle::OracleArm arm = armtrue_oracle::read_arm(kSpindle);
+  Campaign campaign;
+  std::vector<double> distances;
+  for (const auto& q : joints) {
+    distances.push_back(armtrue_oracle::forward(arm, q).p.Norm());
+    campaign.pose.push_back(static_cast<int>(campaign.pose_ids.size()));
+    campaign.pose_ids.push_back(std::to_string(campaign.pose.back()));
+    campaign.q.emplace_back(Eigen::Map<const Eigen::VectorXd>(q.data(), 6));
+    campaign.position.emplace_back(Eigen::Vector3d::Zero());
+  }
+  Robot robot = read_robot(kSpindle).robot;
+  robot.chain.base.translation = {5, -3, 1};
+  const auto scale = unseen_scale(robot, campaign);
+  ASSERT_TRUE(scale);
+  EXPECT_NEAR(scale->mean_cost(), 1e-4 * (distances[0] + distances[1]) / 2, 1e-12);
+  EXPECT_NEAR(scale->max_cost(), 1e-4 * std::max(distances[0], distances[1]), 1e-12);
+  // Touches have no instrument.
+  campaign.position.clear();
+  campaign.distance.assign(2, 0);
+  campaign.contact_names = {"table"};
+  campaign.touch.assign(2, {0, -1});
+  EXPECT_FALSE(unseen_scale(robot, campaign));
 }
 
 }  // namespace

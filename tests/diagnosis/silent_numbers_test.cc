@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -311,6 +312,39 @@ TEST(SilentNumbers, RowsInAnotherOrderThanTheVisitsAreNoMistake) {
   for (size_t k = 0; k < rows.size(); ++k) rows[k] = static_cast<int>(k);
   std::ranges::stable_sort(rows, {}, [&](int row) { return campaign.pose[row]; });
   EXPECT_THAT(check_log(campaign.select(rows)).warnings, IsEmpty());
+}
+
+// The tutorial's first visits before, and later ones after the zero of A3 has moved by 0.1 deg.
+Campaign with_a_moved_zero() {
+  Campaign campaign = tutorial();
+  const std::vector<double>& times = campaign.time_s;
+  const double middle = (*std::ranges::min_element(times) + *std::ranges::max_element(times)) / 2;
+  for (int row = 0; row < campaign.rows(); ++row)
+    if (times[row] > middle) campaign.q[row][2] += 0.1 * kDegree;
+  return campaign;
+}
+
+TEST(SilentNumbers, AMovedZeroExplainsWhatAFitLeaves) {
+  const Campaign campaign = with_a_moved_zero();
+  const auto explanation = explanation_of_rest(calibrate(spindle(), campaign), campaign);
+  ASSERT_TRUE(explanation);
+  EXPECT_THAT(*explanation, HasSubstr("the zero of A3 is 0.1 deg away"));
+}
+
+TEST(SilentNumbers, WhatTheModelHoldsExplainsNoRest) {
+  const Campaign as_it_was = tutorial();
+  EXPECT_FALSE(explanation_of_rest(calibrate(spindle(), as_it_was), as_it_was));
+  // An effect that holds the step.
+  const Campaign campaign = with_a_moved_zero();
+  Robot robot = spindle();
+  Effect& effect = robot.effects.emplace_back();
+  effect.name = "re-mastered joint";
+  effect.parameter = "A3.theta";
+  effect.driver = parse_driver("time").value();
+  effect.shape = parse_shape("step").value();
+  const std::vector<double>& times = campaign.time_s;
+  effect.shape.at = (*std::ranges::min_element(times) + *std::ranges::max_element(times)) / 2;
+  EXPECT_FALSE(explanation_of_rest(calibrate(robot, campaign), campaign));
 }
 
 }  // namespace

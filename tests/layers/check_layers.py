@@ -16,7 +16,7 @@ USES = {
     "compensation": ["calibration", "programs"],
     "certification": ["calibration", "path/registration"],
     "search": ["calibration"],
-    "tracing": ["search", "text"],
+    "tracing": ["diagnosis", "search", "text"],
     "diagnosis": ["calibration"],
     "planning": ["tracing"],
     "path": ["effects", "statistics"],

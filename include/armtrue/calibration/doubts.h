@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/calibration/prediction.h"
 #include "armtrue/campaign/campaign.h"
 #include "armtrue/effects/robot.h"
 
@@ -22,5 +23,26 @@ std::string left_out_together(const Campaign& campaign, const std::vector<int>& 
 /// (p < 0.001).
 std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
                                    const CalibrationResult& fit, const NoiseFloor& noise);
+
+/// How many times the noise of its readings a fit leaves, in position or in orientation, whichever
+/// is more; 1 if that is at most five times, or the noise is unknown. Then 4 % or less of the squared
+/// residual is noise: the rest is the model's, which all poses have in common, and standard
+/// deviations that take it for independent from pose to pose promise too much.
+double times_of_noise(const CalibrationResult& fit, const NoiseFloor& noise);
+
+/// That a fit leaves more than five times the noise, as a sentence, see times_of_noise(); else empty.
+std::string far_above_noise(const CalibrationResult& fit, const NoiseFloor& noise);
+
+/// Multiplies the standard deviations of parameters and coefficients by a factor, intervals
+/// likewise. CalibrationResult::covariance stays: predictions at poses like those of the fit have
+/// the same rest as its residual, which is counted there by itself.
+void widen_deviations(double factor, CalibrationResult& fit);
+
+/// That the bounds which a robot states do not hold for these readings, as a sentence; else empty:
+/// less than 80 % of the readings lie within their 95 % bounds, and the number of poses outside is
+/// no chance (p_of_errors() < 0.001). The arms measured so far keep a rest that is not normal, and
+/// up to 10 % outside. `predictions`: of each row.
+std::string broken_bounds(const Robot& robot, const Campaign& campaign,
+                          const Evaluation& evaluation, const std::vector<Prediction>& predictions);
 
 }  // namespace armtrue

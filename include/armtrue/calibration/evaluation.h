@@ -11,13 +11,18 @@
 
 namespace armtrue {
 
-/// Errors of a robot on measured poses, reading by reading.
+/// Errors of a robot on measured poses, row by row.
 struct Evaluation {
+  /// Length of the error of each reading [m]. A point whose coordinates are rows of their own, as
+  /// those of a touch, is one reading: its error is the distance by which the model misses it.
+  std::vector<double> reading_errors() const;
+
   /// Measured minus model, R_A [m, rad]. The residual of a distance or a coordinate is the first
   /// component, the others are zero.
   std::vector<Eigen::Matrix<double, 6, 1>> residuals;
   std::vector<double> position;     ///< norms [m]
   std::vector<double> orientation;  ///< norms [rad]; empty without orientations
+  std::vector<int> first_rows;      ///< as Campaign::first_rows_of_readings()
 };
 
 /// Evaluates every row with the base of its session (see Robot::sessions); its residual is in the
@@ -48,8 +53,12 @@ PoseErrors errors_of(const Robot& robot, const Campaign& campaign);
 /// Where the noise floor comes from.
 struct NoiseFloor {
   enum class Source { replicates, instrument, none };
+  /// Mean length of the error of a reading that is normal noise only [m]; 0 without a floor.
+  double mean_error() const;
+
   Source source = Source::none;
-  int axes = 3;  ///< numbers per position: 3 of a point, 1 of a distance or coordinate
+  int axes = 3;       ///< numbers per row: 3 of a point, 1 of a distance or coordinate
+  double points = 1;  ///< share of the readings that are points, in one row or three
   /// Standard deviation per axis [m]; if rows state their own sigma, that of a row with the median
   /// sigma.
   double position = 0;

@@ -62,6 +62,13 @@ std::optional<int> length_of_scale(const Robot& robot, const Campaign& campaign,
 std::vector<int> lost_to_poses(const Robot& robot, const Campaign& campaign,
                                const IdentifiableSet& set);
 
+/// Parameters of the tool that these readings show only together with others, such as its z where it
+/// is vertical in all poses: they keep the value of the robot file.
+std::vector<int> set_up_not_shown(const KinematicChain& chain, const IdentifiableSet& set);
+
+/// That the readings do not show a parameter of the tool, as a sentence with the value that it keeps.
+std::string not_shown(const KinematicChain& chain, int parameter);
+
 /// The parameters that `robot.identify` names, identifiable or not.
 std::vector<int> allowed_parameters(const Robot& robot, const Campaign& campaign);
 

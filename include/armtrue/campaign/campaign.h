@@ -116,6 +116,10 @@ struct Campaign {
   int quantity(int row) const;
   int quantities() const;  ///< one more than the largest possible quantity()
   void set_quantity(int row, int quantity);
+  /// The first row of each reading, where a point may stand in three rows, one per coordinate: rows
+  /// that follow each other, of one pose and one contact, with rising axes. Empty if each row is a
+  /// reading.
+  std::vector<int> first_rows_of_readings() const;
   /// Number of the target and quantity of a row. Rows with the same session, pose and channel are
   /// replicates.
   int channel(int row) const;

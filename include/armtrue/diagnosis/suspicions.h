@@ -3,6 +3,7 @@
 #include <optional>
 #include <string>
 
+#include "armtrue/calibration/calibration.h"
 #include "armtrue/campaign/campaign.h"
 #include "armtrue/diagnosis/log_check.h"
 #include "armtrue/effects/robot.h"
@@ -18,6 +19,13 @@ namespace armtrue {
 /// more than arms are made to. Empty if the readings are too few for a calibration, or of more than
 /// 16 sessions.
 LogFindings find_suspicions(const Robot& robot, const Campaign& campaign);
+
+/// A change among the readings that explains what a fit leaves: of those of find_suspicions(), what
+/// is another one after some row or in a session, a constant of the instrument's range, or the scale
+/// of one anchor. An effect that the fit contains explains it no more. Nothing if none explains
+/// enough of the residual, or the readings are of more than 16 sessions. `campaign`: that of the fit.
+std::optional<std::string> explanation_of_rest(const CalibrationResult& fit,
+                                               const Campaign& campaign);
 
 /// Whether a robot file is the result of a calibration: it states standard deviations or an
 /// uncertainty.

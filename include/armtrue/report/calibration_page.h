@@ -17,6 +17,7 @@ struct CalibrationStory {
   std::optional<Robot> nominal;       ///< with base and tool fitted to the readings
   FitQuality quality;                 ///< of the fit
   std::optional<std::string> missed;  ///< the criterion that the calibration fails, in words
+  std::string doubt;                  ///< see far_above_noise()
 };
 
 /// The page of a calibration: errors before and after, along the campaign and in the workspace,
@@ -26,9 +27,10 @@ Report calibration_page(const CalibrationResult& result, const Campaign& campaig
                         const CalibrationStory& story, const PageHead& head);
 
 /// The page of a robot on measured poses. `file`: the robot as its file has it, before a refit;
-/// `against`: another robot on the same readings. The keys are those of armtrue-summary/1.
+/// `against`: another robot on the same readings; `doubt`: see broken_bounds(), empty if they hold.
+/// The keys are those of armtrue-summary/1.
 Report evaluation_page(const Robot& robot, const Robot& file, const Campaign& campaign,
                        const Evaluation& evaluation, const std::optional<Robot>& against,
-                       const PageHead& head);
+                       const PageHead& head, const std::string& doubt = "");
 
 }  // namespace armtrue

@@ -7,6 +7,7 @@
 
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/gross_poses.h"
+#include "armtrue/calibration/unseen_scale.h"
 #include "armtrue/search/trace.h"
 #include "armtrue/tracing/effect_curve.h"
 #include "armtrue/tracing/nested_validation.h"
@@ -29,6 +30,16 @@ struct HeldOutGain {
   std::array<double, 2> ci95{0, 0};  ///< paired bootstrap over poses [m]
 };
 
+/// Effects that are no part of the result, because held-out poses are clearly predicted worse with
+/// them than by the geometry alone.
+struct RejectedModel {
+  /// As describe(): those that were found, largest share first, then those that only a prior held.
+  std::vector<std::string> effects;
+  double after = 0;                  ///< mean held-out position error with them [m]
+  std::array<double, 2> gain_ci95{0, 0};  ///< of geometry minus model; both below zero [m]
+  double p_value = 1;                     ///< of the first effect that was found
+};
+
 /// A robot with many additional small effects, which predicts better. None of them is a finding.
 struct Predictor {
   Robot robot;
@@ -46,7 +57,9 @@ struct LoopResult {
   std::vector<int> excluded_rows;
   std::vector<GrossPose> gross_poses;  ///< among the training poses; no fit uses them
   std::string left_out_together;       ///< see left_out_together()
+  std::string explanation;             ///< see explanation_of_rest()
   std::vector<Stage> stages;
+  std::optional<RejectedModel> rejected;  ///< the last stage is the geometry again
   TraceResult trace;
   std::vector<double> errors_before, errors_after;  ///< of each held-out reading [m]
   std::vector<HeldOutGain> gains;                   ///< per effect of the trace
@@ -67,10 +80,13 @@ struct LoopResult {
   std::optional<double> lack_of_fit;       ///< p, of the final model on the training poses
   std::optional<NestedValidation> nested;  ///< close_loop leaves it empty
   std::optional<Predictor> predictor;      ///< see add_predictor; close_loop leaves it empty
+  std::optional<UnseenScale> scale;        ///< at the training poses
   std::string pattern;                     ///< the best remaining candidate, in words
 };
 
-/// The loop: geometry, tracing and refit on `training` alone; `held_out` is used once, to report.
+/// The loop: geometry, tracing and refit on `training` alone. `held_out` is used once, to report,
+/// and for one choice: if the 95 % interval of the gain by all effects together is below zero and
+/// the mean error rises by more than 5 %, the result is the geometry.
 /// Throws std::invalid_argument if a session of `held_out` has no reading in `training`.
 LoopResult close_loop(const Robot& robot, const Campaign& training, const Campaign& held_out,
                       const Catalogue& catalogue, const TraceOptions& options = {});

@@ -17,16 +17,19 @@ enum class Verdict {
   unexplained,    ///< a significant part of the residual is left
   too_few_poses,  ///< the errors of held-out poses exceed noise, and these poses are too few to
                   ///< show why
+  unknown_noise,  ///< neither repeats nor the robot file say how large the noise is, so nothing
+                  ///< shows whether more than noise is left
 };
 
 /// As in the files: `closed`, `nothing-to-explain`, `not-separable`, `unexplained`,
-/// `too-few-poses`.
+/// `too-few-poses`, `unknown-noise`.
 std::string to_string(Verdict verdict);
 
 /// The figures that decide the verdict.
 struct Grounds {
   const std::vector<TracedEffect>& effects;
   std::optional<double> lack_of_fit;  ///< p, of the final model on the training poses
+  bool knows_noise = true;            ///< by repeats or a statement; false: `floor` is 0
   double after = 0, floor = 0;        ///< mean held-out error, and that of a perfect model [m]
   /// A mean held-out error above this exceeds noise [m].
   double floor_high = 0;
@@ -35,13 +38,16 @@ struct Grounds {
   /// p of the number of held-out poses beyond their 95 % bounds; see p_of_errors().
   double outside_p = 1;
   bool left_out_together = false;  ///< see left_out_together()
+  bool is_explained = false;       ///< what is left has a cause, see explanation_of_rest()
 };
 
 /// `unexplained` if the lack of fit is significant (p < 0.01), if too many held-out poses lie
 /// beyond their bounds (p < 0.01), if the held-out error exceeds both twice the floor and
-/// `complete_high`, or if readings are left out together. `not_separable` if an effect has a rival
+/// `complete_high`, if readings are left out together, or if the diagnosis explains what is left:
+/// then it is no noise, however large repeats say that noise is. `not_separable` if an effect has a rival
 /// of the catalogue; a curve without a known cause does not count as another cause. `too_few_poses`
-/// if the held-out error exceeds `floor_high`: then it is not shown that nothing is left.
+/// if the held-out error exceeds `floor_high`: then it is not shown that nothing is left. Without a
+/// known noise `unknown_noise` takes the place of `closed` and `nothing_to_explain`.
 Verdict conclude(const Grounds& grounds);
 
 }  // namespace armtrue

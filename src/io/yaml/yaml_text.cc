@@ -114,12 +114,17 @@ YAML::Node axes_node(const std::vector<AxisErrors>& axes) {
 }
 
 YAML::Node evaluation_node(const Evaluation& evaluation, const Campaign& campaign) {
-  YAML::Node node = errors_node(summarize(evaluation.position),
+  YAML::Node node = errors_node(summarize(evaluation.reading_errors()),
                                 evaluation.orientation.empty()
                                     ? std::nullopt
                                     : std::optional(summarize(evaluation.orientation)));
   node["axes_mm"] = axes_node(axis_errors(evaluation, campaign));
   return node;
+}
+
+YAML::Node unseen_scale_node(const UnseenScale& scale) {
+  return flow_map({{"mean_mm_per_100_ppm", rounded(scale.mean_cost() / kMillimetre)},
+                   {"max_mm_per_100_ppm", rounded(scale.max_cost() / kMillimetre)}});
 }
 
 YAML::Node noise_node(const NoiseFloor& noise) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "armtrue/calibration/evaluation.h"
+#include "armtrue/calibration/unseen_scale.h"
 #include "armtrue/effects/robot.h"
 #include "armtrue/io/provenance.h"
 #include "armtrue/statistics/summary.h"
@@ -39,6 +40,9 @@ YAML::Node errors_node(const ErrorSummary& position,
 YAML::Node axes_node(const std::vector<AxisErrors>& axes);
 /// Lengths, and each axis.
 YAML::Node evaluation_node(const Evaluation& evaluation, const Campaign& campaign);
+/// What an unseen error of scale would cost.
+YAML::Node unseen_scale_node(const UnseenScale& scale);
+
 YAML::Node noise_node(const NoiseFloor& noise);
 
 /// Null for "".

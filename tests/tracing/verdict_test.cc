@@ -1,0 +1,60 @@
+// What the figures of a loop conclude.
+
+#include "armtrue/tracing/verdict.h"
+
+#include <gtest/gtest.h>
+
+#include "armtrue/search/trace.h"
+
+namespace armtrue::verdict_test {
+namespace {
+
+const std::vector<TracedEffect> kNone;
+const std::vector<TracedEffect> kOne(1);
+
+TracedEffect with_a_rival() {
+  TracedEffect traced;
+  traced.effect.name = "joint compliance";
+  Rival& rival = traced.indistinguishable.emplace_back();
+  rival.effect.name = "link bending";
+  rival.effect.parameter = "A2.alpha";
+  rival.from_catalogue = true;
+  return traced;
+}
+
+// Of a result at the floor.
+Grounds at_the_floor(const std::vector<TracedEffect>& effects) {
+  return {.effects = effects,
+          .lack_of_fit = 0.4,
+          .after = 0.9e-3,
+          .floor = 1e-3,
+          .floor_high = 1.1e-3,
+          .complete_high = 1.2e-3};
+}
+
+TEST(Verdict, AtTheFloorNothingIsLeft) {
+  EXPECT_EQ(conclude(at_the_floor(kNone)), Verdict::nothing_to_explain);
+  EXPECT_EQ(conclude(at_the_floor(kOne)), Verdict::closed);
+}
+
+TEST(Verdict, AnExplanationOfTheRestOverrulesAFloorHoweverLarge) {
+  const std::vector<TracedEffect> rivals{with_a_rival()};
+  for (const auto& effects : {kNone, kOne, rivals}) {
+    Grounds grounds = at_the_floor(effects);
+    grounds.is_explained = true;
+    EXPECT_EQ(conclude(grounds), Verdict::unexplained);
+  }
+}
+
+TEST(Verdict, WithoutAKnownNoiseNothingIsSaidOfTheRest) {
+  for (const auto& effects : {kNone, kOne}) {
+    Grounds grounds{.effects = effects, .knows_noise = false, .after = 0.9e-3};
+    EXPECT_EQ(conclude(grounds), Verdict::unknown_noise);
+    grounds.left_out_together = true;
+    EXPECT_EQ(conclude(grounds), Verdict::unexplained);
+  }
+  EXPECT_EQ(to_string(Verdict::unknown_noise), "unknown-noise");
+}
+
+}  // namespace
+}  // namespace armtrue::verdict_test
