@@ -123,7 +123,7 @@ void report_near_nominal(const app::Command& command, const CalibrationResult& r
 
 void warn_of_doubts(app::Command& command, const Robot& robot, const Campaign& all,
                     const Campaign& campaign, const CalibrationResult& result,
-                    const CalibrationFindings& findings) {
+                    const CalibrationFindings& findings, const std::string& far_above) {
   std::vector<int> lines;
   for (int row : findings.quality->blunders) lines.push_back(campaign.line[row]);
   for (int row : rows_of(findings.gross)) lines.push_back(all.line[row]);
@@ -132,7 +132,7 @@ void warn_of_doubts(app::Command& command, const Robot& robot, const Campaign& a
        {left_out_together(all, lines),
         findings.zone ? ""
                       : contradiction_of_noise(robot, campaign, result, findings.quality->noise),
-        findings.zone ? "" : far_above_noise(result, findings.quality->noise)})
+        far_above})
     if (!doubt.empty()) command.warn(doubt);
 }
 
@@ -199,10 +199,14 @@ int run(app::Command& command, const Arguments& arguments) {
   findings.nominal = require_worthwhile(robot, result, campaign, findings.quality->blunders,
                                         static_cast<int>(rows_of(gross).size()));
   if (!findings.nominal) findings.nominal = placed_on_targets(robot, result, campaign);
-  warn_of_doubts(command, robot, all, as_read, result, findings);
-  // With a zone the readings outside are not meant to fit.
-  if (!zone) widen_deviations(times_of_noise(result, findings.quality->noise), result);
   const Evaluation evaluation = evaluate(result.robot, campaign);
+  std::string far_above;
+  if (!zone) {  // with one the readings outside are not meant to fit
+    const NoiseFloor& noise = findings.quality->noise;
+    far_above = far_above_noise(result, campaign, evaluation, noise);
+    widen_deviations(times_of_noise(result, campaign, evaluation, noise), result);
+  }
+  warn_of_doubts(command, robot, all, as_read, result, findings, far_above);
   const auto missed = missed_criterion(result, robot, as_read, evaluation, arguments.max_error_mm);
   if (missed) command.warn(*missed);
   if (!arguments.residuals.empty()) {
@@ -218,11 +222,9 @@ int run(app::Command& command, const Arguments& arguments) {
   if (arguments.page.is_wanted())
     app::write_report(
         command, arguments.page,
-        calibration_page(
-            result, campaign,
-            {gross, findings.nominal, *findings.quality, missed,
-             zone ? "" : far_above_noise(result, findings.quality->noise)},
-            app::page_head(command, about)));
+        calibration_page(result, campaign,
+                         {gross, findings.nominal, *findings.quality, missed, far_above},
+                         app::page_head(command, about)));
   return missed ? app::kNotReached : app::kSuccess;
 }
 

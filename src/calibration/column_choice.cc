@@ -134,6 +134,7 @@ class ColumnChoice {
   void choose_targets();
   void choose_target(const TargetRows& target, const Eigen::MatrixXd& head,
                      const Eigen::MatrixXd& later, Eigen::MatrixXd& before);
+  bool is_shown(int parameter, double left) const;
   Eigen::VectorXd remove_own(Eigen::Ref<Eigen::VectorXd> column) const;
   Eigen::VectorXd project(Eigen::VectorXd& column, Eigen::VectorXd& part) const;
   void keep(const Column& column, const Eigen::VectorXd& of_own, const Eigen::VectorXd& part,
@@ -259,11 +260,24 @@ void ColumnChoice::absorb(int parameter, std::vector<std::pair<int, double>> sha
   set_.absorbed.push_back({parameter, std::move(shares)});
 }
 
+// A place of the tool that has no prior, and that the readings leave open by more than a ruler would,
+// is chance: a tool that is vertical but for hundredths of a degree has a height of any size.
+bool ColumnChoice::is_shown(int parameter, double left) const {
+  constexpr int kAxes = 3;
+  constexpr double kOpen = 0.1;           // m, standard deviation
+  constexpr double kTypicalNoise = 1e-4;  // m, where none is stated
+  const int axis = parameter - layout_of(chain_).tool;
+  if (axis < 0 || axis >= kAxes) return true;
+  const double stated = models_.noise().position, noise = stated > 0 ? stated : kTypicalNoise;
+  return models_.sigma().position * left * kOpen > noise;
+}
+
 void ColumnChoice::test(const Column& column) {
   Eigen::VectorXd left = column.derivatives, part;
   const double norm = left.norm();
   Eigen::VectorXd of_own = project(left, part);
-  if (is_independent(norm, left.norm()) && rank() < rows_) {
+  if (is_independent(norm, left.norm()) && is_shown(column.parameter, left.norm()) &&
+      rank() < rows_) {
     keep(column, of_own, part, left);
     if (column.session == kFirstSession) set_.kept.push_back(column.parameter);
     return;

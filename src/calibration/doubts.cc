@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "armtrue/kinematics/units.h"
@@ -133,29 +134,80 @@ std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
   return "";
 }
 
-double times_of_noise(const CalibrationResult& fit, const NoiseFloor& noise) {
-  constexpr double kFarAbove = 5;
-  const auto ratio = [](double left, double of_noise) {
-    return of_noise > 0 ? left / of_noise : 0;
+namespace {
+
+// Scatter of the residuals about a fit, per axis.
+struct Scatter {
+  double position = 0, orientation = 0;  // [m, rad]
+};
+
+Scatter scatter_of(const CalibrationResult& fit, const Campaign& campaign,
+                   const Evaluation& evaluation) {
+  const ReadingSize size = campaign.reading_size();
+  std::vector<double> position, orientation;
+  // As if each row had the median of the stated deviations: so is the noise.
+  const auto unit_of = [](const std::vector<double>& stated, double middle, size_t row) {
+    return stated.empty() ? 1.0 : stated[row] / middle;
   };
-  const double times = std::max(ratio(fit.spread.position, noise.position),
-                                ratio(fit.spread.orientation, noise.orientation));
+  const auto median_of = [](const std::vector<double>& stated) {
+    return stated.empty() ? 1.0 : median(stated);
+  };
+  const double of_position = median_of(campaign.sigma_position);
+  const double of_orientation = median_of(campaign.sigma_orientation);
+  for (size_t row = 0; row < evaluation.residuals.size(); ++row) {
+    const auto& residual = evaluation.residuals[row];
+    const double length = unit_of(campaign.sigma_position, of_position, row);
+    const double angle = unit_of(campaign.sigma_orientation, of_orientation, row);
+    for (int i = 0; i < size.position; ++i) position.push_back(residual[i] / length);
+    for (int i = 0; i < size.orientation; ++i) orientation.push_back(residual[3 + i] / angle);
+  }
+  // The unknowns take up a part.
+  const auto of_fit = [&](const std::vector<double>& residuals, double determined) {
+    constexpr double kLeastLeft = 0.1;
+    const double numbers = std::max(1.0, static_cast<double>(residuals.size()));
+    return robust_deviation(residuals) / std::sqrt(std::max(kLeastLeft, 1 - determined / numbers));
+  };
+  return {of_fit(position, fit.determined[0]), of_fit(orientation, fit.determined[1])};
+}
+
+struct TimesOfNoise {
+  double position = 0, orientation = 0;
+
+  double more() const { return std::max(position, orientation); }
+};
+
+TimesOfNoise times_of(const Scatter& left, const NoiseFloor& noise) {
+  const auto ratio = [](double scatter, double of_noise) {
+    return of_noise > 0 ? scatter / of_noise : 0;
+  };
+  return {ratio(left.position, noise.position), ratio(left.orientation, noise.orientation)};
+}
+
+constexpr double kFarAbove = 5;
+
+}  // namespace
+
+double times_of_noise(const CalibrationResult& fit, const Campaign& campaign,
+                      const Evaluation& evaluation, const NoiseFloor& noise) {
+  const double times = times_of(scatter_of(fit, campaign, evaluation), noise).more();
   return times > kFarAbove ? times : 1;
 }
 
-std::string far_above_noise(const CalibrationResult& fit, const NoiseFloor& noise) {
-  const double times = times_of_noise(fit, noise);
-  if (times == 1) return "";
-  const bool in_position = times * noise.position <= fit.spread.position * (1 + 1e-9);
+std::string far_above_noise(const CalibrationResult& fit, const Campaign& campaign,
+                            const Evaluation& evaluation, const NoiseFloor& noise) {
+  const Scatter left = scatter_of(fit, campaign, evaluation);
+  const TimesOfNoise times = times_of(left, noise);
+  if (times.more() <= kFarAbove) return "";
+  const bool in_position = times.position >= times.orientation;
   return fmt::format(
       "the readings scatter about the model by {:.4g} {} per axis, {:.3g} times {}: the model lacks "
       "something, and standard deviations are {:.3g} times as wide for it; close-loop looks for "
       "what it is, or compare zeros and lengths of the robot file with the arm",
-      in_position ? fit.spread.position / kMillimetre : fit.spread.orientation / kMilliradian,
-      in_position ? "mm" : "mrad", times,
+      in_position ? left.position / kMillimetre : left.orientation / kMilliradian,
+      in_position ? "mm" : "mrad", times.more(),
       noise.source == NoiseFloor::Source::replicates ? "as much as replicates of a pose"
                                                      : "the stated noise",
-      times);
+      times.more());
 }
 
 void widen_deviations(double factor, CalibrationResult& fit) {

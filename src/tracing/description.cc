@@ -237,7 +237,7 @@ std::string verdict_in_words(const LoopResult& result) {
     case Verdict::unexplained:
       break;
   }
-  if (!result.explanation.empty()) return text + "; what is left has a cause: " + result.explanation;
+  if (!result.explanation.empty()) return text + "; a change among the readings explains what is left: " + result.explanation;
   if (result.outside_p < 0.01)
     return text +
            "; held-out poses lie beyond their predicted bounds: the model lacks something "

@@ -28,10 +28,14 @@ std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
 /// is more; 1 if that is at most five times, or the noise is unknown. Then 4 % or less of the squared
 /// residual is noise: the rest is the model's, which all poses have in common, and standard
 /// deviations that take it for independent from pose to pose promise too much.
-double times_of_noise(const CalibrationResult& fit, const NoiseFloor& noise);
+/// `evaluation`: of the fit on its campaign. Both are robust_deviation()s, of noise and residual, so
+/// that readings of which a part is much worse do not look like a model that is.
+double times_of_noise(const CalibrationResult& fit, const Campaign& campaign,
+                      const Evaluation& evaluation, const NoiseFloor& noise);
 
 /// That a fit leaves more than five times the noise, as a sentence, see times_of_noise(); else empty.
-std::string far_above_noise(const CalibrationResult& fit, const NoiseFloor& noise);
+std::string far_above_noise(const CalibrationResult& fit, const Campaign& campaign,
+                            const Evaluation& evaluation, const NoiseFloor& noise);
 
 /// Multiplies the standard deviations of parameters and coefficients by a factor, intervals
 /// likewise. CalibrationResult::covariance stays: predictions at poses like those of the fit have

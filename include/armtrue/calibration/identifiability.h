@@ -35,7 +35,8 @@ struct IdentifiableSet {
 /// (Hayati), and at the very end the anchors' zero errors. Anchors define R_A: one anchor shows
 /// only the translation of the base, three show all of it; their other coordinates are their places
 /// relative to each other. A column is absorbed if its part orthogonal to the columns before it is
-/// shorter than 1e-6 of its norm. The columns are computed for the ideal structure of the arm (link
+/// shorter than 1e-6 of its norm; one of the place of the tool also if the readings would leave it a
+/// standard deviation above 0.1 m. The columns are computed for the ideal structure of the arm (link
 /// angles within 1 deg of a right angle count as right), because near-parallel axes make a set
 /// ill-conditioned. The bases and own zero offsets of further sessions are always unknowns beside
 /// the set.
