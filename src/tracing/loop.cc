@@ -121,6 +121,8 @@ void set_held_out(const Training& training, const Campaign& held_out, const Trac
   const std::vector<int> poses = held_out.pose_by_id();
   result.errors_before = evaluate(result.trace.stages.front().robot, held_out).position;
   result.errors_after = evaluate(result.trace.fit.robot, held_out).position;
+  const auto worst = std::ranges::max_element(result.errors_after) - result.errors_after.begin();
+  result.worst = {held_out.pose_ids[held_out.pose[worst]], result.errors_after[worst]};
   result.before = summarize(result.errors_before).mean;
   result.after = summarize(result.errors_after).mean;
   const double reducible = result.before * result.before - result.floor * result.floor;
