@@ -19,6 +19,8 @@
 
 #include "armtrue/io/output.h"
 #include "armtrue/io/output_folder.h"
+#include "armtrue/text/edit_distance.h"
+#include "armtrue/text/number_text.h"
 #include "standard_streams.h"
 
 // Only this file and options.cc include CLI11: it takes some 10 s to compile.
@@ -73,6 +75,52 @@ void check_values(const CLI::App& app) {
   }
 }
 
+// "--count,--targets" with a blank behind each comma.
+std::string spaced(std::string names) {
+  for (size_t at = names.find(','); at != names.npos; at = names.find(',', at + 1))
+    names.insert(at + 1, " ");
+  return names;
+}
+
+// The option that an unknown one seems to be: the beginning of its name, or its name with slips of
+// the pen; empty if none is near.
+std::string nearest_option(const std::string& name, const std::vector<const CLI::Option*>& options) {
+  const auto bare = [](std::string text) {
+    std::erase_if(text, [](char c) { return c == '-' || c == '_'; });
+    return lower_case(text);
+  };
+  const std::string wanted = bare(name);
+  std::string nearest;
+  size_t least = wanted.size() / 3 + 1;  // a third of the letters may be wrong
+  for (const CLI::Option* option : options)
+    for (const std::string& known : option->get_lnames()) {
+      const bool begins = wanted.size() > 1 && bare(known).starts_with(wanted);
+      const auto distance =
+          begins ? 0 : static_cast<size_t>(edit_distance(bare(known), wanted));
+      if (distance >= least) continue;
+      least = distance;
+      nearest = "--" + known;
+      if (distance == 0) return nearest;
+    }
+  return nearest;
+}
+
+std::string unknown_option(const std::string& argument,
+                           const std::vector<const CLI::Option*>& options) {
+  const std::string name = argument.substr(0, argument.find('='));
+  const std::string nearest = nearest_option(name, options);
+  return "there is no option '" + name + "'" +
+         (nearest.empty() ? "" : "; did you mean " + nearest + "?");
+}
+
+// Of what should not happen. `said` stands in another library's words, for the report.
+std::string internal_error(const std::string& said) {
+  return "the computation failed inside the program, which no input should bring about; look for "
+         "numbers far from those of an arm (units, zeros), and report it with the files and the "
+         "arguments" +
+         (said.empty() ? std::string("; -v shows more") : " (a library says \"" + said + "\")");
+}
+
 double seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
@@ -122,9 +170,44 @@ void Command::add_new_sessions() {
       ->allow_extra_args(false);  // else the file that follows would be read as a further time
 }
 
+// What is wrong with the arguments, in words of our own.
+std::string Command::usage_mistake(const CLI::ParseError& error) const {
+  // A misspelt option is the cause, where its absence is reported.
+  for (const std::string& argument : app_->remaining(true))
+    if (argument.size() > 1 && argument.front() == '-' && !read_number(argument))
+      return unknown_option(argument, all_options(*app_));
+  const std::string said = error.what();
+  const auto parted = [&](const std::string& between) {
+    const size_t at = said.find(between);
+    return std::pair(said.substr(0, at),
+                     at == said.npos ? "" : said.substr(at + between.size()));
+  };
+  if (dynamic_cast<const CLI::ExtrasError*>(&error))
+    return "'" + app_->remaining(true).front() + "' is one argument too many" +
+           (has_input_ ? "; one file is read, and '" + input + "' is it" : "");
+  if (dynamic_cast<const CLI::ConversionError*>(&error)) {
+    const auto [name, value] = parted(" = ");
+    return name.substr(name.rfind(' ') + 1) + ": '" + value + "' is not a number of this option";
+  }
+  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error)) {
+    const std::string name = parted(": ").first;
+    return name + (said.find("missing") != said.npos ? ": needs a value after it"
+                                                     : ": stands more than once; give it once");
+  }
+  if (dynamic_cast<const CLI::RequiredError*>(&error) && said.find('[') != said.npos) {
+    const std::string options = said.substr(said.find('[') + 1, said.find(']') - said.find('[') - 1);
+    return "give exactly one of " + spaced(options);
+  }
+  return said;  // of a Check, or that an option is required, or requires or excludes another
+}
+
 // Prints help, version or a mistake in the arguments.
 int Command::finish_parsing(const CLI::ParseError& error) const {
-  const bool is_mistake = app_->exit(error) != 0;
+  const bool is_mistake = error.get_exit_code() != 0;
+  if (is_mistake)
+    print_error(printable(usage_mistake(error)) + "\nRun with --help for more information.\n");
+  else
+    app_->exit(error);
   std::cout.flush();
   if (is_mistake) return kBadUsage;
   if (std::cout) return kSuccess;
@@ -163,8 +246,18 @@ int Command::run(int argc, char** argv, const std::function<int()>& work) {
   } catch (const UsageError& error) {
     message = error.what();
     code = kBadUsage;
-  } catch (const std::exception& error) {
+  } catch (const InputError& error) {
     message = error.what();
+  } catch (const OutputError& error) {
+    message = error.what();
+  } catch (const UnreachableTarget& error) {
+    message = error.what();
+  } catch (const std::invalid_argument& error) {  // what a function of the library needs
+    message = error.what();
+  } catch (const std::exception& error) {
+    message = internal_error(verbose ? error.what() : "");
+  } catch (...) {
+    message = internal_error("");
   }
   if (std::exchange(progress_shown_, false)) print_error("\r\033[K");
   if (!message.empty()) print_error(name_ + ": " + printable(message) + "\n");
@@ -252,12 +345,12 @@ void Command::warn(const std::string& message) {
 }
 
 void Command::tell(const std::string& message) const {
-  if (verbose) print_error(message);
+  if (verbose) print_error(without_controls(message));
 }
 
 void Command::report(const std::string& message) const {
   const bool terminal = isatty(STDERR_FILENO);
-  if (verbose || (terminal && !quiet)) print_error((terminal ? "\r\033[K" : "") + message);
+  if (verbose || (terminal && !quiet)) print_error((terminal ? "\r\033[K" : "") + without_controls(message));
 }
 
 void Command::progress(const std::string& message) {

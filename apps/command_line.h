@@ -114,6 +114,7 @@ class Command : public OptionGroup {
  private:
   int parse_and_work(int argc, char** argv, const std::function<int()>& work);
   int finish_parsing(const CLI::ParseError& error) const;
+  std::string usage_mistake(const CLI::ParseError& error) const;
   std::vector<std::pair<std::string, std::string>> named_files(const CLI::Option* own) const;
   void refuse_named(const std::string& path, const std::string& name, const CLI::Option* own) const;
   void check_outputs() const;

@@ -1,6 +1,7 @@
 #include "options.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -43,10 +44,13 @@ Option add_numbers(CLI::App& app, const std::string& names, std::vector<double>&
                     ->type_name(kNumbersType));
 }
 
-Check from_validator(const CLI::Validator& validator) {
-  return {validator.get_description(), [validator](const std::string& text) {
-            std::string value = text;
-            return validator(value);
+template <typename Number>
+Check range_check(Number low, Number high) {
+  return {CLI::Range(low, high).get_description(), [low, high](const std::string& text) {
+            const std::optional<double> value = read_number(text);
+            if (!value) return "'" + text + "' is not a number";
+            if (*value >= low && *value <= high) return std::string();
+            return fmt::format("'{}' must be from {} to {}", text, low, high);
           }};
 }
 
@@ -93,11 +97,16 @@ Check seed_number() {
           }};
 }
 
-Check in_range(int low, int high) { return from_validator(CLI::Range(low, high)); }
+Check in_range(int low, int high) { return range_check(low, high); }
 
-Check in_range(double low, double high) { return from_validator(CLI::Range(low, high)); }
+Check in_range(double low, double high) { return range_check(low, high); }
 
-Check one_of(const std::vector<std::string>& words) { return from_validator(CLI::IsMember(words)); }
+Check one_of(const std::vector<std::string>& words) {
+  return {CLI::IsMember(words).get_description(), [words](const std::string& text) {
+            if (std::ranges::find(words, text) != words.end()) return std::string();
+            return fmt::format("'{}' is none of {}", text, fmt::join(words, ", "));
+          }};
+}
 
 Option Option::required() const {
   option_->required();

@@ -34,6 +34,7 @@ struct Arguments {
 void add_options(app::Command& command, Arguments& arguments) {
   command.add_output();
   command.add_seed();
+  command.add_new_sessions();
   command.file("--robot", arguments.robot, "The robot that will be measured").required();
   command.option("--count", arguments.count, "Number of poses")
       .required()

@@ -14,8 +14,12 @@ void reserve_standard_streams();
 /// no product is lost with it.
 void print_error(std::string_view text);
 
-/// A message as it can be shown: control characters become '?', and of more than 2000 bytes the
-/// middle is left out, so that the remedy at the end stays.
+/// A text as it can be shown: control characters, those that turn the direction of writing, and
+/// those without width become '?'. A name could hide another text with them.
+std::string without_controls(std::string_view text);
+
+/// The same of a message. Of more than 2000 bytes the middle is left out, so that the remedy at the
+/// end stays.
 std::string printable(std::string message);
 
 }  // namespace armtrue::app

@@ -8,6 +8,8 @@
 
 #include "armtrue/kinematics/chain.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/text/edit_distance.h"
+#include "armtrue/text/number_text.h"
 #include "import/covariance_columns.h"
 #include "import/plain_cell.h"
 
@@ -15,13 +17,6 @@ namespace armtrue {
 namespace {
 
 constexpr int kMostExternal = 6;
-
-std::string lower_case(std::string_view text) {
-  std::string lower(text);
-  for (char& c : lower)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return lower;
-}
 
 // Joint_1, joint 1 and JOINT1 are one name.
 std::string plain_stem(std::string_view stem) {
@@ -214,7 +209,7 @@ std::string our_column(const std::string& quantity) {
 int joint_number(std::string_view quantity) {
   const auto known = quantity_of_stem(quantity);
   if (!known || known->kind != UnitKind::encoder || known->name != quantity) return 0;
-  return std::stoi(known->name.substr(1));
+  return static_cast<int>(*read_number(known->name.substr(1)));
 }
 
 bool fits_kind(UnitKind quantity, UnitKind unit) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "armtrue/text/number_text.h"
 #include "io/campaign_columns.h"
 
 namespace armtrue {
@@ -32,7 +33,7 @@ void require_whole_covariance(const PlainTable& table, const ColumnMapping& mapp
 }
 
 std::string our_covariance_column(const std::string& quantity) {
-  const int entry = std::stoi(quantity.substr(3)), row = entry / 6, column = entry % 6;
+  const int entry = static_cast<int>(*read_number(quantity.substr(3))), row = entry / 6, column = entry % 6;
   return covariance_column(std::min(row, column), std::max(row, column));
 }
 

@@ -33,25 +33,25 @@ YAML::Node zone_node(const WeightedZone& weighted_zone) {
                    {"y_mm", number_text(zone.centre.y(), kMillimetre)},
                    {"z_mm", number_text(zone.centre.z(), kMillimetre)},
                    {"radius_mm", number_text(zone.radius, kMillimetre)},
-                   {"readings_inside", std::to_string(inside)}});
+                   {"readings_inside", whole_number(inside)}});
 }
 
 YAML::Node calibration_node(const CalibrationResult& result, const Campaign& campaign,
                             const Evaluation& evaluation) {
   const Robot& robot = result.robot;
   YAML::Node node;
-  node["converged"] = result.converged ? "true" : "false";
-  node["iterations"] = std::to_string(result.iterations);
-  node["poses"] = std::to_string(campaign.pose_ids.size());
-  node["rows"] = std::to_string(campaign.rows());
-  node["unknowns"] = std::to_string(result.names.size());
-  node["rank"] = std::to_string(result.rank);
+  node["converged"] = boolean(result.converged);
+  node["iterations"] = whole_number(result.iterations);
+  node["poses"] = whole_number(campaign.pose_ids.size());
+  node["rows"] = whole_number(campaign.rows());
+  node["unknowns"] = whole_number(result.names.size());
+  node["rank"] = whole_number(result.rank);
   node["condition"] = rounded(result.condition);
   YAML::Node observability;
   for (size_t k = 0; k < result.observability.size(); ++k)
     observability["O" + std::to_string(k + 1)] = rounded(result.observability[k]);
   node["observability"] = flow(observability);
-  std::vector<std::pair<std::string, std::string>> spread{
+  std::vector<FlowEntry> spread{
       {"position_mm", rounded(result.spread.position / kMillimetre)}};
   if (campaign.has_orientation())
     spread.emplace_back("orientation_mrad", rounded(result.spread.orientation / kMilliradian));
@@ -70,13 +70,13 @@ YAML::Node calibration_node(const CalibrationResult& result, const Campaign& cam
     const auto unknown = static_cast<Eigen::Index>(k);
     if (result.prior_weight[unknown] == 0) continue;
     const std::string name = parameter_name(robot.chain, result.set.kept[k]);
-    shares[name] = fmt::format("{:.2f}", result.share_of_readings[unknown]);
+    shares[name] = number_in_form("{:.2f}", result.share_of_readings[unknown]);
     if (result.share_of_readings[unknown] < kMostlyReadings) nominal.push_back(name);
   }
   if (shares.size() > 0) node["share_of_readings"] = flow(shares);
   if (nominal.size() > 0) {
     node["near_nominal"] = flow(nominal);
-    node["more_poses"] = std::to_string(near_nominal(result, campaign).poses);
+    node["more_poses"] = whole_number(near_nominal(result, campaign).poses);
   }
   for (const int parameter : set_up_not_shown(robot.chain, result.set))
     node["not_shown"][parameter_name(robot.chain, parameter)] = not_shown(robot.chain, parameter);
@@ -95,7 +95,7 @@ void add_findings(YAML::Node node, const Campaign& campaign, const CalibrationFi
     node["floor_mm"] = rounded(noise.mean_error() / kMillimetre);
     YAML::Node excluded(YAML::NodeType::Sequence);
     for (int row : findings.quality->blunders)
-      excluded.push_back(std::to_string(campaign.line[static_cast<size_t>(row)]));
+      excluded.push_back(whole_number(campaign.line[static_cast<size_t>(row)]));
     node["excluded_rows"] = flow(excluded);
   }
   if (findings.zone) node["zone"] = zone_node(*findings.zone);

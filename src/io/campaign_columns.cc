@@ -50,6 +50,8 @@ class ColumnFinder {
         {.orientation = columns_.has_points && !columns_.abc[0] && !columns_.quaternion[0],
          .time = !table_.find("t_s"),
          .repeat = !columns_.repeat});
+    columns_.unknown =
+        with_likely_columns(table_, columns_.unknown, columns_of_a_campaign(joints_));
     return std::move(columns_);
   }
 

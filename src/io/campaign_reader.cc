@@ -69,7 +69,7 @@ class RowReader {
     }
     Campaign& c = part_.rows;
     if (table_.is_empty(*columns_.pose)) table_.fail(*columns_.pose, kNoId);
-    const int pose = indices_.poses.of(table_.text(*columns_.pose));
+    const int pose = indices_.poses.of(table_.original(*columns_.pose));
     const JointVector q = numbers(columns_.q);
     c.pose.push_back(pose);
     c.line.push_back(table_.line_number());
@@ -81,8 +81,8 @@ class RowReader {
     else
       read_point();
     if (columns_.repeat) c.repeat.push_back(table_.integer(*columns_.repeat));
-    if (columns_.target) c.target.push_back(indices_.targets.of(table_.text(*columns_.target)));
-    if (columns_.session) c.session.push_back(indices_.sessions.of(table_.text(*columns_.session)));
+    if (columns_.target) c.target.push_back(indices_.targets.of(table_.original(*columns_.target)));
+    if (columns_.session) c.session.push_back(indices_.sessions.of(table_.original(*columns_.session)));
     if (columns_.sigma_position)
       c.sigma_position.push_back(positive(*columns_.sigma_position, kDeviation));
     if (columns_.sigma_orientation)
@@ -145,7 +145,7 @@ class RowReader {
     if (columns_.anchor) {
       if (table_.is_empty(*columns_.anchor))
         table_.fail(*columns_.anchor, "is empty; every distance needs the name of its anchor");
-      c.anchor.push_back(indices_.anchors.of(table_.text(*columns_.anchor)));
+      c.anchor.push_back(indices_.anchors.of(table_.original(*columns_.anchor)));
     }
   }
 
@@ -165,7 +165,7 @@ class RowReader {
     if (columns_.has_points) c.position.emplace_back(0, 0, 0);
     if (columns_.anchor) c.anchor.push_back(0);
     c.distance.push_back(has_distance() ? table_.number(*columns_.distance) : 0.0);
-    c.touch.push_back({indices_.contacts.of(table_.text(*columns_.contact)), -1});
+    c.touch.push_back({indices_.contacts.of(table_.original(*columns_.contact)), -1});
   }
 
   void refuse_orientation() const {

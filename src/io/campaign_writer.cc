@@ -7,6 +7,7 @@
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
 #include "io/campaign_columns.h"
+#include "io/csv_cell.h"
 #include "io/joint_columns.h"
 #include "io/row_text.h"
 
@@ -23,7 +24,7 @@ void for_each_covariance(const StatedBlocks& blocks, const Take& take) {
 
 void append_row(const Campaign& campaign, const std::vector<JointName>& joints, int row,
                 std::string& text) {
-  text += campaign.pose_ids[campaign.pose[row]];
+  text += csv_cell(campaign.pose_ids[campaign.pose[row]]);
   const auto add = [&](const std::string& cell) { (text += ",") += cell; };
   if (!campaign.repeat.empty()) add(std::to_string(campaign.repeat[row]));
   if (!campaign.time_s.empty()) add(number_text(campaign.time_s[row]));
@@ -43,11 +44,11 @@ void append_row(const Campaign& campaign, const std::vector<JointName>& joints, 
       add(fmt::format("{:.12g}", covariance(i, k) / covariance_unit(i, k)));
     });
   }
-  if (!campaign.target.empty()) add(campaign.target_names[campaign.target[row]]);
-  if (!campaign.anchor.empty()) add(campaign.anchor_names[campaign.anchor[row]]);
+  if (!campaign.target.empty()) add(csv_cell(campaign.target_names[campaign.target[row]]));
+  if (!campaign.anchor.empty()) add(csv_cell(campaign.anchor_names[campaign.anchor[row]]));
   if (!campaign.arrival.empty())
     for (size_t j = 0; j < joints.size(); ++j) add(std::to_string(campaign.arrival[row][j]));
-  if (!campaign.session.empty()) add(campaign.session_names[campaign.session[row]]);
+  if (!campaign.session.empty()) add(csv_cell(campaign.session_names[campaign.session[row]]));
   if (!campaign.payload_kg.empty()) add(number_text(campaign.payload_kg[row]));
   for (size_t k = 0; k < campaign.temperature_names.size(); ++k)
     add(number_text(campaign.temperature_c[row][k]));
@@ -71,7 +72,7 @@ std::string write_campaign(const Campaign& campaign, const std::vector<JointName
     for (const std::string& name : numbered_columns("dir", joints)) text += "," + name;
   if (!campaign.session.empty()) text += ",session";
   if (!campaign.payload_kg.empty()) text += ",payload_kg";
-  for (const std::string& name : campaign.temperature_names) text += ",temp_" + name + "_c";
+  for (const std::string& name : campaign.temperature_names) text += "," + csv_cell("temp_" + name + "_c");
   text += "\n";
   append_rows(
       campaign.rows(),

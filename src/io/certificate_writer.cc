@@ -32,8 +32,8 @@ YAML::Node largest_node(const Largest& largest, double unit,
 
 YAML::Node set_node(const SetFigures& set, const Budget& budget) {
   YAML::Node node;
-  node["poses"] = std::to_string(set.poses);
-  node["fewest_visits"] = std::to_string(set.fewest_visits);
+  node["poses"] = whole_number(set.poses);
+  node["fewest_visits"] = whole_number(set.fewest_visits);
   node["ap_mm"] = largest_node(set.ap, kMillimetre, budget.expanded);
   node["rp_mm"] = largest_node(set.rp, kMillimetre, set.rp_expanded());
   const auto add = [&](const char* key, const std::optional<Largest>& largest, double unit) {
@@ -57,7 +57,7 @@ YAML::Node budget_node(const Budget& budget) {
                                      {"distribution", row.distribution},
                                      {"standard_mm", rounded(row.standard / kMillimetre)}}));
   node["combined_mm"] = rounded(budget.combined / kMillimetre);
-  node["freedom"] = text_or_null(std::isfinite(budget.freedom) ? rounded(budget.freedom) : "");
+  node["freedom"] = rounded_or_null(budget.freedom);
   node["k"] = rounded(budget.k);
   node["expanded_mm"] = rounded(budget.expanded / kMillimetre);
   return node;
@@ -65,9 +65,9 @@ YAML::Node budget_node(const Budget& budget) {
 
 YAML::Node path_node(const PathFigures& path, const Budget& budget) {
   YAML::Node node;
-  node["passes"] = std::to_string(path.passes);
-  node["planes"] = std::to_string(path.planes);
-  node["planes_of_path"] = std::to_string(path.of_path);
+  node["passes"] = whole_number(path.passes);
+  node["planes"] = whole_number(path.planes);
+  node["planes_of_path"] = whole_number(path.of_path);
   node["at_mm"] = rounded(path.at / kMillimetre);
   if (path.rt) {
     node["rt_mm"] = rounded(*path.rt / kMillimetre);
@@ -87,8 +87,8 @@ YAML::Node axes_node(const Eigen::Vector3d& vector, double unit) {
 YAML::Node pose_node(const PoseFigures& figures) {
   YAML::Node node;
   node["pose"] = figures.pose;
-  node["visits"] = std::to_string(figures.visits);
-  node["directions"] = std::to_string(figures.directions);
+  node["visits"] = whole_number(figures.visits);
+  node["directions"] = whole_number(figures.directions);
   node["ap_mm"] = rounded(figures.ap / kMillimetre);
   node["ap_axes_mm"] = axes_node(figures.ap_axes, kMillimetre);
   node["rp_mm"] = rounded(figures.rp / kMillimetre);
@@ -114,7 +114,7 @@ YAML::Node differences_node(const std::vector<Difference>& differences, const ch
                                 {"now_mm", rounded(difference.now / kMillimetre)},
                                 {"difference_mm", rounded(difference.difference / kMillimetre)}});
     if (difference.expanded) item["expanded_mm"] = rounded(*difference.expanded / kMillimetre);
-    item["significant"] = difference.significant ? "true" : "false";
+    item["significant"] = boolean(difference.significant);
     items.push_back(item);
   }
   return list_node(items);

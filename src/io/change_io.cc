@@ -51,14 +51,14 @@ std::string write_change(const ChangeResult& result, const Robot& previous,
   root["format"] = "armtrue-change/1";
   root["provenance"] = provenance_node(provenance);
   root["robot"] = previous.name;
-  root["holds"] = result.holds ? "true" : "false";
+  root["holds"] = boolean(result.holds);
   root["p_value"] = rounded(result.p_value);
-  root["poses"] = std::to_string(campaign.pose_ids.size());
-  root["rows"] = std::to_string(campaign.rows());
+  root["poses"] = whole_number(campaign.pose_ids.size());
+  root["rows"] = whole_number(campaign.rows());
   YAML::Node excluded(YAML::NodeType::Sequence);
-  for (int row : result.blunders) excluded.push_back(std::to_string(campaign.line[row]));
+  for (int row : result.blunders) excluded.push_back(whole_number(campaign.line[row]));
   root["excluded_rows"] = flow(excluded);
-  std::vector<std::pair<std::string, std::string>> spread{
+  std::vector<FlowEntry> spread{
       {"position_mm", rounded(result.sigma.position / kMillimetre)}};
   if (campaign.has_orientation())
     spread.emplace_back("orientation_mrad", rounded(result.sigma.orientation / kMilliradian));

@@ -9,6 +9,7 @@
 #include "armtrue/statistics/summary.h"
 #include "armtrue/text/number_text.h"
 #include "io/compensation_columns.h"
+#include "io/csv_cell.h"
 #include "io/yaml/yaml_text.h"
 
 namespace armtrue {
@@ -87,7 +88,7 @@ class CommandWriter {
   std::string line_of(const std::vector<std::string>& cells) const {
     std::string line;
     for (const std::string& cell : cells) {
-      line += cell;
+      line += csv_cell(cell, file_.separator);
       line += file_.separator;
     }
     line.back() = '\n';
@@ -159,10 +160,10 @@ YAML::Node between_node(const BetweenPoints& between, const Program& program) {
   }
   YAML::Node node;
   node["tolerance_mm"] = rounded(between.tolerance / kMillimetre);
-  node["moves"] = std::to_string(between.moves.size());
-  node["divided"] = std::to_string(summary.divided);
-  node["inserted"] = std::to_string(summary.inserted);
-  node["unknown"] = std::to_string(between.unknown);
+  node["moves"] = whole_number(between.moves.size());
+  node["divided"] = whole_number(summary.divided);
+  node["inserted"] = whole_number(summary.inserted);
+  node["unknown"] = whole_number(between.unknown);
   if (summary.before) node["before_mm"] = error_node(*summary.before, kMillimetre);
   if (summary.after) node["after_mm"] = error_node(*summary.after, kMillimetre);
   node["above"] = list_node(above);
@@ -189,9 +190,9 @@ std::string write_compensation(const std::vector<CorrectedTarget>& targets, cons
   root["robot"] = conditions.robot;
   root["controller"] = conditions.controller;
   root["sentence"] = compensation_sentence(targets);
-  root["targets"] = std::to_string(targets.size());
+  root["targets"] = whole_number(targets.size());
   root["corrected"] =
-      std::to_string(std::ranges::count_if(targets, &CorrectedTarget::is_corrected));
+      whole_number(std::ranges::count_if(targets, &CorrectedTarget::is_corrected));
   root["before_mm"] =
       error_node(summary_of(targets, [](const auto& t) { return t.before.position; }), kMillimetre);
   root["before_mrad"] = error_node(
@@ -207,7 +208,7 @@ std::string write_compensation(const std::vector<CorrectedTarget>& targets, cons
         error_node(summary_of(targets, [](const auto& t) { return *t.deviation; }), kMillimetre);
   YAML::Node notes(YAML::NodeType::Map);
   for (CommandNote note : command_notes())
-    notes[to_string(note)] = std::to_string(count_of(targets, note));
+    notes[to_string(note)] = whole_number(count_of(targets, note));
   root["notes"] = flow(notes);
   if (between) root["between_points"] = between_node(*between, program);
   root["worst"] = worst_node(targets, program);

@@ -4,46 +4,27 @@
 #include <cctype>
 #include <cmath>
 #include <cstring>
-#include <numeric>
 #include <utility>
 
 #include "armtrue/kinematics/units.h"
+#include "armtrue/text/edit_distance.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
 
 namespace armtrue {
 namespace {
 
-std::string_view trim(std::string_view text) {
-  const auto blank = [](char c) { return c == ' ' || c == '\t'; };
-  while (!text.empty() && blank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && blank(text.back())) text.remove_suffix(1);
-  if (text.size() >= 2 && text.front() == '"' && text.back() == '"')
-    text = text.substr(1, text.size() - 2);
-  return text;
-}
+bool is_blank(char c) { return c == ' ' || c == '\t'; }
 
-// Levenshtein distance, for the suggestion of a column name.
-int edit_distance(std::string_view a, std::string_view b) {
-  std::vector<int> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), 0);
-  for (size_t i = 1; i <= a.size(); ++i) {
-    int diagonal = row[0];
-    row[0] = static_cast<int>(i);
-    for (size_t k = 1; k <= b.size(); ++k) {
-      const int substituted = diagonal + (a[i - 1] != b[k - 1]);
-      diagonal = row[k];
-      row[k] = std::min({row[k] + 1, row[k - 1] + 1, substituted});
-    }
-  }
-  return row.back();
+std::string_view trim(std::string_view text) {
+  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
+  while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
+  return text;
 }
 
 // The most frequent mistakes are a missing unit and another case.
 std::string stem(const std::string& name) {
-  std::string lower = name.substr(0, name.rfind('_'));
-  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return lower;
+  return lower_case(name.substr(0, name.rfind('_')));
 }
 
 // Q3 is nearer to q3_deg than q1_deg is, which is another joint's column.
@@ -76,8 +57,13 @@ CsvTable::CsvTable(Source& source, std::string_view header) : source_(source) {
       throw InputError(source_.name() + ": is empty; expected a header row such as " +
                        std::string(header));
   } while (trim(line).empty() || line.front() == '#');
+  if (line.starts_with('<'))
+    throw InputError(source_.name() + ":" + std::to_string(source_.line_number()) +
+                     ": is HTML or XML, and a CSV table should stand here; open it in a "
+                     "spreadsheet and save it as CSV");
   separator_ = line.find(';') != std::string_view::npos ? ';' : ',';
   std::vector<std::string_view> names;
+  original_ = line;
   split(line, names);
   const auto numbers = std::ranges::count_if(
       names, [](std::string_view name) { return read_number(name).has_value(); });
@@ -96,15 +82,44 @@ CsvTable::CsvTable(Source& source, std::string_view header) : source_(source) {
   }
 }
 
-void CsvTable::split(std::string_view line, std::vector<std::string_view>& fields) const {
+// A separator between quotes belongs to the field. Quotes that do not end are characters like others.
+size_t CsvTable::end_of_field(std::string_view line, size_t begin) const {
+  size_t first = begin;
+  while (first < line.size() && is_blank(line[first])) ++first;
+  if (first < line.size() && line[first] == '"') {
+    size_t quote = line.find('"', first + 1);
+    while (quote != std::string_view::npos && line.substr(quote, 2) == "\"\"")
+      quote = line.find('"', quote + 2);
+    if (quote != std::string_view::npos) {
+      const size_t end = std::min(line.find_first_not_of(" \t", quote + 1), line.size());
+      if (end == line.size() || line[end] == separator_) return end;
+    }
+  }
+  const auto* found =
+      static_cast<const char*>(std::memchr(line.data() + begin, separator_, line.size() - begin));
+  return found ? static_cast<size_t>(found - line.data()) : line.size();
+}
+
+// `begin`: of the field in its line.
+std::string_view CsvTable::unquoted(std::string_view field, size_t begin) {
+  if (field.size() < 2 || field.front() != '"' || field.back() != '"') return field;
+  const std::string_view inside = field.substr(1, field.size() - 2);
+  if (inside.find('"') == std::string_view::npos) return inside;
+  std::string& name = names_.emplace_back(original_.substr(begin + 1, inside.size()));
+  for (size_t at = name.find("\"\""); at != std::string::npos; at = name.find("\"\"", at + 1))
+    name.erase(at, 1);
+  return name;
+}
+
+void CsvTable::split(std::string_view line, std::vector<std::string_view>& fields) {
   fields.clear();
+  names_.clear();
   size_t begin = 0;
   while (true) {
-    const auto* found =
-        static_cast<const char*>(std::memchr(line.data() + begin, separator_, line.size() - begin));
-    const size_t end = found ? static_cast<size_t>(found - line.data()) : line.size();
-    fields.push_back(trim(line.substr(begin, end - begin)));
-    if (!found) return;
+    const size_t end = end_of_field(line, begin);
+    const std::string_view field = trim(line.substr(begin, end - begin));
+    fields.push_back(unquoted(field, static_cast<size_t>(field.data() - line.data())));
+    if (end == line.size()) return;
     begin = end + 1;
   }
 }
@@ -160,6 +175,8 @@ bool CsvTable::next_row() {
 
 std::string_view CsvTable::original(int column) const {
   const std::string_view field = fields_[column];
+  if (std::ranges::any_of(names_, [&](const auto& name) { return name.data() == field.data(); }))
+    return field;
   const char* const read = separator_ == ';' ? line_.data() : original_.data();
   return original_.substr(field.data() - read, field.size());
 }

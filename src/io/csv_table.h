@@ -1,5 +1,6 @@
 #pragma once
 
+#include <deque>
 #include <functional>
 #include <optional>
 #include <set>
@@ -68,7 +69,9 @@ class CsvTable {
                                  const std::string& what = "") const;
 
  private:
-  void split(std::string_view line, std::vector<std::string_view>& fields) const;
+  void split(std::string_view line, std::vector<std::string_view>& fields);
+  size_t end_of_field(std::string_view line, size_t begin) const;
+  std::string_view unquoted(std::string_view field, size_t begin);
 
   Source& source_;
   char separator_ = ',';
@@ -77,6 +80,7 @@ class CsvTable {
   std::string line_;           // copy in which decimal commas are replaced
   std::vector<std::string> columns_;
   std::vector<std::string_view> fields_;
+  std::deque<std::string> names_;  // of the row, those with doubled quotes; fields point to them
 };
 
 inline int column_of(int column) { return column; }

@@ -8,6 +8,7 @@
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
+#include "io/csv_cell.h"
 #include "io/yaml/yaml_text.h"
 #include "statistics/ordered_blocks.h"
 
@@ -39,9 +40,7 @@ void add_if_known(std::string& line, const std::optional<double>& value, double 
 void add_row(std::string& line, const ErrorMap& map, size_t row,
              const std::vector<JointName>& joints) {
   const MapPoint& point = map.points[row];
-  std::string name = map.names[row];
-  std::ranges::replace(name, ',', ';');
-  line += name;
+  line += csv_cell(map.names[row]);
   for (double x : point.position) add_number(line, x / kMillimetre);
   for (size_t j = 0; j < joints.size(); ++j)
     if (point.q)
@@ -169,8 +168,8 @@ std::string write_error_map_summary(const ErrorMap& map, const ErrorMapSummary& 
   root["robot"] = conditions.robot;
   root["controller"] = conditions.controller;
   root["sentence"] = error_map_sentence(map, summary);
-  root["points"] = std::to_string(map.points.size());
-  root["predicted"] = std::to_string(summary.predicted);
+  root["points"] = whole_number(map.points.size());
+  root["predicted"] = whole_number(summary.predicted);
   if (map.grid) root["grid"] = grid_node(*map.grid);
   root["before_mm"] = error_node(summary.before, kMillimetre);
   root["before_mrad"] = error_node(summary.turn, kMilliradian);
@@ -187,7 +186,7 @@ std::string write_error_map_summary(const ErrorMap& map, const ErrorMapSummary& 
   root["worst"] = point_node(map, summary.worst);
   if (summary.best_before) root["placements"] = placements_node(summary);
   YAML::Node notes(YAML::NodeType::Map);
-  for (CommandNote note : map_notes()) notes[to_string(note)] = std::to_string(count_of(map, note));
+  for (CommandNote note : map_notes()) notes[to_string(note)] = whole_number(count_of(map, note));
   root["notes"] = flow(notes);
   root["assumed"] = texts_node(conditions.assumed);
   root["not_applied"] = texts_node(conditions.not_applied);

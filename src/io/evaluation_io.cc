@@ -41,9 +41,9 @@ std::string write_summary(const Evaluation& evaluation, const Robot& robot,
   root["format"] = "armtrue-summary/1";
   root["provenance"] = provenance_node(provenance);
   root["robot"] = robot.name;
-  root["poses"] = std::to_string(campaign.pose_ids.size());
-  root["rows"] = std::to_string(campaign.rows());
-  root["skipped_rows"] = std::to_string(campaign.skipped_rows);
+  root["poses"] = whole_number(campaign.pose_ids.size());
+  root["rows"] = whole_number(campaign.rows());
+  root["skipped_rows"] = whole_number(campaign.skipped_rows);
   const NoiseFloor noise = noise_floor(robot, campaign, evaluation);
   root["noise_floor"] = noise_node(noise);
   root["floor_mm"] = rounded(noise.mean_error() / kMillimetre);

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "armtrue/text/input_error.h"
+#include "armtrue/text/number_text.h"
 
 namespace armtrue {
 namespace {
@@ -36,7 +37,7 @@ void require_number(const CsvTable& table, const std::vector<JointName>& joints)
   const size_t found = count_of_arm(table);
   if (found == expected || found < kFewestOfAnArm) return;
   const bool scattered = std::ranges::any_of(joints, [&](const JointName& joint) {
-    return joint.column.front() == 'q' && std::stoul(joint.column.substr(1)) > found + 1 &&
+    return joint.column.front() == 'q' && *read_number(joint.column.substr(1)) > static_cast<double>(found + 1) &&
            find_joint(table, joint.column, joint.is_length);
   });
   if (scattered) return;  // one is missing or misspelt

@@ -5,6 +5,7 @@
 
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
+#include "io/csv_cell.h"
 #include "io/csv_table.h"
 #include "io/joint_columns.h"
 
@@ -24,7 +25,7 @@ std::vector<JointTarget> read_joint_targets(const std::string& path,
   while (table.next_row()) {
     if (table.is_empty(*pose)) table.fail(*pose, "is empty; every row needs the id of its pose");
     JointTarget& target = targets.emplace_back();
-    target.pose = table.text(*pose);
+    target.pose = table.original(*pose);
     target.line = table.line_number();
     if (const auto [first, is_new] = lines.emplace(target.pose, target.line); !is_new)
       table.fail(*pose, table.quoted(*pose) + " stands in line " + std::to_string(first->second) +
@@ -48,11 +49,11 @@ std::string write_joint_targets(const std::vector<JointTarget>& targets,
   for (const JointName& joint : joints) text += "," + joint.encoder();
   text += std::string(touched ? ",contact" : "") + (by_target ? ",target" : "") + "\n";
   for (const JointTarget& target : targets) {
-    text += target.pose;
+    text += csv_cell(target.pose);
     for (size_t j = 0; j < joints.size(); ++j)
       text += "," + number_text(target.q[static_cast<Eigen::Index>(j)], joints[j].si());
-    if (touched) text += "," + target.contact;
-    if (by_target) text += "," + target.target;
+    if (touched) text += "," + csv_cell(target.contact);
+    if (by_target) text += "," + csv_cell(target.target);
     text += "\n";
   }
   return text;

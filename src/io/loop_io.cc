@@ -17,7 +17,7 @@ YAML::Node stage_node(const Stage& stage, bool held_out) {
   };
   YAML::Node node;
   node["name"] = stage.name;
-  node["parameters"] = std::to_string(stage.parameters);
+  node["parameters"] = whole_number(stage.parameters);
   node["training"] = node_of(stage.training);
   if (held_out) node["held_out"] = node_of(stage.held_out);
   return node;
@@ -25,14 +25,14 @@ YAML::Node stage_node(const Stage& stage, bool held_out) {
 
 YAML::Node data_node(const LoopResult& result, const TraceOptions& options) {
   YAML::Node data =
-      flow_map({{"poses", std::to_string(result.training_poses + result.held_out_poses)},
-                {"rows", std::to_string(result.rows)},
-                {"held_out_poses", std::to_string(result.held_out_poses)},
-                {"seed", std::to_string(options.seed)}});
+      flow_map({{"poses", whole_number(result.training_poses + result.held_out_poses)},
+                {"rows", whole_number(result.rows)},
+                {"held_out_poses", whole_number(result.held_out_poses)},
+                {"seed", whole_number(options.seed)}});
   if (result.of_distances) data["measured"] = "distances";
   if (result.of_touches) data["measured"] = "touches";
   YAML::Node excluded(YAML::NodeType::Sequence);
-  for (int line : result.excluded_rows) excluded.push_back(std::to_string(line));
+  for (int line : result.excluded_rows) excluded.push_back(whole_number(line));
   data["excluded_rows"] = flow(excluded);
   if (!result.gross_poses.empty()) data["gross_poses"] = gross_poses_node(result.gross_poses);
   return data;
@@ -41,7 +41,7 @@ YAML::Node data_node(const LoopResult& result, const TraceOptions& options) {
 YAML::Node before_after_node(const LoopResult& result) {
   const bool held_out = result.held_out_poses > 0;
   const auto if_held_out = [&](double value) {
-    return text_or_null(held_out ? rounded(value) : "");
+    return rounded_or_null(held_out ? std::optional(value) : std::nullopt);
   };
   YAML::Node before_after;
   before_after["before_mm"] = if_held_out(result.before / kMillimetre);
@@ -66,7 +66,7 @@ YAML::Node rejected_node(const RejectedModel& rejected) {
 
 YAML::Node nested_node(const NestedValidation& nested, const std::vector<TracedEffect>& effects) {
   const auto in_mm = [](double value) { return rounded(value / kMillimetre); };
-  YAML::Node node = flow_map({{"folds", std::to_string(nested.folds)},
+  YAML::Node node = flow_map({{"folds", whole_number(nested.folds)},
                               {"before_mm", in_mm(nested.before.mean)},
                               {"before_se_mm", in_mm(nested.before.error)},
                               {"after_mm", in_mm(nested.after.mean)},
@@ -77,7 +77,7 @@ YAML::Node nested_node(const NestedValidation& nested, const std::vector<TracedE
   for (size_t k = 0; k < effects.size(); ++k)
     found_again.push_back(flow_map({{"parameter", effects[k].effect.parameter},
                                     {"driver", to_string(effects[k].effect.driver)},
-                                    {"folds", std::to_string(nested.found_again[k])}}));
+                                    {"folds", whole_number(nested.found_again[k])}}));
   node["found_again"] = flow(found_again);
   return node;
 }
@@ -105,6 +105,9 @@ std::string write_loop(const LoopResult& result, const TraceOptions& options,
   if (result.trace.effects.empty()) root["effects"] = flow(root["effects"]);
   root["before_after"] = before_after_node(result);
   if (held_out) root["before_after"]["outside_p"] = rounded(result.outside_p);
+  if (result.worst)
+    root["worst_held_out"] = flow_map({{"pose", result.worst->pose},
+                                       {"after_mm", rounded(result.worst->error / kMillimetre)}});
   if (result.scale) root["unseen_scale"] = unseen_scale_node(*result.scale);
   for (const Effect& effect : result.held)
     root["held_by_priors"].push_back(effect_node(effect, robot.chain));
@@ -112,13 +115,13 @@ std::string write_loop(const LoopResult& result, const TraceOptions& options,
   if (result.predictor) root["predictor"] = stage_node(result.predictor->stage, held_out);
   if (result.nested) root["nested_cv"] = nested_node(*result.nested, result.trace.effects);
   YAML::Node remaining;
-  remaining["lack_of_fit_p"] = text_or_null(result.lack_of_fit ? rounded(*result.lack_of_fit) : "");
+  remaining["lack_of_fit_p"] = rounded_or_null(result.lack_of_fit);
   remaining["pattern"] = text_or_null(result.pattern);
   remaining["pattern_p"] = rounded(result.trace.remaining_p);
   if (!result.explanation.empty()) remaining["explanation"] = result.explanation;
   root["remaining"] = flow(remaining);
   const NullRun& null_run = result.trace.null_run;
-  root["null_run"] = flow_map({{"flips", std::to_string(null_run.flips)},
+  root["null_run"] = flow_map({{"flips", whole_number(null_run.flips)},
                                {"false_add_rate", rounded(null_run.false_add_rate)},
                                {"delta_ebic_95", rounded_or_null(null_run.score_95)}});
   root["not_separable"] = not_separable_node(result.trace.not_separable);

@@ -12,21 +12,21 @@
 namespace armtrue {
 namespace {
 
-std::string millimetres(double value) { return rounded(value / kMillimetre); }
+NumberText millimetres(double value) { return rounded(value / kMillimetre); }
 
 YAML::Node pass_node(const Pass& pass, const std::string& file, const std::vector<int>& lines) {
   const ClockFit& clock = pass.clock;
   YAML::Node node;
   node["file"] = file;
-  node["samples"] = std::to_string(pass.samples);
-  node["lost_samples"] = std::to_string(pass.lost);
-  node["bad_samples"] = std::to_string(pass.bad.size());
+  node["samples"] = whole_number(pass.samples);
+  node["lost_samples"] = whole_number(pass.lost);
+  node["bad_samples"] = whole_number(pass.bad.size());
   constexpr size_t kNamed = 20;
   for (size_t i = 0; i < std::min(pass.bad.size(), kNamed); ++i)
-    node["bad_lines"].push_back(std::to_string(lines[static_cast<size_t>(pass.bad[i].sample)]));
+    node["bad_lines"].push_back(whole_number(lines[static_cast<size_t>(pass.bad[i].sample)]));
   if (!pass.bad.empty()) node["bad_lines"].SetStyle(YAML::EmitterStyle::Flow);
   node["longest_gap_s"] = rounded(pass.longest_gap);
-  node["offset_s"] = fmt::format("{:.6f}", clock.offset);
+  node["offset_s"] = number_in_form("{:.6f}", clock.offset);
   node["offset_std_s"] = rounded(clock.offset_deviation());
   const auto [low, high] = clock.offset_ci95();
   node["offset_ci95_s"] = flow_list({std::round(low * 1e6) / 1e6, std::round(high * 1e6) / 1e6});
@@ -51,13 +51,13 @@ YAML::Node accuracy_node(const MirrorFindings& findings, const PassAccuracy& acc
   node["at_mm"] = millimetres(accuracy.path.at);
   node["rt_mm"] = accuracy.path.rt ? YAML::Node(millimetres(*accuracy.path.rt))
                                    : YAML::Node(YAML::NodeType::Null);
-  node["planes"] = std::to_string(accuracy.path.planes);
+  node["planes"] = whole_number(accuracy.path.planes);
   for (size_t axis = 0; axis < 3; ++axis)
     node[std::string(1, "xyz"[axis]) + "_mm"] = error_node(accuracy.errors.axis[axis], kMillimetre);
   node["whole_mm"] = error_node(accuracy.errors.whole, kMillimetre);
   node["form_rms_mm"] = millimetres(findings.form_rms(accuracy));
   node["goal_rms_mm"] = millimetres(findings.goal);
-  node["goal_held"] = findings.form_rms(accuracy) <= findings.goal ? "true" : "false";
+  node["goal_held"] = boolean(findings.form_rms(accuracy) <= findings.goal);
   return node;
 }
 
@@ -74,7 +74,7 @@ YAML::Node reduction_node(const Reduction& gained) {
 
 YAML::Node engaged_node(const PathDeviation& deviation) {
   const auto instant_node = [](const std::optional<Instant>& instant) {
-    return instant ? YAML::Node(fmt::format("{:.3f}", instant->time))
+    return instant ? YAML::Node(number_in_form("{:.3f}", instant->time))
                    : YAML::Node(YAML::NodeType::Null);
   };
   YAML::Node list(YAML::NodeType::Sequence);
@@ -118,7 +118,7 @@ YAML::Node force_node(const ForceLaw& law) {
   for (size_t axis = 0; axis < 3; ++axis)
     node[std::string(1, "xyz"[axis])] = line_node(law.axis[axis]);
   node["magnitude"] = line_node(law.magnitude);
-  node["rank"] = std::to_string(law.rank);
+  node["rank"] = whole_number(law.rank);
   node["condition"] = rounded(law.condition);
   for (const ForceDirection& direction : law.directions) {
     YAML::Node entry;
@@ -157,14 +157,14 @@ std::string write_mirror(const MirrorFindings& findings, const Provenance& prove
   for (size_t p = 0; p < files.size(); ++p)
     root["passes"].push_back(pass_node(result.passes[p], files[p], lines[p]));
   const bool spline = options.points == CorrectionPoints::spline;
-  std::vector<std::pair<std::string, std::string>> filter{
+  std::vector<FlowEntry> filter{
       {"kind", spline ? "smoothing-spline" : "butterworth"}};
-  if (!spline) filter.emplace_back("order", std::to_string(options.order));
+  if (!spline) filter.emplace_back("order", whole_number(options.order));
   filter.emplace_back("cut_off_hz", rounded(result.cutoff));
   filter.emplace_back("chosen", options.cutoff ? "given" : "auto");
   root["filter"] = flow_map(filter);
   const PathDeviation& deviation = result.deviation;
-  std::vector<std::pair<std::string, std::string>> noise{
+  std::vector<FlowEntry> noise{
       {"sample_mm", millimetres(deviation.noise)}};
   if (files.size() > 1) noise.emplace_back("pass_to_pass_mm", millimetres(deviation.spread));
   root["noise"] = flow_map(noise);
@@ -174,14 +174,14 @@ std::string write_mirror(const MirrorFindings& findings, const Provenance& prove
   root["expected_after_if"] = result.expected_if();
   YAML::Node breaks(YAML::NodeType::Sequence);
   for (const Eigen::Index b : deviation.breaks)
-    breaks.push_back(fmt::format("{:.3f}", deviation.time[b]));
+    breaks.push_back(number_in_form("{:.3f}", deviation.time[b]));
   root["breaks_s"] = flow(breaks);
   root["correction"] =
       flow_map({{"gain", rounded(result.gain)},
-                {"points", std::to_string(result.points.size())},
+                {"points", whole_number(result.points.size())},
                 {"largest_mm", millimetres(result.correction.colwise().norm().maxCoeff())},
-                {"clipped_samples", std::to_string(result.clipped)},
-                {"unrecorded_samples", std::to_string(result.unrecorded)}});
+                {"clipped_samples", whole_number(result.clipped)},
+                {"unrecorded_samples", whole_number(result.unrecorded)}});
   root["accuracy"] = accuracy_node(findings, accuracy);
   if (before) {
     root["before"] = accuracy_node(findings, *before);

@@ -1,22 +1,16 @@
 #include "io/mistaken_columns.h"
 
 #include <algorithm>
-#include <cctype>
 #include <set>
 #include <string_view>
 
+#include "armtrue/text/edit_distance.h"
 #include "armtrue/text/input_error.h"
 
 namespace armtrue {
 namespace {
 
 using Names = std::set<std::string, std::less<>>;
-
-std::string lower_case(std::string_view text) {
-  std::string lower(text);
-  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return lower;
-}
 
 // `Time [s]`, `time_s` and `TIME` are one name.
 std::string plain_name(std::string_view header) {
@@ -56,7 +50,97 @@ std::string mistaken_for(const std::string& header, const AbsentQuantities& abse
   return "";
 }
 
+// Usual names of a column in English and German, in the form of plain_name().
+struct OtherNames {
+  const char* column;
+  Names names;
+};
+
+const std::vector<OtherNames>& other_names() {
+  static const std::vector<OtherNames> kOtherNames{
+      {"payload_kg", {"payload", "payloadkg", "load", "loadkg", "payloadmass", "nutzlast", "traglast",
+                      "last", "nutzlastkg", "traglastkg", "lastkg"}},
+      {"session", {"station", "setup", "sessionid", "sessionname", "sitzung", "aufstellung",
+                   "aufbau", "standort"}},
+      {"t_s", {"zeit", "zeits", "zeitpunkt", "uhrzeit", "elapsed", "elapsedtime", "sekunden"}},
+      {"repeat", {"run", "trial", "cycle", "wiederholung", "durchgang", "durchlauf"}},
+      {"target", {"reflector", "reflektor", "smr", "marker", "prism", "prisma", "nest", "ball"}},
+      {"anchor", {"anker", "ankerpunkt", "anchorpoint"}},
+      {"contact", {"kontakt", "touch"}},
+      {"sigma_mm", {"sigma", "std", "stdmm", "stddev", "stddevmm", "uncertainty", "uncertaintymm",
+                    "unsicherheit", "unsicherheitmm"}},
+  };
+  return kOtherNames;
+}
+
+// Of a vector or of the joints: force_x, Kraft_X, torque1, tau1.
+std::string component_of(const std::string& name) {
+  static const Names kForce{"f", "force", "kraft"};
+  static const Names kTorque{"tau", "torque", "motortorque", "moment", "drehmoment", "motormoment"};
+  static const Names kDirection{"direction", "richtung", "arrival"};
+  std::string stem = name;
+  for (const std::string_view unit : {"nm", "n"})
+    if (stem.size() > unit.size() + 1 && stem.ends_with(unit))
+      stem.resize(stem.size() - unit.size());
+  if (stem.size() < 2) return "";
+  const char last = stem.back();
+  stem.pop_back();
+  if (kForce.contains(stem) && last >= 'x' && last <= 'z') return {'f', last, '_', 'n'};
+  if (kTorque.contains(stem) && last >= '1' && last <= '9')
+    return std::string("tau") + last + "_nm";
+  if (kDirection.contains(stem) && last >= '1' && last <= '9') return std::string("dir") + last;
+  return "";
+}
+
+// temp_<where>_c of temp_motor, Temperatur_Motor or T_motor_C; a temperature alone names no place.
+std::string temperature_of(const std::string& header) {
+  std::string name = lower_case(header.substr(0, header.find_first_of("[(")));
+  while (name.ends_with(' ') || name.ends_with('_')) name.pop_back();
+  for (const char* unit : {"_degc", "_celsius", "_c", "_\xC2\xB0\x63", " c"})
+    if (name.ends_with(unit)) name.resize(name.size() - std::string_view(unit).size());
+  for (const std::string_view begin : {"temperature", "temperatur", "temp"}) {
+    if (!name.starts_with(begin)) continue;
+    std::string where = name.substr(begin.size());
+    where.erase(0, where.find_first_not_of("_ -"));
+    return "temp_" + (where.empty() ? "<where>" : where) + "_c";
+  }
+  return "";
+}
+
+// The column that is read in the place of an unknown one; empty if none is likely.
+std::string likely_column(const std::string& header, const std::vector<std::string>& known) {
+  const std::string name = plain_name(header);
+  for (const OtherNames& other : other_names())
+    if (other.names.contains(name)) return other.column;
+  if (std::string component = component_of(name); !component.empty()) return component;
+  if (std::string temperature = temperature_of(header); !temperature.empty()) return temperature;
+  constexpr size_t kShortest = 4;  // shorter names differ by a letter from many others
+  if (name.size() < kShortest) return "";
+  const auto distance = [&](const std::string& column) {
+    return edit_distance(plain_name(column), name);
+  };
+  const auto nearest = std::ranges::min_element(known, {}, distance);
+  const bool is_slip = nearest != known.end() && plain_name(*nearest).size() >= kShortest &&
+                       distance(*nearest) <= 1;
+  return is_slip ? *nearest : "";
+}
+
 }  // namespace
+
+std::vector<std::string> with_likely_columns(const CsvTable& table,
+                                             const std::vector<std::string>& unknown,
+                                             const std::vector<std::string>& known) {
+  std::vector<std::string> texts;
+  for (const std::string& header : unknown) {
+    const std::string likely = likely_column(header, known);
+    // Temperatures, whose names are the user's, are read where payloads are.
+    const std::string read = likely.starts_with("temp_") ? "payload_kg" : likely;
+    const bool is_asked = !likely.empty() && likely != header && !table.find(likely) &&
+                          std::ranges::find(known, read) != known.end();
+    texts.push_back(is_asked ? header + " (did you mean " + likely + "?)" : header);
+  }
+  return texts;
+}
 
 void refuse_mistaken_columns(const CsvTable& table, const std::vector<std::string>& unknown,
                              const std::vector<std::string>& known,

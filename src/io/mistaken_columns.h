@@ -18,4 +18,10 @@ struct AbsentQuantities {
 void refuse_mistaken_columns(const CsvTable& table, const std::vector<std::string>& unknown,
                              const std::vector<std::string>& known, const AbsentQuantities& absent);
 
+/// For each of `unknown`: itself or, if it seems to stand for a column that is read and that the
+/// file lacks, such as payload for payload_kg, itself with the question whether it does.
+std::vector<std::string> with_likely_columns(const CsvTable& table,
+                                             const std::vector<std::string>& unknown,
+                                             const std::vector<std::string>& known);
+
 }  // namespace armtrue

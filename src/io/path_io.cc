@@ -9,12 +9,16 @@
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
+#include "io/csv_cell.h"
 #include "io/csv_table.h"
 #include "io/joint_columns.h"
 #include "io/mistaken_columns.h"
 
 namespace armtrue {
 namespace {
+
+// Between the cells of PathFile::rows; no cell holds it, and one may hold a comma.
+constexpr char kBetweenCells = '\x1f';
 
 using Quantity = CsvTable::Quantity;
 constexpr double kNanometre = 1e-9;
@@ -136,9 +140,12 @@ PathFile read_path(const std::string& file, KeepRows keep, const std::vector<Joi
   for (int c = 0; c < static_cast<int>(result.columns.size()); ++c)
     if (std::find(used.begin(), used.end(), c) == used.end())
       result.unknown_columns.push_back(result.columns[c]);
-  if (keep == KeepRows::no)  // else they stay in the product
+  if (keep == KeepRows::no) {  // else they stay in the product
     refuse_mistaken_columns(table, result.unknown_columns, columns_of_a_path(joints),
                             {.orientation = !columns.orientation});
+    result.unknown_columns =
+        with_likely_columns(table, result.unknown_columns, columns_of_a_path(joints));
+  }
   SampleBuffer position, orientation, force, q;
   std::vector<double> time;
   while (table.next_row()) {
@@ -161,8 +168,10 @@ PathFile read_path(const std::string& file, KeepRows keep, const std::vector<Joi
     if (columns.q) q.add(table, *columns.q);
     if (keep == KeepRows::yes) {
       for (size_t c = 0; c < result.columns.size(); ++c) {
-        if (c) result.rows += ',';
-        result.rows += table.text(static_cast<int>(c));
+        const int column = static_cast<int>(c);
+        const std::string_view text = table.text(column);
+        if (c) result.rows += kBetweenCells;
+        result.rows += read_number(text) ? text : table.original(column);
       }
       result.rows += '\n';
     }
@@ -206,19 +215,19 @@ std::string write_path(const Path& path, const std::vector<JointName>& joints) {
 std::string write_path_like(const PathFile& file, const Eigen::Matrix3Xd& position) {
   std::string text;
   text.reserve(file.rows.size() * 5 / 4);
-  for (size_t c = 0; c < file.columns.size(); ++c) text += (c ? "," : "") + file.columns[c];
+  for (size_t c = 0; c < file.columns.size(); ++c) text += (c ? "," : "") + csv_cell(file.columns[c]);
   text += '\n';
   size_t begin = 0;
   for (Eigen::Index i = 0; i < position.cols(); ++i) {
     for (size_t c = 0; c < file.columns.size(); ++c) {
-      const size_t end = file.rows.find_first_of(",\n", begin);
+      const size_t end = file.rows.find_first_of(std::string{kBetweenCells, '\n'}, begin);
       const auto moved = [&](int axis) {
         return file.position[axis].column == static_cast<int>(c) &&
                position(axis, i) != file.path.position(axis, i);
       };
       const int axis = moved(0) ? 0 : moved(1) ? 1 : moved(2) ? 2 : -1;
       if (axis < 0) {
-        text.append(file.rows, begin, end - begin);
+        text += csv_cell(std::string_view(file.rows).substr(begin, end - begin));
       } else {
         const double unit = file.position[axis].unit;
         text += decimal_text(position(axis, i) / unit, unit == kMillimetre ? 6 : 9);  // nanometre

@@ -19,7 +19,7 @@ std::string write_ranking(const TraceResult& result, const Provenance& provenanc
                   {"parameter", ranked.effect.parameter},
                   {"driver", to_string(ranked.effect.driver)},
                   {"shape", to_string(ranked.effect.shape)},
-                  {"degrees_of_freedom", std::to_string(ranked.degrees_of_freedom)},
+                  {"degrees_of_freedom", whole_number(ranked.degrees_of_freedom)},
                   {"left", rounded(ranked.unexplained_share)},
                   {"delta_ebic", rounded_or_null(ranked.score)}}));
   root["not_separable"] = not_separable_node(result.not_separable);

@@ -6,6 +6,7 @@
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
+#include "io/csv_cell.h"
 #include "io/row_text.h"
 
 namespace armtrue {
@@ -44,7 +45,7 @@ void append_row(const Residuals& part, int row, double error, const OptionalColu
                 std::string& text) {
   const auto& [campaign, residuals, split, predictions] = part;
   const auto& residual = residuals[row];
-  text += campaign.pose_ids[campaign.pose[row]] + "," +
+  text += csv_cell(campaign.pose_ids[campaign.pose[row]]) + "," +
           (campaign.repeat.empty() ? "" : std::to_string(campaign.repeat[row])) + "," + split[row];
   const auto add = [&](double value, double unit) { text += "," + number_text(value / unit); };
   const bool has_point = !campaign.has_distances();

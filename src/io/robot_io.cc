@@ -79,7 +79,7 @@ void read_masses(YamlMap& document, Robot& robot) {
 
 YAML::Node session_node(const Session& session, const KinematicChain& chain) {
   YAML::Node node = pose_node(session.base);
-  std::vector<std::pair<std::string, std::string>> angles, lengths;
+  std::vector<FlowEntry> angles, lengths;
   for (const auto& [link, zero] : session.zero) {
     const bool slides = is_prismatic(chain.links[link]);
     (slides ? lengths : angles)
@@ -336,7 +336,7 @@ YAML::Node robot_node(const Robot& robot, const Provenance& provenance) {
   }
   if (!robot.identify_per_session.empty())
     root["identify_per_session"] = flow(YAML::Node(robot.identify_per_session));
-  std::vector<std::pair<std::string, std::string>> noise;
+  std::vector<FlowEntry> noise;
   if (robot.noise.position > 0)
     noise.emplace_back("position_mm", number_text(robot.noise.position, kMillimetre));
   if (robot.noise.orientation > 0)

@@ -33,6 +33,59 @@ void check_text(std::string_view text, const std::string& file, int first_line) 
           "file with the line ends of Unix (LF) or Windows (CRLF)");
 }
 
+namespace {
+
+// What the first bytes of a file say, and what its owner can do.
+struct ForeignFile {
+  std::string_view begins;
+  const char* what;
+  const char* remedy;
+};
+
+constexpr const char* kSaveAsCsv = "open it in a spreadsheet and save the sheet as CSV (UTF-8)";
+constexpr const char* kUnpack = "unpack it and give the file inside";
+constexpr const char* kExport = "export the table as CSV (UTF-8)";
+constexpr const char* kRecode = "save it as UTF-8";
+
+using namespace std::string_view_literals;
+constexpr ForeignFile kForeignFiles[] = {
+    {"\xD0\xCF\x11\xE0\xA1\xB1\x1A\xE1"sv, "an Excel workbook (.xls)", kSaveAsCsv},
+    {"%PDF-"sv, "a PDF", kExport},
+    {"\x1F\x8B"sv, "packed by gzip (.gz)", kUnpack},
+    {"BZh91AY&SY"sv, "packed by bzip2 (.bz2)", kUnpack},
+    {"\xFD\x37zXZ\0"sv, "packed by xz", kUnpack},
+    {"\x28\xB5\x2F\xFD"sv, "packed by zstd (.zst)", kUnpack},
+    {"7z\xBC\xAF\x27\x1C"sv, "a 7z archive", kUnpack},
+    {"Rar!\x1A\x07"sv, "a RAR archive", kUnpack},
+    {"MATLAB 5.0 MAT-file"sv, "a MATLAB file (.mat)", kExport},
+    {"\x89HDF\r\n"sv, "an HDF5 file (also .mat)", kExport},
+    {"\x89PNG\r\n"sv, "a picture (PNG)", kExport},
+    {"\xFF\xD8\xFF"sv, "a picture (JPEG)", kExport},
+    {"SQLite format 3\0"sv, "an SQLite database", kExport},
+    {"\xFF\xFE"sv, "text in UTF-16", kRecode},
+    {"\xFE\xFF"sv, "text in UTF-16", kRecode},
+};
+
+// An archive of the kind ZIP is a workbook of Excel or LibreOffice if files of such a name are in it.
+ForeignFile kind_of_zip(std::string_view bytes) {
+  const auto holds = [&](std::string_view name) { return bytes.find(name) != bytes.npos; };
+  if (holds("opendocument.spreadsheet")) return {{}, "a spreadsheet (.ods)", kSaveAsCsv};
+  if (holds("xl/") || holds("[Content_Types].xml"))
+    return {{}, "an Excel workbook (.xlsx)", kSaveAsCsv};
+  return {{}, "a ZIP archive", kUnpack};
+}
+
+void refuse_foreign(std::string_view bytes, const std::string& name) {
+  const auto refuse = [&](const ForeignFile& kind) {
+    throw InputError(name + ": is " + kind.what + "; " + kind.remedy);
+  };
+  if (bytes.starts_with("PK\x03\x04"sv)) refuse(kind_of_zip(bytes));
+  for (const ForeignFile& kind : kForeignFiles)
+    if (bytes.starts_with(kind.begins)) refuse(kind);
+}
+
+}  // namespace
+
 struct Source::Digest {
   EVP_MD_CTX* context = EVP_MD_CTX_new();
   Digest() { EVP_DigestInit_ex(context, EVP_sha256(), nullptr); }
@@ -89,6 +142,8 @@ bool Source::fill() {
     return false;
   }
   EVP_DigestUpdate(digest_->context, buffer_.data() + end_, count);
+  if (is_new_) refuse_foreign({buffer_.data() + end_, count}, name_);
+  is_new_ = false;
   end_ += count;
   return true;
 }

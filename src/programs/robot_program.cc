@@ -88,7 +88,7 @@ RobotProgram parse_program(Dialect dialect, std::vector<ProgramText> texts,
   if (!program.targets.empty()) return program;
   throw InputError(fmt::format(
       "{}: has no move to a point with plain numbers, read as {}{}{}; give the program with its "
-      "points, or the right --dialect",
+      "points, or its right dialect (compensate --dialect)",
       program.texts[0].name, to_string(dialect), program.warnings.empty() ? "" : ": ",
       program.warnings.empty() ? "" : program.warnings.front()));
 }

@@ -249,6 +249,11 @@ std::string stages_table(const LoopResult& result) {
     for (const char* name : {"held-out mean, mm", "held-out 95 %, mm", "held-out max, mm"})
       head.push_back(name);
   std::string html = table(head, rows);
+  if (result.worst)
+    html += paragraph("The worst held-out pose is " +
+                      keyed(result.worst->pose, "worst_held_out/pose") + ": " +
+                      keyed_mm(result.worst->error, "worst_held_out/after_mm") +
+                      " mm with the final model.");
   if (result.predictor)
     html += paragraph(
         "The last line only predicts: none of the effects that it adds is a finding, "

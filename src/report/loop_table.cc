@@ -64,6 +64,9 @@ std::string before_after_table(const LoopResult& result) {
   }
   table += fmt::format("{:<44} {:>6} {:>12} {:>12.4f}\n", "noise floor", "", "",
                        result.floor / kMillimetre);
+  if (result.worst)
+    table += fmt::format("worst held-out pose: '{}', {:.4f} mm after\n", result.worst->pose,
+                         result.worst->error / kMillimetre);
   table += shares_table(result.trace.effects);
   if (const auto& nested = result.nested)
     table += fmt::format(

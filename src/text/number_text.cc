@@ -6,13 +6,14 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
-#include <stdexcept>
+
+#include "armtrue/text/input_error.h"
 
 namespace armtrue {
 
 void require_finite(double value) {
   if (!std::isfinite(value))
-    throw std::runtime_error(
+    throw InputError(
         "a result is no finite number: numbers of the input are too large or too small to compute "
         "with; check their units");
 }
@@ -26,25 +27,26 @@ std::optional<double> read_number(std::string_view text) {
   return value;
 }
 
-std::string number_text(double value) {
-  require_finite(value);
-  if (value == 0) return "0";  // no "-0"
-  return fmt::format("{}", value);
+NumberText number_text(double value) {
+  if (value == 0) return NumberText("0");  // no "-0"
+  return number_in_form("{}", value);
 }
 
-std::string rounded(double value) {
+NumberText rounded(double value) { return number_in_form("{:.4g}", value); }
+
+NumberText number_in_form(const char* form, double value) {
   require_finite(value);
-  return fmt::format("{:.4g}", value);
+  return NumberText(fmt::format(fmt::runtime(form), value));
 }
 
-std::string decimal_text(double value, int decimals) {
+NumberText decimal_text(double value, int decimals) {
   double scale = 1;
   for (int k = 0; k < decimals; ++k) scale *= 10;
   return number_text(std::round(value * scale) / scale);
 }
 
-std::string number_text(double si, double unit) {
-  if (si == 0) return "0";
+NumberText number_text(double si, double unit) {
+  if (si == 0) return NumberText("0");
   const double value = si / unit;
   require_finite(value);
   for (int digits = 15; digits <= 17; ++digits) {

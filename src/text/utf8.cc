@@ -23,6 +23,16 @@ size_t length_of_character(std::string_view text, size_t at) {
 
 }  // namespace
 
+Utf8Character character_at(std::string_view text, size_t at) {
+  const size_t length = length_of_character(text, at);
+  if (length == 0) return {};
+  constexpr char32_t kFirstBits[] = {0, 0x7F, 0x1F, 0x0F, 0x07};
+  char32_t code = static_cast<std::uint8_t>(text[at]) & kFirstBits[length];
+  for (size_t k = 1; k < length; ++k)
+    code = code << 6 | (static_cast<std::uint8_t>(text[at + k]) & 0x3F);
+  return {code, length};
+}
+
 bool is_utf8(std::string_view text) {
   for (size_t at = 0; at < text.size();) {
     const size_t length = length_of_character(text, at);

@@ -133,6 +133,10 @@ void set_held_out(const Training& training, const Campaign& held_out, const Trac
   const std::vector<int> poses = poses_of_readings(held_out);
   result.errors_before = evaluate(result.trace.stages.front().robot, held_out).reading_errors();
   result.errors_after = evaluate(result.trace.fit.robot, held_out).reading_errors();
+  const auto worst = std::ranges::max_element(result.errors_after) - result.errors_after.begin();
+  const std::vector<int> first = held_out.first_rows_of_readings();
+  const int row = first.empty() ? static_cast<int>(worst) : first[static_cast<size_t>(worst)];
+  result.worst = {held_out.pose_ids[held_out.pose[row]], result.errors_after[worst]};
   result.before = summarize(result.errors_before).mean;
   result.after = summarize(result.errors_after).mean;
   const double reducible = result.before * result.before - result.floor * result.floor;

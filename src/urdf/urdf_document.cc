@@ -97,7 +97,7 @@ urdf::ModelInterfaceSharedPtr parse_strictly(const std::string& text, const TiXm
                                 return first.find("[" + name + "]") != std::string::npos ||
                                        first.find("'" + name + "'") != std::string::npos;
                               }) +
-                     ": is no valid URDF: " + first + "; correct it");
+                     ": is no valid URDF: the element cannot be read; correct it (urdfdom says \"" + first + "\")");
   if (!model || !model->getRoot())
     throw InputError(file + ": is no valid URDF: it has no root link; state one");
   return model;

@@ -18,7 +18,7 @@ struct PathFile {
   std::string sha256;
   std::vector<std::string> unknown_columns;  ///< not used; the command warns of them
   std::array<QuantityColumn, 3> position{};  ///< columns of x, y and z
-  /// The file as it was read, for write_path_like(): column names, and the rows, comma-separated.
+  /// The file as it was read, for write_path_like(): column names, and the cells of the rows.
   std::vector<std::string> columns;
   std::string rows;
 };

@@ -9,7 +9,8 @@
 namespace armtrue {
 
 /// A file, or standard input for "-" or "", read line by line in chunks, with the SHA-256 of its
-/// bytes. Errors throw InputError.
+/// bytes. Errors throw InputError, also for a file that its first bytes show to be no text, such as
+/// a workbook of Excel.
 class Source {
  public:
   explicit Source(const std::string& path);
@@ -46,6 +47,7 @@ class Source {
   std::vector<char> buffer_;
   std::string converted_;  // the last line that was not in UTF-8
   size_t begin_ = 0, end_ = 0;
+  bool is_new_ = true;  ///< nothing was read of it
   bool at_end_ = false;
   int line_number_ = 0;
 };

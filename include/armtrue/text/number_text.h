@@ -1,8 +1,10 @@
 #pragma once
 
+#include <concepts>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace armtrue {
 
@@ -10,7 +12,15 @@ namespace armtrue {
 /// digits of all other numbers.
 inline constexpr double kMaxNumber = 1e15;
 
-/// Throws std::runtime_error for inf and nan, which no product may contain.
+/// The text of a number. Its type tells it from a name that looks like a number, such as the pose
+/// 0032: YAML must quote the name, but not the number.
+class NumberText : public std::string {
+ public:
+  NumberText() = default;
+  explicit NumberText(std::string text) : std::string(std::move(text)) {}
+};
+
+/// Throws InputError for inf and nan, which no product may contain.
 void require_finite(double value);
 
 /// The number that the whole text represents, a leading `+` allowed; it may be inf or nan. Empty if
@@ -19,16 +29,22 @@ std::optional<double> read_number(std::string_view text);
 
 /// The shortest decimal that reads back as exactly this number. The number must be finite, as in
 /// the functions below.
-std::string number_text(double value);
+NumberText number_text(double value);
 
 /// Four significant digits, enough for a statistic. Must be finite.
-std::string rounded(double value);
+NumberText rounded(double value);
 
 /// The value rounded to so many decimals, without zeros at the end.
-std::string decimal_text(double value, int decimals);
+NumberText decimal_text(double value, int decimals);
 
 /// The shortest decimal v with v * unit == si, so that a file with v reads back exactly. If
 /// rounding leaves no such v, the nearest one.
-std::string number_text(double si, double unit);
+NumberText number_text(double si, double unit);
+
+/// All digits of a whole number.
+NumberText whole_number(std::integral auto value) { return NumberText(std::to_string(value)); }
+
+/// A number in a form of fmt, such as "{:.3f}". Must be finite.
+NumberText number_in_form(const char* form, double value);
 
 }  // namespace armtrue

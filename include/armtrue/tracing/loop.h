@@ -46,6 +46,12 @@ struct Predictor {
   Stage stage;
 };
 
+/// The held-out reading with the largest position error of the final model.
+struct WorstReading {
+  std::string pose;
+  double error = 0;  ///< [m]
+};
+
 struct LoopResult {
   Verdict verdict = Verdict::unexplained;
   bool of_distances = false;  ///< position errors are those of distances
@@ -62,6 +68,7 @@ struct LoopResult {
   std::optional<RejectedModel> rejected;  ///< the last stage is the geometry again
   TraceResult trace;
   std::vector<double> errors_before, errors_after;  ///< of each held-out reading [m]
+  std::optional<WorstReading> worst;                ///< of those held out
   std::vector<HeldOutGain> gains;                   ///< per effect of the trace
   std::vector<std::vector<CurvePoint>> curves;      ///< per effect of the trace; see effect_curve
   std::vector<Effect> held;  ///< members of families without evidence of their own: only the prior

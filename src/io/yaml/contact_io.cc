@@ -77,13 +77,13 @@ Contact read_contact(const std::string& name, YamlMap map) {
 }
 
 YAML::Node contact_node(const Contact& contact) {
-  std::vector<std::pair<std::string, std::string>> entries{{"kind", kind_word(contact.kind)}};
+  std::vector<FlowEntry> entries{{"kind", kind_word(contact.kind)}};
   if (contact.is_placed) {
     const Eigen::Vector3d& at = contact.place.translation;
-    std::vector<std::string> values;
+    std::vector<NumberText> values;
     for (double length : at) values.push_back(number_text(length, kMillimetre));
     if (has_rotation(contact.kind))
-      for (const std::string& angle : rotation_texts(contact.place.rotation))
+      for (const NumberText& angle : rotation_texts(contact.place.rotation))
         values.push_back(angle);
     if (contact.kind == ContactKind::sphere)
       values.push_back(number_text(contact.radius, kMillimetre));

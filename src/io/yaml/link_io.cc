@@ -57,11 +57,11 @@ Eigen::Matrix3d read_rotation(YamlMap& map) {
 }
 
 // A rotation holds its angles to 1e-15 rad; digits below 1e-12 deg are rounding errors.
-std::array<std::string, 3> rotation_texts(const Eigen::Matrix3d& rotation) {
-  std::array<std::string, 3> texts;
+std::array<NumberText, 3> rotation_texts(const Eigen::Matrix3d& rotation) {
+  std::array<NumberText, 3> texts;
   const Eigen::Vector3d abc = abc_from_rotation(rotation) / kDegree;
   for (int k = 0; k < 3; ++k)
-    texts[static_cast<size_t>(k)] = number_text(std::stod(fmt::format("{:.12f}", abc[k])) + 0.0);
+    texts[static_cast<size_t>(k)] = number_text(*read_number(fmt::format("{:.12f}", abc[k])) + 0.0);
   return texts;
 }
 
@@ -101,7 +101,7 @@ Link read_link(YamlMap map) {
 }
 
 YAML::Node link_node(const Link& link) {
-  std::vector<std::pair<std::string, std::string>> entries{
+  std::vector<FlowEntry> entries{
       {"name", link.name},
       {"joint", joint_word(link.joint)},
       {"alpha_deg", number_text(link.alpha, kDegree)},

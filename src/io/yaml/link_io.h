@@ -4,6 +4,7 @@
 #include <string>
 
 #include "armtrue/kinematics/chain.h"
+#include "armtrue/text/number_text.h"
 #include "io/yaml/yaml_map.h"
 
 namespace armtrue {
@@ -13,7 +14,7 @@ Eigen::Vector3d read_position(YamlMap& map);
 /// a_deg, b_deg, c_deg of a map: Rz(a) Ry(b) Rx(c). Throws InputError.
 Eigen::Matrix3d read_rotation(YamlMap& map);
 /// The numbers of a_deg, b_deg, c_deg.
-std::array<std::string, 3> rotation_texts(const Eigen::Matrix3d& rotation);
+std::array<NumberText, 3> rotation_texts(const Eigen::Matrix3d& rotation);
 
 /// A pose in mm and degrees: the base or the tool of a robot file. Throws InputError.
 Pose read_pose(YamlMap map);

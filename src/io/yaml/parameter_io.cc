@@ -1,6 +1,6 @@
 #include "io/yaml/parameter_io.h"
 
-#include <fmt/format.h>
+#include <cmath>
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/text/number_text.h"
@@ -53,7 +53,8 @@ YAML::Node deviations_node(const std::map<std::string, double>& values, const Ki
   for (int k = 0; k < parameter_count(chain); ++k) {
     const std::string name = parameter_name(chain, k);
     const auto found = values.find(name);
-    if (found != values.end()) node[name] = text(found->second, file_unit(chain, k));
+    if (found != values.end() && std::isfinite(found->second))  // else nothing shows it
+      node[name] = text(found->second, file_unit(chain, k));
   }
   return node;
 }
@@ -62,7 +63,7 @@ YAML::Node deviations_node(const std::map<std::string, double>& values, const Ki
 
 YAML::Node std_node(const std::map<std::string, double>& values, const KinematicChain& chain) {
   return deviations_node(values, chain,
-                         [](double si, double unit) { return fmt::format("{:.4g}", si / unit); });
+                         [](double si, double unit) { return rounded(si / unit); });
 }
 
 YAML::Node priors_node(const std::map<std::string, double>& values, const KinematicChain& chain) {

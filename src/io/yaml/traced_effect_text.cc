@@ -16,9 +16,9 @@ YAML::Node rivals_node(const std::vector<Rival>& rivals, const KinematicChain& c
   YAML::Node list(YAML::NodeType::Sequence);
   for (const Rival& rival : rivals) {
     YAML::Node node = effect_form_node(rival.effect, chain);
-    node["correlation"] = fmt::format("{:.3f}", rival.correlation);
+    node["correlation"] = number_in_form("{:.3f}", rival.correlation);
     if (std::isfinite(rival.delta_ebic))  // not where a fit is exact
-      node["delta_ebic"] = fmt::format("{:.1f}", rival.delta_ebic);
+      node["delta_ebic"] = number_in_form("{:.1f}", rival.delta_ebic);
     if (!rival.separated_by.empty()) node["separated_by"] = rival.separated_by;
     list.push_back(flow(node));
   }
@@ -34,7 +34,7 @@ YAML::Node curve_node(const Effect& effect, const std::vector<CurvePoint>& curve
   const double driver_unit = travels ? kMillimetre : is_angle ? kDegree : 1.0;
   YAML::Node drivers, values, half_widths;
   for (const CurvePoint& point : curve) {
-    drivers.push_back(fmt::format("{:.5g}", point.driver / driver_unit));
+    drivers.push_back(number_in_form("{:.5g}", point.driver / driver_unit));
     values.push_back(rounded(point.value / unit.si));
     half_widths.push_back(rounded(point.half_width / unit.si));
   }
@@ -47,9 +47,8 @@ YAML::Node curve_node(const Effect& effect, const std::vector<CurvePoint>& curve
   node["half_width_" + unit.name] = flow(half_widths);
   if (const auto cycle = is_angle ? strongest_cycle(curve) : std::nullopt)
     node["strongest_cycle"] = flow_map(
-        {travels
-             ? std::pair{std::string("length_mm"), rounded(kTurn / cycle->per_turn / kMillimetre)}
-             : std::pair{std::string("per_turn"), fmt::format("{:.5g}", cycle->per_turn)},
+        {travels ? FlowEntry{"length_mm", rounded(kTurn / cycle->per_turn / kMillimetre)}
+                 : FlowEntry{"per_turn", number_in_form("{:.5g}", cycle->per_turn)},
          {"resolution", rounded(cycle->resolution)},
          {"amplitude_" + unit.name, rounded(cycle->amplitude / unit.si)},
          {"share", rounded(cycle->share)}});
@@ -59,7 +58,7 @@ YAML::Node curve_node(const Effect& effect, const std::vector<CurvePoint>& curve
 // A value with its interval.
 YAML::Node estimate_node(double value, double std, const std::array<double, 2>& ci95) {
   YAML::Node node, interval;
-  const auto text = [](double number) { return fmt::format("{:.6g}", number); };
+  const auto text = [](double number) { return number_in_form("{:.6g}", number); };
   for (double bound : ci95) interval.push_back(text(bound));
   node["value"] = text(value);
   node["std"] = rounded(std);
@@ -89,7 +88,7 @@ YAML::Node cycle_node(const TracedEffect& traced, const Robot& robot) {
 YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain,
                        const std::vector<CurvePoint>& curve, const Robot& robot) {
   YAML::Node node = effect_node(traced.effect, robot.chain);
-  std::vector<std::pair<std::string, std::string>> evidence{
+  std::vector<FlowEntry> evidence{
       {"delta_ebic", rounded(traced.evidence.delta_ebic)},
       {"p_value", rounded(traced.evidence.p_value)},
       {"cross_validated_gain", rounded(traced.evidence.cross_validated_gain)},
@@ -107,7 +106,7 @@ YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain,
   for (double bound : share.ci95) share_interval.push_back(rounded(bound));
   node["variance_share"] = rounded(share.value);
   node["variance_share_ci95"] = flow(share_interval);
-  node["may_lead"] = share.may_lead ? "true" : "false";
+  node["may_lead"] = boolean(share.may_lead);
   node["indistinguishable"] = rivals_node(traced.indistinguishable, robot.chain);
   if (!traced.ruled_out.empty()) node["ruled_out"] = rivals_node(traced.ruled_out, robot.chain);
   for (const Rival& rival : traced.indistinguishable)
@@ -120,7 +119,7 @@ YAML::Node traced_node(const TracedEffect& traced, const HeldOutGain* gain,
     for (double bound : *traced.step_ci95) interval.push_back(number_text(bound, unit));
     node["at" + suffix + "_ci95"] = flow(interval);
   }
-  if (gain) node["confirmed"] = gain->confirmed() ? "true" : "false";
+  if (gain) node["confirmed"] = boolean(gain->confirmed());
   node["sentence"] = for_the_cell(traced, gain, robot);
   node["description"] = in_words(traced, gain, curve, robot);
   if (!curve.empty() && traced.effect.shape.kind == ShapeKind::series)

@@ -54,10 +54,8 @@ YAML::Node uncertainty_node(const Uncertainty& uncertainty) {
   node["parameters"] = flow(YAML::Node(uncertainty.parameters));
   YAML::Node root(YAML::NodeType::Sequence);
   for (Eigen::Index row = 0; row < uncertainty.root.rows(); ++row)
-    for (Eigen::Index column = 0; column <= row; ++column) {
-      require_finite(uncertainty.root(row, column));
-      root.push_back(fmt::format("{:.5g}", uncertainty.root(row, column)));
-    }
+    for (Eigen::Index column = 0; column <= row; ++column)
+      root.push_back(number_in_form("{:.5g}", uncertainty.root(row, column)));
   node["root"] = flow(root);
   node["reading_mm"] = rounded(uncertainty.reading.position / kMillimetre);
   if (uncertainty.reading.orientation > 0)
@@ -68,7 +66,7 @@ YAML::Node uncertainty_node(const Uncertainty& uncertainty) {
   if (uncertainty.largest_variance_of_point > 0)
     node["largest_variance_of_point_mm2"] =
         rounded(uncertainty.largest_variance_of_point / (kMillimetre * kMillimetre));
-  node["poses"] = std::to_string(uncertainty.poses);
+  node["poses"] = whole_number(uncertainty.poses);
   return node;
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "armtrue/text/input_error.h"
+#include "armtrue/text/utf8.h"
 
 namespace armtrue {
 namespace {
@@ -95,6 +96,24 @@ class BoundsHandler : public YAML::EventHandler {
   std::map<YAML::anchor_t, long> sizes_;
 };
 
+// Where a document cannot be read further, with the line as it stands there.
+std::string near(const std::string& text, const YAML::Mark& mark) {
+  std::istringstream lines(text);
+  std::string line;
+  for (int k = 0; k <= mark.line; ++k)
+    if (!std::getline(lines, line)) line.clear();
+  while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) line.pop_back();
+  if (line.empty()) return ": it ends too early; close its brackets and quotes";
+  constexpr size_t kShown = 60;  // bytes of the line
+  std::string shown = line.substr(0, kShown);
+  while (!is_utf8(shown)) shown.pop_back();
+  const bool has_tab = line.substr(0, line.find_first_not_of(" \t")).find('\t') != line.npos;
+  return " at column " + std::to_string(mark.column + 1) + ": '" + shown + "'; " +
+         (has_tab ? "indent by blanks, not by tabs"
+                  : "correct the indents, colons, brackets and quotes of this line and of the one "
+                    "before");
+}
+
 }  // namespace
 
 void check_yaml_bounds(const std::string& text, const std::string& file) {
@@ -107,8 +126,8 @@ void check_yaml_bounds(const std::string& text, const std::string& file) {
     while (parser.HandleNextDocument(handler)) {
     }
   } catch (const YAML::Exception& error) {
-    throw InputError(file + ":" + std::to_string(error.mark.line + 1) +
-                     ": is no valid YAML: " + error.msg);
+    throw InputError(file + ":" + std::to_string(error.mark.line + 1) + ": is no valid YAML" +
+                     near(text, error.mark));
   }
 }
 

@@ -5,12 +5,21 @@
 #include <cmath>
 
 #include "armtrue/kinematics/units.h"
+#include "armtrue/text/utf8.h"
 #include "io/yaml/effect_io.h"
+#include "io/yaml/plain_text.h"
 
 namespace armtrue {
 namespace {
 
-constexpr const char* kNull = "null";  // among texts
+// The tag of YAML for a scalar whose characters say what it is, as against a text.
+constexpr const char* kPlain = "?";
+
+YAML::Node plain(const std::string& text) {
+  YAML::Node node(text);
+  node.SetTag(kPlain);
+  return node;
+}
 
 const char* basis_name(SeriesBasis basis) {
   switch (basis) {
@@ -71,13 +80,9 @@ std::string si_unit_moved(const Effect& effect, size_t coefficient, const Kinema
   return si_name(unit_moved(effect, coefficient, chain));
 }
 
-YAML::Node flow_map(const std::vector<std::pair<std::string, std::string>>& entries) {
+YAML::Node flow_map(const std::vector<FlowEntry>& entries) {
   YAML::Node node(YAML::NodeType::Map);
-  for (const auto& [key, value] : entries)
-    if (value == kNull)
-      node[key] = YAML::Node(YAML::NodeType::Null);  // as a text it would be quoted
-    else
-      node[key] = value;
+  for (const auto& [key, value] : entries) node[key] = value;
   return flow(node);
 }
 
@@ -87,7 +92,12 @@ YAML::Node flow_list(const std::vector<double>& values) {
   return flow(node);
 }
 
-std::string rounded_or_null(double value) { return std::isfinite(value) ? rounded(value) : kNull; }
+YAML::Node rounded_or_null(const std::optional<double>& value) {
+  return value && std::isfinite(*value) ? YAML::Node(rounded(*value))
+                                        : YAML::Node(YAML::NodeType::Null);
+}
+
+YAML::Node boolean(bool value) { return plain(value ? "true" : "false"); }
 
 YAML::Node error_node(const ErrorSummary& errors, double unit) {
   return flow_map({{"mean", rounded(errors.mean / unit)},
@@ -129,7 +139,7 @@ YAML::Node unseen_scale_node(const UnseenScale& scale) {
 
 YAML::Node noise_node(const NoiseFloor& noise) {
   static constexpr const char* kSources[] = {"replicates", "instrument", "none"};
-  std::vector<std::pair<std::string, std::string>> entries{
+  std::vector<FlowEntry> entries{
       {"source", kSources[static_cast<int>(noise.source)]},
       {"position_mm", rounded(noise.position / kMillimetre)}};
   if (noise.orientation > 0)
@@ -166,7 +176,7 @@ YAML::Node effect_form_node(const Effect& effect, const KinematicChain& chain) {
   if (shape.kind == ShapeKind::series) {
     YAML::Node series;
     series["basis"] = basis_name(shape.basis);
-    series["count"] = std::to_string(shape.count);
+    series["count"] = whole_number(shape.count);
     if (shape.basis != SeriesBasis::fourier) {
       series["range"] = flow_list({shape.low[0], shape.high[0]});
       if (effect.driver.is_pair() || is_polynomial(shape))
@@ -187,9 +197,9 @@ YAML::Node effect_node(const Effect& effect, const KinematicChain& chain) {
     coefficient["name"] = c.name;
     coefficient["value"] = number_text(c.value);
     if (c.std > 0) {
-      coefficient["std"] = fmt::format("{:.4g}", c.std);
+      coefficient["std"] = rounded(c.std);
       YAML::Node interval;
-      for (double bound : c.ci95) interval.push_back(fmt::format("{:.5g}", bound));
+      for (double bound : c.ci95) interval.push_back(number_in_form("{:.5g}", bound));
       coefficient["ci95"] = flow(interval);
     }
     coefficient["unit"] = coefficient_unit(effect, unit_moved(effect, k, chain), chain);
@@ -200,7 +210,7 @@ YAML::Node effect_node(const Effect& effect, const KinematicChain& chain) {
     node["typical"] = number_text(effect.family->typical);
   }
   if (effect.may_be_instrument) {
-    node["may_be_instrument"] = "true";
+    node["may_be_instrument"] = boolean(true);
     if (effect.mean != 0)
       node["mean"] = number_text(effect.mean / display_unit(chain, effect.parameter).si);
   }
@@ -217,11 +227,52 @@ YAML::Node provenance_node(const Provenance& provenance) {
   return node;
 }
 
+namespace {
+
+void print_text(const std::string& text, YAML::Emitter& emitter) {
+  const std::string utf8 = as_utf8(text);
+  if (!is_plain_text(utf8)) emitter << YAML::DoubleQuoted;
+  if (!is_printable(utf8)) emitter << YAML::EscapeNonAscii;
+  emitter << utf8;
+}
+
+// yaml-cpp itself would print a text such as 0032 or no as it prints a number.
+void print(const YAML::Node& node, YAML::Emitter& emitter) {
+  if (node.Style() == YAML::EmitterStyle::Flow) emitter << YAML::Flow;
+  if (node.Style() == YAML::EmitterStyle::Block) emitter << YAML::Block;
+  if (node.IsMap()) {
+    emitter << YAML::BeginMap;
+    for (const auto& entry : node) {
+      emitter << YAML::Key;
+      print_text(entry.first.Scalar(), emitter);
+      emitter << YAML::Value;
+      print(entry.second, emitter);
+    }
+    emitter << YAML::EndMap;
+  } else if (node.IsSequence()) {
+    emitter << YAML::BeginSeq;
+    for (const auto& item : node) print(item, emitter);
+    emitter << YAML::EndSeq;
+  } else if (!node.IsScalar()) {
+    emitter << YAML::Null;
+  } else if (node.Tag() == kPlain) {
+    emitter << node.Scalar();
+  } else {
+    print_text(node.Scalar(), emitter);
+  }
+}
+
+}  // namespace
+
 std::string print_document(const YAML::Node& root) {
   YAML::Emitter emitter;
   emitter.SetIndent(2);
-  emitter << root;
+  print(root, emitter);
   return std::string(emitter.c_str()) + "\n";
 }
 
 }  // namespace armtrue
+
+YAML::Node YAML::convert<armtrue::NumberText>::encode(const armtrue::NumberText& number) {
+  return armtrue::plain(number);
+}

@@ -16,21 +16,33 @@
 
 namespace armtrue {
 
-// A document is built as a tree of nodes, whose keys keep their order, and printed once. Numbers
-// are stored as text, so that they read back exactly.
+// A document is built as a tree of nodes, whose keys keep their order, and printed once. A node
+// made of a NumberText or by boolean() is a value. Every other scalar, and every key, is a text, and
+// is quoted if a reader would take it for something else.
+
+/// true or false.
+YAML::Node boolean(bool value);
 
 inline YAML::Node flow(YAML::Node node) {
   node.SetStyle(YAML::EmitterStyle::Flow);
   return node;
 }
 
+/// A key and its value.
+struct FlowEntry {
+  template <typename Value>
+  FlowEntry(std::string name, const Value& of_key) : key(std::move(name)), value(of_key) {}
+  std::string key;
+  YAML::Node value;
+};
+
 /// A map on one line.
-YAML::Node flow_map(const std::vector<std::pair<std::string, std::string>>& entries);
+YAML::Node flow_map(const std::vector<FlowEntry>& entries);
 /// A list on one line.
 YAML::Node flow_list(const std::vector<double>& values);
 
-/// null for what is not finite, such as the score of an effect that nothing shows.
-std::string rounded_or_null(double value);
+/// null for what is unknown or not finite, such as the score of an effect that nothing shows.
+YAML::Node rounded_or_null(const std::optional<double>& value);
 
 YAML::Node error_node(const ErrorSummary& errors, double unit);
 /// Of positions [m] and, where there are some, of orientations [rad].
@@ -61,6 +73,12 @@ YAML::Node sessions_node(const Robot& robot);
 YAML::Node robot_node(const Robot& robot, const Provenance& provenance);
 YAML::Node provenance_node(const Provenance& provenance);
 
+/// The whole document. The tags of its nodes are not written.
 std::string print_document(const YAML::Node& root);
 
 }  // namespace armtrue
+
+template <>
+struct YAML::convert<armtrue::NumberText> {
+  static Node encode(const armtrue::NumberText& number);
+};

@@ -124,7 +124,7 @@ ClockFit fit_clock(const Path& programmed, const Path& measured, const ClockOpti
              ? " (offset " + formatted("%.4g", fit.offset) + " +- " +
                    formatted("%.2g", fit.offset_deviation()) + " s)"
              : "") +
-        ": record from before the tool moves until it stands again, or give --offset-s");
+        ": record from before the tool moves until it stands again, or, where the offset of the clocks is known, mirror-correct --offset-s");
   return fit;
 }
 

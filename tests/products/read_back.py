@@ -1,0 +1,447 @@
+#!/usr/bin/env python3
+"""Reads every product of every command test with other readers, and looks at what was said on stderr.
+
+    read_back.py CASES BIN CONFIG VALUES       all cases in the folder CASES; VALUES is the program of values.cc
+    read_back.py --names BIN CONFIG VALUES     products with names that look like something else
+    read_back.py --self-test                   checks this file
+
+YAML is read by yaml-cpp, as armtrue reads it, by PyYAML (YAML 1.1) and by ruamel.yaml (YAML 1.2). All must see the same:
+a quoted scalar and a key are texts; a plain scalar is the same number, truth value, null or text for both. A text that
+looks like a number stands only where a name does: elsewhere it is a number that was quoted. CSV is read by armtrue and
+by Python's csv. Pages are read by html.parser.
+
+A sentence on stderr holds no nan and no inf that the user did not write, no words of a library, and no option that the
+command that says it lacks.
+"""
+
+import concurrent.futures
+import csv
+import html.parser
+import io
+import json
+import math
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+import ruamel.yaml
+import yaml
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
+import run_case
+
+WORKERS = 2
+MOST_BYTES = 3_000_000  # of a product that is read back; larger ones hold more of the same
+
+# Keys under which a name stands, which may look like a number; under NAMED each key is a name.
+NAMES = {"pose", "name", "robot", "serial", "date", "calibrated_until", "date_before", "file", "link", "operator",
+         "place", "type", "sessions", "outside_measured", "parameter", "figure", "instrument", "instead_of", "unit"}
+NAMED = {"targets", "anchors", "contacts", "sessions", "points"}
+
+# What each command made is copied to $STORE: files that an argument names, and a standard output that is a file.
+WRAPPER = """#!/bin/bash
+files() {{
+  local argument
+  for argument in "${{@#*=}}" "$(readlink /proc/$$/fd/1 || true)"; do
+    if [ -f "$argument" ]; then stat -c '%i %y %n' -- "$argument"; fi
+  done
+}}
+before=$(files "$@")
+{real} "$@"
+code=$?
+while read -r inode day time zone name; do
+  case "$before" in *"$inode $day $time $zone $name"*) continue ;; esac
+  if [ -s "$name" ]; then cp -- "$name" "$(mktemp "$STORE/{command}.XXXXXXXX")"; fi
+done < <(files "$@")
+exit $code
+"""
+
+
+def write_wrappers(binaries, folder):
+    for real in sorted(pathlib.Path(binaries).iterdir()):
+        if os.access(real, os.X_OK) and real.is_file():
+            (folder / real.name).write_text(WRAPPER.format(real=real, command=real.name))
+            (folder / real.name).chmod(0o755)
+
+
+# Documents
+
+def typed(text):
+    """What a plain scalar of armtrue's documents is: it writes no other forms."""
+    if text in ("true", "false"):
+        return text == "true"
+    if re.fullmatch(r"-?\d+", text):
+        return int(text)
+    if re.fullmatch(r"-?\d+(\.\d+)?(e[+-]\d+)?", text):
+        return float(text)
+    return text
+
+
+def same_scalar(seen, expected):
+    if isinstance(expected, float) and isinstance(seen, str):  # PyYAML takes 1e-05 for a text
+        return re.fullmatch(r"-?\d+e[+-]\d+", seen) is not None and float(seen) == expected
+    if isinstance(expected, bool) or isinstance(seen, bool) or isinstance(expected, str):
+        return type(seen) is type(expected) and seen == expected
+    return isinstance(seen, (int, float)) and seen == expected
+
+
+def looks_like_another(text):
+    return not isinstance(typed(text), str)
+
+
+def differences(own, one_one, one_two, path=(), named=False):
+    """Where the three readers differ, as sentences."""
+    place = "/".join(map(str, path))
+    if own is None:
+        return [] if one_one is None and one_two is None else [f"{place}: null is {one_one!r}, {one_two!r}"]
+    if isinstance(own, list):
+        if not (isinstance(one_one, list) and isinstance(one_two, list) and len(own) == len(one_one) == len(one_two)):
+            return [f"{place}: a list is {one_one!r:.60}, {one_two!r:.60}"]
+        return [line for k, item in enumerate(own)
+                for line in differences(item, one_one[k], one_two[k], (*path, k), named)]
+    if "map" in own:
+        wrong = []
+        keys = [key["text"] for key, _ in own["map"]]
+        for seen in (one_one, one_two):
+            if not isinstance(seen, dict) or list(seen) != keys:
+                return [f"{place}: the keys {keys} are {list(seen) if isinstance(seen, dict) else seen!r}"]
+        for key, value in own["map"]:
+            if looks_like_another(key["text"]) and not (path and path[-1] in NAMED):
+                wrong.append(f"{place}: the key {key['text']} looks like a number")
+            wrong += differences(value, one_one[key["text"]], one_two[key["text"]], (*path, key["text"]),
+                                 key["text"] in NAMES)
+        return wrong
+    text = own["text"]
+    expected = text if own["is_text"] else typed(text)
+    wrong = [f"{place}: {text!r} is {seen!r} for {reader}"
+             for seen, reader in ((one_one, "PyYAML"), (one_two, "ruamel.yaml")) if not same_scalar(seen, expected)]
+    if own["is_text"] and looks_like_another(text) and not named:
+        wrong.append(f"{place}: the number {text} is quoted")
+    return wrong
+
+
+def document_mistakes(text, own):
+    try:
+        one_one = yaml.load(text, yaml.CSafeLoader if hasattr(yaml, "CSafeLoader") else yaml.SafeLoader)
+        one_two = ruamel.yaml.YAML(typ="safe", pure=True).load(text) if len(text) < 300_000 else one_one
+    except (yaml.YAMLError, ruamel.yaml.error.YAMLError) as error:
+        return [f"cannot be read: {error}"]
+    return differences(own, one_one, one_two)
+
+
+def table_mistakes(text, own):
+    separator = ";" if ";" in text.split("\n", 1)[0] else ","
+    seen = [row for row in csv.reader(io.StringIO(text, newline=""), delimiter=separator) if row]
+    if seen == own["rows"]:
+        return []
+    for line, (row, expected) in enumerate(zip(seen, own["rows"]), 1):
+        if row != expected:
+            return [f"row {line} is {row!r:.200} for csv and {expected!r:.200} for armtrue"]
+    return [f"{len(seen)} rows for csv and {len(own['rows'])} for armtrue"]
+
+
+class Page(html.parser.HTMLParser):
+    """A page whose tags are those that armtrue writes."""
+    TAGS = set("html head meta title style link body header footer main section h1 h2 h3 h4 p span strong em b i ul ol li dl "
+               "dt dd div table thead tbody tr th td caption details summary figure figcaption svg g path rect circle line "
+               "text tspan desc polyline polygon a br hr code clippath defs lineargradient stop use symbol pre small sub "
+               "sup nav article button input label abbr time".split())
+
+    def __init__(self, text):
+        super().__init__()
+        self.wrong = []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag, attributes):
+        if tag not in self.TAGS:
+            self.wrong.append(f"the tag <{tag}>, which armtrue does not write")
+        for name, _ in attributes:
+            if name.startswith("on"):
+                self.wrong.append(f"the attribute {name}")
+
+    handle_startendtag = handle_starttag
+
+
+def kind_of(text):
+    if text.startswith("format: armtrue-"):
+        return "document"
+    if text.startswith("<!DOCTYPE html"):
+        return "page"
+    if text.startswith("<"):
+        return "other"
+    header = text.split("\n", 1)[0]
+    return "table" if re.match(r"[A-Za-z_]\w*[,;]\w", header) else "other"
+
+
+def product_mistakes(files, values):
+    """Mistakes of products as 'command: sentence', and how many products of each kind were read."""
+    texts = {}
+    for file in files:
+        if file.stat().st_size > MOST_BYTES:
+            continue
+        try:
+            text = file.read_bytes().decode()
+        except UnicodeDecodeError as error:
+            if file.read_bytes().startswith((b"format: armtrue-", b"<!DOCTYPE html")):
+                texts[file] = ("other", "")
+                yield file, f"is no UTF-8: {error}"
+            continue
+        texts[file] = (kind_of(text), text)
+    read = [file for file, (kind, _) in texts.items() if kind in ("document", "table")]
+    own = {}
+    for begin in range(0, len(read), 200):
+        part = read[begin:begin + 200]
+        done = subprocess.run([values, *part], capture_output=True, text=True)
+        if done.returncode != 0:
+            yield part[0], f"the readers of armtrue refuse a product: {done.stderr}"
+            continue
+        own.update(zip(part, map(json.loads, done.stdout.splitlines())))
+    for file, (kind, text) in texts.items():
+        if kind == "page":
+            yield from ((file, line) for line in Page(text).wrong)
+        elif file in own:
+            yield from ((file, line) for line in (document_mistakes if kind == "document" else table_mistakes)(
+                text, own[file]))
+
+
+# Sentences
+
+LIBRARIES = re.compile(
+    r"\b(std::|boost::|YAML::|CLI::|Eigen|ceres|bad_alloc|basic_string|vector::|_M_\w+|stoi|stod|stoul|terminate called|"
+    r"bad conversion|yaml-cpp|bad file|filesystem error|regex_error|Error in function|tgamma|iostream error|"
+    r"what\(\)|unspecified|The following argument|Could not convert|not in range|required but received)\b|\w+::\w+\(")
+NOT_FINITE = re.compile(r"(?<![\w.'\"/-])[-+]?(nan|inf|NaN|Infinity|1\.#\w+)(?![\w.'\"/-])")
+OPTION = re.compile(r"(?<![\w(-])--[a-z][a-z0-9-]*[a-z0-9](?![a-z0-9-])")
+OTHERS_OPTIONS = {"apps/launcher.cc"}  # those of the dynamic linker
+SENTENCE_END = re.compile(r"(?<=[.;:])\s+")
+
+
+def options_of(binaries):
+    """The options of each command, from --help."""
+    return {real.name: set(OPTION.findall(subprocess.run([real, "--help"], capture_output=True, text=True).stdout))
+            for real in sorted(pathlib.Path(binaries).iterdir()) if os.access(real, os.X_OK) and real.is_file()}
+
+
+def line_mistakes(line, options, unknown=()):
+    """Of a line on stderr that a command of `options` says. `unknown`: options that the user typed."""
+    wrong = []
+    spoken = re.sub(r"'[^']*'", "''", line)  # without what is quoted from the user
+    if found := NOT_FINITE.search(spoken):
+        wrong.append(f"says {found.group()}: {line}")
+    if found := LIBRARIES.search(spoken):
+        wrong.append(f"in the words of a library, {found.group()}: {line}")
+    speaker = re.match(r"([a-z-]+): ", line)
+    speaker = speaker.group(1) if speaker and speaker.group(1) in options else None
+    for found in OPTION.finditer(spoken):
+        named = [name for name in options if re.search(rf"(?<![\w-]){name}(?![\w-])(?!:)", spoken[:found.start()])]
+        able = [*named, speaker] if speaker or named else list(options)
+        if not any(name and found.group() in options[name] for name in able):
+            wrong.append(f"names {found.group()}, which {speaker or 'no command'} has not: {line}")
+    return wrong
+
+
+def source_mistakes(root, options):
+    """Options in the texts of the sources: a command names its own, or another command before them."""
+    wrong = []
+    for file in sorted([*root.glob("apps/*.cc"), *root.glob("apps/*.h"), *root.glob("src/**/*.cc"), *root.glob("src/**/*.h")]):
+        own = options.get(file.stem)
+        text = re.sub(r'"\s*\n\s*"', "", file.read_text())  # one literal over several lines
+        text = re.sub(r"//[^\n]*", "", text)
+        for literal in re.findall(r'"((?:[^"\\\n]|\\.)*)"', text):
+            if str(file.relative_to(root)) in OTHERS_OPTIONS or re.search(r"var\(--|[{;]--", literal):
+                continue  # of a style sheet
+            for found in OPTION.finditer(literal):
+                named = [name for name in options if re.search(rf"(?<![\w-]){name}(?![\w-])", literal[:found.start()])]
+                able = [options[name] for name in named] + ([own] if own else list(options.values()))
+                if not any(found.group() in known for known in able):
+                    wrong.append(f"{file.relative_to(root)}: {found.group()}: {literal[:160]}")
+    return wrong
+
+
+# All cases
+
+def run_cases(cases, binaries, config, store):
+    """Runs all cases; yields (case, stderr, stdout)."""
+    wrappers = store / "bin"
+    wrappers.mkdir()
+    write_wrappers(binaries, wrappers)
+
+    def work(case):
+        kept = store / "products" / case.parent.name / case.name
+        kept.mkdir(parents=True)
+        os.environ["STORE"] = str(store)  # a case may run without STORE of its own
+        with tempfile.TemporaryDirectory() as folder:
+            environment = dict(os.environ, CASE=str(case), CONFIG=config, STORE=str(kept), EXPECTED_EXIT="0",
+                               PATH=f"{wrappers}:{os.environ['PATH']}")
+            done = subprocess.run(["bash", "-uo", "pipefail", "-c", run_case.PRELUDE + (case / "cmd").read_text()],
+                                  cwd=folder, env=environment, stdin=subprocess.DEVNULL, capture_output=True)
+        if done.stdout.startswith((b"format: armtrue-", b"pose,")):
+            (kept / "standard-output").write_bytes(done.stdout)
+        return case, done.stderr.decode(errors="replace")
+
+    folders = sorted(path.parent for path in cases.glob("*/*/cmd"))
+    with concurrent.futures.ThreadPoolExecutor(WORKERS) as pool:
+        yield from pool.map(work, folders)
+
+
+def check_cases(cases, binaries, config, values):
+    options = options_of(binaries)
+    wrong = source_mistakes(cases.parents[1], options)
+    with tempfile.TemporaryDirectory() as store:
+        store = pathlib.Path(store)
+        lines = 0
+        for case, err in run_cases(cases, binaries, config, store):
+            for line in filter(None, err.splitlines()):
+                lines += 1
+                wrong += [f"{case.parent.name}/{case.name}: {mistake}" for mistake in line_mistakes(line, options)]
+        files = sorted(path for path in (store / "products").rglob("*") if path.is_file())
+        for file, mistake in product_mistakes(files, values):
+            wrong.append(f"{file.relative_to(store / 'products')}: {mistake}")
+    print("\n".join(wrong + [f"{len(files)} products, {lines} lines on stderr: {len(wrong)} mistakes"]))
+    return not wrong and len(files) > 500 and lines > 300
+
+# Names
+
+NAMES_TO_KEEP = [
+    "0032", "032", "08", "0o17", "0x1F", "0b101", "1_000", "1e3", "1E3", "-1", "+1", "+1.5", "1.", ".5", "-.5", "12", "12.50",
+    "1:30", "12:30", "190:20:30.15", "-1:30", ".inf", "-.INF", "+.inf", ".nan", ".NaN", "nan", "inf", "NaN", "1.5e-05",
+    "y", "Y", "n", "N", "yes", "Yes", "no", "NO", "on", "off", "OFF", "true", "True", "FALSE", "null", "Null", "~",
+    "<<", "=", "2026-11-27", "2026-1-1", "2026-11-27 12:30:00", "2026-11-27T12:30:00Z", "2026-11-27t12:30:00.5+01:00",
+    "a: b", "a :b", "a:", ":a", "::", "a #b", "#a", "-", "- a", "-a", "--", "---", "--- a", "...", "... a", "?", "? a", "?a",
+    "!a", "!!str a", "&a", "*a", "%a", "@a", "`a", "|", ">", "> a", "{a}", "[a]", "{}", "[", "a]", "a, b", ",", ";a;b",
+    "'a'", "it's", '"a"', '5" plate', 'a "b" c', '"', "\\", "a\\nb", " a", "a ", "\ta", "a\tb", "\u00e4\u00f6\u00fc\u00df",
+    "\u4f4d\u7f6e", "\U0001F916", "\U0001F468\u200d\U0001F527", "\x85", "a\x85b", "a\u2028b", "a\u2029b", "a\ufeffb", "\ufeff",
+    "a\x07b", "a\x1bb", "\x7f", "a\x9fb", "\u202egnp", "a\u200bb", "a\ufffeb", "a\uffffb", "\u00a0a", "a\u00a0",
+    "n" * 200, "\u4f4d" * 200, "x" * 1500, "<b>", "</script><script>alert(1)</script>", "a&amp;b", "A1", "E1",
+]
+
+
+def csv_text(rows):
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    for row in rows:
+        # Blanks at an end belong to a name in quotes only, and a row that begins with # is a comment.
+        writer.writerow(row)
+    return "\n".join(
+        ",".join('"' + cell.replace('"', '""') + '"' if cell != cell.strip(" \t") or cell[:1] in '#"' or "," in cell else cell
+                 for cell in row) for row in rows) + "\n"
+
+
+def scalars_under(document, key):
+    """All texts under a key, and the keys of maps under it."""
+    found = []
+    if isinstance(document, dict):
+        for name, value in document.items():
+            if name == key:
+                found += value if isinstance(value, list) else list(value) if isinstance(value, dict) else [value]
+            found += scalars_under(value, key)
+    if isinstance(document, list):
+        for item in document:
+            found += scalars_under(item, key)
+    return found
+
+
+def check_names(binaries, config, values):
+    """A campaign whose poses, targets, sessions, robot and serials have these names, through the commands."""
+    names = NAMES_TO_KEEP
+    wrong = []
+    with tempfile.TemporaryDirectory() as folder:
+        folder = pathlib.Path(folder)
+
+        def run(command, *arguments, codes=(0,)):
+            done = subprocess.run([f"{binaries}/{command}", *arguments], cwd=folder, capture_output=True)
+            if done.returncode not in codes:
+                wrong.append(f"{command}: exit {done.returncode}: {done.stderr.decode(errors='replace')}")
+            for line in done.stderr.decode(errors="replace").splitlines():
+                if re.search("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200b-\u200f\u2028-\u202e\u2060-\u206f\ufeff]", line):
+                    wrong.append(f"{command}: a hidden character stands in a message: {line!r}")
+            return done
+
+        nominal = f"{config}/robots/kr360-spindle.yaml"
+        run("simulate-poses", "--robot", nominal, "--truth", f"{config}/robots/kr360-table4.yaml", "--count",
+            str(len(names)), "--repeats", "3", "--seed", "5", "-o", "plain.csv")
+        rows = list(csv.reader(open(folder / "plain.csv")))
+        poses = list(dict.fromkeys(row[0] for row in rows[1:]))
+        half = len(poses) // 2
+        for number, (target, session, name) in enumerate(zip(names, names[1:] + names[:1], names[2:] + names[:2])):
+            if number % 9:  # every ninth in the other places; all as poses
+                continue
+            text = pathlib.Path(nominal).read_text()
+            text = re.sub(r"(?m)^name: .*", "name: " + json.dumps(name), text)
+            text += f"targets: {{{json.dumps(target)}: [0, 0, 0]}}\n"
+            (folder / "robot.yaml").write_text(text)
+            table = [["pose", *rows[0][1:], "target", "session"]]
+            table += [[names[poses.index(row[0])], *row[1:], target, session if poses.index(row[0]) < half else "other"]
+                      for row in rows[1:]]
+            (folder / "m.csv").write_text(csv_text(table))
+            about = (pathlib.Path(config).parent / "tests/cli/certify/about.yaml").read_text()
+            about = re.sub(r"serial: [^,}\n]*", lambda _: "serial: " + json.dumps(name), about)
+            (folder / "about.yaml").write_text(about)
+            run("calibrate", "--robot", "robot.yaml", "--residuals", "residuals.csv", "--report", "page.html", "m.csv", "-o",
+                "calibrated.yaml", codes=(0, 3))
+            run("evaluate-poses", "--robot", "calibrated.yaml", "m.csv", "-o", "evaluated.yaml")
+            run("convert-robot", "calibrated.yaml", "-o", "converted.yaml")
+            run("certify", "--robot", "calibrated.yaml", "--about", "about.yaml", "--refit", "base", "m.csv", "-o",
+                "certificate.yaml", codes=(0, 1, 3))
+            if number == 0:
+                run("close-loop", "--robot", "robot.yaml", "--report", "loop.html", "m.csv", "-o", "loop.yaml", codes=(0, 3))
+                run("compensate", "--robot", "calibrated.yaml", "--nominal", "robot.yaml", "--controller", "rough", "m.csv", "-o",
+                    "commands.csv", codes=(0, 1, 2, 3))
+            files = [file for file in folder.iterdir() if file.suffix in (".yaml", ".csv", ".html")
+                     and file.name not in ("robot.yaml", "about.yaml")]
+            for file, mistake in product_mistakes(files, values):
+                wrong.append(f"{name!r}, {target!r}, {session!r}: {file.name}: {mistake}")
+            document = ruamel.yaml.YAML(typ="safe", pure=True).load((folder / "calibrated.yaml").read_text())
+            for seen, expected in ((document.get("name"), name), (list(document.get("targets", [])), [target]),
+                                   (sorted(document.get("sessions", [])), sorted([session, "other"]))):
+                if seen != expected:
+                    wrong.append(f"{expected!r} became {seen!r}")
+            residuals = list(csv.DictReader(open(folder / "residuals.csv", newline="")))
+            if {row["pose"] for row in residuals} != set(names):
+                wrong.append(f"poses became {sorted({row['pose'] for row in residuals} ^ set(names))!r}")
+    print("\n".join(wrong + [f"{len(names)} names: {len(wrong)} mistakes"]))
+    return not wrong
+
+
+def self_test():
+    """The checks must fail where they should."""
+    def scalar(text, is_text=False):
+        return {"text": text, "is_text": is_text}
+
+    def mistakes(text, *entries):
+        return document_mistakes(text, {"map": [[scalar(key), value] for key, value in entries]})
+
+    assert not mistakes('pose: "0032"\n', ("pose", scalar("0032", True)))
+    for name in ("0032", "no", "12:30", "1_000", "2026-11-27", "~", "y: 1", "0o17", "1e3"):
+        assert mistakes(f"pose: {name}\n", ("pose", scalar(name, True))), name
+    assert mistakes("pose: no\n", ("pose", scalar("no")))
+    assert mistakes('rms_mm: "0.5"\n', ("rms_mm", scalar("0.5", True)))
+    assert not mistakes("rms_mm: 1e-05\n", ("rms_mm", scalar("1e-05")))
+    assert mistakes("rms_mm: .nan\n", ("rms_mm", scalar(".nan")))
+    assert mistakes("0032: 1\n", ("0032", scalar("1")))
+    assert not table_mistakes('pose,x\n"a,b",1\n', {"rows": [["pose", "x"], ["a,b", "1"]]})
+    assert table_mistakes("pose,x\na,b,1\n", {"rows": [["pose", "x"], ["a,b", "1"]]})
+    assert Page("<p><b>A</b></p>").wrong == [] and Page("<script>alert(1)</script>").wrong
+    options = {"calibrate": {"--zone", "--report"}, "close-loop": {"--robot-out"}}
+    assert not line_mistakes("calibrate: give --zone, or close-loop --robot-out", options)
+    assert line_mistakes("calibrate: give --robot-out", options)
+    assert line_mistakes("give --nothing", options)
+    assert line_mistakes("calibrate: the mean is nan mm", options)
+    assert line_mistakes("calibrate: from -inf to 3", options)
+    assert not line_mistakes("calibrate: m.csv:3: column 'q1_deg': 'nan' is not finite; take nan.csv", options)
+    for words in ("stoi", "vector::_M_range_check: __n", "basic_string::substr: __pos", "std::bad_alloc", "bad conversion",
+                  "Error in function boost::math::tgamma<double>(double)", "filesystem error: cannot get current path"):
+        assert line_mistakes("calibrate: " + words, options), words
+
+
+if __name__ == "__main__":
+    if sys.argv[1] == "--self-test":
+        self_test()
+    elif sys.argv[1] == "--names":
+        sys.exit(0 if check_names(*sys.argv[2:]) else 1)
+    else:
+        sys.exit(0 if check_cases(pathlib.Path(sys.argv[1]).resolve(), *sys.argv[2:]) else 1)
