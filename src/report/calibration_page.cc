@@ -59,8 +59,8 @@ void add_calibration_verdict(Page& page, const CalibrationResult& result, const 
   if (story.missed) sentence += " " + escaped(*story.missed) + ".";
   if (!story.doubt.empty()) sentence += " " + escaped(story.doubt) + ".";
   const NoiseFloor& noise = story.quality.noise;
-  const bool is_above = noise.source != NoiseFloor::Source::none &&
-                        !is_at_floor(summarize(models.back().evaluation.reading_errors()).mean, noise);
+  const double mean = summarize(models.back().evaluation.reading_errors()).mean;
+  const bool is_above = noise.source != NoiseFloor::Source::none && !is_at_floor(mean, noise);
   page.verdict(story.missed || is_above ? Tone::attention : Tone::good,
                !result.converged ? "did not converge"
                : story.missed    ? "a criterion is missed"
