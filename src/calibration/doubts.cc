@@ -159,8 +159,8 @@ std::string far_above_noise(const FitQuality& quality) {
   const bool is_of_position = in_position >= in_orientation;
   return fmt::format(
       "the readings scatter about the model by {:.4g} {} per axis, {:.3g} times {}: the model "
-      "lacks something, and standard deviations are {:.3g} times as wide for it; close-loop looks for "
-      "what it is, or compare zeros and lengths of the robot file with the arm",
+      "lacks something, and standard deviations are {:.3g} times as wide for it; close-loop looks "
+      "for what it is, or compare zeros and lengths of the robot file with the arm",
       is_of_position ? quality.left.position / kMillimetre
                      : quality.left.orientation / kMilliradian,
       is_of_position ? "mm" : "mrad", times,

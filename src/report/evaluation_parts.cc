@@ -50,7 +50,8 @@ std::string unseen_scale_text(const std::optional<UnseenScale>& scale, const std
       "Poses do not show an error of the instrument's scale: lengths of the arm take it up. Each "
       "100 ppm of it would cost " +
       keyed_mm(scale->mean_cost(), key + "mean_mm_per_100_ppm") +
-      " mm on average at these poses, " + keyed_mm(scale->max_cost(), key + "max_mm_per_100_ppm") + " mm at most.");
+      " mm on average at these poses, " +
+      keyed_mm(scale->max_cost(), key + "max_mm_per_100_ppm") + " mm at most.");
 }
 
 Page::Tile floor_tile(const NoiseFloor& noise, const std::string& key) {

@@ -252,8 +252,8 @@ std::string rejection_in_words(const LoopResult& result) {
   const RejectedModel& rejected = *result.rejected;
   return fmt::format(
       "with effects ({}{}) held-out poses are predicted worse than by the geometry alone, {:.4g} "
-      "mm against {:.4g} (worse by {:.2g} to {:.2g} mm, 95 %): the result is the geometry, and none "
-      "of them is written",
+      "mm against {:.4g} (worse by {:.2g} to {:.2g} mm, 95 %): the result is the geometry, and "
+      "none of them is written",
       rejected.effects.front(),
       rejected.effects.size() > 1 ? fmt::format(" and {} more", rejected.effects.size() - 1) : "",
       rejected.after / kMillimetre, result.before / kMillimetre,
