@@ -222,7 +222,7 @@ int run(app::Command& command, const Arguments& arguments) {
     app::write_report(
         command, arguments.page,
         calibration_page(result, campaign,
-                         {gross, findings.nominal, *findings.quality, missed, far_above},
+                         {gross, findings.nominal, *findings.quality, missed},
                          app::page_head(command, about)));
   return missed ? app::kNotReached : app::kSuccess;
 }

@@ -120,7 +120,8 @@ int run(app::Command& command, const Arguments& arguments) {
   if (arguments.page.is_wanted())
     app::write_report(command, arguments.page,
                       evaluation_page(robot, given, campaign, evaluation, against,
-                                      app::page_head(command, about), broken));
+                                      app::page_head(command, about),
+                                      broken.empty() ? Bounds::held_or_unknown : Bounds::broken));
   return is_met ? app::kSuccess : app::kNotReached;
 }
 

@@ -140,7 +140,10 @@ constexpr double kFarAbove = 5;
 
 // In position and orientation.
 std::array<double, 2> ratios(const FitQuality& quality) {
-  const auto ratio = [](double left, double pure) { return pure > 0 ? left / pure : 0.0; };
+  constexpr double kResolution = 1e-6;  // m, rad: below it is a simulation without noise
+  const auto ratio = [](double left, double pure) {
+    return pure > 0 ? left / std::max(kResolution, pure) : 0.0;
+  };
   return {ratio(quality.left.position, quality.pure.position),
           ratio(quality.left.orientation, quality.pure.orientation)};
 }

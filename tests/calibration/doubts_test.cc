@@ -100,6 +100,8 @@ TEST(FarAboveNoise, NamesWhatIsMoreThanFiveTimesTheNoise) {
   EXPECT_THAT(far_above_noise(of({0.2e-3, 3e-3}, {0.2e-3, 0.5e-3})),
               HasSubstr("by 3 mrad per axis, 6 times the stated noise"));
   EXPECT_EQ(times_of_noise(of({1.9e-3, 1e-3}, {0, 0})), 1);  // nothing is known
+  // Rounding is no noise.
+  EXPECT_EQ(times_of_noise(of({1e-9, 5e-16}, {1e-15, 2e-32})), 1);
 }
 
 TEST(FarAboveNoise, WidensWhatIsSaidOfParametersAndCoefficients) {
