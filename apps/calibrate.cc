@@ -202,9 +202,8 @@ int run(app::Command& command, const Arguments& arguments) {
   const Evaluation evaluation = evaluate(result.robot, campaign);
   std::string far_above;
   if (!zone) {  // with one the readings outside are not meant to fit
-    const NoiseFloor& noise = findings.quality->noise;
-    far_above = far_above_noise(result, campaign, evaluation, noise);
-    widen_deviations(times_of_noise(result, campaign, evaluation, noise), result);
+    far_above = far_above_noise(*findings.quality);
+    widen_deviations(times_of_noise(*findings.quality), result);
   }
   warn_of_doubts(command, robot, all, as_read, result, findings, far_above);
   const auto missed = missed_criterion(result, robot, as_read, evaluation, arguments.max_error_mm);
@@ -223,7 +222,7 @@ int run(app::Command& command, const Arguments& arguments) {
     app::write_report(
         command, arguments.page,
         calibration_page(result, campaign,
-                         {gross, findings.nominal, *findings.quality, missed, far_above},
+                         {gross, findings.nominal, *findings.quality, missed},
                          app::page_head(command, about)));
   return missed ? app::kNotReached : app::kSuccess;
 }

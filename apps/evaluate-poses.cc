@@ -71,8 +71,8 @@ std::string beyond_arm(const Robot& given, const Robot& robot, const Campaign& c
 }
 
 // Reports what is wrong with the errors of `given`, fitted as `robot`; false if a criterion fails
-// and the result must not be used. Who states a limit wants bounds that hold, too. A nominal robot as its file has it fails none: its base may be
-// that of another cell.
+// and the result must not be used. A nominal robot as its file has it fails none: its base may be
+// that of another cell. Who states a limit wants bounds that hold, too.
 bool meets_criteria(app::Command& command, const Arguments& arguments, const Robot& given,
                     const Robot& robot, const Campaign& campaign, const Evaluation& evaluation,
                     const std::string& broken) {
@@ -108,7 +108,8 @@ int run(app::Command& command, const Arguments& arguments) {
   std::vector<Prediction> predictions;
   if (robot.uncertainty) predictions = predict(robot, campaign);
   const std::string broken = broken_bounds(robot, campaign, evaluation, predictions);
-  const bool is_met = meets_criteria(command, arguments, given, robot, campaign, evaluation, broken);
+  const bool is_met =
+      meets_criteria(command, arguments, given, robot, campaign, evaluation, broken);
   if (!arguments.residuals.empty()) {
     const std::vector<std::string> split(campaign.rows(), "all");
     write_output(arguments.residuals,
@@ -119,7 +120,8 @@ int run(app::Command& command, const Arguments& arguments) {
   if (arguments.page.is_wanted())
     app::write_report(command, arguments.page,
                       evaluation_page(robot, given, campaign, evaluation, against,
-                                      app::page_head(command, about), broken));
+                                      app::page_head(command, about),
+                                      broken.empty() ? Bounds::held_or_unknown : Bounds::broken));
   return is_met ? app::kSuccess : app::kNotReached;
 }
 

@@ -260,8 +260,8 @@ void ColumnChoice::absorb(int parameter, std::vector<std::pair<int, double>> sha
   set_.absorbed.push_back({parameter, std::move(shares)});
 }
 
-// A place of the tool that has no prior, and that the readings leave open by more than a ruler would,
-// is chance: a tool that is vertical but for hundredths of a degree has a height of any size.
+// A place of the tool that the readings leave open by more than a ruler would is chance, and no
+// prior holds it: a tool that is vertical but for rounding may be of any length.
 bool ColumnChoice::is_shown(int parameter, double left) const {
   constexpr int kAxes = 3;
   constexpr double kOpen = 0.1;           // m, standard deviation

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
+#include <array>
 #include <numeric>
 
 #include "armtrue/kinematics/units.h"
@@ -136,78 +136,40 @@ std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
 
 namespace {
 
-// Scatter of the residuals about a fit, per axis.
-struct Scatter {
-  double position = 0, orientation = 0;  // [m, rad]
-};
-
-Scatter scatter_of(const CalibrationResult& fit, const Campaign& campaign,
-                   const Evaluation& evaluation) {
-  const ReadingSize size = campaign.reading_size();
-  std::vector<double> position, orientation;
-  // As if each row had the median of the stated deviations: so is the noise.
-  const auto unit_of = [](const std::vector<double>& stated, double middle, size_t row) {
-    return stated.empty() ? 1.0 : stated[row] / middle;
-  };
-  const auto median_of = [](const std::vector<double>& stated) {
-    return stated.empty() ? 1.0 : median(stated);
-  };
-  const double of_position = median_of(campaign.sigma_position);
-  const double of_orientation = median_of(campaign.sigma_orientation);
-  for (size_t row = 0; row < evaluation.residuals.size(); ++row) {
-    const auto& residual = evaluation.residuals[row];
-    const double length = unit_of(campaign.sigma_position, of_position, row);
-    const double angle = unit_of(campaign.sigma_orientation, of_orientation, row);
-    for (int i = 0; i < size.position; ++i) position.push_back(residual[i] / length);
-    for (int i = 0; i < size.orientation; ++i) orientation.push_back(residual[3 + i] / angle);
-  }
-  // The unknowns take up a part.
-  const auto of_fit = [&](const std::vector<double>& residuals, double determined) {
-    constexpr double kLeastLeft = 0.1;
-    const double numbers = std::max(1.0, static_cast<double>(residuals.size()));
-    return robust_deviation(residuals) / std::sqrt(std::max(kLeastLeft, 1 - determined / numbers));
-  };
-  return {of_fit(position, fit.determined[0]), of_fit(orientation, fit.determined[1])};
-}
-
-struct TimesOfNoise {
-  double position = 0, orientation = 0;
-
-  double more() const { return std::max(position, orientation); }
-};
-
-TimesOfNoise times_of(const Scatter& left, const NoiseFloor& noise) {
-  const auto ratio = [](double scatter, double of_noise) {
-    return of_noise > 0 ? scatter / of_noise : 0;
-  };
-  return {ratio(left.position, noise.position), ratio(left.orientation, noise.orientation)};
-}
-
 constexpr double kFarAbove = 5;
+
+// In position and orientation.
+std::array<double, 2> ratios(const FitQuality& quality) {
+  constexpr double kResolution = 1e-6;  // m, rad: below it is a simulation without noise
+  const auto ratio = [](double left, double pure) {
+    return pure > 0 ? left / std::max(kResolution, pure) : 0.0;
+  };
+  return {ratio(quality.left.position, quality.pure.position),
+          ratio(quality.left.orientation, quality.pure.orientation)};
+}
 
 }  // namespace
 
-double times_of_noise(const CalibrationResult& fit, const Campaign& campaign,
-                      const Evaluation& evaluation, const NoiseFloor& noise) {
-  const double times = times_of(scatter_of(fit, campaign, evaluation), noise).more();
+double times_of_noise(const FitQuality& quality) {
+  const double times = std::ranges::max(ratios(quality));
   return times > kFarAbove ? times : 1;
 }
 
-std::string far_above_noise(const CalibrationResult& fit, const Campaign& campaign,
-                            const Evaluation& evaluation, const NoiseFloor& noise) {
-  const Scatter left = scatter_of(fit, campaign, evaluation);
-  const TimesOfNoise times = times_of(left, noise);
-  if (times.more() <= kFarAbove) return "";
-  const bool in_position = times.position >= times.orientation;
+std::string far_above_noise(const FitQuality& quality) {
+  const auto [in_position, in_orientation] = ratios(quality);
+  const double times = std::max(in_position, in_orientation);
+  if (times <= kFarAbove) return "";
+  const bool is_of_position = in_position >= in_orientation;
   return fmt::format(
-      "the readings scatter about the model by {:.4g} {} per axis, {:.3g} times {}: the model lacks "
-      "something, and standard deviations are {:.3g} times as wide for it; close-loop looks for "
-      "what it is, or compare zeros and lengths of the robot file with the arm",
-      in_position ? left.position / kMillimetre : left.orientation / kMilliradian,
-      in_position ? "mm" : "mrad", times.more(),
-      noise.source == NoiseFloor::Source::replicates ? "as much as replicates of a pose"
-                                                     : "the stated noise",
-      times.more());
+      "the readings scatter about the model by {:.4g} {} per axis, {:.3g} times {}: the model "
+      "lacks something, and standard deviations are {:.3g} times as wide for it; close-loop looks "
+      "for what it is, or compare zeros and lengths of the robot file with the arm",
+      is_of_position ? quality.left.position / kMillimetre
+                     : quality.left.orientation / kMilliradian,
+      is_of_position ? "mm" : "mrad", times,
+      quality.noise.source == NoiseFloor::Source::replicates ? "as much as replicates of a pose"
+                                                             : "the stated noise",
+      times);
 }
 
 void widen_deviations(double factor, CalibrationResult& fit) {
@@ -226,15 +188,27 @@ std::string broken_bounds(const Robot& robot, const Campaign& campaign,
                           const std::vector<Prediction>& predictions) {
   constexpr double kFewInside = 0.8;
   if (!robot.uncertainty || predictions.empty()) return "";
-  double inside = 0;
-  for (size_t row = 0; row < predictions.size(); ++row)
-    inside += evaluation.position[row] <= predictions[row].bound_95;
-  inside /= static_cast<double>(predictions.size());
-  if (inside >= kFewInside || p_of_errors(robot, campaign) >= kNoChance) return "";
+  const auto share_inside = [&](const std::vector<Prediction>& bounds) {
+    double inside = 0;
+    for (size_t row = 0; row < bounds.size(); ++row)
+      inside += evaluation.position[row] <= bounds[row].bound_95;
+    return inside / static_cast<double>(bounds.size());
+  };
+  double inside = share_inside(predictions);
+  if (inside >= kFewInside) return "";
+  // A noisier instrument is no other arm.
+  Robot judged = robot;
+  InstrumentNoise& reading = judged.uncertainty->reading;
+  const double noise = noise_floor(robot, campaign, evaluation).position;
+  if (noise > reading.position) {
+    reading.position = noise;
+    inside = share_inside(predict(judged, campaign));
+  }
+  if (inside >= kFewInside || p_of_errors(judged, campaign) >= kNoChance) return "";
   return fmt::format(
-      "only {:.0f} % of the readings lie within the 95 % bounds that the robot file promises, at {} "
-      "poses, which is no chance: this is not the arm or the set-up that was calibrated, or the file "
-      "lost a part of its model; refit base and tool if they are others, or calibrate anew",
+      "only {:.0f} % of the readings lie within the 95 % bounds that the robot file promises, at "
+      "{} poses, which is no chance: this is not the arm or the set-up that was calibrated, or the "
+      "file lost a part of its model; refit base and tool if they are others, or calibrate anew",
       100 * inside, campaign.pose_ids.size());
 }
 

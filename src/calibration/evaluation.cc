@@ -241,6 +241,55 @@ double NoiseFloor::mean_error() const {
          (1 - points) * mean_error_of_noise(position, 1);
 }
 
+namespace {
+
+// Root mean squares of residuals without blunders, in position and orientation.
+class MeanSquares {
+ public:
+  explicit MeanSquares(const ReadingSize& size) : size_(size) {}
+  void add(const Eigen::Matrix<double, 6, 1>& residual, double weight) {
+    squares_ += weight * Eigen::Array2d(residual.head<3>().squaredNorm(),
+                                        residual.tail<3>().squaredNorm());
+    ++rows_;
+  }
+  // `lost`: numbers that do not count, such as those that unknowns take up.
+  InstrumentNoise roots(const std::array<double, 2>& lost) const {
+    return {root(squares_[0], size_.position * rows_, lost[0]),
+            root(squares_[1], size_.orientation * rows_, lost[1])};
+  }
+
+ private:
+  static double root(double squares, double numbers, double lost) {
+    constexpr double kLeastLeft = 0.1;
+    return numbers > 0 ? std::sqrt(squares / std::max(kLeastLeft * numbers, numbers - lost)) : 0.0;
+  }
+
+  ReadingSize size_;
+  Eigen::Array2d squares_ = Eigen::Array2d::Zero();
+  double rows_ = 0;
+};
+
+void set_scatter(const CalibrationResult& fit, const Campaign& readings,
+                 const Evaluation& evaluation, FitQuality& quality) {
+  const auto residuals = at_median(readings, evaluation);
+  const Grouped grouped = replicates_of(readings, residuals);
+  MeanSquares left(readings.reading_size()), pure(readings.reading_size());
+  for (const Replicates& group : grouped.groups) {
+    const auto m = static_cast<double>(group.rows.size());
+    for (int row : group.rows) {
+      const Eigen::Matrix<double, 6, 1>& residual = residuals[static_cast<size_t>(row)];
+      left.add(residual, 1);
+      if (m > 1) pure.add(residual - group.mean, m / (m - 1));
+    }
+  }
+  quality.left = left.roots(fit.determined);
+  quality.pure = quality.noise.source == NoiseFloor::Source::replicates
+                     ? pure.roots({0, 0})
+                     : InstrumentNoise{quality.noise.position, quality.noise.orientation};
+}
+
+}  // namespace
+
 FitQuality assess(const CalibrationResult& fit, const Campaign& campaign) {
   FitQuality quality;
   std::vector<int> sound;
@@ -256,6 +305,7 @@ FitQuality assess(const CalibrationResult& fit, const Campaign& campaign) {
   quality.lack_of_fit = lack_of_fit_p(evaluation, readings, quality.noise, fit.determined, true);
   quality.lack_of_fit_in_position =
       lack_of_fit_p(evaluation, readings, quality.noise, fit.determined, false);
+  set_scatter(fit, readings, evaluation, quality);
   return quality;
 }
 

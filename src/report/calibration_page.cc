@@ -57,10 +57,9 @@ void add_calibration_verdict(Page& page, const CalibrationResult& result, const 
       keyed(std::to_string(result.names.size()), "calibration/unknowns") + " unknowns from " +
       keyed(std::to_string(campaign.pose_ids.size()), "calibration/poses") + " poses.";
   if (story.missed) sentence += " " + escaped(*story.missed) + ".";
-  if (!story.doubt.empty()) sentence += " " + escaped(story.doubt) + ".";
   const NoiseFloor& noise = story.quality.noise;
-  const bool is_above = noise.source != NoiseFloor::Source::none &&
-                        !is_at_floor(summarize(models.back().evaluation.reading_errors()).mean, noise);
+  const double mean = summarize(models.back().evaluation.reading_errors()).mean;
+  const bool is_above = noise.source != NoiseFloor::Source::none && !is_at_floor(mean, noise);
   page.verdict(story.missed || is_above ? Tone::attention : Tone::good,
                !result.converged ? "did not converge"
                : story.missed    ? "a criterion is missed"
@@ -146,7 +145,7 @@ Report calibration_page(const CalibrationResult& result, const Campaign& campaig
 
 Report evaluation_page(const Robot& robot, const Robot& file, const Campaign& campaign,
                        const Evaluation& evaluation, const std::optional<Robot>& against,
-                       const PageHead& head, const std::string& doubt) {
+                       const PageHead& head, Bounds bounds) {
   std::vector<Judged> models;
   std::vector<TabledModel> tabled;
   if (against) models.push_back({"compared robot", Look::before, evaluate(*against, campaign)});
@@ -156,19 +155,18 @@ Report evaluation_page(const Robot& robot, const Robot& file, const Campaign& ca
   const NoiseFloor noise = noise_floor(robot, campaign, evaluation);
   const ErrorSummary errors = summarize(evaluation.reading_errors());
   const bool is_known = noise.source != NoiseFloor::Source::none;
-  const bool is_near = doubt.empty() && is_at_floor(errors.mean, noise);
+  const bool is_near = bounds != Bounds::broken && is_at_floor(errors.mean, noise);
   Page page(head, robot.name, "Errors on measured poses");
   page.verdict(is_near ? Tone::good : Tone::attention,
-               is_near          ? "at the floor"
-               : !doubt.empty() ? "beyond the promised bounds"
-               : is_known       ? "above the floor"
-                                : "no floor is known",
+               is_near                    ? "at the floor"
+               : bounds == Bounds::broken ? "beyond the promised bounds"
+               : is_known                 ? "above the floor"
+                                          : "no floor is known",
                "Mean error " + mean_mm(evaluation, "") + ", 95 % of the readings below " +
                    keyed_mm(errors.p95, "position_mm/p95") + " mm, largest " +
                    keyed_mm(errors.max, "position_mm/max") + " mm, of " +
                    keyed(std::to_string(campaign.rows()), "rows") + " readings at " +
-                   keyed(std::to_string(campaign.pose_ids.size()), "poses") + " poses." +
-                   (doubt.empty() ? "" : " " + escaped(doubt) + "."));
+                   keyed(std::to_string(campaign.pose_ids.size()), "poses") + " poses.");
   page.tiles({{"Before", against ? mean_mm(models.front().evaluation, "against/") : "?",
                against ? keyed(against->name, "against/robot") : "--against names a robot"},
               {"After", mean_mm(evaluation, ""), "this robot"},

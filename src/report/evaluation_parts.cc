@@ -47,9 +47,10 @@ bool is_at_floor(double mean, const NoiseFloor& noise) {
 std::string unseen_scale_text(const std::optional<UnseenScale>& scale, const std::string& key) {
   if (!scale) return "";
   return paragraph(
-      "Poses do not show an error of the instrument's scale: lengths of the arm take it up. Each 100 "
-      "ppm of it would cost " +
-      keyed_mm(scale->mean_cost(), key + "mean_mm_per_100_ppm") + " mm on average at these poses, " +
+      "Poses do not show an error of the instrument's scale: lengths of the arm take it up. Each "
+      "100 ppm of it would cost " +
+      keyed_mm(scale->mean_cost(), key + "mean_mm_per_100_ppm") +
+      " mm on average at these poses, " +
       keyed_mm(scale->max_cost(), key + "max_mm_per_100_ppm") + " mm at most.");
 }
 

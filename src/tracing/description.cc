@@ -237,7 +237,8 @@ std::string verdict_in_words(const LoopResult& result) {
     case Verdict::unexplained:
       break;
   }
-  if (!result.explanation.empty()) return text + "; a change among the readings explains what is left: " + result.explanation;
+  if (!result.explanation.empty())
+    return text + "; a change among the readings explains what is left: " + result.explanation;
   if (result.outside_p < 0.01)
     return text +
            "; held-out poses lie beyond their predicted bounds: the model lacks something "
@@ -250,9 +251,9 @@ std::string rejection_in_words(const LoopResult& result) {
   if (!result.rejected) return "";
   const RejectedModel& rejected = *result.rejected;
   return fmt::format(
-      "with effects ({}{}) held-out poses are predicted worse than by the geometry alone, {:.4g} mm "
-      "against {:.4g} (worse by {:.2g} to {:.2g} mm, 95 %): the result is the geometry, and none of "
-      "them is written",
+      "with effects ({}{}) held-out poses are predicted worse than by the geometry alone, {:.4g} "
+      "mm against {:.4g} (worse by {:.2g} to {:.2g} mm, 95 %): the result is the geometry, and "
+      "none of them is written",
       rejected.effects.front(),
       rejected.effects.size() > 1 ? fmt::format(" and {} more", rejected.effects.size() - 1) : "",
       rejected.after / kMillimetre, result.before / kMillimetre,

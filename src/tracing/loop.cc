@@ -158,7 +158,8 @@ std::optional<RejectedModel> rejected_model(const TraceResult& trace, const Camp
   const std::vector<Effect>& effects = trace.fit.robot.effects;
   const size_t declared = trace.stages.front().robot.effects.size();
   if (effects.size() == declared || held_out.rows() == 0) return std::nullopt;
-  const std::vector<double> before = evaluate(trace.stages.front().robot, held_out).reading_errors();
+  const std::vector<double> before =
+      evaluate(trace.stages.front().robot, held_out).reading_errors();
   const std::vector<double> after = evaluate(trace.fit.robot, held_out).reading_errors();
   const auto gain = paired_bootstrap(before, after, poses_of_readings(held_out), options);
   constexpr double kMatters = 1.05;  // a cause is worth naming that costs less

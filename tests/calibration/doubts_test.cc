@@ -3,7 +3,6 @@
 #include <gmock/gmock.h>
 
 #include <algorithm>
-#include <cmath>
 #include <random>
 #include <string>
 #include <vector>
@@ -84,61 +83,25 @@ TEST(ContradictionOfNoise, NamesReadingsThatScatterMoreOrMuchLess) {
   EXPECT_THAT(said(kReplicates, 3e-4, 3e-4, 30), IsEmpty());
 }
 
-// 60 poses whose residuals have these deviations per axis; the fit has 36 unknowns of position.
-struct Residuals {
-  Campaign campaign;
-  Evaluation evaluation;
-  CalibrationResult fit;
-
-  Residuals(double position, double orientation) {
-    std::mt19937 random(3);
-    std::normal_distribution<double> normal;
-    fit.determined = {36, 0};
-    const double of_unknowns = std::sqrt(1 - 36.0 / 1800);
-    for (int row = 0; row < 600; ++row) {
-      campaign.q.emplace_back();
-      if (orientation > 0) campaign.orientation.emplace_back(Eigen::Quaterniond::Identity());
-      Eigen::Matrix<double, 6, 1>& residual = evaluation.residuals.emplace_back();
-      for (int i = 0; i < 3; ++i) residual[i] = position * of_unknowns * normal(random);
-      for (int i = 3; i < 6; ++i) residual[i] = orientation * normal(random);
-    }
-  }
-  double times(const NoiseFloor& noise) const {
-    return times_of_noise(fit, campaign, evaluation, noise);
-  }
-  std::string said(const NoiseFloor& noise) const {
-    return far_above_noise(fit, campaign, evaluation, noise);
-  }
-};
-
-NoiseFloor stated(double position, double orientation) {
-  NoiseFloor noise;
-  noise.source = NoiseFloor::Source::instrument;
-  noise.position = position;
-  noise.orientation = orientation;
-  return noise;
+FitQuality of(const InstrumentNoise& left, const InstrumentNoise& pure) {
+  FitQuality quality;
+  quality.noise.source = NoiseFloor::Source::instrument;
+  quality.left = left;
+  quality.pure = pure;
+  return quality;
 }
 
 TEST(FarAboveNoise, NamesWhatIsMoreThanFiveTimesTheNoise) {
-  const Residuals near(0.9e-3, 0), far(1.9e-3, 0), turned(0.2e-3, 3e-3);
-  EXPECT_EQ(near.times(stated(0.2e-3, 0)), 1);
-  EXPECT_THAT(near.said(stated(0.2e-3, 0)), IsEmpty());
-  EXPECT_NEAR(far.times(stated(0.2e-3, 0)), 9.5, 0.4);
-  EXPECT_THAT(far.said(stated(0.2e-3, 0)), HasSubstr(" mm per axis, 9."));
-  EXPECT_THAT(far.said(stated(0.2e-3, 0)), HasSubstr("times the stated noise"));
-  EXPECT_NEAR(turned.times(stated(0.2e-3, 0.5e-3)), 6, 0.3);
-  EXPECT_THAT(turned.said(stated(0.2e-3, 0.5e-3)), HasSubstr(" mrad per axis, "));
-  EXPECT_EQ(far.times(NoiseFloor{}), 1);  // nothing is known
-}
-
-TEST(FarAboveNoise, PosesThatAreReadWorseAreNoModelThatIs) {
-  Residuals readings(0.1e-3, 0);
-  for (size_t row = 0; row < 120; ++row) readings.evaluation.residuals[row] *= 20;
-  EXPECT_EQ(readings.times(stated(0.1e-3, 0)), 1);
-  // Where the rows say so it matters less still: each counts by its own deviation.
-  for (size_t row = 0; row < 600; ++row)
-    readings.campaign.sigma_position.push_back(row < 120 ? 2e-3 : 0.1e-3);
-  EXPECT_EQ(readings.times(stated(0.1e-3, 0)), 1);
+  EXPECT_EQ(times_of_noise(of({0.9e-3, 0}, {0.2e-3, 0})), 1);
+  EXPECT_THAT(far_above_noise(of({0.9e-3, 0}, {0.2e-3, 0})), IsEmpty());
+  const FitQuality far = of({1.9e-3, 1e-3}, {0.2e-3, 0.5e-3});
+  EXPECT_NEAR(times_of_noise(far), 9.5, 1e-9);
+  EXPECT_THAT(far_above_noise(far), HasSubstr("by 1.9 mm per axis, 9.5 times the stated noise"));
+  EXPECT_THAT(far_above_noise(of({0.2e-3, 3e-3}, {0.2e-3, 0.5e-3})),
+              HasSubstr("by 3 mrad per axis, 6 times the stated noise"));
+  EXPECT_EQ(times_of_noise(of({1.9e-3, 1e-3}, {0, 0})), 1);  // nothing is known
+  // Rounding is no noise.
+  EXPECT_EQ(times_of_noise(of({1e-9, 5e-16}, {1e-15, 2e-32})), 1);
 }
 
 TEST(FarAboveNoise, WidensWhatIsSaidOfParametersAndCoefficients) {

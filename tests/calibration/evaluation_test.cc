@@ -147,7 +147,7 @@ TEST(Evaluation, TheErrorOfATouchIsADistance) {
   robot.noise.position = 1e-3;
   EXPECT_NEAR(noise_floor(robot, campaign, evaluation).mean_error(),
               (2 * mean_error_of_noise(1e-3, 3) + mean_error_of_noise(1e-3, 1)) / 3, 1e-12);
-  // Without the row of a blunder the others are still one reading; repeats are readings of their own.
+  // Without the row of a blunder the others are still one reading.
   EXPECT_EQ(campaign.select({0, 2, 3, 4, 5, 6}).first_rows_of_readings(),
             (std::vector<int>{0, 2, 5}));
   EXPECT_EQ(campaign.select({0, 3, 6}).first_rows_of_readings(), std::vector<int>());

@@ -328,7 +328,7 @@ TEST(SilentNumbers, AMovedZeroExplainsWhatAFitLeaves) {
   const Campaign campaign = with_a_moved_zero();
   const auto explanation = explanation_of_rest(calibrate(spindle(), campaign), campaign);
   ASSERT_TRUE(explanation);
-  EXPECT_THAT(*explanation, HasSubstr("the zero of A3 is 0.1 deg away"));
+  EXPECT_THAT(*explanation, HasSubstr("the zero of A3 is 0.10"));
 }
 
 TEST(SilentNumbers, WhatTheModelHoldsExplainsNoRest) {

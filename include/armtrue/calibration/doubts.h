@@ -25,17 +25,13 @@ std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
                                    const CalibrationResult& fit, const NoiseFloor& noise);
 
 /// How many times the noise of its readings a fit leaves, in position or in orientation, whichever
-/// is more; 1 if that is at most five times, or the noise is unknown. Then 4 % or less of the squared
-/// residual is noise: the rest is the model's, which all poses have in common, and standard
+/// is more; 1 if that is at most five times, or the noise is unknown. Above, 4 % or less of the
+/// squared residual is noise: the rest is the model's, which all poses have in common, and standard
 /// deviations that take it for independent from pose to pose promise too much.
-/// `evaluation`: of the fit on its campaign. Both are robust_deviation()s, of noise and residual, so
-/// that readings of which a part is much worse do not look like a model that is.
-double times_of_noise(const CalibrationResult& fit, const Campaign& campaign,
-                      const Evaluation& evaluation, const NoiseFloor& noise);
+double times_of_noise(const FitQuality& quality);
 
-/// That a fit leaves more than five times the noise, as a sentence, see times_of_noise(); else empty.
-std::string far_above_noise(const CalibrationResult& fit, const Campaign& campaign,
-                            const Evaluation& evaluation, const NoiseFloor& noise);
+/// That a fit leaves more than five times the noise, as a sentence, see times_of_noise(); or empty.
+std::string far_above_noise(const FitQuality& quality);
 
 /// Multiplies the standard deviations of parameters and coefficients by a factor, intervals
 /// likewise. CalibrationResult::covariance stays: predictions at poses like those of the fit have
@@ -44,7 +40,8 @@ void widen_deviations(double factor, CalibrationResult& fit);
 
 /// That the bounds which a robot states do not hold for these readings, as a sentence; else empty:
 /// less than 80 % of the readings lie within their 95 % bounds, and the number of poses outside is
-/// no chance (p_of_errors() < 0.001). The arms measured so far keep a rest that is not normal, and
+/// no chance (p_of_errors() < 0.001). The noise of these readings counts if it is larger than that
+/// of the calibration. The arms measured so far keep a rest that is not normal, and
 /// up to 10 % outside. `predictions`: of each row.
 std::string broken_bounds(const Robot& robot, const Campaign& campaign,
                           const Evaluation& evaluation, const std::vector<Prediction>& predictions);

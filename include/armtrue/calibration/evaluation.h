@@ -90,6 +90,10 @@ struct FitQuality {
   NoiseFloor noise;
   std::optional<double> lack_of_fit;              ///< of position and orientation together
   std::optional<double> lack_of_fit_in_position;  ///< of position alone
+  /// Root mean square of the residuals, per axis and without blunders, corrected for the unknowns;
+  /// and of the noise: of the deviations of replicates from their mean, where they show the floor,
+  /// else as stated (0: unknown). Both as of a row with the median sigma [m, rad].
+  InstrumentNoise left, pure;
 };
 FitQuality assess(const CalibrationResult& fit, const Campaign& campaign);
 

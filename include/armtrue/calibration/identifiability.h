@@ -35,11 +35,11 @@ struct IdentifiableSet {
 /// (Hayati), and at the very end the anchors' zero errors. Anchors define R_A: one anchor shows
 /// only the translation of the base, three show all of it; their other coordinates are their places
 /// relative to each other. A column is absorbed if its part orthogonal to the columns before it is
-/// shorter than 1e-6 of its norm; one of the place of the tool also if the readings would leave it a
-/// standard deviation above 0.1 m. The columns are computed for the ideal structure of the arm (link
-/// angles within 1 deg of a right angle count as right), because near-parallel axes make a set
-/// ill-conditioned. The bases and own zero offsets of further sessions are always unknowns beside
-/// the set.
+/// shorter than 1e-6 of its norm; one of the place of the tool also if the readings would leave it
+/// a standard deviation above 0.1 m. The columns are computed for the ideal structure of the arm
+/// (link angles within 1 deg of a right angle count as right), because near-parallel axes make a
+/// set ill-conditioned. The bases and own zero offsets of further sessions are always unknowns
+/// beside the set.
 ///
 /// Contacts come before all others: without an instrument they define R_A, and then absorb the
 /// base. The rank is computed at configurations that touch exactly, so each one is first moved onto
@@ -63,11 +63,11 @@ std::optional<int> length_of_scale(const Robot& robot, const Campaign& campaign,
 std::vector<int> lost_to_poses(const Robot& robot, const Campaign& campaign,
                                const IdentifiableSet& set);
 
-/// Parameters of the tool that these readings show only together with others, such as its z where it
-/// is vertical in all poses: they keep the value of the robot file.
+/// Parameters of the tool that these readings show only together with others, such as its z where
+/// it is vertical in all poses: they keep the value of the robot file.
 std::vector<int> set_up_not_shown(const KinematicChain& chain, const IdentifiableSet& set);
 
-/// That the readings do not show a parameter of the tool, as a sentence with the value that it keeps.
+/// That the readings do not show a parameter of the tool, as a sentence with the value it keeps.
 std::string not_shown(const KinematicChain& chain, int parameter);
 
 /// The parameters that `robot.identify` names, identifiable or not.

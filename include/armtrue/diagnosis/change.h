@@ -56,10 +56,10 @@ struct ChangeResult {
 ///     r = J x + e.
 /// x: the errors of the previous parameters, normal with the standard deviations of
 /// `previous.uncertainty`, without it of `previous.std`, and taken as independent of each other
-/// (strong correlations only make the test more cautious). e: normal with the `spread` that the previous calibration
-/// left, or with the scatter of the new replicates if that is larger. Replicates of a pose share
-/// the model error there, so together they count as one reading. A move adds an unknown with no
-/// prior.
+/// (strong correlations only make the test more cautious). e: normal with the `spread` that the
+/// previous calibration left, or with the scatter of the new replicates if that is larger.
+/// Replicates of a pose share the model error there, so together they count as one reading. A move
+/// adds an unknown with no prior.
 ///
 /// Test. `p_value` is two times the smaller of two p-values. The first is that of the chi-square of
 /// r under that covariance. The second is that of its largest fall by any single move, because with

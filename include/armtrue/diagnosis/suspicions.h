@@ -21,9 +21,10 @@ namespace armtrue {
 LogFindings find_suspicions(const Robot& robot, const Campaign& campaign);
 
 /// A change among the readings that explains what a fit leaves: of those of find_suspicions(), what
-/// is another one after some row or in a session, a constant of the instrument's range, or the scale
-/// of one anchor. An effect that the fit contains explains it no more. Nothing if none explains
-/// enough of the residual, or the readings are of more than 16 sessions. `campaign`: that of the fit.
+/// is another one after some row or in a session, a constant of the instrument's range, or the
+/// scale of one anchor. An effect that the fit contains explains it no more. Nothing if none
+/// explains enough of the residual, or the readings are of more than 16 sessions. `campaign`: that
+/// of the fit.
 std::optional<std::string> explanation_of_rest(const CalibrationResult& fit,
                                                const Campaign& campaign);
 

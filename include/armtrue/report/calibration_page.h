@@ -17,7 +17,6 @@ struct CalibrationStory {
   std::optional<Robot> nominal;       ///< with base and tool fitted to the readings
   FitQuality quality;                 ///< of the fit
   std::optional<std::string> missed;  ///< the criterion that the calibration fails, in words
-  std::string doubt;                  ///< see far_above_noise()
 };
 
 /// The page of a calibration: errors before and after, along the campaign and in the workspace,
@@ -26,11 +25,14 @@ struct CalibrationStory {
 Report calibration_page(const CalibrationResult& result, const Campaign& campaign,
                         const CalibrationStory& story, const PageHead& head);
 
+/// Whether the bounds that a robot file promises hold for the readings, see broken_bounds().
+enum class Bounds { held_or_unknown, broken };
+
 /// The page of a robot on measured poses. `file`: the robot as its file has it, before a refit;
-/// `against`: another robot on the same readings; `doubt`: see broken_bounds(), empty if they hold.
-/// The keys are those of armtrue-summary/1.
+/// `against`: another robot on the same readings; `bounds`: see broken_bounds(). The keys are
+/// those of armtrue-summary/1.
 Report evaluation_page(const Robot& robot, const Robot& file, const Campaign& campaign,
                        const Evaluation& evaluation, const std::optional<Robot>& against,
-                       const PageHead& head, const std::string& doubt = "");
+                       const PageHead& head, Bounds bounds = Bounds::held_or_unknown);
 
 }  // namespace armtrue

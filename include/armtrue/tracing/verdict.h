@@ -44,10 +44,10 @@ struct Grounds {
 /// `unexplained` if the lack of fit is significant (p < 0.01), if too many held-out poses lie
 /// beyond their bounds (p < 0.01), if the held-out error exceeds both twice the floor and
 /// `complete_high`, if readings are left out together, or if the diagnosis explains what is left:
-/// then it is no noise, however large repeats say that noise is. `not_separable` if an effect has a rival
-/// of the catalogue; a curve without a known cause does not count as another cause. `too_few_poses`
-/// if the held-out error exceeds `floor_high`: then it is not shown that nothing is left. Without a
-/// known noise `unknown_noise` takes the place of `closed` and `nothing_to_explain`.
+/// then it is no noise, however large repeats say that noise is. `not_separable` if an effect has a
+/// rival of the catalogue; a curve without a known cause does not count as another cause. Without a
+/// known noise `unknown_noise` takes the place of those that follow. `too_few_poses` if the
+/// held-out error exceeds `floor_high`: then it is not shown that nothing is left.
 Verdict conclude(const Grounds& grounds);
 
 }  // namespace armtrue
