@@ -274,5 +274,9 @@ std::string print_document(const YAML::Node& root) {
 }  // namespace armtrue
 
 YAML::Node YAML::convert<armtrue::NumberText>::encode(const armtrue::NumberText& number) {
-  return armtrue::plain(number);
+  // A number of YAML 1.1 with an exponent has a point: to its readers, 1e-05 is a text.
+  std::string text = number;
+  const size_t exponent = text.find('e');
+  if (exponent != text.npos && text.find('.') == text.npos) text.insert(exponent, ".0");
+  return armtrue::plain(text);
 }
