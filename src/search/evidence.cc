@@ -32,8 +32,7 @@ constexpr int kRefitted = 3;  // parameters named of those that are refitted for
 
 // Whether it moves the instrument, or the base, which in the readings is the same.
 bool moves_station(const Effect& effect) {
-  return effect.parameter.starts_with("instrument.") || effect.parameter == "base" ||
-         effect.parameter.starts_with("base.");
+  return owner_of(effect) == Owner::instrument || owner_of(effect) == Owner::base;
 }
 
 // Contains the uncertainty of the frequency, if that was searched.
@@ -202,6 +201,19 @@ std::vector<VarianceShare> order_by_share(SearchResult& search, int poses, std::
   return shares;
 }
 
+// The chosen effects of one coefficient whose interval holds zero: these readings do not even show
+// its sign. A member of a family has the evidence of the whole family.
+std::vector<int> without_sign(const EffectModel& model, const Robot& fitted) {
+  std::vector<int> found;
+  for (size_t k = 0; k < model.chosen().size(); ++k) {
+    const Effect& effect = fitted.effects[static_cast<size_t>(model.in_fit(k))];
+    if (effect.coefficients.size() != 1 || effect.family) continue;
+    const auto [low, high] = effect.coefficients.front().ci95;
+    if (low <= 0 && high >= 0) found.push_back(static_cast<int>(k));
+  }
+  return found;
+}
+
 }  // namespace
 
 std::optional<Cycle> fixed_cycle(const CalibrationResult& fit,
@@ -243,6 +255,13 @@ TraceResult with_evidence(SearchResult search, const Campaign& campaign,
   result.bootstrap_draws =
       bootstrap_coefficients(result.fit, campaign, options.bootstrap, options.seed);
   set_intervals(result.bootstrap_draws, poses, result.fit.robot);
+  if (const std::vector<int> dropped = without_sign(model, result.fit.robot); !dropped.empty()) {
+    model.drop(dropped);
+    search.stages = std::move(result.stages);
+    search.ranking = std::move(result.ranking);
+    search.not_separable = std::move(result.not_separable);
+    return with_evidence(std::move(search), campaign, options);
+  }
   const std::vector<Candidate>& chosen = model.chosen();
   const CrossValidation left_out(model.linear(), options.seed);
   for (size_t k = 0; k < chosen.size(); ++k) {
@@ -279,7 +298,7 @@ TraceResult with_evidence(SearchResult search, const Campaign& campaign,
 
 bool is_of_instrument(const Effect& effect) {
   return !effect.driver.involves(DriverKind::time) &&
-         (effect.may_be_instrument || effect.parameter.starts_with("instrument."));
+         (effect.may_be_instrument || owner_of(effect) == Owner::instrument);
 }
 
 bool may_be_rest_of_event(const Effect& effect, const Robot& robot) {
@@ -294,7 +313,7 @@ bool may_be_rest_of_event(const Effect& effect, const Robot& robot) {
 
 bool may_be_instrument(const TracedEffect& traced, const Robot& robot) {
   const auto of_instrument = [](const Rival& rival) {
-    return rival.effect.parameter.starts_with("instrument.");
+    return owner_of(rival.effect) == Owner::instrument;
   };
   if (std::ranges::any_of(traced.indistinguishable, of_instrument)) return true;
   if (may_be_rest_of_event(traced.effect, robot) && traced.evidence.delta_ebic < kRuledOut)
