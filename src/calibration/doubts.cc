@@ -137,12 +137,12 @@ std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
 namespace {
 
 constexpr double kFarAbove = 5;
+constexpr double kLeastNoise = 1e-6;  // m, rad: below it is a simulation without noise
 
 // In position and orientation.
 std::array<double, 2> ratios(const FitQuality& quality) {
-  constexpr double kResolution = 1e-6;  // m, rad: below it is a simulation without noise
   const auto ratio = [](double left, double pure) {
-    return pure > 0 ? left / std::max(kResolution, pure) : 0.0;
+    return pure > 0 ? left / std::max(kLeastNoise, pure) : 0.0;
   };
   return {ratio(quality.left.position, quality.pure.position),
           ratio(quality.left.orientation, quality.pure.orientation)};
