@@ -215,8 +215,8 @@ std::string broken_bounds(const Robot& robot, const Campaign& campaign,
       "{} poses, which is no chance: {}",
       100 * inside, poses,
       2 * beyond.size() > poses
-          ? fmt::format("{} of them lie outside what the calibration measured, where its model does "
-                        "not hold; measure there, or look for effects with close-loop",
+          ? fmt::format("{} of them lie outside what the calibration measured, where its model "
+                        "does not hold; measure there, or look for effects with close-loop",
                         beyond.size())
           : "this is another arm or set-up than the calibrated one, or its model lacks something; "
             "refit base and tool if they are others, or calibrate anew");
