@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <numeric>
+#include <set>
 
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/distributions.h"
@@ -137,12 +138,12 @@ std::string contradiction_of_noise(const Robot& robot, const Campaign& campaign,
 namespace {
 
 constexpr double kFarAbove = 5;
+constexpr double kLeastNoise = 1e-6;  // m, rad: below it is a simulation without noise
 
 // In position and orientation.
 std::array<double, 2> ratios(const FitQuality& quality) {
-  constexpr double kResolution = 1e-6;  // m, rad: below it is a simulation without noise
   const auto ratio = [](double left, double pure) {
-    return pure > 0 ? left / std::max(kResolution, pure) : 0.0;
+    return pure > 0 ? left / std::max(kLeastNoise, pure) : 0.0;
   };
   return {ratio(quality.left.position, quality.pure.position),
           ratio(quality.left.orientation, quality.pure.orientation)};
@@ -205,11 +206,20 @@ std::string broken_bounds(const Robot& robot, const Campaign& campaign,
     inside = share_inside(predict(judged, campaign));
   }
   if (inside >= kFewInside || p_of_errors(judged, campaign) >= kNoChance) return "";
+  std::set<int> beyond;
+  for (int row = 0; row < campaign.rows(); ++row)
+    if (predictions[static_cast<size_t>(row)].leverage > 1) beyond.insert(campaign.pose[row]);
+  const size_t poses = campaign.pose_ids.size();
   return fmt::format(
       "only {:.0f} % of the readings lie within the 95 % bounds that the robot file promises, at "
-      "{} poses, which is no chance: this is not the arm or the set-up that was calibrated, or the "
-      "file lost a part of its model; refit base and tool if they are others, or calibrate anew",
-      100 * inside, campaign.pose_ids.size());
+      "{} poses, which is no chance: {}",
+      100 * inside, poses,
+      2 * beyond.size() > poses
+          ? fmt::format("{} of them lie outside what the calibration measured, where its model "
+                        "does not hold; measure there, or look for effects with close-loop",
+                        beyond.size())
+          : "this is another arm or set-up than the calibrated one, or its model lacks something; "
+            "refit base and tool if they are others, or calibrate anew");
 }
 
 }  // namespace armtrue
