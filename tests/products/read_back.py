@@ -253,12 +253,15 @@ def line_mistakes(line, options, unknown=()):
 
 
 def source_mistakes(root, options):
-    """Options in the texts of the sources: a command names its own, or another command before them."""
+    """Options in the texts of the sources: a command names its own, or another command before them. And functions that
+    throw std::invalid_argument, the class of our own sentences, in words of the library."""
     wrong = []
     for file in sorted([*root.glob("apps/*.cc"), *root.glob("apps/*.h"), *root.glob("src/**/*.cc"), *root.glob("src/**/*.h")]):
         own = options.get(file.stem)
         text = re.sub(r'"\s*\n\s*"', "", file.read_text())  # one literal over several lines
         text = re.sub(r"//[^\n]*", "", text)
+        wrong += [f"{file.relative_to(root)}: {call} throws in the words of the library; take read_number()"
+                  for call in re.findall(r"std::sto[a-z]+\(", text)]
         for literal in re.findall(r'"((?:[^"\\\n]|\\.)*)"', text):
             if str(file.relative_to(root)) in OTHERS_OPTIONS or re.search(r"var\(--|[{;]--", literal):
                 continue  # of a style sheet
