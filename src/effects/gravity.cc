@@ -89,8 +89,8 @@ double GravityLoad::arm_of(const FirstMoment& moment, const ArmFrames& frames) c
   return frames[moment.link].rotation.col(moment.axis).dot(frames[moment.link].translation - foot);
 }
 
-double GravityLoad::first_moment_value(const FirstMoment& moment, const ArmFrames& frames) const {
-  const Motion moved = motion(frames);
+double GravityLoad::first_moment_value(const FirstMoment& moment, const Motion& moved,
+                                       const ArmFrames& frames) const {
   if (!moved.turns) return 0.0;
   const Vector3d direction = moment.link < 0
                                  ? Vector3d(Vector3d::Unit(moment.axis))
@@ -132,27 +132,49 @@ std::vector<int> GravityLoad::carried_links() const {
   return links;
 }
 
+// The motions that share a basis. All parameters of the base have that of the turns about the three
+// axes of R_0: a moment of mass is then left out or kept for all of them, wherever R_A is.
+std::vector<GravityLoad::Motion> GravityLoad::motions_of_basis(const ArmFrames& frames) const {
+  if (parameter_ >= kFirstLinkParameter) return {motion(frames)};
+  std::vector<Motion> turns;
+  for (int axis = 0; axis < 3; ++axis)
+    turns.push_back({Vector3d::Unit(axis), Vector3d::Zero(), true});
+  return turns;
+}
+
 void GravityLoad::choose_basis(const Robot& robot, const ChainEvaluator& evaluator) {
+  const bool shifts_base = parameter_ < kFirstLinkParameter && parameter_ % kParametersPerPose < 3;
+  if (shifts_base) return;  // gravity does not change with the place
   std::vector<FirstMoment> moments;
   for (int link : of_positioner_ ? carried_links() : carrying_links(robot.chain)) {
     for (int axis = 0; axis < 3; ++axis) moments.push_back({link, axis});
-    // Of the base all components have one basis, whichever way a rail leads.
+    // Not of the base, whichever way a rail leads.
     if (!of_positioner_ && is_prismatic(robot.chain.links[link]) &&
         parameter_ >= kFirstLinkParameter)
       moments.push_back({link, 2, true});
   }
-  // Keep values that are independent of the constant and of those kept already.
+  if (moments.empty()) return;
   const std::vector<JointVector> poses = sample_joint_space(robot.chain, kBasisPoses);
-  Eigen::MatrixXd kept = Eigen::VectorXd::Ones(kBasisPoses).normalized();
+  std::vector<LinkFrames> frames;
+  for (const JointVector& pose : poses) frames.push_back(evaluator.link_frames(pose));
+  const auto motions = static_cast<Eigen::Index>(motions_of_basis(frames.front()).size());
+  // Keep values that are independent of the constant of each motion and of those kept already.
+  Eigen::MatrixXd kept = Eigen::MatrixXd::Zero(motions * kBasisPoses, motions);
+  for (Eigen::Index m = 0; m < motions; ++m)
+    kept.col(m).segment(m * kBasisPoses, kBasisPoses).setConstant(1 / std::sqrt(kBasisPoses));
   for (const FirstMoment& moment : moments) {
-    Eigen::VectorXd column(kBasisPoses), arm(kBasisPoses);
+    Eigen::VectorXd column(motions * kBasisPoses), arm(kBasisPoses), own(kBasisPoses);
     for (int i = 0; i < kBasisPoses; ++i) {
-      const LinkFrames frames = evaluator.link_frames(poses[i]);
-      column[i] = first_moment_value(moment, frames);
-      arm[i] = arm_of(moment, frames);
+      const std::vector<Motion> moved = motions_of_basis(frames[i]);
+      for (Eigen::Index m = 0; m < motions; ++m)
+        column[m * kBasisPoses + i] = first_moment_value(moment, moved[m], frames[i]);
+      own[i] = first_moment_value(moment, motion(frames[i]), frames[i]);
+      arm[i] = arm_of(moment, frames[i]);
     }
+    const double least = kMinNew * gravity_.norm() * arm.norm();
+    if ((own.array() - own.mean()).matrix().norm() > least) has_work_ = true;
     for (int twice = 0; twice < 2; ++twice) column -= kept * (kept.transpose() * column);
-    if (column.norm() <= kMinNew * gravity_.norm() * arm.norm()) continue;
+    if (column.norm() <= least) continue;
     kept.conservativeResize(Eigen::NoChange, kept.cols() + 1);
     kept.rightCols<1>() = column.normalized();
     basis_.push_back(moment);
@@ -161,7 +183,11 @@ void GravityLoad::choose_basis(const Robot& robot, const ChainEvaluator& evaluat
 
 void GravityLoad::values(const Context& context, const ArmFrames& frames, double* out) const {
   if (!by_masses_) {
-    for (size_t k = 0; k < basis_.size(); ++k) out[k] = first_moment_value(basis_[k], frames);
+    std::fill(out, out + basis_.size(), 0.0);
+    if (!has_work_) return;
+    const Motion moved = motion(frames);
+    for (size_t k = 0; k < basis_.size(); ++k)
+      out[k] = first_moment_value(basis_[k], moved, frames);
     return;
   }
   out[0] = 0;

@@ -103,9 +103,6 @@ int BoundEffect::bind_loads(const Effect& effect, const Robot& robot) {
     fail("the shape '" + to_string(shape_) + "' of a torque needs the robot's masses");
   if (load_values > 1 && driver_.factor == DriverKind::gravity_torque)
     fail("a torque of gravity as a factor needs the robot's masses");
-  for (const GravityLoad& load : loads_)
-    if (load.value_count() != load_values && load.value_count() != 0)
-      fail("the gravity basis differs between the components of '" + effect.parameter + "'");
 
   needs_frames_ = !loads_.empty() || driver_.kind == DriverKind::range ||
                   driver_.kind == DriverKind::azimuth || driver_.kind == DriverKind::elevation ||

@@ -1,9 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <set>
 
-#include "armtrue/effects/gravity.h"
 #include "armtrue/kinematics/units.h"
 #include "search/candidates.h"
 #include "search/driver_span.h"
@@ -13,17 +11,6 @@ namespace {
 
 bool is_load(DriverKind kind) {
   return kind == DriverKind::gravity_torque || kind == DriverKind::moment;
-}
-
-// Whether gravity has one basis for all components of a group that its moment turns; if the first
-// axis of the arm is not upright, this needs masses.
-bool has_common_basis(const Effect& effect, const Robot& robot) {
-  if (effect.driver.kind != DriverKind::moment || group_size(effect.parameter) != 6) return true;
-  std::set<int> sizes;
-  const int first = *first_parameter(robot.chain, effect.parameter);
-  for (int k = first + 3; k < first + 6; ++k)
-    if (const int size = GravityLoad(robot, k).value_count(); size > 0) sizes.insert(size);
-  return sizes.size() <= 1;
 }
 
 // Whether a driver takes its load from the masses of the arm and the tool, which a positioner does
@@ -48,7 +35,6 @@ bool is_shown(const Effect& effect, const Robot& robot, const Campaign& campaign
   // The part is not what stands on the floor.
   const bool of_base = effect.parameter.starts_with("base");
   if (robot.ground_link && driver.kind == DriverKind::moment && of_base) return false;
-  if (!has_common_basis(effect, robot)) return false;
   const std::string& parameter = effect.parameter;
   if (parameter.starts_with("target "))
     return std::ranges::count(campaign.target_names, parameter.substr(7)) > 0;

@@ -139,6 +139,47 @@ TEST(Gravity, GenericBasisSpansTheArmsTorque) {
   EXPECT_LT(left.norm(), 1e-8 * torque.norm());
 }
 
+// R_A may be tilted against the foot in any way, and gravity pull at the foot in any direction.
+TEST(Gravity, TheTurnsOfTheBaseShareOneBasisThatSpansEveryMoment) {
+  Robot robot = read_robot(kRobotFile).robot;
+  robot.bodies = {{1, 400, {-0.5, 0.03, 0.02}}, {2, 300, {0.03, -0.3, 0.01}}};
+  constexpr int kPoses = 40, kTurns = 3;
+  const auto poses = sample_joint_space(robot.chain, kPoses);
+  std::srand(2);
+  for (const double tilt : {0.0, 0.014, 0.035, 0.7, 1.5707963, 3.1415926})
+    for (const Eigen::Vector3d& gravity :
+         {Eigen::Vector3d(0, 0, -9.81), Eigen::Vector3d(0, 9.81, 0), Eigen::Vector3d(5, -4, 7.4)}) {
+      robot.chain.base.rotation =
+          rotation_exp(tilt * Eigen::Vector3d::Random().normalized());
+      robot.gravity = gravity;
+      Robot massless = robot;
+      massless.bodies.clear();
+      const BoundEffect floor({"floor compliance", "base", *parse_driver("moment"), Shape{}, {}},
+                              massless);
+      const int size = floor.coefficient_count();
+      for (int turn = 3; turn < 6; ++turn)
+        EXPECT_EQ(GravityLoad(massless, kFirstBaseParameter + turn).value_count(), size);
+      Eigen::MatrixXd basis = Eigen::MatrixXd::Zero(kTurns * kPoses, size + kTurns);
+      Eigen::VectorXd moment(kTurns * kPoses);
+      for (int i = 0; i < kPoses; ++i) {
+        Context context;
+        context.q = poses[i];
+        const ArmFrames frames = ChainEvaluator(robot.chain).link_frames(poses[i]);
+        for (int turn = 0; turn < kTurns; ++turn) {
+          const int parameter = kFirstBaseParameter + 3 + turn, row = kTurns * i + turn;
+          Eigen::VectorXd values(size);
+          GravityLoad(massless, parameter).values(context, frames, values.data());
+          basis.row(row).head(size) = values.transpose();
+          basis(row, size + turn) = 1;
+          moment[row] = load(robot, parameter, poses[i]);
+        }
+      }
+      const Eigen::VectorXd left =
+          moment - basis * basis.completeOrthogonalDecomposition().solve(moment);
+      EXPECT_LT(left.norm(), 1e-2 * moment.norm()) << tilt;
+    }
+}
+
 // Axes that are built parallel or upright are some mrad off after a calibration, and every fit
 // moves them. What only such an angle makes is no load: its coefficient would be large, and what it
 // moves would change with the angle.

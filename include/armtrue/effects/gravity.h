@@ -20,7 +20,9 @@ using ArmFrames = LinkFrames;
 /// carrying links: the first moments of link j itself and of the links after it whose axes stay
 /// parallel to joint j (for A2 the sine and cosine of the arm's and of the forearm's angle), per
 /// kg m; of a link that slides also what its travel adds, per kg. Wrist links are left out: their
-/// torque is small and would add coefficients. The basis of a joint that slides is empty.
+/// torque is small and would add coefficients. The basis of a joint that slides is empty. The three
+/// turns of the base share one basis, which does not depend on the place of R_A; the values of one
+/// on which gravity does no work, such as rz of an upright arm, are 0.
 ///
 /// A positioner (Robot::ground_link) carries the part, which no file knows: its loads are always a
 /// basis, the first moments of all frames before the joint in the chain. Gravity keeps its
@@ -29,7 +31,8 @@ class GravityLoad {
  public:
   GravityLoad(const Robot& robot, int parameter);
 
-  /// With masses 1. Otherwise the size of the basis: 0 if gravity does no work on the parameter.
+  /// With masses 1. Otherwise the size of the basis: 0 if gravity does no work on the parameter, or
+  /// on any turn of the base.
   int value_count() const;
   /// Whether the masses of the robot make the load, and not a basis.
   bool is_by_masses() const { return by_masses_; }
@@ -43,7 +46,9 @@ class GravityLoad {
   struct Motion;  // motion by the parameter: its axis, a point on it, and whether it is a rotation
   Motion motion(const ArmFrames& frames) const;
   double arm_of(const FirstMoment& moment, const ArmFrames& frames) const;
-  double first_moment_value(const FirstMoment& moment, const ArmFrames& frames) const;
+  std::vector<Motion> motions_of_basis(const ArmFrames& frames) const;
+  double first_moment_value(const FirstMoment& moment, const Motion& moved,
+                            const ArmFrames& frames) const;
   Eigen::Vector3d gravity_in_foot(const ArmFrames& frames) const;
   std::vector<int> carrying_links(const KinematicChain& chain) const;
   std::vector<int> carried_links() const;
@@ -60,6 +65,7 @@ class GravityLoad {
   Eigen::Vector3d payload_point_;  // in R_n
   std::vector<Body> bodies_;
   std::vector<FirstMoment> basis_;
+  bool has_work_ = false;  // whether gravity does work on this parameter by the basis
 };
 
 }  // namespace armtrue
