@@ -1,8 +1,12 @@
 #include "search/driver_span.h"
 
 #include <algorithm>
+#include <array>
+#include <map>
+#include <optional>
 #include <set>
 #include <string>
+#include <type_traits>
 
 namespace armtrue {
 
@@ -61,21 +65,60 @@ std::vector<Shape> with_inner_values(const Shape& shape, const Span& span, doubl
 
 namespace {
 
-template <typename Values>
-bool varies(const Values& values) {
-  return std::any_of(values.begin(), values.end(),
-                     [&](const auto& value) { return value != values.front(); });
+// Poses at which a driver must have another value than its commonest one. A level at a single pose is
+// that pose's own error, and a blunder there would make an effect.
+constexpr size_t kPosesOfLevel = 3;
+
+// Whether a value that each row has, or has not, differs between the rows of several poses. `value`
+// returns an optional.
+template <typename Value>
+bool has_contrast(const Campaign& campaign, const Value& value) {
+  using Level = typename std::invoke_result_t<Value, int>::value_type;
+  std::map<Level, std::set<int>> poses_of_level;
+  for (int row = 0; row < campaign.rows(); ++row)
+    if (const auto level = value(row)) poses_of_level[*level].insert(campaign.pose[row]);
+  if (poses_of_level.size() < 2) return false;
+  const auto commonest = std::ranges::max_element(
+      poses_of_level, {}, [](const auto& level) { return level.second.size(); });
+  std::set<int> others;
+  for (const auto& [level, poses] : poses_of_level)
+    if (level != commonest->first) others.insert(poses.begin(), poses.end());
+  return others.size() >= kPosesOfLevel;
 }
 
-bool is_driven(DriverKind kind, const std::string& where, const Campaign& campaign,
+// `joint`: of the driver, -1 if it has none.
+bool is_driven(DriverKind kind, int joint, const std::string& where, const Campaign& campaign,
                const Span& span) {
+  const auto by = [&](const auto& column, const auto& value_in) {
+    return !column.empty() && has_contrast(campaign, [&](int row) {
+      return std::optional(value_in(column[static_cast<size_t>(row)]));
+    });
+  };
   switch (kind) {
     case DriverKind::time:
       return has_time(span);
     case DriverKind::payload:
-      return varies(campaign.payload_kg);
+      return by(campaign.payload_kg, [](double mass) { return mass; });
     case DriverKind::force:
-      return varies(campaign.force_n);
+      return by(campaign.force_n,
+                [](const Eigen::Vector3d& force) { return std::array{force[0], force[1], force[2]}; });
+    case DriverKind::temperature: {
+      const auto sensor = std::ranges::find(campaign.temperature_names, where);
+      if (sensor == campaign.temperature_names.end()) return false;
+      const auto k = static_cast<size_t>(sensor - campaign.temperature_names.begin());
+      return by(campaign.temperature_c, [k](const auto& row) { return row[k]; });
+    }
+    case DriverKind::motor_torque:
+      return by(campaign.motor_torque_nm,
+                [joint](const auto& row) { return row[static_cast<size_t>(joint)]; });
+    case DriverKind::stroke:
+      return by(campaign.stroke, [joint](const JointVector& stroke) { return stroke[joint]; });
+    case DriverKind::arrival:
+      // 0 is no direction: the joint has not moved yet.
+      return !campaign.arrival.empty() && has_contrast(campaign, [&](int row) {
+        const int sign = campaign.arrival[static_cast<size_t>(row)][static_cast<size_t>(joint)];
+        return sign == 0 ? std::nullopt : std::optional(sign);
+      });
     default:
       return missing_column(campaign, kind, where).empty();
   }
@@ -84,8 +127,9 @@ bool is_driven(DriverKind kind, const std::string& where, const Campaign& campai
 }  // namespace
 
 bool is_driven(const Driver& driver, const Campaign& campaign, const Span& span) {
-  return is_driven(driver.kind, driver.where, campaign, span) &&
-         (!driver.factor || is_driven(*driver.factor, driver.where, campaign, span));
+  return is_driven(driver.kind, driver.joint, driver.where, campaign, span) &&
+         (!driver.factor ||
+          is_driven(*driver.factor, driver.second_joint, driver.where, campaign, span));
 }
 
 }  // namespace armtrue

@@ -27,7 +27,8 @@ Span span_of(const Driver& driver, const Campaign& campaign);
 /// Whether there are enough different times for an effect of time.
 inline bool has_time(const Span& span) { return span.values.size() > 2; }
 
-/// Whether the campaign has the driver and its value changes. `span`: that of the time.
+/// Whether the campaign has the driver and its value changes: it differs from its commonest value at
+/// three poses or more. `span`: that of the time.
 bool is_driven(const Driver& driver, const Campaign& campaign, const Span& span);
 
 /// At most `count` places between readings, evenly over their number. Places near the ends are left

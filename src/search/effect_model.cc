@@ -11,6 +11,7 @@
 #include "calibration/registration.h"
 #include "campaign/sessions.h"
 #include "search/candidates.h"
+#include "search/ebic.h"
 
 namespace armtrue {
 namespace {
@@ -327,6 +328,26 @@ CandidateScore EffectModel::score_of(const std::vector<int>& chosen,
   for (int k : chosen) log_choices += chosen_[k].log_choices;
   return armtrue::score_of(linear(), loss, is_shrunken(chosen_[chosen.front()].effect),
                            log_choices);
+}
+
+// The weights of the readings are those of the model with the effect, so that both sums of squares
+// are of the same equations.
+CandidateScore EffectModel::refitted_score_of(size_t k) {
+  constexpr int kKeepLaw = 1;  // one round: the law of the present fit
+  Robot robot = fit_.robot;
+  robot.effects.erase(robot.effects.begin() + in_fit(k));
+  CalibrationResult without =
+      armtrue::refit(robot, campaign_, fit_, kSearchTolerance, kKeepLaw);
+  without.weights = fit_.weights;
+  without.weights_in_pose = fit_.weights_in_pose;
+  without.sigma = fit_.sigma;
+  without.degrees_of_freedom = fit_.degrees_of_freedom;
+  const double before = Linearization(without, campaign_).residual_norm();
+  CandidateScore score = score_of({static_cast<int>(k)});
+  score.gain = std::max(0.0, before - linear().residual_norm());
+  score.score = ebic_fall(is_shrunken(chosen_[k].effect), chosen_[k].log_choices,
+                          score.degrees_of_freedom, score.gain, before, linear().residual_freedom());
+  return score;
 }
 
 std::vector<CandidateScore> EffectModel::scores_of(const std::vector<Candidate>& candidates,

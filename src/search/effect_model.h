@@ -90,6 +90,9 @@ class EffectModel {
   CandidateScore score_of(const std::vector<int>& chosen);
   /// The same where it is known what the model loses without them.
   CandidateScore score_of(const std::vector<int>& chosen, const Linearization::Loss& loss);
+  /// What the k-th chosen candidate explains by a refit without it, under the same law of the
+  /// readings.
+  CandidateScore refitted_score_of(size_t k);
   /// Scores of candidates outside the scan, all on one parameter: beside the model or, if `effect`
   /// is not negative, in the place of that effect.
   std::vector<CandidateScore> scores_of(const std::vector<Candidate>& candidates, int effect);

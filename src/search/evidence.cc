@@ -202,6 +202,19 @@ std::vector<VarianceShare> order_by_share(SearchResult& search, int poses, std::
   return shares;
 }
 
+// The chosen effects of one coefficient whose interval holds zero: these readings do not even show
+// its sign. A member of a family has the evidence of the whole family.
+std::vector<int> without_sign(const EffectModel& model, const Robot& fitted) {
+  std::vector<int> found;
+  for (size_t k = 0; k < model.chosen().size(); ++k) {
+    const Effect& effect = fitted.effects[static_cast<size_t>(model.in_fit(k))];
+    if (effect.coefficients.size() != 1 || effect.family) continue;
+    const auto [low, high] = effect.coefficients.front().ci95;
+    if (low <= 0 && high >= 0) found.push_back(static_cast<int>(k));
+  }
+  return found;
+}
+
 }  // namespace
 
 std::optional<Cycle> fixed_cycle(const CalibrationResult& fit,
@@ -243,6 +256,13 @@ TraceResult with_evidence(SearchResult search, const Campaign& campaign,
   result.bootstrap_draws =
       bootstrap_coefficients(result.fit, campaign, options.bootstrap, options.seed);
   set_intervals(result.bootstrap_draws, poses, result.fit.robot);
+  if (const std::vector<int> dropped = without_sign(model, result.fit.robot); !dropped.empty()) {
+    model.drop(dropped);
+    search.stages = std::move(result.stages);
+    search.ranking = std::move(result.ranking);
+    search.not_separable = std::move(result.not_separable);
+    return with_evidence(std::move(search), campaign, options);
+  }
   const std::vector<Candidate>& chosen = model.chosen();
   const CrossValidation left_out(model.linear(), options.seed);
   for (size_t k = 0; k < chosen.size(); ++k) {

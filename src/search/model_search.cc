@@ -56,6 +56,7 @@ void ModelSearch::run() {
   }
   settle_inner_values();
   drop_idle();
+  drop_by_refit();
   prefer_distortion();
   split_families();
   hold_family_of_most_arms();

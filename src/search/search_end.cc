@@ -72,6 +72,17 @@ void ModelSearch::drop_idle() {
   }
 }
 
+// Drops effects without which a refit is as good. The score of an effect is that of a linear problem;
+// along a direction that the readings hardly determine, the model is not linear, and the constants
+// of a refit take up what the effect seems to explain.
+void ModelSearch::drop_by_refit() {
+  for (int k = static_cast<int>(model_.chosen().size()) - 1; k >= 0; --k)
+    if (model_.refitted_score_of(static_cast<size_t>(k)).score <= 0) {
+      model_.drop({k});
+      k = static_cast<int>(model_.chosen().size());
+    }
+}
+
 // No rigid arm has a base or a length that follows a joint angle. Such curves give way to an
 // instrument that distorts space, unless poses left out are clearly predicted better with them.
 void ModelSearch::prefer_distortion() {

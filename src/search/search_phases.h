@@ -67,6 +67,7 @@ class ModelSearch {
   void settle_place_of(size_t chosen);
   void settle_inner_values(const std::function<bool(const Candidate&)>& asked, double least);
   void drop_idle();
+  void drop_by_refit();
   void prefer_distortion();
   void split_families();
   void hold_family_of_most_arms();
