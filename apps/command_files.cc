@@ -36,9 +36,10 @@ void Command::add_robot_to_inputs(const RobotFile& file) {
 
 Campaign Command::read_campaign(const std::string& path, const Robot& robot) {
   progress("reading measurements");
-  CampaignFile file = armtrue::read_campaign(path, joint_names(robot.chain));
+  CampaignFile file = armtrue::read_campaign(path, robot.chain);
   inputs_.emplace_back(file.campaign.source, file.sha256);
   warn_of_unknown(file.unknown_columns);
+  warn_of_turns(file, robot);
   if (file.campaign.skipped_rows > 0)
     warn(fmt::format("{} rows without a measurement skipped", file.campaign.skipped_rows));
   bind_touches(file.campaign, robot.chain);
@@ -48,6 +49,26 @@ Campaign Command::read_campaign(const std::string& path, const Robot& robot) {
   for (const std::string& warning : findings.warnings) warn(file.campaign.source + ": " + warning);
   begin_new_sessions(file.campaign, path == input);
   return std::move(file.campaign);
+}
+
+void Command::warn_of_turns(const CampaignFile& file, const Robot& robot) {
+  if (file.moved_by_turns.empty()) return;
+  const std::vector<JointName> names = joint_names(robot.chain);
+  std::string joints;
+  int rows = 0;
+  for (const MovedByTurns& moved : file.moved_by_turns) {
+    joints += (joints.empty() ? "" : ", ") + names[static_cast<size_t>(moved.joint)].column;
+    rows += moved.rows;
+  }
+  const MovedByTurns& example = file.moved_by_turns.front();
+  const Campaign& campaign = file.campaign;
+  warn(fmt::format(
+      "{}: {} angles of {} are read a whole turn nearer to the travel of the joint, as in line {} "
+      "{:.7g} deg as {:.7g} deg; the travel is that of the robot file, +-180 deg where it states "
+      "none",
+      campaign.source, rows, joints, campaign.line[static_cast<size_t>(example.first)],
+      example.as_given / kDegree,
+      campaign.q[static_cast<size_t>(example.first)][example.joint] / kDegree));
 }
 
 void Command::begin_new_sessions(Campaign& campaign, bool is_input) const {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "armtrue/campaign/turns.h"
 #include "armtrue/kinematics/units.h"
 
 namespace armtrue {
@@ -84,7 +85,9 @@ void JoinedCampaign::check_configuration(int pose, const JointVector& q, int lin
   const auto first = static_cast<size_t>(first_row_of_pose_[static_cast<size_t>(pose)]);
   for (size_t k = 0; k < joints_.size(); ++k) {
     const auto j = static_cast<Eigen::Index>(k);
-    const double difference = std::abs(q[j] - campaign_.q[first][j]);
+    double difference = std::abs(q[j] - campaign_.q[first][j]);
+    if (chain_ && is_within_one_turn(joint_link(*chain_, static_cast<int>(k))))
+      difference = std::abs(std::remainder(difference, kTurn));
     if (difference > kSameConfiguration)
       table_.fail_in_line(
           line, columns_.q[k]->column,

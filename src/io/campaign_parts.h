@@ -36,11 +36,12 @@ struct CampaignPart {
 /// in the file: that of a part, or rows of one pose in different configurations.
 class JoinedCampaign {
  public:
-  /// All must outlive it.
+  /// All must outlive it. `chain` may be null.
   JoinedCampaign(const CsvTable& table, const std::vector<JointName>& joints,
-                 const CampaignColumns& columns, Campaign& campaign)
+                 const KinematicChain* chain, const CampaignColumns& columns, Campaign& campaign)
       : table_(table),
         joints_(joints),
+        chain_(chain),
         columns_(columns),
         campaign_(campaign),
         indices_(campaign) {}
@@ -52,6 +53,7 @@ class JoinedCampaign {
 
   const CsvTable& table_;
   const std::vector<JointName>& joints_;
+  const KinematicChain* chain_;
   const CampaignColumns& columns_;
   Campaign& campaign_;
   CampaignIndices indices_;

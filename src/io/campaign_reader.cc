@@ -214,12 +214,13 @@ class RowReader {
 class CampaignReader {
  public:
   CampaignReader(Source& source, const CsvTable& table, const std::vector<JointName>& joints,
-                 Campaign& campaign)
+                 const KinematicChain* chain, Campaign& campaign)
       : source_(source),
         table_(table),
+        chain_(chain),
         campaign_(campaign),
         columns_(find_campaign_columns(table, joints, campaign.source)),
-        joined_(table, joints, columns_, campaign) {
+        joined_(table, joints, chain, columns_, campaign) {
     campaign.temperature_names = columns_.context->temperature_names();
   }
 
@@ -233,10 +234,12 @@ class CampaignReader {
     if ((columns_.distance || columns_.contact) && columns_.has_points) sort_kinds();
     check_weights();
     check_repeats();
+    if (chain_) moved_by_turns_ = move_into_travel(campaign_.q, campaign_.pose, *chain_);
     derive_arrival(campaign_);
   }
 
   const std::vector<std::string>& unknown_columns() const { return columns_.unknown; }
+  const std::vector<MovedByTurns>& moved_by_turns() const { return moved_by_turns_; }
 
  private:
   // The next blocks of the file, on all cores; false at its end.
@@ -323,23 +326,35 @@ class CampaignReader {
 
   Source& source_;
   const CsvTable& table_;
+  const KinematicChain* chain_;  // null: the travels are not known
   Campaign& campaign_;
   CampaignColumns columns_;
   JoinedCampaign joined_;
+  std::vector<MovedByTurns> moved_by_turns_;
 };
 
-}  // namespace
-
-CampaignFile read_campaign(const std::string& path, const std::vector<JointName>& joints) {
+CampaignFile read_file(const std::string& path, const std::vector<JointName>& joints,
+                       const KinematicChain* chain) {
   Source source(path);
   CampaignFile file;
   file.campaign.source = source.name();
   CsvTable table(source, example_header("pose,", joints, ",x_mm,y_mm,z_mm"));
-  CampaignReader reader(source, table, joints, file.campaign);
+  CampaignReader reader(source, table, joints, chain, file.campaign);
   reader.read();
   file.unknown_columns = reader.unknown_columns();
+  file.moved_by_turns = reader.moved_by_turns();
   file.sha256 = source.sha256();
   return file;
+}
+
+}  // namespace
+
+CampaignFile read_campaign(const std::string& path, const std::vector<JointName>& joints) {
+  return read_file(path, joints, nullptr);
+}
+
+CampaignFile read_campaign(const std::string& path, const KinematicChain& chain) {
+  return read_file(path, joint_names(chain), &chain);
 }
 
 }  // namespace armtrue

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "armtrue/campaign/campaign.h"
+#include "armtrue/campaign/turns.h"
 #include "armtrue/kinematics/joint_names.h"
 
 namespace armtrue {
@@ -12,6 +13,7 @@ struct CampaignFile {
   Campaign campaign;
   std::string sha256;
   std::vector<std::string> unknown_columns;  ///< not used; the command warns of them
+  std::vector<MovedByTurns> moved_by_turns;  ///< likewise; `first` is a row of the campaign
 };
 
 /// Reads measured poses from a file, or from standard input for "-"; armtrue-formats(5) names the
@@ -20,6 +22,10 @@ struct CampaignFile {
 /// at other joint angles, a repeat that occurs twice, or a file without a measured row.
 CampaignFile read_campaign(const std::string& path,
                            const std::vector<JointName>& joints = six_axis_names());
+
+/// The same for a robot whose travels are known: values that count angles within one turn are moved
+/// into them, see move_into_travel().
+CampaignFile read_campaign(const std::string& path, const KinematicChain& chain);
 
 /// The same columns as text; `repeat`, `t_s`, orientation (as A, B, C), covariances, target,
 /// anchor, arrival, session, payload and temperatures where the campaign has them. Points or

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <vector>
+
+#include "armtrue/kinematics/chain.h"
+
+namespace armtrue {
+
+/// Encoder values of one joint that were moved by whole turns.
+struct MovedByTurns {
+  int joint = 0;        ///< 0-based
+  int rows = 0;         ///< number of those that were moved
+  int first = 0;        ///< one of them, an index into the values
+  double as_given = 0;  ///< its value before [rad]
+};
+
+/// Many controllers count angles within one turn, from 0 to 360 deg, which reads -1 deg as 359.
+/// Moves such values of revolute joints by one turn into the travel of the joint, which is +-180
+/// deg where the robot file states none. The values of a joint stay as they are if they span more
+/// than one turn, as they then count turns; if none is further outside the travel than an arm can
+/// stand; or if the travel is not stated and the values lie closer together as they are. A value
+/// within the travel stays, whatever the travel is. Then values of one pose that differ by a whole
+/// turn, as at the ends of +-180 deg, become one, if the travel is at most one turn.
+/// `pose`: number of the pose of each value, or empty.
+std::vector<MovedByTurns> move_into_travel(std::vector<JointVector>& q,
+                                           const std::vector<int>& pose,
+                                           const KinematicChain& chain);
+
+/// Whether a joint turns, and its travel is at most one turn: two angles a turn apart are then one
+/// place.
+bool is_within_one_turn(const Link& link);
+
+}  // namespace armtrue
