@@ -43,8 +43,8 @@ app::Check five_names() {
 app::Check set_up_only() {
   return {"", [](const std::string& text) {
             for (const std::string& name : app::split_list(text))
-              if (const std::string frame = name.substr(0, name.find('.'));
-                  frame != "base" && frame != "tool")
+              if (const Owner owner = Parameter(name).owner;
+                  owner != Owner::base && owner != Owner::tool)
                 return "'" + name +
                        "' is no part of the set-up: fitted to the readings that judge the arm, it "
                        "takes up their errors; give base,tool, or one of them";

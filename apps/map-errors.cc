@@ -278,7 +278,7 @@ std::vector<std::string> doubts_of_map(const Robot& robot, const Robot& controll
   std::vector<std::string> moving;
   for (const Effect& effect : robot.effects)
     if (effect.driver.involves(DriverKind::arrival) || effect.driver.involves(DriverKind::stroke))
-      moving.push_back(fmt::format("{} ({} follows {})", effect.name, effect.parameter,
+      moving.push_back(fmt::format("{} ({} follows {})", effect.name, to_string(effect.parameter),
                                    to_string(effect.driver)));
   if (mapped.map.grid && !moving.empty())
     found.push_back(fmt::format(

@@ -128,7 +128,7 @@ void require_conditions_of(const Effect& effect, const Campaign& visits, HasColu
     if (column.empty()) continue;
     throw InputError(fmt::format(
         "{}: the effect '{}' makes {} follow {}; give {}{}, or take the effect out of its file",
-        visits.source, effect.name, effect.parameter, to_string(effect.driver), option,
+        visits.source, effect.name, to_string(effect.parameter), to_string(effect.driver), option,
         has_columns == HasColumns::yes ? ", add the column " + column : ""));
   }
 }
@@ -237,7 +237,7 @@ std::vector<std::string> station_effects(const Robot& robot, bool tool_is_measur
   std::vector<std::string> names;
   for (const Effect& effect : robot.effects)
     if (!moves_program(effect, tool_is_measured))
-      names.push_back(fmt::format("{} ({} follows {})", effect.name, effect.parameter,
+      names.push_back(fmt::format("{} ({} follows {})", effect.name, to_string(effect.parameter),
                                   to_string(effect.driver)));
   return names;
 }

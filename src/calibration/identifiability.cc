@@ -136,11 +136,11 @@ std::vector<int> allowed_parameters(const Robot& robot, const Campaign& campaign
       add_read(0, parameter_count(robot.chain));
     } else if (name == "paper-25") {
       for (int k : paper_25(robot.chain)) allowed.push_back(k);
-    } else if (name == "base" || name == "tool") {
-      const int first = name == "base" ? kFirstBaseParameter : layout.tool;
-      for (int k = 0; k < 6; ++k) allowed.push_back(first + k);
-      if (name == "tool") add_read(layout.targets, targets_end);
-      if (name == "base") add_read(targets_end, parameter_count(robot.chain));
+    } else if (const Parameter whole(name); group_size(whole) == kParametersPerPose) {
+      const int first = *first_parameter(robot.chain, whole);
+      for (int k = 0; k < kParametersPerPose; ++k) allowed.push_back(first + k);
+      if (whole.owner == Owner::tool) add_read(layout.targets, targets_end);
+      if (whole.owner == Owner::base) add_read(targets_end, parameter_count(robot.chain));
     } else {
       const auto index = find_parameter(robot.chain, name);
       if (!index || layout.is_of_instrument(*index))

@@ -151,7 +151,7 @@ std::vector<std::string> ObservationModel::unknown_names() const {
   for (int index : geometric_) names.push_back(parameter_name(robot_.chain, index));
   for (int e = 0; e < fitted_effects_; ++e)
     for (const std::string& coefficient : effects_[e].coefficient_names())
-      names.push_back(robot_.effects[e].name + " " + robot_.effects[e].parameter + " " +
+      names.push_back(robot_.effects[e].name + " " + to_string(robot_.effects[e].parameter) + " " +
                       coefficient);
   return names;
 }

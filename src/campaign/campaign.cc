@@ -167,7 +167,7 @@ void require_drivers(const Campaign& campaign, const Effect& effect) {
     missing = missing_column(campaign, *driver.factor, driver.where);
   if (!missing.empty())
     throw std::invalid_argument(campaign.source + ": has no column " + missing +
-                                ", and the effect '" + effect.name + "' makes " + effect.parameter +
+                                ", and the effect '" + effect.name + "' makes " + to_string(effect.parameter) +
                                 " follow " + to_string(driver) +
                                 "; add it, or take the effect out of its file");
 }

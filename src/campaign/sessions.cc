@@ -104,7 +104,7 @@ std::vector<int> own_parameters(const Robot& robot) {
   std::vector<int> own(kParametersPerPose);
   std::iota(own.begin(), own.end(), kFirstBaseParameter);
   for (const std::string& name : robot.identify_per_session) {
-    if (name == "base") continue;  // always
+    if (Parameter(name) == Parameter(Owner::base, "", Parameter::kWhole)) continue;  // always
     const auto parameter = find_parameter(robot.chain, name);
     if (!parameter || !is_zero_offset(robot.chain, *parameter))
       throw std::invalid_argument("identify_per_session: '" + name +

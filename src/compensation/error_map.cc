@@ -50,7 +50,7 @@ class ErrorMapper {
     for (const Effect& effect : moving_effects(identified, options.tool_is_measured)) {
       single_.emplace_back(with_effects(identified, {effect}), options_, options_.tool,
                            temperature_names);
-      causes_.push_back(fmt::format("{} ({} follows {})", effect.name, effect.parameter,
+      causes_.push_back(fmt::format("{} ({} follows {})", effect.name, to_string(effect.parameter),
                                     to_string(effect.driver)));
     }
     controller_has_effects_ = !moving_effects(controller, options.tool_is_measured).empty();

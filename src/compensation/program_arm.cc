@@ -55,13 +55,22 @@ bool is_of_the_arm(DriverKind kind) {
 
 bool moves_program(const Effect& effect, bool tool_is_measured) {
   if (effect.may_be_instrument) return false;
-  const std::string& parameter = effect.parameter;
-  for (const char* of_station : {"instrument.", "target ", "anchor ", "contact "})
-    if (parameter.starts_with(of_station)) return false;
-  if (parameter == "tool" || parameter.starts_with("tool.")) return tool_is_measured;
-  if (parameter != "base" && !parameter.starts_with("base.")) return true;
-  return is_of_the_arm(effect.driver.kind) ||
-         (effect.driver.factor && is_of_the_arm(*effect.driver.factor));
+  switch (owner_of(effect)) {
+    case Owner::instrument:
+    case Owner::target:
+    case Owner::anchor:
+    case Owner::contact:
+      return false;
+    case Owner::tool:
+      return tool_is_measured;
+    case Owner::base:
+      return is_of_the_arm(effect.driver.kind) ||
+             (effect.driver.factor && is_of_the_arm(*effect.driver.factor));
+    case Owner::link:
+    case Owner::several:
+      break;
+  }
+  return true;
 }
 
 Robot without_station_effects(Robot robot, bool tool_is_measured) {

@@ -5,17 +5,18 @@
 namespace armtrue {
 namespace {
 
-// "target" and "anchor.zero" stand for each target and each anchor; others for themselves.
-std::vector<std::string> named(const std::string& parameter, const KinematicChain& chain) {
-  std::vector<std::string> names;
-  if (parameter == "target")
-    for (const Target& target : chain.targets) names.push_back("target " + target.name);
-  else if (parameter.starts_with("anchor."))
-    for (const Anchor& anchor : chain.anchors)
-      names.push_back("anchor " + anchor.name + parameter.substr(parameter.find('.')));
-  else
-    names.push_back(parameter);
-  return names;
+// Those of each target, anchor or contact; others stand for themselves.
+std::vector<Parameter> of_each(const Parameter& parameter, const KinematicChain& chain) {
+  if (!parameter.of_each) return {parameter};
+  std::vector<Parameter> all;
+  const auto add = [&](const auto& owners) {
+    for (const auto& owner : owners)
+      all.emplace_back(parameter.owner, owner.name, parameter.component);
+  };
+  if (parameter.owner == Owner::target) add(chain.targets);
+  if (parameter.owner == Owner::anchor) add(chain.anchors);
+  if (parameter.owner == Owner::contact) add(chain.contacts);
+  return all;
 }
 
 // The joints that are no external axes.
@@ -39,7 +40,7 @@ std::vector<Effect> expand(const CatalogueEntry& entry, const Robot& robot) {
   const auto in_chain = [&](int number) {
     return number < static_cast<int>(of_arm.size()) ? of_arm[static_cast<size_t>(number)] : -1;
   };
-  const auto add = [&](const std::string& parameter, int joint) {
+  const auto add = [&](const Parameter& parameter, int joint) {
     Effect effect{entry.name, parameter, entry.driver, entry.shape, {}};
     if (!entry.family.empty()) effect.family = Family{entry.family, entry.typical};
     int& of_driver = effect.driver.factor && effect.driver.joint < 0 ? effect.driver.second_joint
@@ -61,13 +62,15 @@ std::vector<Effect> expand(const CatalogueEntry& entry, const Robot& robot) {
   // An effect on theta of a revolute joint acts on r of a prismatic one.
   const auto of_joint = [&](int joint) {
     const Link& link = joint_link(robot.chain, joint);
-    return link.name + "." +
-           (entry.parameter == "theta" && is_prismatic(link) ? "r" : entry.parameter);
+    const bool slides =
+        is_link_parameter(entry.parameter, LinkParameter::theta) && is_prismatic(link);
+    return Parameter(Owner::link, link.name,
+                     slides ? static_cast<int>(LinkParameter::r) : entry.parameter.component);
   };
   if (entry.of_every_joint)
     for (int joint = 0; joint < joints; ++joint) add(of_joint(joint), joint);
   else if (entry.joints.empty())
-    for (const std::string& parameter : named(entry.parameter, robot.chain)) add(parameter, -1);
+    for (const Parameter& parameter : of_each(entry.parameter, robot.chain)) add(parameter, -1);
   for (int number : entry.joints)
     if (const int joint = in_chain(number); joint >= 0) add(of_joint(joint), joint);
   return effects;

@@ -1,45 +1,89 @@
 #include "armtrue/effects/effect.h"
 
+#include <algorithm>
+
 namespace armtrue {
 
-int group_size(const std::string& parameter) {
-  if (parameter == "base" || parameter == "tool") return 6;
-  if (parameter == kPointOfInstrument) return 3;
-  return parameter.starts_with("target ") && parameter.find('.') == std::string::npos ? 3 : 1;
+int group_size(const Parameter& parameter) {
+  if (parameter.component != Parameter::kWhole) return 1;
+  switch (parameter.owner) {
+    case Owner::base:
+    case Owner::tool:
+      return kParametersPerPose;
+    case Owner::instrument:
+    case Owner::target:
+      return 3;
+    case Owner::link:
+    case Owner::anchor:
+    case Owner::contact:
+    case Owner::several:
+      break;
+  }
+  return 1;
 }
 
-std::optional<int> first_parameter(const KinematicChain& chain, const std::string& parameter) {
+std::optional<int> first_parameter(const KinematicChain& chain, const Parameter& parameter) {
+  if (!is_group(parameter)) return find_parameter(chain, parameter);
   // A shift of all measured points is the same as a shift of the base.
-  if (parameter == kPointOfInstrument) return kFirstBaseParameter;
-  return find_parameter(chain, is_group(parameter) ? parameter + ".x" : parameter);
+  if (parameter.owner == Owner::instrument) return kFirstBaseParameter;
+  return find_parameter(chain, {parameter.owner, parameter.of, 0});
 }
 
-ParameterUnit unit_of_parameter(const KinematicChain& chain, const std::string& parameter) {
+Owner owner_of(const Effect& effect) {
+  if (effect.members.empty()) return effect.parameter.owner;
+  const Owner owner = owner_of(effect.members.front());
+  const bool is_of_one = std::ranges::all_of(
+      effect.members, [&](const Effect& member) { return owner_of(member) == owner; });
+  return is_of_one ? owner : Owner::several;
+}
+
+ParameterUnit unit_of_parameter(const KinematicChain& chain, const Parameter& parameter) {
   if (group_size(parameter) == 6) return ParameterUnit::radian;
   const auto index = first_parameter(chain, parameter);
   return index ? parameter_unit(chain, *index) : ParameterUnit::radian;
 }
 
-DisplayUnit display_unit(const KinematicChain& chain, const std::string& parameter) {
+DisplayUnit display_unit(const KinematicChain& chain, const Parameter& parameter) {
   return display_unit(unit_of_parameter(chain, parameter));
 }
 
-std::string why_invalid(const std::string& parameter, const Driver& driver, const Shape& shape) {
-  const bool of_instrument = parameter.starts_with("instrument.");
-  const bool moves_reading = of_instrument || parameter.starts_with("target ") ||
-                             parameter.starts_with("anchor ") || parameter.starts_with("contact ");
+namespace {
+
+// Whether it changes the reading and moves no part of the arm.
+bool moves_reading_alone(Owner owner) {
+  switch (owner) {
+    case Owner::instrument:
+    case Owner::target:
+    case Owner::anchor:
+    case Owner::contact:
+      return true;
+    case Owner::link:
+    case Owner::base:
+    case Owner::tool:
+    case Owner::several:
+      break;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::string why_invalid(const Parameter& parameter, const Driver& driver, const Shape& shape) {
+  const bool of_instrument = parameter.owner == Owner::instrument;
   if (driver.is_pair() && shape.kind != ShapeKind::series)
     return "two joint angles need the shape 'series'";
   if ((driver.kind == DriverKind::place) != is_polynomial(shape))
     return "'place' drives the shape 'series' in the basis 'polynomial', and it alone drives that";
   if (driver.kind == DriverKind::position &&
-      (!of_instrument || parameter == "instrument.azimuth" || parameter == kPointOfInstrument))
+      (!of_instrument || is_group(parameter) ||
+       is_instrument_parameter(parameter, InstrumentParameter::azimuth)))
     return "'position', the reading itself, drives instrument.scale, .range and .elevation alone, "
            "and would be a constant of '" +
-           parameter + "'; name what changes it from reading to reading";
-  if (moves_reading && (driver.kind == DriverKind::moment || driver.involves(DriverKind::force)))
+           to_string(parameter) + "'; name what changes it from reading to reading";
+  if (moves_reading_alone(parameter.owner) &&
+      (driver.kind == DriverKind::moment || driver.involves(DriverKind::force)))
     return "'moment' and 'force' are what a load does on the parameter itself, and on " +
-           parameter + ", which moves no part of the arm, it does none; take another driver";
+           to_string(parameter) + ", which moves no part of the arm, it does none; take another driver";
   if (shape.kind == ShapeKind::pre_sliding && driver.kind != DriverKind::stroke)
     return "the shape 'pre-sliding' needs the driver 'stroke <j>', the way since the last reversal";
   if (has_at(shape.kind) && driver.kind != DriverKind::time && !is_angle(driver.kind))

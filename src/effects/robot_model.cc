@@ -20,7 +20,7 @@ std::vector<int> moved_parameters(const Effect& effect, const Robot& robot) {
   const auto first = first_parameter(robot.chain, effect.parameter);
   if (!first)
     throw std::invalid_argument("effect '" + effect.name + "': the robot has no parameter '" +
-                                effect.parameter + "'");
+                                to_string(effect.parameter) + "'");
   const int size = group_size(effect.parameter);
   // A moment turns a group about the moment's own axis; every other driver may move it any way.
   std::vector<int> parameters;
@@ -65,8 +65,8 @@ BoundEffect::BoundEffect(const Effect& effect, const Robot& robot,
   }
   const bool by_vertical = driver_.kind == DriverKind::azimuth ||
                            driver_.kind == DriverKind::elevation ||
-                           effect.parameter.starts_with("instrument.elevation") ||
-                           effect.parameter.starts_with("instrument.azimuth");
+                           is_instrument_parameter(effect.parameter, InstrumentParameter::elevation) ||
+                           is_instrument_parameter(effect.parameter, InstrumentParameter::azimuth);
   if (robot.ground_link && by_vertical)
     fail("the vertical turns in the frame of the part, so that azimuth and elevation mean nothing");
   const int joints = joint_count(robot.chain);
@@ -145,7 +145,7 @@ void BoundEffect::bind_members(const Effect& effect, const Robot& robot,
     for (int parameter : bound.parameters_)
       if (std::ranges::count(parameters_, parameter) == 0) parameters_.push_back(parameter);
     for (const std::string& name : bound.coefficient_names_)
-      coefficient_names_.push_back(member.parameter + " " + name);
+      coefficient_names_.push_back(to_string(member.parameter) + " " + name);
     coefficient_count_ += bound.coefficient_count_;
     value_count_ += bound.value_count_;
     needs_frames_ |= bound.needs_frames_;

@@ -79,13 +79,10 @@ void read_family(YamlMap& map, CatalogueEntry& entry) {
 CatalogueEntry read_entry(YamlMap map) {
   CatalogueEntry entry;
   entry.name = map.text("name");
-  entry.parameter = map.text("parameter");
-  const bool of_a_joint = entry.parameter == "alpha" || entry.parameter == "beta" ||
-                          entry.parameter == "theta" || entry.parameter == "d" ||
-                          entry.parameter == "r";
-  if (!of_a_joint && !is_group(entry.parameter) && entry.parameter != "target" &&
-      entry.parameter.find('.') == std::string::npos)
-    map.fail("parameter", "'" + entry.parameter +
+  entry.parameter = parameter_of_catalogue(map.text("parameter"));
+  const bool of_a_joint = entry.parameter.of_each && entry.parameter.owner == Owner::link;
+  if (entry.parameter.owner == Owner::several)
+    map.fail("parameter", "'" + map.text("parameter") +
                               "' is none of alpha, d, theta, r and beta, no group (base, tool, "
                               "target) and no single one such as base.rx or instrument.scale");
   entry.joints = read_joints(map, of_a_joint);

@@ -65,7 +65,7 @@ YAML::Node nested_node(const NestedValidation& nested, const std::vector<TracedE
                               {"gain_se_mm", in_mm(nested.gain.error)}});
   YAML::Node found_again(YAML::NodeType::Sequence);
   for (size_t k = 0; k < effects.size(); ++k)
-    found_again.push_back(flow_map({{"parameter", effects[k].effect.parameter},
+    found_again.push_back(flow_map({{"parameter", to_string(effects[k].effect.parameter)},
                                     {"driver", to_string(effects[k].effect.driver)},
                                     {"folds", std::to_string(nested.found_again[k])}}));
   node["found_again"] = flow(found_again);

@@ -16,7 +16,7 @@ std::string write_ranking(const TraceResult& result, const Provenance& provenanc
   for (const RankedCandidate& ranked : result.ranking)
     root["candidates"].push_back(
         flow_map({{"name", ranked.effect.name},
-                  {"parameter", ranked.effect.parameter},
+                  {"parameter", to_string(ranked.effect.parameter)},
                   {"driver", to_string(ranked.effect.driver)},
                   {"shape", to_string(ranked.effect.shape)},
                   {"degrees_of_freedom", std::to_string(ranked.degrees_of_freedom)},

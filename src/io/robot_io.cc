@@ -45,15 +45,17 @@ void check_count(const YamlMap& map, const std::string& key, size_t count) {
 
 Session read_session(YamlMap map, const KinematicChain& chain) {
   Session session;
-  for (const auto& [key, parameter, unit] :
-       {std::tuple("theta_deg", ".theta", kDegree), std::tuple("r_mm", ".r", kMillimetre)}) {
+  for (const auto& [key, which, unit] :
+       {std::tuple("theta_deg", LinkParameter::theta, kDegree),
+        std::tuple("r_mm", LinkParameter::r, kMillimetre)}) {
     if (!map.has(key)) continue;
     YamlMap zeros = map.map(key);
     for (const std::string& name : zeros.keys()) {
-      if (!is_zero_offset(chain, name + parameter))
+      const auto zero =
+          find_parameter(chain, Parameter(Owner::link, name, static_cast<int>(which)));
+      if (!zero || !is_zero_offset(chain, *zero))
         zeros.fail(name, "the robot has no driven link '" + name + "' with this zero offset");
-      session.zero[link_of_parameter(*find_parameter(chain, name + parameter))] =
-          zeros.number(name) * unit;
+      session.zero[link_of_parameter(*zero)] = zeros.number(name) * unit;
     }
   }
   if (map.has("std")) session.std = read_deviations(map.map("std"), chain);
@@ -154,12 +156,15 @@ void read_instrument(YamlMap& document, Robot& robot) {
   robot.instrument = Eigen::Vector3d(place[0], place[1], place[2]) * kMillimetre;
 }
 
+// Whether it is all of the base or of the tool.
+bool is_pose(const Parameter& parameter) { return group_size(parameter) == kParametersPerPose; }
+
 // Which parameters are identified; the chain is known.
 void read_identify(YamlMap& document, Robot& robot) {
   if (document.has("identify")) robot.identify = document.texts("identify");
   check_count(document, "identify", robot.identify.size());
   for (const std::string& name : robot.identify)
-    if (name != "auto" && name != "paper-25" && name != "base" && name != "tool")
+    if (name != "auto" && name != "paper-25" && !is_pose(Parameter(name)))
       constant_parameter(document, "identify", name, robot.chain);
   if (document.has("identify_per_session"))
     robot.identify_per_session = document.texts("identify_per_session");
@@ -239,6 +244,10 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
   }
   read_targets_and_anchors(document, robot.chain);
   read_contacts(document, robot.chain);
+  if (const std::string text = ambiguous_parameter(robot.chain); !text.empty())
+    document.fail("links", "'" + text +
+                               "' names two parameters; give the link, target, anchor or contact a "
+                               "name that does not end like the name of a parameter");
   read_masses(document, robot);
   use_convention(document, robot);
   use_positioner(document, robot);

@@ -1,5 +1,9 @@
 #include "armtrue/kinematics/parameters.h"
 
+#include <algorithm>
+#include <ostream>
+#include <set>
+#include <span>
 #include <stdexcept>
 
 #include "armtrue/kinematics/units.h"
@@ -8,9 +12,65 @@ namespace armtrue {
 namespace {
 
 constexpr const char* kInstrumentNames[] = {"scale", "range", "azimuth", "elevation"};
+constexpr std::string_view kPointName = "point";  // all components of the instrument
 constexpr const char* kAnchorNames[] = {"x", "y", "z", "zero"};
 constexpr const char* kContactNames[] = {"x", "y", "z", "rx", "ry", "rz", "radius"};
 constexpr const char* kLinkParameterNames[] = {"alpha", "d", "theta", "r", "beta"};
+
+using Names = std::span<const char* const>;
+
+// The names of the components of each owner.
+Names component_names(Owner owner) {
+  switch (owner) {
+    case Owner::link:
+      return kLinkParameterNames;
+    case Owner::base:
+    case Owner::tool:
+      return kTwistNames;
+    case Owner::instrument:
+      return kInstrumentNames;
+    case Owner::target:
+      return Names(kTwistNames).first(3);
+    case Owner::anchor:
+      return kAnchorNames;
+    case Owner::contact:
+      return kContactNames;
+    case Owner::several:
+      break;
+  }
+  return {};
+}
+
+// The word before the name of an owner, of which there are several.
+struct OwnerWord {
+  Owner owner;
+  std::string_view word;
+};
+constexpr OwnerWord kNamed[] = {
+    {Owner::target, "target"}, {Owner::anchor, "anchor"}, {Owner::contact, "contact"}};
+constexpr OwnerWord kSingle[] = {
+    {Owner::base, "base"}, {Owner::tool, "tool"}, {Owner::instrument, "instrument"}};
+
+std::optional<int> component_of(Owner owner, std::string_view name) {
+  const Names names = component_names(owner);
+  const auto found = std::ranges::find(names, name);
+  if (found == names.end()) return std::nullopt;
+  return static_cast<int>(found - names.begin());
+}
+
+// The text before the last dot, and that behind it; both empty without a dot.
+std::pair<std::string_view, std::string_view> at_last_dot(std::string_view text) {
+  const size_t dot = text.rfind('.');
+  if (dot == std::string_view::npos) return {};
+  return {text.substr(0, dot), text.substr(dot + 1)};
+}
+
+// What stands behind the word of an owner and a blank; nothing if it is another text.
+std::optional<std::string_view> behind(std::string_view word, std::string_view text) {
+  if (!text.starts_with(word) || text.size() <= word.size() + 1 || text[word.size()] != ' ')
+    return std::nullopt;
+  return text.substr(word.size() + 1);
+}
 
 void move_pose(Pose& pose, int component, double delta) {
   if (component < 3) {
@@ -90,30 +150,134 @@ DisplayUnit display_unit(ParameterUnit unit) {
   return {kPartPerMillion, "ppm"};
 }
 
-std::string parameter_name(const KinematicChain& chain, int index) {
-  if (index < 0 || index >= parameter_count(chain)) throw std::out_of_range("no such parameter");
-  if (index < kFirstLinkParameter) return std::string("base.") + kTwistNames[index];
-  const ParameterLayout layout = layout_of(chain);
-  if (index < layout.tool)
-    return chain.links[static_cast<size_t>(link_of_parameter(index))].name + "." +
-           kLinkParameterNames[static_cast<int>(kind_of_parameter(index))];
-  if (index < layout.instrument_scale)
-    return std::string("tool.") + kTwistNames[static_cast<size_t>(index - layout.tool)];
-  if (layout.is_of_instrument(index))
-    return std::string("instrument.") + kInstrumentNames[index - layout.instrument_scale];
-  if (const int k = index - first_contact_parameter(chain); k >= 0)
-    return "contact " + chain.contacts[static_cast<size_t>(k / kParametersOfContact)].name + "." +
-           kContactNames[k % kParametersOfContact];
-  if (const int k = index - first_anchor_parameter(chain); k >= 0)
-    return "anchor " + chain.anchors[k / 4].name + "." + kAnchorNames[k % 4];
-  const int k = index - layout.targets;
-  return "target " + chain.targets[k / 3].name + "." + kTwistNames[k % 3];
+namespace {
+
+Parameter parse(std::string_view text) {
+  const auto [before, last] = at_last_dot(text);
+  if (const auto which = component_of(Owner::link, last))
+    return {Owner::link, std::string(before), *which};
+  for (const auto& [single, word] : kSingle) {
+    const bool is_instrument = single == Owner::instrument;
+    const bool is_whole = is_instrument ? before == word && last == kPointName : text == word;
+    if (is_whole) return {single, "", Parameter::kWhole};
+    if (before != word) continue;
+    if (const auto which = component_of(single, last)) return {single, "", *which};
+  }
+  for (const auto& [named, word] : kNamed)
+    if (const auto name = behind(word, text)) {
+      const auto [own_name, of_it] = at_last_dot(*name);
+      const auto which = component_of(named, of_it);
+      if (which && !own_name.empty()) return {named, std::string(own_name), *which};
+      return {named, std::string(*name), Parameter::kWhole};
+    }
+  return {Owner::several, std::string(text), Parameter::kWhole};
 }
 
-std::optional<int> find_parameter(const KinematicChain& chain, std::string_view name) {
-  for (int index = 0; index < parameter_count(chain); ++index)
-    if (parameter_name(chain, index) == name) return index;
+}  // namespace
+
+Parameter::Parameter(std::string_view text) : Parameter(parse(text)) {}
+
+Parameter parameter_of_catalogue(std::string_view text) {
+  Parameter each;
+  each.of_each = true;
+  if (const auto which = component_of(Owner::link, text)) {
+    each.owner = Owner::link;
+    each.component = *which;
+    return each;
+  }
+  const auto [before, last] = at_last_dot(text);
+  for (const auto& [named, word] : kNamed) {
+    each.owner = named;
+    if (text == word && named == Owner::target) return each;
+    if (before != word) continue;
+    if (const auto which = component_of(named, last)) {
+      each.component = *which;
+      return each;
+    }
+  }
+  return text;
+}
+
+std::string to_string(const Parameter& parameter) {
+  std::string text = parameter.of;
+  for (const auto& [owner, word] : kNamed)
+    if (owner == parameter.owner) text = std::string(word) + (text.empty() ? "" : " " + text);
+  for (const auto& [owner, word] : kSingle)
+    if (owner == parameter.owner) text = word;
+  if (parameter.component != Parameter::kWhole) {
+    const std::string name =
+        component_names(parameter.owner)[static_cast<size_t>(parameter.component)];
+    return text.empty() ? name : text + "." + name;
+  }
+  return parameter.owner == Owner::instrument ? text + "." + std::string(kPointName) : text;
+}
+
+std::ostream& operator<<(std::ostream& stream, const Parameter& parameter) {
+  return stream << to_string(parameter);
+}
+
+Parameter parameter_of(const KinematicChain& chain, int index) {
+  if (index < 0 || index >= parameter_count(chain)) throw std::out_of_range("no such parameter");
+  if (index < kFirstLinkParameter) return {Owner::base, "", index};
+  const ParameterLayout layout = layout_of(chain);
+  if (index < layout.tool)
+    return {Owner::link, chain.links[static_cast<size_t>(link_of_parameter(index))].name,
+            static_cast<int>(kind_of_parameter(index))};
+  if (index < layout.instrument_scale) return {Owner::tool, "", index - layout.tool};
+  if (layout.is_of_instrument(index))
+    return {Owner::instrument, "", index - layout.instrument_scale};
+  if (const int k = index - first_contact_parameter(chain); k >= 0)
+    return {Owner::contact, chain.contacts[static_cast<size_t>(k / kParametersOfContact)].name,
+            k % kParametersOfContact};
+  if (const int k = index - first_anchor_parameter(chain); k >= 0)
+    return {Owner::anchor, chain.anchors[static_cast<size_t>(k / 4)].name, k % 4};
+  const int k = index - layout.targets;
+  return {Owner::target, chain.targets[static_cast<size_t>(k / 3)].name, k % 3};
+}
+
+std::string parameter_name(const KinematicChain& chain, int index) {
+  return to_string(parameter_of(chain, index));
+}
+
+std::optional<int> find_parameter(const KinematicChain& chain, const Parameter& parameter) {
+  if (parameter.component == Parameter::kWhole) return std::nullopt;
+  const auto place = [&](const auto& all, int first, int size) -> std::optional<int> {
+    const auto found = std::ranges::find_if(
+        all, [&](const auto& one) { return one.name == parameter.of; });
+    if (found == all.end()) return std::nullopt;
+    return first + size * static_cast<int>(found - all.begin()) + parameter.component;
+  };
+  const ParameterLayout layout = layout_of(chain);
+  switch (parameter.owner) {
+    case Owner::base:
+      return kFirstBaseParameter + parameter.component;
+    case Owner::link:
+      return place(chain.links, kFirstLinkParameter, kParametersPerLink);
+    case Owner::tool:
+      return layout.tool + parameter.component;
+    case Owner::instrument:
+      return layout.instrument_scale + parameter.component;
+    case Owner::target:
+      return place(chain.targets, layout.targets, 3);
+    case Owner::anchor:
+      return place(chain.anchors, first_anchor_parameter(chain), 4);
+    case Owner::contact:
+      return place(chain.contacts, first_contact_parameter(chain), kParametersOfContact);
+    case Owner::several:
+      break;
+  }
   return std::nullopt;
+}
+
+std::string ambiguous_parameter(const KinematicChain& chain) {
+  std::vector<Parameter> all;
+  for (int index = 0; index < parameter_count(chain); ++index)
+    all.push_back(parameter_of(chain, index));
+  for (const Target& target : chain.targets)
+    all.emplace_back(Owner::target, target.name, Parameter::kWhole);
+  for (const Parameter& parameter : all)
+    if (const std::string text = to_string(parameter); Parameter(text) != parameter) return text;
+  return "";
 }
 
 void move_parameter(KinematicChain& chain, int index, double delta) {

@@ -302,7 +302,7 @@ void require_coefficients(const Effect& effect, const Robot& robot,
   const int needed = BoundEffect(effect, robot, temperature_names).coefficient_count();
   const auto has = static_cast<int>(effect.coefficients.size());
   if (has != needed)
-    throw std::invalid_argument("effect '" + effect.name + "' of " + effect.parameter + " has " +
+    throw std::invalid_argument("effect '" + effect.name + "' of " + to_string(effect.parameter) + " has " +
                                 std::to_string(has) + " coefficients where this robot needs " +
                                 std::to_string(needed) +
                                 "; give the robot as it was identified (close-loop --robot-out)");

@@ -109,12 +109,12 @@ Drawing curve_picture(const TracedEffect& traced, const std::vector<CurvePoint>&
   }
   auto picture = std::make_shared<Picture>(
       fmt::format("effect-{}", number + 1),
-      traced.effect.parameter + " over " + to_string(traced.effect.driver),
+      to_string(traced.effect.parameter) + " over " + to_string(traced.effect.driver),
       "What the parameter departs by; the band is the 95 % interval.",
       exact_axis(middle.front().x(), middle.back().x(),
                  to_string(traced.effect.driver) + of_driver));
   Panel& panel =
-      picture->panel(round_axis(least, most, traced.effect.parameter + ", " + unit.name, 4), 110);
+      picture->panel(round_axis(least, most, to_string(traced.effect.parameter) + ", " + unit.name, 4), 110);
   panel.band(low, high, Look::after, "95 %");
   panel.line(middle, Look::after, "found");
   return picture;
@@ -184,7 +184,7 @@ void add_effects(Page& page, const LoopResult& result) {
              share_bar(traced.variance_share.value) +
              paragraph(keyed_share(traced.variance_share.value, key + "variance_share") +
                        " of what the effects explain <span class=\"quiet\">(" +
-                       keyed(traced.effect.parameter, key + "parameter") + " follows " +
+                       keyed(to_string(traced.effect.parameter), key + "parameter") + " follows " +
                        keyed(to_string(traced.effect.driver), key + "driver") + " (" +
                        keyed(to_string(traced.effect.shape), key + "shape") + ")" + ")</span>"));
     page.pictures({curve_picture(traced, result.curves[k], robot, k)});
@@ -202,7 +202,7 @@ void add_next(Page& page, const LoopResult& result, const std::string& next_pose
   for (size_t k = 0; k < result.trace.effects.size(); ++k) {
     const TracedEffect& traced = result.trace.effects[k];
     if (!traced.indistinguishable.empty() && !traced.separated_by.empty())
-      items.push_back("for " + escaped(traced.effect.parameter) + ": " +
+      items.push_back("for " + escaped(to_string(traced.effect.parameter)) + ": " +
                       keyed(traced.separated_by, index_key("effects", k) + "separated_by"));
   }
   if (result.verdict == Verdict::too_few_poses)

@@ -35,7 +35,7 @@ std::string shares_table(const std::vector<TracedEffect>& effects) {
     if (effects.size() > 1)
       table += fmt::format("{:>3.0f} to {:>3.0f}  ", 100 * ci95[0], 100 * ci95[1]);
     table += describe(traced.effect) + "\n";
-    const std::string place = traced.effect.parameter + " by " + to_string(traced.effect.driver);
+    const std::string place = to_string(traced.effect.parameter) + " by " + to_string(traced.effect.driver);
     if (may_lead && std::find(leading.begin(), leading.end(), place) == leading.end())
       leading.push_back(place);
   }

@@ -33,14 +33,16 @@ bool is_shown(const Effect& effect, const Robot& robot, const Campaign& campaign
   if (driver.kind == DriverKind::tool_weight && by_positioner) return false;
   if (of_positioner(driver.factor, driver.second_joint)) return false;
   // The part is not what stands on the floor.
-  const bool of_base = effect.parameter.starts_with("base");
-  if (robot.ground_link && driver.kind == DriverKind::moment && of_base) return false;
-  const std::string& parameter = effect.parameter;
-  if (parameter.starts_with("target "))
-    return std::ranges::count(campaign.target_names, parameter.substr(7)) > 0;
-  if (parameter.starts_with("anchor ")) return campaign.has_distances();
-  if (parameter == kPointOfInstrument) return !campaign.has_distances();
-  const bool by_sight = parameter.starts_with("instrument.") && parameter != "instrument.scale";
+  const Parameter& parameter = effect.parameter;
+  if (robot.ground_link && driver.kind == DriverKind::moment && parameter.owner == Owner::base)
+    return false;
+  if (parameter.owner == Owner::target)
+    return std::ranges::count(campaign.target_names, parameter.of) > 0;
+  if (parameter.owner == Owner::anchor) return campaign.has_distances();
+  if (parameter.owner == Owner::instrument && is_group(parameter))
+    return !campaign.has_distances();
+  const bool by_sight = parameter.owner == Owner::instrument &&
+                        !is_instrument_parameter(parameter, InstrumentParameter::scale);
   return !by_sight ||
          (knows_instrument(robot) && (!campaign.has_distances() || campaign.has_coordinates()));
 }

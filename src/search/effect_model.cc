@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <stdexcept>
 #include <tuple>
 #include <utility>
@@ -16,16 +17,46 @@
 namespace armtrue {
 namespace {
 
+// The place of a parameter in an order that no name decides: by the number of its link, target,
+// anchor or contact in the chain, then by the name of the component.
+auto place_of(const Parameter& parameter, const KinematicChain& chain) {
+  const auto number_among = [&](const auto& owners) {
+    return std::ranges::find(owners, parameter.of, [](const auto& owner) { return owner.name; }) -
+           owners.begin();
+  };
+  const auto number = [&]() -> std::ptrdiff_t {
+    switch (parameter.owner) {
+      case Owner::link:
+        return number_among(chain.links);
+      case Owner::target:
+        return number_among(chain.targets);
+      case Owner::anchor:
+        return number_among(chain.anchors);
+      case Owner::contact:
+        return number_among(chain.contacts);
+      case Owner::base:
+      case Owner::instrument:
+      case Owner::several:
+      case Owner::tool:
+        break;
+    }
+    return 0;
+  }();
+  return std::tuple(parameter.owner, number,
+                    to_string(Parameter(parameter.owner, "", parameter.component)),
+                    parameter.owner == Owner::several ? parameter.of : "");
+}
+
 // Order among candidates that explain alike: fewer choices first, then joint angles (bending about
-// the axis of a joint is its compliance), then the names. The order in files does not matter.
-bool is_preferred(const Candidate& a, const Candidate& b) {
-  const auto key = [](const Candidate& candidate) {
+// the axis of a joint is its compliance), then the place. The order in files does not matter.
+bool is_preferred(const Candidate& a, const Candidate& b, const KinematicChain& chain) {
+  const auto key = [&](const Candidate& candidate) {
     const Effect& effect = candidate.effect;
-    const bool is_joint = effect.parameter.ends_with(".theta");
+    const bool is_joint = is_link_parameter(effect.parameter, LinkParameter::theta);
     const Driver& driver = effect.driver;
     const Shape& shape = effect.shape;
-    return std::tuple(candidate.log_choices, !is_joint, effect.parameter, driver.kind, driver.joint,
-                      driver.second_joint, driver.where, driver.factor, shape.kind, shape.harmonic,
+    return std::tuple(candidate.log_choices, !is_joint, place_of(effect.parameter, chain),
+                      driver.kind, driver.joint, driver.second_joint, driver.where, driver.factor, shape.kind, shape.harmonic,
                       shape.basis, shape.count, shape.at, shape.tau, shape.low, shape.high);
   };
   return key(a) < key(b);
@@ -57,7 +88,9 @@ std::vector<Candidate> all_candidates(const Robot& robot, const Campaign& campai
       candidates[k].log_choices =
           std::log(std::exp(candidates[k].log_choices) + static_cast<double>(known));
   }
-  std::sort(candidates.begin(), candidates.end(), is_preferred);
+  std::ranges::sort(candidates, [&](const Candidate& a, const Candidate& b) {
+    return is_preferred(a, b, robot.chain);
+  });
   return candidates;
 }
 

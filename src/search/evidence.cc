@@ -32,8 +32,7 @@ constexpr int kRefitted = 3;  // parameters named of those that are refitted for
 
 // Whether it moves the instrument, or the base, which in the readings is the same.
 bool moves_station(const Effect& effect) {
-  return effect.parameter.starts_with("instrument.") || effect.parameter == "base" ||
-         effect.parameter.starts_with("base.");
+  return owner_of(effect) == Owner::instrument || owner_of(effect) == Owner::base;
 }
 
 // Contains the uncertainty of the frequency, if that was searched.
@@ -299,7 +298,7 @@ TraceResult with_evidence(SearchResult search, const Campaign& campaign,
 
 bool is_of_instrument(const Effect& effect) {
   return !effect.driver.involves(DriverKind::time) &&
-         (effect.may_be_instrument || effect.parameter.starts_with("instrument."));
+         (effect.may_be_instrument || owner_of(effect) == Owner::instrument);
 }
 
 bool may_be_rest_of_event(const Effect& effect, const Robot& robot) {
@@ -314,7 +313,7 @@ bool may_be_rest_of_event(const Effect& effect, const Robot& robot) {
 
 bool may_be_instrument(const TracedEffect& traced, const Robot& robot) {
   const auto of_instrument = [](const Rival& rival) {
-    return rival.effect.parameter.starts_with("instrument.");
+    return owner_of(rival.effect) == Owner::instrument;
   };
   if (std::ranges::any_of(traced.indistinguishable, of_instrument)) return true;
   if (may_be_rest_of_event(traced.effect, robot) && traced.evidence.delta_ebic < kRuledOut)

@@ -119,7 +119,8 @@ std::vector<Candidate> family_candidates(const std::vector<Candidate>& singles, 
         families, [&](const Candidate& other) { return same_family(other, single); });
     if (family == families.end()) {
       family = families.insert(families.end(), single);
-      family->effect.name = family->effect.parameter = single.effect.family->name;
+      family->effect.name = single.effect.family->name;
+      family->effect.parameter = {Owner::several, single.effect.family->name, Parameter::kWhole};
       family->log_choices = single.log_choices;
       values.emplace_back();
     }

@@ -134,7 +134,7 @@ void ModelSearch::begin_with(const Effect& effect) {
       std::find_if(candidates().begin(), candidates().end(),
                    [&](const Candidate& candidate) { return same_form(candidate.effect, effect); });
   if (found == candidates().end())
-    throw std::invalid_argument(effect.parameter + " by " + to_string(effect.driver) +
+    throw std::invalid_argument(to_string(effect.parameter) + " by " + to_string(effect.driver) +
                                 " is no candidate of the search that is to begin with it");
   const CandidateScore score = model_.view().projected.scores()[found - candidates().begin()];
   if (score.degrees_of_freedom == 0) return;
@@ -148,7 +148,7 @@ void ModelSearch::begin_with(const Effect& effect) {
 bool ModelSearch::is_new_model() {
   std::multiset<std::string> names;
   for (const Candidate& candidate : model_.chosen())
-    names.insert(candidate.effect.parameter + "|" + to_string(candidate.effect.driver) + "|" +
+    names.insert(to_string(candidate.effect.parameter) + "|" + to_string(candidate.effect.driver) + "|" +
                  to_string(candidate.effect.shape));
   return seen_.insert(names).second && seen_.size() < kMaxModels;
 }

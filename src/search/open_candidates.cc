@@ -43,7 +43,7 @@ class OpenSearch {
   // The angles of the joints: by far the likeliest place of an unknown error.
   void add_joint_errors() {
     for (int j = 0; j < joints_; ++j) {
-      const std::string parameter = name(zero_offset(robot_.chain, j));
+      const Parameter parameter = named(zero_offset(robot_.chain, j));
       for (int d = 0; d < joints_; ++d) add_angle_shapes(parameter, d);
       for (int d = 0; d < joints_; ++d)
         add(parameter, {DriverKind::arrival, d, -1, ""}, sign_shape());
@@ -59,13 +59,13 @@ class OpenSearch {
   void add_other_parameters() {
     for (int k = 0; k < layout_.geometric; ++k) {
       if (is_zero_offset(robot_.chain, k)) continue;
-      for (int d = 0; d < joints_; ++d) add_angle_shapes(name(k), d);
+      for (int d = 0; d < joints_; ++d) add_angle_shapes(named(k), d);
       for (int d = 0; d < joints_; ++d)
-        add(name(k), {DriverKind::arrival, d, -1, ""}, sign_shape());
-      add_time_shapes(name(k));
-      add_conditions(name(k));
+        add(named(k), {DriverKind::arrival, d, -1, ""}, sign_shape());
+      add_time_shapes(named(k));
+      add_conditions(named(k));
       if (k < layout_.tool && parameter_unit(robot_.chain, k) == ParameterUnit::radian)
-        add(name(k), {DriverKind::moment, -1, -1, ""}, Shape{});
+        add(named(k), {DriverKind::moment, -1, -1, ""}, Shape{});
     }
     close_stage();
   }
@@ -73,8 +73,8 @@ class OpenSearch {
   // Slow curves of the time, of all of the base or the tool together.
   void add_slow_curves() {
     if (!has_time(span_)) return;
-    for (const char* group : {"base", "tool"})
-      add(group, {DriverKind::time, -1, -1, ""}, time_series());
+    for (const Owner owner : {Owner::base, Owner::tool})
+      add({owner, "", Parameter::kWhole}, {DriverKind::time, -1, -1, ""}, time_series());
     close_stage();
   }
 
@@ -82,7 +82,7 @@ class OpenSearch {
   // multiplied by another driver.
   void add_products() {
     for (int j = 0; j < joints_; ++j) {
-      const std::string parameter = name(zero_offset(robot_.chain, j));
+      const Parameter parameter = named(zero_offset(robot_.chain, j));
       for (int a = 0; a < joints_; ++a)
         for (int b = a + 1; b < joints_; ++b) {
           add(parameter, {DriverKind::joint_angle, a, b, ""},
@@ -102,7 +102,7 @@ class OpenSearch {
   // sum of a few cycles.
   void add_own_angles() {
     for (int j = 0; j < joints_; ++j) {
-      const std::string parameter = name(zero_offset(robot_.chain, j));
+      const Parameter parameter = named(zero_offset(robot_.chain, j));
       const Driver own{DriverKind::joint_angle, j, -1, ""};
       add_periodogram(parameter, own);
       add_fine_curves(parameter, own);
@@ -113,9 +113,9 @@ class OpenSearch {
   std::vector<Candidate> take() { return std::move(candidates_); }
 
  private:
-  std::string name(int parameter) const { return parameter_name(robot_.chain, parameter); }
+  Parameter named(int index) const { return parameter_of(robot_.chain, index); }
 
-  void add(const std::string& parameter, const Driver& driver, const Shape& shape,
+  void add(const Parameter& parameter, const Driver& driver, const Shape& shape,
            bool detail = false) {
     if (!is_driven(driver, campaign_, span_)) return;
     Candidate candidate;
@@ -125,7 +125,7 @@ class OpenSearch {
     candidates_.push_back(std::move(candidate));
   }
 
-  void add_angle_shapes(const std::string& parameter, int joint) {
+  void add_angle_shapes(const Parameter& parameter, int joint) {
     const Driver driver{DriverKind::joint_angle, joint, -1, ""};
     add(parameter, driver, Shape{});
     if (!slides(robot_, joint))
@@ -139,7 +139,7 @@ class OpenSearch {
   // range; outside the readings a curve keeps its value (Effect::measured). On a part of their
   // range cosines are nearly alike: those of the whole travel would swing between few readings by
   // many times what these ask for.
-  void add_curves(const std::string& parameter, const Driver& driver) {
+  void add_curves(const Parameter& parameter, const Driver& driver) {
     auto [low, high] = travel_covered(driver.joint);
     if (!(low < high)) return;
     const auto [lowest, highest] = travel(joint_link(robot_.chain, driver.joint));
@@ -150,7 +150,7 @@ class OpenSearch {
     add(parameter, driver, series_shape(SeriesBasis::spline, kCurveSplines, low, high));
   }
 
-  void add_growth(const std::string& parameter, int joint, const Driver& with) {
+  void add_growth(const Parameter& parameter, int joint, const Driver& with) {
     const auto times = [&](DriverKind kind, int of) {
       return Driver{kind, of, with.joint, with.where, with.kind};
     };
@@ -164,7 +164,7 @@ class OpenSearch {
   }
 
   // From one whole cycle over the travel to the highest motor order.
-  void add_periodogram(const std::string& parameter, const Driver& driver) {
+  void add_periodogram(const Parameter& parameter, const Driver& driver) {
     const auto [low, high] = travel_covered(driver.joint);
     const double covered = (high - low) / (2 * std::numbers::pi);
     if (covered * most_cycles(robot_, driver.joint) < 1) return;  // not one cycle of any
@@ -176,7 +176,7 @@ class OpenSearch {
   }
 
   // On a grid of knots that does not depend on where the poses are.
-  void add_fine_curves(const std::string& parameter, const Driver& driver) {
+  void add_fine_curves(const Parameter& parameter, const Driver& driver) {
     const auto [low, high] = travel_covered(driver.joint);
     for (double step : {20.0, 10.0, 5.0, 2.5}) {
       const double knot = step * degree_of(robot_, driver.joint);
@@ -198,7 +198,7 @@ class OpenSearch {
 
   // A local error: a dent in a track, a collision of cables. Neighbours overlap at half height. The
   // widths are those of mechanical parts and do not depend on the travel limits.
-  void add_bumps(const std::string& parameter, const Driver& driver) {
+  void add_bumps(const Parameter& parameter, const Driver& driver) {
     const bool own =
         *find_parameter(robot_.chain, parameter) == zero_offset(robot_.chain, driver.joint);
     const double degree = degree_of(robot_, driver.joint);
@@ -214,13 +214,13 @@ class OpenSearch {
   }
 
   // An error that begins at an angle: a stop, a cable that tightens, a worn segment.
-  void add_places(const std::string& parameter, const Driver& driver) {
+  void add_places(const Parameter& parameter, const Driver& driver) {
     for (ShapeKind kind : {ShapeKind::step, ShapeKind::kink})
       for (const Shape& inner : with_inner_values(Shape{kind}, span_of(driver, campaign_), kDegree))
         add(parameter, driver, inner, true);
   }
 
-  void add_time_shapes(const std::string& parameter) {
+  void add_time_shapes(const Parameter& parameter) {
     const Driver driver{DriverKind::time, -1, -1, ""};
     if (!has_time(span_)) return;
     add(parameter, driver, Shape{});
@@ -234,14 +234,14 @@ class OpenSearch {
     return series_shape(SeriesBasis::cosine, 4, span_.values.front(), span_.values.back());
   }
 
-  void add_conditions(const std::string& parameter) {
+  void add_conditions(const Parameter& parameter) {
     for (const std::string& where : campaign_.temperature_names)
       add(parameter, {DriverKind::temperature, -1, -1, where}, Shape{});
     add(parameter, {DriverKind::payload, -1, -1, ""}, Shape{});
   }
 
   // A nonlinear effect of a torque: free play, stiffening, saturation.
-  void add_torque_series(const std::string& parameter, int joint) {
+  void add_torque_series(const Parameter& parameter, int joint) {
     const GravityLoad load(robot_, zero_offset(robot_.chain, joint));
     if (!load.is_by_masses()) return;
     const ChainEvaluator chain(robot_.chain);
@@ -297,7 +297,7 @@ bool is_of_no_arm(const Effect& effect, const KinematicChain& chain) {
                          !is_zero_offset(chain, *first) &&
                          parameter_unit(chain, *first) == ParameterUnit::metre;
   if (effect.driver.involves(DriverKind::joint_angle))
-    return !is_travel(effect.driver, chain) && (is_length || effect.parameter.starts_with("base"));
+    return !is_travel(effect.driver, chain) && (is_length || owner_of(effect) == Owner::base);
   return is_length && effect.driver.kind == DriverKind::time &&
          effect.shape.kind == ShapeKind::step;
 }

@@ -18,7 +18,7 @@ constexpr double kMaxVariation = 0.02;  // m or rad: more is a mistake, not an e
 std::string value_key(const Effect& effect) {
   const Shape& shape = effect.shape;
   std::string members;
-  for (const Effect& member : effect.members) members += "|" + member.parameter + value_key(member);
+  for (const Effect& member : effect.members) members += "|" + to_string(member.parameter) + value_key(member);
   if (!members.empty()) return members;
   std::string key = to_string(effect.driver) + "|" + to_string(shape) + "|" +
                     std::to_string(static_cast<int>(shape.basis)) + "|" +
@@ -28,7 +28,7 @@ std::string value_key(const Effect& effect) {
                     std::to_string(shape.high[1]) + "|" + std::to_string(shape.low[2]) + "|" +
                     std::to_string(shape.high[2]);
   if (effect.driver.kind == DriverKind::moment || effect.driver.involves(DriverKind::force))
-    key += "|" + effect.parameter;
+    key += "|" + to_string(effect.parameter);
   return key;
 }
 

@@ -181,7 +181,7 @@ bool ModelSearch::add_beside_found(Candidate family) {
     const std::vector<int> beside = directions();
     const auto k = std::ranges::mismatch(alone, beside).in1 - alone.begin();
     if (k == found) return true;
-    const std::string& taken = model_.chosen()[static_cast<size_t>(k)].effect.parameter;
+    const Parameter& taken = model_.chosen()[static_cast<size_t>(k)].effect.parameter;
     if (std::erase_if(members, [&](const Effect& member) { return member.parameter == taken; }) ==
         0)
       members.clear();

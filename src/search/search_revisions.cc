@@ -172,7 +172,7 @@ bool ModelSearch::merge_into_spline(size_t least) {
 // sight that is constant in time, or an effect that no rigid arm has.
 bool ModelSearch::is_piece_of_distortion(const Candidate& candidate) const {
   const Effect& effect = candidate.effect;
-  if (!effect.parameter.starts_with("instrument."))
+  if (owner_of(effect) != Owner::instrument)
     return !candidate.from_catalogue && is_of_no_arm(effect, model_.fit().robot.chain);
   return effect.driver.kind != DriverKind::time && effect.driver.kind != DriverKind::incidence;
 }

@@ -14,7 +14,7 @@ namespace armtrue {
 namespace {
 
 // "0.8 mrad", "0.3 mm", "12 ppm".
-std::string size_text(const Robot& robot, const std::string& parameter, double value) {
+std::string size_text(const Robot& robot, const Parameter& parameter, double value) {
   const DisplayUnit unit = display_unit(robot.chain, parameter);
   return fmt::format("{:.3g} {}", value / unit.si, unit.name);
 }
@@ -172,11 +172,10 @@ std::string in_words(const TracedEffect& traced, const HeldOutGain* gain,
   const std::string words = traced.cycle       ? cycle_text(traced.effect, *traced.cycle, robot)
                             : traced.step_ci95 ? step_text(traced, robot)
                                                : course(traced.effect, curve, robot);
-  std::string text = traced.effect.parameter + " depends on " + to_string(traced.effect.driver) +
+  std::string text = to_string(traced.effect.parameter) + " depends on " + to_string(traced.effect.driver) +
                      (words.empty() ? "" : ", " + words) + "; " + statement(traced, gain);
   // A step of the base is a knock of the instrument, not a property of the robot.
-  if (traced.effect.parameter.starts_with("base") &&
-      traced.effect.driver.kind == DriverKind::time && traced.effect.shape.kind == ShapeKind::step)
+  if (owner_of(traced.effect) == Owner::base && traced.effect.driver.kind == DriverKind::time && traced.effect.shape.kind == ShapeKind::step)
     text += "; --new-session-at-s " + number_text(traced.effect.shape.at) +
             " begins a new session there";
   const DriverKind driver = traced.effect.driver.kind;
@@ -189,7 +188,7 @@ std::string in_words(const TracedEffect& traced, const HeldOutGain* gain,
 std::string for_the_cell(const TracedEffect& traced, const HeldOutGain* gain, const Robot& robot) {
   std::string text = traced.in_words;
   if (text.empty()) {
-    text = traced.effect.parameter + " follows " + to_string(traced.effect.driver) +
+    text = to_string(traced.effect.parameter) + " follows " + to_string(traced.effect.driver) +
            " along a curve that no listed cause explains";
   } else {
     replace(text, "{j}", joint_of(traced, robot));
@@ -204,7 +203,7 @@ std::string for_the_cell(const TracedEffect& traced, const HeldOutGain* gain, co
   for (const Rival& rival : traced.indistinguishable)
     if (is_other_cause(traced.effect, rival) && others.size() < 2 &&
         std::ranges::count(others, rival.effect.name) == 0)
-      others.push_back("'" + rival.effect.name + "' of " + rival.effect.parameter);
+      others.push_back("'" + rival.effect.name + "' of " + to_string(rival.effect.parameter));
   if (!others.empty()) text += "; or " + listed(others) + ": these poses cannot tell which";
   if (may_be_instrument(traced, robot)) text += "; may be the instrument";
   if (gain && !gain->confirmed()) text += " (not confirmed on held-out poses)";

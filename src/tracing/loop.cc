@@ -167,7 +167,7 @@ void set_floor(const Training& training, LoopResult& result) {
 }  // namespace
 
 std::string describe(const Effect& effect) {
-  return effect.parameter + " follows " + to_string(effect.driver) + " (" +
+  return to_string(effect.parameter) + " follows " + to_string(effect.driver) + " (" +
          to_string(effect.shape) + ")";
 }
 

@@ -270,5 +270,40 @@ TEST(Parameters, NamesFindTheirIndexAndMoveWhatTheySay) {
   EXPECT_EQ(find_parameter(chain, "target 7.y"), kTargetParameters + 1);
 }
 
+// A name of a link, with dots, blanks or the words of other owners, is a name.
+TEST(Parameters, ANameDoesNotDecideWhoseAParameterIs) {
+  Uniform uniform(15);
+  KinematicChain chain = random_chain(uniform, true);
+  const std::vector<std::string> names{"base_wrist", "A1.theta",    "target 1",   "anchor.zero",
+                                       "tool.rx",    "my axis (5)", "instrument."};
+  for (size_t j = 0; j < chain.links.size(); ++j) chain.links[j].name = names[j % names.size()];
+  chain.targets = {{"1", {}}, {"nose.left", {}}};
+  chain.anchors = {{"wall 2", {}}};
+  EXPECT_EQ(ambiguous_parameter(chain), "");
+  const ParameterLayout layout = layout_of(chain);
+  for (int k = 0; k < parameter_count(chain); ++k) {
+    const Parameter parameter(parameter_name(chain, k));
+    EXPECT_EQ(parameter, parameter_of(chain, k));
+    EXPECT_EQ(parameter.owner == Owner::link, layout.is_of_links(k)) << parameter;
+    EXPECT_EQ(parameter.owner == Owner::instrument, layout.is_of_instrument(k)) << parameter;
+  }
+  EXPECT_EQ(Parameter("base").component, Parameter::kWhole);
+  EXPECT_EQ(Parameter("target nose.left"),
+            Parameter(Owner::target, "nose.left", Parameter::kWhole));
+  EXPECT_EQ(Parameter("instrument.point").owner, Owner::instrument);
+  EXPECT_EQ(Parameter("compliance of the arm").owner, Owner::several);
+}
+
+TEST(Parameters, ANameThatMeansTwoThingsIsFound) {
+  KinematicChain chain;
+  chain.links = six_axis_links();
+  for (size_t j = 0; j < chain.links.size(); ++j) chain.links[j].name = "A" + std::to_string(j);
+  EXPECT_EQ(ambiguous_parameter(chain), "");
+  chain.targets = {{"1", {}}, {"1.x", {}}};
+  EXPECT_EQ(ambiguous_parameter(chain), "target 1.x");
+  chain.targets = {{"nose.theta", {}}};
+  EXPECT_EQ(ambiguous_parameter(chain), "target nose.theta");
+}
+
 }  // namespace
 }  // namespace armtrue::chain_test

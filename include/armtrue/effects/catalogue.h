@@ -18,8 +18,9 @@ struct CatalogueEntry {
   enum class Joint { none, own, previous, fixed };
 
   std::string name;
-  std::string parameter;  ///< alpha, d, theta, r, beta (of each joint), target, anchor.zero (of
-                          ///< each target or anchor), or base, base.rx, tool, instrument.range ...
+  /// Of each link, target or anchor, or one such as base, base.rx, instrument.range; see
+  /// parameter_of_catalogue().
+  Parameter parameter;
   bool of_every_joint = false;  ///< the parameter is one of each joint
   std::vector<int> joints;      ///< 0-based; otherwise those of the arm whose parameter it is
   Driver driver;                ///< `driver_joint` says which joint it gets

@@ -41,7 +41,7 @@ struct Family {
 /// vector is one common coefficient times the vector of the moment.
 struct Effect {
   std::string name;
-  std::string parameter;
+  Parameter parameter;
   Driver driver;
   Shape shape;
   std::vector<Coefficient> coefficients;
@@ -56,7 +56,7 @@ struct Effect {
   /// Beyond them it keeps the value that it has there; its coefficients would give any.
   std::optional<std::array<double, 2>> measured{};
   /// Not empty if this is a whole family: its effects. `coefficients` then holds theirs, one after
-  /// the other, and `parameter` is the name of the family. Occurs only during a search.
+  /// the other, and `parameter` names the family. Occurs only during a search.
   std::vector<Effect> members{};
 };
 
@@ -76,14 +76,15 @@ inline bool is_of_one_angle(const Effect& effect) {
   return driver.kind == DriverKind::joint_angle && !driver.is_pair() && !driver.factor;
 }
 
-inline constexpr const char* kPointOfInstrument = "instrument.point";
-
 /// Number of parameters in the group `parameter`: 6 for a pose, 3 for a point, 1 if it is no group.
-int group_size(const std::string& parameter);
-inline bool is_group(const std::string& parameter) { return group_size(parameter) > 1; }
+int group_size(const Parameter& parameter);
+inline bool is_group(const Parameter& parameter) { return group_size(parameter) > 1; }
 
 /// Index of the first parameter of the group; nothing if the chain has no such parameter or group.
-std::optional<int> first_parameter(const KinematicChain& chain, const std::string& parameter);
+std::optional<int> first_parameter(const KinematicChain& chain, const Parameter& parameter);
+
+/// Whose error the effect is; of a whole family, whose all its members are, or `several`.
+Owner owner_of(const Effect& effect);
 
 /// Whether the coefficients share one prior standard deviation: those of a group or a whole family.
 inline bool is_shrunken(const Effect& effect) {
@@ -95,12 +96,12 @@ std::vector<Effect> single_effects(const Effect& effect);
 
 /// Unit of the parameter of an effect. Of a pose it is radian, which is right if the driver
 /// `moment` turns it; other effects on a pose move it in m and rad.
-ParameterUnit unit_of_parameter(const KinematicChain& chain, const std::string& parameter);
+ParameterUnit unit_of_parameter(const KinematicChain& chain, const Parameter& parameter);
 /// The unit in which products show it.
-DisplayUnit display_unit(const KinematicChain& chain, const std::string& parameter);
+DisplayUnit display_unit(const KinematicChain& chain, const Parameter& parameter);
 
 /// If the parameter cannot follow the driver in this shape: the reason and the remedy. Otherwise
 /// empty.
-std::string why_invalid(const std::string& parameter, const Driver& driver, const Shape& shape);
+std::string why_invalid(const Parameter& parameter, const Driver& driver, const Shape& shape);
 
 }  // namespace armtrue

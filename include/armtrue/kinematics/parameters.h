@@ -1,9 +1,11 @@
 #pragma once
 
 #include <array>
+#include <iosfwd>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "armtrue/kinematics/chain.h"
@@ -121,12 +123,65 @@ struct DisplayUnit {
 };
 DisplayUnit display_unit(ParameterUnit unit);
 
-/// `A1.alpha`, `base.x`, `tool.rz`, `instrument.scale`, `target 2.x`, `anchor 1.zero`,
-/// `contact table.z`.
+/// What a parameter belongs to. `several`: no single thing; of the effects of a family.
+enum class Owner { link, anchor, base, contact, instrument, several, target, tool };
+
+/// A parameter as a value: whose it is, and which of the parameters of its owner, or all of them.
+/// Its text stands in files alone: `A1.alpha`, `base.x`, `tool.rz`, `instrument.scale`, `target
+/// 2.x`, `anchor 1.zero`, `contact table.z`; `base`, `tool`, `target 2` for all of them and
+/// `instrument.point` for the three coordinates of every reading. The owner has a name and no
+/// number, because a catalogue names parameters of links that not every chain has.
+struct Parameter {
+  static constexpr int kWhole = -1;
+
+  Owner owner = Owner::several;
+  std::string of;          ///< name of the link, target, anchor, contact or family; else empty
+  int component = kWhole;  ///< in the order of the layout, from 0 for each owner
+  /// In a catalogue: that of every link, target or anchor. `of` is then empty.
+  bool of_each = false;
+
+  Parameter() = default;
+  Parameter(Owner owner_of_it, std::string name, int which)
+      : owner(owner_of_it), of(std::move(name)), component(which) {}
+  /// Reads the text of a file; the texts of links end in the name of one of their parameters, and
+  /// what is none of the above names a family.
+  Parameter(std::string_view text);
+  Parameter(const std::string& text) : Parameter(std::string_view(text)) {}
+  Parameter(const char* text) : Parameter(std::string_view(text)) {}
+
+  friend bool operator==(const Parameter&, const Parameter&) = default;
+};
+
+/// The text of files.
+std::string to_string(const Parameter& parameter);
+std::ostream& operator<<(std::ostream& stream, const Parameter& parameter);
+
+/// As a catalogue writes it: `alpha`, `d`, `theta`, `r` and `beta` of each link, `target` and
+/// `anchor.zero` (`.x` ...) of each of these, or one parameter or group.
+Parameter parameter_of_catalogue(std::string_view text);
+
+/// Whether it is this parameter of a link.
+inline bool is_link_parameter(const Parameter& parameter, LinkParameter which) {
+  return parameter.owner == Owner::link && parameter.component == static_cast<int>(which);
+}
+
+/// The components of the instrument, from 0.
+enum class InstrumentParameter { scale, range, azimuth, elevation };
+inline bool is_instrument_parameter(const Parameter& parameter, InstrumentParameter which) {
+  return parameter.owner == Owner::instrument && parameter.component == static_cast<int>(which);
+}
+
+/// The parameter with an index, and its text.
+Parameter parameter_of(const KinematicChain& chain, int index);
 std::string parameter_name(const KinematicChain& chain, int index);
 
-/// The inverse of parameter_name; nothing if the chain has no such parameter.
-std::optional<int> find_parameter(const KinematicChain& chain, std::string_view name);
+/// The index of a single parameter, the inverse of parameter_of; nothing if the chain has no such
+/// parameter.
+std::optional<int> find_parameter(const KinematicChain& chain, const Parameter& parameter);
+
+/// Two names that one text of a parameter or a group can mean, such as those of the targets `1` and
+/// `1.x`; empty if every text means one.
+std::string ambiguous_parameter(const KinematicChain& chain);
 
 /// Adds `delta` (m or rad) to one parameter. A parameter of the instrument is no property of the
 /// chain, which then stays as it is.

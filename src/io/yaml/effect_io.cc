@@ -69,7 +69,7 @@ Effect read_effect_form(YamlMap& map, const KinematicChain& chain) {
   Effect effect;
   effect.parameter = map.text("parameter");
   if (!first_parameter(chain, effect.parameter))
-    map.fail("parameter", "the robot has no parameter '" + effect.parameter + "'");
+    map.fail("parameter", "the robot has no parameter '" + to_string(effect.parameter) + "'");
   const auto driver = parse_driver(map.text("driver"));
   if (!driver) map.fail("driver", "'" + map.text("driver") + "' is none of " + kDriverForms);
   effect.driver = *driver;
@@ -144,7 +144,7 @@ void check_units(const YamlMap& map, const Effect& effect, const KinematicChain&
   for (size_t k = 0; k < entries.size(); ++k) {
     const std::string &unit = entries[k].unit, of_parameter = si_unit_moved(effect, k, chain);
     if ((unit == "m" || unit == "rad") && unit != of_parameter)
-      map.fail("coefficients", "the unit '" + unit + "' is not that of " + effect.parameter +
+      map.fail("coefficients", "the unit '" + unit + "' is not that of " + to_string(effect.parameter) +
                                    ", which this coefficient moves in " + of_parameter);
   }
 }

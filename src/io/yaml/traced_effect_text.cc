@@ -132,7 +132,7 @@ YAML::Node not_separable_node(const std::vector<RankedCandidate>& candidates) {
   YAML::Node list(YAML::NodeType::Sequence);
   for (const RankedCandidate& candidate : candidates) {
     YAML::Node node = flow_map({{"name", candidate.effect.name},
-                                {"parameter", candidate.effect.parameter},
+                                {"parameter", to_string(candidate.effect.parameter)},
                                 {"driver", to_string(candidate.effect.driver)}});
     if (!candidate.separated_by.empty()) node["separated_by"] = candidate.separated_by;
     list.push_back(node);

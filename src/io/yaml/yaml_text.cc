@@ -151,7 +151,7 @@ YAML::Node texts_node(const std::vector<std::string>& texts) {
 YAML::Node effect_form_node(const Effect& effect, const KinematicChain& chain) {
   YAML::Node node;
   node["name"] = effect.name;
-  node["parameter"] = effect.parameter;
+  node["parameter"] = to_string(effect.parameter);
   node["driver"] = to_string(effect.driver);
   node["shape"] = to_string(effect.shape);
   const Shape& shape = effect.shape;
