@@ -21,9 +21,11 @@ double outside(double q, const std::array<double, 2>& travel) {
   return std::max({travel[0] - q, q - travel[1], 0.0});
 }
 
-// By whole turns the nearest to the middle of the travel.
-double nearest_to_middle(double q, const std::array<double, 2>& travel) {
-  return q - kTurn * std::round((q - 0.5 * (travel[0] + travel[1])) / kTurn);
+// A turn nearer to the middle of the travel. Two ways to count one turn differ by no more: angles
+// that are further away are an error of the export.
+double nearer_to_middle(double q, const std::array<double, 2>& travel) {
+  const double turns = std::round((q - 0.5 * (travel[0] + travel[1])) / kTurn);
+  return q - kTurn * std::clamp(turns, -1.0, 1.0);
 }
 
 // The values of one joint.
@@ -50,8 +52,8 @@ Angles angles_of(const std::vector<JointVector>& q, int joint, const Link& link)
   for (const JointVector& values : q) {
     const double given = values[joint];
     angles.given.push_back(given);
-    const double moved = nearest_to_middle(given, angles.travel);
-    const bool moves = outside(given, angles.travel) > outside(moved, angles.travel);
+    const double moved = nearer_to_middle(given, angles.travel);
+    const bool moves = outside(given, angles.travel) > 0 && outside(moved, angles.travel) == 0;
     angles.moved.push_back(moves ? moved : given);
   }
   return angles;

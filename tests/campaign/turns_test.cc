@@ -66,7 +66,7 @@ TEST(Turns, AnglesThatMeanWhatTheySayStay) {
        {std::tuple(arm(6, -350, 350), -340.0, 340.0), std::tuple(arm(6, -350, 350), 10.0, 345.0),
         std::tuple(arm(6), -345.0, 345.0), std::tuple(arm(6), 100.0, 260.0),
         std::tuple(arm(6), -179.0, 179.0), std::tuple(arm(6, -185, 185), -195.0, 195.0),
-        std::tuple(arm(6, 0, 350), 5.0, 345.0)})
+        std::tuple(arm(6, 0, 350), 5.0, 345.0), std::tuple(arm(6, -185, 185), 3500.0, 3700.0)})
     for (const int rows : {20, 200}) {
       const std::vector<JointVector> given = angles(rows, 6, least, largest, 3);
       std::vector<JointVector> q = given;

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Right campaigns of every shipped robot are never refused. Each is simulated without code of armtrue (any_arm_cell.py):
 a robot of config/robots with or without its masses; R_A tilted against the foot by 0 to 180 deg, in three of ten by less
-than 3; mounted on floor, wall or ceiling; a tool of up to 500 mm; nothing hidden, or joints that sag, gears that are
-uneven, a floor that gives way; poses, points, or distances from three anchors.
+than 3, and known to the robot file or entered some degrees off; mounted on floor, wall or ceiling; a tool of up to
+500 mm; nothing hidden, or joints that sag, gears that are uneven, a floor that gives way; poses, points, or distances
+from four anchors.
 
     right_campaigns.py BIN CONFIG [--count N] [--seed N] [--loops SHARE]
 
@@ -67,6 +68,8 @@ class Campaign:
         if "masses:" in text and rng.random() < 0.5:
             text = re.sub(r"^masses:\s*\n(?: +-.*\n)+", "", text, flags=re.M)
             self.words.append("without masses")
+        if not self.positioner and rng.random() < 0.5:
+            text = self.entered_roughly(text, rng)
         self.robot = folder / "robot.yaml"
         self.robot.write_text(text)
         (folder / "whole.yaml").write_text(whole)
@@ -78,10 +81,18 @@ class Campaign:
     def placed(self, text, rng):
         tilt = rng.uniform(0, 3) if rng.random() < 0.3 else rng.uniform(0, 180)
         turn = rotation_times(about(direction(rng), math.radians(tilt)), about((0, 0, 1), rng.uniform(-3, 3)))
-        text = replaced(text, "base", pose_line("base", turn, [rng.uniform(-3000, 3000) for _ in range(3)]))
+        self.base = turn, [rng.uniform(-3000, 3000) for _ in range(3)]
+        text = replaced(text, "base", pose_line("base", *self.base))
         tool = scaled(direction(rng), rng.uniform(0, 500))
         self.words += [f"tilt {tilt:.2f} deg", f"tool {math.sqrt(dot(tool, tool)):.0f} mm"]
         return replaced(text, "tool", pose_line("tool", about(direction(rng), rng.uniform(0, 3)), tool))
+
+    def entered_roughly(self, text, rng):
+        """The robot file knows R_A only to some degrees and centimetres."""
+        tilt = rng.uniform(0, 4)
+        self.words.append(f"base entered {tilt:.2f} deg off")
+        turn = rotation_times(about(direction(rng), math.radians(tilt)), self.base[0])
+        return replaced(text, "base", pose_line("base", turn, [x + rng.gauss(0, 20) for x in self.base[1]]))
 
     def overturning(self, values):
         """Of all weights about the origin of R_0, in its axes [N m]."""

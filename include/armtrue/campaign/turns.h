@@ -15,7 +15,7 @@ struct MovedByTurns {
 };
 
 /// Many controllers count angles within one turn, from 0 to 360 deg, which reads -1 deg as 359.
-/// Moves such values of revolute joints by whole turns into the travel of the joint, which is +-180
+/// Moves such values of revolute joints by one turn into the travel of the joint, which is +-180
 /// deg where the robot file states none. The values of a joint stay as they are if they span more
 /// than one turn, as they then count turns; if none is further outside the travel than an arm can
 /// stand; or if the travel is not stated and the values lie closer together as they are. A value
