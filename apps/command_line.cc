@@ -17,6 +17,7 @@
 #include <limits>
 #include <new>
 
+#include "armtrue/io/inputs_stay.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/output_folder.h"
 #include "armtrue/text/edit_distance.h"
@@ -231,6 +232,7 @@ int Command::parse_and_work(int argc, char** argv, const std::function<int()>& w
 
 int Command::run(int argc, char** argv, const std::function<int()>& work) {
   keep_memory();
+  const InputsStay inputs_stay;
   std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is a write error like any other
   std::signal(SIGXFSZ, SIG_IGN);  // so is a file that grows beyond the limit of the shell
   reserve_standard_streams();
@@ -244,6 +246,9 @@ int Command::run(int argc, char** argv, const std::function<int()>& work) {
   } catch (const std::bad_alloc&) {
     message = "there is not enough memory for this input; check its size, or free memory";
   } catch (const UsageError& error) {
+    message = error.what();
+    code = kBadUsage;
+  } catch (const InputWouldBeLost& error) {
     message = error.what();
     code = kBadUsage;
   } catch (const InputError& error) {
@@ -290,7 +295,11 @@ void Command::refuse_named(const std::string& path, const std::string& name,
                                            " too; give each product a file of its own");
 }
 
-void Command::refuse_named(const std::string& path) const { refuse_named(path, path, nullptr); }
+void Command::check_derived_output(const std::string& path) const {
+  refuse_named(path, path, nullptr);
+  expect_output(path);
+  check_writable(path);
+}
 
 // A product that cannot be written is reported before hours of work, not after.
 void Command::check_outputs() const {
@@ -307,11 +316,13 @@ void Command::check_outputs() const {
                                    "two products cannot both go to standard output; give one of "
                                    "them a file");
       refuse_named("/dev/stdout", "standard output", option);
+      expect_output(path);
       continue;
     }
     if (fs::is_directory(path, none))
       throw CLI::ValidationError(option->get_name(), "'" + path + "' is a folder; name a file");
     refuse_named(path, option->get_name(), option);
+    expect_output(path);
     if (is_device_or_pipe(path)) continue;
     const fs::file_type folder = fs::status(fs::absolute(path, none).parent_path(), none).type();
     if (folder != fs::file_type::directory && folder != fs::file_type::none)  // none: not told
@@ -327,6 +338,7 @@ void Command::check_folders() const {
     if (option->results().empty()) continue;
     const std::string path = option->results().front();
     check_replaceable(path);
+    expect_output(path);
     const fs::path folder = fs::weakly_canonical(fs::absolute(path, none), none);
     for (const auto& [name, named] : named_files(option)) {
       const fs::path file = fs::weakly_canonical(fs::absolute(named, none), none);

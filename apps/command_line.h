@@ -107,9 +107,10 @@ class Command : public OptionGroup {
 
   Provenance provenance() const;
 
-  /// Throws a mistake in the arguments if an argument names this file too, also by another name or
-  /// as the file behind a standard stream. For products whose name is derived.
-  void refuse_named(const std::string& path) const;
+  /// For a product whose name is derived. Throws a mistake in the arguments if an argument names
+  /// this file too, also by another name or as the file behind a standard stream; InputWouldBeLost
+  /// if it was read; OutputError if it cannot be written.
+  void check_derived_output(const std::string& path) const;
 
  private:
   int parse_and_work(int argc, char** argv, const std::function<int()>& work);

@@ -21,6 +21,9 @@ Dialect dialect_of(const PathProgramArguments& arguments) {
 // The file of the corrected program.
 std::string program_out(const PathProgramArguments& arguments) {
   if (!arguments.out.empty()) return arguments.out;
+  if (arguments.path == "-" || is_device_or_pipe(arguments.path))
+    throw UsageError("--program-out: '" + arguments.path +
+                     "' has no name from which that of the corrected program follows; give it");
   const std::filesystem::path program(arguments.path);
   // A program of the other makers has the name of its file, which must be legal.
   const char* const ending = dialect_of(arguments) == Dialect::krl ? "-corrected" : "_corrected";
@@ -29,9 +32,9 @@ std::string program_out(const PathProgramArguments& arguments) {
       .string();
 }
 
-// Standard output has no name, and a KUKA program keeps its own.
+// Standard output and devices have no name, and a KUKA program keeps its own.
 bool has_name_of_file(const PathProgramArguments& arguments, const std::string& out) {
-  return out != "-" && dialect_of(arguments) != Dialect::krl;
+  return out != "-" && !is_device_or_pipe(out) && dialect_of(arguments) != Dialect::krl;
 }
 
 // The names of the products follow from those of the arguments: they may be those of an input.
@@ -43,17 +46,16 @@ void check_program_out(const Command& command, const PathProgramArguments& argum
             why_illegal_name(program.dialect, std::filesystem::path(out).stem().string());
         !wrong.empty())
       throw UsageError("--program-out: " + wrong);
-  if (arguments.out.empty()) command.refuse_named(out);
-  check_writable(out);
+  if (arguments.out.empty()) command.check_derived_output(out);
   if (program.texts.size() < 2) return;
   const std::string& original = program.texts[1].name;
-  const std::string dat = dat_beside(out, original);
-  command.refuse_named(dat);
+  const std::string dat = dat_of_output(program, out);
+  if (is_device_or_pipe(out)) return;
   if (same_file(dat, original) || same_file(dat, out) || same_file(out, original))
     throw InputError(out + ": the data list of the corrected program would be " + dat +
                      ", and that of the program, " + original +
                      ", would be lost; give --program-out another name, such as corrected.src");
-  check_writable(dat);
+  command.check_derived_output(dat);
 }
 
 }  // namespace
@@ -78,6 +80,7 @@ void add_path_program(Command& command, PathProgramArguments& arguments) {
 }
 
 RobotProgram read_path_program(Command& command, const PathProgramArguments& arguments) {
+  program_out(arguments);  // throws if there is none
   const Dialect dialect = dialect_of(arguments);
   RobotProgram program = parse_program(
       dialect, command.read_program_texts(arguments.path, "", dialect == Dialect::krl), {},

@@ -50,18 +50,14 @@ Dialect dialect_of(const RobotProgramFiles& files) {
 void refuse_outputs(const Command& command, const RobotProgram& program,
                     const RobotProgramFiles& files) {
   const bool has_dat = program.texts.size() > 1;
-  if (!has_name(files.out)) {
-    if (!has_dat) return;
-    throw UsageError(
-        "--program-out: the program has a .dat, which needs a file beside it; name a "
-        "file");
-  }
+  const std::string dat = has_dat ? dat_of_output(program, files.out) : "";
+  if (!has_name(files.out)) return;
   if (const std::string wrong =
           why_illegal_name(program.dialect, fs::path(files.out).stem().string());
       !wrong.empty())
     throw UsageError("--program-out: " + wrong);
   std::vector<std::string> outputs{files.out};
-  if (has_dat) outputs.push_back(dat_beside(files.out, program.texts[1].name));
+  if (has_dat) outputs.push_back(dat);
   if (has_dat && same_file(outputs[0], outputs[1]))
     throw UsageError("--program-out: '" + files.out + "' is the name of a .dat; name a .src");
   for (const std::string& output : outputs)
@@ -70,7 +66,7 @@ void refuse_outputs(const Command& command, const RobotProgram& program,
         throw UsageError("--program-out: '" + output +
                          "' is a file of the program itself; give the corrected program another "
                          "name or folder");
-  if (has_dat) command.refuse_named(outputs[1]);
+  if (has_dat) command.check_derived_output(dat);
 }
 
 }  // namespace
@@ -118,11 +114,19 @@ RobotProgram read_robot_program(Command& command, const RobotProgramFiles& files
   return program;
 }
 
+std::string dat_of_output(const RobotProgram& program, const std::string& out) {
+  if (same_file(out, "/dev/null")) return out;
+  if (!has_name(out))
+    throw UsageError(
+        "--program-out: the program has a .dat, which needs a file beside it; name a file");
+  return dat_beside(out, program.texts[1].name);
+}
+
 // The .src is the last, because it refers to the points of the .dat.
 void write_program_texts(const RobotProgram& program, const std::vector<std::string>& texts,
                          const std::string& out) {
   std::vector<Product> products;
-  if (texts.size() > 1) products.push_back({dat_beside(out, program.texts[1].name), texts[1]});
+  if (texts.size() > 1) products.push_back({dat_of_output(program, out), texts[1]});
   products.push_back({out, texts[0]});
   write_outputs(products);
 }

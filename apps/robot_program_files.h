@@ -22,6 +22,10 @@ Option add_robot_program(Command& command, RobotProgramFiles& files);
 /// Reads the program and checks that it can be written where it shall be. Throws UsageError if not.
 RobotProgram read_robot_program(Command& command, const RobotProgramFiles& files);
 
+/// The file for the .dat of a program that is written to `out`: beside it, or /dev/null too. Throws
+/// UsageError if `out` has no name.
+std::string dat_of_output(const RobotProgram& program, const std::string& out);
+
 /// Writes the texts of a corrected program: the .src, or the only one, to `out`, and a .dat beside
 /// it.
 void write_program_texts(const RobotProgram& program, const std::vector<std::string>& texts,

@@ -11,6 +11,8 @@
 #include <memory>
 #include <system_error>
 
+#include "armtrue/io/inputs_stay.h"
+#include "io/file_rights.h"
 #include "io/signals_wait.h"
 
 namespace armtrue {
@@ -46,6 +48,7 @@ const char* remedy(int error) {
 
 // A symbolic link stays; the file that it names is replaced.
 std::string target(const std::string& path) {
+  refuse_dangling_link(path);
   std::error_code error;
   const auto absolute = fs::absolute(path, error);
   const auto whole = error ? absolute : fs::weakly_canonical(absolute, error);
@@ -100,11 +103,15 @@ class Replacement {
         part_(file_ + suffix(".part")),
         old_(file_ + suffix(".old")) {
     unlink(part_.c_str());  // of a process that was killed
-    const int descriptor = open(part_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    struct stat old {};
+    const bool is_replaced = stat(file_.c_str(), &old) == 0;
+    const mode_t mode = is_replaced ? 0600 : 0666;  // nobody else may read it before it is like old
+    const int descriptor = open(part_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
     if (descriptor < 0) fail(path_);
     is_part_ = true;
     try {
       write_all(descriptor, product.text, path_);
+      if (is_replaced && !give_rights(descriptor, old)) fail(path_);
       if (fsync(descriptor) != 0 && errno != EINVAL && errno != ENOTSUP) fail(path_);
     } catch (const OutputError&) {
       close(descriptor);
@@ -183,6 +190,15 @@ bool is_device_or_pipe(const std::string& path) {
          (fs::exists(path, none) && !fs::is_regular_file(path, none));
 }
 
+void refuse_dangling_link(const std::string& path) {
+  std::error_code none;
+  struct stat status {};
+  if (stat(path.c_str(), &status) == 0 || (errno != ENOENT && errno != ELOOP)) return;
+  if (!fs::is_symlink(fs::symlink_status(path, none))) return;
+  throw OutputError(path + ": is a link to '" + fs::read_symlink(path, none).string() +
+                    "', and there is no such file; remove the link, or name the file itself");
+}
+
 bool same_file(const std::string& a, const std::string& b) {
   struct stat first {
   }, second{};
@@ -209,7 +225,10 @@ void check_writable(const std::string& path) {
 }
 
 void write_outputs(const std::vector<Product>& products) {
-  for (const Product& product : products) check_writable(product.path);
+  for (const Product& product : products) {
+    refuse_input(product.path);
+    check_writable(product.path);
+  }
   {
     const SignalsWait wait;
     std::vector<std::unique_ptr<Replacement>> files;

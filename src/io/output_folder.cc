@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <stdio.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -10,6 +11,8 @@
 #include <fstream>
 #include <system_error>
 
+#include "armtrue/io/inputs_stay.h"
+#include "io/file_rights.h"
 #include "io/signals_wait.h"
 
 namespace armtrue {
@@ -33,11 +36,23 @@ bool is_own_picture(const files::path& file) {
 
 // The folder itself where the path is a link to it; without a slash at its end.
 std::string folder_behind(const std::string& path) {
+  refuse_dangling_link(path);
   std::error_code error;
   std::string whole = files::weakly_canonical(files::absolute(path, error), error).string();
   if (error) fail_folder(path, error.message());
   while (whole.size() > 1 && whole.back() == '/') whole.pop_back();
   return whole;
+}
+
+// Gives `path` the rights of what it replaces, if there is something.
+void keep_rights(const std::string& old, const std::string& path) {
+  struct stat status {};
+  if (stat(old.c_str(), &status) != 0) return;
+  const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  const bool is_given = descriptor >= 0 && give_rights(descriptor, status);
+  const int error = errno;
+  if (descriptor >= 0) close(descriptor);
+  if (!is_given) fail_folder(path, std::strerror(error));
 }
 
 // Exchanges both folders in one step; where the file system cannot, in two.
@@ -73,6 +88,7 @@ void check_replaceable(const std::string& path) {
 }
 
 void replace_folder(const std::string& path, const std::vector<Product>& pictures) {
+  refuse_input(path);
   check_replaceable(path);
   const SignalsWait wait;
   const std::string folder = folder_behind(path);
@@ -81,7 +97,11 @@ void replace_folder(const std::string& path, const std::vector<Product>& picture
   files::remove_all(part, error);  // of a process that was killed
   if (!files::create_directory(part, error)) fail_folder(path, error.message());
   try {
-    for (const Product& picture : pictures) write_output(part + "/" + picture.path, picture.text);
+    for (const Product& picture : pictures) {
+      write_output(part + "/" + picture.path, picture.text);
+      keep_rights(folder + "/" + picture.path, part + "/" + picture.path);
+    }
+    keep_rights(folder, part);
     if (!files::exists(folder)) {
       if (std::rename(part.c_str(), folder.c_str()) != 0) fail_folder(path, std::strerror(errno));
     } else {

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <utility>
 
+#include "armtrue/io/inputs_stay.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/utf8.h"
 
@@ -98,11 +99,13 @@ Source::Source(const std::string& path)
     static bool taken = false;
     if (std::exchange(taken, true))
       throw InputError("<stdin>: two files cannot both come from standard input; name one of them");
+    note_input("-");
     file_ = stdin;
   } else {
     struct stat status {};
     if (stat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode))
       throw InputError(path + ": is a folder; name a file in it");
+    note_input(path);
     file_ = std::fopen(path.c_str(), "rb");
     if (!file_)
       throw InputError(path + ": " + std::strerror(errno) + "; check the name of the file");

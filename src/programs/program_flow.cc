@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <string>
+#include <vector>
 
 namespace armtrue {
 namespace {
@@ -12,8 +14,11 @@ constexpr int kUnreached = kUncertain + 1;
 
 }  // namespace
 
-// Goes through the text until no value changes any more: what the end of a loop or a routine passes
-// on counts before it in the text, too.
+// Follows each routine until no value changes any more: what the end of a loop or of a routine that
+// is called passes on counts before it in the text, too. All values only go from unreached to one
+// value to uncertain, so each routine is followed a few times, whatever the order. A call follows
+// the routine that it calls at once if that begins with another value than before: so a long list
+// of calls, each of which has what the one before leaves, is followed once.
 class FlowOfValue {
  public:
   FlowOfValue(const ProgramFlow& flow, const std::vector<ProgramFlow::Setting>& settings,
@@ -23,24 +28,27 @@ class FlowOfValue {
     for (const ProgramFlow::Setting& setting : settings)
       events_.push_back({{setting.at, Step::label, ""}, setting.value});
     std::ranges::stable_sort(events_, {}, [](const Event& event) { return event.place.at; });
-    routines_.push_back({"", false, false});  // the text outside
-    for (const Event& event : events_)
-      if (begins_routine(event))
-        routines_.push_back({event.place.name, event.place.step == Step::interrupt, false});
-    for (const Event& event : events_)
-      if (event.place.step == Step::call)
-        for (Routine& routine : routines_) routine.is_called |= is_meant(routine, event);
+    find_routines();
+    find_calls();
     merge(routines_[0].entry, initial);
+    for (size_t i = routines_.size(); i-- > 0;) stale_.push_back(i);
   }
 
   ProgramFlow::Values run() {
     do {
       is_changed_ = false;
-      pass();
+      for (size_t i = 0; i < routines_.size(); ++i) begin(i);
+      while (!stale_.empty()) {
+        const size_t last = stale_.back();
+        stale_.pop_back();
+        follow(last);
+      }
     } while (is_changed_);
     ProgramFlow::Values result;
     result.initial_ = is_spoiled_ ? kUncertain : initial_;
-    if (!is_spoiled_) result.changes_ = values_;
+    if (is_spoiled_) return result;
+    for (size_t i = 0; i < events_.size(); ++i)
+      result.changes_.emplace_back(events_[i].place.at, events_[i].value);
     return result;
   }
 
@@ -49,157 +57,250 @@ class FlowOfValue {
   struct Event {
     ProgramFlow::Place place;
     std::optional<int> setting;
+    int value = kUnreached;  // behind it
   };
   struct Routine {
     std::string name;
     bool is_interrupt = false, is_called = false;
     int entry = kUnreached, end = kUnreached, jumped = kUnreached, seen = kUnreached;
+    std::vector<size_t> events{};   // its own, in their order
+    std::vector<size_t> callers{};  // routines that call it by name
+    bool is_stale = true;           // a value that it depends on has changed
+    bool is_open = false;           // it is being followed
   };
   struct Block {
     std::optional<size_t> loop;  // the event that begins it
     int entry = kUnreached, ended = kUnreached;
   };
-  // A routine that is read, and the value before it in the text.
-  struct Open {
+  // A routine that is followed.
+  struct Walk {
     size_t routine = 0;
     int value = kUnreached;
-    std::vector<Block> blocks;
+    std::vector<Block> blocks{};
   };
 
   static bool begins_routine(const Event& event) {
-    return event.place.step == Step::routine || event.place.step == Step::interrupt;
-  }
-  static bool is_meant(const Routine& routine, const Event& call) {
-    return !routine.is_interrupt && !routine.name.empty() &&
-           (call.place.name.empty() || call.place.name == routine.name);
+    return !event.setting &&
+           (event.place.step == Step::routine || event.place.step == Step::interrupt);
   }
 
-  void merge(int& into, int value) {
-    if (value == kUnreached || into == value || into == kUncertain) return;
+  // A routine within another one interrupts the text of the other.
+  void find_routines() {
+    routines_.push_back({"", false, false});  // the text outside
+    std::vector<size_t> open{0};
+    for (size_t i = 0; i < events_.size(); ++i) {
+      const Event& event = events_[i];
+      if (begins_routine(event)) {
+        open.push_back(routines_.size());
+        routines_.push_back({event.place.name, event.place.step == Step::interrupt, false});
+      } else if (!event.setting && event.place.step == Step::end_routine && open.size() > 1) {
+        open.pop_back();
+      }
+      routines_[open.back()].events.push_back(i);
+    }
+    for (size_t i = 1; i < routines_.size(); ++i)
+      if (!routines_[i].is_interrupt && !routines_[i].name.empty())
+        named_[routines_[i].name].push_back(i);
+  }
+
+  void find_calls() {
+    bool is_any_called = false;
+    for (size_t i = 0; i < routines_.size(); ++i)
+      for (const size_t event : routines_[i].events) {
+        const ProgramFlow::Place& place = events_[event].place;
+        if (events_[event].setting || place.step != Step::call) continue;
+        if (place.name.empty()) {
+          is_any_called = true;
+          callers_of_any_.push_back(i);
+        } else if (const auto meant = named_.find(place.name); meant != named_.end()) {
+          for (const size_t callee : meant->second) {
+            Routine& routine = routines_[callee];
+            routine.is_called = true;
+            if (routine.callers.empty() || routine.callers.back() != i)
+              routine.callers.push_back(i);
+          }
+        }
+      }
+    if (is_any_called)
+      for (const auto& [name, meant] : named_)
+        for (const size_t callee : meant) routines_[callee].is_called = true;
+  }
+
+  // Returns whether the value has changed.
+  bool merge(int& into, int value) {
+    if (value == kUnreached || into == value || into == kUncertain) return false;
     into = into == kUnreached ? value : kUncertain;
-    is_changed_ = true;
+    return is_changed_ = true;
   }
   static int joined(int a, int b) {
     if (a == kUnreached || a == b) return b;
     return b == kUnreached ? a : kUncertain;
   }
 
-  void pass() {
-    values_.clear();
-    open_ = {Open{}};
-    value_ = routines_[0].entry;
-    size_t next = 1;  // routine
-    for (size_t i = 0; i < events_.size(); ++i) {
-      const Event& event = events_[i];
-      if (begins_routine(event))
-        begin(next++);
-      else if (event.setting)
-        set(*event.setting);
-      else
-        take(event, i);
-      merge(now().seen, value_);
-      values_.emplace_back(event.place.at, value_);
-    }
-    while (open_.size() > 1) end();
-    merge(now().end, joined(value_, now().jumped));
-  }
-
-  Routine& now() { return routines_[open_.back().routine]; }
-
+  // What a routine begins with, but for its calls.
   void begin(size_t index) {
     Routine& routine = routines_[index];
-    if (!routine.is_called) merge(routine.entry, initial_);
-    for (const Routine& other : routines_) {
-      if (&other == &routine || other.is_interrupt) continue;
-      if (routine.is_interrupt)
-        merge(routine.entry, other.seen);
-      else if (!routine.is_called && !other.is_called)
-        merge(routine.entry, other.end);
-    }
-    open_.push_back({index, value_, {}});
-    value_ = routine.entry;
+    if (index == 0) return;
+    if (!routine.is_called) enter(index, initial_);
+    if (routine.is_interrupt)
+      enter(index, seen_);
+    else if (!routine.is_called)
+      enter(index, end_of_other_uncalled(routine.end));
+    if (!routine.is_interrupt && !routine.name.empty()) enter(index, value_of_any_call_);
   }
 
-  void end() {
-    merge(now().end, joined(value_, now().jumped));
-    value_ = open_.back().value;
-    open_.pop_back();
+  void enter(size_t index, int value) {
+    if (merge(routines_[index].entry, value)) make_stale(index);
+  }
+
+  void make_stale(size_t index) {
+    if (routines_[index].is_stale) return;
+    routines_[index].is_stale = true;
+    stale_.push_back(index);
+  }
+
+  // Of the routines that nothing calls, the text outside among them, but for one with this end.
+  int end_of_other_uncalled(int own) const {
+    int all = kUnreached;
+    for (const auto& [end, count] : uncalled_ends_) {
+      if (count > (end == own ? 1 : 0)) all = joined(all, end);
+      if (all == kUncertain) break;
+    }
+    return all;
+  }
+
+  void follow(size_t index) {
+    // Calls within calls beyond this depth wait in stale_, so that the stack suffices.
+    constexpr int kDeepest = 1000;
+    if (routines_[index].is_open || depth_ >= kDeepest) return;
+    ++depth_;
+    routines_[index].is_open = true;
+    while (routines_[index].is_stale) {
+      routines_[index].is_stale = false;
+      pass(index);
+    }
+    routines_[index].is_open = false;
+    --depth_;
+  }
+
+  void pass(size_t index) {
+    Routine& routine = routines_[index];
+    Walk walk{index, routine.entry};
+    for (const size_t i : routine.events) {
+      Event& event = events_[i];
+      if (event.setting)
+        set(*event.setting, walk);
+      else
+        take(event, i, walk);
+      see(index, walk.value);
+      event.value = walk.value;
+    }
+    end(routine, joined(walk.value, routine.jumped));
+  }
+
+  void see(size_t index, int value) {
+    Routine& routine = routines_[index];
+    if (!merge(routine.seen, value)) return;
+    make_stale(index);  // for handlers
+    if (!routine.is_interrupt) merge(seen_, value);
+  }
+
+  void end(Routine& routine, int value) {
+    const int before = routine.end;
+    if (!merge(routine.end, value)) return;
+    for (const size_t caller : routine.callers) make_stale(caller);
+    if (routine.is_interrupt) return;
+    if (!routine.name.empty() && merge(end_of_any_, routine.end))
+      for (const size_t caller : callers_of_any_) make_stale(caller);
+    if (routine.is_called) return;
+    if (before != kUnreached && --uncalled_ends_[before] == 0) uncalled_ends_.erase(before);
+    ++uncalled_ends_[routine.end];
   }
 
   // What an interrupt sets holds anywhere.
-  void set(int value) {
-    is_spoiled_ |= now().is_interrupt;
-    value_ = value;
+  void set(int value, Walk& walk) {
+    is_spoiled_ |= routines_[walk.routine].is_interrupt;
+    walk.value = value;
   }
 
-  void take(const Event& event, size_t index) {
-    std::vector<Block>& blocks = open_.back().blocks;
+  void take(const Event& event, size_t index, Walk& walk) {
+    Routine& routine = routines_[walk.routine];
+    std::vector<Block>& blocks = walk.blocks;
+    int& value = walk.value;
     switch (event.place.step) {
       case Step::routine:
       case Step::interrupt:
-        break;
       case Step::end_routine:
-        if (open_.size() > 1) end();
         break;
       case Step::call:
-        call(event);
+        call(event, walk);
         break;
       case Step::branch:
-        blocks.push_back({std::nullopt, value_, kUnreached});
+        blocks.push_back({std::nullopt, value, kUnreached});
         break;
       case Step::loop:
-        value_ = joined(value_, passed_back_.try_emplace(index, kUnreached).first->second);
-        blocks.push_back({index, value_, kUnreached});
+        value = joined(value, passed_back_.try_emplace(index, kUnreached).first->second);
+        blocks.push_back({index, value, kUnreached});
         break;
       case Step::alternative:
         if (blocks.empty()) break;
-        blocks.back().ended = joined(blocks.back().ended, value_);
-        value_ = blocks.back().entry;
+        blocks.back().ended = joined(blocks.back().ended, value);
+        value = blocks.back().entry;
         break;
       case Step::end_block:
-        if (!blocks.empty()) end_block(blocks);
+        if (!blocks.empty()) end_block(walk);
         break;
       case Step::jump:
-        merge(now().jumped, value_);
+        if (merge(routine.jumped, value)) make_stale(walk.routine);
         break;
       case Step::label:
-        value_ = joined(value_, now().jumped);
+        value = joined(value, routine.jumped);
         break;
       case Step::handler:
-        value_ = joined(value_, now().seen);
+        value = joined(value, routine.seen);
         break;
     }
   }
 
-  void end_block(std::vector<Block>& blocks) {
-    const Block& block = blocks.back();
+  void end_block(Walk& walk) {
+    Routine& routine = routines_[walk.routine];
+    const Block& block = walk.blocks.back();
     if (block.loop) {
-      value_ = joined(value_, now().jumped);
-      merge(passed_back_[*block.loop], value_);
+      walk.value = joined(walk.value, routine.jumped);
+      if (merge(passed_back_[*block.loop], walk.value)) make_stale(walk.routine);
     }
-    value_ = joined(joined(value_, block.ended), block.entry);
-    blocks.pop_back();
+    walk.value = joined(joined(walk.value, block.ended), block.entry);
+    walk.blocks.pop_back();
   }
 
-  void call(const Event& event) {
-    int after = kUnreached;
-    bool is_here = false;
-    for (Routine& routine : routines_) {
-      if (!is_meant(routine, event)) continue;
-      is_here = true;
-      merge(routine.entry, value_);
-      after = joined(after, routine.end);
+  void call(const Event& event, Walk& walk) {
+    if (event.place.name.empty()) {
+      merge(value_of_any_call_, walk.value);
+      walk.value = joined(walk.value, end_of_any_);
+      return;
     }
-    if (is_here) value_ = event.place.name.empty() ? joined(value_, after) : after;
+    const auto meant = named_.find(event.place.name);
+    if (meant == named_.end()) return;  // it stands in another text
+    int after = kUnreached;
+    for (const size_t callee : meant->second) {
+      enter(callee, walk.value);
+      follow(callee);
+      after = joined(after, routines_[callee].end);
+    }
+    walk.value = after;
   }
 
   const int initial_;
   std::vector<Event> events_;
   std::vector<Routine> routines_;
-  std::map<size_t, int> passed_back_;  // to the begin of a loop
-  std::vector<std::pair<size_t, int>> values_;
-  std::vector<Open> open_;
-  int value_ = kUnreached;
+  std::map<std::string, std::vector<size_t>> named_;  // routines that a name calls
+  std::vector<size_t> callers_of_any_;                // that call a routine without its name
+  std::vector<size_t> stale_;                         // to be followed, the last one first
+  std::map<size_t, int> passed_back_;                 // to the begin of a loop
+  std::map<int, int> uncalled_ends_;  // how many routines that nothing calls end with a value
+  int seen_ = kUnreached;             // anywhere but in interrupts
+  int value_of_any_call_ = kUnreached, end_of_any_ = kUnreached;
+  int depth_ = 0;
   bool is_changed_ = false, is_spoiled_ = false;
 };
 

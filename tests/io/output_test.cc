@@ -1,4 +1,7 @@
 #include "armtrue/io/output.h"
+#include "armtrue/io/inputs_stay.h"
+#include "armtrue/io/output_folder.h"
+#include "armtrue/io/source.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -156,6 +159,85 @@ TEST(Output, OnlyDescriptorsAndWhatIsNoFileAreWrittenToAsTheyStand) {
   EXPECT_FALSE(is_device_or_pipe(file.path));
   EXPECT_FALSE(is_device_or_pipe("/dev/shm/armtrue-none"));
   std::filesystem::remove(link);
+}
+
+mode_t mode_of(const std::string& path) {
+  struct stat status {};
+  return stat(path.c_str(), &status) == 0 ? status.st_mode & 07777 : 0;
+}
+
+TEST(Output, AReplacedFileKeepsItsMode) {
+  const TemporaryFolder folder;
+  const std::string one = folder.path + "/a", other = folder.path + "/b";
+  for (const mode_t mode : {0600U, 0640U, 0755U, 02775U}) {
+    write_outputs({{one, "old"}, {other, "old"}});
+    ASSERT_EQ(chmod(one.c_str(), mode), 0);
+    write_output(one, "new");
+    EXPECT_EQ(mode_of(one), mode);
+    write_outputs({{other, "new"}, {one, "newer"}});
+    EXPECT_EQ(mode_of(one), mode);
+  }
+  EXPECT_EQ(text_of(one), "newer");
+}
+
+TEST(Output, AReplacedFolderKeepsItsModeAndThoseOfItsPictures) {
+  const TemporaryFolder folder;
+  const std::string pictures = folder.path + "/pictures";
+  const std::string text = "<svg xmlns=\"http://www.w3.org/2000/svg\" data-by=\"armtrue\"/>";
+  replace_folder(pictures, {{"a.svg", text}});
+  ASSERT_EQ(chmod(pictures.c_str(), 0700), 0);
+  ASSERT_EQ(chmod((pictures + "/a.svg").c_str(), 0600), 0);
+  replace_folder(pictures, {{"a.svg", text}, {"b.svg", text}});
+  EXPECT_EQ(mode_of(pictures), 0700);
+  EXPECT_EQ(mode_of(pictures + "/a.svg"), 0600);
+  EXPECT_TRUE(std::filesystem::exists(pictures + "/b.svg"));
+}
+
+TEST(Output, ALinkToNothingIsAnErrorAndStays) {
+  const TemporaryFolder folder;
+  const std::string link = folder.path + "/link", loop = folder.path + "/loop";
+  std::filesystem::create_symlink("nothing", link);
+  std::filesystem::create_symlink("loop", loop);
+  for (const std::string& path : {link, loop}) {
+    EXPECT_THROW(check_writable(path), OutputError);
+    EXPECT_THROW(write_output(path, "text"), OutputError);
+    EXPECT_THROW(replace_folder(path, {}), OutputError);
+    EXPECT_TRUE(std::filesystem::is_symlink(path));
+  }
+  EXPECT_THAT(folder.files(), testing::ElementsAre("link", "loop"));
+}
+
+// Whatever led to its name.
+TEST(Output, AFileThatWasReadIsNotWrittenByAnyName) {
+  const TemporaryFile file("text");
+  const std::string link = file.path + ".link", hard = file.path + ".hard";
+  std::filesystem::create_symlink(file.path, link);
+  std::filesystem::create_hard_link(file.path, hard);
+  {
+    const InputsStay inputs_stay;
+    Source(file.path).read_all();
+    for (const std::string& path : {file.path, link, hard}) {
+      EXPECT_THROW(write_output(path, "product"), InputWouldBeLost);
+      EXPECT_THROW(write_outputs({{file.path + ".other", "product"}, {path, "product"}}),
+                   InputWouldBeLost);
+      EXPECT_THROW(expect_output(path), InputWouldBeLost);
+    }
+    EXPECT_THROW(expect_output(std::filesystem::path(file.path).parent_path()), InputWouldBeLost);
+    EXPECT_FALSE(std::filesystem::exists(file.path + ".other"));
+    EXPECT_EQ(text_of(file.path), "text");
+  }
+  write_output(file.path, "after the run of the command");
+  std::filesystem::remove(link);
+  std::filesystem::remove(hard);
+}
+
+TEST(Output, AFileThatWillBeWrittenIsNotRead) {
+  const TemporaryFile file("text");
+  const InputsStay inputs_stay;
+  expect_output(file.path);
+  EXPECT_THROW(Source{file.path}, InputWouldBeLost);
+  const Source null("/dev/null");
+  expect_output("/dev/null");  // loses nothing
 }
 
 TEST(Output, AFolderThatIsNotThereIsAnError) {

@@ -15,6 +15,10 @@ class OutputError : public std::runtime_error {
 /// open descriptor, such as /dev/stdout, even if it leads to a file.
 bool is_device_or_pipe(const std::string& path);
 
+/// Throws OutputError if `path` is a link to a file or folder that does not exist: writing would
+/// replace the link.
+void refuse_dangling_link(const std::string& path);
+
 /// True if both names lead to the same file, also by a hard link. If a file does not exist yet, the
 /// names are compared.
 bool same_file(const std::string& a, const std::string& b);
@@ -28,7 +32,9 @@ struct Product {
   std::string text;
 };
 
-/// Writes products that belong together: either all of them or none. Each is first written to a
+/// Writes products that belong together: either all of them or none. None may be a file that was
+/// read, see InputsStay. A file that is replaced keeps its mode and, as far as the process may give
+/// them, its owner and group. Each is first written to a
 /// temporary file beside its path (`.part` and the process id) and synchronised to the disk. With
 /// several products, the old files are then renamed (`.old` and the process id), the last one
 /// first, and the new files get their names, the last one last. So the last product should be the
