@@ -75,7 +75,7 @@ void use(const app::Command& command, const Arguments& arguments) {
   for (double time : command.new_sessions_s) require(std::isfinite(time), "a time is none");
   require(arguments.left != arguments.right, "one of two is not asked for");
   app::split_list(arguments.text);
-  if (!arguments.file.empty()) command.refuse_named(arguments.file + ".dat");
+  if (!arguments.file.empty()) command.check_derived_output(arguments.file + ".dat");
 }
 
 // Messages of every kind, and an end with each exit code.

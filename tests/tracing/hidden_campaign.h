@@ -61,7 +61,7 @@ inline Campaign visits(const std::string& nominal, const armtrue_oracle::HiddenE
 
 inline bool names(const armtrue_oracle::Hidden& truth, const Effect& effect) {
   const bool parameter = effect.parameter == truth.parameter ||
-                         effect.parameter.starts_with(truth.parameter + ".");  // of a group
+                         to_string(effect.parameter).starts_with(truth.parameter + ".");  // of a group
   return parameter && to_string(effect.driver) == truth.driver;
 }
 

@@ -133,7 +133,8 @@ TEST_P(Family, IsNamedAddedAndGone) {
   // Beside a lasting error of the instrument its rest stays in the model, beside no other effect.
   const auto errs = [](const TracedEffect& traced) {
     return !traced.effect.driver.involves(DriverKind::time) &&
-           (traced.effect.may_be_instrument || traced.effect.parameter.starts_with("instrument."));
+           (traced.effect.may_be_instrument ||
+            traced.effect.parameter.owner == Owner::instrument);
   };
   EXPECT_EQ(std::ranges::any_of(result.trace.effects, errs),
             std::ranges::any_of(result.trace.fit.robot.effects,

@@ -176,7 +176,7 @@ TEST(Order, WhatMayLeadIsSaid) {
   for (double ratio : {0.75, 2.0}) {
     const TraceResult large = trace(robot, reversals(ratio, 1000, 1), catalogue, options);
     ASSERT_EQ(large.effects.size(), 2u);
-    const std::string truth = large.effects[0].effect.parameter;
+    const std::string truth = to_string(large.effects[0].effect.parameter);
     const double share = large.effects[0].variance_share.value;
     EXPECT_FALSE(large.effects[1].variance_share.may_lead);
     int campaigns = 0, may_lead = 0, others = 0, covered = 0;

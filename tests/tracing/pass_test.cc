@@ -120,7 +120,7 @@ TEST(PassOfAnArm, ShowsWhichJointsTheForceTurns) {
   std::set<std::string> turned;
   for (const TracedEffect& traced : result.trace.effects)
     if (to_string(traced.effect.driver).find("force") != std::string::npos)
-      turned.insert(traced.effect.parameter);
+      turned.insert(to_string(traced.effect.parameter));
   EXPECT_EQ(turned, (std::set<std::string>{"A1.theta", "A2.theta", "A3.theta"}));
   EXPECT_GT(result.before, 0.2 * kMillimetre);
   EXPECT_LT(result.after, 0.3 * result.before);
