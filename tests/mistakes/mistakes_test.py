@@ -368,7 +368,7 @@ TABLE = {
         campaign(EVEN_OFF, "calibrated.yaml", "evaluate-poses", more=("--refit", "base,tool")), 3,
         "more than an arm of this size"),
     "no floor": (campaign(each(lambda r: None), NO_NOISE, "close-loop", "once.csv", ("--only-catalogue",)), 0,
-                 "takes it as zero"),
+                 "say how large the noise is"),
     "all poses twice under other names": (campaign(copies_of_poses, command="close-loop",
                                                    more=("--only-catalogue",)), 1, "as another pose"),
     "payload in g": (campaign(each(lambda r: r.update(payload_kg="120000"))), 1, "more than any arm carries"),

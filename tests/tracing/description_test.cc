@@ -109,7 +109,7 @@ TEST(Description, SaysWhereTheInstrumentMayErr) {
 
 // Errors in floors: a perfect model has 1.
 Verdict concluded(const std::vector<TracedEffect>& effects, double after, bool together = false) {
-  return conclude({effects, 0.5, after, 1, 1.3, 1.5, 1, together});
+  return conclude({effects, 0.5, true, after, 1, 1.3, 1.5, 1, together});
 }
 
 TEST(Verdict, OfARivalDependsOnWhetherItIsAnotherCause) {

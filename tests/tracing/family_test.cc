@@ -92,8 +92,8 @@ TEST(Families, ArmThatBendsIsFoundInABoxAndCarriedOut) {
   EXPECT_GE(found, 2 * kCampaigns);
 }
 
-// What most arms have may stay by its prior; nothing is named, and nominal is never better. The
-// error before is that of the geometry alone.
+// What most arms have may stay by its prior, unless poses left out are clearly predicted worse with
+// it; nothing is named, and nominal is never better. The error before is that of the geometry alone.
 TEST(Families, RigidArmHasNone) {
   int held = 0;
   for (unsigned seed = 1; seed <= 6; ++seed) {
@@ -105,7 +105,7 @@ TEST(Families, RigidArmHasNone) {
         << to_string(result.verdict);
     EXPECT_LT(result.after, 0.5 * result.stages.front().held_out.position.mean) << seed;
     EXPECT_TRUE(result.trace.stages.front().robot.effects.empty()) << seed;
-    held += !result.trace.fit.robot.effects.empty();
+    held += result.rejected || !result.trace.fit.robot.effects.empty();
   }
   EXPECT_GT(held, 0);
 }
