@@ -6,6 +6,7 @@
 
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/prediction.h"
+#include "armtrue/campaign/training_rows.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "io/yaml/gross_poses_text.h"
@@ -82,6 +83,12 @@ YAML::Node calibration_node(const CalibrationResult& result, const Campaign& cam
   return node;
 }
 
+YAML::Node training_rows_node(const TrainingRows& training) {
+  std::string marks;
+  for (const std::uint32_t mark : training.marks) marks += fmt::format("{:08x}", mark);
+  return flow_map({{"rows", std::to_string(training.rows)}, {"marks", "x" + marks}});
+}
+
 void add_findings(YAML::Node node, const Campaign& campaign, const CalibrationFindings& findings) {
   if (findings.nominal)
     node["nominal"] = evaluation_node(evaluate(*findings.nominal, campaign), campaign);
@@ -107,6 +114,7 @@ std::string write_calibration(const CalibrationResult& result, const Campaign& c
   robot.uncertainty = uncertainty_of(result, campaign, evaluation);
   YAML::Node root = robot_node(robot, provenance);
   root["calibration"] = calibration_node(result, campaign, evaluation);
+  root["calibration"]["training_rows"] = training_rows_node(training_rows(campaign));
   add_findings(root["calibration"], campaign, findings);
   return print_document(root);
 }

@@ -14,22 +14,25 @@
 
 namespace armtrue {
 
-Uncertainty read_uncertainty(YamlMap map, const KinematicChain& chain) {
+Uncertainty read_uncertainty(YamlMap map, const KinematicChain& chain, size_t coefficients) {
   Uncertainty result;
   result.parameters = map.texts("parameters");
   for (const std::string& name : result.parameters)
     if (!find_parameter(chain, name))
       map.fail("parameters", "the robot has no parameter '" + name + "'");
   const std::vector<double> numbers = map.numbers("root");
-  const auto size = static_cast<Eigen::Index>(
-      std::llround((std::sqrt(8.0 * static_cast<double>(numbers.size()) + 1) - 1) / 2));
-  if (size * (size + 1) / 2 != std::ssize(numbers) || size < std::ssize(result.parameters))
-    map.fail("root", "has " + std::to_string(numbers.size()) +
-                         " numbers, which are no lower triangle of all parameters and "
-                         "coefficients");
-  result.root = Eigen::MatrixXd::Zero(size, size);
+  const auto size = static_cast<Eigen::Index>(result.parameters.size() + coefficients);
+  const bool is_unknown = numbers.empty() && result.parameters.empty();
+  if (!is_unknown && size * (size + 1) / 2 != std::ssize(numbers))
+    map.fail("root",
+             fmt::format("has {} numbers, and the lower triangle of {} parameters and {} "
+                         "coefficients of effects has {}: parameters or effects were added or "
+                         "removed by hand; calibrate again, or remove the map 'uncertainty'",
+                         numbers.size(), result.parameters.size(), coefficients,
+                         size * (size + 1) / 2));
+  if (!is_unknown) result.root = Eigen::MatrixXd::Zero(size, size);
   auto next = numbers.begin();
-  for (Eigen::Index row = 0; row < size; ++row)
+  for (Eigen::Index row = 0; row < result.root.rows(); ++row)
     for (Eigen::Index column = 0; column <= row; ++column) result.root(row, column) = *next++;
   result.reading.position = map.number("reading_mm") * kMillimetre;
   result.reading.orientation = map.number("reading_mrad", 0) * kMilliradian;
