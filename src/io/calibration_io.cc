@@ -15,6 +15,12 @@
 namespace armtrue {
 namespace {
 
+YAML::Node training_rows_node(const TrainingRows& training) {
+  std::string marks;
+  for (const std::uint32_t mark : training.marks) marks += fmt::format("{:08x}", mark);
+  return flow_map({{"count", std::to_string(training.rows)}, {"marks", "x" + marks}});
+}
+
 // Names the strongest absorbers of a parameter.
 std::string absorbers(const KinematicChain& chain, const AbsorbedParameter& absorbed) {
   if (absorbed.absorbed_by.empty()) return "moves nothing that was measured";
@@ -61,6 +67,7 @@ YAML::Node calibration_node(const CalibrationResult& result, const Campaign& cam
                              ? fmt::format("student-t {:g}", result.degrees_of_freedom)
                              : std::string("normal");
   node["training"] = evaluation_node(evaluation, campaign);
+  node["used_readings"] = training_rows_node(training_rows(campaign));
   YAML::Node identified(YAML::NodeType::Sequence);
   for (int k : result.set.kept) identified.push_back(parameter_name(robot.chain, k));
   node["identified"] = flow(identified);
@@ -81,12 +88,6 @@ YAML::Node calibration_node(const CalibrationResult& result, const Campaign& cam
     node["absorbed"][parameter_name(robot.chain, absorbed.parameter)] =
         absorbers(robot.chain, absorbed);
   return node;
-}
-
-YAML::Node training_rows_node(const TrainingRows& training) {
-  std::string marks;
-  for (const std::uint32_t mark : training.marks) marks += fmt::format("{:08x}", mark);
-  return flow_map({{"rows", std::to_string(training.rows)}, {"marks", "x" + marks}});
 }
 
 void add_findings(YAML::Node node, const Campaign& campaign, const CalibrationFindings& findings) {
@@ -114,7 +115,6 @@ std::string write_calibration(const CalibrationResult& result, const Campaign& c
   robot.uncertainty = uncertainty_of(result, campaign, evaluation);
   YAML::Node root = robot_node(robot, provenance);
   root["calibration"] = calibration_node(result, campaign, evaluation);
-  root["calibration"]["training_rows"] = training_rows_node(training_rows(campaign));
   add_findings(root["calibration"], campaign, findings);
   return print_document(root);
 }

@@ -96,8 +96,8 @@ YAML::Node session_node(const Session& session, const KinematicChain& chain) {
 TrainingRows read_training_rows(YamlMap map) {
   constexpr size_t kDigits = 8;
   TrainingRows training;
-  const double rows = map.number("rows");
-  if (rows < 1 || rows > 1e12) map.fail("rows", "must be from 1 to 1e12");
+  const double rows = map.number("count");
+  if (rows < 1 || rows > 1e12) map.fail("count", "must be from 1 to 1e12");
   training.rows = std::lround(rows);
   const std::string text = map.text("marks");
   const auto wrong = [&] {
@@ -285,16 +285,14 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
   if (document.has("std")) robot.std = read_deviations(document.map("std"), robot.chain);
   for (const YamlMap& entry : document.maps("effects"))
     robot.effects.push_back(read_effect(entry, robot.chain));
-  size_t coefficients = 0;
-  for (const Effect& effect : robot.effects) coefficients += effect.coefficients.size();
   if (document.has("uncertainty"))
     robot.uncertainty =
-        read_uncertainty(document.map("uncertainty"), robot.chain, coefficients);
+        read_uncertainty(document.map("uncertainty"), robot.chain, robot.effects);
   if (document.has("calibration")) {
     YamlMap calibration = document.map("calibration");
     result.residual_spread = read_residual_spread(calibration);
-    if (calibration.has("training_rows"))
-      result.training = read_training_rows(calibration.map("training_rows"));
+    if (calibration.has("used_readings"))
+      result.training = read_training_rows(calibration.map("used_readings"));
   }
   if (document.has("provenance") && !robot.std.empty()) read_inputs(document, result);
   document.ignore("provenance");

@@ -96,6 +96,7 @@ class FormSpectrum {
     // Numbers of a coefficient that vary: two across a straight path, if the noise is the same.
     const double axes = squares > 0 ? variance * variance / squares : 1;
     const auto stands_out = [&](const Band& band) {
+      if (variance == 0) return band.power > 0;
       const double ratio = band.power / (band.count * variance);
       return fisher_f_above(ratio, axes * band.count, axes * noise_count_) < kStandsOut;
     };
