@@ -5,6 +5,7 @@
 #include "armtrue/calibration/calibration.h"
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/certification/certificate.h"
+#include "armtrue/certification/doubts.h"
 #include "armtrue/io/certificate_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/source.h"
@@ -158,7 +159,8 @@ int conclude(app::Command& command, const Certificate& certificate) {
 }
 
 int run(app::Command& command, const Arguments& arguments) {
-  Robot robot = command.read_robot(arguments.robot).robot;
+  const RobotFile file = command.read_robot(arguments.robot);
+  Robot robot = file.robot;
   const About about = command.read_about(arguments.about);
   std::optional<CertifiedValues> before;
   if (!arguments.against.empty()) before = command.read_certificate(arguments.against);
@@ -170,9 +172,12 @@ int run(app::Command& command, const Arguments& arguments) {
   options.refitted = arguments.refit;
   options.robot_knows_readings = knows_readings(arguments.robot, command.provenance());
   if (arguments.tolerance_mm) options.tolerance = *arguments.tolerance_mm * kMillimetre;
+  options.seen = seen_poses(file.training, campaign);
   if (options.robot_knows_readings)
     command.warn(arguments.robot + ": was made from " + campaign.source +
                  ": not all poses are held out; measure poses that the calibration did not use");
+  else
+    command.warn_of_training(file, campaign, "AP is too small");
   if (arguments.refit.empty()) {
     app::require_sessions(robot, campaign);
   } else {
@@ -188,6 +193,9 @@ int run(app::Command& command, const Arguments& arguments) {
   if (before)
     comparison =
         about_file(arguments.against, [&] { return compare(*before, values_of(certificate)); });
+  for (const std::string& doubt : certificate.doubts)
+    command.warn(campaign.source + ": " + doubt);
+  for (const std::string& doubt : doubts_of(about)) command.warn(arguments.about + ": " + doubt);
   const Provenance provenance = command.provenance();
   std::vector<Product> products;
   if (!arguments.page.empty())

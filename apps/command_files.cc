@@ -175,6 +175,21 @@ bool Command::warn_if_computed(const Robot& robot, const Campaign& campaign) {
   return computed.has_value();
 }
 
+void Command::warn_of_training(const RobotFile& robot, const Campaign& campaign,
+                               const std::string& consequence) {
+  const SeenPoses poses = seen_poses(robot.training, campaign);
+  if (poses.seen == 0) return;
+  warn(fmt::format(
+      "{}: {} of {} poses took part in the calibration of {}{}: {}; measure poses that it did not "
+      "use",
+      campaign.source, poses.seen, poses.compared, robot.name,
+      static_cast<size_t>(poses.compared) < campaign.pose_ids.size()
+          ? fmt::format(" (of {} poses; its file marks a part of its rows)",
+                        campaign.pose_ids.size())
+          : "",
+      consequence));
+}
+
 void Command::warn_of_own_readings(const RobotFile& robot) {
   for (const auto& [file, sha256] : inputs_)
     if (std::ranges::find(robot.made_of, sha256) != robot.made_of.end())

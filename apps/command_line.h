@@ -92,6 +92,10 @@ class Command : public OptionGroup {
   /// Warns if a file that was read here made the robot: readings agree with what was fitted to
   /// them.
   void warn_of_own_readings(const RobotFile& robot);
+  /// Warns if rows of a campaign are among those that calibrated the robot, in whatever file they
+  /// stand; `consequence`: what that means for the figures.
+  void warn_of_training(const RobotFile& robot, const Campaign& campaign,
+                        const std::string& consequence);
   /// Unknown columns are named, unless the rows are kept for the output.
   /// Joint columns are those of the robot, without one those of six axes.
   PathFile read_path(const std::string& path, KeepRows keep = KeepRows::no,

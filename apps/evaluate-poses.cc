@@ -93,13 +93,16 @@ bool meets_criteria(app::Command& command, const Arguments& arguments, const Rob
 }
 
 int run(app::Command& command, const Arguments& arguments) {
-  const Robot given = command.read_robot(arguments.robot).robot;
+  const RobotFile file = command.read_robot(arguments.robot);
+  const Robot& given = file.robot;
   std::optional<Robot> against;
   if (!arguments.against.empty()) {
     against = command.read_robot(arguments.against).robot;
     app::require_same_joints(given, arguments.robot, *against, arguments.against);
   }
   const Campaign campaign = command.read_campaign(command.input, given);
+  command.warn_of_training(file, campaign,
+                           "their errors are what the fit left, not those of other poses");
   const std::optional<About> about = app::read_about(command, arguments.page);
   const Robot robot = set_up(command, arguments, given, campaign);
   if (against) against = set_up(command, arguments, *against, campaign);

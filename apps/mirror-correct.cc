@@ -167,6 +167,8 @@ MirrorResult correct(app::Command& command, const PathFile& programmed,
     return result;
   } catch (const TooManyBadSamples& error) {
     app::refuse(passes[error.pass], error.bad);
+  } catch (const UnusablePass& error) {
+    throw InputError(passes[error.pass].source + ": " + error.what());
   }
 }
 

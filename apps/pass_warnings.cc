@@ -60,6 +60,7 @@ void warn_of_record(Command& command, const PathFile& programmed, const PathFile
                     const Pass& pass, const ClockOptions& options) {
   const RecordDoubts doubts = record_doubts(programmed.path, record.path, pass.clock, pass.bad);
   if (doubts.lag) check_time(programmed, record, *doubts.lag, options);
+  if (doubts.feed) command.warn(record.source + ": the measured path " + *doubts.feed);
   if (doubts.step)
     command.warn(fmt::format(
         "{}:{}: from here on the record lies {:.3g} mm off the samples before: was the instrument "

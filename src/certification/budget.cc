@@ -29,7 +29,9 @@ Budget budget_of(const StatedUncertainty& stated, const Scatter& scatter, int vi
   double squares = 0;
   for (const BudgetRow& row : budget.rows) squares += row.standard * row.standard;
   budget.combined = std::sqrt(squares);
-  budget.freedom = repeats > 0 ? scatter.freedom * squares * squares / std::pow(repeats, 4)
+  // The variance of repeats^2 = (s^2 - e^2) / n is that of s^2 / n, however much of it e takes.
+  const double shown = scatter.deviation / root;
+  budget.freedom = repeats > 0 ? scatter.freedom * squares * squares / std::pow(shown, 4)
                                : std::numeric_limits<double>::infinity();
   constexpr double kFreedomOfNormal = 1e6;  // the law of t is normal there
   // 95.45 % between -k and k: P(X <= k) = 0.97725.

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "armtrue/calibration/prediction.h"
+#include "armtrue/certification/doubts.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/distributions.h"
 
@@ -62,7 +63,7 @@ void add_notes_on_visits(const CampaignFigures& found, Certificate& certificate)
     notes.push_back(
         fmt::format("ISO 9283 asks for {} cycles; the pose with the fewest visits has {}.",
                     kStandardCycles, certificate.all.fewest_visits));
-  if (!certificate.all.rp_std)
+  if (!certificate.all.rp_ci95)
     notes.emplace_back(
         "The pose with the largest RP has two visits, which do not show how uncertain RP is.");
   if (!found.single.empty())
@@ -94,7 +95,7 @@ void add_notes_on_path(const PathFigures& path, Certificate& certificate) {
     notes.push_back(fmt::format(
         "All passes meet {} of the {} planes of the path; AT and RT do not hold for the rest.",
         path.planes, path.of_path));
-  if (path.rt && !path.rt_std) notes.emplace_back("Two passes do not show how uncertain RT is.");
+  if (path.rt && !path.rt_ci95) notes.emplace_back("Two passes do not show how uncertain RT is.");
   if (path.frame_is_fitted)
     notes.emplace_back(
         "The frame of the instrument was fitted to each pass of the path; AT contains no error of "
@@ -113,6 +114,10 @@ void add_notes(const CertificateOptions& options, const Robot& robot, Certificat
     notes.push_back(
         "The robot file was made from this file of readings: not all poses are held out, and AP is "
         "too small.");
+  else if (options.seen.seen > 0)
+    notes.push_back(fmt::format(
+        "{} of {} poses took part in the calibration of the robot file: AP is too small.",
+        options.seen.seen, options.seen.compared));
   if (options.points_look_computed)
     notes.push_back(
         "The robot file predicts these points more closely than an instrument reads. If the "
@@ -189,8 +194,11 @@ Certificate certify(const Robot& robot, const Campaign& campaign, const Evaluati
   if (options.tolerance)
     certificate.decision =
         decide(certificate.all.ap.value, certificate.budget.expanded, *options.tolerance);
+  certificate.doubts = doubts_of_visits(robot, campaign, evaluation, about.stated.noise);
   add_notes_on_visits(found, certificate);
   add_notes(options, robot, certificate);
+  for (const std::string& doubt : certificate.doubts)
+    certificate.notes.push_back("Doubt: " + doubt + ".");
   certificate.path = options.path;
   if (certificate.path) {
     certificate.path_budget = budget_of(about.stated, certificate.path->scatter,

@@ -1,5 +1,7 @@
 #include "armtrue/certification/path_figures.h"
 
+#include <cmath>
+
 #include "armtrue/path/accuracy.h"
 
 namespace armtrue {
@@ -22,8 +24,12 @@ PathFigures path_figures(const Path& commanded, const std::vector<Path>& passes,
   if (n < 2) return figures;
   const double size = commanded.position.cwiseAbs().maxCoeff();
   figures.rt = resolved(*found.rt, size);
-  figures.rt_std = repeatability_std(resolved(found.rt_deviation, size), n);
   figures.scatter = {resolved(found.scatter, size), 2.0 * (n - 1)};
+  figures.at_of_scatter = figures.scatter.deviation / std::sqrt(n) *
+                          std::sqrt(2 * std::log(static_cast<double>(found.planes)));
+  if (n < 3) return figures;
+  const Eigen::Matrix3d in_plane = Eigen::Vector3d(1, 1, 0).asDiagonal();
+  figures.rt_ci95 = repeatability_ci95(*figures.rt, n, found.planes, in_plane);
   return figures;
 }
 

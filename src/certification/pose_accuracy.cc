@@ -1,5 +1,6 @@
 #include "armtrue/certification/pose_accuracy.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,14 +9,14 @@
 #include <stdexcept>
 
 #include "armtrue/kinematics/pose.h"
+#include "armtrue/statistics/random.h"
 
 namespace armtrue {
 namespace {
 
 struct Repeatability {
   double rp = 0;
-  std::optional<double> std;
-  double squares = 0;
+  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
 };
 
 // Of rotation vectors, from rotation matrices with components up to 1.
@@ -32,13 +33,14 @@ Eigen::Vector3d mean_of(const std::vector<Visit>& visits, Eigen::Vector3d Visit:
 Repeatability repeatability(const std::vector<Visit>& visits) {
   const auto n = static_cast<int>(visits.size());
   const Eigen::Vector3d mean = mean_of(visits, &Visit::attained);
-  Eigen::VectorXd l(n);
-  for (Eigen::Index j = 0; j < l.size(); ++j)
-    l[j] = (visits[static_cast<size_t>(j)].attained - mean).norm();
+  Eigen::Matrix3Xd apart(3, n);
+  for (Eigen::Index j = 0; j < n; ++j)
+    apart.col(j) = visits[static_cast<size_t>(j)].attained - mean;
+  const Eigen::VectorXd l = apart.colwise().norm().transpose();
   const double s = std::sqrt((l.array() - l.mean()).square().sum() / (n - 1));
   const double rp = resolved(l.mean() + 3 * s, mean.norm());
-  if (rp == 0) return {0, repeatability_std(0, n)};
-  return {rp, repeatability_std(s, n), l.squaredNorm()};
+  if (rp == 0) return {};
+  return {rp, apart * apart.transpose()};
 }
 
 // 3 S of the rotation vectors from the first visit to each, by axis of R_A.
@@ -134,9 +136,36 @@ double resolved(double spread, double size) {
   return spread > kRounding * size ? spread : 0;
 }
 
-std::optional<double> repeatability_std(double deviation, int n) {
-  if (n < 3) return std::nullopt;
-  return deviation * std::sqrt(1.0 / n + 9 / (2.0 * (n - 1)));
+std::array<double, 2> repeatability_ci95(double repeatability, int n, Eigen::Index places,
+                                         const Eigen::Matrix3d& squares) {
+  if (repeatability == 0) return {0, 0};
+  constexpr int kDraws = 20000;
+  constexpr double kTail = 0.025;
+  // Axes that are independent of each other, and as wide as the visits along them.
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(squares);
+  const Eigen::Vector3d width = axes.eigenvalues().cwiseMax(0).cwiseSqrt();
+  Random random(1);
+  const auto draw = [&] { return Eigen::Vector3d(width.cwiseProduct(random.normal3())); };
+  const auto mean_and_three_deviations = [](const Eigen::VectorXd& l) {
+    const double size = static_cast<double>(l.size());
+    return l.mean() + 3 * std::sqrt((l.array() - l.mean()).square().sum() / (size - 1));
+  };
+  Eigen::VectorXd many(kDraws);
+  for (double& length : many) length = draw().norm();
+  std::vector<double> of_few;
+  Eigen::Matrix3Xd visits(3, n);
+  for (int k = 0; k < kDraws; ++k) {
+    for (auto visit : visits.colwise()) visit = draw();
+    const Eigen::Vector3d mean = visits.rowwise().mean();
+    of_few.push_back(mean_and_three_deviations((visits.colwise() - mean).colwise().norm()));
+  }
+  std::ranges::sort(of_few);
+  const auto quantile = [&](double share) {
+    return of_few[std::min<size_t>(static_cast<size_t>(share * kDraws), kDraws - 1)];
+  };
+  const double most = quantile(std::pow(1 - kTail, 1 / static_cast<double>(places)));
+  const double scale = repeatability * mean_and_three_deviations(many);
+  return {scale / most, scale / quantile(kTail)};
 }
 
 PoseFigures pose_figures(const std::string& pose, const std::vector<Visit>& visits) {
@@ -148,8 +177,8 @@ PoseFigures pose_figures(const std::string& pose, const std::vector<Visit>& visi
   figures.ap = figures.ap_axes.norm();
   const Repeatability repeats = repeatability(visits);
   figures.rp = repeats.rp;
-  figures.rp_std = repeats.std;
-  figures.squared_scatter = repeats.squares;
+  figures.squared_scatter = repeats.squares.trace();
+  figures.squares = repeats.squares;
   if (visits.front().orientation) {
     figures.ap_turn = mean_of(visits, &Visit::turn_error);
     figures.rp_turn = turn_repeatability(visits);
@@ -199,12 +228,15 @@ SetFigures largest_of(const std::vector<PoseFigures>& poses) {
   set.poses = static_cast<int>(poses.size());
   set.fewest_visits = poses.front().visits;
   set.ap.value = set.rp.value = -1;
+  int visits = 0;  // of the pose with the largest RP
+  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
   for (const PoseFigures& figures : poses) {
     set.fewest_visits = std::min(set.fewest_visits, figures.visits);
     if (figures.ap > set.ap.value) set.ap = {figures.ap, figures.pose};
+    squares += figures.squares;
     if (figures.rp > set.rp.value) {
       set.rp = {figures.rp, figures.pose};
-      set.rp_std = figures.rp_std;
+      visits = figures.visits;
     }
     take_larger(set.ap_turn, largest_turn(figures.ap_turn), figures.pose);
     take_larger(set.rp_turn, largest_turn(figures.rp_turn), figures.pose);
@@ -215,6 +247,8 @@ SetFigures largest_of(const std::vector<PoseFigures>& poses) {
     take_larger(set.drift_ap_turn, largest_turn(figures.drift_ap_turn), figures.pose);
     take_larger(set.drift_rp_turn, largest_turn(figures.drift_rp_turn), figures.pose);
   }
+  if (visits > 2)
+    set.rp_ci95 = repeatability_ci95(set.rp.value, visits, std::ssize(poses), squares);
   return set;
 }
 

@@ -6,6 +6,7 @@
 
 #include "armtrue/calibration/evaluation.h"
 #include "armtrue/calibration/prediction.h"
+#include "armtrue/campaign/training_rows.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "io/yaml/gross_poses_text.h"
@@ -13,6 +14,12 @@
 
 namespace armtrue {
 namespace {
+
+YAML::Node training_rows_node(const TrainingRows& training) {
+  std::string marks;
+  for (const std::uint32_t mark : training.marks) marks += fmt::format("{:08x}", mark);
+  return flow_map({{"count", whole_number(training.rows)}, {"marks", "x" + marks}});
+}
 
 // Names the strongest absorbers of a parameter.
 std::string absorbers(const KinematicChain& chain, const AbsorbedParameter& absorbed) {
@@ -62,6 +69,7 @@ YAML::Node calibration_node(const CalibrationResult& result, const Campaign& cam
   node["training"] = evaluation_node(evaluation, campaign);
   if (const auto scale = unseen_scale(robot, campaign))
     node["unseen_scale"] = unseen_scale_node(*scale);
+  node["used_readings"] = training_rows_node(training_rows(campaign));
   YAML::Node identified(YAML::NodeType::Sequence);
   for (int k : result.set.kept) identified.push_back(parameter_name(robot.chain, k));
   node["identified"] = flow(identified);

@@ -1,6 +1,7 @@
 #include "armtrue/io/loop_io.h"
 
 #include "armtrue/kinematics/units.h"
+#include "armtrue/statistics/intervals.h"
 #include "armtrue/tracing/description.h"
 #include "io/yaml/gross_poses_text.h"
 #include "io/yaml/traced_effect_text.h"
@@ -48,9 +49,16 @@ YAML::Node before_after_node(const LoopResult& result) {
   before_after["after_mm"] = if_held_out(result.after / kMillimetre);
   before_after["floor_mm"] = rounded(result.floor / kMillimetre);
   before_after["reducible_removed"] = if_held_out(result.reducible_removed);
-  YAML::Node interval;
-  for (double bound : result.gain_ci95) interval.push_back(rounded(bound / kMillimetre));
-  if (held_out) before_after["gain_ci95_mm"] = flow(interval);
+  const auto interval = [](const std::array<double, 2>& bounds, double unit) {
+    YAML::Node node;
+    for (const double bound : bounds) node.push_back(rounded(bound / unit));
+    return flow(node);
+  };
+  if (held_out) before_after["gain_ci95_mm"] = interval(result.gain_ci95, kMillimetre);
+  if (result.noise.source == NoiseFloor::Source::replicates)
+    before_after["floor_ci95_mm"] = interval(
+        deviation_ci95(result.floor, result.noise.degrees_of_freedom), kMillimetre);
+  if (held_out) before_after["reducible_removed_ci95"] = interval(result.removed_ci95, 1);
   return flow(before_after);
 }
 

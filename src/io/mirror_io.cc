@@ -14,6 +14,12 @@ namespace {
 
 NumberText millimetres(double value) { return rounded(value / kMillimetre); }
 
+YAML::Node interval_node(const std::array<double, 2>& interval) {
+  YAML::Node node;
+  for (const double bound : interval) node.push_back(millimetres(bound));
+  return flow(node);
+}
+
 YAML::Node pass_node(const Pass& pass, const std::string& file, const std::vector<int>& lines) {
   const ClockFit& clock = pass.clock;
   YAML::Node node;
@@ -46,7 +52,7 @@ YAML::Node pass_node(const Pass& pass, const std::string& file, const std::vecto
   return node;
 }
 
-YAML::Node accuracy_node(const MirrorFindings& findings, const PassAccuracy& accuracy) {
+YAML::Node accuracy_node(const PassAccuracy& accuracy, const FormError& form, double goal) {
   YAML::Node node;
   node["at_mm"] = millimetres(accuracy.path.at);
   node["rt_mm"] = accuracy.path.rt ? YAML::Node(millimetres(*accuracy.path.rt))
@@ -55,13 +61,15 @@ YAML::Node accuracy_node(const MirrorFindings& findings, const PassAccuracy& acc
   for (size_t axis = 0; axis < 3; ++axis)
     node[std::string(1, "xyz"[axis]) + "_mm"] = error_node(accuracy.errors.axis[axis], kMillimetre);
   node["whole_mm"] = error_node(accuracy.errors.whole, kMillimetre);
-  node["form_rms_mm"] = millimetres(findings.form_rms(accuracy));
-  node["goal_rms_mm"] = millimetres(findings.goal);
-  node["goal_held"] = boolean(findings.form_rms(accuracy) <= findings.goal);
+  node["form_rms_mm"] = millimetres(form.rms);
+  node["form_rms_ci95_mm"] = interval_node(form.ci95);
+  node["goal_rms_mm"] = millimetres(goal);
+  const std::optional<bool> held = form.holds(goal);
+  node["goal_held"] = held ? boolean(*held) : YAML::Node("undecided");
   return node;
 }
 
-YAML::Node reduction_node(const Reduction& gained) {
+YAML::Node reduction_node(const Reduction& gained, const std::optional<FormReduction>& of_form) {
   const auto share = [](const std::optional<double>& value) {
     return value ? YAML::Node(rounded(*value)) : YAML::Node(YAML::NodeType::Null);
   };
@@ -69,6 +77,9 @@ YAML::Node reduction_node(const Reduction& gained) {
   for (size_t axis = 0; axis < 3; ++axis)
     node[std::string(1, "xyz"[axis])] = share(gained.axis[axis]);
   node["whole"] = share(gained.whole);
+  node["form"] = of_form ? YAML::Node(rounded(of_form->share)) : YAML::Node(YAML::NodeType::Null);
+  if (of_form && of_form->ci95)
+    for (const double bound : *of_form->ci95) node["form_ci95"].push_back(rounded(bound));
   return flow(node);
 }
 
@@ -150,7 +161,8 @@ YAML::Node force_node(const ForceLaw& law) {
 }  // namespace
 
 std::string write_mirror(const MirrorFindings& findings, const Provenance& provenance) {
-  const auto& [result, options, files, lines, accuracy, before, force, robot, goal] = findings;
+  const auto& [result, options, files, lines, accuracy, form, before, form_before, force, robot,
+               goal] = findings;
   YAML::Node root;
   root["format"] = "armtrue-mirror/1";
   root["provenance"] = provenance_node(provenance);
@@ -164,10 +176,11 @@ std::string write_mirror(const MirrorFindings& findings, const Provenance& prove
   filter.emplace_back("chosen", options.cutoff ? "given" : "auto");
   root["filter"] = flow_map(filter);
   const PathDeviation& deviation = result.deviation;
-  std::vector<FlowEntry> noise{
-      {"sample_mm", millimetres(deviation.noise)}};
-  if (files.size() > 1) noise.emplace_back("pass_to_pass_mm", millimetres(deviation.spread));
-  root["noise"] = flow_map(noise);
+  root["noise"] = flow_map({{"sample_mm", millimetres(deviation.noise)}});
+  if (files.size() > 1) {
+    root["noise"]["pass_to_pass_mm"] = millimetres(deviation.spread);
+    root["noise"]["pass_to_pass_ci95_mm"] = interval_node(deviation.spread_ci95);
+  }
   root["deviation_mm"] = error_node(result.before, kMillimetre);
   if (result.uncorrected) root["uncorrected_mean_mm"] = millimetres(*result.uncorrected);
   root["expected_after_mean_mm"] = millimetres(result.expected_after);
@@ -182,10 +195,11 @@ std::string write_mirror(const MirrorFindings& findings, const Provenance& prove
                 {"largest_mm", millimetres(result.correction.colwise().norm().maxCoeff())},
                 {"clipped_samples", whole_number(result.clipped)},
                 {"unrecorded_samples", whole_number(result.unrecorded)}});
-  root["accuracy"] = accuracy_node(findings, accuracy);
+  root["accuracy"] = accuracy_node(accuracy, form, goal);
   if (before) {
-    root["before"] = accuracy_node(findings, *before);
-    root["reduction"] = reduction_node(reduction(before->errors, accuracy.errors));
+    root["before"] = accuracy_node(*before, *form_before, goal);
+    root["reduction"] = reduction_node(reduction(before->errors, accuracy.errors),
+                                       form_reduction(*form_before, form));
   }
   if (!deviation.engagement.intervals.empty()) root["engaged_s"] = engaged_node(deviation);
   if (force) root["force"] = force_node(*force);

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <tuple>
 
@@ -93,8 +94,36 @@ YAML::Node session_node(const Session& session, const KinematicChain& chain) {
   return node;
 }
 
-// Of the map `calibration` only the spread of the residuals is read back.
-std::optional<ReadingSigma> read_residual_spread(YamlMap calibration) {
+// Marks of eight hexadecimal digits, after an x that keeps a text of them from being a number.
+TrainingRows read_training_rows(YamlMap map) {
+  constexpr size_t kDigits = 8;
+  TrainingRows training;
+  const double rows = map.number("count");
+  if (rows < 1 || rows > 1e12) map.fail("count", "must be from 1 to 1e12");
+  training.rows = std::lround(rows);
+  const std::string text = map.text("marks");
+  const auto wrong = [&] {
+    map.fail("marks", "must be x and then marks of eight hexadecimal digits, increasing");
+  };
+  if (text.empty() || text.front() != 'x' || (text.size() - 1) % kDigits != 0 ||
+      (text.size() - 1) / kDigits > TrainingRows::kMostMarks)
+    wrong();
+  for (size_t first = 1; first < text.size(); first += kDigits) {
+    std::uint32_t mark = 0;
+    const char* const end = text.data() + first + kDigits;
+    const auto read = std::from_chars(text.data() + first, end, mark, 16);
+    if (read.ec != std::errc() || read.ptr != end ||
+        (!training.marks.empty() && mark <= training.marks.back()))
+      wrong();
+    training.marks.push_back(mark);
+  }
+  map.finish();
+  return training;
+}
+
+// Of the map `calibration` only the spread of the residuals and the marks of the rows are read
+// back.
+std::optional<ReadingSigma> read_residual_spread(YamlMap& calibration) {
   if (!calibration.has("residual_spread")) return std::nullopt;
   YamlMap spread = calibration.map("residual_spread");
   const ReadingSigma sigma{spread.number("position_mm") * kMillimetre,
@@ -266,9 +295,14 @@ RobotFile parse_file(const std::string& text, const std::string& file) {
   for (const YamlMap& entry : document.maps("effects"))
     robot.effects.push_back(read_effect(entry, robot.chain));
   if (document.has("uncertainty"))
-    robot.uncertainty = read_uncertainty(document.map("uncertainty"), robot.chain);
-  if (document.has("calibration"))
-    result.residual_spread = read_residual_spread(document.map("calibration"));
+    robot.uncertainty =
+        read_uncertainty(document.map("uncertainty"), robot.chain, robot.effects);
+  if (document.has("calibration")) {
+    YamlMap calibration = document.map("calibration");
+    result.residual_spread = read_residual_spread(calibration);
+    if (calibration.has("used_readings"))
+      result.training = read_training_rows(calibration.map("used_readings"));
+  }
   if (document.has("provenance") && !robot.std.empty()) read_inputs(document, result);
   document.ignore("provenance");
   document.finish();

@@ -114,7 +114,6 @@ PathAccuracy path_accuracy(const std::vector<PlaneCrossings>& passes) {
     squares += radius.squaredNorm();
     if (accuracy.rt && mean + 3 * deviation <= *accuracy.rt) continue;
     accuracy.rt = mean + 3 * deviation;
-    accuracy.rt_deviation = deviation;
   }
   if (accuracy.planes == 0)
     throw std::invalid_argument("path accuracy: no plane that all passes meet");

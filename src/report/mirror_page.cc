@@ -15,16 +15,21 @@ namespace {
 void add_mirror_verdict(Page& page, const MirrorFindings& findings) {
   const MirrorResult& result = findings.result;
   const double rms = findings.accuracy.errors.whole.rms;
-  const double form = findings.form_rms(findings.accuracy);
-  const bool is_held = form <= findings.goal;
+  const FormError& form = findings.form;
+  const std::optional<bool> held = form.holds(findings.goal);
   page.verdict(
-      is_held ? Tone::good : Tone::attention, is_held ? "form goal held" : "form goal not held",
+      held.value_or(false) ? Tone::good : Tone::attention,
+      !held   ? "form goal undecided"
+      : *held ? "form goal held"
+              : "form goal not held",
       "Mean deviation across the path " + keyed_mm(result.before.mean, "deviation_mm/mean") +
           " mm; " + keyed_mm(result.expected_after, "expected_after_mean_mm") +
           " mm expected after the correction, if " +
           keyed(result.expected_if(), "expected_after_if") + ". RMS of these passes " +
           keyed_mm(rms, "accuracy/whole_mm/rms") + " mm, without the noise of the instrument " +
-          keyed_mm(form, "accuracy/form_rms_mm") + " mm; goal " +
+          keyed_mm(form.rms, "accuracy/form_rms_mm") + " mm (95 %: " +
+          keyed_mm(form.ci95[0], "accuracy/form_rms_ci95_mm/0") + " to " +
+          keyed_mm(form.ci95[1], "accuracy/form_rms_ci95_mm/1") + " mm); goal " +
           keyed_mm(findings.goal, "accuracy/goal_rms_mm") + " mm.");
   page.tiles(
       {{"Before",
@@ -71,6 +76,8 @@ std::string accuracy_table(const MirrorFindings& findings) {
   };
   for (size_t axis = 0; axis < 3; ++axis) add_share(std::string(1, "xyz"[axis]), gained.axis[axis]);
   add_share("whole", gained.whole);
+  if (const auto of_form = form_reduction(*findings.form_before, findings.form))
+    add_share("form", of_form->share);
   text.back() = '.';
   return html + paragraph(text);
 }

@@ -9,7 +9,8 @@
 namespace armtrue {
 
 std::string mirror_table(const MirrorFindings& findings) {
-  const auto& [result, options, files, lines, accuracy, before, force, robot, goal] = findings;
+  const auto& [result, options, files, lines, accuracy, form, before, form_before, force, robot,
+               goal] = findings;
   std::string table;
   for (size_t p = 0; p < files.size(); ++p) {
     const Pass& pass = result.passes[p];
@@ -31,10 +32,13 @@ std::string mirror_table(const MirrorFindings& findings) {
   row("path accuracy AT (ISO 9283), mm", accuracy.path.at);
   if (accuracy.path.rt) row("path repeatability RT, mm", *accuracy.path.rt);
   row("RMS of these passes, mm", accuracy.errors.whole.rms);
-  const double form = findings.form_rms(accuracy);
-  table +=
-      fmt::format("{:<44}{:>9.3f}  (goal {:.3f}: {})\n", "RMS without the noise of a sample, mm",
-                  form / kMillimetre, goal / kMillimetre, form <= goal ? "held" : "not held");
+  const std::optional<bool> held = form.holds(goal);
+  table += fmt::format("{:<44}{:>9.3f}  [{:.3f}, {:.3f}] (goal {:.3f}: {})\n",
+                       "RMS without noise, 95 %, mm", form.rms / kMillimetre,
+                       form.ci95[0] / kMillimetre, form.ci95[1] / kMillimetre, goal / kMillimetre,
+                       !held   ? "undecided"
+                       : *held ? "held"
+                               : "not held");
   if (before) {
     const Reduction gained = reduction(before->errors, accuracy.errors);
     const auto per_cent = [](const std::optional<double>& share) {
@@ -43,6 +47,11 @@ std::string mirror_table(const MirrorFindings& findings) {
     table += fmt::format("error reduced by, per cent: x {}, y {}, z {}, whole {}\n",
                          per_cent(gained.axis[0]), per_cent(gained.axis[1]),
                          per_cent(gained.axis[2]), per_cent(gained.whole));
+    if (const auto of_form = form_reduction(*form_before, form))
+      table += fmt::format("form reduced by, per cent: {:.0f}{}\n", 100 * of_form->share,
+                           of_form->ci95 ? fmt::format(" [{:.0f}, {:.0f}]", 100 * (*of_form->ci95)[0],
+                                                       100 * (*of_form->ci95)[1])
+                                         : "");
   }
   if (force && force->magnitude.k)
     table += fmt::format("deviation over force: {:.4f} mm/N [{:.4f}, {:.4f}], R2 {:.2f}\n",

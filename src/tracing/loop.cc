@@ -11,6 +11,7 @@
 #include "armtrue/calibration/prediction.h"
 #include "armtrue/diagnosis/suspicions.h"
 #include "armtrue/statistics/distributions.h"
+#include "armtrue/statistics/random.h"
 #include "armtrue/statistics/summary.h"
 #include "campaign/sessions.h"
 #include "search/training.h"
@@ -43,6 +44,33 @@ std::array<double, 2> paired_bootstrap(const std::vector<double>& a, const std::
   const Eigen::MatrixXd sums = drawn_sums(by_pose, options.bootstrap, options.seed);
   const Eigen::VectorXd means = sums.col(0).cwiseQuotient(sums.col(1));
   return percentile_interval({means.begin(), means.end()}, poses);
+}
+
+// Bootstrap interval of reducible_removed. The floor of replicates is drawn too, by the normal law
+// of its degrees of freedom. Where a draw leaves nothing to reduce, the share may be any.
+std::array<double, 2> removed_ci95(const LoopResult& result, const std::vector<int>& pose,
+                                   const TraceOptions& options) {
+  const int poses = 1 + *std::max_element(pose.begin(), pose.end());
+  Eigen::MatrixXd by_pose = Eigen::MatrixXd::Zero(poses, 3);  // sums before and after, rows
+  for (size_t row = 0; row < pose.size(); ++row)
+    by_pose.row(pose[row]) +=
+        Eigen::RowVector3d(result.errors_before[row], result.errors_after[row], 1);
+  const Eigen::MatrixXd sums = drawn_sums(by_pose, options.bootstrap, options.seed);
+  const double relative = result.noise.source == NoiseFloor::Source::replicates
+                              ? 1 / std::sqrt(2.0 * std::max(1, result.noise.degrees_of_freedom))
+                              : 0;
+  Random random(options.seed);
+  std::vector<double> least, most;
+  for (const auto& sum : sums.rowwise()) {
+    const double before = std::pow(sum[0] / sum[2], 2), after = std::pow(sum[1] / sum[2], 2);
+    const double floor = std::pow(result.floor * (1 + relative * random.normal()), 2);
+    const double removed =
+        before > floor ? std::clamp((before - after) / (before - floor), 0.0, 1.0) : -1;
+    least.push_back(removed < 0 ? 0 : removed);
+    most.push_back(removed < 0 ? 1 : removed);
+  }
+  return {percentile_interval(std::move(least), poses)[0],
+          percentile_interval(std::move(most), poses)[1]};
 }
 
 void set_excluded_rows(const Training& training, const Campaign& given, LoopResult& result) {
@@ -143,6 +171,7 @@ void set_held_out(const Training& training, const Campaign& held_out, const Trac
   if (reducible > 0)
     result.reducible_removed = std::clamp(
         (result.before * result.before - result.after * result.after) / reducible, 0.0, 1.0);
+  result.removed_ci95 = removed_ci95(result, poses, options);
   result.gain_ci95 = paired_bootstrap(result.errors_before, result.errors_after, poses, options);
   for (const Robot& robot : training.without_effect) {
     const std::vector<double> without = evaluate(robot, held_out).reading_errors();

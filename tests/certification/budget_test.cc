@@ -62,6 +62,8 @@ TEST(Budget, NoiseOfTheInstrumentCountsOnce) {
   EXPECT_NEAR(budget.rows.front().standard, 6 * kMicro, 1e-12);
   EXPECT_NEAR(budget.rows.back().standard, 8 * kMicro, 1e-12);
   EXPECT_NEAR(budget.combined, 10 * kMicro, 1e-12);
+  // The scatter alone makes the uncertainty, so it has the degrees of freedom of the scatter.
+  EXPECT_NEAR(budget.freedom, 72, 1e-9);
   EXPECT_NEAR(budget_of(stated, {20 * kMicro, 72}, 25, 3, {}).combined, 6 * kMicro, 1e-12);
 }
 

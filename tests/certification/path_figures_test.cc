@@ -58,7 +58,6 @@ TEST(PathFigures, PassesOverAPartOfThePathAreNotWhole) {
 }
 
 // By hand, um: in each plane sum l^2 = 2 x 141.421^2 = 40000, s = sqrt(40000 / (2 x 2)) = 100.
-// S of RT is 81.6497, and sqrt(1/3 + 9/4) S = 131.233.
 // Budget of AT with 2.5 m range, MPE 15 + 6 x 2.5 = 30: 300; 2 K x 11.7 x 2.5 m = 58.5: 1140.75;
 // mounting 10: 100; scatter 100 / sqrt 3: 3333.333. u_c = sqrt(4874.083) = 69.8146;
 // f = 4 x 4874.083^2 / 3333.333^2 = 8.5524; k = 2.3391 (t of so many degrees), U = 163.305.
@@ -69,7 +68,11 @@ TEST(PathFigures, UncertaintyIsThatOfAHandCalculation) {
       line(), {moved(line(), 0.1, 0), moved(line(), 0.2, 0.1), moved(line(), 0, -0.1)}, clock);
   EXPECT_NEAR(figures.scatter.deviation, 100e-6, 1e-12);
   EXPECT_EQ(figures.scatter.freedom, 4);
-  EXPECT_NEAR(*figures.rt_std, 131.2335e-6, 1e-10);
+  // Largest of 151 independent planes: 100 / sqrt 3 x sqrt(2 ln 151) = 182.9.
+  EXPECT_NEAR(figures.at_of_scatter, 182.89e-6, 0.01e-6);
+  // Three passes hide what many would show: a third of RT at the upper end, at least.
+  EXPECT_GT((*figures.rt_ci95)[1], 4.0 / 3 * *figures.rt);
+  EXPECT_LT((*figures.rt_ci95)[0], *figures.rt);
   StatedUncertainty stated;
   stated.mpe_constant = 15e-6;
   stated.mpe_per_metre = 6e-6;
@@ -92,7 +95,7 @@ TEST(PathFigures, TwoPassesDoNotShowHowUncertainTheirRepeatabilityIs) {
   const PathFigures figures =
       path_figures(line(), {moved(line(), 0.25, 0), moved(line(), 0.35, 0)}, clock);
   EXPECT_NEAR(*figures.rt, 0.05e-3, 1e-12);
-  EXPECT_FALSE(figures.rt_std);
+  EXPECT_FALSE(figures.rt_ci95);
 }
 
 TEST(PathFigures, OnePassHasNoScatter) {

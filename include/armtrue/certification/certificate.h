@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "armtrue/campaign/training_rows.h"
 #include "armtrue/certification/budget.h"
 #include "armtrue/certification/path_figures.h"
 #include "armtrue/certification/pose_accuracy.h"
@@ -26,6 +27,7 @@ struct CertificateOptions {
   std::vector<std::string> cube;
   std::string refitted;               ///< what was fitted to these readings, such as base,tool
   bool robot_knows_readings = false;  ///< the robot file was made from these readings
+  SeenPoses seen;                     ///< poses that took part in the calibration of the robot
   bool points_look_computed = false;  ///< no instrument seems to have read them
   std::optional<PathFigures> path;    ///< of a recorded path, if there is one
 };
@@ -43,6 +45,8 @@ struct Certificate {
   Budget budget;                      ///< of AP
   std::vector<PoseFigures> poses;
   std::vector<std::string> notes;  ///< sentences on the limits of the figures
+  /// What the readings say against themselves, see doubts_of_visits(); among the notes too.
+  std::vector<std::string> doubts;
 };
 
 /// Throws std::invalid_argument, with a remedy, if no pose has two visits or a pose of the cube is

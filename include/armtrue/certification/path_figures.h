@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -19,15 +20,21 @@ struct PathFigures {
   Eigen::Index of_path = 0;  ///< those of the whole path
   double at = 0;             ///< [m]
   std::optional<double> rt;  ///< [m]; empty for one pass
-  /// Standard uncertainty of RT by the number of passes, as PoseFigures::rp_std [m].
-  std::optional<double> rt_std;
+  /// Of the RT that many passes would show, as repeatability_ci95() of the planes [m]; empty below
+  /// three passes.
+  std::optional<std::array<double, 2>> rt_ci95;
+  /// The AT that passes which scatter so would show of an exact path: s / sqrt(n) sqrt(2 log
+  /// planes), the largest of as many independent planes [m]. Zero for one pass.
+  double at_of_scatter = 0;
   /// Of a pass, per axis [m]. Neighbouring planes share their errors, so its degrees of freedom are
   /// those of one plane, 2 (n - 1).
   Scatter scatter;
   bool frame_is_fitted = false;
   /// Whether all passes meet 99 % of the planes; at the ends of the path a pass may miss some.
   bool is_whole() const { return 100 * (of_path - planes) <= of_path; }
-  std::optional<double> rt_expanded() const { return repeatability_expanded(rt_std); }  ///< [m]
+  std::optional<double> rt_expanded() const {  ///< [m]
+    return rt ? expanded_of(*rt, rt_ci95) : std::nullopt;
+  }
 };
 
 /// `passes`: as the instrument recorded them. The clock of each is fitted, and the frame of the

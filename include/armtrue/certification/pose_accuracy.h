@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -31,9 +33,6 @@ struct PoseFigures {
   Eigen::Vector3d ap_axes = Eigen::Vector3d::Zero();  ///< x - c, along the axes of R_A [m]
   double ap = 0;                                      ///< [m]
   double rp = 0;  ///< [m]; a spread that rounding makes is 0, here and of all figures below
-  /// Standard uncertainty of RP by the number of visits, see repeatability_std() [m]; empty for
-  /// two.
-  std::optional<double> rp_std;
   /// Of the rotation vector, about the axes of R_A [rad]: AP is the mean error, RP is 3 S (the
   /// standard's +-3 S). Empty without orientations.
   std::optional<Eigen::Vector3d> ap_turn, rp_turn;
@@ -49,20 +48,29 @@ struct PoseFigures {
   /// half|. Empty without orientations, and where the figures of positions are.
   std::optional<Eigen::Vector3d> vap_turn, drift_ap_turn, drift_rp_turn;
   double squared_scatter = 0;  ///< sum of l_j^2 [m^2]
+  /// Sum of (x_j - x)(x_j - x)^T [m^2], of which it is the trace.
+  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
 };
 
 /// A spread of coordinates of a size; 0 if their rounding may have made it.
 double resolved(double spread, double size);
 
-/// S sqrt(1/n + 9 / (2 (n - 1))): standard uncertainty of mean(l) + 3 S of n normal l (the standard
-/// deviation of S is that of JCGM 100:2008, E.4.3). Empty below three: two visits have equal
-/// distances to their mean, so S is 0 however much they scatter.
-std::optional<double> repeatability_std(double deviation, int n);
+/// 95 % interval of the repeatability mean(l) + 3 S that many visits would show, from the largest
+/// one of some places, each visited n times (3 or more; two visits have equal distances to their
+/// mean, so that S is 0 however much they scatter). Few visits scatter less about their own
+/// mean, so that the repeatability of three is too small by a third; the largest of many places is
+/// too large. The visits are normal with a covariance of the shape `squares`, whatever its size;
+/// the ratio to the value of many visits is simulated, with a fixed seed. The lower end is that of
+/// places that repeat equally well, the upper end that of one place which is worse than all others.
+/// [0, 0] for a repeatability of 0.
+std::array<double, 2> repeatability_ci95(double repeatability, int n, Eigen::Index places,
+                                         const Eigen::Matrix3d& squares);
 
-/// U = k u of a repeatability, k = 2.
-inline std::optional<double> repeatability_expanded(const std::optional<double>& std) {
-  if (!std) return std::nullopt;
-  return 2 * *std;
+/// The larger distance of the ends of an interval from the value.
+inline std::optional<double> expanded_of(double value,
+                                         const std::optional<std::array<double, 2>>& ci95) {
+  if (!ci95) return std::nullopt;
+  return std::max(value - (*ci95)[0], (*ci95)[1] - value);
 }
 
 /// Throws std::invalid_argument below two visits.
@@ -89,12 +97,13 @@ struct SetFigures {
   int poses = 0;
   int fewest_visits = 0;
   Largest ap, rp;
-  std::optional<double> rp_std;                    ///< of the pose with the largest RP [m]
+  /// Of the RP that many visits would show [m]; empty if the pose with the largest RP has two.
+  std::optional<std::array<double, 2>> rp_ci95;
   std::optional<Largest> ap_turn, rp_turn;         ///< of any axis, absolute [rad]
   std::optional<Largest> vap, drift_ap, drift_rp;  ///< [m]
   /// Of any axis [rad].
   std::optional<Largest> vap_turn, drift_ap_turn, drift_rp_turn;
-  std::optional<double> rp_expanded() const { return repeatability_expanded(rp_std); }  ///< [m]
+  std::optional<double> rp_expanded() const { return expanded_of(rp.value, rp_ci95); }  ///< [m]
 };
 
 /// Throws std::invalid_argument if there are no poses.

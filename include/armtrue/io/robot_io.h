@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "armtrue/calibration/observation.h"
+#include "armtrue/campaign/training_rows.h"
 #include "armtrue/effects/robot.h"
 #include "armtrue/io/provenance.h"
 
@@ -22,6 +23,7 @@ struct RobotFile {
   std::optional<std::pair<std::string, std::string>> nominal;
   /// SHA-256 of all files that made it, from its provenance.
   std::vector<std::string> made_of;
+  TrainingRows training;  ///< rows of its calibration; none if it does not tell
 };
 
 /// Reads an armtrue-robot/1 document. Throws InputError with file, line and key.

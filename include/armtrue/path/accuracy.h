@@ -35,7 +35,6 @@ PlaneCrossings cross_normal_planes(const Path& command, const Path& measured);
 struct PathAccuracy {
   double at = 0;             ///< [m]
   std::optional<double> rt;  ///< [m]; empty for one pass
-  double rt_deviation = 0;   ///< S_i of the plane of RT_p [m]
   /// Of a pass about the barycentre, per axis of a plane, of all planes together: the root of
   /// sum_ij l_ij^2 over 2 (n - 1) planes [m]; 0 for one pass.
   double scatter = 0;
@@ -52,8 +51,8 @@ struct PathErrors {
   ErrorSummary whole;
 };
 
-/// `deviation` 3 x n, usually that of PlaneCrossings. MirrorFindings::form_rms() tells whether a
-/// form goal is held.
+/// `deviation` 3 x n, usually that of PlaneCrossings. form_error() tells whether a form goal is
+/// held.
 PathErrors path_errors(const Eigen::Matrix3Xd& deviation);
 
 /// Accuracy of passes against their program.

@@ -80,6 +80,7 @@ struct LoopResult {
   double before = 0, after = 0;  ///< mean held-out position error, geometric and final [m]
   double floor = 0;              ///< mean error of a perfect model [m]
   double reducible_removed = 0;  ///< (before^2 - after^2) / (before^2 - floor^2), in [0, 1]
+  std::array<double, 2> removed_ci95{0, 0};  ///< of it, bootstrap over poses and floor
   /// The held-out error is above that of the nominal robot with base and tool fitted, and above
   /// what noise explains.
   bool worse_than_nominal = false;

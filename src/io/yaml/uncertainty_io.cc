@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <iterator>
 #include <string>
 #include <vector>
@@ -13,23 +12,45 @@
 #include "io/yaml/yaml_text.h"
 
 namespace armtrue {
+namespace {
 
-Uncertainty read_uncertainty(YamlMap map, const KinematicChain& chain) {
+// The number of rows of the lower triangle with so many numbers; 0 if they make none of the
+// parameters and the coefficients of the first effects.
+Eigen::Index rows_of_root(size_t numbers, size_t parameters, const std::vector<Effect>& effects) {
+  size_t rows = parameters;
+  if (numbers == rows * (rows + 1) / 2) return static_cast<Eigen::Index>(rows);
+  for (const Effect& effect : effects) {
+    rows += effect.coefficients.size();
+    if (numbers == rows * (rows + 1) / 2) return static_cast<Eigen::Index>(rows);
+  }
+  return 0;
+}
+
+}  // namespace
+
+Uncertainty read_uncertainty(YamlMap map, const KinematicChain& chain,
+                             const std::vector<Effect>& effects) {
   Uncertainty result;
   result.parameters = map.texts("parameters");
   for (const std::string& name : result.parameters)
     if (!find_parameter(chain, name))
       map.fail("parameters", "the robot has no parameter '" + name + "'");
   const std::vector<double> numbers = map.numbers("root");
-  const auto size = static_cast<Eigen::Index>(
-      std::llround((std::sqrt(8.0 * static_cast<double>(numbers.size()) + 1) - 1) / 2));
-  if (size * (size + 1) / 2 != std::ssize(numbers) || size < std::ssize(result.parameters))
-    map.fail("root", "has " + std::to_string(numbers.size()) +
-                         " numbers, which are no lower triangle of all parameters and "
-                         "coefficients");
+  const Eigen::Index size = rows_of_root(numbers.size(), result.parameters.size(), effects);
+  if (size == 0 && !(numbers.empty() && result.parameters.empty())) {
+    size_t coefficients = 0;
+    for (const Effect& effect : effects) coefficients += effect.coefficients.size();
+    const size_t rows = result.parameters.size() + coefficients;
+    map.fail("root",
+             fmt::format("has {} numbers, and the lower triangle of {} parameters and {} "
+                         "coefficients of effects has {}: parameters or effects were added or "
+                         "removed by hand; calibrate again, or remove the map 'uncertainty'",
+                         numbers.size(), result.parameters.size(), coefficients,
+                         rows * (rows + 1) / 2));
+  }
   result.root = Eigen::MatrixXd::Zero(size, size);
   auto next = numbers.begin();
-  for (Eigen::Index row = 0; row < size; ++row)
+  for (Eigen::Index row = 0; row < result.root.rows(); ++row)
     for (Eigen::Index column = 0; column <= row; ++column) result.root(row, column) = *next++;
   result.reading.position = map.number("reading_mm") * kMillimetre;
   result.reading.orientation = map.number("reading_mrad", 0) * kMilliradian;

@@ -5,8 +5,11 @@
 
 namespace armtrue {
 
-/// The robot file's `uncertainty`, its root as a lower triangle, row by row. Throws InputError.
-Uncertainty read_uncertainty(YamlMap map, const KinematicChain& chain);
+/// The robot file's `uncertainty`, its root as a lower triangle, row by row. It is that of the
+/// parameters and of the coefficients of all `effects`, or of the first of them: a predictor has
+/// more, whose uncertainty nobody states. Throws InputError, also if the root has another size.
+Uncertainty read_uncertainty(YamlMap map, const KinematicChain& chain,
+                             const std::vector<Effect>& effects);
 YAML::Node uncertainty_node(const Uncertainty& uncertainty);
 
 }  // namespace armtrue

@@ -1,8 +1,5 @@
 #include "armtrue/path/mirror/findings.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include "armtrue/path/low_pass.h"
 
 namespace armtrue {
@@ -18,12 +15,6 @@ std::vector<Path> all_registered(const std::vector<Path>& passes,
 
 }  // namespace
 
-double MirrorFindings::form_rms(const PassAccuracy& of) const {
-  const double passes = static_cast<double>(result.passes.size());
-  const double rms = of.errors.whole.rms, noise = result.deviation.noise;
-  return std::sqrt(std::max(0.0, rms * rms - 2 * passes * noise * noise));
-}
-
 void describe_passes(MirrorFindings& findings, const Path& programmed,
                      const std::vector<Path>& passes, const std::vector<Path>& earlier,
                      const std::optional<Robot>& robot) {
@@ -35,9 +26,14 @@ void describe_passes(MirrorFindings& findings, const Path& programmed,
   }
   for (const Path& pass : earlier)
     earlier_clocks.push_back(fit_clock(programmed, pass, findings.options.clock));
-  findings.accuracy = pass_accuracy(programmed, all_registered(good, clocks));
-  if (!earlier.empty())
-    findings.before = pass_accuracy(programmed, all_registered(earlier, earlier_clocks));
+  const std::vector<Path> in_time = all_registered(good, clocks);
+  findings.accuracy = pass_accuracy(programmed, in_time);
+  findings.form = form_error(programmed, in_time);
+  if (!earlier.empty()) {
+    const std::vector<Path> earlier_in_time = all_registered(earlier, earlier_clocks);
+    findings.before = pass_accuracy(programmed, earlier_in_time);
+    findings.form_before = form_error(programmed, earlier_in_time);
+  }
   const PathDeviation& deviation = findings.result.deviation;
   findings.force =
       force_law(deviation, programmed, position_at(programmed, deviation.time),

@@ -182,7 +182,13 @@ std::vector<Pass> register_passes(const Path& programmed, std::vector<Path>& rec
                                   const ClockOptions& options) {
   std::vector<Pass> passes;
   for (size_t p = 0; p < records.size(); ++p)
-    passes.push_back(register_pass(programmed, records[p], p, options));
+    try {
+      passes.push_back(register_pass(programmed, records[p], p, options));
+    } catch (const TooManyBadSamples&) {
+      throw;
+    } catch (const std::invalid_argument& error) {
+      throw UnusablePass(p, error.what());
+    }
   return passes;
 }
 

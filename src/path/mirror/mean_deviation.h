@@ -11,7 +11,7 @@ Eigen::Index nearest_sample(const Path& path, double time, Eigen::Index from);
 
 /// Registers the records, each by itself, and removes their bad samples: first those that could
 /// mislead the clock, then those that only the deviations show. Throws TooManyBadSamples, and
-/// std::invalid_argument as fit_clock() does.
+/// UnusablePass where fit_clock() throws.
 std::vector<Pass> register_passes(const Path& programmed, std::vector<Path>& records,
                                   const ClockOptions& options);
 

@@ -1,11 +1,13 @@
 #include "armtrue/path/mirror/mirror.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 
 #include "armtrue/path/low_pass.h"
+#include "armtrue/statistics/intervals.h"
 #include "path/mirror/breaks.h"
 #include "path/mirror/corners.h"
 #include "path/mirror/mean_deviation.h"
@@ -84,7 +86,12 @@ bool engaged(const EngagementRecord& record, double time) {
 }
 
 // Mean square of the smoothed difference of a pass from the mean of the passes, without its noise.
-double pass_to_pass_square(const Path& programmed, const std::vector<Path>& measured,
+struct PassToPass {
+  double square = 0;
+  std::array<double, 2> ci95{0, 0};
+};
+
+PassToPass pass_to_pass(const Path& programmed, const std::vector<Path>& measured,
                            const std::vector<Pass>& passes, const PathDeviation& mean,
                            const Smoother& low_pass) {
   double square = 0;
@@ -95,7 +102,16 @@ double pass_to_pass_square(const Path& programmed, const std::vector<Path>& meas
   }
   const auto count = static_cast<double>(measured.size());
   const double noise = 2 * mean.noise * mean.noise * count * low_pass.noise_share;
-  return std::max(0.0, square / (count - 1) - noise);
+  const double value = square / (count - 1) - noise;
+  // The smoothed noise has as many free components; that of a sample is known to kNoiseVariance / n.
+  constexpr double kNoiseVariance = 3.8;  // of the median of third differences, by simulation
+  const auto samples = static_cast<double>(mean.time.size());
+  const double freedom = 2 * (count - 1) * samples * low_pass.noise_share;
+  const auto deviation = [&](double truth) {
+    return std::sqrt((4 * truth + 2 * noise) * noise / freedom +
+                     noise * noise * kNoiseVariance / samples);
+  };
+  return {std::max(0.0, value), not_negative_ci95(value, deviation)};
 }
 
 // Removes the correction where the tool is not in the material.
@@ -167,10 +183,11 @@ MirrorResult mirror_correct(const Path& programmed, const std::vector<Path>& rec
       straighten(deviation, options.points, deviation.noise * std::sqrt(low_pass.noise_share));
   double missed = expected_square(deviation, options.points, points.size(), low_pass.noise_share);
   if (measured.size() > 1) {
-    const double square =
-        pass_to_pass_square(programmed, measured, result.passes, deviation, low_pass);
-    deviation.spread = std::sqrt(square / 2);
-    missed += square * (1 + 1 / static_cast<double>(measured.size()));  // in the next pass
+    const PassToPass differ =
+        pass_to_pass(programmed, measured, result.passes, deviation, low_pass);
+    deviation.spread = std::sqrt(differ.square / 2);
+    for (size_t k = 0; k < 2; ++k) deviation.spread_ci95[k] = std::sqrt(differ.ci95[k] / 2);
+    missed += differ.square * (1 + 1 / static_cast<double>(measured.size()));  // in the next pass
   }
 
   const std::vector<Corner> corners = find_corners(programmed);

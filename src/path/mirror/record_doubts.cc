@@ -8,6 +8,7 @@
 #include "armtrue/path/mirror/path_deviation.h"
 #include "armtrue/statistics/summary.h"
 #include "linear_algebra/decompositions.h"
+#include "path/registration/feed.h"
 #include "path/registration/unit_check.h"
 
 namespace armtrue {
@@ -170,6 +171,23 @@ bool looks_computed(const Path& programmed, const Path& record) {
   return noise && *noise < kNoInstrument;
 }
 
+namespace {
+
+std::optional<std::string> feed_of(const Path& programmed, const Path& joined,
+                                   const Path& measured) {
+  const auto is_near = [&](Eigen::Index sample, Eigen::Index of_program) {
+    return (joined.position.col(sample) - programmed.position.col(of_program)).norm() <
+           kLargeDeviation;
+  };
+  if (!is_near(0, 0) || !is_near(joined.samples() - 1, programmed.samples() - 1))
+    return std::nullopt;
+  const auto feed = find_other_feed(programmed, measured);
+  if (!feed) return std::nullopt;
+  return in_words(*feed);
+}
+
+}  // namespace
+
 RecordDoubts record_doubts(const Path& programmed, const Path& measured, const ClockFit& clock,
                            const std::vector<BadSample>& bad) {
   const Path joined = registered(measured, clock);
@@ -186,7 +204,8 @@ RecordDoubts record_doubts(const Path& programmed, const Path& measured, const C
   const auto step = find_step(position - wanted, straight_on(programmed, joined.time(good)), good);
   return {step, step ? std::nullopt : find_rigid(position, wanted),
           find_unfollowed(position, wanted, joined.time(good), good),
-          find_lag(position - wanted, velocity_at(programmed, joined.time(good)))};
+          find_lag(position - wanted, velocity_at(programmed, joined.time(good))),
+          feed_of(programmed, joined, without(measured, bad))};
 }
 
 }  // namespace armtrue

@@ -12,6 +12,7 @@
 #include "armtrue/kinematics/units.h"
 #include "linear_algebra/decompositions.h"
 #include "path/registration/clock_estimator.h"
+#include "path/registration/feed.h"
 #include "path/registration/first_offset.h"
 #include "path/registration/formatted.h"
 #include "path/registration/unit_check.h"
@@ -50,7 +51,15 @@ Eigen::VectorXd distances(const Path& programmed, const Path& measured, const Cl
   return off.colwise().norm().transpose();
 }
 
+// A record of another feed lies far from the program, in whatever frame, and is of this pass.
+void check_feed(const Path& programmed, const Path& measured, bool fit_frame) {
+  const auto feed = find_other_feed(programmed, measured);
+  if (feed && joins(programmed, measured, *feed, fit_frame))
+    throw std::invalid_argument("the measured path " + in_words(*feed));
+}
+
 [[noreturn]] void fail_frame(const Path& programmed, const Path& measured, double offset) {
+  check_feed(programmed, measured, false);
   const ClockFit fit = fit_with_frame(programmed, measured, offset);
   const Pose& motion = fit.program_from_instrument;
   const Eigen::VectorXd off = distances(programmed, measured, fit);
@@ -74,6 +83,7 @@ void check_joined(const Path& programmed, const Path& measured, const ClockFit& 
   const Eigen::VectorXd off = distances(programmed, measured, fit);
   const double rms = std::sqrt(off.array().square().mean());
   if (!(rms > kMaxPathDistance)) return;
+  check_feed(programmed, measured, true);
   throw std::invalid_argument("the measured path lies " + formatted("%.4g", rms / kMillimetre) +
                               " mm from the programmed one in whatever frame: it is not of this "
                               "program or not of one pass; take the record of this pass");

@@ -1,6 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
 #include "armtrue/path/mirror/engagement.h"
@@ -19,6 +22,12 @@ struct Pass {
   double longest_gap = 0;      ///< between the samples that are left [s]
 };
 
+/// A record that cannot be registered; the message says why, as that of fit_clock().
+struct UnusablePass : std::invalid_argument {
+  UnusablePass(size_t which, const std::string& why) : std::invalid_argument(why), pass(which) {}
+  size_t pass;  ///< index of the record
+};
+
 /// Mean deviation (measured minus programmed) of the passes, on a uniform grid of program times.
 struct PathDeviation {
   double period = 0;           ///< [s]
@@ -35,6 +44,7 @@ struct PathDeviation {
   EngagementRecord engagement;  ///< from the force or, without one, from `normal`
   double noise = 0;             ///< standard deviation of one sample of `normal`, per axis [m]
   double spread = 0;  ///< standard deviation from pass to pass, per axis [m]; 0 for a single pass
+  std::array<double, 2> spread_ci95{0, 0};  ///< of these passes: what their noise leaves open [m]
   /// Covariance of the mean clock of the passes: its offset halfway through `time` [s], and its
   /// rate.
   Eigen::Matrix2d clock_covariance = Eigen::Matrix2d::Zero();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "armtrue/path/path.h"
 #include "armtrue/path/registration/clock.h"
@@ -56,6 +57,9 @@ struct RecordDoubts {
   std::optional<UnfollowedShape> unfollowed;
   /// Empty if too few samples are in motion.
   std::optional<TimeLag> lag;
+  /// Says that the pass ran at another feed, see find_other_feed(). Only of a record that begins and
+  /// ends where the program does. On a straight path such a pass can be registered.
+  std::optional<std::string> feed;
 };
 
 /// Whether a record is no reading of an instrument but a product of mirror-correct, such as the

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "armtrue/calibration/evaluation.h"
+#include "armtrue/campaign/campaign.h"
+#include "armtrue/certification/certificate.h"
+#include "armtrue/effects/robot.h"
+
+namespace armtrue {
+
+/// What readings of repeated visits say against themselves, each with a number and a remedy:
+/// - readings that were copied: more visits than chance allows (p < 0.001) read the same as another
+///   visit of their pose, in all digits, although the others differ by many steps of the last
+///   digit; or most poses have only such visits;
+/// - two nests: the visits of the poses stand at two places, one and the same vector of the tool
+///   apart, and no direction of arrival of a joint tells which. Differences of the visits of a pose
+///   are then short or long, the long ones alike, with a gap of three times between them;
+/// - a stated noise of the instrument that is a hundredth of the scatter of the visits, or three
+///   times that scatter or more (p < 0.001). `noise`: per axis [m].
+/// `evaluation` is that of the campaign, which has points. Without doubts: empty.
+std::vector<std::string> doubts_of_visits(const Robot& robot, const Campaign& campaign,
+                                          const Evaluation& evaluation,
+                                          const std::optional<double>& noise);
+
+/// Numbers of an armtrue-about/1 document that no instrument, fixture or arm has, and that another
+/// unit would explain.
+std::vector<std::string> doubts_of(const About& about);
+
+}  // namespace armtrue

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "armtrue/path/path.h"
+
+namespace armtrue {
+
+/// RMS deviation of the tool across its path while it moves, without the noise of the instrument
+/// [m].
+struct FormError {
+  double rms = 0;
+  std::array<double, 2> ci95{0, 0};
+
+  /// Whether the form is at most `goal`; empty where the interval holds the goal.
+  std::optional<bool> holds(double goal) const {
+    if (ci95[1] <= goal) return true;
+    if (ci95[0] > goal) return false;
+    return std::nullopt;
+  }
+};
+
+/// The form error of some passes together, from their samples. `passes` are in the clock and the
+/// frame of `programmed`; each has the noise of its own record.
+///
+/// Cosine transforms of stretches of a pass tell form from noise by frequency. With z the n
+/// coefficients of a stretch, K of them up to 3.125 Hz (or half of the highest frequency that the
+/// samples show, if that is lower) and S the mean of z z' from there to twice the frequency,
+///     form^2 = (sum over the K of |z|^2 - K tr S) / n,
+/// all stretches together. So noise counts as it is near the frequencies of the form, whatever its
+/// colour above; noise that changes more slowly is not told from the form. The interval is that of
+/// this square, not_negative_ci95(), with the variance
+///     (4 n form^2 tr(S R) / tr R + 2 K tr(S S) (1 + K / number of S)) / n^2,
+/// R the sum of z z' over the K. There S is scaled to the variance that both bands show together if
+/// the form is as large as the interval supposes (score interval). For `rms` a band of frequencies
+/// (0, then each twice as wide as the one before) counts only if its power stands out of the noise
+/// (p < 0.001), or if the standard deviation of its noise is below a tenth of the square of the
+/// bands below: noise of bands without form would bias the root of a small square.
+///
+/// Throws std::invalid_argument if fewer than two samples are in motion.
+FormError form_error(const Path& programmed, const std::vector<Path>& passes);
+
+/// 1 - after / before of two form errors of independent records.
+struct FormReduction {
+  double share = 0;
+  /// In the logarithm the ends add in squares (Zou and Donner 2008, MOVER). Empty if the form
+  /// before may be zero.
+  std::optional<std::array<double, 2>> ci95;
+};
+
+/// Empty if the form before is zero.
+std::optional<FormReduction> form_reduction(const FormError& before, const FormError& after);
+
+}  // namespace armtrue

@@ -1,0 +1,243 @@
+#include "armtrue/certification/doubts.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "armtrue/effects/robot_model.h"
+#include "armtrue/kinematics/units.h"
+#include "armtrue/statistics/distributions.h"
+#include "armtrue/statistics/summary.h"
+
+namespace armtrue {
+namespace {
+
+constexpr double kNoChance = 1e-3;
+
+// The rows of each place to which the robot returns: pose, session and reflector.
+std::vector<std::vector<int>> rows_of_places(const Campaign& campaign) {
+  std::map<std::array<int, 3>, std::vector<int>> rows;
+  for (int row = 0; row < campaign.rows(); ++row)
+    rows[{campaign.pose[row], campaign.target.empty() ? 0 : campaign.target[row],
+          campaign.session.empty() ? 0 : campaign.session[row]}]
+        .push_back(row);
+  std::vector<std::vector<int>> places;
+  for (auto& [place, list] : rows)
+    if (list.size() >= 2) places.push_back(std::move(list));
+  return places;
+}
+
+// The step of the last digit of all coordinates [m], a power of ten; the smallest if they have more.
+double last_digit(const Campaign& campaign) {
+  constexpr double kExact = 1e-6;       // of a step
+  constexpr double kFinest = 1e-9;      // m: beyond, digits are those of a computation
+  double step = 1e-3;
+  for (const Eigen::Vector3d& point : campaign.position)
+    for (const double coordinate : point)
+      while (step > kFinest &&
+             std::abs(coordinate / step - std::round(coordinate / step)) > kExact)
+        step /= 10;
+  return step;
+}
+
+std::optional<std::string> find_copies(const Campaign& campaign,
+                                       const std::vector<std::vector<int>>& places) {
+  int visits = 0, copies = 0, all_alike = 0, line = 0, of_line = 0;
+  std::vector<double> nearest;  // of each visit, the nearest one of its pose that differs
+  for (const std::vector<int>& rows : places) {
+    int own = 0;
+    for (size_t k = 0; k < rows.size(); ++k) {
+      double least = 0;
+      int same = -1;
+      for (size_t other = 0; other < rows.size(); ++other) {
+        const double apart = (campaign.position[rows[k]] - campaign.position[rows[other]]).norm();
+        if (apart > 0 && (least == 0 || apart < least)) least = apart;
+        if (apart == 0 && other < k && same < 0) same = rows[other];
+      }
+      if (least > 0) nearest.push_back(least);
+      if (same < 0) continue;
+      ++own;
+      if (of_line == 0) {
+        line = campaign.line[rows[k]];
+        of_line = campaign.line[same];
+      }
+    }
+    visits += static_cast<int>(rows.size()) - 1;  // the first is a copy of none
+    copies += own;
+    all_alike += own + 1 == static_cast<int>(rows.size());
+  }
+  if (copies == 0) return std::nullopt;
+  // Visits that scatter over many steps in three coordinates seldom agree in all three.
+  const double steps = nearest.empty() ? 0 : median(nearest) / (2 * last_digit(campaign));
+  const double chance = steps > 1 ? std::pow(steps, -3) : 1;
+  const bool are_most = 2 * all_alike > static_cast<int>(places.size());
+  if (!are_most && binomial_at_least(copies, visits, chance) >= kNoChance) return std::nullopt;
+  return fmt::format(
+      "{} of {} visits read the same as an earlier visit of their pose in all digits, and {} of {} "
+      "poses have an RP of 0 so (line {} as line {}): readings that were copied, or digits too few "
+      "to show the arm; give each visit its own reading, with all digits of the instrument",
+      copies, visits, all_alike, places.size(), line, of_line);
+}
+
+// The difference of two visits of a pose, in the axes of the tool.
+struct Pair {
+  int a, b;  // rows
+  Eigen::Vector3d apart;
+};
+
+std::vector<Pair> pairs_of(const Robot& robot, const Campaign& campaign,
+                           const Evaluation& evaluation,
+                           const std::vector<std::vector<int>>& places) {
+  constexpr size_t kMostVisits = 30;  // of a pose that are compared, each with each
+  Robot geometry = robot;  // turns the tool well enough, and needs no measured driver
+  geometry.effects.clear();
+  const RobotModel model(geometry);
+  std::vector<Pair> pairs;
+  for (const std::vector<int>& rows : places) {
+    const Eigen::Matrix3d turned = model.pose(campaign.context(rows.front())).rotation.transpose();
+    const size_t count = std::min(rows.size(), kMostVisits);
+    for (size_t b = 1; b < count; ++b)
+      for (size_t a = 0; a < b; ++a) {
+        const auto residual = [&](int row) -> Eigen::Vector3d {
+          return evaluation.residuals[static_cast<size_t>(row)].head<3>();
+        };
+        pairs.push_back({rows[a], rows[b], turned * (residual(rows[b]) - residual(rows[a]))});
+      }
+  }
+  std::ranges::sort(pairs, {}, [](const Pair& pair) { return pair.apart.norm(); });
+  return pairs;
+}
+
+// Whether the direction of arrival of one joint differs in the long pairs and agrees in the short
+// ones: then the arm stands at two places, by its backlash.
+bool is_of_a_direction(const Campaign& campaign, const std::vector<Pair>& pairs, size_t first_long) {
+  constexpr double kNearlyAll = 0.95;
+  if (campaign.arrival.empty()) return false;
+  for (size_t joint = 0; joint < campaign.arrival.front().size(); ++joint) {
+    int explained = 0, known = 0;
+    for (size_t k = 0; k < pairs.size(); ++k) {
+      const int a = campaign.arrival[pairs[k].a][joint], b = campaign.arrival[pairs[k].b][joint];
+      if (a == 0 || b == 0) continue;
+      ++known;
+      explained += (a != b) == (k >= first_long);
+    }
+    if (known > 0 && explained >= kNearlyAll * known) return true;
+  }
+  return false;
+}
+
+std::optional<std::string> find_nests(const Robot& robot, const Campaign& campaign,
+                                      const Evaluation& evaluation,
+                                      const std::vector<std::vector<int>>& places) {
+  constexpr size_t kFewestPairs = 12, kFewestPoses = 3;
+  constexpr double kGap = 3;     // lengths of normal differences have no such gap between them
+  constexpr double kShare = 0.15;  // of the pairs that are short, and that are long, at least
+  constexpr double kOneLine = 0.95;  // of the squared lengths along one direction of the tool
+  constexpr double kOneLength = 2;   // longest over shortest long one: D + D / 3 over D - D / 3
+  if (places.size() < kFewestPoses) return std::nullopt;
+  const std::vector<Pair> pairs = pairs_of(robot, campaign, evaluation, places);
+  if (pairs.size() < kFewestPairs) return std::nullopt;
+  const auto least = static_cast<size_t>(std::ceil(kShare * static_cast<double>(pairs.size())));
+  size_t first_long = 0;
+  double gap = kGap;
+  for (size_t k = least; k + least <= pairs.size(); ++k) {
+    const double shorter = pairs[k - 1].apart.norm(), longer = pairs[k].apart.norm();
+    if (longer <= gap * shorter || shorter == 0) continue;
+    gap = longer / shorter;
+    first_long = k;
+  }
+  if (first_long == 0) return std::nullopt;
+  // All long differences, but for one in twenty, are one vector, either way.
+  const size_t longest = pairs.size() - 1 - (pairs.size() - first_long) / 20;
+  if (pairs[longest].apart.norm() > kOneLength * pairs[first_long].apart.norm())
+    return std::nullopt;
+  Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+  std::map<int, int> poses;
+  std::vector<double> lengths;
+  for (size_t k = first_long; k < pairs.size(); ++k) {
+    squares += pairs[k].apart * pairs[k].apart.transpose();
+    ++poses[campaign.pose[pairs[k].a]];
+    lengths.push_back(pairs[k].apart.norm());
+  }
+  // The largest eigenvalue, by powers: another is at most a twentieth of it if there is one line.
+  Eigen::Vector3d along = pairs.back().apart.normalized();
+  for (int k = 0; k < 20; ++k) along = (squares * along).normalized();
+  if (along.dot(squares * along) < kOneLine * squares.trace()) return std::nullopt;
+  if (poses.size() < kFewestPoses || is_of_a_direction(campaign, pairs, first_long))
+    return std::nullopt;
+  return fmt::format(
+      "the visits of {} of {} poses stand at two places, {:.4g} mm apart along one direction of "
+      "the tool, and within {:.2g} mm at each: did the reflector stand in two nests? RP and AP "
+      "contain the way between them; give the nests two names in the column target, or measure "
+      "with one",
+      poses.size(), places.size(), median(lengths) / kMillimetre,
+      pairs[first_long - 1].apart.norm() / kMillimetre);
+}
+
+std::optional<std::string> contradiction_of_noise(double noise, const Scatter& scatter) {
+  constexpr double kMuchMore = 100, kMuchLess = 1.0 / 3;
+  const double ratio = scatter.deviation / noise;
+  const std::string seen = fmt::format(
+      "the visits scatter by {:.3g} mm per axis, {:.3g} times the noise_mm that is stated for the "
+      "instrument, {:.4g}",
+      scatter.deviation / kMillimetre, ratio, noise / kMillimetre);
+  if (ratio > kMuchMore)
+    return seen + ": is it in another unit? Give one standard deviation per axis in mm";
+  if (ratio < kMuchLess && scatter.deviation > 0 &&
+      1 - chi_squared_above(scatter.freedom * ratio * ratio, scatter.freedom) < kNoChance)
+    return seen + ": no reading is better than its noise; correct noise_mm, or look for readings "
+                  "that were copied or averaged";
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::vector<std::string> doubts_of_visits(const Robot& robot, const Campaign& campaign,
+                                          const Evaluation& evaluation,
+                                          const std::optional<double>& noise) {
+  std::vector<std::string> doubts;
+  const std::vector<std::vector<int>> places = rows_of_places(campaign);
+  if (places.empty()) return doubts;
+  const auto add = [&](const std::optional<std::string>& doubt) {
+    if (doubt) doubts.push_back(*doubt);
+  };
+  const auto copies = find_copies(campaign, places);
+  add(copies);
+  add(find_nests(robot, campaign, evaluation, places));
+  if (noise && !copies)
+    add(contradiction_of_noise(*noise, scatter_of(figures_of(campaign, evaluation).poses)));
+  return doubts;
+}
+
+std::vector<std::string> doubts_of(const About& about) {
+  std::vector<std::string> doubts;
+  // `given` in the unit of the key; 0: not stated.
+  const auto check = [&](const char* key, double given, double least, double most,
+                         const char* unit, const char* example) {
+    if (given == 0 || (given >= least && given <= most)) return;
+    doubts.push_back(fmt::format(
+        "{} is {:.4g} {}, and {}: is it in another unit? Give it in {}, such as {}", key, given,
+        unit, given < least ? fmt::format("hardly any is below {:g}", least)
+                            : fmt::format("hardly any is above {:g}", most),
+        unit, example));
+  };
+  constexpr double kMicro = 1e-6, kUsualRange = 3;  // m: of a tracker to an arm
+  const StatedUncertainty& stated = about.stated;
+  const double range = about.range.value_or(kUsualRange);
+  // An interferometer errs by 0.5 um in each metre, cameras by some tenths of a millimetre.
+  check("mpe_um at the range of the readings",
+        (stated.mpe_constant + stated.mpe_per_metre * range) / kMicro, 1, 2000, "um",
+        "{constant: 15, per_m: 6} of a laser tracker");
+  check("noise_mm", stated.noise.value_or(0) / kMillimetre, 1e-4, 2, "mm", "0.01");
+  check("mounting_mm", stated.mounting / kMillimetre, 1e-4, 2, "mm", "0.01");
+  check("temperature: within_k", stated.temperature_half_width, 0, 60, "K", "1");
+  check("temperature: length_mm", stated.length / kMillimetre, 50, 20000, "mm", "2500");
+  check("range_mm", about.range.value_or(0) / kMillimetre, 50, 200000, "mm", "4000");
+  return doubts;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,183 @@
+#include "armtrue/path/mirror/form_error.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "armtrue/path/mirror/mirror_options.h"
+#include "armtrue/statistics/distributions.h"
+#include "armtrue/statistics/intervals.h"
+#include "path/mirror/corners.h"
+#include "path/mirror/mean_deviation.h"
+
+namespace armtrue {
+namespace {
+
+// Of the form [Hz]: twice the cut-off of the seed paper, beyond which its correction follows
+// nothing. Of a step, 99 % of the power lies below.
+constexpr double kHighest = 2 * kPaperCutoff;
+constexpr Eigen::Index kNoiseBand = 2;     // up to this multiple of it: noise near the form
+constexpr double kLongestStretch = 20;     // [s]: 125 coefficients of the form
+constexpr double kStandsOut = 1e-3;       // chance of as much power in a band by noise
+constexpr double kHardlyUncertain = 0.1;  // of the square of the bands below
+
+// Deviations across the path of the samples at which the program moves.
+Eigen::Matrix3Xd across_in_motion(const Path& programmed, const Eigen::Matrix3Xd& tangent,
+                                  const Path& pass) {
+  const Eigen::Matrix3Xd velocity = velocity_at(programmed, pass.time);
+  const Eigen::Matrix3Xd wanted = position_at(programmed, pass.time);
+  Eigen::Matrix3Xd across(3, pass.samples());
+  Eigen::Index count = 0, nearest = 0;
+  for (Eigen::Index i = 0; i < pass.samples(); ++i) {
+    nearest = nearest_sample(programmed, pass.time[i], nearest);
+    if (velocity.col(i).isZero(0)) continue;
+    const Eigen::Vector3d deviation = pass.position.col(i) - wanted.col(i);
+    across.col(count++) = deviation - tangent.col(nearest).dot(deviation) * tangent.col(nearest);
+  }
+  return across.leftCols(count);
+}
+
+// The first `count` coefficients of the orthonormal cosine transform of each row.
+Eigen::Matrix3Xd cosine_transform(const Eigen::Ref<const Eigen::Matrix3Xd>& samples,
+                                  Eigen::Index count) {
+  const Eigen::Index n = samples.cols();
+  Eigen::MatrixX3d sum = Eigen::MatrixX3d::Zero(count, 3);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double angle = std::numbers::pi * (static_cast<double>(i) + 0.5) / static_cast<double>(n);
+    const double twice = 2 * std::cos(angle);
+    double before = twice / 2, cosine = 1;  // of -1 and 0 times the angle
+    for (Eigen::Index k = 0; k < count; ++k) {
+      sum.row(k) += cosine * samples.col(i).transpose();
+      const double next = twice * cosine - before;
+      before = cosine;
+      cosine = next;
+    }
+  }
+  sum *= std::sqrt(2 / static_cast<double>(n));
+  sum.row(0) /= std::numbers::sqrt2;
+  return sum.transpose();
+}
+
+// Coefficients of a band of frequencies, from all stretches.
+struct Band {
+  double power = 0;  // sum of |z|^2
+  double count = 0;
+};
+
+class FormSpectrum {
+ public:
+  void add(const Eigen::Matrix3Xd& across, double period) {
+    const double duration = period * static_cast<double>(across.cols());
+    const auto stretches =
+        std::max<Eigen::Index>(1, static_cast<Eigen::Index>(std::ceil(duration / kLongestStretch)));
+    for (Eigen::Index s = 0; s < stretches; ++s) {
+      const Eigen::Index first = s * across.cols() / stretches;
+      const Eigen::Index end = (s + 1) * across.cols() / stretches;
+      add_stretch(across.middleCols(first, end - first), period);
+    }
+  }
+
+  FormError form() const {
+    if (noise_count_ == 0)
+      throw std::invalid_argument("form error: fewer than two samples in motion");
+    const Eigen::Matrix3d noise = noise_ / noise_count_;
+    const double squares = noise.squaredNorm(), variance = noise.trace();
+    // The square of the form in `count` coefficients, and its standard deviation from noise alone.
+    const auto square = [&](const Band& band) {
+      return (band.power - band.count * variance) / samples_;
+    };
+    const auto from_noise = [&](double count) {
+      return std::sqrt(2 * count * squares * (1 + count / noise_count_)) / samples_;
+    };
+    Band all;
+    double least_biased = 0;
+    // Numbers of a coefficient that vary: two across a straight path, if the noise is the same.
+    const double axes = squares > 0 ? variance * variance / squares : 1;
+    const auto stands_out = [&](const Band& band) {
+      if (variance == 0) return band.power > 0;
+      const double ratio = band.power / (band.count * variance);
+      return fisher_f_above(ratio, axes * band.count, axes * noise_count_) < kStandsOut;
+    };
+    for (size_t b = 0; b < bands_.size(); ++b) {
+      if (b == 0 || from_noise(bands_[b].count) < kHardlyUncertain * least_biased ||
+          stands_out(bands_[b]))
+        least_biased += square(bands_[b]);
+      all.power += bands_[b].power;
+      all.count += bands_[b].count;
+    }
+    // Variance of a sample along the form.
+    const double along = form_.trace() > 0 ? (noise * form_).trace() / form_.trace() : 0;
+    const auto squared_ci95 = not_negative_ci95(square(all), [&](double truth) {
+      const double crossed = 4 * truth * along * samples_, own = 2 * all.count * squares;
+      if (own == 0) return std::sqrt(crossed) / samples_;
+      // If this is the truth, the band of the form shows the noise as well, by its weight (score).
+      const double weight = all.count * all.count / (crossed + own);
+      const double weight_above = noise_count_ / (2 * squares);
+      const double shown = std::max(0.0, (all.power - truth * samples_) / all.count);
+      const double pooled = (weight * shown + weight_above * variance) / (weight + weight_above);
+      return pooled / variance * std::hypot(std::sqrt(crossed) / samples_, from_noise(all.count));
+    });
+    FormError error;
+    for (size_t k = 0; k < 2; ++k) error.ci95[k] = std::sqrt(squared_ci95[k]);
+    // The root of a square of variance 4 form^2 along / n is too small by along / (2 n form).
+    error.rms = std::clamp(std::sqrt(std::max(0.0, least_biased + along / samples_)), error.ci95[0],
+                           error.ci95[1]);
+    return error;
+  }
+
+ private:
+  void add_stretch(const Eigen::Ref<const Eigen::Matrix3Xd>& across, double period) {
+    const Eigen::Index n = across.cols();
+    if (n < 2) return;
+    // Coefficient k has the frequency k / (2 n period).
+    const double highest = 2 * kHighest * period * static_cast<double>(n);
+    const Eigen::Index of_form =
+        std::clamp<Eigen::Index>(static_cast<Eigen::Index>(highest) + 1, 1, n / 2);
+    const Eigen::Matrix3Xd z = cosine_transform(across, std::min(kNoiseBand * of_form, n));
+    const Eigen::Index of_noise = z.cols() - of_form;
+    noise_ += z.rightCols(of_noise) * z.rightCols(of_noise).transpose();
+    noise_count_ += static_cast<double>(of_noise);
+    form_ += z.leftCols(of_form) * z.leftCols(of_form).transpose();
+    samples_ += static_cast<double>(n);
+    size_t band = 0;
+    for (Eigen::Index first = 0, end = 1; first < of_form; first = end, end *= 2, ++band) {
+      const Eigen::Index count = std::min(end, of_form) - first;
+      if (band == bands_.size()) bands_.emplace_back();
+      bands_[band].power += z.middleCols(first, count).squaredNorm();
+      bands_[band].count += static_cast<double>(count);
+    }
+  }
+
+  Eigen::Matrix3d noise_ = Eigen::Matrix3d::Zero(), form_ = Eigen::Matrix3d::Zero();  // of z z'
+  double noise_count_ = 0, samples_ = 0;
+  std::vector<Band> bands_;
+};
+
+}  // namespace
+
+FormError form_error(const Path& programmed, const std::vector<Path>& passes) {
+  const Eigen::Matrix3Xd tangent = side_tangents(programmed, find_corners(programmed));
+  FormSpectrum spectrum;
+  for (const Path& pass : passes)
+    spectrum.add(across_in_motion(programmed, tangent, pass), median_period(pass));
+  return spectrum.form();
+}
+
+std::optional<FormReduction> form_reduction(const FormError& before, const FormError& after) {
+  if (before.rms == 0) return std::nullopt;
+  const double ratio = after.rms / before.rms;
+  FormReduction reduction{1 - ratio, {}};
+  if (before.ci95[0] == 0) return reduction;
+  // A form of zero has no logarithm: its upper end stands for it.
+  const double size = after.rms > 0 ? after.rms : after.ci95[1];
+  const auto log_apart = [](double a, double b) { return b > 0 ? std::log(a / b) : INFINITY; };
+  const double less = std::hypot(log_apart(size, after.ci95[0]), log_apart(before.ci95[1], before.rms));
+  const double more = std::hypot(log_apart(after.ci95[1], size), log_apart(before.rms, before.ci95[0]));
+  const double of_size = size / before.rms;
+  reduction.ci95 = {1 - of_size * std::exp(more), 1 - of_size * std::exp(-less)};
+  return reduction;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,199 @@
+#include "armtrue/path/mirror/form_error.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <random>
+
+#include "armtrue/path/registration/clock.h"
+#include "plant_pass.h"
+
+namespace armtrue::form_error_test {
+namespace {
+
+// A cell without cut and friction whose tool runs aside of a line along x.
+plant::Options aside(double offset, double direction) {
+  plant::Options options = plant::ideal();
+  options.static_offset =
+      offset * Eigen::Vector3d(0, std::cos(direction), std::sin(direction));
+  options.lost = 0.01;
+  return options;
+}
+
+std::vector<Path> registered_passes(const Path& programmed, const std::vector<Path>& passes) {
+  std::vector<Path> in_time;
+  for (const Path& pass : passes)
+    in_time.push_back(registered(pass, fit_clock(programmed, pass)));
+  return in_time;
+}
+
+struct Runs {
+  int runs = 0, covered = 0;
+  double sum = 0;
+  double bias() const { return sum / runs; }  // relative
+  double coverage() const { return static_cast<double>(covered) / runs; }
+  void add(const FormError& form, double truth) {
+    ++runs;
+    sum += form.rms / truth - 1;
+    covered += form.ci95[0] <= truth && truth <= form.ci95[1];
+  }
+};
+
+// The record of an instrument with this noise and period, of a tool aside by a constant offset.
+// Plain samples of a line at 27 mm/s: thousands of runs of the plant would take minutes.
+Path plain_record(std::mt19937_64& random, double offset, double noise, double period) {
+  std::normal_distribution<double> normal(0, noise);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  std::vector<double> times;
+  for (double t = period * uniform(random); t < 13.2; t += period)
+    if (uniform(random) > 0.01) times.push_back(t);
+  const double direction = 6.2831853 * uniform(random);
+  Path record;
+  record.time = Eigen::Map<const Eigen::VectorXd>(times.data(), std::ssize(times));
+  record.position.resize(3, record.time.size());
+  for (Eigen::Index i = 0; i < record.time.size(); ++i) {
+    record.position.col(i) << 0.027 * std::clamp(record.time[i] - 1, 0.0, 11.2),
+        offset * std::cos(direction), offset * std::sin(direction);
+    for (int axis = 0; axis < 3; ++axis) record.position(axis, i) += normal(random);
+  }
+  return record;
+}
+
+Path plain_line() {
+  Path line;
+  line.time = Eigen::VectorXd::LinSpaced(826, 0, 13.2);
+  line.position = Eigen::Matrix3Xd::Zero(3, 826);
+  for (Eigen::Index i = 0; i < 826; ++i)
+    line.position(0, i) = 0.027 * std::clamp(line.time[i] - 1, 0.0, 11.2);
+  return line;
+}
+
+// Offsets of 0.02 to 0.2 mm, noise of 0.02 to 0.1, periods of 4 to 64 ms, one to three passes. Of a
+// cell of the grid with 60 runs the mean scatters, so the bounds hold for all runs of one offset
+// and noise.
+TEST(FormError, IsUnbiasedAndItsIntervalCovers) {
+  std::mt19937_64 random(1);
+  const Path line = plain_line();
+  Runs all;
+  for (const double offset : {0.02e-3, 0.05e-3, 0.2e-3})
+    for (const double noise : {0.02e-3, 0.05e-3, 0.1e-3}) {
+      Runs runs;
+      for (const double period : {0.004, 0.016, 0.032, 0.064})
+        for (int passes = 1; passes <= 3; ++passes)
+          for (int k = 0; k < (period < 0.01 ? 20 : 80); ++k) {
+            std::vector<Path> records;
+            for (int p = 0; p < passes; ++p)
+              records.push_back(plain_record(random, offset, noise, period));
+            const FormError form = form_error(line, records);
+            runs.add(form, offset);
+            all.add(form, offset);
+          }
+      std::printf("offset %.2f noise %.2f mm: bias %.2f %%, coverage %.1f %%\n", 1e3 * offset,
+                  1e3 * noise, 100 * runs.bias(), 100 * runs.coverage());
+      EXPECT_LT(std::abs(runs.bias()), 0.03) << offset << " " << noise;
+      EXPECT_GE(runs.coverage(), 0.93) << offset << " " << noise;
+      EXPECT_LE(runs.coverage(), 0.97) << offset << " " << noise;
+    }
+  EXPECT_NEAR(all.coverage(), 0.95, 0.01);
+}
+
+// The same through clocks that differ and are fitted.
+TEST(FormError, HoldsWithFittedClocksAndLostSamples) {
+  const plant::Program program = plant::program(plant::Shape::line);
+  const Path programmed = path_of(program);
+  Runs runs;
+  for (int k = 0; k < 60; ++k) {
+    std::vector<Path> passes;
+    for (int p = 0; p <= k % 2; ++p) {
+      plant::Options options = aside(0.08e-3, 0.7 * k);
+      options.noise = 0.095e-3;
+      options.clock_offset = 0.3 + 0.01 * k;
+      options.clock_rate = (k % 5 - 2) * 70e-6;
+      options.period = k % 3 == 0 ? 0.016 : 0.032;
+      options.pass_seed = static_cast<std::uint64_t>(10 * k + p);
+      passes.push_back(record_of(plant::run(program, program.position, options)));
+    }
+    runs.add(form_error(programmed, registered_passes(programmed, passes)), 0.08e-3);
+  }
+  EXPECT_LT(std::abs(runs.bias()), 0.03);
+  EXPECT_GE(runs.coverage(), 0.88);  // 60 runs: 3 +- 1.7 are outside
+}
+
+// Truth: the distances of the simulated tool from the path, which the estimator never sees.
+double true_form(const plant::Program& program, const plant::Record& record) {
+  const Eigen::VectorXd distance = plant::distances(program, record.true_position);
+  double sum = 0;
+  int count = 0;
+  for (Eigen::Index i = 1; i < distance.size(); ++i)
+    if (program.arc_length[i] > program.arc_length[i - 1]) {
+      sum += distance[i] * distance[i];
+      ++count;
+    }
+  return std::sqrt(sum / count);
+}
+
+// Cuts, reversals, corners and curves: jumps have power above the highest frequency of the form.
+TEST(FormError, OfAMachinedPathIsThatOfTheTool) {
+  for (const plant::Shape shape : kShapes) {
+    const plant::Program program = plant::program(shape);
+    for (int k = 0; k < 3; ++k) {
+      const plant::Record record = plant::run(program, program.position, cell(k));
+      const double truth = true_form(program, record);
+      const Path programmed = path_of(program);
+      const FormError form =
+          form_error(programmed, registered_passes(programmed, {record_of(record)}));
+      EXPECT_NEAR(form.rms, truth, 0.03 * truth) << static_cast<int>(shape) << " " << k;
+      EXPECT_LE(form.ci95[0], form.rms);
+      EXPECT_GE(form.ci95[1], form.rms);
+    }
+  }
+}
+
+// Neighbouring samples of 4 ms share their noise (first-order, 10 ms): it is no form.
+TEST(FormError, AutocorrelatedNoiseIsNotForm) {
+  std::mt19937_64 random(2);
+  const Path line = plain_line();
+  const double share = std::exp(-4.0 / 10);
+  std::normal_distribution<double> normal(0, 0.05e-3);
+  Runs runs;
+  for (int k = 0; k < 200; ++k) {
+    Path record = plain_record(random, 0.08e-3, 0, 0.004);
+    Eigen::Vector3d noise = Eigen::Vector3d::Zero();
+    for (auto position : record.position.colwise()) {
+      for (double& axis : noise)
+        axis = share * axis + std::sqrt(1 - share * share) * normal(random);
+      position += noise;
+    }
+    runs.add(form_error(line, {record}), 0.08e-3);
+  }
+  EXPECT_LT(std::abs(runs.bias()), 0.03);
+  EXPECT_GE(runs.coverage(), 0.91);
+}
+
+TEST(FormError, HoldsAGoalOnlyIfTheIntervalSaysSo) {
+  EXPECT_EQ((FormError{0.04e-3, {0.03e-3, 0.05e-3}}.holds(0.05e-3)), true);
+  EXPECT_EQ((FormError{0.06e-3, {0.051e-3, 0.07e-3}}.holds(0.05e-3)), false);
+  EXPECT_EQ((FormError{0.04e-3, {0.03e-3, 0.051e-3}}.holds(0.05e-3)), std::nullopt);
+}
+
+TEST(FormError, ReductionIsThatOfTheFormWithItsInterval) {
+  const auto reduction =
+      form_reduction({0.4e-3, {0.4e-3, 0.4e-3}}, {0.1e-3, {0.05e-3, 0.2e-3}});
+  ASSERT_TRUE(reduction && reduction->ci95);
+  EXPECT_DOUBLE_EQ(reduction->share, 0.75);
+  EXPECT_NEAR((*reduction->ci95)[0], 0.5, 1e-12);
+  EXPECT_NEAR((*reduction->ci95)[1], 0.875, 1e-12);
+  EXPECT_FALSE(form_reduction({0, {0, 0.1e-3}}, {0, {0, 0.1e-3}}));
+  EXPECT_FALSE(form_reduction({0.1e-3, {0, 0.2e-3}}, {0, {0, 0.1e-3}})->ci95);
+}
+
+TEST(FormError, NeedsSamplesInMotion) {
+  Path standing = plain_line();
+  standing.time = standing.time.head(50).eval();
+  standing.position = standing.position.leftCols(50).eval();
+  EXPECT_THROW(form_error(plain_line(), {standing}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace armtrue::form_error_test
