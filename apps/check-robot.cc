@@ -32,7 +32,9 @@ void add_options(app::Command& command, Arguments& arguments) {
       .required();
   const app::Option pose = command.numbers(
       "--pose", arguments.pose, 6, "x,y,z,a,b,c in mm and deg",
-      "The pose that the pendant shows there: x,y,z,a,b,c in mm and deg, KUKA's A, B, C");
+      "The pose that the pendant shows there, best of the flange (tool 0) in the robot's own base: "
+      "it is compared with R_7 in R_0, then with R_7 tool in R_0 and in R_A; x,y,z,a,b,c in mm and "
+      "deg, KUKA's A, B, C");
   command.option("--within-mm", arguments.within_mm, "What counts as the same place")
       .check(app::above_zero())
       .default_shown()
@@ -65,19 +67,21 @@ std::string frame_text(const ShownFrame& frame) {
   const Eigen::Vector3d vector = rotation_log(frame.pose.rotation);
   const Eigen::Quaterniond q(frame.pose.rotation);
   return fmt::format(
-      "{}: {}\n  x, y, z [mm]                    {:.3f}, {:.3f}, {:.3f}\n"
+      "{}: {}: {}\n  x, y, z [mm]                    {:.3f}, {:.3f}, {:.3f}\n"
       "  A, B, C [deg] (KUKA)            {:.4f}, {:.4f}, {:.4f}\n"
       "  W, P, R [deg] (FANUC; r, p, y)  {:.4f}, {:.4f}, {:.4f}\n"
       "  RX, RY, RZ [deg] (Staubli)      {:.4f}, {:.4f}, {:.4f}\n"
       "  A, B, C [deg] (Doosan)          {:.4f}, {:.4f}, {:.4f}\n"
       "  q1 to q4 (ABB)                  {:.6f}, {:.6f}, {:.6f}, {:.6f}\n"
       "  RX, RY, RZ [rad] (UR)           {:.5f}, {:.5f}, {:.5f}\n",
-      frame.name, frame.words, t.x(), t.y(), t.z(), abc[0], abc[1], abc[2], abc[2], abc[1], abc[0],
+      frame.name, frame.what, frame.words, t.x(), t.y(), t.z(), abc[0], abc[1], abc[2], abc[2], abc[1], abc[0],
       xyz[0], xyz[1], xyz[2], zyz[0], zyz[1], zyz[2], q.w(), q.x(), q.y(), q.z(), vector.x(),
       vector.y(), vector.z());
 }
 
-std::string agreements_text(const std::vector<Agreement>& agreements, const Arguments& arguments) {
+// `links`: number of the last frame.
+std::string agreements_text(const std::vector<Agreement>& agreements, int links,
+                            const Arguments& arguments) {
   if (agreements.empty())
     return fmt::format(
         "The pose agrees with no frame within {:g} mm and {:g} deg, and no one or two changes of "
@@ -93,6 +97,12 @@ std::string agreements_text(const std::vector<Agreement>& agreements, const Argu
                         a.distance / kMillimetre, a.angle / kDegree);
     if (&a - agreements.data() + 1 == kMostAgreements) break;
   }
+  if (agreements.front().changes.empty() && !agreements.front().is_flange)
+    text += fmt::format(
+        "This is with `tool` of the robot file, and compensate takes R_{} as the flange. If the "
+        "pendant showed its flange, tool 0, the flange stands in `tool`: convert the URDF again, "
+        "with the flange as --tip, or give compensate --flange tool.\n",
+        links);
   if (!agreements.front().changes.empty())
     text += "One pose cannot distinguish all of these: check another, with all joints bent.\n";
   return text;
@@ -137,7 +147,7 @@ int run(app::Command& command, const Arguments& arguments) {
     std::ranges::copy(arguments.pose, pose.begin());
     agreements = find_agreements(robot, q, pose, arguments.within_mm * kMillimetre,
                                  arguments.within_deg * kDegree);
-    text += agreements_text(agreements, arguments);
+    text += agreements_text(agreements, link_count(robot.chain), arguments);
   }
   warn_of_unseen_signs(command, robot, q, arguments);
   write_output(command.output, text);

@@ -262,6 +262,9 @@ int run(app::Command& command, Arguments& arguments) {
   } else {
     file = command.read_program(command.input, controller);
   }
+  if (file.program.is_cartesian() ||
+      (!program && command_kind(arguments, file.program) == CommandKind::cartesian))
+    app::require_flange(controller, arguments);
   app::fill_conditions(file.program.visits, arguments, {&robot, &controller});
   for (const Robot* of : {&robot, &controller})
     app::require_conditions(file.program.visits, *of, arguments,

@@ -14,6 +14,7 @@ using namespace armtrue;
 namespace {
 
 // A base or tool that moves farther was hardly identified as part of the arm.
+constexpr double kNoticeable = 0.01 * kMillimetre;  // more than angles that are written as 3.1416
 constexpr double kLargeShift = 10 * kMillimetre, kLargeTurn = 1 * kDegree;
 
 struct Arguments {
@@ -31,7 +32,8 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.option("--base", arguments.ends.base,
                  "Link of the URDF whose frame is R_A; its root if absent");
   command.option("--tip", arguments.ends.tip,
-                 "Link of the URDF whose frame is the tool; the only end if absent");
+                 "Link of the URDF whose frame is that of the last link, the flange of programs; the "
+                 "only end if absent");
   app::Option into =
       command.file("--into", arguments.into,
                    "URDF, or calibration of Universal Robots, of the same arm: write it with the "
@@ -54,6 +56,25 @@ void explain_base(app::Command& command, const std::string& text, const std::str
                  (ends.base.empty() ? "the root link" : ends.base) + "'; '" + link +
                  "' stands beside it, moved or turned; if the controller's poses are in '" + link +
                  "', give --base " + link);
+}
+
+// Programs speak of the flange in R_0, which of a URDF are --tip and --base.
+void explain_flange(app::Command& command, const Robot& robot, const std::string& text,
+                    const std::string& file, const UrdfEnds& ends) {
+  const Eigen::Vector3d foot = foot_beside_base(text, file, ends) / kMillimetre;
+  if (foot.norm() > kNoticeable / kMillimetre)
+    command.warn(fmt::format(
+        "{}: R_0, the foot of programs, stands at {:.4g}, {:.4g}, {:.4g} mm of the frame of --base, "
+        "because link 1 alone does not lead from there to axis 1: for poses in the frame of --base "
+        "give compensate --base {:.10g},{:.10g},{:.10g},0,0,0",
+        file, foot.x(), foot.y(), foot.z(), -foot.x(), -foot.y(), -foot.z()));
+  const std::string tool0 = tool0_beside_tip(text, file, ends);
+  if (!tool0.empty())
+    command.warn(fmt::format(
+        "{}: R_{}, the flange of programs, is the frame of '{}'; '{}' stands elsewhere; if it is the "
+        "flange of the controller, give --tip {}",
+        file, link_count(robot.chain), ends.tip.empty() ? "the end of the arm" : ends.tip, tool0,
+        tool0));
 }
 
 void warn_of_travel(app::Command& command, const std::string& text, const std::string& file,
@@ -100,6 +121,7 @@ int run(app::Command& command, const Arguments& arguments) {
                                                 : parse_robot(text, source.name());
   if (is_urdf) {
     explain_base(command, text, source.name(), arguments.ends);
+    explain_flange(command, robot, text, source.name(), arguments.ends);
     warn_of_travel(command, text, source.name(), arguments.ends);
   }
   if (arguments.to == "yaml") {

@@ -239,6 +239,7 @@ Mapped map_all(app::Command& command, const Robot& robot, const Robot& controlle
   CompensationOptions options = app::program_options(arguments, controller);
   if (options.tool_is_measured) options.tool = robot.chain.tool;
   if (!arguments.box_mm.empty()) {
+    app::require_flange(controller, arguments);
     Grid grid = grid_of(arguments);
     grid.orientation = *orientation_of(controller, options, arguments);
     Mapped mapped{{}, conditions_of(arguments, {&robot, &controller})};
@@ -257,6 +258,7 @@ Mapped map_all(app::Command& command, const Robot& robot, const Robot& controlle
       command.warn(fmt::format("{}: {} rows without a position left out", file.source, file.lost));
     program = program_of(file, controller, options, arguments);
   }
+  if (program.is_cartesian()) app::require_flange(controller, arguments);
   app::fill_conditions(program.visits, arguments, {&robot, &controller});
   for (const Robot* of : {&robot, &controller})
     app::require_conditions(program.visits, *of, arguments,

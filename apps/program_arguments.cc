@@ -15,7 +15,8 @@
 namespace armtrue::app {
 namespace {
 
-constexpr double kOtherArm = 50 * kMillimetre;  // no two models of one arm are as far apart
+// No two models of one arm are as far apart.
+constexpr double kOtherArm = 50 * kMillimetre, kOtherFlange = 5 * kDegree;
 
 // One value of the command line for a column that all rows lack.
 template <typename Column, typename Value>
@@ -73,6 +74,12 @@ void add_frames(Command& command, ProgramArguments& arguments) {
       .flag("--tool-is-measured", arguments.tool_is_measured,
             "The TCP is the frame that was measured: use tool and its effects from --robot")
       .excludes(tool);
+  command
+      .option("--flange", arguments.flange,
+              "Where the program's flange is, if tool of --controller is turned by right angles: "
+              "last-link (R_7; tool is where the reflector stood) or tool (the robot is a URDF "
+              "that an earlier version converted)")
+      .check(one_of({"last-link", "tool"}));
   command.numbers("--base", arguments.base, 6, kPoseForm,
                   "The program's frame in R_0 (KUKA $BASE), as x,y,z,a,b,c in mm and deg; R_0 "
                   "itself if absent");
@@ -91,12 +98,13 @@ void add_conditions(Command& command, ProgramArguments& arguments) {
       .check(temperature_of_arm());
 }
 
-CompensationOptions program_options(const ProgramArguments& arguments, const Robot& robot) {
+CompensationOptions program_options(const ProgramArguments& arguments, const Robot& controller) {
   CompensationOptions options;
+  if (arguments.flange == "tool") options.flange = controller.chain.tool;
   options.base = pose_from_numbers(arguments.base);
-  options.tool = pose_from_numbers(arguments.tool);
+  options.tool = options.flange * pose_from_numbers(arguments.tool);
   options.tool_is_measured = arguments.tool_is_measured;
-  if (!arguments.start.empty()) options.start = joints_of(arguments.start, robot, "--start");
+  if (!arguments.start.empty()) options.start = joints_of(arguments.start, controller, "--start");
   return options;
 }
 
@@ -200,6 +208,38 @@ void refuse_other_files(const Robot& robot, const Robot& controller,
                      arguments.robot +
                      " does not; exchange --robot and --controller, or every error would be "
                      "doubled");
+  const double turn = turn_of_last_frame(robot, controller);
+  if (turn < kOtherFlange) return;
+  throw InputError(fmt::format(
+      "{} and {}: the last frames, R_{}, are turned by {:.4g} deg against each other about the same "
+      "axis {}, so they are not the same flange: one of the files comes from another conversion of "
+      "the arm; calibrate {} again, from {}",
+      arguments.robot, arguments.controller, link_count(controller.chain), turn / kDegree,
+      joint_count(controller.chain), arguments.robot, arguments.controller));
+}
+
+void require_flange(const Robot& controller, const ProgramArguments& arguments) {
+  const std::string last = fmt::format("R_{}", link_count(controller.chain));
+  const bool is_identified = std::ranges::any_of(
+      controller.std, [](const auto& entry) { return entry.first.starts_with("tool."); });
+  if (is_identified && arguments.flange == "tool")
+    throw InputError(fmt::format(
+        "--flange tool: the tool of {} was identified, so it holds where the reflector stood; "
+        "convert the URDF again, which puts the flange into {}, and calibrate again",
+        arguments.controller, last));
+  if (arguments.tool_is_measured || !arguments.flange.empty() ||
+      !may_hold_flange_in_tool(controller))
+    return;
+  // Right angles; 0 has no sign.
+  const Eigen::Array3d abc =
+      (abc_from_rotation(controller.chain.tool.rotation).array() / kDegree).round() + 0.0;
+  throw InputError(fmt::format(
+      "{}: tool is turned by right angles (a {:g}, b {:g}, c {:g} deg) behind a last link of "
+      "zeros; earlier versions of convert-robot put the flange of a URDF there, but the program's "
+      "poses are taken as those of {}. Convert the URDF again and calibrate again: the flange is "
+      "then {}, and tool 0; or give {}--flange last-link if tool is where the reflector stood",
+      arguments.controller, abc[0], abc[1], abc[2], last, last,
+      is_identified ? "" : "--flange tool if tool is the flange, "));
 }
 
 void refuse_other_arm(double nearest, const ProgramArguments& arguments) {
@@ -221,7 +261,9 @@ std::string assumed_frames(const Robot& controller, const ProgramArguments& argu
     return fmt::format("{}, as the program states{}", fmt::join(stated.names, ", "),
                        stated.everywhere ? "" : ", elsewhere " + other);
   };
-  const std::string last = fmt::format("R_{}, the flange", link_count(controller.chain));
+  const std::string last =
+      arguments.flange == "tool" ? "the tool of " + arguments.controller + ", the flange"
+                                 : fmt::format("R_{}, the flange", link_count(controller.chain));
   const bool has_external = std::ranges::any_of(
       joint_names(controller.chain), [](const JointName& name) { return name.column[0] == 'e'; });
   const std::string first = controller.ground_link ? "R_0, the table of the positioner"

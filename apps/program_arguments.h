@@ -22,6 +22,7 @@ Pose pose_from_numbers(const std::vector<double>& numbers);
 struct ProgramArguments {
   std::string robot, controller, session;
   std::vector<double> base, tool, start;
+  std::string flange;
   bool tool_is_measured = false;
   std::optional<double> payload_kg, time_s, temperature_c;
 };
@@ -35,13 +36,13 @@ struct Models {
   Robot robot, controller;
 };
 Models read_models(Command& command, ProgramArguments& arguments);
-/// --tool, --tool-is-measured and --base.
+/// --tool, --tool-is-measured, --flange and --base.
 void add_frames(Command& command, ProgramArguments& arguments);
 /// --session, --payload-kg, --t-s and --temp-c.
 void add_conditions(Command& command, ProgramArguments& arguments);
 
-/// Base, tool and start.
-CompensationOptions program_options(const ProgramArguments& arguments, const Robot& robot);
+/// Base, flange, tool and start.
+CompensationOptions program_options(const ProgramArguments& arguments, const Robot& controller);
 
 /// Fills the columns that the command line states. Throws InputError if the file has one of them.
 void fill_conditions(Campaign& visits, const ProgramArguments& arguments,
@@ -61,6 +62,10 @@ Robot robot_of_session(const Robot& robot, const ProgramArguments& arguments);
 /// Throws InputError if --robot and --controller seem exchanged.
 void refuse_other_files(const Robot& robot, const Robot& controller,
                         const ProgramArguments& arguments);
+
+/// Throws InputError if poses are those of a flange and --controller may have it in its tool, but
+/// --flange does not say so, or if --flange says so of a tool that was identified.
+void require_flange(const Robot& controller, const ProgramArguments& arguments);
 
 /// The same if they are different arms; `nearest`: least distance between their flanges [m].
 void refuse_other_arm(double nearest, const ProgramArguments& arguments);

@@ -1,10 +1,14 @@
 #include "armtrue/compensation/compensation.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <deque>
 #include <numeric>
 
+#include "armtrue/kinematics/evaluator.h"
+#include "armtrue/kinematics/parameters.h"
+#include "armtrue/kinematics/units.h"
 #include "compensation/arms.h"
 #include "compensation/branch.h"
 #include "compensation/coverage.h"
@@ -255,6 +259,42 @@ std::vector<CorrectedTarget> compensate_rows(const Robot& identified, const Robo
 
 bool states_calibration(const Robot& robot) {
   return robot.uncertainty || !robot.std.empty() || !robot.effects.empty();
+}
+
+bool may_hold_flange_in_tool(const Robot& controller) {
+  constexpr double kRounded = 1e-3;  // of right angles that are written as 1.571 rad or 3.14
+  const Link& last = controller.chain.links.back();
+  const bool changes_nothing =
+      last.joint == JointKind::fixed && last.alpha == 0 && last.d == 0 && last.theta == 0 &&
+      last.r == 0 && last.beta == 0;
+  const Eigen::Matrix3d& turn = controller.chain.tool.rotation;
+  const Eigen::Matrix3d rounded = turn.array().round();
+  return changes_nothing && !rounded.isIdentity(0) &&
+         (turn - rounded).cwiseAbs().maxCoeff() < kRounded;
+}
+
+double turn_of_last_frame(const Robot& robot, const Robot& controller) {
+  constexpr double kSameAxis = 5 * kDegree;  // more than a calibration turns it
+  // Of the last joint and of the last link, from the foot of the arm, in the middle of the travel.
+  const auto last_frames = [](const Robot& of) {
+    const KinematicChain& chain = of.chain;
+    const int joints = joint_count(chain);
+    JointVector q = JointVector::Zero(joints);
+    for (int j = 0; j < joints; ++j) {
+      const auto [low, high] = travel(joint_link(chain, j));
+      q[j] = (low + high) / 2;
+    }
+    const LinkFrames frames = ChainEvaluator(chain).link_frames(q);
+    const Pose foot =
+        of.ground_link ? inverse(frames[static_cast<size_t>(*of.ground_link)]) : Pose{};
+    return std::array{foot * frames[static_cast<size_t>(link_of_joint(chain, joints - 1))],
+                      foot * frames.back()};
+  };
+  const auto [own_joint, own] = last_frames(robot);
+  const auto [joint, link] = last_frames(controller);
+  const Eigen::Vector3d own_axis = own_joint.rotation.col(2), axis = joint.rotation.col(2);
+  if (std::atan2(own_axis.cross(axis).norm(), own_axis.dot(axis)) > kSameAxis) return 0;
+  return rotation_log(own.rotation * link.rotation.transpose()).norm();
 }
 
 std::vector<std::string> parameters_of_station(const Robot& robot) {

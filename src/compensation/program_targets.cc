@@ -13,10 +13,9 @@
 namespace armtrue {
 namespace {
 
-Pose frame_of(const RobotProgram& program, const ProgramTarget& target, bool is_tool,
-              const Pose& otherwise) {
+// The frame or tool that the program names.
+Pose frame_of(const RobotProgram& program, const ProgramTarget& target, bool is_tool) {
   const int index = is_tool ? target.tool : target.base;
-  if (index < 0) return otherwise;
   const ProgramFrame& frame = program.frames[static_cast<size_t>(index)];
   if (frame.is_known || target.kind == TargetKind::joints) return frame.pose;
   throw InputError(fmt::format(
@@ -85,8 +84,9 @@ Program program_targets(const RobotProgram& program, const CompensationOptions& 
     const JointVector arm =
         is_joints ? target.q : target.near.value_or(JointVector::Zero(kProgramAxes));
     visits.q.push_back(joints.whole(arm, external_axes(program, target, joints)));
-    const ProgramSetUp set_up{frame_of(program, target, false, options.base),
-                              frame_of(program, target, true, options.tool)};
+    const ProgramSetUp set_up{target.base < 0 ? options.base : frame_of(program, target, false),
+                              target.tool < 0 ? options.tool
+                                              : options.flange * frame_of(program, target, true)};
     const auto [place, is_new] =
         set_ups.try_emplace({target.base, target.tool}, static_cast<int>(result.set_ups.size()));
     if (is_new) result.set_ups.push_back(set_up);

@@ -34,7 +34,8 @@ struct Reading {
 struct PossibleMistake {
   std::string words;
   std::function<void(Reading&)> apply;
-  int topic;  // two of one topic exclude each other
+  int topic;           // two of one topic exclude each other
+  bool alone = false;  // with another one it would explain too much
 };
 
 Eigen::Matrix3d by_abc(const std::array<double, 3>& deg) {
@@ -136,17 +137,47 @@ void add_other_mistakes(const Robot& robot, std::vector<PossibleMistake>& mistak
       {"the place of the pose is in m", [](Reading& r) { r.place *= 1000; }, kMaxJoints + 4});
 }
 
+// A link of a URDF that stands where the flange does is often turned against it.
+void add_turned_flanges(const Robot& robot, std::vector<PossibleMistake>& mistakes) {
+  for (const double a : {0.0, kRight, 2 * kRight, -kRight})
+    for (const double b : {0.0, kRight, -kRight})
+      for (const double c : {0.0, kRight, 2 * kRight, -kRight}) {
+        const bool is_no_turn = a == 0 && b == 0 && c == 0;
+        // There only a - c or a + c counts.
+        if (is_no_turn || (b != 0 && c != 0)) continue;
+        const Eigen::Matrix3d turn = rotation_from_abc(a, b, c);
+        mistakes.push_back(
+            {fmt::format("the flange of the controller is turned by a {:g}, b {:g}, c {:g} deg "
+                         "against R_{}: of a URDF, --tip names another link than that of the "
+                         "flange, which is often tool0",
+                         a / kDegree, b / kDegree, c / kDegree, link_count(robot.chain)),
+             [turn](Reading& r) { r.rotation *= turn.transpose(); }, kMaxJoints + 5, true});
+      }
+}
+
 Reading reading_of(const Robot& robot, const JointVector& q, const PendantPose& pose) {
   const std::array<double, 3> angles{pose[3], pose[4], pose[5]};
   return {robot, q, kMillimetre * Vector3d(pose[0], pose[1], pose[2]), angles, by_abc(angles)};
 }
 
+// With a tool or base of 0, but for rounding.
+bool same_frame(const Pose& a, const Pose& b) {
+  constexpr double kRounding = 1e-12;  // [m], of matrix entries
+  return (a.translation - b.translation).cwiseAbs().maxCoeff() < kRounding &&
+         (a.rotation - b.rotation).cwiseAbs().maxCoeff() < kRounding;
+}
+
 // Adds the agreements of one reading.
 void compare(const Reading& reading, const std::vector<std::string>& changes, double distance,
              double angle, std::vector<Agreement>& found) {
-  for (const ShownFrame& frame : shown_frames(reading.robot, reading.q)) {
-    Agreement agreement{changes, frame.name, (frame.pose.translation - reading.place).norm(),
-                        AngleAxisd(frame.pose.rotation.transpose() * reading.rotation).angle()};
+  const std::vector<ShownFrame> frames = shown_frames(reading.robot, reading.q);
+  for (auto frame = frames.begin(); frame != frames.end(); ++frame) {
+    if (std::any_of(frames.begin(), frame,
+                    [&](const ShownFrame& other) { return same_frame(other.pose, frame->pose); }))
+      continue;
+    Agreement agreement{changes, frame->name + ", " + frame->what, frame == frames.begin(),
+                        (frame->pose.translation - reading.place).norm(),
+                        AngleAxisd(frame->pose.rotation.transpose() * reading.rotation).angle()};
     if (agreement.distance <= distance && agreement.angle <= angle)
       found.push_back(std::move(agreement));
   }
@@ -162,22 +193,24 @@ std::vector<ShownFrame> shown_frames(const Robot& robot, const JointVector& q) {
     station_from_foot =
         chain.base * ChainEvaluator(chain).link_frames(q)[static_cast<size_t>(*robot.ground_link)];
   const Pose tool_in_foot = inverse(station_from_foot) * tool_in_station;
+  const std::string last = fmt::format("R_{}", link_count(chain));
   const std::string foot = robot.ground_link ? "the foot of the arm" : "R_0";
+  const std::string with_tool = fmt::format("{} tool", last);
   std::vector<ShownFrame> frames{
-      {"flange in foot",
-       fmt::format("R_{} in {}: KUKA with $BASE and $TOOL 0, ABB tool0 in wobj0, FANUC UF 0 and UT "
-                   "0, UR tool0 in base",
-                   link_count(chain), foot),
+      {"flange in foot", fmt::format("{} in {}", last, foot),
+       "KUKA with $BASE and $TOOL 0, ABB tool0 in wobj0, FANUC UF 0 and UT 0, UR tool0 in base",
        tool_in_foot * inverse(chain.tool)},
-      {"tool in foot", "the tool of the robot file in " + foot, tool_in_foot}};
+      {"tool in foot", fmt::format("{} in {}", with_tool, foot),
+       "the measured frame, which `tool` of the robot file places", tool_in_foot}};
   if (robot.ground_link) {
-    frames.push_back({"part in foot",
-                      "the frame of the part, which the positioner carries, in " + foot,
+    frames.push_back({"part in foot", "R_A in " + foot,
+                      "the frame of the part, which the positioner carries",
                       inverse(station_from_foot)});
-    frames.push_back({"tool in part", "the tool of the robot file in the frame of the part, R_A",
+    frames.push_back({"tool in part", with_tool + " in R_A", "the measured frame in that of the part",
                       tool_in_station});
   } else {
-    frames.push_back({"tool in base frame", "the tool of the robot file in R_A, behind its base",
+    frames.push_back({"tool in base frame", fmt::format("base {} in R_A", with_tool),
+                      "the measured frame, seen from where `base` of the robot file is counted",
                       tool_in_station});
   }
   return frames;
@@ -189,6 +222,7 @@ std::vector<Agreement> find_agreements(const Robot& robot, const JointVector& q,
   std::vector<PossibleMistake> mistakes;
   add_joint_mistakes(robot, mistakes);
   add_other_mistakes(robot, mistakes);
+  add_turned_flanges(robot, mistakes);
   std::vector<Agreement> found;
   compare(typed, {}, distance, angle, found);
   if (found.empty())
@@ -200,7 +234,8 @@ std::vector<Agreement> find_agreements(const Robot& robot, const JointVector& q,
   if (found.empty())
     for (size_t a = 0; a < mistakes.size(); ++a)
       for (size_t b = a + 1; b < mistakes.size(); ++b) {
-        if (mistakes[a].topic == mistakes[b].topic) continue;
+        if (mistakes[a].topic == mistakes[b].topic || mistakes[a].alone || mistakes[b].alone)
+          continue;
         Reading reading = typed;
         mistakes[b].apply(reading);  // units of angles before signs, the pose before the foot
         mistakes[a].apply(reading);

@@ -7,13 +7,16 @@ namespace armtrue {
 
 using Eigen::Vector3d;
 
-Pose link_transform(const Link& link) {
+Eigen::Matrix3d rotation_before(const Link& link) {
   using Eigen::AngleAxisd;
-  const Eigen::Matrix3d before =
-      (AngleAxisd(link.beta, Vector3d::UnitY()) * AngleAxisd(link.alpha, Vector3d::UnitX()))
-          .toRotationMatrix();
+  return (AngleAxisd(link.beta, Vector3d::UnitY()) * AngleAxisd(link.alpha, Vector3d::UnitX()))
+      .toRotationMatrix();
+}
+
+Pose link_transform(const Link& link) {
+  const Eigen::Matrix3d before = rotation_before(link);
   Pose pose;
-  pose.rotation = before * AngleAxisd(link.theta, Vector3d::UnitZ()).toRotationMatrix();
+  pose.rotation = before * Eigen::AngleAxisd(link.theta, Vector3d::UnitZ()).toRotationMatrix();
   pose.translation = before * Vector3d(link.d, 0, link.r);
   return pose;
 }
@@ -61,10 +64,8 @@ Pose frame_towards(const JointAxis& own, const JointAxis& next, const Pose& prev
   return frame;
 }
 
-Link link_between(const Pose& previous, const Pose& frame) {
-  const Pose relative = inverse(previous) * frame;
+Link link_along(const Vector3d& z) {
   Link link;
-  const Vector3d z = relative.rotation.col(2);
   if (std::abs(z.x()) < 1e-12) {
     link.alpha = std::atan2(-z.y(), z.z());
   } else {
@@ -72,7 +73,13 @@ Link link_between(const Pose& previous, const Pose& frame) {
     link.alpha = std::atan2(-z.y(), side * std::hypot(z.x(), z.z()));
     link.beta = std::atan2(side * z.x(), side * z.z());
   }
-  const Eigen::Matrix3d before = link_transform(link).rotation;
+  return link;
+}
+
+Link link_between(const Pose& previous, const Pose& frame) {
+  const Pose relative = inverse(previous) * frame;
+  Link link = link_along(relative.rotation.col(2));
+  const Eigen::Matrix3d before = rotation_before(link);
   const Vector3d x = before.transpose() * relative.rotation.col(0);
   link.theta = std::atan2(x.y(), x.x());
   const Vector3d moved = before.transpose() * relative.translation;

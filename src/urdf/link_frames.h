@@ -9,6 +9,9 @@ namespace armtrue {
 /// The frame of a link in the frame before it, where the joint angle is 0.
 Pose link_transform(const Link& link);
 
+/// The rotation by beta and alpha, which stands before d and theta.
+Eigen::Matrix3d rotation_before(const Link& link);
+
 /// Roll, pitch and yaw of a URDF, where R = Rz(yaw) Ry(pitch) Rx(roll): KUKA's C, B and A. Near a
 /// pitch of 90 deg, roll and yaw can hardly be separated; there the roll compensates the rounding
 /// of the yaw, so that R is exact to the last digits.
@@ -24,6 +27,10 @@ struct JointAxis {
 /// perpendicular from that of the frame before, and x points to the foot of the perpendicular from
 /// there on `next`; source: Hayati (1983).
 Pose frame_towards(const JointAxis& own, const JointAxis& next, const Pose& previous);
+
+/// A link without theta and lengths, whose alpha and beta turn the z axis of the frame before to a
+/// direction in that frame.
+Link link_along(const Eigen::Vector3d& z);
 
 /// Modified Denavit-Hartenberg parameters, with Hayati's beta, between two frames whose x axes
 /// frame_towards() has laid.

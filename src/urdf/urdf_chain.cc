@@ -7,6 +7,7 @@
 #include <cmath>
 #include <kdl/chain.hpp>
 #include <kdl/tree.hpp>
+#include <map>
 #include <numbers>
 
 #include "armtrue/text/input_error.h"
@@ -187,6 +188,31 @@ std::vector<std::string> fixed_elsewhere(const urdf::ModelInterface& model,
   return names;
 }
 
+// The frames of a link and of all that is fixed to it, by name, from `frame` of the link.
+void find_fixed_links(const urdf::Link& link, const Pose& frame,
+                      std::map<std::string, Pose>& frames) {
+  frames[link.name] = frame;
+  for (const auto& child : link.child_links)
+    if (is_fixed(*child->parent_joint))
+      find_fixed_links(
+          *child, frame * from_kdl(kdl_frame(child->parent_joint->parent_to_joint_origin_transform)),
+          frames);
+}
+
+std::string tool0_elsewhere(const urdf::ModelInterface& model, const UrdfChain& chain) {
+  const auto last =
+      std::find_if(chain.joints.rbegin(), chain.joints.rend(),
+                   [](const ChainJoint& joint) { return joint.is_driven(); });
+  if (last == chain.joints.rend()) return "";
+  std::map<std::string, Pose> frames;
+  find_fixed_links(*model.getLink(last->link), Pose{}, frames);
+  const auto tip = frames.find(chain.joints.back().link);
+  if (tip == frames.end()) return "";
+  for (const auto& [name, frame] : frames)
+    if (name.ends_with("tool0")) return stand_together(frame, tip->second) ? "" : name;
+  return "";
+}
+
 }  // namespace
 
 UrdfChain read_urdf_chain(const std::string& text, const std::string& file, const UrdfEnds& ends) {
@@ -207,6 +233,7 @@ UrdfChain read_urdf_chain(const std::string& text, const std::string& file, cons
   for (const KDL::Segment& segment : way.segments)
     result.joints.push_back(joint_of(segment, document));
   result.beside_base = fixed_elsewhere(model, result);
+  result.tool0 = tool0_elsewhere(model, result);
   return result;
 }
 

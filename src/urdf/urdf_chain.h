@@ -37,6 +37,7 @@ struct UrdfChain {
   /// Links that stand fixed to the base, beside the way or on it, turned or moved, as the frame of
   /// a controller often does. Links that stand together count once.
   std::vector<std::string> beside_base;
+  std::string tool0;  ///< see tool0_beside_tip()
 };
 
 /// Reads the document with urdfdom and finds the way with KDL. Errors are those of parse_urdf().

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 
 #include "armtrue/effects/sampling.h"
 #include "armtrue/kinematics/evaluator.h"
@@ -19,8 +20,12 @@
 namespace armtrue {
 namespace {
 
+using Eigen::Vector3d;
+
 // No calibration moves a frame of a link farther.
 constexpr double kSameArm = 50 * kMillimetre, kSameArmAngle = 5 * kDegree;
+// Nor any length of the last links, which readings hardly tell from the tool.
+constexpr double kSameLength = 5 * kMillimetre;
 constexpr double kSameOrigin = 1e-13;  // [m], of matrix entries: below the digits of a file
 constexpr double kExact = 1e-9;        // [m, rad]
 constexpr int kPosesChecked = 50;
@@ -56,6 +61,19 @@ constexpr const char* kTakeThisArm =
     "calibrate the robot that convert-robot --to yaml makes of this URDF, with the same --base and "
     "--tip";
 
+// How far two frames of a joint stand apart [m, rad]. The last one may stand anywhere on its axis,
+// turned by any angle about it.
+struct Apart {
+  double distance, angle;
+};
+
+Apart frames_apart(const Pose& own, const Pose& expected, bool is_last) {
+  const Vector3d between = own.translation - expected.translation;
+  if (!is_last) return {between.norm(), angle_between(own, expected)};
+  const Vector3d z = expected.rotation.col(2), own_z = own.rotation.col(2);
+  return {(between - z * z.dot(between)).norm(), std::atan2(z.cross(own_z).norm(), z.dot(own_z))};
+}
+
 // Why a chain is no calibration of the nominal one with the same frames; empty if it is one.
 std::string why_another_arm(const KinematicChain& own, const KinematicChain& nominal) {
   const auto same_kinds = [](const Link& a, const Link& b) { return a.joint == b.joint; };
@@ -63,8 +81,8 @@ std::string why_another_arm(const KinematicChain& own, const KinematicChain& nom
     return fmt::format("with other joints; {}", kTakeThisArm);
   const std::vector<Pose> frames = frames_at_zero(own), expected = frames_at_zero(nominal);
   for (size_t j = 0; j < frames.size(); ++j) {
-    const double distance = (frames[j].translation - expected[j].translation).norm();
-    const double angle = angle_between(frames[j], expected[j]);
+    const auto [distance, angle] =
+        frames_apart(frames[j], expected[j], j + 1 == frames.size());
     const int joint = static_cast<int>(j);
     if (joint_link(own, joint).sign == joint_link(nominal, joint).sign && distance < kSameArm &&
         angle < kSameArmAngle)
@@ -77,14 +95,37 @@ std::string why_another_arm(const KinematicChain& own, const KinematicChain& nom
   return "";
 }
 
-// The last frame may stand anywhere on its axis: here as far along it as that of `nominal`.
-void slide_last_frame(KinematicChain& chain, const KinematicChain& nominal) {
-  const int last = joint_count(chain) - 1;
-  if (joint_count(nominal) != last + 1) return;
-  Link& link = chain.links[static_cast<size_t>(link_of_joint(chain, last))];
-  const double way = joint_link(nominal, last).r - link.r;
-  link.r += way;
-  chain.tool.translation.z() -= way;
+// Whether the last frame stands on its axis as that of `nominal`, but for a calibration, and the
+// links behind it are the same.
+bool has_last_frame_of(const KinematicChain& chain, const KinematicChain& nominal) {
+  const auto is_near = [](const Link& own, const Link& other) {
+    const Vector3d lengths(own.d - other.d, own.r - other.r, 0);
+    const Vector3d angles(own.alpha - other.alpha, own.theta - other.theta, own.beta - other.beta);
+    const auto from_turn = [](double angle) { return std::remainder(angle, 2 * std::numbers::pi); };
+    return lengths.cwiseAbs().maxCoeff() < kSameLength &&
+           angles.unaryExpr(from_turn).cwiseAbs().maxCoeff() < kSameArmAngle;
+  };
+  const auto last = static_cast<size_t>(link_of_joint(chain, joint_count(chain) - 1));
+  return std::equal(chain.links.begin() + static_cast<long>(last), chain.links.end(),
+                    nominal.links.begin() + static_cast<long>(last), is_near);
+}
+
+// Slides and turns the last frame on its axis until it stands behind that of the joint before as
+// that of `nominal` does, and gives the links behind it their values there. What is left is the
+// tool.
+void take_last_frame_of(const KinematicChain& nominal, KinematicChain& chain) {
+  const auto last = static_cast<size_t>(link_of_joint(chain, joint_count(chain) - 1));
+  const double turn = nominal.links[last].theta - chain.links[last].theta;
+  const double slide = nominal.links[last].r - chain.links[last].r;
+  const Pose moved{Eigen::AngleAxisd(turn, Vector3d::UnitZ()).toRotationMatrix(),
+                   slide * Vector3d::UnitZ()};
+  const Pose tool = inverse(moved) * tool_behind_joints(chain);
+  chain.links[last].theta = nominal.links[last].theta;
+  chain.links[last].r = nominal.links[last].r;
+  std::copy(nominal.links.begin() + static_cast<long>(last) + 1, nominal.links.end(),
+            chain.links.begin() + static_cast<long>(last) + 1);
+  chain.tool = {};
+  chain.tool = inverse(tool_behind_joints(chain)) * tool;
 }
 
 // The robot, with frames as those of `nominal`, and its base where the document has it.
@@ -93,24 +134,29 @@ struct RobotOfDocument {
   Pose nominal_base;
 };
 
-// A robot that was made of the document has its frames already. Any other file of the arm gets
-// them, if it is seen from the base of the document.
+// A robot that was made of the document has its frames already, but for the last one, which
+// convert-robot laid elsewhere on its axis once. Any other file of the arm gets them, if it is seen
+// from the base of the document.
 RobotOfDocument with_frames_of_document(const Robot& robot, const Robot& nominal,
                                         const std::string& file) {
-  const auto problem = [&](const Robot& own, const Pose& base) {
-    KinematicChain chain = own.chain;
-    chain.base = base;
+  RobotOfDocument result{robot, nominal.chain.base};
+  const auto problem = [&] {
+    KinematicChain chain = result.robot.chain;
+    chain.base = result.nominal_base;
     return why_another_arm(chain, nominal.chain);
   };
-  if (problem(robot, nominal.chain.base).empty()) return {robot, nominal.chain.base};
-  RobotOfDocument result{with_frames_of_axes(robot), {}};
-  slide_last_frame(result.robot.chain, nominal.chain);
-  Pose& base = result.robot.chain.base;
-  result.nominal_base = base;
-  if (const std::string why = problem(result.robot, base); !why.empty())
+  if (problem().empty()) {
+    if (!has_last_frame_of(robot.chain, nominal.chain))
+      take_last_frame_of(nominal.chain, result.robot.chain);
+    return result;
+  }
+  result.robot = with_frames_of_axes(robot);
+  result.nominal_base = result.robot.chain.base;
+  if (const std::string why = problem(); !why.empty())
     throw InputError(
         fmt::format("{}: is another arm than the robot '{}', {}", file, robot.name, why));
-  base = robot.chain.base * base;
+  take_last_frame_of(nominal.chain, result.robot.chain);
+  result.robot.chain.base = robot.chain.base * result.nominal_base;
   return result;
 }
 
@@ -138,7 +184,8 @@ std::map<std::string, Pose> changed_origins(const UrdfChain& chain, const Robot&
       change(joint, inverse(frame) * next);
       ++driven;
     } else if (k + 1 == chain.joints.size() && driven == to.size()) {
-      change(joint, inverse(frame) * tip_at_zero(robot.chain));
+      change(joint, inverse(frame) * tip_at_zero(robot.chain) *
+                        inverse(tip_at_zero(nominal.chain)) * old_frame);
     }
     frame = next;
   }

@@ -70,23 +70,30 @@ void copy_mass(const ChainJoint& from, int link, const Pose& link_from_urdf, Rob
   if (from.mass_kg > 0) robot.bodies.push_back({link, from.mass_kg, link_from_urdf * from.centre});
 }
 
-// Reads world, base_link, the links and tool in the order of write_urdf.
-std::optional<Robot> as_written(const std::vector<ChainJoint>& chain, const std::string& text) {
-  if (chain.size() < 3 || chain.size() > kMaxLinks + 2) return std::nullopt;
-  const auto is_fixed = [](const ChainJoint& joint) {
-    return joint.kind == ChainJoint::Kind::fixed;
+// Whether the chain leads from `world` to `tool` of write_urdf: both ends are fixed, and the joints
+// between them have exact entries. Not so where --tip names a link within the arm.
+bool is_own_document(const std::vector<ChainJoint>& chain,
+                     const std::map<std::string, Link>& exact) {
+  if (chain.size() < 3 || chain.size() > kMaxLinks + 2) return false;
+  const auto is_fixed_end = [&](const ChainJoint& joint) {
+    return joint.kind == ChainJoint::Kind::fixed && !exact.contains(joint.name);
   };
-  // Not so where --tip names a link within the arm.
-  if (!is_fixed(chain.front()) || !is_fixed(chain.back())) return std::nullopt;
-  const std::map<std::string, Link> exact = exact_links(text);
+  return is_fixed_end(chain.front()) && is_fixed_end(chain.back()) &&
+         std::all_of(chain.begin() + 1, chain.end() - 1,
+                     [&](const ChainJoint& joint) { return exact.contains(joint.name); });
+}
+
+// Reads world, base_link, the links and tool in the order of write_urdf.
+std::optional<Robot> as_written(const std::vector<ChainJoint>& chain,
+                                const std::map<std::string, Link>& exact) {
+  if (!is_own_document(chain, exact)) return std::nullopt;
   Robot robot;
   robot.chain.base = chain.front().origin;
   robot.chain.tool = chain.back().origin;
   for (size_t j = 0; j + 2 < chain.size(); ++j) {
     const ChainJoint& joint = chain[j + 1];
-    const auto found = exact.find(joint.name);
-    if (found == exact.end() || joint.kind == ChainJoint::Kind::other) return std::nullopt;
-    Link& link = robot.chain.links.emplace_back(found->second);
+    if (joint.kind == ChainJoint::Kind::other) return std::nullopt;
+    Link& link = robot.chain.links.emplace_back(exact.at(joint.name));
     if (!agree(link_transform(link), joint.origin))
       return std::nullopt;  // somebody changed the origin: that counts
     copy_joint(joint, link);
@@ -100,15 +107,15 @@ std::optional<Robot> as_written(const std::vector<ChainJoint>& chain, const std:
   return robot;
 }
 
-// The frame on the last axis, with x as near as it can be to that of the frame before.
-Pose last_frame(const JointAxis& axis, const Pose& previous) {
-  const Vector3d& z = axis.direction;
-  Vector3d x = previous.rotation.col(0);
-  x = (x - z * z.dot(x)).normalized();
-  Pose frame;
-  frame.rotation << x, z.cross(x), z;
-  frame.translation = axis.point;
-  return frame;
+// R_0 has the axes of --base. alpha and beta turn its z to axis 1, d and r lead to the axis along
+// the turned x and z; what is left along y, mostly nothing, is a shift of R_0.
+Pose foot_of(const JointAxis& first) {
+  constexpr double kRounding = 1e-12;  // [m], of pi in a double
+  const Vector3d y = rotation_before(link_along(first.direction)).col(1);
+  const double left = y.dot(first.point);
+  Pose foot;
+  if (std::abs(left) > kRounding) foot.translation = left * y;
+  return foot;
 }
 
 void require_arm(const std::vector<ChainJoint>& chain, const std::string& file) {
@@ -163,24 +170,25 @@ Robot from_axes(const std::vector<ChainJoint>& chain, const std::string& file) {
     link_of.push_back(static_cast<int>(driven.size()) - 1);
   }
   Robot robot;
-  // R_0 stands at the foot of the common normal on axis 1, so that link 1 needs no beta.
-  const JointAxis vertical{Vector3d::Zero(), Vector3d::UnitZ()};
-  Pose previous = frame_towards(vertical, axes.front(), Pose{});
+  Pose previous = foot_of(axes.front());
   robot.chain.base = previous;
+  // Programs speak of the flange, so the last link ends in the tip. The last axis is followed by
+  // the z axis of the tip as by another joint; of the feet on it, that of the tip itself counts.
+  const JointAxis tip{frame.translation, frame.rotation.col(2)};
   std::vector<Pose> frames;
   robot.chain.links.resize(axes.size() + 1);
   for (size_t j = 0; j < axes.size(); ++j) {
     const Pose next = j + 1 < axes.size() ? frame_towards(axes[j], axes[j + 1], previous)
-                                          : last_frame(axes[j], previous);
+                                          : frame_towards(axes[j], tip, frame);
     robot.chain.links[j] = link_between(previous, next);
     copy_joint(*driven[j], robot.chain.links[j]);
     frames.push_back(next);
     previous = next;
   }
+  robot.chain.links.back() = link_between(previous, frame);
   robot.chain.links.back().name = "flange";
   name_links(driven, robot.chain.links);
   robot.chain.links.back().joint = JointKind::fixed;
-  robot.chain.tool = inverse(previous) * frame;
   for (size_t k = 0; k < chain.size(); ++k)
     if (link_of[k] >= 0) {
       const auto link = static_cast<size_t>(link_of[k]);
@@ -192,8 +200,18 @@ Robot from_axes(const std::vector<ChainJoint>& chain, const std::string& file) {
 }  // namespace
 
 Robot robot_of(const UrdfChain& chain, const std::string& text, const std::string& file) {
-  std::optional<Robot> written = as_written(chain.joints, text);
-  Robot robot = written ? std::move(*written) : from_axes(chain.joints, file);
+  const std::map<std::string, Link> exact = exact_links(text);
+  Robot robot;
+  if (std::optional<Robot> written = as_written(chain.joints, exact)) {
+    robot = std::move(*written);
+  } else if (is_own_document(chain.joints, exact)) {
+    // Somebody changed an origin. R_0, the last link and the measured frame stay what they were.
+    robot = from_axes({chain.joints.begin() + 1, chain.joints.end() - 1}, file);
+    robot.chain.base = chain.joints.front().origin * robot.chain.base;
+    robot.chain.tool = chain.joints.back().origin;
+  } else {
+    robot = from_axes(chain.joints, file);
+  }
   robot.name = chain.robot;
   return robot;
 }
@@ -223,8 +241,19 @@ Robot parse_urdf(const std::string& text, const std::string& file, const UrdfEnd
 std::vector<std::string> frames_beside_base(const std::string& text, const std::string& file,
                                             const UrdfEnds& ends) {
   const UrdfChain chain = read_urdf_chain(text, file, ends);
-  if (as_written(chain.joints, text)) return {};
+  if (as_written(chain.joints, exact_links(text))) return {};
   return chain.beside_base;
+}
+
+Vector3d foot_beside_base(const std::string& text, const std::string& file, const UrdfEnds& ends) {
+  const UrdfChain chain = read_urdf_chain(text, file, ends);
+  if (is_own_document(chain.joints, exact_links(text))) return Vector3d::Zero();
+  return from_axes(chain.joints, file).chain.base.translation;
+}
+
+std::string tool0_beside_tip(const std::string& text, const std::string& file,
+                             const UrdfEnds& ends) {
+  return read_urdf_chain(text, file, ends).tool0;
 }
 
 std::vector<std::string> links_without_travel(const std::string& text, const std::string& file,

@@ -62,6 +62,8 @@ struct Program {
 
 struct CompensationOptions {
   Pose base;  ///< R_0 from the program's frame (KUKA: $BASE)
+  /// R_7 from the flange, in which tools of a program stand; R_7 is the flange of most robot files.
+  Pose flange;
   Pose tool;  ///< R_7 from the TCP (KUKA: $TOOL, if R_7 is the flange)
   /// Whether the TCP is the frame that was measured: then `tool` of the identified robot and
   /// effects on it apply.
@@ -128,6 +130,15 @@ bool moves_program(const Effect& effect, bool tool_is_measured);
 /// Whether a robot file says that it comes from a calibration: standard deviations, an uncertainty,
 /// or effects.
 bool states_calibration(const Robot& robot);
+
+/// Whether `tool` of a controller's model may be the flange of a program and not the place of a
+/// reflector: the last link changes nothing, so R_7 is the frame of the last axis, and the tool is
+/// turned by right angles. convert-robot once left the flange of a URDF there.
+bool may_hold_flange_in_tool(const Robot& controller);
+
+/// The angle [rad] by which the last frames of two models of one arm are turned against each other,
+/// though their last axes are the same within 5 deg; 0 if these are not.
+double turn_of_last_frame(const Robot& robot, const Robot& controller);
 
 /// Identified parameters of links that contain the place of the instrument or of the reflector,
 /// because `base` or `tool` was not identified with them: those of the first link, after the base,

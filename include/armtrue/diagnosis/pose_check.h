@@ -12,12 +12,13 @@ namespace armtrue {
 /// A frame of the arm as a pendant shows it.
 struct ShownFrame {
   std::string name;   ///< "flange in foot"
+  std::string what;   ///< by the names of a robot file: "R_7 in R_0"
   std::string words;  ///< what pendants call it
   Pose pose;
 };
 
-/// Flange and tool in the foot R_0, and tool in R_A, at the joint angles `q` [rad]. Uses the
-/// constants only, no effects.
+/// Flange and tool in the foot R_0, and tool in R_A, at the joint angles `q` [rad]; the flange, R_7
+/// of six axes, is the first. Uses the constants only, no effects.
 std::vector<ShownFrame> shown_frames(const Robot& robot, const JointVector& q);
 
 /// A pose as numbers of a pendant: x, y, z [mm], then the KUKA angles a, b, c [deg].
@@ -26,7 +27,8 @@ using PendantPose = std::array<double, 6>;
 /// A way to read the robot file, the joint angles or the pose with which they agree.
 struct Agreement {
   std::vector<std::string> changes;  ///< in words; empty: they agree without a change
-  std::string frame;                 ///< name of the ShownFrame that agrees
+  std::string frame;                 ///< name of the ShownFrame that agrees, and what it is
+  bool is_flange = false;            ///< whether it is the flange of the robot file
   double distance = 0;               ///< [m]
   double angle = 0;                  ///< [rad]
 };
@@ -35,7 +37,8 @@ struct Agreement {
 /// `angle` [rad] of the pose, best first. Changes are: a joint with another sign or another zero,
 /// angles in rad, joint 3 relative to the horizontal, a table in the standard convention, a base
 /// turned about z or below the controller's frame at axis 2, other angles of orientation, lengths
-/// in m. Empty if none does.
+/// in m; alone also a flange that is turned by right angles. Frames that are the same, as with a
+/// tool of 0, count once. Empty if none does.
 std::vector<Agreement> find_agreements(const Robot& robot, const JointVector& q,
                                        const PendantPose& pose, double distance, double angle);
 

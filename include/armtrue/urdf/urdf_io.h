@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <map>
 #include <string>
 #include <vector>
@@ -24,9 +25,11 @@ struct UrdfEnds {
 };
 
 /// Reads a URDF with 1 to 10 revolute or prismatic joints from base to tip. urdfdom parses it; KDL
-/// finds the chain. The frame of the base is R_A, that of the tip the measured frame. Links written
-/// by write_urdf() come back unchanged; any other arm gets Khalil's frames from the common normals
-/// of its axes, with beta where two are nearly parallel. Throws InputError for an invalid URDF,
+/// finds the chain. Links written by write_urdf() come back unchanged, between the frames of base and
+/// tool. Any other arm gets Khalil's frames from the common normals of its axes, with beta where two
+/// are nearly parallel: the frame of the base is R_A, that of the tip the frame of the last, fixed
+/// link, and tool is 0. R_0 has the axes of R_A and stands there, or beside it where link 1 does not
+/// lead from there to axis 1 (`base`). Throws InputError for an invalid URDF,
 /// macros that are not expanded, an end that no branch or several branches have, or other driven
 /// joints.
 Robot parse_urdf(const std::string& text, const std::string& file, const UrdfEnds& ends = {});
@@ -36,6 +39,16 @@ Robot parse_urdf(const std::string& text, const std::string& file, const UrdfEnd
 /// whose base_link is R_0.
 std::vector<std::string> frames_beside_base(const std::string& text, const std::string& file,
                                             const UrdfEnds& ends);
+
+/// How far R_0 stands beside the base of a document, in its axes [m]; 0 of a document of
+/// write_urdf().
+Eigen::Vector3d foot_beside_base(const std::string& text, const std::string& file,
+                                 const UrdfEnds& ends);
+
+/// The link `tool0`, by any prefix, if it stands fixed behind the last joint elsewhere than the tip:
+/// descriptions after ROS-Industrial have the flange of the controller there. Else empty.
+std::string tool0_beside_tip(const std::string& text, const std::string& file,
+                             const UrdfEnds& ends);
 
 /// Links whose joint has limits of 0 and 0: nobody has entered its travel, which is read as
 /// unlimited.
