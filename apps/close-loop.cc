@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <cmath>
 #include <functional>
 #include <map>
 #include <set>
@@ -243,6 +244,15 @@ void warn_of_unknown_floor(app::Command& command, const LoopResult& result) {
       to_string(result.verdict), result.after / kMillimetre));
 }
 
+void warn_of_common_backlash(app::Command& command, const LoopResult& result) {
+  if (!result.common_backlash) return;
+  command.warn(fmt::format(
+      "the joints have one backlash, {:.2g} deg, which gears do not: were the joint angles read "
+      "before the arm stood still? Read them at standstill, and tell by that; until then the "
+      "verdict is not 'closed'",
+      std::abs(*result.common_backlash) / kDegree));
+}
+
 int run(app::Command& command, const Arguments& arguments) {
   Robot robot = command.read_robot(arguments.robot).robot;
   command.warn_if_calibrated(robot, arguments.robot);
@@ -262,6 +272,7 @@ int run(app::Command& command, const Arguments& arguments) {
   const std::string missed = why_not_reached(robot, result);
   if (!missed.empty()) command.warn(missed);
   warn_of_unknown_floor(command, result);
+  warn_of_common_backlash(command, result);
   for (const std::string& doubt :
        {result.left_out_together,
         contradiction_of_noise(robot, measured.training, result.trace.fit, result.noise)})

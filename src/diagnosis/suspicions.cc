@@ -4,6 +4,8 @@
 
 #include "armtrue/calibration/gross_poses.h"
 #include "campaign/sessions.h"
+#include "diagnosis/depth_check.h"
+#include "diagnosis/early_angles.h"
 #include "diagnosis/impossible_change.h"
 #include "diagnosis/plain_fit.h"
 #include "diagnosis/rounding_check.h"
@@ -46,7 +48,9 @@ LogFindings find_suspicions(const Robot& robot, const Campaign& campaign) {
     return found;
   }
   auto suspicion = campaign.has_distances() ? find_scale_of_anchor(*fit) : find_change(*fit);
+  if (const auto depth = find_depth_scale(*fit)) suspicion = depth->words;
   if (!suspicion) suspicion = find_scale_of_links(*fit, robot);
+  if (!suspicion) suspicion = find_early_angles(*fit, campaign);
   if (!suspicion) suspicion = find_rounded_angles(*fit);
   if (suspicion) found.warnings.push_back(*suspicion);
   if (!suspicion)

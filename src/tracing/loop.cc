@@ -147,9 +147,12 @@ void set_verdict(const Training& training, const Campaign& held_out, LoopResult&
       std::min(complete_high, result.floor * std::max(of_noise, kMostOfUnknowns));
   result.worse_than_nominal = held_out.rows() > 0 && result.after > floor_high &&
                               result.after > result.stages.front().held_out.position.mean;
+  result.common_backlash =
+      common_backlash(result.trace.fit.robot.chain, result.trace.effects);
   result.verdict =
       conclude({result.trace.effects, result.lack_of_fit, result.after, result.floor, floor_high,
-                complete_high, result.outside_p, !result.left_out_together.empty()});
+                complete_high, result.outside_p, !result.left_out_together.empty(),
+                result.common_backlash.has_value()});
   if (result.verdict == Verdict::too_few_poses)
     result.more_poses = poses_to_the_floor(result, floor_high);
 }

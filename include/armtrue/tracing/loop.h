@@ -46,6 +46,7 @@ struct LoopResult {
   std::vector<int> excluded_rows;
   std::vector<GrossPose> gross_poses;  ///< among the training poses; no fit uses them
   std::string left_out_together;       ///< see left_out_together()
+  std::optional<double> common_backlash;  ///< of the effects of the trace; see common_backlash()
   std::vector<Stage> stages;
   TraceResult trace;
   std::vector<double> errors_before, errors_after;  ///< of each held-out reading [m]
