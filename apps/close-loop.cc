@@ -247,9 +247,9 @@ void warn_of_unknown_floor(app::Command& command, const LoopResult& result) {
 void warn_of_common_backlash(app::Command& command, const LoopResult& result) {
   if (!result.common_backlash) return;
   command.warn(fmt::format(
-      "the joints have one backlash, {:.2g} deg, which gears do not: were the joint angles read "
-      "before the arm stood still? Read them at standstill, and tell by that; until then the "
-      "verdict is not 'closed'",
+      "the joints have one backlash, {:.2g} deg, and gears have each their own: were the joint "
+      "angles not read at standstill? A campaign with angles read so tells; until then the verdict "
+      "is not 'closed'",
       std::abs(*result.common_backlash) / kDegree));
 }
 

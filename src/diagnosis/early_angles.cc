@@ -122,7 +122,7 @@ struct Early {
 
 Early explain(const WayToGo& way, const FitEquations& equations, const KinematicChain& chain,
               double poses) {
-  constexpr double kHalf = 0.5, kDeviations = 3;
+  constexpr double kHalf = 0.5, kQuarter = 0.25, kDeviations = 3;
   Eigen::MatrixXd each = equations.columns;
   for (Eigen::Index j = 0; j < each.cols(); ++j)
     each.col(j) = joint_link(chain, static_cast<int>(j)).sign *
@@ -142,10 +142,12 @@ Early explain(const WayToGo& way, const FitEquations& equations, const Kinematic
   const Eigen::MatrixXd covariance =
       variance * Eigen::LDLT<Eigen::MatrixXd>(gram).solve(
                      Eigen::MatrixXd::Identity(gram.rows(), gram.cols()));
-  long alike = 0, go_on = 0, stay_behind = 0;
+  long alike = 0, unlike = 0, go_on = 0, stay_behind = 0;
   for (Eigen::Index j = 0; j < own.value.size(); ++j) {
     const double clear = kDeviations * std::sqrt(covariance(j, j));
-    alike += std::abs(own.value[j] - c) < kHalf * std::abs(c) && clear < std::abs(c);
+    const double apart = std::abs(own.value[j] - c), near = kQuarter * std::abs(c);
+    alike += apart < near && clear < near;
+    unlike += apart > std::max(near, clear);
     go_on += own.value[j] > clear;
     stay_behind += own.value[j] < -clear;
   }
@@ -153,7 +155,7 @@ Early explain(const WayToGo& way, const FitEquations& equations, const Kinematic
   const auto are_most = [&](long count) {
     return count >= kFewestJoints && 2 * count > own.value.size();
   };
-  if (are_most(alike) && early.score >= fall_of_bic(own, equations, poses, 1))
+  if (are_most(alike) && unlike == 0 && early.score >= fall_of_bic(own, equations, poses, 1))
     early.joints = alike;
   else if (are_most(go_on) && stay_behind == 0 && c > 0 && one.share > kHalf * own.share)
     early.joints = go_on;
