@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <cmath>
 #include <functional>
 #include <map>
 #include <set>
@@ -233,6 +234,15 @@ std::string why_not_reached(const Robot& robot, const LoopResult& result) {
       result.after / kMillimetre, nominal / kMillimetre);
 }
 
+void warn_of_common_backlash(app::Command& command, const LoopResult& result) {
+  if (!result.common_backlash) return;
+  command.warn(fmt::format(
+      "the joints have one backlash, {:.2g} deg, and gears have each their own: were the joint "
+      "angles not read at standstill? A campaign with angles read so tells; until then the verdict "
+      "is not 'closed'",
+      std::abs(*result.common_backlash) / kDegree));
+}
+
 int run(app::Command& command, const Arguments& arguments) {
   Robot robot = command.read_robot(arguments.robot).robot;
   command.warn_if_calibrated(robot, arguments.robot);
@@ -251,6 +261,7 @@ int run(app::Command& command, const Arguments& arguments) {
 
   const std::string missed = why_not_reached(robot, result);
   if (!missed.empty()) command.warn(missed);
+  warn_of_common_backlash(command, result);
   for (const std::string& doubt :
        {rejection_in_words(result), unknown_noise_in_words(result), result.left_out_together,
         contradiction_of_noise(robot, measured.training, result.trace.fit, result.noise)})

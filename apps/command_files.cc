@@ -48,6 +48,10 @@ Campaign Command::read_campaign(const std::string& path, const Robot& robot) {
     throw InputError(file.campaign.source + ": " + findings.errors.front());
   for (const std::string& warning : findings.warnings) warn(file.campaign.source + ": " + warning);
   begin_new_sessions(file.campaign, path == input);
+  if (const auto computed = find_computed_orientations(robot, file.campaign)) {
+    warn(file.campaign.source + ": " + *computed);
+    leave_out_orientations(file.campaign);
+  }
   return std::move(file.campaign);
 }
 
@@ -172,6 +176,9 @@ void Command::warn_if_calibrated(const Robot& robot, const std::string& path) {
 bool Command::warn_if_computed(const Robot& robot, const Campaign& campaign) {
   const auto computed = find_computed_points(robot, campaign);
   if (computed) warn(campaign.source + ": " + *computed);
+  if (!computed)
+    if (const auto needless = find_needless_calibration(robot, campaign))
+      warn(campaign.source + ": " + *needless);
   return computed.has_value();
 }
 

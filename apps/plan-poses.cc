@@ -7,6 +7,7 @@
 #include <optional>
 #include <set>
 
+#include "armtrue/diagnosis/log_check.h"
 #include "armtrue/io/joint_target_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/io/ranking_io.h"
@@ -205,6 +206,8 @@ int plan_for_geometry(app::Command& command, const Arguments& arguments, const R
 int run(app::Command& command, const Arguments& arguments) {
   const PlanOptions options = plan_options(command, arguments);
   const Robot robot = command.read_robot(arguments.robot).robot;
+  for (const std::string& warning : check_limits(robot).warnings)
+    command.warn(arguments.robot + ": " + warning);
   Campaign given;
   if (!arguments.given.empty()) {
     given = command.read_campaign(arguments.given, robot);

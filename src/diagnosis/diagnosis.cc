@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <limits>
 #include <set>
 #include <stdexcept>
@@ -214,6 +215,11 @@ std::vector<Hypothesis> orientation_hypotheses() {
        [](Robot&, Campaign& c) {
          for (Eigen::Quaterniond& q : c.orientation) q = {q.x(), q.y(), q.z(), q.w()};
        }},
+      {"the quaternions look like x, y, z, w under the names qw,qx,qy,qz; name the columns in the "
+       "order of their values",
+       [](Robot&, Campaign& c) {
+         for (Eigen::Quaterniond& q : c.orientation) q = {q.z(), q.w(), q.x(), q.y()};
+       }},
       {"the orientations look turned the other way (tool from instrument); give the rotation that "
        "takes tool axes to R_A",
        [](Robot&, Campaign& c) {
@@ -222,6 +228,31 @@ std::vector<Hypothesis> orientation_hypotheses() {
       of_angles("the angles a, b, c look like radians under a _deg name; name the columns "
                 "a_rad,b_rad,c_rad",
                 [](const Angles& abc) -> Angles { return abc / kDegree; })};
+}
+
+void invert_poses(Campaign& campaign) {
+  for (int row = 0; row < campaign.rows(); ++row) {
+    Eigen::Quaterniond& turn = campaign.orientation[row];
+    turn = turn.conjugate();
+    campaign.position[row] = -(turn * campaign.position[row]);
+  }
+}
+
+// A pose the other way round, as a camera gives that of its board: the points then depend on the
+// orientations, whose numbers may be in another convention as well.
+std::vector<Hypothesis> inverse_pose_hypotheses() {
+  const std::string inverted =
+      "the poses look inverted (instrument from tool, such as camera from board); give the inverse: "
+      "x, y, z and orientation of the tool in R_A";
+  std::vector<Hypothesis> hypotheses{
+      {inverted, [](Robot&, Campaign& c) { invert_poses(c); }}};
+  for (const Hypothesis& other : orientation_hypotheses())
+    hypotheses.push_back({other.remedy + "; with that, " + inverted,
+                          [change = other.change](Robot& r, Campaign& c) {
+                            change(r, c);
+                            invert_poses(c);
+                          }});
+  return hypotheses;
 }
 
 void try_hypotheses(const Robot& robot, const Campaign& campaign,
@@ -286,10 +317,13 @@ SessionFindings diagnose_session(const Robot& given, const Campaign& all,
   const bool few = poses < kFewestPoses;
   const double miss = median_miss(robot, campaign);
   const bool fits = miss <= kImplausibleMiss;
-  if (!fits)
-    try_hypotheses(robot, campaign,
-                   position_hypotheses(robot.chain, campaign.has_distances(), !few), miss,
-                   median_miss, findings);
+  if (!fits) {
+    std::vector<Hypothesis> hypotheses =
+        position_hypotheses(robot.chain, campaign.has_distances(), !few);
+    if (campaign.has_orientation() && !few)
+      std::ranges::copy(inverse_pose_hypotheses(), std::back_inserter(hypotheses));
+    try_hypotheses(robot, campaign, hypotheses, miss, median_miss, findings);
+  }
   if (few) return {findings, fits};
   if (findings.empty())
     if (const auto mixed = find_mixed_rows(robot, campaign, kImplausibleMiss, kImplausibleTurn))

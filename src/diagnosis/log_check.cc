@@ -15,6 +15,7 @@
 #include "armtrue/kinematics/joint_names.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/summary.h"
+#include "diagnosis/lost_values.h"
 
 namespace armtrue {
 namespace {
@@ -178,6 +179,35 @@ void check_unit_of_temperature(const Campaign& campaign, LogFindings& findings) 
   }
 }
 
+// Whether a sensor is on a part that runs hot by itself, by its name.
+bool runs_hot(const std::string& sensor) {
+  std::string name = sensor;
+  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return std::ranges::any_of(
+      std::array{"motor", "drive", "gear", "getriebe", "spindle", "spindel", "servo", "winding",
+                 "wicklung", "brake", "bremse", "bearing", "lager", "oil", "cabinet", "cpu", "core",
+                 "electronic", "encoder", "amplifier"},
+      [&](const char* part) { return name.find(part) != std::string::npos; });
+}
+
+// 50 F is a cold hall, and 50 deg C more than an arm or a room has from the first reading on.
+void check_fahrenheit(const Campaign& campaign, LogFindings& findings) {
+  constexpr double kColdest = 50, kHottest = 122;  // F: 10 to 50 deg C
+  if (campaign.temperature_c.empty() || campaign.rows() < kFewestRows) return;
+  for (size_t sensor = 0; sensor < campaign.temperature_names.size(); ++sensor) {
+    const auto [least, largest] = std::ranges::minmax(campaign.temperature_c, {},
+                                                      [&](const auto& row) { return row[sensor]; });
+    if (least[sensor] < kColdest || largest[sensor] > kHottest) continue;
+    if (runs_hot(campaign.temperature_names[sensor])) continue;
+    const auto celsius = [](double fahrenheit) { return (fahrenheit - 32) / 1.8; };
+    findings.warnings.push_back(fmt::format(
+        "temp_{}_c is {:.4g} to {:.4g} deg C in all rows: are these degrees Fahrenheit ({:.3g} to "
+        "{:.3g} deg C)? Convert them",
+        campaign.temperature_names[sensor], least[sensor], largest[sensor], celsius(least[sensor]),
+        celsius(largest[sensor])));
+  }
+}
+
 // A few steps back in time, in rows that are otherwise in the order of time.
 void check_steps_back(const Campaign& campaign, LogFindings& findings) {
   std::map<std::pair<int, int>, int> last;  // row of each session and channel
@@ -272,7 +302,9 @@ LogFindings check_log(const Campaign& campaign) {
   check_lost_readings(campaign, findings);
   check_unit_of_sigma(campaign, findings);
   check_session_names(campaign, findings);
+  check_lost_values(campaign, findings);
   check_unit_of_temperature(campaign, findings);
+  check_fahrenheit(campaign, findings);
   check_clock(campaign, findings);
   if (!campaign.arrival.empty()) check_directions(campaign, findings);
   return findings;
@@ -296,6 +328,42 @@ LogFindings check_travel(const Robot& robot, const Campaign& campaign) {
           link.min / name.si(), link.max / name.si(), name.is_length ? "" : "count no turns, "));
       return findings;
     }
+  return findings;
+}
+
+LogFindings check_limits(const Robot& robot) {
+  constexpr size_t kFewestJoints = 4;
+  constexpr double kRadians = 2.02 * std::numbers::pi * kDegree;  // a turn, read as degrees
+  constexpr double kShort = 75 * kDegree;   // half of the joints of every arm travel farther,
+  constexpr double kLong = 100 * kDegree;   // and one of them so far
+  constexpr double kTurns = 4 * std::numbers::pi;  // farther travel only joints without an end
+  LogFindings findings;
+  std::vector<double> reaches, spans;
+  const Link* most = nullptr;
+  for (const Link& link : robot.chain.links) {
+    if (link.joint != JointKind::revolute || !std::isfinite(link.min) || !std::isfinite(link.max))
+      continue;
+    reaches.push_back(std::max(-link.min, link.max));
+    spans.push_back(link.max - link.min);
+    if (!most || spans.back() > most->max - most->min) most = &link;
+  }
+  if (spans.size() < kFewestJoints) return findings;
+  const auto warn = [&](const char* mistake) {
+    findings.warnings.push_back(
+        fmt::format("no joint travels farther than {}, from {:g} to {:g} deg: are min_deg and "
+                    "max_deg {}? Compare them with the data sheet",
+                    most->name, most->min / kDegree, most->max / kDegree, mistake));
+  };
+  if (std::ranges::max(reaches) <= kRadians)
+    warn("radians");
+  else if (median(spans) < kShort && std::ranges::max(spans) < kLong)
+    warn("ten times too small");
+  else if (median(reaches) > kTurns)
+    findings.warnings.push_back(fmt::format(
+        "half of the joints travel by more than {:.3g} turns, {} from {:g} to {:g} deg: are "
+        "min_deg and max_deg ten times too large? Compare them with the data sheet",
+        median(spans) / (2 * std::numbers::pi), most->name, most->min / kDegree,
+        most->max / kDegree));
   return findings;
 }
 

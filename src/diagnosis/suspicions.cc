@@ -4,6 +4,8 @@
 
 #include "armtrue/calibration/gross_poses.h"
 #include "campaign/sessions.h"
+#include "diagnosis/depth_check.h"
+#include "diagnosis/early_angles.h"
 #include "diagnosis/impossible_change.h"
 #include "diagnosis/plain_fit.h"
 #include "diagnosis/rounding_check.h"
@@ -51,7 +53,9 @@ LogFindings find_suspicions(const Robot& robot, const Campaign& campaign) {
     return found;
   }
   auto suspicion = find_change_of_any(*fit);
+  if (const auto depth = find_depth_scale(*fit)) suspicion = depth->words;
   if (!suspicion) suspicion = find_scale_of_links(*fit, robot);
+  if (!suspicion) suspicion = find_early_angles(*fit, campaign);
   if (!suspicion) suspicion = find_rounded_angles(*fit);
   if (suspicion) found.warnings.push_back(*suspicion);
   if (!suspicion)

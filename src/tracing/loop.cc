@@ -214,6 +214,8 @@ void set_verdict(const Training& training, const Campaign& held_out, LoopResult&
       std::min(complete_high, result.floor * std::max(of_noise, kMostOfUnknowns));
   result.worse_than_nominal = held_out.rows() > 0 && result.after > floor_high &&
                               result.after > result.stages.front().held_out.position.mean;
+  result.common_backlash =
+      common_backlash(result.trace.fit.robot.chain, result.trace.effects);
   result.verdict =
       conclude({.effects = result.trace.effects,
                 .lack_of_fit = result.lack_of_fit,
@@ -224,7 +226,8 @@ void set_verdict(const Training& training, const Campaign& held_out, LoopResult&
                 .complete_high = complete_high,
                 .outside_p = result.outside_p,
                 .left_out_together = !result.left_out_together.empty(),
-                .is_explained = !result.explanation.empty()});
+                .is_explained = !result.explanation.empty(),
+                .angles_read_early = result.common_backlash.has_value()});
   if (result.verdict == Verdict::too_few_poses)
     result.more_poses = poses_to_the_floor(result, floor_high);
 }

@@ -1,7 +1,9 @@
 #include "armtrue/tracing/verdict.h"
 
 #include <algorithm>
+#include <cmath>
 
+#include "armtrue/kinematics/parameters.h"
 #include "armtrue/search/trace.h"
 
 namespace armtrue {
@@ -35,6 +37,36 @@ std::string to_string(Verdict verdict) {
   return "unexplained";
 }
 
+std::optional<double> common_backlash(const KinematicChain& chain,
+                                      const std::vector<TracedEffect>& effects) {
+  constexpr size_t kFewestJoints = 3;
+  constexpr double kDeviations = 3, kAlike = 0.25;
+  struct Backlash {
+    double value, std;
+  };
+  std::vector<Backlash> found;
+  double sum = 0, weight = 0;
+  for (const TracedEffect& traced : effects) {
+    const Effect& effect = traced.effect;
+    if (effect.driver.kind != DriverKind::arrival || effect.driver.factor ||
+        effect.shape.kind != ShapeKind::sign ||
+        first_parameter(chain, effect.parameter) != zero_offset(chain, effect.driver.joint))
+      continue;
+    const Coefficient& c = effect.coefficients.front();
+    if (c.std <= 0 || is_prismatic(joint_link(chain, effect.driver.joint))) continue;
+    found.push_back({joint_link(chain, effect.driver.joint).sign * c.value, c.std});
+    sum += found.back().value / (c.std * c.std);
+    weight += 1 / (c.std * c.std);
+  }
+  if (found.size() < kFewestJoints || 2 * std::ssize(found) <= joint_count(chain))
+    return std::nullopt;
+  const double mean = sum / weight;
+  const bool are_alike = std::ranges::all_of(found, [&](const Backlash& backlash) {
+    return std::abs(backlash.value - mean) < std::max(kDeviations * backlash.std, kAlike * std::abs(mean));
+  });
+  return are_alike ? std::optional(mean) : std::nullopt;
+}
+
 Verdict conclude(const Grounds& grounds) {
   if (grounds.lack_of_fit && *grounds.lack_of_fit < kSignificance) return Verdict::unexplained;
   if (grounds.outside_p < kSignificance) return Verdict::unexplained;
@@ -43,7 +75,8 @@ Verdict conclude(const Grounds& grounds) {
   // Held-out poses may show an error that too few training poses cannot show.
   const double most = std::max(grounds.complete_high, kMaxTimesFloor * grounds.floor);
   if (beyond_floor && grounds.after > most) return Verdict::unexplained;
-  if (std::ranges::any_of(grounds.effects, has_other_cause)) return Verdict::not_separable;
+  if (grounds.angles_read_early || std::ranges::any_of(grounds.effects, has_other_cause))
+    return Verdict::not_separable;
   if (!grounds.knows_noise) return Verdict::unknown_noise;
   if (beyond_floor) return Verdict::too_few_poses;
   return grounds.effects.empty() ? Verdict::nothing_to_explain : Verdict::closed;

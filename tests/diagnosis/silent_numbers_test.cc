@@ -143,11 +143,138 @@ Campaign with_a_session_copied() {
   return campaign;
 }
 
+Campaign in_order_of_visits(const Campaign& campaign) {
+  std::vector<int> rows(campaign.q.size());
+  for (size_t k = 0; k < rows.size(); ++k) rows[k] = static_cast<int>(k);
+  std::ranges::stable_sort(rows, {}, [&](int row) { return campaign.time_s[row]; });
+  return campaign.select(rows);
+}
+
 Campaign with_temperatures(double first) {
   Campaign campaign = tutorial();
   campaign.temperature_names = {"arm"};
   for (int row = 0; row < campaign.rows(); ++row)
     campaign.temperature_c.push_back({first + 0.05 * row});
+  return campaign;
+}
+
+// A thermometer of steps of 0.05 K that gives a mark in every tenth visit.
+Campaign with_lost_temperatures(double mark) {
+  Campaign campaign = with_temperatures(20);
+  for (int row = 0; row < campaign.rows(); row += 10) campaign.temperature_c[row][0] = mark;
+  return campaign;
+}
+
+// It is switched on after forty visits.
+Campaign with_a_late_thermometer() {
+  Campaign campaign = tutorial();
+  campaign.temperature_names = {"arm"};
+  const Campaign ordered = in_order_of_visits(campaign);
+  campaign = ordered;
+  for (int row = 0; row < campaign.rows(); ++row)
+    campaign.temperature_c.push_back({row < 40 ? 0 : 20 + 0.01 * row});
+  return campaign;
+}
+
+Campaign with_lost_times(double mark) {
+  Campaign campaign = in_order_of_visits(tutorial());
+  for (int row = 5; row < campaign.rows(); row += 10) campaign.time_s[row] = mark;
+  return campaign;
+}
+
+// A force that a sensor reads.
+Campaign with_lost_forces(const Eigen::Vector3d& mark) {
+  Campaign campaign = tutorial();
+  for (int row = 0; row < campaign.rows(); ++row)
+    campaign.force_n.push_back(row % 10 == 3
+                                   ? mark
+                                   : Eigen::Vector3d(200 + 0.31 * row, -50 + 0.17 * row, 0.07 * row));
+  return campaign;
+}
+
+Campaign with_lost_torques(double mark) {
+  Campaign campaign = tutorial();
+  for (int row = 0; row < campaign.rows(); ++row) {
+    auto& torque = campaign.motor_torque_nm.emplace_back();
+    for (size_t j = 0; j < 6; ++j)
+      torque[j] = row % 10 == 3 ? mark : 100.0 * static_cast<double>(j) - 0.37 * row;
+  }
+  return campaign;
+}
+
+Campaign with_payloads(double mark) {
+  Campaign campaign = in_order_of_visits(tutorial());
+  for (int row = 0; row < campaign.rows(); ++row)
+    campaign.payload_kg.push_back(row % 12 == 3 ? mark : row < 90 ? 120 : 240);
+  return campaign;
+}
+
+// The angles that are logged are those of a moment before standstill, when each joint still had
+// `way` to go; in every n-th visit.
+Campaign with_early_angles(double way, int n = 1) {
+  Campaign campaign = tutorial();
+  for (int row = 0; row < campaign.rows(); row += n)
+    for (int j = 0; j < campaign.q[row].size(); ++j)
+      campaign.q[row][j] -= way * campaign.arrival[row][static_cast<size_t>(j)];
+  return campaign;
+}
+
+// The same, when each still had this share of its last motion to go.
+Campaign with_a_share_to_go(double share) {
+  const Campaign stood = in_order_of_visits(tutorial());
+  Campaign campaign = stood;
+  for (int row = 1; row < campaign.rows(); ++row)
+    campaign.q[row] -= share * (stood.q[row] - stood.q[row - 1]);
+  return campaign;
+}
+
+// An arm that is made as its file says, and read as one.
+Campaign as_the_file_says(std::uint64_t seed) {
+  return simulate(spindle(), spindle(),
+                  {.poses = 60, .repeats = 2, .noise_position = 1e-4, .noise_orientation = 1.5e-4,
+                   .seed = seed});
+}
+
+Campaign of_table_4(std::uint64_t seed) {
+  const Robot truth = read_robot(ARMTRUE_CONFIG "/robots/kr360-table4.yaml").robot;
+  return simulate(spindle(), truth,
+                  {.poses = 60, .repeats = 2, .noise_position = 1e-4, .noise_orientation = 1.5e-4,
+                   .seed = seed});
+}
+
+// Measured points, and the orientations that the model of a controller gives at the joint angles.
+Campaign with_orientations_of(const Robot& controller, std::uint64_t seed) {
+  Campaign campaign = of_table_4(seed);
+  const Campaign computed = simulate(campaign.q, controller, {});
+  for (int row = 0; row < campaign.rows(); ++row)
+    campaign.orientation[row] =
+        Eigen::Quaterniond(Eigen::AngleAxisd(1.2, Eigen::Vector3d(1, 2, 3).normalized())) *
+        computed.orientation[row];
+  return campaign;
+}
+
+Campaign with_orientations(const std::function<Eigen::Quaterniond(Eigen::Quaterniond)>& written) {
+  Campaign campaign = tutorial();
+  for (Eigen::Quaterniond& q : campaign.orientation) q = written(q);
+  return campaign;
+}
+
+// As a camera on the arm gives its board.
+Campaign inverted(Campaign campaign) {
+  for (int row = 0; row < campaign.rows(); ++row) {
+    campaign.orientation[row] = campaign.orientation[row].conjugate();
+    campaign.position[row] = -(campaign.orientation[row] * campaign.position[row]);
+  }
+  return campaign;
+}
+
+// The depth that a camera reads is long; the camera stands `away` and looks along z of R_A.
+Campaign of_a_long_camera(double factor) {
+  Campaign campaign = tutorial();
+  for (Eigen::Vector3d& point : campaign.position) {
+    point.z() += 4;
+    point.z() *= factor;
+  }
   return campaign;
 }
 
@@ -210,6 +337,44 @@ std::vector<Mistake> mistakes() {
       {"rows doubled at a later time", doubled_later(), "but for the time"},
       {"a session copied", with_a_session_copied(), "hold the same as another in another session"},
       {"temperatures in kelvin", with_temperatures(291.15), "are these kelvin?"},
+      {"temperatures in Fahrenheit", with_temperatures(64), "are these degrees Fahrenheit"},
+      {"-127 deg C", with_lost_temperatures(-127), "temp_arm_c is -127 deg C in 18 rows"},
+      {"0 deg C", with_lost_temperatures(0), "temp_arm_c is 0 deg C in 18 rows"},
+      {"85 deg C", with_lost_temperatures(85), "temp_arm_c is 85 deg C in 18 rows"},
+      {"the thermometer on late", with_a_late_thermometer(), "was the sensor connected"},
+      {"times of 0", with_lost_times(0), "t_s is 0 s in 18 rows"},
+      {"times of -1", with_lost_times(-1), "t_s is -1 s in 18 rows"},
+      {"forces of -9999", with_lost_forces(Eigen::Vector3d::Constant(-9999)),
+       "fx_n, fy_n and fz_n are all -9999 N in 18 rows"},
+      {"forces of 3276.7 in x", with_lost_forces({3276.7, 1, 2}), "fx_n is 3276.7 N in 18 rows"},
+      {"torques of -1", with_lost_torques(-1), "tau1_nm to tau6_nm are all -1 Nm in 18 rows"},
+      {"torques of 0", with_lost_torques(0), "tau1_nm to tau6_nm are all 0 Nm in 18 rows"},
+      {"payloads of 9999", with_payloads(9999), "payload_kg is 9999 kg in 15 rows"},
+      {"payloads of 0", with_payloads(0), "payload_kg is 0 in 15 rows"},
+      {"angles before standstill", with_early_angles(0.02 * kDegree),
+       "not read at standstill: 6 of 6 joints went on from the angles that are logged by 0.02 deg"},
+      {"angles ahead of the arm", with_early_angles(-0.02 * kDegree),
+       "6 of 6 joints stay behind the angles that are logged by 0.02 deg"},
+      {"a thousandth of the motion to go", with_a_share_to_go(0.001),
+       "went on from the angles that are logged by 0.1 % of their last motion"},
+      {"poses inverted", inverted(tutorial()), "the poses look inverted"},
+      {"quaternions x, y, z, w", with_orientations([](const Eigen::Quaterniond& q) {
+         return Eigen::Quaterniond(q.x(), q.y(), q.z(), q.w());
+       }),
+       "x, y, z, w under the names qw,qx,qy,qz"},
+      {"quaternions w, x, y, z", with_orientations([](const Eigen::Quaterniond& q) {
+         return Eigen::Quaterniond(q.z(), q.w(), q.x(), q.y());
+       }),
+       "as if qw came first"},
+      {"inverted, with quaternions x, y, z, w",
+       [] {
+         Campaign campaign = inverted(tutorial());
+         for (Eigen::Quaterniond& q : campaign.orientation) q = {q.x(), q.y(), q.z(), q.w()};
+         return campaign;
+       }(),
+       "x, y, z, w under the names qw,qx,qy,qz; name the columns in the order of their values; "
+       "with that, the poses look inverted"},
+      {"depths 3 % long", of_a_long_camera(1.03), "along z of R_A the readings are 3 % too long"},
       {"all lengths 0.3 % long", with_poses_changed(1, scaled(1.003)),
        "the links come out longer by 0.32 % alike"},
       {"all lengths 1 % long", with_poses_changed(1, scaled(1.01)),
@@ -225,6 +390,93 @@ TEST(SilentNumbers, RightReadingsHaveNoFindings) {
 
 TEST(SilentNumbers, TemperaturesOfAnArmAreNoMistake) {
   EXPECT_THAT(check_log(with_temperatures(18)).warnings, IsEmpty());
+}
+
+// A gear that warms up to 85 deg C and stays there, with steps of 1 K.
+TEST(SilentNumbers, AHotGearIsNoMistake) {
+  Campaign campaign = tutorial();
+  campaign.temperature_names = {"gear3"};
+  for (int row = 0; row < campaign.rows(); ++row)
+    campaign.temperature_c.push_back({std::min(85.0, std::round(60 + 0.2 * row))});
+  const LogFindings found = check_log(campaign);
+  EXPECT_THAT(found.errors, IsEmpty());
+  EXPECT_THAT(found.warnings, IsEmpty());
+}
+
+// Loads that are there and not there, and times of a coarse clock, repeat by themselves.
+TEST(SilentNumbers, ValuesThatRepeatAreNoMistake) {
+  Campaign loads = in_order_of_visits(tutorial());
+  Campaign clock = loads;
+  for (int row = 0; row < loads.rows(); ++row) {
+    loads.payload_kg.push_back(row % 3 == 0 ? 0 : row % 3 == 1 ? 60 : 120);
+    loads.force_n.emplace_back(row % 5 == 0 ? 0 : 500, 0, row % 5 == 1 ? -500 : 0);
+    clock.time_s[row] = 60 * std::floor(clock.time_s[row] / 60);
+  }
+  for (const Campaign& campaign : {loads, clock}) {
+    EXPECT_THAT(check_log(campaign).errors, IsEmpty());
+    EXPECT_THAT(check_log(campaign).warnings, IsEmpty());
+  }
+}
+
+// Three runs, each of which counts from zero, without sessions.
+TEST(SilentNumbers, ClocksThatBeginAnewHoldNoLostTimes) {
+  Campaign campaign = in_order_of_visits(tutorial());
+  for (int row = 0; row < campaign.rows(); ++row)
+    campaign.time_s[row] = 20.0 * (row % 60) + (row % 60 == 0 ? 0 : 0.01 * row);
+  EXPECT_THAT(check_log(campaign).errors, IsEmpty());
+}
+
+TEST(SilentNumbers, OrientationsOfTheControllerAreNamed) {
+  Robot other = spindle();
+  for (Link& link : other.chain.links) {
+    link.alpha += 1e-3;
+    link.theta -= 2e-3;
+  }
+  for (const Robot& controller : {spindle(), other})
+    for (const std::uint64_t seed : {1, 2}) {
+      const auto found =
+          find_computed_orientations(spindle(), with_orientations_of(controller, seed));
+      ASSERT_TRUE(found) << seed;
+      EXPECT_THAT(*found, HasSubstr("they look computed by the controller"));
+    }
+}
+
+TEST(SilentNumbers, MeasuredOrientationsAreNotNamed) {
+  const Robot table_4 = read_robot(ARMTRUE_CONFIG "/robots/kr360-table4.yaml").robot;
+  EXPECT_EQ(find_computed_orientations(spindle(), tutorial()), std::nullopt);
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    EXPECT_EQ(find_computed_orientations(spindle(), of_table_4(seed)), std::nullopt);
+    EXPECT_EQ(find_computed_orientations(table_4, of_table_4(seed)), std::nullopt);
+    // Simulated without noise of the orientations: they agree with the points.
+    const Campaign exact =
+        simulate(spindle(), table_4, {.poses = 60, .noise_position = 1e-4, .seed = seed});
+    EXPECT_EQ(find_computed_orientations(spindle(), exact), std::nullopt);
+    EXPECT_EQ(find_computed_orientations(table_4, exact), std::nullopt);
+  }
+}
+
+TEST(SilentNumbers, AnArmThatNeedsNoCalibrationIsNamed) {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    const auto found = find_needless_calibration(spindle(), as_the_file_says(seed));
+    ASSERT_TRUE(found) << seed;
+    EXPECT_THAT(*found, HasSubstr("Is the absolute accuracy of the controller active"));
+    EXPECT_EQ(find_needless_calibration(spindle(), of_table_4(seed)), std::nullopt);
+  }
+}
+
+TEST(SilentNumbers, LimitsInAnotherUnitAreNamed) {
+  const auto found = [](double factor) {
+    Robot robot = spindle();
+    for (Link& link : robot.chain.links) {
+      link.min *= factor;
+      link.max *= factor;
+    }
+    return check_limits(robot).warnings;
+  };
+  EXPECT_THAT(found(1), IsEmpty());
+  EXPECT_THAT(found(kDegree), Contains(HasSubstr("radians")));
+  EXPECT_THAT(found(0.1), Contains(HasSubstr("ten times too small")));
+  EXPECT_THAT(found(10), Contains(HasSubstr("ten times too large")));
 }
 
 TEST(SilentNumbers, EachMistakeIsNamed) {

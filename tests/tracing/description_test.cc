@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "armtrue/io/robot_io.h"
+#include "armtrue/kinematics/parameters.h"
 #include "armtrue/tracing/verdict.h"
 
 namespace armtrue::description_test {
@@ -120,6 +121,33 @@ TEST(Verdict, OfARivalDependsOnWhetherItIsAnotherCause) {
   rival.parameter = "A3.theta";
   EXPECT_EQ(concluded(effects, 1), Verdict::not_separable);
   EXPECT_EQ(concluded(effects, 2.1), Verdict::unexplained);
+}
+
+// Each gear has its own play.
+TEST(Verdict, OfBacklashThatAllJointsShareIsNotClosed) {
+  const KinematicChain chain = found(false, {}).trace.fit.robot.chain;
+  const auto backlash = [&](const std::vector<double>& values) {
+    std::vector<TracedEffect> effects;
+    for (size_t j = 0; j < values.size(); ++j) {
+      const int joint = static_cast<int>(j);
+      TracedEffect& traced = effects.emplace_back();
+      traced.effect.parameter = parameter_name(chain, zero_offset(chain, joint));
+      traced.effect.driver = {DriverKind::arrival, joint, -1, ""};
+      traced.effect.shape.kind = ShapeKind::sign;
+      traced.effect.coefficients = {{"c", joint_link(chain, joint).sign * values[j], 1e-5}};
+    }
+    return common_backlash(chain, effects);
+  };
+  const auto common = backlash({3.5e-4, 3.4e-4, 3.6e-4, 3.5e-4, 3.5e-4});
+  ASSERT_TRUE(common);
+  EXPECT_NEAR(*common, 3.5e-4, 1e-6);
+  EXPECT_LT(backlash({-3.5e-4, -3.4e-4, -3.6e-4, -3.5e-4, -3.5e-4}).value_or(0), 0);
+  EXPECT_EQ(backlash({-3.5e-4, 3.4e-4, -3.6e-4, 3.5e-4, -3.5e-4}), std::nullopt);
+  EXPECT_EQ(backlash({3.5e-4, 2.4e-4, 4.6e-4, 1.5e-4, 3.5e-4}), std::nullopt);
+  EXPECT_EQ(backlash({3.5e-4, 3.5e-4, 3.5e-4}), std::nullopt);  // of six joints
+  const std::vector<TracedEffect> effects = found(false, {}).trace.effects;
+  EXPECT_EQ(conclude({effects, 0.5, 1, 1, 1.3, 1.5, 1, false, false}), Verdict::closed);
+  EXPECT_EQ(conclude({effects, 0.5, 1, 1, 1.3, 1.5, 1, false, true}), Verdict::not_separable);
 }
 
 TEST(Verdict, ReadingsLeftOutTogetherAreUnexplained) {

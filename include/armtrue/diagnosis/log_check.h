@@ -15,13 +15,14 @@ struct LogFindings {
 };
 
 /// Errors: a reading that stands twice, time included; one number but 0 in place of points of
-/// several poses, as instruments mark lost readings. Warnings:
+/// several poses, as instruments mark lost readings; a number that loggers write in place of a
+/// temperature, a time or a load that they did not get, see check_lost_values(). Warnings:
 /// - the same with 0, which may be a reference point;
 /// - readings that stand twice, without a time or at another, if a quarter of the rows are such
 ///   copies; the same of readings that stand in two sessions;
 /// - standard deviations of rows more than 200 times as large as others;
 /// - two sessions whose names differ in case or blanks alone;
-/// - temperatures that are those of an arm in kelvin;
+/// - temperatures that are those of an arm in kelvin, or of an arm or a room in Fahrenheit;
 /// - a clock that stands still, or that runs back a few times in rows that are otherwise in its
 ///   order,
 ///   that seems to count milliseconds (median gap above 2 h), or minutes or hours (the joints would
@@ -31,5 +32,9 @@ LogFindings check_log(const Campaign& campaign);
 
 /// Errors: joint angles half a turn or more beyond the travel that the robot file states.
 LogFindings check_travel(const Robot& robot, const Campaign& campaign);
+
+/// Warnings: limits of the joints (min_deg, max_deg) that look like radians, or ten times too large
+/// or too small. Nothing for fewer than four joints with limits.
+LogFindings check_limits(const Robot& robot);
 
 }  // namespace armtrue

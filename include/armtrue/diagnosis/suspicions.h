@@ -15,8 +15,9 @@ namespace armtrue {
 /// poses are left out. Warnings, the likeliest one: after some row, or in a session, the frame, the
 /// tool, the zero of a joint or a constant of the instrument is another; the instrument adds a
 /// length to all distances; the distances from one anchor have another scale than the others; all
-/// links become longer or shorter by one factor; the joint angles are rounded; a link changes by
-/// more than arms are made to. Empty if the readings are too few for a calibration, or of more than
+/// links become longer or shorter by one factor; the depth of a camera has another scale than its
+/// width; the joint angles were not read at standstill; they are rounded; a link changes by more
+/// than arms are made to. Empty if the readings are too few for a calibration, or of more than
 /// 16 sessions.
 LogFindings find_suspicions(const Robot& robot, const Campaign& campaign);
 
@@ -38,5 +39,21 @@ bool is_calibrated(const Robot& robot);
 /// So does an export of the positions that the controller shows in place of those of the
 /// instrument. Nothing for fewer than ten poses, for distances and for touches.
 std::optional<std::string> find_computed_points(const Robot& robot, const Campaign& campaign);
+
+/// Says that the orientations of measured points are not measured but computed from the joint
+/// angles: the robot file, or a model with other angles, gives them closer than instruments read,
+/// and the points contradict them: beside them an arm that is calibrated to both scatters twice as
+/// much or more. Nothing for fewer than twenty poses of a session.
+std::optional<std::string> find_computed_orientations(const Robot& robot, const Campaign& campaign);
+
+/// Makes points of poses: removes the orientations and what rows state of their noise.
+void leave_out_orientations(Campaign& campaign);
+
+/// Says that the robot file needs no calibration, as no arm is made: with base and tool placed,
+/// its points differ from those of a calibrated arm by no more than noise does, and by less than
+/// 0.02 mm for each metre of the arm. So does a file of an arm whose controller corrects its poses
+/// by a model of its own, while the joint angles are those of the uncorrected one. Nothing for a
+/// robot file that is the result of a calibration, and for distances and touches.
+std::optional<std::string> find_needless_calibration(const Robot& robot, const Campaign& campaign);
 
 }  // namespace armtrue

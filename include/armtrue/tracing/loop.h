@@ -64,6 +64,7 @@ struct LoopResult {
   std::vector<GrossPose> gross_poses;  ///< among the training poses; no fit uses them
   std::string left_out_together;       ///< see left_out_together()
   std::string explanation;             ///< see explanation_of_rest()
+  std::optional<double> common_backlash;  ///< of the effects of the trace; see common_backlash()
   std::vector<Stage> stages;
   std::optional<RejectedModel> rejected;  ///< the last stage is the geometry again
   TraceResult trace;

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "armtrue/kinematics/chain.h"
+
 namespace armtrue {
 
 struct TracedEffect;
@@ -39,15 +41,24 @@ struct Grounds {
   double outside_p = 1;
   bool left_out_together = false;  ///< see left_out_together()
   bool is_explained = false;       ///< what is left has a cause, see explanation_of_rest()
+  bool angles_read_early = false;  ///< see common_backlash()
 };
+
+/// The mean of the backlash of the joints [rad], if more than half of them, three at least, have it
+/// and all have the same within three standard deviations or a quarter. Gears have each their own:
+/// joint angles that were not read at standstill look so. Above zero: the joints went on the way
+/// that they came.
+std::optional<double> common_backlash(const KinematicChain& chain,
+                                      const std::vector<TracedEffect>& effects);
 
 /// `unexplained` if the lack of fit is significant (p < 0.01), if too many held-out poses lie
 /// beyond their bounds (p < 0.01), if the held-out error exceeds both twice the floor and
 /// `complete_high`, if readings are left out together, or if the diagnosis explains what is left:
 /// then it is no noise, however large repeats say that noise is. `not_separable` if an effect has a
-/// rival of the catalogue; a curve without a known cause does not count as another cause. Without a
-/// known noise `unknown_noise` takes the place of those that follow. `too_few_poses` if the
-/// held-out error exceeds `floor_high`: then it is not shown that nothing is left.
+/// rival of the catalogue, or all backlash is that of angles that were read early; a curve without a
+/// known cause does not count as another cause. Without a known noise `unknown_noise` takes the
+/// place of those that follow. `too_few_poses` if the held-out error exceeds `floor_high`: then it
+/// is not shown that nothing is left.
 Verdict conclude(const Grounds& grounds);
 
 }  // namespace armtrue

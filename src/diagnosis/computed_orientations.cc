@@ -1,0 +1,143 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <stdexcept>
+#include <vector>
+
+#include "armtrue/calibration/calibration.h"
+#include "armtrue/calibration/observation.h"
+#include "armtrue/diagnosis/diagnosis.h"
+#include "armtrue/diagnosis/suspicions.h"
+#include "armtrue/kinematics/parameters.h"
+#include "armtrue/kinematics/units.h"
+#include "armtrue/statistics/summary.h"
+#include "calibration/placement.h"
+#include "campaign/selection.h"
+#include "campaign/sessions.h"
+#include "linear_algebra/decompositions.h"
+
+namespace armtrue {
+namespace {
+
+// One reading of each pose of the largest session, of some 200 poses.
+Campaign some_orientations(const Campaign& campaign) {
+  constexpr long kMostPoses = 200;
+  const std::vector<std::vector<int>> sessions = rows_by_session(campaign);
+  std::set<int> seen;
+  std::vector<int> rows;
+  const auto size = [](const std::vector<int>& own) { return own.size(); };
+  for (int row : *std::ranges::max_element(sessions, {}, size))
+    if (seen.insert(campaign.pose[row]).second) rows.push_back(row);
+  return campaign.select(evenly_chosen(rows, kMostPoses));
+}
+
+// The turns of base and tool and, if `with_links`, all angles of the links.
+std::vector<int> angles(const KinematicChain& chain, bool with_links) {
+  std::vector<int> parameters;
+  for (const int first : {kFirstBaseParameter, layout_of(chain).tool})
+    for (int axis = 3; axis < kParametersPerPose; ++axis) parameters.push_back(first + axis);
+  for (int link = 0; with_links && link < link_count(chain); ++link)
+    for (const LinkParameter which :
+         {LinkParameter::alpha, LinkParameter::theta, LinkParameter::beta})
+      parameters.push_back(link_parameter(link, which));
+  return parameters;
+}
+
+// Median angle between the orientations and those of the robot with these angles fitted to the
+// orientations alone [rad].
+double turn_left(Robot robot, const Campaign& readings, const std::vector<int>& parameters) {
+  constexpr int kSteps = 4;           // of Newton and Gauss, from angles right to some mrad
+  constexpr double kIndependent = 1e-6;  // shares of a column below it are rounding
+  std::vector<double> left;
+  for (int step = 0; step <= kSteps; ++step) {
+    const ObservationModel model(readings, robot, parameters, {1, 1}, 0);
+    const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(model.unknowns()));
+    Eigen::MatrixXd block(model.row_size(), model.unknowns() + 1);
+    Eigen::MatrixXd columns(3 * model.rows(), model.unknowns());
+    Eigen::VectorXd residual(3 * model.rows());
+    left.clear();
+    for (int row = 0; row < model.rows(); ++row) {
+      at.block(row, block);
+      columns.middleRows(3 * row, 3) = block.bottomLeftCorner(3, model.unknowns());
+      residual.segment<3>(3 * row) = block.bottomRightCorner<3, 1>();
+      left.push_back(residual.segment<3>(3 * row).norm());
+    }
+    if (step == kSteps) break;
+    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(columns.rows(), columns.cols());
+    qr.setThreshold(kIndependent);
+    qr.compute(columns);
+    robot = model.robot_at(qr.solve(residual));
+  }
+  return median(left);
+}
+
+// How much the readings of the points scatter about a calibrated arm [m]; nothing if they are too
+// few.
+std::optional<double> spread_of_points(const Robot& robot, const Campaign& campaign) {
+  try {
+    return calibrate(robot, campaign, {.robust = false, .statistics = FitStatistics::weights})
+        .sigma.position;
+  } catch (const std::invalid_argument&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace
+
+void leave_out_orientations(Campaign& campaign) {
+  campaign.orientation.clear();
+  campaign.sigma_orientation.clear();
+  if (campaign.sigma_position.empty()) campaign.whitening.clear();
+}
+
+std::optional<std::string> find_computed_orientations(const Robot& given,
+                                                      const Campaign& campaign) {
+  constexpr int kFewestPoses = 20;
+  constexpr double kAsNoInstrumentTurns = 1e-5;  // rad: of a measured point and of joints at rest
+  constexpr double kOfPoints = 0.1;  // an arm that is made wrong errs in angles as in lengths
+  constexpr double kMuchWorse = 2;
+  if (!campaign.has_orientation()) return std::nullopt;
+  Robot robot = given;
+  robot.effects.clear();
+  const Campaign readings = some_orientations(campaign);
+  if (readings.rows() < kFewestPoses) return std::nullopt;
+  robot = robot_at_row(robot, readings, 0);
+  const auto placement = place_base_and_tool(robot, readings, kImplausibleMiss);
+  if (!placement || median(placement->miss) > kImplausibleMiss) return std::nullopt;
+  const Robot placed = placed_robot(robot, readings, *placement);
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& point : readings.position) middle += point / readings.rows();
+  double radius = 0;
+  for (const Eigen::Vector3d& point : readings.position)
+    radius += (point - middle).norm() / readings.rows();
+
+  // The controller computes them with the model of the robot file, or with one of its own.
+  const double by_file = turn_left(placed, readings, angles(placed.chain, false));
+  const bool is_of_file = by_file * radius < kOfPoints * median(placement->miss);
+  const double left =
+      is_of_file ? by_file : turn_left(placed, readings, angles(placed.chain, true));
+  if (!is_of_file && left > kAsNoInstrumentTurns) return std::nullopt;
+
+  // What the instrument reads agrees with itself.
+  Robot calibrated = given;
+  calibrated.effects.clear();
+  calibrated.identify = {"auto"};
+  calibrated.identify_per_session.clear();
+  Campaign alone = readings;
+  leave_out_orientations(alone);
+  const auto together = spread_of_points(calibrated, readings),
+             apart = spread_of_points(calibrated, alone);
+  if (!together || !apart || *together < kMuchWorse * *apart) return std::nullopt;
+  return fmt::format(
+      "{} to {:.2g} mrad (median), as no instrument reads, and beside them the points scatter by "
+      "{:.2g} mm about a calibrated arm, without them by {:.2g} mm: they look computed by the "
+      "controller from the joint angles, and are left out; give those of the instrument, or remove "
+      "the columns",
+      is_of_file ? "the robot file, turned as a whole, gives the orientations"
+                 : "a model of the arm gives the orientations",
+      left / kMilliradian, *together / kMillimetre, *apart / kMillimetre);
+}
+
+}  // namespace armtrue

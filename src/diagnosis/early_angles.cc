@@ -1,0 +1,198 @@
+#include "diagnosis/early_angles.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <set>
+#include <vector>
+
+#include "armtrue/kinematics/evaluator.h"
+#include "armtrue/kinematics/parameters.h"
+#include "armtrue/kinematics/units.h"
+#include "linear_algebra/decompositions.h"
+
+namespace armtrue {
+namespace {
+
+// What each joint still had to go, in units of c: rows x joints.
+struct WayToGo {
+  Eigen::MatrixXd of_joints;
+  bool is_share;  // of the last motion
+};
+
+WayToGo by_arrival(const Campaign& readings, Eigen::Index joints) {
+  Eigen::MatrixXd signs(readings.rows(), joints);
+  for (int row = 0; row < readings.rows(); ++row)
+    for (Eigen::Index j = 0; j < joints; ++j)
+      signs(row, j) = readings.arrival[row][static_cast<size_t>(j)];
+  return {signs, false};
+}
+
+// Motions from visit to visit, by line of the file.
+std::map<int, JointVector> last_motions(const Campaign& campaign) {
+  std::vector<int> order(campaign.q.size());
+  std::iota(order.begin(), order.end(), 0);
+  if (!campaign.time_s.empty())
+    std::ranges::stable_sort(order, {}, [&](int row) { return campaign.time_s[row]; });
+  std::map<int, JointVector> motions;
+  for (size_t k = 1; k < order.size(); ++k) {
+    const int before = order[k - 1], row = order[k];
+    if (!campaign.session.empty() && campaign.session[row] != campaign.session[before]) continue;
+    if (campaign.q[row] != campaign.q[before])
+      motions[campaign.line[row]] = campaign.q[row] - campaign.q[before];
+    else if (const auto last = motions.find(campaign.line[before]); last != motions.end())
+      motions[campaign.line[row]] = JointVector(last->second);
+  }
+  return motions;
+}
+
+WayToGo by_last_motion(const Campaign& readings, const Campaign& all, Eigen::Index joints) {
+  const std::map<int, JointVector> motions = last_motions(all);
+  Eigen::MatrixXd ways = Eigen::MatrixXd::Zero(readings.rows(), joints);
+  for (int row = 0; row < readings.rows(); ++row)
+    if (const auto found = motions.find(readings.line[row]); found != motions.end())
+      ways.row(row) = found->second.transpose();
+  return {ways, true};
+}
+
+// The column of a zero offset, each row times its factor.
+Eigen::VectorXd times(const Eigen::VectorXd& column, const Eigen::VectorXd& factors) {
+  const Eigen::Index size = column.size() / factors.size();
+  Eigen::VectorXd product = column;
+  for (Eigen::Index row = 0; row < factors.size(); ++row)
+    product.segment(row * size, size) *= factors[row];
+  return product;
+}
+
+// Sag of each joint under weights that the links beyond it carry: torques about the joint of a
+// weight at x and at y of its own frame and of the next, whose masses are free.
+Eigen::MatrixXd sag_columns(const FitEquations& equations, const Robot& robot,
+                            const Campaign& readings) {
+  constexpr double kNoTorque = 1e-9;  // m: a vertical axis has none
+  const ChainEvaluator chain(robot.chain);
+  const Eigen::Vector3d down = robot.gravity.normalized();
+  const int joints = joint_count(robot.chain);
+  std::vector<Eigen::VectorXd> columns;
+  for (int joint = 0; joint < joints; ++joint)
+    for (int carrier = joint; carrier < std::min(joint + 2, joints); ++carrier)
+      for (const int axis : {0, 1}) {
+        Eigen::VectorXd torques(readings.rows());
+        for (int row = 0; row < readings.rows(); ++row) {
+          const LinkFrames frames = chain.link_frames(readings.q[row]);
+          const auto frame = [&](int j) -> const Eigen::Matrix3d& {
+            return frames[static_cast<size_t>(link_of_joint(robot.chain, j))].rotation;
+          };
+          torques[row] = frame(joint).col(2).dot(frame(carrier).col(axis).cross(down));
+        }
+        if ((torques.array() - torques.mean()).abs().maxCoeff() > kNoTorque)
+          columns.push_back(times(equations.columns.col(joint), torques));
+      }
+  Eigen::MatrixXd all(equations.residual.size(), std::ssize(columns));
+  for (size_t k = 0; k < columns.size(); ++k) all.col(static_cast<Eigen::Index>(k)) = columns[k];
+  return all;
+}
+
+// The equations with further columns among those that were fitted.
+FitEquations beside(FitEquations equations, const Eigen::MatrixXd& columns) {
+  constexpr double kIndependent = 1e-3;  // of the largest: weights whose torques are nearly equal
+  if (columns.cols() == 0) return equations;
+  Eigen::MatrixXd left = columns - equations.basis * (equations.basis.transpose() * columns);
+  for (Eigen::Index k = 0; k < left.cols(); ++k)
+    left.col(k) /= std::max(1e-300, columns.col(k).norm());
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(left.rows(), left.cols());
+  qr.setThreshold(kIndependent);
+  qr.compute(left);
+  Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(left.rows(), qr.rank());
+  basis = qr.householderQ() * basis;
+  Eigen::MatrixXd both(left.rows(), equations.basis.cols() + basis.cols());
+  both << equations.basis, basis;
+  equations.basis = both;
+  equations.residual -= basis * (basis.transpose() * equations.residual);
+  return equations;
+}
+
+struct Early {
+  double score = 0, value = 0;  // fall of BIC; c
+  long joints = 0;              // that show it
+  bool is_share = false;
+};
+
+Early explain(const WayToGo& way, const FitEquations& equations, const KinematicChain& chain,
+              double poses) {
+  constexpr double kHalf = 0.5, kQuarter = 0.25, kDeviations = 3;
+  Eigen::MatrixXd each = equations.columns;
+  for (Eigen::Index j = 0; j < each.cols(); ++j)
+    each.col(j) = joint_link(chain, static_cast<int>(j)).sign *
+                  times(equations.columns.col(j), way.of_joints.col(j));
+  const Eigen::MatrixXd common = each.rowwise().sum();
+  const JointFit one = fit_beside(common, equations), own = fit_beside(each, equations);
+  const double c = one.value[0];
+  const double freedom = poses * equations.row_size - static_cast<double>(equations.basis.cols());
+  Early early{fall_of_bic(one, equations, poses, 1), c, 0, way.is_share};
+  if (early.score < kClearFall || freedom < 1) return {};
+
+  // The scatter of the c_j: readings of one pose count as one.
+  const Eigen::MatrixXd left = each - equations.basis * (equations.basis.transpose() * each);
+  Eigen::MatrixXd gram = left.transpose() * left;
+  gram.diagonal().array() += 1e-9 * gram.diagonal().maxCoeff();
+  const double variance = equations.residual.squaredNorm() * (1 - own.share) / freedom;
+  const Eigen::MatrixXd covariance =
+      variance * Eigen::LDLT<Eigen::MatrixXd>(gram).solve(
+                     Eigen::MatrixXd::Identity(gram.rows(), gram.cols()));
+  long alike = 0, unlike = 0, go_on = 0, stay_behind = 0;
+  for (Eigen::Index j = 0; j < own.value.size(); ++j) {
+    const double clear = kDeviations * std::sqrt(covariance(j, j));
+    const double apart = std::abs(own.value[j] - c), near = kQuarter * std::abs(c);
+    alike += apart < near && clear < near;
+    unlike += apart > std::max(near, clear);
+    go_on += own.value[j] > clear;
+    stay_behind += own.value[j] < -clear;
+  }
+  constexpr long kFewestJoints = 3;
+  const auto are_most = [&](long count) {
+    return count >= kFewestJoints && 2 * count > own.value.size();
+  };
+  if (are_most(alike) && unlike == 0 && early.score >= fall_of_bic(own, equations, poses, 1))
+    early.joints = alike;
+  else if (are_most(go_on) && stay_behind == 0 && c > 0 && one.share > kHalf * own.share)
+    early.joints = go_on;
+  else
+    return {};
+  return early;
+}
+
+}  // namespace
+
+std::optional<std::string> find_early_angles(const PlainFit& fit, const Campaign& all) {
+  const Campaign& readings = fit.readings;
+  const Robot& robot = fit.result.robot;
+  const int joints = joint_count(robot.chain);
+  if (readings.arrival.empty() || readings.has_touches() || robot.ground_link) return std::nullopt;
+  std::vector<int> zeros;
+  for (int j = 0; j < joints; ++j) {
+    if (is_prismatic(joint_link(robot.chain, j))) return std::nullopt;
+    zeros.push_back(zero_offset(robot.chain, j));
+  }
+  FitEquations equations = fit_equations(fit, zeros);
+  const Eigen::MatrixXd sag = sag_columns(equations, robot, readings);
+  equations = beside(std::move(equations), sag);
+  const auto poses =
+      static_cast<double>(std::set<int>(readings.pose.begin(), readings.pose.end()).size());
+  Early best;
+  for (const WayToGo& way : {by_arrival(readings, joints), by_last_motion(readings, all, joints)})
+    if (const Early early = explain(way, equations, robot.chain, poses); early.score > best.score)
+      best = early;
+  if (best.score <= 0) return std::nullopt;
+  const std::string much =
+      best.is_share ? fmt::format("{:.2g} % of their last motion", 100 * std::abs(best.value))
+                    : fmt::format("{:.2g} deg", std::abs(best.value) / kDegree);
+  return fmt::format(
+      "the joint angles look as if they were not read at standstill: {} of {} joints {} the angles "
+      "that are logged by {}, which no backlash does alike: read the angles when the arm stands",
+      best.joints, joints, best.value > 0 ? "went on from" : "stay behind", much);
+}
+
+}  // namespace armtrue

@@ -1,0 +1,67 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <stdexcept>
+
+#include "armtrue/calibration/evaluation.h"
+#include "armtrue/calibration/worthwhile.h"
+#include "armtrue/diagnosis/suspicions.h"
+#include "armtrue/kinematics/units.h"
+#include "diagnosis/plain_fit.h"
+
+namespace armtrue {
+namespace {
+
+double mean_square(const Evaluation& evaluation) {
+  double sum = 0;
+  for (const double error : evaluation.position) sum += error * error;
+  return sum / static_cast<double>(evaluation.position.size());
+}
+
+// Mean square distance of the points of two robots at the readings [m^2].
+double mean_square_between(const Evaluation& a, const Evaluation& b) {
+  double sum = 0;
+  for (size_t row = 0; row < a.residuals.size(); ++row)
+    sum += (a.residuals[row] - b.residuals[row]).head<3>().squaredNorm();
+  return sum / static_cast<double>(a.residuals.size());
+}
+
+}  // namespace
+
+std::optional<std::string> find_needless_calibration(const Robot& robot,
+                                                     const Campaign& campaign) {
+  constexpr double kAsNoArmIsMade = 2e-5;  // of its length: the best are made to ten times as much
+  constexpr double kDeviations = 3;
+  if (is_calibrated(robot) || campaign.has_distances() || campaign.has_touches())
+    return std::nullopt;
+  double length = 0;
+  for (const Link& link : robot.chain.links) length += std::hypot(link.d, link.r);
+  const double least = kAsNoArmIsMade * length;
+  Robot alone = robot;
+  alone.effects.clear();
+  try {
+    const auto fit = fit_plainly(alone, campaign);
+    if (!fit) return std::nullopt;
+    const Robot placed = placed_nominal(alone, fit->readings);
+    const Evaluation by_file = evaluate(placed, fit->readings),
+                     by_fit = evaluate(fit->result.robot, fit->readings);
+    // Noise alone moves the points of the fit by a share of its square: unknowns / numbers.
+    const double numbers = 3.0 * fit->readings.rows();
+    const auto unknowns = static_cast<double>(fit->result.set.kept.size());
+    const double of_noise = mean_square(by_fit) * unknowns / std::max(1.0, numbers - unknowns);
+    const double moved = mean_square_between(by_file, by_fit);
+    if (moved > least * least ||
+        moved > of_noise * (1 + kDeviations * std::sqrt(2 / unknowns)))
+      return std::nullopt;
+    return fmt::format(
+        "the robot file fits these readings without a calibration, which would move its points by "
+        "{:.2g} mm (RMS) and is noise: no arm is made so. Is the absolute accuracy of the "
+        "controller active, so that it corrects what is measured? Then log the joint angles that "
+        "the arm takes, or switch it off; or are the joint angles computed from the measured poses?",
+        std::sqrt(moved) / kMillimetre);
+  } catch (const std::invalid_argument&) {
+    return std::nullopt;  // too few readings
+  }
+}
+
+}  // namespace armtrue
