@@ -168,7 +168,7 @@ TEST(RobotIo, CoefficientsHaveTheUnitOfTheirParameterAndDriver) {
   EXPECT_EQ(units("A2.d", "gravity-torque 2", 1), Units{"m/(N m)"});
   EXPECT_EQ(units("A2.d", "joint-angle 2 * force", 1), Units{"m/(rad N)"});
   EXPECT_EQ(units("instrument.scale", "temperature air", 1), Units{"1/K"});
-  EXPECT_EQ(units("instrument.scale", "position", 1), Units{"1"});
+  EXPECT_EQ(units("instrument.scale", "position", 1), Units{"\"1\""});
   EXPECT_EQ(units("base", "moment", 1), Units{"rad/(N m)"});
   EXPECT_EQ(units("base", "force", 6),
             (Units{"m/N", "m/N", "m/N", "rad/(N m)", "rad/(N m)", "rad/(N m)"}));
