@@ -211,7 +211,7 @@ void refuse_other_files(const Robot& robot, const Robot& controller,
   const double turn = turn_of_last_frame(robot, controller);
   if (turn < kOtherFlange) return;
   throw InputError(fmt::format(
-      "{} and {}: the last frames, R_{}, are turned by {:.4g} deg against each other about the same "
+      "{} and {}: the last frames, R_{}, are turned by {:.0f} deg against each other about the same "
       "axis {}, so they are not the same flange: one of the files comes from another conversion of "
       "the arm; calibrate {} again, from {}",
       arguments.robot, arguments.controller, link_count(controller.chain), turn / kDegree,
