@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 
 #include <Eigen/Core>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <map>
+#include <numeric>
 
 #include "armtrue/effects/robot_model.h"
 #include "armtrue/kinematics/units.h"
@@ -16,66 +19,90 @@
 namespace armtrue {
 namespace {
 
-constexpr double kNoChance = 1e-3;
+constexpr double kNoChance = 1e-4;
 
-// The rows of each place to which the robot returns: pose, session and reflector.
+// The rows of each place to which the robot returns: pose, session and reflector. Of many visits
+// the first, because each is compared with each.
 std::vector<std::vector<int>> rows_of_places(const Campaign& campaign) {
+  constexpr size_t kMostVisits = 2 * kStandardCycles;
   std::map<std::array<int, 3>, std::vector<int>> rows;
   for (int row = 0; row < campaign.rows(); ++row)
     rows[{campaign.pose[row], campaign.target.empty() ? 0 : campaign.target[row],
           campaign.session.empty() ? 0 : campaign.session[row]}]
         .push_back(row);
   std::vector<std::vector<int>> places;
-  for (auto& [place, list] : rows)
-    if (list.size() >= 2) places.push_back(std::move(list));
+  for (auto& [place, list] : rows) {
+    if (list.size() < 2) continue;
+    if (list.size() > kMostVisits) list.resize(kMostVisits);
+    places.push_back(std::move(list));
+  }
   return places;
 }
 
-// The step of the last digit of all coordinates [m], a power of ten; the smallest if they have more.
-double last_digit(const Campaign& campaign) {
-  constexpr double kExact = 1e-6;       // of a step
-  constexpr double kFinest = 1e-9;      // m: beyond, digits are those of a computation
-  double step = 1e-3;
+// The step of the coordinates [m]: all differ by multiples of it.
+double step_of(const Campaign& campaign) {
+  constexpr double kFinest = 1e-9;  // m: finer digits are those of a computation
+  std::int64_t step = 0;
   for (const Eigen::Vector3d& point : campaign.position)
-    for (const double coordinate : point)
-      while (step > kFinest &&
-             std::abs(coordinate / step - std::round(coordinate / step)) > kExact)
-        step /= 10;
-  return step;
+    for (const double difference : point - campaign.position.front())
+      step = std::gcd(step, static_cast<std::int64_t>(std::llround(difference / kFinest)));
+  return kFinest * static_cast<double>(std::max<std::int64_t>(step, 1));
+}
+
+// How often two visits of a pose read the same by chance, from the differences of those that do
+// not: along each principal axis of these a quarter of them is shorter than q, and a step then
+// holds less than step / (4 q). The quarter stays within one of several places, such as those of a
+// backlash.
+double chance_of_the_same(const Eigen::Matrix3Xd& differences, double step) {
+  if (differences.cols() == 0) return 1;
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(differences *
+                                                            differences.transpose());
+  double chance = 1;
+  for (const auto& along : (axes.eigenvectors().transpose() * differences).eval().rowwise()) {
+    std::vector<double> lengths(static_cast<size_t>(differences.cols()));
+    std::ranges::transform(along, lengths.begin(), [](double part) { return std::abs(part); });
+    const auto quarter = lengths.begin() + std::ssize(lengths) / 4;
+    std::ranges::nth_element(lengths, quarter);
+    chance *= std::min(1.0, step / (4 * std::max(*quarter, 1e-300)));
+  }
+  return chance;
 }
 
 std::optional<std::string> find_copies(const Campaign& campaign,
                                        const std::vector<std::vector<int>>& places) {
   int visits = 0, copies = 0, all_alike = 0, line = 0, of_line = 0;
-  std::vector<double> nearest;  // of each visit, the nearest one of its pose that differs
+  int pairs = 0, same_pairs = 0;
+  std::vector<Eigen::Vector3d> differences;  // of the pairs that are not the same
   for (const std::vector<int>& rows : places) {
     int own = 0;
-    for (size_t k = 0; k < rows.size(); ++k) {
-      double least = 0;
+    for (size_t b = 1; b < rows.size(); ++b) {
       int same = -1;
-      for (size_t other = 0; other < rows.size(); ++other) {
-        const double apart = (campaign.position[rows[k]] - campaign.position[rows[other]]).norm();
-        if (apart > 0 && (least == 0 || apart < least)) least = apart;
-        if (apart == 0 && other < k && same < 0) same = rows[other];
+      for (size_t a = 0; a < b; ++a) {
+        const Eigen::Vector3d apart = campaign.position[rows[b]] - campaign.position[rows[a]];
+        ++pairs;
+        if (!apart.isZero(0)) {
+          differences.push_back(apart);
+          continue;
+        }
+        ++same_pairs;
+        if (same < 0) same = rows[a];
       }
-      if (least > 0) nearest.push_back(least);
       if (same < 0) continue;
       ++own;
-      if (of_line == 0) {
-        line = campaign.line[rows[k]];
-        of_line = campaign.line[same];
-      }
+      if (of_line > 0) continue;
+      line = campaign.line[rows[b]];
+      of_line = campaign.line[same];
     }
     visits += static_cast<int>(rows.size()) - 1;  // the first is a copy of none
     copies += own;
     all_alike += own + 1 == static_cast<int>(rows.size());
   }
   if (copies == 0) return std::nullopt;
-  // Visits that scatter over many steps in three coordinates seldom agree in all three.
-  const double steps = nearest.empty() ? 0 : median(nearest) / (2 * last_digit(campaign));
-  const double chance = steps > 1 ? std::pow(steps, -3) : 1;
+  const Eigen::Map<const Eigen::Matrix3Xd> apart(
+      differences.empty() ? nullptr : differences.front().data(), 3, std::ssize(differences));
+  const double chance = chance_of_the_same(apart, step_of(campaign));
   const bool are_most = 2 * all_alike > static_cast<int>(places.size());
-  if (!are_most && binomial_at_least(copies, visits, chance) >= kNoChance) return std::nullopt;
+  if (!are_most && binomial_at_least(same_pairs, pairs, chance) >= kNoChance) return std::nullopt;
   return fmt::format(
       "{} of {} visits read the same as an earlier visit of their pose in all digits, and {} of {} "
       "poses have an RP of 0 so (line {} as line {}): readings that were copied, or digits too few "
@@ -92,15 +119,13 @@ struct Pair {
 std::vector<Pair> pairs_of(const Robot& robot, const Campaign& campaign,
                            const Evaluation& evaluation,
                            const std::vector<std::vector<int>>& places) {
-  constexpr size_t kMostVisits = 30;  // of a pose that are compared, each with each
   Robot geometry = robot;  // turns the tool well enough, and needs no measured driver
   geometry.effects.clear();
   const RobotModel model(geometry);
   std::vector<Pair> pairs;
   for (const std::vector<int>& rows : places) {
     const Eigen::Matrix3d turned = model.pose(campaign.context(rows.front())).rotation.transpose();
-    const size_t count = std::min(rows.size(), kMostVisits);
-    for (size_t b = 1; b < count; ++b)
+    for (size_t b = 1; b < rows.size(); ++b)
       for (size_t a = 0; a < b; ++a) {
         const auto residual = [&](int row) -> Eigen::Vector3d {
           return evaluation.residuals[static_cast<size_t>(row)].head<3>();

@@ -12,14 +12,14 @@
 namespace armtrue {
 
 /// What readings of repeated visits say against themselves, each with a number and a remedy:
-/// - readings that were copied: more visits than chance allows (p < 0.001) read the same as another
-///   visit of their pose, in all digits, although the others differ by many steps of the last
-///   digit; or most poses have only such visits;
+/// - readings that were copied: more visits than chance allows (p < 1e-4) read the same as another
+///   visit of their pose in all digits; chance is told by the step of the coordinates and by how far
+///   the other visits differ. Or most poses have only such visits;
 /// - two nests: the visits of the poses stand at two places, one and the same vector of the tool
 ///   apart, and no direction of arrival of a joint tells which. Differences of the visits of a pose
 ///   are then short or long, the long ones alike, with a gap of three times between them;
 /// - a stated noise of the instrument that is a hundredth of the scatter of the visits, or three
-///   times that scatter or more (p < 0.001). `noise`: per axis [m].
+///   times that scatter or more (p < 1e-4). `noise`: per axis [m].
 /// `evaluation` is that of the campaign, which has points. Without doubts: empty.
 std::vector<std::string> doubts_of_visits(const Robot& robot, const Campaign& campaign,
                                           const Evaluation& evaluation,

@@ -1,0 +1,178 @@
+#include "armtrue/certification/doubts.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "armtrue/io/robot_io.h"
+#include "armtrue/kinematics/units.h"
+#include "support/oracle.h"
+
+namespace armtrue::doubts_test {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr double kMilli = 1e-3;
+
+// Visits of some poses whose errors are made here: the arm turns the tool by the oracle.
+class Visits {
+ public:
+  Visits() : robot(read_robot(kRobot).robot), arm_(armtrue_oracle::read_arm(kRobot)) {}
+
+  // `error` of a visit, in the axes of the tool, from its number and its directions of arrival.
+  template <typename Error>
+  void add(std::mt19937& random, int poses, int visits, double digits, const Error& error) {
+    std::uniform_real_distribution<double> angle(-0.8, 0.8);
+    for (int pose = 0; pose < poses; ++pose) {
+      campaign.pose_ids.push_back(std::to_string(pose));
+      std::array<double, 6> q{};
+      for (double& joint : q) joint = angle(random);
+      const KDL::Frame tool = armtrue_oracle::forward(arm_, q);
+      for (int visit = 0; visit < visits; ++visit) {
+        Direction arrival{};
+        for (size_t joint = 0; joint < 6; ++joint) arrival[joint] = random() % 2 == 0 ? 1 : -1;
+        const Eigen::Vector3d own = error(visit, arrival);
+        const KDL::Vector turned = tool.M * KDL::Vector(own.x(), own.y(), own.z());
+        Eigen::Vector3d place(tool.p.x() + turned.x(), tool.p.y() + turned.y(),
+                              tool.p.z() + turned.z());
+        for (double& coordinate : place) coordinate = digits * std::round(coordinate / digits);
+        JointVector joints = JointVector::Zero(6);
+        for (int joint = 0; joint < 6; ++joint) joints[joint] = q[static_cast<size_t>(joint)];
+        campaign.q.push_back(joints);
+        campaign.pose.push_back(pose);
+        campaign.line.push_back(static_cast<int>(campaign.q.size()) + 1);
+        campaign.position.push_back(place);
+        campaign.arrival.push_back(arrival);
+        Eigen::Matrix<double, 6, 1> residual = Eigen::Matrix<double, 6, 1>::Zero();
+        residual.head<3>() = place - Eigen::Vector3d(tool.p.x(), tool.p.y(), tool.p.z());
+        evaluation.residuals.push_back(residual);
+      }
+    }
+  }
+
+  std::vector<std::string> doubts(const std::optional<double>& noise = std::nullopt) const {
+    return doubts_of_visits(robot, campaign, evaluation, noise);
+  }
+
+  Robot robot;
+  Campaign campaign;
+  Evaluation evaluation;
+
+ private:
+  inline static const std::string kRobot = ARMTRUE_CONFIG "/robots/kr360-spindle.yaml";
+  armtrue_oracle::OracleArm arm_;
+};
+
+Eigen::Vector3d normal3(std::mt19937& random, const Eigen::Vector3d& deviation) {
+  std::normal_distribution<double> normal;
+  const double x = normal(random), y = normal(random), z = normal(random);
+  return deviation.cwiseProduct(Eigen::Vector3d(x, y, z));
+}
+
+// Noise alone, along one axis or all, with fine and coarse digits; a backlash, of the wrist too,
+// which moves a point of the tool along one direction of the tool.
+TEST(DoubtsOfVisits, RightCertificatesRaiseNone) {
+  std::mt19937 random(1);
+  int raised = 0;
+  constexpr int kCertificates = 1000;
+  for (int k = 0; k < kCertificates; ++k) {
+    Visits visits;
+    const double noise = 1e-5 * (1 + k % 9);
+    const Eigen::Vector3d shape =
+        k % 3 == 0 ? Eigen::Vector3d(0.05, 0.05, 1) : Eigen::Vector3d(1, 1, 1);
+    const double digits = k % 4 == 0 ? 0.5 * noise : 1e-8;
+    const size_t joint = static_cast<size_t>(k) % 6;
+    const double backlash = k % 2 == 0 ? 0 : 10 * noise;
+    visits.add(random, 3 + k % 20, 2 + k % 7, digits, [&](int, const Direction& arrival) {
+      return Eigen::Vector3d(normal3(random, noise * shape) +
+                             0.5 * backlash * arrival[joint] * Eigen::Vector3d::UnitX());
+    });
+    const std::optional<double> stated =
+        backlash == 0 && k % 3 != 0 ? std::optional(noise) : std::nullopt;
+    for (const std::string& doubt : visits.doubts(stated)) {
+      ++raised;
+      ADD_FAILURE() << k << ": " << doubt;
+    }
+  }
+  EXPECT_EQ(raised, 0);
+}
+
+TEST(DoubtsOfVisits, TwoNestsAreNamedWithTheWayBetweenThem) {
+  std::mt19937 random(2);
+  Visits visits;
+  visits.add(random, 8, 4, 1e-8, [&](int visit, const Direction&) {
+    return Eigen::Vector3d(normal3(random, Eigen::Vector3d::Constant(0.03 * kMilli)) +
+                           (visit % 2 == 0 ? 1.5 : 0.0) * kMilli * Eigen::Vector3d(0.6, 0, 0.8));
+  });
+  EXPECT_THAT(visits.doubts(), ElementsAre(HasSubstr("the visits of 8 of 8 poses stand at two "
+                                                     "places, 1.5")));
+}
+
+TEST(DoubtsOfVisits, CopiesAreCounted) {
+  std::mt19937 random(3);
+  Visits visits;
+  visits.add(random, 10, 3, 1e-7, [&](int, const Direction&) {
+    return normal3(random, Eigen::Vector3d::Constant(0.03 * kMilli));
+  });
+  EXPECT_THAT(visits.doubts(), IsEmpty());
+  for (size_t row : {1, 2, 16}) visits.campaign.position[row] = visits.campaign.position[row - 1];
+  EXPECT_THAT(visits.doubts(),
+              ElementsAre(HasSubstr("3 of 20 visits read the same as an earlier visit of their "
+                                    "pose in all digits, and 1 of 10 poses have an RP of 0 so")));
+}
+
+TEST(DoubtsOfVisits, NoiseOfAnotherUnitIsNamed) {
+  std::mt19937 random(4);
+  Visits visits;
+  visits.add(random, 10, 3, 1e-8, [&](int, const Direction&) {
+    return normal3(random, Eigen::Vector3d::Constant(0.05 * kMilli));
+  });
+  EXPECT_THAT(visits.doubts(0.05 * kMilli), IsEmpty());
+  EXPECT_THAT(visits.doubts(0.005 * kMilli), IsEmpty());  // the arm repeats worse than a tracker
+  EXPECT_THAT(visits.doubts(0.0004 * kMilli), ElementsAre(HasSubstr("in another unit")));
+  EXPECT_THAT(visits.doubts(0.5 * kMilli), ElementsAre(HasSubstr("no reading is better")));
+}
+
+About tracker() {
+  About about;
+  about.stated.mpe_constant = 15e-6;
+  about.stated.mpe_per_metre = 6e-6;
+  about.stated.mounting = 0.01e-3;
+  about.stated.temperature_half_width = 2;
+  about.stated.length = 2.5;
+  return about;
+}
+
+TEST(DoubtsOfAbout, NumbersOfInstrumentsRaiseNone) {
+  EXPECT_THAT(doubts_of(tracker()), IsEmpty());
+  About interferometer = tracker();
+  interferometer.stated.mpe_constant = 0.2e-6;
+  interferometer.stated.mpe_per_metre = 0.5e-6;
+  EXPECT_THAT(doubts_of(interferometer), IsEmpty());
+  About cameras = tracker();
+  cameras.stated.mpe_constant = 0.4e-3;
+  EXPECT_THAT(doubts_of(cameras), IsEmpty());
+}
+
+TEST(DoubtsOfAbout, AnotherUnitIsNamed) {
+  About about = tracker();
+  about.stated.mpe_constant /= 1e3;
+  about.stated.mpe_per_metre /= 1e3;
+  EXPECT_THAT(doubts_of(about), ElementsAre(HasSubstr("mpe_um at the range of the readings is "
+                                                      "0.033 um")));
+  about = tracker();
+  about.stated.noise = 95e-3;
+  about.stated.mpe_constant = about.stated.mpe_per_metre = 0;
+  EXPECT_THAT(doubts_of(about), ElementsAre(HasSubstr("noise_mm is 95 mm")));
+  about = tracker();
+  about.stated.length = 2.5e-3;
+  EXPECT_THAT(doubts_of(about), ElementsAre(HasSubstr("length_mm is 2.5 mm")));
+}
+
+}  // namespace
+}  // namespace armtrue::doubts_test
