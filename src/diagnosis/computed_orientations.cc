@@ -10,6 +10,7 @@
 #include "armtrue/calibration/observation.h"
 #include "armtrue/diagnosis/diagnosis.h"
 #include "armtrue/diagnosis/suspicions.h"
+#include "armtrue/effects/robot_model.h"
 #include "armtrue/kinematics/parameters.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/statistics/summary.h"
@@ -43,6 +44,38 @@ std::vector<int> angles(const KinematicChain& chain, bool with_links) {
          {LinkParameter::alpha, LinkParameter::theta, LinkParameter::beta})
       parameters.push_back(link_parameter(link, which));
   return parameters;
+}
+
+// The robot with base and tool turned so that its orientations are near those that were read. With B
+// and T these turns, R_k = B F_k T, so that the turns from one pose to another have the same axes but
+// for B. The points take no part: orientations of a controller may be in a frame of its own.
+Robot turned_to_orientations(Robot robot, const Campaign& readings) {
+  robot.chain.base.rotation.setIdentity();
+  robot.chain.tool.rotation.setIdentity();
+  const RobotModel model(robot);
+  std::vector<Eigen::Matrix3d> of_arm;
+  for (int row = 0; row < readings.rows(); ++row)
+    of_arm.push_back(model.pose(readings.context(row)).rotation);
+  const auto vector = [](const Eigen::Matrix3d& rotation) -> Eigen::Vector3d {
+    const Eigen::AngleAxisd turn(rotation);
+    return turn.angle() * turn.axis();
+  };
+  const Eigen::Index motions = std::ssize(of_arm) - 1;
+  Eigen::Matrix3Xd by_arm(3, motions), by_readings(3, motions);
+  for (Eigen::Index k = 0; k < motions; ++k) {
+    const auto from = static_cast<size_t>(k), to = from + 1;
+    by_arm.col(k) = vector(of_arm[to] * of_arm[from].transpose());
+    by_readings.col(k) = vector((readings.orientation[to] * readings.orientation[from].conjugate())
+                                    .toRotationMatrix());
+  }
+  const Eigen::Matrix4d turn = Eigen::umeyama(by_arm, by_readings, false);
+  robot.chain.base.rotation = turn.topLeftCorner<3, 3>();
+  std::vector<Eigen::Matrix3d> turns;
+  for (size_t k = 0; k < of_arm.size(); ++k)
+    turns.emplace_back((robot.chain.base.rotation * of_arm[k]).transpose() *
+                       readings.orientation[k].toRotationMatrix());
+  robot.chain.tool.rotation = common_turn(turns).first;
+  return robot;
 }
 
 // Median angle between the orientations and those of the robot with these angles fitted to the
@@ -106,7 +139,7 @@ std::optional<std::string> find_computed_orientations(const Robot& given,
   robot = robot_at_row(robot, readings, 0);
   const auto placement = place_base_and_tool(robot, readings, kImplausibleMiss);
   if (!placement || median(placement->miss) > kImplausibleMiss) return std::nullopt;
-  const Robot placed = placed_robot(robot, readings, *placement);
+  const Robot turned = turned_to_orientations(robot, readings);
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& point : readings.position) middle += point / readings.rows();
   double radius = 0;
@@ -114,10 +147,10 @@ std::optional<std::string> find_computed_orientations(const Robot& given,
     radius += (point - middle).norm() / readings.rows();
 
   // The controller computes them with the model of the robot file, or with one of its own.
-  const double by_file = turn_left(placed, readings, angles(placed.chain, false));
+  const double by_file = turn_left(turned, readings, angles(turned.chain, false));
   const bool is_of_file = by_file * radius < kOfPoints * median(placement->miss);
   const double left =
-      is_of_file ? by_file : turn_left(placed, readings, angles(placed.chain, true));
+      is_of_file ? by_file : turn_left(turned, readings, angles(turned.chain, true));
   if (!is_of_file && left > kAsNoInstrumentTurns) return std::nullopt;
 
   // What the instrument reads agrees with itself.

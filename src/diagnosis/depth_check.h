@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -13,5 +14,11 @@ namespace armtrue {
 /// readings are z (1 + e); e is named if it is 0.3 % or more, as no tracker errs, explains a quarter
 /// of the residual, and BIC falls by more than 20. Points only.
 std::optional<Suspicion> find_depth_scale(const PlainFit& fit);
+
+/// The same of readings that miss the robot file by so much that no calibration follows: names the
+/// scale (between -20 % and 25 %) with which `miss` of the corrected readings is a tenth of what it
+/// is [m]. `miss`: of a robot whose base and tool are fitted.
+std::optional<std::string> find_gross_depth_scale(
+    const Campaign& campaign, const std::function<double(const Campaign&)>& miss);
 
 }  // namespace armtrue

@@ -24,6 +24,7 @@
 #include "calibration/registration.h"
 #include "campaign/selection.h"
 #include "campaign/sessions.h"
+#include "diagnosis/depth_check.h"
 #include "diagnosis/impossible_change.h"
 #include "diagnosis/mixed_rows.h"
 
@@ -323,6 +324,12 @@ SessionFindings diagnose_session(const Robot& given, const Campaign& all,
     if (campaign.has_orientation() && !few)
       std::ranges::copy(inverse_pose_hypotheses(), std::back_inserter(hypotheses));
     try_hypotheses(robot, campaign, hypotheses, miss, median_miss, findings);
+    constexpr int kRowsForDepth = 100;  // it is tried at many scales
+    if (findings.empty() && !few)
+      if (const auto depth =
+              find_gross_depth_scale(all.select(evenly_chosen(rows, kRowsForDepth)),
+                                     [&](const Campaign& c) { return median_miss(robot, c); }))
+        findings.push_back(*depth);
   }
   if (few) return {findings, fits};
   if (findings.empty())

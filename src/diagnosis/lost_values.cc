@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -20,6 +21,7 @@ namespace {
 
 constexpr int kFewestMarks = 3;        // rows: two readings may agree by chance
 constexpr long kFewestOthers = 10;     // different values by which a series is one of a sensor
+constexpr long kFewestSteps = 4;       // of a coarse one: fewer may be typed
 constexpr double kNoTemperature = 10;  // K: no part of an arm does it from one visit to the next
 constexpr const char* kOrLeaveOut =
     "? Write what was read there, or leave out these rows or the column";
@@ -186,25 +188,44 @@ void check_dead_stretch(const Series& series, const std::vector<Value>& values,
   }
 }
 
+// Whether thermometers give this number when they give none: those of one wire 85 at the start and
+// -127 where the wire is broken, loggers one of the others.
+bool is_code(double temperature) {
+  constexpr std::array kCodes{-127.0, 85.0, 0.0, -1.0, -99.0, -99.9, -100.0, -200.0,
+                              -242.0, 327.67, 850.0, 999.0, 999.9};
+  return std::ranges::find(kCodes, temperature) != kCodes.end();
+}
+
+// The values to which a thermometer jumps again and again.
+std::vector<Value> marks_of(const Series& series, const std::vector<Value>& values) {
+  constexpr int kFewestRuns = 2;  // it comes back to them
+  constexpr long kRowsPerCode = 4;
+  const std::map<double, Isolation> isolation = isolations(series);
+  const double jump = least_jump(series);
+  const std::vector<Value> far = outlying(values, 1, kNoTemperature);
+  const bool is_of_sensor = std::ssize(values) > kFewestSteps;
+  std::vector<Value> marks;
+  std::ranges::copy_if(values, std::back_inserter(marks), [&](const Value& value) {
+    const Isolation& own = isolation.at(value.value);
+    if (value.count < kFewestMarks || own.runs < kFewestRuns) return false;
+    if (2 * value.count > std::ssize(series.values)) return false;
+    if (own.least < jump && !is_one_of(value.value, far)) return false;
+    return is_of_sensor ||
+           (is_code(value.value) && kRowsPerCode * value.count <= std::ssize(series.values));
+  });
+  return marks;
+}
+
 void check_temperatures(const Campaign& campaign, LogFindings& findings) {
-  constexpr int kFewestRuns = 2;  // the sensor comes back to it
   if (campaign.temperature_c.empty()) return;
   const std::vector<int> order = order_of_visits(campaign);
   for (size_t sensor = 0; sensor < campaign.temperature_names.size(); ++sensor) {
     Series series{"temp_" + campaign.temperature_names[sensor] + "_c", " deg C", order, {}};
     for (const int row : order) series.values.push_back(campaign.temperature_c[row][sensor]);
     const std::vector<Value> values = different_values(series);
-    if (std::ssize(values) <= kFewestOthers) continue;
-    const std::map<double, Isolation> isolation = isolations(series);
-    const double jump = least_jump(series);
-    const std::vector<Value> far = outlying(values, 1, kNoTemperature);
-    std::vector<Value> marks;
-    std::ranges::copy_if(values, std::back_inserter(marks), [&](const Value& value) {
-      const Isolation& own = isolation.at(value.value);
-      return value.count >= kFewestMarks && 2 * value.count <= campaign.rows() &&
-             own.runs >= kFewestRuns && (own.least >= jump || is_one_of(value.value, far));
-    });
-    name_marks(marks, series, campaign, findings.errors);
+    const std::vector<Value> marks = marks_of(series, values);
+    name_marks(marks, series, campaign,
+               std::ssize(values) > kFewestOthers ? findings.errors : findings.warnings);
     if (marks.empty()) check_dead_stretch(series, values, campaign, findings);
   }
 }
@@ -225,10 +246,23 @@ std::vector<std::pair<double, long>> poses_by_time(const Campaign& campaign,
   return poses;
 }
 
+// Whether the rows are in the order of time, but for those with the mark and a few resets.
+bool is_in_order(const Campaign& campaign, double mark) {
+  constexpr int kRowsPerStepBack = 10;
+  int back = 0;
+  double last = -std::numeric_limits<double>::infinity();
+  for (const double time : campaign.time_s) {
+    if (time == mark) continue;
+    back += time < last;
+    last = time;
+  }
+  return kRowsPerStepBack * back < campaign.rows();
+}
+
 void check_times(const Campaign& campaign, LogFindings& findings) {
   constexpr long kPerShared = 20;      // times: so many have one pose alone, for one of several
   constexpr double kNearlyAll = 0.9;
-  constexpr int kFewestRuns = 2;
+  constexpr int kFewestRuns = 2, kMorePosesThanRuns = 6;
   if (campaign.time_s.empty()) return;
   Series series{"t_s", " s", std::vector<int>(campaign.q.size()), campaign.time_s};
   std::iota(series.rows.begin(), series.rows.end(), 0);
@@ -249,10 +283,12 @@ void check_times(const Campaign& campaign, LogFindings& findings) {
     const bool is_between = (run.before < mark) == (mark < run.after);
     goes_on += run.before <= run.after && !is_between;
   }
-  if (inner < kFewestRuns || goes_on < kNearlyAll * inner) return;
+  const bool is_proven = inner >= kFewestRuns && goes_on >= kNearlyAll * inner;
+  // Rows that are not in the order of time do not tell; so many runs of one clock there are not.
+  if (!is_proven && (is_in_order(campaign, mark) || poses < kMorePosesThanRuns)) return;
   std::vector<Value> marks = different_values(series);
   std::erase_if(marks, [mark = mark](const Value& value) { return value.value != mark; });
-  name_marks(marks, series, campaign, findings.errors);
+  name_marks(marks, series, campaign, is_proven ? findings.errors : findings.warnings);
 }
 
 // Components of a load, such as the torques of all joints.
