@@ -176,7 +176,7 @@ int run(app::Command& command, const Arguments& arguments) {
                  " is one session; name sessions in a column, or give --new-session-at-s");
   const std::optional<About> about = app::read_about(command, arguments.page);
   app::refuse_mistakes(command, robot, all);
-  command.warn_if_computed(robot, all);
+  command.warn_if_needless(robot, all);
   command.progress("identifying");
   const std::vector<GrossPose> gross = find_gross_poses(robot, all);
   const bool all_as_read = gross.empty() && arguments.zone.empty();

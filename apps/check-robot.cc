@@ -100,8 +100,9 @@ std::string agreements_text(const std::vector<Agreement>& agreements, int links,
   if (agreements.front().changes.empty() && !agreements.front().is_flange)
     text += fmt::format(
         "This is with `tool` of the robot file, and compensate takes R_{} as the flange. If the "
-        "pendant showed its flange, tool 0, the flange stands in `tool`: convert the URDF again, "
-        "with the flange as --tip, or give compensate --flange tool.\n",
+        "pendant showed its flange, tool 0, the flange stands in `tool`: convert the URDF again, so "
+        "that the last link ends at the flange (convert-robot(1)), or see the flange in "
+        "compensate(1).\n",
         links);
   if (!agreements.front().changes.empty())
     text += "One pose cannot distinguish all of these: check another, with all joints bent.\n";

@@ -146,7 +146,7 @@ Measured read_measured(app::Command& command, const Arguments& arguments, const 
   Measured measured;
   measured.all = command.read_campaign(command.input, robot);
   app::refuse_mistakes(command, robot, measured.all);
-  command.warn_if_computed(robot, measured.all);
+  command.warn_if_needless(robot, measured.all);
   if (arguments.test.empty()) {
     measured.split = arguments.held_out_region
                          ? split_by_region(robot, measured.all, arguments.held_out, command.seed)

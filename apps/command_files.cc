@@ -176,10 +176,13 @@ void Command::warn_if_calibrated(const Robot& robot, const std::string& path) {
 bool Command::warn_if_computed(const Robot& robot, const Campaign& campaign) {
   const auto computed = find_computed_points(robot, campaign);
   if (computed) warn(campaign.source + ": " + *computed);
-  if (!computed)
-    if (const auto needless = find_needless_calibration(robot, campaign))
-      warn(campaign.source + ": " + *needless);
   return computed.has_value();
+}
+
+void Command::warn_if_needless(const Robot& robot, const Campaign& campaign) {
+  if (warn_if_computed(robot, campaign)) return;
+  if (const auto needless = find_needless_calibration(robot, campaign))
+    warn(campaign.source + ": " + *needless);
 }
 
 void Command::warn_of_training(const RobotFile& robot, const Campaign& campaign,

@@ -89,6 +89,8 @@ class Command : public OptionGroup {
   /// Warns, and returns true, if the robot predicts the points as only computed ones. Call it with
   /// the robot file as it was read.
   bool warn_if_computed(const Robot& robot, const Campaign& campaign);
+  /// The same, and warns if the robot file fits the readings as it is: no arm is made so.
+  void warn_if_needless(const Robot& robot, const Campaign& campaign);
   /// Warns if a file that was read here made the robot: readings agree with what was fitted to
   /// them.
   void warn_of_own_readings(const RobotFile& robot);

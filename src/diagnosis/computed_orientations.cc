@@ -82,7 +82,7 @@ Robot turned_to_orientations(Robot robot, const Campaign& readings) {
 // orientations alone [rad].
 double turn_left(Robot robot, const Campaign& readings, const std::vector<int>& parameters) {
   constexpr int kSteps = 4;           // of Newton and Gauss, from angles right to some mrad
-  constexpr double kIndependent = 1e-6;  // shares of a column below it are rounding
+  constexpr double kIndependent = 1e-4;  // smaller shares of a column: a step would be far too long
   std::vector<double> left;
   for (int step = 0; step <= kSteps; ++step) {
     const ObservationModel model(readings, robot, parameters, {1, 1}, 0);
@@ -98,7 +98,7 @@ double turn_left(Robot robot, const Campaign& readings, const std::vector<int>& 
       left.push_back(residual.segment<3>(3 * row).norm());
     }
     if (step == kSteps) break;
-    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(columns.rows(), columns.cols());
+    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> qr(columns.rows(), columns.cols());
     qr.setThreshold(kIndependent);
     qr.compute(columns);
     robot = model.robot_at(qr.solve(residual));

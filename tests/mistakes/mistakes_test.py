@@ -406,7 +406,7 @@ TABLE = {
     "another program, 30 mm beside": (mirror("pass.csv", lambda: changed(LINE, add("y_mm", 30), "other.csv")), 1,
                                       "of another pass"),
     "another program, slower": (mirror("pass.csv", lambda: changed(LINE, scale(("t_s",), 1.3), "other.csv")), 1,
-                                "of another pass"),
+                                "it ran at another feed"),
     "record in steps of 1 mm": (mirror(record(rounded(1))), 0, "have steps of 1 mm"),
     "record in steps of 0.1 mm, larger than the noise": (mirror(record(rounded(0.1), "quiet.csv")), 0,
                                                          "have steps of 0.1 mm"),
