@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <string>
 
 #include "effects/posture.h"
@@ -221,6 +222,47 @@ Eigen::MatrixXd CandidateScan::columns_at_readings(const Linearization& fit, int
       }
   }
   return columns;
+}
+
+Eigen::VectorXd CandidateScan::products_at_readings(const Linearization& fit,
+                                                    const Eigen::VectorXd& v) const {
+  const int size = fit.row_size();
+  const Replicates& replicates = fit.replicates();
+  Eigen::VectorXd of_column(std::ssize(value_of_column_));
+  for_ordered_blocks<int>(
+      parameters(), 1,
+      [&](int parameter, int) {
+        Eigen::VectorXd along(replicates.readings());
+        for (int row = 0; row < fit.rows(); ++row)
+          for (int k = replicates.first[row]; k < replicates.first[row + 1]; ++k) {
+            const int reading = replicates.reading[k];
+            along[reading] = replicates.share[k] *
+                             fit.jacobian().col(parameter).segment(row * size, size).dot(
+                                 v.segment(reading * size, size));
+          }
+        for (int part = 0; part < kParts; ++part) {
+          const ScanValues& own = parts_[part];
+          const Columns columns = columns_of(parameter, part);
+          if (columns.begin == columns.end) continue;
+          Eigen::VectorXd by_context = Eigen::VectorXd::Zero(own.values.rows());
+          for (Eigen::Index reading = 0; reading < along.size(); ++reading)
+            by_context[own.context_of_reading[static_cast<size_t>(reading)]] += along[reading];
+          for (int column = columns.begin; column < columns.end; ++column)
+            of_column[column] =
+                own.values.col(value_of_column_[column]).cast<double>().dot(by_context);
+        }
+        return 0;
+      },
+      [](int) {});
+  const int coefficients = std::accumulate(coefficient_count_.begin(), coefficient_count_.end(), 0);
+  Eigen::VectorXd products = Eigen::VectorXd::Zero(coefficients);
+  int first = 0;
+  for (size_t candidate = 0; candidate < terms_.size(); ++candidate) {
+    for (const Term& term : terms_[candidate])
+      products[first + term.coefficient] += of_column[term.column];
+    first += coefficient_count_[candidate];
+  }
+  return products;
 }
 
 double CandidateScan::share_of_possible(int candidate, const Eigen::VectorXd& coefficients) const {

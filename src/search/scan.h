@@ -62,6 +62,12 @@ class CandidateScan {
   /// (readings * row_size) x coefficients.
   Eigen::MatrixXd columns_at_readings(const Linearization& fit, int candidate) const;
 
+  int coefficient_count(int candidate) const { return coefficient_count_[candidate]; }
+
+  /// Products X^T v of the columns of all candidates, one after another, which need not exist: those
+  /// of a parameter follow from its derivatives times v, added up by context.
+  Eigen::VectorXd products_at_readings(const Linearization& fit, const Eigen::VectorXd& v) const;
+
   /// Largest standard deviation over the campaign of what the candidate adds to a parameter, as a
   /// share of what is possible: 20 mm, 20 mrad, or a scale of 1e-3 (of wires 2 %). For parameters
   /// of the instrument, which the model does not fit as constants, it is the RMS.

@@ -13,8 +13,10 @@
 #include "campaign/sessions.h"
 #include "linear_algebra/decompositions.h"
 #include "search/candidates.h"
+#include "search/projection.h"
 #include "search/scan.h"
 #include "search/significance.h"
+#include "statistics/ordered_blocks.h"
 #include "statistics/shuffle.h"
 
 namespace armtrue {
@@ -39,17 +41,22 @@ constexpr double kSignificanceWithLackOfFit = 0.16;
 constexpr float kTolerance = 1e-2f;
 constexpr int kMaxSweeps = 100;
 
-// Whitened equations of a fit: residual, columns of its unknowns, and columns of all candidates.
+// Whitened equations of a fit: residual, columns of its unknowns, and those of all candidates, which
+// are made when they are needed: all of them together would fill the memory.
 struct Equations {
-  Eigen::MatrixXf columns;  // equations x columns, whitened
-  Eigen::MatrixXd model;    // equations x unknowns
+  const CandidateScan& scan;
+  Linearization linear;
+  std::vector<Eigen::Index> first_column;  // of each candidate, and one past
+  Eigen::MatrixXd model;                   // equations x unknowns
   Eigen::VectorXd residual;
   Eigen::MatrixXd prior;  // x unknowns: what was known beforehand
   Eigen::VectorXd prior_residual;
   std::vector<int> pose;  // of each row of the campaign
   int row_size;
 
-  Equations(const CandidateScan& scan, const CalibrationResult& fit, const Campaign& campaign) {
+  Equations(const CandidateScan& candidates, const CalibrationResult& fit,
+            const Campaign& campaign)
+      : scan(candidates), linear(fit, campaign), first_column{0} {
     const SessionModels models(campaign, fit.robot, fit.set.kept, fit.sigma);
     Eigen::MatrixXd blocks = models.blocks();
     row_size = models.row_size();
@@ -63,22 +70,19 @@ struct Equations {
       if (fit.prior_weight[k] > 0) known.push_back(k);
     prior = Eigen::MatrixXd(fit.prior_weight.asDiagonal())(known, Eigen::all);
     prior_residual = fit.prior_residual(known);
+    for (int k = 0; k < count(); ++k)
+      first_column.push_back(first_column.back() + scan.coefficient_count(k));
+  }
 
-    const Linearization linear(fit, campaign);
-    const int count = static_cast<int>(scan.candidates().size());
-    std::vector<Eigen::MatrixXf> of_candidate(count);
-    Eigen::Index total = 0;
-    for (int k = 0; k < count; ++k) {
-      of_candidate[k] = scan.columns_at_readings(linear, k).cast<float>();
-      total += of_candidate[k].cols();
-    }
-    columns.resize(blocks.rows(), total);
-    Eigen::Index next = 0;
-    for (Eigen::MatrixXf& own : of_candidate) {
-      columns.middleCols(next, own.cols()) = own;
-      next += own.cols();
-      own.resize(0, 0);
-    }
+  int count() const { return static_cast<int>(scan.candidates().size()); }
+  Eigen::Index columns() const { return first_column.back(); }
+  Eigen::MatrixXf columns_of(int candidate) const {
+    return scan.columns_at_readings(linear, candidate).cast<float>();
+  }
+  Eigen::VectorXf column(Eigen::Index j) const {
+    const auto next = std::ranges::upper_bound(first_column, j);
+    const auto candidate = static_cast<int>(next - first_column.begin()) - 1;
+    return columns_of(candidate).col(j - first_column[static_cast<size_t>(candidate)]);
   }
 };
 
@@ -88,27 +92,22 @@ class Lasso {
  public:
   Lasso(const Equations& all, const Rows& rows)
       : all_(all), rows_(rows), model_(with_prior(all.model(rows, Eigen::all), all.prior)) {
-    const auto equations = static_cast<Eigen::Index>(rows.size());
-    const Eigen::MatrixXf basis =
-        Eigen::MatrixXd(model_.householderQ() *
-                        Eigen::MatrixXd::Identity(model_.rows(), model_.rank()))
-            .cast<float>();
-    x_ = Eigen::MatrixXf::Zero(model_.rows(), all.columns.cols());
-    x_.topRows(equations) = all.columns(rows, Eigen::all);
-    length_ = x_.colwise().norm();
-    x_.noalias() -= basis * (basis.topRows(equations).transpose() * x_.topRows(equations));
-    for (Eigen::Index j = 0; j < x_.cols(); ++j) {
-      const float beside = x_.col(j).norm();
-      const bool is_shown =
-          beside > kMinBeside * length_[j] && poses_that_carry(x_.col(j)) >= kMinPoses;
-      length_[j] = is_shown ? beside : std::numeric_limits<float>::infinity();
-      x_.col(j) /= length_[j];
-    }
+    basis_ = Eigen::MatrixXd(model_.householderQ() *
+                             Eigen::MatrixXd::Identity(model_.rows(), model_.rank()))
+                 .cast<float>();
+    length_.resize(all.columns());
+    for_ordered_blocks<int>(
+        all.count(), kCandidatesPerBlock,
+        [&](int begin, int end) {
+          for (int candidate = begin; candidate < end; ++candidate) set_length(candidate);
+          return 0;
+        },
+        [](int) {});
     left_ = residual().cast<float>();
-    left_ -= basis * (basis.transpose() * left_);
-    pull_ = x_.transpose() * left_;
-    unit_weights_ = Eigen::VectorXf::Zero(x_.cols());
-    is_active_.resize(x_.cols());
+    left_ -= basis_ * (basis_.transpose() * left_);
+    set_pull();
+    unit_weights_ = Eigen::VectorXf::Zero(all.columns());
+    is_active_.resize(static_cast<size_t>(all.columns()));
   }
 
   // The smallest penalty at which all weights are zero.
@@ -117,25 +116,25 @@ class Lasso {
   void solve(float penalty) {
     for (bool grown = true; grown;) {
       grown = false;
-      for (Eigen::Index j = 0; j < x_.cols(); ++j)
+      for (Eigen::Index j = 0; j < pull_.size(); ++j)
         if (!is_active_[j] && std::abs(pull_[j]) > penalty) {
-          active_.push_back(j);
-          is_active_[j] = grown = true;
+          add(j);
+          grown = true;
         }
       float change = penalty;
       for (int sweep = 0; sweep < kMaxSweeps && change > kTolerance * penalty; ++sweep) {
         change = 0;
-        for (Eigen::Index j : active_) {
-          const float to_fit = x_.col(j).dot(left_) + unit_weights_[j];
+        for (const Active& own : active_) {
+          const float to_fit = own.unit.dot(left_) + unit_weights_[own.column];
           const float to = std::copysign(std::max(std::abs(to_fit) - penalty, 0.0f), to_fit);
-          const float step = to - unit_weights_[j];
+          const float step = to - unit_weights_[own.column];
           if (step == 0) continue;
-          left_ -= step * x_.col(j);
-          unit_weights_[j] = to;
+          left_ -= step * own.unit;
+          unit_weights_[own.column] = to;
           change = std::max(change, std::abs(step));
         }
       }
-      pull_.noalias() = x_.transpose() * left_;
+      set_pull();
     }
   }
 
@@ -143,9 +142,10 @@ class Lasso {
 
   // The residual of other rows, with the model refitted to the weights.
   Eigen::VectorXd left_of(const Rows& others) const {
-    Eigen::VectorXf taken = Eigen::VectorXf::Zero(all_.columns.rows());
-    for (Eigen::Index j : active_)
-      if (unit_weights_[j] != 0) taken += unit_weights_[j] / length_[j] * all_.columns.col(j);
+    Eigen::VectorXf taken = Eigen::VectorXf::Zero(all_.residual.size());
+    for (const Active& own : active_)
+      if (unit_weights_[own.column] != 0)
+        taken += unit_weights_[own.column] / length_[own.column] * own.whole;
     const Eigen::VectorXd left = all_.residual - taken.cast<double>();
     Eigen::VectorXd own = residual();
     own.head(static_cast<Eigen::Index>(rows_.size())) = left(rows_);
@@ -153,6 +153,11 @@ class Lasso {
   }
 
  private:
+  struct Active {
+    Eigen::Index column;
+    Eigen::VectorXf whole, unit;  // at all rows; beside the model at these, of unit length
+  };
+
   static Eigen::MatrixXd with_prior(const Eigen::MatrixXd& model, const Eigen::MatrixXd& prior) {
     Eigen::MatrixXd both(model.rows() + prior.rows(), model.cols());
     both << model, prior;
@@ -163,6 +168,43 @@ class Lasso {
     Eigen::VectorXd both(model_.rows());
     both << all_.residual(rows_), all_.prior_residual;
     return both;
+  }
+
+  // What the model cannot imitate of columns at these rows.
+  Eigen::MatrixXf beside(const Eigen::MatrixXf& columns) const {
+    const auto equations = static_cast<Eigen::Index>(rows_.size());
+    Eigen::MatrixXf x = Eigen::MatrixXf::Zero(model_.rows(), columns.cols());
+    x.topRows(equations) = columns(rows_, Eigen::all);
+    x.noalias() -= basis_ * (basis_.topRows(equations).transpose() * x.topRows(equations));
+    return x;
+  }
+
+  // Infinity of columns that are left out.
+  void set_length(int candidate) {
+    const Eigen::MatrixXf columns = all_.columns_of(candidate), x = beside(columns);
+    for (Eigen::Index j = 0; j < x.cols(); ++j) {
+      const float length = x.col(j).norm();
+      const bool is_shown = length > kMinBeside * columns(rows_, j).norm() &&
+                            poses_that_carry(x.col(j)) >= kMinPoses;
+      length_[all_.first_column[static_cast<size_t>(candidate)] + j] =
+          is_shown ? length : std::numeric_limits<float>::infinity();
+    }
+  }
+
+  void add(Eigen::Index j) {
+    is_active_[j] = true;
+    Eigen::VectorXf whole = all_.column(j);
+    Eigen::VectorXf unit = beside(whole) / length_[j];
+    active_.push_back({j, std::move(whole), std::move(unit)});
+  }
+
+  // What is left is orthogonal to the model, so the products are those of the columns beside it.
+  void set_pull() {
+    Eigen::VectorXd at_readings = Eigen::VectorXd::Zero(all_.residual.size());
+    at_readings(rows_) = left_.head(static_cast<Eigen::Index>(rows_.size())).cast<double>();
+    pull_ = all_.scan.products_at_readings(all_.linear, at_readings)
+                .cast<float>()
+                .cwiseQuotient(length_);
   }
 
   // Effective number of poses that determine a column (inverse participation ratio).
@@ -178,9 +220,9 @@ class Lasso {
   const Equations& all_;
   Rows rows_;
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> model_;
-  Eigen::MatrixXf x_;  // of unit length, or of nothing
+  Eigen::MatrixXf basis_;
   Eigen::VectorXf length_, left_, pull_, unit_weights_;
-  Rows active_;
+  std::vector<Active> active_;
   std::vector<bool> is_active_;
 };
 
@@ -250,7 +292,7 @@ Robot with_remainder(const CalibrationResult& fit, const Campaign& campaign,
   const Equations all(scan, fit_of_part, part);
   Rows rows(all.residual.size());
   std::iota(rows.begin(), rows.end(), Eigen::Index{0});
-  if (all.columns.cols() == 0) return fit.robot;
+  if (all.columns() == 0) return fit.robot;
   float penalty = Lasso(all, rows).highest();
   const int falls = best_falls(all, penalty, options.seed,
                                significance_level(fit, campaign, kSignificanceWithLackOfFit,

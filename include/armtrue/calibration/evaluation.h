@@ -83,5 +83,8 @@ struct FitQuality {
   std::optional<double> lack_of_fit_in_position;  ///< of position alone
 };
 FitQuality assess(const CalibrationResult& fit, const Campaign& campaign);
+/// `evaluation`: evaluate(fit.robot, campaign).
+FitQuality assess(const CalibrationResult& fit, const Campaign& campaign,
+                  const Evaluation& evaluation);
 
 }  // namespace armtrue
