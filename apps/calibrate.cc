@@ -162,6 +162,18 @@ std::optional<Robot> placed_on_targets(const Robot& nominal, const CalibrationRe
   return placed_nominal(nominal, campaign);
 }
 
+// Ways of the joints that no effect of the robot follows are a fifth of a million readings.
+Campaign without_unused_strokes(Campaign campaign, const Robot& robot) {
+  const auto follows = [](const Effect& effect) {
+    return effect.driver.involves(DriverKind::stroke);
+  };
+  const bool are_used = std::ranges::any_of(robot.effects, [&](const Effect& effect) {
+    return follows(effect) || std::ranges::any_of(effect.members, follows);
+  });
+  if (!are_used) campaign.stroke.clear();
+  return campaign;
+}
+
 int run(app::Command& command, const Arguments& arguments) {
   Robot robot = command.read_robot(arguments.robot).robot;
   command.warn_if_calibrated(robot, arguments.robot);
@@ -169,7 +181,8 @@ int run(app::Command& command, const Arguments& arguments) {
   if (!arguments.identify_per_session.empty())
     robot.identify_per_session = app::split_list(arguments.identify_per_session);
   robot.free_links = arguments.no_priors;
-  const Campaign all = command.read_campaign(command.input, robot);
+  const Campaign all =
+      without_unused_strokes(command.read_campaign(command.input, robot), robot);
   if (!arguments.identify_per_session.empty() && all.session_names.size() < 2)
     command.warn("--identify-per-session " + arguments.identify_per_session +
                  " changes nothing: " + all.source +
@@ -194,12 +207,12 @@ int run(app::Command& command, const Arguments& arguments) {
 
   CalibrationResult result = calibrate(robot, campaign);
   app::warn_of_touches(command, robot, campaign, result.set);
-  CalibrationFindings findings{zone, gross, {}, assess(result, campaign)};
+  const Evaluation evaluation = evaluate(result.robot, campaign);
+  CalibrationFindings findings{zone, gross, {}, assess(result, campaign, evaluation)};
   if (zone) findings.quality->noise = noise_of(result, as_read, findings.quality->blunders);
   findings.nominal = require_worthwhile(robot, result, campaign, findings.quality->blunders,
                                         static_cast<int>(rows_of(gross).size()));
   if (!findings.nominal) findings.nominal = placed_on_targets(robot, result, campaign);
-  const Evaluation evaluation = evaluate(result.robot, campaign);
   std::string far_above;
   if (!zone) {  // with one the readings outside are not meant to fit
     far_above = far_above_noise(*findings.quality);

@@ -107,7 +107,7 @@ namespace {
 
 // Whether angles that were read as degrees are those of an arm in radians: it moves by most of its
 // joints, but never leaves the zero pose by more than a turn in radians, 6.28 deg.
-bool look_like_radians(const std::vector<JointVector>& q, const std::vector<JointName>& joints) {
+bool look_like_radians(const JointRows& q, const std::vector<JointName>& joints) {
   constexpr size_t kFewestTargets = 5;
   constexpr double kTurn = 2 * std::numbers::pi * kDegree, kMoves = 0.5 * kDegree;
   if (q.size() < kFewestTargets) return false;

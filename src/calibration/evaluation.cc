@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <utility>
@@ -19,49 +20,67 @@ namespace {
 
 constexpr double kBlunderWeight = 0.05;  // under Student's t some 14 standard deviations
 
-// Rows of one session, pose and channel, and their mean residual.
-struct Replicates {
-  std::span<const int> rows;         // within Grouped::order
-  Eigen::Matrix<double, 6, 1> mean;  // of residuals as at_median() gives them
-};
+// The residuals of some rows, each divided by the ratio of its stated deviation to the median of
+// these rows: as if all had the median deviation.
+class MedianResiduals {
+ public:
+  MedianResiduals(const Campaign& campaign, const Evaluation& evaluation,
+                  const std::vector<int>& rows)
+      : campaign_(campaign),
+        evaluation_(evaluation),
+        position_(median_of(campaign.sigma_position, rows)),
+        orientation_(median_of(campaign.sigma_orientation, rows)) {}
 
-struct Grouped {
-  std::vector<int> order;  // the rows, group by group
-  std::vector<Replicates> groups;
-};
-
-// Ratio of each row's stated deviation to the median; 1 if the file states none.
-std::vector<double> own_to_median(const std::vector<double>& deviations, int rows) {
-  if (deviations.empty()) return std::vector<double>(static_cast<size_t>(rows), 1.0);
-  const double middle = median(deviations);
-  std::vector<double> ratios;
-  for (double deviation : deviations) ratios.push_back(deviation / middle);
-  return ratios;
-}
-
-// The residuals divided by those ratios: as if all rows had the median deviation.
-std::vector<Eigen::Matrix<double, 6, 1>> at_median(const Campaign& campaign,
-                                                   const Evaluation& evaluation) {
-  const std::vector<double> position = own_to_median(campaign.sigma_position, campaign.rows());
-  const std::vector<double> orientation =
-      own_to_median(campaign.sigma_orientation, campaign.rows());
-  std::vector<Eigen::Matrix<double, 6, 1>> residuals = evaluation.residuals;
-  for (size_t row = 0; row < residuals.size(); ++row) {
-    residuals[row].head<3>() /= position[row];
-    residuals[row].tail<3>() /= orientation[row];
+  Eigen::Matrix<double, 6, 1> at(int row) const {
+    const auto r = static_cast<size_t>(row);
+    Eigen::Matrix<double, 6, 1> residual = evaluation_.residuals[r];
+    if (position_) residual.head<3>() /= campaign_.sigma_position[r] / *position_;
+    if (orientation_) residual.tail<3>() /= campaign_.sigma_orientation[r] / *orientation_;
+    return residual;
   }
-  return residuals;
-}
 
-// By pose, channel and session.
-Grouped replicates_of(const Campaign& campaign,
-                      const std::vector<Eigen::Matrix<double, 6, 1>>& residuals) {
-  Grouped grouped{grouped_rows(campaign.pose).row, {}};
+  /// Median deviations that the rows state.
+  const std::optional<double>& position() const { return position_; }
+  const std::optional<double>& orientation() const { return orientation_; }
+
+ private:
+  static std::optional<double> median_of(const std::vector<double>& deviations,
+                                         const std::vector<int>& rows) {
+    if (deviations.empty()) return std::nullopt;
+    std::vector<double> own;
+    own.reserve(rows.size());
+    for (int row : rows) own.push_back(deviations[static_cast<size_t>(row)]);
+    return median(std::move(own));
+  }
+
+  const Campaign& campaign_;
+  const Evaluation& evaluation_;
+  std::optional<double> position_, orientation_;
+};
+
+// `use(rows, mean)` for the rows of each session, pose and channel, replicates of each other, and
+// the mean of their residuals. `rows` increase.
+template <typename Use>
+void for_each_replicates(const Campaign& campaign, const MedianResiduals& residuals,
+                         const std::vector<int>& rows, const Use& use) {
+  std::vector<int> number(campaign.pose_ids.size(), -1);  // of the poses, as they appear
+  std::vector<int> order;
+  {
+    std::vector<int> pose_of;
+    pose_of.reserve(rows.size());
+    int poses = 0;
+    for (int row : rows) {
+      int& own = number[static_cast<size_t>(campaign.pose[static_cast<size_t>(row)])];
+      if (own < 0) own = poses++;
+      pose_of.push_back(own);
+    }
+    order = grouped_rows(pose_of).row;
+  }
+  for (int& row : order) row = rows[static_cast<size_t>(row)];
   const auto key = [&](int row) {
     return std::array{campaign.pose[static_cast<size_t>(row)], campaign.channel(row),
                       campaign.session.empty() ? 0 : campaign.session[static_cast<size_t>(row)]};
   };
-  std::vector<int>& order = grouped.order;
   const auto end_of = [&](size_t begin, const auto& same) {
     size_t end = begin + 1;
     while (end < order.size() && same(order[begin], order[end])) ++end;
@@ -77,33 +96,85 @@ Grouped replicates_of(const Campaign& campaign,
   }
   for (size_t begin = 0, end = 0; begin < order.size(); begin = end) {
     end = end_of(begin, [&](int a, int b) { return key(a) == key(b); });
-    Replicates& group = grouped.groups.emplace_back();
-    group.rows = std::span<const int>(order).subspan(begin, end - begin);
-    group.mean.setZero();
-    for (int row : group.rows) group.mean += residuals[static_cast<size_t>(row)];
-    group.mean /= static_cast<double>(group.rows.size());
+    const auto group = std::span<const int>(order).subspan(begin, end - begin);
+    Eigen::Matrix<double, 6, 1> mean = Eigen::Matrix<double, 6, 1>::Zero();
+    for (int row : group) mean += residuals.at(row);
+    mean /= static_cast<double>(group.size());
+    use(group, mean);
   }
-  return grouped;
 }
 
 std::optional<double> lack_of_fit_p(const Evaluation& evaluation, const Campaign& campaign,
-                                    const NoiseFloor& floor,
+                                    const std::vector<int>& rows, const NoiseFloor& floor,
                                     const std::array<double, 2>& determined, bool of_orientation) {
   if (floor.source == NoiseFloor::Source::none || floor.position <= 0) return std::nullopt;
   const bool turns = of_orientation && campaign.has_orientation() && floor.orientation > 0;
   double ratio = 0, groups = 0;
-  const Grouped grouped = replicates_of(campaign, at_median(campaign, evaluation));
-  for (const Replicates& group : grouped.groups) {
-    const auto readings = static_cast<double>(group.rows.size());
-    ratio += readings * (group.mean.head<3>() / floor.position).squaredNorm();
-    if (turns) ratio += readings * (group.mean.tail<3>() / floor.orientation).squaredNorm();
-    ++groups;
-  }
+  for_each_replicates(
+      campaign, MedianResiduals(campaign, evaluation, rows), rows,
+      [&](std::span<const int> group, const Eigen::Matrix<double, 6, 1>& mean) {
+        const auto readings = static_cast<double>(group.size());
+        ratio += readings * (mean.head<3>() / floor.position).squaredNorm();
+        if (turns) ratio += readings * (mean.tail<3>() / floor.orientation).squaredNorm();
+        ++groups;
+      });
   const double unknowns = determined[0] + (turns ? determined[1] : 0);
   const double freedom = (floor.axes + (turns ? 3 : 0)) * groups - unknowns;
   if (freedom < 1) return std::nullopt;
   if (floor.source == NoiseFloor::Source::instrument) return chi_squared_above(ratio, freedom);
   return fisher_f_above(ratio / freedom, freedom, floor.degrees_of_freedom);
+}
+
+// Of the readings of some rows, those of which more than one coordinate is read; single ones do not
+// make a point. `rows` increase.
+double share_of_points(const Campaign& campaign, const Evaluation& evaluation,
+                       const std::vector<int>& rows) {
+  if (!campaign.has_distances()) return 1;
+  const std::vector<int>& first = evaluation.first_rows;
+  if (first.empty()) return 0;
+  double readings = 0, points = 0;
+  for (size_t k = 0, begin = 0, end = 0; begin < rows.size(); ++k, begin = end) {
+    while (end < rows.size() && (k + 1 == first.size() || rows[end] < first[k + 1])) ++end;
+    readings += end > begin;
+    points += end > begin + 1;
+  }
+  return points / std::max(1.0, readings);
+}
+
+NoiseFloor noise_floor_of(const Robot& robot, const Campaign& campaign,
+                          const Evaluation& evaluation, const std::vector<int>& rows) {
+  NoiseFloor floor;
+  floor.axes = campaign.reading_size().position;
+  floor.points = share_of_points(campaign, evaluation, rows);
+  std::vector<double> position, orientation;
+  const MedianResiduals residuals(campaign, evaluation, rows);
+  for_each_replicates(
+      campaign, residuals, rows,
+      [&](std::span<const int> group, const Eigen::Matrix<double, 6, 1>& mean) {
+        const double m = static_cast<double>(group.size());
+        if (m < 2) return;
+        floor.degrees_of_freedom += floor.axes * static_cast<int>(m - 1);
+        for (int row : group) {
+          const Eigen::Matrix<double, 6, 1> deviation =
+              std::sqrt(m / (m - 1)) * (residuals.at(row) - mean);
+          for (int i = 0; i < floor.axes; ++i) position.push_back(deviation[i]);
+          for (int i = 3; i < 6 && campaign.has_orientation(); ++i)
+            orientation.push_back(deviation[i]);
+        }
+      });
+  constexpr int kMinReplicates = 20;  // degrees of freedom; fewer say less than the data sheet
+  if (floor.degrees_of_freedom >= kMinReplicates) {
+    floor.source = NoiseFloor::Source::replicates;
+    floor.position = robust_deviation(position);
+    if (campaign.has_orientation()) floor.orientation = robust_deviation(orientation);
+    return floor;
+  }
+  floor.position = residuals.position().value_or(robot.noise.position);
+  if (floor.position <= 0) return floor;
+  floor.source = NoiseFloor::Source::instrument;
+  if (campaign.has_orientation())
+    floor.orientation = residuals.orientation().value_or(robot.noise.orientation);
+  return floor;
 }
 
 }  // namespace
@@ -183,53 +254,10 @@ PoseErrors errors_of(const Robot& robot, const Campaign& campaign) {
   return errors;
 }
 
-namespace {
-
-// Of the readings, those of which all coordinates are read; single ones do not make a point.
-double share_of_points(const Campaign& campaign, const Evaluation& evaluation) {
-  if (!campaign.has_distances()) return 1;
-  const std::vector<int>& first = evaluation.first_rows;
-  if (first.empty()) return 0;
-  double points = 0;
-  for (size_t k = 0; k < first.size(); ++k)
-    points += (k + 1 < first.size() ? first[k + 1] : campaign.rows()) - first[k] > 1;
-  return points / static_cast<double>(first.size());
-}
-
-}  // namespace
-
 NoiseFloor noise_floor(const Robot& robot, const Campaign& campaign, const Evaluation& evaluation) {
-  NoiseFloor floor;
-  floor.axes = campaign.reading_size().position;
-  floor.points = share_of_points(campaign, evaluation);
-  std::vector<double> position, orientation;
-  const std::vector<Eigen::Matrix<double, 6, 1>> residuals = at_median(campaign, evaluation);
-  const Grouped grouped = replicates_of(campaign, residuals);
-  for (const Replicates& group : grouped.groups) {
-    const double m = static_cast<double>(group.rows.size());
-    if (m < 2) continue;
-    floor.degrees_of_freedom += floor.axes * static_cast<int>(m - 1);
-    for (int row : group.rows) {
-      const Eigen::Matrix<double, 6, 1> deviation =
-          std::sqrt(m / (m - 1)) * (residuals[row] - group.mean);
-      for (int i = 0; i < floor.axes; ++i) position.push_back(deviation[i]);
-      for (int i = 3; i < 6; ++i) orientation.push_back(deviation[i]);
-    }
-  }
-  constexpr int kMinReplicates = 20;  // degrees of freedom; fewer say less than the data sheet
-  if (floor.degrees_of_freedom >= kMinReplicates) {
-    floor.source = NoiseFloor::Source::replicates;
-    floor.position = robust_deviation(position);
-    if (campaign.has_orientation()) floor.orientation = robust_deviation(orientation);
-    return floor;
-  }
-  const bool own = !campaign.sigma_position.empty(), own_turn = !campaign.sigma_orientation.empty();
-  floor.position = own ? median(campaign.sigma_position) : robot.noise.position;
-  if (floor.position <= 0) return floor;
-  floor.source = NoiseFloor::Source::instrument;
-  if (campaign.has_orientation())
-    floor.orientation = own_turn ? median(campaign.sigma_orientation) : robot.noise.orientation;
-  return floor;
+  std::vector<int> rows(static_cast<size_t>(campaign.rows()));
+  std::iota(rows.begin(), rows.end(), 0);
+  return noise_floor_of(robot, campaign, evaluation, rows);
 }
 
 double mean_error_of_noise(double deviation_per_axis, int axes) {
@@ -269,19 +297,21 @@ class MeanSquares {
   double rows_ = 0;
 };
 
-void set_scatter(const CalibrationResult& fit, const Campaign& readings,
-                 const Evaluation& evaluation, FitQuality& quality) {
-  const auto residuals = at_median(readings, evaluation);
-  const Grouped grouped = replicates_of(readings, residuals);
-  MeanSquares left(readings.reading_size()), pure(readings.reading_size());
-  for (const Replicates& group : grouped.groups) {
-    const auto m = static_cast<double>(group.rows.size());
-    for (int row : group.rows) {
-      const Eigen::Matrix<double, 6, 1>& residual = residuals[static_cast<size_t>(row)];
-      left.add(residual, 1);
-      if (m > 1) pure.add(residual - group.mean, m / (m - 1));
-    }
-  }
+// `rows`: those without blunders.
+void set_scatter(const CalibrationResult& fit, const Campaign& campaign,
+                 const Evaluation& evaluation, const std::vector<int>& rows, FitQuality& quality) {
+  MeanSquares left(campaign.reading_size()), pure(campaign.reading_size());
+  const MedianResiduals residuals(campaign, evaluation, rows);
+  for_each_replicates(
+      campaign, residuals, rows,
+      [&](std::span<const int> group, const Eigen::Matrix<double, 6, 1>& mean) {
+        const auto m = static_cast<double>(group.size());
+        for (int row : group) {
+          const Eigen::Matrix<double, 6, 1> residual = residuals.at(row);
+          left.add(residual, 1);
+          if (m > 1) pure.add(residual - mean, m / (m - 1));
+        }
+      });
   quality.left = left.roots(fit.determined);
   quality.pure = quality.noise.source == NoiseFloor::Source::replicates
                      ? pure.roots({0, 0})
@@ -291,21 +321,24 @@ void set_scatter(const CalibrationResult& fit, const Campaign& readings,
 }  // namespace
 
 FitQuality assess(const CalibrationResult& fit, const Campaign& campaign) {
+  return assess(fit, campaign, evaluate(fit.robot, campaign));
+}
+
+FitQuality assess(const CalibrationResult& fit, const Campaign& campaign,
+                  const Evaluation& evaluation) {
   FitQuality quality;
   std::vector<int> sound;
+  sound.reserve(static_cast<size_t>(campaign.rows()));
   for (int row = 0; row < campaign.rows(); ++row)
     (fit.degrees_of_freedom > 0 && fit.weights_in_pose[row] < kBlunderWeight ? quality.blunders
                                                                              : sound)
         .push_back(row);
-  std::optional<Campaign> part;
-  if (!quality.blunders.empty()) part = campaign.select(sound);
-  const Campaign& readings = part ? *part : campaign;
-  const Evaluation evaluation = evaluate(fit.robot, readings);
-  quality.noise = noise_floor(fit.robot, readings, evaluation);
-  quality.lack_of_fit = lack_of_fit_p(evaluation, readings, quality.noise, fit.determined, true);
+  quality.noise = noise_floor_of(fit.robot, campaign, evaluation, sound);
+  quality.lack_of_fit =
+      lack_of_fit_p(evaluation, campaign, sound, quality.noise, fit.determined, true);
   quality.lack_of_fit_in_position =
-      lack_of_fit_p(evaluation, readings, quality.noise, fit.determined, false);
-  set_scatter(fit, readings, evaluation, quality);
+      lack_of_fit_p(evaluation, campaign, sound, quality.noise, fit.determined, false);
+  set_scatter(fit, campaign, evaluation, sound, quality);
   return quality;
 }
 

@@ -271,7 +271,7 @@ class Search {
     return result;
   }
 
-  const JointVector& q(size_t pose) const {
+  JointRows::ConstRow q(size_t pose) const {
     return campaign_
         .q[static_cast<size_t>(all_.rows[static_cast<size_t>(all_.of_pose[pose].front())])];
   }

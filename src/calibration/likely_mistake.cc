@@ -47,7 +47,9 @@ class Corrections {
   std::optional<std::string> best_;
 };
 
-void give_joints(Campaign& campaign, const JointVector& q) { std::ranges::fill(campaign.q, q); }
+void give_joints(Campaign& campaign, const JointVector& q) {
+  for (auto own : campaign.q) own = q;
+}
 
 bool is_one_of(const std::vector<std::vector<int>>& readings, const Campaign& campaign, int pose) {
   return std::ranges::any_of(
@@ -117,14 +119,14 @@ void attempt_joints(const KinematicChain& chain, Corrections& corrections) {
   const int joints = static_cast<int>(names.size());
   for (int j = 0; j < joints; ++j)
     corrections.attempt(names[j].column + " seems to have the wrong sign", [j](Campaign& c) {
-      for (JointVector& q : c.q) q[j] = -q[j];
+      for (auto q : c.q) q[j] = -q[j];
     });
   for (int j = 0; j + 1 < joints; ++j)
     if (names[j].is_length == names[j + 1].is_length)
       corrections.attempt(
           fmt::format("{} and {} look exchanged", names[j].column, names[j + 1].column),
           [j](Campaign& c) {
-            for (JointVector& q : c.q) std::swap(q[j], q[j + 1]);
+            for (auto q : c.q) std::swap(q[j], q[j + 1]);
           });
   corrections.attempt("its joint angles look like radians among degrees",
                       [&](Campaign& c) { scale_angles(c, chain, 180 / std::numbers::pi); });

@@ -254,37 +254,41 @@ void touches_to_coordinates(Campaign& campaign, const std::vector<bool>& is_poin
   campaign = std::move(all);
 }
 
-void derive_arrival(Campaign& campaign) {
+void for_each_visit(const Campaign& campaign, const VisitAction& action) {
   std::map<int, Arrival> sessions;
   std::vector<int> visits(campaign.q.size());
   std::iota(visits.begin(), visits.end(), 0);
   if (!campaign.time_s.empty())
     std::stable_sort(visits.begin(), visits.end(),
                      [&](int a, int b) { return campaign.time_s[a] < campaign.time_s[b]; });
-  std::vector<Direction> directions(campaign.q.size());
-  std::vector<JointVector> strokes(campaign.q.size());
   for (int row : visits) {
     const int session = campaign.session.empty() ? 0 : campaign.session[row];
     Arrival& arrival = sessions.try_emplace(session, campaign.q[row]).first->second;
     arrival.go_to(campaign.q[row]);
-    directions[row] = arrival.direction();
-    strokes[row] = arrival.stroke();
+    action(row, arrival);
   }
-  if (campaign.arrival.empty()) campaign.arrival = directions;
-  const auto agree = [](const Direction& given, const Direction& derived) {
-    for (size_t j = 0; j < derived.size(); ++j)
-      if (derived[j] != 0 && derived[j] != given[j]) return false;
-    return true;
-  };
-  if (campaign.stroke.empty() &&
-      std::equal(campaign.arrival.begin(), campaign.arrival.end(), directions.begin(), agree))
-    campaign.stroke = std::move(strokes);
+}
+
+void derive_arrival(Campaign& campaign) {
+  if (campaign.q.empty()) return;
+  const bool has_arrival = !campaign.arrival.empty(), has_stroke = !campaign.stroke.empty();
+  campaign.arrival.resize(campaign.q.size());
+  if (!has_stroke) campaign.stroke.resize(campaign.q.size(), campaign.q.front());
+  bool agree = true;
+  for_each_visit(campaign, [&](int row, const Arrival& arrival) {
+    Direction& given = campaign.arrival[row];
+    const Direction& derived = arrival.direction();
+    if (!has_arrival) given = derived;
+    for (size_t j = 0; j < derived.size(); ++j) agree &= derived[j] == 0 || derived[j] == given[j];
+    if (!has_stroke) campaign.stroke[row] = arrival.stroke();
+  });
+  if (!has_stroke && !agree) campaign.stroke.clear();
 }
 
 void scale_angles(Campaign& campaign, const KinematicChain& chain, double factor) {
   for (int j = 0; j < joint_count(chain); ++j)
     if (!is_prismatic(joint_link(chain, j)))
-      for (JointVector& q : campaign.q) q[j] *= factor;
+      for (auto q : campaign.q) q[j] *= factor;
 }
 
 void begin_sessions(Campaign& campaign, const std::vector<double>& times_s) {

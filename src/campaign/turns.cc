@@ -47,9 +47,9 @@ struct Angles {
   }
 };
 
-Angles angles_of(const std::vector<JointVector>& q, int joint, const Link& link) {
+Angles angles_of(const JointRows& q, int joint, const Link& link) {
   Angles angles{joint, travel(link), {}, {}};
-  for (const JointVector& values : q) {
+  for (const auto& values : q) {
     const double given = values[joint];
     angles.given.push_back(given);
     const double moved = nearer_to_middle(given, angles.travel);
@@ -80,8 +80,7 @@ bool is_within_one_turn(const Link& link) {
   return largest - least <= kTurn + kSamePlace;
 }
 
-std::vector<MovedByTurns> move_into_travel(std::vector<JointVector>& q,
-                                           const std::vector<int>& pose,
+std::vector<MovedByTurns> move_into_travel(JointRows& q, const std::vector<int>& pose,
                                            const KinematicChain& chain) {
   std::vector<Angles> joints;
   if (q.empty()) return {};

@@ -59,7 +59,9 @@ class Compensation {
     for (size_t row = 0; row < visits_.force_n.size(); ++row)
       visits_.force_n[row] = arms(row).options.base.rotation * visits_.force_n[row];
     visits_.arrival.resize(visits_.q.size(), Direction{});
-    visits_.stroke.resize(visits_.q.size(), JointVector::Zero(kMaxJoints));
+    visits_.stroke.resize(
+        visits_.q.size(),
+        JointVector::Zero(visits_.q.empty() ? kMaxJoints : visits_.q.front().size()));
   }
 
   bool motion_matters() const { return motion_matters_; }

@@ -169,7 +169,8 @@ std::vector<MapPoint> points_of(const Program& program, const ErrorMapper& mappe
   CommandedMotion motion(visits);
   for (Eigen::Vector3d& force : visits.force_n) force = mapper.options().base.rotation * force;
   visits.arrival.resize(visits.q.size(), Direction{});
-  visits.stroke.resize(visits.q.size(), JointVector::Zero(kMaxJoints));
+  visits.stroke.resize(visits.q.size(),
+                       JointVector::Zero(visits.q.empty() ? kMaxJoints : visits.q.front().size()));
   const Pose program_from_foot = inverse(mapper.options().base);
   std::vector<MapPoint> points(visits.q.size());
   std::optional<JointVector> previous;

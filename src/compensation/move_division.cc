@@ -117,7 +117,7 @@ class MoveDivision {
 
   // Joints with the external axes at t on the way to a target, which move evenly.
   JointVector external_at(size_t target, double t) const {
-    const std::vector<JointVector>& q = program_.visits.q;
+    const JointRows& q = program_.visits.q;
     JointVector here = q[target - rows_of_piece(target)];
     joints_->move_external(here, q[target], t);
     return here;

@@ -128,7 +128,7 @@ std::vector<Hypothesis> unit_hypotheses(const std::vector<JointName>& names, boo
       hypotheses.push_back({fmt::format("{} looks like metres under a _mm name; name the column {}",
                                         names[j].encoder(), names[j].column + "_m"),
                             [j](Robot&, Campaign& c) {
-                              for (JointVector& q : c.q) q[j] *= 1000;
+                              for (auto q : c.q) q[j] *= 1000;
                             }});
   return hypotheses;
 }
@@ -167,7 +167,7 @@ std::vector<Hypothesis> position_hypotheses(const KinematicChain& chain, bool of
         hypotheses.push_back({fmt::format("the columns {} and {} look exchanged",
                                           names[j].encoder(), names[k].encoder()),
                               [j, k](Robot&, Campaign& c) {
-                                for (JointVector& q : c.q) std::swap(q[j], q[k]);
+                                for (auto q : c.q) std::swap(q[j], q[k]);
                               }});
   for (int j = 1; j < static_cast<int>(names.size()); ++j)
     for (double sign : {1.0, -1.0})
@@ -177,7 +177,7 @@ std::vector<Hypothesis> position_hypotheses(const KinematicChain& chain, bool of
                          names[j].encoder(), names[j - 1].encoder(),
                          sign > 0 ? "taken off" : "added to", sign > 0 ? "+" : "-"),
              [j, sign](Robot&, Campaign& c) {
-               for (JointVector& q : c.q) q[j] += sign * q[j - 1];
+               for (auto q : c.q) q[j] += sign * q[j - 1];
              }});
   if (!of_distances)
     hypotheses.push_back(

@@ -273,18 +273,14 @@ void check_clock(const Campaign& campaign, LogFindings& findings) {
 }
 
 void check_directions(const Campaign& campaign, LogFindings& findings) {
-  Campaign derived;
-  derived.q = campaign.q;
-  derived.time_s = campaign.time_s;
-  derived.session = campaign.session;
-  derive_arrival(derived);
   int same = 0, opposite = 0;
-  for (int row = 0; row < campaign.rows(); ++row)
+  for_each_visit(campaign, [&](int row, const Arrival& derived) {
     for (size_t j = 0; j < campaign.arrival[row].size(); ++j) {
-      const int product = campaign.arrival[row][j] * derived.arrival[row][j];
+      const int product = campaign.arrival[row][j] * derived.direction()[j];
       same += product > 0;
       opposite += product < 0;
     }
+  });
   constexpr int kMinCompared = 60, kOppositeToSame = 19;  // 95 %
   if (same + opposite < kMinCompared || opposite < kOppositeToSame * same) return;
   findings.warnings.push_back(fmt::format(

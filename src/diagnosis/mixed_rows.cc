@@ -49,14 +49,14 @@ std::vector<RowMistake> row_mistakes(const KinematicChain& chain) {
   for (int j = 0; j < static_cast<int>(names.size()); ++j) {
     mistakes.push_back(
         {names[j].column + " seems to have the wrong sign in them", "correct it", [j](Campaign& c) {
-           for (JointVector& q : c.q) q[j] = -q[j];
+           for (auto q : c.q) q[j] = -q[j];
          }});
     for (int k = 0; k < j; ++k)
       if (names[j].is_length == names[k].is_length)
         mistakes.push_back(
             {fmt::format("{} and {} look exchanged in them", names[k].column, names[j].column),
              "exchange them", [j, k](Campaign& c) {
-               for (JointVector& q : c.q) std::swap(q[j], q[k]);
+               for (auto q : c.q) std::swap(q[j], q[k]);
              }});
   }
   for (int axis = 0; axis < 3; ++axis) {

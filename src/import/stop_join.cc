@@ -203,11 +203,19 @@ class StopJoin {
   // Visits to the same joint angles must have measured the same point.
   bool returns_to_points(const StandstillMatch& way) const {
     std::vector<double> apart;
-    for (size_t a = 0; a < readings_.size(); ++a)
-      for (size_t b = 0; b < a; ++b) {
-        const int i = way.standstill[a], k = way.standstill[b];
-        if (i < 0 || k < 0 || i == k || points_.has("target")) continue;
-        if ((joints_at(i) - joints_at(k)).cwiseAbs().maxCoeff() > kSameJoints) continue;
+    std::vector<size_t> order;  // by the first joint, so that the same joints lie together
+    for (size_t a = 0; a < readings_.size() && !points_.has("target"); ++a)
+      if (way.standstill[a] >= 0) order.push_back(a);
+    const auto joints_of = [&](size_t reading) { return joints_at(way.standstill[reading]); };
+    std::ranges::sort(order, {}, [&](size_t a) { return std::pair(joints_of(a)[0], a); });
+    for (size_t last = 0; last < order.size(); ++last)
+      for (size_t k = last; k-- > 0;) {
+        const size_t a = order[last], b = order[k];
+        const JointVector difference = joints_of(a) - joints_of(b);
+        if (std::abs(difference[0]) > kSameJoints) break;
+        if (way.standstill[a] == way.standstill[b] ||
+            difference.cwiseAbs().maxCoeff() > kSameJoints)
+          continue;
         apart.push_back((reading_points_[a] - reading_points_[b]).norm());
       }
     return apart.size() < kFewestRevisits || median(apart) <= kSamePoint;

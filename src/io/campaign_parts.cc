@@ -17,6 +17,10 @@ void append_column(std::vector<T>& all, const std::vector<T>& part) {
   all.insert(all.end(), part.begin(), part.end());
 }
 
+void append_column(JointRows& all, const JointRows& part) {
+  for (const auto& row : part) all.push_back(row);
+}
+
 // The numbers in the whole campaign of names that a part has.
 std::vector<int> numbers_of(const std::vector<std::string>& names, TextIndex& index) {
   std::vector<int> numbers;

@@ -65,9 +65,10 @@ void ContextColumns::read(const CsvTable& table, Campaign& campaign) const {
     }
   }
   if (!stroke_.empty()) {
-    JointVector& strokes = campaign.stroke.emplace_back(std::ssize(stroke_));
+    JointVector strokes(std::ssize(stroke_));
     for (size_t j = 0; j < stroke_.size(); ++j)
       strokes[static_cast<Eigen::Index>(j)] = table.number(*stroke_[j]);
+    campaign.stroke.push_back(strokes);
   }
   if (!motor_torque_.empty()) {
     auto& torques = campaign.motor_torque_nm.emplace_back();

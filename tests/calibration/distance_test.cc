@@ -177,7 +177,7 @@ TEST(Distance, OfOneLengthDoesNotShowTheZero) {
   constexpr double kLength = 2.0;
   std::vector<int> rows;
   for (int row = 0; row < campaign.rows(); ++row) {
-    JointVector& q = campaign.q[row];
+    auto q = campaign.q[row];
     const auto miss = [&] {
       return (arm.pose(q).translation - robot.chain.anchors[0].position).norm() - kLength;
     };

@@ -166,7 +166,7 @@ TEST(Identifiability, ACalibratedRobotKeepsTheSetOfItsNominal) {
 TEST(Identifiability, AJointThatNeverMovesIsMissed) {
   const Robot robot = kr360();
   Campaign campaign = poses(robot, true);
-  for (JointVector& q : campaign.q) q[4] = 0.3;
+  for (auto q : campaign.q) q[4] = 0.3;
   const IdentifiableSet set = choose_identifiable(robot, campaign);
   EXPECT_LT(set.kept.size(), 30u);
   EXPECT_THAT(lost_to_poses(robot, campaign, set), Not(testing::IsEmpty()));

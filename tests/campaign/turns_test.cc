@@ -22,23 +22,23 @@ KinematicChain arm(int joints, double least_deg = NAN, double largest_deg = NAN)
 }
 
 // Angles of all joints, uniform from `least` to `largest` [deg].
-std::vector<JointVector> angles(int rows, int joints, double least, double largest, unsigned seed) {
+JointRows angles(int rows, int joints, double least, double largest, unsigned seed) {
   std::mt19937 engine(seed);
   std::uniform_real_distribution<double> angle(least * kDegree, largest * kDegree);
-  std::vector<JointVector> q(static_cast<size_t>(rows), JointVector(joints));
-  for (JointVector& values : q)
+  JointRows q(static_cast<size_t>(rows), JointVector(joints));
+  for (auto values : q)
     for (double& value : values) value = angle(engine);
   return q;
 }
 
-std::vector<JointVector> within_one_turn(std::vector<JointVector> q) {
-  for (JointVector& values : q)
+JointRows within_one_turn(JointRows q) {
+  for (auto values : q)
     for (double& value : values)
       if (value < 0) value += kTurn;
   return q;
 }
 
-double difference(const std::vector<JointVector>& a, const std::vector<JointVector>& b) {
+double difference(const JointRows& a, const JointRows& b) {
   double most = 0;
   for (size_t k = 0; k < a.size(); ++k) most = std::max(most, (a[k] - b[k]).cwiseAbs().maxCoeff());
   return most;
@@ -49,8 +49,8 @@ TEST(Turns, AnglesFrom0To360ComeIntoTheTravel) {
   for (const KinematicChain& chain : {arm(7), arm(7, -175, 175), arm(7, -185, 185)})
     for (const int rows : {12, 60, 400})
       for (unsigned seed = 1; seed <= 20; ++seed) {
-        const std::vector<JointVector> truth = angles(rows, 7, -165, 165, seed);
-        std::vector<JointVector> q = within_one_turn(truth);
+        const JointRows truth = angles(rows, 7, -165, 165, seed);
+        JointRows q = within_one_turn(truth);
         const std::vector<MovedByTurns> moved = move_into_travel(q, {}, chain);
         EXPECT_LT(difference(q, truth), 1e-12) << rows << " " << seed;
         ASSERT_EQ(moved.size(), 7u);
@@ -68,8 +68,8 @@ TEST(Turns, AnglesThatMeanWhatTheySayStay) {
         std::tuple(arm(6), -179.0, 179.0), std::tuple(arm(6, -185, 185), -195.0, 195.0),
         std::tuple(arm(6, 0, 350), 5.0, 345.0), std::tuple(arm(6, -185, 185), 3500.0, 3700.0)})
     for (const int rows : {20, 200}) {
-      const std::vector<JointVector> given = angles(rows, 6, least, largest, 3);
-      std::vector<JointVector> q = given;
+      const JointRows given = angles(rows, 6, least, largest, 3);
+      JointRows q = given;
       EXPECT_TRUE(move_into_travel(q, {}, chain).empty()) << least << " " << largest;
       EXPECT_EQ(difference(q, given), 0);
     }
@@ -78,9 +78,9 @@ TEST(Turns, AnglesThatMeanWhatTheySayStay) {
 TEST(Turns, AtTheEndOfATurnThePosesStayWhole) {
   const std::vector<int> pose{0, 1, 0, 1, 1};
   const std::vector<double> given{179.9995, 0.0008, -179.9997, 359.9976, -0.001};
-  std::vector<JointVector> q;
+  JointRows q;
   for (double angle : given) q.push_back(JointVector::Constant(1, angle * kDegree));
-  std::vector<JointVector> alike = q;
+  JointRows alike = q;
   EXPECT_EQ(move_into_travel(q, pose, arm(1)).size(), 1u);
   const std::vector<double> right{179.9995, 0.0008, 180.0003, -0.0024, -0.001};
   for (size_t k = 0; k < q.size(); ++k) EXPECT_NEAR(q[k][0], right[k] * kDegree, 1e-12) << k;
@@ -93,7 +93,7 @@ TEST(Turns, AtTheEndOfATurnThePosesStayWhole) {
 TEST(Turns, ASlideHasNone) {
   KinematicChain chain = arm(1, -1, 1);
   chain.links.front().joint = JointKind::prismatic;
-  std::vector<JointVector> q{JointVector::Constant(1, 6.2), JointVector::Constant(1, -0.1)};
+  JointRows q{JointVector::Constant(1, 6.2), JointVector::Constant(1, -0.1)};
   EXPECT_TRUE(move_into_travel(q, {0, 0}, chain).empty());
   EXPECT_FALSE(is_within_one_turn(chain.links.front()));
 }

@@ -122,19 +122,19 @@ TEST(Diagnosis, MistakesAreNamedWhateverTheTool) {
        }},
       {"radians",
        [](Campaign& c) {
-         for (auto& q : c.q) q *= std::numbers::pi / 180;
+         for (auto q : c.q) q *= std::numbers::pi / 180;
        }},
       {"q2_deg and q3_deg look exchanged",
        [](Campaign& c) {
-         for (auto& q : c.q) std::swap(q[1], q[2]);
+         for (auto q : c.q) std::swap(q[1], q[2]);
        }},
       {"joint 2 seems to count",
        [](Campaign& c) {
-         for (auto& q : c.q) q[1] = -q[1];
+         for (auto q : c.q) q[1] = -q[1];
        }},
       {"joint 5 seems to count",
        [](Campaign& c) {
-         for (auto& q : c.q) q[4] = -q[4];
+         for (auto q : c.q) q[4] = -q[4];
        }},
       {"turned the other way",
        [](Campaign& c) {

@@ -122,7 +122,7 @@ Campaign in_two_frames(const std::function<bool(const Campaign&, int row)>& late
 
 Campaign with_rounded_angles(double step) {
   Campaign campaign = tutorial();
-  for (JointVector& q : campaign.q)
+  for (auto q : campaign.q)
     for (double& angle : q) angle = step * kDegree * std::round(angle / (step * kDegree));
   return campaign;
 }
@@ -546,7 +546,7 @@ TEST(SilentNumbers, FewPosesShowAWrongUnit) {
   metres.orientation.clear();
   Campaign radians = metres;
   for (Eigen::Vector3d& point : metres.position) point *= 1e-3;
-  for (JointVector& q : radians.q) q *= kDegree;
+  for (auto q : radians.q) q *= kDegree;
   EXPECT_THAT(diagnose(spindle(), metres), Contains(HasSubstr("look like metres")));
   EXPECT_THAT(diagnose(spindle(), radians), Contains(HasSubstr("look like radians")));
 }

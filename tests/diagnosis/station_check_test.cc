@@ -179,7 +179,7 @@ TEST(StationCheck, ARobotFileOfAnotherModelIsNamed) {
 TEST(StationCheck, ExchangedColumnsAreNamedWhicheverTheyAre) {
   for (const auto& [j, k] : {std::pair{3, 5}, {0, 3}, {1, 4}}) {
     Campaign campaign = points_of(real_arm());
-    for (JointVector& q : campaign.q) std::swap(q[j], q[k]);
+    for (auto q : campaign.q) std::swap(q[j], q[k]);
     EXPECT_THAT(all_findings(spindle(), campaign),
                 Contains(HasSubstr("q" + std::to_string(j + 1) + "_deg and q" +
                                    std::to_string(k + 1) + "_deg look exchanged")));
@@ -192,7 +192,7 @@ TEST(StationCheck, ARailInMetresIsNamed) {
   for (Link& link : truth.chain.links) link.theta += 1e-3;
   Campaign campaign = simulate(rail, truth, {.poses = 40, .noise_position = 5e-5});
   EXPECT_THAT(all_findings(rail, campaign), IsEmpty());
-  for (JointVector& q : campaign.q) q[0] *= 1e-3;
+  for (auto q : campaign.q) q[0] *= 1e-3;
   EXPECT_THAT(all_findings(rail, campaign), Contains(HasSubstr("name the column e1_m")));
 }
 

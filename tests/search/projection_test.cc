@@ -330,7 +330,7 @@ TEST(Projection, ACollinearCandidateHasNoDegreeOfFreedom) {
   // A parameter whose derivatives the model spans, whatever the joint does, and one by half.
   const int spanned = parameter_by_hand("A5.alpha");
   problem.linear.jacobian.col(spanned) = problem.linear.fitted.col(2);
-  for (JointVector& q : problem.campaign.q) q[1] = 0.75;  // a driver that did not move
+  for (auto q : problem.campaign.q) q[1] = 0.75;  // a driver that did not move
   const Linearization fit(problem.linear);
   const CandidateScan scan(problem.candidates, robot_by_hand(), problem.campaign);
   const std::vector<CandidateScore> scores = ProjectedCandidates(scan, fit).scores();

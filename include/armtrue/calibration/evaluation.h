@@ -96,5 +96,8 @@ struct FitQuality {
   InstrumentNoise left, pure;
 };
 FitQuality assess(const CalibrationResult& fit, const Campaign& campaign);
+/// `evaluation`: evaluate(fit.robot, campaign).
+FitQuality assess(const CalibrationResult& fit, const Campaign& campaign,
+                  const Evaluation& evaluation);
 
 }  // namespace armtrue

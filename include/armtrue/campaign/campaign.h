@@ -4,12 +4,15 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "armtrue/effects/arrival.h"
 #include "armtrue/effects/context.h"
 #include "armtrue/effects/effect.h"
+#include "armtrue/kinematics/joint_rows.h"
 
 namespace armtrue {
 
@@ -51,8 +54,8 @@ struct Campaign {
 
   std::vector<int> pose;  ///< index into pose_ids; rows that share it are replicates
   std::vector<std::string> pose_ids;
-  std::vector<int> line;       ///< line in the file
-  std::vector<JointVector> q;  ///< [rad or m]
+  std::vector<int> line;  ///< line in the file
+  JointRows q;            ///< [rad or m]
   /// What was measured, in R_A [m]: points, or distances from anchors; the other column is empty.
   std::vector<Eigen::Vector3d> position;
   std::vector<double> distance;
@@ -82,7 +85,7 @@ struct Campaign {
   /// axes.
   std::vector<Eigen::Matrix<double, 6, 6>> whitening;
   std::vector<Direction> arrival;
-  std::vector<JointVector> stroke;  ///< see Arrival [rad or m]
+  JointRows stroke;  ///< see Arrival [rad or m]
   std::vector<double> payload_kg;
   std::vector<std::array<double, kMaxJoints>> motor_torque_nm;
   std::vector<Eigen::Vector3d> force_n;
@@ -154,6 +157,11 @@ void points_to_coordinates(Campaign& campaign);
 /// Replaces each touch of a point by three rows, one per coordinate. `is_point`: for each name in
 /// contact_names, whether it is a point or a point of an artefact.
 void touches_to_coordinates(Campaign& campaign, const std::vector<bool>& is_point);
+
+/// Goes through the visits, in the order of the times or, without times, of the rows, and hands over
+/// the motion of the joints, from visit to visit of a session, that led to each.
+using VisitAction = std::function<void(int row, const Arrival&)>;
+void for_each_visit(const Campaign& campaign, const VisitAction& action);
 
 /// Fills `arrival` and `stroke`, unless the campaign has them. `arrival` is the sign of the last
 /// motion of each joint in the same session, 0 before the first; `stroke` is its way since its last

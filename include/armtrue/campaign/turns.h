@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "armtrue/kinematics/chain.h"
+#include "armtrue/kinematics/joint_rows.h"
 
 namespace armtrue {
 
@@ -22,8 +23,7 @@ struct MovedByTurns {
 /// within the travel stays, whatever the travel is. Then values of one pose that differ by a whole
 /// turn, as at the ends of +-180 deg, become one, if the travel is at most one turn.
 /// `pose`: number of the pose of each value, or empty.
-std::vector<MovedByTurns> move_into_travel(std::vector<JointVector>& q,
-                                           const std::vector<int>& pose,
+std::vector<MovedByTurns> move_into_travel(JointRows& q, const std::vector<int>& pose,
                                            const KinematicChain& chain);
 
 /// Whether a joint turns, and its travel is at most one turn: two angles a turn apart are then one

@@ -51,14 +51,12 @@ class PosePlanner {
 
  private:
   std::vector<JointVector> zone_configurations() const;
-  Eigen::MatrixXd triangle(const Campaign& campaign) const;
   Eigen::MatrixXd position_triangle(const std::vector<JointVector>& configurations) const;
 
   std::optional<Zone> zone_;
   PoseCloud cloud_;
 
   // Upper triangular factors R over the unknowns; R^T R is:
-  Eigen::MatrixXd typical_;                         // the information of an average pose
   Eigen::MatrixXd given_;                           // the information of the given poses
   Eigen::MatrixXd cloud_position_, zone_position_;  // the mean of J^T J of the position [m]
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
 #include <set>
 
@@ -19,8 +20,20 @@ constexpr double kRestFactor = 3;       // of their extent
 constexpr double kSmallestRest = 5e-5;  // [m]
 constexpr double kLargestRate = 2.5 * kRateSigma;
 constexpr size_t kMaxReadings = 200;  // that the offset is searched with
-constexpr size_t kMaxPeaks = 20;      // of one rate
 constexpr size_t kMaxMatches = 50;    // of which clocks are refined
+// More readings are searched in runs of successive ones: as many runs, spread over the record, that
+// one lies where the records overlap, if they overlap by more than a quarter. Even where standstills
+// fill half of the time, no wrong offset meets much more than two thirds of a run.
+constexpr size_t kRuns = 4, kReadingsOfRun = 100;
+
+// The offsets of one rate that are looked at: at most so many peaks, which have at least this share
+// of the pairs of the highest. A program that repeats itself fits a run, but not all readings, at
+// each of its cycles.
+struct PeakChoice {
+  size_t most;
+  double share;
+};
+constexpr PeakChoice kPeaksOfAll{20, 0.5}, kPeaksOfRun{200, 0.8};
 
 // For each sample the last one of the span of kShortest that begins there; -1 behind the last span.
 std::vector<Eigen::Index> span_ends(const Eigen::VectorXd& times) {
@@ -49,7 +62,8 @@ bool has_gap(const Eigen::VectorXd& times, Eigen::Index begin, Eigen::Index end,
   return false;
 }
 
-Eigen::VectorXd extent(const Eigen::MatrixXd& values, Eigen::Index begin, Eigen::Index end) {
+Eigen::VectorXd extent(const Eigen::Ref<const Eigen::MatrixXd>& values, Eigen::Index begin,
+                       Eigen::Index end) {
   const auto span = values.middleCols(begin, end - begin + 1);
   return span.rowwise().maxCoeff() - span.rowwise().minCoeff();
 }
@@ -68,7 +82,7 @@ Allowed allowed_offsets(const Standstill& standstill, const Standstill& reading,
 // The offsets at which most pairs overlap, for one rate: the highest peaks kShortest apart.
 std::vector<ClockFit> likely_clocks(const std::vector<Standstill>& standstills,
                                     const std::vector<Standstill>& readings, double rate,
-                                    double tolerance) {
+                                    double tolerance, const PeakChoice& choice) {
   std::vector<std::pair<double, int>> bounds;
   for (const Standstill& reading : readings)
     for (const Standstill& standstill : standstills) {
@@ -94,7 +108,7 @@ std::vector<ClockFit> likely_clocks(const std::vector<Standstill>& standstills,
   std::ranges::stable_sort(peaks, [](const Peak& a, const Peak& b) { return a.pairs > b.pairs; });
   std::vector<ClockFit> clocks;
   for (const Peak& peak : peaks) {
-    if (clocks.size() == kMaxPeaks || 2 * peak.pairs < peaks.front().pairs) break;
+    if (clocks.size() == choice.most || peak.pairs < choice.share * peaks.front().pairs) break;
     const auto near = [&](const ClockFit& clock) {
       return std::abs(clock.offset - peak.offset) < kShortest;
     };
@@ -142,6 +156,81 @@ ClockFit refined(const std::vector<Standstill>& standstills,
   clock.covariance(0, 0) = 1 / weights;
   clock.covariance(1, 1) = 1 / (spread + prior);
   return clock;
+}
+
+// At most kMaxReadings of those from `begin` to `end`, evenly spread.
+std::vector<Standstill> spread_out(const std::vector<Standstill>& readings, size_t begin,
+                                   size_t end) {
+  std::vector<Standstill> some;
+  const size_t all = end - begin, count = std::min(all, kMaxReadings);
+  for (size_t k = 0; k < count; ++k)
+    some.push_back(readings[begin + (count == 1 ? 0 : k * (all - 1) / (count - 1))]);
+  return some;
+}
+
+// The clocks under which most of some readings lie within standstills. `length` is that of the time
+// in which they do. The rates are so close that with one of them the error of every reading is at
+// most half the tolerance.
+std::vector<ClockFit> clocks_at_all_rates(const std::vector<Standstill>& standstills,
+                                          const std::vector<Standstill>& readings, double length,
+                                          double tolerance, const PeakChoice& choice) {
+  const int steps = static_cast<int>(std::ceil(kLargestRate * length / (2 * tolerance)));
+  std::vector<ClockFit> clocks;
+  for (int k = -steps; k <= steps; ++k) {
+    const double rate = steps == 0 ? 0 : kLargestRate * k / steps;
+    for (const ClockFit& clock : likely_clocks(standstills, readings, rate, tolerance, choice))
+      clocks.push_back(clock);
+  }
+  return clocks;
+}
+
+// A clock of the readings from `begin` to `end`, refined on ever more of those about them.
+ClockFit extended(const std::vector<Standstill>& standstills,
+                  const std::vector<Standstill>& readings, size_t begin, size_t end, ClockFit clock,
+                  double tolerance) {
+  constexpr int kFewest = 2;  // standstills that determine a clock
+  while (true) {
+    const std::vector<Standstill> some = spread_out(readings, begin, end);
+    const StandstillMatch match = match_by_clock(standstills, some, clock, tolerance);
+    if (match.standstills < kFewest) return clock;
+    clock = refined(standstills, some, match, tolerance);
+    if (begin == 0 && end == readings.size()) return clock;
+    const size_t more = (end - begin) / 2;
+    begin -= std::min(begin, more);
+    end = std::min(readings.size(), end + more);
+  }
+}
+
+// The likely clocks of many readings. Each is found on a run of successive ones, which is short, so
+// that few rates differ there: the cost grows with the number of standstills, and not with its
+// square.
+std::vector<ClockFit> clocks_of_runs(const std::vector<Standstill>& standstills,
+                                     const std::vector<Standstill>& readings, double tolerance) {
+  std::vector<ClockFit> clocks;
+  for (size_t run = 0; run < kRuns; ++run) {
+    const size_t middle = (2 * run + 1) * readings.size() / (2 * kRuns);
+    const size_t begin = std::min(middle - std::min(middle, kReadingsOfRun / 2),
+                                  readings.size() - kReadingsOfRun);
+    const size_t end = begin + kReadingsOfRun;
+    const auto at = [&](size_t k) { return readings.begin() + static_cast<std::ptrdiff_t>(k); };
+    for (const ClockFit& clock : clocks_at_all_rates(
+             standstills, {at(begin), at(end)}, readings[end - 1].end - readings[begin].begin,
+             tolerance, kPeaksOfRun))
+      clocks.push_back(extended(standstills, readings, begin, end, clock, tolerance));
+  }
+  // Those that match most of some readings, each way of matching them once.
+  const std::vector<Standstill> some = spread_out(readings, 0, readings.size());
+  std::vector<StandstillMatch> ways;
+  std::set<std::vector<int>> known;
+  for (const ClockFit& clock : clocks)
+    if (StandstillMatch way = match_by_clock(standstills, some, clock, tolerance);
+        known.insert(way.standstill).second)
+      ways.push_back(std::move(way));
+  std::ranges::stable_sort(ways, std::greater{}, &StandstillMatch::standstills);
+  ways.resize(std::min(ways.size(), kMaxMatches));
+  clocks.clear();
+  for (const StandstillMatch& way : ways) clocks.push_back(way.clock);
+  return clocks;
 }
 
 }  // namespace
@@ -223,20 +312,14 @@ std::vector<StandstillMatch> match_standstills(const std::vector<Standstill>& st
                                                const std::vector<Standstill>& readings,
                                                double tolerance) {
   if (standstills.empty() || readings.empty()) return {};
-  std::vector<Standstill> some;
-  const size_t count = std::min(readings.size(), kMaxReadings);
-  for (size_t k = 0; k < count; ++k)
-    some.push_back(readings[count == 1 ? 0 : k * (readings.size() - 1) / (count - 1)]);
-  // Rates so close that with one of them the error of every reading is at most half the tolerance.
   const double length = std::max(standstills.back().end - standstills.front().begin,
                                  readings.back().end - readings.front().begin);
-  const int steps = static_cast<int>(std::ceil(kLargestRate * length / (2 * tolerance)));
   std::vector<StandstillMatch> matches;
-  for (int k = -steps; k <= steps; ++k) {
-    const double rate = steps == 0 ? 0 : kLargestRate * k / steps;
-    for (const ClockFit& clock : likely_clocks(standstills, some, rate, tolerance))
-      matches.push_back(match_by_clock(standstills, readings, clock, tolerance));
-  }
+  for (const ClockFit& clock :
+       readings.size() > kMaxReadings
+           ? clocks_of_runs(standstills, readings, tolerance)
+           : clocks_at_all_rates(standstills, readings, length, tolerance, kPeaksOfAll))
+    matches.push_back(match_by_clock(standstills, readings, clock, tolerance));
   const auto most_first = [](const StandstillMatch& a, const StandstillMatch& b) {
     if (a.standstills != b.standstills) return a.standstills > b.standstills;
     return std::abs(a.clock.rate) < std::abs(b.clock.rate);

@@ -41,7 +41,8 @@ StandstillMatch match_by_clock(const std::vector<Standstill>& standstills,
 /// or an instant, that must lie within a standstill to `tolerance` [s].
 ///
 /// The search covers all offsets and rates up to 5e-4. Each pair of a reading and a standstill
-/// allows an interval of offsets; a match is an offset where most intervals overlap. Least squares
+/// allows an interval of offsets; a match is an offset where most intervals overlap. Of more than
+/// 200 readings, runs of 100 successive ones find the clocks, which grow onto all. Least squares
 /// on the middles of the spans then refine offset and rate; the rate has a prior with the standard
 /// deviation of a quartz clock. fit_clock() cannot do this: it compares positions, and here neither
 /// the frame of the instrument nor the place of the reflector is known. Standstills and readings

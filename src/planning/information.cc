@@ -1,0 +1,314 @@
+#include "planning/information.h"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+#include <stdexcept>
+
+#include "calibration/fold.h"
+#include "linear_algebra/decompositions.h"
+#include "planning/exchange.h"
+#include "statistics/ordered_blocks.h"
+
+namespace armtrue {
+namespace {
+
+constexpr int kCandidatesPerBlock = 64;
+
+Eigen::MatrixXd with_identity(Eigen::MatrixXd gram) {
+  gram.diagonal().array() += 1;
+  return gram;
+}
+
+double log_determinant(const Eigen::LLT<Eigen::MatrixXd>& llt) {
+  return 2 * llt.matrixLLT().diagonal().array().log().sum();
+}
+
+
+}  // namespace
+
+Eigen::MatrixXd upper_triangle(const Eigen::MatrixXd& rows) {
+  const Eigen::Index columns = rows.cols();
+  Eigen::MatrixXd square = Eigen::MatrixXd::Zero(std::max(rows.rows(), columns), columns);
+  square.topRows(rows.rows()) = rows;
+  return Eigen::HouseholderQR<Eigen::MatrixXd>(square)
+      .matrixQR()
+      .topRows(columns)
+      .triangularView<Eigen::Upper>();
+}
+
+Eigen::MatrixXd divided_by(const Eigen::MatrixXd& rows, const Eigen::MatrixXd& triangle) {
+  return triangle.triangularView<Eigen::Upper>().solve<Eigen::OnTheRight>(rows);
+}
+
+UnknownGroups::UnknownGroups(const SessionModels& candidates)
+    : split_(candidates.is_split_by_target() ? SessionModels::Split::by_target
+                                             : SessionModels::Split::by_session) {
+  std::vector<int> groups_of(static_cast<size_t>(candidates.unknowns()), 0);
+  for (int g = 0; g < candidates.groups(); ++g)
+    for (const SessionModels::Run& run : candidates.runs(g))
+      for (int k = run.first; k < run.first + run.count; ++k) ++groups_of[static_cast<size_t>(k)];
+  const auto is_own = [&](int k) {
+    return candidates.groups() > 1 && groups_of[static_cast<size_t>(k)] == 1;
+  };
+  for (int k = 0; k < candidates.unknowns(); ++k)
+    if (!is_own(k)) common_.push_back(k);
+  for (int g = 0; g < candidates.groups(); ++g) {
+    std::vector<int>& own = own_.emplace_back();
+    target_.push_back(candidates.target_of(g));
+    for (const SessionModels::Run& run : candidates.runs(g))
+      for (int k = run.first; k < run.first + run.count; ++k)
+        if (is_own(k)) own.push_back(k);
+  }
+}
+
+size_t UnknownGroups::group_of(const SessionModels& models, int group) const {
+  const auto found = std::ranges::find(target_, models.target_of(group));
+  if (found == target_.end())
+    throw std::logic_error("a target that no candidate reads");
+  return static_cast<size_t>(found - target_.begin());
+}
+
+GroupRows UnknownGroups::apart(const SessionModels& models, int group,
+                               const Eigen::MatrixXd& rows) const {
+  std::map<int, Eigen::Index> column;  // of each unknown
+  for (const SessionModels::Run& run : models.runs(group))
+    for (int k = run.first; k < run.first + run.count; ++k)
+      column.emplace(k, static_cast<Eigen::Index>(column.size()));
+  const auto taken = [&](const std::vector<int>& unknowns) {
+    Eigen::MatrixXd some = Eigen::MatrixXd::Zero(rows.rows(), std::ssize(unknowns));
+    for (size_t k = 0; k < unknowns.size(); ++k)
+      if (const auto found = column.find(unknowns[k]); found != column.end())
+        some.col(static_cast<Eigen::Index>(k)) = rows.col(found->second);
+    return some;
+  };
+  return {taken(own_[group_of(models, group)]), taken(common_)};
+}
+
+GroupedDerivatives UnknownGroups::derivatives(const SessionModels& models) const {
+  GroupedDerivatives all{std::vector<GroupRows>(groups()),
+                         std::vector<std::vector<int>>(groups()), models.row_size()};
+  for (int g = 0; g < models.groups(); ++g) {
+    const ObservationModel& model = models.model(g);
+    const int size = model.row_size(), p = model.unknowns();
+    const ObservationModel::At at = model.at(Eigen::VectorXd::Zero(p));
+    Eigen::MatrixXd rows(model.rows() * size, p), row(size, p + 1);
+    for (int i = 0; i < model.rows(); ++i) {
+      at.block(i, row);
+      rows.middleRows(i * size, size) = row.leftCols(p);
+    }
+    const size_t group = group_of(models, g);
+    all.groups[group] = apart(models, g, rows);
+    for (int i : models.rows_of(g))
+      all.pose_of_row[group].push_back(models.campaign().pose[static_cast<size_t>(i)]);
+  }
+  return all;
+}
+
+GroupedDerivatives UnknownGroups::triangles(const SessionModels& models) const {
+  GroupedDerivatives all{std::vector<GroupRows>(groups()), {}, 1};
+  for (size_t g = 0; g < groups(); ++g)
+    all.groups[g] = {Eigen::MatrixXd(0, std::ssize(own_[g])),
+                     Eigen::MatrixXd(0, std::ssize(common_))};
+  if (models.rows() == 0) return all;
+  for (int g = 0; g < models.groups(); ++g) {
+    const ObservationModel& model = models.model(g);
+    const int p = model.unknowns();
+    all.groups[group_of(models, g)] =
+        apart(models, g,
+              fold(model.at(Eigen::VectorXd::Zero(p)), model, ReadingLaw{}).factor.topLeftCorner(
+                  p, p));
+  }
+  return all;
+}
+
+GroupedDerivatives UnknownGroups::of_one_group(const Eigen::MatrixXd& rows) const {
+  GroupedDerivatives all;
+  all.groups.push_back({Eigen::MatrixXd(rows.rows(), 0), rows});
+  return all;
+}
+
+Scaling::Scaling(const GroupedDerivatives& rows, double weight) {
+  const Eigen::Index common = rows.groups.front().common.cols();
+  Eigen::MatrixXd left(0, common);
+  for (const GroupRows& group : rows.groups) {
+    const Eigen::Index own = group.own.cols();
+    Eigen::MatrixXd both(group.own.rows(), own + common);
+    both << group.own, group.common;
+    const Eigen::MatrixXd triangle = weight * upper_triangle(both);
+    own_.push_back(triangle.topLeftCorner(own, own));
+    shared_.push_back(triangle.topRightCorner(own, common));
+    Eigen::MatrixXd stacked(left.rows() + common, common);
+    stacked << left, triangle.bottomRightCorner(common, common);
+    left = upper_triangle(stacked);
+  }
+  common_ = std::move(left);
+}
+
+void Scaling::apply(GroupedDerivatives& rows) const {
+  for (size_t g = 0; g < rows.groups.size(); ++g) {
+    GroupRows& group = rows.groups[g];
+    if (group.own.cols() > 0) {
+      group.own = divided_by(group.own, own_[g]);
+      group.common -= group.own * shared_[g];
+    }
+    group.common = divided_by(group.common, common_);
+  }
+}
+
+Information::Information(GroupedDerivatives candidates, int poses, const GroupedDerivatives& known,
+                         const GroupedDerivatives& aim)
+    : candidates_(std::move(candidates)), poses_(poses) {
+  const Eigen::Index common = candidates_.groups.front().common.cols();
+  common_ = kKnownFromStart * Eigen::MatrixXd::Identity(common, common);
+  for (size_t g = 0; g < candidates_.groups.size(); ++g) {
+    const Eigen::Index own = candidates_.groups[g].own.cols();
+    std::vector<Eigen::Index>& first = first_.emplace_back(static_cast<size_t>(poses) + 1, 0);
+    for (int pose : candidates_.pose_of_row[g])
+      first[static_cast<size_t>(pose) + 1] += candidates_.row_size;
+    std::partial_sum(first.begin(), first.end(), first.begin());
+    blocks_.push_back({kKnownFromStart * Eigen::MatrixXd::Identity(own, own),
+                       Eigen::MatrixXd::Zero(own, common)});
+    const GroupRows& rows = known.groups[g];
+    blocks_.back().own += rows.own.transpose() * rows.own;
+    blocks_.back().shared += rows.own.transpose() * rows.common;
+    common_ += rows.common.transpose() * rows.common;
+  }
+  if (aim.groups.empty()) return;
+  aim_.common = Eigen::MatrixXd::Zero(common, common);
+  for (const GroupRows& rows : aim.groups) {
+    aim_.blocks.push_back({rows.own.transpose() * rows.own, rows.own.transpose() * rows.common});
+    aim_.common += rows.common.transpose() * rows.common;
+  }
+}
+
+Eigen::Block<const Eigen::MatrixXd> Information::rows_of(const Eigen::MatrixXd& rows, size_t group,
+                                                         int candidate) const {
+  const Eigen::Index first = first_[group][static_cast<size_t>(candidate)];
+  const Eigen::Index end = first_[group][static_cast<size_t>(candidate) + 1];
+  return rows.block(first, 0, end - first, rows.cols());
+}
+
+void Information::set_chosen(int candidate, bool chosen) {
+  const double sign = chosen ? 1 : -1;
+  for (size_t g = 0; g < blocks_.size(); ++g) {
+    const Eigen::MatrixXd own = rows_of(candidates_.groups[g].own, g, candidate);
+    const Eigen::MatrixXd common = rows_of(candidates_.groups[g].common, g, candidate);
+    blocks_[g].own += sign * (own.transpose() * own);
+    blocks_[g].shared += sign * (own.transpose() * common);
+    common_ += sign * (common.transpose() * common);
+  }
+}
+
+// tr(A M^-1 A^T), `schur` the information of the common unknowns beside the own ones.
+double Information::variance(const std::vector<Block>& blocks, const Eigen::MatrixXd& schur) const {
+  double variance = 0;
+  Eigen::MatrixXd common = aim_.common;
+  for (size_t g = 0; g < blocks.size(); ++g) {
+    if (blocks[g].own.size() == 0) continue;
+    const Eigen::LLT<Eigen::MatrixXd> own(blocks[g].own);
+    const Eigen::MatrixXd k = own.solve(blocks[g].shared), cross = k.transpose() * aim_.blocks[g].shared;
+    variance += own.solve(aim_.blocks[g].own).trace();
+    common += k.transpose() * aim_.blocks[g].own * k - cross - cross.transpose();
+  }
+  return variance + Eigen::LLT<Eigen::MatrixXd>(schur).solve(common).trace();
+}
+
+Eigen::VectorXd Information::values_of_adding() const {
+  struct Own {
+    Eigen::LLT<Eigen::MatrixXd> llt;
+    Eigen::MatrixXd shared;  // D^-1 F
+  };
+  std::vector<Own> own(blocks_.size());
+  Eigen::MatrixXd schur = common_;
+  for (size_t g = 0; g < blocks_.size(); ++g) {
+    if (blocks_[g].own.size() == 0) continue;
+    own[g].llt.compute(blocks_[g].own);
+    own[g].shared = own[g].llt.solve(blocks_[g].shared);
+    schur -= blocks_[g].shared.transpose() * own[g].shared;
+  }
+  const Eigen::LLT<Eigen::MatrixXd> llt(schur);
+  const bool is_aimed = !aim_.blocks.empty();
+  // G of a candidate, group under group; returns log det of what its groups have of their own.
+  const auto write_beside_own = [&](int candidate, Eigen::Ref<Eigen::MatrixXd> out) {
+    Eigen::Index taken = 0;
+    double determinant = 0;
+    for (size_t g = 0; g < blocks_.size(); ++g) {
+      const auto common = rows_of(candidates_.groups[g].common, g, candidate);
+      auto part = out.middleRows(taken, common.rows());
+      taken += common.rows();
+      part = common;
+      if (blocks_[g].own.size() == 0 || common.rows() == 0) continue;
+      const Eigen::MatrixXd rows_own = rows_of(candidates_.groups[g].own, g, candidate);
+      part.noalias() -= rows_own.lazyProduct(own[g].shared);
+      const Eigen::MatrixXd p = own[g].llt.matrixL().solve(rows_own.transpose());
+      const Eigen::LLT<Eigen::MatrixXd> root(with_identity(p.transpose().lazyProduct(p)));
+      part = root.matrixL().solve(part).eval();
+      determinant += log_determinant(root);
+    }
+    return determinant;
+  };
+  // The information with a candidate, whose G is known.
+  const auto variance_with = [&](int candidate, const Eigen::MatrixXd& beside_own) {
+    std::vector<Block> after = blocks_;
+    for (size_t g = 0; g < blocks_.size(); ++g) {
+      const Eigen::MatrixXd e = rows_of(candidates_.groups[g].own, g, candidate);
+      const Eigen::MatrixXd c = rows_of(candidates_.groups[g].common, g, candidate);
+      after[g].own += e.transpose() * e;
+      after[g].shared += e.transpose() * c;
+    }
+    return variance(after, schur + beside_own.transpose() * beside_own);
+  };
+  // Where nothing is anybody's own, the fall is tr((I + P^T P)^-1 P^T V P) (Woodbury).
+  const bool has_own =
+      std::ranges::any_of(blocks_, [](const Block& block) { return block.own.size() > 0; });
+  Eigen::MatrixXd aimed;  // V = L^-1 A^T A L^-T
+  if (is_aimed && !has_own)
+    aimed = llt.matrixL().solve(llt.matrixL().solve(aim_.common).transpose());
+  const double before = is_aimed && has_own ? variance(blocks_, schur) : 0;
+
+  Eigen::VectorXd values(poses_);
+  for_ordered_blocks<int>(
+      poses_, kCandidatesPerBlock,
+      [&](int begin, int end) {
+        std::vector<Eigen::Index> first{0};
+        for (int candidate = begin; candidate < end; ++candidate) {
+          Eigen::Index rows = first.back();
+          for (size_t g = 0; g < blocks_.size(); ++g)
+            rows += rows_of(candidates_.groups[g].common, g, candidate).rows();
+          first.push_back(rows);
+        }
+        const auto size_of = [&](int k) { return first[k + 1] - first[k]; };
+        Eigen::MatrixXd all(first.back(), common_.cols());
+        for (int k = 0; k < end - begin; ++k)
+          values[begin + k] = write_beside_own(begin + k, all.middleRows(first[k], size_of(k)));
+        if (is_aimed && has_own) {
+          for (int k = 0; k < end - begin; ++k)
+            values[begin + k] =
+                before - variance_with(begin + k, all.middleRows(first[k], size_of(k)));
+          return 0;
+        }
+        const Eigen::MatrixXd p = llt.matrixL().solve(all.transpose());
+        Eigen::MatrixXd seen;
+        if (is_aimed) seen = aimed * p;
+        for (int k = 0; k < end - begin; ++k) {
+          const auto one = p.middleCols(first[k], size_of(k));
+          if (is_aimed) {
+            const Eigen::LLT<Eigen::MatrixXd> root(with_identity(one.transpose().lazyProduct(one)));
+            values[begin + k] =
+                root.solve(one.transpose() * seen.middleCols(first[k], size_of(k))).trace();
+          } else if (one.cols() <= one.rows()) {
+            values[begin + k] += log_determinant(
+                Eigen::LLT<Eigen::MatrixXd>(with_identity(one.transpose().lazyProduct(one))));
+          } else {
+            values[begin + k] +=
+                log_determinant(Eigen::LLT<Eigen::MatrixXd>(with_identity(one * one.transpose())));
+          }
+        }
+        return 0;
+      },
+      [](int) {});
+  return values;
+}
+
+}  // namespace armtrue
