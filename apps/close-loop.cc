@@ -65,8 +65,7 @@ void add_options(app::Command& command, Arguments& arguments) {
   command.add_output("--robot-out", arguments.robot_out, "Write the robot with its effects here");
   command.add_output(
       "--predictor-out", arguments.predictor_out,
-      "Write a robot for prediction only here: it adds many small effects to the named ones if "
-      "they lower the error of poses left out; none of them is a finding");
+      "Write the same robot here too: the name of an option that scripts may have");
   command.add_output("--residuals", arguments.residuals,
                      "Write the final residual of every reading here");
   app::add_report(command, arguments.page, "with verdict, causes, errors and pictures");
@@ -190,9 +189,6 @@ LoopResult search(app::Command& command, const Arguments& arguments, const Robot
     result.nested = nested_validation(robot, sound_of_all(measured, result), catalogue,
                                       arguments.nested_folds, result.trace.effects, options);
   }
-  if (!arguments.predictor_out.empty())
-    add_predictor(result, without_gross(measured.training, result.gross_poses), measured.held_out,
-                  catalogue, options);
   return result;
 }
 
@@ -267,16 +263,15 @@ int run(app::Command& command, const Arguments& arguments) {
         contradiction_of_noise(robot, measured.training, result.trace.fit, result.noise)})
     if (!doubt.empty()) command.warn(doubt);
   const Provenance provenance = command.provenance();
-  if (result.predictor)
-    write_output(arguments.predictor_out, write_robot(result.predictor->robot, provenance));
-  if (!arguments.robot_out.empty())
-    write_output(
-        arguments.robot_out,
-        write_calibration(result.trace.fit, without_gross(measured.training, result.gross_poses),
+  for (const std::string& path : {arguments.robot_out, arguments.predictor_out})
+    if (!path.empty())
+      write_output(
+        path,
+        write_calibration(result_of(result), without_gross(measured.training, result.gross_poses),
                           provenance, {.gross = result.gross_poses}));
   if (!arguments.residuals.empty())
     write_output(arguments.residuals,
-                 residuals(result.trace.fit.robot, measured, !arguments.test.empty()));
+                 residuals(result_of(result).robot, measured, !arguments.test.empty()));
   const bool planned = !arguments.next_poses.empty() &&
                        write_next_poses(command, arguments.next_poses, result.trace, measured.all);
   const std::string next_poses = planned ? arguments.next_poses : "";

@@ -120,7 +120,13 @@ std::string write_loop(const LoopResult& result, const TraceOptions& options,
   for (const Effect& effect : result.held)
     root["held_by_priors"].push_back(effect_node(effect, robot.chain));
   if (result.rejected) root["rejected"] = rejected_node(*result.rejected);
-  if (result.predictor) root["predictor"] = stage_node(result.predictor->stage, held_out);
+  if (result.applied) {
+    root["predictor"] = stage_node(result.applied->stage, held_out);
+    for (const GroupShare& group : result.applied->groups)
+      root["without_name"].push_back(flow_map({{"group", group.name},
+                                               {"owner", group.of_arm ? "arm" : "station"},
+                                               {"of_noise", rounded(group.of_noise)}}));
+  }
   if (result.nested) root["nested_cv"] = nested_node(*result.nested, result.trace.effects);
   YAML::Node remaining;
   remaining["lack_of_fit_p"] = rounded_or_null(result.lack_of_fit);

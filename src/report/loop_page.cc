@@ -243,7 +243,6 @@ std::string stages_table(const LoopResult& result) {
     rows.push_back(cells);
   };
   for (size_t k = 0; k < result.stages.size(); ++k) row(result.stages[k], index_key("stages", k));
-  if (result.predictor) row(result.predictor->stage, "predictor/");
   TableRow head{"stage", "unknowns", "training mean, mm"};
   if (result.held_out_poses > 0)
     for (const char* name : {"held-out mean, mm", "held-out 95 %, mm", "held-out max, mm"})
@@ -254,10 +253,10 @@ std::string stages_table(const LoopResult& result) {
                       keyed(result.worst->pose, "worst_held_out/pose") + ": " +
                       keyed_mm(result.worst->error, "worst_held_out/after_mm") +
                       " mm with the final model.");
-  if (result.predictor)
+  if (result.applied)
     html += paragraph(
-        "The last line only predicts: none of the effects that it adds is a finding, "
-        "and the verdict does without them.");
+        "The last line is the arm as it is applied: what it does besides has no name and is no "
+        "finding, and the verdict does without it.");
   return html;
 }
 

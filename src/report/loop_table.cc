@@ -54,7 +54,7 @@ std::string before_after_table(const LoopResult& result) {
   const auto if_held_out = [&](double value) {
     return result.held_out_poses > 0 ? fmt::format("{:.4f}", value / kMillimetre) : "-";
   };
-  for (const Stage& stage : stages_and_predictor(result)) {
+  for (const Stage& stage : result.stages) {
     const std::vector<std::string> name = in_lines(stage.name, 44);
     table += fmt::format("{:<44} {:>6} {:>12.4f} {:>12} {:>12}\n", name.front(), stage.parameters,
                          stage.training.position.mean / kMillimetre,

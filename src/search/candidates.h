@@ -18,6 +18,9 @@ std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Ro
 std::vector<Candidate> family_candidates(const std::vector<Candidate>& singles, const Robot& robot,
                                          const Campaign& campaign);
 
+/// Sets the range of a series over places to a cube around those of the campaign.
+void set_range_of_places(const Robot& robot, const Campaign& campaign, Shape& shape);
+
 /// Every parameter with every driver, in bases that assume no cause.
 std::vector<Candidate> open_candidates(const Robot& robot, const Campaign& campaign);
 

@@ -47,23 +47,6 @@ bool is_shown(const Effect& effect, const Robot& robot, const Campaign& campaign
          (knows_instrument(robot) && (!campaign.has_distances() || campaign.has_coordinates()));
 }
 
-// A cube around the measured places.
-void set_range_of_places(const Robot& robot, const Campaign& campaign, Shape& shape) {
-  const ChainEvaluator chain(robot.chain);
-  Eigen::Array3d low = Eigen::Array3d::Constant(std::numeric_limits<double>::infinity());
-  Eigen::Array3d high = -low;
-  for (const JointVector& q : campaign.q) {
-    const Eigen::Vector3d place = chain.link_frames(q).back() * robot.chain.tool.translation;
-    low = low.min(place.array());
-    high = high.max(place.array());
-  }
-  const double half = 0.5 * (high - low).maxCoeff();
-  for (int axis = 0; axis < 3; ++axis) {
-    shape.low[axis] = 0.5 * (low[axis] + high[axis]) - half;
-    shape.high[axis] = 0.5 * (low[axis] + high[axis]) + half;
-  }
-}
-
 // Whether nearly all strokes are so long that the shape looks like backlash, which is another
 // effect: its values correlate with the direction so much that both count as the same.
 bool is_plain_sign(const Shape& shape, const Driver& driver, const Campaign& campaign) {
@@ -82,6 +65,22 @@ bool is_plain_sign(const Shape& shape, const Driver& driver, const Campaign& cam
 }
 
 }  // namespace
+
+void set_range_of_places(const Robot& robot, const Campaign& campaign, Shape& shape) {
+  const ChainEvaluator chain(robot.chain);
+  Eigen::Array3d low = Eigen::Array3d::Constant(std::numeric_limits<double>::infinity());
+  Eigen::Array3d high = -low;
+  for (const JointVector& q : campaign.q) {
+    const Eigen::Vector3d place = chain.link_frames(q).back() * robot.chain.tool.translation;
+    low = low.min(place.array());
+    high = high.max(place.array());
+  }
+  const double half = 0.5 * (high - low).maxCoeff();
+  for (int axis = 0; axis < 3; ++axis) {
+    shape.low[axis] = 0.5 * (low[axis] + high[axis]) - half;
+    shape.high[axis] = 0.5 * (low[axis] + high[axis]) + half;
+  }
+}
 
 std::vector<Candidate> catalogue_candidates(const Catalogue& catalogue, const Robot& robot,
                                             const Campaign& campaign) {

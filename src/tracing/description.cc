@@ -219,6 +219,8 @@ std::string verdict_in_words(const LoopResult& result) {
                              result.floor / kMillimetre)
                : fmt::format("no poses held out, floor {:.3g} mm", result.floor / kMillimetre);
   if (result.rejected) text += "; effects predict worse and are left out";
+  if (result.applied && held_out)
+    text += fmt::format("; {:.3g} mm without what has no name", result.after_named / kMillimetre);
   const bool by_replicates = result.noise.source == NoiseFloor::Source::replicates;
   switch (result.verdict) {
     case Verdict::closed:

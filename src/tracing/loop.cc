@@ -15,7 +15,7 @@
 #include "armtrue/statistics/summary.h"
 #include "campaign/sessions.h"
 #include "search/training.h"
-#include "tracing/predictor.h"
+#include "tracing/judged_names.h"
 
 namespace armtrue {
 namespace {
@@ -160,7 +160,10 @@ void set_held_out(const Training& training, const Campaign& held_out, const Trac
                   LoopResult& result) {
   const std::vector<int> poses = poses_of_readings(held_out);
   result.errors_before = evaluate(result.trace.stages.front().robot, held_out).reading_errors();
-  result.errors_after = evaluate(result.trace.fit.robot, held_out).reading_errors();
+  const std::vector<double> named = evaluate(result.trace.fit.robot, held_out).reading_errors();
+  result.after_named = summarize(named).mean;
+  result.errors_after =
+      result.applied ? evaluate(result.applied->fit.robot, held_out).reading_errors() : named;
   const auto worst = std::ranges::max_element(result.errors_after) - result.errors_after.begin();
   const std::vector<int> first = held_out.first_rows_of_readings();
   const int row = first.empty() ? static_cast<int>(worst) : first[static_cast<size_t>(worst)];
@@ -176,12 +179,22 @@ void set_held_out(const Training& training, const Campaign& held_out, const Trac
   for (const Robot& robot : training.without_effect) {
     const std::vector<double> without = evaluate(robot, held_out).reading_errors();
     HeldOutGain& gain = result.gains.emplace_back();
-    gain.position = summarize(without).mean - result.after;
-    gain.ci95 = paired_bootstrap(without, result.errors_after, poses, options);
+    gain.position = summarize(without).mean - result.after_named;
+    gain.ci95 = paired_bootstrap(without, named, poses, options);
   }
 }
 
-// The effects that were found, if held-out poses are clearly predicted worse with them.
+// Whether a model predicts held-out poses worse than another: by a standard error, and by so much
+// that it matters.
+bool is_worse(const std::vector<double>& before, const std::vector<double>& after,
+              const std::array<double, 2>& gain_ci95) {
+  constexpr double kMatters = 1.05, kErrorsIn95 = 3.92;
+  const double gain = summarize(before).mean - summarize(after).mean;
+  return gain < -(gain_ci95[1] - gain_ci95[0]) / kErrorsIn95 &&
+         summarize(after).mean > kMatters * summarize(before).mean;
+}
+
+// The effects that were found, if held-out poses are predicted worse with them.
 std::optional<RejectedModel> rejected_model(const TraceResult& trace, const Campaign& held_out,
                                             const TraceOptions& options) {
   const std::vector<Effect>& effects = trace.fit.robot.effects;
@@ -191,9 +204,7 @@ std::optional<RejectedModel> rejected_model(const TraceResult& trace, const Camp
       evaluate(trace.stages.front().robot, held_out).reading_errors();
   const std::vector<double> after = evaluate(trace.fit.robot, held_out).reading_errors();
   const auto gain = paired_bootstrap(before, after, poses_of_readings(held_out), options);
-  constexpr double kMatters = 1.05;  // a cause is worth naming that costs less
-  const bool is_worse = gain[1] < 0 && summarize(after).mean > kMatters * summarize(before).mean;
-  if (!is_worse) return std::nullopt;
+  if (!is_worse(before, after, gain)) return std::nullopt;
   RejectedModel rejected{{}, summarize(after).mean, gain};
   if (!trace.effects.empty()) rejected.p_value = trace.effects.front().evidence.p_value;
   for (const TracedEffect& traced : trace.effects)
@@ -201,6 +212,25 @@ std::optional<RejectedModel> rejected_model(const TraceResult& trace, const Camp
   for (size_t k = declared; k < effects.size() - trace.effects.size(); ++k)
     rejected.effects.push_back(describe(effects[k]));
   return rejected;
+}
+
+// The arm as it is applied, unless held-out poses are predicted worse with what has no name.
+void set_applied(const JudgedTraining& judged, const Campaign& held_out,
+                 const TraceOptions& options, LoopResult& result) {
+  AppliedArm applied{applied_arm(judged), {}, judged.random.groups};
+  const Robot& robot = applied.fit.robot;
+  if (held_out.rows() > 0) {
+    const std::vector<double> before =
+        evaluate(judged.training.trace.fit.robot, held_out).reading_errors();
+    const std::vector<double> after = evaluate(robot, held_out).reading_errors();
+    if (is_worse(before, after, paired_bootstrap(before, after, poses_of_readings(held_out), options)))
+      return;
+    applied.stage.held_out = errors_of(robot, held_out);
+  }
+  applied.stage.name = "+ what the arm does besides, without a name";
+  applied.stage.parameters = static_cast<int>(applied.fit.names.size());
+  applied.stage.training = errors_of(robot, *judged.training.sound);
+  result.applied = std::move(applied);
 }
 
 void set_verdict(const Training& training, const Campaign& held_out, LoopResult& result) {
@@ -220,7 +250,7 @@ void set_verdict(const Training& training, const Campaign& held_out, LoopResult&
       conclude({.effects = result.trace.effects,
                 .lack_of_fit = result.lack_of_fit,
                 .knows_noise = result.noise.source != NoiseFloor::Source::none,
-                .after = result.after,
+                .after = result.after_named,
                 .floor = result.floor,
                 .floor_high = floor_high,
                 .complete_high = complete_high,
@@ -268,15 +298,18 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
   result.training_poses = count_poses(given);
   result.held_out_poses = count_poses(held_out);
   result.rows = given.rows() + held_out.rows();
-  Training training = search_training(
+  JudgedTraining judged = judged_training(
       robot, given, held_out.rows() > 0 ? Then::predict : Then::report, catalogue, options);
+  Training& training = judged.training;
   result.rejected = rejected_model(training.trace, held_out, options);
-  if (result.rejected) fall_back_to_geometry(training);
+  if (result.rejected) fall_back_to_geometry(judged);
+  if (!judged.random.arm.empty()) set_applied(judged, held_out, options, result);
   result.trace = std::move(training.trace);
   result.gross_poses = std::move(training.gross_poses);
   for (size_t k = 0; k < training.errors.size(); ++k)
     result.stages.push_back(stage_of(k, training, result.trace.stages, held_out));
   if (result.rejected) result.stages.back().name = "geometric, as the effects predict worse";
+  if (result.applied) result.stages.push_back(result.applied->stage);
   set_excluded_rows(training, given, result);
   set_floor(training, result);
 
@@ -295,28 +328,8 @@ LoopResult close_loop(const Robot& robot, const Campaign& given, const Campaign&
   return result;
 }
 
-void add_predictor(LoopResult& result, const Campaign& training, const Campaign& held_out,
-                   const Catalogue& catalogue, const TraceOptions& options) {
-  const CalibrationResult& fit = result.trace.fit;
-  if (options.progress) options.progress("looking for what many effects predict together");
-  Robot robot = with_remainder(fit, training, catalogue, options);
-  auto unknowns = static_cast<int>(fit.names.size());
-  for (size_t k = fit.robot.effects.size(); k < robot.effects.size(); ++k)
-    unknowns += static_cast<int>(std::ranges::count_if(
-        robot.effects[k].coefficients, [](const Coefficient& c) { return c.value != 0; }));
-  const size_t added = robot.effects.size() - fit.robot.effects.size();
-  const std::string name = added > 0 ? "+ " + std::to_string(added) + " that only predict, unnamed"
-                                     : "+ nothing that would predict better";
-  robot.uncertainty = uncertainty_of(fit, training);
-  Stage stage{name, unknowns, errors_of(robot, training), {}};
-  if (held_out.rows() > 0) stage.held_out = errors_of(robot, held_out);
-  result.predictor = {robot, std::move(stage)};
-}
-
-std::vector<Stage> stages_and_predictor(const LoopResult& result) {
-  std::vector<Stage> stages = result.stages;
-  if (result.predictor) stages.push_back(result.predictor->stage);
-  return stages;
+const CalibrationResult& result_of(const LoopResult& result) {
+  return result.applied ? result.applied->fit : result.trace.fit;
 }
 
 }  // namespace armtrue

@@ -440,7 +440,7 @@ double mean_error(const Campaign& campaign, const Evaluation& geometry,
   return sum / campaign.rows();
 }
 
-enum Method { kGeometry, kGaussianProcess, kRidge, kLasso, kOurs, kPredictor, kMethods };
+enum Method { kGeometry, kGaussianProcess, kRidge, kLasso, kOurs, kApplied, kMethods };
 using Errors = std::array<double, kMethods>;  // [m]
 
 Errors compare(const Data& data, const Catalogue& catalogue, int most_poses) {
@@ -461,9 +461,8 @@ Errors compare(const Data& data, const Catalogue& catalogue, int most_poses) {
   errors[kRidge] = corrected(ridge_on_features);
   errors[kLasso] =
       lasso_on_candidates(loop.trace.stages.front(), data.training, data.held_out, catalogue);
-  errors[kOurs] = loop.after;
-  add_predictor(loop, data.training, data.held_out, catalogue, {});
-  errors[kPredictor] = loop.predictor->stage.held_out.position.mean;
+  errors[kOurs] = loop.after_named;
+  errors[kApplied] = loop.after;
   return errors;
 }
 
@@ -545,7 +544,7 @@ int main(int argc, char** argv) {
 
   const Catalogue catalogue = read_catalogue(ARMTRUE_CONFIG "/effects/catalogue.yaml");
   fmt::print("{:<32}{:>12}{:>12}{:>12}{:>12}{:>12}{:>12}   mm\n", "held-out mean error", "geometry",
-             "+ GP", "+ ridge", "+ lasso", "armtrue", "predictor");
+             "+ GP", "+ ridge", "+ lasso", "armtrue", "applied");
   struct Sum {
     Errors ratios{};
     int sets = 0;

@@ -40,10 +40,20 @@ struct RejectedModel {
   double p_value = 1;                     ///< of the first effect that was found
 };
 
-/// A robot with many additional small effects, which predicts better. None of them is a finding.
-struct Predictor {
-  Robot robot;
+/// What one group of random effects does to the readings of the training poses.
+struct GroupShare {
+  std::string name;      ///< in words: "gravity", "curves of the joints"
+  bool of_arm = true;    ///< else of the station
+  double tau = 0;        ///< standard deviation of its random numbers; 1 is usual
+  double of_noise = 0;   ///< RMS of what it moves them, in standard deviations of their noise
+};
+
+/// The arm as it is applied: the model with all that the arm does without a name besides, as the
+/// posterior mean of random effects. None of these is a finding.
+struct AppliedArm {
+  CalibrationResult fit;  ///< its effects: those of the model, then those without a name
   Stage stage;
+  std::vector<GroupShare> groups;
 };
 
 /// The held-out reading with the largest position error of the final model.
@@ -78,7 +88,8 @@ struct LoopResult {
   int more_poses = 0;
   /// p of the number of held-out poses beyond their 95 % bounds; see p_of_errors().
   double outside_p = 1;
-  double before = 0, after = 0;  ///< mean held-out position error, geometric and final [m]
+  double before = 0, after = 0;  ///< mean held-out position error, geometric and as applied [m]
+  double after_named = 0;        ///< that of the model of `trace`, on which the verdict stands [m]
   double floor = 0;              ///< mean error of a perfect model [m]
   double reducible_removed = 0;  ///< (before^2 - after^2) / (before^2 - floor^2), in [0, 1]
   std::array<double, 2> removed_ci95{0, 0};  ///< of it, bootstrap over poses and floor
@@ -88,25 +99,22 @@ struct LoopResult {
   std::array<double, 2> gain_ci95{0, 0};   ///< of before - after, paired bootstrap over poses [m]
   std::optional<double> lack_of_fit;       ///< p, of the final model on the training poses
   std::optional<NestedValidation> nested;  ///< close_loop leaves it empty
-  std::optional<Predictor> predictor;      ///< see add_predictor; close_loop leaves it empty
+  /// Empty if nothing without a name is worth applying, or if held-out poses are predicted worse
+  /// with it: then the model of `trace` is applied.
+  std::optional<AppliedArm> applied;
   std::optional<UnseenScale> scale;        ///< at the training poses
   std::string pattern;                     ///< the best remaining candidate, in words
 };
 
 /// The loop: geometry, tracing and refit on `training` alone. `held_out` is used once, to report,
-/// and for one choice: if the 95 % interval of the gain by all effects together is below zero and
-/// the mean error rises by more than 5 %, the result is the geometry.
+/// and for one choice: where the mean error rises by more than 5 % and by a standard error with all
+/// effects together, the result is the geometry; so it is with what has no name.
 /// Throws std::invalid_argument if a session of `held_out` has no reading in `training`.
 LoopResult close_loop(const Robot& robot, const Campaign& training, const Campaign& held_out,
                       const Catalogue& catalogue, const TraceOptions& options = {});
 
-/// Adds the robot that predicts best, without a cause for each of its effects (see with_remainder).
-/// The verdict does not change.
-void add_predictor(LoopResult& result, const Campaign& training, const Campaign& held_out,
-                   const Catalogue& catalogue, const TraceOptions& options);
-
-/// The stages of the loop, then the predictor, if there is one.
-std::vector<Stage> stages_and_predictor(const LoopResult& result);
+/// The robot that is the result: that of `applied`, else that of the trace.
+const CalibrationResult& result_of(const LoopResult& result);
 
 /// "A5.theta follows joint-angle 4 (series)".
 std::string describe(const Effect& effect);

@@ -1,0 +1,254 @@
+#include "search/effect_groups.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "armtrue/effects/robot_model.h"
+#include "armtrue/kinematics/units.h"
+#include "campaign/selection.h"
+#include "linear_algebra/decompositions.h"
+#include "search/candidates.h"
+#include "search/driver_span.h"
+
+namespace armtrue {
+namespace {
+
+// Usual sizes of what an effect adds to its parameter, RMS over the poses [rad]; lengths move by
+// as much at a lever of a metre. effects.md has the sources.
+constexpr double kOfGravity = 2e-4, kOfBending = 1e-4, kOfFoot = 5e-5, kOfCurve = 1e-4,
+                 kOfFrame = 4e-5, kOfFineCurve = 3e-5, kOfOthers = 2e-5, kOfArrival = 5e-5,
+                 kOfTemperature = 3e-5, kOfTime = 3e-5;
+constexpr double kOfField = 3e-4;   // m: three times the noise of a tracker, as in the fit's prior
+constexpr int kDegreeOfField = 3;
+constexpr double kLever = 1.0;      // m
+constexpr double kWithinThree = 1.0986;  // ln 3: two thirds of all arms are within a factor of three
+constexpr int kContexts = 1000;     // tell an RMS to two digits
+constexpr double kMarginOfGroups = 0.25;
+constexpr double kMinNew = 1e-6, kRounding = 1e-12;  // of a sum of squares
+
+class Groups {
+ public:
+  Groups(const Robot& robot, const Campaign& campaign)
+      : robot_(robot),
+        campaign_(campaign),
+        chain_(robot.chain),
+        span_(time_span(campaign)),
+        joints_(joint_count(robot.chain)),
+        layout_(layout_of(robot.chain)) {
+    std::vector<int> rows(static_cast<size_t>(campaign.rows()));
+    for (int row = 0; row < campaign.rows(); ++row) rows[static_cast<size_t>(row)] = row;
+    for (int row : evenly_chosen(rows, kContexts)) contexts_.push_back(campaign.context(row));
+  }
+
+  EffectGroup field() {
+    begin("distorted space", EffectGroup::Owner::station);
+    RandomEffect random{{"", "instrument.point", {DriverKind::place, -1, -1, ""},
+                         series_shape(SeriesBasis::polynomial, kDegreeOfField), {}}, {}};
+    set_range_of_places(robot_, campaign_, random.effect.shape);
+    const BoundEffect bound(random.effect, robot_, campaign_.temperature_names);
+    const Eigen::MatrixXd of_axis = orthonormal(values_of(bound), kOfField);
+    const Eigen::Index values = of_axis.rows(), numbers = of_axis.cols();
+    random.root = Eigen::MatrixXd::Zero(3 * values, 3 * numbers);
+    for (int axis = 0; axis < 3; ++axis)
+      random.root.block(axis * values, axis * numbers, values, numbers) = of_axis;
+    groups_.back().effects.push_back(std::move(random));
+    return std::move(groups_.back());
+  }
+
+  std::vector<EffectGroup> all() {
+    gravity();
+    curves();
+    others();
+    arrivals();
+    conditions();
+    station();
+    std::erase_if(groups_, [](const EffectGroup& group) { return group.effects.empty(); });
+    return std::move(groups_);
+  }
+
+ private:
+  void begin(const char* name, EffectGroup::Owner owner = EffectGroup::Owner::arm) {
+    groups_.push_back({name, owner, kWithinThree, {}});
+  }
+
+  // The values of an effect in some contexts, without their means: contexts x values.
+  Eigen::MatrixXd values_of(const BoundEffect& bound) const {
+    Eigen::MatrixXd values(std::ssize(contexts_), bound.value_count());
+    Eigen::VectorXd row(bound.value_count());
+    for (Eigen::Index k = 0; k < values.rows(); ++k) {
+      const Context& context = contexts_[static_cast<size_t>(k)];
+      ArmFrames frames;
+      PoseJacobian jacobian;
+      if (bound.needs_frames()) frames = chain_.link_frames(context.q);
+      if (bound.needs_jacobian()) chain_.pose(context.q, jacobian);
+      bound.values(context, &frames, &jacobian, row.data());
+      values.row(k) = row;
+    }
+    const Eigen::RowVectorXd mean = values.colwise().mean();
+    const double before = values.squaredNorm();
+    values.rowwise() -= mean;
+    // A constant leaves only what was rounded off.
+    if (values.squaredNorm() < kRounding * before) values.setZero();
+    return values;
+  }
+
+  // Coefficients by which values in these contexts have a usual RMS: values x random numbers.
+  static Eigen::MatrixXd orthonormal(const Eigen::MatrixXd& values, double size) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(
+        values.transpose() * values / static_cast<double>(values.rows()));
+    const Eigen::VectorXd& squares = axes.eigenvalues();
+    std::vector<Eigen::Index> kept;
+    for (Eigen::Index k = 0; k < squares.size(); ++k)
+      if (squares[k] > kMinNew * squares.maxCoeff()) kept.push_back(k);
+    if (squares.maxCoeff() <= 0) kept.clear();
+    return axes.eigenvectors()(Eigen::all, kept) *
+           squares(kept).cwiseSqrt().cwiseInverse().asDiagonal() * size /
+           std::sqrt(static_cast<double>(kept.size()));
+  }
+
+  // `weights` of the values; empty: an orthonormal basis of the values takes their place.
+  void add(int parameter, const Driver& driver, const Shape& shape, double angle,
+           const std::vector<double>& weights = {}) {
+    if (!is_driven(driver, campaign_, span_)) return;
+    RandomEffect random{{"", parameter_of(robot_.chain, parameter), driver, shape, {}}, {}};
+    if (is_of_one_angle(random.effect)) {
+      const auto [low, high] = travel_covered(driver.joint);
+      random.effect.measured = {low, high};
+    }
+    const BoundEffect bound(random.effect, robot_, campaign_.temperature_names);
+    if (bound.value_count() == 0) return;
+    const double size =
+        parameter_unit(robot_.chain, parameter) == ParameterUnit::metre ? angle * kLever : angle;
+    const auto count = static_cast<Eigen::Index>(bound.value_count());
+    if (weights.empty()) {
+      random.root = orthonormal(values_of(bound), size);
+      if (random.root.cols() == 0) return;
+    } else {
+      random.root = Eigen::MatrixXd::Zero(count, count);
+      double squares = 0;
+      for (double weight : weights) squares += 0.5 * weight * weight;
+      for (Eigen::Index k = 0; k < count; ++k)
+        random.root(k, k) = size * weights[static_cast<size_t>(k)] / std::sqrt(squares);
+    }
+    groups_.back().effects.push_back(std::move(random));
+  }
+
+  static Driver angle_of(int joint) { return {DriverKind::joint_angle, joint, -1, ""}; }
+
+  void gravity() {
+    begin("gravity");
+    for (int j = 0; j < joints_; ++j)
+      add(zero_offset(robot_.chain, j), {DriverKind::gravity_torque, j, -1, ""}, Shape{},
+          kOfGravity);
+    begin("bending");
+    for (int k = kFirstLinkParameter; k < layout_.tool; ++k)
+      if (!is_zero_offset(robot_.chain, k) &&
+          parameter_unit(robot_.chain, k) == ParameterUnit::radian)
+        add(k, {DriverKind::moment, -1, -1, ""}, Shape{}, kOfBending);
+    begin("foot");
+    if (!robot_.ground_link)
+      for (int k = 3; k < 6; ++k) add(k, {DriverKind::moment, -1, -1, ""}, Shape{}, kOfFoot);
+  }
+
+  std::pair<double, double> travel_covered(int joint) const {
+    const auto [low, high] =
+        std::minmax_element(campaign_.q.begin(), campaign_.q.end(),
+                            [&](const auto& a, const auto& b) { return a[joint] < b[joint]; });
+    return {(*low)[joint], (*high)[joint]};
+  }
+
+  // Cosines over the angles covered and a margin, weight of the k-th 1 / k^power.
+  void add_curve(int parameter, int joint, int count, double power, int first, double size) {
+    auto [low, high] = travel_covered(joint);
+    if (!(low < high)) return;
+    const auto [lowest, highest] = travel(joint_link(robot_.chain, joint));
+    const double margin = kMarginOfGroups * (high - low);
+    low = std::min(low, std::max(low - margin, lowest));
+    high = std::max(high, std::min(high + margin, highest));
+    std::vector<double> weights;
+    for (int k = 1; k <= count; ++k) weights.push_back(k < first ? 0 : std::pow(k, -power));
+    add(parameter, angle_of(joint), series_shape(SeriesBasis::cosine, count, low, high), size,
+        weights);
+  }
+
+  void curves() {
+    const int poses = static_cast<int>(campaign_.pose_ids.size());
+    begin("curves of the joints");
+    for (int j = 0; j < joints_; ++j)
+      add_curve(zero_offset(robot_.chain, j), j, 12, 2, 1, kOfCurve);
+    begin("fine curves of the joints");
+    const int fine = std::min(60, poses / 2);
+    if (fine > 6)
+      for (int j = 0; j < joints_; ++j)
+        add_curve(zero_offset(robot_.chain, j), j, fine, 1, 4, kOfFineCurve);
+    begin("curves of the frames");
+    for (int k = kFirstLinkParameter; k < layout_.tool; ++k) {
+      if (is_zero_offset(robot_.chain, k)) continue;
+      const int link = link_of_parameter(k);
+      for (int j = 0; j < joints_; ++j) {
+        const int of_joint = link_of_parameter(zero_offset(robot_.chain, j));
+        if (of_joint == link || of_joint == link - 1) add_curve(k, j, 6, 2, 1, kOfFrame);
+      }
+    }
+  }
+
+  void others() {
+    begin("angles of other joints");
+    for (int j = 0; j < joints_; ++j)
+      for (int d = 0; d < joints_; ++d)
+        if (d != j) add_curve(zero_offset(robot_.chain, j), d, 4, 1, 1, kOfOthers);
+    begin("pairs of angles");
+    for (int j = 0; j < joints_; ++j)
+      for (int a = 0; a < joints_; ++a)
+        for (int b = a + 1; b < joints_; ++b)
+          if (!is_prismatic(joint_link(robot_.chain, a)) && !is_prismatic(joint_link(robot_.chain, b)))
+            add(zero_offset(robot_.chain, j), {DriverKind::joint_angle, a, b, ""},
+              series_shape(SeriesBasis::fourier, 1), kOfOthers);
+  }
+
+  void arrivals() {
+    begin("arrival");
+    for (int j = 0; j < joints_; ++j)
+      add(zero_offset(robot_.chain, j), {DriverKind::arrival, j, -1, ""}, sign_shape(), kOfArrival);
+  }
+
+  void conditions() {
+    begin("temperature");
+    for (const std::string& where : campaign_.temperature_names)
+      for (int k = kFirstLinkParameter; k < layout_.tool; ++k)
+        add(k, {DriverKind::temperature, -1, -1, where}, Shape{}, kOfTemperature);
+  }
+
+  void station() {
+    begin("time", EffectGroup::Owner::station);
+    if (!has_time(span_)) return;
+    const Shape shape = series_shape(SeriesBasis::cosine, 8, span_.values.front(), span_.values.back());
+    std::vector<double> weights;
+    for (int k = 1; k <= 8; ++k) weights.push_back(1.0 / k);
+    for (int k = 0; k < 6; ++k) add(k, {DriverKind::time, -1, -1, ""}, shape, kOfTime, weights);
+    for (int k = layout_.tool; k < layout_.tool + 3; ++k)
+      add(k, {DriverKind::time, -1, -1, ""}, shape, kOfTime, weights);
+  }
+
+  const Robot& robot_;
+  const Campaign& campaign_;
+  ChainEvaluator chain_;
+  Span span_;
+  int joints_;
+  ParameterLayout layout_;
+  std::vector<Context> contexts_;
+  std::vector<EffectGroup> groups_;
+};
+
+}  // namespace
+
+EffectGroup field_of_space(const Robot& robot, const Campaign& campaign) {
+  return Groups(robot, campaign).field();
+}
+
+std::vector<EffectGroup> effect_groups(const Robot& robot, const Campaign& campaign) {
+  return Groups(robot, campaign).all();
+}
+
+}  // namespace armtrue

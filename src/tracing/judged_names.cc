@@ -1,0 +1,123 @@
+#include "tracing/judged_names.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "search/candidates.h"
+
+namespace armtrue {
+namespace {
+
+const double kRuledOut = 2 * std::log(1000.0);
+
+bool is_distortion(const Effect& effect) { return is_polynomial(effect.shape); }
+
+Catalogue without_distortion(Catalogue catalogue) {
+  std::erase_if(catalogue,
+                [](const CatalogueEntry& entry) { return is_polynomial(entry.shape); });
+  return catalogue;
+}
+
+RandomEffects beside_groups(const CalibrationResult& fit, const Campaign& timed,
+                            const CalibrationResult& law, bool with_field = false) {
+  std::vector<EffectGroup> groups = effect_groups(fit.robot, timed);
+  if (with_field) groups.push_back(field_of_space(fit.robot, timed));
+  return random_effects(fit, timed, groups, law);
+}
+
+// Whether an effect is doubtful because no rigid arm has it, and not because it follows time.
+bool is_doubtful_by_angle(const Effect& effect) {
+  return effect.may_be_instrument && !effect.driver.involves(DriverKind::time);
+}
+
+// The fit without the doubtful effects.
+CalibrationResult without_doubtful(const CalibrationResult& fit, const Campaign& campaign) {
+  Robot robot = fit.robot;
+  std::erase_if(robot.effects, is_doubtful_by_angle);
+  CalibrationOptions near;
+  near.start_near(fit);
+  return calibrate(robot, campaign, fit.set, near);
+}
+
+// Gives the arm what a field of space explains less well.
+void settle_doubts(const Campaign& timed, JudgedTraining& judged) {
+  TraceResult& trace = judged.training.trace;
+  Robot& robot = trace.fit.robot;
+  if (std::ranges::none_of(robot.effects, is_doubtful_by_angle) ||
+      std::ranges::any_of(robot.effects, is_distortion))
+    return;
+  const CalibrationResult rival = without_doubtful(trace.fit, *judged.training.sound);
+  if (beside_groups(rival, timed, trace.fit, true).evidence > judged.random.evidence) return;
+  const auto settle = [](Effect& effect) {
+    if (!is_doubtful_by_angle(effect)) return;
+    effect.may_be_instrument = false;
+    effect.mean = 0;
+  };
+  std::ranges::for_each(robot.effects, settle);
+  std::ranges::for_each(trace.stages.back().robot.effects, settle);
+  for (TracedEffect& traced : trace.effects) settle(traced.effect);
+}
+
+// Fits base, tool and targets alone.
+void place(const Campaign& campaign, Robot& robot) {
+  Robot placed = robot;
+  placed.identify = {"base", "tool"};
+  placed.identify_per_session.clear();
+  CalibrationOptions options;
+  options.statistics = FitStatistics::weights;
+  options.fitted_effects = 0;
+  placed = calibrate(placed, campaign, options).robot;
+  robot.chain.base = placed.chain.base;
+  robot.chain.tool = placed.chain.tool;
+  robot.chain.targets = placed.chain.targets;
+  for (auto& [name, session] : robot.sessions) session.base = placed.sessions.at(name).base;
+}
+
+}  // namespace
+
+JudgedTraining judged_training(const Robot& robot, const Campaign& given, Then then,
+                               const Catalogue& catalogue, const TraceOptions& options) {
+  JudgedTraining judged{search_training(robot, given, then, catalogue, options), {}};
+  const CalibrationResult& fit = judged.training.trace.fit;
+  const Campaign timed = in_order_of_visits(*judged.training.sound);
+  judged.random = beside_groups(fit, timed, fit);
+  if (std::ranges::any_of(fit.robot.effects, is_distortion)) {
+    if (options.progress) options.progress("searching without a distortion of the instrument");
+    JudgedTraining rival{
+        search_training(robot, given, then, without_distortion(catalogue), options), {}};
+    const bool is_comparable =
+        rows_of(rival.training.gross_poses) == rows_of(judged.training.gross_poses);
+    const CalibrationResult& other = rival.training.trace.fit;
+    rival.random = beside_groups(other, in_order_of_visits(*rival.training.sound), other);
+    // The law of readings of each model speaks for it, so both are asked.
+    const auto speaks = [&](const CalibrationResult& law) {
+      const double own = &law == &fit ? judged.random.evidence
+                                      : beside_groups(fit, timed, law).evidence;
+      return own - (&law == &other ? rival.random : beside_groups(other, timed, law)).evidence;
+    };
+    if (!is_comparable || 0.5 * (speaks(fit) + speaks(other)) < kRuledOut)
+      judged = std::move(rival);
+  }
+  settle_doubts(timed, judged);
+  return judged;
+}
+
+void fall_back_to_geometry(JudgedTraining& judged) {
+  fall_back_to_geometry(judged.training);
+  const CalibrationResult& fit = judged.training.trace.fit;
+  judged.random = beside_groups(fit, in_order_of_visits(*judged.training.sound), fit);
+}
+
+CalibrationResult applied_arm(const JudgedTraining& judged) {
+  const CalibrationResult& fit = judged.training.trace.fit;
+  const Campaign& sound = *judged.training.sound;
+  CalibrationResult result = beside(fit, in_order_of_visits(sound), judged.random);
+  std::vector<Effect>& effects = result.robot.effects;
+  effects.resize(effects.size() - judged.random.station.size());
+  if (!judged.random.station.empty()) place(sound, result.robot);
+  return result;
+}
+
+}  // namespace armtrue

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "armtrue/calibration/calibration.h"
+#include "armtrue/tracing/loop.h"
+#include "search/effect_groups.h"
+
+namespace armtrue {
+
+/// Name of the effects of a robot that no finding stands behind.
+inline constexpr const char* kRemainder = "part of the remainder";
+
+/// What an arm and its station do beside a fit, without a name: the posterior mean of the effects
+/// of effect_groups(), each called `kRemainder`.
+struct RandomEffects {
+  std::vector<Effect> arm, station;
+  std::vector<GroupShare> groups;
+  double gain = 0;      ///< twice the rise of the restricted log likelihood over no such effect
+  double evidence = 0;  ///< twice the log likelihood; of fits with one law of readings comparable
+  double noise = 1;     ///< of the readings, as a multiple of what the fit takes for it
+};
+
+/// A linear mixed model r = X b + Z u + e (Henderson 1975): X the unknowns of the fit with their
+/// priors, Z u the random effects in their groups, e the noise of readings, which all readings of a
+/// pose share in part: each joint comes to a pose with an error of its own. The variances are
+/// those of the highest restricted likelihood. Without an effect if that rises by less than 8.
+/// `law`: the fit whose weights and noise count; its campaign is that of `fit`.
+RandomEffects random_effects(const CalibrationResult& fit, const Campaign& campaign,
+                             const std::vector<EffectGroup>& groups, const CalibrationResult& law);
+
+/// The fit with these effects behind its own, as they are, and all else fitted again.
+CalibrationResult beside(const CalibrationResult& fit, const Campaign& campaign,
+                         const RandomEffects& random);
+
+/// The campaign with the order of its visits as time, if it has no time.
+Campaign in_order_of_visits(Campaign campaign);
+
+}  // namespace armtrue
