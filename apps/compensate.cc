@@ -5,12 +5,14 @@
 #include <set>
 
 #include "armtrue/compensation/compensation.h"
+#include "armtrue/compensation/corrected_before.h"
 #include "armtrue/compensation/move_division.h"
 #include "armtrue/compensation/program_targets.h"
 #include "armtrue/io/compensation_io.h"
 #include "armtrue/io/output.h"
 #include "armtrue/kinematics/units.h"
 #include "armtrue/report/compensation_page.h"
+#include "armtrue/text/number_text.h"
 #include "columns.h"
 #include "command_line.h"
 #include "program_arguments.h"
@@ -242,6 +244,20 @@ auto with_warnings(app::Command& command, const std::optional<RobotProgram>& pro
   }
 }
 
+// Commands of compensate() show in their numbers, whatever became of the marks in the file.
+void refuse_corrected(const std::string& source, const std::optional<RoundWhereReached>& found,
+                      const Campaign& visits, const Arguments& arguments) {
+  if (!found) return;
+  const int decimals = std::max(0, found->decimals);
+  throw InputError(fmt::format(
+      "{}:{}: its targets are corrected already: {} of {} numbers that are longer as they are "
+      "written have at most {} decimals where the arm of {} takes them ({} is {:.{}f} there); "
+      "corrected twice, they would be wrong: {}",
+      source, visits.line[static_cast<size_t>(found->target)], found->round, found->numbers,
+      decimals, arguments.robot, number_text(found->written), found->reached, decimals + 2,
+      app::kInsteadOfCompensated));
+}
+
 int run(app::Command& command, Arguments& arguments) {
   const app::Models models = app::read_models(command, arguments);
   const Robot &robot = models.robot, &controller = models.controller;
@@ -276,6 +292,10 @@ int run(app::Command& command, Arguments& arguments) {
   const auto nearest = std::ranges::min_element(
       targets, {}, [](const CorrectedTarget& target) { return target.before.position; });
   app::refuse_other_arm(nearest->before.position, arguments);
+  refuse_corrected(file.source,
+                   program ? find_round_where_reached(*program, targets, joints)
+                           : find_round_where_reached(controller, targets),
+                   file.program.visits, arguments);
 
   PredictionConditions conditions{robot.name, controller.name,
                                   assumptions(controller, program, arguments),

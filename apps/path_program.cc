@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <utility>
 
 #include "armtrue/io/output.h"
 #include "armtrue/io/program_io.h"
@@ -36,6 +37,9 @@ std::string program_out(const PathProgramArguments& arguments) {
 bool has_name_of_file(const PathProgramArguments& arguments, const std::string& out) {
   return out != "-" && !is_device_or_pipe(out) && dialect_of(arguments) != Dialect::krl;
 }
+
+constexpr const char* kInsteadOfCorrected =
+    "give the original program, and the corrected path that the passes ran as --previous";
 
 // The names of the products follow from those of the arguments: they may be those of an input.
 void check_program_out(const Command& command, const PathProgramArguments& arguments,
@@ -82,20 +86,31 @@ void add_path_program(Command& command, PathProgramArguments& arguments) {
 RobotProgram read_path_program(Command& command, const PathProgramArguments& arguments) {
   program_out(arguments);  // throws if there is none
   const Dialect dialect = dialect_of(arguments);
-  RobotProgram program = parse_program(
-      dialect, command.read_program_texts(arguments.path, "", dialect == Dialect::krl), {},
-      TargetParts::position);
+  std::vector<ProgramText> texts =
+      command.read_program_texts(arguments.path, "", dialect == Dialect::krl);
+  refuse_mark(texts, Corrector::mirror, kInsteadOfCorrected);
+  RobotProgram program = parse_program(dialect, std::move(texts), {}, TargetParts::position);
+  refuse_check_digits(program, Corrector::mirror, kInsteadOfCorrected);
   check_program_out(command, arguments, program);
   return program;
 }
 
 void write_path_program(Command& command, const PathProgramArguments& arguments,
                         const RobotProgram& program, const Path& programmed,
-                        const Eigen::Matrix3Xd& corrected) {
+                        const Eigen::Matrix3Xd& corrected,
+                        const std::optional<Eigen::Matrix3Xd>& previous) {
+  for (const Eigen::Matrix3Xd* path : {&corrected, previous ? &*previous : nullptr})
+    if (path && lies_on_corrected(program, programmed.position, *path))
+      throw InputError(fmt::format(
+          "{}: its points lie on the corrected path: it is corrected already; corrected twice, it "
+          "would be wrong: {}",
+          program.texts[0].name, kInsteadOfCorrected));
   DisplacementOptions options;
   options.spacing = arguments.spacing_mm * kMillimetre;
+  options.by = Corrector::mirror;
   DisplacedProgram displaced = displace_program(program, programmed, corrected, options);
   std::vector<std::string>& texts = displaced.text.texts;
+  mark_corrected(program, Corrector::mirror, texts);
   const std::string out = program_out(arguments);
   if (has_name_of_file(arguments, out))
     rename(program, std::filesystem::path(out).stem().string(), texts);

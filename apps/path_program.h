@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 
 #include "armtrue/kinematics/units.h"
@@ -25,8 +26,11 @@ void add_path_program(Command& command, PathProgramArguments& arguments);
 RobotProgram read_path_program(Command& command, const PathProgramArguments& arguments);
 
 /// Displaces the program as `corrected` displaces the path, writes it and tells what was done.
+/// Throws InputError if it lies on that path, or on the one that ran before, instead of the
+/// programmed one: then it is corrected already.
 void write_path_program(Command& command, const PathProgramArguments& arguments,
                         const RobotProgram& program, const Path& programmed,
-                        const Eigen::Matrix3Xd& corrected);
+                        const Eigen::Matrix3Xd& corrected,
+                        const std::optional<Eigen::Matrix3Xd>& previous);
 
 }  // namespace armtrue::app

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <filesystem>
 #include <initializer_list>
 #include <utility>
@@ -69,7 +70,27 @@ void refuse_outputs(const Command& command, const RobotProgram& program,
   if (has_dat) command.check_derived_output(dat);
 }
 
+constexpr const char* kInsteadOfMirrored =
+    "give the original program; to use both, compensate the original, measure a pass of the "
+    "compensated program, and give that program to mirror-correct --program";
+
 }  // namespace
+
+void refuse_mark(const std::vector<ProgramText>& texts, Corrector by, const std::string& instead) {
+  if (const auto mark = find_correction_mark(texts, by))
+    throw InputError(fmt::format(
+        "{}:{}: this comment says that the program is corrected already; corrected twice, it would "
+        "be wrong: {}",
+        mark->text, mark->line, instead));
+}
+
+void refuse_check_digits(const RobotProgram& program, Corrector by, const std::string& instead) {
+  if (has_check_digits(program, by))
+    throw InputError(fmt::format(
+        "{}: the last digits of its numbers are those that {} writes: it is corrected already; "
+        "corrected twice, it would be wrong: {}",
+        program.texts[0].name, by == Corrector::mirror ? "mirror-correct" : "compensate", instead));
+}
 
 Option add_robot_program(Command& command, RobotProgramFiles& files) {
   const Option program =
@@ -108,8 +129,13 @@ RobotProgram read_robot_program(Command& command, const RobotProgramFiles& files
   for (const std::string& frame : files.frames)
     if (!known.insert(frame_from_text(frame)).second)
       throw UsageError("--frame: '" + frame + "' gives a frame that is given already");
-  RobotProgram program = parse_program(
-      dialect, command.read_program_texts(files.path, files.dat, dialect == Dialect::krl), known);
+  std::vector<ProgramText> texts =
+      command.read_program_texts(files.path, files.dat, dialect == Dialect::krl);
+  const std::array<std::pair<Corrector, const char*>, 2> correctors{
+      {{Corrector::compensate, kInsteadOfCompensated}, {Corrector::mirror, kInsteadOfMirrored}}};
+  for (const auto& [by, instead] : correctors) refuse_mark(texts, by, instead);
+  RobotProgram program = parse_program(dialect, std::move(texts), known);
+  for (const auto& [by, instead] : correctors) refuse_check_digits(program, by, instead);
   refuse_outputs(command, program, files);
   return program;
 }
@@ -135,7 +161,8 @@ bool write_robot_program(Command& command, const RobotProgram& program,
                          const ProgramCommands& commands,
                          const std::vector<ProgramPointBetween>& between,
                          const RobotProgramFiles& files) {
-  RewrittenProgram rewritten = rewrite(program, commands.list, between);
+  RewrittenProgram rewritten = rewrite(program, commands.list, between, Corrector::compensate);
+  mark_corrected(program, Corrector::compensate, rewritten.texts);
   if (has_name(files.out)) rename(program, fs::path(files.out).stem().string(), rewritten.texts);
   bool is_followed = true;
   for (const std::vector<std::string>* list :

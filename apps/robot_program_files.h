@@ -9,6 +9,16 @@
 
 namespace armtrue::app {
 
+/// What to do in place of correcting again what compensate corrected.
+inline constexpr const char* kInsteadOfCompensated =
+    "give the original one, also after a new calibration; what a pass of the corrected program "
+    "still shows is for mirror-correct --program";
+
+/// Throws InputError if a program is marked as corrected, or its numbers have check digits.
+/// `instead`: what to give.
+void refuse_mark(const std::vector<ProgramText>& texts, Corrector by, const std::string& instead);
+void refuse_check_digits(const RobotProgram& program, Corrector by, const std::string& instead);
+
 /// Options of a robot program that is read and written.
 struct RobotProgramFiles {
   std::string path;  ///< empty: none is given

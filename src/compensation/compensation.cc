@@ -101,6 +101,11 @@ class Compensation {
     visits_.arrival[static_cast<size_t>(row)] = context.arrival;
     visits_.stroke[static_cast<size_t>(row)] = context.stroke;
     finish(target, context, intended);
+    target.reached_q = target.programmed;
+    if (!program_.is_cartesian(static_cast<size_t>(row)))
+      target.reached_q = joints_of_pose(controller(), context,
+                                        arms_now_->options.base * target.reached, target.programmed)
+                             .q;
     return target;
   }
 
@@ -189,7 +194,9 @@ class Compensation {
     const Pose program_from_foot = inverse(arms_now_->options.base);
     target.intended = program_from_foot * intended;
     context.q = target.programmed;
-    target.before = difference(intended, arm().pose(context));
+    const Pose reached = arm().pose(context);
+    target.before = difference(intended, reached);
+    target.reached = program_from_foot * reached;
     context.q = target.q;
     target.after = difference(intended, arm().pose(context));
     target.pose =

@@ -3,6 +3,8 @@
 #include <array>
 #include <string>
 
+#include "armtrue/kinematics/units.h"
+
 namespace armtrue {
 
 /// Columns that compensate adds to a program; those of commands are not among them.
@@ -16,5 +18,12 @@ inline const std::array<std::string, 7> kCommandColumns{"predicted_before_mm",
 
 inline const std::array<std::string, 6> kPoseColumns{"x_mm",  "y_mm",  "z_mm",
                                                      "a_deg", "b_deg", "c_deg"};
+
+/// Decimals of a command in mm, deg, or m and rad. One that is corrected has two check digits more,
+/// which are the same in m and in mm.
+inline int command_decimals(double unit) {
+  return unit == kMillimetre ? 7 : unit == kDegree ? 9 : 10;
+}
+inline constexpr int kCheckDecimals = 2;
 
 }  // namespace armtrue

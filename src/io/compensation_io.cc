@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "armtrue/kinematics/units.h"
+#include "armtrue/statistics/check_digits.h"
 #include "armtrue/statistics/summary.h"
 #include "armtrue/text/number_text.h"
 #include "io/compensation_columns.h"
@@ -16,12 +17,15 @@ namespace armtrue {
 namespace {
 
 constexpr int kWorst = 3;  // that a summary names
-constexpr int kAngleDecimals = 9, kLengthDecimals = 7;
 
-int decimals_of(double unit) {
-  if (unit == kMillimetre) return kLengthDecimals;
-  if (unit == kDegree) return kAngleDecimals;
-  return 11;  // m, rad
+// A number that a correction changes has check digits.
+std::string command_text(double si, double programmed, double unit) {
+  const int decimals = command_decimals(unit), with_check = decimals + kCheckDecimals;
+  const double value = si / unit;
+  if (std::abs(value - programmed / unit) < 0.5 * std::pow(10.0, -decimals))
+    return decimal_text(value, decimals);
+  return decimal_text(checked(value, with_check, CheckSize::digits, Corrector::compensate),
+                      with_check);
 }
 
 std::string notes_text(const CorrectedTarget& target) {
@@ -60,12 +64,11 @@ class CommandWriter {
 
   std::string row(size_t number, const CorrectedTarget& target) const {
     std::vector<std::string> cells = file_.cells[number];
-    const std::vector<double> command = command_of(target);
+    const std::vector<double> command = command_of(target), programmed = programmed_of(target);
     // A target that stays is the text that was read, if it is of the same kind.
     const bool is_own_kind = file_.program.is_cartesian() == (kind_ == CommandKind::cartesian);
     for (size_t i = 0; i < command.size(); ++i) {
-      const std::string text =
-          number_of(decimal_text(command[i] / places_[i].unit, decimals_of(places_[i].unit)));
+      const std::string text = number_of(command_text(command[i], programmed[i], places_[i].unit));
       if (appended_)
         cells.push_back(text);
       else if (target.is_corrected || !is_own_kind)
@@ -104,9 +107,15 @@ class CommandWriter {
   std::string length(double si, double unit) const { return number_of(decimal_text(si / unit, 6)); }
 
   std::vector<double> command_of(const CorrectedTarget& target) const {
-    if (kind_ == CommandKind::joints) return {target.q.begin(), target.q.end()};
-    const Eigen::Vector3d& p = target.pose.translation;
-    const Eigen::Vector3d abc = abc_from_rotation(target.pose.rotation);
+    return numbers_of(target.q, target.pose);
+  }
+  std::vector<double> programmed_of(const CorrectedTarget& target) const {
+    return numbers_of(target.programmed, target.intended);
+  }
+  std::vector<double> numbers_of(const JointVector& q, const Pose& pose) const {
+    if (kind_ == CommandKind::joints) return {q.begin(), q.end()};
+    const Eigen::Vector3d& p = pose.translation;
+    const Eigen::Vector3d abc = abc_from_rotation(pose.rotation);
     return {p.x(), p.y(), p.z(), abc.x(), abc.y(), abc.z()};
   }
 

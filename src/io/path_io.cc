@@ -7,6 +7,7 @@
 #include <span>
 
 #include "armtrue/kinematics/units.h"
+#include "armtrue/statistics/check_digits.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
 #include "io/csv_cell.h"
@@ -22,6 +23,7 @@ constexpr char kBetweenCells = '\x1f';
 
 using Quantity = CsvTable::Quantity;
 constexpr double kNanometre = 1e-9;
+constexpr int kPathDecimals = 8;  // of a corrected mm: a nanometre, and two check digits
 
 std::optional<Quantity> find_plain(const CsvTable& table, const std::string& name) {
   if (const auto column = table.find(name)) return Quantity{*column, 1.0};
@@ -186,6 +188,10 @@ PathFile read_path(const std::string& file, KeepRows keep, const std::vector<Joi
   result.path.force = force.matrix<Eigen::Matrix3Xd>(3);
   result.path.q = q.matrix<JointMatrix>(static_cast<Eigen::Index>(joints.size()));
   result.sha256 = source.sha256();
+  CheckDigits digits(CheckSize::digits, Corrector::mirror);
+  for (const double coordinate : result.path.position.reshaped())
+    digits.add(coordinate / kMillimetre, kPathDecimals);
+  result.is_corrected = digits.are_found();
   return result;
 }
 
@@ -223,14 +229,17 @@ std::string write_path_like(const PathFile& file, const Eigen::Matrix3Xd& positi
       const size_t end = file.rows.find_first_of(std::string{kBetweenCells, '\n'}, begin);
       const auto moved = [&](int axis) {
         return file.position[axis].column == static_cast<int>(c) &&
-               position(axis, i) != file.path.position(axis, i);
+               std::abs(position(axis, i) - file.path.position(axis, i)) >= kNanometre / 2;
       };
       const int axis = moved(0) ? 0 : moved(1) ? 1 : moved(2) ? 2 : -1;
       if (axis < 0) {
         text += csv_cell(std::string_view(file.rows).substr(begin, end - begin));
       } else {
         const double unit = file.position[axis].unit;
-        text += decimal_text(position(axis, i) / unit, unit == kMillimetre ? 6 : 9);  // nanometre
+        const int decimals = unit == kMillimetre ? kPathDecimals : kPathDecimals + 3;
+        const double value = position(axis, i) / unit;
+        text += decimal_text(checked(value, decimals, CheckSize::digits, Corrector::mirror),
+                             decimals);
       }
       text += c + 1 < file.columns.size() ? ',' : '\n';
       begin = end + 1;

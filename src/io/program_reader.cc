@@ -7,6 +7,7 @@
 
 #include "armtrue/io/compensation_io.h"
 #include "armtrue/kinematics/units.h"
+#include "armtrue/statistics/check_digits.h"
 #include "armtrue/text/input_error.h"
 #include "armtrue/text/number_text.h"
 #include "io/compensation_columns.h"
@@ -34,6 +35,7 @@ class ProgramReader {
   void read() {
     while (table_.next_row()) read_row();
     if (file_.program.rows() == 0) throw InputError(file_.source + ": has no row");
+    refuse_corrections();
   }
 
  private:
@@ -44,6 +46,24 @@ class ProgramReader {
                          "', which compensate writes; its targets are corrected already, and would "
                          "be corrected twice: give the original targets, or rename the column if "
                          "it is another");
+  }
+
+  // The columns may have other names, or stand in another file.
+  void refuse_corrections() const {
+    CheckDigits digits(CheckSize::digits, Corrector::compensate);
+    const auto add = [&](double si, double unit) {
+      digits.add(si / unit, command_decimals(unit) + kCheckDecimals);
+    };
+    for (const JointVector& q : file_.program.visits.q)
+      for (size_t j = 0; has_joints_ && j < file_.q.size(); ++j)
+        add(q[static_cast<Eigen::Index>(j)], file_.q[j].unit);
+    for (const std::array<double, 6>& pose : poses_)
+      for (size_t i = 0; i < pose.size(); ++i) add(pose[i], file_.pose[i].unit);
+    if (digits.are_found())
+      throw InputError(
+          file_.source +
+          ": the last digits of its targets are those that compensate writes: they are corrected "
+          "already; corrected twice, they would be wrong: give the original ones");
   }
 
   void find_targets() {
@@ -105,6 +125,7 @@ class ProgramReader {
       program.poses.push_back({rotation_from_abc(value[3], value[4], value[5]),
                                Eigen::Vector3d(value[0], value[1], value[2])});
       program.hinted.push_back(hinted);
+      poses_.push_back(value);
     }
     if (file_.turn.column < 0) return;
     const int turn = table_.integer(file_.turn.column);
@@ -117,6 +138,7 @@ class ProgramReader {
   CsvTable& table_;
   ProgramFile& file_;
   std::optional<ContextColumns> context_;
+  std::vector<std::array<double, 6>> poses_;  // of Cartesian targets [m, rad]
   bool is_cartesian_ = false, has_joints_ = false;
   int name_ = 0;
 };

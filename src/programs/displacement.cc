@@ -58,7 +58,7 @@ class Displacement {
     find_commands();
     for (size_t k = 0; k < program_.targets.size(); ++k) divide(k);
     DisplacedProgram result;
-    result.text = rewrite(program_, commands_, between_);
+    result.text = rewrite(program_, commands_, between_, options_.by);
     result.left_alone = program_.left_alone;
     for (size_t k = 0; k < program_.targets.size(); ++k) {
       result.corrected += is_found(k);
@@ -89,8 +89,8 @@ class Displacement {
       const Vector3d point = points.col(nearest.point) / kMillimetre;
       throw InputError(fmt::format(
           "{}: no point of the program lies on the programmed path; the nearest, in line {} at "
-          "({:.3f}, {:.3f}, {:.3f}) mm, is {:.3f} mm off. Is this the program of that path, and "
-          "are its coordinates in the frame of the program?",
+          "({:.3f}, {:.3f}, {:.3f}) mm, is {:.3f} mm off. Is this the program of that path, not "
+          "corrected before, and are its coordinates in the frame of the program?",
           program_.texts[0].name, target(known_[static_cast<size_t>(nearest.point)]).line,
           point.x(), point.y(), point.z(), nearest.distance / kMillimetre));
     }
@@ -371,6 +371,33 @@ class Displacement {
 };
 
 }  // namespace
+
+bool lies_on_corrected(const RobotProgram& program, const Eigen::Matrix3Xd& programmed,
+                       const Eigen::Matrix3Xd& corrected) {
+  // FANUC states positions to 1.5 um in each coordinate, and less than that shows nothing.
+  constexpr double kOn = 2.6e-6, kOff = 6e-6;  // [m]
+  std::vector<Vector3d> targets;
+  for (const ProgramTarget& target : program.targets)
+    if (target.kind == TargetKind::cartesian) targets.push_back(target.pose.translation);
+  if (targets.empty()) return false;
+  Eigen::Matrix3Xd points(3, static_cast<Index>(targets.size()));
+  for (size_t i = 0; i < targets.size(); ++i) points.col(static_cast<Index>(i)) = targets[i];
+  const auto distances = [&](const Eigen::Matrix3Xd& path) {
+    const Eigen::VectorXd places = places_in_order(path, points, kPathMatchTolerance);
+    Eigen::VectorXd result(places.size());
+    for (Index i = 0; i < places.size(); ++i)
+      result[i] = std::isfinite(places[i]) ? (at_place(path, places[i]) - points.col(i)).norm()
+                                           : kPathMatchTolerance;
+    return result;
+  };
+  const Eigen::VectorXd own = distances(programmed), other = distances(corrected);
+  Index on_own = 0, on_other = 0;
+  for (Index i = 0; i < own.size(); ++i) {
+    on_own += own[i] < kOn && other[i] > kOff;
+    on_other += other[i] < kOn && own[i] > kOff;
+  }
+  return on_other > on_own;
+}
 
 DisplacedProgram displace_program(const RobotProgram& program, const Path& programmed,
                                   const Eigen::Matrix3Xd& corrected,

@@ -231,6 +231,14 @@ int decimals_kept(Dialect dialect, TargetKind kind, size_t component) {
   return 7;
 }
 
+std::optional<NumberCheck> number_check(Dialect dialect, TargetKind kind, size_t component) {
+  const int kept = decimals_kept(dialect, kind, component);
+  if (dialect != Dialect::fanuc) return NumberCheck{kept + 2, CheckSize::digits};
+  // There is no room for more decimals, and a thousandth of a degree moves the tool too far.
+  if (kind == TargetKind::cartesian && component < 3) return NumberCheck{kept, CheckSize::bit};
+  return std::nullopt;
+}
+
 int moves_of(const std::vector<ProgramPointBetween>& between) {
   return static_cast<int>(std::ranges::count_if(
       between, [](const auto& point) { return point.motion != MotionKind::via; }));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "armtrue/programs/robot_program.h"
@@ -9,6 +10,13 @@ namespace armtrue {
 
 /// Decimals that a changed number has at least, in the order of ProgramPoint::numbers.
 int decimals_kept(Dialect dialect, TargetKind kind, size_t component);
+
+/// Check digits of a changed number: how many decimals it has with them. Nothing if it has none.
+struct NumberCheck {
+  int decimals = 0;
+  CheckSize size = CheckSize::digits;
+};
+std::optional<NumberCheck> number_check(Dialect dialect, TargetKind kind, size_t component);
 
 /// A point that a move gets for itself in place of a declared one.
 struct OwnPoint {

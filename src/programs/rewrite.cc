@@ -33,9 +33,10 @@ struct Wanted {
 class Rewriter {
  public:
   Rewriter(const RobotProgram& program, const std::vector<ProgramCommand>& commands,
-           const std::vector<ProgramPointBetween>& between)
+           const std::vector<ProgramPointBetween>& between, std::optional<Corrector> by)
       : program_(program),
         commands_(commands),
+        by_(by),
         warnings_(program.texts[0].name),
         uses_(program.points.size()),
         is_divided_(program.targets.size(), false) {
@@ -265,10 +266,21 @@ class Rewriter {
     for (size_t i = 0; i < wanted.numbers.size(); ++i) {
       const ProgramNumber& number = point.numbers[i];
       if (!number.is_written()) continue;
-      wanted.texts[i] =
-          text_of_number(number, wanted.numbers[i], decimals_kept(program_.dialect, point.kind, i));
+      wanted.texts[i] = checked_text(point, i, wanted.numbers[i]);
       if (wanted.texts[i].empty()) wanted.numbers[i] = number.value;
     }
+  }
+
+  // As text_of_number(), with check digits.
+  std::string checked_text(const ProgramPoint& point, size_t i, double value) const {
+    const ProgramNumber& number = point.numbers[i];
+    std::string text =
+        text_of_number(number, value, decimals_kept(program_.dialect, point.kind, i));
+    const auto check = number_check(program_.dialect, point.kind, i);
+    if (text.empty() || !check || !by_) return text;
+    const int written = written_decimals(text_of(number));
+    const int decimals = std::max(written, check->decimals);
+    return rounded_text(checked(value, decimals, check->size, *by_), written, decimals);
   }
 
   // Empty if a number stays as it is written, or is not written.
@@ -302,6 +314,7 @@ class Rewriter {
 
   const RobotProgram& program_;
   const std::vector<ProgramCommand>& commands_;
+  std::optional<Corrector> by_;
   ProgramWarnings warnings_;
   std::vector<std::vector<size_t>> uses_;     // targets of each point
   std::vector<ProgramPointBetween> between_;  // that are written
@@ -317,9 +330,34 @@ class Rewriter {
 
 }  // namespace
 
+std::vector<NumberBeside> numbers_beside(const RobotProgram& program,
+                                         const std::vector<ProgramCommand>& commands) {
+  std::vector<NumberBeside> result;
+  std::vector<bool> is_done(program.points.size(), false);
+  for (size_t k = 0; k < program.targets.size(); ++k) {
+    const auto index = static_cast<size_t>(program.targets[k].point);
+    if (is_done[index]) continue;
+    is_done[index] = true;
+    const ProgramPoint& point = program.points[index];
+    const bool is_joints = point.kind == TargetKind::joints;
+    std::vector<double> written;
+    for (const ProgramNumber& number : point.numbers)
+      written.push_back(std::isfinite(number.value) ? number.value : 0);
+    const std::vector<double> beside =
+        is_joints ? numbers_of_joints(program.dialect, commands[k].q)
+                  : numbers_of_pose(program.dialect, commands[k].pose, written);
+    for (size_t i = 0; i < point.numbers.size(); ++i)
+      if (point.numbers[i].is_written())
+        result.push_back({static_cast<int>(is_joints ? point.numbers.size() + i : i), written[i],
+                          beside[i], decimals_kept(program.dialect, point.kind, i), k});
+  }
+  return result;
+}
+
 RewrittenProgram rewrite(const RobotProgram& program, const std::vector<ProgramCommand>& commands,
-                         const std::vector<ProgramPointBetween>& between) {
-  return Rewriter(program, commands, between).write();
+                         const std::vector<ProgramPointBetween>& between,
+                         std::optional<Corrector> by) {
+  return Rewriter(program, commands, between, by).write();
 }
 
 }  // namespace armtrue

@@ -385,7 +385,7 @@ TABLE = {
     # records of paths
     "program and record exchanged": (mirror(lambda: [LINE], "pass.csv"), 1, "they look exchanged"),
     "program as record": (mirror(lambda: [LINE]), 0, "holds the same as"),
-    "corrected path as record": (mirror(lambda: ["first.csv"]), 0, "is it a corrected path?"),
+    "corrected path as record": (mirror(lambda: ["first.csv"]), 1, "those that mirror-correct writes"),
     "corrected path as pass of a certificate": (
         certificate("visits.csv", more=("--path", LINE, "--pass", "first.csv")), 0, "is it a corrected path?"),
     "program as previous correction": (mirror("pass.csv", more=("--previous", LINE)), 0, "corrects nothing"),

@@ -34,6 +34,15 @@ def vector_motion(numbers):
     return rotation, tuple(1000 * v for v in numbers[:3])
 
 
+def without_mark(text):
+    """A corrected program without the one line of comment that says so; of FANUC it is counted in LINE_COUNT."""
+    found = re.findall(r"(?m)^(?: *(\d+):  )?[;!#]corrected by armtrue (?:compensate|mirror)(?: ;)?\r?\n", text)
+    if len(found) != 1:
+        return text
+    text = re.sub(r"(?m)^.*corrected by armtrue .*\n", "", text)
+    return re.sub(r"(LINE_COUNT\s*= )(\d+)", lambda m: m[1] + str(int(m[2]) - 1), text) if found[0] else text
+
+
 def krl(src, dat=""):
     entries = lambda text: {name.upper(): float(value) for name, value in re.findall(rf"([A-Za-z]\d?)\s+({NUMBER})", text)}
     motion = lambda of: abc_motion(*(of[name] for name in "XYZABC"))

@@ -379,7 +379,8 @@ class RobotPrograms(unittest.TestCase):
         if dialect == "fanuc":
             self.assertEqual(now.configuration, was.configuration)
 
-    # What rounding leaves: 0.0001 mm, 0.0001 deg of joints at 3 m, and so on.
+    # What rounding leaves: 0.0001 mm, 0.0001 deg of joints at 3 m, and so on; of FANUC up to 0.0015 mm of each coordinate,
+    # because the last digit is even or odd as the others say.
     def test_krl(self):
         self.run_dialect("krl", krl_program, 3e-4, 1e-2)
 
@@ -390,7 +391,7 @@ class RobotPrograms(unittest.TestCase):
         self.run_dialect("urscript", urscript_program, 3e-4, 1e-3)
 
     def test_fanuc(self):
-        self.run_dialect("fanuc", fanuc_program, 2e-3, 0.1)
+        self.run_dialect("fanuc", fanuc_program, 3e-3, 0.1)
 
 
 if __name__ == "__main__":

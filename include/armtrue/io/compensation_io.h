@@ -43,7 +43,7 @@ enum class CommandKind { joints, cartesian };
 /// The rows of `file` with commands of a kind. They replace the columns of that kind, or follow all
 /// columns if there are none. Then come the predictions and the notes. A target that is not
 /// corrected, and every other column, stays as it was read. Angles have nine decimals, lengths in
-/// mm seven.
+/// mm seven, and corrections two check digits more, by which read_program() knows them again.
 std::string write_commands(const ProgramFile& file, const std::vector<CorrectedTarget>& targets,
                            CommandKind kind);
 

@@ -16,6 +16,7 @@ struct PathFile {
   std::vector<int> line;  ///< of each sample
   int lost = 0;           ///< rows whose position is empty; they are no samples
   std::string sha256;
+  bool is_corrected = false;  ///< its positions have the check digits of write_path_like()
   std::vector<std::string> unknown_columns;  ///< not used; the command warns of them
   std::array<QuantityColumn, 3> position{};  ///< columns of x, y and z
   /// The file as it was read, for write_path_like(): column names, and the cells of the rows.
@@ -36,7 +37,8 @@ PathFile read_path(const std::string& file, KeepRows keep = KeepRows::no,
 std::string write_path(const Path& path, const std::vector<JointName>& joints = six_axis_names());
 
 /// The rows of `file` (read with KeepRows::yes) with other positions; every other column, and a
-/// position that did not move, stays as it was read. New positions are rounded to a nanometre.
+/// position that did not move by half a nanometre, stays as it was read. New positions are
+/// rounded to a nanometre and have two check digits more, by which they are known again.
 std::string write_path_like(const PathFile& file, const Eigen::Matrix3Xd& position);
 
 }  // namespace armtrue

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 
 #include "armtrue/path/path.h"
 #include "armtrue/programs/robot_program.h"
@@ -15,6 +16,7 @@ struct DisplacementOptions {
   /// Largest distance of the moves from the corrected path without an inserted point [m]: a tenth
   /// of kFormGoal.
   double tolerance = 5e-6;
+  std::optional<Corrector> by;  ///< as of rewrite()
 };
 
 /// A point of a program lies on the path if it is no further off than this [m]: less is the
@@ -27,6 +29,11 @@ struct DisplacedProgram {
   int left_alone = 0;  ///< moves that do not end on the path, or cannot be followed
   std::vector<std::string> warnings;
 };
+
+/// Whether more points of the program lie on the corrected path, and not on the programmed one, than
+/// the other way round: then the program is corrected already.
+bool lies_on_corrected(const RobotProgram& program, const Eigen::Matrix3Xd& programmed,
+                       const Eigen::Matrix3Xd& corrected);
 
 /// Displaces the Cartesian targets of a program as the correction displaces the path: `programmed`
 /// in the frame of the program becomes `corrected` (3 x samples, [m]). Targets are looked for on

@@ -9,6 +9,7 @@
 #include "armtrue/kinematics/pose.h"
 #include "armtrue/programs/configuration.h"
 #include "armtrue/programs/program_text.h"
+#include "armtrue/statistics/check_digits.h"
 
 namespace armtrue {
 
@@ -170,6 +171,19 @@ struct ProgramCommand {
   std::vector<double> external;  ///< as ProgramTarget::external; empty: as programmed
 };
 
+/// A number of a point as it is written, and that of another pose or posture in its place.
+struct NumberBeside {
+  int component = 0;  ///< of the point; of joint angles counted on
+  double written = 0, beside = 0;  ///< in the unit of the dialect
+  int decimals = 0;                ///< that a correction of it has, or more
+  size_t target = 0;
+};
+
+/// The numbers of the points that targets use, each of them once, beside those of a command for
+/// each target.
+std::vector<NumberBeside> numbers_beside(const RobotProgram& program,
+                                         const std::vector<ProgramCommand>& commands);
+
 /// A point on the way of a straight or circular move. An arc is divided into arcs, so its points
 /// come in turn: an auxiliary point and the end of a piece. The last piece is the move of the
 /// program, and its auxiliary point, the last of the move, takes the place of the program's.
@@ -204,10 +218,28 @@ struct RewrittenProgram {
 /// is added where the point before no longer gives it. An inserted point is written as the end of
 /// its move is, with other numbers; its move has the speed of that move and is passed without a
 /// stop; of FANUC the lines and LINE_COUNT are numbered anew. The auxiliary point of a divided arc
-/// is written out too. No point is inserted in a move one of whose ends is not corrected. Throws
-/// InputError if the controller would not load the program.
+/// is written out too. No point is inserted in a move one of whose ends is not corrected. With
+/// `by`, what changes has check digits, two decimals more; of FANUC, whose files have three, the
+/// last one of a position. Throws InputError if the controller would not load the program.
 RewrittenProgram rewrite(const RobotProgram& program, const std::vector<ProgramCommand>& commands,
-                         const std::vector<ProgramPointBetween>& between = {});
+                         const std::vector<ProgramPointBetween>& between = {},
+                         std::optional<Corrector> by = std::nullopt);
+
+/// Marks each text of a program that a correction has changed: one line of comment more, behind the
+/// line that begins the program, or of FANUC behind its last instruction; elsewhere at the
+/// beginning. Call it before rename().
+void mark_corrected(const RobotProgram& program, Corrector by, std::vector<std::string>& texts);
+
+/// The mark of a text, whatever became of its case and blanks.
+struct CorrectionMark {
+  std::string text;  ///< name of the text
+  int line = 0;
+};
+std::optional<CorrectionMark> find_correction_mark(const std::vector<ProgramText>& texts,
+                                                   Corrector by);
+
+/// Whether the numbers of the program have the check digits that rewrite() writes.
+bool has_check_digits(const RobotProgram& program, Corrector by);
 
 /// Replaces the name of the program in its texts by `name`.
 void rename(const RobotProgram& program, const std::string& name, std::vector<std::string>& texts);
