@@ -108,7 +108,8 @@ struct LoopResult {
 
 /// The loop: geometry, tracing and refit on `training` alone. `held_out` is used once, to report,
 /// and for one choice: where the mean error rises by more than 5 % and by a standard error with all
-/// effects together, the result is the geometry; so it is with what has no name.
+/// effects together, the result is the geometry, and what has no name is applied only where the mean
+/// error falls.
 /// Throws std::invalid_argument if a session of `held_out` has no reading in `training`.
 LoopResult close_loop(const Robot& robot, const Campaign& training, const Campaign& held_out,
                       const Catalogue& catalogue, const TraceOptions& options = {});
